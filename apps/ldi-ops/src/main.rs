@@ -1,0 +1,2 @@
+//! The command line of ldi-ops.
+fn main() {}

@@ -1,0 +1,4 @@
+//! Solid modelling on layered depth images.
+
+pub mod mesh;
+pub mod solids;

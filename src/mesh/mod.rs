@@ -1,0 +1,72 @@
+//! Triangle meshes as they come from files, and the check that makes them solids.
+//!
+//! [`TriangleMesh`] is whatever a file held. [`ClosedMesh`] is a mesh that was checked: every edge has even valence once
+//! identical coordinates are one vertex. Samplers take nothing else.
+
+pub mod io;
+
+use glam::DVec3;
+
+/// Triangles over shared positions, as a reader or a generator produced them; nothing about it has been checked.
+///
+/// Positions are in file units. A triangle lists three indices into `positions`, counter-clockwise seen from outside.
+/// The fields are public because any value of them is a legitimate (perhaps broken) mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriangleMesh {
+    /// Vertex positions in file units, in `f64` where the file has it.
+    pub positions: Vec<DVec3>,
+    /// Three indices into `positions` for each triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// The smallest axis-aligned box around a set of points, in world units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb {
+    /// Least coordinates.
+    pub min: DVec3,
+    /// Greatest coordinates.
+    pub max: DVec3,
+}
+
+impl Aabb {
+    /// The smallest box around both.
+    pub fn union(self, other: Aabb) -> Aabb {
+        Aabb { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Side lengths.
+    pub fn extent(self) -> DVec3 {
+        self.max - self.min
+    }
+}
+
+/// The length that one file unit stands for, where a file or the user says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// 1e-6 m.
+    Micrometre,
+    /// 1e-3 m.
+    Millimetre,
+    /// 1e-2 m.
+    Centimetre,
+    /// 0.0254 m.
+    Inch,
+    /// 0.3048 m.
+    Foot,
+    /// 1 m.
+    Metre,
+}
+
+impl LengthUnit {
+    /// The usual symbol: `um`, `mm`, `cm`, `in`, `ft`, `m`.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            LengthUnit::Micrometre => "um",
+            LengthUnit::Millimetre => "mm",
+            LengthUnit::Centimetre => "cm",
+            LengthUnit::Inch => "in",
+            LengthUnit::Foot => "ft",
+            LengthUnit::Metre => "m",
+        }
+    }
+}
