@@ -59,3 +59,111 @@
 //!
 //! where least and greatest run over the crossings in the voxel of each solid that is touched there. A ray that is
 //! unclosed in either solid is unclosed in the intersection.
+
+pub mod cpu;
+pub mod layout;
+
+use crate::grid::{Axis, Grid, LatticeSolid};
+use crate::ldi::Ldi;
+
+/// Which image of a solid is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Mode {
+    /// Every crossing, at the nearest lattice depth; nothing merged.
+    Exact,
+    /// A conservative image; see [`Estimate`].
+    Estimate(Estimate),
+}
+
+/// On which side of the exact image a conservative one lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Estimate {
+    /// On every ray the image encloses the solid.
+    Over,
+    /// On every ray the image lies inside the solid.
+    Under,
+}
+
+impl Estimate {
+    /// The estimate of a complement: what must be taken away from one to keep it on its side.
+    pub fn opposite(self) -> Estimate {
+        match self {
+            Estimate::Over => Estimate::Under,
+            Estimate::Under => Estimate::Over,
+        }
+    }
+}
+
+impl Mode {
+    /// [`Mode::Exact`] for itself, the other estimate for an estimate.
+    pub fn opposite(self) -> Mode {
+        match self {
+            Mode::Exact => Mode::Exact,
+            Mode::Estimate(estimate) => Mode::Estimate(estimate.opposite()),
+        }
+    }
+}
+
+/// What is inside where shells overlap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Fill {
+    /// A point is inside when a ray from it crosses the mesh an odd number of times: overlapping shells cancel.
+    EvenOdd,
+    /// A point is inside when its winding number is not zero: overlapping shells unite. Needs an oriented mesh.
+    NonZero,
+}
+
+/// Why an image could not be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SampleError {
+    /// The non-zero rule was asked of a closed mesh whose triangles do not agree on what is outside.
+    #[error("the non-zero rule needs a mesh with consistent orientation, and this one's is not; use even-odd")]
+    NotOriented,
+    /// Two solids of one operation were quantised on different grids.
+    #[error("the two solids lie on different grids (pitch {first:?} and {second:?})")]
+    GridsDiffer {
+        /// Pitch of the first solid's grid.
+        first: f64,
+        /// Pitch of the second solid's grid.
+        second: f64,
+    },
+    /// More samples than an image can index.
+    #[error("the image along {axis} needs more than {limit} samples; ask for fewer rays", axis = axis.name())]
+    TooManySamples {
+        /// The direction of the rays.
+        axis: Axis,
+        /// The most that 32-bit offsets can index.
+        limit: u64,
+    },
+}
+
+/// Makes layered depth images. Every implementation gives the same bits, those of the contract in this module's docs.
+pub trait Sampler {
+    /// The image of one solid along `axis`.
+    fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError>;
+
+    /// A conservative image of the intersection of two solids on one grid, found in masks.
+    ///
+    /// The exact intersection needs no sampler of its own: it is the merge of two exact images.
+    fn sample_intersection(
+        &self,
+        a: &LatticeSolid,
+        b: &LatticeSolid,
+        axis: Axis,
+        estimate: Estimate,
+        fill: Fill,
+    ) -> Result<Ldi, SampleError>;
+}
+
+/// The checks that come before any sampling, for every backend.
+pub(crate) fn admit(solids: &[&LatticeSolid], fill: Fill) -> Result<Grid, SampleError> {
+    let grid = *solids[0].grid();
+    if let Some(other) = solids.iter().find(|s| *s.grid() != grid) {
+        return Err(SampleError::GridsDiffer { first: grid.pitch(), second: other.grid().pitch() });
+    }
+    let unoriented = |s: &&LatticeSolid| s.closure() == crate::grid::Closure::Closed { oriented: false };
+    match fill {
+        Fill::NonZero if solids.iter().any(|s| unoriented(s)) => Err(SampleError::NotOriented),
+        _ => Ok(grid),
+    }
+}
