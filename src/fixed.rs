@@ -181,8 +181,7 @@ impl DepthPlane {
     #[inline]
     pub fn crossing(&self, column: i32, row: i32) -> Crossing {
         let (dc, dr) = (column - self.vertex[0], row - self.vertex[1]);
-        let guess =
-            f64::from(self.vertex[2]) + (self.slope[0] * f64::from(dc) + self.slope[1] * f64::from(dr));
+        let guess = f64::from(self.vertex[2]) + (self.slope[0] * f64::from(dc) + self.slope[1] * f64::from(dr));
         let (nearest, difference) = nearest_integer(guess);
         if difference.abs() > self.doubt {
             return self.between(nearest - i32::from(difference < 0.0));

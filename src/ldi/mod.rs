@@ -1,8 +1,11 @@
 //! The layered depth image: for every ray of a raster, the sorted depths at which it enters and leaves a solid.
 
+mod bands;
 mod error;
 mod spans;
 
+pub use bands::TooManySamples;
+pub(crate) use bands::{BandImage, image_from_bands};
 pub use error::LdiError;
 pub use spans::Spans;
 
@@ -123,6 +126,11 @@ impl Ldi {
     /// The rays whose crossings did not close, ascending. Empty for every closed mesh.
     pub fn unclosed(&self) -> &[u32] {
         &self.unclosed
+    }
+
+    /// Whether the crossings of a ray did not close.
+    pub fn is_unclosed(&self, ray: u32) -> bool {
+        !self.unclosed.is_empty() && self.unclosed.binary_search(&ray).is_ok()
     }
 
     /// n_max: the most samples on any ray.

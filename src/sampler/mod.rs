@@ -64,7 +64,7 @@ pub mod cpu;
 pub mod layout;
 
 use crate::grid::{Axis, Grid, LatticeSolid};
-use crate::ldi::Ldi;
+use crate::ldi::{Ldi, TooManySamples};
 
 /// Which image of a solid is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -128,13 +128,8 @@ pub enum SampleError {
         second: f64,
     },
     /// More samples than an image can index.
-    #[error("the image along {axis} needs more than {limit} samples; ask for fewer rays", axis = axis.name())]
-    TooManySamples {
-        /// The direction of the rays.
-        axis: Axis,
-        /// The most that 32-bit offsets can index.
-        limit: u64,
-    },
+    #[error(transparent)]
+    TooManySamples(#[from] TooManySamples),
 }
 
 /// Makes layered depth images. Every implementation gives the same bits, those of the contract in this module's docs.

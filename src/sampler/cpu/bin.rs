@@ -8,7 +8,7 @@ use crate::grid::{Axis, LatticeSolid};
 /// The triangles of a solid sorted by band of image rows. Triangles between the rays are left out; one that reaches
 /// over several bands is listed in each.
 pub struct Bins {
-    bands: usize,
+    band_rows: u32,
     chunks: Vec<Chunk>,
 }
 
@@ -65,20 +65,15 @@ impl Bins {
                 Chunk { starts, triangles: sorted }
             })
             .collect();
-        Bins { bands, chunks }
+        Bins { band_rows, chunks }
     }
 
-    /// The number of bands.
-    pub fn bands(&self) -> usize {
-        self.bands
-    }
-
-    /// The triangles that may meet rays of a band, ascending.
-    pub fn triangles(&self, band: usize) -> impl Iterator<Item = u32> + '_ {
-        self.chunks
-            .iter()
-            .flat_map(move |c| &c.triangles[c.starts[band] as usize..c.starts[band + 1] as usize])
-            .copied()
+    /// The triangles that may meet rays of the band that begins at `first_row`, ascending.
+    pub fn triangles(&self, first_row: u32) -> impl Iterator<Item = u32> + '_ {
+        let band = (first_row / self.band_rows) as usize;
+        let runs =
+            self.chunks.iter().flat_map(move |c| &c.triangles[c.starts[band] as usize..c.starts[band + 1] as usize]);
+        runs.copied()
     }
 }
 

@@ -3,22 +3,12 @@
 use crate::fixed::Crossing;
 use crate::sampler::Fill;
 
-/// The crossings of a ray do not close.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Unclosed;
-
-/// Appends the exact samples of one ray to `depths`; sorts `crossings` on the way.
-pub fn resolve(crossings: &mut [Crossing], fill: Fill, depths: &mut Vec<i32>) -> Result<(), Unclosed> {
+/// Appends the exact samples of one ray, whose crossings close, to `depths`; sorts `crossings` on the way.
+pub fn resolve(crossings: &mut [Crossing], fill: Fill, depths: &mut Vec<i32>) {
+    sort(crossings);
     match fill {
-        Fill::EvenOdd if crossings.len() % 2 != 0 => Err(Unclosed),
-        Fill::EvenOdd => {
-            sort(crossings);
-            depths.extend(crossings.iter().map(|c| c.nearest()));
-            Ok(())
-        }
+        Fill::EvenOdd => depths.extend(crossings.iter().map(|c| c.nearest())),
         Fill::NonZero => {
-            sort(crossings);
-            let before = depths.len();
             let mut winding = 0;
             for group in crossings.chunk_by(|a, b| a.nearest() == b.nearest()) {
                 let after = winding + group.iter().map(|c| c.winding()).sum::<i32>();
@@ -27,11 +17,6 @@ pub fn resolve(crossings: &mut [Crossing], fill: Fill, depths: &mut Vec<i32>) ->
                 }
                 winding = after;
             }
-            if winding != 0 {
-                depths.truncate(before);
-                return Err(Unclosed);
-            }
-            Ok(())
         }
     }
 }

@@ -12,17 +12,14 @@ mod raster;
 mod retrieve;
 
 use std::num::NonZeroU32;
-use std::ops::Range;
-
-use rayon::prelude::*;
 
 use super::layout::Voxels;
 use super::{Estimate, Fill, Mode, SampleError, Sampler, admit};
-use crate::grid::{Axis, Grid, LatticeSolid};
-use crate::ldi::Ldi;
+use crate::fixed::Crossing;
+use crate::grid::{Axis, LatticeSolid};
+use crate::ldi::{BandImage, Ldi, image_from_bands};
 use bin::Bins;
 use classify::RayClasses;
-use exact::Unclosed;
 use masks::RayMasks;
 use raster::BandCrossings;
 
@@ -35,9 +32,6 @@ pub struct CpuSampler {
 /// Rows of a band: with 512 columns the counts and crossings of a band stay in the second-level cache.
 const BAND_ROWS: NonZeroU32 = NonZeroU32::new(8).unwrap();
 
-/// Bands sampled before their results are moved into the image; bounds what is held twice.
-const WAVE: usize = 32;
-
 impl Default for CpuSampler {
     fn default() -> CpuSampler {
         CpuSampler { band_rows: BAND_ROWS }
@@ -49,86 +43,27 @@ impl CpuSampler {
     pub fn with_band_rows(band_rows: NonZeroU32) -> CpuSampler {
         CpuSampler { band_rows }
     }
-
-    /// Runs `stage` over all bands and joins what it leaves.
-    fn image<S: Send>(
-        &self,
-        grid: Grid,
-        axis: Axis,
-        new_stage: impl Fn() -> S + Sync,
-        run: impl Fn(&mut S, usize, Range<u32>, &mut BandImage) + Sync,
-    ) -> Result<Ldi, SampleError> {
-        let (columns, rows) = grid.image_size(axis);
-        let band_rows = self.band_rows.get();
-        let bands = rows.div_ceil(band_rows) as usize;
-        let mut offsets = Vec::with_capacity(columns as usize * rows as usize + 1);
-        offsets.push(0u32);
-        let mut depths = Vec::new();
-        let mut unclosed = Vec::new();
-        for wave in 0..bands.div_ceil(WAVE) {
-            let wave = wave * WAVE..bands.min((wave + 1) * WAVE);
-            let images: Vec<BandImage> = wave
-                .into_par_iter()
-                .map_init(&new_stage, |stage, band| {
-                    let first = band as u32 * band_rows;
-                    let mut image = BandImage::default();
-                    run(stage, band, first..rows.min(first + band_rows), &mut image);
-                    image
-                })
-                .collect();
-            for image in images {
-                let base = depths.len() as u32;
-                let first_ray = offsets.len() as u32 - 1;
-                if depths.len() + image.depths.len() > u32::MAX as usize {
-                    return Err(SampleError::TooManySamples { axis, limit: u64::from(u32::MAX) });
-                }
-                depths.extend_from_slice(&image.depths);
-                offsets.extend(image.ends.iter().map(|end| base + end));
-                unclosed.extend(image.unclosed.iter().map(|ray| first_ray + ray));
-            }
-        }
-        Ok(Ldi::from_trusted_parts(grid, axis, offsets, depths, unclosed))
-    }
-}
-
-/// The part of an image that one band gives: the end of each ray's samples, the samples, and the rays that did not
-/// close, all counted within the band.
-#[derive(Default)]
-struct BandImage {
-    ends: Vec<u32>,
-    depths: Vec<i32>,
-    unclosed: Vec<u32>,
-}
-
-impl BandImage {
-    /// Closes the ray whose samples were just appended.
-    fn end_ray(&mut self, closed: bool) {
-        if !closed {
-            self.unclosed.push(self.ends.len() as u32);
-        }
-        self.ends.push(self.depths.len() as u32);
-    }
-}
-
-/// What a thread keeps from band to band to make an estimate of one solid.
-struct OneSolid {
-    crossings: BandCrossings,
-    masks: RayMasks,
-    classes: RayClasses,
 }
 
 impl Sampler for CpuSampler {
     fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError> {
         let grid = admit(&[solid], fill)?;
-        let bins = Bins::new(solid, axis, self.band_rows.get());
+        let band_rows = self.band_rows.get();
+        let bins = Bins::new(solid, axis, band_rows);
         let (columns, _) = grid.image_size(axis);
-        match mode {
-            Mode::Exact => self.image(grid, axis, BandCrossings::default, |crossings, band, rows, image| {
-                crossings.gather(solid, axis, &bins, band, rows.clone());
-                image.depths.reserve(crossings.count());
-                for ray in 0..rows.len() as u32 * columns {
-                    let resolved = exact::resolve(crossings.on_ray(ray), fill, &mut image.depths);
-                    image.end_ray(resolved != Err(Unclosed));
+        let image = match mode {
+            Mode::Exact => image_from_bands(grid, axis, band_rows, BandCrossings::default, |crossings, rows, image| {
+                let rays = rows.len() as u32 * columns;
+                crossings.gather(solid, axis, &bins, rows);
+                image.depths().reserve(crossings.count());
+                for ray in 0..rays {
+                    let crossings = crossings.on_ray(ray);
+                    if closes(crossings, fill) {
+                        exact::resolve(crossings, fill, image.depths());
+                        image.end_ray();
+                    } else {
+                        image.end_unclosed_ray();
+                    }
                 }
             }),
             Mode::Estimate(estimate) => {
@@ -138,16 +73,17 @@ impl Sampler for CpuSampler {
                     masks: RayMasks::new(&voxels),
                     classes: RayClasses::new(voxels.words()),
                 };
-                self.image(grid, axis, new_stage, |stage, band, rows, image| {
-                    stage.crossings.gather(solid, axis, &bins, band, rows.clone());
-                    image.depths.reserve(stage.crossings.count());
-                    for ray in 0..rows.len() as u32 * columns {
-                        let closed = stage.estimate_ray(ray, fill, &voxels, estimate, &mut image.depths);
-                        image.end_ray(closed);
+                image_from_bands(grid, axis, band_rows, new_stage, |stage, rows, image| {
+                    let rays = rows.len() as u32 * columns;
+                    stage.crossings.gather(solid, axis, &bins, rows);
+                    image.depths().reserve(stage.crossings.count());
+                    for ray in 0..rays {
+                        stage.estimate_ray(ray, fill, &voxels, estimate, image);
                     }
                 })
             }
-        }
+        };
+        Ok(image?)
     }
 
     fn sample_intersection(
@@ -159,10 +95,8 @@ impl Sampler for CpuSampler {
         fill: Fill,
     ) -> Result<Ldi, SampleError> {
         let grid = admit(&[a, b], fill)?;
-        let (bins_a, bins_b) = rayon::join(
-            || Bins::new(a, axis, self.band_rows.get()),
-            || Bins::new(b, axis, self.band_rows.get()),
-        );
+        let band_rows = self.band_rows.get();
+        let (bins_a, bins_b) = rayon::join(|| Bins::new(a, axis, band_rows), || Bins::new(b, axis, band_rows));
         let (columns, _) = grid.image_size(axis);
         let voxels = Voxels::new(&grid, axis);
         let new_stage = || TwoSolids {
@@ -171,40 +105,40 @@ impl Sampler for CpuSampler {
             occupied: vec![0; voxels.words().div_ceil(64)],
             classes: RayClasses::new(voxels.words()),
         };
-        self.image(grid, axis, new_stage, |stage, band, rows, image| {
-            stage.crossings[0].gather(a, axis, &bins_a, band, rows.clone());
-            stage.crossings[1].gather(b, axis, &bins_b, band, rows.clone());
-            for ray in 0..rows.len() as u32 * columns {
-                let closed = stage.intersect_ray(ray, fill, &voxels, estimate, &mut image.depths);
-                image.end_ray(closed);
+        let image = image_from_bands(grid, axis, band_rows, new_stage, |stage, rows, image| {
+            let rays = rows.len() as u32 * columns;
+            stage.crossings[0].gather(a, axis, &bins_a, rows.clone());
+            stage.crossings[1].gather(b, axis, &bins_b, rows);
+            for ray in 0..rays {
+                stage.intersect_ray(ray, fill, &voxels, estimate, image);
             }
-        })
+        });
+        Ok(image?)
     }
 }
 
+/// What a thread keeps from band to band to make an estimate of one solid.
+struct OneSolid {
+    crossings: BandCrossings,
+    masks: RayMasks,
+    classes: RayClasses,
+}
+
 impl OneSolid {
-    /// Appends the estimate on one ray to `depths`; whether the ray closed.
-    fn estimate_ray(
-        &mut self,
-        ray: u32,
-        fill: Fill,
-        voxels: &Voxels,
-        estimate: Estimate,
-        depths: &mut Vec<i32>,
-    ) -> bool {
+    /// Appends the estimate on one ray of the band.
+    fn estimate_ray(&mut self, ray: u32, fill: Fill, voxels: &Voxels, estimate: Estimate, image: &mut BandImage) {
         let crossings = self.crossings.on_ray(ray);
-        if crossings.is_empty() {
-            return true;
+        if !closes(crossings, fill) {
+            return image.end_unclosed_ray();
         }
-        let closed = closes(crossings, fill);
-        if closed {
+        if !crossings.is_empty() {
             self.masks.enter(crossings, fill, voxels);
             self.classes.classify(&self.masks, estimate);
-            let samples = append_identities(depths, self.classes.samples, estimate);
+            let samples = append_identities(image.depths(), self.classes.samples, estimate);
             retrieve::retrieve(crossings, &self.masks.any, &self.classes, voxels, estimate, samples);
             self.masks.clear();
         }
-        closed
+        image.end_ray();
     }
 }
 
@@ -217,41 +151,32 @@ struct TwoSolids {
 }
 
 impl TwoSolids {
-    /// Appends the estimate of the intersection on one ray to `depths`; whether both solids' rays closed.
-    fn intersect_ray(
-        &mut self,
-        ray: u32,
-        fill: Fill,
-        voxels: &Voxels,
-        estimate: Estimate,
-        depths: &mut Vec<i32>,
-    ) -> bool {
-        let [a, b] = &mut self.crossings;
-        let [a, b] = [a.on_ray(ray), b.on_ray(ray)];
+    /// Appends the estimate of the intersection on one ray of the band; unclosed if either solid's ray is.
+    fn intersect_ray(&mut self, ray: u32, fill: Fill, voxels: &Voxels, estimate: Estimate, image: &mut BandImage) {
+        let [a, b] = self.crossings.each_mut().map(|crossings| crossings.on_ray(ray));
         if !(closes(a, fill) && closes(b, fill)) {
-            return false;
+            return image.end_unclosed_ray();
         }
-        if a.is_empty() || b.is_empty() {
-            return true;
+        if !(a.is_empty() || b.is_empty()) {
+            let [masks_a, masks_b] = &mut self.masks;
+            masks_a.enter(a, fill, voxels);
+            masks_b.enter(b, fill, voxels);
+            for ((both, a), b) in self.occupied.iter_mut().zip(&masks_a.occupied).zip(&masks_b.occupied) {
+                *both = a | b;
+            }
+            self.classes.classify_intersection(masks_a, masks_b, &self.occupied, estimate);
+            let samples = append_identities(image.depths(), self.classes.samples, estimate);
+            retrieve::retrieve(a, &masks_a.any, &self.classes, voxels, estimate, samples);
+            retrieve::retrieve(b, &masks_b.any, &self.classes, voxels, estimate, samples);
+            masks_a.clear();
+            masks_b.clear();
         }
-        let [masks_a, masks_b] = &mut self.masks;
-        masks_a.enter(a, fill, voxels);
-        masks_b.enter(b, fill, voxels);
-        for ((both, a), b) in self.occupied.iter_mut().zip(&masks_a.occupied).zip(&masks_b.occupied) {
-            *both = a | b;
-        }
-        self.classes.classify_intersection(masks_a, masks_b, &self.occupied, estimate);
-        let samples = append_identities(depths, self.classes.samples, estimate);
-        retrieve::retrieve(a, &masks_a.any, &self.classes, voxels, estimate, samples);
-        retrieve::retrieve(b, &masks_b.any, &self.classes, voxels, estimate, samples);
-        masks_a.clear();
-        masks_b.clear();
-        true
+        image.end_ray();
     }
 }
 
 /// Whether the crossings of a ray close under a fill rule.
-fn closes(crossings: &[crate::fixed::Crossing], fill: Fill) -> bool {
+fn closes(crossings: &[Crossing], fill: Fill) -> bool {
     match fill {
         Fill::EvenOdd => crossings.len() % 2 == 0,
         Fill::NonZero => crossings.iter().map(|c| c.winding()).sum::<i32>() == 0,

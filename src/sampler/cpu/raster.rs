@@ -15,16 +15,16 @@ pub struct BandCrossings {
 }
 
 impl BandCrossings {
-    /// Finds all crossings of the rays in `rows` with the triangles that `bins` holds for `band`. Keeps the memory of
-    /// earlier bands.
-    pub fn gather(&mut self, solid: &LatticeSolid, axis: Axis, bins: &Bins, band: usize, rows: Range<u32>) {
+    /// Finds all crossings of the rays in `rows`, one band of `bins`. Keeps the memory of earlier bands.
+    pub fn gather(&mut self, solid: &LatticeSolid, axis: Axis, bins: &Bins, rows: Range<u32>) {
         let (columns, _) = solid.grid().image_size(axis);
         let rays = (rows.len() as u32 * columns) as usize;
-        let rows = rows.start as i32..rows.end as i32;
         let pixels = Pixels::new(solid.grid().shift());
         let (column, row, depth) = (axis.column(), axis.row(), axis.depth());
         self.found.clear();
-        for triangle in bins.triangles(band) {
+        let triangles = bins.triangles(rows.start);
+        let rows = rows.start as i32..rows.end as i32;
+        for triangle in triangles {
             let corners = solid.triangles()[triangle as usize].map(|v| {
                 let p = &solid.positions()[v as usize];
                 [p[column], p[row], p[depth]]

@@ -46,9 +46,6 @@ pub fn retrieve(
 fn keep(samples: &mut [i32], rank: u32, crossing: Crossing, estimate: Estimate) {
     let sample = &mut samples[rank as usize];
     // Least depths are rounded down and greatest up: outward for the over-, inward for the under-estimate.
-    *sample = if keeps_least(rank, estimate) {
-        (*sample).min(crossing.floor())
-    } else {
-        (*sample).max(crossing.ceil())
-    };
+    *sample =
+        if keeps_least(rank, estimate) { (*sample).min(crossing.floor()) } else { (*sample).max(crossing.ceil()) };
 }
