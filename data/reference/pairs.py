@@ -45,7 +45,8 @@ def inputs(pair, root=ROOT):
     rows = []
     for side in "ab":
         path = Path(root) / pair[side]
-        row = {"path": pair[side], "sha256": hashlib.sha256(path.read_bytes()).hexdigest(), "triangles": len(read(path)[1])}
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        row = {"path": pair[side], "sha256": digest, "triangles": len(read(path)[1])}
         if side == "b" and pair["transform_b"]:
             row["transform"] = pair["transform_b"]
         rows.append(row)
@@ -53,7 +54,7 @@ def inputs(pair, root=ROOT):
 
 
 def read(path):
-    """Points and triangles of a binary STL or an OBJ file. Equal coordinates become one point; nothing else is merged."""
+    """Points and triangles of a binary STL or an OBJ file. Only equal coordinates become one point."""
     if path.suffix == ".stl":
         raw = path.read_bytes()
         count = int.from_bytes(raw[80:84], "little")
@@ -77,7 +78,7 @@ def read(path):
 
 
 def transform(points, text):
-    """The placement as the command line writes it: 'translate(1,0,0) rotate(0,0,1,30) scale(2)', the leftmost first."""
+    """A placement as the command line has it: 'translate(1,0,0) rotate(0,0,1,30) scale(2)', the leftmost first."""
     steps = re.findall(r"(\w+)\(([^)]*)\)", text)
     if "".join(f"{name}({numbers})" for name, numbers in steps) != text.replace(" ", ""):
         raise SystemExit(f"cannot read the transform '{text}'")
@@ -106,7 +107,7 @@ def result_path(name):
 
 
 def write_result(pair, result, root=ROOT):
-    """Puts the result in the pair's file in place of what the same tool said before; stale inputs take all results along."""
+    """Replaces what the same tool said before; what any tool said of other inputs than these goes too."""
     path = result_path(pair["name"])
     document = {"pair": pair["name"], "why": pair["why"], "inputs": inputs(pair, root), "results": []}
     if path.exists():

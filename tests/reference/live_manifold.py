@@ -104,7 +104,7 @@ def self_test():
     if complaints(pair, document, live):
         print("the true values were called false")
         return False
-    print("self-test: every falsehood noticed" if not unnoticed else f"self-test: {len(unnoticed)} falsehoods not noticed")
+    print(f"self-test: {len(unnoticed)} falsehoods not noticed")
     return not unnoticed
 
 
