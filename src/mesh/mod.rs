@@ -3,9 +3,17 @@
 //! [`TriangleMesh`] is whatever a file held. [`ClosedMesh`] is a mesh that was checked: every edge has even valence once
 //! identical coordinates are one vertex. Samplers take nothing else.
 
+pub mod check;
+pub mod closed;
 pub mod io;
+mod measure;
+#[cfg(test)]
+mod testing;
 
 use glam::DVec3;
+
+pub use check::{MeshReport, check};
+pub use closed::{ClosedMesh, NotClosed};
 
 /// Triangles over shared positions, as a reader or a generator produced them; nothing about it has been checked.
 ///

@@ -1,0 +1,326 @@
+//! The one place where world coordinates become integers.
+//!
+//! A [`Grid`] is a raster of cubic pixels of side [`pitch`](Grid::pitch) around the solids of a job, and a lattice finer
+//! than the pixel by 2^[`shift`](Grid::shift) that serves the three axes and depth alike. Vertices snap to even lattice
+//! positions, rays run through odd ones, so that no ray ever meets a vertex or an axis-parallel edge. All guarantees of
+//! the toolkit hold for the solid after this one rounding, whose size is [`quantisation`](Grid::quantisation).
+//!
+//! Numbers: lattice positions lie in `[0, 2^30)`, differences fit 31 bits, edge functions fit `i64`. At 512 rays a pixel
+//! holds 2^20 lattice steps.
+
+use glam::DVec3;
+
+use crate::mesh::{Aabb, ClosedMesh, TriangleMesh};
+use rayon::prelude::*;
+
+/// Lattice positions are at most this, so that a depth and its flags fit 32 bits and edge functions fit `i64`.
+pub const LATTICE_MAX: i32 = (1 << 30) - 2;
+
+/// The most rays along one side; with it a pixel still holds 2^13 lattice steps.
+pub const RAYS_MAX: u32 = 1 << 16;
+
+/// The least and the most voxels that a ray may be divided into (LOD-C).
+pub const LOD_RANGE: std::ops::RangeInclusive<u32> = 32..=65_536;
+
+/// One of the three coordinate axes; the direction of the rays of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Axis {
+    /// Rays along +x; columns along y, rows along z.
+    X,
+    /// Rays along +y; columns along x, rows along z.
+    Y,
+    /// Rays along +z; columns along x, rows along y.
+    Z,
+}
+
+impl Axis {
+    /// x, y, z.
+    pub const ALL: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
+
+    /// The coordinate along the rays: 0, 1 or 2.
+    pub const fn depth(self) -> usize {
+        self as usize
+    }
+
+    /// The coordinate along the columns of the image: the lesser of the other two.
+    pub const fn column(self) -> usize {
+        match self {
+            Axis::X => 1,
+            Axis::Y | Axis::Z => 0,
+        }
+    }
+
+    /// The coordinate along the rows of the image: the greater of the other two.
+    pub const fn row(self) -> usize {
+        match self {
+            Axis::X | Axis::Y => 2,
+            Axis::Z => 1,
+        }
+    }
+
+    /// `x`, `y` or `z`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Axis::X => "x",
+            Axis::Y => "y",
+            Axis::Z => "z",
+        }
+    }
+}
+
+/// Why no grid can be laid around the given box.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GridError {
+    /// The box has no extent, or one so small or large that f64 cannot hold it or its pitch.
+    #[error("the model's box has longest side {longest:e}, and no grid can be laid around it")]
+    NoExtent {
+        /// The longest side of the box, in world units.
+        longest: f64,
+    },
+    /// The resolution is zero or above [`RAYS_MAX`].
+    #[error("{rays} rays along the longest side; from 1 to {RAYS_MAX} are possible")]
+    Resolution {
+        /// Rays along the longest side that were asked for, saturated at `u64::MAX`.
+        rays: u64,
+    },
+    /// The pitch is not a positive finite number.
+    #[error("a pitch of {pitch} is not a positive length")]
+    Pitch {
+        /// The pitch that was asked for.
+        pitch: f64,
+    },
+    /// LOD-C is outside [`LOD_RANGE`].
+    #[error("LOD-C {lod} is outside 32 to 65536 voxels a ray")]
+    Lod {
+        /// The value that was asked for.
+        lod: u32,
+    },
+}
+
+/// A vertex of a mesh lies outside the grid that it is to be quantised on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("vertex {vertex} at {position} lies outside the grid")]
+pub struct OutsideGrid {
+    /// Index of the first such vertex.
+    pub vertex: usize,
+    /// Its world position.
+    pub position: DVec3,
+}
+
+/// A raster of rays and the integer lattice under it. Cheap to copy; equal grids mean comparable images.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    origin: DVec3,
+    pitch: f64,
+    rays: [u32; 3],
+    shift: u32,
+    lod: u32,
+}
+
+impl Grid {
+    /// A grid around `bounds` with `resolution` pixels along its longest side and LOD-C `lod`.
+    pub fn with_resolution(bounds: Aabb, resolution: u32, lod: u32) -> Result<Grid, GridError> {
+        if !(1..=RAYS_MAX).contains(&resolution) {
+            return Err(GridError::Resolution { rays: u64::from(resolution) });
+        }
+        let longest = bounds.extent().max_element();
+        Grid::lay(bounds, longest / f64::from(resolution), lod)
+    }
+
+    /// A grid around `bounds` with the given distance between rays, in world units.
+    pub fn with_pitch(bounds: Aabb, pitch: f64, lod: u32) -> Result<Grid, GridError> {
+        if !(pitch.is_finite() && pitch > 0.0) {
+            return Err(GridError::Pitch { pitch });
+        }
+        Grid::lay(bounds, pitch, lod)
+    }
+
+    fn lay(bounds: Aabb, pitch: f64, lod: u32) -> Result<Grid, GridError> {
+        if !LOD_RANGE.contains(&lod) {
+            return Err(GridError::Lod { lod });
+        }
+        let extent = bounds.extent();
+        let longest = extent.max_element();
+        let step_is_normal = (pitch / f64::from(1u32 << 30)).is_normal();
+        if !(longest.is_finite() && longest > 0.0 && pitch.is_finite() && step_is_normal && bounds.min.is_finite()) {
+            return Err(GridError::NoExtent { longest });
+        }
+        let mut rays = [1u32; 3];
+        for (axis, rays) in rays.iter_mut().enumerate() {
+            // A side that is a whole number of pitches but for rounding gets no extra ray.
+            let count = (extent[axis] / pitch - 1e-9).ceil().max(1.0);
+            if count > f64::from(RAYS_MAX) {
+                return Err(GridError::Resolution { rays: count as u64 });
+            }
+            *rays = count as u32;
+        }
+        let most = rays[0].max(rays[1]).max(rays[2]);
+        let shift = (LATTICE_MAX as u32 / most).ilog2();
+        let side = DVec3::new(f64::from(rays[0]), f64::from(rays[1]), f64::from(rays[2])) * pitch;
+        let origin = bounds.min + 0.5 * (extent - side);
+        Ok(Grid { origin, pitch, rays, shift, lod })
+    }
+
+    /// The world position of lattice position (0, 0, 0).
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// The distance between neighbouring rays, in world units (h).
+    pub fn pitch(&self) -> f64 {
+        self.pitch
+    }
+
+    /// Pixels along x, y and z.
+    pub fn rays(&self) -> [u32; 3] {
+        self.rays
+    }
+
+    /// A pixel is 2^shift lattice steps wide.
+    pub fn shift(&self) -> u32 {
+        self.shift
+    }
+
+    /// LOD-C: the number of voxels that a ray is divided into for the over- and under-estimate.
+    pub fn lod(&self) -> u32 {
+        self.lod
+    }
+
+    /// The world length of one lattice step, h / 2^shift.
+    pub fn step(&self) -> f64 {
+        self.pitch / f64::from(1u32 << self.shift)
+    }
+
+    /// The most that snapping moves a vertex along one axis, in world units: one lattice step.
+    pub fn quantisation(&self) -> f64 {
+        self.step()
+    }
+
+    /// Lattice steps from one end of the grid to the other along `coordinate`.
+    pub fn length(&self, coordinate: usize) -> i32 {
+        (self.rays[coordinate] << self.shift) as i32
+    }
+
+    /// The lattice length of one voxel along `axis`: even, and LOD-C of them reach over the whole grid.
+    pub fn voxel(&self, axis: Axis) -> u32 {
+        2 * (self.length(axis.depth()) as u32).div_ceil(2 * self.lod)
+    }
+
+    /// The lattice position of the ray or node in pixel `index` of any axis; always odd.
+    pub fn node(&self, index: u32) -> i32 {
+        ((index << self.shift) + (1 << (self.shift - 1)) + 1) as i32
+    }
+
+    /// Columns and rows of the image along `axis`.
+    pub fn image_size(&self, axis: Axis) -> (u32, u32) {
+        (self.rays[axis.column()], self.rays[axis.row()])
+    }
+
+    /// The world coordinate of a lattice position along one axis.
+    pub fn world_from_lattice(&self, coordinate: usize, position: f64) -> f64 {
+        self.origin[coordinate] + position * self.step()
+    }
+
+    /// The same box with pixels twice as wide; the last pixel of an odd side reaches beyond it.
+    pub fn coarser(&self) -> Option<Grid> {
+        let most = self.rays.iter().max()?;
+        (*most > 1).then(|| {
+            let rays = self.rays.map(|n| n.div_ceil(2));
+            let most = rays[0].max(rays[1]).max(rays[2]);
+            Grid { pitch: 2.0 * self.pitch, rays, shift: (LATTICE_MAX as u32 / most).ilog2(), ..*self }
+        })
+    }
+
+    /// Snaps a checked mesh to the lattice: the only rounding of the input.
+    pub fn quantise<'m>(&self, mesh: &'m ClosedMesh) -> Result<LatticeSolid<'m>, OutsideGrid> {
+        self.snap_mesh(mesh.mesh(), Closure::Closed { oriented: mesh.oriented() })
+    }
+
+    /// Snaps a mesh that did not pass the check. Its rays may be unclosed; the image then lists them.
+    ///
+    /// # Panics
+    /// If a triangle's index is out of range.
+    pub fn quantise_open<'m>(&self, mesh: &'m TriangleMesh) -> Result<LatticeSolid<'m>, OutsideGrid> {
+        self.snap_mesh(mesh, Closure::Open)
+    }
+
+    fn snap_mesh<'m>(&self, mesh: &'m TriangleMesh, closure: Closure) -> Result<LatticeSolid<'m>, OutsideGrid> {
+        const CHUNK: usize = 1 << 14;
+        let mut positions = vec![[0i32; 3]; mesh.positions.len()];
+        let any_outside = positions
+            .par_chunks_mut(CHUNK)
+            .zip(mesh.positions.par_chunks(CHUNK))
+            .map(|(to, from)| {
+                let mut outside = false;
+                for (to, from) in to.iter_mut().zip(from) {
+                    match self.snap(*from) {
+                        Some(position) => *to = position,
+                        None => outside = true,
+                    }
+                }
+                outside
+            })
+            .reduce(|| false, |a, b| a | b);
+        if any_outside {
+            // Positions that no triangle uses do not count.
+            let used = mesh.triangles.iter().flatten().map(|&v| v as usize);
+            if let Some(vertex) = used.filter(|&v| self.snap(mesh.positions[v]).is_none()).min() {
+                return Err(OutsideGrid { vertex, position: mesh.positions[vertex] });
+            }
+        }
+        Ok(LatticeSolid { grid: *self, positions, triangles: &mesh.triangles, closure })
+    }
+
+    /// The even lattice position nearest to a world position; `None` outside the grid.
+    fn snap(&self, world: DVec3) -> Option<[i32; 3]> {
+        let half = ((world - self.origin) / (2.0 * self.step())).round();
+        let inside = |i: usize| half[i] >= 0.0 && half[i] <= f64::from(self.length(i) / 2);
+        (inside(0) && inside(1) && inside(2)).then_some([2 * half.x as i32, 2 * half.y as i32, 2 * half.z as i32])
+    }
+}
+
+/// What is known about the edges of a quantised mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Closure {
+    /// Every edge has even valence, so every ray has an even count.
+    Closed {
+        /// Every edge is used as often in one direction as in the other, so winding numbers are sound.
+        oriented: bool,
+    },
+    /// Nothing is known; rays may be unclosed.
+    Open,
+}
+
+/// A mesh on the lattice of a [`Grid`]: what samplers take.
+///
+/// Only [`Grid::quantise`] and [`Grid::quantise_open`] make one, so its positions are even, inside the grid, and
+/// identical where the input's were.
+#[derive(Clone, Debug)]
+pub struct LatticeSolid<'m> {
+    grid: Grid,
+    positions: Vec<[i32; 3]>,
+    triangles: &'m [[u32; 3]],
+    closure: Closure,
+}
+
+impl LatticeSolid<'_> {
+    /// The grid it was quantised on.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Even lattice positions; those outside the grid belong to no triangle and read as zero.
+    pub fn positions(&self) -> &[[i32; 3]] {
+        &self.positions
+    }
+
+    /// Three indices into [`positions`](Self::positions) for each triangle.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        self.triangles
+    }
+
+    /// What the mesh check found out about its edges.
+    pub fn closure(&self) -> Closure {
+        self.closure
+    }
+}

@@ -1,0 +1,211 @@
+//! Integrals over the inside of an image: volume, moments, and how far off they may be.
+//!
+//! Every ray stands for a column of square section h × h around it, within which the solid is taken to be what it is on
+//! the ray. Sums are integers; world units enter once, at the end, in `f64`.
+
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+use crate::ldi::{Ldi, Spans};
+
+/// The inside length of all rays together, in lattice steps.
+pub fn length(image: &Ldi) -> i64 {
+    // Every ray has an even count, so pairs never straddle two rays.
+    image
+        .depths()
+        .par_chunks(1 << 16)
+        .map(|depths| depths.chunks_exact(2).map(|span| i64::from(span[1] - span[0])).sum::<i64>())
+        .sum()
+}
+
+/// The volume of the solid in an image, h²·Σ(out − in), in cubic world units.
+pub fn volume(image: &Ldi) -> f64 {
+    volume_of_length(image, length(image))
+}
+
+fn volume_of_length(image: &Ldi, length: i64) -> f64 {
+    let grid = image.grid();
+    grid.pitch() * grid.pitch() * (grid.step() * length as f64)
+}
+
+/// The volumes that each of the four images of half the resolution inside an image gives: even and odd columns of even
+/// and odd rows. Their mean is the volume; how they scatter tells how much the position of the raster matters at twice
+/// the pitch.
+pub fn coarser_volumes(image: &Ldi) -> [f64; 4] {
+    let (columns, rows) = image.size();
+    let sums = (0..rows)
+        .into_par_iter()
+        .map(|row| {
+            let mut sums = [0i64; 2];
+            for column in 0..columns {
+                let samples = image.samples(row * columns + column);
+                let inside: i64 = samples.chunks_exact(2).map(|span| i64::from(span[1] - span[0])).sum();
+                sums[(column % 2) as usize] += inside;
+            }
+            match row % 2 {
+                0 => [sums[0], sums[1], 0, 0],
+                _ => [0, 0, sums[0], sums[1]],
+            }
+        })
+        .reduce(|| [0; 4], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+    sums.map(|sum| 4.0 * volume_of_length(image, sum))
+}
+
+/// A volume from one or three images of a solid, and how far it may be off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeEstimate {
+    /// The mean over the images, in cubic world units.
+    pub value: f64,
+    /// An estimate of the error of `value`, of one standard deviation's size or more, not a bound.
+    pub error: f64,
+}
+
+/// The volume of a solid from its images along different axes.
+///
+/// The error is judged from what can be seen: how the images along different axes scatter, and how much the position of
+/// the raster matters at twice the pitch ([`coarser_volumes`]).
+///
+/// # Panics
+/// If there is no image.
+pub fn estimate_volume(images: &[&Ldi]) -> VolumeEstimate {
+    assert!(!images.is_empty(), "a volume needs an image");
+    let n = images.len() as f64;
+    let volumes: Vec<f64> = images.iter().map(|image| volume(image)).collect();
+    let value = volumes.iter().sum::<f64>() / n;
+    let spread = volumes.iter().map(|v| (v - value).abs()).fold(0.0, f64::max);
+    let scatter = images
+        .iter()
+        .zip(&volumes)
+        .map(|(image, v)| coarser_volumes(image).iter().map(|c| (c - v).abs()).fold(0.0, f64::max))
+        .fold(0.0, f64::max);
+    VolumeEstimate { value, error: spread.max(0.5 * scatter) }
+}
+
+/// Volume, first and second moments of a solid of unit density.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moments {
+    /// In cubic world units.
+    pub volume: f64,
+    /// The centre of mass, in world coordinates; NaN where the volume is zero.
+    pub centroid: DVec3,
+    /// The inertia tensor about the centroid, in world units to the fifth; NaN where the volume is zero.
+    pub inertia: DMat3,
+}
+
+/// Exact sums over the columns of an image: the volume integrals of the monomials up to degree two in column, row and
+/// depth. Columns and rows count in half pixels from the corner of the image, depths in lattice steps.
+#[derive(Clone, Copy, Default)]
+struct MomentSums {
+    one: i128,
+    column: i128,
+    row: i128,
+    twice_depth: i128,
+    column_column: i128,
+    row_row: i128,
+    thrice_depth_depth: i128,
+    column_row: i128,
+    twice_column_depth: i128,
+    twice_row_depth: i128,
+}
+
+impl MomentSums {
+    fn add_ray(&mut self, column: u32, row: u32, samples: &[i32]) {
+        let (mut one, mut two, mut three) = (0i128, 0i128, 0i128);
+        for (start, end) in Spans::new(samples) {
+            let (start, end) = (i128::from(start), i128::from(end));
+            one += end - start;
+            two += end * end - start * start;
+            three += end * end * end - start * start * start;
+        }
+        let (column, row) = (i128::from(2 * column + 1), i128::from(2 * row + 1));
+        self.one += one;
+        self.column += column * one;
+        self.row += row * one;
+        self.twice_depth += two;
+        self.column_column += column * column * one;
+        self.row_row += row * row * one;
+        self.thrice_depth_depth += three;
+        self.column_row += column * row * one;
+        self.twice_column_depth += column * two;
+        self.twice_row_depth += row * two;
+    }
+
+    fn plus(self, other: MomentSums) -> MomentSums {
+        MomentSums {
+            one: self.one + other.one,
+            column: self.column + other.column,
+            row: self.row + other.row,
+            twice_depth: self.twice_depth + other.twice_depth,
+            column_column: self.column_column + other.column_column,
+            row_row: self.row_row + other.row_row,
+            thrice_depth_depth: self.thrice_depth_depth + other.thrice_depth_depth,
+            column_row: self.column_row + other.column_row,
+            twice_column_depth: self.twice_column_depth + other.twice_column_depth,
+            twice_row_depth: self.twice_row_depth + other.twice_row_depth,
+        }
+    }
+}
+
+/// Volume, centroid and inertia tensor of the solid in an image.
+pub fn moments(image: &Ldi) -> Moments {
+    let (columns, rows) = image.size();
+    let sums = (0..rows)
+        .into_par_iter()
+        .map(|row| {
+            let mut sums = MomentSums::default();
+            for column in 0..columns {
+                sums.add_ray(column, row, image.samples(row * columns + column));
+            }
+            sums
+        })
+        .reduce(MomentSums::default, MomentSums::plus);
+    let (grid, axis) = (image.grid(), image.axis());
+    let volume = grid.pitch() * grid.pitch() * (grid.step() * sums.one as f64);
+    if sums.one == 0 {
+        return Moments { volume, centroid: DVec3::NAN, inertia: DMat3::NAN };
+    }
+    // Means over the solid, in half pixels and lattice steps; variances and covariances from differences of integers so
+    // that nothing cancels in f64: N² var = N Σx² − (Σx)², which may exceed 128 bits and is therefore taken about a
+    // whole number near the mean.
+    let (half_pixel, step) = (0.5 * grid.pitch(), grid.step());
+    let n = sums.one;
+    let near = |sum: i128| sum.div_euclid(n);
+    let (c, r, d) = (near(sums.column), near(sums.row), near(sums.twice_depth).div_euclid(2));
+    let mean = |sum: i128, scale: f64| sum as f64 / n as f64 * scale;
+    let offset = [
+        mean(sums.column - c * n, half_pixel),
+        mean(sums.row - r * n, half_pixel),
+        mean(sums.twice_depth - 2 * d * n, 0.5 * step),
+    ];
+    let about = [
+        mean(sums.column_column - 2 * c * sums.column + c * c * n, half_pixel * half_pixel),
+        mean(sums.row_row - 2 * r * sums.row + r * r * n, half_pixel * half_pixel),
+        mean(sums.thrice_depth_depth - 3 * d * sums.twice_depth + 3 * d * d * n, step * step / 3.0),
+    ];
+    let mixed = [
+        mean(sums.column_row - c * sums.row - r * sums.column + c * r * n, half_pixel * half_pixel),
+        mean(
+            sums.twice_column_depth - c * sums.twice_depth - 2 * d * sums.column + 2 * c * d * n,
+            0.5 * half_pixel * step,
+        ),
+        mean(sums.twice_row_depth - r * sums.twice_depth - 2 * d * sums.row + 2 * r * d * n, 0.5 * half_pixel * step),
+    ];
+    // The section of a column adds h²/12 to its second moments across the ray.
+    let section = grid.pitch() * grid.pitch() / 12.0;
+    let places = [axis.column(), axis.row(), axis.depth()];
+    let mut centroid = DVec3::ZERO;
+    let mut covariance = DMat3::ZERO;
+    for i in 0..3 {
+        let whole = [c, r, d][i] as f64 * [half_pixel, half_pixel, step][i];
+        centroid[places[i]] = grid.origin()[places[i]] + whole + offset[i];
+        let variance = about[i] - offset[i] * offset[i] + if i < 2 { section } else { 0.0 };
+        covariance.col_mut(places[i])[places[i]] = variance;
+    }
+    for (k, (i, j)) in [(0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
+        let shared = mixed[k] - offset[i] * offset[j];
+        covariance.col_mut(places[i])[places[j]] = shared;
+        covariance.col_mut(places[j])[places[i]] = shared;
+    }
+    let trace = covariance.col(0)[0] + covariance.col(1)[1] + covariance.col(2)[2];
+    Moments { volume, centroid, inertia: volume * (DMat3::from_diagonal(DVec3::splat(trace)) - covariance) }
+}

@@ -1,0 +1,84 @@
+//! Images made band by band: the one place where parts computed in parallel become one compact image.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::Ldi;
+use crate::grid::{Axis, Grid};
+
+/// More samples than the 32-bit offsets of an image can index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the image along {axis} needs more than {limit} samples; ask for fewer rays", axis = axis.name(), limit = u32::MAX)]
+pub struct TooManySamples {
+    /// The direction of the rays.
+    pub axis: Axis,
+}
+
+/// The part of an image that one band of rows gives, ray after ray.
+#[derive(Default)]
+pub struct BandImage {
+    ends: Vec<u32>,
+    depths: Vec<i32>,
+    unclosed: Vec<u32>,
+}
+
+impl BandImage {
+    /// The samples so far; those of the next ray are appended to them.
+    pub fn depths(&mut self) -> &mut Vec<i32> {
+        &mut self.depths
+    }
+
+    /// Ends the ray whose samples were just appended.
+    pub fn end_ray(&mut self) {
+        self.ends.push(self.depths.len() as u32);
+    }
+
+    /// Ends a ray that did not close; it has no samples.
+    pub fn end_unclosed_ray(&mut self) {
+        self.unclosed.push(self.ends.len() as u32);
+        self.end_ray();
+    }
+}
+
+/// Bands computed before their parts are moved into the image; bounds what is held twice.
+const WAVE: usize = 32;
+
+/// Makes an image from bands of `band_rows` rows, in parallel. `run` appends the rays of the rows it is given; each
+/// thread hands it a stage of its own, made by `new_stage`, so that bands may share scratch memory.
+pub fn image_from_bands<S>(
+    grid: Grid,
+    axis: Axis,
+    band_rows: u32,
+    new_stage: impl Fn() -> S + Sync + Send,
+    run: impl Fn(&mut S, Range<u32>, &mut BandImage) + Sync + Send,
+) -> Result<Ldi, TooManySamples> {
+    let (columns, rows) = grid.image_size(axis);
+    let bands = rows.div_ceil(band_rows) as usize;
+    let mut offsets = Vec::with_capacity(columns as usize * rows as usize + 1);
+    offsets.push(0u32);
+    let mut depths = Vec::new();
+    let mut unclosed = Vec::new();
+    for wave in 0..bands.div_ceil(WAVE) {
+        let wave = wave * WAVE..bands.min((wave + 1) * WAVE);
+        let images: Vec<BandImage> = wave
+            .into_par_iter()
+            .map_init(&new_stage, |stage, band| {
+                let first = band as u32 * band_rows;
+                let mut image = BandImage::default();
+                run(stage, first..rows.min(first + band_rows), &mut image);
+                image
+            })
+            .collect();
+        for image in images {
+            if depths.len() + image.depths.len() > u32::MAX as usize {
+                return Err(TooManySamples { axis });
+            }
+            let (base, first_ray) = (depths.len() as u32, offsets.len() as u32 - 1);
+            depths.extend_from_slice(&image.depths);
+            offsets.extend(image.ends.iter().map(|end| base + end));
+            unclosed.extend(image.unclosed.iter().map(|ray| first_ray + ray));
+        }
+    }
+    Ok(Ldi::from_trusted_parts(grid, axis, offsets, depths, unclosed))
+}

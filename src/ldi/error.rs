@@ -1,0 +1,52 @@
+//! What can be wrong with the parts of an image.
+
+/// Parts that do not make a layered depth image.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LdiError {
+    /// The offsets do not fit the raster.
+    #[error("{found} offsets where the raster needs {expected}")]
+    OffsetCount {
+        /// Offsets given.
+        found: usize,
+        /// One more than the rays.
+        expected: usize,
+    },
+    /// The offsets do not begin at 0 and end at the number of samples.
+    #[error("offsets run from {first} to {last} over {samples} samples")]
+    OffsetEnds {
+        /// The first offset.
+        first: u32,
+        /// The last offset.
+        last: u32,
+        /// Depths given.
+        samples: usize,
+    },
+    /// An offset is less than the one before it.
+    #[error("the offsets of ray {ray} run backwards")]
+    OffsetOrder {
+        /// The ray between the two.
+        ray: usize,
+    },
+    /// A ray has an odd number of samples.
+    #[error("ray {ray} has {samples} samples, an odd number")]
+    OddCount {
+        /// The ray.
+        ray: usize,
+        /// Its samples.
+        samples: usize,
+    },
+    /// The depths of a ray are not sorted, or lie outside the grid.
+    #[error("the depths of ray {ray} are not sorted within 0 to {length}")]
+    Depths {
+        /// The ray.
+        ray: usize,
+        /// The length of the grid along the rays, in lattice steps.
+        length: i32,
+    },
+    /// The list of unclosed rays is not ascending, or names a ray that is not there or has samples.
+    #[error("ray {ray} cannot stand in the list of unclosed rays")]
+    Unclosed {
+        /// The ray.
+        ray: usize,
+    },
+}

@@ -1,0 +1,140 @@
+//! The layered depth image: for every ray of a raster, the sorted depths at which it enters and leaves a solid.
+
+mod bands;
+mod error;
+mod spans;
+
+pub use bands::TooManySamples;
+pub(crate) use bands::{BandImage, image_from_bands};
+pub use error::LdiError;
+pub use spans::Spans;
+
+use crate::grid::{Axis, Grid};
+
+/// A layered depth image along one axis.
+///
+/// Storage is compact: the samples of ray `r = row · columns + column` are `depths[offsets[r] .. offsets[r + 1]]`, in
+/// lattice steps of [`Grid::step`] from the near end of the grid, non-decreasing and of even count, so that
+/// `[depth 2i, depth 2i + 1)` is inside. Rays that did not close have no samples and are listed in
+/// [`unclosed`](Self::unclosed).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ldi {
+    grid: Grid,
+    axis: Axis,
+    offsets: Vec<u32>,
+    depths: Vec<i32>,
+    unclosed: Vec<u32>,
+}
+
+impl Ldi {
+    /// An image from its parts, checked: offsets start at 0, do not decrease, are one more than the rays and end at the
+    /// number of depths; each ray has an even number of non-decreasing depths within the grid; unclosed rays are
+    /// ascending and empty.
+    pub fn from_parts(
+        grid: Grid,
+        axis: Axis,
+        offsets: Vec<u32>,
+        depths: Vec<i32>,
+        unclosed: Vec<u32>,
+    ) -> Result<Ldi, LdiError> {
+        let image = Ldi { grid, axis, offsets, depths, unclosed };
+        image.check()?;
+        Ok(image)
+    }
+
+    /// An image whose parts are right by construction; checked in debug builds.
+    pub(crate) fn from_trusted_parts(
+        grid: Grid,
+        axis: Axis,
+        offsets: Vec<u32>,
+        depths: Vec<i32>,
+        unclosed: Vec<u32>,
+    ) -> Ldi {
+        let image = Ldi { grid, axis, offsets, depths, unclosed };
+        debug_assert_eq!(image.check(), Ok(()));
+        image
+    }
+
+    fn check(&self) -> Result<(), LdiError> {
+        let (columns, rows) = self.grid.image_size(self.axis);
+        let rays = columns as usize * rows as usize;
+        if self.offsets.len() != rays + 1 {
+            return Err(LdiError::OffsetCount { found: self.offsets.len(), expected: rays + 1 });
+        }
+        if self.offsets[0] != 0 || self.offsets[rays] as usize != self.depths.len() {
+            return Err(LdiError::OffsetEnds {
+                first: self.offsets[0],
+                last: self.offsets[rays],
+                samples: self.depths.len(),
+            });
+        }
+        let length = self.grid.length(self.axis.depth());
+        for (ray, ends) in self.offsets.windows(2).enumerate() {
+            let samples = self.depths.get(ends[0] as usize..ends[1] as usize);
+            let samples = samples.ok_or(LdiError::OffsetOrder { ray })?;
+            if samples.len() % 2 != 0 {
+                return Err(LdiError::OddCount { ray, samples: samples.len() });
+            }
+            if !samples.is_sorted() || samples.iter().any(|d| !(0..=length).contains(d)) {
+                return Err(LdiError::Depths { ray, length });
+            }
+        }
+        let ascending = self.unclosed.windows(2).all(|w| w[0] < w[1]);
+        match self.unclosed.iter().find(|&&r| r as usize >= rays || !self.samples(r).is_empty()) {
+            Some(&ray) => Err(LdiError::Unclosed { ray: ray as usize }),
+            None if !ascending => Err(LdiError::Unclosed { ray: self.unclosed[0] as usize }),
+            None => Ok(()),
+        }
+    }
+
+    /// The grid under the image.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// The direction of the rays.
+    pub fn axis(&self) -> Axis {
+        self.axis
+    }
+
+    /// Columns and rows of the raster.
+    pub fn size(&self) -> (u32, u32) {
+        self.grid.image_size(self.axis)
+    }
+
+    /// The number of rays.
+    pub fn rays(&self) -> u32 {
+        (self.offsets.len() - 1) as u32
+    }
+
+    /// Where the samples of each ray begin; one more entry than rays, the last being the number of samples.
+    pub fn offsets(&self) -> &[u32] {
+        &self.offsets
+    }
+
+    /// All depths, ray after ray, in lattice steps.
+    pub fn depths(&self) -> &[i32] {
+        &self.depths
+    }
+
+    /// The depths on ray `row · columns + column`.
+    pub fn samples(&self, ray: u32) -> &[i32] {
+        let ray = ray as usize;
+        &self.depths[self.offsets[ray] as usize..self.offsets[ray + 1] as usize]
+    }
+
+    /// The rays whose crossings did not close, ascending. Empty for every closed mesh.
+    pub fn unclosed(&self) -> &[u32] {
+        &self.unclosed
+    }
+
+    /// Whether the crossings of a ray did not close.
+    pub fn is_unclosed(&self, ray: u32) -> bool {
+        !self.unclosed.is_empty() && self.unclosed.binary_search(&ray).is_ok()
+    }
+
+    /// n_max: the most samples on any ray.
+    pub fn layers(&self) -> u32 {
+        self.offsets.windows(2).map(|w| w[1] - w[0]).max().unwrap_or(0)
+    }
+}

@@ -1,0 +1,462 @@
+//! The check that makes a mesh a solid, fast enough to run on every mesh that is read.
+//!
+//! A mesh is closed when every edge has an even number of uses, identical coordinates being one vertex. That is what
+//! gives every ray an even count of crossings; it needs neither a manifold nor an orientation.
+//!
+//! # How it is decided
+//! No table of edges is built. Every undirected edge gets a 128-bit hash of its two end positions, and the hashes of all
+//! edge uses are combined by XOR. Uses of the same edge cancel in pairs whatever their order, so a closed mesh gives
+//! zero, always. A mesh that is not closed leaves the XOR of the hashes of its odd edges, which is zero with a chance of
+//! about 2⁻¹²⁸ if the hash behaves like a random function. Three folds share one pass:
+//! - XOR of edge hashes: zero ⇔ closed;
+//! - wrapping sum of edge hashes, added for a use from the lower end to the higher and subtracted for the reverse:
+//!   zero ⇔ every edge is used as often in one direction as in the other;
+//! - XOR of a hash of the three corners of each triangle in any order: zero ⇔ every triangle occurs an even number of
+//!   times.
+//!
+//! All three are commutative and associative, so neither the thread count nor the order of triangles shows.
+//!
+//! # Why the hash may be trusted
+//! XOR and sums are linear, so the hash of an edge must not be linear in anything its triangle shares: with
+//! h(a) ⊕ h(b) for an edge, any triangle at all would cancel. Here two 64-bit lanes are computed apart, each a chain of
+//! multiplications 64 × 64 → 128 bits whose halves are XORed (as in wyhash): positions are hashed with the coordinates
+//! in a different order in either lane, the ends of an edge are put in order of their hashes, and the lane of the lower
+//! is multiplied by the lane of the higher, with different constants added to either side. The constants are the
+//! hexadecimal digits of π. Equality of positions is equality of their hashes, which errs with the same chance.
+//!
+//! Nobody has proved that such a mix is random, and someone who knows the constants could construct a mesh to defeat it.
+//! Nothing rests on it alone: the sampler reports every ray whose count is odd, and [`super::check::check`] decides with
+//! exact comparisons. The hash decides only that the exact check need not run.
+
+use std::fmt;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::check::{MeshReport, check};
+use super::measure::{EMPTY, include};
+use super::{Aabb, TriangleMesh};
+
+/// A mesh that bounds a solid: every edge has an even number of uses once identical coordinates are one vertex.
+///
+/// Also every index is in range, every position that a triangle uses is finite, and there is at least one triangle.
+/// Positions that no triangle uses may hold anything. Degenerate triangles are allowed; they bound nothing.
+#[derive(Clone, Debug)]
+pub struct ClosedMesh {
+    mesh: TriangleMesh,
+    bounds: Aabb,
+    oriented: bool,
+    every_triangle_even: bool,
+}
+
+/// A mesh that is not closed, given back with everything that is wrong with it.
+#[derive(Clone)]
+pub struct NotClosed {
+    /// The mesh as it was.
+    pub mesh: TriangleMesh,
+    /// All its defects.
+    pub report: Box<MeshReport>,
+}
+
+impl ClosedMesh {
+    /// Checks a mesh; the only way to a closed one.
+    pub fn check(mesh: TriangleMesh) -> Result<ClosedMesh, NotClosed> {
+        let fold = Fold::of_mesh(&mesh);
+        if !(fold.sound && fold.edges == [0; 2]) || mesh.triangles.is_empty() {
+            let report = check(&mesh);
+            // The exact check is the judge: a position that is not finite is harmless where no triangle uses it.
+            if !report.is_closed() {
+                return Err(NotClosed { mesh, report: Box::new(report) });
+            }
+        }
+        let (oriented, every_triangle_even) = (fold.directions == [0; 2], fold.triangles == [0; 2]);
+        Ok(ClosedMesh { mesh, bounds: fold.bounds, oriented, every_triangle_even })
+    }
+
+    /// The mesh that was checked.
+    pub fn mesh(&self) -> &TriangleMesh {
+        &self.mesh
+    }
+
+    /// The mesh that was checked, free to be changed.
+    pub fn into_mesh(self) -> TriangleMesh {
+        self.mesh
+    }
+
+    /// Whether every edge is used as often in one direction as in the other, so that inside and outside have sides and
+    /// [`ClosedMesh::signed_volume`] does not depend on the origin.
+    pub fn oriented(&self) -> bool {
+        self.oriented
+    }
+
+    /// The box of the positions that triangles use.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// See [`TriangleMesh::signed_volume`]. It is summed anew at each call.
+    pub fn signed_volume(&self) -> f64 {
+        self.mesh.signed_volume()
+    }
+
+    /// Whether every triangle, as a set of three positions, occurs an even number of times.
+    ///
+    /// The even-odd rule sees nothing in such a mesh, the usual example of which is a file that holds everything twice.
+    /// Triangles with a repeated position are left out, as the rule does not see them either.
+    pub fn every_triangle_even(&self) -> bool {
+        self.every_triangle_even
+    }
+}
+
+impl fmt::Debug for NotClosed {
+    // The derived form would print every coordinate whenever a result is unwrapped.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("NotClosed").field("report", &self.report).finish_non_exhaustive()
+    }
+}
+
+impl fmt::Display for NotClosed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the mesh is not closed")
+    }
+}
+
+impl std::error::Error for NotClosed {}
+
+/// Triangles or positions that one task folds.
+const CHUNK: usize = 8192;
+
+/// Two lanes of 64 bits, computed apart.
+type Hash = [u64; 2];
+
+/// What one pass over the triangles yields; combining is commutative and associative.
+#[derive(Clone, Copy)]
+struct Fold {
+    edges: Hash,
+    directions: Hash,
+    triangles: Hash,
+    /// Indices are in range and coordinates are finite. False may be a false alarm from a position that is not used.
+    sound: bool,
+    bounds: Aabb,
+}
+
+impl Fold {
+    const EMPTY: Fold = Fold { edges: [0; 2], directions: [0; 2], triangles: [0; 2], sound: true, bounds: EMPTY };
+
+    fn of_mesh(mesh: &TriangleMesh) -> Fold {
+        let TriangleMesh { positions, triangles } = mesh;
+        // A position is used by six triangles or so where the file shares it, and by one in a soup, where a table of
+        // hashes would only be more memory to read.
+        if positions.len() >= 2 * triangles.len() {
+            return Fold::of_chunks(triangles, |fold, triangle| {
+                let corners = mesh.corners(triangle)?;
+                fold.sound &= corners.iter().all(|p| is_finite(*p));
+                fold.bounds = corners.into_iter().fold(fold.bounds, include);
+                Some(corners.map(position_hash))
+            });
+        }
+        let mut hashes = vec![[0; 2]; positions.len()];
+        let finite = (hashes.par_chunks_mut(CHUNK), positions.par_chunks(CHUNK))
+            .into_par_iter()
+            .map(|(hashes, positions)| {
+                let mut finite = true;
+                for (hash, position) in hashes.iter_mut().zip(positions) {
+                    *hash = position_hash(*position);
+                    finite &= is_finite(*position);
+                }
+                finite
+            })
+            .reduce(|| true, |a, b| a & b);
+        let fold = Fold::of_chunks(triangles, |fold, triangle| {
+            let corners = mesh.corners(triangle)?;
+            fold.bounds = corners.into_iter().fold(fold.bounds, include);
+            Some(triangle.map(|index| hashes[index as usize]))
+        });
+        Fold { sound: fold.sound & finite, ..fold }
+    }
+
+    /// Folds all triangles; `corners` gives the hashes of three corners, or nothing where an index is out of range.
+    fn of_chunks(triangles: &[[u32; 3]], corners: impl Fn(&mut Fold, &[u32; 3]) -> Option<[Hash; 3]> + Sync) -> Fold {
+        triangles
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                let mut fold = Fold::EMPTY;
+                for triangle in chunk {
+                    match corners(&mut fold, triangle) {
+                        Some(hashes) => fold.add(hashes),
+                        None => fold.sound = false,
+                    }
+                }
+                fold
+            })
+            .reduce(|| Fold::EMPTY, Fold::join)
+    }
+
+    fn join(self, other: Fold) -> Fold {
+        let lanes = |a: Hash, b: Hash, op: fn(u64, u64) -> u64| [op(a[0], b[0]), op(a[1], b[1])];
+        Fold {
+            edges: lanes(self.edges, other.edges, |a, b| a ^ b),
+            directions: lanes(self.directions, other.directions, u64::wrapping_add),
+            triangles: lanes(self.triangles, other.triangles, |a, b| a ^ b),
+            sound: self.sound & other.sound,
+            bounds: self.bounds.union(other.bounds),
+        }
+    }
+
+    /// Adds a triangle, given the hashes of its corners.
+    #[inline(always)]
+    fn add(&mut self, [a, b, c]: [Hash; 3]) {
+        let mut proper = !0;
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let upwards = from[0] < to[0] || (from[0] == to[0] && from[1] < to[1]);
+            let (low, high) = if upwards { (from, to) } else { (to, from) };
+            // An edge between identical positions is no edge.
+            let edge = if from == to { 0 } else { !0 };
+            proper &= edge;
+            let sign = if upwards { 0 } else { !0 };
+            for lane in 0..2 {
+                let hash = mix(low[lane] ^ PI[8 + 2 * lane], high[lane] ^ PI[9 + 2 * lane]) & edge;
+                self.edges[lane] ^= hash;
+                self.directions[lane] = self.directions[lane].wrapping_add((hash ^ sign).wrapping_sub(sign));
+            }
+        }
+        let sum = |lane: usize| a[lane].wrapping_add(b[lane]).wrapping_add(c[lane]);
+        let (s, t) = (sum(0), sum(1));
+        self.triangles[0] ^= mix(s ^ PI[12], t ^ PI[13]) & proper;
+        self.triangles[1] ^= mix(s ^ PI[14], t.rotate_left(32) ^ PI[15]) & proper;
+    }
+}
+
+/// The first 1024 binary digits of the fraction of π: constants that hide no choice.
+const PI: [u64; 16] = [
+    0x243f_6a88_85a3_08d3,
+    0x1319_8a2e_0370_7344,
+    0xa409_3822_299f_31d0,
+    0x082e_fa98_ec4e_6c89,
+    0x4528_21e6_38d0_1377,
+    0xbe54_66cf_34e9_0c6c,
+    0xc0ac_29b7_c97c_50dd,
+    0x3f84_d5b5_b547_0917,
+    0x9216_d5d9_8979_fb1b,
+    0xd131_0ba6_98df_b5ac,
+    0x2ffd_72db_d01a_dfb7,
+    0xb8e1_afed_6a26_7e96,
+    0xba7c_9045_f12c_7f99,
+    0x24a1_9947_b391_6cf7,
+    0x0801_f2e2_858e_fc16,
+    0x6369_20d8_7157_4e69,
+];
+
+/// The two halves of the full product, XORed.
+#[inline(always)]
+fn mix(a: u64, b: u64) -> u64 {
+    let product = u128::from(a) * u128::from(b);
+    product as u64 ^ (product >> 64) as u64
+}
+
+/// The hash of a position; −0 and 0 are the same coordinate.
+#[inline(always)]
+fn position_hash(position: DVec3) -> Hash {
+    // Adding +0 turns −0 into +0 and changes no other number.
+    let [x, y, z] = position.to_array().map(|coordinate| (coordinate + 0.0).to_bits());
+    [mix(mix(x ^ PI[0], y ^ PI[1]) ^ PI[2], z ^ PI[3]), mix(mix(y ^ PI[4], z ^ PI[5]) ^ PI[6], x ^ PI[7])]
+}
+
+#[inline(always)]
+fn is_finite(position: DVec3) -> bool {
+    // Without short circuits, as a branch a coordinate would cost more than the comparison.
+    position.x.is_finite() & position.y.is_finite() & position.z.is_finite()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::f64::consts::TAU;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::mesh::testing::{cube, reversed, soup, tetrahedron, together};
+
+    /// A torus of quads, each cut in two.
+    fn torus(around: u32, across: u32) -> TriangleMesh {
+        let mut mesh = TriangleMesh::default();
+        for i in 0..around {
+            for j in 0..across {
+                let (u, v) = (f64::from(i) / f64::from(around), f64::from(j) / f64::from(across));
+                let ((su, cu), (sv, cv)) = ((u * TAU).sin_cos(), (v * TAU).sin_cos());
+                mesh.positions.push(DVec3::new((3.0 + cv) * cu, (3.0 + cv) * su, sv));
+                let at = |i, j| (i % around) * across + j % across;
+                let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                mesh.triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        mesh
+    }
+
+    fn both_forms(mesh: &TriangleMesh) -> [TriangleMesh; 2] {
+        [mesh.clone(), soup(mesh)]
+    }
+
+    #[test]
+    fn closed_meshes_pass_shared_or_not() {
+        for mesh in [cube(DVec3::ZERO, 1.0), tetrahedron(), torus(300, 200)] {
+            for mesh in both_forms(&mesh) {
+                let bounds = mesh.bounds().unwrap();
+                let closed = ClosedMesh::check(mesh.clone()).unwrap();
+                assert!(closed.oriented() && !closed.every_triangle_even());
+                assert_eq!(closed.bounds(), bounds);
+                assert_eq!(closed.signed_volume(), mesh.signed_volume());
+                assert_eq!(closed.into_mesh(), mesh);
+            }
+        }
+    }
+
+    #[test]
+    fn a_missing_triangle_is_found_wherever_it_is() {
+        let mesh = torus(30, 20);
+        for missing in 0..mesh.triangles.len() {
+            for mut mesh in both_forms(&mesh) {
+                mesh.triangles.remove(missing);
+                let refused = ClosedMesh::check(mesh.clone()).unwrap_err();
+                assert!(!refused.report.is_closed());
+                assert_eq!(refused.mesh, mesh);
+            }
+        }
+    }
+
+    #[test]
+    fn a_corner_moved_by_one_ulp_is_found_wherever_it_is() {
+        let mesh = soup(&torus(20, 10));
+        for corner in 0..mesh.positions.len() {
+            for axis in 0..3 {
+                let mut mesh = mesh.clone();
+                mesh.positions[corner][axis] = mesh.positions[corner][axis].next_up();
+                assert!(ClosedMesh::check(mesh).is_err());
+            }
+        }
+    }
+
+    #[test]
+    fn zero_has_no_sign() {
+        let mut mesh = soup(&tetrahedron());
+        for coordinate in mesh.positions.iter_mut().step_by(2).flat_map(|p| p.as_mut()) {
+            if *coordinate == 0.0 {
+                *coordinate = -0.0;
+            }
+        }
+        assert!(ClosedMesh::check(mesh).unwrap().oriented());
+    }
+
+    #[test]
+    fn a_flipped_triangle_leaves_it_closed_but_not_oriented() {
+        for mut mesh in both_forms(&torus(30, 20)) {
+            mesh.triangles[77].swap(0, 1);
+            let closed = ClosedMesh::check(mesh).unwrap();
+            assert!(!closed.oriented() && !closed.every_triangle_even());
+        }
+    }
+
+    #[test]
+    fn a_doubled_mesh_is_closed_but_empty() {
+        let mesh = cube(DVec3::ONE, 2.0);
+        for second in [mesh.clone(), reversed(&mesh)] {
+            let closed = ClosedMesh::check(together(&[mesh.clone(), second])).unwrap();
+            assert!(closed.oriented() && closed.every_triangle_even());
+        }
+        // An open mesh that is doubled is closed, by the same count.
+        let open = TriangleMesh { triangles: vec![[0, 1, 2]], ..mesh.clone() };
+        assert!(ClosedMesh::check(together(&[open.clone(), open.clone()])).unwrap().every_triangle_even());
+        let tripled = ClosedMesh::check(together(&[mesh.clone(), mesh.clone(), mesh.clone()])).unwrap();
+        assert!(!tripled.every_triangle_even());
+    }
+
+    #[test]
+    fn degenerate_triangles_bound_nothing() {
+        for mut mesh in both_forms(&cube(DVec3::ZERO, 1.0)) {
+            mesh.triangles.extend([[0, 0, 0], [0, 0, 5], [3, 5, 3]]);
+            let closed = ClosedMesh::check(mesh.clone()).unwrap();
+            assert!(closed.oriented() && !closed.every_triangle_even());
+            // No two of them share three corners, yet the mesh without the cube bounds nothing.
+            mesh.triangles.drain(..12);
+            assert!(ClosedMesh::check(mesh).unwrap().every_triangle_even());
+        }
+    }
+
+    #[test]
+    fn what_is_not_sound_is_refused() {
+        assert!(ClosedMesh::check(TriangleMesh::default()).is_err());
+        for mesh in both_forms(&tetrahedron()) {
+            for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let mut mesh = mesh.clone();
+                for y in mesh.positions.iter_mut().map(|p| &mut p.y).filter(|y| **y == 1.0) {
+                    *y = bad;
+                }
+                assert!(ClosedMesh::check(mesh).is_err());
+            }
+            let mut far = mesh.clone();
+            far.triangles.push([0, 1, 1000]);
+            assert!(ClosedMesh::check(far).is_err());
+            let mut unused = mesh;
+            unused.positions.push(DVec3::NAN);
+            let closed = ClosedMesh::check(unused).unwrap();
+            assert!(closed.oriented() && closed.bounds().max == DVec3::ONE);
+        }
+    }
+
+    /// The same questions, answered with tables: closed, oriented, every triangle even.
+    fn exactly(mesh: &TriangleMesh) -> (bool, bool, bool) {
+        let key = |i: u32| mesh.positions[i as usize].to_array().map(|c| (c + 0.0).to_bits());
+        let (mut edges, mut triangles) = (BTreeMap::new(), BTreeMap::new());
+        for triangle in &mesh.triangles {
+            let mut keys = triangle.map(key);
+            for (a, b) in [(keys[0], keys[1]), (keys[1], keys[2]), (keys[2], keys[0])] {
+                if a != b {
+                    let uses = edges.entry((a.min(b), a.max(b))).or_insert((0, 0));
+                    uses.0 += 1;
+                    uses.1 += if a < b { 1 } else { -1 };
+                }
+            }
+            keys.sort_unstable();
+            if keys[0] != keys[1] && keys[1] != keys[2] {
+                *triangles.entry(keys).or_insert(0) += 1;
+            }
+        }
+        (
+            edges.values().all(|uses| uses.0 % 2 == 0),
+            edges.values().all(|uses| uses.1 == 0),
+            triangles.values().all(|n| n % 2 == 0),
+        )
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+        #[test]
+        fn the_hash_agrees_with_tables(
+            places in prop::collection::vec((0..2u8, 0..2u8, 0..2u8), 4..6),
+            picks in prop::collection::vec((0..4u32, 0..4u32, 0..4u32), 1..10),
+            solids in prop::collection::vec((0..3u8, any::<bool>()), 0..3),
+        ) {
+            // Few positions, some of them identical, so that edges meet often; and whole solids, so that many meshes close.
+            let mut mesh = TriangleMesh {
+                positions: places.iter().map(|&(x, y, z)| DVec3::new(x.into(), y.into(), z.into())).collect(),
+                triangles: picks.iter().map(|&(a, b, c)| [a, b, c]).collect(),
+            };
+            if picks.len() > 6 {
+                mesh.triangles.clear();
+            }
+            for (at, facing_in) in solids {
+                let solid = cube(DVec3::X * f64::from(at), 1.0);
+                mesh = together(&[mesh, if facing_in { reversed(&solid) } else { solid }]);
+            }
+            prop_assume!(!mesh.triangles.is_empty());
+            let exact = exactly(&mesh);
+            for mesh in both_forms(&mesh) {
+                let fold = Fold::of_mesh(&mesh);
+                prop_assert!(fold.sound);
+                prop_assert_eq!((fold.edges == [0; 2], fold.directions == [0; 2], fold.triangles == [0; 2]), exact);
+                prop_assert_eq!(ClosedMesh::check(mesh).is_ok(), exact.0);
+            }
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! Box, volume and area of a triangle mesh, with the same bits whatever the thread count.
+//!
+//! Sums run over chunks of a fixed number of triangles, each summed in order with compensation (Knuth's two-sum), and the
+//! chunk totals are added in order, again with compensation. Volume is the divergence sum ⅙ Σ a · (b × c), with the
+//! corners taken relative to the centre of the box, so that a mesh far from the origin loses nothing to cancellation, and
+//! scaled by a power of two, so that the cube of a very large or small coordinate neither overflows nor underflows before
+//! the result itself does.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Aabb, TriangleMesh};
+
+/// Triangles that one task sums. Part of the result, since it decides the order of additions: changing it changes bits.
+const CHUNK: usize = 8192;
+
+impl TriangleMesh {
+    /// The box of the positions that triangles use, or `None` where no triangle uses a comparable position.
+    ///
+    /// Positions that no triangle uses do not count, nor do triangles with an index out of range, nor coordinates that
+    /// are NaN.
+    pub fn bounds(&self) -> Option<Aabb> {
+        let bounds = self
+            .triangles
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                let corners = chunk.iter().filter_map(|triangle| self.corners(triangle)).flatten();
+                corners.fold(EMPTY, include)
+            })
+            .reduce(|| EMPTY, Aabb::union);
+        bounds.min.cmple(bounds.max).all().then_some(bounds)
+    }
+
+    /// The volume enclosed, negative where the triangles face inwards: the divergence sum over all triangles.
+    ///
+    /// It means a volume only for a closed, oriented mesh; overlapping shells count as often as they overlap. Triangles
+    /// with an index out of range are left out. The result is not a number where a coordinate is not finite.
+    pub fn signed_volume(&self) -> f64 {
+        let frame = self.frame();
+        let sum = self.sum(|a, b, c| {
+            let [a, b, c] = [frame.local(a), frame.local(b), frame.local(c)];
+            a.dot(b.cross(c))
+        });
+        sum / 6.0 * frame.unit * frame.unit * frame.unit
+    }
+
+    /// The total area of the triangles, each counted as often as it occurs.
+    ///
+    /// Triangles with an index out of range are left out. The result is not a number where a coordinate is not finite.
+    pub fn area(&self) -> f64 {
+        let frame = self.frame();
+        let sum = self.sum(|a, b, c| {
+            let [a, b, c] = [frame.local(a), frame.local(b), frame.local(c)];
+            (b - a).cross(c - a).length()
+        });
+        sum / 2.0 * frame.unit * frame.unit
+    }
+
+    /// The three positions of a triangle, or `None` where an index is out of range.
+    #[inline]
+    pub(super) fn corners(&self, triangle: &[u32; 3]) -> Option<[DVec3; 3]> {
+        let position = |index: u32| self.positions.get(index as usize).copied();
+        Some([position(triangle[0])?, position(triangle[1])?, position(triangle[2])?])
+    }
+
+    /// The sum of `term` over the triangles with indices in range, in an order that the thread count does not touch.
+    fn sum(&self, term: impl Fn(DVec3, DVec3, DVec3) -> f64 + Sync) -> f64 {
+        let totals: Vec<Sum> = self
+            .triangles
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                let mut sum = Sum::default();
+                for [a, b, c] in chunk.iter().filter_map(|triangle| self.corners(triangle)) {
+                    sum.add(term(a, b, c));
+                }
+                sum
+            })
+            .collect();
+        let mut total = Sum::default();
+        for part in totals {
+            total.add(part.value);
+            total.add(part.lost);
+        }
+        total.value + total.lost
+    }
+
+    fn frame(&self) -> Frame {
+        let Some(Aabb { min, max }) = self.bounds() else { return Frame { centre: DVec3::ZERO, unit: 1.0 } };
+        let farthest = min.abs().max(max.abs()).max_element();
+        // The power of two at or below the farthest coordinate; the clamp keeps it and its reciprocal normal numbers.
+        let exponent = ((farthest.to_bits() >> 52) as i64 - 1023).clamp(-1000, 1000);
+        let unit = f64::from_bits(((exponent + 1023) as u64) << 52);
+        Frame { centre: (min / unit) * 0.5 + (max / unit) * 0.5, unit }
+    }
+}
+
+/// Local coordinates in which sums are taken: centred on the box, in a unit that brings all of it near 1.
+struct Frame {
+    /// Centre of the box, in `unit`.
+    centre: DVec3,
+    /// A power of two, so that scaling by it is exact.
+    unit: f64,
+}
+
+impl Frame {
+    #[inline]
+    fn local(&self, position: DVec3) -> DVec3 {
+        position / self.unit - self.centre
+    }
+}
+
+/// A running sum with the part that rounding lost.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    value: f64,
+    lost: f64,
+}
+
+impl Sum {
+    #[inline]
+    fn add(&mut self, term: f64) {
+        let value = self.value + term;
+        let kept = value - self.value;
+        self.lost += (self.value - (value - kept)) + (term - kept);
+        self.value = value;
+    }
+}
+
+/// The box of nothing, which any union replaces.
+pub(super) const EMPTY: Aabb = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+
+/// Grows a box by a position; a coordinate that is NaN leaves it as it was.
+#[inline]
+pub(super) fn include(bounds: Aabb, position: DVec3) -> Aabb {
+    // Spelled out because the comparison then compiles to one instruction and the box is what a NaN leaves.
+    let least = |p: f64, b: f64| if p < b { p } else { b };
+    let most = |p: f64, b: f64| if p > b { p } else { b };
+    let (p, Aabb { min, max }) = (position, bounds);
+    Aabb {
+        min: DVec3::new(least(p.x, min.x), least(p.y, min.y), least(p.z, min.z)),
+        max: DVec3::new(most(p.x, max.x), most(p.y, max.y), most(p.z, max.z)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::testing::{cube, tetrahedron, together};
+
+    #[test]
+    fn volume_and_area_of_a_cube_are_exact_wherever_it_is() {
+        for (corner, side) in [(0.0, 1.0), (1e6, 3.0), (-1e15, 2.0), (0.0, 2f64.powi(100)), (0.0, 2f64.powi(-330))] {
+            let mesh = cube(DVec3::splat(corner), side);
+            assert_eq!(mesh.signed_volume(), side * side * side, "{corner} {side}");
+            assert_eq!(mesh.area(), 6.0 * side * side, "{corner} {side}");
+        }
+        for side in [1e-30, 1e30, 1e100] {
+            let ratio = cube(DVec3::splat(-side), side).signed_volume() / side.powi(3);
+            assert!((ratio - 1.0).abs() < 1e-15, "{side} {ratio}");
+        }
+    }
+
+    #[test]
+    fn bounds_are_of_used_positions_only() {
+        let mut mesh = tetrahedron();
+        let bounds = mesh.bounds();
+        assert_eq!(bounds, Some(Aabb { min: DVec3::ZERO, max: DVec3::ONE }));
+        mesh.positions.push(DVec3::splat(9.0));
+        assert_eq!(mesh.bounds(), bounds);
+        mesh.triangles.push([0, 1, 77]);
+        assert_eq!(mesh.bounds(), bounds);
+        mesh.triangles.clear();
+        assert_eq!(mesh.bounds(), None);
+        assert_eq!((mesh.signed_volume(), mesh.area()), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_coordinate_that_is_not_finite_leaves_no_number() {
+        for bad in [f64::NAN, f64::INFINITY] {
+            let mut mesh = tetrahedron();
+            mesh.positions[1].x = bad;
+            assert!(mesh.signed_volume().is_nan() && mesh.area().is_nan());
+        }
+    }
+
+    #[test]
+    fn sums_do_not_depend_on_the_thread_count() {
+        let cubes: Vec<_> = (0..5000)
+            .map(|i| {
+                let corner = DVec3::new(f64::from(i) * 0.37, f64::from(i % 71) * 1.1, f64::from(i % 13) / 3.0);
+                cube(corner, 0.1 + f64::from(i % 7) / 9.0)
+            })
+            .collect();
+        let mesh = together(&cubes);
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| (mesh.signed_volume().to_bits(), mesh.area().to_bits(), mesh.bounds()))
+        };
+        assert_eq!(with(1), with(3));
+        let exact: f64 = (0..5000).map(|i| (0.1 + f64::from(i % 7) / 9.0f64).powi(3)).sum();
+        assert!((mesh.signed_volume() / exact - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,191 @@
+//! The sampler for processors without a GPU: rayon over bands of rows.
+//!
+//! Stages, each a module: [`bin`] (triangles by band) → [`raster`] (the one geometry pass: crossings by ray) →
+//! [`exact`], or [`masks`] → [`classify`] → [`retrieve`] ray by ray. The masks of one ray stay in the first-level cache,
+//! and the retrieval reads the crossings that the geometry pass left instead of rasterising again.
+
+mod bin;
+mod classify;
+mod exact;
+mod masks;
+mod raster;
+mod retrieve;
+
+use std::num::NonZeroU32;
+
+use super::layout::Voxels;
+use super::{Estimate, Fill, Mode, SampleError, Sampler, admit};
+use crate::fixed::Crossing;
+use crate::grid::{Axis, LatticeSolid};
+use crate::ldi::{BandImage, Ldi, image_from_bands};
+use bin::Bins;
+use classify::RayClasses;
+use masks::RayMasks;
+use raster::BandCrossings;
+
+/// Samples on the threads of the current rayon pool.
+#[derive(Clone, Debug)]
+pub struct CpuSampler {
+    band_rows: NonZeroU32,
+}
+
+/// Rows of a band: with 512 columns the counts and crossings of a band stay in the second-level cache.
+const BAND_ROWS: NonZeroU32 = NonZeroU32::new(8).unwrap();
+
+impl Default for CpuSampler {
+    fn default() -> CpuSampler {
+        CpuSampler { band_rows: BAND_ROWS }
+    }
+}
+
+impl CpuSampler {
+    /// A sampler whose bands have the given height. It changes memory and speed, never a bit of the image.
+    pub fn with_band_rows(band_rows: NonZeroU32) -> CpuSampler {
+        CpuSampler { band_rows }
+    }
+}
+
+impl Sampler for CpuSampler {
+    fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError> {
+        let grid = admit(&[solid], fill)?;
+        let band_rows = self.band_rows.get();
+        let bins = Bins::new(solid, axis, band_rows);
+        let (columns, _) = grid.image_size(axis);
+        let image = match mode {
+            Mode::Exact => image_from_bands(grid, axis, band_rows, BandCrossings::default, |crossings, rows, image| {
+                let rays = rows.len() as u32 * columns;
+                crossings.gather(solid, axis, &bins, rows);
+                image.depths().reserve(crossings.count());
+                for ray in 0..rays {
+                    let crossings = crossings.on_ray(ray);
+                    if closes(crossings, fill) {
+                        exact::resolve(crossings, fill, image.depths());
+                        image.end_ray();
+                    } else {
+                        image.end_unclosed_ray();
+                    }
+                }
+            }),
+            Mode::Estimate(estimate) => {
+                let voxels = Voxels::new(&grid, axis);
+                let new_stage = || OneSolid {
+                    crossings: BandCrossings::default(),
+                    masks: RayMasks::new(&voxels),
+                    classes: RayClasses::new(voxels.words()),
+                };
+                image_from_bands(grid, axis, band_rows, new_stage, |stage, rows, image| {
+                    let rays = rows.len() as u32 * columns;
+                    stage.crossings.gather(solid, axis, &bins, rows);
+                    image.depths().reserve(stage.crossings.count());
+                    for ray in 0..rays {
+                        stage.estimate_ray(ray, fill, &voxels, estimate, image);
+                    }
+                })
+            }
+        };
+        Ok(image?)
+    }
+
+    fn sample_intersection(
+        &self,
+        a: &LatticeSolid,
+        b: &LatticeSolid,
+        axis: Axis,
+        estimate: Estimate,
+        fill: Fill,
+    ) -> Result<Ldi, SampleError> {
+        let grid = admit(&[a, b], fill)?;
+        let band_rows = self.band_rows.get();
+        let (bins_a, bins_b) = rayon::join(|| Bins::new(a, axis, band_rows), || Bins::new(b, axis, band_rows));
+        let (columns, _) = grid.image_size(axis);
+        let voxels = Voxels::new(&grid, axis);
+        let new_stage = || TwoSolids {
+            crossings: Default::default(),
+            masks: [RayMasks::new(&voxels), RayMasks::new(&voxels)],
+            occupied: vec![0; voxels.words().div_ceil(64)],
+            classes: RayClasses::new(voxels.words()),
+        };
+        let image = image_from_bands(grid, axis, band_rows, new_stage, |stage, rows, image| {
+            let rays = rows.len() as u32 * columns;
+            stage.crossings[0].gather(a, axis, &bins_a, rows.clone());
+            stage.crossings[1].gather(b, axis, &bins_b, rows);
+            for ray in 0..rays {
+                stage.intersect_ray(ray, fill, &voxels, estimate, image);
+            }
+        });
+        Ok(image?)
+    }
+}
+
+/// What a thread keeps from band to band to make an estimate of one solid.
+struct OneSolid {
+    crossings: BandCrossings,
+    masks: RayMasks,
+    classes: RayClasses,
+}
+
+impl OneSolid {
+    /// Appends the estimate on one ray of the band.
+    fn estimate_ray(&mut self, ray: u32, fill: Fill, voxels: &Voxels, estimate: Estimate, image: &mut BandImage) {
+        let crossings = self.crossings.on_ray(ray);
+        if !closes(crossings, fill) {
+            return image.end_unclosed_ray();
+        }
+        if !crossings.is_empty() {
+            self.masks.enter(crossings, fill, voxels);
+            self.classes.classify(&self.masks, estimate);
+            let samples = append_identities(image.depths(), self.classes.samples, estimate);
+            retrieve::retrieve(crossings, &self.masks.any, &self.classes, voxels, estimate, samples);
+            self.masks.clear();
+        }
+        image.end_ray();
+    }
+}
+
+/// What a thread keeps from band to band to make an estimate of the intersection of two solids.
+struct TwoSolids {
+    crossings: [BandCrossings; 2],
+    masks: [RayMasks; 2],
+    occupied: Vec<u64>,
+    classes: RayClasses,
+}
+
+impl TwoSolids {
+    /// Appends the estimate of the intersection on one ray of the band; unclosed if either solid's ray is.
+    fn intersect_ray(&mut self, ray: u32, fill: Fill, voxels: &Voxels, estimate: Estimate, image: &mut BandImage) {
+        let [a, b] = self.crossings.each_mut().map(|crossings| crossings.on_ray(ray));
+        if !(closes(a, fill) && closes(b, fill)) {
+            return image.end_unclosed_ray();
+        }
+        if !(a.is_empty() || b.is_empty()) {
+            let [masks_a, masks_b] = &mut self.masks;
+            masks_a.enter(a, fill, voxels);
+            masks_b.enter(b, fill, voxels);
+            for ((both, a), b) in self.occupied.iter_mut().zip(&masks_a.occupied).zip(&masks_b.occupied) {
+                *both = a | b;
+            }
+            self.classes.classify_intersection(masks_a, masks_b, &self.occupied, estimate);
+            let samples = append_identities(image.depths(), self.classes.samples, estimate);
+            retrieve::retrieve(a, &masks_a.any, &self.classes, voxels, estimate, samples);
+            retrieve::retrieve(b, &masks_b.any, &self.classes, voxels, estimate, samples);
+            masks_a.clear();
+            masks_b.clear();
+        }
+        image.end_ray();
+    }
+}
+
+/// Whether the crossings of a ray close under a fill rule.
+fn closes(crossings: &[Crossing], fill: Fill) -> bool {
+    match fill {
+        Fill::EvenOdd => crossings.len() % 2 == 0,
+        Fill::NonZero => crossings.iter().map(|c| c.winding()).sum::<i32>() == 0,
+    }
+}
+
+/// Appends `count` samples that every depth replaces.
+fn append_identities(depths: &mut Vec<i32>, count: u32, estimate: Estimate) -> &mut [i32] {
+    let before = depths.len();
+    depths.extend((0..count as usize).map(|rank| retrieve::identity(rank, estimate)));
+    &mut depths[before..]
+}

@@ -1,0 +1,121 @@
+//! The geometry pass: the crossings of a band of rows, gathered by ray.
+
+use std::ops::Range;
+
+use super::bin::Bins;
+use crate::fixed::{Crossing, DepthPlane, EdgeWalk, Pixels, ViewPosition};
+use crate::grid::{Axis, LatticeSolid};
+
+/// The crossings of the rays of one band, in compact storage; their order on a ray is arbitrary.
+#[derive(Default)]
+pub struct BandCrossings {
+    found: Vec<(u32, Crossing)>,
+    starts: Vec<u32>,
+    crossings: Vec<Crossing>,
+}
+
+impl BandCrossings {
+    /// Finds all crossings of the rays in `rows`, one band of `bins`. Keeps the memory of earlier bands.
+    pub fn gather(&mut self, solid: &LatticeSolid, axis: Axis, bins: &Bins, rows: Range<u32>) {
+        let (columns, _) = solid.grid().image_size(axis);
+        let rays = (rows.len() as u32 * columns) as usize;
+        let pixels = Pixels::new(solid.grid().shift());
+        let (column, row, depth) = (axis.column(), axis.row(), axis.depth());
+        self.found.clear();
+        let triangles = bins.triangles(rows.start);
+        let rows = rows.start as i32..rows.end as i32;
+        for triangle in triangles {
+            let corners = solid.triangles()[triangle as usize].map(|v| {
+                let p = &solid.positions()[v as usize];
+                [p[column], p[row], p[depth]]
+            });
+            cross_triangle(corners, axis, pixels, &rows, |row, columns_covered, plane| {
+                let first_ray = (row - rows.start) as u32 * columns;
+                let row = pixels.ray(row);
+                for column in columns_covered {
+                    let crossing = plane.crossing(pixels.ray(column), row);
+                    self.found.push((first_ray + column as u32, crossing));
+                }
+            });
+        }
+        self.sort_by_ray(rays);
+    }
+
+    /// A counting sort: the crossings of each ray side by side.
+    fn sort_by_ray(&mut self, rays: usize) {
+        self.starts.clear();
+        self.starts.resize(rays + 1, 0);
+        for &(ray, _) in &self.found {
+            self.starts[ray as usize] += 1;
+        }
+        let mut sum = 0;
+        for start in &mut self.starts {
+            sum += *start;
+            *start = sum;
+        }
+        // Each start stands at the end of its ray now, and filling from the end moves it to the beginning.
+        self.crossings.clear();
+        self.crossings.resize(self.found.len(), Crossing(0));
+        for &(ray, crossing) in &self.found {
+            let start = &mut self.starts[ray as usize];
+            *start -= 1;
+            self.crossings[*start as usize] = crossing;
+        }
+    }
+
+    /// The crossings of a ray of the band.
+    pub fn on_ray(&mut self, ray: u32) -> &mut [Crossing] {
+        let ray = ray as usize;
+        &mut self.crossings[self.starts[ray] as usize..self.starts[ray + 1] as usize]
+    }
+
+    /// All crossings of the band.
+    pub fn count(&self) -> usize {
+        self.crossings.len()
+    }
+}
+
+/// Calls `cover` with each of `rows` in which the triangle covers rays, and the columns covered there.
+#[inline]
+fn cross_triangle(
+    corners: [ViewPosition; 3],
+    axis: Axis,
+    pixels: Pixels,
+    rows: &Range<i32>,
+    mut cover: impl FnMut(i32, Range<i32>, &DepthPlane),
+) {
+    let [mut low, mut middle, mut high] = corners;
+    if low[1] > middle[1] {
+        std::mem::swap(&mut low, &mut middle);
+    }
+    if middle[1] > high[1] {
+        std::mem::swap(&mut middle, &mut high);
+    }
+    if low[1] > middle[1] {
+        std::mem::swap(&mut low, &mut middle);
+    }
+    let first = pixels.index_from(low[1]).max(rows.start);
+    let end = pixels.index_from(high[1]).min(rows.end);
+    if first >= end {
+        return;
+    }
+    let turn = pixels.index_from(middle[1]).clamp(first, end);
+    let long = EdgeWalk::new(low, high, pixels);
+    let mut plane = None;
+    let mut walk = |rows: Range<i32>, from: ViewPosition, to: ViewPosition| {
+        if rows.is_empty() {
+            return;
+        }
+        let short = EdgeWalk::new(from, to, pixels);
+        for row in rows {
+            let position = pixels.ray(row);
+            let (a, b) = (long.first_column(position, pixels), short.first_column(position, pixels));
+            if a != b {
+                let plane = plane.get_or_insert_with(|| DepthPlane::new(corners, axis));
+                cover(row, a.min(b)..a.max(b), plane);
+            }
+        }
+    };
+    walk(first..turn, low, middle);
+    walk(turn..end, middle, high);
+}

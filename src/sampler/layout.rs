@@ -1,0 +1,39 @@
+//! The layout that all backends share: mask words and the division of a depth into voxels.
+
+use crate::fixed::Crossing;
+use crate::grid::{Axis, Grid};
+
+/// Bits of one mask word. Voxel `z` of a ray is bit `z % 32` of its word `z / 32`.
+pub const WORD_BITS: u32 = 32;
+
+/// Which voxel a crossing belongs to: `min(floor / V, LOD-C − 1)`.
+#[derive(Clone, Copy, Debug)]
+pub struct Voxels {
+    last: u32,
+    multiplier: u64,
+    shift: u32,
+}
+
+impl Voxels {
+    /// The voxels of the rays along `axis`.
+    pub fn new(grid: &Grid, axis: Axis) -> Voxels {
+        // Halves of floors and of V are whole, and below 2^29. For numerators below 2^n, multiplying by
+        // ceil(2^(n + l) / V) with l = ceil(log2 V) and shifting by n + l is division by V (Granlund & Montgomery 1994).
+        let half_voxel = grid.voxel(axis) / 2;
+        let log = half_voxel.next_power_of_two().ilog2();
+        let shift = 29 + log;
+        Voxels { last: grid.lod() - 1, multiplier: (1u64 << shift).div_ceil(u64::from(half_voxel)), shift }
+    }
+
+    /// The voxel of a crossing.
+    #[inline]
+    pub fn of(&self, crossing: Crossing) -> u32 {
+        let voxel = (u64::from(crossing.half_floor()) * self.multiplier) >> self.shift;
+        (voxel as u32).min(self.last)
+    }
+
+    /// Mask words a ray has.
+    pub fn words(&self) -> usize {
+        (self.last / WORD_BITS) as usize + 1
+    }
+}

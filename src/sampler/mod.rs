@@ -1,0 +1,164 @@
+//! From a quantised solid to its layered depth image: the contract that every backend fulfils to the bit.
+//!
+//! The method is that of Leung & Wang, "Conservative Sampling of Solids in Image Space", in the cheaper equal form of
+//! two masks in one geometry pass. Everything below is integer arithmetic on the lattice of the
+//! [`Grid`](crate::grid::Grid), so an image has one right answer, and thread count, triangle order, band height and
+//! backend change no bit of it.
+//!
+//! # Rays and crossings
+//! - All vertices lie on **even** lattice positions; pixel `i` of an axis spans `[i·S, (i+1)·S)` with `S = 2^shift`, and
+//!   its ray (or node) position is `i·S + S/2 + 1`, which is **odd**.
+//! - The image along an axis has the two other axes, *in increasing order*, as columns and rows: x → (y, z),
+//!   y → (x, z), z → (x, y). Ray `row · columns + column` runs in the positive direction of its axis.
+//! - Ties are broken by one perturbation of the world: a node at (X, Y, Z) stands for (X + ε₁, Y + ε₂, Z + ε₃) with
+//!   ε₁ ≫ ε₂ ≫ ε₃ > 0. A triangle **crosses** a ray when the perturbed ray passes strictly through its projection; a
+//!   triangle seen edge-on never does. In all three views the larger perturbation is that of the column axis.
+//! - The **depth** `d` of a crossing is the rational number where the unperturbed ray meets the triangle's plane.
+//!   `floor` is the largest even integer ≤ d, `ceil` the smallest even integer ≥ d, and `nearest` the even integer
+//!   nearest to d. Where d is an odd integer, both neighbours are equally near: `nearest` is d + 1 if the perturbed plane
+//!   depth lies above the perturbed node (d' > d + ε of the ray's axis) and d − 1 if below. A node is therefore on the
+//!   same side of `nearest` as of the surface itself, and the three images of a solid agree about every node.
+//! - A crossing **enters** (winding +1) when the outward normal points against the ray, else it **leaves** (−1).
+//!
+//! # Images of one solid
+//! An image lists for each ray an even number of non-decreasing depths; `[depth 2i, depth 2i+1)` is inside.
+//!
+//! **Exact**, even-odd: `nearest` of every crossing, sorted; nothing is merged or dropped. Non-zero: crossings are
+//! grouped by `nearest`; a group gives one sample when the winding number changes between zero and non-zero over it.
+//!
+//! **Over** and **under** divide the ray into LOD-C voxels of `V` lattice steps (V even, the least with `LOD-C · V ≥`
+//! the length of the axis). A crossing belongs to voxel `min(floor / V, LOD-C − 1)`. Let `in(z)` be the state at the near
+//! face of voxel z (the parity of the crossings in voxels before z, or whether their winding sum is non-zero) and
+//! `out(z)` that at its far face. A voxel is **touched** when it holds crossings and — under the non-zero rule only — the
+//! winding number may be both zero and non-zero somewhere in it, where the order within a group of equal `floor` is
+//! unknown: starting from the winding `w` before the group, every value from `w −` (leaving crossings) to `w +`
+//! (entering crossings) of the group may occur, and the value before the voxel's first group occurs too.
+//!
+//! | in, out | class | over keeps | under keeps |
+//! |---|---|---|---|
+//! | 0, 1 | entering | least `floor` | greatest `ceil` |
+//! | 1, 0 | leaving | greatest `ceil` | least `floor` |
+//! | 0, 0 and touched | entering-leaving | least `floor`, greatest `ceil` | nothing |
+//! | 1, 1 and touched | leaving-entering | nothing | least `floor`, greatest `ceil` |
+//!
+//! where least and greatest run over all crossings in the voxel.
+//!
+//! A ray whose crossings do not close (odd count; under the non-zero rule a final winding ≠ 0) gets **no samples** and is
+//! listed as unclosed. A mesh that passed [`ClosedMesh::check`](crate::mesh::ClosedMesh::check) has none.
+//!
+//! # Intersection of two solids
+//! Exact is the interval merge of the two exact images ([`crate::boolean`]). Over and under are found in masks:
+//! `in∩ = in_A ∧ in_B`, `out∩ = out_A ∧ out_B`, and with `occ_X(z) = in_X ∨ out_X ∨ touched_X`
+//!
+//! | in∩, out∩ | class | over keeps | under keeps |
+//! |---|---|---|---|
+//! | 0, 1 | entering | least `floor` | greatest `ceil` |
+//! | 1, 0 | leaving | greatest `ceil` | least `floor` |
+//! | 0, 0, occ_A ∧ occ_B | entering-leaving | least `floor`, greatest `ceil` | nothing |
+//! | 1, 1, touched_A ∨ touched_B | leaving-entering | nothing | least `floor`, greatest `ceil` |
+//!
+//! where least and greatest run over the crossings in the voxel of each solid that is touched there. A ray that is
+//! unclosed in either solid is unclosed in the intersection.
+
+pub mod cpu;
+pub mod layout;
+
+use crate::grid::{Axis, Grid, LatticeSolid};
+use crate::ldi::{Ldi, TooManySamples};
+
+/// Which image of a solid is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Mode {
+    /// Every crossing, at the nearest lattice depth; nothing merged.
+    Exact,
+    /// A conservative image; see [`Estimate`].
+    Estimate(Estimate),
+}
+
+/// On which side of the exact image a conservative one lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Estimate {
+    /// On every ray the image encloses the solid.
+    Over,
+    /// On every ray the image lies inside the solid.
+    Under,
+}
+
+impl Estimate {
+    /// The estimate of a complement: what must be taken away from one to keep it on its side.
+    pub fn opposite(self) -> Estimate {
+        match self {
+            Estimate::Over => Estimate::Under,
+            Estimate::Under => Estimate::Over,
+        }
+    }
+}
+
+impl Mode {
+    /// [`Mode::Exact`] for itself, the other estimate for an estimate.
+    pub fn opposite(self) -> Mode {
+        match self {
+            Mode::Exact => Mode::Exact,
+            Mode::Estimate(estimate) => Mode::Estimate(estimate.opposite()),
+        }
+    }
+}
+
+/// What is inside where shells overlap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Fill {
+    /// A point is inside when a ray from it crosses the mesh an odd number of times: overlapping shells cancel.
+    EvenOdd,
+    /// A point is inside when its winding number is not zero: overlapping shells unite. Needs an oriented mesh.
+    NonZero,
+}
+
+/// Why an image could not be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SampleError {
+    /// The non-zero rule was asked of a closed mesh whose triangles do not agree on what is outside.
+    #[error("the non-zero rule needs a mesh with consistent orientation, and this one's is not; use even-odd")]
+    NotOriented,
+    /// Two solids of one operation were quantised on different grids.
+    #[error("the two solids lie on different grids (pitch {first:?} and {second:?})")]
+    GridsDiffer {
+        /// Pitch of the first solid's grid.
+        first: f64,
+        /// Pitch of the second solid's grid.
+        second: f64,
+    },
+    /// More samples than an image can index.
+    #[error(transparent)]
+    TooManySamples(#[from] TooManySamples),
+}
+
+/// Makes layered depth images. Every implementation gives the same bits, those of the contract in this module's docs.
+pub trait Sampler {
+    /// The image of one solid along `axis`.
+    fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError>;
+
+    /// A conservative image of the intersection of two solids on one grid, found in masks.
+    ///
+    /// The exact intersection needs no sampler of its own: it is the merge of two exact images.
+    fn sample_intersection(
+        &self,
+        a: &LatticeSolid,
+        b: &LatticeSolid,
+        axis: Axis,
+        estimate: Estimate,
+        fill: Fill,
+    ) -> Result<Ldi, SampleError>;
+}
+
+/// The checks that come before any sampling, for every backend.
+pub(crate) fn admit(solids: &[&LatticeSolid], fill: Fill) -> Result<Grid, SampleError> {
+    let grid = *solids[0].grid();
+    if let Some(other) = solids.iter().find(|s| *s.grid() != grid) {
+        return Err(SampleError::GridsDiffer { first: grid.pitch(), second: other.grid().pitch() });
+    }
+    let unoriented = |s: &&LatticeSolid| s.closure() == crate::grid::Closure::Closed { oriented: false };
+    match fill {
+        Fill::NonZero if solids.iter().any(|s| unoriented(s)) => Err(SampleError::NotOriented),
+        _ => Ok(grid),
+    }
+}
