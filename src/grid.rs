@@ -342,6 +342,15 @@ impl LatticeSolid<'_> {
         self.triangles
     }
 
+    /// How squarely a triangle faces the rays along `axis`: |n·axis| of its unit normal; 0 for a triangle without area.
+    pub fn facing(&self, triangle: u32, axis: Axis) -> f64 {
+        let [a, b, c] = self.triangles[triangle as usize].map(|v| {
+            let p = self.positions[v as usize];
+            DVec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]))
+        });
+        (b - a).cross(c - a).normalize_or_zero()[axis.depth()].abs()
+    }
+
     /// What the mesh check found out about its edges.
     pub fn closure(&self) -> Closure {
         self.closure
