@@ -150,10 +150,12 @@ pub struct MeshReport {
     pub repeated_corners: Findings<TrianglePlace>,
     /// Faces whose corners lie on one line.
     pub collinear: Findings<TrianglePlace>,
-    /// Faces with the corners and the winding of an earlier one.
+    /// Faces with the corners and the winding of an earlier one, beyond those that lie back to back with another.
     pub duplicates: Findings<DuplicatePlace>,
-    /// Faces with the corners of an earlier one and the opposite winding.
+    /// Faces with the corners of an earlier one, where as many have one winding as the other but for one at most.
     pub opposed_duplicates: Findings<DuplicatePlace>,
+    /// Whether every face occurs an even number of times, in any winding; true also where there are no faces.
+    pub every_triangle_even: bool,
     /// Closed shells that face inwards and are not cavities.
     pub inside_out: Findings<ShellPlace>,
     /// Closed shells that lie inside a solid and face outwards.
@@ -201,8 +203,8 @@ pub enum Defect {
     UnbalancedEdges(Findings<EdgePlace>),
     /// See [`MeshReport::inside_out`].
     InsideOut(Findings<ShellPlace>),
-    /// See [`MeshReport::duplicates`].
-    Duplicates(Findings<DuplicatePlace>),
+    /// See [`MeshReport::every_triangle_even`]. The even-odd rule sees nothing at all in such a mesh.
+    AllDoubled,
     /// The mesh is closed and oriented, and encloses nothing, or less.
     NoVolume {
         /// See [`MeshReport::signed_volume`].
@@ -210,6 +212,8 @@ pub enum Defect {
     },
     /// See [`MeshReport::solids_in_solids`].
     SolidsInSolids(Findings<ShellPlace>),
+    /// See [`MeshReport::duplicates`].
+    Duplicates(Findings<DuplicatePlace>),
     /// See [`MeshReport::opposed_duplicates`].
     OpposedDuplicates(Findings<DuplicatePlace>),
     /// See [`MeshReport::non_manifold_edges`].
@@ -244,6 +248,7 @@ pub fn check(mesh: &TriangleMesh) -> MeshReport {
         collinear: Findings::default(),
         duplicates: Findings::default(),
         opposed_duplicates: Findings::default(),
+        every_triangle_even: false,
         inside_out: Findings::default(),
         solids_in_solids: Findings::default(),
         signed_volume: mesh.signed_volume(),
@@ -299,11 +304,14 @@ impl MeshReport {
         add(&mut defects, Defect::OddEdges, &self.odd_edges);
         add(&mut defects, Defect::UnbalancedEdges, &self.unbalanced_edges);
         add(&mut defects, Defect::InsideOut, &self.inside_out);
-        add(&mut defects, Defect::Duplicates, &self.duplicates);
+        if self.triangles > 0 && self.every_triangle_even {
+            defects.push(Defect::AllDoubled);
+        }
         if self.is_closed() && self.is_oriented() && self.signed_volume <= 0.0 {
             defects.push(Defect::NoVolume { signed_volume: self.signed_volume });
         }
         add(&mut defects, Defect::SolidsInSolids, &self.solids_in_solids);
+        add(&mut defects, Defect::Duplicates, &self.duplicates);
         add(&mut defects, Defect::OpposedDuplicates, &self.opposed_duplicates);
         add(&mut defects, Defect::NonManifoldEdges, &self.non_manifold_edges);
         add(&mut defects, Defect::NonManifoldVertices, &self.non_manifold_vertices);
@@ -324,9 +332,10 @@ impl Defect {
             Defect::OddEdges(_) => "odd-edge",
             Defect::UnbalancedEdges(_) => "unbalanced-edge",
             Defect::InsideOut(_) => "inside-out",
-            Defect::Duplicates(_) => "duplicate-triangle",
+            Defect::AllDoubled => "all-doubled",
             Defect::NoVolume { .. } => "no-volume",
             Defect::SolidsInSolids(_) => "solid-in-solid",
+            Defect::Duplicates(_) => "duplicate-triangle",
             Defect::OpposedDuplicates(_) => "opposed-duplicate-triangle",
             Defect::NonManifoldEdges(_) => "non-manifold-edge",
             Defect::NonManifoldVertices(_) => "non-manifold-vertex",
@@ -345,9 +354,9 @@ impl Defect {
             | Defect::OddEdges(_)
             | Defect::UnbalancedEdges(_)
             | Defect::InsideOut(_)
-            | Defect::Duplicates(_)
+            | Defect::AllDoubled
             | Defect::NoVolume { .. } => Severity::Error,
-            Defect::SolidsInSolids(_) | Defect::OpposedDuplicates(_) => Severity::Warning,
+            Defect::SolidsInSolids(_) | Defect::Duplicates(_) | Defect::OpposedDuplicates(_) => Severity::Warning,
             Defect::NonManifoldEdges(_)
             | Defect::NonManifoldVertices(_)
             | Defect::RepeatedCorners(_)
@@ -355,10 +364,10 @@ impl Defect {
         }
     }
 
-    /// How often it occurs.
+    /// How often it occurs; 1 for what is said of the mesh as a whole.
     pub fn count(&self) -> usize {
         match self {
-            Defect::NoTriangles | Defect::NoVolume { .. } => 1,
+            Defect::NoTriangles | Defect::AllDoubled | Defect::NoVolume { .. } => 1,
             Defect::BadIndices(findings) => findings.count,
             Defect::BadPositions(findings) => findings.count,
             Defect::OpenEdges(findings)
@@ -384,7 +393,7 @@ impl fmt::Display for Defect {
             Defect::BadPositions(found) => {
                 found.lead(f, "position is not finite", "positions are not finite")?;
                 found.name(f, |f, bad| {
-                    write!(f, "position {} at {}, used by triangle {}", bad.index, bad.position, bad.triangle)
+                    write!(f, "position {} at {}, used by triangle {}", bad.index, Point(bad.position), bad.triangle)
                 })
             }
             Defect::OpenEdges(found) => {
@@ -415,8 +424,11 @@ impl fmt::Display for Defect {
                 found.lead(f, one, "triangles repeat earlier ones")?;
                 found.name(f, |f, duplicate| duplicate.name(f))
             }
+            Defect::AllDoubled => {
+                write!(f, "Every triangle occurs an even number of times, so the even-odd rule sees nothing.")
+            }
             Defect::NoVolume { signed_volume } => {
-                write!(f, "The mesh is closed but encloses no positive volume: {signed_volume}.")
+                write!(f, "The mesh is closed but encloses no positive volume: {}.", Number(*signed_volume))
             }
             Defect::SolidsInSolids(found) => {
                 let one = "shell lies inside a solid and faces outwards, as a solid within a solid";
@@ -439,7 +451,7 @@ impl fmt::Display for Defect {
             Defect::NonManifoldVertices(found) => {
                 let one = "vertex joins parts of the surface that no edge joins";
                 found.lead(f, one, "vertices join parts of the surface that no edge joins")?;
-                found.name(f, |f, vertex| write!(f, "{}, where {} parts meet", vertex.position, vertex.fans))
+                found.name(f, |f, vertex| write!(f, "{}, where {} parts meet", Point(vertex.position), vertex.fans))
             }
             Defect::RepeatedCorners(found) => {
                 found.lead(f, "triangle has identical corners", "triangles have identical corners")?;
@@ -487,9 +499,33 @@ impl<P> Findings<P> {
     }
 }
 
+/// A number as short as it can be written exactly: with an exponent where it would be all zeros without.
+struct Number(f64);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Number(number) = *self;
+        if number == 0.0 || !number.is_finite() || (1e-5..1e16).contains(&number.abs()) {
+            write!(f, "{number}")
+        } else {
+            write!(f, "{number:e}")
+        }
+    }
+}
+
+/// A position as (x, y, z).
+struct Point(DVec3);
+
+impl fmt::Display for Point {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Point(DVec3 { x, y, z }) = *self;
+        write!(f, "({}, {}, {})", Number(x), Number(y), Number(z))
+    }
+}
+
 impl EdgePlace {
     fn name(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} to {}, of ", self.ends[0], self.ends[1])?;
+        write!(f, "{} to {}, of ", Point(self.ends[0]), Point(self.ends[1]))?;
         f.write_str(if self.uses == 1 { "triangle " } else { "triangles " })?;
         for (i, triangle) in self.triangles.iter().enumerate() {
             let last = i + 1 == self.uses;
@@ -511,22 +547,23 @@ impl EdgePlace {
 
 impl TrianglePlace {
     fn name(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [a, b, c] = self.corners;
+        let [a, b, c] = self.corners.map(Point);
         write!(f, "triangle {} with corners {a}, {b}, {c}", self.triangle)
     }
 }
 
 impl DuplicatePlace {
     fn name(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [a, b, c] = self.corners;
+        let [a, b, c] = self.corners.map(Point);
         write!(f, "triangles {} and {} with corners {a}, {b}, {c}", self.earlier, self.triangle)
     }
 }
 
 impl ShellPlace {
     fn name(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ShellPlace { triangle, faces, signed_volume, bounds: Aabb { min, max }, .. } = self;
-        write!(f, "{faces} triangles from triangle {triangle} on, volume {signed_volume}, between {min} and {max}")
+        let ShellPlace { triangle, faces, .. } = self;
+        let (volume, min, max) = (Number(self.signed_volume), Point(self.bounds.min), Point(self.bounds.max));
+        write!(f, "{faces} triangles from triangle {triangle} on, volume {volume}, between {min} and {max}")
     }
 }
 
@@ -654,7 +691,7 @@ struct Shell {
     faces: Vec<usize>,
     bounds: Aabb,
     signed_volume: f64,
-    /// The sum of the same terms without their signs, to tell a volume from the rounding of its sum.
+    /// The sum of all products of coordinates in it without their signs, to tell a volume from its rounding.
     volume_scale: f64,
 }
 
@@ -664,7 +701,7 @@ fn connect(vertices: &[DVec3], faces: &[Face], uses: &[Use], report: &mut MeshRe
     let mut shells = Sets::new(faces.len());
     let mut fans = Sets::new(3 * faces.len());
     let position = |vertex: u64| vertices[vertex as u32 as usize];
-    let mut duplicates = Vec::new();
+    let (mut duplicates, mut even) = (Vec::new(), 0);
     for run in uses.chunk_by(|a, b| a.edge == b.edge) {
         report.edges += 1;
         let (count, forward) = (run.len(), run.iter().filter(|u| u.is_forward()).count());
@@ -696,10 +733,11 @@ fn connect(vertices: &[DVec3], faces: &[Face], uses: &[Use], report: &mut MeshRe
             shells.join(run[0].face(), run[1].face());
         }
         if count > 1 {
-            find_duplicates(faces, run, &mut duplicates);
+            even += find_duplicates(faces, run, &mut duplicates);
         }
     }
     report_duplicates(vertices, faces, duplicates, report);
+    report.every_triangle_even = even == faces.len();
 
     // Joining whole shells keeps as balanced what was, so that the runs which come earlier stay settled.
     for run in uses.chunk_by(|a, b| a.edge == b.edge).filter(|run| run.len() > 2) {
@@ -815,26 +853,31 @@ struct Duplicate {
 }
 
 /// Finds the faces of an edge that have the third corner in common. Each is found at one of its edges only, the one
-/// between its two lower vertices.
-fn find_duplicates(faces: &[Face], run: &[Use], duplicates: &mut Vec<Duplicate>) {
+/// between its two lower vertices. Returns how many faces occur an even number of times.
+fn find_duplicates(faces: &[Face], run: &[Use], duplicates: &mut Vec<Duplicate>) -> usize {
     let apex = |u: &Use| faces[u.face()].corners[(u.corner() + 2) % 3];
-    let high = run[0].edge as u32;
-    if let [a, b] = run {
-        if apex(a) == apex(b) && apex(a) > high {
-            let opposed = a.is_forward() != b.is_forward();
-            duplicates.push(Duplicate { face: b.face(), earlier: a.face(), opposed });
-        }
-        return;
+    if let [a, b] = run
+        && apex(a) != apex(b)
+    {
+        return 0;
     }
+    let high = run[0].edge as u32;
     let mut sorted: Vec<(u32, Use)> = run.iter().map(|u| (apex(u), *u)).filter(|(apex, _)| *apex > high).collect();
     sorted.sort_unstable();
+    let mut even = 0;
     for same in sorted.chunk_by(|a, b| a.0 == b.0) {
-        let earlier = same[0].1;
-        for (_, later) in &same[1..] {
-            let opposed = earlier.is_forward() != later.is_forward();
-            duplicates.push(Duplicate { face: later.face(), earlier: earlier.face(), opposed });
+        even += if same.len().is_multiple_of(2) { same.len() } else { 0 };
+        let forward = same.iter().filter(|(_, u)| u.is_forward()).count();
+        // What is left when faces back to back have cancelled, without the one that would be right.
+        let mut surplus = forward.abs_diff(same.len() - forward).saturating_sub(1);
+        let is_surplus = |u: Use| u.is_forward() == (2 * forward > same.len());
+        for (_, later) in same[1..].iter().rev() {
+            let opposed = surplus == 0 || !is_surplus(*later);
+            surplus -= usize::from(!opposed);
+            duplicates.push(Duplicate { face: later.face(), earlier: same[0].1.face(), opposed });
         }
     }
+    even
 }
 
 fn report_duplicates(vertices: &[DVec3], faces: &[Face], mut duplicates: Vec<Duplicate>, report: &mut MeshReport) {
@@ -879,9 +922,10 @@ impl Shell {
         let (mut signed_volume, mut volume_scale) = (0.0, 0.0);
         for face in &list {
             let [a, b, c] = corners(face).map(|corner| corner - centre);
-            let term = a.dot(b.cross(c)) / 6.0;
-            signed_volume += term;
-            volume_scale += term.abs();
+            signed_volume += a.dot(b.cross(c)) / 6.0;
+            let [a, b, c] = [a.abs(), b.abs(), c.abs()];
+            let products = DVec3::new(b.y * c.z + b.z * c.y, b.z * c.x + b.x * c.z, b.x * c.y + b.y * c.x);
+            volume_scale += a.dot(products) / 6.0;
         }
         Shell { faces: list, bounds, signed_volume, volume_scale }
     }
@@ -1192,7 +1236,7 @@ mod tests {
         assert_eq!((report.edges, report.euler_characteristic, report.genus), (18, 1, None));
         assert_eq!(
             sentence(&report, "open-edge"),
-            "3 edges are open, used by one triangle only; the first is [0, 0, 0] to [0, 1, 1], of triangle 0."
+            "3 edges are open, used by one triangle only; the first is (0, 0, 0) to (0, 1, 1), of triangle 0."
         );
         let EdgePlace { ends, uses, forward, triangles } = &report.open_edges.first[2];
         assert_eq!((*ends, *uses, *forward), ([DVec3::new(0.0, 1.0, 1.0), DVec3::Z], 1, 1));
@@ -1212,17 +1256,51 @@ mod tests {
     }
 
     #[test]
+    fn faces_back_to_back_cancel_before_they_count_as_repeated() {
+        let fin = |windings: &[bool]| {
+            let mut mesh = unit_cube();
+            mesh.triangles.extend(windings.iter().map(|forward| if *forward { [0, 3, 7] } else { [3, 0, 7] }));
+            let report = check(&mesh);
+            (report.duplicates.count, report.opposed_duplicates.count)
+        };
+        assert_eq!(fin(&[true]), (0, 0));
+        assert_eq!(fin(&[true, false]), (0, 1));
+        assert_eq!(fin(&[true, true]), (1, 0));
+        assert_eq!(fin(&[true, false, true]), (0, 2));
+        assert_eq!(fin(&[true, true, true]), (2, 0));
+        assert_eq!(fin(&[false, true, true, true]), (1, 2));
+    }
+
+    #[test]
+    fn a_flat_shell_faces_neither_way() {
+        // Back to back and oblique, so that rounding gives it some volume.
+        let positions = vec![
+            DVec3::new(47.263699, 36.56691, 12.565804),
+            DVec3::new(47.306953, 36.352104, 12.790643),
+            DVec3::new(47.344788, 36.110298, 12.987311),
+        ];
+        let flat = TriangleMesh { positions, triangles: vec![[0, 1, 2], [0, 2, 1]] };
+        for around in [cube(DVec3::ZERO, 1.0), cube(DVec3::ZERO, 100.0)] {
+            for flat in [flat.clone(), reversed(&flat)] {
+                let report = check(&together(&[around.clone(), flat]));
+                assert_eq!(codes(&report), [("opposed-duplicate-triangle", 1)]);
+                assert!(report.is_solid());
+            }
+        }
+    }
+
+    #[test]
     fn a_doubled_mesh_is_closed_but_no_solid() {
         let mesh = unit_cube();
         let report = check(&together(&[mesh.clone(), mesh.clone()]));
         assert!(report.is_closed() && report.is_oriented() && !report.is_solid());
-        assert_eq!(codes(&report), [("duplicate-triangle", 12), ("non-manifold-edge", 18)]);
+        assert_eq!(codes(&report), [("all-doubled", 1), ("duplicate-triangle", 12), ("non-manifold-edge", 18)]);
         assert_eq!(report.duplicates.first.len(), 5);
         assert_eq!((report.components, report.signed_volume), (1, 2.0));
 
         let report = check(&together(&[mesh.clone(), reversed(&mesh)]));
-        assert_eq!(codes(&report)[..2], [("inside-out", 1), ("no-volume", 1)]);
-        assert_eq!(codes(&report)[2..], [("opposed-duplicate-triangle", 12), ("non-manifold-edge", 18)]);
+        assert_eq!(codes(&report)[..3], [("inside-out", 1), ("all-doubled", 1), ("no-volume", 1)]);
+        assert_eq!(codes(&report)[3..], [("opposed-duplicate-triangle", 12), ("non-manifold-edge", 18)]);
         assert!(report.is_closed() && report.is_oriented() && !report.is_solid());
     }
 
@@ -1231,7 +1309,7 @@ mod tests {
         let mesh = TriangleMesh { triangles: vec![[0, 1, 2], [0, 2, 1]], ..tetrahedron() };
         let report = check(&mesh);
         assert!(report.is_closed() && report.is_oriented() && !report.is_solid());
-        assert_eq!(codes(&report), [("no-volume", 1), ("opposed-duplicate-triangle", 1)]);
+        assert_eq!(codes(&report), [("all-doubled", 1), ("no-volume", 1), ("opposed-duplicate-triangle", 1)]);
         assert_eq!(report.genus, Some(0));
     }
 
@@ -1268,7 +1346,7 @@ mod tests {
         mesh.positions[6].y = f64::INFINITY;
         assert_eq!(
             sentence(&check(&mesh), "coordinate-not-finite"),
-            "1 position is not finite: position 6 at [0, inf, 1], used by triangle 0."
+            "1 position is not finite: position 6 at (0, inf, 1), used by triangle 0."
         );
         let mut mesh = unit_cube();
         mesh.positions.push(DVec3::NAN);
@@ -1417,8 +1495,8 @@ mod tests {
         assert_eq!(report.collinear.first[0].triangle, 16);
         assert_eq!(
             sentence(&report, "collinear-triangle"),
-            "1 triangle has no area, its corners being on a line: triangle 16 with corners [0, 0, 0], [1, 0, 0], \
-             [0.5, 0, 0]."
+            "1 triangle has no area, its corners being on a line: triangle 16 with corners (0, 0, 0), (1, 0, 0), \
+             (0.5, 0, 0)."
         );
     }
 
