@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::mesh::TriangleMesh;
 
-/// Six times the signed volume over six: the divergence sum over all triangles.
+/// The signed volume, as a divergence sum over all triangles.
 pub(super) fn volume(mesh: &TriangleMesh) -> f64 {
     let at = |v: u32| mesh.positions[v as usize];
     mesh.triangles.iter().map(|&[a, b, c]| at(a).dot(at(b).cross(at(c)))).sum::<f64>() / 6.0
@@ -46,7 +46,7 @@ pub(super) fn assert_solid(mesh: &TriangleMesh) {
     assert!(volume(mesh) > 0.0);
 }
 
-/// The tests of the shape of triangles: the least angle of each in degrees, ascending.
+/// The least angle of each triangle in degrees, ascending.
 pub(super) fn least_angles(mesh: &TriangleMesh) -> Vec<f64> {
     let mut angles: Vec<f64> = mesh
         .triangles

@@ -274,7 +274,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
                 let ambiguous = a == c && b == d;
                 let join = ambiguous && joined.contains(&self.face(cell, axis, side));
                 for i in 0..4 {
-                    if !(signs[corners[i]] && !signs[corners[(i + 1) % 4]]) {
+                    if !signs[corners[i]] || signs[corners[(i + 1) % 4]] {
                         continue;
                     }
                     // The arc leaves where the walk round the face goes outside and arrives where it comes back in: on an

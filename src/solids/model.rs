@@ -72,7 +72,7 @@ pub struct Parameter {
 }
 
 /// A model with its name, as a help text shows it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub struct ModelKind {
     /// The name by which it is asked for.
     pub name: &'static str,
