@@ -76,7 +76,7 @@ pub(super) fn contour(
     fineness: (&'static str, f64),
 ) -> Result<TriangleMesh, SolidError> {
     let (parameter, value) = fineness;
-    let nodes = block.cells.iter().map(|&n| n as u64 + 3).product::<u64>();
+    let nodes = block.cells.iter().fold(1_u64, |nodes, &n| nodes.saturating_mul(n as u64 + 3));
     if nodes > MAX_NODES {
         return Err(SolidError::TooManyNodes { parameter, value, nodes, limit: MAX_NODES });
     }

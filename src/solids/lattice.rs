@@ -97,7 +97,7 @@ impl StrutLattice {
         check_range("radius", self.radius, 1e-9, self.cell_size / 2.0)?;
         check_range("segments", segments.into(), 3.0, 1e6)?;
         let struts = self.struts();
-        check_triangles("segments", segments, 4 * u64::from(segments) * struts)?;
+        check_triangles("segments", segments, struts.saturating_mul(4 * u64::from(segments)))?;
         let mut mesh = TriangleMesh {
             positions: Vec::with_capacity((2 * struts * (u64::from(segments) + 1)) as usize),
             triangles: Vec::with_capacity((4 * struts * u64::from(segments)) as usize),

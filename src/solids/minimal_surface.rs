@@ -346,5 +346,7 @@ mod tests {
         assert_eq!(full, "fraction is 1, but must be from 0.02 to 0.98");
         let many = text(MinimalSurface { cells: [1000; 3], ..good });
         assert!(many.starts_with("resolution = 24 asks for 13"), "{many}");
+        let huge = text(MinimalSurface { cells: [10_000; 3], resolution: 1024, ..good });
+        assert!(huge.starts_with("wall is 0.5") || huge.starts_with("resolution = 1024 asks for "), "{huge}");
     }
 }
