@@ -190,9 +190,9 @@ impl Implicit for Struts {
         self.away_from_line(p).0.length() - self.radius
     }
 
-    fn gradient(&self, p: DVec3, _spacing: f64) -> DVec3 {
+    fn value_and_gradient(&self, p: DVec3, _spacing: f64) -> (f64, DVec3) {
         let (away, signs) = self.away_from_line(p);
-        away.normalize_or_zero() * signs
+        (away.length() - self.radius, away.normalize_or_zero() * signs)
     }
 }
 

@@ -79,16 +79,21 @@ impl Surface {
         }
     }
 
-    /// The gradient of f by angle.
-    fn gradient(self, p: DVec3) -> DVec3 {
+    /// f and its gradient by angle.
+    fn value_and_gradient(self, p: DVec3) -> (f64, DVec3) {
         let ((sx, cx), (sy, cy), (sz, cz)) = (p.x.sin_cos(), p.y.sin_cos(), p.z.sin_cos());
         match self {
-            Surface::Gyroid => DVec3::new(cx * cy - sz * sx, cy * cz - sx * sy, cz * cx - sy * sz),
-            Surface::Primitive => -DVec3::new(sx, sy, sz),
-            Surface::Diamond => DVec3::new(
-                cx * sy * sz + cx * cy * cz - sx * sy * cz - sx * cy * sz,
-                sx * cy * sz - sx * sy * cz + cx * cy * cz - cx * sy * sz,
-                sx * sy * cz - sx * cy * sz - cx * sy * sz + cx * cy * cz,
+            Surface::Gyroid => {
+                (sx * cy + sy * cz + sz * cx, DVec3::new(cx * cy - sz * sx, cy * cz - sx * sy, cz * cx - sy * sz))
+            }
+            Surface::Primitive => (cx + cy + cz, -DVec3::new(sx, sy, sz)),
+            Surface::Diamond => (
+                sx * sy * sz + sx * cy * cz + cx * sy * cz + cx * cy * sz,
+                DVec3::new(
+                    cx * sy * sz + cx * cy * cz - sx * sy * cz - sx * cy * sz,
+                    sx * cy * sz - sx * sy * cz + cx * cy * cz - cx * sy * sz,
+                    sx * sy * cz - sx * cy * sz - cx * sy * sz + cx * cy * cz,
+                ),
             ),
         }
     }
@@ -175,10 +180,10 @@ impl Implicit for Levelled {
         if self.sheet { f.abs() - self.level } else { f - self.level }
     }
 
-    fn gradient(&self, p: DVec3, _spacing: f64) -> DVec3 {
-        let angle = self.angle_per_length * (p - self.corner);
-        let gradient = self.angle_per_length * self.surface.gradient(angle);
-        if self.sheet && self.surface.value(angle) < 0.0 { -gradient } else { gradient }
+    fn value_and_gradient(&self, p: DVec3, _spacing: f64) -> (f64, DVec3) {
+        let (f, slope) = self.surface.value_and_gradient(self.angle_per_length * (p - self.corner));
+        let side = if self.sheet { f.signum() } else { 1.0 };
+        (side * f - self.level, side * self.angle_per_length * slope)
     }
 }
 
@@ -257,6 +262,40 @@ mod tests {
                     .sum();
                 let face = 8.0 * extent.x * extent.y * extent.z / (2.0 * extent[axis]);
                 assert!((cap / face - 0.5).abs() < 0.005, "{axis} {side}: {cap} of {face}");
+            }
+        }
+    }
+
+    #[test]
+    fn gradients_are_those_of_the_values() {
+        for surface in SURFACES {
+            for p in [DVec3::new(0.3, 1.7, -2.2), DVec3::new(2.9, -0.4, 1.1)] {
+                let (value, gradient) = surface.value_and_gradient(p);
+                assert_eq!(value, surface.value(p));
+                for (axis, e) in DVec3::AXES.into_iter().enumerate() {
+                    let difference = (surface.value(p + 1e-5 * e) - surface.value(p - 1e-5 * e)) / 2e-5;
+                    assert!((difference - gradient[axis]).abs() < 1e-8, "{surface:?} {p} {axis}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_triangle_is_turned_over() {
+        for surface in SURFACES {
+            for part in [Part::Network { fraction: 0.5 }, Part::Sheet { wall: 0.4 }] {
+                let mesh = block(surface, part).build().unwrap();
+                let extent = DVec3::new(5.0, 2.5, 5.0);
+                for t in &mesh.triangles {
+                    let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+                    if (0..3).any(|axis| [a, b, c].iter().all(|p| p[axis].abs() == extent[axis])) {
+                        continue;
+                    }
+                    let (f, gradient) = surface.value_and_gradient(TAU / 5.0 * ((a + b + c) / 3.0 + extent));
+                    let outwards = if matches!(part, Part::Sheet { .. }) { f.signum() * gradient } else { gradient };
+                    let normal = (b - a).cross(c - a).normalize();
+                    assert!(normal.dot(outwards.normalize()) > 0.5, "{surface:?} {part:?} {a} {b} {c}");
+                }
             }
         }
     }
