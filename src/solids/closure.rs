@@ -15,6 +15,25 @@ pub(super) fn euler_characteristic(mesh: &TriangleMesh) -> i64 {
     mesh.positions.len() as i64 - mesh.triangles.len() as i64 / 2
 }
 
+/// Shells: sets of triangles that hang together by vertices.
+pub(super) fn components(mesh: &TriangleMesh) -> usize {
+    let mut parent: Vec<usize> = (0..mesh.positions.len()).collect();
+    fn root(parent: &mut [usize], mut v: usize) -> usize {
+        while parent[v] != v {
+            parent[v] = parent[parent[v]];
+            v = parent[v];
+        }
+        v
+    }
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|v| root(&mut parent, v as usize));
+        parent[b] = a;
+        let c = root(&mut parent, c);
+        parent[c] = root(&mut parent, a);
+    }
+    (0..parent.len()).filter(|&v| parent[v] == v).count()
+}
+
 /// Every directed edge once and its opposite once, the triangles round each vertex one fan, every vertex used, corners of
 /// a triangle distinct, and a positive volume.
 pub(super) fn assert_solid(mesh: &TriangleMesh) {

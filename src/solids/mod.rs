@@ -4,7 +4,7 @@
 //! depends on it. Every solid but [`cuboid`] has its centre at the origin, so that any two overlap.
 //!
 //! Simple shapes are tessellated directly ([`cuboid`], [`sphere`], [`cylinder`], [`torus`], [`hyperboloid`],
-//! [`geodesic`], [`chain`]). Minimal surfaces, merged lattices, the brush and the bone are implicit solids {F < 0} that one contourer turns into a mesh, clipped by their
+//! [`geodesic()`], [`chain()`]). Minimal surfaces, merged lattices, the brush and the bone are implicit solids {F < 0} that one contourer turns into a mesh, clipped by their
 //! box with planar caps ([`MinimalSurface`], [`StrutLattice`], [`Brush`], [`LongBone`]). [`Model`] gathers them all under the
 //! names and defaults that a command line needs.
 //!

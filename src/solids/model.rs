@@ -25,7 +25,7 @@ pub enum Model {
         /// Meridians.
         segments: u32,
     },
-    /// See [`geodesic`].
+    /// See [`geodesic()`].
     Geodesic {
         /// Radius.
         radius: f64,
@@ -65,7 +65,7 @@ pub enum Model {
         /// Zones along the height.
         zones: u32,
     },
-    /// See [`chain`].
+    /// See [`chain()`].
     Chain {
         /// Number of rings.
         links: u32,

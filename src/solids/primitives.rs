@@ -36,7 +36,7 @@ pub fn cuboid(min: DVec3, max: DVec3) -> Result<TriangleMesh, SolidError> {
 
 /// A sphere about the origin with `segments` meridians and half as many zones; `2 segments (segments / 2 − 1)` triangles.
 ///
-/// Triangles crowd at the poles; [`geodesic`](super::geodesic) has even ones.
+/// Triangles crowd at the poles; [`geodesic`](super::geodesic()) has even ones.
 ///
 /// # Errors
 /// A radius that is not a length, `segments` below 4 or giving too many triangles.
