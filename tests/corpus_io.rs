@@ -134,7 +134,7 @@ fn times() {
     for (path, _) in corpus() {
         let Ok(bytes) = fs::read(&path) else { continue };
         let Ok(format) = Format::from_path(&path) else { continue };
-        let best = (0..5).map(|_| {
+        let best = (0..20).map(|_| {
             let start = std::time::Instant::now();
             let parsed = ldi_ops::mesh::io::parse(&bytes, format, &path);
             let elapsed = start.elapsed().as_micros();

@@ -639,7 +639,7 @@ pub(super) mod tests {
             ReadNote::BeamsLeftOut { count: 2 },
         ];
         assert_eq!(file.notes, notes);
-        let alone = lattice.replace(r#"<triangle v1="0" v2="1" v3="2" pid="1"/>"#, "");
+        let alone = lattice.replace(r#"<triangle v1="0" v2="1" v3="2" pid="2"/>"#, "");
         let message = "sample.3mf: the file has 2 beams and no triangles, and beam lattices are not meshed yet";
         assert_eq!(error(&single("", &alone, r#"<item objectid="2"/>"#), FORMAT), message);
     }
