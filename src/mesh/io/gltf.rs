@@ -10,6 +10,7 @@
 //!
 //! Draco and meshopt compression are refused by name where there is no other form of the data.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read};
@@ -32,6 +33,9 @@ use crate::mesh::{LengthUnit, TriangleMesh};
 
 const DRACO: &str = "KHR_draco_mesh_compression";
 const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+
+/// How many positions an accessor without data of its own may have for each that a sparse value replaces.
+const ZEROS_PER_VALUE: u64 = 16;
 
 pub(super) fn parse_text(bytes: &[u8], path: &Path) -> Result<MeshFile, Fault> {
     if bytes.starts_with(b"glTF") {
@@ -97,10 +101,9 @@ fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshF
     if let Some(name) = root.extensions_required.iter().find(|name| is_compression(name)) {
         return Err(Fault::Unsupported(Place::File, compressed(name)));
     }
-    let mut document =
-        Document { buffers: vec![None; root.buffers.len()], blob: blob.map(<[u8]>::to_vec), root: &root, path };
+    let mut document = Document { buffers: vec![None; root.buffers.len()], blob, root: &root, path };
 
-    let (placed, mut notes) = placements(&root, &transforms)?;
+    let placed = placements(&root, &transforms)?;
     // Meshes that the scene does not show need not be readable.
     let mut parts = Vec::new();
     let mut part_of_mesh = BTreeMap::new();
@@ -122,6 +125,7 @@ fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshF
         placements.push(Placement { part, world_from_part });
     }
     let mesh = assemble(&parts, &placements)?;
+    let mut notes = Vec::new();
     if placements.len() > 1 {
         notes.push(ReadNote::ObjectsMerged { count: placements.len() });
     }
@@ -173,8 +177,7 @@ impl NodeTransform {
 }
 
 /// Each mesh of the scene in each of its places, in the order of a walk down the nodes.
-#[allow(clippy::type_complexity)]
-fn placements(root: &Root, transforms: &[NodeTransform]) -> Result<(Vec<(usize, DAffine3)>, Vec<ReadNote>), Fault> {
+fn placements(root: &Root, transforms: &[NodeTransform]) -> Result<Vec<(usize, DAffine3)>, Fault> {
     let scene = match root.scene {
         Some(scene) => Some(get(&root.scenes, scene, "scene", || Place::File)?),
         None => root.scenes.first(),
@@ -209,7 +212,7 @@ fn placements(root: &Root, transforms: &[NodeTransform]) -> Result<(Vec<(usize, 
         let children = node.children.iter().flatten().rev();
         stack.extend(children.map(|child| (child.value(), world_from_node)));
     }
-    Ok((placed, Vec::new()))
+    Ok(placed)
 }
 
 fn get<'a, T>(items: &'a [T], index: Index<T>, what: &'static str, place: impl Fn() -> Place) -> Result<&'a T, Fault> {
@@ -222,9 +225,9 @@ fn get<'a, T>(items: &'a [T], index: Index<T>, what: &'static str, place: impl F
 struct Document<'a> {
     root: &'a Root,
     path: &'a Path,
-    blob: Option<Vec<u8>>,
+    blob: Option<&'a [u8]>,
     /// Buffers that have been needed so far.
-    buffers: Vec<Option<Vec<u8>>>,
+    buffers: Vec<Option<Cow<'a, [u8]>>>,
 }
 
 struct Part {
@@ -291,8 +294,7 @@ impl Document<'_> {
                 let problem = Problem::TooMany { what: "triangles".into(), found: *triangles, limit: TRIANGLES_MAX };
                 return Err(Fault::Malformed(place(), problem));
             }
-            let corners = corners.iter().map(|corner| corner + first as u32);
-            add_triangles(mode, corners, &mut part.mesh.triangles);
+            add_triangles(mode, &corners, first as u32, &mut part.mesh.triangles);
         }
         Ok(part)
     }
@@ -327,6 +329,18 @@ impl Document<'_> {
             let at = |axis: usize| coordinate(component, is_normalized, &bytes[axis * component.size()..]);
             DVec3::new(at(0), at(1), at(2))
         };
+        // The sparse part comes first, since it bears out how many there are where there is no other.
+        let replaced = match &accessor.sparse {
+            Some(sparse) => {
+                let Checked::Valid(index_type) = sparse.indices.component_type else {
+                    return Err(Fault::invalid(place(), "the type of the sparse indices is none of glTF's"));
+                };
+                let (view, offset) = (sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0);
+                let values = self.values(view, offset, sparse.count.0, index_type.0.size(), &place)?;
+                (0..sparse.count.0 as usize).map(|k| index_value(index_type.0, values.get(k))).collect()
+            }
+            None => Vec::new(),
+        };
         let first = positions.len();
         match accessor.buffer_view {
             Some(view) => {
@@ -335,27 +349,16 @@ impl Document<'_> {
                 positions.extend((0..count).map(|k| read(values.get(k))));
             }
             None => {
-                // Without data all is zero, which is how a sparse accessor may begin. No bytes bear out its count.
-                let sparse = accessor.sparse.as_ref().map_or(0, |sparse| sparse.count.0);
-                let most = 1024 * (sparse + 1);
-                if accessor.count.0 > most {
-                    let problem =
-                        Problem::TooMany { what: "values without data".into(), found: accessor.count.0, limit: most };
-                    return Err(Fault::Malformed(place(), problem));
+                // Without data all is zero, which no bytes bear out; some of it must be replaced.
+                let limit = ZEROS_PER_VALUE * replaced.len() as u64;
+                if accessor.count.0 > limit {
+                    let what = "positions without data".into();
+                    return Err(Fault::Malformed(place(), Problem::TooMany { what, found: accessor.count.0, limit }));
                 }
                 positions.resize(first + count, DVec3::ZERO);
             }
         }
         let Some(sparse) = &accessor.sparse else { return Ok(()) };
-        let Checked::Valid(index_type) = sparse.indices.component_type else {
-            return Err(Fault::invalid(place(), "the type of the sparse indices is none of glTF's"));
-        };
-        let index_type = index_type.0;
-        let replaced: Vec<u32> = {
-            let (view, offset) = (sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0);
-            let values = self.values(view, offset, sparse.count.0, index_type.size(), &place)?;
-            (0..sparse.count.0 as usize).map(|k| index_value(index_type, values.get(k))).collect()
-        };
         let (view, offset) = (sparse.values.buffer_view.value(), sparse.values.byte_offset.0);
         let values = self.values(view, offset, sparse.count.0, size, &place)?;
         for (k, vertex) in replaced.into_iter().enumerate() {
@@ -453,10 +456,10 @@ impl Document<'_> {
         let buffer = get(&self.root.buffers, Index::new(index as u32), "buffer", place)?;
         if self.buffers[index].is_none() {
             let place = Place::element("buffer", index);
-            let bytes = match &buffer.uri {
-                Some(uri) => load(uri, self.path, buffer.byte_length.0, &place)?,
-                None if index == 0 && self.blob.is_some() => self.blob.clone().unwrap_or_default(),
-                None => return Err(Fault::invalid(place, "the buffer has neither a URI nor a chunk `BIN`")),
+            let bytes = match (&buffer.uri, self.blob) {
+                (Some(uri), _) => Cow::Owned(load(uri, self.path, buffer.byte_length.0, &place)?),
+                (None, Some(blob)) if index == 0 => Cow::Borrowed(blob),
+                _ => return Err(Fault::invalid(place, "the buffer has neither a URI nor a chunk `BIN`")),
             };
             if (bytes.len() as u64) < buffer.byte_length.0 {
                 let (promised, found) = (buffer.byte_length.0, bytes.len() as u64);
@@ -468,22 +471,19 @@ impl Document<'_> {
     }
 }
 
-fn add_triangles(mode: Mode, corners: impl Iterator<Item = u32>, triangles: &mut Vec<[u32; 3]>) {
+/// Adds the triangles of a primitive whose vertex 0 is vertex `first` of the mesh.
+fn add_triangles(mode: Mode, corners: &[u32], first: u32, triangles: &mut Vec<[u32; 3]>) {
     match mode {
         Mode::TriangleStrip => {
             let mut strip = Strip::default();
-            triangles.extend(corners.filter_map(|corner| strip.triangle(corner)));
+            triangles.extend(corners.iter().filter_map(|corner| strip.triangle(corner + first)));
         }
         Mode::TriangleFan => {
-            let mut corners = corners;
-            let (Some(hub), Some(mut last)) = (corners.next(), corners.next()) else { return };
-            triangles.extend(corners.map(|corner| [hub, std::mem::replace(&mut last, corner), corner]));
+            let rims = corners.windows(2).skip(1);
+            triangles.extend(rims.map(|rim| [corners[0], rim[0], rim[1]].map(|corner| corner + first)));
         }
-        _ => {
-            let corners: Vec<u32> = corners.collect();
-            // Corners after the last triple are no triangle.
-            triangles.extend(corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]));
-        }
+        // Corners after the last triple are no triangle.
+        _ => triangles.extend(corners.chunks_exact(3).map(|t| [t[0] + first, t[1] + first, t[2] + first])),
     }
 }
 
@@ -774,6 +774,30 @@ mod tests {
         ];
         for (from, to, message) in cases {
             assert_eq!(wrong(from, to), format!("sample.gltf{message}"), "{to}");
+        }
+        let sparse = r#"{"attributes":{"POSITION":2},"indices":1}"#;
+        let text = String::from_utf8(embedded(ONE, sparse)).unwrap();
+        let cases = [
+            (
+                r#""count":2"#,
+                r#""count":18446744073709551615"#,
+                "18446744073709551615 values are promised, 2 are there",
+            ),
+            (
+                r#""count":4,"type":"VEC3","sparse""#,
+                r#""count":99,"type":"VEC3","sparse""#,
+                "99 positions without data, and at most 32 can be read",
+            ),
+            (
+                r#""count":4,"type":"VEC3","sparse""#,
+                r#""count":1,"type":"VEC3","sparse""#,
+                "sparse value 1 is out of range: there are 1, counted from 0",
+            ),
+        ];
+        for (from, to, message) in cases {
+            assert!(text.contains(from), "{from}");
+            let message = format!("sample.gltf, accessor 2: {message}");
+            assert_eq!(error(text.replacen(from, to, 1).as_bytes(), FORMAT), message);
         }
         let twice = embedded(r#""nodes":[{"children":[1,1]},{"mesh":0}]"#, INDEXED);
         assert_eq!(error(&twice, FORMAT), "sample.gltf, node 1: the scene reaches this node twice");

@@ -32,7 +32,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
         return Err(Fault::Malformed(Place::File, problem));
     }
     let mut body = match header.encoding {
-        Encoding::Text => Body::Text(Words::new(&text[header.bytes..]).from_line(header.lines + 1)),
+        Encoding::Text => Body::Text(Words::new(&text[header.bytes..]).starting_at(header.lines + 1)),
         Encoding::Binary(order) => Body::Binary { bytes: &text, at: header.bytes, order },
     };
     let mut content = Content { vertices: vertices as usize, ..Content::default() };

@@ -84,7 +84,7 @@ impl<'a> Words<'a> {
     }
 
     /// Takes the text to begin on this line of the file.
-    pub(super) fn from_line(mut self, line: usize) -> Words<'a> {
+    pub(super) fn starting_at(mut self, line: usize) -> Words<'a> {
         self.line = line;
         self
     }

@@ -9,6 +9,8 @@
 //!
 //! A few bytes of a ZIP file can inflate to very many, so there is a limit to how many, in proportion to the file's size.
 
+use std::borrow::Cow;
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Read};
 
@@ -119,7 +121,7 @@ fn model_relationship(text: &str) -> Result<Option<String>, Fault> {
             xml.attributes(&element, |name, value| {
                 match name {
                     "Type" => is_model = value.ends_with("/3dmodel"),
-                    "Target" => target = Some(value.to_owned()),
+                    "Target" => target = Some(xml.name(value)?),
                     _ => {}
                 }
                 Ok(())
@@ -137,11 +139,13 @@ struct Xml<'a> {
     reader: Reader<&'a [u8]>,
     text: &'a str,
     part: &'a str,
+    /// The last offset whose line was asked for, and that line, so that asking often does not cost the square.
+    known_line: Cell<(usize, usize)>,
 }
 
 impl<'a> Xml<'a> {
     fn new(text: &'a str, part: &'a str) -> Xml<'a> {
-        Xml { reader: Reader::from_str(text), text, part }
+        Xml { reader: Reader::from_str(text), text, part, known_line: Cell::new((0, 1)) }
     }
 
     /// The next event, or `None` at the end.
@@ -168,7 +172,16 @@ impl<'a> Xml<'a> {
 
     fn line(&self) -> usize {
         let at = usize::try_from(self.reader.buffer_position()).unwrap_or(usize::MAX).min(self.text.len());
-        1 + memchr::memchr_iter(b'\n', &self.text.as_bytes()[..at]).count()
+        let (known_at, known) = self.known_line.get();
+        let line = known + memchr::memchr_iter(b'\n', &self.text.as_bytes()[known_at.min(at)..at]).count();
+        self.known_line.set((at, line));
+        line
+    }
+
+    /// An attribute that is a name, without XML's escapes.
+    fn name(&self, value: &str) -> Result<String, Fault> {
+        let name = quick_xml::escape::unescape(value);
+        name.map(Cow::into_owned).map_err(|error| self.invalid(format!("the XML is wrong: {error}")))
     }
 
     fn fault(&self, problem: Problem) -> Fault {
@@ -391,7 +404,7 @@ fn reference(xml: &Xml<'_>, element: &BytesStart<'_>) -> Result<Reference, Fault
     xml.attributes(element, |name, value| {
         match name {
             "objectid" => object = Some(xml.integer(value)?),
-            "path" => part = Some(normal_name(value)),
+            "path" => part = Some(normal_name(&xml.name(value)?)),
             "transform" => outer_from_object = transform(xml, value)?,
             _ => {}
         }
