@@ -14,6 +14,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::MeshFile;
+use super::allocation::vec_with_room;
 use super::error::{Fault, Place, Problem};
 use super::note::ReadNote;
 use super::polygon::{Polygons, Strip};
@@ -376,7 +377,10 @@ impl Content {
         if let Body::Binary { bytes, at, order } = body {
             let rest = &bytes[*at..];
             if let Some((triangles, length)) = plain_triangles(element, list, rest, *order, self.vertices) {
-                self.triangles.extend(triangles);
+                match self.triangles.is_empty() {
+                    true => self.triangles = triangles,
+                    false => self.triangles.extend(triangles),
+                }
                 *at += length;
                 return Ok(());
             }
@@ -496,14 +500,18 @@ fn read_property(
 /// The positions of vertices that all take `stride` bytes.
 fn positions(bytes: &[u8], stride: usize, axes: [(usize, Scalar); 3], order: ByteOrder) -> Vec<DVec3> {
     let [x, y, z] = axes;
+    let mut positions = vec_with_room(bytes.len() / stride);
     let vertices = bytes.par_chunks_exact(stride).with_min_len(ELEMENTS_PER_TASK);
     // The types are tested once here, so that the usual one has a loop of its own.
     if axes.iter().all(|&(_, scalar)| scalar == Scalar::F32) && order == ByteOrder::Little {
         let load = |vertex: &[u8], at: usize| Scalar::F32.load(&vertex[at..at + 4], ByteOrder::Little);
-        return vertices.map(|v| DVec3::new(load(v, x.0), load(v, y.0), load(v, z.0))).collect();
+        let position = |v: &[u8]| DVec3::new(load(v, x.0), load(v, y.0), load(v, z.0));
+        vertices.map(position).collect_into_vec(&mut positions);
+    } else {
+        let load = |vertex: &[u8], (at, scalar): (usize, Scalar)| scalar.load(&vertex[at..], order);
+        vertices.map(|v| DVec3::new(load(v, x), load(v, y), load(v, z))).collect_into_vec(&mut positions);
     }
-    let load = |vertex: &[u8], (at, scalar): (usize, Scalar)| scalar.load(&vertex[at..], order);
-    vertices.map(|v| DVec3::new(load(v, x), load(v, y), load(v, z))).collect()
+    positions
 }
 
 /// The faces of an element whose only list is its vertices, and their length in bytes, if all of them are triangles with
@@ -535,7 +543,8 @@ fn plain_triangles(
     let limit = vertices as f64;
     let usual = order == ByteOrder::Little && count == Scalar::U8 && matches!(item, Scalar::I32 | Scalar::U32);
     let faces = bytes.par_chunks_exact(stride).with_min_len(ELEMENTS_PER_TASK);
-    let triangles = if usual {
+    let mut triangles = vec_with_room(bytes.len() / stride);
+    if usual {
         faces
             .map(|face| {
                 let list = &face[start..start + 13];
@@ -547,7 +556,7 @@ fn plain_triangles(
                 }
                 corners
             })
-            .collect()
+            .collect_into_vec(&mut triangles);
     } else {
         faces
             .map(|face| {
@@ -558,8 +567,8 @@ fn plain_triangles(
                 }
                 corners.map(|corner| corner as u32)
             })
-            .collect()
-    };
+            .collect_into_vec(&mut triangles);
+    }
     is_plain.into_inner().then_some((triangles, length))
 }
 

@@ -12,6 +12,7 @@ use std::path::Path;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::allocation::vec_with_room;
 use super::error::{Fault, Place, Problem, WriteError};
 use super::note::ReadNote;
 use super::text::{Words, decode};
@@ -64,7 +65,8 @@ fn parse_binary(bytes: &[u8], promised: u32) -> Result<MeshFile, Fault> {
     // An index is 32 bits, and a triangle of soup has three vertices of its own.
     check_count(count)?;
     let (records, rest) = body.split_at(count * TRIANGLE_BYTES);
-    let corners: Vec<[DVec3; 3]> = records
+    let mut corners: Vec<[DVec3; 3]> = vec_with_room(count);
+    records
         .par_chunks_exact(TRIANGLE_BYTES)
         .with_min_len(TRIANGLES_PER_TASK)
         .map(|record| {
@@ -74,7 +76,7 @@ fn parse_binary(bytes: &[u8], promised: u32) -> Result<MeshFile, Fault> {
             let corner = |at: usize| DVec3::new(float(at), float(at + 4), float(at + 8));
             [corner(12), corner(24), corner(36)]
         })
-        .collect();
+        .collect_into_vec(&mut corners);
     let mut notes = Vec::new();
     if !rest.is_empty() {
         notes.push(ReadNote::TrailingBytes { count: rest.len() });
@@ -91,11 +93,12 @@ fn check_count(triangles: usize) -> Result<(), Fault> {
 }
 
 fn soup(corners: Vec<[DVec3; 3]>) -> TriangleMesh {
-    let triangles = (0..corners.len() as u32)
+    let mut triangles = vec_with_room(corners.len());
+    (0..corners.len() as u32)
         .into_par_iter()
         .with_min_len(TRIANGLES_PER_TASK)
         .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
-        .collect();
+        .collect_into_vec(&mut triangles);
     TriangleMesh { positions: corners.into_flattened(), triangles }
 }
 

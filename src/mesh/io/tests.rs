@@ -1,5 +1,6 @@
 //! What holds for all formats: names, notes, hostile bytes, and files as they are written.
 
+use std::fs;
 use std::path::PathBuf;
 
 use glam::DVec3;
