@@ -28,7 +28,7 @@ use super::error::{Fault, Place, Problem};
 use super::note::ReadNote;
 use super::placement::{Placement, TRIANGLES_MAX, assemble};
 use super::polygon::Strip;
-use super::text::{decode, quote};
+use super::text::{decode, quote, sentence};
 use crate::mesh::{LengthUnit, TriangleMesh};
 
 const DRACO: &str = "KHR_draco_mesh_compression";
@@ -94,7 +94,7 @@ pub(super) fn parse_binary(bytes: &[u8], path: &Path) -> Result<MeshFile, Fault>
 
 fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshFile, Fault> {
     let not_json = |error: serde_json::Error| {
-        Fault::invalid(Place::Line(error.line()), format!("the glTF document is wrong: {error}"))
+        Fault::invalid(Place::Line(error.line()), format!("the glTF document is wrong: {}", sentence(&error)))
     };
     let root = Root::from_slice(json).map_err(not_json)?;
     let Transforms { nodes: transforms } = serde_json::from_slice(json).map_err(not_json)?;

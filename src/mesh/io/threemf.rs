@@ -23,7 +23,7 @@ use super::MeshFile;
 use super::error::{Fault, Place, Problem};
 use super::note::ReadNote;
 use super::placement::{PLACEMENTS_MAX, Placement, assemble};
-use super::text::{decode, number, quote};
+use super::text::{decode, number, quote, sentence};
 use crate::mesh::{LengthUnit, TriangleMesh};
 
 /// Bytes that a package of `length` may inflate to. Models of lattices, full of the same words, reach a fiftieth of it.
@@ -59,8 +59,9 @@ struct Package<'a> {
 
 impl<'a> Package<'a> {
     fn open(bytes: &'a [u8]) -> Result<Package<'a>, Fault> {
-        let archive = ZipArchive::new(Cursor::new(bytes))
-            .map_err(|error| Fault::invalid(Place::File, format!("the file is no sound ZIP package: {error}")))?;
+        let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
+            Fault::invalid(Place::File, format!("the file is no sound ZIP package: {}", sentence(&error)))
+        })?;
         let names = archive.file_names_raw().filter_map(|name| std::str::from_utf8(name).ok());
         let names = names.map(|name| (normal_name(name), name.to_owned())).collect();
         let limit = inflated_limit(bytes.len());
@@ -74,7 +75,8 @@ impl<'a> Package<'a> {
             return Err(Fault::invalid(Place::File, format!("the package has no part `{}`", quote(part.as_bytes()))));
         };
         let failed = |error: &dyn std::fmt::Display| {
-            Fault::invalid(Place::File, format!("part `{}` cannot be unpacked: {error}", quote(part.as_bytes())))
+            let (part, error) = (quote(part.as_bytes()), sentence(error));
+            Fault::invalid(Place::File, format!("part `{part}` cannot be unpacked: {error}"))
         };
         let file = self.archive.by_name(name).map_err(|error| failed(&error))?;
         let mut inflated = Vec::new();
@@ -153,7 +155,7 @@ impl<'a> Xml<'a> {
         match self.reader.read_event() {
             Ok(Event::Eof) => Ok(None),
             Ok(event) => Ok(Some(event)),
-            Err(error) => Err(self.invalid(format!("the XML is wrong: {error}"))),
+            Err(error) => Err(self.invalid(format!("the XML is wrong: {}", sentence(&error)))),
         }
     }
 
@@ -164,7 +166,8 @@ impl<'a> Xml<'a> {
         mut each: impl FnMut(&str, &str) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
         for attribute in element.attributes().with_checks(false) {
-            let attribute = attribute.map_err(|error| self.invalid(format!("the XML is wrong: {error}")))?;
+            let attribute =
+                attribute.map_err(|error| self.invalid(format!("the XML is wrong: {}", sentence(&error))))?;
             each(attribute.key.local_name().as_ref(), &attribute.value)?;
         }
         Ok(())
@@ -181,7 +184,7 @@ impl<'a> Xml<'a> {
     /// An attribute that is a name, without XML's escapes.
     fn name(&self, value: &str) -> Result<String, Fault> {
         let name = quick_xml::escape::unescape(value);
-        name.map(Cow::into_owned).map_err(|error| self.invalid(format!("the XML is wrong: {error}")))
+        name.map(Cow::into_owned).map_err(|error| self.invalid(format!("the XML is wrong: {}", sentence(&error))))
     }
 
     fn fault(&self, problem: Problem) -> Fault {
