@@ -7,6 +7,7 @@ pub mod check;
 pub mod closed;
 pub mod io;
 mod measure;
+mod transform;
 #[cfg(test)]
 mod testing;
 
