@@ -1,1 +1,205 @@
 //! Mesh files, one module a format.
+//!
+//! [`read`] takes STL, OBJ, PLY, OFF, glTF, GLB and 3MF, [`write()`] makes STL and OBJ. Readers give what the file holds:
+//! vertices are not welded, coordinates that are not finite are kept for the mesh check to report, and text is parsed as
+//! `f64`. What they must change or leave out on the way they say in [`MeshFile::notes`]; where a file breaks the rules of
+//! its format the [`ReadError`] names the place and the value.
+//!
+//! No count in a header is believed before the bytes that it counts are seen to be there, so that memory stays in
+//! proportion to the file. Instances are the exception by their nature, and have a limit of their own (`placement`).
+
+mod error;
+mod gltf;
+mod note;
+mod obj;
+mod off;
+mod placement;
+mod ply;
+mod polygon;
+mod stl;
+mod text;
+mod threemf;
+
+use std::fmt;
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use super::{LengthUnit, TriangleMesh};
+use error::Fault;
+pub use error::{FormatError, Place, Problem, ReadError, WriteError};
+pub use note::ReadNote;
+
+/// A mesh file format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// Stereolithography, binary or text.
+    Stl,
+    /// Wavefront OBJ.
+    Obj,
+    /// The Stanford polygon format, binary or text.
+    Ply,
+    /// Geomview's object file format, in text.
+    Off,
+    /// glTF 2.0 with its buffers beside it or inside it as text.
+    Gltf,
+    /// glTF 2.0 in one binary file.
+    Glb,
+    /// The 3D Manufacturing Format.
+    ThreeMf,
+}
+
+impl Format {
+    /// Every format, in the order in which messages list them.
+    pub const ALL: [Format; 7] =
+        [Format::Stl, Format::Obj, Format::Ply, Format::Off, Format::Gltf, Format::Glb, Format::ThreeMf];
+
+    /// The format that a path's extension tells, in any case of letters.
+    pub fn from_path(path: &Path) -> Result<Format, FormatError> {
+        let Some(extension) = path.extension() else {
+            return Err(FormatError::NoExtension { path: path.to_path_buf() });
+        };
+        let extension = extension.to_string_lossy();
+        let named = Format::ALL.into_iter().find(|format| format.extension().eq_ignore_ascii_case(&extension));
+        named.ok_or_else(|| FormatError::Unknown { path: path.to_path_buf(), extension: extension.into_owned() })
+    }
+
+    /// The extension, in lower case and without a dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Format::Stl => "stl",
+            Format::Obj => "obj",
+            Format::Ply => "ply",
+            Format::Off => "off",
+            Format::Gltf => "gltf",
+            Format::Glb => "glb",
+            Format::ThreeMf => "3mf",
+        }
+    }
+
+    /// Whether [`write()`] makes files of this format.
+    pub fn is_written(self) -> bool {
+        matches!(self, Format::Stl | Format::Obj)
+    }
+
+    fn known() -> String {
+        Format::list(&Format::ALL)
+    }
+
+    fn written() -> String {
+        let written: Vec<Format> = Format::ALL.into_iter().filter(|format| format.is_written()).collect();
+        Format::list(&written)
+    }
+
+    fn list(formats: &[Format]) -> String {
+        let names: Vec<String> = formats.iter().map(|format| format!(".{}", format.extension())).collect();
+        match names.split_last() {
+            Some((last, [])) => last.clone(),
+            Some((last, others)) => format!("{} and {last}", others.join(", ")),
+            None => String::new(),
+        }
+    }
+}
+
+/// The usual name: `STL`, `OBJ`, `PLY`, `OFF`, `glTF`, `GLB`, `3MF`.
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Format::Stl => "STL",
+            Format::Obj => "OBJ",
+            Format::Ply => "PLY",
+            Format::Off => "OFF",
+            Format::Gltf => "glTF",
+            Format::Glb => "GLB",
+            Format::ThreeMf => "3MF",
+        })
+    }
+}
+
+/// What a mesh file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshFile {
+    /// All triangles of the file, of which there is at least one, as one mesh.
+    ///
+    /// Every index is that of a position. Nothing else is promised.
+    pub mesh: TriangleMesh,
+    /// The length that one unit of the coordinates stands for, where the format or the file says it.
+    pub unit: Option<LengthUnit>,
+    /// What the user should hear of how the file was read.
+    pub notes: Vec<ReadNote>,
+}
+
+impl MeshFile {
+    fn unitless(mesh: TriangleMesh, notes: Vec<ReadNote>) -> MeshFile {
+        MeshFile { mesh, unit: None, notes }
+    }
+}
+
+/// Reads a mesh file, by its extension.
+pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
+    let format = Format::from_path(path)?;
+    let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.to_path_buf(), source })?;
+    parse(&bytes, format, path)
+}
+
+/// Reads a mesh from the bytes of a file. The path names the file in errors, and buffers that a glTF file refers to are
+/// sought beside it; it is not opened itself.
+pub fn parse(bytes: &[u8], format: Format, path: &Path) -> Result<MeshFile, ReadError> {
+    let parsed = match format {
+        _ if bytes.is_empty() => Err(Fault::Empty("the file has no bytes".to_owned())),
+        Format::Stl => stl::parse(bytes),
+        Format::Obj => obj::parse(bytes),
+        Format::Ply => ply::parse(bytes),
+        Format::Off => off::parse(bytes),
+        Format::Gltf => gltf::parse_text(bytes, path),
+        Format::Glb => gltf::parse_binary(bytes, path),
+        Format::ThreeMf => threemf::parse(bytes),
+    };
+    let file = parsed.map_err(|fault| fault.in_file(path))?;
+    if file.mesh.triangles.is_empty() {
+        let found = format!("the file has {} vertices and no faces", file.mesh.positions.len());
+        return Err(ReadError::Empty { path: path.to_path_buf(), found });
+    }
+    Ok(file)
+}
+
+/// Writes a mesh, in the format of the path's extension: STL (binary, its coordinates rounded to 32 bits) or OBJ (text
+/// that gives back the same `f64`).
+///
+/// The file is written beside its target and renamed when it is complete, so that no one ever sees half of it. The unit is
+/// a remark in the header, which no program is known to read.
+pub fn write(path: &Path, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> Result<(), WriteError> {
+    let format = Format::from_path(path)?;
+    let writer: fn(&mut dyn Write, &TriangleMesh, Option<LengthUnit>) -> io::Result<()> = match format {
+        Format::Stl => {
+            stl::check(path, mesh)?;
+            stl::write
+        }
+        Format::Obj => obj::write,
+        _ => return Err(WriteError::NoWriter { path: path.to_path_buf(), format }),
+    };
+    let count = mesh.positions.len();
+    for (triangle, corners) in mesh.triangles.iter().enumerate() {
+        if let Some(&index) = corners.iter().find(|&&index| index as usize >= count) {
+            return Err(WriteError::IndexOutOfRange { path: path.to_path_buf(), triangle, index, count });
+        }
+    }
+    replace(path, |file| writer(file, mesh, unit)).map_err(|source| WriteError::Io { path: path.to_path_buf(), source })
+}
+
+/// Puts a new file in place of `path` once `fill` has written all of it.
+fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    // A temporary file is its owner's alone by default; this one will be an ordinary file, as the umask has it.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let file = builder.prefix(".").suffix(".part").tempfile_in(folder)?;
+    let mut buffered = BufWriter::with_capacity(1 << 16, file);
+    fill(&mut buffered)?;
+    buffered.into_inner()?.persist(path)?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,588 @@
+//! glTF 2.0 and GLB: the triangles of the default scene, in metres.
+//!
+//! The scene is the default one, the first where none is named, and all root nodes where there is no scene. Each node's
+//! mesh is placed by the transforms above it, so that a mesh that several nodes name is there several times.
+//!
+//! The `gltf` crate gives the document (`gltf::json`). What it says is read here, without the crate's accessor reader,
+//! which panics on counts of zero, on sparse values that run out and on sums that overflow; without its importer, which
+//! cannot do without decoders for images; and without its validation, which refuses files for want of a bounding box.
+//! Node transforms are taken from the JSON a second time, because the crate rounds them to 32 bits.
+//!
+//! Draco and meshopt compression are refused by name where there is no other form of the data.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use glam::{DAffine3, DMat4, DQuat, DVec3};
+use gltf::json::accessor::{Accessor, ComponentType, Type};
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked;
+use gltf::json::{Index, Root};
+use serde::Deserialize;
+
+use super::MeshFile;
+use super::error::{Fault, Place, Problem};
+use super::note::ReadNote;
+use super::placement::{Placement, TRIANGLES_MAX, assemble};
+use super::polygon::Strip;
+use super::text::{decode, quote};
+use crate::mesh::{LengthUnit, TriangleMesh};
+
+const DRACO: &str = "KHR_draco_mesh_compression";
+const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+
+pub(super) fn parse_text(bytes: &[u8], path: &Path) -> Result<MeshFile, Fault> {
+    if bytes.starts_with(b"glTF") {
+        return parse_binary(bytes, path);
+    }
+    parse_document(&decode(bytes), None, path)
+}
+
+pub(super) fn parse_binary(bytes: &[u8], path: &Path) -> Result<MeshFile, Fault> {
+    let word = |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let truncated = |at: usize| {
+        Fault::Malformed(
+            Place::Byte(at),
+            Problem::Expected { expected: "a GLB header".into(), found: "the end of the file".to_owned() },
+        )
+    };
+    if !bytes.starts_with(b"glTF") {
+        let found = format!("`{}`", quote(&bytes[..bytes.len().min(4)]));
+        return Err(Fault::Malformed(Place::Byte(0), Problem::Expected { expected: "`glTF`".into(), found }));
+    }
+    let version = word(4).ok_or_else(|| truncated(4))?;
+    if version != 2 {
+        return Err(Fault::Unsupported(Place::Byte(4), format!("glTF version {version} is not supported; 2 is")));
+    }
+    let promised = word(8).ok_or_else(|| truncated(8))? as usize;
+    if promised > bytes.len() {
+        let problem = Problem::Short { what: "bytes".into(), promised: promised as u64, found: bytes.len() as u64 };
+        return Err(Fault::Malformed(Place::Byte(8), problem));
+    }
+    let mut json = None;
+    let mut blob = None;
+    let mut at = 12;
+    // Chunks of kinds that are not known must be stepped over.
+    while at < promised {
+        let length = word(at).ok_or_else(|| truncated(at))? as usize;
+        let kind = bytes.get(at + 4..at + 8).ok_or_else(|| truncated(at))?;
+        let chunk = bytes.get(at + 8..).and_then(|rest| rest.get(..length)).ok_or_else(|| {
+            let found = bytes.len().saturating_sub(at + 8) as u64;
+            let problem = Problem::Short { what: "bytes of a chunk".into(), promised: length as u64, found };
+            Fault::Malformed(Place::Byte(at), problem)
+        })?;
+        match kind {
+            b"JSON" if json.is_none() => json = Some(chunk),
+            b"BIN\0" if blob.is_none() => blob = Some(chunk),
+            _ => {}
+        }
+        at += 8 + length;
+    }
+    let json = json.ok_or_else(|| Fault::invalid(Place::Byte(12), "there is no chunk `JSON`"))?;
+    let mut file = parse_document(json, blob, path)?;
+    if bytes.len() > at {
+        file.notes.push(ReadNote::TrailingBytes { count: bytes.len() - at });
+    }
+    Ok(file)
+}
+
+fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshFile, Fault> {
+    let not_json = |error: serde_json::Error| {
+        Fault::invalid(Place::Line(error.line()), format!("the glTF document is wrong: {error}"))
+    };
+    let root = Root::from_slice(json).map_err(not_json)?;
+    let Transforms { nodes: transforms } = serde_json::from_slice(json).map_err(not_json)?;
+    if let Some(name) = root.extensions_required.iter().find(|name| is_compression(name)) {
+        return Err(Fault::Unsupported(Place::File, compressed(name)));
+    }
+    let mut document =
+        Document { buffers: vec![None; root.buffers.len()], blob: blob.map(<[u8]>::to_vec), root: &root, path };
+
+    let (placed, mut notes) = placements(&root, &transforms)?;
+    // Meshes that the scene does not show need not be readable.
+    let mut parts = Vec::new();
+    let mut part_of_mesh = BTreeMap::new();
+    let mut placements = Vec::with_capacity(placed.len());
+    let (mut lines, mut deformed) = (0, 0);
+    let mut triangles = 0;
+    for (mesh, world_from_part) in placed {
+        let part = match part_of_mesh.get(&mesh) {
+            Some(&part) => part,
+            None => {
+                let read = document.mesh(mesh, &mut triangles)?;
+                lines += read.points_or_lines;
+                deformed += usize::from(read.has_targets);
+                parts.push(read.mesh);
+                part_of_mesh.insert(mesh, parts.len() - 1);
+                parts.len() - 1
+            }
+        };
+        placements.push(Placement { part, world_from_part });
+    }
+    let mesh = assemble(&parts, &placements)?;
+    if placements.len() > 1 {
+        notes.push(ReadNote::ObjectsMerged { count: placements.len() });
+    }
+    if lines > 0 {
+        notes.push(ReadNote::PointsOrLinesIgnored { count: lines });
+    }
+    deformed += root.nodes.iter().filter(|node| node.mesh.is_some() && node.skin.is_some()).count();
+    if deformed > 0 {
+        notes.push(ReadNote::DeformationIgnored { count: deformed });
+    }
+    Ok(MeshFile { mesh, unit: Some(LengthUnit::Metre), notes })
+}
+
+fn is_compression(extension: &str) -> bool {
+    extension == DRACO || MESHOPT.contains(&extension)
+}
+
+fn compressed(extension: &str) -> String {
+    format!("the mesh is compressed with {extension}, which is not supported; write it without compression")
+}
+
+/// The part of the document that says where nodes are, in full precision.
+#[derive(Deserialize)]
+struct Transforms {
+    #[serde(default)]
+    nodes: Vec<NodeTransform>,
+}
+
+#[derive(Deserialize)]
+struct NodeTransform {
+    matrix: Option<[f64; 16]>,
+    translation: Option<[f64; 3]>,
+    rotation: Option<[f64; 4]>,
+    scale: Option<[f64; 3]>,
+}
+
+impl NodeTransform {
+    fn parent_from_node(&self) -> DAffine3 {
+        if let Some(columns) = &self.matrix {
+            return DAffine3::from_mat4(DMat4::from_cols_array(columns));
+        }
+        // Files round quaternions to a few digits; one that is not of unit length would scale.
+        let rotation = DQuat::from_array(self.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
+        let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
+        let scale = DVec3::from(self.scale.unwrap_or([1.0; 3]));
+        let translation = DVec3::from(self.translation.unwrap_or([0.0; 3]));
+        DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+    }
+}
+
+/// Each mesh of the scene in each of its places, in the order of a walk down the nodes.
+#[allow(clippy::type_complexity)]
+fn placements(root: &Root, transforms: &[NodeTransform]) -> Result<(Vec<(usize, DAffine3)>, Vec<ReadNote>), Fault> {
+    let scene = match root.scene {
+        Some(scene) => Some(get(&root.scenes, scene, "scene", || Place::File)?),
+        None => root.scenes.first(),
+    };
+    let mut stack: Vec<(usize, DAffine3)> = match scene {
+        Some(scene) => scene.nodes.iter().map(|node| (node.value(), DAffine3::IDENTITY)).collect(),
+        None => {
+            let mut is_child = vec![false; root.nodes.len()];
+            for child in root.nodes.iter().flat_map(|node| node.children.iter().flatten()) {
+                if let Some(flag) = is_child.get_mut(child.value()) {
+                    *flag = true;
+                }
+            }
+            (0..root.nodes.len()).filter(|&node| !is_child[node]).map(|node| (node, DAffine3::IDENTITY)).collect()
+        }
+    };
+    stack.reverse();
+    let mut placed = Vec::new();
+    let mut seen = vec![false; root.nodes.len()];
+    while let Some((index, world_from_parent)) = stack.pop() {
+        let node = get(&root.nodes, Index::new(index as u32), "node", || Place::File)?;
+        // Nodes form trees. One that is reached twice may be its own ancestor, or double all that is below it.
+        if std::mem::replace(&mut seen[index], true) {
+            return Err(Fault::invalid(Place::element("node", index), "the scene reaches this node twice"));
+        }
+        let parent_from_node = transforms.get(index).map_or(DAffine3::IDENTITY, NodeTransform::parent_from_node);
+        let world_from_node = world_from_parent * parent_from_node;
+        if let Some(mesh) = node.mesh {
+            get(&root.meshes, mesh, "mesh", || Place::element("node", index))?;
+            placed.push((mesh.value(), world_from_node));
+        }
+        let children = node.children.iter().flatten().rev();
+        stack.extend(children.map(|child| (child.value(), world_from_node)));
+    }
+    Ok((placed, Vec::new()))
+}
+
+fn get<'a, T>(items: &'a [T], index: Index<T>, what: &'static str, place: impl Fn() -> Place) -> Result<&'a T, Fault> {
+    items.get(index.value()).ok_or_else(|| {
+        let problem = Problem::IndexOutOfRange { what, index: index.value() as i64, count: items.len(), first: 0 };
+        Fault::Malformed(place(), problem)
+    })
+}
+
+struct Document<'a> {
+    root: &'a Root,
+    path: &'a Path,
+    blob: Option<Vec<u8>>,
+    /// Buffers that have been needed so far.
+    buffers: Vec<Option<Vec<u8>>>,
+}
+
+struct Part {
+    mesh: TriangleMesh,
+    points_or_lines: usize,
+    has_targets: bool,
+}
+
+/// The bytes of an accessor: `count` values, `stride` apart.
+struct Values<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+}
+
+impl<'a> Values<'a> {
+    fn get(&self, index: usize) -> &'a [u8] {
+        &self.bytes[index * self.stride..]
+    }
+}
+
+impl Document<'_> {
+    /// One mesh in its own space. Positions that several primitives share are there once.
+    fn mesh(&mut self, index: usize, triangles: &mut u64) -> Result<Part, Fault> {
+        let root = self.root;
+        let mut part = Part { mesh: TriangleMesh::default(), points_or_lines: 0, has_targets: false };
+        let mut first_of_accessor = BTreeMap::new();
+        for (number, primitive) in root.meshes[index].primitives.iter().enumerate() {
+            let place = || Place::element(format!("mesh {index}, primitive"), number);
+            let mode = match primitive.mode {
+                Checked::Valid(mode) => mode,
+                Checked::Invalid => return Err(Fault::invalid(place(), "the primitive's mode is none of glTF's")),
+            };
+            if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+                part.points_or_lines += 1;
+                continue;
+            }
+            part.has_targets |= primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty());
+            let Some(&accessor) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else {
+                return Err(Fault::invalid(place(), "the primitive has no POSITION"));
+            };
+            self.refuse_compression(primitive, accessor, &place)?;
+            let first = match first_of_accessor.get(&accessor.value()) {
+                Some(&first) => first,
+                None => {
+                    let first = part.mesh.positions.len();
+                    self.positions(accessor, &mut part.mesh.positions)?;
+                    if part.mesh.positions.len() > u32::MAX as usize {
+                        let found = part.mesh.positions.len() as u64;
+                        let problem = Problem::TooMany { what: "vertices".into(), found, limit: u32::MAX.into() };
+                        return Err(Fault::Malformed(place(), problem));
+                    }
+                    first_of_accessor.insert(accessor.value(), first);
+                    first
+                }
+            };
+            let count = root.accessors[accessor.value()].count.0 as usize;
+            let corners = match primitive.indices {
+                Some(indices) => self.indices(indices, count)?,
+                None => (0..count as u32).collect(),
+            };
+            // Primitives may share their indices, so that little data could describe any number of triangles.
+            *triangles += corners.len() as u64 / if mode == Mode::Triangles { 3 } else { 1 };
+            if *triangles > TRIANGLES_MAX {
+                let problem = Problem::TooMany { what: "triangles".into(), found: *triangles, limit: TRIANGLES_MAX };
+                return Err(Fault::Malformed(place(), problem));
+            }
+            let corners = corners.iter().map(|corner| corner + first as u32);
+            add_triangles(mode, corners, &mut part.mesh.triangles);
+        }
+        Ok(part)
+    }
+
+    fn refuse_compression(
+        &self,
+        primitive: &Primitive,
+        positions: Index<Accessor>,
+        place: &impl Fn() -> Place,
+    ) -> Result<(), Fault> {
+        let is_draco = primitive.extensions.as_ref().is_some_and(|extensions| extensions.others.contains_key(DRACO));
+        let accessor = get(&self.root.accessors, positions, "accessor", place)?;
+        if is_draco && accessor.buffer_view.is_none() {
+            return Err(Fault::Unsupported(place(), compressed(DRACO)));
+        }
+        Ok(())
+    }
+
+    fn positions(&mut self, index: Index<Accessor>, positions: &mut Vec<DVec3>) -> Result<(), Fault> {
+        let accessor = get(&self.root.accessors, index, "accessor", || Place::File)?;
+        let place = || Place::element("accessor", index.value());
+        if accessor.type_ != Checked::Valid(Type::Vec3) {
+            return Err(Fault::invalid(place(), "positions must be of type VEC3"));
+        }
+        let Checked::Valid(component) = accessor.component_type else {
+            return Err(Fault::invalid(place(), "the component type is none of glTF's"));
+        };
+        let (component, is_normalized) = (component.0, accessor.normalized);
+        let count = accessor.count.0 as usize;
+        let size = 3 * component.size();
+        let read = |bytes: &[u8]| {
+            let at = |axis: usize| coordinate(component, is_normalized, &bytes[axis * component.size()..]);
+            DVec3::new(at(0), at(1), at(2))
+        };
+        let first = positions.len();
+        match accessor.buffer_view {
+            Some(view) => {
+                let offset = accessor.byte_offset.unwrap_or_default().0;
+                let values = self.values(view.value(), offset, accessor.count.0, size, &place)?;
+                positions.extend((0..count).map(|k| read(values.get(k))));
+            }
+            None => {
+                // Without data all is zero, which is how a sparse accessor may begin. No bytes bear out its count.
+                let sparse = accessor.sparse.as_ref().map_or(0, |sparse| sparse.count.0);
+                let most = 1024 * (sparse + 1);
+                if accessor.count.0 > most {
+                    let problem =
+                        Problem::TooMany { what: "values without data".into(), found: accessor.count.0, limit: most };
+                    return Err(Fault::Malformed(place(), problem));
+                }
+                positions.resize(first + count, DVec3::ZERO);
+            }
+        }
+        let Some(sparse) = &accessor.sparse else { return Ok(()) };
+        let Checked::Valid(index_type) = sparse.indices.component_type else {
+            return Err(Fault::invalid(place(), "the type of the sparse indices is none of glTF's"));
+        };
+        let index_type = index_type.0;
+        let replaced: Vec<u32> = {
+            let (view, offset) = (sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0);
+            let values = self.values(view, offset, sparse.count.0, index_type.size(), &place)?;
+            (0..sparse.count.0 as usize).map(|k| index_value(index_type, values.get(k))).collect()
+        };
+        let (view, offset) = (sparse.values.buffer_view.value(), sparse.values.byte_offset.0);
+        let values = self.values(view, offset, sparse.count.0, size, &place)?;
+        for (k, vertex) in replaced.into_iter().enumerate() {
+            let Some(position) = positions[first..].get_mut(vertex as usize) else {
+                let problem = Problem::IndexOutOfRange { what: "sparse value", index: vertex.into(), count, first: 0 };
+                return Err(Fault::Malformed(place(), problem));
+            };
+            *position = read(values.get(k));
+        }
+        Ok(())
+    }
+
+    /// The indices of an accessor, which are all less than `vertices`.
+    fn indices(&mut self, index: Index<Accessor>, vertices: usize) -> Result<Vec<u32>, Fault> {
+        let accessor = get(&self.root.accessors, index, "accessor", || Place::File)?;
+        let place = || Place::element("accessor", index.value());
+        let component = match accessor.component_type {
+            Checked::Valid(component) => component.0,
+            Checked::Invalid => return Err(Fault::invalid(place(), "the component type is none of glTF's")),
+        };
+        if accessor.type_ != Checked::Valid(Type::Scalar)
+            || !matches!(component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
+        {
+            return Err(Fault::invalid(place(), "indices must be unsigned scalars"));
+        }
+        let Some(view) = accessor.buffer_view else {
+            return Err(Fault::invalid(place(), "indices must have a buffer view"));
+        };
+        if accessor.sparse.is_some() {
+            return Err(Fault::Unsupported(place(), "sparse indices are not supported".to_owned()));
+        }
+        let offset = accessor.byte_offset.unwrap_or_default().0;
+        let values = self.values(view.value(), offset, accessor.count.0, component.size(), &place)?;
+        let mut indices = Vec::with_capacity(accessor.count.0 as usize);
+        for k in 0..accessor.count.0 as usize {
+            let vertex = index_value(component, values.get(k));
+            if vertex as usize >= vertices {
+                let problem =
+                    Problem::IndexOutOfRange { what: "vertex", index: vertex.into(), count: vertices, first: 0 };
+                let place = Place::element(format!("accessor {}, index", index.value()), k);
+                return Err(Fault::Malformed(place, problem));
+            }
+            indices.push(vertex);
+        }
+        Ok(indices)
+    }
+
+    /// The bytes of `count` values of `size` bytes each, after checking that they are there.
+    fn values(
+        &mut self,
+        view: usize,
+        offset: u64,
+        count: u64,
+        size: usize,
+        place: &impl Fn() -> Place,
+    ) -> Result<Values<'_>, Fault> {
+        let root = self.root;
+        let view = get(&root.buffer_views, Index::new(view as u32), "buffer view", place)?;
+        let extensions = view.extensions.iter().flat_map(|extensions| extensions.others.keys());
+        if let Some(name) = extensions.into_iter().find(|name| MESHOPT.contains(&name.as_str())) {
+            // The buffer that the view names may hold the data uncompressed, or nothing.
+            let fallback = root.buffers.get(view.buffer.value());
+            if fallback.is_none_or(|buffer| buffer.uri.is_none() && (view.buffer.value() > 0 || self.blob.is_none())) {
+                return Err(Fault::Unsupported(place(), compressed(name)));
+            }
+        }
+        let stride = view.byte_stride.map_or(size, |stride| if stride.0 == 0 { size } else { stride.0 });
+        if stride < size {
+            let sentence = format!("values of {size} bytes are {stride} bytes apart");
+            return Err(Fault::invalid(place(), sentence));
+        }
+        let (start, length) = (view.byte_offset.unwrap_or_default().0, view.byte_length.0);
+        let buffer = self.buffer(view.buffer.value(), place)?;
+        let range = start.checked_add(length).and_then(|end| buffer.get(start as usize..end as usize));
+        let Some(bytes) = range else {
+            let sentence = format!(
+                "bytes {start} to {} of a buffer are asked for, and it has {}",
+                start.saturating_add(length),
+                buffer.len()
+            );
+            return Err(Fault::invalid(place(), sentence));
+        };
+        let bytes = bytes.get(usize::try_from(offset).unwrap_or(usize::MAX)..).unwrap_or_default();
+        let fitting = if bytes.len() < size { 0 } else { ((bytes.len() - size) / stride + 1) as u64 };
+        if count > fitting {
+            return Err(Fault::Malformed(
+                place(),
+                Problem::Short { what: "values".into(), promised: count, found: fitting },
+            ));
+        }
+        Ok(Values { bytes, stride })
+    }
+
+    fn buffer(&mut self, index: usize, place: &impl Fn() -> Place) -> Result<&[u8], Fault> {
+        let buffer = get(&self.root.buffers, Index::new(index as u32), "buffer", place)?;
+        if self.buffers[index].is_none() {
+            let place = Place::element("buffer", index);
+            let bytes = match &buffer.uri {
+                Some(uri) => load(uri, self.path, buffer.byte_length.0, &place)?,
+                None if index == 0 && self.blob.is_some() => self.blob.clone().unwrap_or_default(),
+                None => return Err(Fault::invalid(place, "the buffer has neither a URI nor a chunk `BIN`")),
+            };
+            if (bytes.len() as u64) < buffer.byte_length.0 {
+                let (promised, found) = (buffer.byte_length.0, bytes.len() as u64);
+                return Err(Fault::Malformed(place, Problem::Short { what: "bytes".into(), promised, found }));
+            }
+            self.buffers[index] = Some(bytes);
+        }
+        Ok(self.buffers[index].as_deref().unwrap_or_default())
+    }
+}
+
+fn add_triangles(mode: Mode, corners: impl Iterator<Item = u32>, triangles: &mut Vec<[u32; 3]>) {
+    match mode {
+        Mode::TriangleStrip => {
+            let mut strip = Strip::default();
+            triangles.extend(corners.filter_map(|corner| strip.triangle(corner)));
+        }
+        Mode::TriangleFan => {
+            let mut corners = corners;
+            let (Some(hub), Some(mut last)) = (corners.next(), corners.next()) else { return };
+            triangles.extend(corners.map(|corner| [hub, std::mem::replace(&mut last, corner), corner]));
+        }
+        _ => {
+            let corners: Vec<u32> = corners.collect();
+            // Corners after the last triple are no triangle.
+            triangles.extend(corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]));
+        }
+    }
+}
+
+fn index_value(component: ComponentType, bytes: &[u8]) -> u32 {
+    match component {
+        ComponentType::U8 => bytes[0].into(),
+        ComponentType::U16 => u16::from_le_bytes([bytes[0], bytes[1]]).into(),
+        _ => u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
+    }
+}
+
+/// A coordinate of any type: floats in the core format, integers by `KHR_mesh_quantization`.
+fn coordinate(component: ComponentType, is_normalized: bool, bytes: &[u8]) -> f64 {
+    let (value, greatest) = match component {
+        ComponentType::I8 => (f64::from(bytes[0] as i8), f64::from(i8::MAX)),
+        ComponentType::U8 => (f64::from(bytes[0]), f64::from(u8::MAX)),
+        ComponentType::I16 => (f64::from(i16::from_le_bytes([bytes[0], bytes[1]])), f64::from(i16::MAX)),
+        ComponentType::U16 => (f64::from(u16::from_le_bytes([bytes[0], bytes[1]])), f64::from(u16::MAX)),
+        ComponentType::U32 => {
+            (f64::from(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])), f64::from(u32::MAX))
+        }
+        ComponentType::F32 => return f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]).into(),
+    };
+    if is_normalized { (value / greatest).max(-1.0) } else { value }
+}
+
+/// The bytes that a buffer's URI stands for: inside it, or in a file beside the document, of which no more than `length`
+/// bytes are read.
+fn load(uri: &str, path: &Path, length: u64, place: &Place) -> Result<Vec<u8>, Fault> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let (media_type, data) =
+            data.split_once(',').ok_or_else(|| Fault::invalid(place.clone(), "the data URI has no comma"))?;
+        let decoded = percent_decode(data);
+        return match media_type.ends_with(";base64") {
+            true => base64_decode(&decoded)
+                .ok_or_else(|| Fault::invalid(place.clone(), "the data URI is not base64, as it says")),
+            false => Ok(decoded),
+        };
+    }
+    let name = String::from_utf8(percent_decode(uri)).unwrap_or_else(|_| uri.to_owned());
+    if Path::new(&name).is_absolute() || name.contains("://") {
+        let feature = format!("the buffer `{}` is not a file beside this one", quote(name.as_bytes()));
+        return Err(Fault::Unsupported(place.clone(), feature));
+    }
+    let side: PathBuf = path.parent().unwrap_or(Path::new("")).join(name);
+    read_at_most(&side, length).map_err(|source| Fault::Io(side, source))
+}
+
+fn read_at_most(path: &Path, length: u64) -> io::Result<Vec<u8>> {
+    // Opening a pipe could wait for ever.
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "not an ordinary file"));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?.take(length).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// Replaces `%20` and the like. A per cent sign that begins no such thing stands for itself.
+fn percent_decode(text: &str) -> Vec<u8> {
+    let digit = |byte: Option<&u8>| byte.and_then(|&byte| char::from(byte).to_digit(16));
+    let bytes = text.as_bytes();
+    let mut decoded = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while let Some(&byte) = bytes.get(at) {
+        match (byte, digit(bytes.get(at + 1)), digit(bytes.get(at + 2))) {
+            (b'%', Some(high), Some(low)) => {
+                decoded.push((16 * high + low) as u8);
+                at += 3;
+            }
+            _ => {
+                decoded.push(byte);
+                at += 1;
+            }
+        }
+    }
+    decoded
+}
+
+/// Decodes base64 in either alphabet, with or without padding; `None` where a character belongs to neither.
+fn base64_decode(text: &[u8]) -> Option<Vec<u8>> {
+    let mut decoded = Vec::with_capacity(text.len() / 4 * 3 + 3);
+    let (mut bits, mut held) = (0u32, 0);
+    for &byte in text.trim_ascii_end() {
+        let digit = match byte {
+            b'A'..=b'Z' => byte - b'A',
+            b'a'..=b'z' => byte - b'a' + 26,
+            b'0'..=b'9' => byte - b'0' + 52,
+            b'+' | b'-' => 62,
+            b'/' | b'_' => 63,
+            b'=' => break,
+            _ => return None,
+        };
+        bits = bits << 6 | u32::from(digit);
+        held += 6;
+        if held >= 8 {
+            held -= 8;
+            decoded.push((bits >> held) as u8);
+        }
+    }
+    Some(decoded)
+}

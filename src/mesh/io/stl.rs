@@ -1,0 +1,391 @@
+//! STL: triangle soup, in binary or text.
+//!
+//! The two forms are told apart by size first, since binary files that begin with `solid` are common: a file of 84 + 50 n
+//! bytes with n at byte 80 is binary. Of the others, a file is text if its beginning is printable and starts with `solid`
+//! or `facet`, and binary with bytes too many or too few otherwise.
+//!
+//! Normals and attribute bytes are not read. Vertex 3 i + k of the mesh is corner k of triangle i.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::error::{Fault, Place, Problem, WriteError};
+use super::note::ReadNote;
+use super::text::{Words, decode};
+use super::{Format, MeshFile};
+use crate::mesh::{LengthUnit, TriangleMesh};
+
+const HEADER_BYTES: usize = 84;
+const TRIANGLE_BYTES: usize = 50;
+
+/// Triangles that one task converts: enough to be worth handing over, few enough to share out evenly.
+const TRIANGLES_PER_TASK: usize = 1 << 14;
+
+pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
+    let promised = bytes.get(80..84).map(|count| u32::from_le_bytes([count[0], count[1], count[2], count[3]]));
+    let is_exact =
+        promised.is_some_and(|n| HEADER_BYTES as u64 + TRIANGLE_BYTES as u64 * u64::from(n) == bytes.len() as u64);
+    if !is_exact {
+        let text = decode(bytes);
+        if is_text(&text) {
+            return parse_text(&text);
+        }
+    }
+    let Some(promised) = promised else {
+        let found = format!("{} bytes that are neither text nor a binary header of 84", bytes.len());
+        return Err(Fault::Malformed(Place::Byte(0), Problem::Expected { expected: "an STL file".into(), found }));
+    };
+    parse_binary(bytes, promised)
+}
+
+/// Whether the file begins with printable text whose first word is `solid` or `facet`.
+fn is_text(bytes: &[u8]) -> bool {
+    let start = &bytes[..bytes.len().min(1024)];
+    let is_control = |byte: u8| byte < b' ' && !matches!(byte, b'\t' | b'\n' | b'\r' | 0x0B | 0x0C);
+    if start.iter().any(|&byte| is_control(byte)) {
+        return false;
+    }
+    let word = Words::new(start).next().unwrap_or_default();
+    ["solid", "facet"].iter().any(|keyword| word.eq_ignore_ascii_case(keyword.as_bytes()))
+}
+
+fn parse_binary(bytes: &[u8], promised: u32) -> Result<MeshFile, Fault> {
+    let body = &bytes[HEADER_BYTES..];
+    let count = promised as usize;
+    let found = body.len() / TRIANGLE_BYTES;
+    if found < count {
+        let problem = Problem::Short { what: "triangles".into(), promised: promised.into(), found: found as u64 };
+        return Err(Fault::Malformed(Place::Byte(80), problem));
+    }
+    if count == 0 {
+        return Err(Fault::Empty(format!("the binary header counts 0, and {} bytes follow it", body.len())));
+    }
+    // An index is 32 bits, and a triangle of soup has three vertices of its own.
+    check_count(count)?;
+    let (records, rest) = body.split_at(count * TRIANGLE_BYTES);
+    let corners: Vec<[DVec3; 3]> = records
+        .par_chunks_exact(TRIANGLE_BYTES)
+        .with_min_len(TRIANGLES_PER_TASK)
+        .map(|record| {
+            // The normal takes the first 12 bytes.
+            let float =
+                |at: usize| f64::from(f32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]]));
+            let corner = |at: usize| DVec3::new(float(at), float(at + 4), float(at + 8));
+            [corner(12), corner(24), corner(36)]
+        })
+        .collect();
+    let mut notes = Vec::new();
+    if !rest.is_empty() {
+        notes.push(ReadNote::TrailingBytes { count: rest.len() });
+    }
+    Ok(MeshFile::unitless(soup(corners), notes))
+}
+
+fn check_count(triangles: usize) -> Result<(), Fault> {
+    let limit = u64::from(u32::MAX) / 3;
+    if triangles as u64 <= limit {
+        return Ok(());
+    }
+    Err(Fault::Malformed(Place::File, Problem::TooMany { what: "triangles".into(), found: triangles as u64, limit }))
+}
+
+fn soup(corners: Vec<[DVec3; 3]>) -> TriangleMesh {
+    let triangles = (0..corners.len() as u32)
+        .into_par_iter()
+        .with_min_len(TRIANGLES_PER_TASK)
+        .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+        .collect();
+    TriangleMesh { positions: corners.into_flattened(), triangles }
+}
+
+/// Reads text word by word, so that lines and spaces may stand anywhere; only names, which follow `solid` and `endsolid`
+/// and may be anything, end with their line. What follows the other keywords' ends is tolerated too, up to a keyword.
+fn parse_text(bytes: &[u8]) -> Result<MeshFile, Fault> {
+    let mut words = Words::new(bytes);
+    let mut corners: Vec<[DVec3; 3]> = Vec::new();
+    let (mut solids, mut facets_before) = (0, 0);
+    while let Some(word) = words.next() {
+        match Keyword::of(word) {
+            Some(Keyword::Solid | Keyword::EndSolid) => {
+                solids += usize::from(corners.len() > facets_before);
+                facets_before = corners.len();
+                skip_name(&mut words);
+            }
+            Some(Keyword::Facet) => corners.push(facet(&mut words, corners.len())?),
+            _ => return Err(words.expected("`facet`, `endsolid` or `solid`", Some(word))),
+        }
+    }
+    solids += usize::from(corners.len() > facets_before);
+    if corners.is_empty() {
+        return Err(Fault::Empty("the text has no facet".to_owned()));
+    }
+    check_count(corners.len())?;
+    let mut notes = Vec::new();
+    if solids > 1 {
+        notes.push(ReadNote::SolidsMerged { count: solids });
+    }
+    Ok(MeshFile::unitless(soup(corners), notes))
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Keyword {
+    Solid,
+    Facet,
+    Outer,
+    Loop,
+    Vertex,
+    EndLoop,
+    EndFacet,
+    EndSolid,
+}
+
+impl Keyword {
+    fn of(word: &[u8]) -> Option<Keyword> {
+        let keywords: [(&str, Keyword); 8] = [
+            ("vertex", Keyword::Vertex),
+            ("facet", Keyword::Facet),
+            ("outer", Keyword::Outer),
+            ("loop", Keyword::Loop),
+            ("endloop", Keyword::EndLoop),
+            ("endfacet", Keyword::EndFacet),
+            ("solid", Keyword::Solid),
+            ("endsolid", Keyword::EndSolid),
+        ];
+        keywords.iter().find(|(name, _)| word.eq_ignore_ascii_case(name.as_bytes())).map(|&(_, keyword)| keyword)
+    }
+}
+
+/// Leaves out a solid's name: the rest of the line, or what stands before `facet normal` where a file is all one line.
+fn skip_name(words: &mut Words<'_>) {
+    let mut start = words.rest();
+    while let Some(word) = words.next_on_line() {
+        if Keyword::of(word) == Some(Keyword::Facet) {
+            let next = words.next_on_line().unwrap_or_default();
+            if next.eq_ignore_ascii_case(b"normal") {
+                words.back_to(start);
+                return;
+            }
+        }
+        start = words.rest();
+    }
+}
+
+/// The three corners of facet number `index`, whose first word has been read.
+fn facet(words: &mut Words<'_>, index: usize) -> Result<[DVec3; 3], Fault> {
+    // Nothing depends on the normal, so it may be missing, or anything but a keyword.
+    let mut word = loop {
+        let word = words.next();
+        match word.map(Keyword::of) {
+            Some(None) => continue,
+            Some(Some(Keyword::Outer | Keyword::Loop)) => continue,
+            Some(Some(Keyword::Vertex | Keyword::EndLoop | Keyword::EndFacet)) => break word,
+            _ => return Err(words.expected("`outer loop`", word)),
+        }
+    };
+    let mut corners = [DVec3::ZERO; 3];
+    let mut count = 0;
+    while let Some(Keyword::Vertex) = word.and_then(Keyword::of) {
+        let mut corner = [0.0; 3];
+        for coordinate in &mut corner {
+            let word = words.next().ok_or_else(|| words.expected("a coordinate", None))?;
+            *coordinate = words.number(word)?;
+        }
+        if let Some(place) = corners.get_mut(count) {
+            *place = DVec3::from(corner);
+        }
+        count += 1;
+        word = words.next();
+    }
+    if word.and_then(Keyword::of) != Some(Keyword::EndLoop) && word.and_then(Keyword::of) != Some(Keyword::EndFacet) {
+        return Err(words.expected("`vertex` or `endloop`", word));
+    }
+    if count != 3 {
+        let place = Place::ElementOnLine { element: "facet", index, line: words.line() };
+        return Err(Fault::invalid(place, format!("a facet has 3 vertices, and this one has {count}")));
+    }
+    if word.and_then(Keyword::of) == Some(Keyword::EndLoop) {
+        let end = words.next();
+        if end.and_then(Keyword::of) != Some(Keyword::EndFacet) {
+            return Err(words.expected("`endfacet`", end));
+        }
+    }
+    Ok(corners)
+}
+
+/// Says whether binary STL can hold the mesh.
+pub(super) fn check(path: &Path, mesh: &TriangleMesh) -> Result<(), WriteError> {
+    let (path, format) = (path.to_path_buf(), Format::Stl);
+    if mesh.triangles.len() > u32::MAX as usize {
+        return Err(WriteError::TooManyTriangles { path, format, triangles: mesh.triangles.len(), limit: u32::MAX });
+    }
+    for (position, p) in mesh.positions.iter().enumerate() {
+        if let Some(value) = p.to_array().into_iter().find(|v| v.is_finite() && !(*v as f32).is_finite()) {
+            return Err(WriteError::Overflow { path, format, position, value });
+        }
+    }
+    Ok(())
+}
+
+/// Writes binary STL. The mesh has been checked; the normals are those of the corners as they are before rounding, and zero
+/// for triangles without area.
+pub(super) fn write(out: &mut dyn Write, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
+    let mut header = [b' '; 80];
+    let title = match unit {
+        Some(unit) => format!("binary STL by ldi-ops, unit {}", unit.symbol()),
+        None => "binary STL by ldi-ops".to_owned(),
+    };
+    header[..title.len()].copy_from_slice(title.as_bytes());
+    out.write_all(&header)?;
+    out.write_all(&(mesh.triangles.len() as u32).to_le_bytes())?;
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|index| mesh.positions[index as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let mut record = [0; TRIANGLE_BYTES];
+        let numbers = [normal, a, b, c].into_iter().flat_map(|v| v.to_array());
+        for (bytes, value) in record.chunks_exact_mut(4).zip(numbers) {
+            bytes.copy_from_slice(&(value as f32).to_le_bytes());
+        }
+        out.write_all(&record)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::io::tests::{error, parsed, points};
+
+    const FORMAT: Format = Format::Stl;
+
+    fn binary(header: &[u8], promised: u32, triangles: &[[[f32; 3]; 3]]) -> Vec<u8> {
+        let mut bytes = vec![0; 80];
+        bytes[..header.len()].copy_from_slice(header);
+        bytes.extend(promised.to_le_bytes());
+        for triangle in triangles {
+            bytes.extend([0; 12]);
+            bytes.extend(triangle.iter().flatten().flat_map(|value| value.to_le_bytes()));
+            bytes.extend([0xAB; 2]);
+        }
+        bytes
+    }
+
+    const TRIANGLE: [[f32; 3]; 3] = [[0.0, -0.0, 1.0], [2.0, 0.1, 3.0], [4.0, 5.0, f32::NAN]];
+
+    #[test]
+    fn binary_by_size_even_if_it_begins_with_solid() {
+        let file = parsed(&binary(b"solid facet", 2, &[TRIANGLE; 2]), FORMAT);
+        assert_eq!(file.mesh.triangles, [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!(file.mesh.positions[3], DVec3::new(0.0, 0.0, 1.0));
+        assert!(file.mesh.positions[0].y.is_sign_negative());
+        assert_eq!(file.mesh.positions[1].y, f64::from(0.1f32));
+        assert!(file.mesh.positions[2].z.is_nan());
+        assert_eq!((file.notes, file.unit), (vec![], None));
+    }
+
+    #[test]
+    fn binary_with_bytes_after_the_last_triangle() {
+        let mut bytes = binary(b"solid", 1, &[TRIANGLE]);
+        bytes.extend([7; 3]);
+        assert_eq!(parsed(&bytes, FORMAT).notes, [ReadNote::TrailingBytes { count: 3 }]);
+    }
+
+    #[test]
+    fn binary_that_is_too_short() {
+        let bytes = binary(b"", 3, &[TRIANGLE; 2]);
+        assert_eq!(error(&bytes, FORMAT), "sample.stl, byte 80: 3 triangles are promised, 2 are there");
+        let bytes = binary(b"", u32::MAX, &[TRIANGLE; 2]);
+        assert_eq!(error(&bytes, FORMAT), "sample.stl, byte 80: 4294967295 triangles are promised, 2 are there");
+        let neither =
+            "sample.stl, byte 0: expected an STL file, found 3 bytes that are neither text nor a binary header of 84";
+        assert_eq!(error(b"abc", FORMAT), neither);
+    }
+
+    #[test]
+    fn empty_files() {
+        assert_eq!(error(b"", FORMAT), "sample.stl: there are no triangles: the file has no bytes");
+        assert_eq!(
+            error(b"solid a\nendsolid a\n", FORMAT),
+            "sample.stl: there are no triangles: the text has no facet"
+        );
+        let counted = "sample.stl: there are no triangles: the binary header counts 0, and 0 bytes follow it";
+        assert_eq!(error(&binary(b"x", 0, &[]), FORMAT), counted);
+    }
+
+    const FACET: &str =
+        "facet normal 0 0 1\n outer loop\n  vertex 0 -0 1\n  vertex 2 0.1 3\n  vertex 4 5 nan\n endloop\nendfacet\n";
+
+    #[test]
+    fn text_in_all_line_ends_cases_and_spaces() {
+        let plain = format!("solid a\n{FACET}endsolid a\n");
+        let texts = [
+            plain.clone(),
+            plain.replace('\n', "\r"),
+            plain.replace('\n', "\r\n"),
+            plain.to_uppercase(),
+            plain.replace(' ', "\t \t").replace('\n', " \n\n \t"),
+            plain.replace("solid a\n", "solid\n"),
+            plain.replace("solid a\n", "solid facet outer vertex 1 2\n"),
+            plain.replace('\n', " "),
+            plain.replace("normal 0 0 1", "normal nan -nan(ind) 1.#QNAN"),
+            plain.replace("normal 0 0 1", ""),
+            FACET.to_owned(),
+            format!("\u{feff}{plain}"),
+        ];
+        for text in &texts {
+            let file = parsed(text.as_bytes(), FORMAT);
+            assert_eq!(file.mesh.triangles, [[0, 1, 2]], "{text:?}");
+            assert_eq!(file.mesh.positions[1], DVec3::new(2.0, 0.1, 3.0), "{text:?}");
+            assert!(file.mesh.positions[0].y.is_sign_negative(), "{text:?}");
+            assert!(file.mesh.positions[2].z.is_nan(), "{text:?}");
+            assert_eq!(file.notes, [], "{text:?}");
+        }
+    }
+
+    #[test]
+    fn text_with_several_solids() {
+        let text =
+            format!("solid a\n{FACET}endsolid a\nsolid nothing\nendsolid\nsolid b c\n{FACET}{FACET}endsolid b c\n");
+        let file = parsed(text.as_bytes(), FORMAT);
+        assert_eq!(file.mesh.triangles, [[0, 1, 2], [3, 4, 5], [6, 7, 8]]);
+        assert_eq!(file.notes, [ReadNote::SolidsMerged { count: 2 }]);
+    }
+
+    #[test]
+    fn text_that_is_wrong_names_its_line() {
+        let text = |from: &str, to: &str| format!("solid a\n{}", FACET.replacen(from, to, 1));
+        assert_eq!(error(text("0.1", "0,1").as_bytes(), FORMAT), "sample.stl, line 5: `0,1` is not a number");
+        let many = text("vertex 0", "vertex 9 9 9 vertex 0");
+        let four = "sample.stl, line 7, facet 0: a facet has 3 vertices, and this one has 4";
+        assert_eq!(error(many.as_bytes(), FORMAT), four);
+        let extra = text("5 nan", "5 nan 6");
+        assert_eq!(error(extra.as_bytes(), FORMAT), "sample.stl, line 6: expected `vertex` or `endloop`, found `6`");
+        let cut = text("nan\n endloop\nendfacet\n", "");
+        assert_eq!(
+            error(cut.as_bytes(), FORMAT),
+            "sample.stl, line 6: expected a coordinate, found the end of the file"
+        );
+        let odd = text("endfacet", "endfact");
+        assert_eq!(error(odd.as_bytes(), FORMAT), "sample.stl, line 8: expected `endfacet`, found `endfact`");
+    }
+
+    #[test]
+    fn writes_what_it_reads() {
+        let mesh = TriangleMesh {
+            positions: points(&[[0., 0., 0.], [1., 0., 0.], [0., 0.1, 0.], [-0., 0., 1e-30]]),
+            triangles: vec![[0, 2, 1], [0, 1, 3], [1, 1, 1]],
+        };
+        let mut bytes = Vec::new();
+        write(&mut bytes, &mesh, Some(LengthUnit::Millimetre)).unwrap();
+        assert_eq!(bytes.len(), 84 + 3 * 50);
+        assert!(bytes.starts_with(b"binary STL by ldi-ops, unit mm "));
+        assert_eq!(&bytes[84..96], [[0; 4], [0; 4], (-1f32).to_le_bytes()].concat());
+        let read = parsed(&bytes, FORMAT).mesh;
+        let rounded = |index: u32| mesh.positions[index as usize].as_vec3().as_dvec3();
+        let corners: Vec<DVec3> = mesh.triangles.iter().flatten().map(|&index| rounded(index)).collect();
+        assert_eq!(read.positions, corners);
+        assert!(read.positions[5].x.is_sign_negative());
+    }
+}
