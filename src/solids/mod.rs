@@ -1,1 +1,145 @@
-//! Model solids.
+//! Model solids: closed, outward-oriented, 2-manifold meshes whose volumes are known or can be worked out.
+//!
+//! They serve as examples, as scaffolds to start from, and as test material. Lengths are millimetres by convention; nothing
+//! depends on it. Every solid but [`cuboid`] has its centre at the origin, so that any two overlap.
+//!
+//! Simple shapes are tessellated directly ([`cuboid`], [`sphere`], [`cylinder`], [`torus`], [`geodesic`]). Minimal surfaces,
+//! merged lattices and the bone are implicit solids {F < 0} that one contourer turns into a mesh, clipped by their
+//! box with planar caps ([`MinimalSurface`], [`StrutLattice`], [`LongBone`]). [`Model`] gathers them all under the
+//! names and defaults that a command line needs.
+//!
+//! The mesh of a solid is the same, bit for bit, whatever the number of threads.
+
+mod contour;
+mod geodesic;
+mod lattice;
+mod long_bone;
+mod minimal_surface;
+mod model;
+mod primitives;
+
+#[cfg(test)]
+mod closure;
+
+pub use geodesic::geodesic;
+pub use lattice::{LatticeForm, StrutLattice, StrutPattern};
+pub use long_bone::LongBone;
+pub use minimal_surface::{MinimalSurface, Part, Surface};
+pub use model::{Model, ModelKind, Parameter};
+pub use primitives::{cuboid, cylinder, sphere, torus};
+
+/// The most triangles that a solid may have.
+pub const MAX_TRIANGLES: u64 = 50_000_000;
+
+/// Why a solid cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SolidError {
+    /// A parameter has a value for which there is no such solid.
+    #[error("{parameter} is {value}, but must be {allowed}")]
+    OutOfRange {
+        /// The parameter's name.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// The range that is allowed, in words and numbers.
+        allowed: String,
+    },
+    /// The mesh would be too large.
+    #[error("{parameter} = {value} gives {triangles} triangles, but at most {limit} are allowed")]
+    TooManyTriangles {
+        /// The parameter to lower.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// The triangles there would be.
+        triangles: u64,
+        /// The triangles there may be.
+        limit: u64,
+    },
+    /// The grid on which an implicit solid is sampled would be too large.
+    #[error("{parameter} = {value} asks for {nodes} grid nodes, but at most {limit} are allowed")]
+    TooManyNodes {
+        /// The parameter to lower.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// The nodes there would be.
+        nodes: u64,
+        /// The nodes there may be.
+        limit: u64,
+    },
+    /// The grid on which an implicit solid is sampled misses it.
+    #[error("{parameter} = {value} is too coarse: no grid node lies inside the solid")]
+    Empty {
+        /// The parameter to raise.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// No solid has this name.
+    #[error("there is no model `{kind}`; the models are {known}")]
+    UnknownKind {
+        /// The name as given.
+        kind: String,
+        /// All names.
+        known: String,
+    },
+    /// The solid has no parameter of this name.
+    #[error("`{kind}` has no parameter `{parameter}`; its parameters are {known}")]
+    UnknownParameter {
+        /// The solid's name.
+        kind: &'static str,
+        /// The parameter's name as given.
+        parameter: String,
+        /// The names of its parameters.
+        known: String,
+    },
+    /// The text given for a parameter is not of its form.
+    #[error("{parameter} is `{text}`, but must be {expected}")]
+    Unreadable {
+        /// The parameter's name.
+        parameter: &'static str,
+        /// The text as given.
+        text: String,
+        /// What it has to look like.
+        expected: &'static str,
+    },
+}
+
+/// Checks that a length is positive, finite, and of a size at which squares neither overflow nor vanish.
+fn check_length(parameter: &'static str, value: f64) -> Result<(), SolidError> {
+    check_range(parameter, value, 1e-9, 1e9)
+}
+
+/// Checks that `low <= value <= high`.
+fn check_range(parameter: &'static str, value: f64, low: f64, high: f64) -> Result<(), SolidError> {
+    if value >= low && value <= high {
+        Ok(())
+    } else {
+        Err(SolidError::OutOfRange { parameter, value, allowed: format!("from {low} to {high}") })
+    }
+}
+
+/// Checks a number of triangles against [`MAX_TRIANGLES`] before memory is taken for them.
+fn check_triangles(parameter: &'static str, value: u32, triangles: u64) -> Result<(), SolidError> {
+    if triangles <= MAX_TRIANGLES {
+        Ok(())
+    } else {
+        Err(SolidError::TooManyTriangles { parameter, value: value.into(), triangles, limit: MAX_TRIANGLES })
+    }
+}
+
+/// Checks the cells of a periodic solid, each axis, and their size and resolution; gives the box that they fill.
+fn periodic_block(cells: [u32; 3], cell_size: f64, resolution: u32) -> Result<contour::Block, SolidError> {
+    check_length("cell_size", cell_size)?;
+    check_range("resolution", resolution.into(), 4.0, 1024.0)?;
+    for n in cells {
+        check_range("cells", n.into(), 1.0, 10_000.0)?;
+    }
+    let extent = cell_size * glam::DVec3::from_array(cells.map(f64::from));
+    Ok(contour::Block {
+        min: -extent / 2.0,
+        spacing: cell_size / f64::from(resolution),
+        cells: cells.map(|n| n as usize * resolution as usize),
+    })
+}

@@ -1,0 +1,64 @@
+//! What the tests of this folder hold every solid to, computed from the triangles alone.
+
+use std::collections::HashMap;
+
+use crate::mesh::TriangleMesh;
+
+/// Six times the signed volume over six: the divergence sum over all triangles.
+pub(super) fn volume(mesh: &TriangleMesh) -> f64 {
+    let at = |v: u32| mesh.positions[v as usize];
+    mesh.triangles.iter().map(|&[a, b, c]| at(a).dot(at(b).cross(at(c)))).sum::<f64>() / 6.0
+}
+
+/// Vertices − edges + triangles of a closed mesh.
+pub(super) fn euler_characteristic(mesh: &TriangleMesh) -> i64 {
+    mesh.positions.len() as i64 - mesh.triangles.len() as i64 / 2
+}
+
+/// Every directed edge once and its opposite once, the triangles round each vertex one fan, every vertex used, corners of
+/// a triangle distinct, and a positive volume.
+pub(super) fn assert_solid(mesh: &TriangleMesh) {
+    let mut next = HashMap::with_capacity(3 * mesh.triangles.len());
+    let mut valence = vec![0_usize; mesh.positions.len()];
+    for (i, &[a, b, c]) in mesh.triangles.iter().enumerate() {
+        for (from, to, then) in [(a, b, c), (b, c, a), (c, a, b)] {
+            assert_ne!(mesh.positions[from as usize], mesh.positions[to as usize], "degenerate triangle {i}");
+            assert!(next.insert((from, to), then).is_none(), "directed edge {from} → {to} twice, in triangle {i}");
+            valence[from as usize] += 1;
+        }
+    }
+    let mut fans = HashMap::new();
+    for (&(from, to), &then) in &next {
+        assert!(next.contains_key(&(to, from)), "edge {from} → {to} has no opposite");
+        fans.insert(from, (to, then));
+    }
+    for (v, &count) in valence.iter().enumerate() {
+        let v = v as u32;
+        let (start, mut spoke) = fans.get(&v).copied().unwrap_or_else(|| panic!("vertex {v} is unused"));
+        let mut met = 1;
+        while spoke != start {
+            spoke = next[&(v, spoke)];
+            met += 1;
+        }
+        assert_eq!(met, count, "vertex {v} has more than one fan");
+    }
+    assert!(mesh.positions.iter().all(|p| p.is_finite()));
+    assert!(volume(mesh) > 0.0);
+}
+
+/// The tests of the shape of triangles: the least angle of each in degrees, ascending.
+pub(super) fn least_angles(mesh: &TriangleMesh) -> Vec<f64> {
+    let mut angles: Vec<f64> = mesh
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+            [(a, b, c), (b, c, a), (c, a, b)]
+                .map(|(p, q, r)| (q - p).angle_between(r - p).to_degrees())
+                .into_iter()
+                .fold(180.0, f64::min)
+        })
+        .collect();
+    angles.sort_by(f64::total_cmp);
+    angles
+}

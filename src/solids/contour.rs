@@ -1,0 +1,652 @@
+//! From an implicit solid to a closed 2-manifold, clipped by a box whose faces stay exactly planar.
+//!
+//! # Theory
+//! A solid {F < 0} is sampled on the nodes of a block of cubic cells, and one further layer of nodes on every side is
+//! declared outside. Of the block that results, the dual surface is taken: one quadrilateral for each grid edge whose ends
+//! differ, one vertex in a cell for each loop that the surface leaves on the six faces of the cell (Nielson, Dual Marching
+//! Cubes, 2004). Loops instead of cells are what keeps two sheets in one cell apart.
+//!
+//! One case is left in which that surface is no manifold: a face with inside nodes on one diagonal and outside nodes on
+//! the other, whose two arcs belong to one loop in *both* cells, so that four quadrilaterals meet in one edge (Wenger,
+//! Isosurfaces, 2013, section 3.3.5). Arcs may be paired in two ways on such a face. A loop that holds both arcs falls into two
+//! when the pairing changes, in either cell, and no change ever merges loops that were split; so a single pass over the
+//! faces, each changed if it is still at fault, leaves none. Then a side of a quadrilateral, which is an arc, belongs to
+//! exactly two quadrilaterals; and a diagonal joins cells that share only the one grid edge, so it is never a side
+//! nor another diagonal. The triangles are therefore closed, consistently oriented and 2-manifold whatever F is.
+//!
+//! Vertices of the outer layer are not left half a cell outside: that layer has no thickness, so its vertices lie exactly
+//! on the faces, edges and corners of the box. Of the cell's axes those along which it has thickness are *free*. A vertex
+//! whose loop crosses an edge along a free axis is moved onto F = 0 within its free axes, so the surface, and its outline on
+//! the box, are met to rounding; the other vertices tile the box face itself.
+//!
+//! Lastly vertices move along the surface towards the mean of their neighbours and are put back on F = 0. That evens out
+//! the triangles. Where it turned a triangle over, it is taken back.
+
+use std::collections::HashSet;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{MAX_TRIANGLES, SolidError};
+use crate::mesh::TriangleMesh;
+
+/// The most grid nodes that are sampled; each takes a byte.
+const MAX_NODES: u64 = 1 << 31;
+
+/// How many times vertices move towards their neighbours.
+const RELAXATIONS: usize = 4;
+
+/// How far, in cells, a vertex may leave its cell when it moves along the surface.
+const RELAXATION_REACH: f64 = 0.3;
+
+/// Splits of a quadrilateral worse than this have their vertices put back where they were before relaxation.
+const POOR_QUALITY: f64 = 0.02;
+
+/// A solid {F < 0}.
+pub(super) trait Implicit: Sync {
+    /// F, continuous, in any unit.
+    fn value(&self, p: DVec3) -> f64;
+
+    /// The gradient of F. It steers the search for F = 0 and so need not be exact.
+    ///
+    /// `spacing` is the size of a grid cell, for solids that take differences.
+    fn gradient(&self, p: DVec3, spacing: f64) -> DVec3 {
+        let h = 1e-4 * spacing;
+        let along = |e: DVec3| self.value(p + h * e) - self.value(p - h * e);
+        DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z)) / (2.0 * h)
+    }
+}
+
+/// The box that clips the solid, cut into cubic cells.
+pub(super) struct Block {
+    /// The least corner.
+    pub min: DVec3,
+    /// Side of a cell.
+    pub spacing: f64,
+    /// Cells along each axis, at least one.
+    pub cells: [usize; 3],
+}
+
+/// Triangles of the boundary of {F < 0} ∩ block: closed, outward, each edge in two triangles.
+///
+/// `fineness` names the parameter that an error should blame for too many nodes or triangles, with its value.
+pub(super) fn contour(
+    solid: &impl Implicit,
+    block: &Block,
+    fineness: (&'static str, f64),
+) -> Result<TriangleMesh, SolidError> {
+    let (parameter, value) = fineness;
+    let nodes = block.cells.iter().map(|&n| n as u64 + 3).product::<u64>();
+    if nodes > MAX_NODES {
+        return Err(SolidError::TooManyNodes { parameter, value, nodes, limit: MAX_NODES });
+    }
+    let grid = Grid::sample(solid, block);
+    let triangles = 2 * grid.count_crossings();
+    if triangles > MAX_TRIANGLES {
+        return Err(SolidError::TooManyTriangles { parameter, value, triangles, limit: MAX_TRIANGLES });
+    }
+    if triangles == 0 {
+        return Err(SolidError::Empty { parameter, value });
+    }
+    let joined = grid.faces_to_join();
+    let layers = grid.place_vertices(&joined);
+    let quads = grid.quads(&layers);
+    let vertices: Vec<Vertex> = layers.into_iter().flat_map(|layer| layer.vertices).collect();
+    let placed: Vec<DVec3> = vertices.iter().map(|v| v.position).collect();
+    let mut relaxed = grid.relax(&vertices, &quads);
+    undo_poor(&placed, &mut relaxed, &quads);
+    let triangles = quads.par_iter().flat_map_iter(|&quad| split(&relaxed, quad).1).collect();
+    let positions = relaxed.iter().map(|&u| block.min + block.spacing * u).collect();
+    Ok(TriangleMesh { positions, triangles })
+}
+
+/// Node or cell of the padded block; on each axis node 0 and the last lie outside the box.
+type Index = [usize; 3];
+
+/// Signs on the padded nodes. Positions inside this module are in cells from `block.min`.
+struct Grid<'a, S> {
+    solid: &'a S,
+    block: &'a Block,
+    /// Nodes along each axis, padding included.
+    nodes: Index,
+    /// Whether each node is inside, x fastest.
+    inside: Vec<bool>,
+}
+
+/// The loops that the surface leaves on the faces of a cell.
+#[derive(Clone, Copy)]
+struct Loops {
+    count: u8,
+    /// For each of the twelve edges the loop that crosses it, or [`NO_LOOP`].
+    of_edge: [u8; 12],
+}
+
+const NO_LOOP: u8 = u8::MAX;
+
+/// A vertex of the dual surface, and what it may do.
+#[derive(Clone, Copy)]
+struct Vertex {
+    position: DVec3,
+    /// The bounds of its cell, equal on an axis that is not free.
+    low: DVec3,
+    high: DVec3,
+    /// Whether it is held on F = 0.
+    on_surface: bool,
+}
+
+impl Vertex {
+    /// One on the axes along which the vertex may move, zero on the others.
+    fn free(&self) -> DVec3 {
+        free_axes(self.low, self.high)
+    }
+
+    /// Whether every plane and surface that holds `self` holds `other`, a neighbour, as well.
+    fn may_follow(&self, other: &Vertex) -> bool {
+        other.free().cmple(self.free()).all() && (!self.on_surface || other.on_surface)
+    }
+}
+
+fn free_axes(low: DVec3, high: DVec3) -> DVec3 {
+    DVec3::select(low.cmplt(high), DVec3::ONE, DVec3::ZERO)
+}
+
+/// A cell that the surface passes, with the number of its first vertex.
+struct SurfaceCell {
+    /// x + y · cells along x.
+    place: usize,
+    first_vertex: u32,
+    loops: Loops,
+}
+
+/// All cells of one z.
+struct Layer {
+    cells: Vec<SurfaceCell>,
+    vertices: Vec<Vertex>,
+}
+
+/// Corner of a cell as bits: 1 for x, 2 for y, 4 for z.
+const fn edge_between(a: usize, b: usize) -> usize {
+    let axis = match a ^ b {
+        1 => 0,
+        2 => 1,
+        _ => 2,
+    };
+    edge_at(axis, (a >> ((axis + 1) % 3)) & 1, (a >> ((axis + 2) % 3)) & 1)
+}
+
+/// The edge along `axis` that has the places `u` and `v` (0 or 1) on the two axes that follow cyclically.
+const fn edge_at(axis: usize, u: usize, v: usize) -> usize {
+    axis * 4 + u + 2 * v
+}
+
+/// Ends of an edge, the lower first.
+const fn edge_ends(edge: usize) -> (usize, usize) {
+    let axis = edge / 4;
+    let low = ((edge & 1) << ((axis + 1) % 3)) | (((edge >> 1) & 1) << ((axis + 2) % 3));
+    (low, low | (1 << axis))
+}
+
+/// Corners of the face on `side` of `axis`, counter-clockwise seen from outside.
+const fn face_corners(axis: usize, side: usize) -> [usize; 4] {
+    let (u, v, s) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3), side << axis);
+    if side == 1 { [s, s | u, s | u | v, s | v] } else { [s, s | v, s | u | v, s | u] }
+}
+
+impl<'a, S: Implicit> Grid<'a, S> {
+    fn sample(solid: &'a S, block: &'a Block) -> Self {
+        let nodes = block.cells.map(|n| n + 3);
+        let [nx, ny, nz] = nodes;
+        let mut inside = vec![false; nx * ny * nz];
+        inside.par_chunks_mut(nx * ny).enumerate().filter(|&(z, _)| z > 0 && z < nz - 1).for_each(|(z, plane)| {
+            for y in 1..ny - 1 {
+                for x in 1..nx - 1 {
+                    let u = DVec3::new((x - 1) as f64, (y - 1) as f64, (z - 1) as f64);
+                    plane[y * nx + x] = solid.value(block.min + block.spacing * u) < 0.0;
+                }
+            }
+        });
+        Grid { solid, block, nodes, inside }
+    }
+
+    fn value(&self, u: DVec3) -> f64 {
+        self.solid.value(self.block.min + self.block.spacing * u)
+    }
+
+    /// The gradient in units of F per cell.
+    fn gradient(&self, u: DVec3) -> DVec3 {
+        self.solid.gradient(self.block.min + self.block.spacing * u, self.block.spacing) * self.block.spacing
+    }
+
+    fn strides(&self) -> Index {
+        [1, self.nodes[0], self.nodes[0] * self.nodes[1]]
+    }
+
+    fn node(&self, [x, y, z]: Index) -> usize {
+        (z * self.nodes[1] + y) * self.nodes[0] + x
+    }
+
+    /// Nodes of plane z from which an edge leads upwards along each axis to a node of the other sign.
+    fn crossings(&self, z: usize) -> impl Iterator<Item = (Index, usize)> + '_ {
+        let [nx, ny, nz] = self.nodes;
+        let strides = self.strides();
+        (0..ny - 1).flat_map(move |y| {
+            (0..nx - 1).flat_map(move |x| {
+                let at = self.node([x, y, z]);
+                let sign = self.inside[at];
+                // The last plane has no edge along z, and it is outside as a whole, so none along x or y that matters.
+                (0..3)
+                    .filter(move |_| z + 1 < nz)
+                    .filter(move |&axis| self.inside[at + strides[axis]] != sign)
+                    .map(move |axis| ([x, y, z], axis))
+            })
+        })
+    }
+
+    fn count_crossings(&self) -> u64 {
+        (0..self.nodes[2]).into_par_iter().map(|z| self.crossings(z).count() as u64).sum()
+    }
+
+    fn corner_signs(&self, cell: Index) -> [bool; 8] {
+        let at = self.node(cell);
+        let [dx, dy, dz] = self.strides();
+        std::array::from_fn(|c| self.inside[at + (c & 1) * dx + ((c >> 1) & 1) * dy + (c >> 2) * dz])
+    }
+
+    /// The name of the face of `cell` on `side` of `axis`: its least node and the axis across it.
+    fn face(&self, mut cell: Index, axis: usize, side: usize) -> usize {
+        cell[axis] += side;
+        3 * self.node(cell) + axis
+    }
+
+    /// Follows the arcs on the faces of a cell. Inside corners on a diagonal are joined on the faces in `joined` and cut off
+    /// on all others.
+    fn loops(&self, cell: Index, signs: [bool; 8], joined: &HashSet<usize>) -> Loops {
+        // Two faces run along an edge in opposite directions, so each crossed edge has one arc that leaves it.
+        let mut next = [NO_LOOP; 12];
+        for axis in 0..3 {
+            for side in 0..2 {
+                let corners = face_corners(axis, side);
+                let [a, b, c, d] = corners.map(|corner| signs[corner]);
+                if a == b && b == c && c == d {
+                    continue;
+                }
+                let edge = |i: usize| edge_between(corners[i % 4], corners[(i + 1) % 4]);
+                let ambiguous = a == c && b == d;
+                let join = ambiguous && joined.contains(&self.face(cell, axis, side));
+                for i in 0..4 {
+                    if !(signs[corners[i]] && !signs[corners[(i + 1) % 4]]) {
+                        continue;
+                    }
+                    // The arc leaves where the walk round the face goes outside and arrives where it comes back in: on an
+                    // ambiguous face just before, which cuts off the inside corner, or just after, which joins.
+                    let arrival = match (ambiguous, join) {
+                        (true, false) => i + 3,
+                        (true, true) => i + 1,
+                        (false, _) => (i + 1..i + 4)
+                            .find(|&j| !signs[corners[j % 4]] && signs[corners[(j + 1) % 4]])
+                            .expect("a walk that goes outside comes back"),
+                    };
+                    next[edge(i)] = edge(arrival) as u8;
+                }
+            }
+        }
+        let mut loops = Loops { count: 0, of_edge: [NO_LOOP; 12] };
+        for start in 0..12 {
+            if next[start] == NO_LOOP || loops.of_edge[start] != NO_LOOP {
+                continue;
+            }
+            let mut edge = start;
+            while loops.of_edge[edge] == NO_LOOP {
+                loops.of_edge[edge] = loops.count;
+                edge = usize::from(next[edge]);
+            }
+            loops.count += 1;
+        }
+        loops
+    }
+
+    /// Faces on which inside corners must be joined lest four quadrilaterals meet in one edge.
+    fn faces_to_join(&self) -> HashSet<usize> {
+        let [nx, ny, nz] = self.nodes;
+        let strides = self.strides();
+        let ambiguous: Vec<(Index, usize)> = (1..nz - 1)
+            .into_par_iter()
+            .flat_map_iter(|z| {
+                let places = (1..ny - 1).flat_map(move |y| (1..nx - 1).map(move |x| [x, y, z]));
+                places.flat_map(move |place| {
+                    (0..3).filter_map(move |axis| {
+                        let at = self.node(place);
+                        let (u, v) = (strides[(axis + 1) % 3], strides[(axis + 2) % 3]);
+                        let [a, b, c, d] = [at, at + u, at + u + v, at + v].map(|node| self.inside[node]);
+                        (a == c && b == d && a != b).then_some((place, axis))
+                    })
+                })
+            })
+            .collect();
+        let mut joined = HashSet::new();
+        for (above, axis) in ambiguous {
+            let mut below = above;
+            below[axis] -= 1;
+            let one_loop = |cell: Index, side: usize| {
+                let loops = self.loops(cell, self.corner_signs(cell), &joined);
+                let corners = face_corners(axis, side);
+                let first = loops.of_edge[edge_between(corners[0], corners[1])];
+                (1..4).all(|i| loops.of_edge[edge_between(corners[i], corners[(i + 1) % 4])] == first)
+            };
+            if one_loop(below, 1) && one_loop(above, 0) {
+                joined.insert(3 * self.node(above) + axis);
+            }
+        }
+        joined
+    }
+
+    /// The interval of a cell on each axis; the padding has no thickness.
+    fn bounds(&self, cell: Index) -> (DVec3, DVec3) {
+        let at = |axis: usize, node: usize| (node.max(1) - 1).min(self.block.cells[axis]) as f64;
+        let corner = |s: usize| DVec3::new(at(0, cell[0] + s), at(1, cell[1] + s), at(2, cell[2] + s));
+        (corner(0), corner(1))
+    }
+
+    /// The vertices of all cells, numbered through by layer.
+    fn place_vertices(&self, joined: &HashSet<usize>) -> Vec<Layer> {
+        let [cx, cy, cz] = self.nodes.map(|n| n - 1);
+        let mut layers: Vec<Layer> = (0..cz)
+            .into_par_iter()
+            .map(|z| {
+                let mut layer = Layer { cells: Vec::new(), vertices: Vec::new() };
+                for y in 0..cy {
+                    for x in 0..cx {
+                        let cell = [x, y, z];
+                        let signs = self.corner_signs(cell);
+                        if signs.iter().all(|&s| s == signs[0]) {
+                            continue;
+                        }
+                        let loops = self.loops(cell, signs, joined);
+                        let first_vertex = layer.vertices.len() as u32;
+                        layer.cells.push(SurfaceCell { place: y * cx + x, first_vertex, loops });
+                        self.place_in_cell(cell, signs, &loops, &mut layer.vertices);
+                    }
+                }
+                layer
+            })
+            .collect();
+        let mut first = 0;
+        for layer in &mut layers {
+            layer.cells.iter_mut().for_each(|cell| cell.first_vertex += first);
+            first += layer.vertices.len() as u32;
+        }
+        layers
+    }
+
+    fn place_in_cell(&self, cell: Index, signs: [bool; 8], loops: &Loops, vertices: &mut Vec<Vertex>) {
+        let (low, high) = self.bounds(cell);
+        let free = free_axes(low, high);
+        let at = |corner: usize| {
+            let bits = DVec3::new((corner & 1) as f64, ((corner >> 1) & 1) as f64, (corner >> 2) as f64);
+            low + bits * (high - low)
+        };
+        // Nodes of the padding lie on the same places as nodes of the box but are not on F; only edges along free axes are.
+        let mut values = [f64::NAN; 8];
+        let mut value_at = |corner: usize| {
+            if values[corner].is_nan() {
+                values[corner] = self.value(at(corner));
+            }
+            values[corner]
+        };
+        for this in 0..loops.count {
+            let (mut sum, mut count, mut anchors) = (DVec3::ZERO, 0, [0; 2]);
+            for edge in (0..12).filter(|&edge| loops.of_edge[edge] == this && free[edge / 4] > 0.0) {
+                let (a, b) = edge_ends(edge);
+                let (fa, fb) = (value_at(a), value_at(b));
+                let t = (fa / (fa - fb)).clamp(0.0, 1.0);
+                sum += at(a).lerp(at(b), t);
+                count += 1;
+                anchors = if signs[a] { [a, b] } else { [b, a] };
+            }
+            if count == 0 {
+                vertices.push(Vertex { position: (low + high) / 2.0, low, high, on_surface: false });
+                continue;
+            }
+            // A margin keeps vertices of neighbouring cells apart, and with them the corners of every triangle.
+            let margin = 1e-3 * (high - low);
+            let start = (sum / f64::from(count)).clamp(low + margin, high - margin);
+            let position = self.settle(start, free, low + margin, high - margin).unwrap_or_else(|| {
+                // The edge crossed last has both signs at its ends, so a path from either meets the surface.
+                let end = at(if self.value(start) < 0.0 { anchors[1] } else { anchors[0] });
+                self.bisect(start, end).clamp(low + margin, high - margin)
+            });
+            vertices.push(Vertex { position, low, high, on_surface: true });
+        }
+    }
+
+    /// Newton's way from `u` to F = 0 along the axes that are `free` and within bounds; `None` if it does not arrive.
+    fn settle(&self, mut u: DVec3, free: DVec3, low: DVec3, high: DVec3) -> Option<DVec3> {
+        let start = u;
+        for _ in 0..12 {
+            let value = self.value(u);
+            let mut gradient = self.gradient(u) * free;
+            // An axis on whose bound the step presses is not free any longer.
+            let outwards = DVec3::select(
+                u.cmple(low),
+                DVec3::splat(value.signum()) * gradient,
+                DVec3::select(u.cmpge(high), DVec3::splat(-value.signum()) * gradient, DVec3::ZERO),
+            );
+            gradient = DVec3::select(outwards.cmpgt(DVec3::ZERO), DVec3::ZERO, gradient);
+            let steepness = gradient.length_squared();
+            if value * value <= 1e-22 * steepness {
+                return Some(u);
+            }
+            let step = -value / steepness * gradient;
+            if !step.is_finite() || u.distance_squared(start) > 1.0 {
+                return None;
+            }
+            u = (u + step.clamp_length_max(0.5)).clamp(low, high);
+        }
+        None
+    }
+
+    /// A point of F = 0 between `a` and `b`, which have different signs.
+    fn bisect(&self, a: DVec3, b: DVec3) -> DVec3 {
+        let inside = self.value(a) < 0.0;
+        let (mut near, mut far) = (0.0, 1.0);
+        for _ in 0..40 {
+            let middle = (near + far) / 2.0;
+            if (self.value(a.lerp(b, middle)) < 0.0) == inside {
+                near = middle;
+            } else {
+                far = middle;
+            }
+        }
+        a.lerp(b, near)
+    }
+
+    /// Four vertices, counter-clockwise seen from outside, for each crossed edge.
+    fn quads(&self, layers: &[Layer]) -> Vec<[u32; 4]> {
+        let [cx, cy, _] = self.nodes.map(|n| n - 1);
+        (1..self.nodes[2] - 1)
+            .into_par_iter()
+            .flat_map_iter(|z| {
+                // Edges of plane z and those that rise from it touch only the cells below and above the plane.
+                let index = |layer: &Layer| {
+                    let mut at = vec![u32::MAX; cx * cy];
+                    layer.cells.iter().enumerate().for_each(|(i, cell)| at[cell.place] = i as u32);
+                    at
+                };
+                let near = [index(&layers[z - 1]), index(&layers[z])];
+                let above = self.crossings(z);
+                let rising_into = (z == 1).then(|| self.crossings(0)).into_iter().flatten();
+                let vertex = move |cell: Index, edge: usize| {
+                    let cell_of = &layers[cell[2]].cells[near[cell[2] + 1 - z][cell[1] * cx + cell[0]] as usize];
+                    cell_of.first_vertex + u32::from(cell_of.loops.of_edge[edge])
+                };
+                let quads: Vec<[u32; 4]> = rising_into
+                    .chain(above)
+                    .map(|(node, axis)| {
+                        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+                        let mut quad = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(du, dv)| {
+                            let mut cell = node;
+                            cell[u] -= 1 - du;
+                            cell[v] -= 1 - dv;
+                            vertex(cell, edge_at(axis, 1 - du, 1 - dv))
+                        });
+                        if !self.inside[self.node(node)] {
+                            quad.reverse();
+                        }
+                        quad
+                    })
+                    .collect();
+                quads
+            })
+            .collect()
+    }
+
+    /// Vertices after they moved towards their neighbours along what holds them.
+    fn relax(&self, vertices: &[Vertex], quads: &[[u32; 4]]) -> Vec<DVec3> {
+        // Each side of a quadrilateral is run along once in either direction, so a vertex meets each neighbour once.
+        let mut first = vec![0_u32; vertices.len() + 1];
+        quads.iter().flatten().for_each(|&v| first[v as usize + 1] += 1);
+        (1..first.len()).for_each(|i| first[i] += first[i - 1]);
+        let mut fill = first.clone();
+        let mut neighbours = vec![0_u32; 4 * quads.len()];
+        for quad in quads {
+            for i in 0..4 {
+                let at = &mut fill[quad[i] as usize];
+                neighbours[*at as usize] = quad[(i + 1) % 4];
+                *at += 1;
+            }
+        }
+        drop(fill);
+        let mut positions: Vec<DVec3> = vertices.iter().map(|v| v.position).collect();
+        for _ in 0..RELAXATIONS {
+            positions = vertices
+                .par_iter()
+                .enumerate()
+                .map(|(i, vertex)| {
+                    let here = positions[i];
+                    let (mut sum, mut count) = (DVec3::ZERO, 0);
+                    for &j in &neighbours[first[i] as usize..first[i + 1] as usize] {
+                        if vertex.may_follow(&vertices[j as usize]) {
+                            sum += positions[j as usize];
+                            count += 1;
+                        }
+                    }
+                    if count < 2 {
+                        return here;
+                    }
+                    let free = vertex.free();
+                    let reach = RELAXATION_REACH * free;
+                    let limit = DVec3::from_array(self.block.cells.map(|n| n as f64));
+                    // What is free to move still may not reach the box, which belongs to the vertices held there.
+                    let inset = 0.05 * free;
+                    let low = (vertex.low - reach).max(DVec3::select(free.cmpgt(DVec3::ZERO), inset, vertex.low));
+                    let high =
+                        (vertex.high + reach).min(DVec3::select(free.cmpgt(DVec3::ZERO), limit - inset, vertex.high));
+                    let mut shift = 0.6 * (sum / f64::from(count) - here) * free;
+                    if !vertex.on_surface {
+                        return (here + shift).clamp(low, high);
+                    }
+                    let normal = (self.gradient(here) * free).normalize_or_zero();
+                    shift -= shift.dot(normal) * normal;
+                    self.settle((here + shift).clamp(low, high), free, low, high).unwrap_or(here)
+                })
+                .collect();
+        }
+        positions
+    }
+}
+
+/// The better way to split a quadrilateral, and how good its worse triangle is: 1 for half a square, below 0 if turned over.
+fn split(positions: &[DVec3], [a, b, c, d]: [u32; 4]) -> (f64, [[u32; 3]; 2]) {
+    let at = |v: u32| positions[v as usize];
+    let normal = (at(c) - at(a)).cross(at(d) - at(b)).normalize_or_zero();
+    let quality = |[p, q, r]: [u32; 3]| {
+        let (p, q, r) = (at(p), at(q), at(r));
+        let spread = p.distance_squared(q) + q.distance_squared(r) + r.distance_squared(p);
+        if spread > 0.0 { 4.0 * (q - p).cross(r - p).dot(normal) / spread } else { -1.0 }
+    };
+    let worse = |pair: [[u32; 3]; 2]| (quality(pair[0]).min(quality(pair[1])), pair);
+    let (one, other) = (worse([[a, b, c], [a, c, d]]), worse([[a, b, d], [b, c, d]]));
+    if one.0 >= other.0 { one } else { other }
+}
+
+/// Puts vertices back to where they were placed wherever the move made a worse and poor quadrilateral.
+fn undo_poor(placed: &[DVec3], relaxed: &mut [DVec3], quads: &[[u32; 4]]) {
+    loop {
+        let poor: Vec<u32> = quads
+            .par_iter()
+            .filter(|&&quad| {
+                let moved = quad.iter().any(|&v| placed[v as usize] != relaxed[v as usize]);
+                let quality = split(relaxed, quad).0;
+                moved && quality < POOR_QUALITY && quality < split(placed, quad).0
+            })
+            .flat_map_iter(|&quad| quad)
+            .collect();
+        if poor.is_empty() {
+            return;
+        }
+        poor.iter().for_each(|&v| relaxed[v as usize] = placed[v as usize]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solids::closure::{assert_solid, volume};
+
+    /// Inside at nodes chosen by a hash: every configuration of cells and faces, many at once.
+    struct Noise(u64);
+
+    impl Implicit for Noise {
+        fn value(&self, p: DVec3) -> f64 {
+            let node = p.round();
+            let mut hash = self.0;
+            for c in [node.x, node.y, node.z] {
+                hash = (hash ^ c as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+                hash ^= hash >> 29;
+            }
+            // The value falls off from nodes, so that edges between nodes of different sign have one root about half way.
+            let sign = if hash & 1 == 0 { 1.0 } else { -1.0 };
+            sign * (0.6 - p.distance(node)).max(0.01)
+        }
+    }
+
+    #[test]
+    fn noise_gives_manifolds_and_needs_joined_faces() {
+        let mut joins = 0;
+        for seed in 0..40 {
+            let block = Block { min: DVec3::ZERO, spacing: 1.0, cells: [7, 6, 9] };
+            assert_solid(&contour(&Noise(seed), &block, ("resolution", 1.0)).unwrap());
+            joins += Grid::sample(&Noise(seed), &block).faces_to_join().len();
+        }
+        assert!(joins > 0, "the case that only joining cures did not come up");
+    }
+
+    #[test]
+    fn a_full_block_is_the_box() {
+        struct Full;
+        impl Implicit for Full {
+            fn value(&self, _: DVec3) -> f64 {
+                -1.0
+            }
+        }
+        for cells in [[1, 1, 1], [3, 1, 2]] {
+            let block = Block { min: DVec3::new(1.0, 2.0, 3.0), spacing: 0.5, cells };
+            let mesh = contour(&Full, &block, ("resolution", 1.0)).unwrap();
+            assert_solid(&mesh);
+            assert!((volume(&mesh) - cells.iter().product::<usize>() as f64 / 8.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_solid_between_nodes_is_an_error() {
+        struct Speck;
+        impl Implicit for Speck {
+            fn value(&self, p: DVec3) -> f64 {
+                p.distance(DVec3::splat(0.5)) - 0.1
+            }
+        }
+        let block = Block { min: DVec3::ZERO, spacing: 1.0, cells: [2; 3] };
+        let error = contour(&Speck, &block, ("resolution", 4.0)).unwrap_err();
+        assert_eq!(error.to_string(), "resolution = 4 is too coarse: no grid node lies inside the solid");
+    }
+}

@@ -1,0 +1,205 @@
+//! A long bone in the likeness of a human femur.
+//!
+//! It is put together from tapered capsules and ellipsoids that are merged by a smooth minimum (Quílez' quadratic one), with
+//! proportions read off a femur: a shaft that bows forwards, at the top a round head on a slanting neck with the two
+//! trochanters, at the bottom a flare with two condyles and the notch between them. Nothing anatomical should be measured
+//! on it; it is an organic shape with thick and thin parts, concave and convex, without symmetry.
+
+use glam::DVec3;
+
+use super::contour::{Block, Implicit, contour};
+use super::{SolidError, check_length, check_range};
+use crate::mesh::TriangleMesh;
+
+/// A long bone along the z axis, centred on the origin: head up, the head on the side of greater x, the bow towards
+/// greater y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LongBone {
+    /// Length from condyles to head.
+    pub length: f64,
+    /// Breadth in units of that of a femur of this length, 0.5 to 2.5.
+    pub girth: f64,
+    /// How far the shaft bows out, in units of that of a femur, 0 to 3.
+    pub bow: f64,
+    /// Grid cells along the length, 48 to 2048; triangles grow with its square.
+    pub resolution: u32,
+}
+
+impl LongBone {
+    /// The closed surface of the bone.
+    ///
+    /// # Errors
+    /// A parameter out of the range that its field gives; too many grid nodes or triangles.
+    pub fn build(&self) -> Result<TriangleMesh, SolidError> {
+        check_length("length", self.length)?;
+        check_range("girth", self.girth, 0.5, 2.5)?;
+        check_range("bow", self.bow, 0.0, 3.0)?;
+        check_range("resolution", self.resolution.into(), 48.0, 2048.0)?;
+        let spacing = self.length / f64::from(self.resolution);
+        // A margin of two cells keeps the bone off the box at either end.
+        let breadth = [-0.11 * self.girth, -0.10 * self.girth, 0.0];
+        let reach = [0.16 * self.girth, 0.10 * self.girth + 0.03 * self.bow, 1.0];
+        let least = breadth.map(|low| (low * f64::from(self.resolution)).floor() - 2.0);
+        let most = reach.map(|high| (high * f64::from(self.resolution)).ceil() + 2.0);
+        let foot = DVec3::new(0.0, 0.0, -self.length / 2.0);
+        let block = Block {
+            min: foot + spacing * DVec3::from_array(least),
+            spacing,
+            cells: std::array::from_fn(|axis| (most[axis] - least[axis]) as usize),
+        };
+        let femur = Femur { foot, length: self.length, girth: self.girth, bow: self.bow };
+        contour(&femur, &block, ("resolution", self.resolution.into()))
+    }
+}
+
+/// The bone as an implicit solid. Inside, lengths are in units of its own and breadths are widened by `girth`.
+struct Femur {
+    foot: DVec3,
+    length: f64,
+    girth: f64,
+    bow: f64,
+}
+
+impl Femur {
+    /// The middle line of the shaft at height z: it bows forwards most at its middle.
+    fn middle(&self, z: f64) -> DVec3 {
+        let s = ((z - 0.05) / 0.85).clamp(0.0, 1.0);
+        DVec3::new(0.012 * (s - 0.5) * self.girth, 0.030 * self.bow * 4.0 * s * (1.0 - s) - 0.006 * self.girth, z)
+    }
+
+    fn shaft(&self, p: DVec3) -> f64 {
+        let z = p.z.clamp(0.10, 0.88);
+        // Narrowest a little above the middle, wider towards both ends.
+        let down = ((0.42 - z) / 0.32).clamp(0.0, 1.0);
+        let up = ((z - 0.60) / 0.28).clamp(0.0, 1.0);
+        let radius = 0.0305 + 0.016 * down * down + 0.007 * up * up;
+        p.distance(self.middle(z)) - self.girth * radius
+    }
+}
+
+impl Implicit for Femur {
+    fn value(&self, p: DVec3) -> f64 {
+        let p = (p - self.foot) / self.length;
+        let g = self.girth;
+        // Places are given as breadth, depth, height; only the height is along the bone and does not widen.
+        let at = |x: f64, y: f64, z: f64| DVec3::new(g * x, g * y, z);
+        let mut d = self.shaft(p);
+
+        let head_top = 1.0 - 0.051 * g;
+        let head = at(0.098, 0.012, head_top);
+        let neck = capsule(p, at(0.012, -0.004, head_top - 0.080 * g), head, 0.037 * g, 0.028 * g);
+        let greater_trochanter = capsule(
+            p,
+            at(-0.028, -0.006, head_top - 0.095 * g),
+            at(-0.045, -0.016, head_top - 0.012 * g),
+            0.038 * g,
+            0.021 * g,
+        );
+        let lesser_trochanter =
+            ellipsoid(p - at(0.028, -0.032, head_top - 0.150 * g), g * DVec3::new(0.016, 0.017, 0.030));
+        d = smooth_min(d, greater_trochanter, 0.045 * g);
+        d = smooth_min(d, neck, 0.045 * g);
+        d = smooth_min(d, lesser_trochanter, 0.030 * g);
+        d = smooth_min(d, p.distance(head) - 0.051 * g, 0.012 * g);
+
+        let flare = capsule(p, at(0.0, -0.004, 0.055 + 0.140 * g), at(0.0, 0.000, 0.078 * g), 0.034 * g, 0.050 * g);
+        let kneecap_side = ellipsoid(p - at(0.0, 0.022, 0.070 * g), g * DVec3::new(0.060, 0.032, 0.045));
+        d = smooth_min(d, flare, 0.050 * g);
+        d = smooth_min(d, kneecap_side, 0.030 * g);
+        for (x, y, width, depth) in [(0.047, -0.014, 0.034, 0.066), (-0.047, -0.010, 0.036, 0.064)] {
+            let condyle = ellipsoid(p - at(x, y, 0.052 * g), g * DVec3::new(width, depth, 0.052));
+            d = smooth_min(d, condyle, 0.022 * g);
+        }
+        // The notch between the condyles opens downwards and backwards; the groove in front carries the kneecap.
+        let notch = ellipsoid(p - at(0.0, -0.058, 0.018 * g), g * DVec3::new(0.018, 0.058, 0.048));
+        let groove = capsule(p, at(0.0, 0.066, 0.085 * g), at(0.0, 0.058, 0.015 * g), 0.016 * g, 0.018 * g);
+        d = -smooth_min(-d, notch, 0.014 * g);
+        -smooth_min(-d, groove, 0.020 * g) * self.length
+    }
+}
+
+/// The lesser of two distances with the edge between them rounded off over a width.
+fn smooth_min(a: f64, b: f64, width: f64) -> f64 {
+    let h = (width - (a - b).abs()).max(0.0) / width;
+    a.min(b) - h * h * width / 4.0
+}
+
+/// About the distance to a capsule whose radius changes evenly from one end to the other.
+fn capsule(p: DVec3, a: DVec3, b: DVec3, radius_a: f64, radius_b: f64) -> f64 {
+    let axis = b - a;
+    let t = ((p - a).dot(axis) / axis.length_squared()).clamp(0.0, 1.0);
+    p.distance(a + t * axis) - (radius_a + t * (radius_b - radius_a))
+}
+
+/// About the distance to an ellipsoid about the origin: exact on it and in its direction, near enough elsewhere.
+fn ellipsoid(p: DVec3, radii: DVec3) -> f64 {
+    let k = (p / radii).length();
+    let slope = (p / (radii * radii)).length();
+    if slope > 0.0 { k * (k - 1.0) / slope } else { -radii.min_element() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solids::closure::{assert_solid, euler_characteristic, least_angles, volume};
+
+    const BONE: LongBone = LongBone { length: 100.0, girth: 1.0, bow: 1.0, resolution: 120 };
+
+    #[test]
+    fn bone_is_one_ball_of_its_length() {
+        for bone in [
+            BONE,
+            LongBone { girth: 0.5, ..BONE },
+            LongBone { girth: 1.6, ..BONE },
+            LongBone { girth: 2.5, ..BONE },
+            LongBone { bow: 0.0, ..BONE },
+            LongBone { bow: 3.0, girth: 2.0, ..BONE },
+            LongBone { resolution: 48, ..BONE },
+        ] {
+            let mesh = bone.build().unwrap();
+            assert_solid(&mesh);
+            assert_eq!(euler_characteristic(&mesh), 2, "{bone:?}");
+            let z = mesh.positions.iter().map(|p| p.z);
+            let extent = z.clone().fold(f64::MIN, f64::max) - z.fold(f64::MAX, f64::min);
+            assert!((extent - 100.0).abs() < 1.0, "{bone:?} {extent}");
+        }
+    }
+
+    #[test]
+    fn bone_stays_off_the_box() {
+        // A cap would hold many vertices of exactly the same greatest coordinate.
+        for bone in [BONE, LongBone { girth: 2.5, bow: 3.0, ..BONE }] {
+            let mesh = bone.build().unwrap();
+            for axis in 0..3 {
+                for sign in [-1.0, 1.0] {
+                    let most = mesh.positions.iter().map(|p| sign * p[axis]).fold(f64::MIN, f64::max);
+                    assert_eq!(mesh.positions.iter().filter(|p| sign * p[axis] == most).count(), 1);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn volume_settles_and_triangles_are_well_shaped() {
+        let fine = LongBone { resolution: 240, ..BONE }.build().unwrap();
+        let coarse = BONE.build().unwrap();
+        assert!((volume(&coarse) / volume(&fine) - 1.0).abs() < 0.005);
+        assert!(least_angles(&fine)[fine.triangles.len() / 100] > 20.0);
+    }
+
+    #[test]
+    fn threads_do_not_change_the_mesh() {
+        let [one, two] = [1, 2].map(|threads| {
+            rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| BONE.build().unwrap())
+        });
+        assert_eq!(one, two);
+    }
+
+    #[test]
+    fn wrong_parameters_are_errors() {
+        let text = |bone: LongBone| bone.build().unwrap_err().to_string();
+        assert!(text(LongBone { length: 0.0, ..BONE }).starts_with("length is 0, but must be from"));
+        assert_eq!(text(LongBone { girth: 3.0, ..BONE }), "girth is 3, but must be from 0.5 to 2.5");
+        assert_eq!(text(LongBone { resolution: 8, ..BONE }), "resolution is 8, but must be from 48 to 2048");
+    }
+}

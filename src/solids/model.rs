@@ -1,0 +1,388 @@
+//! All solids under names, with parameters that have defaults and are given as text.
+
+use glam::DVec3;
+
+use super::{
+    LatticeForm, LongBone, MinimalSurface, Part, SolidError, StrutLattice, StrutPattern, Surface, cuboid, cylinder,
+    geodesic, sphere, torus,
+};
+use crate::mesh::TriangleMesh;
+
+/// A solid and its parameters, ready to be built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Model {
+    /// See [`cuboid`].
+    Cuboid {
+        /// Least coordinates.
+        min: DVec3,
+        /// Greatest coordinates.
+        max: DVec3,
+    },
+    /// See [`sphere`].
+    Sphere {
+        /// Radius.
+        radius: f64,
+        /// Meridians.
+        segments: u32,
+    },
+    /// See [`geodesic`].
+    Geodesic {
+        /// Radius.
+        radius: f64,
+        /// Parts into which an edge of the icosahedron is cut.
+        frequency: u32,
+    },
+    /// See [`torus`].
+    Torus {
+        /// Radius of the circle on which the centre runs.
+        major: f64,
+        /// Radius of the circle that runs.
+        minor: f64,
+        /// Segments along the large circle.
+        around: u32,
+        /// Segments along the small circle.
+        across: u32,
+    },
+    /// See [`cylinder`].
+    Cylinder {
+        /// Radius.
+        radius: f64,
+        /// Height.
+        height: f64,
+        /// Segments of the circle.
+        segments: u32,
+    },
+    /// See [`MinimalSurface`].
+    MinimalSurface(MinimalSurface),
+    /// See [`StrutLattice`].
+    StrutLattice(StrutLattice),
+    /// See [`LongBone`].
+    LongBone(LongBone),
+}
+
+/// A parameter of a model, as a help text shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parameter {
+    /// The name by which it is given.
+    pub name: &'static str,
+    /// The value it has when it is not given.
+    pub default: &'static str,
+    /// What it is, in a line.
+    pub meaning: &'static str,
+}
+
+/// A model with its name, as a help text shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ModelKind {
+    /// The name by which it is asked for.
+    pub name: &'static str,
+    /// What it is, in a line.
+    pub summary: &'static str,
+    /// What can be chosen.
+    pub parameters: &'static [Parameter],
+    build: fn(&Arguments) -> Result<Model, SolidError>,
+}
+
+const fn parameter(name: &'static str, default: &'static str, meaning: &'static str) -> Parameter {
+    Parameter { name, default, meaning }
+}
+
+const RADIUS: Parameter = parameter("radius", "10", "radius, mm");
+const SEGMENTS: Parameter = parameter("segments", "64", "segments round the axis");
+const CELL_SIZE: Parameter = parameter("cell-size", "10", "side of a cell, mm");
+const CELLS: Parameter = parameter("cells", "4", "cells along the axes: one number, or three with commas");
+
+const MINIMAL_SURFACE: &[Parameter] = &[
+    parameter("part", "sheet", "sheet: a wall along the surface; network: the solid on one side of it"),
+    parameter("wall", "1", "mean thickness of a sheet, mm"),
+    parameter("fraction", "0.5", "share of volume of a network"),
+    CELLS,
+    CELL_SIZE,
+    parameter("resolution", "28", "grid cells along the side of a cell"),
+];
+
+const LATTICE: &[Parameter] = &[
+    parameter("form", "union", "union: one surface; overlapping: a closed cylinder for each strut"),
+    parameter("radius", "1", "radius of a strut, mm"),
+    CELLS,
+    CELL_SIZE,
+    parameter("resolution", "32", "grid cells along the side of a cell of a union"),
+    parameter("segments", "24", "segments round an overlapping strut"),
+];
+
+const KINDS: &[ModelKind] = &[
+    ModelKind {
+        name: "cuboid",
+        summary: "box between two corners",
+        parameters: &[
+            parameter("min", "-10,-10,-10", "least coordinates, mm"),
+            parameter("max", "10,10,10", "greatest coordinates, mm"),
+        ],
+        build: |a| Ok(Model::Cuboid { min: a.vector("min")?, max: a.vector("max")? }),
+    },
+    ModelKind {
+        name: "sphere",
+        summary: "sphere of meridians and parallels",
+        parameters: &[RADIUS, SEGMENTS],
+        build: |a| Ok(Model::Sphere { radius: a.number("radius")?, segments: a.count("segments")? }),
+    },
+    ModelKind {
+        name: "geodesic",
+        summary: "sphere of even triangles from an icosahedron",
+        parameters: &[RADIUS, parameter("frequency", "16", "parts into which an edge of the icosahedron is cut")],
+        build: |a| Ok(Model::Geodesic { radius: a.number("radius")?, frequency: a.count("frequency")? }),
+    },
+    ModelKind {
+        name: "torus",
+        summary: "ring with a round section",
+        parameters: &[
+            parameter("major", "10", "radius of the middle line, mm"),
+            parameter("minor", "3", "radius of the section, mm"),
+            parameter("around", "96", "segments along the ring"),
+            parameter("across", "32", "segments round the section"),
+        ],
+        build: |a| {
+            Ok(Model::Torus {
+                major: a.number("major")?,
+                minor: a.number("minor")?,
+                around: a.count("around")?,
+                across: a.count("across")?,
+            })
+        },
+    },
+    ModelKind {
+        name: "cylinder",
+        summary: "round cylinder along z",
+        parameters: &[RADIUS, parameter("height", "20", "height, mm"), SEGMENTS],
+        build: |a| {
+            Ok(Model::Cylinder {
+                radius: a.number("radius")?,
+                height: a.number("height")?,
+                segments: a.count("segments")?,
+            })
+        },
+    },
+    ModelKind {
+        name: "gyroid",
+        summary: "scaffold along Schoen's gyroid, sheet or network, capped by its box",
+        parameters: MINIMAL_SURFACE,
+        build: |a| a.minimal_surface(Surface::Gyroid),
+    },
+    ModelKind {
+        name: "primitive",
+        summary: "scaffold along Schwarz' primitive surface, sheet or network, capped by its box",
+        parameters: MINIMAL_SURFACE,
+        build: |a| a.minimal_surface(Surface::Primitive),
+    },
+    ModelKind {
+        name: "diamond",
+        summary: "scaffold along Schwarz' diamond surface, sheet or network, capped by its box",
+        parameters: MINIMAL_SURFACE,
+        build: |a| a.minimal_surface(Surface::Diamond),
+    },
+    ModelKind {
+        name: "cubic",
+        summary: "lattice of struts along the axes",
+        parameters: LATTICE,
+        build: |a| a.lattice(StrutPattern::Cubic),
+    },
+    ModelKind {
+        name: "bcc",
+        summary: "lattice of struts along the diagonals of its cells",
+        parameters: LATTICE,
+        build: |a| a.lattice(StrutPattern::BodyCentred),
+    },
+    ModelKind {
+        name: "bone",
+        summary: "long bone in the likeness of a femur, along z",
+        parameters: &[
+            parameter("length", "100", "length, mm"),
+            parameter("girth", "1", "breadth in units of that of a femur of this length"),
+            parameter("bow", "1", "bow of the shaft in units of that of a femur"),
+            parameter("resolution", "200", "grid cells along the length"),
+        ],
+        build: |a| {
+            Ok(Model::LongBone(LongBone {
+                length: a.number("length")?,
+                girth: a.number("girth")?,
+                bow: a.number("bow")?,
+                resolution: a.count("resolution")?,
+            }))
+        },
+    },
+];
+
+impl Model {
+    /// All models in the order in which a help text should list them.
+    pub fn kinds() -> &'static [ModelKind] {
+        KINDS
+    }
+
+    /// The model of a name, with values for some of its parameters and defaults for the others. The last value counts
+    /// where one is given twice.
+    ///
+    /// # Errors
+    /// A name that there is not, of a model or a parameter, or a value that cannot be read. Whether values are in range
+    /// is seen by [`Model::build`].
+    pub fn from_parameters(kind: &str, values: &[(&str, &str)]) -> Result<Model, SolidError> {
+        let names = |names: &mut dyn Iterator<Item = &'static str>| names.collect::<Vec<_>>().join(", ");
+        let found = KINDS.iter().find(|k| k.name == kind).ok_or_else(|| SolidError::UnknownKind {
+            kind: kind.to_owned(),
+            known: names(&mut KINDS.iter().map(|k| k.name)),
+        })?;
+        for (name, _) in values {
+            if !found.parameters.iter().any(|p| p.name == *name) {
+                return Err(SolidError::UnknownParameter {
+                    kind: found.name,
+                    parameter: (*name).to_owned(),
+                    known: names(&mut found.parameters.iter().map(|p| p.name)),
+                });
+            }
+        }
+        (found.build)(&Arguments { parameters: found.parameters, values })
+    }
+
+    /// The closed, outward-oriented mesh of the solid.
+    ///
+    /// # Errors
+    /// A parameter that is out of range, or a mesh that would be too large; see the shape's own function or struct.
+    pub fn build(&self) -> Result<TriangleMesh, SolidError> {
+        match *self {
+            Model::Cuboid { min, max } => cuboid(min, max),
+            Model::Sphere { radius, segments } => sphere(radius, segments),
+            Model::Geodesic { radius, frequency } => geodesic(radius, frequency),
+            Model::Torus { major, minor, around, across } => torus(major, minor, around, across),
+            Model::Cylinder { radius, height, segments } => cylinder(radius, height, segments),
+            Model::MinimalSurface(model) => model.build(),
+            Model::StrutLattice(model) => model.build(),
+            Model::LongBone(model) => model.build(),
+        }
+    }
+}
+
+/// The values given for a model, with the parameters they may stand for.
+struct Arguments<'a> {
+    parameters: &'static [Parameter],
+    values: &'a [(&'a str, &'a str)],
+}
+
+impl Arguments<'_> {
+    fn read<T>(
+        &self,
+        name: &str,
+        expected: &'static str,
+        parse: impl FnOnce(&str) -> Option<T>,
+    ) -> Result<T, SolidError> {
+        let parameter = self.parameters.iter().find(|p| p.name == name).expect("models read their own parameters");
+        let given = self.values.iter().rev().find(|(given, _)| *given == name);
+        let text = given.map_or(parameter.default, |(_, text)| text);
+        parse(text).ok_or_else(|| SolidError::Unreadable { parameter: parameter.name, text: text.to_owned(), expected })
+    }
+
+    fn number(&self, name: &str) -> Result<f64, SolidError> {
+        self.read(name, "a number", |text| text.trim().parse().ok())
+    }
+
+    fn count(&self, name: &str) -> Result<u32, SolidError> {
+        self.read(name, "a whole number", |text| text.trim().parse().ok())
+    }
+
+    fn vector(&self, name: &str) -> Result<DVec3, SolidError> {
+        self.read(name, "three numbers with commas between them", triple).map(DVec3::from_array)
+    }
+
+    fn cells(&self) -> Result<[u32; 3], SolidError> {
+        self.read("cells", "a whole number, or three with commas between them", |text| {
+            text.trim().parse().ok().map(|n| [n; 3]).or_else(|| triple(text))
+        })
+    }
+
+    fn minimal_surface(&self, surface: Surface) -> Result<Model, SolidError> {
+        let (wall, fraction) = (self.number("wall")?, self.number("fraction")?);
+        let part = self.read("part", "sheet or network", |text| match text {
+            "sheet" => Some(Part::Sheet { wall }),
+            "network" => Some(Part::Network { fraction }),
+            _ => None,
+        })?;
+        Ok(Model::MinimalSurface(MinimalSurface {
+            surface,
+            part,
+            cells: self.cells()?,
+            cell_size: self.number("cell-size")?,
+            resolution: self.count("resolution")?,
+        }))
+    }
+
+    fn lattice(&self, pattern: StrutPattern) -> Result<Model, SolidError> {
+        let (resolution, segments) = (self.count("resolution")?, self.count("segments")?);
+        let form = self.read("form", "union or overlapping", |text| match text {
+            "union" => Some(LatticeForm::Union { resolution }),
+            "overlapping" => Some(LatticeForm::Overlapping { segments }),
+            _ => None,
+        })?;
+        Ok(Model::StrutLattice(StrutLattice {
+            pattern,
+            form,
+            cells: self.cells()?,
+            cell_size: self.number("cell-size")?,
+            radius: self.number("radius")?,
+        }))
+    }
+}
+
+fn triple<T: std::str::FromStr>(text: &str) -> Option<[T; 3]> {
+    let parts: Vec<T> = text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>()?;
+    parts.try_into().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solids::closure::assert_solid;
+
+    #[test]
+    fn every_kind_builds_from_its_defaults() {
+        for kind in Model::kinds() {
+            let small: &[(&str, &str)] = match kind.parameters {
+                parameters if parameters.iter().any(|p| p.name == "cells") => &[("cells", "1")],
+                _ => &[],
+            };
+            let model = Model::from_parameters(kind.name, small).unwrap();
+            assert_solid(&model.build().unwrap());
+            assert!(!kind.summary.is_empty() && !kind.summary.ends_with('.'));
+        }
+    }
+
+    #[test]
+    fn values_are_read_and_the_last_one_counts() {
+        let given = [("cells", "2, 3,4"), ("wall", "0.5"), ("part", "network"), ("wall", "0.7"), ("fraction", "0.3")];
+        let expected = MinimalSurface {
+            surface: Surface::Diamond,
+            part: Part::Network { fraction: 0.3 },
+            cells: [2, 3, 4],
+            cell_size: 10.0,
+            resolution: 28,
+        };
+        assert_eq!(Model::from_parameters("diamond", &given), Ok(Model::MinimalSurface(expected)));
+        let form = [("form", "overlapping"), ("segments", "7")];
+        let Ok(Model::StrutLattice(lattice)) = Model::from_parameters("bcc", &form) else { panic!("not a lattice") };
+        assert_eq!(lattice.form, LatticeForm::Overlapping { segments: 7 });
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_named() {
+        let text = |kind: &str, values: &[(&str, &str)]| Model::from_parameters(kind, values).unwrap_err().to_string();
+        assert!(text("ball", &[]).starts_with("there is no model `ball`; the models are cuboid, sphere, geodesic"));
+        assert_eq!(
+            text("sphere", &[("size", "1")]),
+            "`sphere` has no parameter `size`; its parameters are radius, segments"
+        );
+        assert_eq!(text("sphere", &[("radius", "big")]), "radius is `big`, but must be a number");
+        assert_eq!(text("sphere", &[("segments", "-3")]), "segments is `-3`, but must be a whole number");
+        assert_eq!(
+            text("cuboid", &[("min", "1,2")]),
+            "min is `1,2`, but must be three numbers with commas between them"
+        );
+        assert_eq!(text("gyroid", &[("part", "wall")]), "part is `wall`, but must be sheet or network");
+    }
+}
