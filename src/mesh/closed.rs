@@ -126,6 +126,9 @@ impl std::error::Error for NotClosed {}
 /// Triangles or positions that one task folds.
 const CHUNK: usize = 8192;
 
+/// Triangles whose corners are hashed before their edges are folded.
+const BLOCK: usize = 128;
+
 /// Two lanes of 64 bits, computed apart.
 type Hash = [u64; 2];
 
@@ -148,12 +151,7 @@ impl Fold {
         // A position is used by six triangles or so where the file shares it, and by one in a soup, where a table of
         // hashes would only be more memory to read.
         if positions.len() >= 2 * triangles.len() {
-            return Fold::of_chunks(triangles, |fold, triangle| {
-                let corners = mesh.corners(triangle)?;
-                fold.sound &= corners.iter().all(|p| is_finite(*p));
-                fold.bounds = corners.into_iter().fold(fold.bounds, include);
-                Some(corners.map(position_hash))
-            });
+            return Fold::of_triangles(mesh, |_, position| (position_hash(position), is_finite(position)));
         }
         let mut hashes = vec![[0; 2]; positions.len()];
         let finite = (hashes.par_chunks_mut(CHUNK), positions.par_chunks(CHUNK))
@@ -167,25 +165,33 @@ impl Fold {
                 finite
             })
             .reduce(|| true, |a, b| a & b);
-        let fold = Fold::of_chunks(triangles, |fold, triangle| {
-            let corners = mesh.corners(triangle)?;
-            fold.bounds = corners.into_iter().fold(fold.bounds, include);
-            Some(triangle.map(|index| hashes[index as usize]))
-        });
+        let fold = Fold::of_triangles(mesh, |index, _| (hashes[index as usize], true));
         Fold { sound: fold.sound & finite, ..fold }
     }
 
-    /// Folds all triangles; `corners` gives the hashes of three corners, or nothing where an index is out of range.
-    fn of_chunks(triangles: &[[u32; 3]], corners: impl Fn(&mut Fold, &[u32; 3]) -> Option<[Hash; 3]> + Sync) -> Fold {
-        triangles
+    /// Folds all triangles; `hash` gives the hash of a position and whether it is finite.
+    fn of_triangles(mesh: &TriangleMesh, hash: impl Fn(u32, DVec3) -> (Hash, bool) + Sync) -> Fold {
+        mesh.triangles
             .par_chunks(CHUNK)
             .map(|chunk| {
                 let mut fold = Fold::EMPTY;
-                for triangle in chunk {
-                    match corners(&mut fold, triangle) {
-                        Some(hashes) => fold.add(hashes),
-                        None => fold.sound = false,
+                let mut hashes = [[0; 2]; 3 * BLOCK];
+                // Two loops over a block that stays in the nearest cache, because what both need at once does not fit
+                // the registers.
+                for block in chunk.chunks(BLOCK) {
+                    let (mut sound, mut bounds) = (fold.sound, fold.bounds);
+                    for (slot, &index) in hashes.iter_mut().zip(block.as_flattened()) {
+                        let Some(&position) = mesh.positions.get(index as usize) else {
+                            sound = false;
+                            continue;
+                        };
+                        let finite;
+                        (*slot, finite) = hash(index, position);
+                        sound &= finite;
+                        bounds = include(bounds, position);
                     }
+                    (fold.sound, fold.bounds) = (sound, bounds);
+                    fold.add(&hashes.as_chunks().0[..block.len()]);
                 }
                 fold
             })
@@ -203,28 +209,41 @@ impl Fold {
         }
     }
 
-    /// Adds a triangle, given the hashes of its corners.
-    #[inline(always)]
-    fn add(&mut self, [a, b, c]: [Hash; 3]) {
-        let mut proper = !0;
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            let upwards = from[0] < to[0] || (from[0] == to[0] && from[1] < to[1]);
-            let (low, high) = if upwards { (from, to) } else { (to, from) };
-            // An edge between identical positions is no edge.
-            let edge = if from == to { 0 } else { !0 };
-            proper &= edge;
-            let sign = if upwards { 0 } else { !0 };
-            for lane in 0..2 {
-                let hash = mix(low[lane] ^ PI[8 + 2 * lane], high[lane] ^ PI[9 + 2 * lane]) & edge;
-                self.edges[lane] ^= hash;
-                self.directions[lane] = self.directions[lane].wrapping_add((hash ^ sign).wrapping_sub(sign));
+    /// Adds triangles, given the hashes of their corners.
+    #[inline(never)]
+    fn add(&mut self, triangles: &[[Hash; 3]]) {
+        let (mut edges, mut directions, mut shapes) = (self.edges, self.directions, self.triangles);
+        for &[a, b, c] in triangles {
+            // The edge between identical positions is no edge, and the other two are one edge, there and back again.
+            if same(a, b) | same(b, c) | same(c, a) {
+                continue;
             }
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                // Masks rather than branches: which end is the lower is a coin toss that no processor can predict.
+                let upwards = u64::from(wide(from) < wide(to)).wrapping_neg();
+                for lane in 0..2 {
+                    let swap = (from[lane] ^ to[lane]) & upwards;
+                    let (low, high) = (to[lane] ^ swap, from[lane] ^ swap);
+                    let hash = mix(low ^ PI[8 + 2 * lane], high ^ PI[9 + 2 * lane]);
+                    edges[lane] ^= hash;
+                    directions[lane] = directions[lane].wrapping_add((hash ^ upwards).wrapping_sub(upwards));
+                }
+            }
+            let sum = |lane: usize| a[lane].wrapping_add(b[lane]).wrapping_add(c[lane]);
+            let (s, t) = (sum(0), sum(1));
+            shapes[0] ^= mix(s ^ PI[12], t ^ PI[13]);
+            shapes[1] ^= mix(s ^ PI[14], t.rotate_left(32) ^ PI[15]);
         }
-        let sum = |lane: usize| a[lane].wrapping_add(b[lane]).wrapping_add(c[lane]);
-        let (s, t) = (sum(0), sum(1));
-        self.triangles[0] ^= mix(s ^ PI[12], t ^ PI[13]) & proper;
-        self.triangles[1] ^= mix(s ^ PI[14], t.rotate_left(32) ^ PI[15]) & proper;
+        (self.edges, self.directions, self.triangles) = (edges, directions, shapes);
     }
+}
+
+fn same(a: Hash, b: Hash) -> bool {
+    ((a[0] ^ b[0]) | (a[1] ^ b[1])) == 0
+}
+
+fn wide(hash: Hash) -> u128 {
+    u128::from(hash[0]) | u128::from(hash[1]) << 64
 }
 
 /// The first 1024 binary digits of the fraction of π: constants that hide no choice.

@@ -54,7 +54,7 @@ impl Sampler for CpuSampler {
         let image = match mode {
             Mode::Exact => image_from_bands(grid, axis, band_rows, BandCrossings::default, |crossings, rows, image| {
                 let rays = rows.len() as u32 * columns;
-                crossings.gather(solid, axis, &bins, rows);
+                crossings.gather(&grid, axis, &bins, rows);
                 image.depths().reserve(crossings.count());
                 for ray in 0..rays {
                     let crossings = crossings.on_ray(ray);
@@ -75,7 +75,7 @@ impl Sampler for CpuSampler {
                 };
                 image_from_bands(grid, axis, band_rows, new_stage, |stage, rows, image| {
                     let rays = rows.len() as u32 * columns;
-                    stage.crossings.gather(solid, axis, &bins, rows);
+                    stage.crossings.gather(&grid, axis, &bins, rows);
                     image.depths().reserve(stage.crossings.count());
                     for ray in 0..rays {
                         stage.estimate_ray(ray, fill, &voxels, estimate, image);
@@ -107,8 +107,8 @@ impl Sampler for CpuSampler {
         };
         let image = image_from_bands(grid, axis, band_rows, new_stage, |stage, rows, image| {
             let rays = rows.len() as u32 * columns;
-            stage.crossings[0].gather(a, axis, &bins_a, rows.clone());
-            stage.crossings[1].gather(b, axis, &bins_b, rows);
+            stage.crossings[0].gather(&grid, axis, &bins_a, rows.clone());
+            stage.crossings[1].gather(&grid, axis, &bins_b, rows);
             for ray in 0..rays {
                 stage.intersect_ray(ray, fill, &voxels, estimate, image);
             }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::bin::Bins;
 use crate::fixed::{Crossing, DepthPlane, EdgeWalk, Pixels, ViewPosition};
-use crate::grid::{Axis, LatticeSolid};
+use crate::grid::{Axis, Grid};
 
 /// The crossings of the rays of one band, in compact storage; their order on a ray is arbitrary.
 #[derive(Default)]
@@ -16,44 +16,40 @@ pub struct BandCrossings {
 
 impl BandCrossings {
     /// Finds all crossings of the rays in `rows`, one band of `bins`. Keeps the memory of earlier bands.
-    pub fn gather(&mut self, solid: &LatticeSolid, axis: Axis, bins: &Bins, rows: Range<u32>) {
-        let (columns, _) = solid.grid().image_size(axis);
-        let rays = (rows.len() as u32 * columns) as usize;
-        let pixels = Pixels::new(solid.grid().shift());
-        let (column, row, depth) = (axis.column(), axis.row(), axis.depth());
+    pub fn gather(&mut self, grid: &Grid, axis: Axis, bins: &Bins, rows: Range<u32>) {
+        let (columns, _) = grid.image_size(axis);
+        let rays = rows.len() * columns as usize;
+        let pixels = Pixels::new(grid.shift());
         self.found.clear();
-        let triangles = bins.triangles(rows.start);
-        let rows = rows.start as i32..rows.end as i32;
-        for triangle in triangles {
-            let corners = solid.triangles()[triangle as usize].map(|v| {
-                let p = &solid.positions()[v as usize];
-                [p[column], p[row], p[depth]]
-            });
-            cross_triangle(corners, axis, pixels, &rows, |row, columns_covered, plane| {
-                let first_ray = (row - rows.start) as u32 * columns;
-                let row = pixels.ray(row);
-                for column in columns_covered {
-                    let crossing = plane.crossing(pixels.ray(column), row);
-                    self.found.push((first_ray + column as u32, crossing));
-                }
-            });
-        }
-        self.sort_by_ray(rays);
-    }
-
-    /// A counting sort: the crossings of each ray side by side.
-    fn sort_by_ray(&mut self, rays: usize) {
         self.starts.clear();
         self.starts.resize(rays + 1, 0);
-        for &(ray, _) in &self.found {
-            self.starts[ray as usize] += 1;
-        }
+        let (found, starts) = (&mut self.found, &mut self.starts);
+        let first_row = rows.start;
+        let rows = rows.start as i32..rows.end as i32;
+        bins.for_each_in_band(first_row, |corners| {
+            cross_triangle(corners, axis, pixels, &rows, |row, covered, plane| {
+                let first_ray = (row - rows.start) as u32 * columns;
+                let row = pixels.ray(row);
+                for count in
+                    &mut starts[(first_ray + covered.start as u32) as usize..(first_ray + covered.end as u32) as usize]
+                {
+                    *count += 1;
+                }
+                found
+                    .extend(covered.map(|column| (first_ray + column as u32, plane.crossing(pixels.ray(column), row))));
+            });
+        });
+        self.sort_by_ray();
+    }
+
+    /// The second half of a counting sort: the crossings of each ray side by side.
+    fn sort_by_ray(&mut self) {
         let mut sum = 0;
         for start in &mut self.starts {
             sum += *start;
             *start = sum;
         }
-        // Each start stands at the end of its ray now, and filling from the end moves it to the beginning.
+        // Each start stands at the end of its ray now, and filling backwards moves it to the beginning.
         self.crossings.clear();
         self.crossings.resize(self.found.len(), Crossing(0));
         for &(ray, crossing) in &self.found {

@@ -1,0 +1,245 @@
+#!/usr/bin/env python3
+"""Times the Boolean of two STL files by every peer that is installed (see requirements.txt).
+
+Each peer runs in a process of its own, so that its peak memory is its own and a peer that fails takes no other along.
+The steps are timed apart, because a caller who keeps the built solid pays for reading, welding and building once only.
+Every run starts from the file; what is printed is the median of the runs, step by step.
+"""
+
+import argparse
+import importlib.metadata
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+OPERATIONS = ("intersection", "union", "difference")
+STEPS = ("read", "weld", "build", "boolean", "volume")
+
+
+class Steps:
+    """Seconds by step; a step that a peer does not have stays None."""
+
+    def __init__(self):
+        self.seconds = dict.fromkeys(STEPS)
+
+    def time(self, step, work):
+        start = time.perf_counter()
+        value = work()
+        self.seconds[step] = time.perf_counter() - start
+        return value
+
+
+def read_corners(path):
+    """The corners of a binary STL file, three rows a triangle, in f32."""
+    import numpy as np
+
+    raw = np.fromfile(path, np.uint8)
+    count = int.from_bytes(raw[80:84].tobytes(), "little")
+    if len(raw) != 84 + 50 * count:
+        raise ValueError(f"{path}: not a binary STL file")
+    return np.ascontiguousarray(raw[84:].reshape(count, 50)[:, 12:48]).view("<f4").reshape(-1, 3)
+
+
+def weld(corners):
+    """Points and triangles, where corners of equal coordinates became one point."""
+    import numpy as np
+
+    corners = corners + np.float32(0)  # −0 equals 0 but has other bits
+    bits = corners.view(np.uint32).astype(np.uint64)
+    # Sorting one mixed word is several times as fast as sorting rows; whether it told all points apart is then seen.
+    multipliers = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
+    mixed = (bits * multipliers).sum(axis=1, dtype=np.uint64)
+    _, first, index = np.unique(mixed, return_index=True, return_inverse=True)
+    points = corners[first]
+    if not (points[index] == corners).all():
+        points, index = np.unique(corners, axis=0, return_inverse=True)
+    return points, index.reshape(-1, 3)
+
+
+def run_manifold3d(files, operation, steps):
+    import manifold3d
+    import numpy as np
+
+    corners = steps.time("read", lambda: [read_corners(file) for file in files])
+    meshes = steps.time("weld", lambda: [weld(c) for c in corners])
+
+    def build():
+        solids = []
+        for points, triangles in meshes:
+            solids.append(
+                manifold3d.Manifold(manifold3d.Mesh64(points.astype(np.float64), triangles.astype(np.uint64)))
+            )
+            if solids[-1].status() != manifold3d.Error.NoError:
+                raise ValueError(f"manifold3d refuses an input: {solids[-1].status().name}")
+        return solids
+
+    a, b = steps.time("build", build)
+
+    def boolean():
+        result = {"intersection": a.__xor__, "union": a.__add__, "difference": a.__sub__}[operation](b)
+        # The operators only note what is to be done; asking for a number has it done.
+        return result, result.num_tri()
+
+    result, triangles = steps.time("boolean", boolean)
+    return steps.time("volume", result.volume), triangles
+
+
+def run_trueform(files, operation, steps, dtype="float32"):
+    import trueform
+
+    # Its reader welds as it reads, and gives f32.
+    meshes = steps.time("read", lambda: [trueform.read_stl(str(file)) for file in files])
+
+    def build():
+        built = [trueform.Mesh(faces, points.astype(dtype)) for faces, points in meshes]
+        for mesh in built:
+            # All that the Boolean would otherwise build when first called.
+            mesh.build_tree()
+            mesh.build_face_membership()
+            mesh.build_manifold_edge_link()
+        return built
+
+    a, b = steps.time("build", build)
+    result = steps.time("boolean", lambda: getattr(trueform, f"boolean_{operation}")(a, b)[0])
+    return steps.time("volume", lambda: trueform.signed_volume(result)), len(result[0])
+
+
+def run_trueform_f64(files, operation, steps):
+    return run_trueform(files, operation, steps, "float64")
+
+
+def run_libigl(files, operation, steps):
+    import igl.copyleft.cgal
+    import numpy as np
+
+    corners = steps.time("read", lambda: [read_corners(file) for file in files])
+    meshes = steps.time("weld", lambda: [weld(c) for c in corners])
+    (points_a, triangles_a), (points_b, triangles_b) = ((p.astype(np.float64), t.astype(np.int64)) for p, t in meshes)
+    points, triangles, _ = steps.time(
+        "boolean",
+        lambda: igl.copyleft.cgal.mesh_boolean(points_a, triangles_a, points_b, triangles_b, operation),
+    )
+
+    def volume():
+        a, b, c = (points[triangles[:, i]] for i in range(3))
+        return float((a * np.cross(b, c)).sum() / 6)
+
+    return steps.time("volume", volume), len(triangles)
+
+
+# name: (distribution, what runs it)
+PEERS = {
+    "manifold3d": ("manifold3d", run_manifold3d),
+    "trueform": ("trueform", run_trueform),
+    "trueform-f64": ("trueform", run_trueform_f64),
+    "libigl": ("libigl", run_libigl),
+}
+
+
+def peak_memory():
+    """In bytes. VmHWM is of this program alone; getrusage would count what the parent held when it started us."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmHWM:"):
+            return int(line.split()[1]) * 1024
+    return None
+
+
+def measure(peer, files, operation, runs):
+    """In the peer's own process: medians, volume, peak memory."""
+    _, run = PEERS[peer]
+    every, answers = [], []
+    for _ in range(runs):
+        steps = Steps()
+        answers.append(run(files, operation, steps))
+        every.append(steps.seconds)
+    seconds = {step: None if every[0][step] is None else statistics.median(s[step] for s in every) for step in STEPS}
+    seconds["total"] = statistics.median(sum(filter(None, s.values())) for s in every)
+    volume, triangles = answers[0]
+    return {
+        "volume": volume,
+        "triangles": triangles,
+        "same_every_run": all(answer == answers[0] for answer in answers),
+        "seconds": seconds,
+        "peak_memory_bytes": peak_memory(),
+    }
+
+
+def measure_apart(peer, files, operation, runs, timeout):
+    """Starts this program again for the one peer."""
+    distribution, _ = PEERS[peer]
+    try:
+        row = {"peer": peer, "version": importlib.metadata.version(distribution)}
+    except importlib.metadata.PackageNotFoundError:
+        return {"peer": peer, "refused": "not installed"}
+    command = [sys.executable, __file__, "--build-and-intersect", *files, "--op", operation, "--runs", str(runs)]
+    try:
+        run = subprocess.run([*command, "--only", peer], capture_output=True, text=True, timeout=timeout)
+    except subprocess.TimeoutExpired:
+        return row | {"refused": f"not done within {timeout} s"}
+    if run.returncode != 0:
+        last = (run.stderr.strip().splitlines() or [""])[-1]
+        return row | {"refused": f"ended with status {run.returncode}: {last}"}
+    return row | json.loads(run.stdout)
+
+
+def print_table(rows, file):
+    columns = (*STEPS, "total")
+    heads = "".join(f"{c + ' s':>11}" for c in columns)
+    print(f"{'peer':14}{'version':10}{heads}{'peak MiB':>10}  volume", file=file)
+    for row in rows:
+        head = f"{row['peer']:14}{row.get('version', ''):10}"
+        if "refused" in row:
+            print(f"{head}  {row['refused']}", file=file)
+            continue
+        cells = ["–" if row["seconds"][c] is None else f"{row['seconds'][c]:.4f}" for c in columns]
+        memory = row["peak_memory_bytes"]
+        cells.append("–" if memory is None else f"{memory / 2**20:.0f}")
+        times = "".join(f"{c:>11}" for c in cells[:-1])
+        unequal = "" if row["same_every_run"] else "  (other in another run)"
+        print(f"{head}{times}{cells[-1]:>10}  {row['volume']!r}{unequal}", file=file)
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("--build-and-intersect", nargs=2, metavar=("A.stl", "B.stl"), type=Path, required=True)
+    arguments.add_argument("--op", choices=OPERATIONS, default="intersection")
+    arguments.add_argument("--runs", type=int, default=5, help="of each peer; medians are printed (default 5)")
+    arguments.add_argument("--timeout", type=float, default=600, help="seconds for all runs of a peer (default 600)")
+    arguments.add_argument("--peers", default=",".join(PEERS), help=f"which, of {','.join(PEERS)}")
+    arguments.add_argument("--json", metavar="FILE", help="for machines; - is stdout, with the table on stderr")
+    arguments.add_argument("--only", choices=PEERS, help=argparse.SUPPRESS)
+    given = arguments.parse_args()
+    files = [path.resolve() for path in given.build_and_intersect]
+
+    if given.only:
+        print(json.dumps(measure(given.only, files, given.op, given.runs)))
+        return
+    names = given.peers.split(",")
+    if not set(names) <= PEERS.keys():
+        arguments.error(f"--peers: choose from {', '.join(PEERS)}")
+    rows = [measure_apart(name, files, given.op, given.runs, given.timeout) for name in names]
+    print_table(rows, sys.stderr if given.json == "-" else sys.stdout)
+    if given.json:
+        document = {
+            "operation": given.op,
+            "inputs": [{"path": str(given_path), "triangles": (path.stat().st_size - 84) // 50}
+                       for given_path, path in zip(given.build_and_intersect, files)],
+            "runs": given.runs,
+            "processors": len(os.sched_getaffinity(0)),
+            "python": platform.python_version(),
+            "results": rows,
+        }
+        text = json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+        if given.json == "-":
+            sys.stdout.write(text)
+        else:
+            Path(given.json).write_text(text)
+
+
+if __name__ == "__main__":
+    main()
