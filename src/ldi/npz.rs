@@ -50,7 +50,9 @@ pub enum NpzError {
 pub fn write(images: &[Ldi], to: impl Write + Seek) -> Result<(), NpzError> {
     let Some(first) = images.first() else { return Err(NpzError::NoImage) };
     for second in 1..images.len() {
-        let odd = images[..second].iter().position(|i| i.grid() != images[second].grid() || i.axis() == images[second].axis());
+        let odd = images[..second]
+            .iter()
+            .position(|i| i.grid() != images[second].grid() || i.axis() == images[second].axis());
         if let Some(first) = odd {
             return Err(NpzError::Mismatch { first, second });
         }
@@ -172,7 +174,11 @@ mod tests {
         let mut file = Cursor::new(Vec::new());
         write(&[image(Axis::X), image(Axis::Y)], &mut file).unwrap();
         let names: Vec<String> = entries(file.into_inner()).into_iter().map(|(name, _)| name).collect();
-        assert!(["offsets_x.npy", "depths_y.npy", "unclosed_x.npy", "pitch.npy"].iter().all(|n| names.contains(&(*n).into())));
+        assert!(
+            ["offsets_x.npy", "depths_y.npy", "unclosed_x.npy", "pitch.npy"]
+                .iter()
+                .all(|n| names.contains(&(*n).into()))
+        );
     }
 
     #[test]

@@ -7,9 +7,9 @@ pub mod check;
 pub mod closed;
 pub mod io;
 mod measure;
-mod transform;
 #[cfg(test)]
 mod testing;
+mod transform;
 
 use glam::DVec3;
 

@@ -386,12 +386,8 @@ Lengths are millimetres, and all solids are closed and face outwards. `ldi-ops g
 parameters and their defaults. Files are written as .stl or .obj.";
 
 /// Names by which people may look for a kind that has another.
-const ALIASES: [(&str, &[&str]); 4] = [
-    ("cuboid", &["box"]),
-    ("bone", &["long-bone"]),
-    ("cubic", &["cubic-lattice"]),
-    ("bcc", &["bcc-lattice"]),
-];
+const ALIASES: [(&str, &[&str]); 4] =
+    [("cuboid", &["box"]), ("bone", &["long-bone"]), ("cubic", &["cubic-lattice"]), ("bcc", &["bcc-lattice"])];
 
 impl Args for GenerateArguments {
     fn augment_args(command: clap::Command) -> clap::Command {

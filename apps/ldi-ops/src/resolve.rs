@@ -210,7 +210,8 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
         Command::Generate(a) => {
             let report = report(&a.common)?;
             mesh_target(&a.output)?;
-            let parameters: Vec<(&str, &str)> = a.parameters.iter().map(|(name, text)| (*name, text.as_str())).collect();
+            let parameters: Vec<(&str, &str)> =
+                a.parameters.iter().map(|(name, text)| (*name, text.as_str())).collect();
             let model = Model::from_parameters(&a.kind, &parameters).map_err(Failure::input)?;
             Ok(invocation(Job::Generate(GenerateJob { kind: a.kind, model, to: a.output, report }), &a.common))
         }

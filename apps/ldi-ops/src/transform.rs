@@ -225,6 +225,8 @@ mod tests {
         assert_eq!(fault("rotate(0,0,0,30)").1, "an axis of (0,0,0) has no direction");
         assert_eq!(fault("").0, 0);
         assert_eq!(fault("scale(1e200) scale(1e200)").0, 0);
-        assert!("scale(1, )".parse::<Placement>().unwrap_err().to_string().ends_with("\n    scale(1, )\n             ^"));
+        assert!(
+            "scale(1, )".parse::<Placement>().unwrap_err().to_string().ends_with("\n    scale(1, )\n             ^")
+        );
     }
 }

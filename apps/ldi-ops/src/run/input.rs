@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DVec3};
 use ldi_ops::grid::{Grid, LatticeSolid};
 use ldi_ops::mesh::check::{MeshReport, check};
-use ldi_ops::mesh::io::{self, Format, MeshFile, ReadError};
+use ldi_ops::mesh::io::{self, Format, MeshFile, ReadError, ReadNote};
 use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, NotClosed, TriangleMesh};
 use ldi_ops::sampler::Fill;
 use rayon::prelude::*;
@@ -119,6 +119,23 @@ pub fn read(path: &Path, provenance: Provenance) -> Result<ReadMesh, Failure> {
     parsed().map_err(Failure::input)
 }
 
+/// What a reader had to say.
+pub fn notes(path: &Path, notes: &[ReadNote]) -> Vec<Warning> {
+    notes.iter().map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect()
+}
+
+/// Says that a file's own unit stands against the one that was given.
+pub fn unit_ignored(path: &Path, own: Option<LengthUnit>, given: Option<LengthUnit>) -> Option<Warning> {
+    let (own, given) = (own?, given?);
+    let message = format!(
+        "{}: --unit{} is for files without a unit, and this one states{}",
+        path.display(),
+        unit::suffix(Some(given), 1),
+        unit::suffix(Some(own), 1)
+    );
+    (own != given).then(|| Warning::new("unit-ignored", message))
+}
+
 /// Reads, places and checks all inputs, and brings them to one unit.
 pub fn solids(inputs: &[Input], demands: Demands) -> Result<(Vec<Solid>, Vec<Warning>), Failure> {
     let loaded: Vec<_> = inputs.par_iter().map(|input| solid(input, demands)).collect();
@@ -157,20 +174,9 @@ pub fn solids(inputs: &[Input], demands: Demands) -> Result<(Vec<Solid>, Vec<War
 /// Reads, places and checks one input.
 fn solid(input: &Input, demands: Demands) -> Result<(Solid, Vec<Warning>), Failure> {
     let ReadMesh { file, sha256 } = read(&input.path, demands.provenance)?;
-    let MeshFile { mut mesh, unit, notes } = file;
-    let name = input.path.display();
-    let mut warnings: Vec<Warning> =
-        notes.iter().map(|note| Warning::new(note.code(), format!("{name}: {note}"))).collect();
-    if let (Some(own), Some(given)) = (unit, demands.unit)
-        && own != given
-    {
-        let message = format!(
-            "{name}: --unit{} is for files without a unit, and this one states{}",
-            unit::suffix(Some(given), 1),
-            unit::suffix(Some(own), 1)
-        );
-        warnings.push(Warning::new("unit-ignored", message));
-    }
+    let MeshFile { mut mesh, unit, notes: said } = file;
+    let mut warnings = notes(&input.path, &said);
+    warnings.extend(unit_ignored(&input.path, unit, demands.unit));
     if let Some(Placement { map }) = &input.placement {
         mesh.transform(map);
     }
@@ -198,7 +204,9 @@ fn remarks(solid: &Solid, fill: Fill) -> Option<Warning> {
         )),
         false if solid.is_closed() => Some(Warning::new(
             "not-oriented",
-            format!("{name}: the triangles do not agree on what is outside, so the mesh's own volume means nothing; {care}"),
+            format!(
+                "{name}: the triangles do not agree on what is outside, so the mesh's own volume means nothing; {care}"
+            ),
         )),
         _ => None,
     }

@@ -35,7 +35,10 @@ pub fn admit(grid: &Grid, axes: &[Axis]) -> Result<(), Failure> {
     let Some(most) = axes.iter().map(rays).max().filter(|rays| *rays > SMALL) else { return Ok(()) };
     let needed = 4 * most;
     if most >= u64::from(u32::MAX) {
-        return Err(Failure::machine(format!("{most} rays along one axis are more than an image can hold ({})", u32::MAX)));
+        return Err(Failure::machine(format!(
+            "{most} rays along one axis are more than an image can hold ({})",
+            u32::MAX
+        )));
     }
     let free = fs::read_to_string("/proc/meminfo").ok().and_then(|text| kibibytes(&text, "MemAvailable:"));
     match free {

@@ -4,6 +4,7 @@
 //! One axis is done after another, and of each image only numbers are kept unless it is to be written, so that memory is
 //! bounded by the images of one axis.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
 use glam::{DMat3, DVec3};
@@ -42,6 +43,8 @@ pub struct Measured {
     pub backend: Backend,
     pub seconds: Seconds,
     pub warnings: Vec<Warning>,
+    /// The file that the images were written to.
+    pub images: Option<PathBuf>,
     /// What `volume` adds.
     pub measures: Option<SolidMeasures>,
     /// What a tolerance led to.
@@ -187,6 +190,7 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
         backend: job.backend,
         seconds,
         warnings,
+        images: job.images.clone(),
         measures,
         refinement,
         solids,
@@ -320,7 +324,8 @@ fn not_finite(measured: &Measured) -> Option<Warning> {
         [("area", m.area.unwrap_or(0.0)), ("centroid", m.centroid.element_sum()), ("inertia", inertia)]
     });
     let inputs = measured.solids.iter().map(|solid| ("volume of an input's mesh", solid.volume));
-    let names: Vec<&str> = volume.into_iter().chain(measures).chain(inputs).filter(|(_, v)| !v.is_finite()).map(|(n, _)| n).collect();
+    let names: Vec<&str> =
+        volume.into_iter().chain(measures).chain(inputs).filter(|(_, v)| !v.is_finite()).map(|(n, _)| n).collect();
     let why = if measured.volume.value == 0.0 { "as there is no volume" } else { "being beyond the range of f64" };
     let message = format!("not a finite number, {why}: {}", names.join(", "));
     (!names.is_empty()).then(|| Warning::new("not-finite", message))

@@ -12,6 +12,8 @@ mod measure;
 
 use std::time::Instant;
 
+use ldi_ops::mesh::io::WriteError;
+
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
 use crate::report::Warning;
@@ -53,5 +55,13 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Failure> 
 fn say_warnings(warnings: &[Warning], progress: &Progress) {
     for warning in warnings {
         progress.warn(&warning.message);
+    }
+}
+
+/// A mesh could not be written.
+fn write_failure(error: WriteError) -> Failure {
+    match &error {
+        WriteError::Io { path, source } => Failure::output(path, source),
+        _ => Failure::input(error),
     }
 }
