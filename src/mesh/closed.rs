@@ -33,7 +33,7 @@ use std::fmt;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::check::{MeshReport, check};
+use super::check::{MeshReport, Severity, check};
 use super::measure::{EMPTY, include};
 use super::{Aabb, TriangleMesh};
 
@@ -117,7 +117,11 @@ impl fmt::Debug for NotClosed {
 
 impl fmt::Display for NotClosed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the mesh is not closed")
+        f.write_str("the mesh is not closed")?;
+        for (i, defect) in self.report.defects().iter().filter(|d| d.severity() == Severity::Error).enumerate() {
+            write!(f, "{}{defect}", if i == 0 { ": " } else { " " })?;
+        }
+        Ok(())
     }
 }
 
@@ -275,7 +279,7 @@ fn mix(a: u64, b: u64) -> u64 {
 
 /// The hash of a position; −0 and 0 are the same coordinate.
 #[inline(always)]
-fn position_hash(position: DVec3) -> Hash {
+pub(super) fn position_hash(position: DVec3) -> Hash {
     // Adding +0 turns −0 into +0 and changes no other number.
     let [x, y, z] = position.to_array().map(|coordinate| (coordinate + 0.0).to_bits());
     [mix(mix(x ^ PI[0], y ^ PI[1]) ^ PI[2], z ^ PI[3]), mix(mix(y ^ PI[4], z ^ PI[5]) ^ PI[6], x ^ PI[7])]

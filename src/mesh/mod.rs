@@ -13,7 +13,7 @@ mod transform;
 
 use glam::DVec3;
 
-pub use check::{MeshReport, check};
+pub use check::{Defect, MeshReport, Severity, check};
 pub use closed::{ClosedMesh, NotClosed};
 
 /// Triangles over shared positions, as a reader or a generator produced them; nothing about it has been checked.
