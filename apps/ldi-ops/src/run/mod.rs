@@ -26,7 +26,7 @@ pub use fill::FillDifference;
 pub use generate::Generated;
 pub use input::Solid;
 pub use machine::{cpu_name, peak_memory_bytes};
-pub use measure::{Measured, Refinement, Seconds, SolidMeasures};
+pub use measure::Measured;
 
 /// A job that ran to its end.
 pub struct Finished {
