@@ -22,7 +22,7 @@ pub type ViewPosition = [i32; 3];
 ///
 /// Layout: bits 3–31 `floor / 2`; bits 1–2: 0 if the depth is exactly `floor`, 1 if it lies above and `nearest` is
 /// `floor`, 2 if `nearest` is `floor + 2`; bit 0: 1 where the ray leaves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Crossing(pub u32);
 
 impl Crossing {
@@ -49,6 +49,47 @@ impl Crossing {
     /// Half of [`floor`](Self::floor), in 29 bits.
     pub fn half_floor(self) -> u32 {
         self.0 >> 3
+    }
+}
+
+/// A crossing that may or may not remember its triangle; samplers are generic over it, so that images without
+/// triangles pay nothing for them.
+pub trait Hit: Copy + Ord + Default + Send {
+    /// The hit of a crossing with the triangle of the given index.
+    fn new(crossing: Crossing, triangle: u32) -> Self;
+    /// Where and in which direction.
+    fn crossing(self) -> Crossing;
+}
+
+impl Hit for Crossing {
+    #[inline]
+    fn new(crossing: Crossing, _: u32) -> Crossing {
+        crossing
+    }
+
+    #[inline]
+    fn crossing(self) -> Crossing {
+        self
+    }
+}
+
+/// A crossing and its triangle. Coincident crossings sort by triangle, so that their order never depends on chance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct TriangleHit {
+    crossing: Crossing,
+    /// Index of the triangle in its mesh.
+    pub triangle: u32,
+}
+
+impl Hit for TriangleHit {
+    #[inline]
+    fn new(crossing: Crossing, triangle: u32) -> TriangleHit {
+        TriangleHit { crossing, triangle }
+    }
+
+    #[inline]
+    fn crossing(self) -> Crossing {
+        self.crossing
     }
 }
 

@@ -89,6 +89,12 @@ pub enum GridError {
         /// The pitch that was asked for.
         pitch: f64,
     },
+    /// A pixel of so many lattice steps leaves no room between a vertex and a ray, or overflows.
+    #[error("a pixel of 2^{shift} lattice steps; from 2^2 to 2^29 are possible")]
+    Shift {
+        /// The exponent that was asked for.
+        shift: u32,
+    },
     /// LOD-C is outside [`LOD_RANGE`].
     #[error("LOD-C {lod} is outside 32 to 65536 voxels a ray")]
     Lod {
@@ -159,6 +165,23 @@ impl Grid {
         let side = DVec3::new(f64::from(rays[0]), f64::from(rays[1]), f64::from(rays[2])) * pitch;
         let origin = bounds.min + 0.5 * (extent - side);
         Ok(Grid { origin, pitch, rays, shift, lod })
+    }
+
+    /// A grid from all its parts, as a file or a test gives them: rays of 2^`shift` lattice steps each, 2 ≤ shift ≤ 29,
+    /// with no side longer than [`LATTICE_MAX`].
+    pub fn from_parts(origin: DVec3, pitch: f64, rays: [u32; 3], shift: u32, lod: u32) -> Result<Grid, GridError> {
+        if !LOD_RANGE.contains(&lod) {
+            return Err(GridError::Lod { lod });
+        }
+        if !(pitch.is_finite() && pitch > 0.0 && origin.is_finite()) {
+            return Err(GridError::Pitch { pitch });
+        }
+        let fits = |n: u32| n >= 1 && n <= RAYS_MAX && (u64::from(n) << shift.min(32)) <= LATTICE_MAX as u64;
+        match rays.into_iter().find(|&n| !fits(n)) {
+            Some(n) => Err(GridError::Resolution { rays: u64::from(n) }),
+            None if !(2..=29).contains(&shift) => Err(GridError::Shift { shift }),
+            None => Ok(Grid { origin, pitch, rays, shift, lod }),
+        }
     }
 
     /// The world position of lattice position (0, 0, 0).
@@ -317,6 +340,15 @@ impl LatticeSolid<'_> {
     /// Three indices into [`positions`](Self::positions) for each triangle.
     pub fn triangles(&self) -> &[[u32; 3]] {
         self.triangles
+    }
+
+    /// How squarely a triangle faces the rays along `axis`: |n·axis| of its unit normal; 0 for a triangle without area.
+    pub fn facing(&self, triangle: u32, axis: Axis) -> f64 {
+        let [a, b, c] = self.triangles[triangle as usize].map(|v| {
+            let p = self.positions[v as usize];
+            DVec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]))
+        });
+        (b - a).cross(c - a).normalize_or_zero()[axis.depth()].abs()
     }
 
     /// What the mesh check found out about its edges.

@@ -220,3 +220,122 @@ pub fn moments(image: &Ldi) -> Moments {
     let trace = covariance.col(0)[0] + covariance.col(1)[1] + covariance.col(2)[2];
     Moments { volume, centroid, inertia: volume * (DMat3::from_diagonal(DVec3::splat(trace)) - covariance) }
 }
+
+/// What the image along one axis adds to the surface area: h²·Σ |n·axis| over its samples, in square world units.
+///
+/// The sum over the three axes is an unbiased estimate of the area, since the squares of a unit normal's components sum
+/// to one and a surface element of area a meets a·|n·axis|/h² rays of that axis. `facing` gives |n·axis| of a triangle.
+/// Surfaces inside the solid do not count: of samples at one depth only those count that change the state of the ray.
+///
+/// # Panics
+/// If the image was sampled without triangles.
+pub fn area_along(image: &Ldi, facing: impl Fn(u32) -> f64 + Sync) -> f64 {
+    let triangles = image.triangles().expect("the image was sampled with triangles");
+    let (columns, rows) = image.size();
+    let row_sum = |row: u32| {
+        let mut sum = 0.0;
+        for ray in row * columns..(row + 1) * columns {
+            let (start, samples) = (image.offsets()[ray as usize] as usize, image.samples(ray));
+            let mut first = 0;
+            for at_one_depth in samples.chunk_by(|a, b| a == b) {
+                if at_one_depth.len() % 2 == 1 {
+                    sum += facing(triangles[start + first]);
+                }
+                first += at_one_depth.len();
+            }
+        }
+        sum
+    };
+    // Rows are summed in order, so that the last bits do not depend on the number of threads.
+    let sums: Vec<f64> = (0..rows).into_par_iter().map(row_sum).collect();
+    image.grid().pitch() * image.grid().pitch() * sums.into_iter().sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::{Axis, Grid};
+    use crate::mesh::ClosedMesh;
+    use crate::sampler::cpu::CpuSampler;
+    use crate::sampler::{Fill, Mode, Sampler};
+    use crate::solids;
+
+    fn box_of(min: DVec3, max: DVec3) -> ClosedMesh {
+        ClosedMesh::check(solids::cuboid(min, max).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_box_has_its_volume_area_centroid_and_inertia() {
+        let (min, max) = (DVec3::new(-1.0, 2.0, 30.0), DVec3::new(3.0, 4.0, 38.0));
+        let mesh = box_of(min, max);
+        let grid = Grid::with_resolution(mesh.bounds(), 64, 1024).unwrap();
+        let solid = grid.quantise(&mesh).unwrap();
+        let mut area = 0.0;
+        for axis in Axis::ALL {
+            let image = CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap();
+            area += area_along(&image, |triangle| solid.facing(triangle, axis));
+            let found = moments(&image);
+            assert_eq!(found.volume, 64.0);
+            assert!((found.centroid - 0.5 * (min + max)).length() < 1e-12, "{axis:?} {:?}", found.centroid);
+            let (a, b, c) = (4.0f64, 2.0, 8.0);
+            let expected = DVec3::new(b * b + c * c, a * a + c * c, a * a + b * b) * 64.0 / 12.0;
+            let difference = found.inertia - DMat3::from_diagonal(expected);
+            assert!(difference.to_cols_array().iter().all(|d| d.abs() < 1e-9), "{axis:?} {difference}");
+        }
+        assert!((area - 2.0 * (8.0 + 16.0 + 32.0)).abs() < 1e-9, "{area}");
+    }
+
+    #[test]
+    fn the_inertia_of_a_turned_box_has_products() {
+        // A prism over the right triangle (0,0), (1,0), (0,1): I_xy about the centroid is −∫(x − x̄)(y − ȳ) = 1/72 of h.
+        let mut prism = solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
+        for p in &mut prism.positions {
+            if p.x == 1.0 && p.y == 1.0 {
+                (p.x, p.y) = (0.5, 0.5);
+            }
+        }
+        let mesh = ClosedMesh::check(prism).unwrap();
+        let grid = Grid::with_resolution(mesh.bounds(), 512, 1024).unwrap();
+        let solid = grid.quantise(&mesh).unwrap();
+        for axis in Axis::ALL {
+            let image = CpuSampler::default().sample(&solid, axis, Mode::Exact, Fill::EvenOdd).unwrap();
+            let found = moments(&image);
+            assert!((found.volume - 0.5).abs() < 2e-3);
+            assert!((found.inertia.col(0)[1] - 1.0 / 72.0).abs() < 1e-4, "{axis:?} {}", found.inertia);
+            assert!(found.inertia.col(0)[2].abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn the_area_of_a_sphere_is_found_from_its_hits() {
+        let mesh = ClosedMesh::check(solids::geodesic(1.0, 40).unwrap()).unwrap();
+        let exact = mesh.mesh().area();
+        let grid = Grid::with_resolution(mesh.bounds(), 256, 1024).unwrap();
+        let solid = grid.quantise(&mesh).unwrap();
+        let area: f64 = Axis::ALL
+            .iter()
+            .map(|&axis| {
+                let image = CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap();
+                area_along(&image, |triangle| solid.facing(triangle, axis))
+            })
+            .sum();
+        assert!((area / exact - 1.0).abs() < 1e-3, "{area} against {exact}");
+    }
+
+    #[test]
+    fn a_face_between_two_touching_boxes_is_no_surface_under_the_non_zero_rule() {
+        let mut pair = solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
+        let other = solids::cuboid(DVec3::new(0.0, 0.0, 1.0), DVec3::new(1.0, 1.0, 2.0)).unwrap();
+        let base = pair.positions.len() as u32;
+        pair.positions.extend(&other.positions);
+        pair.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
+        let mesh = ClosedMesh::check(pair).unwrap();
+        let grid = Grid::with_resolution(mesh.bounds(), 64, 1024).unwrap();
+        let solid = grid.quantise(&mesh).unwrap();
+        for fill in [Fill::EvenOdd, Fill::NonZero] {
+            let image = CpuSampler::default().sample_surface(&solid, Axis::Z, fill).unwrap();
+            assert_eq!(area_along(&image, |triangle| solid.facing(triangle, Axis::Z)), 2.0, "{fill:?}");
+            assert_eq!(volume(&image), 2.0);
+        }
+    }
+}

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs every test and says at the end which passed.
-# usage: tests/run.sh [STAGE …]    stages: fmt clippy docs test corpus python reference self-test; all of them by default
+# usage: tests/run.sh [STAGE …]    of fmt clippy docs test corpus python reference self-test; all by default
 #
 # A stage that cannot run has failed. All stages run, so that one run tells everything. The corpus of real meshes is not
 # part of the repository: it is the folder $LDI_CORPUS, or ../shared/corpus, and without it the summary says so.
@@ -56,7 +56,8 @@ run_corpus() {
   [ -n "$corpus" ] || { echo "LDI_CORPUS is no folder: $LDI_CORPUS"; return 1; }
   local log
   log=$(mktemp)
-  LDI_CORPUS=$corpus cargo test --release --workspace --no-fail-fast --tests -- --ignored | tee "$log" || { rm "$log"; return 1; }
+  LDI_CORPUS=$corpus cargo test --release --workspace --no-fail-fast --tests -- --ignored | tee "$log" ||
+    { rm "$log"; return 1; }
   local ran
   ran=$(grep -cE '^running [1-9]' "$log") || true
   rm "$log"

@@ -20,6 +20,7 @@ pub struct TooManySamples {
 pub struct BandImage {
     ends: Vec<u32>,
     depths: Vec<i32>,
+    triangles: Vec<u32>,
     unclosed: Vec<u32>,
 }
 
@@ -27,6 +28,11 @@ impl BandImage {
     /// The samples so far; those of the next ray are appended to them.
     pub fn depths(&mut self) -> &mut Vec<i32> {
         &mut self.depths
+    }
+
+    /// The triangles of the samples: as many as depths, or none at all in the whole image.
+    pub fn triangles(&mut self) -> &mut Vec<u32> {
+        &mut self.triangles
     }
 
     /// Ends the ray whose samples were just appended.
@@ -58,6 +64,7 @@ pub fn image_from_bands<S>(
     let mut offsets = Vec::with_capacity(columns as usize * rows as usize + 1);
     offsets.push(0u32);
     let mut depths = Vec::new();
+    let mut triangles = Vec::new();
     let mut unclosed = Vec::new();
     for wave in 0..bands.div_ceil(WAVE) {
         let wave = wave * WAVE..bands.min((wave + 1) * WAVE);
@@ -76,9 +83,10 @@ pub fn image_from_bands<S>(
             }
             let (base, first_ray) = (depths.len() as u32, offsets.len() as u32 - 1);
             depths.extend_from_slice(&image.depths);
+            triangles.extend_from_slice(&image.triangles);
             offsets.extend(image.ends.iter().map(|end| base + end));
             unclosed.extend(image.unclosed.iter().map(|ray| first_ray + ray));
         }
     }
-    Ok(Ldi::from_trusted_parts(grid, axis, offsets, depths, unclosed))
+    Ok(Ldi::from_bands(grid, axis, offsets, depths, triangles, unclosed))
 }

@@ -24,6 +24,7 @@ pub struct Ldi {
     axis: Axis,
     offsets: Vec<u32>,
     depths: Vec<i32>,
+    triangles: Vec<u32>,
     unclosed: Vec<u32>,
 }
 
@@ -38,21 +39,23 @@ impl Ldi {
         depths: Vec<i32>,
         unclosed: Vec<u32>,
     ) -> Result<Ldi, LdiError> {
-        let image = Ldi { grid, axis, offsets, depths, unclosed };
+        let image = Ldi { grid, axis, offsets, depths, triangles: Vec::new(), unclosed };
         image.check()?;
         Ok(image)
     }
 
     /// An image whose parts are right by construction; checked in debug builds.
-    pub(crate) fn from_trusted_parts(
+    fn from_bands(
         grid: Grid,
         axis: Axis,
         offsets: Vec<u32>,
         depths: Vec<i32>,
+        triangles: Vec<u32>,
         unclosed: Vec<u32>,
     ) -> Ldi {
-        let image = Ldi { grid, axis, offsets, depths, unclosed };
+        let image = Ldi { grid, axis, offsets, depths, triangles, unclosed };
         debug_assert_eq!(image.check(), Ok(()));
+        debug_assert!(image.triangles.is_empty() || image.triangles.len() == image.depths.len());
         image
     }
 
@@ -122,6 +125,11 @@ impl Ldi {
     pub fn samples(&self, ray: u32) -> &[i32] {
         let ray = ray as usize;
         &self.depths[self.offsets[ray] as usize..self.offsets[ray + 1] as usize]
+    }
+
+    /// The triangle of each sample, where the image was sampled with them; parallel to [`depths`](Self::depths).
+    pub fn triangles(&self) -> Option<&[u32]> {
+        (self.triangles.len() == self.depths.len()).then_some(&self.triangles[..])
     }
 
     /// The rays whose crossings did not close, ascending. Empty for every closed mesh.

@@ -137,6 +137,9 @@ pub trait Sampler {
     /// The image of one solid along `axis`.
     fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError>;
 
+    /// The exact image of one solid, each sample with the triangle that made it ([`Ldi::triangles`]).
+    fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: Fill) -> Result<Ldi, SampleError>;
+
     /// A conservative image of the intersection of two solids on one grid, found in masks.
     ///
     /// The exact intersection needs no sampler of its own: it is the merge of two exact images.

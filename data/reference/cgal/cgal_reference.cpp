@@ -4,6 +4,11 @@
 // Coordinates are read as doubles and are exact from there on: intersection points are rationals, and only the finished
 // volume is rounded to a double. What CGAL will not do is printed as {"refused": reason}, never as a number.
 
+// The exact number type is then mpq_class, whichever way CGAL was found.
+#ifndef CGAL_USE_GMPXX
+#define CGAL_USE_GMPXX 1
+#endif
+
 #include <CGAL/Exact_predicates_exact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/corefinement.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
@@ -56,7 +61,9 @@ Mesh read_off(const std::string& path) {
     if (corners != 3) throw std::runtime_error(path + ": a face that is not a triangle");
   }
   if (!file) throw std::runtime_error(path + ": cut short");
-  if (!PMP::is_polygon_soup_a_polygon_mesh(faces)) throw Refused("not a two-manifold: edges shared by other than two faces");
+  if (!PMP::is_polygon_soup_a_polygon_mesh(faces)) {
+    throw Refused("not a two-manifold: more than two faces at an edge, or faces that disagree on it");
+  }
   Mesh mesh;
   PMP::polygon_soup_to_polygon_mesh(points, faces, mesh);
   return mesh;
@@ -157,7 +164,7 @@ int main(int argc, char** argv) {
   } catch (const Refused& e) {
     refuse_rest(fields, e.what());
   }
-  std::cout << "{\"version\": \"" << CGAL_VERSION_STR << "\", \"intersection\": " << fields[0] << ", \"union\": " << fields[1]
-            << ", \"difference\": " << fields[2] << ", \"volume_a\": " << fields[3] << ", \"volume_b\": " << fields[4]
+  std::cout << "{\"version\": \"" << CGAL_VERSION_STR << "\", \"intersection\": " << fields[0]
+            << ", \"union\": " << fields[1] << ", \"difference\": " << fields[2] << ", \"volume_a\": " << fields[3] << ", \"volume_b\": " << fields[4]
             << "}\n";
 }

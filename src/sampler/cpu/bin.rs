@@ -26,20 +26,29 @@ struct View<'s> {
 
 impl View<'_> {
     #[inline]
-    fn corners(&self, triangle: u32) -> [ViewPosition; 3] {
+    fn see(&self, triangle: u32) -> SeenTriangle {
         let [a, b, c] = self.solid.triangles()[triangle as usize];
         let (column, row, depth) = (self.axis.column(), self.axis.row(), self.axis.depth());
         let see = |vertex: u32| {
             let p = &self.solid.positions()[vertex as usize];
             [p[column], p[row], p[depth]]
         };
-        [see(a), see(b), see(c)]
+        SeenTriangle { corners: [see(a), see(b), see(c)], triangle }
     }
+}
+
+/// A triangle as a band sees it.
+#[derive(Clone, Copy, Default)]
+pub struct SeenTriangle {
+    /// Its corners in the coordinates of the view.
+    pub corners: [ViewPosition; 3],
+    /// Its index in the mesh.
+    pub triangle: u32,
 }
 
 /// A run of triangles, counting-sorted by itself so that chunks need no common array to write to.
 struct Chunk {
-    near: Sorted<[ViewPosition; 3]>,
+    near: Sorted<SeenTriangle>,
     wide: Sorted<u32>,
 }
 
@@ -102,7 +111,7 @@ impl<'s> Bins<'s> {
                 wide.clear();
                 for triangle in chunk * CHUNK..triangles.min((chunk + 1) * CHUNK) {
                     let triangle = triangle as u32;
-                    let [a, b, c] = view.corners(triangle);
+                    let [a, b, c] = view.see(triangle).corners;
                     let meets = |i: usize| {
                         let (low, high) = (a[i].min(b[i]).min(c[i]), a[i].max(b[i]).max(c[i]));
                         (pixels.index_from(low) as u32, pixels.index_from(high) as u32)
@@ -115,7 +124,7 @@ impl<'s> Bins<'s> {
                     }
                 }
                 Chunk {
-                    near: Sorted::new(bands, near, |triangle| view.corners(triangle)),
+                    near: Sorted::new(bands, near, |triangle| view.see(triangle)),
                     wide: Sorted::new(bands, wide, |triangle| triangle),
                 }
             })
@@ -123,16 +132,16 @@ impl<'s> Bins<'s> {
         Bins { band_rows, view, chunks }
     }
 
-    /// Calls `visit` with the corners of each triangle that may meet rays of the band that begins at `first_row`.
+    /// Calls `visit` with each triangle that may meet rays of the band that begins at `first_row`.
     #[inline]
-    pub fn for_each_in_band(&self, first_row: u32, mut visit: impl FnMut([ViewPosition; 3])) {
+    pub fn for_each_in_band(&self, first_row: u32, mut visit: impl FnMut(SeenTriangle)) {
         let band = (first_row / self.band_rows) as usize;
         for chunk in &self.chunks {
-            for corners in chunk.near.of_band(band) {
-                visit(*corners);
+            for seen in chunk.near.of_band(band) {
+                visit(*seen);
             }
             for &triangle in chunk.wide.of_band(band) {
-                visit(self.view.corners(triangle));
+                visit(self.view.see(triangle));
             }
         }
     }

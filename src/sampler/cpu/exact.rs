@@ -1,21 +1,23 @@
 //! Exact images: the sorted crossings of a ray.
 
-use crate::fixed::Crossing;
+use crate::fixed::Hit;
 use crate::sampler::Fill;
 
-/// Appends the exact samples of one ray, whose crossings close, to `depths`; sorts `crossings` on the way.
-pub fn resolve(crossings: &mut [Crossing], fill: Fill, depths: &mut Vec<i32>) {
-    sort(crossings);
+/// Hands the exact samples of one ray, whose crossings close, to `keep`; sorts `hits` on the way. Where several
+/// crossings make one sample under the non-zero rule, it is the first that goes in the direction of the sample.
+pub fn resolve<H: Hit>(hits: &mut [H], fill: Fill, mut keep: impl FnMut(H)) {
+    sort(hits);
     match fill {
-        Fill::EvenOdd => depths.extend(crossings.iter().map(|c| c.nearest())),
+        Fill::EvenOdd => hits.iter().for_each(|&hit| keep(hit)),
         Fill::NonZero => {
             let mut winding = 0;
-            for group in crossings.chunk_by(|a, b| a.nearest() == b.nearest()) {
-                let after = winding + group.iter().map(|c| c.winding()).sum::<i32>();
-                if (winding != 0) != (after != 0) {
-                    depths.push(group[0].nearest());
+            for group in hits.chunk_by(|a, b| a.crossing().nearest() == b.crossing().nearest()) {
+                let step: i32 = group.iter().map(|hit| hit.crossing().winding()).sum();
+                if (winding != 0) != (winding + step != 0) {
+                    let along = group.iter().find(|hit| hit.crossing().winding() == step.signum());
+                    keep(*along.expect("a sum has a term of its own sign"));
                 }
-                winding = after;
+                winding += step;
             }
         }
     }
@@ -23,7 +25,7 @@ pub fn resolve(crossings: &mut [Crossing], fill: Fill, depths: &mut Vec<i32>) {
 
 /// Sorts the crossings of a ray by depth. Most rays have a few, for which insertion beats everything.
 #[inline]
-pub fn sort(crossings: &mut [Crossing]) {
+pub fn sort<H: Hit>(crossings: &mut [H]) {
     const FEW: usize = 24;
     if crossings.len() > FEW {
         return crossings.sort_unstable();

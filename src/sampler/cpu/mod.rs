@@ -15,9 +15,9 @@ use std::num::NonZeroU32;
 
 use super::layout::Voxels;
 use super::{Estimate, Fill, Mode, SampleError, Sampler, admit};
-use crate::fixed::Crossing;
+use crate::fixed::{Crossing, Hit, TriangleHit};
 use crate::grid::{Axis, LatticeSolid};
-use crate::ldi::{BandImage, Ldi, image_from_bands};
+use crate::ldi::{BandImage, Ldi, TooManySamples, image_from_bands};
 use bin::Bins;
 use classify::RayClasses;
 use masks::RayMasks;
@@ -43,30 +43,46 @@ impl CpuSampler {
     pub fn with_band_rows(band_rows: NonZeroU32) -> CpuSampler {
         CpuSampler { band_rows }
     }
+
+    /// The sorted crossings of all rays, each handed to `keep`.
+    fn exact_image<H: Hit>(
+        &self,
+        solid: &LatticeSolid,
+        axis: Axis,
+        fill: Fill,
+        keep: impl Fn(&mut BandImage, H) + Sync + Send,
+    ) -> Result<Ldi, TooManySamples> {
+        let (grid, band_rows) = (*solid.grid(), self.band_rows.get());
+        let bins = Bins::new(solid, axis, band_rows);
+        let (columns, _) = grid.image_size(axis);
+        image_from_bands(grid, axis, band_rows, BandCrossings::<H>::default, |crossings, rows, image| {
+            let rays = rows.len() as u32 * columns;
+            crossings.gather(&grid, axis, &bins, rows);
+            image.depths().reserve(crossings.count());
+            for ray in 0..rays {
+                let hits = crossings.on_ray(ray);
+                if closes(hits, fill) {
+                    exact::resolve(hits, fill, |hit| keep(image, hit));
+                    image.end_ray();
+                } else {
+                    image.end_unclosed_ray();
+                }
+            }
+        })
+    }
 }
 
 impl Sampler for CpuSampler {
     fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError> {
         let grid = admit(&[solid], fill)?;
         let band_rows = self.band_rows.get();
-        let bins = Bins::new(solid, axis, band_rows);
-        let (columns, _) = grid.image_size(axis);
         let image = match mode {
-            Mode::Exact => image_from_bands(grid, axis, band_rows, BandCrossings::default, |crossings, rows, image| {
-                let rays = rows.len() as u32 * columns;
-                crossings.gather(&grid, axis, &bins, rows);
-                image.depths().reserve(crossings.count());
-                for ray in 0..rays {
-                    let crossings = crossings.on_ray(ray);
-                    if closes(crossings, fill) {
-                        exact::resolve(crossings, fill, image.depths());
-                        image.end_ray();
-                    } else {
-                        image.end_unclosed_ray();
-                    }
-                }
+            Mode::Exact => self.exact_image::<Crossing>(solid, axis, fill, |image, hit| {
+                image.depths().push(hit.nearest());
             }),
             Mode::Estimate(estimate) => {
+                let bins = Bins::new(solid, axis, band_rows);
+                let (columns, _) = grid.image_size(axis);
                 let voxels = Voxels::new(&grid, axis);
                 let new_stage = || OneSolid {
                     crossings: BandCrossings::default(),
@@ -83,6 +99,15 @@ impl Sampler for CpuSampler {
                 })
             }
         };
+        Ok(image?)
+    }
+
+    fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: Fill) -> Result<Ldi, SampleError> {
+        admit(&[solid], fill)?;
+        let image = self.exact_image::<TriangleHit>(solid, axis, fill, |image, hit| {
+            image.depths().push(hit.crossing().nearest());
+            image.triangles().push(hit.triangle);
+        });
         Ok(image?)
     }
 
@@ -176,10 +201,10 @@ impl TwoSolids {
 }
 
 /// Whether the crossings of a ray close under a fill rule.
-fn closes(crossings: &[Crossing], fill: Fill) -> bool {
+fn closes<H: Hit>(hits: &[H], fill: Fill) -> bool {
     match fill {
-        Fill::EvenOdd => crossings.len() % 2 == 0,
-        Fill::NonZero => crossings.iter().map(|c| c.winding()).sum::<i32>() == 0,
+        Fill::EvenOdd => hits.len() % 2 == 0,
+        Fill::NonZero => hits.iter().map(|hit| hit.crossing().winding()).sum::<i32>() == 0,
     }
 }
 

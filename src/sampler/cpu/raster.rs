@@ -3,18 +3,18 @@
 use std::ops::Range;
 
 use super::bin::Bins;
-use crate::fixed::{Crossing, DepthPlane, EdgeWalk, Pixels, ViewPosition};
+use crate::fixed::{Crossing, DepthPlane, EdgeWalk, Hit, Pixels, ViewPosition};
 use crate::grid::{Axis, Grid};
 
 /// The crossings of the rays of one band, in compact storage; their order on a ray is arbitrary.
 #[derive(Default)]
-pub struct BandCrossings {
-    found: Vec<(u32, Crossing)>,
+pub struct BandCrossings<H = Crossing> {
+    found: Vec<(u32, H)>,
     starts: Vec<u32>,
-    crossings: Vec<Crossing>,
+    crossings: Vec<H>,
 }
 
-impl BandCrossings {
+impl<H: Hit> BandCrossings<H> {
     /// Finds all crossings of the rays in `rows`, one band of `bins`. Keeps the memory of earlier bands.
     pub fn gather(&mut self, grid: &Grid, axis: Axis, bins: &Bins, rows: Range<u32>) {
         let (columns, _) = grid.image_size(axis);
@@ -26,8 +26,8 @@ impl BandCrossings {
         let (found, starts) = (&mut self.found, &mut self.starts);
         let first_row = rows.start;
         let rows = rows.start as i32..rows.end as i32;
-        bins.for_each_in_band(first_row, |corners| {
-            cross_triangle(corners, axis, pixels, &rows, |row, covered, plane| {
+        bins.for_each_in_band(first_row, |seen| {
+            cross_triangle(seen.corners, axis, pixels, &rows, |row, covered, plane| {
                 let first_ray = (row - rows.start) as u32 * columns;
                 let row = pixels.ray(row);
                 for count in
@@ -35,8 +35,10 @@ impl BandCrossings {
                 {
                     *count += 1;
                 }
-                found
-                    .extend(covered.map(|column| (first_ray + column as u32, plane.crossing(pixels.ray(column), row))));
+                found.extend(covered.map(|column| {
+                    let crossing = plane.crossing(pixels.ray(column), row);
+                    (first_ray + column as u32, H::new(crossing, seen.triangle))
+                }));
             });
         });
         self.sort_by_ray();
@@ -51,7 +53,7 @@ impl BandCrossings {
         }
         // Each start stands at the end of its ray now, and filling backwards moves it to the beginning.
         self.crossings.clear();
-        self.crossings.resize(self.found.len(), Crossing(0));
+        self.crossings.resize(self.found.len(), H::default());
         for &(ray, crossing) in &self.found {
             let start = &mut self.starts[ray as usize];
             *start -= 1;
@@ -60,7 +62,7 @@ impl BandCrossings {
     }
 
     /// The crossings of a ray of the band.
-    pub fn on_ray(&mut self, ray: u32) -> &mut [Crossing] {
+    pub fn on_ray(&mut self, ray: u32) -> &mut [H] {
         let ray = ray as usize;
         &mut self.crossings[self.starts[ray] as usize..self.starts[ray + 1] as usize]
     }
