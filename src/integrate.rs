@@ -28,27 +28,41 @@ fn volume_of_length(image: &Ldi, length: i64) -> f64 {
     grid.pitch() * grid.pitch() * (grid.step() * length as f64)
 }
 
-/// The volumes that each of the four images of half the resolution inside an image gives: even and odd columns of even
-/// and odd rows. Their mean is the volume; how they scatter tells how much the position of the raster matters at twice
-/// the pitch.
-pub fn coarser_volumes(image: &Ldi) -> [f64; 4] {
-    let (columns, rows) = image.size();
-    let sums = (0..rows)
-        .into_par_iter()
-        .map(|row| {
-            let mut sums = [0i64; 2];
-            for column in 0..columns {
-                let samples = image.samples(row * columns + column);
-                let inside: i64 = samples.chunks_exact(2).map(|span| i64::from(span[1] - span[0])).sum();
-                sums[(column % 2) as usize] += inside;
-            }
-            match row % 2 {
-                0 => [sums[0], sums[1], 0, 0],
-                _ => [0, 0, sums[0], sums[1]],
-            }
-        })
-        .reduce(|| [0; 4], |a, b| std::array::from_fn(|i| a[i] + b[i]));
-    sums.map(|sum| 4.0 * volume_of_length(image, sum))
+/// What the image of a solid along one axis says of its volume; all that an estimate needs of the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisVolume {
+    /// The volume of the solid in the image, h²·Σ(out − in), in cubic world units.
+    pub volume: f64,
+    /// The volumes that the four images of half the resolution inside the image give: even and odd columns of even and
+    /// odd rows. Their mean is the volume; how they scatter tells how much the position of the raster matters at twice
+    /// the pitch.
+    pub coarser: [f64; 4],
+}
+
+impl AxisVolume {
+    /// Integrates an image, in one pass.
+    pub fn of(image: &Ldi) -> AxisVolume {
+        let (columns, rows) = image.size();
+        let sums = (0..rows)
+            .into_par_iter()
+            .map(|row| {
+                let mut sums = [0i64; 2];
+                for column in 0..columns {
+                    let samples = image.samples(row * columns + column);
+                    let inside: i64 = samples.chunks_exact(2).map(|span| i64::from(span[1] - span[0])).sum();
+                    sums[(column % 2) as usize] += inside;
+                }
+                match row % 2 {
+                    0 => [sums[0], sums[1], 0, 0],
+                    _ => [0, 0, sums[0], sums[1]],
+                }
+            })
+            .reduce(|| [0; 4], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+        AxisVolume {
+            volume: volume_of_length(image, sums.iter().sum()),
+            coarser: sums.map(|sum| 4.0 * volume_of_length(image, sum)),
+        }
+    }
 }
 
 /// A volume from one or three images of a solid, and how far it may be off.
@@ -60,25 +74,22 @@ pub struct VolumeEstimate {
     pub error: f64,
 }
 
-/// The volume of a solid from its images along different axes.
-///
-/// The error is judged from what can be seen: how the images along different axes scatter, and how much the position of
-/// the raster matters at twice the pitch ([`coarser_volumes`]).
-///
-/// # Panics
-/// If there is no image.
-pub fn estimate_volume(images: &[&Ldi]) -> VolumeEstimate {
-    assert!(!images.is_empty(), "a volume needs an image");
-    let n = images.len() as f64;
-    let volumes: Vec<f64> = images.iter().map(|image| volume(image)).collect();
-    let value = volumes.iter().sum::<f64>() / n;
-    let spread = volumes.iter().map(|v| (v - value).abs()).fold(0.0, f64::max);
-    let scatter = images
-        .iter()
-        .zip(&volumes)
-        .map(|(image, v)| coarser_volumes(image).iter().map(|c| (c - v).abs()).fold(0.0, f64::max))
-        .fold(0.0, f64::max);
-    VolumeEstimate { value, error: spread.max(0.5 * scatter) }
+impl VolumeEstimate {
+    /// The volume of a solid from its images along different axes.
+    ///
+    /// The error is judged from what can be seen: how the images along different axes scatter, and how much the position
+    /// of the raster matters at twice the pitch ([`AxisVolume::coarser`]).
+    ///
+    /// # Panics
+    /// If there is no axis.
+    pub fn from_axes(axes: &[AxisVolume]) -> VolumeEstimate {
+        assert!(!axes.is_empty(), "a volume needs an image");
+        let value = axes.iter().map(|axis| axis.volume).sum::<f64>() / axes.len() as f64;
+        let spread = axes.iter().map(|axis| (axis.volume - value).abs()).fold(0.0, f64::max);
+        let differences = axes.iter().flat_map(|axis| axis.coarser.map(|coarser| (coarser - axis.volume).abs()));
+        let scatter = differences.fold(0.0, f64::max);
+        VolumeEstimate { value, error: spread.max(0.5 * scatter) }
+    }
 }
 
 /// Volume, first and second moments of a solid of unit density.

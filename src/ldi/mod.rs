@@ -2,6 +2,7 @@
 
 mod bands;
 mod error;
+pub mod npz;
 mod spans;
 
 pub use bands::TooManySamples;

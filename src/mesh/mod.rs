@@ -9,6 +9,7 @@ pub mod io;
 mod measure;
 #[cfg(test)]
 mod testing;
+mod transform;
 
 use glam::DVec3;
 

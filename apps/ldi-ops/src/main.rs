@@ -1,2 +1,63 @@
-//! The command line of ldi-ops.
-fn main() {}
+//! The command line of ldi-ops: arguments as typed ([`args`]) → jobs ([`resolve`]) → results ([`run`]) → text and JSON
+//! ([`report`], [`json`]).
+//!
+//! stdout carries the result and nothing else; progress, warnings and errors go to stderr.
+
+mod args;
+mod exit;
+mod json;
+mod output;
+mod progress;
+mod report;
+mod resolve;
+mod run;
+mod transform;
+mod unit;
+
+use std::io::{self, Write};
+use std::time::Instant;
+
+use clap::Parser;
+
+use crate::args::Arguments;
+use crate::exit::{Exit, Failure};
+use crate::resolve::resolve;
+
+fn main() {
+    let start = Instant::now();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) if error.use_stderr() => {
+            complain(error.render().to_string().trim_start_matches("error: ").trim_end());
+            Exit::Input.now()
+        }
+        Err(help) => {
+            // A reader that has seen enough of a help text is no failure.
+            let _ = help.print();
+            Exit::Done.now()
+        }
+    };
+    let result = resolve(arguments.command).and_then(|invocation| run::run(invocation, start));
+    let exit = match result.and_then(|finished| say(&finished.stdout).map(|()| finished.exit)) {
+        Ok(exit) => exit,
+        Err(failure) => {
+            complain(&failure.message);
+            failure.exit
+        }
+    };
+    exit.now()
+}
+
+/// Writes the result. A reader that has gone away is no failure.
+fn say(text: &str) -> Result<(), Failure> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::output("stdout".as_ref(), &error)),
+        _ => Ok(()),
+    }
+}
+
+/// Writes an error. Where stderr is gone too there is nobody left to tell.
+fn complain(message: &str) {
+    let _ = writeln!(io::stderr(), "ldi-ops: error: {message}");
+}

@@ -1,0 +1,474 @@
+//! Arguments as they are typed. What they mean together is for [`crate::resolve`].
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::error::ErrorKind;
+use clap::{Arg, ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum};
+use ldi_ops::mesh::LengthUnit;
+use ldi_ops::solids::Model;
+
+use crate::transform::Placement;
+use crate::unit;
+
+const STYLES: Styles =
+    Styles::styled().header(AnsiColor::Green.on_default().bold()).literal(AnsiColor::Cyan.on_default().bold());
+
+/// Volumes and Booleans of solids given as triangle meshes, computed on layered depth images: for each of a raster of
+/// parallel rays, the depths at which it enters and leaves the solid.
+#[derive(Debug, Parser)]
+#[command(name = "ldi-ops", version, styles = STYLES, max_term_width = 110, after_help = EXAMPLES, after_long_help = EPILOGUE)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  ldi-ops intersect scaffold.stl bone.stl --unit mm        their common volume
+  ldi-ops volume part.3mf --tolerance 0.1%                 refine until the estimate is below 0.1 %
+  ldi-ops check part.stl                                   is it a solid? all defects; exit code 1 if not
+
+`ldi-ops COMMAND --help` tells a command's flags.";
+
+const EPILOGUE: &str = "\
+Examples:
+  ldi-ops intersect scaffold.stl bone.stl --unit mm        their common volume
+  ldi-ops difference block.stl drill.stl --transform-b 'rotate(1,0,0,90) translate(0,5,0)'
+  ldi-ops volume part.3mf --tolerance 0.1%                 refine until the estimate is below 0.1 %
+  ldi-ops volume struts.stl --fill nonzero                 overlapping shells unite instead of cancelling
+  ldi-ops sample part.stl --axis z -o part.npz             the image, for numpy
+  ldi-ops check part.stl                                   is it a solid? all defects; exit code 1 if not
+  ldi-ops generate gyroid --cells 4 -o gyroid.stl
+
+Meshes are read from .stl, .obj, .ply, .off, .gltf, .glb and .3mf. The result goes to stdout, as text or with `--json -`
+as JSON; everything else goes to stderr.
+
+Exit codes: 0 done; 1 a check that was asked for is false; 2 usage or input; 3 machine (memory, device).";
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Common volume of two solids; -o writes the common solid's image
+    Intersect(PairArguments),
+    /// Volume of what lies in any of several solids
+    Union(ListArguments),
+    /// Volume of what lies in the first solid and in none of the others
+    Difference(ListArguments),
+    /// Volume of what lies in an odd number of the solids: for two, in exactly one
+    Xor(ListArguments),
+    /// Volume, area, centroid and inertia of solids
+    Volume(VolumeArguments),
+    /// The layered depth image of a solid, as .npz
+    Sample(SampleArguments),
+    /// Is it a solid? All defects; exit code 1 if not
+    Check(CheckArguments),
+    /// Convert between mesh formats
+    Convert(ConvertArguments),
+    /// Make a model solid
+    Generate(GenerateArguments),
+    /// Where sampling can run, and what `--backend auto` chooses and why
+    Devices(DevicesArguments),
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = PAIR_EXAMPLES)]
+pub struct PairArguments {
+    /// The first solid, A
+    pub a: PathBuf,
+    /// The second solid, B
+    pub b: PathBuf,
+    #[command(flatten)]
+    pub placing: PairPlacingArguments,
+    #[command(flatten)]
+    pub sampling: SamplingArguments,
+    #[command(flatten)]
+    pub writing: ImageArguments,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+const PAIR_EXAMPLES: &str = "\
+Examples:
+  ldi-ops intersect scaffold.stl bone.stl --unit mm
+  ldi-ops intersect a.stl b.stl --axis z --mode exact --resolution 1024 --json -
+  ldi-ops intersect a.stl b.stl --transform-b 'translate(1,0,0) rotate(0,0,1,30)' -o common.npz
+
+The grid is laid around the box of both solids. `inputs[].volume` in the JSON is the signed volume of the mesh itself.";
+
+#[derive(Debug, Args)]
+#[command(after_help = LIST_EXAMPLES)]
+pub struct ListArguments {
+    /// The first solid, A
+    pub a: PathBuf,
+    /// The second solid, B, and any further ones
+    #[arg(required = true, value_name = "B")]
+    pub others: Vec<PathBuf>,
+    #[command(flatten)]
+    pub placing: PairPlacingArguments,
+    #[command(flatten)]
+    pub sampling: SamplingArguments,
+    #[command(flatten)]
+    pub writing: ImageArguments,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+const LIST_EXAMPLES: &str = "\
+Examples:
+  ldi-ops union a.stl b.stl c.stl --unit mm
+  ldi-ops difference block.stl drill.stl --transform-b 'translate(0,0,2)'
+  ldi-ops xor a.stl b.stl --axis all --json result.json
+
+With more than two solids the operation is done from left to right: A − B − C, A xor B xor C. The grid is laid around the
+box of all. An over-estimate of a difference takes under-estimates away, so that it stays an over-estimate.";
+
+#[derive(Debug, Args)]
+#[command(after_help = VOLUME_EXAMPLES)]
+pub struct VolumeArguments {
+    /// The solids, each measured on its own
+    #[arg(required = true, value_name = "A")]
+    pub solids: Vec<PathBuf>,
+    #[command(flatten)]
+    pub placing: PlacingArguments,
+    #[command(flatten)]
+    pub sampling: SamplingArguments,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+const VOLUME_EXAMPLES: &str = "\
+Examples:
+  ldi-ops volume part.stl --unit mm
+  ldi-ops volume part.stl --tolerance 0.1%
+  ldi-ops volume *.stl --json volumes.json
+
+JSON: for one file the object of the schema, for several {\"schema\", \"command\", \"results\": [object, …]}. `volume` adds
+to the common keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3 tensor about the centroid, unit density).
+The area is that of the mesh's triangles under even-odd; under nonzero it is null where shells overlap, as then some of
+the triangles lie inside the solid.";
+
+#[derive(Debug, Args)]
+#[command(after_help = SAMPLE_LAYOUT)]
+pub struct SampleArguments {
+    /// The solid
+    pub solid: PathBuf,
+    #[command(flatten)]
+    pub placing: PlacingArguments,
+    #[command(flatten)]
+    pub sampling: SamplingArguments,
+    /// Where to write the image: a path that ends in .npz
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+const SAMPLE_LAYOUT: &str = "\
+Examples:
+  ldi-ops sample part.stl --axis z -o part.npz
+  ldi-ops sample part.stl --axis all --mode exact --resolution 1024 -o part.npz
+
+Arrays in the file, for one axis:
+  axis      '<U1' ()         x, y or z: the direction of the rays
+  offsets   uint32 (n + 1,)  samples of ray r are depths[offsets[r]:offsets[r+1]], with r = row · columns + column
+  depths    int32            sorted; [depths[2i], depths[2i+1]) is inside; in lattice steps from the near end of the grid
+  unclosed  uint32           rays that did not close; they have no samples
+  origin    float64 (3,)     world position of the grid's corner
+  pitch     float64 ()       distance of neighbouring rays; ray i lies at origin + (i + 0.5) · pitch
+  step      float64 ()       length of a lattice step: pitch / 2**shift
+  rays      uint32 (3,)      pixels along x, y and z
+  shift, lod  uint32 ()      pitch in lattice steps, as a power of two; LOD-C
+Columns and rows run along the other two axes in increasing order: x → (y, z), y → (x, z), z → (x, y).
+With --axis all, `axis` is ['x', 'y', 'z'], and offsets, depths and unclosed become offsets_x, depths_x, unclosed_x and so
+on for y and z.
+
+  import numpy as np
+  a = np.load('part.npz')                                   # --axis z
+  volume = (a['depths'][1::2].astype(int) - a['depths'][0::2]).sum() * a['step'] * a['pitch']**2";
+
+#[derive(Debug, Args)]
+#[command(after_help = CHECK_EXAMPLES)]
+pub struct CheckArguments {
+    /// The meshes to check
+    #[arg(required = true, value_name = "A")]
+    pub meshes: Vec<PathBuf>,
+    /// Unit of files that state none: mm, um (µm), cm, m, in, ft
+    #[arg(long, value_parser = unit::parse)]
+    pub unit: Option<LengthUnit>,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+const CHECK_EXAMPLES: &str = "\
+Examples:
+  ldi-ops check part.stl
+  ldi-ops check *.stl --json report.json
+
+A mesh is a solid when every edge has an even number of uses, identical coordinates being one vertex, every index is in
+range and every coordinate is a number. Exit code 1 if any of the meshes is none.
+JSON: {\"schema\", \"command\", \"results\": [{\"path\", \"solid\", …}]}, in the order of the files.";
+
+#[derive(Debug, Args)]
+#[command(after_help = CONVERT_EXAMPLES)]
+pub struct ConvertArguments {
+    /// The mesh to read
+    pub from: PathBuf,
+    /// Where to write: .stl (binary, 32-bit coordinates) or .obj (text, 64-bit coordinates)
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Unit of a file that states none, put down in the written file as a remark; coordinates stay as they are
+    #[arg(long, value_parser = unit::parse)]
+    pub unit: Option<LengthUnit>,
+    /// Place the mesh first, left to right
+    #[arg(long, value_name = "PLACEMENT")]
+    pub transform_a: Option<Placement>,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+const CONVERT_EXAMPLES: &str = "\
+Examples:
+  ldi-ops convert part.3mf -o part.stl
+  ldi-ops convert part.ply -o part.obj --transform-a 'scale(25.4)'";
+
+#[derive(Debug, Args)]
+pub struct DevicesArguments {
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+#[derive(Debug, Args)]
+pub struct PairPlacingArguments {
+    #[command(flatten)]
+    pub first: PlacingArguments,
+    /// Place B before use: 'translate(1,0,0) rotate(0,0,1,30) scale(2)'
+    #[arg(long, value_name = "PLACEMENT", help_heading = "Input")]
+    pub transform_b: Option<Placement>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Input")]
+pub struct PlacingArguments {
+    /// Unit of files that state none: mm, um (µm), cm, m, in, ft
+    #[arg(long, value_parser = unit::parse)]
+    pub unit: Option<LengthUnit>,
+    /// Place A before use, left to right, in its own unit: 'translate(1,0,0) rotate(0,0,1,30) scale(2)', where rotate
+    /// takes an axis and degrees and scale one number or three
+    #[arg(long, value_name = "PLACEMENT")]
+    pub transform_a: Option<Placement>,
+    /// Sample a mesh that is not closed too; rays that do not close count as empty and are reported
+    #[arg(long)]
+    pub allow_open: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Sampling")]
+pub struct SamplingArguments {
+    /// Rays along the longest side of the common box [default: 512]
+    #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
+    pub resolution: Option<u32>,
+    /// Distance of neighbouring rays, in file units
+    #[arg(long, value_name = "H", conflicts_with = "tolerance", allow_negative_numbers = true)]
+    pub pitch: Option<f64>,
+    /// Refine until the error estimate of the volume is below this share of it: 0.1% or 0.001
+    #[arg(long, value_name = "P%")]
+    pub tolerance: Option<Tolerance>,
+    /// LOD-C, voxels a ray is divided into for over and under: 32 to 65536
+    #[arg(long, value_name = "N", default_value_t = 1024)]
+    pub lod: u32,
+    /// Ray directions; all averages three and gives a spread
+    #[arg(long, value_enum, default_value_t = AxisChoice::All)]
+    pub axis: AxisChoice,
+    /// Which image is kept: one that encloses the solid on every ray, one that lies inside, or every crossing
+    #[arg(long, value_enum, default_value_t = ModeChoice::Over)]
+    pub mode: ModeChoice,
+    /// What is inside where shells overlap: even-odd cancels, nonzero unites
+    #[arg(long, value_enum, default_value_t = FillChoice::EvenOdd)]
+    pub fill: FillChoice,
+    /// Where it runs
+    #[arg(long, value_enum, default_value_t = BackendChoice::Auto)]
+    pub backend: BackendChoice,
+    /// GPU to use, by name
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct ImageArguments {
+    /// Write the result's image: .npz, in the layout that `ldi-ops sample --help` tells
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Common")]
+pub struct CommonArguments {
+    /// Write the result as JSON to a file, or to stdout with `-` instead of the text
+    #[arg(long, value_name = "FILE|-")]
+    pub json: Option<PathBuf>,
+    /// Threads to use [default: one for each processor]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZeroUsize>,
+    /// No progress on stderr; warnings and errors stay
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// More detail on stderr
+    #[arg(short, long)]
+    pub verbose: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub enum AxisChoice {
+    X,
+    Y,
+    Z,
+    All,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub enum ModeChoice {
+    Over,
+    Under,
+    Exact,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub enum FillChoice {
+    EvenOdd,
+    Nonzero,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub enum BackendChoice {
+    Auto,
+    Cpu,
+    Gpu,
+}
+
+/// A share of a volume, between 0 and 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance(pub f64);
+
+impl FromStr for Tolerance {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Tolerance, String> {
+        let (number, scale) = match text.strip_suffix('%') {
+            Some(percent) => (percent.trim_end(), 100.0),
+            None => (text, 1.0),
+        };
+        match number.parse::<f64>() {
+            Ok(value) if value > 0.0 && value < scale => Ok(Tolerance(value / scale)),
+            _ => Err("a tolerance is between 0 and 100 %: 0.1% or 0.001".to_owned()),
+        }
+    }
+}
+
+/// A model and its parameters. The flags are those that [`Model::kinds`] names.
+#[derive(Debug)]
+pub struct GenerateArguments {
+    pub kind: String,
+    pub parameters: Vec<(&'static str, String)>,
+    pub output: PathBuf,
+    pub common: CommonArguments,
+}
+
+const GENERATE_EXAMPLES: &str = "\
+Examples:
+  ldi-ops generate sphere --radius 12.5 -o sphere.stl
+  ldi-ops generate gyroid --part sheet --wall 0.8 --cells 4,4,2 --cell-size 5 -o scaffold.stl
+  ldi-ops generate bcc --form overlapping --radius 0.6 -o struts.stl
+  ldi-ops generate bone --length 120 -o bone.obj
+
+Lengths are millimetres, and all solids are closed and face outwards. `ldi-ops generate KIND --help` tells a kind's
+parameters and their defaults. Files are written as .stl or .obj.";
+
+/// Names by which people may look for a kind that has another.
+const ALIASES: [(&str, &[&str]); 4] =
+    [("cuboid", &["box"]), ("bone", &["long-bone"]), ("cubic", &["cubic-lattice"]), ("bcc", &["bcc-lattice"])];
+
+impl Args for GenerateArguments {
+    fn augment_args(command: clap::Command) -> clap::Command {
+        let kinds = Model::kinds().iter().map(|kind| {
+            let parameters = kind.parameters.iter().map(|parameter| {
+                // Values may begin with a minus.
+                Arg::new(parameter.name)
+                    .long(parameter.name)
+                    .value_name("VALUE")
+                    .help(parameter.meaning)
+                    .default_value(parameter.default)
+                    .allow_hyphen_values(true)
+                    .action(ArgAction::Set)
+            });
+            let aliases = ALIASES.iter().filter(|(name, _)| *name == kind.name).flat_map(|(_, aliases)| *aliases);
+            clap::Command::new(kind.name).visible_aliases(aliases.copied()).about(kind.summary).args(parameters)
+        });
+        let command = command
+            .subcommands(kinds)
+            .subcommand_value_name("KIND")
+            .subcommand_help_heading("Kinds")
+            .subcommand_required(true)
+            .disable_help_subcommand(true)
+            .after_help(GENERATE_EXAMPLES)
+            .arg(
+                Arg::new("output")
+                    .short('o')
+                    .long("output")
+                    .value_name("FILE")
+                    .help("Where to write: .stl (binary, 32-bit coordinates) or .obj (text, 64-bit coordinates)")
+                    .value_parser(clap::value_parser!(PathBuf)),
+            );
+        CommonArguments::augment_args(command).mut_args(|arg| arg.global(true))
+    }
+
+    fn augment_args_for_update(command: clap::Command) -> clap::Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for GenerateArguments {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<GenerateArguments, clap::Error> {
+        let missing = |what: &str| clap::Error::raw(ErrorKind::MissingRequiredArgument, format!("{what}\n"));
+        let (kind, chosen) = matches.subcommand().ok_or_else(|| missing("no kind is given"))?;
+        let known = Model::kinds().iter().find(|known| known.name == kind).into_iter().flat_map(|kind| kind.parameters);
+        let parameters = known
+            .filter_map(|parameter| Some((parameter.name, chosen.get_one::<String>(parameter.name)?.clone())))
+            .collect();
+        let output = chosen.get_one::<PathBuf>("output").cloned().ok_or_else(|| missing("-o FILE is missing"))?;
+        Ok(GenerateArguments {
+            kind: kind.to_owned(),
+            parameters,
+            output,
+            common: CommonArguments::from_arg_matches(chosen)?,
+        })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = GenerateArguments::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn tolerances_are_shares() {
+        assert_eq!("0.1%".parse(), Ok(Tolerance(0.001)));
+        assert_eq!("0.001".parse(), Ok(Tolerance(0.001)));
+        assert_eq!("5 %".parse(), Ok(Tolerance(0.05)));
+        for wrong in ["0", "-1%", "100%", "1", "NaN", "inf%", "%", "much"] {
+            assert!(wrong.parse::<Tolerance>().is_err(), "{wrong}");
+        }
+    }
+}

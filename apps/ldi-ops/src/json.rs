@@ -1,0 +1,214 @@
+//! Results for machines: the schema `ldi-ops/1`.
+//!
+//! Numbers that are not finite become null. Keys of the schema are always there.
+
+use std::io::Write;
+use std::path::Path;
+
+use ldi_ops::mesh::check::{Defect, Severity};
+use ldi_ops::sampler::{Estimate, Fill, Mode};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::exit::Failure;
+use crate::report::Warning;
+use crate::resolve::Report;
+use crate::run::{Checked, Converted, Devices, Generated, Measured, Solid, cpu_name, peak_memory_bytes};
+use crate::{output, unit};
+
+/// The name and version of the schema.
+const SCHEMA: &str = "ldi-ops/1";
+
+/// Puts a result where it was asked for; gives what belongs on stdout.
+pub fn deliver(
+    report: &Report,
+    json: impl FnOnce() -> Value,
+    text: impl FnOnce() -> String,
+) -> Result<String, Failure> {
+    let serialised = |value: &Value| format!("{value:#}\n");
+    match report {
+        Report::Text => Ok(text()),
+        Report::Json => Ok(serialised(&json())),
+        Report::TextAndJson(path) => {
+            let json = serialised(&json());
+            output::replace(path, |file| file.write_all(json.as_bytes()))?;
+            Ok(text())
+        }
+    }
+}
+
+/// The object of one result, or several in an envelope.
+pub fn measured(results: &[Measured]) -> Value {
+    let mut objects: Vec<Value> = results.iter().map(one_measured).collect();
+    match objects.len() {
+        1 => objects.remove(0),
+        _ => json!({ "schema": SCHEMA, "command": results[0].measurement.command(), "results": objects }),
+    }
+}
+
+fn one_measured(result: &Measured) -> Value {
+    let grid = &result.grid;
+    let unit = result.unit.map(|unit| unit::symbol(unit, 3));
+    let mut object = json!({
+        "schema": SCHEMA,
+        "command": result.measurement.command(),
+        "inputs": result.solids.iter().map(input).collect::<Vec<_>>(),
+        "volume": {
+            "value": result.volume.value,
+            "estimate_error": result.volume.error,
+            "lower": null,
+            "upper": null,
+            "unit": unit,
+        },
+        "grid": {
+            "pitch": grid.pitch(),
+            "rays": grid.rays(),
+            "lod": grid.lod(),
+            "quantisation": grid.quantisation(),
+        },
+        "layers_max": result.layers,
+        "samples": result.samples,
+        "unclosed_rays": result.unclosed,
+        "backend": "cpu",
+        "device": device(),
+        "mode": mode(result.mode),
+        "fill": fill(result.fill),
+        "seconds": result.seconds,
+        "peak_memory_bytes": peak_memory_bytes(),
+        "warnings": result.warnings,
+    });
+    if let Some(measures) = &result.measures {
+        object["area"] = json!(measures.area);
+        object["centroid"] = json!(measures.centroid.to_array());
+        object["inertia"] = json!(measures.inertia.transpose().to_cols_array_2d());
+    }
+    if let Some(refinement) = &result.refinement {
+        object["tolerance"] = json!(refinement);
+    }
+    if let Some(images) = &result.images {
+        object["output"] = json!(path(images));
+    }
+    object
+}
+
+fn input(solid: &Solid) -> Value {
+    json!({
+        "path": path(&solid.path),
+        "sha256": solid.sha256,
+        "triangles": solid.mesh().triangles.len(),
+        "closed": solid.is_closed(),
+        "oriented": solid.is_oriented(),
+        "volume": solid.volume,
+    })
+}
+
+fn path(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
+
+/// The processor and the threads that are used of it.
+pub fn device() -> String {
+    let threads = rayon::current_num_threads();
+    format!("{}, {threads} threads", cpu_name().as_deref().unwrap_or("CPU"))
+}
+
+/// The name of a mode, as the flag takes it.
+pub fn mode(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Exact => "exact",
+        Mode::Estimate(Estimate::Over) => "over",
+        Mode::Estimate(Estimate::Under) => "under",
+    }
+}
+
+/// The name of a fill rule, as the flag takes it.
+pub fn fill(fill: Fill) -> &'static str {
+    match fill {
+        Fill::EvenOdd => "even-odd",
+        Fill::NonZero => "nonzero",
+    }
+}
+
+/// What `check` found.
+pub fn checked(results: &[Checked]) -> Value {
+    let each = results.iter().map(|result| {
+        let report = &result.report;
+        json!({
+            "path": path(&result.path),
+            "sha256": result.sha256,
+            "solid": report.is_solid(),
+            "closed": report.is_closed(),
+            "oriented": report.is_oriented(),
+            "triangles": report.triangles,
+            "vertices": report.vertices,
+            "edges": report.edges,
+            "components": report.components,
+            "shells": report.shells,
+            "volume": report.signed_volume,
+            "area": report.area,
+            "unit": result.unit.map(|unit| unit::symbol(unit, 1)),
+            "bounds": report.bounds.map(|bounds| json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() })),
+            "euler_characteristic": report.euler_characteristic,
+            "genus": report.genus,
+            "defects": report.defects().iter().map(defect).collect::<Vec<_>>(),
+            "warnings": result.warnings,
+        })
+    });
+    json!({ "schema": SCHEMA, "command": "check", "results": each.collect::<Vec<_>>() })
+}
+
+fn defect(defect: &Defect) -> Value {
+    let severity = match defect.severity() {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+        Severity::Note => "note",
+    };
+    json!({ "code": defect.code(), "severity": severity, "count": defect.count(), "message": defect.to_string() })
+}
+
+/// What `convert` wrote.
+pub fn converted(result: &Converted) -> Value {
+    json!({
+        "schema": SCHEMA,
+        "command": "convert",
+        "input": { "path": path(&result.from), "sha256": result.sha256 },
+        "output": {
+            "path": path(&result.to),
+            "triangles": result.triangles,
+            "unit": result.unit.map(|unit| unit::symbol(unit, 1)),
+        },
+        "warnings": result.warnings,
+    })
+}
+
+/// What `generate` wrote.
+pub fn generated(result: &Generated) -> Value {
+    json!({
+        "schema": SCHEMA,
+        "command": "generate",
+        "kind": result.kind,
+        "output": { "path": path(&result.to), "triangles": result.triangles, "unit": "mm" },
+        "bounds": result.bounds.map(|bounds| json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() })),
+        "volume": result.volume,
+        "area": result.area,
+        "warnings": [],
+    })
+}
+
+/// Where sampling can run.
+pub fn devices(devices: &Devices) -> Value {
+    json!({
+        "schema": SCHEMA,
+        "command": "devices",
+        "devices": [{ "backend": "cpu", "name": devices.cpu, "threads": devices.threads }],
+        "gpu": { "built": false, "message": devices.gpu },
+        "auto": { "backend": "cpu", "reason": devices.reason },
+        "warnings": Vec::<Warning>::new(),
+    })
+}
+
+impl Serialize for Warning {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        json!({ "code": self.code, "message": self.message }).serialize(serializer)
+    }
+}

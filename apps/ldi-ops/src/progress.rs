@@ -1,0 +1,105 @@
+//! What is said on stderr while a job runs.
+
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+use std::thread;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::resolve::Verbosity;
+
+/// A bar that stays away from jobs that are done before anyone looks.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// How a job talks on stderr: a progress bar on a terminal, warnings, and details where they are asked for.
+pub struct Progress {
+    verbosity: Verbosity,
+    /// Absent where stderr is no terminal or nobody wants it.
+    bar: Option<ProgressBar>,
+}
+
+impl Progress {
+    pub fn new(verbosity: Verbosity) -> Progress {
+        let wanted = verbosity != Verbosity::Quiet && io::stderr().is_terminal();
+        let bar = wanted.then(|| {
+            let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::hidden());
+            let style = ProgressStyle::with_template("{spinner} {msg} [{bar:30}] {pos}/{len} {elapsed}");
+            bar.set_style(style.expect("the template is a constant and right"));
+            let later = bar.downgrade();
+            thread::spawn(move || {
+                thread::sleep(PATIENCE);
+                if let Some(bar) = later.upgrade()
+                    && !bar.is_finished()
+                {
+                    bar.set_draw_target(ProgressDrawTarget::stderr());
+                    bar.enable_steady_tick(Duration::from_millis(100));
+                }
+            });
+            bar
+        });
+        Progress { verbosity, bar }
+    }
+
+    /// Says what is being done.
+    pub fn stage(&self, stage: impl Into<String>) {
+        if let Some(bar) = &self.bar {
+            bar.set_message(stage.into());
+        }
+    }
+
+    /// More steps will come.
+    pub fn expect(&self, steps: usize) {
+        if let Some(bar) = &self.bar {
+            bar.inc_length(steps as u64);
+        }
+    }
+
+    /// One of the expected steps is done.
+    pub fn step(&self) {
+        if let Some(bar) = &self.bar {
+            bar.inc(1);
+        }
+    }
+
+    /// Says something that the user must not miss.
+    pub fn warn(&self, message: impl Display) {
+        self.line(format_args!("warning: {message}"));
+    }
+
+    /// Says what was decided for the user, unless they want to hear of nothing.
+    pub fn note(&self, message: impl Display) {
+        if self.verbosity != Verbosity::Quiet {
+            self.line(message);
+        }
+    }
+
+    /// Says something that was asked for with `-v`.
+    pub fn detail(&self, message: impl Display) {
+        if self.verbosity == Verbosity::Verbose {
+            self.line(message);
+        }
+    }
+
+    fn line(&self, message: impl Display) {
+        // Where stderr is gone there is nobody left to tell.
+        let write = || drop(writeln!(io::stderr(), "ldi-ops: {message}"));
+        match &self.bar {
+            Some(bar) => bar.suspend(write),
+            None => write(),
+        }
+    }
+
+    /// Takes the bar away.
+    pub fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}

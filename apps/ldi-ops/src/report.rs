@@ -1,0 +1,276 @@
+//! Results for people.
+
+use std::fmt::Write;
+
+use glam::DVec3;
+use ldi_ops::grid::Axis;
+use ldi_ops::mesh::LengthUnit;
+use ldi_ops::mesh::check::Severity;
+use ldi_ops::sampler::{Estimate, Fill, Mode};
+
+use crate::resolve::Backend;
+use crate::run::{Checked, Converted, Devices, Generated, Measured, peak_memory_bytes};
+use crate::unit;
+
+/// Something the user should hear of that did not stop the job.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// A name that does not change, for programs.
+    pub code: &'static str,
+    /// One sentence or more, naming the file where there is one.
+    pub message: String,
+}
+
+impl Warning {
+    pub fn new(code: &'static str, message: String) -> Warning {
+        Warning { code, message }
+    }
+}
+
+/// Lines of a label and what belongs to it.
+#[derive(Default)]
+struct Table {
+    text: String,
+}
+
+impl Table {
+    fn line(&mut self, label: &str, what: impl std::fmt::Display) {
+        let _ = writeln!(self.text, "{label:<12}{what}");
+    }
+
+    fn more(&mut self, what: impl std::fmt::Display) {
+        self.line("", what);
+    }
+}
+
+/// The results of `intersect`, `union`, `difference`, `xor`, `volume` and `sample`.
+pub fn measured(results: &[Measured]) -> String {
+    let tables: Vec<String> = results.iter().map(one_measured).collect();
+    tables.join("\n")
+}
+
+fn one_measured(result: &Measured) -> String {
+    let mut table = Table::default();
+    let (length, cubed) = (unit::suffix(result.unit, 1), unit::suffix(result.unit, 3));
+    let (value, error) = estimate(result.volume.value, result.volume.error);
+    table.line(result.measurement.command(), format_args!("{value} ± {error}{cubed}"));
+    if let Some(measures) = &result.measures {
+        match measures.area {
+            Some(area) => table.line("area", format_args!("{}{}", number(area), unit::suffix(result.unit, 2))),
+            None => table.line("area", "not known: some triangles lie inside the solid"),
+        }
+        if measures.centroid.is_finite() {
+            table.line("centroid", format_args!("{}{length}", vector(measures.centroid)));
+            for (i, row) in [0, 1, 2].map(|row| measures.inertia.row(row)).into_iter().enumerate() {
+                let suffix = unit::suffix(result.unit, 5);
+                table.line(if i == 0 { "inertia" } else { "" }, format_args!("{}{suffix}", vector(row)));
+            }
+        }
+    }
+    for (i, solid) in result.solids.iter().enumerate() {
+        let closed = if solid.is_closed() { "closed" } else { "not closed" };
+        let oriented = if solid.is_oriented() { "oriented" } else { "not oriented" };
+        let triangles = solid.mesh().triangles.len();
+        let volume = number(solid.volume);
+        table.line(
+            if i == 0 { "input" } else { "" },
+            format_args!("{}: {triangles} triangles, {closed}, {oriented}, mesh volume {volume}{cubed}", solid.name()),
+        );
+    }
+    let grid = &result.grid;
+    let [x, y, z] = grid.rays();
+    table.line(
+        "grid",
+        format_args!(
+            "{x} × {y} × {z} rays, pitch {}{length}, quantisation {:.1e}{length}",
+            number(grid.pitch()),
+            grid.quantisation()
+        ),
+    );
+    let image = match result.mode {
+        Mode::Exact => "exact".to_owned(),
+        Mode::Estimate(Estimate::Over) => format!("over-estimate with LOD-C {}", grid.lod()),
+        Mode::Estimate(Estimate::Under) => format!("under-estimate with LOD-C {}", grid.lod()),
+    };
+    let fill = match result.fill {
+        Fill::EvenOdd => "even-odd",
+        Fill::NonZero => "non-zero",
+    };
+    let why = match result.backend {
+        Backend::Auto => " (auto: this build has no GPU sampler)",
+        Backend::Cpu => "",
+    };
+    table.line("image", format_args!("{image}, {fill}; cpu{why}, {} threads", rayon::current_num_threads()));
+    let layers = Axis::ALL.iter().filter_map(|axis| Some((axis.name(), result.layers[axis.depth()]?)));
+    let layers: Vec<String> = layers.map(|(axis, layers)| format!("{layers} along {axis}")).collect();
+    table.line("layers", format_args!("at most {}; {} samples in all", layers.join(", "), result.samples));
+    if result.unclosed > 0 {
+        table.line("unclosed", format_args!("{} rays, which count as empty", result.unclosed));
+    }
+    if let Some(refinement) = &result.refinement {
+        let reached = if refinement.reached { "reached" } else { "NOT reached" };
+        let (asked, came_to) = (100.0 * refinement.asked, 100.0 * refinement.came_to);
+        let rays = refinement.resolution;
+        table.line(
+            "tolerance",
+            format_args!("{asked} % {reached}: {came_to:.4} % with {rays} rays along the longest side"),
+        );
+    }
+    if let Some(path) = &result.images {
+        table.line("written", path.display());
+    }
+    let seconds = &result.seconds;
+    table.line(
+        "time",
+        format_args!(
+            "{:.3} s: read {:.3}, sample {:.3}, operate {:.3}, integrate {:.3}, write {:.3}",
+            seconds.total, seconds.read, seconds.sample, seconds.operate, seconds.integrate, seconds.write
+        ),
+    );
+    if let Some(bytes) = peak_memory_bytes() {
+        table.line("memory", format_args!("{:.0} MB at most", bytes as f64 / 1e6));
+    }
+    table.text
+}
+
+/// What `check` found.
+pub fn checked(results: &[Checked]) -> String {
+    let mut table = Table::default();
+    for result in results {
+        let report = &result.report;
+        let verdict = if report.is_solid() { "a solid" } else { "NOT a solid" };
+        let _ = writeln!(table.text, "{}: {verdict}", result.path.display());
+        table.line(
+            "  size",
+            format_args!(
+                "{} triangles, {} vertices, {} edges, {} components, {} shells",
+                report.triangles, report.vertices, report.edges, report.components, report.shells
+            ),
+        );
+        let (squared, cubed) = (unit::suffix(result.unit, 2), unit::suffix(result.unit, 3));
+        table.line(
+            "  measures",
+            format_args!("volume {}{cubed}, area {}{squared}", number(report.signed_volume), number(report.area)),
+        );
+        if let Some(bounds) = report.bounds {
+            let length = unit::suffix(result.unit, 1);
+            table.line("  box", format_args!("{} to {}{length}", vector(bounds.min), vector(bounds.max)));
+        }
+        let genus = report.genus.map(|genus| format!(", genus {genus}")).unwrap_or_default();
+        table.line("  topology", format_args!("Euler characteristic {}{genus}", report.euler_characteristic));
+        for defect in report.defects() {
+            let severity = match defect.severity() {
+                Severity::Error => "  error",
+                Severity::Warning => "  warning",
+                Severity::Note => "  note",
+            };
+            table.line(severity, defect);
+        }
+    }
+    table.text
+}
+
+/// What `convert` wrote.
+pub fn converted(result: &Converted) -> String {
+    let unit = match result.unit {
+        Some(unit) => format!("in{}", unit::suffix(Some(unit), 1)),
+        None => "in no stated unit".to_owned(),
+    };
+    format!("{}: {} triangles, {unit}\n", result.to.display(), result.triangles)
+}
+
+/// What `generate` wrote.
+pub fn generated(result: &Generated) -> String {
+    let mut table = Table::default();
+    let unit = Some(LengthUnit::Millimetre);
+    table.line(&result.kind, format_args!("{}: {} triangles, in mm", result.to.display(), result.triangles));
+    if let Some(bounds) = result.bounds {
+        table.line("box", format_args!("{} to {} mm", vector(bounds.min), vector(bounds.max)));
+    }
+    table.line("volume", format_args!("{}{}", number(result.volume), unit::suffix(unit, 3)));
+    table.line("area", format_args!("{}{}", number(result.area), unit::suffix(unit, 2)));
+    table.text
+}
+
+/// Where sampling can run.
+pub fn devices(devices: &Devices) -> String {
+    let mut table = Table::default();
+    let name = devices.cpu.as_deref().unwrap_or("of unknown make");
+    table.line("cpu", format_args!("{name}, {} threads", devices.threads));
+    table.line("gpu", devices.gpu);
+    table.line("auto", format_args!("cpu: {}", devices.reason));
+    table.more("sampling on the cpu gives the same bits whatever the number of threads");
+    table.text
+}
+
+/// A value with as many digits as its error leaves meaning to, and the error with two.
+fn estimate(value: f64, error: f64) -> (String, String) {
+    if !(error > 0.0 && error.is_finite() && value.is_finite()) {
+        return (number(value), number(error));
+    }
+    // Digits after the point at which the error has two.
+    let digits = 1 - error.log10().floor() as i32;
+    if plain(value.abs().max(error)) && (-3..=12).contains(&digits) {
+        let digits = digits.max(0) as usize;
+        return (format!("{value:.digits$}"), format!("{error:.digits$}"));
+    }
+    let magnitude = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    let significant = (magnitude + digits).clamp(1, 15) as usize;
+    (format!("{value:.significant$e}"), format!("{error:.1e}"))
+}
+
+/// Whether a number reads well without an exponent.
+fn plain(value: f64) -> bool {
+    value == 0.0 || (1e-4..1e9).contains(&value.abs())
+}
+
+/// A number with seven digits or so.
+fn number(value: f64) -> String {
+    if !value.is_finite() || value == 0.0 {
+        return format!("{value}");
+    }
+    if !plain(value) {
+        return format!("{value:.6e}");
+    }
+    let digits = (6 - value.abs().log10().floor() as i32).clamp(0, 12) as usize;
+    let text = format!("{value:.digits$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+fn vector(vector: DVec3) -> String {
+    let [x, y, z] = vector.to_array().map(number);
+    format!("({x}, {y}, {z})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written(value: f64, error: f64) -> String {
+        let (value, error) = estimate(value, error);
+        format!("{value} ± {error}")
+    }
+
+    #[test]
+    fn a_value_has_the_digits_that_its_error_leaves() {
+        assert_eq!(written(523.598_776, 0.0123), "523.599 ± 0.012");
+        assert_eq!(written(523_598.776, 123.0), "523599 ± 123");
+        assert_eq!(written(1.5e-30, 2.5e-33), "1.5000e-30 ± 2.5e-33");
+        assert_eq!(written(8.0, 0.0), "8 ± 0");
+        assert_eq!(written(0.0, 0.0), "0 ± 0");
+        assert_eq!(written(2.5e20, 1.0e17), "2.5000e20 ± 1.0e17");
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(number(8.0), "8");
+        assert_eq!(number(0.1), "0.1");
+        assert_eq!(number(123_456_789.0), "123456789");
+        assert_eq!(number(-1.0 / 3.0), "-0.3333333");
+        assert_eq!(number(1e-7), "1.000000e-7");
+        assert_eq!(number(f64::NAN), "NaN");
+    }
+}

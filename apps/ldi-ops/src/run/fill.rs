@@ -1,0 +1,68 @@
+//! Whether the two fill rules see the same solid in a mesh.
+
+use ldi_ops::grid::{Axis, Grid};
+use ldi_ops::integrate;
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::{Fill, Mode, Sampler};
+
+use super::Solid;
+use crate::exit::Failure;
+use crate::report::Warning;
+
+/// Rays along the longest side of the solid; enough to tell a tenth of a percent, as both rules are asked on the same rays.
+const RESOLUTION: u32 = 128;
+
+/// Differences above this share of the larger volume are told.
+const NOTEWORTHY: f64 = 1e-3;
+
+/// The volumes that the two rules give on a coarse raster.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FillDifference {
+    pub even_odd: f64,
+    pub non_zero: f64,
+}
+
+impl FillDifference {
+    /// Compares the rules on a solid; nothing for one whose winding numbers mean nothing.
+    pub fn of(solid: &Solid) -> Result<Option<FillDifference>, Failure> {
+        if !solid.is_oriented() {
+            return Ok(None);
+        }
+        let Ok(grid) = Grid::with_resolution(solid.bounds(), RESOLUTION, 1024) else { return Ok(None) };
+        let lattice = solid.quantise(&grid)?;
+        let volume = |fill| {
+            let image = CpuSampler::default().sample(&lattice, Axis::Z, Mode::Exact, fill)?;
+            Ok::<_, Failure>(integrate::volume(&image))
+        };
+        Ok(Some(FillDifference { even_odd: volume(Fill::EvenOdd)?, non_zero: volume(Fill::NonZero)? }))
+    }
+
+    /// How much the rules differ, as a share of the larger volume.
+    pub fn share(&self) -> f64 {
+        let largest = self.even_odd.abs().max(self.non_zero.abs());
+        if largest == 0.0 { 0.0 } else { (self.even_odd - self.non_zero).abs() / largest }
+    }
+
+    /// What to say of it where the rules differ by more than a tenth of a percent.
+    pub fn warning(&self, solid: &Solid, fill: Fill) -> Option<Warning> {
+        let FillDifference { even_odd, non_zero } = self;
+        let used = match fill {
+            Fill::EvenOdd => "even-odd was used, in which overlaps cancel; --fill nonzero unites them",
+            Fill::NonZero => "nonzero was used, in which overlaps unite",
+        };
+        (self.share() > NOTEWORTHY).then(|| {
+            let message = format!(
+                "{}: shells overlap, and the fill rules differ by {:.2} %: even-odd gives a volume of {even_odd:.6}, nonzero \
+                 {non_zero:.6} (on a coarse raster); {used}",
+                solid.name(),
+                100.0 * self.share(),
+            );
+            Warning::new("fill-rules-differ", message)
+        })
+    }
+
+    /// Whether the rules see the same solid.
+    pub fn is_noteworthy(&self) -> bool {
+        self.share() > NOTEWORTHY
+    }
+}

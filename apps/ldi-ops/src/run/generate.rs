@@ -1,0 +1,40 @@
+//! `generate`: model solids.
+
+use std::path::PathBuf;
+
+use ldi_ops::mesh::{Aabb, LengthUnit, io};
+
+use super::Finished;
+use crate::exit::{Exit, Failure};
+use crate::progress::Progress;
+use crate::resolve::GenerateJob;
+use crate::{json, report};
+
+/// What was written.
+pub struct Generated {
+    pub kind: String,
+    pub to: PathBuf,
+    pub triangles: usize,
+    pub bounds: Option<Aabb>,
+    pub volume: f64,
+    pub area: f64,
+}
+
+/// Builds a model and writes it, in millimetres.
+pub fn run(job: &GenerateJob, progress: &Progress) -> Result<Finished, Failure> {
+    progress.stage("building");
+    let mesh = job.model.build().map_err(Failure::input)?;
+    progress.stage("writing");
+    io::write(&job.to, &mesh, Some(LengthUnit::Millimetre)).map_err(super::write_failure)?;
+    let generated = Generated {
+        kind: job.kind.clone(),
+        to: job.to.clone(),
+        triangles: mesh.triangles.len(),
+        bounds: mesh.bounds(),
+        volume: mesh.signed_volume(),
+        area: mesh.area(),
+    };
+    progress.finish();
+    let stdout = json::deliver(&job.report, || json::generated(&generated), || report::generated(&generated))?;
+    Ok(Finished { stdout, exit: Exit::Done })
+}

@@ -1,0 +1,88 @@
+//! The image of what a job asks for, along one axis.
+
+use std::time::Instant;
+
+use ldi_ops::boolean::{BooleanOperation, merge};
+use ldi_ops::grid::{Axis, LatticeSolid};
+use ldi_ops::ldi::Ldi;
+use ldi_ops::sampler::{Fill, Mode, Sampler};
+
+use super::measure::Seconds;
+use crate::exit::Failure;
+use crate::resolve::Measurement;
+
+/// Makes images and keeps the time that goes into sampling and into operations.
+pub struct ImageMaker<'a, S: Sampler> {
+    pub sampler: &'a S,
+    pub mode: Mode,
+    pub fill: Fill,
+    pub seconds: &'a mut Seconds,
+}
+
+impl<S: Sampler> ImageMaker<'_, S> {
+    /// The image of the measured solid along `axis`. With estimates, an over-estimate takes under-estimates away.
+    pub fn image(&mut self, measurement: Measurement, solids: &[LatticeSolid], axis: Axis) -> Result<Ldi, Failure> {
+        let operation = match measurement {
+            Measurement::Volume | Measurement::Sample => return self.sample(&solids[0], axis, self.mode),
+            Measurement::Boolean(operation) => operation,
+        };
+        match (operation, self.mode, solids) {
+            (BooleanOperation::Intersection, Mode::Estimate(estimate), [a, b]) => {
+                let start = Instant::now();
+                let image = self.sampler.sample_intersection(a, b, axis, estimate, self.fill)?;
+                self.seconds.sample += start.elapsed().as_secs_f64();
+                Ok(image)
+            }
+            (BooleanOperation::Xor, Mode::Estimate(_), _) => self.estimate_xor(solids, axis),
+            (operation, mode, _) => {
+                let taken = if operation == BooleanOperation::Difference { mode.opposite() } else { mode };
+                let mut result = self.sample(&solids[0], axis, mode)?;
+                for solid in &solids[1..] {
+                    let other = self.sample(solid, axis, taken)?;
+                    result = self.merge(operation, &result, &other)?;
+                }
+                Ok(result)
+            }
+        }
+    }
+
+    /// An estimate of A xor B as (A − B) ∪ (B − A), each difference with the opposite estimate of what it takes away.
+    ///
+    /// Of what lies to the left both estimates are carried along, as either is taken away from the next solid.
+    fn estimate_xor(&mut self, solids: &[LatticeSolid], axis: Axis) -> Result<Ldi, Failure> {
+        let modes = [self.mode, self.mode.opposite()];
+        let mut left = [self.sample(&solids[0], axis, modes[0])?, self.sample(&solids[0], axis, modes[1])?];
+        for (i, solid) in solids.iter().enumerate().skip(1) {
+            let right = [self.sample(solid, axis, modes[0])?, self.sample(solid, axis, modes[1])?];
+            let wanted = self.merge_xor([&left[0], &left[1]], [&right[0], &right[1]])?;
+            if i + 1 == solids.len() {
+                return Ok(wanted);
+            }
+            let opposite = self.merge_xor([&left[1], &left[0]], [&right[1], &right[0]])?;
+            left = [wanted, opposite];
+        }
+        let [only, _] = left;
+        Ok(only)
+    }
+
+    /// One estimate of an xor, from that estimate of either operand and the opposite one.
+    fn merge_xor(&mut self, left: [&Ldi; 2], right: [&Ldi; 2]) -> Result<Ldi, Failure> {
+        let left_alone = self.merge(BooleanOperation::Difference, left[0], right[1])?;
+        let right_alone = self.merge(BooleanOperation::Difference, right[0], left[1])?;
+        self.merge(BooleanOperation::Union, &left_alone, &right_alone)
+    }
+
+    fn sample(&mut self, solid: &LatticeSolid, axis: Axis, mode: Mode) -> Result<Ldi, Failure> {
+        let start = Instant::now();
+        let image = self.sampler.sample(solid, axis, mode, self.fill)?;
+        self.seconds.sample += start.elapsed().as_secs_f64();
+        Ok(image)
+    }
+
+    fn merge(&mut self, operation: BooleanOperation, a: &Ldi, b: &Ldi) -> Result<Ldi, Failure> {
+        let start = Instant::now();
+        let image = merge(operation, a, b)?;
+        self.seconds.operate += start.elapsed().as_secs_f64();
+        Ok(image)
+    }
+}

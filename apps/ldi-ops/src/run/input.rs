@@ -1,0 +1,264 @@
+//! Reading, placing and checking the inputs of a job.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use glam::{DAffine3, DVec3};
+use ldi_ops::grid::{Grid, LatticeSolid};
+use ldi_ops::mesh::check::{MeshReport, check};
+use ldi_ops::mesh::io::{self, Format, MeshFile, ReadError, ReadNote};
+use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, NotClosed, TriangleMesh};
+use ldi_ops::sampler::Fill;
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+
+use crate::exit::Failure;
+use crate::report::Warning;
+use crate::resolve::{Input, Openness};
+use crate::transform::Placement;
+use crate::unit;
+
+/// An input that may be sampled, with what is known of it.
+pub struct Solid {
+    /// The path as it was given.
+    pub path: PathBuf,
+    pub surface: Surface,
+    /// The unit of the coordinates, where the file or the user says it.
+    pub unit: Option<LengthUnit>,
+    /// The signed volume of the mesh itself, placed.
+    pub volume: f64,
+    /// The hash of the file, where JSON is asked for.
+    pub sha256: Option<String>,
+}
+
+/// A mesh and what the check said of it.
+pub enum Surface {
+    Closed(ClosedMesh),
+    /// Sampled because the user wishes it.
+    Open {
+        mesh: TriangleMesh,
+        bounds: Aabb,
+    },
+}
+
+impl Solid {
+    /// The file's name, for messages.
+    pub fn name(&self) -> impl std::fmt::Display + '_ {
+        self.path.display()
+    }
+
+    pub fn mesh(&self) -> &TriangleMesh {
+        match &self.surface {
+            Surface::Closed(closed) => closed.mesh(),
+            Surface::Open { mesh, .. } => mesh,
+        }
+    }
+
+    pub fn bounds(&self) -> Aabb {
+        match &self.surface {
+            Surface::Closed(closed) => closed.bounds(),
+            Surface::Open { bounds, .. } => *bounds,
+        }
+    }
+
+    pub fn is_closed(&self) -> bool {
+        matches!(self.surface, Surface::Closed(_))
+    }
+
+    /// An open mesh is not oriented: its open edges are used in one direction alone.
+    pub fn is_oriented(&self) -> bool {
+        matches!(&self.surface, Surface::Closed(closed) if closed.oriented())
+    }
+
+    /// Snaps the solid to a grid that was laid around it.
+    pub fn quantise(&self, grid: &Grid) -> Result<LatticeSolid<'_>, Failure> {
+        let lattice = match &self.surface {
+            Surface::Closed(closed) => grid.quantise(closed),
+            Surface::Open { mesh, .. } => grid.quantise_open(mesh),
+        };
+        lattice.map_err(|error| Failure::input(format!("{}: {error}", self.name())))
+    }
+}
+
+/// What the inputs of one job must satisfy.
+#[derive(Clone, Copy)]
+pub struct Demands {
+    /// The unit of files that state none.
+    pub unit: Option<LengthUnit>,
+    pub openness: Openness,
+    pub fill: Fill,
+    /// Whether hashes are wanted.
+    pub provenance: Provenance,
+}
+
+/// Whether the files are hashed; that costs as much as reading them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Provenance {
+    Hashed,
+    NotWanted,
+}
+
+/// A file that was read, not yet placed or checked.
+pub struct ReadMesh {
+    pub file: MeshFile,
+    pub sha256: Option<String>,
+}
+
+/// Reads a mesh file.
+pub fn read(path: &Path, provenance: Provenance) -> Result<ReadMesh, Failure> {
+    let parsed = || -> Result<_, ReadError> {
+        let format = Format::from_path(path)?;
+        let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.to_path_buf(), source })?;
+        let hash = || match provenance {
+            Provenance::Hashed => Some(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect()),
+            Provenance::NotWanted => None,
+        };
+        let (file, sha256) = rayon::join(|| io::parse(&bytes, format, path), hash);
+        Ok(ReadMesh { file: file?, sha256 })
+    };
+    parsed().map_err(Failure::input)
+}
+
+/// What a reader had to say.
+pub fn notes(path: &Path, notes: &[ReadNote]) -> Vec<Warning> {
+    notes.iter().map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect()
+}
+
+/// Says that a file's own unit stands against the one that was given.
+pub fn unit_ignored(path: &Path, own: Option<LengthUnit>, given: Option<LengthUnit>) -> Option<Warning> {
+    let (own, given) = (own?, given?);
+    let message = format!(
+        "{}: --unit{} is for files without a unit, and this one states{}",
+        path.display(),
+        unit::suffix(Some(given), 1),
+        unit::suffix(Some(own), 1)
+    );
+    (own != given).then(|| Warning::new("unit-ignored", message))
+}
+
+/// Reads, places and checks all inputs, and brings them to one unit.
+pub fn solids(inputs: &[Input], demands: Demands) -> Result<(Vec<Solid>, Vec<Warning>), Failure> {
+    let loaded: Vec<_> = inputs.par_iter().map(|input| solid(input, demands)).collect();
+    let (mut solids, mut warnings) = (Vec::new(), Vec::new());
+    for loaded in loaded {
+        let (solid, said) = loaded?;
+        solids.push(solid);
+        warnings.extend(said);
+    }
+    let unitless: Vec<String> =
+        solids.iter().filter(|solid| solid.unit.is_none()).map(|solid| solid.name().to_string()).collect();
+    let common = solids.iter().find_map(|solid| solid.unit);
+    if !unitless.is_empty() {
+        let taken = match common {
+            Some(unit) => format!("lengths are taken to be in{} as in the other file", unit::suffix(Some(unit), 1)),
+            None => "lengths are in file units, whatever they are".to_owned(),
+        };
+        let files = unitless.join(", ");
+        warnings.push(Warning::new("unit-assumed", format!("{files}: no unit is stated; {taken}; --unit tells it")));
+    }
+    if let Some(common) = common {
+        for solid in &mut solids {
+            let own = solid.unit.replace(common).unwrap_or(common);
+            if own != common {
+                let (name, own_name, common_name) =
+                    (solid.name().to_string(), unit::suffix(Some(own), 1), unit::suffix(Some(common), 1));
+                scale(solid, unit::factor(own, common), demands)?;
+                let message = format!("{name}: converted from{own_name} to{common_name}, the unit of the first file");
+                warnings.push(Warning::new("unit-converted", message));
+            }
+        }
+    }
+    Ok((solids, warnings))
+}
+
+/// Reads, places and checks one input.
+fn solid(input: &Input, demands: Demands) -> Result<(Solid, Vec<Warning>), Failure> {
+    let ReadMesh { file, sha256 } = read(&input.path, demands.provenance)?;
+    let MeshFile { mut mesh, unit, notes: said } = file;
+    let mut warnings = notes(&input.path, &said);
+    warnings.extend(unit_ignored(&input.path, unit, demands.unit));
+    if let Some(Placement { map }) = &input.placement {
+        mesh.transform(map);
+    }
+    let surface = surface(mesh, &input.path, demands)?;
+    let volume = match &surface {
+        Surface::Closed(closed) => closed.signed_volume(),
+        Surface::Open { mesh, .. } => mesh.signed_volume(),
+    };
+    let solid = Solid { path: input.path.clone(), surface, unit: unit.or(demands.unit), volume, sha256 };
+    warnings.extend(remarks(&solid, demands.fill));
+    Ok((solid, warnings))
+}
+
+/// What the check found that does not stand in the way.
+fn remarks(solid: &Solid, fill: Fill) -> Option<Warning> {
+    let name = solid.name();
+    let care = match fill {
+        Fill::EvenOdd => "the even-odd rule does not care",
+        Fill::NonZero => "the non-zero rule takes it as solid all the same",
+    };
+    match solid.is_oriented() {
+        true if solid.volume < 0.0 => Some(Warning::new(
+            "inside-out",
+            format!("{name}: the mesh is inside out (its signed volume is {:.6}); {care}", solid.volume),
+        )),
+        false if solid.is_closed() => Some(Warning::new(
+            "not-oriented",
+            format!(
+                "{name}: the triangles do not agree on what is outside, so the mesh's own volume means nothing; {care}"
+            ),
+        )),
+        _ => None,
+    }
+}
+
+/// Checks a mesh.
+fn surface(mesh: TriangleMesh, path: &Path, demands: Demands) -> Result<Surface, Failure> {
+    let name = path.display();
+    match ClosedMesh::check(mesh) {
+        Ok(closed) => match demands.fill {
+            Fill::EvenOdd if closed.every_triangle_even() => Err(Failure::input(format!(
+                "{name}: every triangle occurs an even number of times, so the even-odd rule sees nothing; use --fill \
+                 nonzero or remove the duplicates"
+            ))),
+            Fill::NonZero if !closed.oriented() => Err(Failure::input(format!(
+                "{name}: --fill nonzero needs a mesh whose triangles agree on what is outside, and this one's do not; \
+                 use even-odd\n{}",
+                defects(&check(closed.mesh()))
+            ))),
+            _ => Ok(Surface::Closed(closed)),
+        },
+        Err(NotClosed { mesh, report }) => match (demands.openness, mesh.bounds()) {
+            (Openness::Sampled, Some(bounds)) if report.bad_positions.count == 0 && report.bad_indices.count == 0 => {
+                Ok(Surface::Open { mesh, bounds })
+            }
+            (Openness::Sampled, _) => {
+                Err(Failure::input(format!("{name}: the mesh cannot be sampled even so:\n{}", defects(&report))))
+            }
+            (Openness::Refused, _) => Err(Failure::input(format!(
+                "{name}: the mesh is not closed, so it bounds no solid:\n{}\n  `ldi-ops check` tells more; --allow-open \
+                 samples it all the same",
+                defects(&report)
+            ))),
+        },
+    }
+}
+
+/// All defects, a line each.
+fn defects(report: &MeshReport) -> String {
+    let lines: Vec<String> = report.defects().iter().map(|defect| format!("  {defect}")).collect();
+    lines.join("\n")
+}
+
+/// Scales a solid and checks it anew, as coordinates may have become one or infinite.
+fn scale(solid: &mut Solid, factor: f64, demands: Demands) -> Result<(), Failure> {
+    let nothing = Surface::Open { mesh: TriangleMesh::default(), bounds: solid.bounds() };
+    let mut mesh = match std::mem::replace(&mut solid.surface, nothing) {
+        Surface::Closed(closed) => closed.into_mesh(),
+        Surface::Open { mesh, .. } => mesh,
+    };
+    mesh.transform(&DAffine3::from_scale(DVec3::splat(factor)));
+    solid.surface = surface(mesh, &solid.path, demands)?;
+    solid.volume = solid.mesh().signed_volume();
+    Ok(())
+}

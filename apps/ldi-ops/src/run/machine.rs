@@ -1,0 +1,61 @@
+//! What the operating system says of the machine and of this process; nothing where it does not say.
+
+use std::fs;
+
+use ldi_ops::grid::{Axis, Grid};
+
+use crate::exit::Failure;
+
+/// The most memory that this process has held, in bytes.
+pub fn peak_memory_bytes() -> Option<u64> {
+    kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
+}
+
+/// The name of the processor.
+pub fn cpu_name() -> Option<String> {
+    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
+}
+
+fn kibibytes(text: &str, key: &str) -> Option<u64> {
+    let rest = text.lines().find_map(|line| line.strip_prefix(key))?;
+    Some(rest.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
+}
+
+/// Rasters below this many rays are never the reason for which memory runs out.
+const SMALL: u64 = 1 << 26;
+
+/// Refuses images whose index alone would not fit, before the system ends the process for it.
+pub fn admit(grid: &Grid, axes: &[Axis]) -> Result<(), Failure> {
+    let rays = |axis: &Axis| {
+        let (columns, rows) = grid.image_size(*axis);
+        u64::from(columns) * u64::from(rows)
+    };
+    let Some(most) = axes.iter().map(rays).max().filter(|rays| *rays > SMALL) else { return Ok(()) };
+    let needed = 4 * most;
+    if most >= u64::from(u32::MAX) {
+        return Err(Failure::machine(format!(
+            "{most} rays along one axis are more than an image can hold ({})",
+            u32::MAX
+        )));
+    }
+    let free = fs::read_to_string("/proc/meminfo").ok().and_then(|text| kibibytes(&text, "MemAvailable:"));
+    match free {
+        Some(free) if needed > free => Err(Failure::machine(format!(
+            "{most} rays along one axis need {needed} bytes for their index alone, and {free} are free; ask for fewer rays"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read() {
+        assert_eq!(kibibytes("VmPeak:\t 9 kB\nVmHWM:\t    12 kB\n", "VmHWM:"), Some(12 * 1024));
+        assert_eq!(kibibytes("VmPeak:\t 9 kB\n", "VmHWM:"), None);
+    }
+}

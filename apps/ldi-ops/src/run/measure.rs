@@ -1,0 +1,332 @@
+//! `intersect`, `union`, `difference`, `xor`, `volume` and `sample`: images along the axes that were asked for, and what
+//! they integrate to.
+//!
+//! One axis is done after another, and of each image only numbers are kept unless it is to be written, so that memory is
+//! bounded by the images of one axis.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use glam::{DMat3, DVec3};
+use ldi_ops::grid::{Axis, Grid, LatticeSolid};
+use ldi_ops::integrate::{self, AxisVolume, Moments, VolumeEstimate};
+use ldi_ops::ldi::{Ldi, npz};
+use ldi_ops::mesh::LengthUnit;
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::{Fill, Mode};
+use serde::Serialize;
+
+use super::image::ImageMaker;
+use super::input::{self, Demands, Provenance, Solid};
+use super::{FillDifference, Finished, machine, say_warnings};
+use crate::exit::{Exit, Failure};
+use crate::progress::Progress;
+use crate::report::Warning;
+use crate::resolve::{Backend, Input, MeasureJob, Measurement, Spacing};
+use crate::{json, output, report};
+
+/// Everything that is known of a result.
+pub struct Measured {
+    pub measurement: Measurement,
+    pub solids: Vec<Solid>,
+    pub unit: Option<LengthUnit>,
+    pub volume: VolumeEstimate,
+    pub grid: Grid,
+    /// The most samples on a ray along x, y and z; nothing for axes that were not sampled.
+    pub layers: [Option<u32>; 3],
+    /// Samples of all axes together.
+    pub samples: u64,
+    /// Unclosed rays of all axes together.
+    pub unclosed: u64,
+    pub mode: Mode,
+    pub fill: Fill,
+    pub backend: Backend,
+    pub seconds: Seconds,
+    pub warnings: Vec<Warning>,
+    /// The file that the images were written to.
+    pub images: Option<PathBuf>,
+    /// What `volume` adds.
+    pub measures: Option<SolidMeasures>,
+    /// What a tolerance led to.
+    pub refinement: Option<Refinement>,
+}
+
+/// Area and moments of one solid.
+#[derive(Clone, Copy, Debug)]
+pub struct SolidMeasures {
+    /// Nothing where it is not known: triangles that lie inside the solid do not count, and nobody has told them apart.
+    pub area: Option<f64>,
+    /// Not a number where there is no volume.
+    pub centroid: DVec3,
+    /// About the centroid, for unit density. Not a number where there is no volume.
+    pub inertia: DMat3,
+}
+
+/// How `--tolerance` went.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Refinement {
+    /// The share of the volume that the error estimate was to be below.
+    pub asked: f64,
+    /// The share it came to; nothing where the volume is zero.
+    pub came_to: f64,
+    pub reached: bool,
+    /// Rays along the longest side in the end.
+    pub resolution: u32,
+}
+
+/// Where the time went.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Seconds {
+    pub read: f64,
+    pub sample: f64,
+    pub operate: f64,
+    pub integrate: f64,
+    pub write: f64,
+    pub total: f64,
+}
+
+/// Runs a job; `start` is when the process began.
+pub fn run(job: &MeasureJob, start: Instant, progress: &Progress) -> Result<Finished, Failure> {
+    if job.backend == Backend::Auto {
+        progress.detail("backend: cpu, as this build has no GPU sampler");
+    }
+    let mut results = match job.measurement {
+        Measurement::Volume => {
+            let each = job.inputs.iter().enumerate().map(|(i, input)| {
+                let start = if i == 0 { start } else { Instant::now() };
+                measure(job, std::slice::from_ref(input), start, progress)
+            });
+            each.collect::<Result<Vec<Measured>, Failure>>()?
+        }
+        _ => vec![measure(job, &job.inputs, start, progress)?],
+    };
+    progress.finish();
+    for measured in &mut results {
+        say_warnings(&measured.warnings, progress);
+    }
+    let stdout = json::deliver(&job.report, || json::measured(&results), || report::measured(&results))?;
+    let reached = results.iter().all(|measured| measured.refinement.is_none_or(|refinement| refinement.reached));
+    Ok(Finished { stdout, exit: if reached { Exit::Done } else { Exit::CheckFalse } })
+}
+
+/// Measures what the inputs make together.
+fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progress) -> Result<Measured, Failure> {
+    let mut seconds = Seconds::default();
+    progress.stage("reading");
+    let reading = Instant::now();
+    let demands = Demands {
+        unit: job.unit,
+        openness: job.openness,
+        fill: job.fill,
+        provenance: if job.report.has_json() { Provenance::Hashed } else { Provenance::NotWanted },
+    };
+    let (solids, mut warnings) = input::solids(inputs, demands)?;
+    seconds.read = reading.elapsed().as_secs_f64();
+    progress.detail(format_args!("read in {:.4} s", seconds.read));
+
+    let checking = Instant::now();
+    let fills: Vec<Option<FillDifference>> = solids.iter().map(FillDifference::of).collect::<Result<_, _>>()?;
+    for (solid, difference) in solids.iter().zip(&fills) {
+        warnings.extend(difference.and_then(|difference| difference.warning(solid, job.fill)));
+    }
+    seconds.sample += checking.elapsed().as_secs_f64();
+    progress.detail(format_args!("fill rules compared in {:.4} s", seconds.sample));
+
+    let mut round = |spacing| sample_round(job, &solids, spacing, &mut seconds, progress);
+    let (round, refinement) = match job.spacing {
+        Spacing::Tolerance(tolerance) => {
+            let (round, refinement) = refine(tolerance, &mut round)?;
+            let words = format!(
+                "--tolerance {} %: {} with {} rays along the longest side, where the estimate is {:.4} % of the volume",
+                100.0 * tolerance,
+                if refinement.reached { "reached" } else { "not reached" },
+                refinement.resolution,
+                100.0 * refinement.came_to,
+            );
+            match refinement.reached {
+                true => progress.note(words),
+                false => warnings.push(Warning::new("tolerance-not-reached", words)),
+            }
+            (round, Some(refinement))
+        }
+        spacing => (round(spacing)?, None),
+    };
+
+    let measures = (job.measurement == Measurement::Volume).then(|| {
+        let overlaps = fills[0].is_none_or(|difference| difference.is_noteworthy());
+        let area = match job.fill {
+            Fill::NonZero if overlaps => {
+                let message = format!(
+                    "{}: some triangles lie inside the solid, so the area of its surface is not known",
+                    solids[0].name()
+                );
+                warnings.push(Warning::new("area-unknown", message));
+                None
+            }
+            _ => Some(solids[0].mesh().area()),
+        };
+        let (centroid, inertia) = mean_moments(&round.moments);
+        SolidMeasures { area, centroid, inertia }
+    });
+    warnings.extend(open_warning(&solids, &round));
+
+    if let Some(path) = &job.images {
+        progress.stage("writing");
+        let writing = Instant::now();
+        output::replace(path, |file| npz::write(&round.images, file).map_err(std::io::Error::other))?;
+        seconds.write += writing.elapsed().as_secs_f64();
+    }
+    seconds.total = start.elapsed().as_secs_f64();
+    let mut measured = Measured {
+        measurement: job.measurement,
+        unit: solids[0].unit,
+        volume: VolumeEstimate::from_axes(&round.volumes),
+        grid: round.grid,
+        layers: round.layers,
+        samples: round.samples,
+        unclosed: round.unclosed.iter().map(|(_, rays)| rays).sum(),
+        mode: job.mode,
+        fill: job.fill,
+        backend: job.backend,
+        seconds,
+        warnings,
+        images: job.images.clone(),
+        measures,
+        refinement,
+        solids,
+    };
+    measured.warnings.extend(not_finite(&measured));
+    Ok(measured)
+}
+
+/// What the images of one grid gave.
+struct Round {
+    grid: Grid,
+    volumes: Vec<AxisVolume>,
+    moments: Vec<Moments>,
+    layers: [Option<u32>; 3],
+    samples: u64,
+    unclosed: Vec<(Axis, u64)>,
+    images: Vec<Ldi>,
+}
+
+/// Lays a grid and samples along every axis that was asked for.
+fn sample_round(
+    job: &MeasureJob,
+    solids: &[Solid],
+    spacing: Spacing,
+    seconds: &mut Seconds,
+    progress: &Progress,
+) -> Result<Round, Failure> {
+    let quantising = Instant::now();
+    let bounds = solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("a job has an input");
+    let grid = match spacing {
+        Spacing::Resolution(rays) => Grid::with_resolution(bounds, rays, job.lod),
+        Spacing::Pitch(pitch) => Grid::with_pitch(bounds, pitch, job.lod),
+        Spacing::Tolerance(_) => unreachable!("refinement asks for resolutions"),
+    };
+    let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
+    let grid = grid.map_err(|error| Failure::input(format!("{}: {error}", names.join(", "))))?;
+    machine::admit(&grid, &job.axes)?;
+    let lattice: Vec<LatticeSolid> = solids.iter().map(|solid| solid.quantise(&grid)).collect::<Result<_, _>>()?;
+    seconds.sample += quantising.elapsed().as_secs_f64();
+
+    let [x, y, z] = grid.rays();
+    progress.expect(job.axes.len());
+    let mut round = Round {
+        grid,
+        volumes: Vec::new(),
+        moments: Vec::new(),
+        layers: [None; 3],
+        samples: 0,
+        unclosed: Vec::new(),
+        images: Vec::new(),
+    };
+    for &axis in &job.axes {
+        progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()));
+        let sampler = CpuSampler::default();
+        let mut maker = ImageMaker { sampler: &sampler, mode: job.mode, fill: job.fill, seconds };
+        let image = maker.image(job.measurement, &lattice, axis)?;
+        let integrating = Instant::now();
+        round.volumes.push(AxisVolume::of(&image));
+        if job.measurement == Measurement::Volume {
+            round.moments.push(integrate::moments(&image));
+        }
+        round.layers[axis.depth()] = Some(image.layers());
+        round.samples += image.depths().len() as u64;
+        round.unclosed.push((axis, image.unclosed().len() as u64));
+        seconds.integrate += integrating.elapsed().as_secs_f64();
+        if job.images.is_some() {
+            round.images.push(image);
+        }
+        progress.step();
+    }
+    progress.detail(format_args!("{x} × {y} × {z} rays: sampled by {:.4} s", seconds.sample));
+    Ok(round)
+}
+
+/// Resolutions that a tolerance starts from and ends at.
+const COARSEST: u32 = 128;
+const FINEST: u32 = 4096;
+
+/// A volume of zero is not believed before this resolution, as a small solid slips between few rays.
+const ZERO_IS_CREDIBLE: u32 = 1024;
+
+/// Doubles the resolution until the error estimate is within the tolerance.
+fn refine(
+    tolerance: f64,
+    round: &mut impl FnMut(Spacing) -> Result<Round, Failure>,
+) -> Result<(Round, Refinement), Failure> {
+    let mut resolution = COARSEST;
+    loop {
+        let result = round(Spacing::Resolution(resolution))?;
+        let volume = VolumeEstimate::from_axes(&result.volumes);
+        let reached = match volume.value == 0.0 {
+            true => volume.error == 0.0 && resolution >= ZERO_IS_CREDIBLE,
+            false => volume.error <= tolerance * volume.value.abs(),
+        };
+        if reached || resolution >= FINEST {
+            let came_to = if volume.error == 0.0 { 0.0 } else { volume.error / volume.value.abs() };
+            return Ok((result, Refinement { asked: tolerance, came_to, reached, resolution }));
+        }
+        resolution *= 2;
+    }
+}
+
+/// The mean over the images along different axes.
+fn mean_moments(moments: &[Moments]) -> (DVec3, DMat3) {
+    let share = 1.0 / moments.len() as f64;
+    let centroid = moments.iter().map(|m| m.centroid * share).sum();
+    let inertia = moments.iter().fold(DMat3::ZERO, |sum, m| sum + m.inertia * share);
+    (centroid, inertia)
+}
+
+/// How many rays did not close, where a mesh was let through although it is open.
+fn open_warning(solids: &[Solid], round: &Round) -> Option<Warning> {
+    let open: Vec<String> = solids.iter().filter(|s| !s.is_closed()).map(|s| s.name().to_string()).collect();
+    if open.is_empty() {
+        return None;
+    }
+    let each = round.unclosed.iter().map(|&(axis, unclosed)| {
+        let (columns, rows) = round.grid.image_size(axis);
+        format!("{unclosed} of {} along {}", u64::from(columns) * u64::from(rows), axis.name())
+    });
+    let rays = each.collect::<Vec<_>>().join(", ");
+    let message = format!("{}: not closed; rays that did not close count as empty: {rays}", open.join(", "));
+    Some(Warning::new("open", message))
+}
+
+/// Names the results that are beyond the numbers, as JSON holds null in their place.
+fn not_finite(measured: &Measured) -> Option<Warning> {
+    let volume = [("volume", measured.volume.value), ("error estimate", measured.volume.error)];
+    let measures = measured.measures.iter().flat_map(|m| {
+        let inertia = m.inertia.to_cols_array().into_iter().sum();
+        [("area", m.area.unwrap_or(0.0)), ("centroid", m.centroid.element_sum()), ("inertia", inertia)]
+    });
+    let inputs = measured.solids.iter().map(|solid| ("volume of an input's mesh", solid.volume));
+    let names: Vec<&str> =
+        volume.into_iter().chain(measures).chain(inputs).filter(|(_, v)| !v.is_finite()).map(|(n, _)| n).collect();
+    let why = if measured.volume.value == 0.0 { "as there is no volume" } else { "being beyond the range of f64" };
+    let message = format!("not a finite number, {why}: {}", names.join(", "));
+    (!names.is_empty()).then(|| Warning::new("not-finite", message))
+}

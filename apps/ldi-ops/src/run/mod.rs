@@ -1,0 +1,67 @@
+//! Jobs, one module a kind, and what they share: reading inputs ([`input`]) and measuring images ([`image`]).
+
+mod check;
+mod convert;
+mod devices;
+mod fill;
+mod generate;
+mod image;
+mod input;
+mod machine;
+mod measure;
+
+use std::time::Instant;
+
+use ldi_ops::mesh::io::WriteError;
+
+use crate::exit::{Exit, Failure};
+use crate::progress::Progress;
+use crate::report::Warning;
+use crate::resolve::{Invocation, Job};
+
+pub use check::Checked;
+pub use convert::Converted;
+pub use devices::Devices;
+pub use fill::FillDifference;
+pub use generate::Generated;
+pub use input::Solid;
+pub use machine::{cpu_name, peak_memory_bytes};
+pub use measure::Measured;
+
+/// A job that ran to its end.
+pub struct Finished {
+    /// The result, for stdout.
+    pub stdout: String,
+    pub exit: Exit,
+}
+
+/// Runs a job; `start` is when the process began.
+pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Failure> {
+    if let Some(threads) = invocation.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global();
+        pool.map_err(|error| Failure::machine(format!("--threads {threads}: {error}")))?;
+    }
+    let progress = Progress::new(invocation.verbosity);
+    match invocation.job {
+        Job::Measure(job) => measure::run(&job, start, &progress),
+        Job::Check(job) => check::run(&job, &progress),
+        Job::Convert(job) => convert::run(&job, &progress),
+        Job::Generate(job) => generate::run(&job, &progress),
+        Job::Devices(job) => devices::run(&job),
+    }
+}
+
+/// Says all warnings on stderr.
+fn say_warnings(warnings: &[Warning], progress: &Progress) {
+    for warning in warnings {
+        progress.warn(&warning.message);
+    }
+}
+
+/// A mesh could not be written.
+fn write_failure(error: WriteError) -> Failure {
+    match &error {
+        WriteError::Io { path, source } => Failure::output(path, source),
+        _ => Failure::input(error),
+    }
+}
