@@ -29,7 +29,7 @@ const EXAMPLES: &str = "\
 Examples:
   ldi-ops intersect scaffold.stl bone.stl --unit mm        their common volume
   ldi-ops volume part.3mf --tolerance 0.1%                 refine until the estimate is below 0.1 %
-  ldi-ops check part.stl                                   is it a solid? all defects; exit code 1 if not
+  ldi-ops check part.stl                                   is it a solid? exit code 1 if not
 
 `ldi-ops COMMAND --help` tells a command's flags.";
 
@@ -38,15 +38,16 @@ Examples:
   ldi-ops intersect scaffold.stl bone.stl --unit mm        their common volume
   ldi-ops difference block.stl drill.stl --transform-b 'rotate(1,0,0,90) translate(0,5,0)'
   ldi-ops volume part.3mf --tolerance 0.1%                 refine until the estimate is below 0.1 %
-  ldi-ops volume struts.stl --fill nonzero                 overlapping shells unite instead of cancelling
+  ldi-ops volume struts.stl --fill nonzero                 overlapping shells unite
   ldi-ops sample part.stl --axis z -o part.npz             the image, for numpy
-  ldi-ops check part.stl                                   is it a solid? all defects; exit code 1 if not
+  ldi-ops check part.stl                                   is it a solid? exit code 1 if not
   ldi-ops generate gyroid --cells 4 -o gyroid.stl
 
-Meshes are read from .stl, .obj, .ply, .off, .gltf, .glb and .3mf. The result goes to stdout, as text or with `--json -`
-as JSON; everything else goes to stderr.
+Meshes are read from .stl, .obj, .ply, .off, .gltf, .glb and .3mf. The result goes to stdout, as
+text or with `--json -` as JSON; everything else goes to stderr.
 
-Exit codes: 0 done; 1 a check that was asked for is false; 2 usage or input; 3 machine (memory, device).";
+Exit codes: 0 done; 1 a check that was asked for is false; 2 usage or input; 3 machine (memory,
+device).";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -95,7 +96,8 @@ Examples:
   ldi-ops intersect a.stl b.stl --axis z --mode exact --resolution 1024 --json -
   ldi-ops intersect a.stl b.stl --transform-b 'translate(1,0,0) rotate(0,0,1,30)' -o common.npz
 
-The grid is laid around the box of both solids. `inputs[].volume` in the JSON is the signed volume of the mesh itself.";
+The grid is laid around the box of both solids. `inputs[].volume` in the JSON is the signed volume
+of the mesh itself.";
 
 #[derive(Debug, Args)]
 #[command(after_help = LIST_EXAMPLES)]
@@ -121,8 +123,9 @@ Examples:
   ldi-ops difference block.stl drill.stl --transform-b 'translate(0,0,2)'
   ldi-ops xor a.stl b.stl --axis all --json result.json
 
-With more than two solids the operation is done from left to right: A − B − C, A xor B xor C. The grid is laid around the
-box of all. An over-estimate of a difference takes under-estimates away, so that it stays an over-estimate.";
+With more than two solids the operation is done from left to right: A − B − C, A xor B xor C. The
+grid is laid around the box of all. An over-estimate of a difference takes under-estimates away, so
+that it stays an over-estimate.";
 
 #[derive(Debug, Args)]
 #[command(after_help = VOLUME_EXAMPLES)]
@@ -144,10 +147,10 @@ Examples:
   ldi-ops volume part.stl --tolerance 0.1%
   ldi-ops volume *.stl --json volumes.json
 
-JSON: for one file the object of the schema, for several {\"schema\", \"command\", \"results\": [object, …]}. `volume` adds
-to the common keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3 tensor about the centroid, unit density).
-The area is that of the mesh's triangles under even-odd; under nonzero it is null where shells overlap, as then some of
-the triangles lie inside the solid.";
+JSON: for one file the object of the schema, for several {\"schema\", \"command\", \"results\": [object,
+…]}. `volume` adds to the common keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3
+tensor about the centroid, unit density). The area is found from the hits of rays along all three
+axes, so that triangles inside the solid do not count.";
 
 #[derive(Debug, Args)]
 #[command(after_help = SAMPLE_LAYOUT)]
@@ -172,21 +175,24 @@ Examples:
 
 Arrays in the file, for one axis:
   axis      '<U1' ()         x, y or z: the direction of the rays
-  offsets   uint32 (n + 1,)  samples of ray r are depths[offsets[r]:offsets[r+1]], with r = row · columns + column
-  depths    int32            sorted; [depths[2i], depths[2i+1]) is inside; in lattice steps from the near end of the grid
-  unclosed  uint32           rays that did not close; they have no samples
+  offsets   uint32 (n + 1,)  ray r = row · columns + column has depths[offsets[r]:offsets[r+1]]
+  depths    int32            sorted, in lattice steps from the near end of the grid;
+                             [depths[2i], depths[2i+1]) is inside
+  unclosed  uint32           rays that did not close; they have no depths
   origin    float64 (3,)     world position of the grid's corner
   pitch     float64 ()       distance of neighbouring rays; ray i lies at origin + (i + 0.5) · pitch
   step      float64 ()       length of a lattice step: pitch / 2**shift
   rays      uint32 (3,)      pixels along x, y and z
-  shift, lod  uint32 ()      pitch in lattice steps, as a power of two; LOD-C
-Columns and rows run along the other two axes in increasing order: x → (y, z), y → (x, z), z → (x, y).
-With --axis all, `axis` is ['x', 'y', 'z'], and offsets, depths and unclosed become offsets_x, depths_x, unclosed_x and so
-on for y and z.
+  shift     uint32 ()        pitch in lattice steps, as a power of two
+  lod       uint32 ()        LOD-C
+Columns and rows run along the other two axes in increasing order: x → (y, z), y → (x, z),
+z → (x, y). With --axis all, `axis` is ['x', 'y', 'z'], and offsets, depths and unclosed become
+offsets_x, depths_x, unclosed_x and so on for y and z.
 
   import numpy as np
-  a = np.load('part.npz')                                   # --axis z
-  volume = (a['depths'][1::2].astype(int) - a['depths'][0::2]).sum() * a['step'] * a['pitch']**2";
+  a = np.load('part.npz')                                          # --axis z
+  inside = (a['depths'][1::2] - a['depths'][0::2]).sum(dtype=np.int64)
+  volume = inside * a['step'] * a['pitch']**2";
 
 #[derive(Debug, Args)]
 #[command(after_help = CHECK_EXAMPLES)]
@@ -206,8 +212,8 @@ Examples:
   ldi-ops check part.stl
   ldi-ops check *.stl --json report.json
 
-A mesh is a solid when every edge has an even number of uses, identical coordinates being one vertex, every index is in
-range and every coordinate is a number. Exit code 1 if any of the meshes is none.
+Exit code 1 if any of the meshes has a defect that is an error. To be sampled a mesh need only be
+closed: every edge has an even number of uses, identical coordinates being one vertex.
 JSON: {\"schema\", \"command\", \"results\": [{\"path\", \"solid\", …}]}, in the order of the files.";
 
 #[derive(Debug, Args)]
@@ -382,8 +388,8 @@ Examples:
   ldi-ops generate bcc --form overlapping --radius 0.6 -o struts.stl
   ldi-ops generate bone --length 120 -o bone.obj
 
-Lengths are millimetres, and all solids are closed and face outwards. `ldi-ops generate KIND --help` tells a kind's
-parameters and their defaults. Files are written as .stl or .obj.";
+Lengths are millimetres, and all solids are closed and face outwards. `ldi-ops generate KIND --help`
+tells a kind's parameters and their defaults. Files are written as .stl or .obj.";
 
 /// Names by which people may look for a kind that has another.
 const ALIASES: [(&str, &[&str]); 4] =

@@ -55,10 +55,7 @@ fn one_measured(result: &Measured) -> String {
     let (value, error) = estimate(result.volume.value, result.volume.error);
     table.line(result.measurement.command(), format_args!("{value} ± {error}{cubed}"));
     if let Some(measures) = &result.measures {
-        match measures.area {
-            Some(area) => table.line("area", format_args!("{}{}", number(area), unit::suffix(result.unit, 2))),
-            None => table.line("area", "not known: some triangles lie inside the solid"),
-        }
+        table.line("area", format_args!("{}{}", number(measures.area), unit::suffix(result.unit, 2)));
         if measures.centroid.is_finite() {
             table.line("centroid", format_args!("{}{length}", vector(measures.centroid)));
             for (i, row) in [0, 1, 2].map(|row| measures.inertia.row(row)).into_iter().enumerate() {

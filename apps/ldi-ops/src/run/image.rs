@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use ldi_ops::boolean::{BooleanOperation, merge};
 use ldi_ops::grid::{Axis, LatticeSolid};
+use ldi_ops::integrate;
 use ldi_ops::ldi::Ldi;
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 
@@ -11,34 +12,46 @@ use super::measure::Seconds;
 use crate::exit::Failure;
 use crate::resolve::Measurement;
 
-/// Makes images and keeps the time that goes into sampling and into operations.
+/// Makes images along one axis, and keeps what else they tell.
 pub struct ImageMaker<'a, S: Sampler> {
     pub sampler: &'a S,
+    pub axis: Axis,
     pub mode: Mode,
     pub fill: Fill,
+    /// The time that goes into sampling and into operations is added here.
     pub seconds: &'a mut Seconds,
+    /// The volume of every solid that was sampled on its own, by its place among the inputs.
+    pub whole: Vec<Option<f64>>,
 }
 
 impl<S: Sampler> ImageMaker<'_, S> {
-    /// The image of the measured solid along `axis`. With estimates, an over-estimate takes under-estimates away.
-    pub fn image(&mut self, measurement: Measurement, solids: &[LatticeSolid], axis: Axis) -> Result<Ldi, Failure> {
+    /// The image of the measured solid. With estimates, an over-estimate takes under-estimates away.
+    pub fn image(&mut self, measurement: Measurement, solids: &[LatticeSolid]) -> Result<Ldi, Failure> {
         let operation = match measurement {
-            Measurement::Volume | Measurement::Sample => return self.sample(&solids[0], axis, self.mode),
+            // The exact image of a surface is that of the solid, with the triangles that its area is found from.
+            Measurement::Volume if self.mode == Mode::Exact => {
+                let start = Instant::now();
+                let image = self.sampler.sample_surface(&solids[0], self.axis, self.fill)?;
+                self.seconds.sample += start.elapsed().as_secs_f64();
+                self.whole[0] = Some(integrate::volume(&image));
+                return Ok(image);
+            }
+            Measurement::Volume | Measurement::Sample => return self.sample(solids, 0, self.mode),
             Measurement::Boolean(operation) => operation,
         };
         match (operation, self.mode, solids) {
             (BooleanOperation::Intersection, Mode::Estimate(estimate), [a, b]) => {
                 let start = Instant::now();
-                let image = self.sampler.sample_intersection(a, b, axis, estimate, self.fill)?;
+                let image = self.sampler.sample_intersection(a, b, self.axis, estimate, self.fill)?;
                 self.seconds.sample += start.elapsed().as_secs_f64();
                 Ok(image)
             }
-            (BooleanOperation::Xor, Mode::Estimate(_), _) => self.estimate_xor(solids, axis),
+            (BooleanOperation::Xor, Mode::Estimate(_), _) => self.estimate_xor(solids),
             (operation, mode, _) => {
                 let taken = if operation == BooleanOperation::Difference { mode.opposite() } else { mode };
-                let mut result = self.sample(&solids[0], axis, mode)?;
-                for solid in &solids[1..] {
-                    let other = self.sample(solid, axis, taken)?;
+                let mut result = self.sample(solids, 0, mode)?;
+                for i in 1..solids.len() {
+                    let other = self.sample(solids, i, taken)?;
                     result = self.merge(operation, &result, &other)?;
                 }
                 Ok(result)
@@ -49,11 +62,11 @@ impl<S: Sampler> ImageMaker<'_, S> {
     /// An estimate of A xor B as (A − B) ∪ (B − A), each difference with the opposite estimate of what it takes away.
     ///
     /// Of what lies to the left both estimates are carried along, as either is taken away from the next solid.
-    fn estimate_xor(&mut self, solids: &[LatticeSolid], axis: Axis) -> Result<Ldi, Failure> {
+    fn estimate_xor(&mut self, solids: &[LatticeSolid]) -> Result<Ldi, Failure> {
         let modes = [self.mode, self.mode.opposite()];
-        let mut left = [self.sample(&solids[0], axis, modes[0])?, self.sample(&solids[0], axis, modes[1])?];
-        for (i, solid) in solids.iter().enumerate().skip(1) {
-            let right = [self.sample(solid, axis, modes[0])?, self.sample(solid, axis, modes[1])?];
+        let mut left = [self.sample(solids, 0, modes[0])?, self.sample(solids, 0, modes[1])?];
+        for i in 1..solids.len() {
+            let right = [self.sample(solids, i, modes[0])?, self.sample(solids, i, modes[1])?];
             let wanted = self.merge_xor([&left[0], &left[1]], [&right[0], &right[1]])?;
             if i + 1 == solids.len() {
                 return Ok(wanted);
@@ -72,10 +85,13 @@ impl<S: Sampler> ImageMaker<'_, S> {
         self.merge(BooleanOperation::Union, &left_alone, &right_alone)
     }
 
-    fn sample(&mut self, solid: &LatticeSolid, axis: Axis, mode: Mode) -> Result<Ldi, Failure> {
+    fn sample(&mut self, solids: &[LatticeSolid], i: usize, mode: Mode) -> Result<Ldi, Failure> {
         let start = Instant::now();
-        let image = self.sampler.sample(solid, axis, mode, self.fill)?;
+        let image = self.sampler.sample(&solids[i], self.axis, mode, self.fill)?;
         self.seconds.sample += start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        self.whole[i].get_or_insert_with(|| integrate::volume(&image));
+        self.seconds.integrate += start.elapsed().as_secs_f64();
         Ok(image)
     }
 

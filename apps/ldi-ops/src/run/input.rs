@@ -1,6 +1,5 @@
 //! Reading, placing and checking the inputs of a job.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DVec3};
@@ -12,6 +11,7 @@ use ldi_ops::sampler::Fill;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
+use super::bytes;
 use crate::exit::Failure;
 use crate::report::Warning;
 use crate::resolve::{Input, Openness};
@@ -108,7 +108,7 @@ pub struct ReadMesh {
 pub fn read(path: &Path, provenance: Provenance) -> Result<ReadMesh, Failure> {
     let parsed = || -> Result<_, ReadError> {
         let format = Format::from_path(path)?;
-        let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.to_path_buf(), source })?;
+        let bytes = bytes::of_file(path).map_err(|source| ReadError::Io { path: path.to_path_buf(), source })?;
         let hash = || match provenance {
             Provenance::Hashed => Some(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect()),
             Provenance::NotWanted => None,

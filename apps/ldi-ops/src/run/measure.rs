@@ -13,12 +13,13 @@ use ldi_ops::integrate::{self, AxisVolume, Moments, VolumeEstimate};
 use ldi_ops::ldi::{Ldi, npz};
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Fill, Mode};
+use ldi_ops::sampler::{Fill, Mode, Sampler};
 use serde::Serialize;
 
+use super::fill::FillDifference;
 use super::image::ImageMaker;
 use super::input::{self, Demands, Provenance, Solid};
-use super::{FillDifference, Finished, machine, say_warnings};
+use super::{Finished, machine, say_warnings};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
 use crate::report::Warning;
@@ -54,8 +55,8 @@ pub struct Measured {
 /// Area and moments of one solid.
 #[derive(Clone, Copy, Debug)]
 pub struct SolidMeasures {
-    /// Nothing where it is not known: triangles that lie inside the solid do not count, and nobody has told them apart.
-    pub area: Option<f64>,
+    /// Of the surface of the solid: triangles inside it do not count.
+    pub area: f64,
     /// Not a number where there is no volume.
     pub centroid: DVec3,
     /// About the centroid, for unit density. Not a number where there is no volume.
@@ -124,14 +125,6 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
     seconds.read = reading.elapsed().as_secs_f64();
     progress.detail(format_args!("read in {:.4} s", seconds.read));
 
-    let checking = Instant::now();
-    let fills: Vec<Option<FillDifference>> = solids.iter().map(FillDifference::of).collect::<Result<_, _>>()?;
-    for (solid, difference) in solids.iter().zip(&fills) {
-        warnings.extend(difference.and_then(|difference| difference.warning(solid, job.fill)));
-    }
-    seconds.sample += checking.elapsed().as_secs_f64();
-    progress.detail(format_args!("fill rules compared in {:.4} s", seconds.sample));
-
     let mut round = |spacing| sample_round(job, &solids, spacing, &mut seconds, progress);
     let (round, refinement) = match job.spacing {
         Spacing::Tolerance(tolerance) => {
@@ -152,22 +145,23 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
         spacing => (round(spacing)?, None),
     };
 
-    let measures = (job.measurement == Measurement::Volume).then(|| {
-        let overlaps = fills[0].is_none_or(|difference| difference.is_noteworthy());
-        let area = match job.fill {
-            Fill::NonZero if overlaps => {
-                let message = format!(
-                    "{}: some triangles lie inside the solid, so the area of its surface is not known",
-                    solids[0].name()
-                );
-                warnings.push(Warning::new("area-unknown", message));
-                None
-            }
-            _ => Some(solids[0].mesh().area()),
-        };
-        let (centroid, inertia) = mean_moments(&round.moments);
-        SolidMeasures { area, centroid, inertia }
-    });
+    let comparing = Instant::now();
+    for (solid, sampled) in solids.iter().zip(&round.whole) {
+        let difference = FillDifference::of(solid, *sampled, job.fill)?;
+        warnings.extend(difference.and_then(|difference| difference.warning(solid, job.fill)));
+    }
+    let compared = comparing.elapsed().as_secs_f64();
+    seconds.sample += compared;
+    progress.detail(format_args!("fill rules compared in {compared:.4} s"));
+
+    let measures = match job.measurement {
+        Measurement::Volume => {
+            let (centroid, inertia) = mean_moments(&round.moments);
+            let area = surface_area(job, &solids[0], &round, &mut seconds, progress)?;
+            Some(SolidMeasures { area, centroid, inertia })
+        }
+        _ => None,
+    };
     warnings.extend(open_warning(&solids, &round));
 
     if let Some(path) = &job.images {
@@ -208,6 +202,10 @@ struct Round {
     samples: u64,
     unclosed: Vec<(Axis, u64)>,
     images: Vec<Ldi>,
+    /// Volumes of inputs that were sampled on their own.
+    whole: Vec<Option<f64>>,
+    /// What the images along x, y and z add to the area, where they tell.
+    areas: [Option<f64>; 3],
 }
 
 /// Lays a grid and samples along every axis that was asked for.
@@ -241,13 +239,21 @@ fn sample_round(
         samples: 0,
         unclosed: Vec::new(),
         images: Vec::new(),
+        whole: Vec::new(),
+        areas: [None; 3],
     };
     for &axis in &job.axes {
         progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()));
         let sampler = CpuSampler::default();
-        let mut maker = ImageMaker { sampler: &sampler, mode: job.mode, fill: job.fill, seconds };
-        let image = maker.image(job.measurement, &lattice, axis)?;
+        let whole = vec![None; solids.len()];
+        let mut maker = ImageMaker { sampler: &sampler, axis, mode: job.mode, fill: job.fill, seconds, whole };
+        let image = maker.image(job.measurement, &lattice)?;
+        round.whole = maker.whole;
         let integrating = Instant::now();
+        if job.measurement == Measurement::Volume && job.mode == Mode::Exact {
+            let area = integrate::area_along(&image, |triangle| lattice[0].facing(triangle, axis));
+            round.areas[axis.depth()] = Some(area);
+        }
         round.volumes.push(AxisVolume::of(&image));
         if job.measurement == Measurement::Volume {
             round.moments.push(integrate::moments(&image));
@@ -263,6 +269,39 @@ fn sample_round(
     }
     progress.detail(format_args!("{x} × {y} × {z} rays: sampled by {:.4} s", seconds.sample));
     Ok(round)
+}
+
+/// Rays along the longest side with which an area is found if the image has more: the error of a sum over so many hits is
+/// far below that of any use of it.
+const AREA_RESOLUTION: u32 = 512;
+
+/// The surface area from the hits of rays along all three axes, whichever were asked for, as only together they see a
+/// surface from every side.
+fn surface_area(
+    job: &MeasureJob,
+    solid: &Solid,
+    round: &Round,
+    seconds: &mut Seconds,
+    progress: &Progress,
+) -> Result<f64, Failure> {
+    let start = Instant::now();
+    let rays = round.grid.rays().into_iter().max().unwrap_or(1).min(AREA_RESOLUTION);
+    let fine_enough = Grid::with_resolution(solid.bounds(), rays, job.lod).map_err(Failure::input)?;
+    let is_own = fine_enough.rays() == round.grid.rays();
+    let lattice = solid.quantise(&fine_enough)?;
+    let mut area = 0.0;
+    for axis in Axis::ALL {
+        area += match round.areas[axis.depth()].filter(|_| is_own) {
+            Some(known) => known,
+            None => {
+                progress.stage(format!("area, along {}", axis.name()));
+                let image = CpuSampler::default().sample_surface(&lattice, axis, job.fill)?;
+                integrate::area_along(&image, |triangle| lattice.facing(triangle, axis))
+            }
+        };
+    }
+    seconds.integrate += start.elapsed().as_secs_f64();
+    Ok(area)
 }
 
 /// Resolutions that a tolerance starts from and ends at.
@@ -321,7 +360,7 @@ fn not_finite(measured: &Measured) -> Option<Warning> {
     let volume = [("volume", measured.volume.value), ("error estimate", measured.volume.error)];
     let measures = measured.measures.iter().flat_map(|m| {
         let inertia = m.inertia.to_cols_array().into_iter().sum();
-        [("area", m.area.unwrap_or(0.0)), ("centroid", m.centroid.element_sum()), ("inertia", inertia)]
+        [("area", m.area), ("centroid", m.centroid.element_sum()), ("inertia", inertia)]
     });
     let inputs = measured.solids.iter().map(|solid| ("volume of an input's mesh", solid.volume));
     let names: Vec<&str> =

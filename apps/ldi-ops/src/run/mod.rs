@@ -1,5 +1,6 @@
 //! Jobs, one module a kind, and what they share: reading inputs ([`input`]) and measuring images ([`image`]).
 
+mod bytes;
 mod check;
 mod convert;
 mod devices;
@@ -22,7 +23,6 @@ use crate::resolve::{Invocation, Job};
 pub use check::Checked;
 pub use convert::Converted;
 pub use devices::Devices;
-pub use fill::FillDifference;
 pub use generate::Generated;
 pub use input::Solid;
 pub use machine::{cpu_name, peak_memory_bytes};

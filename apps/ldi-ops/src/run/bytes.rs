@@ -1,0 +1,44 @@
+//! The bytes of a file.
+
+use std::fs::File;
+use std::io;
+use std::path::Path;
+
+/// Reads a whole file.
+///
+/// Several threads read it piece by piece: the copy out of the system's cache and the first touch of new memory cost as
+/// much as parsing a binary mesh does.
+#[cfg(unix)]
+pub fn of_file(path: &Path) -> io::Result<Vec<u8>> {
+    use std::io::Read;
+    use std::os::unix::fs::FileExt;
+
+    use rayon::prelude::*;
+
+    const PIECE: usize = 1 << 22;
+    let mut file = File::open(path)?;
+    let metadata = file.metadata()?;
+    // Pipes and devices have no size to go by.
+    if !metadata.is_file() || metadata.len() < PIECE as u64 {
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes)?;
+        return Ok(bytes);
+    }
+    let length = usize::try_from(metadata.len()).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
+    let mut bytes = vec![0; length];
+    bytes
+        .par_chunks_mut(PIECE)
+        .enumerate()
+        .try_for_each(|(piece, bytes)| file.read_exact_at(bytes, (piece * PIECE) as u64))?;
+    Ok(bytes)
+}
+
+/// Reads a whole file.
+#[cfg(not(unix))]
+pub fn of_file(path: &Path) -> io::Result<Vec<u8>> {
+    use std::io::Read;
+
+    let mut bytes = Vec::new();
+    File::open(path)?.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}

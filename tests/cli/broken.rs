@@ -1,0 +1,138 @@
+//! Meshes that are no solids, or not the ones they seem: a right answer with a warning, or a refusal that names the place.
+
+use crate::{Folder, Triangle, assert_near, cube, inside_out, warning_codes};
+
+#[test]
+fn one_triangle_missing_is_refused_with_all_defects() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0)[1..]);
+    folder.stl("b.stl", &cube(0.0, 2.0));
+    let words = ["a.stl", "not closed", "3 edges are open", "--allow-open", "check"];
+    folder.run(&["volume", "a.stl"]).code(2).says(&words);
+    folder.run(&["intersect", "b.stl", "a.stl"]).code(2).says(&words);
+    let run = folder.run(&["check", "b.stl", "a.stl"]).code(1);
+    assert!(run.stdout().contains("b.stl: a solid") && run.stdout().contains("a.stl: NOT a solid"), "{}", run.stdout());
+    assert!(run.stdout().contains("3 edges are open"));
+}
+
+#[test]
+fn an_open_mesh_is_sampled_where_the_user_insists() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0)[1..]);
+    let arguments = ["volume", "a.stl", "--allow-open", "--resolution", "64", "--axis", "all"];
+    let result = folder.json(&arguments);
+    // Half of one of the faces across x is missing.
+    let unclosed = result["unclosed_rays"].as_u64().unwrap();
+    assert!((1950..2150).contains(&unclosed), "{unclosed}");
+    assert_eq!(result["inputs"][0]["closed"], false);
+    assert!(warning_codes(&result).contains(&"open"));
+    folder.run(&arguments).code(0).warns(&[
+        "a.stl",
+        "not closed",
+        "of 4096 along x",
+        "0 of 4096 along z",
+        "count as empty",
+    ]);
+    assert_near(folder.volume(&["volume", "a.stl", "--allow-open", "--resolution", "64", "--axis", "z"]), 8.0, 1e-6);
+}
+
+#[test]
+fn a_mesh_that_holds_everything_twice_is_refused_by_even_odd() {
+    let folder = Folder::new();
+    let twice = [cube(0.0, 2.0), cube(0.0, 2.0)].concat();
+    folder.stl("a.stl", &twice);
+    folder.run(&["volume", "a.stl"]).code(2).says(&["a.stl", "every triangle", "even number", "--fill nonzero"]);
+    assert_near(folder.volume(&["volume", "a.stl", "--fill", "nonzero", "--resolution", "32"]), 8.0, 1e-6);
+    folder.run(&["check", "a.stl"]).code(1);
+}
+
+#[test]
+fn a_mesh_inside_out_is_told_and_measured() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &inside_out(&cube(0.0, 2.0)));
+    for fill in ["even-odd", "nonzero"] {
+        let arguments = ["volume", "a.stl", "--resolution", "32", "--fill", fill];
+        assert_near(folder.volume(&arguments), 8.0, 1e-6);
+        let result = folder.json(&arguments);
+        assert_eq!(result["inputs"][0]["volume"], -8.0);
+        assert_eq!(warning_codes(&result), ["inside-out", "unit-assumed"]);
+        folder.run(&arguments).code(0).warns(&["a.stl", "inside out"]);
+    }
+    folder.run(&["check", "a.stl"]).code(1);
+}
+
+#[test]
+fn a_mesh_without_orientation_is_measured_by_even_odd_alone() {
+    let folder = Folder::new();
+    let mut triangles = cube(0.0, 2.0);
+    triangles[3].swap(1, 2);
+    folder.stl("a.stl", &triangles);
+    let result = folder.json(&["volume", "a.stl", "--resolution", "32"]);
+    assert_near(result["volume"]["value"].as_f64().unwrap(), 8.0, 1e-6);
+    assert_eq!((&result["inputs"][0]["oriented"], &result["inputs"][0]["closed"]), (&false.into(), &true.into()));
+    assert!(warning_codes(&result).contains(&"not-oriented"));
+    let words = ["a.stl", "nonzero", "outside", "edges join triangles that face opposite ways"];
+    folder.run(&["volume", "a.stl", "--fill", "nonzero"]).code(2).says(&words);
+}
+
+#[test]
+fn coordinates_that_are_no_numbers_are_refused_with_their_place() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let folder = Folder::new();
+        let mut triangles = cube(0.0, 2.0);
+        triangles[5][1][2] = bad;
+        folder.stl("a.stl", &triangles);
+        for allow in [&[][..], &["--allow-open"]] {
+            let run = folder.run(&[&["volume", "a.stl"], allow].concat());
+            run.code(2).says(&["a.stl", "not finite", "triangle 5"]);
+        }
+        folder.run(&["check", "a.stl"]).code(1);
+    }
+}
+
+#[test]
+fn a_mesh_of_no_extent_is_refused() {
+    let folder = Folder::new();
+    let point: Triangle = [[1.0; 3]; 3];
+    folder.stl("a.stl", &[point, point]);
+    folder.run(&["volume", "a.stl"]).code(2).says(&["a.stl"]);
+}
+
+#[test]
+fn sizes_at_the_ends_of_the_numbers_work() {
+    for scale in [1e-30, 1e-9, 1e12, 1e30] {
+        let folder = Folder::new();
+        let triangles: Vec<Triangle> =
+            cube(3.0, 2.0).iter().map(|t| t.map(|corner| corner.map(|c| c * scale))).collect();
+        folder.stl("a.stl", &triangles);
+        let volume = folder.volume(&["volume", "a.stl", "--resolution", "32"]);
+        assert_near(volume / (scale * scale * scale), 8.0, 1e-6);
+        let text = folder.run(&["volume", "a.stl", "--resolution", "32", "--unit", "m"]).code(0).stdout();
+        assert!(text.starts_with("volume      8"), "{text}");
+    }
+}
+
+#[test]
+fn files_that_cannot_be_read_are_named() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    std::fs::create_dir(folder.path("folder.stl")).unwrap();
+    std::fs::write(folder.path("empty.stl"), "").unwrap();
+    std::fs::write(folder.path("short.stl"), "solid x\nfacet normal 0 0 0\nouter loop\nvertex 0 zero 0\n").unwrap();
+    std::fs::write(folder.path("a.xyz"), "0 0 0\n").unwrap();
+    for (file, words) in [
+        ("missing.stl", &["missing.stl", "No such file"][..]),
+        ("folder.stl", &["folder.stl"]),
+        ("empty.stl", &["empty.stl", "no bytes"]),
+        ("short.stl", &["short.stl", "line 4", "zero"]),
+        ("a.xyz", &["a.xyz", ".xyz", ".stl"]),
+        ("a", &["a: ", "no extension"]),
+    ] {
+        for command in
+            [&["volume", file][..], &["check", file], &["intersect", "a.stl", file], &["convert", file, "-o", "o.stl"]]
+        {
+            folder.run(command).code(2).says(words);
+        }
+    }
+    assert!(!folder.names().contains(&"o.stl".to_owned()));
+}

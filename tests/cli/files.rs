@@ -1,0 +1,116 @@
+//! Files that are written, and those that must not be.
+
+use std::fs;
+
+use crate::{Folder, cube, read};
+
+#[test]
+fn meshes_are_converted() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.1, 2.0));
+    let text = folder.run(&["convert", "a.stl", "-o", "a.obj", "--unit", "mm"]).code(0).stdout();
+    assert_eq!(text, "a.obj: 12 triangles, in mm\n");
+    folder.run(&["convert", "a.obj", "-o", "b.stl", "--transform-a", "scale(-1,1,2)"]).code(0);
+    let result = folder.json(&["check", "b.stl"]);
+    let volume = result["results"][0]["volume"].as_f64().unwrap();
+    assert!((volume - 16.0).abs() < 1e-5, "{volume}");
+    assert_eq!(folder.names(), ["a.obj", "a.stl", "b.stl"]);
+}
+
+#[test]
+fn formats_without_a_writer_are_refused_before_anything_is_read() {
+    let folder = Folder::new();
+    for (target, words) in [
+        ("b.ply", &["b.ply", "PLY", "STL and OBJ"][..]),
+        ("b.3mf", &["3MF", "STL and OBJ"]),
+        ("b.xyz", &[".xyz", ".stl"]),
+        ("b", &["no extension"]),
+        ("nowhere/b.stl", &["no folder nowhere"]),
+    ] {
+        folder.run(&["convert", "missing.stl", "-o", target]).code(2).says(words);
+        folder.run(&["generate", "sphere", "-o", target]).code(2).says(words);
+    }
+    assert!(folder.names().is_empty());
+}
+
+#[test]
+fn every_kind_of_model_is_a_solid() {
+    let folder = Folder::new();
+    let small: [(&str, &[&str]); 13] = [
+        ("cuboid", &["--min", "-1,-2,-3", "--max", "1,2,3"]),
+        ("box", &[]),
+        ("sphere", &[]),
+        ("geodesic", &["--frequency", "4"]),
+        ("torus", &[]),
+        ("cylinder", &[]),
+        ("gyroid", &["--cells", "1"]),
+        ("gyroid", &["--cells", "1", "--part", "network"]),
+        ("primitive", &["--cells", "1,1,2"]),
+        ("diamond", &["--cells", "1"]),
+        ("cubic", &["--cells", "2", "--resolution", "12"]),
+        ("bcc", &["--cells", "2", "--resolution", "12"]),
+        ("bone", &["--resolution", "60"]),
+    ];
+    for (kind, parameters) in small {
+        let arguments = [&["generate", kind, "-o", "a.stl"], parameters].concat();
+        let text = folder.run(&arguments).code(0).stdout();
+        assert!(text.contains("mm³"), "{text}");
+        folder.run(&["check", "a.stl"]).code(0);
+    }
+    folder.run(&["generate", "dodo", "-o", "a.stl"]).code(2).says(&["dodo"]);
+    folder.run(&["generate", "sphere", "--wall", "2", "-o", "a.stl"]).code(2).says(&["--wall"]);
+    folder.run(&["generate", "sphere", "--radius", "-2", "-o", "b.stl"]).code(2).says(&["radius", "-2"]);
+    folder.run(&["generate", "sphere", "--radius", "big", "-o", "b.stl"]).code(2).says(&["radius", "big"]);
+    folder.run(&["generate", "sphere"]).code(2).says(&["-o"]);
+    assert_eq!(folder.names(), ["a.stl"]);
+}
+
+#[test]
+fn outputs_that_cannot_be_are_refused_before_any_computing() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    for (target, words) in [
+        ("b.stl", &["b.stl", "surfaces"][..]),
+        ("b.3mf", &["surfaces", ".npz"]),
+        ("b.vti", &["voxels", ".npz"]),
+        ("b.doc", &["not known", ".npz"]),
+        ("b", &["no extension", ".npz"]),
+        ("nowhere/b.npz", &["no folder nowhere"]),
+    ] {
+        // The second input is missing, which nobody finds out.
+        folder.run(&["union", "a.stl", "missing.stl", "-o", target]).code(2).says(words);
+        folder.run(&["sample", "missing.stl", "-o", target]).code(2).says(words);
+    }
+    folder.run(&["volume", "missing.stl", "--json", "nowhere/a.json"]).code(2).says(&["no folder nowhere"]);
+}
+
+#[test]
+fn nothing_is_left_of_an_output_that_failed() {
+    let folder = Folder::new();
+    folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
+    fs::write(folder.path("old.npz"), "what was there before").unwrap();
+    folder.run(&["sample", "open.stl", "-o", "old.npz"]).code(2);
+    folder.run(&["sample", "open.stl", "-o", "new.npz", "--json", "new.json"]).code(2);
+    assert_eq!(folder.names(), ["old.npz", "open.stl"]);
+    assert_eq!(read(&folder.path("old.npz")), "what was there before");
+    // An infinite coordinate has no place among the 32-bit numbers of STL.
+    fs::write(folder.path("big.obj"), "v 0 0 0\nv 1e300 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    folder.run(&["convert", "big.obj", "-o", "big.stl"]).code(2).says(&["big.stl", "1e300"]);
+    assert!(!folder.path("big.stl").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_may_not_be_written_is_named() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    fs::create_dir(folder.path("closed")).unwrap();
+    fs::set_permissions(folder.path("closed"), fs::Permissions::from_mode(0o555)).unwrap();
+    // Permissions do not bind everyone.
+    if fs::write(folder.path("closed/probe"), "").is_err() {
+        folder.run(&["sample", "a.stl", "--resolution", "8", "-o", "closed/a.npz"]).code(2).says(&["closed/a.npz"]);
+    }
+    fs::set_permissions(folder.path("closed"), fs::Permissions::from_mode(0o755)).unwrap();
+}

@@ -1,0 +1,143 @@
+//! Help texts, and command lines that are refused.
+
+use crate::{Folder, cube};
+
+const COMMANDS: [&str; 10] =
+    ["intersect", "union", "difference", "xor", "volume", "sample", "check", "convert", "generate", "devices"];
+
+#[test]
+fn every_command_has_a_help_text() {
+    let folder = Folder::new();
+    let help = folder.run(&["--help"]).code(0).stdout();
+    assert!(help.contains("Exit codes: 0 done"));
+    for command in COMMANDS {
+        assert!(help.contains(&format!("\n  {command} ")), "{command} is not in the help text");
+        let text = folder.run(&[command, "--help"]).code(0).stdout();
+        assert!(text.contains("Usage: ldi-ops"), "{text}");
+        assert!(text.contains("Examples:") || command == "devices", "{command} has no examples");
+        let wide = text.lines().find(|line| line.chars().count() > 100);
+        assert!(wide.is_none(), "{command}: {wide:?}");
+    }
+    let text = folder.run(&["generate", "gyroid", "--help"]).code(0).stdout();
+    assert!(text.contains("--wall") && text.contains("[default: 1]"), "{text}");
+    folder.run(&["--version"]).code(0);
+}
+
+#[test]
+fn the_examples_of_the_help_texts_run() {
+    let folder = Folder::new();
+    for (kind, name) in [
+        ("sphere", "a"),
+        ("torus", "b"),
+        ("cylinder", "c"),
+        ("cuboid", "scaffold"),
+        ("cuboid", "bone"),
+        ("sphere", "part"),
+    ] {
+        folder.run(&["generate", kind, "-o", &format!("{name}.stl")]).code(0);
+    }
+    for (from, to) in [("a", "block"), ("b", "drill"), ("c", "struts")] {
+        std::fs::copy(folder.path(&format!("{from}.stl")), folder.path(&format!("{to}.stl"))).unwrap();
+    }
+    folder.run(&["convert", "a.stl", "-o", "part.obj"]).code(0);
+    let mut ran = 0;
+    for command in COMMANDS {
+        let text = folder.run(&[command, "--help"]).code(0).stdout();
+        for line in text.lines().filter_map(|line| line.trim_start().strip_prefix("ldi-ops ")) {
+            // Formats that nothing here writes, and names for the shell to expand.
+            if line.contains(".3mf") || line.contains(".ply") || line.contains('*') {
+                continue;
+            }
+            let arguments = shell_words(line);
+            let mut arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+            // The last one counts, and small ones are done sooner.
+            if !line.contains("--resolution") && !line.contains("--tolerance") && line.contains(".stl") {
+                match command {
+                    "check" | "convert" | "generate" => {}
+                    _ => arguments.extend(["--resolution", "32"]),
+                }
+            }
+            folder.run(&arguments).code(0);
+            ran += 1;
+        }
+    }
+    assert!(ran >= 15, "{ran} examples");
+}
+
+/// Words of a command line, single quotes kept together.
+fn shell_words(line: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    for (i, part) in line.split('\'').enumerate() {
+        if i % 2 == 1 {
+            words.last_mut().unwrap().push_str(part);
+            continue;
+        }
+        for c in part.chars() {
+            match c {
+                ' ' => words.push(String::new()),
+                c => words.last_mut().unwrap().push(c),
+            }
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+#[test]
+fn wrong_usage_ends_with_two() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    for (arguments, words) in [
+        (&[][..], &["Usage"][..]),
+        (&["frobnicate"], &["frobnicate"]),
+        (&["intersect", "a.stl"], &["<B>"]),
+        (&["volume"], &["<A>"]),
+        (&["volume", "a.stl", "--resolution", "10", "--pitch", "1"], &["--resolution", "--pitch"]),
+        (&["volume", "a.stl", "--resolution", "10", "--tolerance", "1%"], &["--tolerance"]),
+        (&["volume", "a.stl", "--pitch", "1", "--tolerance", "1%"], &["--tolerance"]),
+        (&["volume", "a.stl", "--resolution", "0"], &["--resolution 0", "65536"]),
+        (&["volume", "a.stl", "--resolution", "70000"], &["70000", "65536"]),
+        (&["volume", "a.stl", "--resolution", "many"], &["many"]),
+        (&["volume", "a.stl", "--pitch", "-1"], &["-1", "positive"]),
+        (&["volume", "a.stl", "--pitch", "nan"], &["positive"]),
+        (&["volume", "a.stl", "--pitch", "1e-9"], &["a.stl", "65536"]),
+        (&["volume", "a.stl", "--tolerance", "0"], &["between 0 and 100 %"]),
+        (&["volume", "a.stl", "--lod", "31"], &["--lod 31", "32 to 65536"]),
+        (&["volume", "a.stl", "--axis", "w"], &["'w'", "x, y, z, all"]),
+        (&["volume", "a.stl", "--threads", "0"], &["0"]),
+        (&["volume", "a.stl", "--quiet", "-v"], &["--quiet"]),
+        (&["sample", "a.stl"], &["--output"]),
+        // What later work brings is not pretended.
+        (&["volume", "a.stl", "--bounds"], &["--bounds"]),
+        (&["minkowski", "a.stl", "a.stl"], &["minkowski"]),
+        (&["report", "a.stl"], &["report"]),
+    ] {
+        let run = folder.run(arguments).code(2);
+        for word in words {
+            assert!(run.stderr().contains(word), "no `{word}` in:\n{}", run.stderr());
+        }
+        assert_eq!(run.stdout(), "", "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_machine_without_what_was_asked_for_ends_with_three() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    let gpu = ["volume", "a.stl", "--backend", "gpu"];
+    folder.run(&gpu).code(3).says(&["this build has no GPU sampler"]);
+    folder.run(&["volume", "a.stl", "--adapter", "Any"]).code(3).says(&["Any", "no GPU sampler"]);
+    // Four thousand million rays.
+    folder.run(&["volume", "a.stl", "--resolution", "65536"]).code(3).says(&["rays"]);
+    assert_eq!(folder.json(&["volume", "a.stl", "--backend", "cpu", "--resolution", "8"])["backend"], "cpu");
+}
+
+#[test]
+fn devices_tells_what_auto_chooses_and_why() {
+    let folder = Folder::new();
+    let text = folder.run(&["devices", "--threads", "2"]).code(0).stdout();
+    assert!(
+        text.contains("2 threads") && text.contains("not in this build") && text.contains("auto        cpu: it is"),
+        "{text}"
+    );
+}

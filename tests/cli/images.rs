@@ -1,0 +1,73 @@
+//! Images as `.npz`.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use crate::{Folder, assert_near, cube};
+
+/// The arrays of an archive: the text of each header, and the bytes after it.
+fn arrays(path: &Path) -> BTreeMap<String, (String, Vec<u8>)> {
+    let mut archive = zip::ZipArchive::new(File::open(path).unwrap()).unwrap();
+    (0..archive.len())
+        .map(|i| {
+            let mut entry = archive.by_index(i).unwrap();
+            let mut bytes = Vec::new();
+            entry.read_to_end(&mut bytes).unwrap();
+            assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");
+            let body = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+            let header = String::from_utf8(bytes[10..body].to_vec()).unwrap();
+            (entry.name().trim_end_matches(".npy").to_owned(), (header, bytes[body..].to_vec()))
+        })
+        .collect()
+}
+
+fn words(bytes: &[u8]) -> Vec<u32> {
+    bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+}
+
+fn number(bytes: &[u8]) -> f64 {
+    f64::from_le_bytes(bytes.try_into().unwrap())
+}
+
+#[test]
+fn an_image_holds_what_the_volume_is_made_of() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    folder.run(&["sample", "a.stl", "--axis", "z", "--resolution", "16", "-o", "a.npz"]).code(0);
+    let arrays = arrays(&folder.path("a.npz"));
+    let names: Vec<&str> = arrays.keys().map(String::as_str).collect();
+    assert_eq!(names, ["axis", "depths", "lod", "offsets", "origin", "pitch", "rays", "shift", "step", "unclosed"]);
+    assert!(arrays["depths"].0.contains("'<i4'") && arrays["offsets"].0.contains("'shape': (257,)"));
+    assert!(arrays["axis"].0.contains("'<U1'") && arrays["axis"].1 == [b'z', 0, 0, 0]);
+    let (offsets, depths) = (words(&arrays["offsets"].1), words(&arrays["depths"].1));
+    assert_eq!((offsets[256] as usize, depths.len()), (512, 512));
+    let inside: u32 = depths.chunks_exact(2).map(|span| span[1] - span[0]).sum();
+    let (pitch, step) = (number(&arrays["pitch"].1), number(&arrays["step"].1));
+    assert_near(f64::from(inside) * step * pitch * pitch, 8.0, 1e-6);
+    assert_eq!(step, pitch / f64::from(1u32 << words(&arrays["shift"].1)[0]));
+}
+
+#[test]
+fn three_axes_and_the_results_of_operations_are_kept() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    folder.stl("b.stl", &cube(1.0, 2.0));
+    let result = folder.json(&["intersect", "a.stl", "b.stl", "--resolution", "30", "-o", "c.npz"]);
+    let arrays = arrays(&folder.path("c.npz"));
+    let samples: usize = ["x", "y", "z"].iter().map(|axis| words(&arrays[&format!("depths_{axis}")].1).len()).sum();
+    assert_eq!(result["samples"], samples);
+    assert!(arrays["axis"].0.contains("(3,)"));
+    assert_eq!(result["output"], "c.npz");
+}
+
+#[test]
+fn equal_images_are_equal_files() {
+    let folder = Folder::new();
+    folder.run(&["generate", "torus", "-o", "a.stl"]).code(0);
+    for (name, threads) in [("one.npz", "1"), ("two.npz", "2")] {
+        folder.run(&["sample", "a.stl", "--resolution", "64", "-o", name, "--threads", threads]).code(0);
+    }
+    assert_eq!(std::fs::read(folder.path("one.npz")).unwrap(), std::fs::read(folder.path("two.npz")).unwrap());
+}

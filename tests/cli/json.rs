@@ -1,0 +1,129 @@
+//! The JSON of results: every key of the schema, in every command that has it.
+
+use crate::{Folder, cube, read, warning_codes};
+
+const KEYS: [&str; 16] = [
+    "schema",
+    "command",
+    "inputs",
+    "volume",
+    "grid",
+    "layers_max",
+    "samples",
+    "unclosed_rays",
+    "backend",
+    "device",
+    "mode",
+    "fill",
+    "seconds",
+    "peak_memory_bytes",
+    "warnings",
+    "volume",
+];
+
+fn keys(value: &serde_json::Value) -> Vec<&str> {
+    value.as_object().unwrap().keys().map(String::as_str).collect()
+}
+
+#[test]
+fn every_key_of_the_schema_is_there() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    folder.stl("b.stl", &cube(1.0, 2.0));
+    for command in ["intersect", "union", "difference", "xor", "volume"] {
+        let files: &[&str] = if command == "volume" { &["a.stl"] } else { &["a.stl", "b.stl"] };
+        let arguments = [&[command], files, &["--resolution", "32", "--unit", "mm"]].concat();
+        let result = folder.json(&arguments);
+        for key in KEYS {
+            assert!(result.get(key).is_some(), "{command} has no {key}");
+        }
+        assert_eq!(result["schema"], "ldi-ops/1");
+        assert_eq!(result["command"], command);
+        assert_eq!(result["inputs"].as_array().unwrap().len(), files.len());
+        assert_eq!(keys(&result["inputs"][0]), ["path", "sha256", "triangles", "closed", "oriented", "volume"]);
+        assert_eq!(keys(&result["volume"]), ["value", "estimate_error", "lower", "upper", "unit"]);
+        assert_eq!(keys(&result["grid"]), ["pitch", "rays", "lod", "quantisation"]);
+        assert_eq!(keys(&result["seconds"]), ["read", "sample", "operate", "integrate", "write", "total"]);
+        assert!(result["volume"]["lower"].is_null() && result["volume"]["upper"].is_null());
+        assert_eq!(result["volume"]["unit"], "mm^3");
+        assert_eq!(
+            (&result["backend"], &result["mode"], &result["fill"]),
+            (&"cpu".into(), &"over".into(), &"even-odd".into())
+        );
+        assert!(result["samples"].as_u64().unwrap() > 0);
+        assert_eq!(result["unclosed_rays"], 0);
+        assert_eq!(result["warnings"].as_array().unwrap().len(), 0);
+        let input = &result["inputs"][0];
+        assert_eq!(
+            (&input["path"], &input["triangles"], &input["closed"], &input["oriented"], &input["volume"]),
+            (&"a.stl".into(), &12.into(), &true.into(), &true.into(), &8.0.into())
+        );
+        let seconds = result["seconds"].as_object().unwrap();
+        assert!(seconds.values().all(|s| s.as_f64().unwrap() >= 0.0));
+        for key in ["area", "centroid", "inertia"] {
+            assert_eq!(result.get(key).is_some(), command == "volume");
+        }
+    }
+}
+
+#[test]
+fn hashes_are_those_of_the_files() {
+    let folder = Folder::new();
+    std::fs::write(
+        folder.path("a.off"),
+        "OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n",
+    )
+    .unwrap();
+    let result = folder.json(&["volume", "a.off", "--resolution", "16"]);
+    // printf 'OFF\n…' | sha256sum
+    assert_eq!(result["inputs"][0]["sha256"], "4f072cbdf9dc3283c7cee43490b2016f40ce22a1d5c35b1c59019d8ced4bd58e");
+}
+
+#[test]
+fn axes_that_were_not_sampled_have_no_layers() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    let layers =
+        |axis| folder.json(&["volume", "a.stl", "--resolution", "8", "--axis", axis])["layers_max"].to_string();
+    assert_eq!(layers("all"), "[2,2,2]");
+    assert_eq!(layers("y"), "[null,2,null]");
+}
+
+#[test]
+fn json_goes_to_a_file_and_the_text_to_stdout() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    let run = folder.run(&["volume", "a.stl", "--resolution", "8", "--json", "a.json"]).code(0);
+    assert!(run.stdout().starts_with("volume"), "{}", run.stdout());
+    let json: serde_json::Value = serde_json::from_str(&read(&folder.path("a.json"))).unwrap();
+    assert_eq!(json["command"], "volume");
+    assert_eq!(folder.names(), ["a.json", "a.stl"]);
+}
+
+#[test]
+fn nothing_comes_out_of_no_volume_but_null() {
+    let folder = Folder::new();
+    // A sheet that is folded on itself: closed, and nothing inside.
+    let [a, b, c] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [0.0, 1.0, 0.5]];
+    folder.stl("a.stl", &[[a, b, c], [a, c, b]]);
+    let result = folder.json(&["volume", "a.stl", "--fill", "nonzero", "--resolution", "16"]);
+    assert_eq!(result["volume"]["value"], 0.0);
+    assert!(result["centroid"][0].is_null() && result["inertia"][1][2].is_null());
+    assert!(warning_codes(&result).contains(&"not-finite"));
+}
+
+#[test]
+fn check_convert_generate_and_devices_have_json_too() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    let result = folder.json(&["check", "a.stl"]);
+    assert_eq!(result["results"][0]["solid"], true);
+    assert_eq!(result["results"][0]["defects"], serde_json::json!([]));
+    let result = folder.json(&["convert", "a.stl", "-o", "a.obj"]);
+    assert_eq!(result["output"]["triangles"], 12);
+    let result = folder.json(&["generate", "cuboid", "-o", "c.obj"]);
+    assert_eq!((&result["volume"], &result["output"]["unit"]), (&8000.0.into(), &"mm".into()));
+    let result = folder.json(&["devices"]);
+    assert_eq!(result["auto"]["backend"], "cpu");
+    assert_eq!(result["devices"][0]["backend"], "cpu");
+}

@@ -1,0 +1,202 @@
+//! Each operation gives the volume that it should, in every mode.
+
+use crate::{Folder, assert_near, cube, cuboid};
+
+/// Two cubes of side 2 that share one of side 1.
+fn two_cubes() -> Folder {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    folder.stl("b.stl", &cube(1.0, 2.0));
+    folder
+}
+
+#[test]
+fn booleans_of_two_cubes_are_exact_in_every_mode() {
+    let folder = two_cubes();
+    for mode in ["over", "under", "exact"] {
+        for axis in ["x", "y", "z", "all"] {
+            // 300 rays over the length of 3: the faces lie between rays and on lattice planes.
+            let volume = |command| {
+                folder.volume(&[command, "a.stl", "b.stl", "--mode", mode, "--axis", axis, "--resolution", "300"])
+            };
+            for (command, expected) in [("intersect", 1.0), ("union", 15.0), ("difference", 7.0), ("xor", 14.0)] {
+                assert_near(volume(command), expected, 1e-6);
+            }
+        }
+    }
+}
+
+#[test]
+fn more_than_two_solids_are_taken_from_left_to_right() {
+    let folder = two_cubes();
+    folder.stl("c.stl", &cuboid([0.0, 0.0, 0.0], [3.0, 3.0, 1.0]));
+    // The volumes of A, B, C and their overlaps: 8, 8, 9; AB 1, AC 4, BC 0, ABC 0.
+    for mode in ["over", "under", "exact"] {
+        let volume = |command| {
+            folder.volume(&[command, "a.stl", "b.stl", "c.stl", "--mode", mode, "--axis", "z", "--resolution", "300"])
+        };
+        for (command, expected) in [("union", 20.0), ("difference", 3.0), ("xor", 15.0)] {
+            assert_near(volume(command), expected, 1e-6);
+        }
+    }
+    folder.run(&["intersect", "a.stl", "b.stl", "c.stl"]).code(2).says(&["c.stl"]);
+}
+
+#[test]
+fn estimates_lie_on_their_side() {
+    let folder = Folder::new();
+    folder.run(&["generate", "sphere", "--radius", "10", "-o", "a.stl"]).code(0);
+    folder.run(&["generate", "torus", "--major", "9", "-o", "b.stl"]).code(0);
+    for command in ["intersect", "union", "difference", "xor"] {
+        let volume = |mode| {
+            folder.volume(&[
+                command,
+                "a.stl",
+                "b.stl",
+                "--mode",
+                mode,
+                "--lod",
+                "64",
+                "--resolution",
+                "128",
+                "--axis",
+                "y",
+            ])
+        };
+        let (under, exact, over) = (volume("under"), volume("exact"), volume("over"));
+        assert!(under <= exact && exact <= over && under < over, "{command}: {under} {exact} {over}");
+    }
+}
+
+#[test]
+fn touching_cubes_have_nothing_in_common() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cuboid([0.0; 3], [1.0; 3]));
+    folder.stl("b.stl", &cuboid([1.0, 0.0, 0.0], [2.0, 1.0, 1.0]));
+    for mode in ["over", "exact", "under"] {
+        let volume = |command| folder.volume(&[command, "a.stl", "b.stl", "--mode", mode, "--resolution", "64"]);
+        assert_eq!(volume("intersect"), 0.0, "{mode}");
+        assert_near(volume("union"), 2.0, 1e-7);
+    }
+}
+
+#[test]
+fn coincident_cubes_are_one_cube() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 1.0));
+    folder.stl("b.stl", &cube(0.0, 1.0));
+    for mode in ["over", "exact", "under"] {
+        let volume = |command| folder.volume(&[command, "a.stl", "b.stl", "--mode", mode, "--resolution", "64"]);
+        assert_near(volume("intersect"), 1.0, 1e-7);
+        assert_near(volume("union"), 1.0, 1e-7);
+        assert_eq!((volume("difference"), volume("xor")), (0.0, 0.0), "{mode}");
+    }
+}
+
+#[test]
+fn solids_apart_have_no_common_volume() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 1.0));
+    folder.stl("b.stl", &cube(5.0, 1.0));
+    let result = folder.json(&["intersect", "a.stl", "b.stl", "--tolerance", "1%"]);
+    assert_eq!(result["volume"]["value"], 0.0);
+    assert_eq!(result["volume"]["estimate_error"], 0.0);
+}
+
+#[test]
+fn volume_gives_area_centroid_and_inertia() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cuboid([1.0, 2.0, 3.0], [2.0, 4.0, 7.0]));
+    for mode in ["over", "exact"] {
+        let result = folder.json(&["volume", "a.stl", "--mode", mode, "--resolution", "128", "--axis", "z"]);
+        let number = |value: &serde_json::Value| value.as_f64().unwrap();
+        assert_near(number(&result["volume"]["value"]), 8.0, 1e-6);
+        assert_near(number(&result["area"]), 28.0, 1e-6);
+        for (i, expected) in [1.5, 3.0, 5.0].into_iter().enumerate() {
+            assert_near(number(&result["centroid"][i]), expected, 1e-6);
+        }
+        let (a, b, c) = (1.0, 2.0, 4.0);
+        let moments = [b * b + c * c, a * a + c * c, a * a + b * b].map(|sum: f64| 8.0 * sum / 12.0);
+        for (i, moment) in moments.into_iter().enumerate() {
+            for j in 0..3 {
+                assert_near(number(&result["inertia"][i][j]), if i == j { moment } else { 0.0 }, 1e-4);
+            }
+        }
+    }
+}
+
+#[test]
+fn several_volumes_are_a_report_each() {
+    let folder = two_cubes();
+    folder.stl("c.stl", &cube(0.0, 1.0));
+    let result = folder.json(&["volume", "a.stl", "c.stl", "--resolution", "32"]);
+    assert_eq!(result["schema"], "ldi-ops/1");
+    let results = result["results"].as_array().unwrap();
+    assert_eq!(results.len(), 2);
+    assert_near(results[1]["volume"]["value"].as_f64().unwrap(), 1.0, 1e-9);
+    let text = folder.run(&["volume", "a.stl", "c.stl", "--resolution", "32"]).code(0).stdout();
+    assert_eq!(text.matches("volume      ").count(), 2);
+}
+
+#[test]
+fn the_tolerance_is_met_and_told() {
+    let folder = Folder::new();
+    folder.run(&["generate", "geodesic", "-o", "a.stl"]).code(0);
+    for given in ["0.01%", "0.0001"] {
+        let result = folder.json(&["volume", "a.stl", "--tolerance", given]);
+        let volume = &result["volume"];
+        let (value, error) = (volume["value"].as_f64().unwrap(), volume["estimate_error"].as_f64().unwrap());
+        assert!(error <= 1e-4 * value);
+        assert_eq!(result["tolerance"]["reached"], true);
+        assert_eq!(result["tolerance"]["asked"], 1e-4);
+    }
+    let stderr = folder.run(&["volume", "a.stl", "--tolerance", "1%"]).code(0).stderr();
+    assert!(stderr.contains("reached with 128 rays"), "{stderr}");
+}
+
+#[test]
+fn fill_rules_are_told_apart() {
+    let folder = Folder::new();
+    // Two shells in one file: they overlap in a half.
+    let mut shells = cuboid([0.0; 3], [2.0, 1.0, 1.0]);
+    shells.extend(cuboid([1.0, 0.0, 0.0], [3.0, 1.0, 1.0]));
+    folder.stl("a.stl", &shells);
+    let arguments = ["volume", "a.stl", "--resolution", "96", "--fill"];
+    let with = |fill| [&arguments[..], &[fill]].concat();
+    assert_near(folder.volume(&with("nonzero")), 3.0, 1e-6);
+    assert_near(folder.volume(&with("even-odd")), 2.0, 1e-6);
+    folder.run(&with("even-odd")).code(0).warns(&["a.stl", "fill rules differ", "33.33 %", "even-odd was used"]);
+    let result = folder.json(&with("even-odd"));
+    assert!(crate::warning_codes(&result).contains(&"fill-rules-differ"));
+    // The area is that of the surface alone.
+    assert_near(folder.json(&with("nonzero"))["area"].as_f64().unwrap(), 14.0, 1e-6);
+    // Intersections compare the rules although no solid is sampled on its own.
+    folder.stl("b.stl", &cube(0.0, 1.0));
+    let result = folder.json(&["intersect", "a.stl", "b.stl", "--resolution", "64"]);
+    assert!(crate::warning_codes(&result).contains(&"fill-rules-differ"));
+    let result = folder.json(&["volume", "b.stl", "--resolution", "64"]);
+    assert!(!crate::warning_codes(&result).contains(&"fill-rules-differ"));
+}
+
+#[test]
+fn pitch_and_resolution_lay_the_grid() {
+    let folder = two_cubes();
+    let result = folder.json(&["intersect", "a.stl", "b.stl", "--pitch", "0.1"]);
+    assert_eq!(result["grid"]["pitch"], 0.1);
+    assert_eq!(result["grid"]["rays"], serde_json::json!([30, 30, 30]));
+    let result = folder.json(&["intersect", "a.stl", "b.stl", "--resolution", "60", "--lod", "32"]);
+    assert_eq!(result["grid"]["rays"], serde_json::json!([60, 60, 60]));
+    assert_eq!(result["grid"]["lod"], 32);
+}
+
+#[test]
+fn the_number_of_threads_changes_no_number() {
+    let folder = Folder::new();
+    folder.run(&["generate", "gyroid", "--cells", "1", "-o", "a.stl"]).code(0);
+    folder.run(&["generate", "sphere", "--radius", "5", "-o", "b.stl"]).code(0);
+    let of = |threads| {
+        let result = folder.json(&["xor", "a.stl", "b.stl", "--threads", threads, "--resolution", "100"]);
+        (result["volume"].clone(), result["samples"].clone(), result["layers_max"].clone(), result["inputs"].clone())
+    };
+    assert_eq!(of("1"), of("3"));
+}

@@ -1,0 +1,107 @@
+//! Placements and units.
+
+use crate::{Folder, assert_near, cube, cuboid, warning_codes};
+
+fn with_box() -> Folder {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cuboid([0.0; 3], [1.0, 2.0, 3.0]));
+    folder
+}
+
+#[test]
+fn placements_are_done_from_left_to_right() {
+    let folder = with_box();
+    let centroid = |placement| {
+        let result = folder.json(&["volume", "a.stl", "--resolution", "32", "--transform-a", placement]);
+        let volume = result["volume"]["value"].as_f64().unwrap();
+        (volume, [0, 1, 2].map(|i| result["centroid"][i].as_f64().unwrap()))
+    };
+    for (placement, volume, expected) in [
+        ("translate(1,0,0) scale(2)", 48.0, [3.0, 2.0, 3.0]),
+        ("scale(2) translate(1,0,0)", 48.0, [2.0, 2.0, 3.0]),
+        ("rotate(0,0,1,90)", 6.0, [-1.0, 0.5, 1.5]),
+        ("scale(1,1,-2)", 12.0, [0.5, 1.0, -3.0]),
+    ] {
+        let (found, place) = centroid(placement);
+        assert_near(found, volume, 1e-6);
+        for i in 0..3 {
+            assert_near(place[i], expected[i], 1e-6);
+        }
+    }
+}
+
+#[test]
+fn a_mirrored_mesh_still_faces_outwards() {
+    let folder = with_box();
+    let result = folder.json(&["volume", "a.stl", "--resolution", "32", "--transform-a", "scale(-1,1,1)"]);
+    assert_eq!(result["inputs"][0]["volume"], 6.0);
+    assert!(!warning_codes(&result).contains(&"inside-out"));
+}
+
+#[test]
+fn either_solid_can_be_placed() {
+    let folder = with_box();
+    let common = |placements: &[&str]| {
+        folder.volume(&[&["intersect", "a.stl", "a.stl", "--resolution", "60"], placements].concat())
+    };
+    assert_near(common(&[]), 6.0, 1e-6);
+    assert_near(common(&["--transform-b", "translate(0,0,1)"]), 4.0, 1e-6);
+    assert_near(common(&["--transform-a", "translate(0,0,1)"]), 4.0, 1e-6);
+    assert_near(common(&["--transform-a", "translate(0,0,1)", "--transform-b", "translate(0,0,1)"]), 6.0, 1e-6);
+}
+
+#[test]
+fn a_wrong_placement_is_shown_where_it_is_wrong() {
+    let folder = with_box();
+    let run = folder.run(&["volume", "a.stl", "--transform-a", "translate(1,0,0) rotate(0,0,z,30)"]);
+    run.code(2).says(&["character 29", "`z` is not a finite number", "\n                                ^"]);
+    folder.run(&["volume", "a.stl", "--transform-a", "scale(0)"]).code(2).says(&["scale of 0"]);
+    folder.run(&["volume", "a.stl", "a.stl", "--transform-a", "scale(2)"]).code(2).says(&["--transform-a", "several"]);
+}
+
+#[test]
+fn units_are_told_and_assumed() {
+    let folder = with_box();
+    for (given, named) in [("mm", "mm^3"), ("um", "um^3"), ("\u{b5}m", "um^3"), ("\u{3bc}m", "um^3"), ("in", "in^3")] {
+        let result = folder.json(&["volume", "a.stl", "--resolution", "16", "--unit", given]);
+        assert_eq!(result["volume"]["unit"], named);
+        assert!(warning_codes(&result).is_empty());
+    }
+    let result = folder.json(&["volume", "a.stl", "--resolution", "16"]);
+    assert!(result["volume"]["unit"].is_null());
+    assert_eq!(warning_codes(&result), ["unit-assumed"]);
+    folder.run(&["volume", "a.stl", "--resolution", "16"]).code(0).warns(&["a.stl", "no unit", "--unit"]);
+    folder.run(&["volume", "a.stl", "--unit", "furlong"]).code(2).says(&["furlong", "mm, um"]);
+}
+
+/// A tetrahedron of one unit, as glTF with its buffer inside; glTF is in metres.
+const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,1]},
+{"bufferView":1,"componentType":5121,"count":12,"type":"SCALAR"}],
+"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":12}],
+"buffers":[{"byteLength":60,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAIBAAEDAAMCAQID"}]}"#;
+
+#[test]
+fn files_of_different_units_are_brought_to_that_of_the_first() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("m.gltf"), GLTF).unwrap();
+    folder.stl("mm.stl", &cube(0.0, 100.0));
+    let result = folder.json(&["volume", "m.gltf", "--resolution", "256"]);
+    assert_eq!(result["volume"]["unit"], "m^3");
+    assert_near(result["volume"]["value"].as_f64().unwrap(), 1.0 / 6.0, 1e-3);
+    // The cube of 100 mm lies in the corner of the tetrahedron.
+    let arguments = ["intersect", "m.gltf", "mm.stl", "--unit", "mm", "--axis", "z", "--resolution", "500"];
+    let result = folder.json(&arguments);
+    assert_eq!(result["volume"]["unit"], "m^3");
+    assert_near(result["volume"]["value"].as_f64().unwrap(), 1e-3, 1e-6);
+    assert_eq!(warning_codes(&result), ["unit-converted"]);
+    let arguments = ["intersect", "mm.stl", "m.gltf", "--unit", "mm", "--axis", "z", "--resolution", "500"];
+    assert_near(folder.volume(&arguments), 1e6, 1e3);
+    // Without a word the unit of the other file is assumed.
+    let result = folder.json(&["intersect", "mm.stl", "m.gltf", "--axis", "z", "--resolution", "16"]);
+    assert_eq!(result["volume"]["unit"], "m^3");
+    assert_eq!(warning_codes(&result), ["unit-assumed"]);
+    // What a file states stands.
+    folder.run(&["volume", "m.gltf", "--unit", "mm", "--resolution", "16"]).code(0).warns(&["m.gltf", "states m"]);
+}
