@@ -176,7 +176,7 @@ impl Grid {
         if !(pitch.is_finite() && pitch > 0.0 && origin.is_finite()) {
             return Err(GridError::Pitch { pitch });
         }
-        let fits = |n: u32| n >= 1 && n <= RAYS_MAX && (u64::from(n) << shift.min(32)) <= LATTICE_MAX as u64;
+        let fits = |n: u32| (1..=RAYS_MAX).contains(&n) && (u64::from(n) << shift.min(32)) <= LATTICE_MAX as u64;
         match rays.into_iter().find(|&n| !fits(n)) {
             Some(n) => Err(GridError::Resolution { rays: u64::from(n) }),
             None if !(2..=29).contains(&shift) => Err(GridError::Shift { shift }),

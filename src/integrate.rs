@@ -6,6 +6,8 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use crate::fixed::Pixels;
+use crate::grid::Axis;
 use crate::ldi::{Ldi, Spans};
 
 /// The inside length of all rays together, in lattice steps.
@@ -29,38 +31,79 @@ fn volume_of_length(image: &Ldi, length: i64) -> f64 {
 }
 
 /// What the image of a solid along one axis says of its volume; all that an estimate needs of the image.
+///
+/// Besides the volume h²·Σ(out − in) there is the *node volume*, h³ times the lattice nodes inside the solid. The two
+/// differ by what the raster makes of the faces across the rays, and that is what the other two images suffer from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisVolume {
+    /// The direction of the rays.
+    pub axis: Axis,
     /// The volume of the solid in the image, h²·Σ(out − in), in cubic world units.
     pub volume: f64,
-    /// The volumes that the four images of half the resolution inside the image give: even and odd columns of even and
-    /// odd rows. Their mean is the volume; how they scatter tells how much the position of the raster matters at twice
-    /// the pitch.
+    /// The volumes that the four images of half the resolution inside the image give: entry `c + 2 r` for columns of
+    /// parity c in rows of parity r. Their mean is the volume.
     pub coarser: [f64; 4],
+    /// h³ times the nodes inside, in cubic world units.
+    pub nodes: f64,
+    /// The node volumes that the eight lattices of half the resolution give: entry `x + 2 y + 4 z` for the parities of
+    /// the node's indices. Their mean is the node volume.
+    pub coarser_nodes: [f64; 8],
+}
+
+/// Exact sums over rays: steps inside by the parity of column and row, nodes inside also by that of the depth.
+#[derive(Clone, Copy, Default)]
+struct ParitySums {
+    steps: [i64; 4],
+    nodes: [[i64; 2]; 4],
+}
+
+impl ParitySums {
+    fn plus(mut self, other: ParitySums) -> ParitySums {
+        for i in 0..4 {
+            self.steps[i] += other.steps[i];
+            self.nodes[i][0] += other.nodes[i][0];
+            self.nodes[i][1] += other.nodes[i][1];
+        }
+        self
+    }
 }
 
 impl AxisVolume {
     /// Integrates an image, in one pass.
     pub fn of(image: &Ldi) -> AxisVolume {
         let (columns, rows) = image.size();
-        let sums = (0..rows)
-            .into_par_iter()
-            .map(|row| {
-                let mut sums = [0i64; 2];
-                for column in 0..columns {
-                    let samples = image.samples(row * columns + column);
-                    let inside: i64 = samples.chunks_exact(2).map(|span| i64::from(span[1] - span[0])).sum();
-                    sums[(column % 2) as usize] += inside;
+        let pixels = Pixels::new(image.grid().shift());
+        let row_sums = |row: u32| {
+            let mut sums = ParitySums::default();
+            for column in 0..columns {
+                let parity = (column % 2 + row % 2 * 2) as usize;
+                for span in image.samples(row * columns + column).chunks_exact(2) {
+                    sums.steps[parity] += i64::from(span[1] - span[0]);
+                    let (first, end) = (pixels.index_from(span[0]), pixels.index_from(span[1]));
+                    // Of the first k indices, (k + 1) / 2 are even.
+                    let even = (end + 1) / 2 - (first + 1) / 2;
+                    sums.nodes[parity][0] += i64::from(even);
+                    sums.nodes[parity][1] += i64::from(end - first - even);
                 }
-                match row % 2 {
-                    0 => [sums[0], sums[1], 0, 0],
-                    _ => [0, 0, sums[0], sums[1]],
-                }
-            })
-            .reduce(|| [0; 4], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+            }
+            sums
+        };
+        let sums = (0..rows).into_par_iter().map(row_sums).reduce(ParitySums::default, ParitySums::plus);
+        let (axis, pitch) = (image.axis(), image.grid().pitch());
+        let node_volume = |nodes: i64| pitch * pitch * (pitch * nodes as f64);
+        let mut coarser_nodes = [0.0; 8];
+        for (parity, by_depth) in sums.nodes.iter().enumerate() {
+            for (depth, &nodes) in by_depth.iter().enumerate() {
+                let place = (parity % 2) << axis.column() | (parity / 2) << axis.row() | depth << axis.depth();
+                coarser_nodes[place] = 8.0 * node_volume(nodes);
+            }
+        }
         AxisVolume {
-            volume: volume_of_length(image, sums.iter().sum()),
-            coarser: sums.map(|sum| 4.0 * volume_of_length(image, sum)),
+            axis,
+            volume: volume_of_length(image, sums.steps.iter().sum()),
+            coarser: sums.steps.map(|steps| 4.0 * volume_of_length(image, steps)),
+            nodes: node_volume(sums.nodes.iter().flatten().sum()),
+            coarser_nodes,
         }
     }
 }
@@ -68,27 +111,57 @@ impl AxisVolume {
 /// A volume from one or three images of a solid, and how far it may be off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeEstimate {
-    /// The mean over the images, in cubic world units.
+    /// In cubic world units.
     pub value: f64,
-    /// An estimate of the error of `value`, of one standard deviation's size or more, not a bound.
+    /// An estimate of the error of `value`; not a bound.
     pub error: f64,
 }
 
 impl VolumeEstimate {
-    /// The volume of a solid from its images along different axes.
+    /// The volume of a solid from its images along one axis or all three.
     ///
-    /// The error is judged from what can be seen: how the images along different axes scatter, and how much the position
-    /// of the raster matters at twice the pitch ([`AxisVolume::coarser`]).
+    /// **Three axes.** The plain mean of three images is off by a whole layer of pixels wherever many faces are parallel
+    /// to a coordinate plane: the image along z is exact about faces across z and rounds those across x and y to pixels.
+    /// For a box of sides A + α in pixels (A whole), the images give AB(C + γ), A(B + β)C and (A + α)BC, and the nodes
+    /// ABC. So V_x + V_y + V_z − 2 V_nodes is right to first order in α, β, γ, where the mean keeps a third of each
+    /// image's error; and as the weights sum to one, it is as right as the mean for surfaces in general position. On the
+    /// 33 closed solids, scaffolds and bones of the test corpus at 512 rays the worst error falls from 2.0 % to 0.16 %,
+    /// and from above 0.1 % to 0.01 % or less on parts with flat faces.
+    ///
+    /// **One axis.** Only the volume of that image is there.
+    ///
+    /// **The error** is judged from the same formula at twice the pitch, which the image holds four (eight) times over,
+    /// shifted, and from how much the node volume differs: for one axis twice that, as the two other directions may be
+    /// hit as hard; for three a quarter of the correction. The factors are empirical: on that corpus at 64 to 512 rays
+    /// the true error stays below twice the estimate in 98 % of 240 cases for three axes, and in 94 % of 720 for one.
     ///
     /// # Panics
-    /// If there is no axis.
+    /// If there is neither one axis nor all three.
     pub fn from_axes(axes: &[AxisVolume]) -> VolumeEstimate {
-        assert!(!axes.is_empty(), "a volume needs an image");
-        let value = axes.iter().map(|axis| axis.volume).sum::<f64>() / axes.len() as f64;
-        let spread = axes.iter().map(|axis| (axis.volume - value).abs()).fold(0.0, f64::max);
-        let differences = axes.iter().flat_map(|axis| axis.coarser.map(|coarser| (coarser - axis.volume).abs()));
-        let scatter = differences.fold(0.0, f64::max);
-        VolumeEstimate { value, error: spread.max(0.5 * scatter) }
+        match axes {
+            [only] => {
+                let scatter = only.coarser.iter().map(|coarser| (coarser - only.volume).abs()).fold(0.0, f64::max);
+                VolumeEstimate { value: only.volume, error: scatter.max(2.0 * (only.nodes - only.volume).abs()) }
+            }
+            [a, b, c] => {
+                let axes = [a, b, c];
+                let mean = axes.iter().map(|axis| axis.volume).sum::<f64>() / 3.0;
+                let nodes = axes.iter().map(|axis| axis.nodes).sum::<f64>() / 3.0;
+                let value = 3.0 * mean - 2.0 * nodes;
+                let coarser = |place: usize| -> f64 {
+                    let seen = |axis: &AxisVolume| {
+                        let parity = |coordinate: usize| place >> coordinate & 1;
+                        axis.coarser[parity(axis.axis.column()) + 2 * parity(axis.axis.row())]
+                            - 2.0 / 3.0 * axis.coarser_nodes[place]
+                    };
+                    axes.into_iter().map(seen).sum()
+                };
+                let squares = (0..8).map(|place| (coarser(place) - value).powi(2)).sum::<f64>();
+                let scatter = (squares / 8.0).sqrt();
+                VolumeEstimate { value, error: (0.75 * scatter).max(0.25 * (value - mean).abs()) }
+            }
+            _ => panic!("a volume needs the images along one axis or all three, and {} were given", axes.len()),
+        }
     }
 }
 
@@ -254,7 +327,7 @@ pub fn area_along(image: &Ldi, facing: impl Fn(u32) -> f64 + Sync) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grid::{Axis, Grid};
+    use crate::grid::Grid;
     use crate::mesh::ClosedMesh;
     use crate::sampler::cpu::CpuSampler;
     use crate::sampler::{Fill, Mode, Sampler};
@@ -283,6 +356,39 @@ mod tests {
             assert!(difference.to_cols_array().iter().all(|d| d.abs() < 1e-9), "{axis:?} {difference}");
         }
         assert!((area - 2.0 * (8.0 + 16.0 + 32.0)).abs() < 1e-9, "{area}");
+    }
+
+    fn axis_volumes(mesh: &ClosedMesh, resolution: u32) -> Vec<AxisVolume> {
+        let grid = Grid::with_resolution(mesh.bounds(), resolution, 1024).unwrap();
+        let solid = grid.quantise(mesh).unwrap();
+        let sampler = CpuSampler::default();
+        let image = |axis| sampler.sample(&solid, axis, Mode::Exact, Fill::EvenOdd).unwrap();
+        Axis::ALL.iter().map(|&axis| AxisVolume::of(&image(axis))).collect()
+    }
+
+    #[test]
+    fn faces_between_the_rays_are_right_to_first_order() {
+        // Sides of 100, 7.3 and 3.4 pixels: each image is off by up to 14 %.
+        let mesh = box_of(DVec3::ZERO, DVec3::new(100.0, 7.3, 3.4));
+        let axes = axis_volumes(&mesh, 100);
+        let exact = 100.0 * 7.3 * 3.4;
+        let mean = axes.iter().map(|axis| axis.volume).sum::<f64>() / 3.0;
+        let estimate = VolumeEstimate::from_axes(&axes);
+        assert!((mean / exact - 1.0).abs() > 0.03, "the mean is not as bad as it was: {mean}");
+        let product_of_errors = 100.0 * 0.3 * 0.4;
+        assert!((estimate.value - exact).abs() < 1.001 * product_of_errors, "{estimate:?} against {exact}");
+        assert!(estimate.error > 0.5 * (estimate.value - exact).abs(), "{estimate:?} against {exact}");
+    }
+
+    #[test]
+    fn the_three_images_count_the_same_nodes() {
+        let mesh = ClosedMesh::check(solids::torus(3.0, 1.0, 31, 17).unwrap()).unwrap();
+        let axes = axis_volumes(&mesh, 77);
+        assert!(axes[0].nodes > 0.0);
+        for axis in &axes[1..] {
+            assert_eq!(axis.nodes, axes[0].nodes);
+            assert_eq!(axis.coarser_nodes, axes[0].coarser_nodes);
+        }
     }
 
     #[test]

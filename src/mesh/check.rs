@@ -713,7 +713,7 @@ fn connect(vertices: &[DVec3], faces: &[Face], uses: &[Use], report: &mut MeshRe
         };
         match count {
             1 => report.open_edges.add(place),
-            _ if count % 2 == 1 => report.odd_edges.add(place),
+            _ if !count.is_multiple_of(2) => report.odd_edges.add(place),
             _ => {
                 if 2 * forward != count {
                     report.unbalanced_edges.add(place);
@@ -751,6 +751,13 @@ fn connect(vertices: &[DVec3], faces: &[Face], uses: &[Use], report: &mut MeshRe
         }
     }
 
+    if report.bad_positions.count > 0 {
+        // What is not anywhere bounds nothing.
+        let is_nowhere = |face: &Face| face.corners.iter().any(|&vertex| !vertices[vertex as usize].is_finite());
+        for face in (0..faces.len()).filter(|&face| is_nowhere(&faces[face])) {
+            closed[shells.root(face)] = false;
+        }
+    }
     report.components = components.count();
     count_fans(vertices, faces, &mut fans, report);
     let mut shell_from_root = vec![usize::MAX; faces.len()];
@@ -951,20 +958,17 @@ enum Facing {
 
 /// Finds shells that face the wrong way for where they lie.
 fn judge(vertices: &[DVec3], faces: &[Face], shells: &[Shell], report: &mut MeshReport) {
-    let mut order: Vec<usize> = (0..shells.len()).collect();
-    order.sort_unstable_by(|&a, &b| shells[a].bounds.min.x.total_cmp(&shells[b].bounds.min.x));
+    let cells = Cells::new(shells);
     let contents: Vec<Vec<usize>> = (0..shells.len())
         .into_par_iter()
         .map(|outer| {
-            // What lies inside a shell has its box inside the shell's box.
             let Aabb { min, max } = shells[outer].bounds;
-            let start = order.partition_point(|&shell| shells[shell].bounds.min.x < min.x);
-            let near = order[start..].iter().copied().take_while(|&shell| shells[shell].bounds.min.x <= max.x);
             let nested = |&shell: &usize| {
                 let inner = shells[shell].bounds;
                 shell != outer && inner.min.cmpge(min).all() && inner.max.cmple(max).all()
             };
-            let candidates = near.filter(nested).collect();
+            // What lies inside a shell has its box inside the shell's box.
+            let candidates = cells.near(&shells[outer].bounds).filter(nested).collect();
             contained(vertices, faces, &shells[outer], shells, candidates)
         })
         .collect();
@@ -986,6 +990,52 @@ fn judge(vertices: &[DVec3], faces: &[Face], shells: &[Shell], report: &mut Mesh
     }
 }
 
+/// Shells by where the lower corners of their boxes lie, in about as many cells as there are shells.
+struct Cells {
+    origin: DVec3,
+    size: DVec3,
+    side: usize,
+    /// Where the shells of each cell begin, and the end of the last.
+    starts: Vec<usize>,
+    shells: Vec<usize>,
+}
+
+impl Cells {
+    fn new(shells: &[Shell]) -> Cells {
+        let bounds = shells.iter().fold(EMPTY, |bounds, shell| include(bounds, shell.bounds.min));
+        let side = (shells.len() as f64).cbrt().ceil() as usize;
+        let size = (bounds.max - bounds.min) / side as f64;
+        let mut cells = Cells { origin: bounds.min, size, side, starts: Vec::new(), shells: Vec::new() };
+        let mut order: Vec<(usize, usize)> = shells
+            .iter()
+            .enumerate()
+            .map(|(shell, Shell { bounds, .. })| {
+                let [x, y, z] = cells.cell(bounds.min);
+                ((z * side + y) * side + x, shell)
+            })
+            .collect();
+        order.sort_unstable();
+        cells.starts = (0..=side.pow(3)).map(|cell| order.partition_point(|(c, _)| *c < cell)).collect();
+        cells.shells = order.into_iter().map(|(_, shell)| shell).collect();
+        cells
+    }
+
+    /// The cell of a point, or the nearest one. It never falls where the point rises, which is all that is needed.
+    fn cell(&self, point: DVec3) -> [usize; 3] {
+        // Where all lie in one plane the quotient is not a number, which becomes cell 0.
+        let quotient = (point - self.origin) / self.size;
+        quotient.to_array().map(|q| (q as usize).min(self.side.saturating_sub(1)))
+    }
+
+    /// All shells the lower corners of whose boxes lie inside the box, among others.
+    fn near(&self, bounds: &Aabb) -> impl Iterator<Item = usize> + '_ {
+        let (low, high) = (self.cell(bounds.min), self.cell(bounds.max));
+        let rows =
+            (low[2]..=high[2]).flat_map(move |z| (low[1]..=high[1]).map(move |y| (z * self.side + y) * self.side));
+        rows.flat_map(move |row| &self.shells[self.starts[row + low[0]]..self.starts[row + high[0] + 1]]).copied()
+    }
+}
+
 /// Those of the candidates that lie inside `outer`.
 fn contained(
     vertices: &[DVec3],
@@ -994,7 +1044,7 @@ fn contained(
     shells: &[Shell],
     mut candidates: Vec<usize>,
 ) -> Vec<usize> {
-    const TRIES: usize = 16;
+    const TRIES: usize = 8;
     let mut inside = Vec::new();
     for attempt in 0..TRIES {
         if candidates.is_empty() {
@@ -1351,6 +1401,12 @@ mod tests {
         let mut mesh = unit_cube();
         mesh.positions.push(DVec3::NAN);
         assert!(check(&mesh).is_solid());
+        mesh.positions.pop();
+        let mut nowhere = mesh.clone();
+        nowhere.positions.iter_mut().for_each(|p| p.x = f64::NAN);
+        let report = check(&together(&[mesh.clone(), nowhere, cube(DVec3::splat(0.25), 0.5)]));
+        assert_eq!(codes(&report)[..2], [("coordinate-not-finite", 8), ("solid-in-solid", 1)]);
+        assert_eq!((report.shells, report.inside_out.count), (2, 0));
     }
 
     #[test]

@@ -478,6 +478,8 @@ mod tests {
                 let fold = Fold::of_mesh(&mesh);
                 prop_assert!(fold.sound);
                 prop_assert_eq!((fold.edges == [0; 2], fold.directions == [0; 2], fold.triangles == [0; 2]), exact);
+                let report = check(&mesh);
+                prop_assert_eq!((report.is_closed(), report.is_oriented(), report.every_triangle_even), exact);
                 prop_assert_eq!(ClosedMesh::check(mesh).is_ok(), exact.0);
             }
         }

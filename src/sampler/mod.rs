@@ -18,7 +18,9 @@
 //!   nearest to d. Where d is an odd integer, both neighbours are equally near: `nearest` is d + 1 if the perturbed plane
 //!   depth lies above the perturbed node (d' > d + ε of the ray's axis) and d − 1 if below. A node is therefore on the
 //!   same side of `nearest` as of the surface itself, and the three images of a solid agree about every node.
-//! - A crossing **enters** (winding +1) when the outward normal points against the ray, else it **leaves** (−1).
+//! - A crossing **enters** (winding +1) when the outward normal (b − a) × (c − a) points against the ray, else it
+//!   **leaves** (−1). (The view along y is left-handed: the direction comes from the normal in space.)
+//! - All vertices lie inside the grid, 2 ≤ shift, and positions are below 2^30.
 //!
 //! # Images of one solid
 //! An image lists for each ray an even number of non-decreasing depths; `[depth 2i, depth 2i+1)` is inside.
@@ -30,9 +32,9 @@
 //! the length of the axis). A crossing belongs to voxel `min(floor / V, LOD-C − 1)`. Let `in(z)` be the state at the near
 //! face of voxel z (the parity of the crossings in voxels before z, or whether their winding sum is non-zero) and
 //! `out(z)` that at its far face. A voxel is **touched** when it holds crossings and — under the non-zero rule only — the
-//! winding number may be both zero and non-zero somewhere in it, where the order within a group of equal `floor` is
-//! unknown: starting from the winding `w` before the group, every value from `w −` (leaving crossings) to `w +`
-//! (entering crossings) of the group may occur, and the value before the voxel's first group occurs too.
+//! winding number may be zero somewhere in it, where the order within a group of equal `floor` is unknown: starting from
+//! the winding `w` before the group, every value from `w −` (leaving crossings) to `w +` (entering crossings) of the
+//! group may occur.
 //!
 //! | in, out | class | over keeps | under keeps |
 //! |---|---|---|---|
@@ -59,6 +61,10 @@
 //!
 //! where least and greatest run over the crossings in the voxel of each solid that is touched there. A ray that is
 //! unclosed in either solid is unclosed in the intersection.
+//!
+//! The masks ask for one geometry pass and no images of the operands, and pay in tightness: an end may reach back to a
+//! crossing of the other solid in the same voxel, so that under∩ ⊆ under_A ∩ under_B ⊆ exact ⊆ over_A ∩ over_B ⊆ over∩,
+//! each end within one voxel.
 
 pub mod cpu;
 pub mod layout;
@@ -161,7 +167,7 @@ pub(crate) fn admit(solids: &[&LatticeSolid], fill: Fill) -> Result<Grid, Sample
     }
     let unoriented = |s: &&LatticeSolid| s.closure() == crate::grid::Closure::Closed { oriented: false };
     match fill {
-        Fill::NonZero if solids.iter().any(|s| unoriented(s)) => Err(SampleError::NotOriented),
+        Fill::NonZero if solids.iter().any(unoriented) => Err(SampleError::NotOriented),
         _ => Ok(grid),
     }
 }

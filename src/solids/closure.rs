@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::mesh::TriangleMesh;
 
-/// Six times the signed volume over six: the divergence sum over all triangles.
+/// The signed volume, as a divergence sum over all triangles.
 pub(super) fn volume(mesh: &TriangleMesh) -> f64 {
     let at = |v: u32| mesh.positions[v as usize];
     mesh.triangles.iter().map(|&[a, b, c]| at(a).dot(at(b).cross(at(c)))).sum::<f64>() / 6.0
@@ -13,6 +13,25 @@ pub(super) fn volume(mesh: &TriangleMesh) -> f64 {
 /// Vertices − edges + triangles of a closed mesh.
 pub(super) fn euler_characteristic(mesh: &TriangleMesh) -> i64 {
     mesh.positions.len() as i64 - mesh.triangles.len() as i64 / 2
+}
+
+/// Shells: sets of triangles that hang together by vertices.
+pub(super) fn components(mesh: &TriangleMesh) -> usize {
+    let mut parent: Vec<usize> = (0..mesh.positions.len()).collect();
+    fn root(parent: &mut [usize], mut v: usize) -> usize {
+        while parent[v] != v {
+            parent[v] = parent[parent[v]];
+            v = parent[v];
+        }
+        v
+    }
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|v| root(&mut parent, v as usize));
+        parent[b] = a;
+        let c = root(&mut parent, c);
+        parent[c] = root(&mut parent, a);
+    }
+    (0..parent.len()).filter(|&v| parent[v] == v).count()
 }
 
 /// Every directed edge once and its opposite once, the triangles round each vertex one fan, every vertex used, corners of
@@ -46,7 +65,7 @@ pub(super) fn assert_solid(mesh: &TriangleMesh) {
     assert!(volume(mesh) > 0.0);
 }
 
-/// The tests of the shape of triangles: the least angle of each in degrees, ascending.
+/// The least angle of each triangle in degrees, ascending.
 pub(super) fn least_angles(mesh: &TriangleMesh) -> Vec<f64> {
     let mut angles: Vec<f64> = mesh
         .triangles

@@ -47,13 +47,13 @@ pub(super) trait Implicit: Sync {
     /// F, continuous, in any unit.
     fn value(&self, p: DVec3) -> f64;
 
-    /// The gradient of F. It steers the search for F = 0 and so need not be exact.
+    /// F and its gradient. The gradient steers the search for F = 0 and so need not be exact.
     ///
     /// `spacing` is the size of a grid cell, for solids that take differences.
-    fn gradient(&self, p: DVec3, spacing: f64) -> DVec3 {
+    fn value_and_gradient(&self, p: DVec3, spacing: f64) -> (f64, DVec3) {
         let h = 1e-4 * spacing;
         let along = |e: DVec3| self.value(p + h * e) - self.value(p - h * e);
-        DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z)) / (2.0 * h)
+        (self.value(p), DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z)) / (2.0 * h))
     }
 }
 
@@ -76,7 +76,7 @@ pub(super) fn contour(
     fineness: (&'static str, f64),
 ) -> Result<TriangleMesh, SolidError> {
     let (parameter, value) = fineness;
-    let nodes = block.cells.iter().map(|&n| n as u64 + 3).product::<u64>();
+    let nodes = block.cells.iter().fold(1_u64, |nodes, &n| nodes.saturating_mul(n as u64 + 3));
     if nodes > MAX_NODES {
         return Err(SolidError::TooManyNodes { parameter, value, nodes, limit: MAX_NODES });
     }
@@ -212,9 +212,11 @@ impl<'a, S: Implicit> Grid<'a, S> {
         self.solid.value(self.block.min + self.block.spacing * u)
     }
 
-    /// The gradient in units of F per cell.
-    fn gradient(&self, u: DVec3) -> DVec3 {
-        self.solid.gradient(self.block.min + self.block.spacing * u, self.block.spacing) * self.block.spacing
+    /// F and its gradient in units of F per cell.
+    fn value_and_gradient(&self, u: DVec3) -> (f64, DVec3) {
+        let spacing = self.block.spacing;
+        let (value, gradient) = self.solid.value_and_gradient(self.block.min + spacing * u, spacing);
+        (value, spacing * gradient)
     }
 
     fn strides(&self) -> Index {
@@ -274,7 +276,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
                 let ambiguous = a == c && b == d;
                 let join = ambiguous && joined.contains(&self.face(cell, axis, side));
                 for i in 0..4 {
-                    if !(signs[corners[i]] && !signs[corners[(i + 1) % 4]]) {
+                    if !signs[corners[i]] || signs[corners[(i + 1) % 4]] {
                         continue;
                     }
                     // The arc leaves where the walk round the face goes outside and arrives where it comes back in: on an
@@ -423,8 +425,8 @@ impl<'a, S: Implicit> Grid<'a, S> {
     fn settle(&self, mut u: DVec3, free: DVec3, low: DVec3, high: DVec3) -> Option<DVec3> {
         let start = u;
         for _ in 0..12 {
-            let value = self.value(u);
-            let mut gradient = self.gradient(u) * free;
+            let (value, slope) = self.value_and_gradient(u);
+            let mut gradient = slope * free;
             // An axis on whose bound the step presses is not free any longer.
             let outwards = DVec3::select(
                 u.cmple(low),
@@ -545,7 +547,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
                     if !vertex.on_surface {
                         return (here + shift).clamp(low, high);
                     }
-                    let normal = (self.gradient(here) * free).normalize_or_zero();
+                    let normal = (self.value_and_gradient(here).1 * free).normalize_or_zero();
                     shift -= shift.dot(normal) * normal;
                     self.settle((here + shift).clamp(low, high), free, low, high).unwrap_or(here)
                 })

@@ -97,7 +97,7 @@ impl StrutLattice {
         check_range("radius", self.radius, 1e-9, self.cell_size / 2.0)?;
         check_range("segments", segments.into(), 3.0, 1e6)?;
         let struts = self.struts();
-        check_triangles("segments", segments, 4 * u64::from(segments) * struts)?;
+        check_triangles("segments", segments, struts.saturating_mul(4 * u64::from(segments)))?;
         let mut mesh = TriangleMesh {
             positions: Vec::with_capacity((2 * struts * (u64::from(segments) + 1)) as usize),
             triangles: Vec::with_capacity((4 * struts * u64::from(segments)) as usize),
@@ -122,8 +122,7 @@ impl StrutLattice {
     /// The struts from a node towards greater coordinates, and on the least cells those back to the box.
     fn cubic_struts(&self, mesh: &mut TriangleMesh, unit: &TriangleMesh, node: DVec3, cell: [u32; 3]) {
         let half = self.cell_size / 2.0;
-        for axis in 0..3 {
-            let along = DVec3::AXES[axis];
+        for (axis, along) in DVec3::AXES.into_iter().enumerate() {
             if cell[axis] == 0 {
                 append_strut(mesh, unit, node - half * along, node + self.radius * along);
             }
@@ -164,7 +163,7 @@ struct Struts {
 
 impl Struts {
     /// The vector from the nearest line to a point, both folded into the octant of one cell, and the signs of the fold.
-    fn from_line(&self, p: DVec3) -> (DVec3, DVec3) {
+    fn away_from_line(&self, p: DVec3) -> (DVec3, DVec3) {
         let in_cell = (p - self.corner) / self.cell_size;
         let from_node = self.cell_size * (in_cell - in_cell.floor() - 0.5);
         let q = from_node.abs();
@@ -188,12 +187,12 @@ impl Struts {
 
 impl Implicit for Struts {
     fn value(&self, p: DVec3) -> f64 {
-        self.from_line(p).0.length() - self.radius
+        self.away_from_line(p).0.length() - self.radius
     }
 
-    fn gradient(&self, p: DVec3, _spacing: f64) -> DVec3 {
-        let (away, signs) = self.from_line(p);
-        away.normalize_or_zero() * signs
+    fn value_and_gradient(&self, p: DVec3, _spacing: f64) -> (f64, DVec3) {
+        let (away, signs) = self.away_from_line(p);
+        (away.length() - self.radius, away.normalize_or_zero() * signs)
     }
 }
 

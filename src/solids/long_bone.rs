@@ -67,12 +67,17 @@ impl Femur {
         DVec3::new(0.012 * (s - 0.5) * self.girth, 0.030 * self.bow * 4.0 * s * (1.0 - s) - 0.006 * self.girth, z)
     }
 
+    /// Where the shaft ends above: inside the mass that carries neck and trochanters.
+    fn shaft_top(&self) -> f64 {
+        1.0 - 0.120 * self.girth
+    }
+
     fn shaft(&self, p: DVec3) -> f64 {
-        let z = p.z.clamp(0.10, 0.88);
+        let z = p.z.clamp(0.10 * self.girth, self.shaft_top());
         // Narrowest a little above the middle, wider towards both ends.
-        let down = ((0.42 - z) / 0.32).clamp(0.0, 1.0);
-        let up = ((z - 0.60) / 0.28).clamp(0.0, 1.0);
-        let radius = 0.0305 + 0.016 * down * down + 0.007 * up * up;
+        let down = ((0.46 - z) / 0.36).clamp(0.0, 1.0);
+        let up = ((z - 0.56) / 0.32).clamp(0.0, 1.0);
+        let radius = 0.0300 + 0.018 * down * down * down + 0.009 * up * up;
         p.distance(self.middle(z)) - self.girth * radius
     }
 }
@@ -85,26 +90,23 @@ impl Implicit for Femur {
         let at = |x: f64, y: f64, z: f64| DVec3::new(g * x, g * y, z);
         let mut d = self.shaft(p);
 
-        let head_top = 1.0 - 0.051 * g;
-        let head = at(0.098, 0.012, head_top);
-        let neck = capsule(p, at(0.012, -0.004, head_top - 0.080 * g), head, 0.037 * g, 0.028 * g);
-        let greater_trochanter = capsule(
-            p,
-            at(-0.028, -0.006, head_top - 0.095 * g),
-            at(-0.045, -0.016, head_top - 0.012 * g),
-            0.038 * g,
-            0.021 * g,
-        );
+        let head_height = 1.0 - 0.051 * g;
+        let head = at(0.098, 0.012, head_height);
+        let neck = capsule(p, at(0.010, -0.004, head_height - 0.082 * g), head, 0.038 * g, 0.027 * g);
+        let trochanter_foot = at(-0.012, -0.004, head_height - 0.130 * g);
+        let trochanter_tip = at(-0.044, -0.014, head_height - 0.022 * g);
+        let greater_trochanter = capsule(p, trochanter_foot, trochanter_tip, 0.034 * g, 0.024 * g);
         let lesser_trochanter =
-            ellipsoid(p - at(0.028, -0.032, head_top - 0.150 * g), g * DVec3::new(0.016, 0.017, 0.030));
-        d = smooth_min(d, greater_trochanter, 0.045 * g);
-        d = smooth_min(d, neck, 0.045 * g);
-        d = smooth_min(d, lesser_trochanter, 0.030 * g);
-        d = smooth_min(d, p.distance(head) - 0.051 * g, 0.012 * g);
+            ellipsoid(p - at(0.024, -0.030, head_height - 0.148 * g), g * DVec3::new(0.015, 0.016, 0.024));
+        d = smooth_min(d, greater_trochanter, 0.040 * g);
+        d = smooth_min(d, neck, 0.050 * g);
+        d = smooth_min(d, lesser_trochanter, 0.034 * g);
+        d = smooth_min(d, p.distance(head) - 0.051 * g, 0.014 * g);
 
-        let flare = capsule(p, at(0.0, -0.004, 0.055 + 0.140 * g), at(0.0, 0.000, 0.078 * g), 0.034 * g, 0.050 * g);
+        // The flare starts on the middle of the shaft and thinner, and so comes out of it without a step.
+        let flare = capsule(p, self.middle(0.30 * g), at(0.0, 0.000, 0.074 * g), 0.010 * g, 0.054 * g);
         let kneecap_side = ellipsoid(p - at(0.0, 0.022, 0.070 * g), g * DVec3::new(0.060, 0.032, 0.045));
-        d = smooth_min(d, flare, 0.050 * g);
+        d = smooth_min(d, flare, 0.040 * g);
         d = smooth_min(d, kneecap_side, 0.030 * g);
         for (x, y, width, depth) in [(0.047, -0.014, 0.034, 0.066), (-0.047, -0.010, 0.036, 0.064)] {
             let condyle = ellipsoid(p - at(x, y, 0.052 * g), g * DVec3::new(width, depth, 0.052));

@@ -3,13 +3,15 @@
 //! They serve as examples, as scaffolds to start from, and as test material. Lengths are millimetres by convention; nothing
 //! depends on it. Every solid but [`cuboid`] has its centre at the origin, so that any two overlap.
 //!
-//! Simple shapes are tessellated directly ([`cuboid`], [`sphere`], [`cylinder`], [`torus`], [`geodesic`]). Minimal surfaces,
-//! merged lattices and the bone are implicit solids {F < 0} that one contourer turns into a mesh, clipped by their
-//! box with planar caps ([`MinimalSurface`], [`StrutLattice`], [`LongBone`]). [`Model`] gathers them all under the
+//! Simple shapes are tessellated directly ([`cuboid`], [`sphere`], [`cylinder`], [`torus`], [`hyperboloid`],
+//! [`geodesic()`], [`chain()`]). Minimal surfaces, merged lattices, the brush and the bone are implicit solids {F < 0} that one contourer turns into a mesh, clipped by their
+//! box with planar caps ([`MinimalSurface`], [`StrutLattice`], [`Brush`], [`LongBone`]). [`Model`] gathers them all under the
 //! names and defaults that a command line needs.
 //!
 //! The mesh of a solid is the same, bit for bit, whatever the number of threads.
 
+mod brush;
+mod chain;
 mod contour;
 mod geodesic;
 mod lattice;
@@ -21,12 +23,14 @@ mod primitives;
 #[cfg(test)]
 mod closure;
 
+pub use brush::Brush;
+pub use chain::chain;
 pub use geodesic::geodesic;
 pub use lattice::{LatticeForm, StrutLattice, StrutPattern};
 pub use long_bone::LongBone;
 pub use minimal_surface::{MinimalSurface, Part, Surface};
 pub use model::{Model, ModelKind, Parameter};
-pub use primitives::{cuboid, cylinder, sphere, torus};
+pub use primitives::{cuboid, cylinder, hyperboloid, sphere, torus};
 
 /// The most triangles that a solid may have.
 pub const MAX_TRIANGLES: u64 = 50_000_000;

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::{
-    LatticeForm, LongBone, MinimalSurface, Part, SolidError, StrutLattice, StrutPattern, Surface, cuboid, cylinder,
-    geodesic, sphere, torus,
+    Brush, LatticeForm, LongBone, MinimalSurface, Part, SolidError, StrutLattice, StrutPattern, Surface, chain, cuboid,
+    cylinder, geodesic, hyperboloid, sphere, torus,
 };
 use crate::mesh::TriangleMesh;
 
@@ -25,7 +25,7 @@ pub enum Model {
         /// Meridians.
         segments: u32,
     },
-    /// See [`geodesic`].
+    /// See [`geodesic()`].
     Geodesic {
         /// Radius.
         radius: f64,
@@ -52,6 +52,34 @@ pub enum Model {
         /// Segments of the circle.
         segments: u32,
     },
+    /// See [`hyperboloid`].
+    Hyperboloid {
+        /// Radius in the middle.
+        waist: f64,
+        /// Radius at the ends.
+        rim: f64,
+        /// Height.
+        height: f64,
+        /// Segments of the circles.
+        segments: u32,
+        /// Zones along the height.
+        zones: u32,
+    },
+    /// See [`chain()`].
+    Chain {
+        /// Number of rings.
+        links: u32,
+        /// Radius of a ring's middle line.
+        major: f64,
+        /// Radius of a ring's section.
+        minor: f64,
+        /// Segments along a ring.
+        around: u32,
+        /// Segments round its section.
+        across: u32,
+    },
+    /// See [`Brush`].
+    Brush(Brush),
     /// See [`MinimalSurface`].
     MinimalSurface(MinimalSurface),
     /// See [`StrutLattice`].
@@ -72,7 +100,7 @@ pub struct Parameter {
 }
 
 /// A model with its name, as a help text shows it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub struct ModelKind {
     /// The name by which it is asked for.
     pub name: &'static str,
@@ -160,6 +188,69 @@ const KINDS: &[ModelKind] = &[
                 height: a.number("height")?,
                 segments: a.count("segments")?,
             })
+        },
+    },
+    ModelKind {
+        name: "hyperboloid",
+        summary: "solid inside a hyperboloid of one sheet, saddle-shaped on its side",
+        parameters: &[
+            parameter("waist", "5", "radius in the middle, mm"),
+            parameter("rim", "10", "radius at the ends, mm"),
+            parameter("height", "20", "height, mm"),
+            SEGMENTS,
+            parameter("zones", "32", "zones along the height"),
+        ],
+        build: |a| {
+            Ok(Model::Hyperboloid {
+                waist: a.number("waist")?,
+                rim: a.number("rim")?,
+                height: a.number("height")?,
+                segments: a.count("segments")?,
+                zones: a.count("zones")?,
+            })
+        },
+    },
+    ModelKind {
+        name: "chain",
+        summary: "interlocked rings along x that do not touch",
+        parameters: &[
+            parameter("links", "5", "number of rings"),
+            parameter("major", "5", "radius of a ring's middle line, mm"),
+            parameter("minor", "1", "radius of a ring's section, mm"),
+            parameter("around", "64", "segments along a ring"),
+            parameter("across", "24", "segments round its section"),
+        ],
+        build: |a| {
+            Ok(Model::Chain {
+                links: a.count("links")?,
+                major: a.number("major")?,
+                minor: a.number("minor")?,
+                around: a.count("around")?,
+                across: a.count("across")?,
+            })
+        },
+    },
+    ModelKind {
+        name: "brush",
+        summary: "round bristles along z on a plate, one surface",
+        parameters: &[
+            parameter("bristles", "8", "bristles along x and y: one number, or two with a comma"),
+            parameter("spacing", "2", "distance between neighbouring bristles, mm"),
+            parameter("radius", "0.5", "radius of a bristle, mm"),
+            parameter("length", "8", "length of a bristle, mm"),
+            parameter("plate", "1", "thickness of the plate, mm"),
+            parameter("resolution", "16", "grid cells from bristle to bristle"),
+        ],
+        build: |a| {
+            let expected = "a whole number, or two with a comma between them";
+            Ok(Model::Brush(Brush {
+                bristles: a.read("bristles", expected, one_or_several)?,
+                spacing: a.number("spacing")?,
+                radius: a.number("radius")?,
+                length: a.number("length")?,
+                plate: a.number("plate")?,
+                resolution: a.count("resolution")?,
+            }))
         },
     },
     ModelKind {
@@ -253,6 +344,11 @@ impl Model {
             Model::Geodesic { radius, frequency } => geodesic(radius, frequency),
             Model::Torus { major, minor, around, across } => torus(major, minor, around, across),
             Model::Cylinder { radius, height, segments } => cylinder(radius, height, segments),
+            Model::Hyperboloid { waist, rim, height, segments, zones } => {
+                hyperboloid(waist, rim, height, segments, zones)
+            }
+            Model::Chain { links, major, minor, around, across } => chain(links, major, minor, around, across),
+            Model::Brush(model) => model.build(),
             Model::MinimalSurface(model) => model.build(),
             Model::StrutLattice(model) => model.build(),
             Model::LongBone(model) => model.build(),
@@ -288,13 +384,11 @@ impl Arguments<'_> {
     }
 
     fn vector(&self, name: &str) -> Result<DVec3, SolidError> {
-        self.read(name, "three numbers with commas between them", triple).map(DVec3::from_array)
+        self.read(name, "three numbers with commas between them", several).map(DVec3::from_array)
     }
 
     fn cells(&self) -> Result<[u32; 3], SolidError> {
-        self.read("cells", "a whole number, or three with commas between them", |text| {
-            text.trim().parse().ok().map(|n| [n; 3]).or_else(|| triple(text))
-        })
+        self.read("cells", "a whole number, or three with commas between them", one_or_several)
     }
 
     fn minimal_surface(&self, surface: Surface) -> Result<Model, SolidError> {
@@ -330,9 +424,15 @@ impl Arguments<'_> {
     }
 }
 
-fn triple<T: std::str::FromStr>(text: &str) -> Option<[T; 3]> {
+/// Exactly `N` values with commas between them.
+fn several<T: std::str::FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
     let parts: Vec<T> = text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>()?;
     parts.try_into().ok()
+}
+
+/// One value that stands for all, or `N`.
+fn one_or_several<T: std::str::FromStr + Copy, const N: usize>(text: &str) -> Option<[T; N]> {
+    text.trim().parse().ok().map(|value| [value; N]).or_else(|| several(text))
 }
 
 #[cfg(test)]

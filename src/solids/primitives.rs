@@ -1,7 +1,7 @@
-//! Cuboid, sphere, cylinder and torus, tessellated along their own parameters.
+//! Cuboid, sphere, cylinder, hyperboloid and torus, tessellated along their own parameters.
 //!
 //! Vertices lie on the true surface, so a curved solid is inscribed: its volume approaches the closed form from below as
-//! segments grow (the torus approaches it from either side).
+//! segments grow (torus and hyperboloid approach it from either side).
 
 use std::f64::consts::{PI, TAU};
 
@@ -36,7 +36,7 @@ pub fn cuboid(min: DVec3, max: DVec3) -> Result<TriangleMesh, SolidError> {
 
 /// A sphere about the origin with `segments` meridians and half as many zones; `2 segments (segments / 2 − 1)` triangles.
 ///
-/// Triangles crowd at the poles; [`geodesic`](super::geodesic) has even ones.
+/// Triangles crowd at the poles; [`geodesic`](super::geodesic()) has even ones.
 ///
 /// # Errors
 /// A radius that is not a length, `segments` below 4 or giving too many triangles.
@@ -63,6 +63,32 @@ pub fn cylinder(radius: f64, height: f64, segments: u32) -> Result<TriangleMesh,
     check_triangles("segments", segments, 4 * u64::from(segments))?;
     let half = height / 2.0;
     Ok(revolve([(radius, -half), (radius, half)].into_iter(), (-half, half), segments))
+}
+
+/// The solid inside a hyperboloid of one sheet about the z axis, between planes: of radius `waist` in the middle and `rim`
+/// at either end. It is saddle-shaped everywhere on its side. Its volume tends to π height (2 waist² + rim²) / 3.
+/// `2 segments (zones + 1)` triangles.
+///
+/// # Errors
+/// A radius or height that is not a length, a `waist` not below the `rim`, fewer than 3 segments or 2 zones, too many
+/// triangles.
+pub fn hyperboloid(waist: f64, rim: f64, height: f64, segments: u32, zones: u32) -> Result<TriangleMesh, SolidError> {
+    check_length("waist", waist)?;
+    check_length("rim", rim)?;
+    check_length("height", height)?;
+    if waist >= rim {
+        let allowed = format!("below the rim radius {rim}");
+        return Err(SolidError::OutOfRange { parameter: "waist", value: waist, allowed });
+    }
+    check_range("segments", segments.into(), 3.0, 1e9)?;
+    check_range("zones", zones.into(), 2.0, 1e9)?;
+    check_triangles("segments", segments, 2 * u64::from(segments) * (u64::from(zones) + 1))?;
+    let half = height / 2.0;
+    let profile = (0..=zones).map(|i| {
+        let t = 2.0 * f64::from(i) / f64::from(zones) - 1.0;
+        ((waist * waist + t * t * (rim * rim - waist * waist)).sqrt(), t * half)
+    });
+    Ok(revolve(profile, (-half, half), segments))
 }
 
 /// A torus about the z axis: a circle of radius `minor` whose centre runs round a circle of radius `major`, cut into
@@ -140,9 +166,10 @@ mod tests {
 
     #[test]
     fn curved_solids_converge_to_their_closed_forms() {
-        let cases: [(f64, &dyn Fn(u32) -> TriangleMesh); 3] = [
+        let cases: [(f64, &dyn Fn(u32) -> TriangleMesh); 4] = [
             (4.0 / 3.0 * PI * 8.0, &|n| sphere(2.0, n).unwrap()),
             (PI * 4.0 * 3.0, &|n| cylinder(2.0, 3.0, n).unwrap()),
+            (PI * 4.0 * (2.0 * 1.0 + 4.0) / 3.0, &|n| hyperboloid(1.0, 2.0, 4.0, n, n).unwrap()),
             (2.0 * PI * PI * 3.0, &|n| torus(3.0, 1.0, n, n).unwrap()),
         ];
         for (exact, build) in cases {
@@ -161,6 +188,7 @@ mod tests {
             (sphere(1.0, 4).unwrap(), 2),
             (sphere(1.0, 5).unwrap(), 2),
             (cylinder(1.0, 1.0, 3).unwrap(), 2),
+            (hyperboloid(1.0, 2.0, 1.0, 3, 2).unwrap(), 2),
             (torus(2.0, 1.0, 3, 3).unwrap(), 0),
         ] {
             assert_solid(&mesh);
@@ -172,6 +200,7 @@ mod tests {
     fn counts_are_as_documented() {
         assert_eq!(sphere(1.0, 10).unwrap().triangles.len(), 2 * 10 * 4);
         assert_eq!(cylinder(1.0, 1.0, 10).unwrap().triangles.len(), 40);
+        assert_eq!(hyperboloid(1.0, 2.0, 1.0, 10, 6).unwrap().triangles.len(), 140);
         assert_eq!(torus(2.0, 1.0, 10, 7).unwrap().triangles.len(), 140);
     }
 
@@ -185,6 +214,7 @@ mod tests {
         assert_eq!(text(sphere(-1.0, 8)), "radius is -1, but must be from 0.000000001 to 1000000000");
         assert!(text(sphere(f64::NAN, 8)).starts_with("radius is NaN"));
         assert!(text(cylinder(1.0, 1.0, 2)).starts_with("segments is 2, but must be from 3"));
+        assert_eq!(text(hyperboloid(2.0, 1.0, 1.0, 8, 8)), "waist is 2, but must be below the rim radius 1");
         assert_eq!(text(torus(1.0, 2.0, 8, 8)), "minor is 2, but must be below the major radius 1");
         assert_eq!(
             text(torus(2.0, 1.0, 10_000, 10_000)),

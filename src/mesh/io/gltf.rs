@@ -10,6 +10,7 @@
 //!
 //! Draco and meshopt compression are refused by name where there is no other form of the data.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read};
@@ -27,11 +28,14 @@ use super::error::{Fault, Place, Problem};
 use super::note::ReadNote;
 use super::placement::{Placement, TRIANGLES_MAX, assemble};
 use super::polygon::Strip;
-use super::text::{decode, quote};
+use super::text::{decode, quote, sentence};
 use crate::mesh::{LengthUnit, TriangleMesh};
 
 const DRACO: &str = "KHR_draco_mesh_compression";
 const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+
+/// How many positions an accessor without data of its own may have for each that a sparse value replaces.
+const ZEROS_PER_VALUE: u64 = 16;
 
 pub(super) fn parse_text(bytes: &[u8], path: &Path) -> Result<MeshFile, Fault> {
     if bytes.starts_with(b"glTF") {
@@ -90,17 +94,16 @@ pub(super) fn parse_binary(bytes: &[u8], path: &Path) -> Result<MeshFile, Fault>
 
 fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshFile, Fault> {
     let not_json = |error: serde_json::Error| {
-        Fault::invalid(Place::Line(error.line()), format!("the glTF document is wrong: {error}"))
+        Fault::invalid(Place::Line(error.line()), format!("the glTF document is wrong: {}", sentence(&error)))
     };
     let root = Root::from_slice(json).map_err(not_json)?;
     let Transforms { nodes: transforms } = serde_json::from_slice(json).map_err(not_json)?;
     if let Some(name) = root.extensions_required.iter().find(|name| is_compression(name)) {
         return Err(Fault::Unsupported(Place::File, compressed(name)));
     }
-    let mut document =
-        Document { buffers: vec![None; root.buffers.len()], blob: blob.map(<[u8]>::to_vec), root: &root, path };
+    let mut document = Document { buffers: vec![None; root.buffers.len()], blob, root: &root, path };
 
-    let (placed, mut notes) = placements(&root, &transforms)?;
+    let placed = placements(&root, &transforms)?;
     // Meshes that the scene does not show need not be readable.
     let mut parts = Vec::new();
     let mut part_of_mesh = BTreeMap::new();
@@ -122,6 +125,7 @@ fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshF
         placements.push(Placement { part, world_from_part });
     }
     let mesh = assemble(&parts, &placements)?;
+    let mut notes = Vec::new();
     if placements.len() > 1 {
         notes.push(ReadNote::ObjectsMerged { count: placements.len() });
     }
@@ -173,8 +177,7 @@ impl NodeTransform {
 }
 
 /// Each mesh of the scene in each of its places, in the order of a walk down the nodes.
-#[allow(clippy::type_complexity)]
-fn placements(root: &Root, transforms: &[NodeTransform]) -> Result<(Vec<(usize, DAffine3)>, Vec<ReadNote>), Fault> {
+fn placements(root: &Root, transforms: &[NodeTransform]) -> Result<Vec<(usize, DAffine3)>, Fault> {
     let scene = match root.scene {
         Some(scene) => Some(get(&root.scenes, scene, "scene", || Place::File)?),
         None => root.scenes.first(),
@@ -209,7 +212,7 @@ fn placements(root: &Root, transforms: &[NodeTransform]) -> Result<(Vec<(usize, 
         let children = node.children.iter().flatten().rev();
         stack.extend(children.map(|child| (child.value(), world_from_node)));
     }
-    Ok((placed, Vec::new()))
+    Ok(placed)
 }
 
 fn get<'a, T>(items: &'a [T], index: Index<T>, what: &'static str, place: impl Fn() -> Place) -> Result<&'a T, Fault> {
@@ -222,9 +225,9 @@ fn get<'a, T>(items: &'a [T], index: Index<T>, what: &'static str, place: impl F
 struct Document<'a> {
     root: &'a Root,
     path: &'a Path,
-    blob: Option<Vec<u8>>,
+    blob: Option<&'a [u8]>,
     /// Buffers that have been needed so far.
-    buffers: Vec<Option<Vec<u8>>>,
+    buffers: Vec<Option<Cow<'a, [u8]>>>,
 }
 
 struct Part {
@@ -291,8 +294,7 @@ impl Document<'_> {
                 let problem = Problem::TooMany { what: "triangles".into(), found: *triangles, limit: TRIANGLES_MAX };
                 return Err(Fault::Malformed(place(), problem));
             }
-            let corners = corners.iter().map(|corner| corner + first as u32);
-            add_triangles(mode, corners, &mut part.mesh.triangles);
+            add_triangles(mode, &corners, first as u32, &mut part.mesh.triangles);
         }
         Ok(part)
     }
@@ -327,6 +329,18 @@ impl Document<'_> {
             let at = |axis: usize| coordinate(component, is_normalized, &bytes[axis * component.size()..]);
             DVec3::new(at(0), at(1), at(2))
         };
+        // The sparse part comes first, since it bears out how many there are where there is no other.
+        let replaced = match &accessor.sparse {
+            Some(sparse) => {
+                let Checked::Valid(index_type) = sparse.indices.component_type else {
+                    return Err(Fault::invalid(place(), "the type of the sparse indices is none of glTF's"));
+                };
+                let (view, offset) = (sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0);
+                let values = self.values(view, offset, sparse.count.0, index_type.0.size(), &place)?;
+                (0..sparse.count.0 as usize).map(|k| index_value(index_type.0, values.get(k))).collect()
+            }
+            None => Vec::new(),
+        };
         let first = positions.len();
         match accessor.buffer_view {
             Some(view) => {
@@ -335,27 +349,16 @@ impl Document<'_> {
                 positions.extend((0..count).map(|k| read(values.get(k))));
             }
             None => {
-                // Without data all is zero, which is how a sparse accessor may begin. No bytes bear out its count.
-                let sparse = accessor.sparse.as_ref().map_or(0, |sparse| sparse.count.0);
-                let most = 1024 * (sparse + 1);
-                if accessor.count.0 > most {
-                    let problem =
-                        Problem::TooMany { what: "values without data".into(), found: accessor.count.0, limit: most };
-                    return Err(Fault::Malformed(place(), problem));
+                // Without data all is zero, which no bytes bear out; some of it must be replaced.
+                let limit = ZEROS_PER_VALUE * replaced.len() as u64;
+                if accessor.count.0 > limit {
+                    let what = "positions without data".into();
+                    return Err(Fault::Malformed(place(), Problem::TooMany { what, found: accessor.count.0, limit }));
                 }
                 positions.resize(first + count, DVec3::ZERO);
             }
         }
         let Some(sparse) = &accessor.sparse else { return Ok(()) };
-        let Checked::Valid(index_type) = sparse.indices.component_type else {
-            return Err(Fault::invalid(place(), "the type of the sparse indices is none of glTF's"));
-        };
-        let index_type = index_type.0;
-        let replaced: Vec<u32> = {
-            let (view, offset) = (sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0);
-            let values = self.values(view, offset, sparse.count.0, index_type.size(), &place)?;
-            (0..sparse.count.0 as usize).map(|k| index_value(index_type, values.get(k))).collect()
-        };
         let (view, offset) = (sparse.values.buffer_view.value(), sparse.values.byte_offset.0);
         let values = self.values(view, offset, sparse.count.0, size, &place)?;
         for (k, vertex) in replaced.into_iter().enumerate() {
@@ -453,10 +456,10 @@ impl Document<'_> {
         let buffer = get(&self.root.buffers, Index::new(index as u32), "buffer", place)?;
         if self.buffers[index].is_none() {
             let place = Place::element("buffer", index);
-            let bytes = match &buffer.uri {
-                Some(uri) => load(uri, self.path, buffer.byte_length.0, &place)?,
-                None if index == 0 && self.blob.is_some() => self.blob.clone().unwrap_or_default(),
-                None => return Err(Fault::invalid(place, "the buffer has neither a URI nor a chunk `BIN`")),
+            let bytes = match (&buffer.uri, self.blob) {
+                (Some(uri), _) => Cow::Owned(load(uri, self.path, buffer.byte_length.0, &place)?),
+                (None, Some(blob)) if index == 0 => Cow::Borrowed(blob),
+                _ => return Err(Fault::invalid(place, "the buffer has neither a URI nor a chunk `BIN`")),
             };
             if (bytes.len() as u64) < buffer.byte_length.0 {
                 let (promised, found) = (buffer.byte_length.0, bytes.len() as u64);
@@ -468,22 +471,19 @@ impl Document<'_> {
     }
 }
 
-fn add_triangles(mode: Mode, corners: impl Iterator<Item = u32>, triangles: &mut Vec<[u32; 3]>) {
+/// Adds the triangles of a primitive whose vertex 0 is vertex `first` of the mesh.
+fn add_triangles(mode: Mode, corners: &[u32], first: u32, triangles: &mut Vec<[u32; 3]>) {
     match mode {
         Mode::TriangleStrip => {
             let mut strip = Strip::default();
-            triangles.extend(corners.filter_map(|corner| strip.triangle(corner)));
+            triangles.extend(corners.iter().filter_map(|corner| strip.triangle(corner + first)));
         }
         Mode::TriangleFan => {
-            let mut corners = corners;
-            let (Some(hub), Some(mut last)) = (corners.next(), corners.next()) else { return };
-            triangles.extend(corners.map(|corner| [hub, std::mem::replace(&mut last, corner), corner]));
+            let rims = corners.windows(2).skip(1);
+            triangles.extend(rims.map(|rim| [corners[0], rim[0], rim[1]].map(|corner| corner + first)));
         }
-        _ => {
-            let corners: Vec<u32> = corners.collect();
-            // Corners after the last triple are no triangle.
-            triangles.extend(corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]));
-        }
+        // Corners after the last triple are no triangle.
+        _ => triangles.extend(corners.chunks_exact(3).map(|t| [t[0] + first, t[1] + first, t[2] + first])),
     }
 }
 
@@ -585,4 +585,250 @@ fn base64_decode(text: &[u8]) -> Option<Vec<u8>> {
         }
     }
     Some(decoded)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::io::Format;
+    use crate::mesh::io::tests::{error, parsed, points};
+
+    const FORMAT: Format = Format::Gltf;
+
+    /// Four positions, then six indices of 16 bits.
+    fn blob() -> Vec<u8> {
+        let floats = [0f32, -0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.5];
+        let indices = [0u16, 1, 2, 0, 2, 3];
+        floats.iter().flat_map(|v| v.to_le_bytes()).chain(indices.iter().flat_map(|v| v.to_le_bytes())).collect()
+    }
+
+    fn base64(bytes: &[u8]) -> String {
+        const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+        let mut text = String::new();
+        for chunk in bytes.chunks(3) {
+            let bits = chunk.iter().fold(0u32, |bits, &byte| bits << 8 | u32::from(byte)) << (8 * (3 - chunk.len()));
+            for k in 0..4 {
+                let digit = DIGITS[(bits >> (18 - 6 * k) & 63) as usize];
+                text.push(if k <= chunk.len() { digit.into() } else { '=' });
+            }
+        }
+        text
+    }
+
+    /// A document with one mesh over `blob`, and nodes and scenes as given.
+    fn document(scenes: &str, primitive: &str, buffer: &str) -> String {
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},{scenes},
+            "meshes":[{{"primitives":[{primitive}]}}],
+            "accessors":[
+                {{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"}},
+                {{"bufferView":1,"componentType":5123,"count":6,"type":"SCALAR"}},
+                {{"componentType":5126,"count":4,"type":"VEC3","sparse":{{"count":2,
+                    "indices":{{"bufferView":2,"componentType":5123}},"values":{{"bufferView":0,"byteOffset":12}}}}}}],
+            "bufferViews":[{{"buffer":0,"byteLength":48}},{{"buffer":0,"byteOffset":48,"byteLength":12}},
+                {{"buffer":0,"byteOffset":50,"byteLength":4}}],
+            "images":[{{"uri":"missing.png"}}],
+            "buffers":[{{"byteLength":60{buffer}}}]}}"#
+        )
+    }
+
+    fn embedded(scenes: &str, primitive: &str) -> Vec<u8> {
+        let uri = format!(r#","uri":"data:application/octet-stream;base64,{}""#, base64(&blob()));
+        document(scenes, primitive, &uri).into_bytes()
+    }
+
+    fn glb(json: &str, blob: &[u8]) -> Vec<u8> {
+        let mut bytes = b"glTF".to_vec();
+        let length = 12 + 8 + json.len() + 8 + 8 + blob.len();
+        bytes.extend(2u32.to_le_bytes());
+        bytes.extend((length as u32).to_le_bytes());
+        for (kind, chunk) in [(b"JSON", json.as_bytes()), (b"ODD!", b""), (b"BIN\0", blob)] {
+            bytes.extend((chunk.len() as u32).to_le_bytes());
+            bytes.extend(kind);
+            bytes.extend(chunk);
+        }
+        bytes
+    }
+
+    const INDEXED: &str = r#"{"attributes":{"POSITION":0},"indices":1}"#;
+    const ONE: &str = r#""nodes":[{"mesh":0}]"#;
+
+    #[test]
+    fn buffers_as_text_as_a_chunk_and_beside_the_file() {
+        let square = points(&[[0., -0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.5]]);
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("the buffer.bin"), blob()).unwrap();
+        let beside = document(ONE, INDEXED, r#","uri":"the%20buffer.bin""#);
+        let chunk = glb(&document(ONE, INDEXED, ""), &blob());
+        let files = [
+            parsed(&embedded(ONE, INDEXED), FORMAT),
+            parsed(&chunk, Format::Glb),
+            crate::mesh::io::parse(beside.as_bytes(), FORMAT, &folder.path().join("a.gltf")).unwrap(),
+        ];
+        for file in files {
+            assert_eq!(file.mesh.positions, square);
+            assert!(file.mesh.positions[0].y.is_sign_negative());
+            assert_eq!(file.mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+            assert_eq!((file.unit, file.notes), (Some(LengthUnit::Metre), vec![]));
+        }
+        let mut long = chunk.clone();
+        long.extend([0; 6]);
+        assert_eq!(parsed(&long, Format::Glb).notes, [ReadNote::TrailingBytes { count: 6 }]);
+    }
+
+    #[test]
+    fn instances_are_placed_in_double_precision_and_mirrors_turned() {
+        let nodes = r#""nodes":[{"children":[1,2],"translation":[10.1,0,0]},{"mesh":0,"scale":[-1,1,1]},
+            {"mesh":0,"matrix":[0,1,0,0,-1,0,0,0,0,0,1,0,0,0,5,1]},{"mesh":0}],
+            "scenes":[{"nodes":[3]},{"nodes":[0]}],"scene":1"#;
+        let file = parsed(&embedded(nodes, INDEXED), FORMAT);
+        assert_eq!(file.mesh.positions[1], DVec3::new(10.1 - 1.0, 0.0, 0.0));
+        assert_eq!(file.mesh.positions[5], DVec3::new(10.1, 1.0, 5.0));
+        assert_eq!(file.mesh.triangles, [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]]);
+        assert_eq!(file.notes, [ReadNote::ObjectsMerged { count: 2 }]);
+        let turned = r#""nodes":[{"mesh":0,"rotation":[0,0,1,1]}]"#;
+        let p = parsed(&embedded(turned, INDEXED), FORMAT).mesh.positions[1];
+        assert!((p - DVec3::Y).length() < 1e-15, "{p}");
+    }
+
+    #[test]
+    fn scenes_are_the_default_the_first_or_all_roots() {
+        let count = |scenes: &str| parsed(&embedded(scenes, INDEXED), FORMAT).mesh.triangles.len();
+        let nodes = r#""nodes":[{"mesh":0,"children":[1]},{"mesh":0},{"mesh":0},{"mesh":0}]"#;
+        assert_eq!(count(nodes), 8);
+        assert_eq!(count(&format!(r#"{nodes},"scenes":[{{"nodes":[2]}},{{"nodes":[0]}}]"#)), 2);
+        assert_eq!(count(&format!(r#"{nodes},"scenes":[{{"nodes":[2]}},{{"nodes":[0]}}],"scene":1"#)), 4);
+    }
+
+    #[test]
+    fn strips_fans_soup_points_and_sparse_values() {
+        let triangles = |primitive: &str| parsed(&embedded(ONE, primitive), FORMAT).mesh.triangles;
+        assert_eq!(triangles(r#"{"attributes":{"POSITION":0},"mode":5}"#), [[0, 1, 2], [2, 1, 3]]);
+        assert_eq!(triangles(r#"{"attributes":{"POSITION":0},"mode":6}"#), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(triangles(r#"{"attributes":{"POSITION":0}}"#), [[0, 1, 2]]);
+        let mixed = format!(r#"{{"attributes":{{"POSITION":0}},"mode":1}},{INDEXED},{INDEXED}"#);
+        let file = parsed(&embedded(ONE, &mixed), FORMAT);
+        assert_eq!((file.mesh.positions.len(), file.mesh.triangles.len()), (4, 4));
+        assert_eq!(file.notes, [ReadNote::PointsOrLinesIgnored { count: 1 }]);
+        let sparse = parsed(&embedded(ONE, r#"{"attributes":{"POSITION":2},"indices":1}"#), FORMAT);
+        assert_eq!(sparse.mesh.positions, points(&[[0.; 3], [1., 0., 0.], [1., 1., 0.], [0.; 3]]));
+    }
+
+    #[test]
+    fn rest_shapes_are_noted() {
+        let targets = r#"{"attributes":{"POSITION":0},"indices":1,"targets":[{"POSITION":0}]}"#;
+        assert_eq!(parsed(&embedded(ONE, targets), FORMAT).notes, [ReadNote::DeformationIgnored { count: 1 }]);
+    }
+
+    #[test]
+    fn integers_are_positions_too() {
+        assert_eq!(coordinate(ComponentType::I8, true, &[0x80]), -1.0);
+        assert_eq!(coordinate(ComponentType::U16, true, &[0xFF, 0xFF]), 1.0);
+        assert_eq!(coordinate(ComponentType::I16, false, &[0xFE, 0xFF]), -2.0);
+    }
+
+    #[test]
+    fn errors_name_the_element_and_the_value() {
+        let wrong = |from: &str, to: &str| {
+            let text = String::from_utf8(embedded(ONE, INDEXED)).unwrap();
+            assert!(text.contains(from), "{from}");
+            error(text.replacen(from, to, 1).as_bytes(), FORMAT)
+        };
+        let cases = [
+            (
+                r#""count":4"#,
+                r#""count":3"#,
+                ", accessor 1, index 5: vertex 3 is out of range: there are 3, counted from 0",
+            ),
+            (r#""count":4"#, r#""count":5"#, ", accessor 0: 5 values are promised, 4 are there"),
+            (
+                r#""count":6"#,
+                r#""count":18446744073709551615"#,
+                ", accessor 1: 18446744073709551615 values are promised, 6 are there",
+            ),
+            (r#""mesh":0"#, r#""mesh":7"#, ", node 0: mesh 7 is out of range: there are 1, counted from 0"),
+            (
+                r#""POSITION":0"#,
+                r#""POSITION":9"#,
+                ", mesh 0, primitive 0: accessor 9 is out of range: there are 3, counted from 0",
+            ),
+            (r#""POSITION":0"#, r#""NORMAL":0"#, ", mesh 0, primitive 0: the primitive has no POSITION"),
+            (
+                r#""indices":1"#,
+                r#""indices":1,"mode":9"#,
+                ", mesh 0, primitive 0: the primitive's mode is none of glTF's",
+            ),
+            (r#""indices":1"#, r#""indices":0"#, ", accessor 0: indices must be unsigned scalars"),
+            (
+                r#""byteLength":48"#,
+                r#""byteLength":61"#,
+                ", accessor 0: bytes 0 to 61 of a buffer are asked for, and it has 60",
+            ),
+            (r#""byteLength":60"#, r#""byteLength":64"#, ", buffer 0: 64 bytes are promised, 60 are there"),
+            ("base64,", "base64,*", ", buffer 0: the data URI is not base64, as it says"),
+            (
+                r#""mesh":0"#,
+                r#""mesh":0,"children":[0]"#,
+                ": there are no triangles: the file has 0 vertices and no faces",
+            ),
+        ];
+        for (from, to, message) in cases {
+            assert_eq!(wrong(from, to), format!("sample.gltf{message}"), "{to}");
+        }
+        let sparse = r#"{"attributes":{"POSITION":2},"indices":1}"#;
+        let text = String::from_utf8(embedded(ONE, sparse)).unwrap();
+        let cases = [
+            (
+                r#""count":2"#,
+                r#""count":18446744073709551615"#,
+                "18446744073709551615 values are promised, 2 are there",
+            ),
+            (
+                r#""count":4,"type":"VEC3","sparse""#,
+                r#""count":99,"type":"VEC3","sparse""#,
+                "99 positions without data, and at most 32 can be read",
+            ),
+            (
+                r#""count":4,"type":"VEC3","sparse""#,
+                r#""count":1,"type":"VEC3","sparse""#,
+                "sparse value 1 is out of range: there are 1, counted from 0",
+            ),
+        ];
+        for (from, to, message) in cases {
+            assert!(text.contains(from), "{from}");
+            let message = format!("sample.gltf, accessor 2: {message}");
+            assert_eq!(error(text.replacen(from, to, 1).as_bytes(), FORMAT), message);
+        }
+        let twice = embedded(r#""nodes":[{"children":[1,1]},{"mesh":0}]"#, INDEXED);
+        assert_eq!(error(&twice, FORMAT), "sample.gltf, node 1: the scene reaches this node twice");
+        let missing = document(ONE, INDEXED, r#","uri":"no such.bin""#);
+        assert!(error(missing.as_bytes(), FORMAT).starts_with("no such.bin: "));
+        for uri in ["/etc/hosts", "https://example.org/a.bin"] {
+            let message = error(document(ONE, INDEXED, &format!(r#","uri":"{uri}""#)).as_bytes(), FORMAT);
+            assert_eq!(message, format!("sample.gltf, buffer 0: the buffer `{uri}` is not a file beside this one"));
+        }
+        assert!(error(b"{}", FORMAT).starts_with("sample.gltf, line 1: the glTF document is wrong: missing field"));
+    }
+
+    #[test]
+    fn compression_is_refused_by_name() {
+        let advice = "which is not supported; write it without compression";
+        let required = embedded(r#""extensionsRequired":["EXT_meshopt_compression"],"nodes":[{"mesh":0}]"#, INDEXED);
+        let message = format!("sample.gltf: the mesh is compressed with EXT_meshopt_compression, {advice}");
+        assert_eq!(error(&required, FORMAT), message);
+        let draco = r#"{"attributes":{"POSITION":2},"extensions":{"KHR_draco_mesh_compression":{"bufferView":0}}}"#;
+        let message = format!("sample.gltf, mesh 0, primitive 0: the mesh is compressed with {DRACO}, {advice}");
+        assert_eq!(error(&embedded(ONE, draco), FORMAT), message);
+    }
+
+    #[test]
+    fn containers_that_are_cut_short() {
+        let whole = glb(&document(ONE, INDEXED, ""), &blob());
+        let length = whole.len();
+        let short = format!("sample.glb, byte 8: {length} bytes are promised, {} are there", length - 1);
+        assert_eq!(error(&whole[..length - 1], Format::Glb), short);
+        assert_eq!(error(b"glTF\x01\0\0\0", Format::Glb), "sample.glb, byte 4: glTF version 1 is not supported; 2 is");
+        assert_eq!(error(b"glTX", Format::Glb), "sample.glb, byte 0: expected `glTF`, found `glTX`");
+        assert_eq!(error(b"glTF\x02\0\0\0\x0C\0\0\0", Format::Glb), "sample.glb, byte 12: there is no chunk `JSON`");
+    }
 }

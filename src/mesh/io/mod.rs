@@ -8,6 +8,7 @@
 //! No count in a header is believed before the bytes that it counts are seen to be there, so that memory stays in
 //! proportion to the file. Instances are the exception by their nature, and have a limit of their own (`placement`).
 
+mod allocation;
 mod error;
 mod gltf;
 mod note;
@@ -21,8 +22,8 @@ mod text;
 mod threemf;
 
 use std::fmt;
-use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::fs::File;
+use std::io::{self, BufWriter, Read, Write};
 use std::path::Path;
 
 use super::{LengthUnit, TriangleMesh};
@@ -138,8 +139,18 @@ impl MeshFile {
 /// Reads a mesh file, by its extension.
 pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
     let format = Format::from_path(path)?;
-    let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.to_path_buf(), source })?;
+    let bytes = load(path).map_err(|source| ReadError::Io { path: path.to_path_buf(), source })?;
     parse(&bytes, format, path)
+}
+
+/// All bytes of a file.
+fn load(path: &Path) -> io::Result<Vec<u8>> {
+    let mut file = File::open(path)?;
+    let length = usize::try_from(file.metadata()?.len()).unwrap_or_default();
+    // One byte more, so that the end is seen without growing.
+    let mut bytes = allocation::try_vec_with_room(length.saturating_add(1))?;
+    file.read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// Reads a mesh from the bytes of a file. The path names the file in errors, and buffers that a glTF file refers to are

@@ -20,8 +20,8 @@ pub enum ReadNote {
         /// How many such faces.
         count: usize,
     },
-    /// Faces that cross or touch themselves, or are not flat, were cut into fans whose triangles may overlap.
-    PolygonsFanned {
+    /// Some of the faces that were cut cross themselves or are folded, so that their triangles may overlap.
+    PolygonsNotSimple {
         /// How many such faces; they count as triangulated too.
         count: usize,
     },
@@ -69,7 +69,7 @@ impl ReadNote {
             ReadNote::SolidsMerged { .. } => "solids-merged",
             ReadNote::ObjectsMerged { .. } => "objects-merged",
             ReadNote::PolygonsTriangulated { .. } => "polygons-triangulated",
-            ReadNote::PolygonsFanned { .. } => "polygons-fanned",
+            ReadNote::PolygonsNotSimple { .. } => "polygons-not-simple",
             ReadNote::PointsOrLinesIgnored { .. } => "points-or-lines-ignored",
             ReadNote::FreeFormIgnored { .. } => "free-form-ignored",
             ReadNote::WeightsIgnored { .. } => "weights-ignored",
@@ -87,8 +87,8 @@ impl fmt::Display for ReadNote {
             ReadNote::SolidsMerged { count } => write!(f, "solids merged into one mesh: {count}"),
             ReadNote::ObjectsMerged { count } => write!(f, "objects merged into one mesh: {count}"),
             ReadNote::PolygonsTriangulated { count } => write!(f, "polygons triangulated: {count}"),
-            ReadNote::PolygonsFanned { count } => {
-                write!(f, "polygons that are not simple, cut into fans that may overlap: {count}")
+            ReadNote::PolygonsNotSimple { count } => {
+                write!(f, "polygons that cross themselves or are folded: {count}")
             }
             ReadNote::PointsOrLinesIgnored { count } => write!(f, "points and lines ignored: {count}"),
             ReadNote::FreeFormIgnored { count } => write!(f, "free-form curves and surfaces ignored: {count}"),

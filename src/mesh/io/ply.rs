@@ -14,6 +14,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::MeshFile;
+use super::allocation::vec_with_room;
 use super::error::{Fault, Place, Problem};
 use super::note::ReadNote;
 use super::polygon::{Polygons, Strip};
@@ -32,7 +33,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
         return Err(Fault::Malformed(Place::File, problem));
     }
     let mut body = match header.encoding {
-        Encoding::Text => Body::Text(Words::new(&text[header.bytes..]).from_line(header.lines + 1)),
+        Encoding::Text => Body::Text(Words::new(&text[header.bytes..]).starting_at(header.lines + 1)),
         Encoding::Binary(order) => Body::Binary { bytes: &text, at: header.bytes, order },
     };
     let mut content = Content { vertices: vertices as usize, ..Content::default() };
@@ -168,10 +169,6 @@ impl Element {
         })
     }
 
-    fn at(&self, index: u64) -> Place {
-        Place::element(self.name.clone(), index as usize)
-    }
-
     fn short(&self, found: u64) -> Fault {
         let what = format!("elements `{}`", self.name).into();
         Fault::Malformed(Place::File, Problem::Short { what, promised: self.count, found })
@@ -289,10 +286,11 @@ impl<'a> Body<'a> {
         }
     }
 
-    fn place(&self, element: &Element, index: u64) -> Place {
+    /// The line of the last value, in text.
+    fn line(&self) -> Option<usize> {
         match self {
-            Body::Text(words) => Place::Line(words.line()),
-            Body::Binary { .. } => element.at(index),
+            Body::Text(words) => Some(words.line()),
+            Body::Binary { .. } => None,
         }
     }
 }
@@ -359,7 +357,7 @@ impl Content {
         for index in 0..element.count {
             let mut position = DVec3::ZERO;
             for (number, property) in element.properties.iter().enumerate() {
-                let each = |value| {
+                let each = |value, _| {
                     for (axis, &(axis_number, _)) in axes.iter().enumerate() {
                         if axis_number == number {
                             position[axis] = value;
@@ -379,7 +377,10 @@ impl Content {
         if let Body::Binary { bytes, at, order } = body {
             let rest = &bytes[*at..];
             if let Some((triangles, length)) = plain_triangles(element, list, rest, *order, self.vertices) {
-                self.triangles.extend(triangles);
+                match self.triangles.is_empty() {
+                    true => self.triangles = triangles,
+                    false => self.triangles.extend(triangles),
+                }
                 *at += length;
                 return Ok(());
             }
@@ -387,12 +388,12 @@ impl Content {
         for index in 0..element.count {
             for (number, property) in element.properties.iter().enumerate() {
                 if number != list {
-                    read_property(property, element, index, body, |_| Ok(()))?;
+                    read_property(property, element, index, body, |_, _| Ok(()))?;
                     continue;
                 }
-                let place = body.place(element, index);
-                read_property(property, element, index, body, |vertex| {
-                    self.polygons.push_corner(self.vertex_index(vertex, &place, element, index)?);
+                read_property(property, element, index, body, |vertex, line| {
+                    let vertex = self.vertex_index(vertex, "face", index, line)?;
+                    self.polygons.push_corner(vertex);
                     Ok(())
                 })?;
             }
@@ -405,9 +406,8 @@ impl Content {
         let list = element.vertex_list()?;
         for index in 0..element.count {
             for (number, property) in element.properties.iter().enumerate() {
-                let place = body.place(element, index);
                 let mut strip = Strip::default();
-                read_property(property, element, index, body, |vertex| {
+                read_property(property, element, index, body, |vertex, line| {
                     if number != list {
                         return Ok(());
                     }
@@ -415,7 +415,7 @@ impl Content {
                         strip = Strip::default();
                         return Ok(());
                     }
-                    let vertex = self.vertex_index(vertex, &place, element, index)?;
+                    let vertex = self.vertex_index(vertex, "tristrips", index, line)?;
                     self.triangles.extend(strip.triangle(vertex));
                     Ok(())
                 })?;
@@ -424,19 +424,18 @@ impl Content {
         Ok(())
     }
 
-    fn vertex_index(&self, vertex: f64, place: &Place, element: &Element, index: u64) -> Result<u32, Fault> {
+    fn vertex_index(&self, value: f64, element: &'static str, index: u64, line: Option<usize>) -> Result<u32, Fault> {
         // A cast from a float saturates, so that the comparison finds what is no whole number in range.
-        if vertex as u32 as f64 == vertex && (vertex as u32 as usize) < self.vertices {
-            return Ok(vertex as u32);
+        let vertex = value as u32;
+        if f64::from(vertex) == value && (vertex as usize) < self.vertices {
+            return Ok(vertex);
         }
-        let problem = Problem::IndexOutOfRange { what: "vertex", index: vertex as i64, count: self.vertices, first: 0 };
-        let place = match *place {
-            Place::Line(line) if element.name == "face" => {
-                Place::ElementOnLine { element: "face", index: index as usize, line }
-            }
-            Place::Line(line) => Place::ElementOnLine { element: "tristrips", index: index as usize, line },
-            _ => element.at(index),
+        let index = index as usize;
+        let place = match line {
+            Some(line) => Place::ElementOnLine { element, index, line },
+            None => Place::element(element, index),
         };
+        let problem = Problem::IndexOutOfRange { what: "vertex", index: value as i64, count: self.vertices, first: 0 };
         Err(Fault::Malformed(place, problem))
     }
 
@@ -467,20 +466,20 @@ fn skip_element(element: &Element, body: &mut Body<'_>) -> Result<(), Fault> {
     }
     for index in 0..element.count {
         for property in &element.properties {
-            read_property(property, element, index, body, |_| Ok(()))?;
+            read_property(property, element, index, body, |_, _| Ok(()))?;
         }
     }
     Ok(())
 }
 
-/// Reads one property of element number `index` and hands on its value, or each of its values.
+/// Reads one property of element number `index` and hands on its value, or each of its values, with its line in text.
 #[inline]
 fn read_property(
     property: &Property,
     element: &Element,
     index: u64,
     body: &mut Body<'_>,
-    mut each: impl FnMut(f64) -> Result<(), Fault>,
+    mut each: impl FnMut(f64, Option<usize>) -> Result<(), Fault>,
 ) -> Result<(), Fault> {
     let (count, item) = match property.kind {
         Kind::Scalar(scalar) => (1.0, scalar),
@@ -488,10 +487,12 @@ fn read_property(
     };
     if count < 0.0 || count.fract() != 0.0 || count > f64::from(u32::MAX) {
         let sentence = format!("`{}` counts {count} values, which is no length of a list", property.name);
-        return Err(Fault::invalid(body.place(element, index), sentence));
+        let place = body.line().map_or_else(|| Place::element(element.name.clone(), index as usize), Place::Line);
+        return Err(Fault::invalid(place, sentence));
     }
     for _ in 0..count as u32 {
-        each(body.value(item)?.ok_or_else(|| element.short(index))?)?;
+        let value = body.value(item)?.ok_or_else(|| element.short(index))?;
+        each(value, body.line())?;
     }
     Ok(())
 }
@@ -499,14 +500,18 @@ fn read_property(
 /// The positions of vertices that all take `stride` bytes.
 fn positions(bytes: &[u8], stride: usize, axes: [(usize, Scalar); 3], order: ByteOrder) -> Vec<DVec3> {
     let [x, y, z] = axes;
+    let mut positions = vec_with_room(bytes.len() / stride);
     let vertices = bytes.par_chunks_exact(stride).with_min_len(ELEMENTS_PER_TASK);
     // The types are tested once here, so that the usual one has a loop of its own.
     if axes.iter().all(|&(_, scalar)| scalar == Scalar::F32) && order == ByteOrder::Little {
         let load = |vertex: &[u8], at: usize| Scalar::F32.load(&vertex[at..at + 4], ByteOrder::Little);
-        return vertices.map(|v| DVec3::new(load(v, x.0), load(v, y.0), load(v, z.0))).collect();
+        let position = |v: &[u8]| DVec3::new(load(v, x.0), load(v, y.0), load(v, z.0));
+        vertices.map(position).collect_into_vec(&mut positions);
+    } else {
+        let load = |vertex: &[u8], (at, scalar): (usize, Scalar)| scalar.load(&vertex[at..], order);
+        vertices.map(|v| DVec3::new(load(v, x), load(v, y), load(v, z))).collect_into_vec(&mut positions);
     }
-    let load = |vertex: &[u8], (at, scalar): (usize, Scalar)| scalar.load(&vertex[at..], order);
-    vertices.map(|v| DVec3::new(load(v, x), load(v, y), load(v, z))).collect()
+    positions
 }
 
 /// The faces of an element whose only list is its vertices, and their length in bytes, if all of them are triangles with
@@ -538,7 +543,8 @@ fn plain_triangles(
     let limit = vertices as f64;
     let usual = order == ByteOrder::Little && count == Scalar::U8 && matches!(item, Scalar::I32 | Scalar::U32);
     let faces = bytes.par_chunks_exact(stride).with_min_len(ELEMENTS_PER_TASK);
-    let triangles = if usual {
+    let mut triangles = vec_with_room(bytes.len() / stride);
+    if usual {
         faces
             .map(|face| {
                 let list = &face[start..start + 13];
@@ -550,7 +556,7 @@ fn plain_triangles(
                 }
                 corners
             })
-            .collect()
+            .collect_into_vec(&mut triangles);
     } else {
         faces
             .map(|face| {
@@ -561,8 +567,8 @@ fn plain_triangles(
                 }
                 corners.map(|corner| corner as u32)
             })
-            .collect()
-    };
+            .collect_into_vec(&mut triangles);
+    }
     is_plain.into_inner().then_some((triangles, length))
 }
 
@@ -573,7 +579,7 @@ mod tests {
     use crate::mesh::io::tests::{error, parsed, points};
 
     const FORMAT: Format = Format::Ply;
-    const SQUARE: [[f64; 3]; 4] = [[0., 0., 0.], [1., 0., 0.5], [1., 1., -0.], [0., 1., 7.]];
+    const SQUARE: [[f64; 3]; 4] = [[0., 0., 0.], [1., 0., 0.5], [1., 1., -0.], [0., 1., 0.25]];
 
     fn header(format: &str, lines: &str) -> String {
         format!("ply\nformat {format} 1.0\ncomment made for a test\n{lines}end_header\n")
@@ -648,7 +654,7 @@ mod tests {
     fn integer_coordinates() {
         for coordinate in ["char", "uchar", "short", "ushort", "int", "uint"] {
             let bytes = binary("binary_big_endian", [coordinate, "uchar", "int"], "vertex_index", &[&[0., 1., 3.]]);
-            assert_eq!(parsed(&bytes, FORMAT).mesh.positions[3], DVec3::new(0., 1., 7.), "{coordinate}");
+            assert_eq!(parsed(&bytes, FORMAT).mesh.positions[3], DVec3::new(0., 1., 0.), "{coordinate}");
         }
     }
 

@@ -54,13 +54,13 @@ impl Polygons {
         let count = self.iter().map(|face| face.len().saturating_sub(2)).sum();
         let mut triangles = Vec::with_capacity(count);
         let mut cutter = Cutter { tests_left: CORNER_TESTS, ..Cutter::default() };
-        let (mut cut, mut fanned, mut ignored) = (0, 0, 0);
+        let (mut cut, mut doubtful, mut ignored) = (0, 0, 0);
         for face in self.iter() {
             match *face {
                 [a, b, c] => triangles.push([a, b, c]),
                 [_, _, _, ..] => {
                     cut += 1;
-                    fanned += usize::from(cutter.cut(face, positions, &mut triangles) == Cut::Fanned);
+                    doubtful += usize::from(cutter.cut(face, positions, &mut triangles) == Cut::Doubtful);
                 }
                 _ => ignored += 1,
             }
@@ -68,8 +68,8 @@ impl Polygons {
         if cut > 0 {
             notes.push(ReadNote::PolygonsTriangulated { count: cut });
         }
-        if fanned > 0 {
-            notes.push(ReadNote::PolygonsFanned { count: fanned });
+        if doubtful > 0 {
+            notes.push(ReadNote::PolygonsNotSimple { count: doubtful });
         }
         if ignored > 0 {
             notes.push(ReadNote::PointsOrLinesIgnored { count: ignored });
@@ -105,7 +105,7 @@ impl Strip {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Cut {
     Simple,
-    Fanned,
+    Doubtful,
 }
 
 #[derive(Default)]
@@ -136,7 +136,7 @@ impl Cutter {
             self.ring.remove(ear);
             at = if ear == 0 { 0 } else { ear - 1 };
         }
-        let cut = if self.ring.len() == 3 { Cut::Simple } else { Cut::Fanned };
+        let cut = if self.ring.len() == 3 && self.goes_round_once() { Cut::Simple } else { Cut::Doubtful };
         for k in 1..self.ring.len() - 1 {
             triangles.push([face[self.ring[0]], face[self.ring[k]], face[self.ring[k + 1]]]);
         }
@@ -185,6 +185,14 @@ impl Cutter {
             );
         }
         rounds == 1
+    }
+
+    /// Whether the boundary turns by one full turn in all, as that of every simple polygon does.
+    fn goes_round_once(&self) -> bool {
+        let n = self.plane.len();
+        let side = |k: usize| self.plane[(k + 1) % n] - self.plane[k % n];
+        let turn: f64 = (0..n).map(|k| side(k).angle_to(side(k + 1))).filter(|angle| !angle.is_nan()).sum();
+        (turn / std::f64::consts::TAU).round() == 1.0
     }
 
     fn next_ear(&mut self, from: usize) -> Option<usize> {
@@ -306,7 +314,7 @@ mod tests {
         for points in [star, vec![[f64::NAN; 3]; 5], vec![[1.0; 3]; 5]] {
             let (triangles, notes) = cut(&points);
             assert_eq!(triangles.len(), 3);
-            assert!(notes.contains(&ReadNote::PolygonsFanned { count: 1 }), "{notes:?}");
+            assert!(notes.contains(&ReadNote::PolygonsNotSimple { count: 1 }), "{notes:?}");
         }
     }
 

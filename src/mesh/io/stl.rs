@@ -1,8 +1,8 @@
 //! STL: triangle soup, in binary or text.
 //!
 //! The two forms are told apart by size first, since binary files that begin with `solid` are common: a file of 84 + 50 n
-//! bytes with n at byte 80 is binary. Of the others, a file is text if its beginning is printable and starts with `solid`
-//! or `facet`, and binary with bytes too many or too few otherwise.
+//! bytes with n at byte 80 is binary. Of the others, a file is text if it begins with `solid` or `facet` and has no byte 0
+//! soon, and binary with bytes too many or too few otherwise.
 //!
 //! Normals and attribute bytes are not read. Vertex 3 i + k of the mesh is corner k of triangle i.
 
@@ -12,6 +12,7 @@ use std::path::Path;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::allocation::vec_with_room;
 use super::error::{Fault, Place, Problem, WriteError};
 use super::note::ReadNote;
 use super::text::{Words, decode};
@@ -41,15 +42,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
     parse_binary(bytes, promised)
 }
 
-/// Whether the file begins with printable text whose first word is `solid` or `facet`.
+/// Whether the file begins as text does: with `solid` or `facet`, and without a byte 0.
+///
+/// In a binary file the last byte of the count is 0, unless it counts more than 16 million triangles.
 fn is_text(bytes: &[u8]) -> bool {
     let start = &bytes[..bytes.len().min(1024)];
-    let is_control = |byte: u8| byte < b' ' && !matches!(byte, b'\t' | b'\n' | b'\r' | 0x0B | 0x0C);
-    if start.iter().any(|&byte| is_control(byte)) {
-        return false;
-    }
     let word = Words::new(start).next().unwrap_or_default();
-    ["solid", "facet"].iter().any(|keyword| word.eq_ignore_ascii_case(keyword.as_bytes()))
+    !start.contains(&0) && ["solid", "facet"].iter().any(|keyword| word.eq_ignore_ascii_case(keyword.as_bytes()))
 }
 
 fn parse_binary(bytes: &[u8], promised: u32) -> Result<MeshFile, Fault> {
@@ -66,7 +65,8 @@ fn parse_binary(bytes: &[u8], promised: u32) -> Result<MeshFile, Fault> {
     // An index is 32 bits, and a triangle of soup has three vertices of its own.
     check_count(count)?;
     let (records, rest) = body.split_at(count * TRIANGLE_BYTES);
-    let corners: Vec<[DVec3; 3]> = records
+    let mut corners: Vec<[DVec3; 3]> = vec_with_room(count);
+    records
         .par_chunks_exact(TRIANGLE_BYTES)
         .with_min_len(TRIANGLES_PER_TASK)
         .map(|record| {
@@ -76,7 +76,7 @@ fn parse_binary(bytes: &[u8], promised: u32) -> Result<MeshFile, Fault> {
             let corner = |at: usize| DVec3::new(float(at), float(at + 4), float(at + 8));
             [corner(12), corner(24), corner(36)]
         })
-        .collect();
+        .collect_into_vec(&mut corners);
     let mut notes = Vec::new();
     if !rest.is_empty() {
         notes.push(ReadNote::TrailingBytes { count: rest.len() });
@@ -93,16 +93,17 @@ fn check_count(triangles: usize) -> Result<(), Fault> {
 }
 
 fn soup(corners: Vec<[DVec3; 3]>) -> TriangleMesh {
-    let triangles = (0..corners.len() as u32)
+    let mut triangles = vec_with_room(corners.len());
+    (0..corners.len() as u32)
         .into_par_iter()
         .with_min_len(TRIANGLES_PER_TASK)
         .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
-        .collect();
+        .collect_into_vec(&mut triangles);
     TriangleMesh { positions: corners.into_flattened(), triangles }
 }
 
 /// Reads text word by word, so that lines and spaces may stand anywhere; only names, which follow `solid` and `endsolid`
-/// and may be anything, end with their line. What follows the other keywords' ends is tolerated too, up to a keyword.
+/// and may be anything, end with their line. Other words after `endloop` and `endfacet` are left out as well.
 fn parse_text(bytes: &[u8]) -> Result<MeshFile, Fault> {
     let mut words = Words::new(bytes);
     let mut corners: Vec<[DVec3; 3]> = Vec::new();
@@ -173,6 +174,17 @@ fn skip_name(words: &mut Words<'_>) {
     }
 }
 
+/// Leaves out the rest of the line, up to a keyword.
+fn skip_remark(words: &mut Words<'_>) {
+    loop {
+        let before = words.rest();
+        let Some(word) = words.next_on_line() else { return };
+        if Keyword::of(word).is_some() {
+            return words.back_to(before);
+        }
+    }
+}
+
 /// The three corners of facet number `index`, whose first word has been read.
 fn facet(words: &mut Words<'_>, index: usize) -> Result<[DVec3; 3], Fault> {
     // Nothing depends on the normal, so it may be missing, or anything but a keyword.
@@ -207,11 +219,13 @@ fn facet(words: &mut Words<'_>, index: usize) -> Result<[DVec3; 3], Fault> {
         return Err(Fault::invalid(place, format!("a facet has 3 vertices, and this one has {count}")));
     }
     if word.and_then(Keyword::of) == Some(Keyword::EndLoop) {
+        skip_remark(words);
         let end = words.next();
         if end.and_then(Keyword::of) != Some(Keyword::EndFacet) {
             return Err(words.expected("`endfacet`", end));
         }
     }
+    skip_remark(words);
     Ok(corners)
 }
 
@@ -333,6 +347,7 @@ mod tests {
             plain.replace("normal 0 0 1", ""),
             FACET.to_owned(),
             format!("\u{feff}{plain}"),
+            plain.replace("endloop", "endloop foo 1").replace("endfacet", "endfacet bar"),
         ];
         for text in &texts {
             let file = parsed(text.as_bytes(), FORMAT);
@@ -367,6 +382,8 @@ mod tests {
             error(cut.as_bytes(), FORMAT),
             "sample.stl, line 6: expected a coordinate, found the end of the file"
         );
+        let control = text("4 5", "\x10 5");
+        assert_eq!(error(control.as_bytes(), FORMAT), "sample.stl, line 6: `\\u{10}` is not a number");
         let odd = text("endfacet", "endfact");
         assert_eq!(error(odd.as_bytes(), FORMAT), "sample.stl, line 8: expected `endfacet`, found `endfact`");
     }

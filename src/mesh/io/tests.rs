@@ -1,5 +1,6 @@
 //! What holds for all formats: names, notes, hostile bytes, and files as they are written.
 
+use std::fs;
 use std::path::PathBuf;
 
 use glam::DVec3;
@@ -114,4 +115,149 @@ fn written_files_can_be_read_by_others() {
     fs::write(&plain, "").unwrap();
     let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
     assert_eq!(mode(&written), mode(&plain));
+}
+
+/// One small file of each format and form.
+fn samples() -> Vec<(Format, Vec<u8>)> {
+    let mesh = tetrahedron();
+    let mut binary_stl = Vec::new();
+    stl::write(&mut binary_stl, &mesh, None).unwrap();
+    let text_stl = "solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1e0 0\nendloop\nendfacet\nendsolid";
+    let obj = "# x\no a\nv 0 0 0\nv 1 0 0 1\nv 1 1 0\nv 0 1 0 1 0 0\nvn 0 0 1\nf 1//1 2//1 -2 4\nf 1 \\\n2 3\nl 1 2\n";
+    let off = "COFF # x\n4 2 0\n0 0 0 1\n1 0 0 1\n1 1 0 1\n0 1 0 1\n4 0 1 2 3 1\n3 0 1 2\n";
+    let vertices = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+    let faces = "element face 2\nproperty list uchar int vertex_indices\nelement tristrips 1\n\
+                 property list int int vertex_index\nend_header\n";
+    let text_ply =
+        format!("ply\nformat ascii 1.0\n{vertices}{faces}0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n3 0 1 2\n4 0 1 2 -1\n");
+    let mut binary_ply = format!("ply\nformat binary_little_endian 1.0\n{vertices}{faces}").into_bytes();
+    binary_ply.extend(mesh.positions.iter().flat_map(|p| p.to_array()).flat_map(|v| (v as f32).to_le_bytes()));
+    for face in [[0, 1, 2], [1, 2, 3]] {
+        binary_ply.push(3);
+        binary_ply.extend(face.into_iter().flat_map(i32::to_le_bytes));
+    }
+    binary_ply.extend([4, 0, 1, 2, -1].into_iter().flat_map(i32::to_le_bytes));
+    let json = |buffer: &str| {
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},"nodes":[{{"mesh":0,"scale":[1,2,3]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],"accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","sparse":{{"count":1,"indices":{{"bufferView":0,"componentType":5121}},"values":{{"bufferView":0}}}}}}],"bufferViews":[{{"buffer":0,"byteLength":36,"byteStride":12}}],"buffers":[{{"byteLength":36{buffer}}}]}}"#
+        )
+    };
+    let uri = format!(r#","uri":"data:,{}""#, "%00".repeat(36));
+    let chunk = json("");
+    let mut glb = b"glTF\x02\0\0\0".to_vec();
+    glb.extend((12 + 8 + chunk.len() as u32 + 8 + 36).to_le_bytes());
+    glb.extend((chunk.len() as u32).to_le_bytes());
+    glb.extend(b"JSON");
+    glb.extend(chunk.as_bytes());
+    glb.extend(36u32.to_le_bytes());
+    glb.extend(b"BIN\0");
+    glb.extend([0; 36]);
+    let model = threemf::tests::model("unit=\"inch\"", threemf::tests::TRIANGLE, "<item objectid=\"1\"/>");
+    vec![
+        (Format::Stl, binary_stl),
+        (Format::Stl, text_stl.into()),
+        (Format::Obj, obj.into()),
+        (Format::Obj, utf_16(obj, u16::to_be_bytes)),
+        (Format::Off, off.into()),
+        (Format::Ply, text_ply.into()),
+        (Format::Ply, binary_ply),
+        (Format::Gltf, json(&uri).into()),
+        (Format::Glb, glb),
+        (Format::ThreeMf, threemf::tests::package(&[("3D/root.model", &model)])),
+    ]
+}
+
+/// Reads bytes that may be anything, and holds the result to what every result promises.
+fn survive(bytes: &[u8], format: Format) {
+    let name = sample_path(format);
+    match parse(bytes, format, &name) {
+        Ok(file) => {
+            let count = file.mesh.positions.len();
+            assert!(!file.mesh.triangles.is_empty());
+            assert!(file.mesh.triangles.iter().flatten().all(|&index| (index as usize) < count));
+            // No format says a vertex or a triangle in less than a byte, but for what ZIP compresses.
+            let most = if format == Format::ThreeMf { 1 << 16 } else { bytes.len() + 2048 };
+            assert!(count <= most && file.mesh.triangles.len() <= most, "{format}: {count} vertices");
+        }
+        // Buffers that a damaged name refers to are errors of another file.
+        Err(ReadError::Io { .. }) if format == Format::Gltf || format == Format::Glb => {}
+        Err(error) => {
+            let text = error.to_string();
+            assert!(text.starts_with(&name.display().to_string()), "{text}");
+            assert!(text.len() < 600 && !text.contains('\n'), "{text}");
+        }
+    }
+}
+
+#[test]
+fn samples_are_read() {
+    for (format, bytes) in samples() {
+        parsed(&bytes, format);
+    }
+}
+
+#[test]
+fn files_cut_anywhere_are_read_or_refused() {
+    for (format, bytes) in samples() {
+        (0..bytes.len()).for_each(|length| survive(&bytes[..length], format));
+    }
+}
+
+#[test]
+fn files_with_any_byte_changed_are_read_or_refused() {
+    for (format, bytes) in samples() {
+        for at in 0..bytes.len() {
+            let bits = (0..8).map(|bit| bytes[at] ^ (1 << bit));
+            for byte in bits.chain([0, 0x7F, 0x80, 0xFF, b'-', b'9', b' ', b'\n', b'"']) {
+                let mut changed = bytes.clone();
+                changed[at] = byte;
+                survive(&changed, format);
+            }
+        }
+    }
+}
+
+#[test]
+fn files_with_runs_of_bytes_changed_are_read_or_refused() {
+    for (format, bytes) in samples() {
+        for at in 0..bytes.len() {
+            for (length, byte) in [(2, 0xFF), (4, 0xFF), (4, 0x7F), (8, 0xFF), (4, 0), (8, b'9'), (3, b'9')] {
+                let mut changed = bytes.clone();
+                let end = (at + length).min(bytes.len());
+                changed[at..end].fill(byte);
+                survive(&changed, format);
+                // And with the run taken out, so that all after it moves.
+                changed.drain(at..end);
+                survive(&changed, format);
+            }
+        }
+    }
+}
+
+#[test]
+fn packages_with_damaged_models_are_read_or_refused() {
+    // Damage to a package as a whole shows in its checksums; this is damage from before it was packed.
+    let lattice = "<b:beamlattice><b:beams><b:beam v1=\"0\" v2=\"1\"/></b:beams></b:beamlattice></mesh>";
+    let components = "<object id=\"2\"><components><component objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 -1 0 0 9\"/>\
+                      </components></object>";
+    let objects = threemf::tests::TRIANGLE.replace("</mesh>", lattice) + components;
+    let model = threemf::tests::model("unit=\"inch\"", &objects, "<item objectid=\"2\"/><item objectid=\"1\"/>");
+    let try_model = |text: &str| survive(&threemf::tests::package(&[("3D/root.model", text)]), Format::ThreeMf);
+    try_model(&model);
+    for at in 0..model.len() {
+        try_model(&model[..at]);
+        for piece in ["", "\"", "<", ">", "/", "&", "9", "-", " ", "\u{e9}", "<a>", "<!--", "<![CDATA["] {
+            try_model(&format!("{}{piece}{}", &model[..at], &model[at + 1..]));
+        }
+    }
+}
+
+#[test]
+fn every_file_read_as_every_format() {
+    for (_, bytes) in samples() {
+        for format in Format::ALL {
+            // A format that lies is one more way for a file to be broken, and may even be read: GLB as glTF.
+            survive(&bytes, format);
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! Words, lines and numbers of text formats.
 
 use std::borrow::Cow;
+use std::fmt;
 
 use memchr::memchr2;
 
@@ -30,6 +31,19 @@ pub(super) fn quote(word: &[u8]) -> String {
         quoted.push('…');
     }
     quoted
+}
+
+/// What another library says of an error, on one line and of bounded length: it may quote any part of the file.
+pub(super) fn sentence(error: &dyn fmt::Display) -> String {
+    const LONGEST: usize = 200;
+    let text = error.to_string();
+    let words: Vec<&str> =
+        text.split(|c: char| c.is_whitespace() || c.is_control()).filter(|w| !w.is_empty()).collect();
+    let line = words.join(" ");
+    match line.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &line[..end]),
+        None => line,
+    }
 }
 
 /// The number that a word spells, or `None` where it spells none.
@@ -84,7 +98,7 @@ impl<'a> Words<'a> {
     }
 
     /// Takes the text to begin on this line of the file.
-    pub(super) fn from_line(mut self, line: usize) -> Words<'a> {
+    pub(super) fn starting_at(mut self, line: usize) -> Words<'a> {
         self.line = line;
         self
     }
@@ -258,6 +272,8 @@ mod tests {
     #[test]
     fn quotes_are_short_and_printable() {
         assert_eq!(quote(b"a\x00b\n"), "a\\0b\\n");
+        assert_eq!(sentence(&"a\n  b\u{7}c"), "a b c");
+        assert_eq!(sentence(&"é".repeat(500)), format!("{}…", "é".repeat(200)));
         assert_eq!(quote(&[b'x'; 500]), format!("{}…", "x".repeat(40)));
     }
 }

@@ -9,6 +9,8 @@
 //!
 //! A few bytes of a ZIP file can inflate to very many, so there is a limit to how many, in proportion to the file's size.
 
+use std::borrow::Cow;
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Read};
 
@@ -21,7 +23,7 @@ use super::MeshFile;
 use super::error::{Fault, Place, Problem};
 use super::note::ReadNote;
 use super::placement::{PLACEMENTS_MAX, Placement, assemble};
-use super::text::{decode, number, quote};
+use super::text::{decode, number, quote, sentence};
 use crate::mesh::{LengthUnit, TriangleMesh};
 
 /// Bytes that a package of `length` may inflate to. Models of lattices, full of the same words, reach a fiftieth of it.
@@ -57,8 +59,9 @@ struct Package<'a> {
 
 impl<'a> Package<'a> {
     fn open(bytes: &'a [u8]) -> Result<Package<'a>, Fault> {
-        let archive = ZipArchive::new(Cursor::new(bytes))
-            .map_err(|error| Fault::invalid(Place::File, format!("the file is no sound ZIP package: {error}")))?;
+        let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
+            Fault::invalid(Place::File, format!("the file is no sound ZIP package: {}", sentence(&error)))
+        })?;
         let names = archive.file_names_raw().filter_map(|name| std::str::from_utf8(name).ok());
         let names = names.map(|name| (normal_name(name), name.to_owned())).collect();
         let limit = inflated_limit(bytes.len());
@@ -72,7 +75,8 @@ impl<'a> Package<'a> {
             return Err(Fault::invalid(Place::File, format!("the package has no part `{}`", quote(part.as_bytes()))));
         };
         let failed = |error: &dyn std::fmt::Display| {
-            Fault::invalid(Place::File, format!("part `{}` cannot be unpacked: {error}", quote(part.as_bytes())))
+            let (part, error) = (quote(part.as_bytes()), sentence(error));
+            Fault::invalid(Place::File, format!("part `{part}` cannot be unpacked: {error}"))
         };
         let file = self.archive.by_name(name).map_err(|error| failed(&error))?;
         let mut inflated = Vec::new();
@@ -119,7 +123,7 @@ fn model_relationship(text: &str) -> Result<Option<String>, Fault> {
             xml.attributes(&element, |name, value| {
                 match name {
                     "Type" => is_model = value.ends_with("/3dmodel"),
-                    "Target" => target = Some(value.to_owned()),
+                    "Target" => target = Some(xml.name(value)?),
                     _ => {}
                 }
                 Ok(())
@@ -137,11 +141,13 @@ struct Xml<'a> {
     reader: Reader<&'a [u8]>,
     text: &'a str,
     part: &'a str,
+    /// The last offset whose line was asked for, and that line, so that asking often does not cost the square.
+    known_line: Cell<(usize, usize)>,
 }
 
 impl<'a> Xml<'a> {
     fn new(text: &'a str, part: &'a str) -> Xml<'a> {
-        Xml { reader: Reader::from_str(text), text, part }
+        Xml { reader: Reader::from_str(text), text, part, known_line: Cell::new((0, 1)) }
     }
 
     /// The next event, or `None` at the end.
@@ -149,7 +155,7 @@ impl<'a> Xml<'a> {
         match self.reader.read_event() {
             Ok(Event::Eof) => Ok(None),
             Ok(event) => Ok(Some(event)),
-            Err(error) => Err(self.invalid(format!("the XML is wrong: {error}"))),
+            Err(error) => Err(self.invalid(format!("the XML is wrong: {}", sentence(&error)))),
         }
     }
 
@@ -160,7 +166,8 @@ impl<'a> Xml<'a> {
         mut each: impl FnMut(&str, &str) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
         for attribute in element.attributes().with_checks(false) {
-            let attribute = attribute.map_err(|error| self.invalid(format!("the XML is wrong: {error}")))?;
+            let attribute =
+                attribute.map_err(|error| self.invalid(format!("the XML is wrong: {}", sentence(&error))))?;
             each(attribute.key.local_name().as_ref(), &attribute.value)?;
         }
         Ok(())
@@ -168,7 +175,16 @@ impl<'a> Xml<'a> {
 
     fn line(&self) -> usize {
         let at = usize::try_from(self.reader.buffer_position()).unwrap_or(usize::MAX).min(self.text.len());
-        1 + memchr::memchr_iter(b'\n', &self.text.as_bytes()[..at]).count()
+        let (known_at, known) = self.known_line.get();
+        let line = known + memchr::memchr_iter(b'\n', &self.text.as_bytes()[known_at.min(at)..at]).count();
+        self.known_line.set((at, line));
+        line
+    }
+
+    /// An attribute that is a name, without XML's escapes.
+    fn name(&self, value: &str) -> Result<String, Fault> {
+        let name = quick_xml::escape::unescape(value);
+        name.map(Cow::into_owned).map_err(|error| self.invalid(format!("the XML is wrong: {}", sentence(&error))))
     }
 
     fn fault(&self, problem: Problem) -> Fault {
@@ -391,7 +407,7 @@ fn reference(xml: &Xml<'_>, element: &BytesStart<'_>) -> Result<Reference, Fault
     xml.attributes(element, |name, value| {
         match name {
             "objectid" => object = Some(xml.integer(value)?),
-            "path" => part = Some(normal_name(value)),
+            "path" => part = Some(normal_name(&xml.name(value)?)),
             "transform" => outer_from_object = transform(xml, value)?,
             _ => {}
         }
@@ -531,5 +547,162 @@ impl<'a> Walk<'a> {
         }
         self.stack.extend(references.iter().rev().map(|reference| (part, reference, world_from_outer, depth)));
         Ok(())
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use std::io::Write;
+
+    use zip::ZipWriter;
+    use zip::write::SimpleFileOptions;
+
+    use super::*;
+    use crate::mesh::io::Format;
+    use crate::mesh::io::tests::{error, parsed, points};
+
+    const FORMAT: Format = Format::ThreeMf;
+    const ROOT: &str = "3D/root.model";
+
+    /// A package of these parts, of which `ROOT` is the model.
+    pub(in super::super) fn package(parts: &[(&str, &str)]) -> Vec<u8> {
+        let relationships = format!(
+            r#"<Relationships><Relationship Target="/{ROOT}" Id="r" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#
+        );
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        for (name, text) in [("_rels/.rels", relationships.as_str())].iter().chain(parts) {
+            zip.start_file(*name, SimpleFileOptions::default()).unwrap();
+            zip.write_all(text.as_bytes()).unwrap();
+        }
+        zip.finish().unwrap().into_inner()
+    }
+
+    pub(in super::super) fn model(attributes: &str, objects: &str, items: &str) -> String {
+        format!(
+            "<?xml version=\"1.0\"?>\n<model {attributes} xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">\n\
+             <resources>{objects}</resources>\n<build>{items}</build>\n</model>"
+        )
+    }
+
+    fn single(attributes: &str, objects: &str, items: &str) -> Vec<u8> {
+        package(&[(ROOT, &model(attributes, objects, items))])
+    }
+
+    pub(in super::super) const TRIANGLE: &str = r#"<object id="1" type="model"><mesh><vertices>
+        <vertex x="0" y="-0" z="0.1"/><vertex x="1" y="0" z="0"/><vertex z="0" y="1e0" x=" 0 "/></vertices>
+        <triangles><triangle v1="0" v2="1" v3="2" pid="1"/></triangles></mesh></object>"#;
+    const ITEM: &str = r#"<item objectid="1"/>"#;
+
+    #[test]
+    fn one_object_in_each_unit() {
+        let units = [
+            ("unit=\"micron\"", LengthUnit::Micrometre),
+            ("unit=\"millimeter\"", LengthUnit::Millimetre),
+            ("unit='centimeter'", LengthUnit::Centimetre),
+            ("unit=\"inch\"", LengthUnit::Inch),
+            ("unit=\"foot\"", LengthUnit::Foot),
+            ("unit=\"meter\"", LengthUnit::Metre),
+            ("", LengthUnit::Millimetre),
+        ];
+        for (attribute, unit) in units {
+            let file = parsed(&single(attribute, TRIANGLE, ITEM), FORMAT);
+            assert_eq!(file.mesh.positions, points(&[[0., -0., 0.1], [1., 0., 0.], [0., 1., 0.]]));
+            assert!(file.mesh.positions[0].y.is_sign_negative());
+            assert_eq!((file.mesh.triangles, file.unit, file.notes), (vec![[0, 1, 2]], Some(unit), vec![]));
+        }
+    }
+
+    #[test]
+    fn components_nest_and_mirrors_are_turned() {
+        let objects = format!(
+            r#"{TRIANGLE}<object id="2"><components><component objectid="1" transform="0 1 0 -1 0 0 0 0 1 0 0 5"/>
+            <component objectid="1"/></components></object>"#
+        );
+        let items = r#"<item objectid="2" transform="1 0 0 0 1 0 0 0 1 10 0 0"/>
+            <item objectid="1" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/>"#;
+        let file = parsed(&single("", &objects, items), FORMAT);
+        // The row vector (1, 0, 0) becomes the first row, (0, 1, 0).
+        assert_eq!(file.mesh.positions[1], DVec3::new(10.0, 1.0, 5.0));
+        assert_eq!(file.mesh.positions[4], DVec3::new(11.0, 0.0, 0.0));
+        assert_eq!(file.mesh.positions[7], DVec3::new(-1.0, 0.0, 0.0));
+        assert_eq!(file.mesh.triangles, [[0, 1, 2], [3, 4, 5], [6, 8, 7]]);
+        assert_eq!(file.notes, [ReadNote::ObjectsMerged { count: 3 }]);
+    }
+
+    #[test]
+    fn components_may_lie_in_other_parts() {
+        let other = model("", TRIANGLE, "");
+        let objects = r#"<object id="1"><components><component p:path="/3D/Objects/Other.model" objectid="1"/></components></object>"#;
+        let bytes = package(&[(ROOT, &model("", objects, ITEM)), ("3d/objects/other.model", &other)]);
+        assert_eq!(parsed(&bytes, FORMAT).mesh.triangles, [[0, 1, 2]]);
+        let bytes = package(&[(ROOT, &model("", objects, ITEM))]);
+        assert_eq!(error(&bytes, FORMAT), "sample.3mf: the package has no part `3d/objects/other.model`");
+    }
+
+    #[test]
+    fn supports_and_beams_are_noted_and_unused_objects_do_not_count() {
+        let beams = r#"<b:beamlattice radius="1"><b:beams><b:beam v1="0" v2="1"/><b:beam v1="1" v2="2"/></b:beams></b:beamlattice>"#;
+        let lattice = TRIANGLE.replace("id=\"1\"", "id=\"2\"").replace("</mesh>", &format!("{beams}</mesh>"));
+        let support = TRIANGLE.replace("id=\"1\"", "id=\"3\"").replace("type=\"model\"", "type=\"support\"");
+        let unused = TRIANGLE.replace("id=\"1\"", "id=\"4\"");
+        let objects = format!("{TRIANGLE}{lattice}{support}{unused}");
+        let items = r#"<item objectid="1"/><item objectid="2"/><item objectid="3"/>"#;
+        let file = parsed(&single("", &objects, items), FORMAT);
+        assert_eq!(file.mesh.triangles.len(), 2);
+        let notes = [
+            ReadNote::ObjectsMerged { count: 2 },
+            ReadNote::SupportsSkipped { count: 1 },
+            ReadNote::BeamsLeftOut { count: 2 },
+        ];
+        assert_eq!(file.notes, notes);
+        let alone = lattice.replace(r#"<triangle v1="0" v2="1" v3="2" pid="2"/>"#, "");
+        let message = "sample.3mf: the file has 2 beams and no triangles, and beam lattices are not meshed yet";
+        assert_eq!(error(&single("", &alone, r#"<item objectid="2"/>"#), FORMAT), message);
+    }
+
+    #[test]
+    fn errors_name_the_line_and_the_value() {
+        let triangle = |from: &str, to: &str| {
+            assert!(TRIANGLE.contains(from), "{from}");
+            error(&single("", &TRIANGLE.replacen(from, to, 1), ITEM), FORMAT)
+        };
+        let at = "sample.3mf, 3d/root.model line";
+        assert_eq!(triangle("x=\"1\"", "x=\"one\""), format!("{at} 4: `one` is not a number"));
+        assert_eq!(triangle("x=\"1\"", ""), format!("{at} 4: a vertex lacks one of `x`, `y` and `z`"));
+        let beyond = "vertex 3 is out of range: there are 3, counted from 0";
+        assert_eq!(triangle("v3=\"2\"", "v3=\"3\""), format!("{at} 5: {beyond}"));
+        assert_eq!(triangle("v3=\"2\"", ""), format!("{at} 5: a triangle lacks one of `v1`, `v2` and `v3`"));
+        assert_eq!(triangle("id=\"1\"", "id=\"7\""), format!("{at} 6: there is no object 1 in part `3d/root.model`"));
+        let shape = triangle("<mesh>", "<bo:booleanshape/><mesh>");
+        assert_eq!(shape, format!("{at} 3: object 1 is made by `booleanshape`, which is not supported"));
+        let short = error(&single("", TRIANGLE, r#"<item objectid="1" transform="1 0 0"/>"#), FORMAT);
+        assert_eq!(short, format!("{at} 6: a transform has 12 numbers, and this one has 3"));
+        let unit = error(&single("unit=\"parsec\"", TRIANGLE, ITEM), FORMAT);
+        assert_eq!(unit, format!("{at} 2: `parsec` is no unit of 3MF"));
+        let empty = "sample.3mf: there are no triangles: the build is empty, which leaves 1 objects unused";
+        assert_eq!(error(&single("", TRIANGLE, ""), FORMAT), empty);
+        assert!(error(b"PK no", FORMAT).starts_with("sample.3mf: the file is no sound ZIP package: "));
+    }
+
+    #[test]
+    fn objects_that_are_their_own_components_or_multiply_without_end() {
+        let own = r#"<object id="1"><components><component objectid="1"/></components></object>"#;
+        let message = "sample.3mf, 3d/root.model line 3: object 1 is a component of itself";
+        assert_eq!(error(&single("", own, ITEM), FORMAT), message);
+        let mut objects = TRIANGLE.replace("id=\"1\"", "id=\"64\"");
+        for id in (1..64).rev() {
+            let twice = format!(r#"<component objectid="{}"/>"#, id + 1).repeat(2);
+            objects += &format!(r#"<object id="{id}"><components>{twice}</components></object>"#);
+        }
+        let message = error(&single("", &objects, ITEM), FORMAT);
+        let limit = "items and components in all places, and at most 1048576 can be read";
+        assert!(message.ends_with(limit), "{message}");
+    }
+
+    #[test]
+    fn bombs_are_not_inflated() {
+        let model = model("", &format!("{TRIANGLE}{}", " ".repeat(40 << 20)), ITEM);
+        let message = error(&package(&[(ROOT, &model)]), FORMAT);
+        assert!(message.contains("bytes or more when inflated, and at most"), "{message}");
     }
 }

@@ -42,17 +42,15 @@ impl RayMasks {
                 for in_voxel in crossings.chunk_by(|&a, &b| voxels.of(a) == voxels.of(b)) {
                     let voxel = voxels.of(in_voxel[0]);
                     let before = winding;
-                    let (mut least, mut greatest) = (winding, winding);
-                    let mut may_be_zero = winding == 0;
+                    let mut may_be_zero = false;
                     for group in in_voxel.chunk_by(|a, b| a.half_floor() == b.half_floor()) {
                         let entering = group.iter().filter(|c| c.winding() > 0).count() as i32;
                         let leaving = group.len() as i32 - entering;
-                        let reach = winding - leaving..=winding + entering;
-                        may_be_zero |= reach.contains(&0);
-                        (least, greatest) = (least.min(*reach.start()), greatest.max(*reach.end()));
+                        // A group holds a crossing, so it always has a winding that is not zero.
+                        may_be_zero |= (winding - leaving..=winding + entering).contains(&0);
                         winding += entering - leaving;
                     }
-                    if may_be_zero && (least != 0 || greatest != 0) {
+                    if may_be_zero {
                         self.touch(voxel);
                         if (before != 0) != (winding != 0) {
                             self.change[(voxel / WORD_BITS) as usize] ^= 1 << (voxel % WORD_BITS);

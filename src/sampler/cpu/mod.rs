@@ -203,7 +203,7 @@ impl TwoSolids {
 /// Whether the crossings of a ray close under a fill rule.
 fn closes<H: Hit>(hits: &[H], fill: Fill) -> bool {
     match fill {
-        Fill::EvenOdd => hits.len() % 2 == 0,
+        Fill::EvenOdd => hits.len().is_multiple_of(2),
         Fill::NonZero => hits.iter().map(|hit| hit.crossing().winding()).sum::<i32>() == 0,
     }
 }

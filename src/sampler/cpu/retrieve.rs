@@ -13,7 +13,7 @@ pub fn identity(rank: usize, estimate: Estimate) -> i32 {
 /// Even ranks enter and odd ones leave; the over-estimate enters at the least and leaves at the greatest depth.
 #[inline]
 fn keeps_least(rank: u32, estimate: Estimate) -> bool {
-    (rank % 2 == 0) == (estimate == Estimate::Over)
+    rank.is_multiple_of(2) == (estimate == Estimate::Over)
 }
 
 /// Enters the crossings of a ray into its samples, which hold identities or earlier crossings. `any` is the mask of the

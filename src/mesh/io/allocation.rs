@@ -1,0 +1,59 @@
+//! Room for large arrays, in large pages where the system has them.
+//!
+//! A binary mesh is converted about as fast as memory can be written, so that most of the time would go into the page
+//! faults of its first touch: one for every 4 KiB, against one for every 2 MiB here.
+
+use std::collections::TryReserveError;
+
+/// Arrays smaller than this have too few pages to matter.
+#[cfg(target_os = "linux")]
+const LEAST_BYTES: usize = 8 << 20;
+
+/// An empty vector with room for `count` values. The caller has seen that so many are to come.
+pub(super) fn vec_with_room<T>(count: usize) -> Vec<T> {
+    let vec = Vec::with_capacity(count);
+    #[cfg(target_os = "linux")]
+    advise_huge_pages(&vec);
+    vec
+}
+
+/// The same, for a count that there may be no memory for.
+pub(super) fn try_vec_with_room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
+    let mut vec = Vec::new();
+    vec.try_reserve_exact(count)?;
+    #[cfg(target_os = "linux")]
+    advise_huge_pages(&vec);
+    Ok(vec)
+}
+
+#[cfg(target_os = "linux")]
+fn advise_huge_pages<T>(vec: &Vec<T>) {
+    const PAGE: usize = 4096;
+    let bytes = vec.capacity() * size_of::<T>();
+    if bytes < LEAST_BYTES {
+        return;
+    }
+    let skipped = vec.as_ptr().addr().wrapping_neg() % PAGE;
+    let length = (bytes - skipped) / PAGE * PAGE;
+    let start = vec.as_ptr().cast::<u8>().wrapping_add(skipped).cast_mut();
+    // SAFETY: the range lies within the vector's allocation, and this advice changes no content. That it may fail, on
+    // systems with larger pages or without huge ones, is of no consequence.
+    unsafe { libc::madvise(start.cast(), length, libc::MADV_HUGEPAGE) };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn room_is_room_whatever_its_size() {
+        assert!(try_vec_with_room::<u64>(usize::MAX).is_err());
+        assert!(try_vec_with_room::<u64>(1 << 21).is_ok_and(|vec| vec.capacity() >= 1 << 21));
+        for count in [0, 1, 1 << 20, (1 << 20) + 1] {
+            let mut vec = vec_with_room::<[f64; 3]>(count);
+            assert!(vec.is_empty() && vec.capacity() >= count);
+            vec.resize(count, [1.0; 3]);
+            assert!(vec.iter().all(|value| *value == [1.0; 3]));
+        }
+    }
+}
