@@ -3,6 +3,7 @@
 //!
 //! stdout carries the result and nothing else; progress, warnings and errors go to stderr.
 
+mod allocator;
 mod args;
 mod exit;
 mod json;
@@ -22,6 +23,9 @@ use clap::Parser;
 use crate::args::Arguments;
 use crate::exit::{Exit, Failure};
 use crate::resolve::resolve;
+
+#[global_allocator]
+static ALLOCATOR: allocator::LargePages = allocator::LargePages;
 
 fn main() {
     let start = Instant::now();
