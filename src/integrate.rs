@@ -375,7 +375,8 @@ mod tests {
         let mean = axes.iter().map(|axis| axis.volume).sum::<f64>() / 3.0;
         let estimate = VolumeEstimate::from_axes(&axes);
         assert!((mean / exact - 1.0).abs() > 0.03, "the mean is not as bad as it was: {mean}");
-        let product_of_errors = 100.0 * 0.3 * 0.4;
+        // Eight rays over 7.3 pixels and four over 3.4.
+        let product_of_errors = 100.0 * 0.7 * 0.6;
         assert!((estimate.value - exact).abs() < 1.001 * product_of_errors, "{estimate:?} against {exact}");
         assert!(estimate.error > 0.5 * (estimate.value - exact).abs(), "{estimate:?} against {exact}");
     }
