@@ -19,6 +19,7 @@ use std::io::{self, Write};
 use std::time::Instant;
 
 use clap::Parser;
+use clap::error::ErrorKind;
 
 use crate::args::Arguments;
 use crate::exit::{Exit, Failure};
@@ -31,6 +32,11 @@ fn main() {
     let start = Instant::now();
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
+        Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            // The help text is the answer to a command line that says nothing.
+            let _ = error.print();
+            Exit::Input.now()
+        }
         Err(error) if error.use_stderr() => {
             complain(error.render().to_string().trim_start_matches("error: ").trim_end());
             Exit::Input.now()
