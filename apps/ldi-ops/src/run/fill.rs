@@ -42,16 +42,10 @@ impl FillDifference {
     /// odd, the non-zero rule once. Where the mesh's own volume is that of an image, no shells overlap, unless others
     /// turned inside out happen to make up for it.
     pub fn of(solid: &Solid, insight: Insight, fill: Fill) -> Result<Option<FillDifference>, Failure> {
-        // A point that two shells wind around is missing twice from the volume by even-odd, and once by non-zero. Half of
-        // the share is left for the error of the image.
-        let telling = match fill {
-            Fill::EvenOdd => NOTEWORTHY,
-            Fill::NonZero => 0.5 * NOTEWORTHY,
-        };
         match insight {
             _ if !solid.is_oriented() => return Ok(None),
             Insight::Rules(difference) => return Ok(Some(difference)),
-            Insight::Volume(volume) if (volume - solid.volume).abs() <= telling * solid.volume => return Ok(None),
+            Insight::Volume(volume) if is_own(volume, solid.volume, fill) => return Ok(None),
             Insight::Volume(_) | Insight::Nothing => {}
         }
         let Ok(grid) = Grid::with_resolution(solid.bounds(), RESOLUTION, *LOD_RANGE.start()) else { return Ok(None) };
@@ -100,6 +94,17 @@ impl FillDifference {
             Warning::new("fill-rules-differ", message)
         })
     }
+}
+
+/// Whether a volume by the rule `fill` is that of the mesh itself, so that no shells overlap by a noteworthy share.
+pub fn is_own(volume: f64, own: f64, fill: Fill) -> bool {
+    // A point that two shells wind around is missing twice from the volume by even-odd, and once by non-zero. Half of the
+    // share is left for the error of the image.
+    let telling = match fill {
+        Fill::EvenOdd => NOTEWORTHY,
+        Fill::NonZero => 0.5 * NOTEWORTHY,
+    };
+    (volume - own).abs() <= telling * own
 }
 
 /// The inside lengths of a ray by even-odd and by non-zero, in lattice steps.
