@@ -1,5 +1,6 @@
 //! Solid modelling on layered depth images.
 
+mod allocation;
 pub mod boolean;
 pub mod fixed;
 pub mod grid;

@@ -95,7 +95,7 @@ fn nothing_is_left_of_an_output_that_failed() {
     assert_eq!(read(&folder.path("old.npz")), "what was there before");
     // An infinite coordinate has no place among the 32-bit numbers of STL.
     fs::write(folder.path("big.obj"), "v 0 0 0\nv 1e300 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
-    folder.run(&["convert", "big.obj", "-o", "big.stl"]).code(2).says(&["big.stl", "1e300"]);
+    folder.run(&["convert", "big.obj", "-o", "big.stl"]).code(2).says(&["big.stl", "coordinate", "32-bit"]);
     assert!(!folder.path("big.stl").exists());
 }
 

@@ -106,7 +106,7 @@ fn nothing_comes_out_of_no_volume_but_null() {
     // A sheet that is folded on itself: closed, and nothing inside.
     let [a, b, c] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [0.0, 1.0, 0.5]];
     folder.stl("a.stl", &[[a, b, c], [a, c, b]]);
-    let result = folder.json(&["volume", "a.stl", "--fill", "nonzero", "--resolution", "16"]);
+    let result = folder.json(&["volume", "a.stl", "--fill", "nonzero", "--mode", "exact", "--resolution", "16"]);
     assert_eq!(result["volume"]["value"], 0.0);
     assert!(result["centroid"][0].is_null() && result["inertia"][1][2].is_null());
     assert!(warning_codes(&result).contains(&"not-finite"));

@@ -165,7 +165,7 @@ fn fill_rules_are_told_apart() {
     let with = |fill| [&arguments[..], &[fill]].concat();
     assert_near(folder.volume(&with("nonzero")), 3.0, 1e-6);
     assert_near(folder.volume(&with("even-odd")), 2.0, 1e-6);
-    folder.run(&with("even-odd")).code(0).warns(&["a.stl", "fill rules differ", "33.33 %", "even-odd was used"]);
+    folder.run(&with("even-odd")).code(0).warns(&["a.stl", "fill rules differ", "differ by 3", "even-odd was used"]);
     let result = folder.json(&with("even-odd"));
     assert!(crate::warning_codes(&result).contains(&"fill-rules-differ"));
     // The area is that of the surface alone.

@@ -3,6 +3,7 @@
 //!
 //! stdout carries the result and nothing else; progress, warnings and errors go to stderr.
 
+mod allocator;
 mod args;
 mod exit;
 mod json;
@@ -18,15 +19,24 @@ use std::io::{self, Write};
 use std::time::Instant;
 
 use clap::Parser;
+use clap::error::ErrorKind;
 
 use crate::args::Arguments;
 use crate::exit::{Exit, Failure};
 use crate::resolve::resolve;
 
+#[global_allocator]
+static ALLOCATOR: allocator::LargePages = allocator::LargePages;
+
 fn main() {
     let start = Instant::now();
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
+        Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            // The help text is the answer to a command line that says nothing.
+            let _ = error.print();
+            Exit::Input.now()
+        }
         Err(error) if error.use_stderr() => {
             complain(error.render().to_string().trim_start_matches("error: ").trim_end());
             Exit::Input.now()

@@ -207,12 +207,12 @@ fn estimate(value: f64, error: f64) -> (String, String) {
     }
     // Digits after the point at which the error has two.
     let digits = 1 - error.log10().floor() as i32;
-    if plain(value.abs().max(error)) && (-3..=12).contains(&digits) {
+    if plain(value.abs().max(error)) && (-3..=9).contains(&digits) {
         let digits = digits.max(0) as usize;
         return (format!("{value:.digits$}"), format!("{error:.digits$}"));
     }
     let magnitude = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
-    let significant = (magnitude + digits).clamp(1, 15) as usize;
+    let significant = (magnitude + digits).clamp(1, 8) as usize;
     (format!("{value:.significant$e}"), format!("{error:.1e}"))
 }
 

@@ -8,7 +8,6 @@
 //! No count in a header is believed before the bytes that it counts are seen to be there, so that memory stays in
 //! proportion to the file. Instances are the exception by their nature, and have a limit of their own (`placement`).
 
-mod allocation;
 mod error;
 mod gltf;
 mod note;
@@ -148,7 +147,7 @@ fn load(path: &Path) -> io::Result<Vec<u8>> {
     let mut file = File::open(path)?;
     let length = usize::try_from(file.metadata()?.len()).unwrap_or_default();
     // One byte more, so that the end is seen without growing.
-    let mut bytes = allocation::try_vec_with_room(length.saturating_add(1))?;
+    let mut bytes = crate::allocation::try_vec_with_room(length.saturating_add(1))?;
     file.read_to_end(&mut bytes)?;
     Ok(bytes)
 }

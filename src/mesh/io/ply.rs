@@ -14,11 +14,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::MeshFile;
-use super::allocation::vec_with_room;
 use super::error::{Fault, Place, Problem};
 use super::note::ReadNote;
 use super::polygon::{Polygons, Strip};
 use super::text::{Words, decode, quote};
+use crate::allocation::vec_with_room;
 use crate::mesh::TriangleMesh;
 
 /// Elements that one task converts: enough to be worth handing over, few enough to share out evenly.

@@ -12,11 +12,11 @@ use std::path::Path;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::allocation::vec_with_room;
 use super::error::{Fault, Place, Problem, WriteError};
 use super::note::ReadNote;
 use super::text::{Words, decode};
 use super::{Format, MeshFile};
+use crate::allocation::vec_with_room;
 use crate::mesh::{LengthUnit, TriangleMesh};
 
 const HEADER_BYTES: usize = 84;

@@ -8,9 +8,14 @@ use ldi_ops::integrate;
 use ldi_ops::ldi::Ldi;
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 
+use super::fill::{FillDifference, Insight};
 use super::measure::Seconds;
 use crate::exit::Failure;
 use crate::resolve::Measurement;
+
+/// Images of more rays are not sampled with triangles only to compare the fill rules: the memory weighs more than another
+/// pass on a coarse grid.
+const FEW_RAYS: u64 = 1 << 20;
 
 /// Makes images along one axis, and keeps what else they tell.
 pub struct ImageMaker<'a, S: Sampler> {
@@ -20,8 +25,11 @@ pub struct ImageMaker<'a, S: Sampler> {
     pub fill: Fill,
     /// The time that goes into sampling and into operations is added here.
     pub seconds: &'a mut Seconds,
-    /// The volume of every solid that was sampled on its own, by its place among the inputs.
-    pub whole: Vec<Option<f64>>,
+    /// Whether the two fill rules can be told apart on the way: on one axis, for solids whose winding numbers mean
+    /// something.
+    pub comparable: &'a [bool],
+    /// What sampling each input on its own told of it.
+    pub insights: Vec<Insight>,
 }
 
 impl<S: Sampler> ImageMaker<'_, S> {
@@ -29,13 +37,7 @@ impl<S: Sampler> ImageMaker<'_, S> {
     pub fn image(&mut self, measurement: Measurement, solids: &[LatticeSolid]) -> Result<Ldi, Failure> {
         let operation = match measurement {
             // The exact image of a surface is that of the solid, with the triangles that its area is found from.
-            Measurement::Volume if self.mode == Mode::Exact => {
-                let start = Instant::now();
-                let image = self.sampler.sample_surface(&solids[0], self.axis, self.fill)?;
-                self.seconds.sample += start.elapsed().as_secs_f64();
-                self.whole[0] = Some(integrate::volume(&image));
-                return Ok(image);
-            }
+            Measurement::Volume if self.mode == Mode::Exact => return self.sample_surface(solids, 0),
             Measurement::Volume | Measurement::Sample => return self.sample(solids, 0, self.mode),
             Measurement::Boolean(operation) => operation,
         };
@@ -86,13 +88,38 @@ impl<S: Sampler> ImageMaker<'_, S> {
     }
 
     fn sample(&mut self, solids: &[LatticeSolid], i: usize, mode: Mode) -> Result<Ldi, Failure> {
+        let (columns, rows) = solids[i].grid().image_size(self.axis);
+        let is_small = u64::from(columns) * u64::from(rows) <= FEW_RAYS;
+        if mode == Mode::Exact && self.fill == Fill::EvenOdd && self.comparable[i] && is_small {
+            return self.sample_surface(solids, i);
+        }
         let start = Instant::now();
         let image = self.sampler.sample(&solids[i], self.axis, mode, self.fill)?;
         self.seconds.sample += start.elapsed().as_secs_f64();
-        let start = Instant::now();
-        self.whole[i].get_or_insert_with(|| integrate::volume(&image));
-        self.seconds.integrate += start.elapsed().as_secs_f64();
+        self.look_at(solids, i, &image);
         Ok(image)
+    }
+
+    /// The exact image with the triangle of each sample.
+    fn sample_surface(&mut self, solids: &[LatticeSolid], i: usize) -> Result<Ldi, Failure> {
+        let start = Instant::now();
+        let image = self.sampler.sample_surface(&solids[i], self.axis, self.fill)?;
+        self.seconds.sample += start.elapsed().as_secs_f64();
+        self.look_at(solids, i, &image);
+        Ok(image)
+    }
+
+    /// Keeps what an image tells of a solid on its own.
+    fn look_at(&mut self, solids: &[LatticeSolid], i: usize, image: &Ldi) {
+        if !self.comparable[i] || self.insights[i] != Insight::Nothing {
+            return;
+        }
+        let start = Instant::now();
+        self.insights[i] = match self.fill {
+            Fill::EvenOdd if image.triangles().is_some() => Insight::Rules(FillDifference::in_image(&solids[i], image)),
+            _ => Insight::Volume(integrate::volume(image)),
+        };
+        self.seconds.integrate += start.elapsed().as_secs_f64();
     }
 
     fn merge(&mut self, operation: BooleanOperation, a: &Ldi, b: &Ldi) -> Result<Ldi, Failure> {

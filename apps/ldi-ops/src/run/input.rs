@@ -23,6 +23,8 @@ pub struct Solid {
     /// The path as it was given.
     pub path: PathBuf,
     pub surface: Surface,
+    /// The unit that the file itself states.
+    pub stated_unit: Option<LengthUnit>,
     /// The unit of the coordinates, where the file or the user says it.
     pub unit: Option<LengthUnit>,
     /// The signed volume of the mesh itself, placed.
@@ -145,6 +147,9 @@ pub fn solids(inputs: &[Input], demands: Demands) -> Result<(Vec<Solid>, Vec<War
         solids.push(solid);
         warnings.extend(said);
     }
+    if let [only] = &solids[..] {
+        warnings.extend(unit_ignored(&only.path, only.stated_unit, demands.unit));
+    }
     let unitless: Vec<String> =
         solids.iter().filter(|solid| solid.unit.is_none()).map(|solid| solid.name().to_string()).collect();
     let common = solids.iter().find_map(|solid| solid.unit);
@@ -176,7 +181,6 @@ fn solid(input: &Input, demands: Demands) -> Result<(Solid, Vec<Warning>), Failu
     let ReadMesh { file, sha256 } = read(&input.path, demands.provenance)?;
     let MeshFile { mut mesh, unit, notes: said } = file;
     let mut warnings = notes(&input.path, &said);
-    warnings.extend(unit_ignored(&input.path, unit, demands.unit));
     if let Some(Placement { map }) = &input.placement {
         mesh.transform(map);
     }
@@ -185,7 +189,8 @@ fn solid(input: &Input, demands: Demands) -> Result<(Solid, Vec<Warning>), Failu
         Surface::Closed(closed) => closed.signed_volume(),
         Surface::Open { mesh, .. } => mesh.signed_volume(),
     };
-    let solid = Solid { path: input.path.clone(), surface, unit: unit.or(demands.unit), volume, sha256 };
+    let solid =
+        Solid { path: input.path.clone(), surface, stated_unit: unit, unit: unit.or(demands.unit), volume, sha256 };
     warnings.extend(remarks(&solid, demands.fill));
     Ok((solid, warnings))
 }

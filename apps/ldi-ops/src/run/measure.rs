@@ -16,7 +16,7 @@ use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 use serde::Serialize;
 
-use super::fill::FillDifference;
+use super::fill::{FillDifference, Insight};
 use super::image::ImageMaker;
 use super::input::{self, Demands, Provenance, Solid};
 use super::{Finished, machine, say_warnings};
@@ -146,8 +146,8 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
     };
 
     let comparing = Instant::now();
-    for (solid, sampled) in solids.iter().zip(&round.whole) {
-        let difference = FillDifference::of(solid, *sampled, job.fill)?;
+    for (solid, insight) in solids.iter().zip(&round.insights) {
+        let difference = FillDifference::of(solid, *insight, job.fill)?;
         warnings.extend(difference.and_then(|difference| difference.warning(solid, job.fill)));
     }
     let compared = comparing.elapsed().as_secs_f64();
@@ -202,8 +202,8 @@ struct Round {
     samples: u64,
     unclosed: Vec<(Axis, u64)>,
     images: Vec<Ldi>,
-    /// Volumes of inputs that were sampled on their own.
-    whole: Vec<Option<f64>>,
+    /// What sampling inputs on their own told of them.
+    insights: Vec<Insight>,
     /// What the images along x, y and z add to the area, where they tell.
     areas: [Option<f64>; 3],
 }
@@ -239,16 +239,25 @@ fn sample_round(
         samples: 0,
         unclosed: Vec::new(),
         images: Vec::new(),
-        whole: Vec::new(),
+        insights: vec![Insight::Nothing; solids.len()],
         areas: [None; 3],
     };
     for &axis in &job.axes {
         progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()));
         let sampler = CpuSampler::default();
-        let whole = vec![None; solids.len()];
-        let mut maker = ImageMaker { sampler: &sampler, axis, mode: job.mode, fill: job.fill, seconds, whole };
+        // One axis is enough to tell the fill rules apart.
+        let comparable: Vec<bool> = solids.iter().map(|solid| axis == job.axes[0] && solid.is_oriented()).collect();
+        let mut maker = ImageMaker {
+            sampler: &sampler,
+            axis,
+            mode: job.mode,
+            fill: job.fill,
+            seconds,
+            comparable: &comparable,
+            insights: std::mem::take(&mut round.insights),
+        };
         let image = maker.image(job.measurement, &lattice)?;
-        round.whole = maker.whole;
+        round.insights = maker.insights;
         let integrating = Instant::now();
         if job.measurement == Measurement::Volume && job.mode == Mode::Exact {
             let area = integrate::area_along(&image, |triangle| lattice[0].facing(triangle, axis));

@@ -1,7 +1,7 @@
 //! Room for large arrays, in large pages where the system has them.
 //!
-//! A binary mesh is converted about as fast as memory can be written, so that most of the time would go into the page
-//! faults of its first touch: one for every 4 KiB, against one for every 2 MiB here.
+//! A mesh is converted about as fast as memory can be written, so that most of the time would go into the page faults of
+//! its first touch: one for every 4 KiB, against one for every 2 MiB here.
 
 use std::collections::TryReserveError;
 
@@ -10,7 +10,7 @@ use std::collections::TryReserveError;
 const LEAST_BYTES: usize = 8 << 20;
 
 /// An empty vector with room for `count` values. The caller has seen that so many are to come.
-pub(super) fn vec_with_room<T>(count: usize) -> Vec<T> {
+pub fn vec_with_room<T>(count: usize) -> Vec<T> {
     let vec = Vec::with_capacity(count);
     #[cfg(target_os = "linux")]
     advise_huge_pages(&vec);
@@ -18,7 +18,7 @@ pub(super) fn vec_with_room<T>(count: usize) -> Vec<T> {
 }
 
 /// The same, for a count that there may be no memory for.
-pub(super) fn try_vec_with_room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
+pub fn try_vec_with_room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
     let mut vec = Vec::new();
     vec.try_reserve_exact(count)?;
     #[cfg(target_os = "linux")]
