@@ -1,5 +1,8 @@
 //! The files that the manifests of a corpus list; the corpus is the folder that `LDI_CORPUS` names.
 
+// Each test binary that includes this file uses a part of it.
+#![allow(dead_code)]
+
 use std::fs;
 use std::path::PathBuf;
 
