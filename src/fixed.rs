@@ -107,7 +107,7 @@ pub struct EdgeWalk {
 /// The integer nearest to `x`, and `x` less it. Adding 3·2^51 leaves no fraction bits, and the integer in the low ones:
 /// on plain x86-64 a tenth of the cost of a call to `round`. For |x| ≥ 2^31 the integer is meaningless, and the
 /// difference is at most |x|·2^-51.
-#[inline]
+#[inline(always)]
 fn nearest_integer(x: f64) -> (i32, f64) {
     const MAGIC: f64 = 3.0 * (1u64 << 51) as f64;
     let shifted = x + MAGIC;
@@ -147,31 +147,38 @@ impl Pixels {
 }
 
 impl EdgeWalk {
-    /// The walk along the edge between two vertices of different row coordinate; their order does not matter.
-    pub fn new(a: ViewPosition, b: ViewPosition, pixels: Pixels) -> EdgeWalk {
-        let (low, high) = if a[1] <= b[1] { (a, b) } else { (b, a) };
+    /// The walk along the edge from `low` up to `high`, which lies in a higher row. It depends on the two positions
+    /// alone, so that the triangles of an edge agree about it.
+    #[inline(always)]
+    pub fn upwards(low: &ViewPosition, high: &ViewPosition, pixels: Pixels) -> EdgeWalk {
+        debug_assert!(low[1] < high[1], "an edge within one lattice row crosses no row of rays");
         let run = i64::from(high[0] - low[0]);
         let rise = i64::from(high[1] - low[1]);
-        let slope = run as f64 / rise as f64 * pixels.per_step;
         EdgeWalk {
             column: low[0],
             row: low[1],
             run,
             rise,
             start: f64::from(low[0] - pixels.first) * pixels.per_step,
-            slope,
+            slope: run as f64 / rise as f64 * pixels.per_step,
         }
     }
 
     /// The first column in a row, given by its lattice position, which the edge must cross: the least column whose ray
     /// is not left of the edge. May lie outside the image by the edge's own extent.
+    #[inline(always)]
     pub fn first_column(&self, row: i32, pixels: Pixels) -> i32 {
         let guess = self.start + f64::from(row - self.row) * self.slope;
         let (column, difference) = nearest_integer(guess);
         if difference.abs() > COLUMN_DOUBT {
             return column + i32::from(difference > 0.0);
         }
-        // The nearest ray against the edge: exact, since both products are below 2^61.
+        self.decide_column(column, row, pixels)
+    }
+
+    /// The nearest ray against the edge: exact, since both products are below 2^61.
+    #[cold]
+    fn decide_column(&self, column: i32, row: i32, pixels: Pixels) -> i32 {
         let to_ray = i64::from(pixels.ray(column)) - i64::from(self.column);
         let side = to_ray * self.rise - i64::from(row - self.row) * self.run;
         column + i32::from(side < 0)
@@ -191,8 +198,9 @@ pub struct DepthPlane {
 
 impl DepthPlane {
     /// The plane of a triangle seen along `axis`; the triangle must not be edge-on.
-    pub fn new(triangle: [ViewPosition; 3], axis: Axis) -> DepthPlane {
-        let [a, b, c] = triangle;
+    #[inline(always)]
+    pub fn new(triangle: &[ViewPosition; 3], axis: Axis) -> DepthPlane {
+        let [a, b, c] = *triangle;
         let (u, v) = ([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
         let minor = |i: usize, j: usize| i64::from(u[i]) * i64::from(v[j]) - i64::from(u[j]) * i64::from(v[i]);
         // Along y the view's axes (x, z, y) are left-handed, so its normal points inwards.
@@ -219,7 +227,7 @@ impl DepthPlane {
     }
 
     /// The crossing with the ray at lattice position (`column`, `row`), which must pass through the triangle.
-    #[inline]
+    #[inline(always)]
     pub fn crossing(&self, column: i32, row: i32) -> Crossing {
         let (dc, dr) = (column - self.vertex[0], row - self.vertex[1]);
         let guess = f64::from(self.vertex[2]) + (self.slope[0] * f64::from(dc) + self.slope[1] * f64::from(dr));

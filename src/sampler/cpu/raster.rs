@@ -27,18 +27,16 @@ impl<H: Hit> BandCrossings<H> {
         let first_row = rows.start;
         let rows = rows.start as i32..rows.end as i32;
         bins.for_each_in_band(first_row, |seen| {
-            cross_triangle(seen.corners, axis, pixels, &rows, |row, covered, plane| {
+            let mut plane = None;
+            for_each_run(&seen.corners, pixels, &rows, |row, covered| {
+                let plane: &DepthPlane = plane.get_or_insert_with(|| DepthPlane::new(&seen.corners, axis));
                 let first_ray = (row - rows.start) as u32 * columns;
                 let row = pixels.ray(row);
-                for count in
-                    &mut starts[(first_ray + covered.start as u32) as usize..(first_ray + covered.end as u32) as usize]
-                {
-                    *count += 1;
+                for column in covered {
+                    let ray = first_ray + column as u32;
+                    starts[ray as usize] += 1;
+                    found.push((ray, H::new(plane.crossing(pixels.ray(column), row), seen.triangle)));
                 }
-                found.extend(covered.map(|column| {
-                    let crossing = plane.crossing(pixels.ray(column), row);
-                    (first_ray + column as u32, H::new(crossing, seen.triangle))
-                }));
             });
         });
         self.sort_by_ray();
@@ -74,46 +72,38 @@ impl<H: Hit> BandCrossings<H> {
 }
 
 /// Calls `cover` with each of `rows` in which the triangle covers rays, and the columns covered there.
-#[inline]
-fn cross_triangle(
-    corners: [ViewPosition; 3],
-    axis: Axis,
+#[inline(always)]
+fn for_each_run(
+    corners: &[ViewPosition; 3],
     pixels: Pixels,
     rows: &Range<i32>,
-    mut cover: impl FnMut(i32, Range<i32>, &DepthPlane),
+    mut cover: impl FnMut(i32, Range<i32>),
 ) {
-    let [mut low, mut middle, mut high] = corners;
-    if low[1] > middle[1] {
-        std::mem::swap(&mut low, &mut middle);
-    }
-    if middle[1] > high[1] {
-        std::mem::swap(&mut middle, &mut high);
-    }
-    if low[1] > middle[1] {
-        std::mem::swap(&mut low, &mut middle);
-    }
-    let first = pixels.index_from(low[1]).max(rows.start);
-    let end = pixels.index_from(high[1]).min(rows.end);
+    // Corners in the order of their rows. Triangles come in every order, so that branches would be guesses.
+    let key = |i: usize| u64::from(corners[i][1] as u32) << 2 | i as u64;
+    let keys = [key(0), key(1), key(2)];
+    let (least, greatest) = (keys[0].min(keys[1]).min(keys[2]), keys[0].max(keys[1]).max(keys[2]));
+    let between = keys[0] ^ keys[1] ^ keys[2] ^ least ^ greatest;
+    let [low, middle, high] = [least, between, greatest].map(|key| (key & 3) as usize);
+
+    let first = pixels.index_from(corners[low][1]).max(rows.start);
+    let end = pixels.index_from(corners[high][1]).min(rows.end);
+    // From the row `turn` on, the second short edge bounds the triangle.
+    let turn = pixels.index_from(corners[middle][1]);
     if first >= end {
         return;
     }
-    let turn = pixels.index_from(middle[1]).clamp(first, end);
-    let long = EdgeWalk::new(low, high, pixels);
-    let mut plane = None;
-    let mut walk = |rows: Range<i32>, from: ViewPosition, to: ViewPosition| {
-        if rows.is_empty() {
-            return;
+    let long = EdgeWalk::upwards(&corners[low], &corners[high], pixels);
+    let (from, to) = if first < turn { (low, middle) } else { (middle, high) };
+    let mut short = EdgeWalk::upwards(&corners[from], &corners[to], pixels);
+    for row in first..end {
+        if row == turn && row != first {
+            short = EdgeWalk::upwards(&corners[middle], &corners[high], pixels);
         }
-        let short = EdgeWalk::new(from, to, pixels);
-        for row in rows {
-            let position = pixels.ray(row);
-            let (a, b) = (long.first_column(position, pixels), short.first_column(position, pixels));
-            if a != b {
-                let plane = plane.get_or_insert_with(|| DepthPlane::new(corners, axis));
-                cover(row, a.min(b)..a.max(b), plane);
-            }
+        let position = pixels.ray(row);
+        let (a, b) = (long.first_column(position, pixels), short.first_column(position, pixels));
+        if a != b {
+            cover(row, a.min(b)..a.max(b));
         }
-    };
-    walk(first..turn, low, middle);
-    walk(turn..end, middle, high);
+    }
 }

@@ -1,0 +1,71 @@
+//! Wall time and processor time of repeated work.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+/// How long work took, in seconds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Times {
+    /// By the clock on the wall.
+    pub wall: f64,
+    /// Of all processors together, as far as this process had them: other programs slow the wall clock alone.
+    pub cpu: f64,
+}
+
+/// Rounds before any is timed.
+const WARM_UP: usize = 2;
+
+/// The median times of `runs` rounds of `work`, wall and processor apart, after a warm-up.
+pub fn median_times<T>(runs: usize, mut work: impl FnMut() -> T) -> Times {
+    for _ in 0..WARM_UP {
+        drop(work());
+    }
+    let (mut walls, mut cpus) = (Vec::with_capacity(runs), Vec::with_capacity(runs));
+    for _ in 0..runs {
+        let (cpu, wall) = (processor_seconds(), Instant::now());
+        let result = work();
+        walls.push(wall.elapsed().as_secs_f64());
+        cpus.push(processor_seconds() - cpu);
+        drop(result);
+    }
+    Times { wall: median(walls), cpu: median(cpus) }
+}
+
+/// The median; the mean of the middle two of an even number.
+///
+/// # Panics
+/// If there is no value.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    if values.len().is_multiple_of(2) { 0.5 * (values[middle - 1] + values[middle]) } else { values[middle] }
+}
+
+/// Processor time of this process so far; not a number where the system does not tell.
+#[cfg(unix)]
+fn processor_seconds() -> f64 {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: the pointer is to a live value of the type that the call fills.
+    match unsafe { libc::clock_gettime(libc::CLOCK_PROCESS_CPUTIME_ID, &mut time) } {
+        0 => time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64,
+        _ => f64::NAN,
+    }
+}
+
+#[cfg(not(unix))]
+fn processor_seconds() -> f64 {
+    f64::NAN
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_is_in_the_middle() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
+        assert_eq!(median(vec![7.0]), 7.0);
+    }
+}

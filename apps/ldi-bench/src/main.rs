@@ -1,0 +1,127 @@
+//! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, and whole [`process`]es beside those of
+//! other programs. What is printed are medians; all of it goes to a JSON file too where one is asked for.
+
+#![expect(clippy::print_stdout, reason = "tables on stdout, as each is done, are what this program is for")]
+
+mod clock;
+mod fit;
+mod machine;
+mod models;
+mod process;
+mod sampling;
+mod table;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// What can go wrong in a benchmark.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// A file or a process could not be handled.
+    #[error("{what}: {source}")]
+    Io {
+        /// What was being done.
+        what: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A program that was run failed, or said something unexpected.
+    #[error("{program}: {said}")]
+    Program {
+        /// The program.
+        program: String,
+        /// What it said, or what was wrong with it.
+        said: String,
+    },
+    /// A model could not be made, written or sampled.
+    #[error("model {model}: {reason}")]
+    Model {
+        /// The model's name.
+        model: String,
+        /// Why.
+        reason: String,
+    },
+}
+
+impl BenchError {
+    fn io(what: impl Into<String>) -> impl FnOnce(std::io::Error) -> BenchError {
+        |source| BenchError::Io { what: what.into(), source }
+    }
+
+    fn model(model: &str, reason: impl std::fmt::Display) -> BenchError {
+        BenchError::Model { model: model.to_owned(), reason: reason.to_string() }
+    }
+}
+
+/// Benchmarks of ldi-ops: tables in markdown on stdout.
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    #[command(subcommand)]
+    benchmark: Benchmark,
+}
+
+#[derive(Subcommand)]
+enum Benchmark {
+    /// The sampler by itself: time by model, axis, mode and threads; cost of a triangle, a crossing and a ray; growth
+    Sampling {
+        /// Timed runs of each case after the warm-up; medians are printed
+        #[arg(long, default_value_t = 7)]
+        runs: usize,
+        /// Rays along the longest side of the tables by model
+        #[arg(long, default_value_t = 512)]
+        resolution: u32,
+        /// Also write everything as JSON
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
+    /// Whole processes, from files to a volume, beside manifold3d and trueform
+    Process {
+        /// The command line program, built for release
+        #[arg(long, value_name = "PATH")]
+        ldi_ops: PathBuf,
+        /// A Python that has apps/ldi-bench/peers/requirements.txt; without it ldi-ops runs alone
+        #[arg(long, value_name = "PATH")]
+        python: Option<PathBuf>,
+        /// The program that times the peers
+        #[arg(long, value_name = "FILE", default_value = "apps/ldi-bench/peers/peers.py")]
+        peers: PathBuf,
+        /// Rounds; each runs every program once, in turn, so that slow spells of the machine hit all
+        #[arg(long, default_value_t = 7)]
+        runs: usize,
+        /// Runs of a peer within one process, of which its medians are taken: its allocator is warm after the first
+        #[arg(long, default_value_t = 3)]
+        peer_runs: usize,
+        /// Also write everything as JSON
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
+    /// Write the models of `process` to a folder
+    #[command(hide = true)]
+    Models {
+        /// The folder, which exists.
+        folder: PathBuf,
+    },
+}
+
+fn main() -> ExitCode {
+    let done = match Arguments::parse().benchmark {
+        Benchmark::Sampling { runs, resolution, json } => {
+            sampling::run(&sampling::Plan { runs: runs.max(1), resolution }, json.as_deref())
+        }
+        Benchmark::Process { ldi_ops, python, peers, runs, peer_runs, json } => {
+            let plan = process::Plan { ldi_ops, python, peers, runs: runs.max(1), peer_runs: peer_runs.max(1) };
+            process::run(&plan, json.as_deref())
+        }
+        Benchmark::Models { folder } => models::write_all(&folder),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("ldi-bench: error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

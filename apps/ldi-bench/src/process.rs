@@ -1,0 +1,323 @@
+//! Whole processes: from two mesh files to their common volume, ldi-ops beside other programs.
+//!
+//! The programs take turns, so that a slow spell of the machine hits all of them. For ldi-ops the whole process counts,
+//! from its start to its end. For a peer only the steps of its own run, not the start of Python: what it takes to read and
+//! weld the files is stated apart from building and intersecting its solids.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::BenchError;
+use crate::clock::median;
+use crate::machine::Machine;
+use crate::models;
+use crate::table::{Table, number};
+
+/// What to run.
+pub struct Plan {
+    /// The command line program.
+    pub ldi_ops: PathBuf,
+    /// A Python with the peers.
+    pub python: Option<PathBuf>,
+    /// The program that times them.
+    pub peers: PathBuf,
+    /// Rounds.
+    pub runs: usize,
+    /// Runs of a peer within its process.
+    pub peer_runs: usize,
+}
+
+/// Peers by their name in the program that times them.
+const PEERS: [&str; 2] = ["manifold3d", "trueform"];
+
+/// A comparison.
+struct Contest {
+    title: &'static str,
+    a: &'static str,
+    b: &'static str,
+}
+
+const CONTESTS: [Contest; 2] = [
+    Contest { title: "Gyroid scaffold ∩ bone", a: "gyroid", b: "bone" },
+    Contest { title: "Strut lattice ∩ the same lattice, shifted", a: "lattice", b: "lattice-shifted" },
+];
+
+/// How ldi-ops runs in every comparison; the files come first.
+const FLAGS: [&str; 6] = ["--axis", "z", "--resolution", "512", "--mode", "exact"];
+
+/// What a process took.
+#[derive(Clone, Debug, Serialize)]
+struct Run {
+    seconds: f64,
+    cpu_seconds: f64,
+    peak_memory_bytes: u64,
+}
+
+/// Medians of one program, in seconds; of a peer by step.
+#[derive(Clone, Debug, Serialize)]
+struct Entry {
+    program: String,
+    /// Reading and welding the files, where it is told apart.
+    prepare: Option<f64>,
+    /// Building the solids and intersecting them, where it is told apart.
+    work: Option<f64>,
+    /// Everything.
+    whole: f64,
+    cpu: f64,
+    peak_memory_bytes: u64,
+    volume: f64,
+}
+
+/// Runs everything and prints the tables.
+pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
+    let folder = tempfile::tempdir().map_err(BenchError::io("a folder for the models"))?;
+    write_models(folder.path())?;
+    let mut contests = Vec::new();
+    println!("### Whole processes\n\n`ldi-bench process --runs {} --peer-runs {}`\n", plan.runs, plan.peer_runs);
+    for contest in &CONTESTS {
+        let entries = compete(plan, contest, folder.path())?;
+        print_contest(contest, &entries);
+        contests.push(json!({"a": contest.a, "b": contest.b, "programs": entries}));
+    }
+    let large = large_images(plan, folder.path())?;
+    // Last, as what is asked here takes memory, and a child's peak counts what its parent held when it was started.
+    let machine = Machine::ask();
+    println!("{}", machine.describe());
+    write_json(json, &json!({"runs": plan.runs, "machine": machine, "contests": contests, "large_images": large}))
+}
+
+/// Has another process make the models, so that this one stays small.
+fn write_models(folder: &Path) -> Result<(), BenchError> {
+    let own = std::env::current_exe().map_err(BenchError::io("finding this program"))?;
+    let mut command = Command::new(own);
+    command.arg("models").arg(folder);
+    said_by(&mut command).map(drop)
+}
+
+fn compete(plan: &Plan, contest: &Contest, folder: &Path) -> Result<Vec<Entry>, BenchError> {
+    let files = [models::file(folder, contest.a), models::file(folder, contest.b)];
+    let own_command = || {
+        let mut command = Command::new(&plan.ldi_ops);
+        command.arg("intersect").args(&files).args(FLAGS).arg("--quiet");
+        command
+    };
+    // Which also brings the files into the system's cache.
+    let told = told_by_own_json(own_command())?;
+    let mut own = Vec::new();
+    let mut peers = PEERS.map(|_| Vec::new());
+    for _ in 0..plan.runs {
+        own.push(timed(&mut own_command())?);
+        let Some(python) = &plan.python else { continue };
+        for (peer, answers) in PEERS.iter().zip(&mut peers) {
+            let mut command = Command::new(python);
+            command.arg(&plan.peers).arg("--build-and-intersect").args(&files);
+            command.args(["--op", "intersection", "--only", peer, "--runs", &plan.peer_runs.to_string()]);
+            answers.push(parse_json(python, &said_by(&mut command)?)?);
+        }
+    }
+    let volume = number_at(&told, "/volume/value");
+    let of_own = |f: fn(&Run) -> f64| median(own.iter().map(f).collect());
+    let mut entries = vec![Entry {
+        program: "ldi-ops".to_owned(),
+        prepare: None,
+        work: None,
+        whole: of_own(|run| run.seconds),
+        cpu: of_own(|run| run.cpu_seconds),
+        peak_memory_bytes: own.iter().map(|run| run.peak_memory_bytes).max().unwrap_or(0),
+        volume,
+    }];
+    for (peer, answers) in PEERS.iter().zip(&peers).filter(|(_, answers)| !answers.is_empty()) {
+        let steps = |names: &[&str]| {
+            let sum = |answer: &Value| names.iter().map(|name| number_at(answer, &format!("/seconds/{name}"))).sum();
+            median(answers.iter().map(sum).collect())
+        };
+        entries.push(Entry {
+            program: (*peer).to_owned(),
+            prepare: Some(steps(&["read", "weld"])),
+            work: Some(steps(&["build", "boolean"])),
+            whole: steps(&["read", "weld", "build", "boolean", "volume"]),
+            cpu: f64::NAN,
+            peak_memory_bytes: number_at(&answers[0], "/peak_memory_bytes") as u64,
+            volume: number_at(&answers[0], "/volume"),
+        });
+    }
+    Ok(entries)
+}
+
+fn print_contest(contest: &Contest, entries: &[Entry]) {
+    let mut table = Table::new(&[
+        "program",
+        "read + weld ms",
+        "build + intersect ms",
+        "whole ms",
+        "CPU ms",
+        "peak MB",
+        "volume mm³",
+        "build + intersect / ldi-ops whole",
+        "whole / ldi-ops whole",
+    ]);
+    let own = &entries[0];
+    for (i, entry) in entries.iter().enumerate() {
+        let ratio = |seconds: Option<f64>| match seconds {
+            Some(seconds) if i > 0 => format!("{} ×", number(seconds / own.whole)),
+            _ => "–".to_owned(),
+        };
+        let milliseconds = |seconds: Option<f64>| number(1e3 * seconds.unwrap_or(f64::NAN));
+        table.row(vec![
+            entry.program.clone(),
+            milliseconds(entry.prepare),
+            milliseconds(entry.work),
+            milliseconds(Some(entry.whole)),
+            milliseconds(Some(entry.cpu)),
+            number(1e-6 * entry.peak_memory_bytes as f64),
+            format!("{:.3}", entry.volume),
+            ratio(entry.work),
+            ratio(Some(entry.whole)),
+        ]);
+    }
+    println!("#### {}\n\n`ldi-ops intersect {}.stl {}.stl {}`\n", contest.title, contest.a, contest.b, FLAGS.join(" "));
+    println!("{}", table.markdown());
+    println!(
+        "ldi-ops: the whole process from its start to its end. Peers: their steps within one process, Python's own start \
+         not counted.\n"
+    );
+}
+
+/// Peak memory of images of 2048 × 2048 rays.
+fn large_images(plan: &Plan, folder: &Path) -> Result<Vec<Value>, BenchError> {
+    let file = |name: &str| models::file(folder, name).display().to_string();
+    let (gyroid, shifted, bone) = (file("gyroid"), file("gyroid-shifted"), file("bone"));
+    let jobs: [&[&str]; 6] = [
+        &["volume", &gyroid, "--mode", "exact"],
+        &["volume", &gyroid, "--mode", "over"],
+        &["intersect", &gyroid, &bone, "--mode", "exact"],
+        &["intersect", &gyroid, &shifted, "--mode", "exact"],
+        &["intersect", &gyroid, &shifted, "--mode", "over"],
+        &["union", &gyroid, &shifted, "--mode", "exact"],
+    ];
+    let mut table = Table::new(&["command", "rays", "samples", "ms", "CPU ms", "peak MB"]);
+    let mut results = Vec::new();
+    for job in jobs {
+        let command = || {
+            let mut command = Command::new(&plan.ldi_ops);
+            command.args(job).args(["--axis", "z", "--resolution", "2048", "--quiet"]);
+            command
+        };
+        let told = told_by_own_json(command())?;
+        let runs = (0..plan.runs).map(|_| timed(&mut command())).collect::<Result<Vec<_>, _>>()?;
+        let of_runs = |f: fn(&Run) -> f64| median(runs.iter().map(f).collect());
+        let (seconds, cpu) = (of_runs(|run| run.seconds), of_runs(|run| run.cpu_seconds));
+        let peak = runs.iter().map(|run| run.peak_memory_bytes).max().unwrap_or(0);
+        let rays = told.pointer("/grid/rays").cloned().unwrap_or_default();
+        let named: Vec<String> = job
+            .iter()
+            .map(|word| Path::new(word).file_name().map_or(word.to_string(), |n| n.to_string_lossy().into()))
+            .collect();
+        let named = named.join(" ");
+        table.row(vec![
+            format!("`{named} --axis z --resolution 2048`"),
+            rays.to_string().replace(',', " × ").trim_matches(['[', ']']).to_owned(),
+            number(number_at(&told, "/samples")),
+            number(1e3 * seconds),
+            number(1e3 * cpu),
+            number(1e-6 * peak as f64),
+        ]);
+        results.push(json!({"command": named, "rays": rays, "samples": told.pointer("/samples"),
+            "seconds": seconds, "cpu_seconds": cpu, "peak_memory_bytes": peak}));
+    }
+    println!("#### Memory of large images\n\n{}", table.markdown());
+    Ok(results)
+}
+
+/// What ldi-ops says of itself as JSON, in a run that is not timed: it then hashes its inputs, which costs time.
+fn told_by_own_json(mut command: Command) -> Result<Value, BenchError> {
+    command.args(["--json", "-"]);
+    let said = said_by(&mut command)?;
+    let told = parse_json(Path::new("ldi-ops"), &said)?;
+    // `volume` makes a list, of one entry a file.
+    Ok(match told {
+        Value::Array(mut list) if !list.is_empty() => list.swap_remove(0),
+        told => told,
+    })
+}
+
+fn parse_json(program: &Path, text: &str) -> Result<Value, BenchError> {
+    serde_json::from_str(text).map_err(|error| BenchError::Program {
+        program: program.display().to_string(),
+        said: format!("{error} in {text}"),
+    })
+}
+
+/// A number of a document; zero for a step that a program does not have.
+fn number_at(document: &Value, pointer: &str) -> f64 {
+    document.pointer(pointer).and_then(Value::as_f64).unwrap_or(0.0)
+}
+
+/// Runs a program to its end and gives what it wrote on stdout.
+fn said_by(command: &mut Command) -> Result<String, BenchError> {
+    let program = command.get_program().to_string_lossy().into_owned();
+    let output = command.output().map_err(BenchError::io(format!("running {program}")))?;
+    if !output.status.success() {
+        let said = format!("{}: {}", output.status, String::from_utf8_lossy(&output.stderr).trim());
+        return Err(BenchError::Program { program, said });
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// Runs a program to its end, its output thrown away, and asks the system what it took.
+#[cfg(unix)]
+fn timed(command: &mut Command) -> Result<Run, BenchError> {
+    let program = command.get_program().to_string_lossy().into_owned();
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    let start = Instant::now();
+    let child = command.spawn().map_err(BenchError::io(format!("running {program}")))?;
+    // SAFETY: all zero bytes are a value of this plain C structure.
+    let mut usage: libc::rusage = unsafe { std::mem::zeroed() };
+    let mut status = 0;
+    // Waiting through the standard library would not tell what the process used. The child is not waited for again.
+    // SAFETY: the pointers are to live values of the types that the call fills, and the process is a child of this one.
+    let waited = unsafe { libc::wait4(child.id() as libc::pid_t, &mut status, 0, &mut usage) };
+    let seconds = start.elapsed().as_secs_f64();
+    if waited < 0 {
+        return Err(BenchError::io(format!("waiting for {program}"))(std::io::Error::last_os_error()));
+    }
+    if status != 0 {
+        return Err(BenchError::Program { program, said: format!("ended with wait status {status}") });
+    }
+    let time = |t: libc::timeval| t.tv_sec as f64 + 1e-6 * t.tv_usec as f64;
+    // Kibibytes, but bytes on macOS.
+    let unit = if cfg!(target_os = "macos") { 1 } else { 1024 };
+    Ok(Run {
+        seconds,
+        cpu_seconds: time(usage.ru_utime) + time(usage.ru_stime),
+        peak_memory_bytes: usage.ru_maxrss as u64 * unit,
+    })
+}
+
+/// Runs a program to its end, its output thrown away; memory and processor time are not known.
+#[cfg(not(unix))]
+fn timed(command: &mut Command) -> Result<Run, BenchError> {
+    let program = command.get_program().to_string_lossy().into_owned();
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    let start = Instant::now();
+    let status = command.status().map_err(BenchError::io(format!("running {program}")))?;
+    let seconds = start.elapsed().as_secs_f64();
+    if !status.success() {
+        return Err(BenchError::Program { program, said: status.to_string() });
+    }
+    Ok(Run { seconds, cpu_seconds: f64::NAN, peak_memory_bytes: 0 })
+}
+
+/// Writes a document where one is wanted.
+pub fn write_json(path: Option<&Path>, document: &Value) -> Result<(), BenchError> {
+    let Some(path) = path else { return Ok(()) };
+    let file = File::create(path).map_err(BenchError::io(path.display().to_string()))?;
+    serde_json::to_writer_pretty(BufWriter::new(file), document)
+        .map_err(|error| BenchError::io(path.display().to_string())(error.into()))
+}
