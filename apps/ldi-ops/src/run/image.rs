@@ -8,7 +8,7 @@ use ldi_ops::integrate;
 use ldi_ops::ldi::Ldi;
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 
-use super::fill::{FillDifference, Insight};
+use super::fill::{FillDifference, Insight, is_own};
 use super::measure::Seconds;
 use crate::exit::Failure;
 use crate::resolve::Measurement;
@@ -25,9 +25,9 @@ pub struct ImageMaker<'a, S: Sampler> {
     pub fill: Fill,
     /// The time that goes into sampling and into operations is added here.
     pub seconds: &'a mut Seconds,
-    /// Whether the two fill rules can be told apart on the way: on one axis, for solids whose winding numbers mean
-    /// something.
-    pub comparable: &'a [bool],
+    /// The volume of each input's mesh itself, where the two fill rules are to be compared on the way: on one axis, for
+    /// solids whose winding numbers mean something.
+    pub own_volumes: &'a [Option<f64>],
     /// What sampling each input on its own told of it.
     pub insights: Vec<Insight>,
 }
@@ -90,7 +90,7 @@ impl<S: Sampler> ImageMaker<'_, S> {
     fn sample(&mut self, solids: &[LatticeSolid], i: usize, mode: Mode) -> Result<Ldi, Failure> {
         let (columns, rows) = solids[i].grid().image_size(self.axis);
         let is_small = u64::from(columns) * u64::from(rows) <= FEW_RAYS;
-        if mode == Mode::Exact && self.fill == Fill::EvenOdd && self.comparable[i] && is_small {
+        if mode == Mode::Exact && self.fill == Fill::EvenOdd && self.own_volumes[i].is_some() && is_small {
             return self.sample_surface(solids, i);
         }
         let start = Instant::now();
@@ -111,13 +111,14 @@ impl<S: Sampler> ImageMaker<'_, S> {
 
     /// Keeps what an image tells of a solid on its own.
     fn look_at(&mut self, solids: &[LatticeSolid], i: usize, image: &Ldi) {
-        if !self.comparable[i] || self.insights[i] != Insight::Nothing {
-            return;
-        }
+        let (Some(own), Insight::Nothing) = (self.own_volumes[i], self.insights[i]) else { return };
         let start = Instant::now();
+        let volume = integrate::volume(image);
         self.insights[i] = match self.fill {
-            Fill::EvenOdd if image.triangles().is_some() => Insight::Rules(FillDifference::in_image(&solids[i], image)),
-            _ => Insight::Volume(integrate::volume(image)),
+            Fill::EvenOdd if image.triangles().is_some() && !is_own(volume, own, self.fill) => {
+                Insight::Rules(FillDifference::in_image(&solids[i], image))
+            }
+            _ => Insight::Volume(volume),
         };
         self.seconds.integrate += start.elapsed().as_secs_f64();
     }

@@ -130,11 +130,11 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
         Spacing::Tolerance(tolerance) => {
             let (round, refinement) = refine(tolerance, &mut round)?;
             let words = format!(
-                "--tolerance {} %: {} with {} rays along the longest side, where the estimate is {:.4} % of the volume",
-                100.0 * tolerance,
+                "--tolerance {} %: {} with {} rays along the longest side, where the estimate is {} % of the volume",
+                report::number(100.0 * tolerance),
                 if refinement.reached { "reached" } else { "not reached" },
                 refinement.resolution,
-                100.0 * refinement.came_to,
+                report::number(100.0 * refinement.came_to),
             );
             match refinement.reached {
                 true => progress.note(words),
@@ -246,14 +246,15 @@ fn sample_round(
         progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()));
         let sampler = CpuSampler::default();
         // One axis is enough to tell the fill rules apart.
-        let comparable: Vec<bool> = solids.iter().map(|solid| axis == job.axes[0] && solid.is_oriented()).collect();
+        let own_volumes: Vec<Option<f64>> =
+            solids.iter().map(|solid| (axis == job.axes[0] && solid.is_oriented()).then_some(solid.volume)).collect();
         let mut maker = ImageMaker {
             sampler: &sampler,
             axis,
             mode: job.mode,
             fill: job.fill,
             seconds,
-            comparable: &comparable,
+            own_volumes: &own_volumes,
             insights: std::mem::take(&mut round.insights),
         };
         let image = maker.image(job.measurement, &lattice)?;
