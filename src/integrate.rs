@@ -147,8 +147,7 @@ impl VolumeEstimate {
                 let axes = [a, b, c];
                 let mean = axes.iter().map(|axis| axis.volume).sum::<f64>() / 3.0;
                 let nodes = axes.iter().map(|axis| axis.nodes).sum::<f64>() / 3.0;
-                // A solid thinner than the pitch everywhere may leave less than nothing.
-                let value = (3.0 * mean - 2.0 * nodes).max(0.0);
+                let value = 3.0 * mean - 2.0 * nodes;
                 let coarser = |place: usize| -> f64 {
                     let seen = |axis: &AxisVolume| {
                         let parity = |coordinate: usize| place >> coordinate & 1;
@@ -196,25 +195,33 @@ struct MomentSums {
 }
 
 impl MomentSums {
-    fn add_ray(&mut self, column: u32, row: u32, samples: &[i32]) {
-        let (mut one, mut two, mut three) = (0i128, 0i128, 0i128);
-        for (start, end) in Spans::new(samples) {
-            let (start, end) = (i128::from(start), i128::from(end));
-            one += end - start;
-            two += end * end - start * start;
-            three += end * end * end - start * start * start;
+    /// The sums over one row of columns.
+    fn of_row(image: &Ldi, row: u32) -> MomentSums {
+        let (columns, _) = image.size();
+        let mut sums = MomentSums::default();
+        for column in 0..columns {
+            // On a ray of at most 2^30 steps Σ(end − start) ≤ 2^30 and Σ(end² − start²) ≤ 2^60.
+            let (mut one, mut two, mut three) = (0i64, 0i64, 0i128);
+            for (start, end) in Spans::new(image.samples(row * columns + column)) {
+                let (start, end) = (i64::from(start), i64::from(end));
+                one += end - start;
+                two += (end - start) * (end + start);
+                three += i128::from(end - start) * i128::from(end * end + end * start + start * start);
+            }
+            let column = i64::from(2 * column + 1);
+            sums.one += i128::from(one);
+            sums.column += i128::from(column * one);
+            sums.twice_depth += i128::from(two);
+            sums.column_column += i128::from(column * column) * i128::from(one);
+            sums.thrice_depth_depth += three;
+            sums.twice_column_depth += i128::from(column) * i128::from(two);
         }
-        let (column, row) = (i128::from(2 * column + 1), i128::from(2 * row + 1));
-        self.one += one;
-        self.column += column * one;
-        self.row += row * one;
-        self.twice_depth += two;
-        self.column_column += column * column * one;
-        self.row_row += row * row * one;
-        self.thrice_depth_depth += three;
-        self.column_row += column * row * one;
-        self.twice_column_depth += column * two;
-        self.twice_row_depth += row * two;
+        let row = i128::from(2 * row + 1);
+        sums.row = row * sums.one;
+        sums.row_row = row * row * sums.one;
+        sums.column_row = row * sums.column;
+        sums.twice_row_depth = row * sums.twice_depth;
+        sums
     }
 
     fn plus(self, other: MomentSums) -> MomentSums {
@@ -235,16 +242,10 @@ impl MomentSums {
 
 /// Volume, centroid and inertia tensor of the solid in an image.
 pub fn moments(image: &Ldi) -> Moments {
-    let (columns, rows) = image.size();
+    let (_, rows) = image.size();
     let sums = (0..rows)
         .into_par_iter()
-        .map(|row| {
-            let mut sums = MomentSums::default();
-            for column in 0..columns {
-                sums.add_ray(column, row, image.samples(row * columns + column));
-            }
-            sums
-        })
+        .map(|row| MomentSums::of_row(image, row))
         .reduce(MomentSums::default, MomentSums::plus);
     let (grid, axis) = (image.grid(), image.axis());
     let volume = grid.pitch() * grid.pitch() * (grid.step() * sums.one as f64);
@@ -297,34 +298,53 @@ pub fn moments(image: &Ldi) -> Moments {
     Moments { volume, centroid, inertia: volume * (DMat3::from_diagonal(DVec3::splat(trace)) - covariance) }
 }
 
-/// What the image along one axis adds to the surface area: h²·Σ |n·axis| over its samples, in square world units.
+/// What the hits of an image say of a surface's area.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SurfaceHits {
+    /// h²·Σ |n·axis| over the samples that bound the solid, in square world units.
+    pub boundary: f64,
+    /// The same over all samples, among them those of faces inside the solid.
+    pub all: f64,
+}
+
+/// The hits of an image, each weighted by |n·axis| of its triangle, which `facing` gives.
 ///
 /// The sum over the three axes is an unbiased estimate of the area, since the squares of a unit normal's components sum
-/// to one and a surface element of area a meets a·|n·axis|/h² rays of that axis. `facing` gives |n·axis| of a triangle.
-/// Surfaces inside the solid do not count: of samples at one depth only those count that change the state of the ray.
+/// to one and a surface element of area a meets a·|n·axis|/h² rays of that axis. It is as noisy as counting pixels,
+/// though: 0.2 to 0.8 % on a torus at 256 to 512 rays. Where the area of all the mesh's triangles is known, it times the
+/// share of [`boundary`](SurfaceHits::boundary) in [`all`](SurfaceHits::all) is the better estimate: exact where nothing
+/// lies inside, as the noise of the two is the same.
+///
+/// Of samples at one depth only an odd number bounds the solid: two coincident faces are none.
 ///
 /// # Panics
 /// If the image was sampled without triangles.
-pub fn area_along(image: &Ldi, facing: impl Fn(u32) -> f64 + Sync) -> f64 {
+pub fn surface_hits(image: &Ldi, facing: impl Fn(u32) -> f64 + Sync) -> SurfaceHits {
     let triangles = image.triangles().expect("the image was sampled with triangles");
     let (columns, rows) = image.size();
-    let row_sum = |row: u32| {
-        let mut sum = 0.0;
+    let of_row = |row: u32| {
+        let mut hits = SurfaceHits::default();
         for ray in row * columns..(row + 1) * columns {
             let (start, samples) = (image.offsets()[ray as usize] as usize, image.samples(ray));
-            let mut first = 0;
+            let mut first = start;
             for at_one_depth in samples.chunk_by(|a, b| a == b) {
+                let next = first + at_one_depth.len();
+                hits.all += triangles[first..next].iter().map(|&triangle| facing(triangle)).sum::<f64>();
                 if at_one_depth.len() % 2 == 1 {
-                    sum += facing(triangles[start + first]);
+                    hits.boundary += facing(triangles[first]);
                 }
-                first += at_one_depth.len();
+                first = next;
             }
         }
-        sum
+        hits
     };
     // Rows are summed in order, so that the last bits do not depend on the number of threads.
-    let sums: Vec<f64> = (0..rows).into_par_iter().map(row_sum).collect();
-    image.grid().pitch() * image.grid().pitch() * sums.into_iter().sum::<f64>()
+    let by_row: Vec<SurfaceHits> = (0..rows).into_par_iter().map(of_row).collect();
+    let section = image.grid().pitch() * image.grid().pitch();
+    SurfaceHits {
+        boundary: section * by_row.iter().map(|hits| hits.boundary).sum::<f64>(),
+        all: section * by_row.iter().map(|hits| hits.all).sum::<f64>(),
+    }
 }
 
 #[cfg(test)]
@@ -349,7 +369,7 @@ mod tests {
         let mut area = 0.0;
         for axis in Axis::ALL {
             let image = CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap();
-            area += area_along(&image, |triangle| solid.facing(triangle, axis));
+            area += surface_hits(&image, |triangle| solid.facing(triangle, axis)).boundary;
             let found = moments(&image);
             assert_eq!(found.volume, 64.0);
             assert!((found.centroid - 0.5 * (min + max)).length() < 1e-12, "{axis:?} {:?}", found.centroid);
@@ -436,7 +456,7 @@ mod tests {
             .iter()
             .map(|&axis| {
                 let image = CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap();
-                area_along(&image, |triangle| solid.facing(triangle, axis))
+                surface_hits(&image, |triangle| solid.facing(triangle, axis)).boundary
             })
             .sum();
         assert!((area / exact - 1.0).abs() < 1e-3, "{area} against {exact}");
@@ -454,7 +474,9 @@ mod tests {
         let solid = grid.quantise(&mesh).unwrap();
         for fill in [Fill::EvenOdd, Fill::NonZero] {
             let image = CpuSampler::default().sample_surface(&solid, Axis::Z, fill).unwrap();
-            assert_eq!(area_along(&image, |triangle| solid.facing(triangle, Axis::Z)), 2.0, "{fill:?}");
+            let hits = surface_hits(&image, |triangle| solid.facing(triangle, Axis::Z));
+            let all = if fill == Fill::EvenOdd { 4.0 } else { 2.0 };
+            assert_eq!(hits, SurfaceHits { boundary: 2.0, all }, "{fill:?}");
             assert_eq!(volume(&image), 2.0);
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! The method is that of Leung & Wang, "Conservative Sampling of Solids in Image Space", in the cheaper equal form of
 //! two masks in one geometry pass. Everything below is integer arithmetic on the lattice of the
-//! [`Grid`](crate::grid::Grid), so an image has one right answer, and thread count, triangle order, band height and
+//! [`Grid`], so an image has one right answer, and thread count, triangle order, band height and
 //! backend change no bit of it.
 //!
 //! # Rays and crossings

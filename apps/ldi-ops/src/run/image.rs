@@ -30,8 +30,6 @@ impl<S: Sampler> ImageMaker<'_, S> {
     /// The image of the measured solid. With estimates, an over-estimate takes under-estimates away.
     pub fn image(&mut self, measurement: Measurement, solids: &[LatticeSolid]) -> Result<Ldi, Failure> {
         let operation = match measurement {
-            // The exact image of a surface is that of the solid, with the triangles that its area is found from.
-            Measurement::Volume if self.mode == Mode::Exact => return self.sample_surface(solids, 0),
             Measurement::Volume | Measurement::Sample => return self.sample(solids, 0, self.mode),
             Measurement::Boolean(operation) => operation,
         };
@@ -84,15 +82,6 @@ impl<S: Sampler> ImageMaker<'_, S> {
     fn sample(&mut self, solids: &[LatticeSolid], i: usize, mode: Mode) -> Result<Ldi, Failure> {
         let start = Instant::now();
         let image = self.sampler.sample(&solids[i], self.axis, mode, self.fill)?;
-        self.seconds.sample += start.elapsed().as_secs_f64();
-        self.look_at(i, &image);
-        Ok(image)
-    }
-
-    /// The exact image with the triangle of each sample.
-    fn sample_surface(&mut self, solids: &[LatticeSolid], i: usize) -> Result<Ldi, Failure> {
-        let start = Instant::now();
-        let image = self.sampler.sample_surface(&solids[i], self.axis, self.fill)?;
         self.seconds.sample += start.elapsed().as_secs_f64();
         self.look_at(i, &image);
         Ok(image)

@@ -10,7 +10,7 @@ use std::time::Instant;
 use glam::{DMat3, DVec3};
 use ldi_ops::boolean::BooleanOperation;
 use ldi_ops::grid::{Axis, Grid, LatticeSolid};
-use ldi_ops::integrate::{self, AxisVolume, Moments, VolumeEstimate};
+use ldi_ops::integrate::{self, AxisVolume, Moments, SurfaceHits, VolumeEstimate};
 use ldi_ops::ldi::{Ldi, npz};
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -158,7 +158,9 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
     let measures = match job.measurement {
         Measurement::Volume => {
             let (centroid, inertia) = mean_moments(&round.moments);
-            let area = surface_area(job, &solids[0], &round, &mut seconds, progress)?;
+            let measuring = Instant::now();
+            let area = surface_area(job, &solids[0], &round.grid, progress)?;
+            seconds.integrate += measuring.elapsed().as_secs_f64();
             Some(SolidMeasures { area, centroid, inertia })
         }
         _ => None,
@@ -206,8 +208,6 @@ struct Round {
     images: Vec<Ldi>,
     /// Whether an image of each input alone has shown that the fill rules agree on it.
     rules_agree: Vec<bool>,
-    /// What the images along x, y and z add to the area, where they tell.
-    areas: [Option<f64>; 3],
 }
 
 /// Lays a grid and samples along every axis that was asked for.
@@ -245,7 +245,6 @@ fn sample_round(
         unclosed: Vec::new(),
         images: Vec::new(),
         rules_agree: vec![false; solids.len()],
-        areas: [None; 3],
     };
     let own_volumes: Vec<f64> = solids.iter().map(|solid| solid.volume).collect();
     for &axis in &job.axes {
@@ -262,10 +261,6 @@ fn sample_round(
         };
         let image = maker.image(job.measurement, &lattice)?;
         let integrating = Instant::now();
-        if job.measurement == Measurement::Volume && job.mode == Mode::Exact {
-            let area = integrate::area_along(&image, |triangle| lattice[0].facing(triangle, axis));
-            round.areas[axis.depth()] = Some(area);
-        }
         round.volumes.push(AxisVolume::of(&image));
         if job.measurement == Measurement::Volume {
             round.moments.push(integrate::moments(&image));
@@ -298,37 +293,31 @@ fn restrict(measurement: Measurement, solids: &mut Vec<LatticeSolid>) {
     }
 }
 
-/// Rays along the longest side with which an area is found if the image has more: the error of a sum over so many hits is
-/// far below that of any use of it.
+/// The most rays along the longest side with which it is found which part of a mesh's surface bounds the solid.
 const AREA_RESOLUTION: u32 = 512;
 
-/// The surface area from the hits of rays along all three axes, whichever were asked for, as only together they see a
-/// surface from every side.
-fn surface_area(
-    job: &MeasureJob,
-    solid: &Solid,
-    round: &Round,
-    seconds: &mut Seconds,
-    progress: &Progress,
-) -> Result<f64, Failure> {
-    let start = Instant::now();
-    let rays = round.grid.rays().into_iter().max().unwrap_or(1).min(AREA_RESOLUTION);
-    let fine_enough = Grid::with_resolution(solid.bounds(), rays, job.lod).map_err(Failure::input)?;
-    let is_own = fine_enough.rays() == round.grid.rays();
-    let lattice = solid.quantise(&fine_enough)?;
-    let mut area = 0.0;
+/// The surface area: that of the mesh's triangles, times the share of it that rays along the three axes find to bound the
+/// solid. It is exact where no triangle lies inside, and not a number where no ray meets a triangle.
+fn surface_area(job: &MeasureJob, solid: &Solid, used: &Grid, progress: &Progress) -> Result<f64, Failure> {
+    let rays = used.rays().into_iter().max().unwrap_or(1).min(AREA_RESOLUTION);
+    let grid = Grid::with_resolution(solid.bounds(), rays, job.lod).map_err(Failure::input)?;
+    let lattice = solid.quantise(&grid)?;
+    let mut total = SurfaceHits::default();
     for axis in Axis::ALL {
-        area += match round.areas[axis.depth()].filter(|_| is_own) {
-            Some(known) => known,
-            None => {
-                progress.stage(format!("area, along {}", axis.name()));
-                let image = CpuSampler::default().sample_surface(&lattice, axis, job.fill)?;
-                integrate::area_along(&image, |triangle| lattice.facing(triangle, axis))
-            }
+        progress.stage(format!("area, along {}", axis.name()));
+        let hits = |fill| -> Result<SurfaceHits, Failure> {
+            let image = CpuSampler::default().sample_surface(&lattice, axis, fill)?;
+            Ok(integrate::surface_hits(&image, |triangle| lattice.facing(triangle, axis)))
+        };
+        // The even-odd rule alone keeps every crossing.
+        let every = hits(Fill::EvenOdd)?;
+        total.all += every.all;
+        total.boundary += match job.fill {
+            Fill::EvenOdd => every.boundary,
+            Fill::NonZero => hits(Fill::NonZero)?.boundary,
         };
     }
-    seconds.integrate += start.elapsed().as_secs_f64();
-    Ok(area)
+    Ok(solid.mesh().area() * (total.boundary / total.all))
 }
 
 /// Resolutions that a tolerance starts from and ends at.
