@@ -52,7 +52,7 @@ fn bone() -> Result<TriangleMesh, BenchError> {
 
 /// A fine lattice, as scaffolds have them: many struts of few triangles each, some 800 000 in all.
 fn lattice() -> Result<TriangleMesh, BenchError> {
-    build("bcc", &[("cells", "8"), ("cell-size", "5"), ("radius", "0.5"), ("resolution", "19")])
+    build("bcc", &[("cells", "6"), ("cell-size", "5"), ("radius", "0.5"), ("resolution", "20")])
 }
 
 fn build(kind: &str, parameters: &[(&str, &str)]) -> Result<TriangleMesh, BenchError> {
