@@ -249,7 +249,7 @@ impl Grid {
 
     /// Snaps a checked mesh to the lattice: the only rounding of the input.
     pub fn quantise<'m>(&self, mesh: &'m ClosedMesh) -> Result<LatticeSolid<'m>, OutsideGrid> {
-        self.snap_mesh(mesh.mesh(), Closure::Closed { oriented: mesh.oriented() })
+        self.snap_mesh(mesh.mesh(), Some(mesh.bounds()), Closure::Closed { oriented: mesh.oriented() })
     }
 
     /// Snaps a mesh that did not pass the check. Its rays may be unclosed; the image then lists them.
@@ -257,10 +257,15 @@ impl Grid {
     /// # Panics
     /// If a triangle's index is out of range.
     pub fn quantise_open<'m>(&self, mesh: &'m TriangleMesh) -> Result<LatticeSolid<'m>, OutsideGrid> {
-        self.snap_mesh(mesh, Closure::Open)
+        self.snap_mesh(mesh, mesh.bounds(), Closure::Open)
     }
 
-    fn snap_mesh<'m>(&self, mesh: &'m TriangleMesh, closure: Closure) -> Result<LatticeSolid<'m>, OutsideGrid> {
+    fn snap_mesh<'m>(
+        &self,
+        mesh: &'m TriangleMesh,
+        bounds: Option<Aabb>,
+        closure: Closure,
+    ) -> Result<LatticeSolid<'m>, OutsideGrid> {
         let any_outside = AtomicBool::new(false);
         let scale = 1.0 / (2.0 * self.step());
         let mut positions = vec_with_room(mesh.positions.len());
@@ -278,7 +283,15 @@ impl Grid {
                 return Err(OutsideGrid { vertex, position: mesh.positions[vertex] });
             }
         }
-        Ok(LatticeSolid { grid: *self, positions, triangles: &mesh.triangles, closure })
+        // Snapping keeps order, so the box of the snapped positions is the snapped box.
+        let corner = |world: DVec3| self.snap(world, scale).unwrap_or_default();
+        let bounds = bounds.map_or_else(LatticeBox::default, |b| LatticeBox { min: corner(b.min), max: corner(b.max) });
+        Ok(LatticeSolid { grid: *self, positions, triangles: &mesh.triangles, closure, bounds, region: self.whole() })
+    }
+
+    /// The box of the whole grid.
+    fn whole(&self) -> LatticeBox {
+        LatticeBox { min: [0; 3], max: [self.length(0), self.length(1), self.length(2)] }
     }
 
     /// The even lattice position nearest to a world position; `None` outside the grid. `scale` is the reciprocal of the
@@ -291,6 +304,25 @@ impl Grid {
         let inside = |i: usize| half[i] > -0.5 && half[i] < f64::from(self.length(i) / 2) + 0.5;
         let even = |i: usize| 2 * (half[i] + MAGIC).to_bits() as i32;
         (inside(0) & inside(1) & inside(2)).then(|| [even(0), even(1), even(2)])
+    }
+}
+
+/// A box on the lattice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LatticeBox {
+    /// Least positions.
+    pub min: [i32; 3],
+    /// Greatest positions.
+    pub max: [i32; 3],
+}
+
+impl LatticeBox {
+    /// What both boxes share; empty, with a greatest position below a least, where they share nothing.
+    pub fn intersection(&self, other: &LatticeBox) -> LatticeBox {
+        LatticeBox {
+            min: std::array::from_fn(|i| self.min[i].max(other.min[i])),
+            max: std::array::from_fn(|i| self.max[i].min(other.max[i])),
+        }
     }
 }
 
@@ -316,6 +348,8 @@ pub struct LatticeSolid<'m> {
     positions: Vec<[i32; 3]>,
     triangles: &'m [[u32; 3]],
     closure: Closure,
+    bounds: LatticeBox,
+    region: LatticeBox,
 }
 
 impl LatticeSolid<'_> {
@@ -332,6 +366,23 @@ impl LatticeSolid<'_> {
     /// Three indices into [`positions`](Self::positions) for each triangle.
     pub fn triangles(&self) -> &[[u32; 3]] {
         self.triangles
+    }
+
+    /// The box of the positions that its triangles use.
+    pub fn bounds(&self) -> &LatticeBox {
+        &self.bounds
+    }
+
+    /// Restricts sampling to the rays that meet a box: other rays are left empty without a look at them. What is
+    /// intersected with or taken from a smaller solid need not be sampled beyond it.
+    pub fn within(mut self, region: &LatticeBox) -> Self {
+        self.region = self.region.intersection(region);
+        self
+    }
+
+    /// The box outside of which rays are left empty.
+    pub fn region(&self) -> &LatticeBox {
+        &self.region
     }
 
     /// How squarely a triangle faces the rays along `axis`: |n·axis| of its unit normal; 0 for a triangle without area.

@@ -147,7 +147,8 @@ impl VolumeEstimate {
                 let axes = [a, b, c];
                 let mean = axes.iter().map(|axis| axis.volume).sum::<f64>() / 3.0;
                 let nodes = axes.iter().map(|axis| axis.nodes).sum::<f64>() / 3.0;
-                let value = 3.0 * mean - 2.0 * nodes;
+                // A solid thinner than the pitch everywhere may leave less than nothing.
+                let value = (3.0 * mean - 2.0 * nodes).max(0.0);
                 let coarser = |place: usize| -> f64 {
                     let seen = |axis: &AxisVolume| {
                         let parity = |coordinate: usize| place >> coordinate & 1;

@@ -21,6 +21,7 @@ pub struct BandImage {
     ends: Vec<u32>,
     depths: Vec<i32>,
     triangles: Vec<u32>,
+    wound_length: Option<i64>,
     unclosed: Vec<u32>,
 }
 
@@ -33,6 +34,11 @@ impl BandImage {
     /// The triangles of the samples: as many as depths, or none at all in the whole image.
     pub fn triangles(&mut self) -> &mut Vec<u32> {
         &mut self.triangles
+    }
+
+    /// Adds to the length of the rays so far, each point counted as often as shells wind around it.
+    pub fn add_wound_length(&mut self, length: i64) {
+        *self.wound_length.get_or_insert(0) += length;
     }
 
     /// Ends the ray whose samples were just appended.
@@ -65,6 +71,7 @@ pub fn image_from_bands<S>(
     offsets.push(0u32);
     let mut depths = Vec::new();
     let mut triangles = Vec::new();
+    let mut wound_length = None;
     let mut unclosed = Vec::new();
     for wave in 0..bands.div_ceil(WAVE) {
         let wave = wave * WAVE..bands.min((wave + 1) * WAVE);
@@ -85,8 +92,14 @@ pub fn image_from_bands<S>(
             depths.extend_from_slice(&image.depths);
             triangles.extend_from_slice(&image.triangles);
             offsets.extend(image.ends.iter().map(|end| base + end));
+            wound_length = match (wound_length, image.wound_length) {
+                (Some(sum), Some(more)) => Some(sum + more),
+                (sum, more) => sum.or(more),
+            };
             unclosed.extend(image.unclosed.iter().map(|ray| first_ray + ray));
         }
     }
-    Ok(Ldi::from_bands(grid, axis, offsets, depths, triangles, unclosed))
+    let image = Ldi { grid, axis, offsets, depths, triangles, wound_length, unclosed };
+    debug_assert_eq!(image.check(), Ok(()));
+    Ok(image)
 }

@@ -21,6 +21,14 @@ pub enum LdiError {
         /// Depths given.
         samples: usize,
     },
+    /// There are triangles, and not one for each sample.
+    #[error("{found} triangles for {samples} samples")]
+    TriangleCount {
+        /// Triangles given.
+        found: usize,
+        /// Depths given.
+        samples: usize,
+    },
     /// An offset is less than the one before it.
     #[error("the offsets of ray {ray} run backwards")]
     OffsetOrder {

@@ -25,6 +25,7 @@ pub struct Ldi {
     offsets: Vec<u32>,
     depths: Vec<i32>,
     triangles: Vec<u32>,
+    wound_length: Option<i64>,
     unclosed: Vec<u32>,
 }
 
@@ -39,24 +40,9 @@ impl Ldi {
         depths: Vec<i32>,
         unclosed: Vec<u32>,
     ) -> Result<Ldi, LdiError> {
-        let image = Ldi { grid, axis, offsets, depths, triangles: Vec::new(), unclosed };
+        let image = Ldi { grid, axis, offsets, depths, triangles: Vec::new(), wound_length: None, unclosed };
         image.check()?;
         Ok(image)
-    }
-
-    /// An image whose parts are right by construction; checked in debug builds.
-    fn from_bands(
-        grid: Grid,
-        axis: Axis,
-        offsets: Vec<u32>,
-        depths: Vec<i32>,
-        triangles: Vec<u32>,
-        unclosed: Vec<u32>,
-    ) -> Ldi {
-        let image = Ldi { grid, axis, offsets, depths, triangles, unclosed };
-        debug_assert_eq!(image.check(), Ok(()));
-        debug_assert!(image.triangles.is_empty() || image.triangles.len() == image.depths.len());
-        image
     }
 
     fn check(&self) -> Result<(), LdiError> {
@@ -71,6 +57,9 @@ impl Ldi {
                 last: self.offsets[rays],
                 samples: self.depths.len(),
             });
+        }
+        if !(self.triangles.is_empty() || self.triangles.len() == self.depths.len()) {
+            return Err(LdiError::TriangleCount { found: self.triangles.len(), samples: self.depths.len() });
         }
         let length = self.grid.length(self.axis.depth());
         for (ray, ends) in self.offsets.windows(2).enumerate() {
@@ -130,6 +119,13 @@ impl Ldi {
     /// The triangle of each sample, where the image was sampled with them; parallel to [`depths`](Self::depths).
     pub fn triangles(&self) -> Option<&[u32]> {
         (self.triangles.len() == self.depths.len()).then_some(&self.triangles[..])
+    }
+
+    /// The length of all rays in lattice steps, each point counted as often as shells wind around it: what the divergence
+    /// theorem makes of the crossings. Known for the exact images of an oriented solid, where it equals the inside length
+    /// if no shells overlap and none is inside out, whatever the fill rule.
+    pub fn wound_length(&self) -> Option<i64> {
+        self.wound_length
     }
 
     /// The rays whose crossings did not close, ascending. Empty for every closed mesh.

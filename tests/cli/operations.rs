@@ -155,6 +155,19 @@ fn the_tolerance_is_met_and_told() {
 }
 
 #[test]
+fn a_tolerance_out_of_reach_gives_the_best_there_is_and_ends_with_one() {
+    let folder = Folder::new();
+    folder.run(&["generate", "geodesic", "--frequency", "2", "-o", "a.stl"]).code(0);
+    let arguments = ["intersect", "a.stl", "a.stl", "--axis", "z", "--mode", "exact", "--tolerance", "0.0001%"];
+    let run = folder.run(&[&arguments[..], &["--json", "-"]].concat()).code(1).warns(&["not reached", "4096 rays"]);
+    let result = run.json();
+    assert!(crate::warning_codes(&result).contains(&"tolerance-not-reached"));
+    assert_eq!((&result["tolerance"]["reached"], &result["tolerance"]["resolution"]), (&false.into(), &4096.into()));
+    let own = result["inputs"][0]["volume"].as_f64().unwrap();
+    assert_near(result["volume"]["value"].as_f64().unwrap(), own, 1e-4 * own);
+}
+
+#[test]
 fn fill_rules_are_told_apart() {
     let folder = Folder::new();
     // Two shells in one file: they overlap in a half.

@@ -106,11 +106,11 @@ fn one_measured(result: &Measured) -> String {
     }
     if let Some(refinement) = &result.refinement {
         let reached = if refinement.reached { "reached" } else { "NOT reached" };
-        let (asked, came_to) = (100.0 * refinement.asked, 100.0 * refinement.came_to);
+        let (asked, came_to) = (number(100.0 * refinement.asked), number(100.0 * refinement.came_to));
         let rays = refinement.resolution;
         table.line(
             "tolerance",
-            format_args!("{asked} % {reached}: {came_to:.4} % with {rays} rays along the longest side"),
+            format_args!("{asked} % {reached}: {came_to} % with {rays} rays along the longest side"),
         );
     }
     if let Some(path) = &result.images {
@@ -222,7 +222,7 @@ fn plain(value: f64) -> bool {
 }
 
 /// A number with seven digits or so.
-fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     if !value.is_finite() || value == 0.0 {
         return format!("{value}");
     }

@@ -1,9 +1,11 @@
 //! Which triangles each band of rows may see.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::fixed::{Pixels, ViewPosition};
-use crate::grid::{Axis, LatticeSolid};
+use crate::grid::{Axis, LatticeBox, LatticeSolid};
 
 /// The triangles of a solid sorted by band of image rows, as the view along one axis sees them. Triangles between the
 /// rays are left out; one that reaches over several bands is listed in each.
@@ -13,8 +15,25 @@ use crate::grid::{Axis, LatticeSolid};
 /// Only triangles that reach over many bands are listed by index, so that the lists stay within the size of the mesh.
 pub struct Bins<'s> {
     band_rows: u32,
+    window: Window,
     view: View<'s>,
     chunks: Vec<Chunk>,
+}
+
+/// The columns and rows of an image whose rays meet the region of a solid.
+#[derive(Clone, Debug)]
+pub struct Window {
+    /// Indices of columns.
+    pub columns: Range<i32>,
+    /// Indices of rows.
+    pub rows: Range<i32>,
+}
+
+impl Window {
+    fn new(region: &LatticeBox, axis: Axis, pixels: Pixels) -> Window {
+        let range = |i: usize| pixels.index_from(region.min[i])..pixels.index_from(region.max[i]);
+        Window { columns: range(axis.column()), rows: range(axis.row()) }
+    }
 }
 
 /// A solid's triangles in the coordinates of one view.
@@ -97,11 +116,12 @@ const CHUNK: usize = 1 << 13;
 const NEAR_BANDS: u32 = 2;
 
 impl<'s> Bins<'s> {
-    /// Sorts the triangles of `solid`, seen along `axis`, into bands of `band_rows` rows.
-    pub fn new(solid: &'s LatticeSolid<'s>, axis: Axis, band_rows: u32) -> Bins<'s> {
+    /// Sorts the triangles of `solid` that may meet rays of `region`, seen along `axis`, into bands of `band_rows` rows.
+    pub fn new(solid: &'s LatticeSolid<'s>, region: &LatticeBox, axis: Axis, band_rows: u32) -> Bins<'s> {
         let (_, rows) = solid.grid().image_size(axis);
         let bands = rows.div_ceil(band_rows) as usize;
         let pixels = Pixels::new(solid.grid().shift());
+        let window = Window::new(region, axis, pixels);
         let view = View { solid, axis };
         let triangles = solid.triangles().len();
         let chunks = (0..triangles.div_ceil(CHUNK))
@@ -112,13 +132,13 @@ impl<'s> Bins<'s> {
                 for triangle in chunk * CHUNK..triangles.min((chunk + 1) * CHUNK) {
                     let triangle = triangle as u32;
                     let [a, b, c] = view.see(triangle).corners;
-                    let meets = |i: usize| {
+                    let meets = |i: usize, within: &Range<i32>| {
                         let (low, high) = (a[i].min(b[i]).min(c[i]), a[i].max(b[i]).max(c[i]));
-                        (pixels.index_from(low) as u32, pixels.index_from(high) as u32)
+                        pixels.index_from(low).max(within.start)..pixels.index_from(high).min(within.end)
                     };
-                    let ((first_column, end_column), (first, end)) = (meets(0), meets(1));
-                    if first_column != end_column && first != end {
-                        let (first, last) = (first / band_rows, (end - 1) / band_rows);
+                    let (columns, rows) = (meets(0, &window.columns), meets(1, &window.rows));
+                    if !columns.is_empty() & !rows.is_empty() {
+                        let (first, last) = (rows.start as u32 / band_rows, (rows.end as u32 - 1) / band_rows);
                         let list = if last - first < NEAR_BANDS { &mut *near } else { &mut *wide };
                         list.push((triangle, first, last));
                     }
@@ -129,7 +149,12 @@ impl<'s> Bins<'s> {
                 }
             })
             .collect();
-        Bins { band_rows, view, chunks }
+        Bins { band_rows, window, view, chunks }
+    }
+
+    /// The rays that are looked at.
+    pub fn window(&self) -> &Window {
+        &self.window
     }
 
     /// Calls `visit` with each triangle that may meet rays of the band that begins at `first_row`.

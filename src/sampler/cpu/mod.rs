@@ -1,7 +1,7 @@
 //! The sampler for processors without a GPU: rayon over bands of rows.
 //!
-//! Stages, each a module: [`bin`] (triangles by band) → [`raster`] (the one geometry pass: crossings by ray) →
-//! [`exact`], or [`masks`] → [`classify`] → [`retrieve`] ray by ray. The masks of one ray stay in the first-level cache,
+//! Stages, each a module: `bin` (triangles by band) → `raster` (the one geometry pass: crossings by ray) →
+//! `exact`, or `masks` → `classify` → `retrieve` ray by ray. The masks of one ray stay in the first-level cache,
 //! and the retrieval reads the crossings that the geometry pass left instead of rasterising again.
 
 mod bin;
@@ -16,7 +16,7 @@ use std::num::NonZeroU32;
 use super::layout::Voxels;
 use super::{Estimate, Fill, Mode, SampleError, Sampler, admit};
 use crate::fixed::{Crossing, Hit, TriangleHit};
-use crate::grid::{Axis, LatticeSolid};
+use crate::grid::{Axis, Closure, LatticeSolid};
 use crate::ldi::{BandImage, Ldi, TooManySamples, image_from_bands};
 use bin::Bins;
 use classify::RayClasses;
@@ -53,20 +53,25 @@ impl CpuSampler {
         keep: impl Fn(&mut BandImage, H) + Sync + Send,
     ) -> Result<Ldi, TooManySamples> {
         let (grid, band_rows) = (*solid.grid(), self.band_rows.get());
-        let bins = Bins::new(solid, axis, band_rows);
+        let bins = Bins::new(solid, solid.region(), axis, band_rows);
         let (columns, _) = grid.image_size(axis);
         image_from_bands(grid, axis, band_rows, BandCrossings::<H>::default, |crossings, rows, image| {
             let rays = rows.len() as u32 * columns;
             crossings.gather(&grid, axis, &bins, rows);
             image.depths().reserve(crossings.count());
+            let mut wound_length = 0;
             for ray in 0..rays {
                 let hits = crossings.on_ray(ray);
                 if closes(hits, fill) {
+                    wound_length -= hits.iter().map(|hit| wound_depth(hit.crossing())).sum::<i64>();
                     exact::resolve(hits, fill, |hit| keep(image, hit));
                     image.end_ray();
                 } else {
                     image.end_unclosed_ray();
                 }
+            }
+            if solid.closure() == (Closure::Closed { oriented: true }) {
+                image.add_wound_length(wound_length);
             }
         })
     }
@@ -81,7 +86,7 @@ impl Sampler for CpuSampler {
                 image.depths().push(hit.nearest());
             }),
             Mode::Estimate(estimate) => {
-                let bins = Bins::new(solid, axis, band_rows);
+                let bins = Bins::new(solid, solid.region(), axis, band_rows);
                 let (columns, _) = grid.image_size(axis);
                 let voxels = Voxels::new(&grid, axis);
                 let new_stage = || OneSolid {
@@ -121,7 +126,13 @@ impl Sampler for CpuSampler {
     ) -> Result<Ldi, SampleError> {
         let grid = admit(&[a, b], fill)?;
         let band_rows = self.band_rows.get();
-        let (bins_a, bins_b) = rayon::join(|| Bins::new(a, axis, band_rows), || Bins::new(b, axis, band_rows));
+        let mut region = a.region().intersection(b.region());
+        if [a, b].iter().all(|solid| solid.closure() != Closure::Open) {
+            // Nothing of the intersection lies outside either; only open meshes are searched everywhere, for unclosed rays.
+            region = region.intersection(a.bounds()).intersection(b.bounds());
+        }
+        let bins = |solid| Bins::new(solid, &region, axis, band_rows);
+        let (bins_a, bins_b) = rayon::join(|| bins(a), || bins(b));
         let (columns, _) = grid.image_size(axis);
         let voxels = Voxels::new(&grid, axis);
         let new_stage = || TwoSolids {
@@ -198,6 +209,11 @@ impl TwoSolids {
         }
         image.end_ray();
     }
+}
+
+/// The depth of a crossing, positive where the ray enters.
+fn wound_depth(crossing: Crossing) -> i64 {
+    i64::from(crossing.nearest()) * i64::from(crossing.winding())
 }
 
 /// Whether the crossings of a ray close under a fill rule.

@@ -25,14 +25,16 @@ impl<H: Hit> BandCrossings<H> {
         self.starts.resize(rays + 1, 0);
         let (found, starts) = (&mut self.found, &mut self.starts);
         let first_row = rows.start;
-        let rows = rows.start as i32..rows.end as i32;
+        let window = bins.window();
+        let (first_column, end_column) = (window.columns.start, window.columns.end);
+        let rows = (rows.start as i32).max(window.rows.start)..(rows.end as i32).min(window.rows.end);
         bins.for_each_in_band(first_row, |seen| {
             let mut plane = None;
             for_each_run(&seen.corners, pixels, &rows, |row, covered| {
                 let plane: &DepthPlane = plane.get_or_insert_with(|| DepthPlane::new(&seen.corners, axis));
-                let first_ray = (row - rows.start) as u32 * columns;
+                let first_ray = (row - first_row as i32) as u32 * columns;
                 let row = pixels.ray(row);
-                for column in covered {
+                for column in covered.start.max(first_column)..covered.end.min(end_column) {
                     let ray = first_ray + column as u32;
                     starts[ray as usize] += 1;
                     found.push((ray, H::new(plane.crossing(pixels.ray(column), row), seen.triangle)));

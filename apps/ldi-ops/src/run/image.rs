@@ -4,18 +4,13 @@ use std::time::Instant;
 
 use ldi_ops::boolean::{BooleanOperation, merge};
 use ldi_ops::grid::{Axis, LatticeSolid};
-use ldi_ops::integrate;
 use ldi_ops::ldi::Ldi;
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 
-use super::fill::{FillDifference, Insight};
+use super::fill::rules_agree;
 use super::measure::Seconds;
 use crate::exit::Failure;
 use crate::resolve::Measurement;
-
-/// Images of more rays are not sampled with triangles only to compare the fill rules: the memory weighs more than another
-/// pass on a coarse grid.
-const FEW_RAYS: u64 = 1 << 20;
 
 /// Makes images along one axis, and keeps what else they tell.
 pub struct ImageMaker<'a, S: Sampler> {
@@ -25,11 +20,10 @@ pub struct ImageMaker<'a, S: Sampler> {
     pub fill: Fill,
     /// The time that goes into sampling and into operations is added here.
     pub seconds: &'a mut Seconds,
-    /// Whether the two fill rules can be told apart on the way: on one axis, for solids whose winding numbers mean
-    /// something.
-    pub comparable: &'a [bool],
-    /// What sampling each input on its own told of it.
-    pub insights: Vec<Insight>,
+    /// The volume of each input's mesh itself.
+    pub own_volumes: &'a [f64],
+    /// Whether an image of each input alone has shown that the fill rules agree on it.
+    pub rules_agree: &'a mut [bool],
 }
 
 impl<S: Sampler> ImageMaker<'_, S> {
@@ -88,15 +82,10 @@ impl<S: Sampler> ImageMaker<'_, S> {
     }
 
     fn sample(&mut self, solids: &[LatticeSolid], i: usize, mode: Mode) -> Result<Ldi, Failure> {
-        let (columns, rows) = solids[i].grid().image_size(self.axis);
-        let is_small = u64::from(columns) * u64::from(rows) <= FEW_RAYS;
-        if mode == Mode::Exact && self.fill == Fill::EvenOdd && self.comparable[i] && is_small {
-            return self.sample_surface(solids, i);
-        }
         let start = Instant::now();
         let image = self.sampler.sample(&solids[i], self.axis, mode, self.fill)?;
         self.seconds.sample += start.elapsed().as_secs_f64();
-        self.look_at(solids, i, &image);
+        self.look_at(i, &image);
         Ok(image)
     }
 
@@ -105,20 +94,14 @@ impl<S: Sampler> ImageMaker<'_, S> {
         let start = Instant::now();
         let image = self.sampler.sample_surface(&solids[i], self.axis, self.fill)?;
         self.seconds.sample += start.elapsed().as_secs_f64();
-        self.look_at(solids, i, &image);
+        self.look_at(i, &image);
         Ok(image)
     }
 
-    /// Keeps what an image tells of a solid on its own.
-    fn look_at(&mut self, solids: &[LatticeSolid], i: usize, image: &Ldi) {
-        if !self.comparable[i] || self.insights[i] != Insight::Nothing {
-            return;
-        }
+    /// Learns what an image of one input tells of the fill rules.
+    fn look_at(&mut self, i: usize, image: &Ldi) {
         let start = Instant::now();
-        self.insights[i] = match self.fill {
-            Fill::EvenOdd if image.triangles().is_some() => Insight::Rules(FillDifference::in_image(&solids[i], image)),
-            _ => Insight::Volume(integrate::volume(image)),
-        };
+        self.rules_agree[i] = self.rules_agree[i] || rules_agree(image, self.own_volumes[i], self.fill);
         self.seconds.integrate += start.elapsed().as_secs_f64();
     }
 

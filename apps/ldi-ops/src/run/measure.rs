@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use glam::{DMat3, DVec3};
+use ldi_ops::boolean::BooleanOperation;
 use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::integrate::{self, AxisVolume, Moments, VolumeEstimate};
 use ldi_ops::ldi::{Ldi, npz};
@@ -16,7 +17,7 @@ use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 use serde::Serialize;
 
-use super::fill::{FillDifference, Insight};
+use super::fill::FillDifference;
 use super::image::ImageMaker;
 use super::input::{self, Demands, Provenance, Solid};
 use super::{Finished, machine, say_warnings};
@@ -130,11 +131,11 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
         Spacing::Tolerance(tolerance) => {
             let (round, refinement) = refine(tolerance, &mut round)?;
             let words = format!(
-                "--tolerance {} %: {} with {} rays along the longest side, where the estimate is {:.4} % of the volume",
-                100.0 * tolerance,
+                "--tolerance {} %: {} with {} rays along the longest side, where the estimate is {} % of the volume",
+                report::number(100.0 * tolerance),
                 if refinement.reached { "reached" } else { "not reached" },
                 refinement.resolution,
-                100.0 * refinement.came_to,
+                report::number(100.0 * refinement.came_to),
             );
             match refinement.reached {
                 true => progress.note(words),
@@ -146,8 +147,8 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
     };
 
     let comparing = Instant::now();
-    for (solid, insight) in solids.iter().zip(&round.insights) {
-        let difference = FillDifference::of(solid, *insight, job.fill)?;
+    for (solid, _) in solids.iter().zip(&round.rules_agree).filter(|(_, agree)| !**agree) {
+        let difference = FillDifference::of(solid)?;
         warnings.extend(difference.and_then(|difference| difference.warning(solid, job.fill)));
     }
     let compared = comparing.elapsed().as_secs_f64();
@@ -202,8 +203,8 @@ struct Round {
     samples: u64,
     unclosed: Vec<(Axis, u64)>,
     images: Vec<Ldi>,
-    /// What sampling inputs on their own told of them.
-    insights: Vec<Insight>,
+    /// Whether an image of each input alone has shown that the fill rules agree on it.
+    rules_agree: Vec<bool>,
     /// What the images along x, y and z add to the area, where they tell.
     areas: [Option<f64>; 3],
 }
@@ -226,7 +227,10 @@ fn sample_round(
     let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
     let grid = grid.map_err(|error| Failure::input(format!("{}: {error}", names.join(", "))))?;
     machine::admit(&grid, &job.axes)?;
-    let lattice: Vec<LatticeSolid> = solids.iter().map(|solid| solid.quantise(&grid)).collect::<Result<_, _>>()?;
+    let mut lattice: Vec<LatticeSolid> = solids.iter().map(|solid| solid.quantise(&grid)).collect::<Result<_, _>>()?;
+    if solids.iter().all(Solid::is_closed) {
+        restrict(job.measurement, &mut lattice);
+    }
     seconds.sample += quantising.elapsed().as_secs_f64();
 
     let [x, y, z] = grid.rays();
@@ -239,25 +243,23 @@ fn sample_round(
         samples: 0,
         unclosed: Vec::new(),
         images: Vec::new(),
-        insights: vec![Insight::Nothing; solids.len()],
+        rules_agree: vec![false; solids.len()],
         areas: [None; 3],
     };
+    let own_volumes: Vec<f64> = solids.iter().map(|solid| solid.volume).collect();
     for &axis in &job.axes {
         progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()));
         let sampler = CpuSampler::default();
-        // One axis is enough to tell the fill rules apart.
-        let comparable: Vec<bool> = solids.iter().map(|solid| axis == job.axes[0] && solid.is_oriented()).collect();
         let mut maker = ImageMaker {
             sampler: &sampler,
             axis,
             mode: job.mode,
             fill: job.fill,
             seconds,
-            comparable: &comparable,
-            insights: std::mem::take(&mut round.insights),
+            own_volumes: &own_volumes,
+            rules_agree: &mut round.rules_agree,
         };
         let image = maker.image(job.measurement, &lattice)?;
-        round.insights = maker.insights;
         let integrating = Instant::now();
         if job.measurement == Measurement::Volume && job.mode == Mode::Exact {
             let area = integrate::area_along(&image, |triangle| lattice[0].facing(triangle, axis));
@@ -278,6 +280,21 @@ fn sample_round(
     }
     progress.detail(format_args!("{x} × {y} × {z} rays: sampled by {:.4} s", seconds.sample));
     Ok(round)
+}
+
+/// Restricts closed solids to the rays that can matter: to an intersection those that meet every solid, to a difference
+/// those that meet the first.
+fn restrict(measurement: Measurement, solids: &mut Vec<LatticeSolid>) {
+    let region = match measurement {
+        Measurement::Boolean(BooleanOperation::Intersection) => {
+            solids.iter().map(|solid| *solid.bounds()).reduce(|a, b| a.intersection(&b))
+        }
+        Measurement::Boolean(BooleanOperation::Difference) => solids.first().map(|solid| *solid.bounds()),
+        _ => None,
+    };
+    if let Some(region) = region {
+        *solids = solids.drain(..).map(|solid| solid.within(&region)).collect();
+    }
 }
 
 /// Rays along the longest side with which an area is found if the image has more: the error of a sum over so many hits is
