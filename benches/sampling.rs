@@ -42,9 +42,9 @@ fn bone() -> TriangleMesh {
 /// Many thin plates across z: deep along z, slivers along x and y.
 fn plates() -> TriangleMesh {
     let mut all = TriangleMesh::default();
-    for i in 0..256 {
-        let z = 0.1 * f64::from(i);
-        let plate = cuboid(DVec3::new(0.0, 0.0, z), DVec3::new(25.6, 25.6, z + 0.03)).expect("a box with extent");
+    for i in 0..24 {
+        let z = f64::from(i);
+        let plate = cuboid(DVec3::new(0.0, 0.0, z), DVec3::new(25.6, 25.6, z + 0.3)).expect("a box with extent");
         let first = all.positions.len() as u32;
         all.positions.extend(plate.positions);
         all.triangles.extend(plate.triangles.iter().map(|triangle| triangle.map(|vertex| first + vertex)));

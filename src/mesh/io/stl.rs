@@ -499,7 +499,9 @@ mod tests {
     fn corners_of_a_large_file_are_all_there_and_most_are_shared() {
         // More than three tasks, the last of them short, with 0 and −0 among the coordinates.
         let mesh = crate::solids::geodesic(1.0, 60).unwrap();
-        assert!(mesh.triangles.len() > 4 * TRIANGLES_PER_TASK && mesh.triangles.len() % TRIANGLES_PER_TASK != 0);
+        assert!(
+            mesh.triangles.len() > 4 * TRIANGLES_PER_TASK && !mesh.triangles.len().is_multiple_of(TRIANGLES_PER_TASK)
+        );
         let mut bytes = Vec::new();
         write(&mut bytes, &mesh, None).unwrap();
         let read = parsed(&bytes, FORMAT).mesh;
