@@ -159,7 +159,9 @@ impl VolumeEstimate {
                 };
                 let squares = (0..8).map(|place| (coarser(place) - value).powi(2)).sum::<f64>();
                 let scatter = (squares / 8.0).sqrt();
-                VolumeEstimate { value, error: (0.75 * scatter).max(0.25 * (value - mean).abs()) }
+                let error = (0.75 * scatter).max(0.25 * (value - mean).abs());
+                // The correction may overshoot on what is thinner than a pixel, and no solid has less than nothing.
+                VolumeEstimate { value: if value < 0.0 { 0.0 } else { value }, error }
             }
             _ => panic!("a volume needs the images along one axis or all three, and {} were given", axes.len()),
         }
@@ -380,6 +382,16 @@ mod tests {
         let product_of_errors = 100.0 * 0.7 * 0.6;
         assert!((estimate.value - exact).abs() < 1.001 * product_of_errors, "{estimate:?} against {exact}");
         assert!(estimate.error > 0.5 * (estimate.value - exact).abs(), "{estimate:?} against {exact}");
+    }
+
+    #[test]
+    fn no_volume_is_negative() {
+        let axis = |axis, nodes| AxisVolume { axis, volume: 1.0, coarser: [1.0; 4], nodes, coarser_nodes: [nodes; 8] };
+        let estimate = |nodes| VolumeEstimate::from_axes(&Axis::ALL.map(|a| axis(a, nodes)));
+        assert_eq!(estimate(0.9).value, 3.0 - 2.0 * 0.9);
+        assert_eq!(estimate(2.0).value, 0.0);
+        assert!(estimate(2.0).error >= 0.5);
+        assert!(estimate(f64::NAN).value.is_nan());
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! Every input is a small file that the test writes itself.
 
 mod broken;
+mod corpus;
 mod files;
 mod help;
 mod images;

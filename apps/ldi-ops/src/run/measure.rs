@@ -190,6 +190,7 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
         refinement,
         solids,
     };
+    measured.warnings.extend(imprecise(&measured));
     measured.warnings.extend(not_finite(&measured));
     Ok(measured)
 }
@@ -379,6 +380,23 @@ fn open_warning(solids: &[Solid], round: &Round) -> Option<Warning> {
     let rays = each.collect::<Vec<_>>().join(", ");
     let message = format!("{}: not closed; rays that did not close count as empty: {rays}", open.join(", "));
     Some(Warning::new("open", message))
+}
+
+/// An estimated error above this share of the volume is told.
+const IMPRECISE: f64 = 0.1;
+
+/// Says that the rays are too few to tell the volume, as for a solid that is thin beside their distance.
+fn imprecise(measured: &Measured) -> Option<Warning> {
+    let VolumeEstimate { value, error } = measured.volume;
+    let message = || {
+        let much = if value > 0.0 { format!("{:.0} % of it", 100.0 * error / value) } else { "all of it".to_owned() };
+        format!(
+            "the volume may be off by {much}: at a pitch of {:.3e} too few rays meet the solid; a greater --resolution or \
+             --tolerance tells more",
+            measured.grid.pitch()
+        )
+    };
+    (error > IMPRECISE * value).then(|| Warning::new("imprecise", message()))
 }
 
 /// Names the results that are beyond the numbers, as JSON holds null in their place.

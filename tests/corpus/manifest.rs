@@ -1,0 +1,38 @@
+//! The files that the manifests of a corpus list; the corpus is the folder that `LDI_CORPUS` names.
+
+// Each test binary that includes this file uses a part of it.
+#![allow(dead_code)]
+
+use std::fs;
+use std::path::PathBuf;
+
+use serde_json::Value;
+
+/// A file of the corpus.
+pub struct Entry {
+    pub name: String,
+    pub path: PathBuf,
+    /// `solid`, `scaffold`, `bone` or `nasty`.
+    pub class: String,
+    /// The volume of the mesh, in cubic file units, by other software; nothing where that had none.
+    pub volume: Option<f64>,
+}
+
+/// Every file that the manifests list, in the order of their names.
+pub fn entries() -> Vec<Entry> {
+    let folder = std::env::var_os("LDI_CORPUS").expect("LDI_CORPUS names the folder of the corpus");
+    let folder = PathBuf::from(folder);
+    let mut entries = Vec::new();
+    for folder in [folder.join("meshes"), folder.join("large"), folder.clone(), folder.join("../large")] {
+        let Ok(text) = fs::read_to_string(folder.join("manifest.json")) else { continue };
+        let listed: Vec<Value> = serde_json::from_str(&text).expect("the manifest is a JSON list");
+        entries.extend(listed.iter().map(|entry| {
+            let name = entry["name"].as_str().expect("an entry has a name").to_owned();
+            let class = entry["cls"].as_str().expect("an entry has a class").to_owned();
+            Entry { path: folder.join(&name), name, class, volume: entry["volume"].as_f64() }
+        }));
+    }
+    assert!(!entries.is_empty(), "{} has no manifest.json", folder.display());
+    entries.sort_by(|a, b| a.name.cmp(&b.name));
+    entries
+}
