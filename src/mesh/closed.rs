@@ -96,7 +96,7 @@ impl ClosedMesh {
 
     /// See [`TriangleMesh::signed_volume`]. It is summed anew at each call.
     pub fn signed_volume(&self) -> f64 {
-        self.mesh.signed_volume()
+        self.mesh.signed_volume_within(self.bounds)
     }
 
     /// Whether every triangle, as a set of three positions, occurs an even number of times.

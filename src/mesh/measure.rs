@@ -36,7 +36,15 @@ impl TriangleMesh {
     /// It means a volume only for a closed, oriented mesh; overlapping shells count as often as they overlap. Triangles
     /// with an index out of range are left out. The result is not a number where a coordinate is not finite.
     pub fn signed_volume(&self) -> f64 {
-        let frame = self.frame();
+        self.signed_volume_in(self.frame())
+    }
+
+    /// The same, for a mesh whose [`bounds`](TriangleMesh::bounds) are known: finding them takes as long as the sum.
+    pub(super) fn signed_volume_within(&self, bounds: Aabb) -> f64 {
+        self.signed_volume_in(Frame::of(Some(bounds)))
+    }
+
+    fn signed_volume_in(&self, frame: Frame) -> f64 {
         let sum = self.sum(|a, b, c| {
             let [a, b, c] = [frame.local(a), frame.local(b), frame.local(c)];
             a.dot(b.cross(c))
@@ -85,7 +93,14 @@ impl TriangleMesh {
     }
 
     fn frame(&self) -> Frame {
-        let Some(Aabb { min, max }) = self.bounds() else { return Frame { centre: DVec3::ZERO, unit: 1.0 } };
+        Frame::of(self.bounds())
+    }
+}
+
+impl Frame {
+    /// The frame of a mesh with these bounds.
+    fn of(bounds: Option<Aabb>) -> Frame {
+        let Some(Aabb { min, max }) = bounds else { return Frame { centre: DVec3::ZERO, unit: 1.0 } };
         let farthest = min.abs().max(max.abs()).max_element();
         // The power of two at or below the farthest coordinate; the clamp keeps it and its reciprocal normal numbers.
         let exponent = ((farthest.to_bits() >> 52) as i64 - 1023).clamp(-1000, 1000);

@@ -32,7 +32,7 @@ pub fn for_sampling() -> Result<Vec<NamedSolid>, BenchError> {
         solid("lattice", "body-centred struts, one surface", lattice())?,
         solid("brush", "64 bristles, one surface", build("brush", &[]))?,
         solid("box", "12 large triangles", build("cuboid", &[]))?,
-        solid("plates", "256 thin plates across z: deep along z, slivers along x and y", plates())?,
+        solid("plates", "24 thin plates across z: deep along z, slivers along x and y", plates())?,
     ])
 }
 
@@ -52,7 +52,7 @@ fn bone() -> Result<TriangleMesh, BenchError> {
 
 /// A fine lattice, as scaffolds have them: many struts of few triangles each, some 800 000 in all.
 fn lattice() -> Result<TriangleMesh, BenchError> {
-    build("bcc", &[("cells", "8"), ("cell-size", "5"), ("radius", "0.5"), ("resolution", "19")])
+    build("bcc", &[("cells", "6"), ("cell-size", "5"), ("radius", "0.5"), ("resolution", "20")])
 }
 
 fn build(kind: &str, parameters: &[(&str, &str)]) -> Result<TriangleMesh, BenchError> {
@@ -63,9 +63,9 @@ fn build(kind: &str, parameters: &[(&str, &str)]) -> Result<TriangleMesh, BenchE
 /// Thin plates, one above the other.
 fn plates() -> Result<TriangleMesh, BenchError> {
     let mut all = TriangleMesh::default();
-    for i in 0..256 {
-        let z = 0.1 * f64::from(i);
-        let plate = cuboid(DVec3::new(0.0, 0.0, z), DVec3::new(25.6, 25.6, z + 0.03));
+    for i in 0..24 {
+        let z = f64::from(i);
+        let plate = cuboid(DVec3::new(0.0, 0.0, z), DVec3::new(25.6, 25.6, z + 0.3));
         let plate = plate.map_err(|error| BenchError::model("plates", error))?;
         let first = all.positions.len() as u32;
         all.positions.extend(plate.positions);

@@ -1,7 +1,7 @@
 //! Mesh files, one module a format.
 //!
 //! [`read`] takes STL, OBJ, PLY, OFF, glTF, GLB and 3MF, [`write()`] makes STL and OBJ. Readers give what the file holds:
-//! vertices are not welded, coordinates that are not finite are kept for the mesh check to report, and text is parsed as
+//! vertices are not welded (but for corners of binary STL that stand close together in the file), coordinates that are not finite are kept for the mesh check to report, and text is parsed as
 //! `f64`. What they must change or leave out on the way they say in [`MeshFile::notes`]; where a file breaks the rules of
 //! its format the [`ReadError`] names the place and the value.
 //!

@@ -4,7 +4,7 @@
 //! bytes with n at byte 80 is binary. Of the others, a file is text if it begins with `solid` or `facet` and has no byte 0
 //! soon, and binary with bytes too many or too few otherwise.
 //!
-//! Normals and attribute bytes are not read. Vertex 3 i + k of the mesh is corner k of triangle i.
+//! Normals and attribute bytes are not read. Corners with the same bits may share a position; in text none do.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -65,23 +65,12 @@ fn parse_binary(bytes: &[u8], promised: u32) -> Result<MeshFile, Fault> {
     // An index is 32 bits, and a triangle of soup has three vertices of its own.
     check_count(count)?;
     let (records, rest) = body.split_at(count * TRIANGLE_BYTES);
-    let mut corners: Vec<[DVec3; 3]> = vec_with_room(count);
-    records
-        .par_chunks_exact(TRIANGLE_BYTES)
-        .with_min_len(TRIANGLES_PER_TASK)
-        .map(|record| {
-            // The normal takes the first 12 bytes.
-            let float =
-                |at: usize| f64::from(f32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]]));
-            let corner = |at: usize| DVec3::new(float(at), float(at + 4), float(at + 8));
-            [corner(12), corner(24), corner(36)]
-        })
-        .collect_into_vec(&mut corners);
+    let mesh = weld_recent(records, count);
     let mut notes = Vec::new();
     if !rest.is_empty() {
         notes.push(ReadNote::TrailingBytes { count: rest.len() });
     }
-    Ok(MeshFile::unitless(soup(corners), notes))
+    Ok(MeshFile::unitless(mesh, notes))
 }
 
 fn check_count(triangles: usize) -> Result<(), Fault> {
@@ -90,6 +79,103 @@ fn check_count(triangles: usize) -> Result<(), Fault> {
         return Ok(());
     }
     Err(Fault::Malformed(Place::File, Problem::TooMany { what: "triangles".into(), found: triangles as u64, limit }))
+}
+
+/// The mesh of binary records, corners with the bits of one shortly before sharing its position.
+///
+/// Neighbours mostly stand close together in a file, so a small table per task finds most corners that occur again. Every
+/// later stage then has about a fifth of the positions to go through, which saves more than the table costs; finding all
+/// of them would not. Tasks are of a fixed size, so that the thread count does not show.
+fn weld_recent(records: &[u8], count: usize) -> TriangleMesh {
+    let mut triangles = vec![[0u32; 3]; count];
+    let pieces: Vec<Vec<[u32; 3]>> = records
+        .par_chunks(TRIANGLES_PER_TASK * TRIANGLE_BYTES)
+        .zip(triangles.par_chunks_mut(TRIANGLES_PER_TASK))
+        .map_init(RecentCorners::default, |recent, (records, triangles)| {
+            recent.forget();
+            for (record, triangle) in records.chunks_exact(TRIANGLE_BYTES).zip(triangles) {
+                let word = |at: usize| u32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]]);
+                // The normal takes the first 12 bytes.
+                *triangle = [12, 24, 36].map(|at| recent.place([word(at), word(at + 4), word(at + 8)]));
+            }
+            recent.corners[..recent.count as usize].to_vec()
+        })
+        .collect();
+    let firsts: Vec<u32> = pieces
+        .iter()
+        .scan(0, |sum, piece| {
+            let first = *sum;
+            *sum += piece.len() as u32;
+            Some(first)
+        })
+        .collect();
+    let join = || {
+        let mut positions = vec_with_room(pieces.iter().map(Vec::len).sum());
+        for piece in pieces {
+            positions.extend(
+                piece.iter().map(|corner| DVec3::from_array(corner.map(|bits| f64::from(f32::from_bits(bits))))),
+            );
+        }
+        positions
+    };
+    let number = || {
+        triangles.par_chunks_mut(TRIANGLES_PER_TASK).zip(&firsts).for_each(|(triangles, first)| {
+            triangles.as_flattened_mut().iter_mut().for_each(|vertex| *vertex += first);
+        });
+    };
+    let (positions, ()) = rayon::join(join, number);
+    TriangleMesh { positions, triangles }
+}
+
+/// The different corners of a task, and a table of those seen not long ago: of several that fall on one place of it the
+/// last is kept.
+struct RecentCorners {
+    table: Vec<([u32; 3], u32)>,
+    /// Room for all corners of a task, of which `count` are taken, and for one more.
+    corners: Vec<[u32; 3]>,
+    count: u32,
+}
+
+impl Default for RecentCorners {
+    fn default() -> RecentCorners {
+        RecentCorners {
+            table: vec![([0; 3], RecentCorners::NONE); 1 << RecentCorners::LOG],
+            corners: vec![[0; 3]; 3 * TRIANGLES_PER_TASK + 1],
+            count: 0,
+        }
+    }
+}
+
+impl RecentCorners {
+    /// The table then fits the second-level cache of most processors, and holds a layer of a mesh that was made in layers.
+    const LOG: u32 = 13;
+
+    /// Marks an empty place of the table. A task has far fewer corners.
+    const NONE: u32 = u32::MAX;
+
+    fn forget(&mut self) {
+        self.table.fill(([0; 3], RecentCorners::NONE));
+        self.count = 0;
+    }
+
+    /// The index of the corner with these bits; a new one unless it is known.
+    #[inline]
+    fn place(&mut self, bits: [u32; 3]) -> u32 {
+        let [x, y, z] = bits.map(u64::from);
+        // Odd constants that spread all bits into the high ones: the fractions of the golden ratio and of π.
+        let mixed = (x | y << 32).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ z.wrapping_mul(0x243f_6a88_85a3_08d3);
+        let mixed = (mixed ^ mixed >> 32).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let place = &mut self.table[(mixed >> (64 - RecentCorners::LOG)) as usize];
+        let (known, vertex) = *place;
+        let differing = (known[0] ^ bits[0]) | (known[1] ^ bits[1]) | (known[2] ^ bits[2]);
+        let is_new = (differing != 0) | (vertex == RecentCorners::NONE);
+        // Whether a corner is known is hard to predict, so everything is written either way.
+        let index = if is_new { self.count } else { vertex };
+        self.corners[self.count as usize] = bits;
+        self.count += u32::from(is_new);
+        *place = (bits, index);
+        index
+    }
 }
 
 fn soup(corners: Vec<[DVec3; 3]>) -> TriangleMesh {
@@ -291,8 +377,10 @@ mod tests {
     #[test]
     fn binary_by_size_even_if_it_begins_with_solid() {
         let file = parsed(&binary(b"solid facet", 2, &[TRIANGLE; 2]), FORMAT);
-        assert_eq!(file.mesh.triangles, [[0, 1, 2], [3, 4, 5]]);
-        assert_eq!(file.mesh.positions[3], DVec3::new(0.0, 0.0, 1.0));
+        // Corners of the same bits become one position, those that are not a number too.
+        assert_eq!(file.mesh.triangles, [[0, 1, 2]; 2]);
+        assert_eq!(file.mesh.positions.len(), 3);
+        assert_eq!(file.mesh.positions[0], DVec3::new(0.0, 0.0, 1.0));
         assert!(file.mesh.positions[0].y.is_sign_negative());
         assert_eq!(file.mesh.positions[1].y, f64::from(0.1f32));
         assert!(file.mesh.positions[2].z.is_nan());
@@ -402,7 +490,29 @@ mod tests {
         let read = parsed(&bytes, FORMAT).mesh;
         let rounded = |index: u32| mesh.positions[index as usize].as_vec3().as_dvec3();
         let corners: Vec<DVec3> = mesh.triangles.iter().flatten().map(|&index| rounded(index)).collect();
-        assert_eq!(read.positions, corners);
-        assert!(read.positions[5].x.is_sign_negative());
+        let read_corners: Vec<DVec3> = read.triangles.iter().flatten().map(|&i| read.positions[i as usize]).collect();
+        assert_eq!(read_corners, corners);
+        assert!(read_corners[5].x.is_sign_negative());
+    }
+
+    #[test]
+    fn corners_of_a_large_file_are_all_there_and_most_are_shared() {
+        // More than three tasks, the last of them short, with 0 and −0 among the coordinates.
+        let mesh = crate::solids::geodesic(1.0, 60).unwrap();
+        assert!(
+            mesh.triangles.len() > 4 * TRIANGLES_PER_TASK && !mesh.triangles.len().is_multiple_of(TRIANGLES_PER_TASK)
+        );
+        let mut bytes = Vec::new();
+        write(&mut bytes, &mesh, None).unwrap();
+        let read = parsed(&bytes, FORMAT).mesh;
+        let bits = |mesh: &TriangleMesh| -> Vec<[u32; 3]> {
+            let corners = mesh.triangles.iter().flatten().map(|&i| mesh.positions[i as usize].as_vec3());
+            corners.map(|corner| corner.to_array().map(f32::to_bits)).collect()
+        };
+        assert!(bits(&read) == bits(&mesh));
+        assert!(read.positions.len() < mesh.triangles.len(), "{} positions", read.positions.len());
+        let mut used = vec![false; read.positions.len()];
+        read.triangles.as_flattened().iter().for_each(|&vertex| used[vertex as usize] = true);
+        assert!(used.iter().all(|&used| used));
     }
 }
