@@ -56,9 +56,12 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Files of the tree, by their paths from the root: those that git knows, or all where there is no git.
+/// Files of the tree, by their paths from the root: those that git knows or would take, or all where there is no git.
 fn files(root: &Path) -> Vec<String> {
-    let listed = Command::new("git").args(["ls-files", "-z"]).current_dir(root).output();
+    let listed = Command::new("git")
+        .args(["ls-files", "-z", "--cached", "--others", "--exclude-standard"])
+        .current_dir(root)
+        .output();
     if let Ok(output) = listed
         && output.status.success()
         && !output.stdout.is_empty()
@@ -85,7 +88,6 @@ fn files(root: &Path) -> Vec<String> {
 }
 
 fn rust_files(root: &Path) -> Vec<String> {
-    // Those that are not yet committed count as well, so that a fault is found before it is.
     let mut paths: Vec<String> = files(root).into_iter().filter(|path| path.ends_with(".rs")).collect();
     paths.retain(|path| root.join(path).exists());
     paths
