@@ -18,16 +18,13 @@ pub struct NamedSolid {
     pub mesh: ClosedMesh,
 }
 
-/// Grid cells along a cell of the gyroid scaffold: some 870 000 triangles.
-pub const GYROID_RESOLUTION: u32 = 26;
-
 /// The solids of the sampling tables.
 pub fn for_sampling() -> Result<Vec<NamedSolid>, BenchError> {
     let solid = |name, about, mesh: Result<TriangleMesh, BenchError>| {
         Ok(NamedSolid { name, about, mesh: closed(name, mesh?)? })
     };
     Ok(vec![
-        solid("gyroid", "sheet scaffold of 4 × 4 × 4 cells", gyroid(GYROID_RESOLUTION))?,
+        solid("gyroid", "sheet scaffold of 4 × 4 × 4 cells", gyroid())?,
         solid("bone", "long bone", bone())?,
         solid("lattice", "body-centred struts, one surface", lattice())?,
         solid("brush", "64 bristles, one surface", build("brush", &[]))?,
@@ -36,9 +33,14 @@ pub fn for_sampling() -> Result<Vec<NamedSolid>, BenchError> {
     ])
 }
 
-/// The gyroid scaffold in a fineness of choice.
-pub fn gyroid(resolution: u32) -> Result<TriangleMesh, BenchError> {
-    build("gyroid", &[("resolution", &resolution.to_string())])
+/// Some 870 000 triangles.
+fn gyroid() -> Result<TriangleMesh, BenchError> {
+    build("gyroid", &[("resolution", "26")])
+}
+
+/// A gyroid scaffold in a fineness of choice, its wall thick enough for the coarsest of the growth table.
+pub fn thick_gyroid(resolution: u32) -> Result<TriangleMesh, BenchError> {
+    build("gyroid", &[("wall", "2"), ("resolution", &resolution.to_string())])
 }
 
 /// A checked mesh.
@@ -91,7 +93,7 @@ pub fn write_all(folder: &Path) -> Result<(), BenchError> {
         mesh.positions.iter_mut().for_each(|position| *position += SHIFT);
         mesh
     };
-    let (gyroid, lattice) = (gyroid(GYROID_RESOLUTION)?, lattice()?);
+    let (gyroid, lattice) = (gyroid()?, lattice()?);
     write("gyroid", &gyroid)?;
     write("gyroid-shifted", &shifted(gyroid))?;
     write("bone", &bone()?)?;

@@ -97,7 +97,6 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     print_growth("rays", "Gyroid on growing rasters, exact, along z, one thread", &by_rays);
     println!("{}", machine.describe());
 
-    let costs: Vec<_> = costs.into_iter().map(|(mode, cost)| json!({"mode": mode, "nanoseconds": cost})).collect();
     let document = json!({
         "runs": plan.runs, "resolution": plan.resolution, "lod": LOD, "machine": machine, "cases": cases, "costs": costs,
         "growth_in_triangles": by_triangles, "growth_in_rays": by_rays,
@@ -185,10 +184,30 @@ fn print_cases(cases: &[Case], machine: &Machine) {
     );
 }
 
-/// The cost of triangles, crossings and rays by mode, from all models on several rasters along z, one thread.
+/// What a fit was made from.
+#[derive(Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum Meshes {
+    /// Models of at least [`FINE`] triangles, each of a few pixels or less, as scans and scaffolds have them.
+    Fine,
+    /// All models. Large triangles cost by the rows they reach over, which three numbers cannot tell.
+    All,
+}
+
+const FINE: usize = 10_000;
+
+/// The fitted cost of one way to sample.
+#[derive(Serialize)]
+struct Cost {
+    mode: &'static str,
+    meshes: Meshes,
+    nanoseconds: LinearCost,
+}
+
+/// The cost of triangles, crossings and rays by mode, from several models on several rasters along z, one thread.
 ///
 /// One model will not do: on finer rasters its crossings grow as its rays do, and the two costs cannot be told apart.
-fn costs(plan: &Plan, solids: &[NamedSolid], pool: &ThreadPool) -> Result<Vec<(&'static str, LinearCost)>, BenchError> {
+fn costs(plan: &Plan, solids: &[NamedSolid], pool: &ThreadPool) -> Result<Vec<Cost>, BenchError> {
     let mut observations = [const { Vec::new() }; WAYS.len()];
     for NamedSolid { name, mesh, .. } in solids {
         for resolution in [64, 128, 256, 512, 1024] {
@@ -203,15 +222,27 @@ fn costs(plan: &Plan, solids: &[NamedSolid], pool: &ThreadPool) -> Result<Vec<(&
             }
         }
     }
-    let fitted = WAYS.iter().zip(&observations).filter_map(|(way, o)| Some((way.name, linear_cost(o)?)));
-    Ok(fitted.collect())
+    let mut costs = Vec::new();
+    for meshes in [Meshes::Fine, Meshes::All] {
+        for (way, observations) in WAYS.iter().zip(&observations) {
+            let is_in = |o: &&Observation| meshes == Meshes::All || o.triangles >= FINE as f64;
+            let taken: Vec<Observation> = observations.iter().filter(is_in).copied().collect();
+            costs.extend(linear_cost(&taken).map(|nanoseconds| Cost { mode: way.name, meshes, nanoseconds }));
+        }
+    }
+    Ok(costs)
 }
 
-fn print_costs(costs: &[(&'static str, LinearCost)]) {
-    let mut table = Table::new(&["mode", "ns a triangle", "ns a crossing", "ns a ray", "residual (rms)", "worst"]);
-    for (mode, cost) in costs {
+fn print_costs(costs: &[Cost]) {
+    let mut table =
+        Table::new(&["mode", "models", "ns a triangle", "ns a crossing", "ns a ray", "residual (rms)", "worst"]);
+    for Cost { mode, meshes, nanoseconds: cost } in costs {
         table.row(vec![
             (*mode).to_owned(),
+            match meshes {
+                Meshes::Fine => "of small triangles".to_owned(),
+                Meshes::All => "all".to_owned(),
+            },
             number(cost.per_triangle),
             number(cost.per_crossing),
             number(cost.per_ray),
@@ -221,14 +252,14 @@ fn print_costs(costs: &[(&'static str, LinearCost)]) {
     }
     println!("#### What a triangle, a crossing and a ray cost\n\n{}", table.markdown());
     println!(
-        "Least squares of relative errors over all models at 64, 128, 256, 512 and 1024 rays along the longest side, along \
-         z, processor time of one thread. A triangle's cost is that of bringing it to the rays, whatever its size.\n"
+        "Least squares of relative errors over models at 64, 128, 256, 512 and 1024 rays along the longest side, along z, \
+         processor time of one thread. Of small triangles are the models of {FINE} triangles and more.\n"
     );
 }
 
 fn growth_in_triangles(plan: &Plan, pool: &ThreadPool) -> Result<Vec<Growth>, BenchError> {
     let point = |fineness: u32| {
-        let mesh = models::closed("gyroid", models::gyroid(fineness)?)?;
+        let mesh = models::closed("gyroid", models::thick_gyroid(fineness)?)?;
         growth(plan, pool, &mesh, plan.resolution, |triangles, _| triangles)
     };
     [8, 12, 16, 20, 26, 32, 40].into_iter().map(point).collect()
