@@ -1,0 +1,103 @@
+//! Surface area from the samples of images along the three axes.
+
+use rayon::prelude::*;
+
+use crate::ldi::Ldi;
+
+/// What the hits of an image say of a surface's area.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SurfaceHits {
+    /// h²·Σ |n·axis| over the samples that bound the solid, in square world units.
+    pub boundary: f64,
+    /// The same over all samples, among them those of faces inside the solid.
+    pub all: f64,
+}
+
+/// The hits of an image, each weighted by |n·axis| of its triangle, which `facing` gives.
+///
+/// The sum over the three axes is an unbiased estimate of the area, since the squares of a unit normal's components sum
+/// to one and a surface element of area a meets a·|n·axis|/h² rays of that axis. It is as noisy as counting pixels,
+/// though: 0.2 to 0.8 % on a torus at 256 to 512 rays. Where the area of all the mesh's triangles is known, it times the
+/// share of [`boundary`](SurfaceHits::boundary) in [`all`](SurfaceHits::all) is the better estimate: exact where nothing
+/// lies inside, as the noise of the two is the same.
+///
+/// Of samples at one depth only an odd number bounds the solid: two coincident faces are none.
+///
+/// # Panics
+/// If the image was sampled without triangles.
+pub fn surface_hits(image: &Ldi, facing: impl Fn(u32) -> f64 + Sync) -> SurfaceHits {
+    let triangles = image.triangles().expect("the image was sampled with triangles");
+    let (columns, rows) = image.size();
+    let of_row = |row: u32| {
+        let mut hits = SurfaceHits::default();
+        for ray in row * columns..(row + 1) * columns {
+            let (start, samples) = (image.offsets()[ray as usize] as usize, image.samples(ray));
+            let mut first = start;
+            for at_one_depth in samples.chunk_by(|a, b| a == b) {
+                let next = first + at_one_depth.len();
+                hits.all += triangles[first..next].iter().map(|&triangle| facing(triangle)).sum::<f64>();
+                if at_one_depth.len() % 2 == 1 {
+                    hits.boundary += facing(triangles[first]);
+                }
+                first = next;
+            }
+        }
+        hits
+    };
+    // Rows are summed in order, so that the last bits do not depend on the number of threads.
+    let by_row: Vec<SurfaceHits> = (0..rows).into_par_iter().map(of_row).collect();
+    let section = image.grid().pitch() * image.grid().pitch();
+    SurfaceHits {
+        boundary: section * by_row.iter().map(|hits| hits.boundary).sum::<f64>(),
+        all: section * by_row.iter().map(|hits| hits.all).sum::<f64>(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    use crate::grid::Axis;
+    use crate::grid::Grid;
+    use crate::integrate::volume;
+    use crate::mesh::ClosedMesh;
+    use crate::sampler::cpu::CpuSampler;
+    use crate::sampler::{Fill, Sampler};
+    use crate::solids;
+
+    #[test]
+    fn the_area_of_a_sphere_is_found_from_its_hits() {
+        let mesh = ClosedMesh::check(solids::geodesic(1.0, 40).unwrap()).unwrap();
+        let exact = mesh.mesh().area();
+        let grid = Grid::with_resolution(mesh.bounds(), 256, 1024).unwrap();
+        let solid = grid.quantise(&mesh).unwrap();
+        let area: f64 = Axis::ALL
+            .iter()
+            .map(|&axis| {
+                let image = CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap();
+                surface_hits(&image, |triangle| solid.facing(triangle, axis)).boundary
+            })
+            .sum();
+        assert!((area / exact - 1.0).abs() < 1e-3, "{area} against {exact}");
+    }
+
+    #[test]
+    fn a_face_between_two_touching_boxes_is_no_surface_under_the_non_zero_rule() {
+        let mut pair = solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
+        let other = solids::cuboid(DVec3::new(0.0, 0.0, 1.0), DVec3::new(1.0, 1.0, 2.0)).unwrap();
+        let base = pair.positions.len() as u32;
+        pair.positions.extend(&other.positions);
+        pair.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
+        let mesh = ClosedMesh::check(pair).unwrap();
+        let grid = Grid::with_resolution(mesh.bounds(), 64, 1024).unwrap();
+        let solid = grid.quantise(&mesh).unwrap();
+        for fill in [Fill::EvenOdd, Fill::NonZero] {
+            let image = CpuSampler::default().sample_surface(&solid, Axis::Z, fill).unwrap();
+            let hits = surface_hits(&image, |triangle| solid.facing(triangle, Axis::Z));
+            let all = if fill == Fill::EvenOdd { 4.0 } else { 2.0 };
+            assert_eq!(hits, SurfaceHits { boundary: 2.0, all }, "{fill:?}");
+            assert_eq!(volume(&image), 2.0);
+        }
+    }
+}

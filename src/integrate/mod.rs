@@ -1,0 +1,36 @@
+//! Integrals over the inside of an image: volume and how far it may be off, moments, surface area.
+//!
+//! Every ray stands for a column of square section h × h around it, within which the solid is taken to be what it is on
+//! the ray. Sums are integers; world units enter once, at the end, in `f64`.
+
+mod area;
+mod moments;
+mod volume;
+
+pub use area::{SurfaceHits, surface_hits};
+pub use moments::{Moments, moments};
+pub use volume::{AxisVolume, VolumeEstimate};
+
+use rayon::prelude::*;
+
+use crate::ldi::Ldi;
+
+/// The inside length of all rays together, in lattice steps.
+pub fn length(image: &Ldi) -> i64 {
+    // Every ray has an even count, so pairs never straddle two rays.
+    image
+        .depths()
+        .par_chunks(1 << 16)
+        .map(|depths| depths.chunks_exact(2).map(|span| i64::from(span[1] - span[0])).sum::<i64>())
+        .sum()
+}
+
+/// The volume of the solid in an image, h²·Σ(out − in), in cubic world units.
+pub fn volume(image: &Ldi) -> f64 {
+    volume_of_length(image, length(image))
+}
+
+fn volume_of_length(image: &Ldi, length: i64) -> f64 {
+    let grid = image.grid();
+    grid.pitch() * grid.pitch() * (grid.step() * length as f64)
+}

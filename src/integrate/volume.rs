@@ -1,0 +1,404 @@
+//! The volume of a solid from its images along the three axes, and how far it may be off.
+//!
+//! # Why the mean of three images is not enough
+//! An image along x is exact about the depth of every surface its rays cross, and knows the surfaces that run along x only
+//! to the pixel: it is *blind* to them. On a part with flat faces along the axes a whole layer of pixels may be too many
+//! or too few, and the mean of three images keeps two thirds of that.
+//!
+//! What an image misses, the others can tell. Where an image sees a surface at depth d, an image blind to it has it at the
+//! boundary of the pixels whose node lies inside, so that its error is the distance from d to where the nodes change, over
+//! the same area: the *residual* of the sample, which is integer arithmetic on the lattice. So
+//! - a sample on a surface that is level in both directions of its image (its neighbours lie at the same depth) has a
+//!   normal along the axis; two images are blind to it, and each gains its residual;
+//! - a sample on a surface level in one direction only is seen by two images and missed by the third, which gains the mean
+//!   of what the two say;
+//! - a surface level in no direction is seen by all three, and nothing is to be gained.
+//!
+//! For a box of sides A + α, B + β, C + γ in pixels that leaves errors of the second order, αβC and the like. Residuals of
+//! surfaces in general position average out, with or without a reason to add them.
+//!
+//! # What was measured
+//! On the 33 closed solids, scaffolds and bones of the test corpus at 512 rays the worst error is 0.03 % (mean of three:
+//! 2.0 %), the median 0.001 %. On regular lattices with a whole number of pixels in a cell, which repeat every error in
+//! every cell, it is below 0.05 %. An earlier form, V_x + V_y + V_z − 2 V_nodes, is the same for faces along the axes and
+//! wrong for diagonal ones and for struts (0.16 to 0.63 %); it serves the error estimate now.
+
+use rayon::prelude::*;
+
+use super::volume_of_length;
+use crate::fixed::Pixels;
+use crate::grid::Axis;
+use crate::ldi::Ldi;
+
+/// What the image of a solid along one axis says of its volume; all that an estimate needs of the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisVolume {
+    /// The direction of the rays.
+    pub axis: Axis,
+    /// The volume of the solid in the image, h²·Σ(out − in), in cubic world units.
+    pub volume: f64,
+    /// The volumes that the four images of half the resolution inside the image give: entry `c + 2 r` for columns of
+    /// parity c in rows of parity r. Their mean is the volume.
+    pub coarser: [f64; 4],
+    /// h³ times the nodes inside, in cubic world units.
+    pub nodes: f64,
+    /// The node volumes that the eight lattices of half the resolution give: entry `x + 2 y + 4 z` for the parities of
+    /// the node's indices. Their mean is the node volume.
+    pub coarser_nodes: [f64; 8],
+    /// The residual, in cubic world units, of the surfaces to which an image along x, y and z is blind, as this image
+    /// sees them; for its own axis 0.
+    pub unseen: [f64; 3],
+}
+
+/// Exact sums over rays.
+#[derive(Clone, Copy, Default)]
+struct RaySums {
+    /// Steps inside by the parity of column and row.
+    steps: [i64; 4],
+    /// Nodes inside by the parity of column and row, and of the depth.
+    nodes: [[i64; 2]; 4],
+    /// Residuals of samples that are level along both directions, along the columns only, and along the rows only.
+    level: [i64; 3],
+}
+
+impl RaySums {
+    fn plus(mut self, other: RaySums) -> RaySums {
+        for i in 0..4 {
+            self.steps[i] += other.steps[i];
+            self.nodes[i][0] += other.nodes[i][0];
+            self.nodes[i][1] += other.nodes[i][1];
+        }
+        for i in 0..3 {
+            self.level[i] += other.level[i];
+        }
+        self
+    }
+}
+
+/// Rows that one task integrates, one after another.
+const ROWS: usize = 16;
+
+/// Two samples of neighbouring rays lie on a level surface if their depths differ by less than this share of a pixel.
+const LEVEL: f64 = 0.1;
+
+impl AxisVolume {
+    /// Integrates an image, in one pass.
+    pub fn of(image: &Ldi) -> AxisVolume {
+        let (_, rows) = image.size();
+        let rows: Vec<u32> = (0..rows).collect();
+        let sums = rows.par_chunks(ROWS).map(|rows| sums_of_rows(image, rows)).reduce(RaySums::default, RaySums::plus);
+        let (axis, pitch) = (image.axis(), image.grid().pitch());
+        let node_volume = |nodes: i64| pitch * pitch * (pitch * nodes as f64);
+        let mut coarser_nodes = [0.0; 8];
+        for (parity, by_depth) in sums.nodes.iter().enumerate() {
+            for (depth, &nodes) in by_depth.iter().enumerate() {
+                let place = (parity % 2) << axis.column() | (parity / 2) << axis.row() | depth << axis.depth();
+                coarser_nodes[place] = 8.0 * node_volume(nodes);
+            }
+        }
+        let [both, along_columns, along_rows] = sums.level.map(|steps| volume_of_length(image, steps));
+        let mut unseen = [0.0; 3];
+        // An image along the columns' direction is blind to what is level that way; with two to tell, each says half.
+        unseen[axis.column()] = both + 0.5 * along_columns;
+        unseen[axis.row()] = both + 0.5 * along_rows;
+        AxisVolume {
+            axis,
+            volume: volume_of_length(image, sums.steps.iter().sum()),
+            coarser: sums.steps.map(|steps| 4.0 * volume_of_length(image, steps)),
+            nodes: node_volume(sums.nodes.iter().flatten().sum()),
+            coarser_nodes,
+            unseen,
+        }
+    }
+}
+
+/// The sums over consecutive rows.
+fn sums_of_rows(image: &Ldi, rows: &[u32]) -> RaySums {
+    let (columns, all_rows) = image.size();
+    let pixels = Pixels::new(image.grid().shift());
+    let tolerance = (LEVEL * f64::from(1u32 << pixels.shift)) as i32;
+    let mut sums = RaySums::default();
+    let mut levels = RowLevels::default();
+    let mut next = RowLevels::default();
+    levels.start(image, rows[0]);
+    if rows[0] > 0 {
+        next.start(image, rows[0] - 1);
+        compare_rows(image, rows[0] - 1, tolerance, &mut next, &mut levels);
+    }
+    for &row in rows {
+        compare_columns(image, row, tolerance, &mut levels);
+        if row + 1 < all_rows {
+            next.start(image, row + 1);
+            compare_rows(image, row, tolerance, &mut levels, &mut next);
+        }
+        for column in 0..columns {
+            let ray = row * columns + column;
+            add_ray(
+                image.samples(ray),
+                levels.of_ray(image, ray),
+                (column % 2 + row % 2 * 2) as usize,
+                pixels,
+                &mut sums,
+            );
+        }
+        std::mem::swap(&mut levels, &mut next);
+    }
+    sums
+}
+
+/// Adds the samples of one ray.
+fn add_ray(samples: &[i32], levels: &[u8], parity: usize, pixels: Pixels, sums: &mut RaySums) {
+    let half = 1 << (pixels.shift - 1);
+    for (span, level) in samples.chunks_exact(2).zip(levels.chunks_exact(2)) {
+        sums.steps[parity] += i64::from(span[1] - span[0]);
+        let (first, end) = (pixels.index_from(span[0]), pixels.index_from(span[1]));
+        // Of the first k indices, (k + 1) / 2 are even.
+        let even = (end + 1) / 2 - (first + 1) / 2;
+        sums.nodes[parity][0] += i64::from(even);
+        sums.nodes[parity][1] += i64::from(end - first - even);
+        for (depth, index, level, sign) in [(span[0], first, level[0], -1), (span[1], end, level[1], 1)] {
+            let residual = depth - (index << pixels.shift);
+            match level {
+                ALONG_BOTH => sums.level[0] += i64::from(sign * residual),
+                // A diagonal surface through nodes: rounding, which differs between the modes, would decide on which side
+                // of them it lies, and on the whole it lies on neither.
+                ALONG_COLUMNS | ALONG_ROWS if (residual.abs() - half).abs() <= 3 => {}
+                ALONG_COLUMNS => sums.level[1] += i64::from(sign * residual),
+                ALONG_ROWS => sums.level[2] += i64::from(sign * residual),
+                _ => {}
+            }
+        }
+    }
+}
+
+const ALONG_COLUMNS: u8 = 1;
+const ALONG_ROWS: u8 = 2;
+const ALONG_BOTH: u8 = ALONG_COLUMNS | ALONG_ROWS;
+
+/// In which directions the surface is level at each sample of one row of rays.
+#[derive(Default)]
+struct RowLevels {
+    first: usize,
+    flags: Vec<u8>,
+}
+
+impl RowLevels {
+    /// Begins a row, of which nothing is known yet.
+    fn start(&mut self, image: &Ldi, row: u32) {
+        let (columns, _) = image.size();
+        let [first, end] = [row, row + 1].map(|row| image.offsets()[(row * columns) as usize] as usize);
+        self.first = first;
+        self.flags.clear();
+        self.flags.resize(end - first, 0);
+    }
+
+    fn range(&self, image: &Ldi, ray: u32) -> std::ops::Range<usize> {
+        let [start, end] = [ray, ray + 1].map(|ray| image.offsets()[ray as usize] as usize - self.first);
+        start..end
+    }
+
+    fn of_ray(&self, image: &Ldi, ray: u32) -> &[u8] {
+        &self.flags[self.range(image, ray)]
+    }
+
+    fn of_ray_mut(&mut self, image: &Ldi, ray: u32) -> &mut [u8] {
+        let range = self.range(image, ray);
+        &mut self.flags[range]
+    }
+}
+
+/// Compares each ray of a row with the next one.
+fn compare_columns(image: &Ldi, row: u32, tolerance: i32, levels: &mut RowLevels) {
+    let (columns, _) = image.size();
+    for ray in row * columns..(row + 1) * columns - 1 {
+        let (range, next) = (levels.range(image, ray), levels.range(image, ray + 1));
+        let (flags, next_flags) = levels.flags[range.start..next.end].split_at_mut(range.len());
+        mark_level(image.samples(ray), image.samples(ray + 1), tolerance, ALONG_COLUMNS, flags, next_flags);
+    }
+}
+
+/// Compares each ray of a row with the one in the next row.
+fn compare_rows(image: &Ldi, row: u32, tolerance: i32, levels: &mut RowLevels, next: &mut RowLevels) {
+    let (columns, _) = image.size();
+    for ray in row * columns..(row + 1) * columns {
+        let (flags, next_flags) = (levels.of_ray_mut(image, ray), next.of_ray_mut(image, ray + columns));
+        mark_level(image.samples(ray), image.samples(ray + columns), tolerance, ALONG_ROWS, flags, next_flags);
+    }
+}
+
+/// Marks the samples of two neighbouring rays that lie at the same depth and go the same way.
+fn mark_level(a: &[i32], b: &[i32], tolerance: i32, mark: u8, flags_a: &mut [u8], flags_b: &mut [u8]) {
+    let mut mark_pair = |i: usize, j: usize| {
+        let level = if (a[i] - b[j]).abs() <= tolerance { mark } else { 0 };
+        flags_a[i] |= level;
+        flags_b[j] |= level;
+    };
+    if a.len() == b.len() {
+        return (0..a.len()).for_each(|i| mark_pair(i, i));
+    }
+    let mut from = 0;
+    for i in 0..a.len() {
+        while from < b.len() && b[from] < a[i] - tolerance {
+            from += 1;
+        }
+        let near = b[from..].iter().take_while(|&&depth| depth <= a[i] + tolerance).count();
+        for j in (from..from + near).filter(|j| j % 2 == i % 2) {
+            mark_pair(i, j);
+        }
+    }
+}
+
+/// A volume from one or three images of a solid, and how far it may be off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeEstimate {
+    /// In cubic world units.
+    pub value: f64,
+    /// An estimate of the error of `value`; not a bound.
+    pub error: f64,
+}
+
+impl VolumeEstimate {
+    /// The volume of a solid from its images along one axis or all three.
+    ///
+    /// **Three axes.** The mean of the three, each with what it is blind to made good by the others; see the module's
+    /// docs. The error is the largest of: how far the three differ then; a quarter of what was made good; a quarter of the
+    /// distance to V_x + V_y + V_z − 2 V_nodes; and half of how either formula scatters at twice the pitch, which the
+    /// images hold eight times over, shifted. The factors are empirical: on the corpus and on nine regular lattices at 64
+    /// to 512 rays the true error stays below twice the estimate in 98 % of 338 cases, and the estimate is six times the
+    /// error in the median.
+    ///
+    /// **One axis.** The volume of that image. Its error is the scatter at twice the pitch, or twice the difference to the
+    /// node volume, as the two other directions may be hit as hard; below twice that in 94 % of 720 cases.
+    ///
+    /// # Panics
+    /// If there is neither one axis nor all three.
+    pub fn from_axes(axes: &[AxisVolume]) -> VolumeEstimate {
+        match axes {
+            [only] => {
+                let scatter = only.coarser.iter().map(|coarser| (coarser - only.volume).abs()).fold(0.0, f64::max);
+                VolumeEstimate { value: only.volume, error: scatter.max(2.0 * (only.nodes - only.volume).abs()) }
+            }
+            [a, b, c] => from_three([a, b, c]),
+            _ => panic!("a volume needs the images along one axis or all three, and {} were given", axes.len()),
+        }
+    }
+}
+
+fn from_three(axes: [&AxisVolume; 3]) -> VolumeEstimate {
+    let mean = axes.iter().map(|axis| axis.volume).sum::<f64>() / 3.0;
+    let completed =
+        axes.map(|seeing| seeing.volume + axes.iter().map(|other| other.unseen[seeing.axis.depth()]).sum::<f64>());
+    let value = completed.iter().sum::<f64>() / 3.0;
+    let spread = completed.iter().map(|volume| (volume - value).abs()).fold(0.0, f64::max);
+
+    let by_nodes = 3.0 * mean - 2.0 / 3.0 * axes.iter().map(|axis| axis.nodes).sum::<f64>();
+    let (mut mean_squares, mut node_squares) = (0.0, 0.0);
+    for place in 0..8 {
+        let parity = |coordinate: usize| place >> coordinate & 1;
+        let coarser = |axis: &&AxisVolume| axis.coarser[parity(axis.axis.column()) + 2 * parity(axis.axis.row())];
+        let sum: f64 = axes.iter().map(coarser).sum();
+        let nodes: f64 = axes.iter().map(|axis| axis.coarser_nodes[place]).sum();
+        mean_squares += (sum / 3.0 - mean).powi(2);
+        node_squares += (sum - 2.0 / 3.0 * nodes - by_nodes).powi(2);
+    }
+    let scatter = (mean_squares.min(node_squares) / 8.0).sqrt();
+    let corrections = (value - mean).abs().max((value - by_nodes).abs());
+    let error = spread.max(0.25 * corrections).max(0.5 * scatter);
+    // What was made good may be too much on what is thinner than a pixel, and no solid has less than nothing.
+    VolumeEstimate { value: if value < 0.0 { 0.0 } else { value }, error }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    use crate::grid::Grid;
+    use crate::mesh::ClosedMesh;
+    use crate::sampler::cpu::CpuSampler;
+    use crate::sampler::{Fill, Mode, Sampler};
+    use crate::solids;
+
+    fn box_of(min: DVec3, max: DVec3) -> ClosedMesh {
+        ClosedMesh::check(solids::cuboid(min, max).unwrap()).unwrap()
+    }
+
+    fn axis_volumes(mesh: &ClosedMesh, resolution: u32) -> Vec<AxisVolume> {
+        let grid = Grid::with_resolution(mesh.bounds(), resolution, 1024).unwrap();
+        let solid = grid.quantise(mesh).unwrap();
+        let sampler = CpuSampler::default();
+        let image = |axis| sampler.sample(&solid, axis, Mode::Exact, Fill::EvenOdd).unwrap();
+        Axis::ALL.iter().map(|&axis| AxisVolume::of(&image(axis))).collect()
+    }
+
+    #[test]
+    fn faces_between_the_rays_are_right_to_first_order() {
+        // Sides of 100, 7.3 and 3.4 pixels: each image is off by up to 14 %.
+        let mesh = box_of(DVec3::ZERO, DVec3::new(100.0, 7.3, 3.4));
+        let axes = axis_volumes(&mesh, 100);
+        let exact = 100.0 * 7.3 * 3.4;
+        let mean = axes.iter().map(|axis| axis.volume).sum::<f64>() / 3.0;
+        let estimate = VolumeEstimate::from_axes(&axes);
+        assert!((mean / exact - 1.0).abs() > 0.03, "the mean is not as bad as it was: {mean}");
+        // Eight rays over 7.3 pixels and four over 3.4.
+        let product_of_errors = 100.0 * 0.7 * 0.6;
+        assert!((estimate.value - exact).abs() < 1.001 * product_of_errors, "{estimate:?} against {exact}");
+        assert!(estimate.error > 0.5 * (estimate.value - exact).abs(), "{estimate:?} against {exact}");
+    }
+
+    #[test]
+    fn no_volume_is_negative() {
+        let estimate = |unseen: f64| {
+            VolumeEstimate::from_axes(&Axis::ALL.map(|axis| {
+                let unseen = Axis::ALL.map(|other| if other == axis { 0.0 } else { unseen });
+                AxisVolume { axis, volume: 1.0, coarser: [1.0; 4], nodes: 1.0, coarser_nodes: [1.0; 8], unseen }
+            }))
+        };
+        assert_eq!(estimate(-0.25).value, 0.5);
+        assert_eq!(estimate(-0.75).value, 0.0);
+        assert!(estimate(-0.75).error >= 0.25);
+        assert!(estimate(f64::NAN).value.is_nan());
+    }
+
+    /// A prism along z over a polygon in x and y, counter-clockwise.
+    fn prism(section: &[[f64; 2]], height: f64) -> ClosedMesh {
+        let n = section.len() as u32;
+        let at = |z: f64| section.iter().map(move |&[x, y]| DVec3::new(x, y, z));
+        let mut mesh = crate::mesh::TriangleMesh { positions: at(0.0).chain(at(height)).collect(), triangles: vec![] };
+        for i in 0..n {
+            let j = (i + 1) % n;
+            mesh.triangles.extend([[i, j, n + i], [j, n + j, n + i]]);
+        }
+        for i in 2..n {
+            mesh.triangles.extend([[0, i, i - 1], [n, n + i - 1, n + i]]);
+        }
+        ClosedMesh::check(mesh).unwrap()
+    }
+
+    #[test]
+    fn diagonal_faces_are_not_corrected_twice() {
+        // A square on its corner: along z the pixels of its sides are all in or all out, and x and y know where they are.
+        let side = 37.3;
+        let diamond = prism(&[[0.0, -side], [side, 0.0], [0.0, side], [-side, 0.0]], 20.0);
+        let exact = 2.0 * side * side * 20.0;
+        for resolution in [64, 100, 128, 150] {
+            let estimate = VolumeEstimate::from_axes(&axis_volumes(&diamond, resolution));
+            assert!((estimate.value / exact - 1.0).abs() < 1e-3, "{resolution}: {estimate:?} against {exact}");
+            assert!(
+                (estimate.value - exact).abs() < 2.0 * estimate.error,
+                "{resolution}: {estimate:?} against {exact}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_three_images_count_the_same_nodes() {
+        let mesh = ClosedMesh::check(solids::torus(3.0, 1.0, 31, 17).unwrap()).unwrap();
+        let axes = axis_volumes(&mesh, 77);
+        assert!(axes[0].nodes > 0.0);
+        for axis in &axes[1..] {
+            assert_eq!(axis.nodes, axes[0].nodes);
+            assert_eq!(axis.coarser_nodes, axes[0].coarser_nodes);
+        }
+    }
+}
