@@ -19,13 +19,6 @@ const RESOLUTIONS: [u32; 4] = [64, 128, 256, 512];
 /// A tenth of a percent.
 const PROMISED: f64 = 1e-3;
 
-/// Files whose volume at 512 rays is only promised to be within the estimate that is printed, with the reason.
-const THIN: [(&str, &str); 1] = [
-    // Cells of 2.5 mm are 43.03 pixels wide at 512 rays, so that the raster cuts every cell at the same places and the errors
-    // of some fifty cells add up instead of averaging out. At 480, 490, 516 and 540 rays the volume is right to 0.03 %.
-    ("TP_BCC-2.5mm.stl", "a lattice whose cells are nearly a whole number of pixels wide"),
-];
-
 /// A solid of the corpus.
 struct Sound {
     name: String,
@@ -84,17 +77,12 @@ fn volumes_are_within_a_tenth_of_a_percent_and_estimates_are_honest() {
                 dishonest.push(format!("{name} at {resolution}: {:.1} times the estimate", error / estimate));
                 line += "!";
             }
-            let is_thin = THIN.iter().any(|(thin, _)| *thin == name);
-            let allowed = if is_thin { estimate } else { PROMISED };
             // What is not a number is wrong as well.
-            if resolution == 512 && (error.is_nan() || error > allowed) {
-                wrong.push(format!("{name}: off by {:.4} %, {:.4} % allowed", 100.0 * error, 100.0 * allowed));
+            if resolution == 512 && (error.is_nan() || error > PROMISED) {
+                wrong.push(format!("{name}: off by {:.4} %, {:.4} % allowed", 100.0 * error, 100.0 * PROMISED));
             }
         }
         eprintln!("{line}");
-    }
-    for (name, why) in THIN {
-        eprintln!("{name} is held to its estimate alone: {why}");
     }
     eprintln!("{} of {cases} cases are beyond twice the estimate: {dishonest:#?}", dishonest.len());
     assert!(files >= 30, "only {files} files");

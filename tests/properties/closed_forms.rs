@@ -104,7 +104,7 @@ fn cubic_struts() {
     // A cell is 77.7 pixels wide, so that struts meet the raster at different places.
     assert_close("merged", estimate(&merged, 233, Mode::Exact, Fill::EvenOdd).value, own, 1e-3);
     // With whole pixels in a cell all struts err alike, and more than the estimate tells.
-    assert_close("merged, whole pixels", estimate(&merged, 240, Mode::Exact, Fill::EvenOdd).value, own, 4e-3);
+    assert_close("merged, whole pixels", estimate(&merged, 240, Mode::Exact, Fill::EvenOdd).value, own, 2e-3);
     let heap = closed(lattice(LatticeForm::Overlapping { segments: 256 }).build().unwrap());
     assert_close("heap", estimate(&heap, 233, Mode::Exact, Fill::NonZero).value, exact, 2e-3);
     // Each overlap has another sign under even-odd, and the mesh's own volume counts it twice.
