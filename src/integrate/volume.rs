@@ -237,11 +237,11 @@ fn mark_level(a: &[i32], b: &[i32], tolerance: i32, mark: u8, flags_a: &mut [u8]
         return (0..a.len()).for_each(|i| mark_pair(i, i));
     }
     let mut from = 0;
-    for i in 0..a.len() {
-        while from < b.len() && b[from] < a[i] - tolerance {
+    for (i, &depth) in a.iter().enumerate() {
+        while from < b.len() && b[from] < depth - tolerance {
             from += 1;
         }
-        let near = b[from..].iter().take_while(|&&depth| depth <= a[i] + tolerance).count();
+        let near = b[from..].iter().take_while(|&&other| other <= depth + tolerance).count();
         for j in (from..from + near).filter(|j| j % 2 == i % 2) {
             mark_pair(i, j);
         }

@@ -1,7 +1,8 @@
 //! Exact images: the sorted crossings of a ray.
 
-use crate::fixed::Hit;
+use crate::fixed::{Crossing, Hit};
 use crate::sampler::Fill;
+use crate::sampler::layout::Voxels;
 
 /// Hands the exact samples of one ray, whose crossings close, to `keep`; sorts `hits` on the way. Where several
 /// crossings make one sample under the non-zero rule, it is the first that goes in the direction of the sample.
@@ -23,10 +24,22 @@ pub fn resolve<H: Hit>(hits: &mut [H], fill: Fill, mut keep: impl FnMut(H)) {
     }
 }
 
+/// Whether a few crossings all lie in different voxels; they are sorted then. No two of them merge, so that the estimate
+/// has a sample for each and needs no masks: with LOD-C 1024 that is nine rays in ten of a scaffold.
+pub fn in_voxels_of_their_own(crossings: &mut [Crossing], voxels: &Voxels) -> bool {
+    if crossings.len() > FEW {
+        return false;
+    }
+    sort(crossings);
+    crossings.windows(2).all(|pair| voxels.of(pair[0]) != voxels.of(pair[1]))
+}
+
+/// Rays with no more crossings than this are sorted by insertion.
+const FEW: usize = 24;
+
 /// Sorts the crossings of a ray by depth. Most rays have a few, for which insertion beats everything.
 #[inline]
 pub fn sort<H: Hit>(crossings: &mut [H]) {
-    const FEW: usize = 24;
     if crossings.len() > FEW {
         return crossings.sort_unstable();
     }

@@ -167,7 +167,11 @@ impl OneSolid {
         if !closes(crossings, fill) {
             return image.end_unclosed_ray();
         }
-        if !crossings.is_empty() {
+        if fill == Fill::EvenOdd && exact::in_voxels_of_their_own(crossings, voxels) {
+            image
+                .depths()
+                .extend((0..).zip(&*crossings).map(|(rank, &crossing)| retrieve::rounded(crossing, rank, estimate)));
+        } else {
             self.masks.enter(crossings, fill, voxels);
             self.classes.classify(&self.masks, estimate);
             let samples = append_identities(image.depths(), self.classes.samples, estimate);

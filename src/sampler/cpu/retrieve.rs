@@ -45,7 +45,13 @@ pub fn retrieve(
 #[inline]
 fn keep(samples: &mut [i32], rank: u32, crossing: Crossing, estimate: Estimate) {
     let sample = &mut samples[rank as usize];
-    // Least depths are rounded down and greatest up: outward for the over-, inward for the under-estimate.
-    *sample =
-        if keeps_least(rank, estimate) { (*sample).min(crossing.floor()) } else { (*sample).max(crossing.ceil()) };
+    let depth = rounded(crossing, rank, estimate);
+    *sample = if keeps_least(rank, estimate) { (*sample).min(depth) } else { (*sample).max(depth) };
+}
+
+/// The depth of a crossing as a sample of the given rank keeps it: least depths are rounded down and greatest up, outward
+/// for the over-, inward for the under-estimate.
+#[inline]
+pub fn rounded(crossing: Crossing, rank: u32, estimate: Estimate) -> i32 {
+    if keeps_least(rank, estimate) { crossing.floor() } else { crossing.ceil() }
 }
