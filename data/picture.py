@@ -30,8 +30,9 @@ def image(binary, folder, *arguments):
 
 def picture(ldi, tint):
     """Nearest depths in millimetres, rows along z upwards and columns along x, lit from above left."""
-    columns, rows = int(ldi["rays"][0]), int(ldi["rays"][2])
-    offsets, step, pitch = ldi["offsets"], float(ldi["step"]), float(ldi["pitch"])
+    grid = ldi["grid"]
+    columns, rows = int(grid["rays"][0]), int(grid["rays"][2])
+    offsets, step, pitch = ldi["offsets"], float(grid["step"]), float(grid["pitch"])
     hit = offsets[1:] > offsets[:-1]
     depth = np.full(columns * rows, np.nan)
     depth[hit] = ldi["depths"][offsets[:-1][hit]] * step

@@ -6,14 +6,20 @@
 //! | `offsets` | uint32 | (rays + 1,) | samples of ray `row · columns + column` are `depths[offsets[r]:offsets[r + 1]]` |
 //! | `depths` | int32 | (samples,) | lattice steps from the near end of the grid |
 //! | `unclosed` | uint32 | (k,) | rays that did not close; they have no samples |
-//! | `origin` | float64 | (3,) | world position of lattice position (0, 0, 0) |
-//! | `pitch` | float64 | () | distance of neighbouring rays |
-//! | `step` | float64 | () | length of one lattice step: `pitch / 2**shift` |
-//! | `rays` | uint32 | (3,) | pixels along x, y and z |
-//! | `shift`, `lod` | uint32 | () | lattice steps in a pixel, as a power of two; LOD-C |
+//! | `grid` | record | () | the raster and lattice: fields below |
+//!
+//! | field of `grid` | type | meaning |
+//! |---|---|---|
+//! | `origin` | float64 (3,) | world position of lattice position (0, 0, 0) |
+//! | `pitch` | float64 | distance of neighbouring rays |
+//! | `step` | float64 | length of one lattice step: `pitch / 2**shift` |
+//! | `rays` | uint32 (3,) | pixels along x, y and z |
+//! | `shift`, `lod` | uint32 | lattice steps in a pixel, as a power of two; LOD-C |
+//!
+//! So the depths of ray r in world units along z are `grid["origin"][2] + grid["step"] * depths[offsets[r]:offsets[r + 1]]`.
 //!
 //! Columns and rows run along the two other axes in increasing order: x → (y, z), y → (x, z), z → (x, y). Of several
-//! images, `offsets`, `depths` and `unclosed` carry the axis: `offsets_x`. The others stand once, as the grid is the same.
+//! images, `offsets`, `depths` and `unclosed` carry the axis: `offsets_x`. The grid stands once, as it is the same.
 //!
 //! Entries are stored without compression and without a time, so that equal images make equal files.
 
@@ -23,6 +29,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::Ldi;
+use crate::grid::Grid;
 
 /// Why images could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -60,27 +67,32 @@ pub fn write(images: &[Ldi], to: impl Write + Seek) -> Result<(), NpzError> {
     let mut archive = Archive { zip: ZipWriter::new(to) };
     let axes: Vec<u8> = images.iter().flat_map(|i| (i.axis().name().as_bytes()[0] as u32).to_le_bytes()).collect();
     match images {
-        [_] => archive.array("axis", "<U1", &[], &axes)?,
-        _ => archive.array("axis", "<U1", &[images.len()], &axes)?,
+        [_] => archive.array("axis", "'<U1'", &[], &axes)?,
+        _ => archive.array("axis", "'<U1'", &[images.len()], &axes)?,
     }
-    let grid = first.grid();
-    archive.array("origin", "<f8", &[3], &grid.origin().to_array().map(f64::to_le_bytes).concat())?;
-    archive.array("pitch", "<f8", &[], &grid.pitch().to_le_bytes())?;
-    archive.array("step", "<f8", &[], &grid.step().to_le_bytes())?;
-    archive.array("rays", "<u4", &[3], &grid.rays().map(u32::to_le_bytes).concat())?;
-    archive.array("shift", "<u4", &[], &grid.shift().to_le_bytes())?;
-    archive.array("lod", "<u4", &[], &grid.lod().to_le_bytes())?;
+    archive.array("grid", GRID_RECORD, &[], &grid_record(first.grid()))?;
     for image in images {
         let key = |name: &str| match images {
             [_] => name.to_owned(),
             _ => format!("{name}_{}", image.axis().name()),
         };
-        archive.words(&key("offsets"), "<u4", image.offsets(), u32::to_le_bytes)?;
-        archive.words(&key("depths"), "<i4", image.depths(), i32::to_le_bytes)?;
-        archive.words(&key("unclosed"), "<u4", image.unclosed(), u32::to_le_bytes)?;
+        archive.words(&key("offsets"), "'<u4'", image.offsets(), u32::to_le_bytes)?;
+        archive.words(&key("depths"), "'<i4'", image.depths(), i32::to_le_bytes)?;
+        archive.words(&key("unclosed"), "'<u4'", image.unclosed(), u32::to_le_bytes)?;
     }
     archive.zip.finish()?.flush()?;
     Ok(())
+}
+
+/// The type of a grid, in numpy's words.
+const GRID_RECORD: &str = "[('origin', '<f8', (3,)), ('pitch', '<f8'), ('step', '<f8'), ('rays', '<u4', (3,)), \
+                           ('shift', '<u4'), ('lod', '<u4')]";
+
+fn grid_record(grid: &Grid) -> Vec<u8> {
+    let [x, y, z] = grid.origin().to_array();
+    let lengths = [x, y, z, grid.pitch(), grid.step()].map(f64::to_le_bytes).concat();
+    let [x, y, z] = grid.rays();
+    [lengths, [x, y, z, grid.shift(), grid.lod()].map(u32::to_le_bytes).concat()].concat()
 }
 
 /// An archive to which arrays are added.
@@ -97,7 +109,7 @@ impl<W: Write + Seek> Archive<W> {
             .large_file(bytes > 0xf000_0000);
         self.zip.start_file(format!("{key}.npy"), options)?;
         let sides: Vec<String> = shape.iter().map(|n| format!("{n},")).collect();
-        let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}", sides.concat());
+        let header = format!("{{'descr': {kind}, 'fortran_order': False, 'shape': ({}), }}", sides.concat());
         // Magic, version, length and header together are a multiple of 64 bytes; the header ends in a line feed.
         let padded = (10 + header.len() + 1).next_multiple_of(64) - 10;
         self.zip.write_all(b"\x93NUMPY\x01\x00")?;
@@ -132,7 +144,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::grid::{Axis, Grid};
+    use crate::grid::Axis;
     use crate::mesh::Aabb;
 
     fn image(axis: Axis) -> Ldi {
@@ -175,7 +187,7 @@ mod tests {
         write(&[image(Axis::X), image(Axis::Y)], &mut file).unwrap();
         let names: Vec<String> = entries(file.into_inner()).into_iter().map(|(name, _)| name).collect();
         assert!(
-            ["offsets_x.npy", "depths_y.npy", "unclosed_x.npy", "pitch.npy"]
+            ["offsets_x.npy", "depths_y.npy", "unclosed_x.npy", "grid.npy"]
                 .iter()
                 .all(|n| names.contains(&(*n).into()))
         );

@@ -38,15 +38,21 @@ fn an_image_holds_what_the_volume_is_made_of() {
     folder.run(&["sample", "a.stl", "--axis", "z", "--resolution", "16", "-o", "a.npz"]).code(0);
     let arrays = arrays(&folder.path("a.npz"));
     let names: Vec<&str> = arrays.keys().map(String::as_str).collect();
-    assert_eq!(names, ["axis", "depths", "lod", "offsets", "origin", "pitch", "rays", "shift", "step", "unclosed"]);
+    assert_eq!(names, ["axis", "depths", "grid", "offsets", "unclosed"]);
     assert!(arrays["depths"].0.contains("'<i4'") && arrays["offsets"].0.contains("'shape': (257,)"));
     assert!(arrays["axis"].0.contains("'<U1'") && arrays["axis"].1 == [b'z', 0, 0, 0]);
     let (offsets, depths) = (words(&arrays["offsets"].1), words(&arrays["depths"].1));
     assert_eq!((offsets[256] as usize, depths.len()), (512, 512));
     let inside: f64 = depths.chunks_exact(2).map(|span| f64::from(span[1] - span[0])).sum();
-    let (pitch, step) = (number(&arrays["pitch"].1), number(&arrays["step"].1));
+    // origin (3 × 8), pitch, step, rays (3 × 4), shift, lod.
+    let (header, grid) = &arrays["grid"];
+    assert!(header.contains("[('origin', '<f8', (3,)), ('pitch', '<f8'), ('step', '<f8'), ('rays', '<u4', (3,)), "));
+    let (pitch, step) = (number(&grid[24..32]), number(&grid[32..40]));
     assert_near(inside * step * pitch * pitch, 8.0, 1e-6);
-    assert_eq!(step, pitch / f64::from(1u32 << words(&arrays["shift"].1)[0]));
+    let whole = words(&grid[40..]);
+    assert_eq!(whole[..3], [16, 16, 16]);
+    assert_eq!(step, pitch / f64::from(1u32 << whole[3]));
+    assert_eq!((whole[4], whole.len()), (1024, 5));
 }
 
 #[test]

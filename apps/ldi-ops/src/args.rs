@@ -179,12 +179,10 @@ Arrays in the file, for one axis:
   depths    int32            sorted, in lattice steps from the near end of the grid;
                              [depths[2i], depths[2i+1]) is inside
   unclosed  uint32           rays that did not close; they have no depths
-  origin    float64 (3,)     world position of the grid's corner
-  pitch     float64 ()       distance of neighbouring rays; ray i lies at origin + (i + 0.5) · pitch
-  step      float64 ()       length of a lattice step: pitch / 2**shift
-  rays      uint32 (3,)      pixels along x, y and z
-  shift     uint32 ()        pitch in lattice steps, as a power of two
-  lod       uint32 ()        LOD-C
+  grid      record ()        origin: world position of the grid's corner; pitch: distance of
+                             neighbouring rays, of which ray i lies at origin + (i + 0.5) · pitch;
+                             step: length of a lattice step, pitch / 2**shift; rays: pixels along
+                             x, y and z; shift; lod
 Columns and rows run along the other two axes in increasing order: x → (y, z), y → (x, z),
 z → (x, y). With --axis all, `axis` is ['x', 'y', 'z'], and offsets, depths and unclosed become
 offsets_x, depths_x, unclosed_x and so on for y and z.
@@ -192,7 +190,7 @@ offsets_x, depths_x, unclosed_x and so on for y and z.
   import numpy as np
   a = np.load('part.npz')                                          # --axis z
   inside = (a['depths'][1::2] - a['depths'][0::2]).sum(dtype=np.int64)
-  volume = inside * a['step'] * a['pitch']**2";
+  volume = inside * a['grid']['step'] * a['grid']['pitch']**2";
 
 #[derive(Debug, Args)]
 #[command(after_help = CHECK_EXAMPLES)]
