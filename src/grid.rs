@@ -86,6 +86,14 @@ pub enum GridError {
         /// Rays along the longest side that were asked for, saturated at `u64::MAX`.
         rays: u64,
     },
+    /// An image would have more rays than 32 bits count.
+    #[error("an image of {columns} × {rows} rays; 4294967295 are possible")]
+    Rays {
+        /// Columns of the image.
+        columns: u32,
+        /// Rows of the image.
+        rows: u32,
+    },
     /// The pitch is not a positive finite number.
     #[error("a pitch of {pitch} is not a positive length")]
     Pitch {
@@ -163,6 +171,7 @@ impl Grid {
             }
             *rays = count as u32;
         }
+        countable(rays)?;
         let most = rays[0].max(rays[1]).max(rays[2]);
         let shift = (LATTICE_MAX as u32 / most).ilog2();
         let side = DVec3::new(f64::from(rays[0]), f64::from(rays[1]), f64::from(rays[2])) * pitch;
@@ -180,6 +189,7 @@ impl Grid {
             return Err(GridError::Pitch { pitch });
         }
         let fits = |n: u32| (1..=RAYS_MAX).contains(&n) && (u64::from(n) << shift.min(32)) <= LATTICE_MAX as u64;
+        countable(rays)?;
         match rays.into_iter().find(|&n| !fits(n)) {
             Some(n) => Err(GridError::Resolution { rays: u64::from(n) }),
             None if !(2..=29).contains(&shift) => Err(GridError::Shift { shift }),
@@ -242,11 +252,6 @@ impl Grid {
         (self.rays[axis.column()], self.rays[axis.row()])
     }
 
-    /// The world coordinate of a lattice position along one axis.
-    pub fn world_from_lattice(&self, coordinate: usize, position: f64) -> f64 {
-        self.origin[coordinate] + position * self.step()
-    }
-
     /// Snaps a checked mesh to the lattice: the only rounding of the input.
     pub fn quantise<'m>(&self, mesh: &'m ClosedMesh) -> Result<LatticeSolid<'m>, OutsideGrid> {
         self.snap_mesh(mesh.mesh(), Some(mesh.bounds()), Closure::Closed { oriented: mesh.oriented() })
@@ -304,6 +309,15 @@ impl Grid {
         let inside = |i: usize| half[i] > -0.5 && half[i] < f64::from(self.length(i) / 2) + 0.5;
         let even = |i: usize| 2 * (half[i] + MAGIC).to_bits() as i32;
         (inside(0) & inside(1) & inside(2)).then(|| [even(0), even(1), even(2)])
+    }
+}
+
+/// Whether the rays of every image can be counted in 32 bits.
+fn countable(rays: [u32; 3]) -> Result<(), GridError> {
+    let images = Axis::ALL.map(|axis| (rays[axis.column()], rays[axis.row()]));
+    match images.into_iter().find(|&(columns, rows)| columns.checked_mul(rows).is_none()) {
+        Some((columns, rows)) => Err(GridError::Rays { columns, rows }),
+        None => Ok(()),
     }
 }
 

@@ -241,8 +241,8 @@ fn mark_level(a: &[i32], b: &[i32], tolerance: i32, mark: u8, flags_a: &mut [u8]
         while from < b.len() && b[from] < depth - tolerance {
             from += 1;
         }
-        let near = b[from..].iter().take_while(|&&other| other <= depth + tolerance).count();
-        for j in (from..from + near).filter(|j| j % 2 == i % 2) {
+        // The first in reach that goes the same way; looking further would be quadratic where many lie within reach.
+        if let Some(j) = (from..b.len()).find(|j| j % 2 == i % 2).filter(|&j| b[j] <= depth + tolerance) {
             mark_pair(i, j);
         }
     }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::Ldi;
+use super::{Ldi, Windings};
 use crate::grid::{Axis, Grid};
 
 /// More samples than the 32-bit offsets of an image can index.
@@ -21,7 +21,7 @@ pub struct BandImage {
     ends: Vec<u32>,
     depths: Vec<i32>,
     triangles: Vec<u32>,
-    wound_length: Option<i64>,
+    windings: Option<Windings>,
     unclosed: Vec<u32>,
 }
 
@@ -36,9 +36,9 @@ impl BandImage {
         &mut self.triangles
     }
 
-    /// Adds to the length of the rays so far, each point counted as often as shells wind around it.
-    pub fn add_wound_length(&mut self, length: i64) {
-        *self.wound_length.get_or_insert(0) += length;
+    /// Adds what the crossings of the band tell of windings.
+    pub fn add_windings(&mut self, windings: Windings) {
+        self.windings = Some(self.windings.unwrap_or_default().plus(windings));
     }
 
     /// Ends the ray whose samples were just appended.
@@ -71,7 +71,7 @@ pub fn image_from_bands<S>(
     offsets.push(0u32);
     let mut depths = Vec::new();
     let mut triangles = Vec::new();
-    let mut wound_length = None;
+    let mut windings: Option<Windings> = None;
     let mut unclosed = Vec::new();
     for wave in 0..bands.div_ceil(WAVE) {
         let wave = wave * WAVE..bands.min((wave + 1) * WAVE);
@@ -92,14 +92,14 @@ pub fn image_from_bands<S>(
             depths.extend_from_slice(&image.depths);
             triangles.extend_from_slice(&image.triangles);
             offsets.extend(image.ends.iter().map(|end| base + end));
-            wound_length = match (wound_length, image.wound_length) {
-                (Some(sum), Some(more)) => Some(sum + more),
+            windings = match (windings, image.windings) {
+                (Some(sum), Some(more)) => Some(sum.plus(more)),
                 (sum, more) => sum.or(more),
             };
             unclosed.extend(image.unclosed.iter().map(|ray| first_ray + ray));
         }
     }
-    let image = Ldi { grid, axis, offsets, depths, triangles, wound_length, unclosed };
+    let image = Ldi { grid, axis, offsets, depths, triangles, windings, unclosed };
     debug_assert_eq!(image.check(), Ok(()));
     Ok(image)
 }

@@ -25,8 +25,30 @@ pub struct Ldi {
     offsets: Vec<u32>,
     depths: Vec<i32>,
     triangles: Vec<u32>,
-    wound_length: Option<i64>,
+    windings: Option<Windings>,
     unclosed: Vec<u32>,
+}
+
+/// Two lengths of the same rays, summed over the exact crossings of a solid, in lattice steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Windings {
+    /// Each point counted as often as shells wind around it: what the divergence theorem makes of the crossings.
+    pub wound: i64,
+    /// Each point counted once where a ray to it has crossed the mesh an odd number of times.
+    pub even_odd: i64,
+}
+
+impl Windings {
+    /// Whether no shells overlap on the rays, so that both fill rules see the same solid. Turning the whole solid inside
+    /// out changes nothing; only where overlaps and inside-out shells make up for each other to the lattice step are they
+    /// missed.
+    pub fn fill_rules_agree(self) -> bool {
+        self.wound.abs() == self.even_odd
+    }
+
+    fn plus(self, other: Windings) -> Windings {
+        Windings { wound: self.wound + other.wound, even_odd: self.even_odd + other.even_odd }
+    }
 }
 
 impl Ldi {
@@ -40,7 +62,7 @@ impl Ldi {
         depths: Vec<i32>,
         unclosed: Vec<u32>,
     ) -> Result<Ldi, LdiError> {
-        let image = Ldi { grid, axis, offsets, depths, triangles: Vec::new(), wound_length: None, unclosed };
+        let image = Ldi { grid, axis, offsets, depths, triangles: Vec::new(), windings: None, unclosed };
         image.check()?;
         Ok(image)
     }
@@ -121,11 +143,10 @@ impl Ldi {
         (self.triangles.len() == self.depths.len()).then_some(&self.triangles[..])
     }
 
-    /// The length of all rays in lattice steps, each point counted as often as shells wind around it: what the divergence
-    /// theorem makes of the crossings. Known for the exact images of an oriented solid, where it equals the inside length
-    /// if no shells overlap and none is inside out, whatever the fill rule.
-    pub fn wound_length(&self) -> Option<i64> {
-        self.wound_length
+    /// What the crossings that the image was made from tell of windings; known for images of an oriented solid by itself,
+    /// in every mode and under either fill rule.
+    pub fn windings(&self) -> Option<Windings> {
+        self.windings
     }
 
     /// The rays whose crossings did not close, ascending. Empty for every closed mesh.

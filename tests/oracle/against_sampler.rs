@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 use glam::DVec3;
 use ldi_ops::boolean::{self, BooleanOperation};
 use ldi_ops::grid::{Axis, Grid, LatticeSolid};
-use ldi_ops::ldi::Ldi;
+use ldi_ops::ldi::{Ldi, Windings};
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Estimate, Fill, Mode, SampleError, Sampler};
@@ -102,7 +102,7 @@ fn single_solids_agree_in_all_modes_and_both_fill_rules() {
 }
 
 #[test]
-fn the_wound_length_counts_each_point_as_often_as_shells_wind_around_it() {
+fn windings_count_each_point_as_often_as_shells_wind_around_it() {
     for_every_case(&oriented(), 20, |name, frame, soup, random| {
         let (grid, mesh) = (grid(frame, 64), closed(soup));
         let quantised = quantised(&grid, &mesh, soup);
@@ -113,9 +113,13 @@ fn the_wound_length_counts_each_point_as_often_as_shells_wind_around_it() {
             .flatten()
             .map(|crossing| i64::from(crossing.nearest) * if crossing.entering { -1 } else { 1 })
             .sum();
+        let exact = random_sampler(random).sample(&quantised, axis, Mode::Exact, Fill::EvenOdd).unwrap();
+        let expected = Windings { wound, even_odd: ldi_ops::integrate::length(&exact) };
         for fill in [Fill::EvenOdd, Fill::NonZero] {
-            let image = random_sampler(random).sample(&quantised, axis, Mode::Exact, fill).unwrap();
-            assert_eq!(image.wound_length(), Some(wound), "{name}, {axis:?}, {fill:?}");
+            for (mode, _) in MODES {
+                let image = random_sampler(random).sample(&quantised, axis, mode, fill).unwrap();
+                assert_eq!(image.windings(), Some(expected), "{name}, {axis:?}, {mode:?}, {fill:?}");
+            }
         }
     });
 }

@@ -24,10 +24,9 @@ pub fn resolve<H: Hit>(hits: &mut [H], fill: Fill, mut keep: impl FnMut(H)) {
     }
 }
 
-/// Whether the crossings all lie in different voxels; they are sorted then. No two of them merge, so that the estimate has
+/// Whether the sorted crossings of a ray all lie in different voxels. No two of them merge then, so that the estimate has
 /// a sample for each and needs no masks: with LOD-C 1024 that is all but one ray in fifty of a scaffold.
-pub fn in_voxels_of_their_own(crossings: &mut [Crossing], voxels: &Voxels) -> bool {
-    sort(crossings);
+pub fn in_voxels_of_their_own(crossings: &[Crossing], voxels: &Voxels) -> bool {
     crossings.windows(2).all(|pair| voxels.of(pair[0]) != voxels.of(pair[1]))
 }
 

@@ -3,7 +3,6 @@
 //! The paper builds T1 in one geometry pass and T2 in another. W (one XOR a crossing) and ANY (one OR) come from a
 //! single pass, and T1 is the prefix parity of W (sampling.md §3).
 
-use super::exact::sort;
 use crate::fixed::Crossing;
 use crate::sampler::Fill;
 use crate::sampler::layout::{Voxels, WORD_BITS};
@@ -26,18 +25,17 @@ impl RayMasks {
         RayMasks { change: vec![0; words], any: vec![0; words], occupied: vec![0; words.div_ceil(64)] }
     }
 
-    /// Enters the crossings of a ray into empty masks.
-    pub fn enter(&mut self, crossings: &mut [Crossing], fill: Fill, voxels: &Voxels) {
+    /// Enters the crossings of a ray into empty masks; the non-zero rule wants them sorted.
+    pub fn enter(&mut self, crossings: &[Crossing], fill: Fill, voxels: &Voxels) {
         match fill {
             Fill::EvenOdd => {
-                for &crossing in &*crossings {
+                for &crossing in crossings {
                     let voxel = voxels.of(crossing);
                     self.change[(voxel / WORD_BITS) as usize] ^= 1 << (voxel % WORD_BITS);
                     self.touch(voxel);
                 }
             }
             Fill::NonZero => {
-                sort(crossings);
                 let mut winding = 0;
                 for in_voxel in crossings.chunk_by(|&a, &b| voxels.of(a) == voxels.of(b)) {
                     let voxel = voxels.of(in_voxel[0]);

@@ -17,7 +17,7 @@ use super::layout::Voxels;
 use super::{Estimate, Fill, Mode, SampleError, Sampler, admit};
 use crate::fixed::{Crossing, Hit, TriangleHit};
 use crate::grid::{Axis, Closure, LatticeSolid};
-use crate::ldi::{BandImage, Ldi, TooManySamples, image_from_bands};
+use crate::ldi::{BandImage, Ldi, TooManySamples, Windings, image_from_bands};
 use bin::Bins;
 use classify::RayClasses;
 use masks::RayMasks;
@@ -59,19 +59,19 @@ impl CpuSampler {
             let rays = rows.len() as u32 * columns;
             crossings.gather(&grid, axis, &bins, rows);
             image.depths().reserve(crossings.count());
-            let mut wound_length = 0;
+            let mut windings = Windings::default();
             for ray in 0..rays {
                 let hits = crossings.on_ray(ray);
                 if closes(hits, fill) {
-                    wound_length -= hits.iter().map(|hit| wound_depth(hit.crossing())).sum::<i64>();
                     exact::resolve(hits, fill, |hit| keep(image, hit));
+                    add_windings(hits, &mut windings);
                     image.end_ray();
                 } else {
                     image.end_unclosed_ray();
                 }
             }
             if solid.closure() == (Closure::Closed { oriented: true }) {
-                image.add_wound_length(wound_length);
+                image.add_windings(windings);
             }
         })
     }
@@ -98,8 +98,13 @@ impl Sampler for CpuSampler {
                     let rays = rows.len() as u32 * columns;
                     stage.crossings.gather(&grid, axis, &bins, rows);
                     image.depths().reserve(stage.crossings.count());
+                    let mut windings = Windings::default();
                     for ray in 0..rays {
                         stage.estimate_ray(ray, fill, &voxels, estimate, image);
+                        add_windings(stage.crossings.on_ray(ray), &mut windings);
+                    }
+                    if solid.closure() == (Closure::Closed { oriented: true }) {
+                        image.add_windings(windings);
                     }
                 })
             }
@@ -161,12 +166,13 @@ struct OneSolid {
 }
 
 impl OneSolid {
-    /// Appends the estimate on one ray of the band.
+    /// Appends the estimate on one ray of the band, and leaves its crossings sorted.
     fn estimate_ray(&mut self, ray: u32, fill: Fill, voxels: &Voxels, estimate: Estimate, image: &mut BandImage) {
         let crossings = self.crossings.on_ray(ray);
         if !closes(crossings, fill) {
             return image.end_unclosed_ray();
         }
+        exact::sort(crossings);
         if fill == Fill::EvenOdd && exact::in_voxels_of_their_own(crossings, voxels) {
             image
                 .depths()
@@ -199,6 +205,10 @@ impl TwoSolids {
         }
         if !(a.is_empty() || b.is_empty()) {
             let [masks_a, masks_b] = &mut self.masks;
+            if fill == Fill::NonZero {
+                exact::sort(a);
+                exact::sort(b);
+            }
             masks_a.enter(a, fill, voxels);
             masks_b.enter(b, fill, voxels);
             for ((both, a), b) in self.occupied.iter_mut().zip(&masks_a.occupied).zip(&masks_b.occupied) {
@@ -215,9 +225,13 @@ impl TwoSolids {
     }
 }
 
-/// The depth of a crossing, positive where the ray enters.
-fn wound_depth(crossing: Crossing) -> i64 {
-    i64::from(crossing.nearest()) * i64::from(crossing.winding())
+/// Adds what the crossings of a ray, sorted, tell of windings.
+fn add_windings<H: Hit>(sorted: &[H], windings: &mut Windings) {
+    for pair in sorted.chunks_exact(2) {
+        let [start, end] = [pair[0].crossing(), pair[1].crossing()];
+        windings.even_odd += i64::from(end.nearest() - start.nearest());
+        windings.wound -= i64::from(start.nearest() * start.winding()) + i64::from(end.nearest() * end.winding());
+    }
 }
 
 /// Whether the crossings of a ray close under a fill rule.

@@ -2,7 +2,6 @@
 
 use ldi_ops::grid::{Axis, Grid, LOD_RANGE};
 use ldi_ops::integrate;
-use ldi_ops::ldi::Ldi;
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 
@@ -60,22 +59,4 @@ impl FillDifference {
             Warning::new("fill-rules-differ", message)
         })
     }
-}
-
-/// Whether an image of a solid proves that the rules agree on it, or all but agree; `own` is the volume of its mesh.
-///
-/// A mesh's own volume counts every point as often as shells wind around it, the even-odd rule only where that is odd, the
-/// non-zero rule once. Where one is the other no shells overlap, unless others turned inside out happen to make up for it.
-/// The crossings of an exact image tell both on the same rays, to the lattice step.
-pub fn rules_agree(image: &Ldi, own: f64, fill: Fill) -> bool {
-    if let Some(wound) = image.wound_length() {
-        return wound.abs() == integrate::length(image);
-    }
-    // A point that two shells wind around is missing twice from the volume by even-odd, and once by non-zero. Half of the
-    // share is left for the error of the image.
-    let telling = match fill {
-        Fill::EvenOdd => NOTEWORTHY,
-        Fill::NonZero => 0.5 * NOTEWORTHY,
-    };
-    (integrate::volume(image) - own).abs() <= telling * own
 }

@@ -246,7 +246,6 @@ fn sample_round(
         images: Vec::new(),
         rules_agree: vec![false; solids.len()],
     };
-    let own_volumes: Vec<f64> = solids.iter().map(|solid| solid.volume).collect();
     for &axis in &job.axes {
         progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()));
         let sampler = CpuSampler::default();
@@ -256,7 +255,6 @@ fn sample_round(
             mode: job.mode,
             fill: job.fill,
             seconds,
-            own_volumes: &own_volumes,
             rules_agree: &mut round.rules_agree,
         };
         let image = maker.image(job.measurement, &lattice)?;
