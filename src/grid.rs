@@ -74,7 +74,7 @@ impl Axis {
 /// Why no grid can be laid around the given box.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
-    /// The box has no extent, or one so small or large that f64 cannot hold it or its pitch.
+    /// The box has no extent, or one so small or large that f64 cannot hold its pitch or its volume.
     #[error("the model's box has longest side {longest:e}, and no grid can be laid around it")]
     NoExtent {
         /// The longest side of the box, in world units.
@@ -158,8 +158,10 @@ impl Grid {
         }
         let extent = bounds.extent();
         let longest = extent.max_element();
+        // Volumes are to be numbers, too.
+        let is_measurable = (longest * longest * longest).is_normal();
         let step_is_normal = (pitch / f64::from(1u32 << 30)).is_normal();
-        if !(longest.is_finite() && longest > 0.0 && pitch.is_finite() && step_is_normal && bounds.min.is_finite()) {
+        if !(is_measurable && longest > 0.0 && pitch.is_finite() && step_is_normal && bounds.min.is_finite()) {
             return Err(GridError::NoExtent { longest });
         }
         let mut rays = [1u32; 3];
