@@ -112,6 +112,17 @@ fn sizes_at_the_ends_of_the_numbers_work() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_larger_than_memory_is_refused() {
+    let folder = Folder::new();
+    // Nothing is written, so that the file takes no room on the disk.
+    std::fs::File::create(folder.path("big.stl")).unwrap().set_len(1 << 43).unwrap();
+    for command in ["volume", "check"] {
+        folder.run(&[command, "big.stl"]).code(3).says(&["big.stl", "8796093022208", "memory"]);
+    }
+}
+
 #[test]
 fn files_that_cannot_be_read_are_named() {
     let folder = Folder::new();

@@ -118,7 +118,10 @@ pub fn read(path: &Path, provenance: Provenance) -> Result<ReadMesh, Failure> {
         let (file, sha256) = rayon::join(|| io::parse(&bytes, format, path), hash);
         Ok(ReadMesh { file: file?, sha256 })
     };
-    parsed().map_err(Failure::input)
+    parsed().map_err(|error| match &error {
+        ReadError::Io { source, .. } if source.kind() == std::io::ErrorKind::OutOfMemory => Failure::machine(error),
+        _ => Failure::input(error),
+    })
 }
 
 /// What a reader had to say.

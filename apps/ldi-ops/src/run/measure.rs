@@ -18,7 +18,7 @@ use ldi_ops::sampler::{Fill, Mode, Sampler};
 use serde::Serialize;
 
 use super::fill::FillDifference;
-use super::image::ImageMaker;
+use super::image::{ImageMaker, alive_at_once};
 use super::input::{self, Demands, Provenance, Solid};
 use super::{Finished, machine, say_warnings};
 use crate::exit::{Exit, Failure};
@@ -227,7 +227,9 @@ fn sample_round(
     };
     let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
     let grid = grid.map_err(|error| Failure::input(format!("{}: {error}", names.join(", "))))?;
-    machine::admit(&grid, &job.axes)?;
+    // Images that are to be written are kept while the next is made.
+    let kept = if job.images.is_some() { job.axes.len() as u64 - 1 } else { 0 };
+    machine::admit(&grid, &job.axes, alive_at_once(job.measurement, job.mode) + kept)?;
     let mut lattice: Vec<LatticeSolid> = solids.iter().map(|solid| solid.quantise(&grid)).collect::<Result<_, _>>()?;
     if solids.iter().all(Solid::is_closed) {
         restrict(job.measurement, &mut lattice);
