@@ -134,6 +134,11 @@ fn what_is_no_ordinary_file_is_written_into() {
         assert!(fs::symlink_metadata(folder.path("link.json")).unwrap().is_symlink());
         assert!(read(&folder.path("b.json")).starts_with('{'));
     }
+    #[cfg(target_os = "linux")]
+    {
+        symlink("/dev/full", folder.path("full.npz")).unwrap();
+        folder.run(&["sample", "a.stl", "--resolution", "8", "-o", "full.npz"]).code(3).says(&["full.npz"]);
+    }
     // An archive goes into a pipe too.
     let pipe = folder.path("pipe.npz");
     assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());

@@ -170,7 +170,7 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
     if let Some(path) = &job.images {
         progress.stage("writing");
         let writing = Instant::now();
-        output::replace(path, |file| npz::write(&round.images, file).map_err(std::io::Error::other))?;
+        output::replace(path, |file| npz::write(&round.images, file).map_err(std::io::Error::from))?;
         seconds.write += writing.elapsed().as_secs_f64();
     }
     seconds.total = start.elapsed().as_secs_f64();
