@@ -150,8 +150,9 @@ pub fn solids(inputs: &[Input], demands: Demands) -> Result<(Vec<Solid>, Vec<War
         solids.push(solid);
         warnings.extend(said);
     }
-    if let [only] = &solids[..] {
-        warnings.extend(unit_ignored(&only.path, only.stated_unit, demands.unit));
+    // Where any file states no unit, the one that was given is for that file.
+    if solids.iter().all(|solid| solid.stated_unit.is_some()) {
+        warnings.extend(solids.iter().filter_map(|s| unit_ignored(&s.path, s.stated_unit, demands.unit)));
     }
     let unitless: Vec<String> =
         solids.iter().filter(|solid| solid.unit.is_none()).map(|solid| solid.name().to_string()).collect();
