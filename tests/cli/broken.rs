@@ -95,7 +95,11 @@ fn a_mesh_of_no_extent_is_refused() {
     let folder = Folder::new();
     let point: Triangle = [[1.0; 3]; 3];
     folder.stl("a.stl", &[point, point]);
-    folder.run(&["volume", "a.stl"]).code(2).says(&["a.stl"]);
+    let line: Triangle = [[0.0; 3], [1.0; 3], [1.0; 3]];
+    folder.stl("b.stl", &[line]);
+    for file in ["a.stl", "b.stl"] {
+        folder.run(&["volume", file]).code(2).says(&[file, "no triangle has three different corners"]);
+    }
 }
 
 #[test]

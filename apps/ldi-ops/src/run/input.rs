@@ -225,6 +225,9 @@ fn remarks(solid: &Solid, fill: Fill) -> Option<Warning> {
 fn surface(mesh: TriangleMesh, path: &Path, demands: Demands) -> Result<Surface, Failure> {
     let name = path.display();
     match ClosedMesh::check(mesh) {
+        Ok(closed) if closed.every_triangle_even() && !has_three_corners(closed.mesh()) => {
+            Err(Failure::input(format!("{name}: no triangle has three different corners, so the mesh bounds no solid")))
+        }
         Ok(closed) => match demands.fill {
             Fill::EvenOdd if closed.every_triangle_even() => Err(Failure::input(format!(
                 "{name}: every triangle occurs an even number of times, so the even-odd rule sees nothing; use --fill \
@@ -251,6 +254,14 @@ fn surface(mesh: TriangleMesh, path: &Path, demands: Demands) -> Result<Surface,
             ))),
         },
     }
+}
+
+/// Whether any triangle has three different corners.
+fn has_three_corners(mesh: &TriangleMesh) -> bool {
+    mesh.triangles.iter().any(|triangle| {
+        let [a, b, c] = triangle.map(|index| mesh.positions[index as usize]);
+        a != b && b != c && c != a
+    })
 }
 
 /// All defects, a line each.
