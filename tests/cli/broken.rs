@@ -103,6 +103,14 @@ fn a_mesh_of_no_extent_is_refused() {
 }
 
 #[test]
+fn a_solid_between_the_rays_has_the_area_of_its_mesh() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &[cube(0.0, 0.25), cube(9.75, 0.25)].concat());
+    let result = folder.json(&["volume", "a.stl", "--resolution", "1"]);
+    assert_eq!(result["area"]["value"].as_f64().or(result["area"].as_f64()), Some(0.75));
+}
+
+#[test]
 fn sizes_at_the_ends_of_the_numbers_work() {
     for scale in [1e-30, 1e-9, 1e12, 1e30] {
         let folder = Folder::new();

@@ -299,7 +299,7 @@ fn restrict(measurement: Measurement, solids: &mut Vec<LatticeSolid>) {
 const AREA_RESOLUTION: u32 = 512;
 
 /// The surface area: that of the mesh's triangles, times the share of it that rays along the three axes find to bound the
-/// solid. It is exact where no triangle lies inside, and not a number where no ray meets a triangle.
+/// solid. It is exact where no triangle lies inside. Where no ray meets a triangle nothing is known to lie inside.
 fn surface_area(job: &MeasureJob, solid: &Solid, used: &Grid, progress: &Progress) -> Result<f64, Failure> {
     let rays = used.rays().into_iter().max().unwrap_or(1).min(AREA_RESOLUTION);
     let grid = Grid::with_resolution(solid.bounds(), rays, job.lod).map_err(Failure::input)?;
@@ -319,7 +319,8 @@ fn surface_area(job: &MeasureJob, solid: &Solid, used: &Grid, progress: &Progres
             Fill::NonZero => hits(Fill::NonZero)?.boundary,
         };
     }
-    Ok(solid.mesh().area() * (total.boundary / total.all))
+    let share = if total.all > 0.0 { total.boundary / total.all } else { 1.0 };
+    Ok(solid.mesh().area() * share)
 }
 
 /// Resolutions that a tolerance starts from and ends at.
