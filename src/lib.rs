@@ -53,5 +53,6 @@ pub mod grid;
 pub mod integrate;
 pub mod ldi;
 pub mod mesh;
+pub mod output;
 pub mod sampler;
 pub mod solids;

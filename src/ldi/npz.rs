@@ -53,6 +53,16 @@ pub enum NpzError {
     Io(#[from] io::Error),
 }
 
+/// What went wrong keeps its kind, so that a full disk is told from a wrong path.
+impl From<NpzError> for io::Error {
+    fn from(error: NpzError) -> io::Error {
+        match error {
+            NpzError::Io(error) | NpzError::Zip(zip::result::ZipError::Io(error)) => error,
+            error => io::Error::other(error),
+        }
+    }
+}
+
 /// Writes images of one solid on one grid along different axes.
 pub fn write(images: &[Ldi], to: impl Write + Seek) -> Result<(), NpzError> {
     let Some(first) = images.first() else { return Err(NpzError::NoImage) };
@@ -191,6 +201,32 @@ mod tests {
                 .iter()
                 .all(|n| names.contains(&(*n).into()))
         );
+    }
+
+    #[test]
+    fn a_full_disk_is_told_as_such() {
+        /// A file that has room for some bytes.
+        struct Disk(Cursor<Vec<u8>>, usize);
+        impl Write for Disk {
+            fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+                match self.0.get_ref().len() + bytes.len() > self.1 {
+                    true => Err(io::ErrorKind::StorageFull.into()),
+                    false => self.0.write(bytes),
+                }
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        impl Seek for Disk {
+            fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
+                self.0.seek(to)
+            }
+        }
+        for room in (0..1000).step_by(50) {
+            let error = write(&[image(Axis::Z)], Disk(Cursor::new(Vec::new()), room)).unwrap_err();
+            assert_eq!(io::Error::from(error).kind(), io::ErrorKind::StorageFull, "{room} bytes");
+        }
     }
 
     #[test]

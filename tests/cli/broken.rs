@@ -95,7 +95,19 @@ fn a_mesh_of_no_extent_is_refused() {
     let folder = Folder::new();
     let point: Triangle = [[1.0; 3]; 3];
     folder.stl("a.stl", &[point, point]);
-    folder.run(&["volume", "a.stl"]).code(2).says(&["a.stl"]);
+    let line: Triangle = [[0.0; 3], [1.0; 3], [1.0; 3]];
+    folder.stl("b.stl", &[line]);
+    for file in ["a.stl", "b.stl"] {
+        folder.run(&["volume", file]).code(2).says(&[file, "no triangle has three different corners"]);
+    }
+}
+
+#[test]
+fn a_solid_between_the_rays_has_the_area_of_its_mesh() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &[cube(0.0, 0.25), cube(9.75, 0.25)].concat());
+    let result = folder.json(&["volume", "a.stl", "--resolution", "1"]);
+    assert_eq!(result["area"], 0.75);
 }
 
 #[test]
@@ -109,6 +121,17 @@ fn sizes_at_the_ends_of_the_numbers_work() {
         assert_near(volume / (scale * scale * scale), 8.0, 1e-6);
         let text = folder.run(&["volume", "a.stl", "--resolution", "32", "--unit", "m"]).code(0).stdout();
         assert!(text.starts_with("volume      8"), "{text}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_larger_than_memory_is_refused() {
+    let folder = Folder::new();
+    // Nothing is written, so that the file takes no room on the disk.
+    std::fs::File::create(folder.path("big.stl")).unwrap().set_len(1 << 43).unwrap();
+    for command in ["volume", "check"] {
+        folder.run(&[command, "big.stl"]).code(3).says(&["big.stl", "8796093022208", "memory"]);
     }
 }
 

@@ -99,18 +99,62 @@ fn nothing_is_left_of_an_output_that_failed() {
     assert!(!folder.path("big.stl").exists());
 }
 
-#[cfg(unix)]
+/// Nobody makes files in /proc, whatever their permissions.
+#[cfg(target_os = "linux")]
 #[test]
 fn a_folder_that_may_not_be_written_is_named() {
-    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    folder.run(&["sample", "a.stl", "--resolution", "8", "-o", "/proc/a.npz"]).code(2).says(&["/proc/a.npz"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_ordinary_file_is_written_into() {
+    use std::os::unix::fs::{FileTypeExt, symlink};
 
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
-    fs::create_dir(folder.path("closed")).unwrap();
-    fs::set_permissions(folder.path("closed"), fs::Permissions::from_mode(0o555)).unwrap();
-    // Permissions do not bind everyone.
-    if fs::write(folder.path("closed/probe"), "").is_err() {
-        folder.run(&["sample", "a.stl", "--resolution", "8", "-o", "closed/a.npz"]).code(2).says(&["closed/a.npz"]);
+    let with_json = |path| folder.run(&["volume", "a.stl", "--resolution", "8", "--json", path]).code(0);
+    with_json("/dev/null");
+    assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+    let run = with_json("/dev/stderr");
+    assert!(run.stdout().starts_with("volume") && run.stderr().contains("\"schema\": \"ldi-ops/1\""));
+    // A link stays a link, to a file that is made and one that is replaced.
+    symlink("b.json", folder.path("link.json")).unwrap();
+    for _ in 0..2 {
+        with_json("link.json");
+        assert!(fs::symlink_metadata(folder.path("link.json")).unwrap().is_symlink());
+        assert!(read(&folder.path("b.json")).starts_with('{'));
     }
-    fs::set_permissions(folder.path("closed"), fs::Permissions::from_mode(0o755)).unwrap();
+    #[cfg(target_os = "linux")]
+    {
+        symlink("/dev/full", folder.path("full.npz")).unwrap();
+        folder.run(&["sample", "a.stl", "--resolution", "8", "-o", "full.npz"]).code(3).says(&["full.npz"]);
+    }
+    // An archive goes into a pipe too.
+    let pipe = folder.path("pipe.npz");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let reader = std::thread::spawn({
+        let pipe = pipe.clone();
+        move || fs::read(pipe).unwrap()
+    });
+    folder.run(&["sample", "a.stl", "--resolution", "8", "-o", "pipe.npz"]).code(0);
+    assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
+    folder.run(&["sample", "a.stl", "--resolution", "8", "-o", "file.npz"]).code(0);
+    assert!(reader.join().unwrap() == fs::read(folder.path("file.npz")).unwrap());
+}
+
+#[test]
+fn two_outputs_need_two_files() {
+    let folder = Folder::new();
+    for (json, output) in [("a.npz", "a.npz"), ("./a.npz", "a.npz")] {
+        let arguments = ["sample", "missing.stl", "--json", json, "-o", output];
+        folder.run(&arguments).code(2).says(&["--json", "same file"]);
+    }
+    for command in [&["convert", "missing.stl"][..], &["generate", "sphere"]] {
+        let arguments = [command, &["--json", "a.stl", "-o", "a.stl"]].concat();
+        folder.run(&arguments).code(2).says(&["same file"]);
+    }
+    assert!(folder.names().is_empty());
 }

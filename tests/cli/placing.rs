@@ -104,4 +104,7 @@ fn files_of_different_units_are_brought_to_that_of_the_first() {
     assert_eq!(warning_codes(&result), ["unit-assumed"]);
     // What a file states stands.
     folder.run(&["volume", "m.gltf", "--unit", "mm", "--resolution", "16"]).code(0).warns(&["m.gltf", "states m"]);
+    let both = |unit| folder.json(&["intersect", "m.gltf", "m.gltf", "--unit", unit, "--resolution", "16"]);
+    assert_eq!(warning_codes(&both("mm")), ["unit-ignored", "unit-ignored"]);
+    assert!(warning_codes(&both("m")).is_empty());
 }

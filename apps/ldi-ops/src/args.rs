@@ -149,8 +149,9 @@ Examples:
 
 JSON: for one file the object of the schema, for several {\"schema\", \"command\", \"results\": [object,
 …]}. `volume` adds to the common keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3
-tensor about the centroid, unit density). The area is found from the hits of rays along all three
-axes, so that triangles inside the solid do not count.";
+tensor about the centroid, unit density). The area is that of the mesh's triangles, times
+the share of the hits of rays along all three axes that bound the solid: triangles inside it do not
+count, and where there are none the area is the mesh's own.";
 
 #[derive(Debug, Args)]
 #[command(after_help = SAMPLE_LAYOUT)]
@@ -180,9 +181,9 @@ Arrays in the file, for one axis:
                              [depths[2i], depths[2i+1]) is inside
   unclosed  uint32           rays that did not close; they have no depths
   grid      record ()        origin: world position of the grid's corner; pitch: distance of
-                             neighbouring rays, of which ray i lies at origin + (i + 0.5) · pitch;
-                             step: length of a lattice step, pitch / 2**shift; rays: pixels along
-                             x, y and z; shift; lod
+                             neighbouring rays, of which ray i lies at origin + (i + 0.5) · pitch
+                             + step; step: length of a lattice step, pitch / 2**shift; rays:
+                             pixels along x, y and z; shift; lod
 Columns and rows run along the other two axes in increasing order: x → (y, z), y → (x, z),
 z → (x, y). With --axis all, `axis` is ['x', 'y', 'z'], and offsets, depths and unclosed become
 offsets_x, depths_x, unclosed_x and so on for y and z.
@@ -282,7 +283,8 @@ pub struct SamplingArguments {
     /// LOD-C, voxels a ray is divided into for over and under: 32 to 65536
     #[arg(long, value_name = "N", default_value_t = 1024)]
     pub lod: u32,
-    /// Ray directions; all averages three and gives a spread
+    /// Ray directions; all combines three images, each of which makes good what the others are blind to, and gives a
+    /// spread
     #[arg(long, value_enum, default_value_t = AxisChoice::All)]
     pub axis: AxisChoice,
     /// Which image is kept: one that encloses the solid on every ray, one that lies inside, or every crossing

@@ -14,6 +14,7 @@ use crate::args::{
     self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
 };
 use crate::exit::Failure;
+use crate::output;
 use crate::transform::Placement;
 
 /// What the program is to do, and how it is to talk meanwhile.
@@ -204,12 +205,14 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
         Command::Convert(a) => {
             let report = report(&a.common)?;
             mesh_target(&a.output)?;
+            apart(&report, &a.output)?;
             let from = Input { path: a.from, placement: a.transform_a };
             Ok(invocation(Job::Convert(ConvertJob { from, to: a.output, unit: a.unit, report }), &a.common))
         }
         Command::Generate(a) => {
             let report = report(&a.common)?;
             mesh_target(&a.output)?;
+            apart(&report, &a.output)?;
             let parameters: Vec<(&str, &str)> =
                 a.parameters.iter().map(|(name, text)| (*name, text.as_str())).collect();
             let model = Model::from_parameters(&a.kind, &parameters).map_err(Failure::input)?;
@@ -261,6 +264,9 @@ fn measure(
         image_target(path)?;
     }
     let report = report(&common)?;
+    if let Some(path) = &images {
+        apart(&report, path)?;
+    }
     let placements = [placing.transform_a, transform_b];
     let inputs = paths.into_iter().enumerate();
     let inputs = inputs.map(|(i, path)| Input { path, placement: placements.get(i).copied().flatten() }).collect();
@@ -334,7 +340,7 @@ fn report(common: &CommonArguments) -> Result<Report, Failure> {
 
 /// A target whose folder is there, so that nobody waits for a result that has nowhere to go.
 fn writable(path: &Path) -> Result<(), Failure> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = output::folder(path);
     if path.is_dir() {
         return Err(Failure::input(format!("{}: is a folder, and a file is to be written", path.display())));
     }
@@ -342,6 +348,18 @@ fn writable(path: &Path) -> Result<(), Failure> {
         return Err(Failure::input(format!("{}: there is no folder {}", path.display(), folder.display())));
     }
     Ok(())
+}
+
+/// The JSON and the other output go to different files, as one would take the place of the other.
+fn apart(report: &Report, other: &Path) -> Result<(), Failure> {
+    match report {
+        Report::TextAndJson(json) if output::is_same(json, other) => Err(Failure::input(format!(
+            "--json {} and -o {} are the same file; each needs its own",
+            json.display(),
+            other.display()
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// A mesh file of a format that can be written.

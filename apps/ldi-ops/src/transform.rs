@@ -21,10 +21,19 @@ pub struct PlacementError {
     problem: String,
 }
 
+/// So many characters before and after a fault are shown.
+const EXCERPT: usize = 60;
+
 impl fmt::Display for PlacementError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let PlacementError { text, at, problem } = self;
-        write!(f, "at character {}: {problem}\n    {text}\n    {:at$}^", at + 1, "")
+        let first = at.saturating_sub(EXCERPT);
+        let mut rest = text.chars().skip(first);
+        let excerpt: String = rest.by_ref().take(at - first + EXCERPT).collect();
+        let before = if first > 0 { "… " } else { "" };
+        let after = if rest.next().is_some() { " …" } else { "" };
+        let indent = before.chars().count() + at - first;
+        write!(f, "at character {}: {problem}\n    {before}{excerpt}{after}\n    {:indent$}^", at + 1, "")
     }
 }
 
@@ -207,6 +216,17 @@ mod tests {
         }
         let [x, y, _] = place("rotate(0,0,1,30)", [1.0, 0.0, 0.0]);
         assert!((x - 0.75f64.sqrt()).abs() < 1e-15 && (y - 0.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn of_a_long_text_the_surroundings_of_the_fault_are_shown() {
+        let text = format!("{}spin(3){}", "scale(1) ".repeat(10_000), " scale(1)".repeat(100));
+        let said = text.parse::<Placement>().unwrap_err().to_string();
+        let lines: Vec<&str> = said.lines().collect();
+        assert!(lines[0].starts_with("at character 90001: `spin`"), "{said}");
+        assert!(lines[1].starts_with("    … ") && lines[1].ends_with(" …") && lines[1].chars().count() < 130);
+        let caret = lines[2].chars().count() - 1;
+        assert!(lines[1].chars().skip(caret).collect::<String>().starts_with("spin(3)"), "{said}");
     }
 
     #[test]

@@ -22,10 +22,11 @@ mod threemf;
 
 use std::fmt;
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, Read, Write};
 use std::path::Path;
 
 use super::{LengthUnit, TriangleMesh};
+use crate::output;
 use error::Fault;
 pub use error::{FormatError, Place, Problem, ReadError, WriteError};
 pub use note::ReadNote;
@@ -194,21 +195,8 @@ pub fn write(path: &Path, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> Resu
             return Err(WriteError::IndexOutOfRange { path: path.to_path_buf(), triangle, index, count });
         }
     }
-    replace(path, |file| writer(file, mesh, unit)).map_err(|source| WriteError::Io { path: path.to_path_buf(), source })
-}
-
-/// Puts a new file in place of `path` once `fill` has written all of it.
-fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    // A temporary file is its owner's alone by default; this one will be an ordinary file, as the umask has it.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let file = builder.prefix(".").suffix(".part").tempfile_in(folder)?;
-    let mut buffered = BufWriter::with_capacity(1 << 16, file);
-    fill(&mut buffered)?;
-    buffered.into_inner()?.persist(path)?;
-    Ok(())
+    output::replace(path, |file| writer(file, mesh, unit))
+        .map_err(|source| WriteError::Io { path: path.to_path_buf(), source })
 }
 
 #[cfg(test)]

@@ -4,6 +4,9 @@ use std::fs::File;
 use std::io;
 use std::path::Path;
 
+#[cfg(unix)]
+use super::machine;
+
 /// Reads a whole file.
 ///
 /// Several threads read it piece by piece: the copy out of the system's cache and the first touch of new memory cost as
@@ -25,6 +28,11 @@ pub fn of_file(path: &Path) -> io::Result<Vec<u8>> {
         return Ok(bytes);
     }
     let length = usize::try_from(metadata.len()).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
+    if machine::free_memory().is_some_and(|free| metadata.len() > free) {
+        return Err(io::Error::new(io::ErrorKind::OutOfMemory, format!("its {length} bytes do not fit into memory")));
+    }
+    // Room that the system would not give is refused here; only then are zeros asked for, which nobody has to write.
+    Vec::<u8>::new().try_reserve_exact(length)?;
     let mut bytes = vec![0; length];
     bytes
         .par_chunks_mut(PIECE)

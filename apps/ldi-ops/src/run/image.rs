@@ -23,6 +23,17 @@ pub struct ImageMaker<'a, S: Sampler> {
     pub rules_agree: &'a mut [bool],
 }
 
+/// The most images along one axis that [`ImageMaker::image`] holds at the same time.
+pub fn alive_at_once(measurement: Measurement, mode: Mode) -> u64 {
+    match (measurement, mode) {
+        (Measurement::Volume | Measurement::Sample, _) => 1,
+        // Both estimates of either side, one result, and two differences with their union.
+        (Measurement::Boolean(BooleanOperation::Xor), Mode::Estimate(_)) => 8,
+        // Two operands and their result.
+        (Measurement::Boolean(_), _) => 3,
+    }
+}
+
 impl<S: Sampler> ImageMaker<'_, S> {
     /// The image of the measured solid. With estimates, an over-estimate takes under-estimates away.
     pub fn image(&mut self, measurement: Measurement, solids: &[LatticeSolid]) -> Result<Ldi, Failure> {

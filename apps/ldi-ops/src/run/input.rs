@@ -118,7 +118,10 @@ pub fn read(path: &Path, provenance: Provenance) -> Result<ReadMesh, Failure> {
         let (file, sha256) = rayon::join(|| io::parse(&bytes, format, path), hash);
         Ok(ReadMesh { file: file?, sha256 })
     };
-    parsed().map_err(Failure::input)
+    parsed().map_err(|error| match &error {
+        ReadError::Io { source, .. } if source.kind() == std::io::ErrorKind::OutOfMemory => Failure::machine(error),
+        _ => Failure::input(error),
+    })
 }
 
 /// What a reader had to say.
@@ -147,8 +150,9 @@ pub fn solids(inputs: &[Input], demands: Demands) -> Result<(Vec<Solid>, Vec<War
         solids.push(solid);
         warnings.extend(said);
     }
-    if let [only] = &solids[..] {
-        warnings.extend(unit_ignored(&only.path, only.stated_unit, demands.unit));
+    // Where any file states no unit, the one that was given is for that file.
+    if solids.iter().all(|solid| solid.stated_unit.is_some()) {
+        warnings.extend(solids.iter().filter_map(|s| unit_ignored(&s.path, s.stated_unit, demands.unit)));
     }
     let unitless: Vec<String> =
         solids.iter().filter(|solid| solid.unit.is_none()).map(|solid| solid.name().to_string()).collect();
@@ -221,6 +225,9 @@ fn remarks(solid: &Solid, fill: Fill) -> Option<Warning> {
 fn surface(mesh: TriangleMesh, path: &Path, demands: Demands) -> Result<Surface, Failure> {
     let name = path.display();
     match ClosedMesh::check(mesh) {
+        Ok(closed) if closed.every_triangle_even() && !has_three_corners(closed.mesh()) => {
+            Err(Failure::input(format!("{name}: no triangle has three different corners, so the mesh bounds no solid")))
+        }
         Ok(closed) => match demands.fill {
             Fill::EvenOdd if closed.every_triangle_even() => Err(Failure::input(format!(
                 "{name}: every triangle occurs an even number of times, so the even-odd rule sees nothing; use --fill \
@@ -247,6 +254,14 @@ fn surface(mesh: TriangleMesh, path: &Path, demands: Demands) -> Result<Surface,
             ))),
         },
     }
+}
+
+/// Whether any triangle has three different corners.
+fn has_three_corners(mesh: &TriangleMesh) -> bool {
+    mesh.triangles.iter().any(|triangle| {
+        let [a, b, c] = triangle.map(|index| mesh.positions[index as usize]);
+        a != b && b != c && c != a
+    })
 }
 
 /// All defects, a line each.

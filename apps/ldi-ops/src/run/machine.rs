@@ -23,27 +23,36 @@ fn kibibytes(text: &str, key: &str) -> Option<u64> {
     Some(rest.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
 }
 
+/// The memory that programs may still take, in bytes.
+pub fn free_memory() -> Option<u64> {
+    kibibytes(&fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:")
+}
+
 /// Rasters below this many rays are never the reason for which memory runs out.
 const SMALL: u64 = 1 << 26;
 
-/// Refuses images whose index alone would not fit, before the system ends the process for it.
-pub fn admit(grid: &Grid, axes: &[Axis]) -> Result<(), Failure> {
+/// How much more than the indices of the images alive at once is needed: samples, and what sampling holds meanwhile.
+const SAFETY: u64 = 2;
+
+/// Refuses images whose indices would not fit, before the system ends the process for it; `images` is how many of them
+/// are alive at once.
+pub fn admit(grid: &Grid, axes: &[Axis], images: u64) -> Result<(), Failure> {
     let rays = |axis: &Axis| {
         let (columns, rows) = grid.image_size(*axis);
         u64::from(columns) * u64::from(rows)
     };
     let Some(most) = axes.iter().map(rays).max().filter(|rays| *rays > SMALL) else { return Ok(()) };
-    let needed = 4 * most;
     if most >= u64::from(u32::MAX) {
         return Err(Failure::machine(format!(
             "{most} rays along one axis are more than an image can hold ({})",
             u32::MAX
         )));
     }
-    let free = fs::read_to_string("/proc/meminfo").ok().and_then(|text| kibibytes(&text, "MemAvailable:"));
-    match free {
+    let needed = 4 * most * images * SAFETY;
+    match free_memory() {
         Some(free) if needed > free => Err(Failure::machine(format!(
-            "{most} rays along one axis need {needed} bytes for their index alone, and {free} are free; ask for fewer rays"
+            "{most} rays along one axis, in {images} images at once, need {needed} bytes or more, and {free} are free; ask \
+             for fewer rays"
         ))),
         _ => Ok(()),
     }

@@ -18,7 +18,7 @@ use ldi_ops::sampler::{Fill, Mode, Sampler};
 use serde::Serialize;
 
 use super::fill::FillDifference;
-use super::image::ImageMaker;
+use super::image::{ImageMaker, alive_at_once};
 use super::input::{self, Demands, Provenance, Solid};
 use super::{Finished, machine, say_warnings};
 use crate::exit::{Exit, Failure};
@@ -170,7 +170,7 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
     if let Some(path) = &job.images {
         progress.stage("writing");
         let writing = Instant::now();
-        output::replace(path, |file| npz::write(&round.images, file).map_err(std::io::Error::other))?;
+        output::replace(path, |file| npz::write(&round.images, file).map_err(std::io::Error::from))?;
         seconds.write += writing.elapsed().as_secs_f64();
     }
     seconds.total = start.elapsed().as_secs_f64();
@@ -227,7 +227,9 @@ fn sample_round(
     };
     let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
     let grid = grid.map_err(|error| Failure::input(format!("{}: {error}", names.join(", "))))?;
-    machine::admit(&grid, &job.axes)?;
+    // Images that are to be written are kept while the next is made.
+    let kept = if job.images.is_some() { job.axes.len() as u64 - 1 } else { 0 };
+    machine::admit(&grid, &job.axes, alive_at_once(job.measurement, job.mode) + kept)?;
     let mut lattice: Vec<LatticeSolid> = solids.iter().map(|solid| solid.quantise(&grid)).collect::<Result<_, _>>()?;
     if solids.iter().all(Solid::is_closed) {
         restrict(job.measurement, &mut lattice);
@@ -295,7 +297,7 @@ fn restrict(measurement: Measurement, solids: &mut Vec<LatticeSolid>) {
 const AREA_RESOLUTION: u32 = 512;
 
 /// The surface area: that of the mesh's triangles, times the share of it that rays along the three axes find to bound the
-/// solid. It is exact where no triangle lies inside, and not a number where no ray meets a triangle.
+/// solid. It is exact where no triangle lies inside. Where no ray meets a triangle nothing is known to lie inside.
 fn surface_area(job: &MeasureJob, solid: &Solid, used: &Grid, progress: &Progress) -> Result<f64, Failure> {
     let rays = used.rays().into_iter().max().unwrap_or(1).min(AREA_RESOLUTION);
     let grid = Grid::with_resolution(solid.bounds(), rays, job.lod).map_err(Failure::input)?;
@@ -315,7 +317,8 @@ fn surface_area(job: &MeasureJob, solid: &Solid, used: &Grid, progress: &Progres
             Fill::NonZero => hits(Fill::NonZero)?.boundary,
         };
     }
-    Ok(solid.mesh().area() * (total.boundary / total.all))
+    let share = if total.all > 0.0 { total.boundary / total.all } else { 1.0 };
+    Ok(solid.mesh().area() * share)
 }
 
 /// Resolutions that a tolerance starts from and ends at.

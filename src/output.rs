@@ -1,0 +1,102 @@
+//! Files that appear whole or not at all.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Seek, Write};
+use std::path::{Path, PathBuf};
+
+/// Writes a file that appears whole or not at all.
+///
+/// `fill` writes to a temporary file beside the target, which takes the target's place once it is complete. A symbolic
+/// link stays a link, and the file that it leads to is replaced. A target that is there and is no ordinary file (a
+/// device, a pipe, what a process has open) is never replaced: all is written into it at once.
+pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
+    let fill = |file: &mut File| {
+        let mut buffered = BufWriter::with_capacity(1 << 16, file);
+        fill(&mut buffered)?;
+        buffered.flush()
+    };
+    if is_stream(path) {
+        // Writers of archives go back in their file, which a stream does not let them do.
+        let mut file = tempfile::tempfile()?;
+        fill(&mut file)?;
+        file.rewind()?;
+        io::copy(&mut file, &mut OpenOptions::new().append(true).open(path)?)?;
+        return Ok(());
+    }
+    let target = link_target(path);
+    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    // A temporary file is its owner's alone by default; this one will be an ordinary file, as the umask has it.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.prefix(".").suffix(".part").tempfile_in(folder)?;
+    fill(file.as_file_mut())?;
+    file.persist(&target)?;
+    Ok(())
+}
+
+/// Whether the path names something that is there and must not be replaced.
+fn is_stream(path: &Path) -> bool {
+    let of_a_process = ["/dev/fd", "/dev/stdout", "/dev/stderr", "/proc"].iter().any(|folder| path.starts_with(folder));
+    fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() || of_a_process)
+}
+
+/// Links are followed this often, as a circle of them has no end.
+const LINKS: usize = 40;
+
+/// What a path leads to when it is a symbolic link, whether that is there or not.
+fn link_target(path: &Path) -> PathBuf {
+    let mut target = path.to_path_buf();
+    for _ in 0..LINKS {
+        let Ok(next) = fs::read_link(&target) else { break };
+        target = target.parent().unwrap_or(Path::new("")).join(next);
+    }
+    target
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_leaves_what_was_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        replace(&path, |file| file.write_all(b"old")).unwrap();
+        let failed = replace(&path, |file| {
+            file.write_all(b"new")?;
+            Err(io::ErrorKind::StorageFull.into())
+        });
+        assert_eq!(failed.unwrap_err().kind(), io::ErrorKind::StorageFull);
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_stay_links() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("inner")).unwrap();
+        // Twice: the file is first made and then replaced.
+        std::os::unix::fs::symlink("inner/b", at("a")).unwrap();
+        for text in ["one", "two"] {
+            replace(&at("a"), |file| file.write_all(text.as_bytes())).unwrap();
+            assert!(fs::symlink_metadata(at("a")).unwrap().is_symlink());
+            assert_eq!(fs::read_to_string(at("inner/b")).unwrap(), text);
+        }
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn devices_stay_devices() {
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("full");
+        std::os::unix::fs::symlink("/dev/full", &link).unwrap();
+        let failed = replace(&link, |file| file.write_all(b"text"));
+        assert_eq!(failed.unwrap_err().kind(), io::ErrorKind::StorageFull);
+        assert!(!fs::metadata(&link).unwrap().is_file());
+        replace(Path::new("/dev/null"), |file| file.write_all(b"text")).unwrap();
+        assert!(!fs::metadata("/dev/null").unwrap().is_file());
+    }
+}
