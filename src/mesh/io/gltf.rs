@@ -26,7 +26,7 @@ use serde::Deserialize;
 use super::MeshFile;
 use super::error::{Fault, Place, Problem};
 use super::note::ReadNote;
-use super::placement::{Placement, TRIANGLES_MAX, assemble};
+use super::placement::{Placement, TRIANGLES_MAX, assemble, drop_unused};
 use super::polygon::Strip;
 use super::text::{decode, quote, sentence};
 use crate::mesh::{LengthUnit, TriangleMesh};
@@ -36,6 +36,10 @@ const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"
 
 /// How many positions an accessor without data of its own may have for each that a sparse value replaces.
 const ZEROS_PER_VALUE: u64 = 16;
+
+/// How many positions of a mesh, and how many triangles of a file, there may be beyond one for each byte of the buffers.
+/// Accessors and primitives may share their bytes, so that little data could describe any number of either.
+const SHARED_MAX: u64 = 1 << 21;
 
 pub(super) fn parse_text(bytes: &[u8], path: &Path) -> Result<MeshFile, Fault> {
     if bytes.starts_with(b"glTF") {
@@ -124,7 +128,7 @@ fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshF
         };
         placements.push(Placement { part, world_from_part });
     }
-    let mesh = assemble(&parts, &placements)?;
+    let mesh = assemble(&mut parts, &placements)?;
     let mut notes = Vec::new();
     if placements.len() > 1 {
         notes.push(ReadNote::ObjectsMerged { count: placements.len() });
@@ -288,15 +292,21 @@ impl Document<'_> {
                 Some(indices) => self.indices(indices, count)?,
                 None => (0..count as u32).collect(),
             };
-            // Primitives may share their indices, so that little data could describe any number of triangles.
             *triangles += corners.len() as u64 / if mode == Mode::Triangles { 3 } else { 1 };
-            if *triangles > TRIANGLES_MAX {
-                let problem = Problem::TooMany { what: "triangles".into(), found: *triangles, limit: TRIANGLES_MAX };
+            let limit = TRIANGLES_MAX.min(self.shared_limit());
+            if *triangles > limit {
+                let problem = Problem::TooMany { what: "triangles".into(), found: *triangles, limit };
                 return Err(Fault::Malformed(place(), problem));
             }
             add_triangles(mode, &corners, first as u32, &mut part.mesh.triangles);
         }
+        drop_unused(&mut part.mesh);
         Ok(part)
+    }
+
+    /// How many positions or triangles the buffers read so far can bear out, with some that share their bytes.
+    fn shared_limit(&self) -> u64 {
+        SHARED_MAX + self.buffers.iter().flatten().map(|buffer| buffer.len() as u64).sum::<u64>()
     }
 
     fn refuse_compression(
@@ -342,9 +352,17 @@ impl Document<'_> {
             None => Vec::new(),
         };
         let first = positions.len();
+        let offset = accessor.byte_offset.unwrap_or_default().0;
+        if let Some(view) = accessor.buffer_view {
+            // This reads the buffer, so that its bytes count.
+            self.values(view.value(), offset, accessor.count.0, size, &place)?;
+        }
+        let (found, limit) = ((first as u64).saturating_add(accessor.count.0), self.shared_limit());
+        if found > limit {
+            return Err(Fault::Malformed(place(), Problem::TooMany { what: "positions".into(), found, limit }));
+        }
         match accessor.buffer_view {
             Some(view) => {
-                let offset = accessor.byte_offset.unwrap_or_default().0;
                 let values = self.values(view.value(), offset, accessor.count.0, size, &place)?;
                 positions.extend((0..count).map(|k| read(values.get(k))));
             }
@@ -652,6 +670,29 @@ mod tests {
 
     const INDEXED: &str = r#"{"attributes":{"POSITION":0},"indices":1}"#;
     const ONE: &str = r#""nodes":[{"mesh":0}]"#;
+
+    #[test]
+    fn bytes_that_are_shared_do_not_multiply_without_end() {
+        const COUNT: usize = 120_000;
+        let blob = vec![0; 3 * COUNT];
+        let file = |primitives: &[String], accessors: &[String]| {
+            let (primitives, accessors, length) = (primitives.join(","), accessors.join(","), blob.len());
+            let json = format!(
+                r#"{{"asset":{{"version":"2.0"}},{ONE},"meshes":[{{"primitives":[{primitives}]}}],
+                "accessors":[{accessors}],"bufferViews":[{{"buffer":0,"byteLength":{length}}}],
+                "buffers":[{{"byteLength":{length}}}]}}"#
+            );
+            error(&glb(&json, &blob), Format::Glb)
+        };
+        let positions = format!(r#"{{"bufferView":0,"componentType":5120,"count":{COUNT},"type":"VEC3"}}"#);
+        let indices = format!(r#"{{"bufferView":0,"componentType":5121,"count":{},"type":"SCALAR"}}"#, 3 * COUNT);
+        let message = file(&vec![INDEXED.to_owned(); 30], &[positions.clone(), indices]);
+        assert!(message.ends_with(": 2520000 triangles, and at most 2457152 can be read"), "{message}");
+
+        let primitive = |k: usize| format!(r#"{{"attributes":{{"POSITION":{k}}}}}"#);
+        let message = file(&(0..30).map(primitive).collect::<Vec<_>>(), &vec![positions; 30]);
+        assert!(message.ends_with(": 2520000 positions, and at most 2457152 can be read"), "{message}");
+    }
 
     #[test]
     fn buffers_as_text_as_a_chunk_and_beside_the_file() {

@@ -1,16 +1,23 @@
 //! Parts put in their places: the instances of glTF nodes and of 3MF components as one mesh.
 
+use std::collections::TryReserveError;
+
 use glam::DAffine3;
 
 use super::error::{Fault, Place, Problem};
+use crate::allocation::try_vec_with_room;
 use crate::mesh::TriangleMesh;
 
 /// How many parts a file may place. Components may refer to one another, so that a few lines describe more than any
-/// memory holds; this and [`TRIANGLES_MAX`] end that.
+/// memory holds; this, [`COPIES_MAX`] and [`TRIANGLES_MAX`] end that.
 pub(super) const PLACEMENTS_MAX: usize = 1 << 20;
 
 /// How many triangles the placed parts of a file may have together.
 pub(super) const TRIANGLES_MAX: u64 = 1 << 28;
+
+/// How many triangles the places of parts beyond the first of each may have together. Copies cost a file next to nothing,
+/// and with three positions to a triangle this many of them take 1.4 GB.
+pub(super) const COPIES_MAX: u64 = 1 << 24;
 
 /// One part in one place.
 pub(super) struct Placement {
@@ -20,28 +27,64 @@ pub(super) struct Placement {
     pub(super) world_from_part: DAffine3,
 }
 
-/// All parts in their places, in order, after checking that they fit.
-pub(super) fn assemble(parts: &[TriangleMesh], placements: &[Placement]) -> Result<TriangleMesh, Fault> {
-    let sum = |size: fn(&TriangleMesh) -> usize| placements.iter().map(|p| size(&parts[p.part]) as u64).sum::<u64>();
-    let (positions, triangles) = (sum(|part| part.positions.len()), sum(|part| part.triangles.len()));
+/// All parts in their places, in order, after checking that they fit. Vertices that no triangle uses are left out.
+pub(super) fn assemble(parts: &mut [TriangleMesh], placements: &[Placement]) -> Result<TriangleMesh, Fault> {
+    let too_many = |what: &'static str, found, limit| {
+        Err(Fault::Malformed(Place::File, Problem::TooMany { what: what.into(), found, limit }))
+    };
+    let mut is_placed = vec![false; parts.len()];
+    let (mut triangles, mut copies) = (0, 0);
+    for placement in placements {
+        let count = parts[placement.part].triangles.len() as u64;
+        triangles += count;
+        copies += if std::mem::replace(&mut is_placed[placement.part], true) { count } else { 0 };
+    }
+    if copies > COPIES_MAX {
+        return too_many("triangles in copies of parts", copies, COPIES_MAX);
+    }
     if triangles > TRIANGLES_MAX {
-        let problem =
-            Problem::TooMany { what: "triangles in all places".into(), found: triangles, limit: TRIANGLES_MAX };
-        return Err(Fault::Malformed(Place::File, problem));
+        return too_many("triangles in all places", triangles, TRIANGLES_MAX);
     }
-    if positions > u64::from(u32::MAX) {
-        let limit = u64::from(u32::MAX);
-        let problem = Problem::TooMany { what: "vertices in all places".into(), found: positions, limit };
-        return Err(Fault::Malformed(Place::File, problem));
-    }
+    parts.iter_mut().for_each(drop_unused);
+    // No part has more than three positions to a triangle now, so that 32 bits can number all of them.
+    let positions: usize = placements.iter().map(|placement| parts[placement.part].positions.len()).sum();
+    let no_memory = |_: TryReserveError| {
+        Fault::invalid(Place::File, format!("there is no memory for {triangles} triangles in all places"))
+    };
     let mut mesh = TriangleMesh {
-        positions: Vec::with_capacity(positions as usize),
-        triangles: Vec::with_capacity(triangles as usize),
+        positions: try_vec_with_room(positions).map_err(no_memory)?,
+        triangles: try_vec_with_room(triangles as usize).map_err(no_memory)?,
     };
     for placement in placements {
         append(&mut mesh, &parts[placement.part], placement.world_from_part);
     }
     Ok(mesh)
+}
+
+/// Drops the positions that no triangle uses; the others keep their order.
+pub(super) fn drop_unused(mesh: &mut TriangleMesh) {
+    let mut is_used = vec![false; mesh.positions.len()];
+    for &index in mesh.triangles.iter().flatten() {
+        is_used[index as usize] = true;
+    }
+    if is_used.iter().all(|&is_used| is_used) {
+        return;
+    }
+    let mut count = 0;
+    let new_index: Vec<u32> = is_used
+        .iter()
+        .map(|&is_used| {
+            let index = count;
+            count += u32::from(is_used);
+            index
+        })
+        .collect();
+    let mut flags = is_used.into_iter();
+    mesh.positions.retain(|_| flags.next().unwrap_or_default());
+    mesh.positions.shrink_to_fit();
+    for index in mesh.triangles.iter_mut().flatten() {
+        *index = new_index[*index as usize];
+    }
 }
 
 fn append(mesh: &mut TriangleMesh, part: &TriangleMesh, world_from_part: DAffine3) {
@@ -55,4 +98,38 @@ fn append(mesh: &mut TriangleMesh, part: &TriangleMesh, world_from_part: DAffine
     // A mirror turns the inside out; listing the corners the other way round turns it back.
     let [i, j] = if world_from_part.matrix3.determinant() < 0.0 { [2, 1] } else { [1, 2] };
     mesh.triangles.extend(part.triangles.iter().map(|t| [t[0] + first, t[i] + first, t[j] + first]));
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    fn placed(part: &TriangleMesh, times: usize) -> Result<TriangleMesh, Fault> {
+        let place = |_| Placement { part: 0, world_from_part: DAffine3::IDENTITY };
+        assemble(&mut [part.clone()], &(0..times).map(place).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn copies_have_only_the_vertices_that_triangles_use() {
+        let positions = (0..4000).map(|k| DVec3::splat(k.into())).collect();
+        let part = TriangleMesh { positions, triangles: vec![[3999, 7, 20]] };
+        let mesh = placed(&part, PLACEMENTS_MAX).unwrap();
+        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (3 * PLACEMENTS_MAX, PLACEMENTS_MAX));
+        assert_eq!(mesh.positions[3..6], [7.0, 20.0, 3999.0].map(DVec3::splat));
+        assert_eq!(mesh.triangles[..2], [[2, 0, 1], [5, 3, 4]]);
+    }
+
+    #[test]
+    fn copies_are_limited_and_parts_are_not() {
+        let many = |count| TriangleMesh { positions: vec![DVec3::ZERO], triangles: vec![[0; 3]; count] };
+        assert!(placed(&many(COPIES_MAX as usize + 1), 1).is_ok());
+        assert!(placed(&many(1 << 14), (1 << 10) + 1).is_ok());
+        let Err(Fault::Malformed(Place::File, problem)) = placed(&many(1 << 14), (1 << 10) + 2) else {
+            panic!("copies beyond the limit are refused");
+        };
+        let message = "16793600 triangles in copies of parts, and at most 16777216 can be read";
+        assert_eq!(problem.to_string(), message);
+    }
 }

@@ -519,8 +519,8 @@ fn build(mut models: BTreeMap<String, Model>, root: &str) -> Result<MeshFile, Fa
         let object = models.get_mut(part).and_then(|model| model.objects.get_mut(id));
         object.map(|object| std::mem::take(&mut object.mesh)).unwrap_or_default()
     };
-    let parts: Vec<TriangleMesh> = keys.iter().map(take).collect();
-    let mesh = assemble(&parts, &placements)?;
+    let mut parts: Vec<TriangleMesh> = keys.iter().map(take).collect();
+    let mesh = assemble(&mut parts, &placements)?;
     Ok(MeshFile { mesh, unit: Some(unit), notes })
 }
 
@@ -697,6 +697,24 @@ pub(super) mod tests {
         let message = error(&single("", &objects, ITEM), FORMAT);
         let limit = "items and components in all places, and at most 1048576 can be read";
         assert!(message.ends_with(limit), "{message}");
+    }
+
+    #[test]
+    fn instances_do_not_multiply_unused_vertices_and_their_triangles_are_limited() {
+        let thousand = |id: u32| {
+            let component = format!(r#"<component objectid="{}"/>"#, id + 1).repeat(1000);
+            format!(r#"<object id="{id}"><components>{component}</components></object>"#)
+        };
+        let part = TRIANGLE.replace("id=\"1\"", "id=\"3\"");
+        let unused = format!("{}</vertices>", r#"<vertex x="9" y="9" z="9"/>"#.repeat(4000));
+        let objects = part.replace("</vertices>", &unused) + &thousand(2) + &thousand(1);
+        let mesh = parsed(&single("", &objects, ITEM), FORMAT).mesh;
+        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (3_000_000, 1_000_000));
+
+        let twenty = format!("{}</triangles>", r#"<triangle v1="0" v2="1" v3="2"/>"#.repeat(19));
+        let objects = part.replace("</triangles>", &twenty) + &thousand(2) + &thousand(1);
+        let message = "sample.3mf: 19999980 triangles in copies of parts, and at most 16777216 can be read";
+        assert_eq!(error(&single("", &objects, ITEM), FORMAT), message);
     }
 
     #[test]
