@@ -51,8 +51,8 @@ impl FillDifference {
         };
         (self.share() > NOTEWORTHY).then(|| {
             let message = format!(
-                "{}: shells overlap, and the fill rules differ by {:.2} %: even-odd gives a volume of {even_odd:.6}, nonzero \
-                 {non_zero:.6}; {used}",
+                "{}: shells overlap, and the fill rules differ by {:.2} %: on a coarse raster even-odd gives a volume of about \
+                 {even_odd:.3e}, nonzero {non_zero:.3e}; {used}",
                 solid.name(),
                 100.0 * self.share(),
             );

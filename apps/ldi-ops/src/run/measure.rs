@@ -166,6 +166,7 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
         _ => None,
     };
     warnings.extend(open_warning(&solids, &round));
+    warnings.extend(solids.iter().filter_map(|solid| thin(solid, &round.grid, &job.axes)));
 
     if let Some(path) = &job.images {
         progress.stage("writing");
@@ -177,7 +178,7 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
     let mut measured = Measured {
         measurement: job.measurement,
         unit: solids[0].unit,
-        volume: VolumeEstimate::from_axes(&round.volumes),
+        volume: round.volume,
         grid: round.grid,
         layers: round.layers,
         samples: round.samples,
@@ -200,7 +201,7 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
 /// What the images of one grid gave.
 struct Round {
     grid: Grid,
-    volumes: Vec<AxisVolume>,
+    volume: VolumeEstimate,
     moments: Vec<Moments>,
     layers: [Option<u32>; 3],
     samples: u64,
@@ -210,15 +211,8 @@ struct Round {
     rules_agree: Vec<bool>,
 }
 
-/// Lays a grid and samples along every axis that was asked for.
-fn sample_round(
-    job: &MeasureJob,
-    solids: &[Solid],
-    spacing: Spacing,
-    seconds: &mut Seconds,
-    progress: &Progress,
-) -> Result<Round, Failure> {
-    let quantising = Instant::now();
+/// Lays a grid around all solids.
+fn lay(job: &MeasureJob, solids: &[Solid], spacing: Spacing) -> Result<Grid, Failure> {
     let bounds = solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("a job has an input");
     let grid = match spacing {
         Spacing::Resolution(rays) => Grid::with_resolution(bounds, rays, job.lod),
@@ -230,17 +224,63 @@ fn sample_round(
     // Images that are to be written are kept while the next is made.
     let kept = if job.images.is_some() { job.axes.len() as u64 - 1 } else { 0 };
     machine::admit(&grid, &job.axes, alive_at_once(job.measurement, job.mode) + kept)?;
-    let mut lattice: Vec<LatticeSolid> = solids.iter().map(|solid| solid.quantise(&grid)).collect::<Result<_, _>>()?;
+    Ok(grid)
+}
+
+/// The solids on a grid, restricted to the rays that can matter.
+fn quantise<'s>(job: &MeasureJob, solids: &'s [Solid], grid: &Grid) -> Result<Vec<LatticeSolid<'s>>, Failure> {
+    let mut lattice: Vec<LatticeSolid> = solids.iter().map(|solid| solid.quantise(grid)).collect::<Result<_, _>>()?;
     if solids.iter().all(Solid::is_closed) {
         restrict(job.measurement, &mut lattice);
     }
+    Ok(lattice)
+}
+
+/// The pitch of the raster that an estimate is held against, in pitches of its own: about the golden ratio, so that what
+/// repeats with the one raster does not repeat with the other.
+const SECOND_PITCH: f64 = 1.618;
+
+/// The volume on a coarser raster.
+fn second_opinion(
+    job: &MeasureJob,
+    solids: &[Solid],
+    first: &Grid,
+    seconds: &mut Seconds,
+) -> Result<VolumeEstimate, Failure> {
+    let quantising = Instant::now();
+    let grid = lay(job, solids, Spacing::Pitch(SECOND_PITCH * first.pitch()))?;
+    let lattice = quantise(job, solids, &grid)?;
+    seconds.sample += quantising.elapsed().as_secs_f64();
+    let sampler = CpuSampler::default();
+    let mut volumes = Vec::new();
+    for &axis in &job.axes {
+        let mut agree = vec![false; solids.len()];
+        let mut maker =
+            ImageMaker { sampler: &sampler, axis, mode: job.mode, fill: job.fill, seconds, rules_agree: &mut agree };
+        volumes.push(AxisVolume::of(&maker.image(job.measurement, &lattice)?));
+    }
+    Ok(VolumeEstimate::from_axes(&volumes))
+}
+
+/// Lays a grid and samples along every axis that was asked for.
+fn sample_round(
+    job: &MeasureJob,
+    solids: &[Solid],
+    spacing: Spacing,
+    seconds: &mut Seconds,
+    progress: &Progress,
+) -> Result<Round, Failure> {
+    let quantising = Instant::now();
+    let grid = lay(job, solids, spacing)?;
+    let lattice = quantise(job, solids, &grid)?;
     seconds.sample += quantising.elapsed().as_secs_f64();
 
     let [x, y, z] = grid.rays();
     progress.expect(job.axes.len());
+    let mut volumes = Vec::new();
     let mut round = Round {
         grid,
-        volumes: Vec::new(),
+        volume: VolumeEstimate { value: 0.0, error: 0.0 },
         moments: Vec::new(),
         layers: [None; 3],
         samples: 0,
@@ -261,7 +301,7 @@ fn sample_round(
         };
         let image = maker.image(job.measurement, &lattice)?;
         let integrating = Instant::now();
-        round.volumes.push(AxisVolume::of(&image));
+        volumes.push(AxisVolume::of(&image));
         if job.measurement == Measurement::Volume {
             round.moments.push(integrate::moments(&image));
         }
@@ -274,6 +314,8 @@ fn sample_round(
         }
         progress.step();
     }
+    progress.stage("a second raster".to_owned());
+    round.volume = VolumeEstimate::from_axes(&volumes).beside(&second_opinion(job, solids, &grid, seconds)?);
     progress.detail(format_args!("{x} × {y} × {z} rays: sampled by {:.4} s", seconds.sample));
     Ok(round)
 }
@@ -336,7 +378,7 @@ fn refine(
     let mut resolution = COARSEST;
     loop {
         let result = round(Spacing::Resolution(resolution))?;
-        let volume = VolumeEstimate::from_axes(&result.volumes);
+        let volume = result.volume;
         let reached = match volume.value == 0.0 {
             true => volume.error == 0.0 && resolution >= ZERO_IS_CREDIBLE,
             false => volume.error <= tolerance * volume.value.abs(),
@@ -355,6 +397,23 @@ fn mean_moments(moments: &[Moments]) -> (DVec3, DMat3) {
     let centroid = moments.iter().map(|m| m.centroid * share).sum();
     let inertia = moments.iter().fold(DMat3::ZERO, |sum, m| sum + m.inertia * share);
     (centroid, inertia)
+}
+
+/// Says that a solid is narrower than the distance of the rays, which may then miss it altogether.
+fn thin(solid: &Solid, grid: &Grid, axes: &[Axis]) -> Option<Warning> {
+    let extent = solid.bounds().extent();
+    let (axis, width) = axes
+        .iter()
+        .flat_map(|axis| [axis.column(), axis.row()].map(|across| (axis, extent[across])))
+        .find(|&(_, width)| width < grid.pitch())?;
+    let message = format!(
+        "{}: {width:.3e} wide across the rays along {}, which lie {:.3e} apart and may miss it; a greater --resolution or a \
+         smaller --pitch sees more",
+        solid.name(),
+        axis.name(),
+        grid.pitch(),
+    );
+    Some(Warning::new("thinner-than-pitch", message))
 }
 
 /// How many rays did not close, where a mesh was let through although it is open.
