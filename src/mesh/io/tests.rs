@@ -90,7 +90,7 @@ fn files_are_replaced_whole_or_not_at_all() {
     let beyond =
         "position 1 has the coordinate -1000000000000000000000000000000000000000, beyond the 32-bit numbers of STL";
     assert_eq!(error, format!("{}: {beyond}", target.display()));
-    let failed = replace(&target, |file| {
+    let failed = output::replace(&target, |file| {
         file.write_all(b"half")?;
         Err(io::Error::other("the disk is full"))
     });
