@@ -2,13 +2,16 @@
 # Runs every test and says at the end which passed.
 # usage: tests/run.sh [STAGE …]    of fmt clippy docs test corpus python reference self-test; all by default
 #
-# A stage that cannot run has failed. All stages run, so that one run tells everything. The corpus of real meshes is not
-# part of the repository: it is the folder $LDI_CORPUS, or ../shared/corpus, and without it the summary says so.
-# As root, what is missing is installed; anyone else is told what to install.
+# A stage that cannot run has failed. All stages run, so that one run tells everything; only where what they need is
+# missing and cannot be installed does none run, and the stage that has failed is `install`. As root, what is missing is
+# installed; anyone else is told what to install. The corpus of real meshes is not part of the repository: it is the folder
+# $LDI_CORPUS, or ../shared/corpus, and without it the summary says so.
 set -euo pipefail
 
 cd "$(dirname "$0")/.."
 stages=(fmt clippy docs test corpus python reference self-test)
+
+# Functions report failure by status, each command by its own: `if` around their call switches off `set -e` inside them.
 
 install_missing() {
   local packages=()
@@ -16,35 +19,32 @@ install_missing() {
   command -v python3 >/dev/null || packages+=(python3)
   # Debian's python3 has the module venv but not what it needs to put pip into it.
   python3 -c 'import ensurepip, venv' 2>/dev/null || packages+=(python3-venv)
-  # The GPU's twins run on lavapipe, so that a machine without a GPU compares the same bytes.
-  compgen -G '/usr/share/vulkan/icd.d/lvp_icd*.json' >/dev/null || packages+=(mesa-vulkan-drivers)
-  compgen -G '/usr/lib*/*/libvulkan.so.1' >/dev/null || packages+=(libvulkan1)
   if [ ${#packages[@]} != 0 ]; then
-    local install="apt-get install -y --no-install-recommends ${packages[*]}"
+    local install=(apt-get install -y --no-install-recommends "${packages[@]}")
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
-      echo "missing packages; run: sudo $install" >&2
-      exit 1
+      echo "missing packages; run: sudo ${install[*]}" >&2
+      return 1
     fi
-    apt-get update -qq
-    DEBIAN_FRONTEND=noninteractive $install
+    apt-get update -qq || return
+    DEBIAN_FRONTEND=noninteractive "${install[@]}" || return
   fi
 
-  command -v cargo >/dev/null || { echo "missing cargo: see https://rustup.rs" >&2; exit 1; }
+  command -v cargo >/dev/null || { echo "missing cargo: see https://rustup.rs" >&2; return 1; }
   if ! cargo fmt --version &>/dev/null || ! cargo clippy --version &>/dev/null; then
-    local add="rustup component add rustfmt clippy"
+    local add=(rustup component add rustfmt clippy)
     if [ "$(id -u)" != 0 ] || ! command -v rustup >/dev/null; then
-      echo "missing rustfmt or clippy; run: $add (or install your distribution's packages of these names)" >&2
-      exit 1
+      echo "missing rustfmt or clippy; run: ${add[*]} (or install your distribution's packages of these names)" >&2
+      return 1
     fi
-    $add
+    "${add[@]}" || return
   fi
 }
 
 run_fmt() { cargo fmt --all -- --check; }
 run_clippy() { cargo clippy --workspace --all-targets -- -D warnings; }
 run_docs() { RUSTDOCFLAGS=-Dwarnings cargo doc --workspace --no-deps; }
-# The release profile, as the oracle and the properties are slow without it.
-run_test() { cargo test --release --workspace --no-fail-fast; }
+# The checked profile is optimised, which the oracle and the properties need, and panics where an integer overflows.
+run_test() { cargo test --profile checked --workspace --no-fail-fast; }
 
 find_corpus() {
   local folder=${LDI_CORPUS:-../shared/corpus}
@@ -56,7 +56,7 @@ run_corpus() {
   [ -n "$corpus" ] || { echo "LDI_CORPUS is no folder: $LDI_CORPUS"; return 1; }
   local log
   log=$(mktemp)
-  LDI_CORPUS=$corpus cargo test --release --workspace --no-fail-fast --tests -- --ignored | tee "$log" ||
+  LDI_CORPUS=$corpus cargo test --profile checked --workspace --no-fail-fast --tests -- --ignored | tee "$log" ||
     { rm "$log"; return 1; }
   local ran
   ran=$(grep -cE '^running [1-9]' "$log") || true
@@ -64,29 +64,35 @@ run_corpus() {
   [ "$ran" != 0 ] || { echo "no corpus test ran"; return 1; }
 }
 
+# What an interrupted run left half made is made anew.
 run_python() {
-  if ! [ -x .venv/bin/python ]; then python3 -m venv .venv || return; fi
+  .venv/bin/python -m pip --version &>/dev/null || python3 -m venv --clear .venv || return
   .venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement tests/requirements.txt
 }
-run_reference() { .venv/bin/python tests/reference/live_manifold.py; }
-run_self-test() { .venv/bin/python tests/reference/live_manifold.py --self-test; }
+# Each may be the only stage asked for.
+run_reference() { run_python && .venv/bin/python tests/reference/live_manifold.py; }
+run_self-test() { run_python && .venv/bin/python tests/reference/live_manifold.py --self-test; }
 
 if [ $# = 0 ]; then set -- "${stages[@]}"; fi
 for stage in "$@"; do
   [[ " ${stages[*]} " == *" $stage "* ]] || { echo "no stage '$stage'; there are: ${stages[*]}" >&2; exit 2; }
 done
 
-install_missing
 corpus=$(find_corpus)
-passed=0 failed=0 summary=""
+passed=0 failed=0 summary="" missing=""
+if ! install_missing; then
+  printf -v summary '%-10s %s\n' install 'FAILED; no other stage was run'
+  failed=1
+  set --
+fi
 for stage in "$@"; do
   printf '\n=== %s\n' "$stage"
   if [ "$stage" = corpus ] && [ -z "$corpus" ] && [ -z "${LDI_CORPUS:-}" ]; then
-    verdict="NOT RUN: no corpus folder; real meshes were not tested (set LDI_CORPUS)"
+    verdict="NOT RUN: corpus folder not found; real meshes were NOT tested (set LDI_CORPUS)"
+    missing=$verdict
     echo "$verdict"
   else
     start=$SECONDS
-    # The function's own commands must report failure by status: `if` switches off `set -e` inside it.
     if "run_$stage"; then
       verdict=passed passed=$((passed + 1))
     else
@@ -98,5 +104,6 @@ for stage in "$@"; do
 done
 
 printf '\n=== summary\n%s' "$summary"
+[ -z "$missing" ] || echo "$missing"
 echo "$passed passed, $failed failed"
 [ "$failed" = 0 ]

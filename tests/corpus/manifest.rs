@@ -1,4 +1,5 @@
-//! The files that the manifests of a corpus list; the corpus is the folder that `LDI_CORPUS` names.
+//! The files that the manifests of a corpus list; the corpus is the folder that `LDI_CORPUS` names, with one manifest in
+//! `meshes` and one in `large`.
 
 // Each test binary that includes this file uses a part of it.
 #![allow(dead_code)]
@@ -16,6 +17,10 @@ pub struct Entry {
     pub class: String,
     /// The volume of the mesh, in cubic file units, by other software; nothing where that had none.
     pub volume: Option<f64>,
+    /// The same after coordinates were rounded to 32 bits, where the other software did that.
+    pub rounded_volume: Option<f64>,
+    /// How many triangles the file has; nothing where the other software could not read it.
+    pub triangles: Option<u64>,
 }
 
 /// Every file that the manifests list, in the order of their names.
@@ -23,16 +28,24 @@ pub fn entries() -> Vec<Entry> {
     let folder = std::env::var_os("LDI_CORPUS").expect("LDI_CORPUS names the folder of the corpus");
     let folder = PathBuf::from(folder);
     let mut entries = Vec::new();
-    for folder in [folder.join("meshes"), folder.join("large"), folder.clone(), folder.join("../large")] {
-        let Ok(text) = fs::read_to_string(folder.join("manifest.json")) else { continue };
+    for folder in ["meshes", "large"].map(|name| folder.join(name)) {
+        let manifest = folder.join("manifest.json");
+        let text = fs::read_to_string(&manifest).unwrap_or_else(|error| panic!("{}: {error}", manifest.display()));
         let listed: Vec<Value> = serde_json::from_str(&text).expect("the manifest is a JSON list");
+        assert!(!listed.is_empty(), "{} lists no file", manifest.display());
         entries.extend(listed.iter().map(|entry| {
             let name = entry["name"].as_str().expect("an entry has a name").to_owned();
             let class = entry["cls"].as_str().expect("an entry has a class").to_owned();
-            Entry { path: folder.join(&name), name, class, volume: entry["volume"].as_f64() }
+            Entry {
+                path: folder.join(&name),
+                name,
+                class,
+                volume: entry["volume"].as_f64(),
+                rounded_volume: entry["volume_f32coords"].as_f64(),
+                triangles: entry["tri"].as_u64(),
+            }
         }));
     }
-    assert!(!entries.is_empty(), "{} has no manifest.json", folder.display());
     entries.sort_by(|a, b| a.name.cmp(&b.name));
     entries
 }
