@@ -127,8 +127,9 @@ fn a_machine_without_what_was_asked_for_ends_with_three() {
     let gpu = ["volume", "a.stl", "--backend", "gpu"];
     folder.run(&gpu).code(3).says(&["this build has no GPU sampler"]);
     folder.run(&["volume", "a.stl", "--adapter", "Any"]).code(3).says(&["Any", "no GPU sampler"]);
-    // Four thousand million rays.
-    folder.run(&["volume", "a.stl", "--resolution", "65536"]).code(3).says(&["rays"]);
+    // Four thousand million rays, and one row more than can be counted.
+    folder.run(&["volume", "a.stl", "--resolution", "65535"]).code(3).says(&["rays"]);
+    folder.run(&["volume", "a.stl", "--resolution", "65536"]).code(2).says(&["65536 × 65536 rays"]);
     assert_eq!(folder.json(&["volume", "a.stl", "--backend", "cpu", "--resolution", "8"])["backend"], "cpu");
 }
 
