@@ -314,8 +314,12 @@ fn sample_round(
         }
         progress.step();
     }
-    progress.stage("a second raster".to_owned());
-    round.volume = VolumeEstimate::from_axes(&volumes).beside(&second_opinion(job, solids, &grid, seconds)?);
+    round.volume = VolumeEstimate::from_axes(&volumes);
+    // Who asks for one axis asks for speed, and has an estimate that says how blind one axis is.
+    if job.axes.len() == 3 {
+        progress.stage("a second raster".to_owned());
+        round.volume = round.volume.beside(&second_opinion(job, solids, &grid, seconds)?);
+    }
     progress.detail(format_args!("{x} × {y} × {z} rays: sampled by {:.4} s", seconds.sample));
     Ok(round)
 }
