@@ -3,6 +3,7 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// Writes a file that appears whole or not at all.
 ///
@@ -30,9 +31,45 @@ pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut file = builder.prefix(".").suffix(".part").tempfile_in(folder)?;
+    let path = file.path().to_path_buf();
+    let unfinished = Unfinished::new(&path);
     fill(file.as_file_mut())?;
     file.persist(&target)?;
+    drop(unfinished);
     Ok(())
+}
+
+/// The temporary files that are being written.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes the temporary files of all writes under way, which then fail: for a process that is about to be ended from
+/// outside and would leave them behind.
+pub fn abandon() {
+    abandon_those(|_| true);
+}
+
+fn abandon_those(chosen: impl Fn(&Path) -> bool) {
+    let mut unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+    for path in unfinished.extract_if(.., |path| chosen(path)) {
+        // A file that has just been completed or removed is none to remove.
+        let _ = fs::remove_file(path);
+    }
+}
+
+/// Keeps a temporary file among the unfinished ones for as long as it lives.
+struct Unfinished<'p>(&'p Path);
+
+impl<'p> Unfinished<'p> {
+    fn new(path: &'p Path) -> Self {
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_path_buf());
+        Unfinished(path)
+    }
+}
+
+impl Drop for Unfinished<'_> {
+    fn drop(&mut self) {
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| path != self.0);
+    }
 }
 
 /// Whether the path names something that is there and must not be replaced.
@@ -70,6 +107,21 @@ mod tests {
         assert_eq!(failed.unwrap_err().kind(), io::ErrorKind::StorageFull);
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_is_abandoned_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let abandoned = replace(&path, |file| {
+            file.write_all(b"half")?;
+            assert_eq!(fs::read_dir(folder.path())?.count(), 1);
+            // Only this test's: others write at the same time.
+            abandon_those(|path| path.starts_with(folder.path()));
+            assert_eq!(fs::read_dir(folder.path())?.count(), 0);
+            file.write_all(b"whole")
+        });
+        assert!(abandoned.is_err() && fs::read_dir(folder.path()).unwrap().count() == 0);
     }
 
     #[cfg(unix)]

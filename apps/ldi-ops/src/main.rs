@@ -28,6 +28,9 @@ use crate::resolve::resolve;
 #[global_allocator]
 static ALLOCATOR: allocator::LargePages = allocator::LargePages;
 
+/// What shells report of a program that was interrupted.
+const INTERRUPTED: i32 = 130;
+
 fn main() {
     let start = Instant::now();
     let arguments = match Arguments::try_parse() {
@@ -47,6 +50,11 @@ fn main() {
             Exit::Done.now()
         }
     };
+    // Whoever interrupts a long job should not have to tidy up after it. Without a handler the job is only less tidy.
+    let _ = ctrlc::set_handler(|| {
+        ldi_ops::output::abandon();
+        std::process::exit(INTERRUPTED);
+    });
     let result = resolve(arguments.command).and_then(|invocation| run::run(invocation, start));
     let exit = match result.and_then(|finished| say(&finished.stdout).map(|()| finished.exit)) {
         Ok(exit) => exit,

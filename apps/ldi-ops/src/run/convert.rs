@@ -1,8 +1,9 @@
 //! `convert`: from one mesh format to another.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use ldi_ops::mesh::{LengthUnit, io};
+use ldi_ops::mesh::io::Format;
+use ldi_ops::mesh::{LengthUnit, TriangleMesh, io};
 
 use super::input::{self, Provenance};
 use super::{Finished, say_warnings};
@@ -34,6 +35,7 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
     }
     let mut warnings = input::notes(&job.from.path, &read.file.notes);
     warnings.extend(input::unit_ignored(&job.from.path, read.file.unit, job.unit));
+    warnings.extend(rounded(&mesh, &job.to));
     let unit = read.file.unit.or(job.unit);
     progress.stage("writing");
     io::write(&job.to, &mesh, unit).map_err(super::write_failure)?;
@@ -49,4 +51,24 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
     say_warnings(&converted.warnings, progress);
     let stdout = json::deliver(&job.report, || json::converted(&converted), || report::converted(&converted))?;
     Ok(Finished { stdout, exit: Exit::Done })
+}
+
+/// Rounding by more than this share of a mesh's size is told.
+const ROUNDED: f64 = 1e-5;
+
+/// Says that a format of 32-bit coordinates moves the vertices of a mesh that is small beside its distance from the origin.
+fn rounded(mesh: &TriangleMesh, to: &Path) -> Option<Warning> {
+    let bounds = mesh.bounds().filter(|_| matches!(Format::from_path(to), Ok(Format::Stl)))?;
+    let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
+    // Half a unit in the last place of 24 bits.
+    let moved = farthest * f64::from(f32::EPSILON) / 2.0;
+    let size = bounds.extent().max_element();
+    let message = || {
+        format!(
+            "{}: STL holds 32-bit coordinates, which moves vertices of this mesh by up to {moved:.1e}, of a size of {size:.1e}; \
+             .obj holds 64 bits",
+            to.display()
+        )
+    };
+    (moved > ROUNDED * size).then(|| Warning::new("coordinates-rounded", message()))
 }
