@@ -354,6 +354,13 @@ pub enum Closure {
     Open,
 }
 
+impl Closure {
+    /// Whether winding numbers are known to be sound.
+    pub fn is_oriented(self) -> bool {
+        self == Closure::Closed { oriented: true }
+    }
+}
+
 /// A mesh on the lattice of a [`Grid`]: what samplers take.
 ///
 /// Only [`Grid::quantise`] and [`Grid::quantise_open`] make one, so its positions are even, inside the grid, and

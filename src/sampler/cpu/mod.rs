@@ -70,7 +70,7 @@ impl CpuSampler {
                     image.end_unclosed_ray();
                 }
             }
-            if solid.closure() == (Closure::Closed { oriented: true }) {
+            if solid.closure().is_oriented() {
                 image.add_windings(windings);
             }
         })
@@ -103,7 +103,7 @@ impl Sampler for CpuSampler {
                         stage.estimate_ray(ray, fill, &voxels, estimate, image);
                         add_windings(stage.crossings.on_ray(ray), &mut windings);
                     }
-                    if solid.closure() == (Closure::Closed { oriented: true }) {
+                    if solid.closure().is_oriented() {
                         image.add_windings(windings);
                     }
                 })

@@ -19,8 +19,8 @@ pub struct ImageMaker<'a, S: Sampler> {
     pub fill: Fill,
     /// The time that goes into sampling and into operations is added here.
     pub seconds: &'a mut Seconds,
-    /// Whether an image of each input alone has shown that the fill rules agree on it.
-    pub rules_agree: &'a mut [bool],
+    /// Whether the fill rules agree in all images of each input alone; nothing where there was none.
+    pub rules_agree: &'a mut [Option<bool>],
 }
 
 /// The most images along one axis that [`ImageMaker::image`] holds at the same time.
@@ -97,7 +97,9 @@ impl<S: Sampler> ImageMaker<'_, S> {
 
     /// Learns what an image of one input tells of the fill rules.
     fn look_at(&mut self, i: usize, image: &Ldi) {
-        self.rules_agree[i] |= image.windings().is_some_and(Windings::fill_rules_agree);
+        if let Some(agree) = image.windings().map(Windings::fill_rules_agree) {
+            self.rules_agree[i] = Some(agree && self.rules_agree[i] != Some(false));
+        }
     }
 
     fn merge(&mut self, operation: BooleanOperation, a: &Ldi, b: &Ldi) -> Result<Ldi, Failure> {

@@ -147,7 +147,7 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
     };
 
     let comparing = Instant::now();
-    for (solid, _) in solids.iter().zip(&round.rules_agree).filter(|(_, agree)| !**agree) {
+    for (solid, _) in solids.iter().zip(&round.rules_agree).filter(|(_, agree)| **agree != Some(true)) {
         let difference = FillDifference::of(solid)?;
         warnings.extend(difference.and_then(|difference| difference.warning(solid, job.fill)));
     }
@@ -207,8 +207,8 @@ struct Round {
     samples: u64,
     unclosed: Vec<(Axis, u64)>,
     images: Vec<Ldi>,
-    /// Whether an image of each input alone has shown that the fill rules agree on it.
-    rules_agree: Vec<bool>,
+    /// Whether the fill rules agree in all images of each input alone; nothing where there was none.
+    rules_agree: Vec<Option<bool>>,
 }
 
 /// Lays a grid around all solids.
@@ -254,7 +254,7 @@ fn second_opinion(
     let sampler = CpuSampler::default();
     let mut volumes = Vec::new();
     for &axis in &job.axes {
-        let mut agree = vec![false; solids.len()];
+        let mut agree = vec![None; solids.len()];
         let mut maker =
             ImageMaker { sampler: &sampler, axis, mode: job.mode, fill: job.fill, seconds, rules_agree: &mut agree };
         volumes.push(AxisVolume::of(&maker.image(job.measurement, &lattice)?));
@@ -286,7 +286,7 @@ fn sample_round(
         samples: 0,
         unclosed: Vec::new(),
         images: Vec::new(),
-        rules_agree: vec![false; solids.len()],
+        rules_agree: vec![None; solids.len()],
     };
     for &axis in &job.axes {
         progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()));
