@@ -8,7 +8,7 @@
 //! Numbers: lattice positions lie in `[0, 2^30)`, differences fit 31 bits, edge functions fit `i64`. At 512 rays a pixel
 //! holds 2^20 lattice steps.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -293,7 +293,16 @@ impl Grid {
         // Snapping keeps order, so the box of the snapped positions is the snapped box.
         let corner = |world: DVec3| self.snap(world, scale).unwrap_or_default();
         let bounds = bounds.map_or_else(LatticeBox::default, |b| LatticeBox { min: corner(b.min), max: corner(b.max) });
-        Ok(LatticeSolid { grid: *self, positions, triangles: &mesh.triangles, closure, bounds, region: self.whole() })
+        let identity = NEXT_IDENTITY.fetch_add(1, Ordering::Relaxed);
+        Ok(LatticeSolid {
+            grid: *self,
+            positions,
+            triangles: &mesh.triangles,
+            closure,
+            bounds,
+            region: self.whole(),
+            identity,
+        })
     }
 
     /// The box of the whole grid.
@@ -373,7 +382,11 @@ pub struct LatticeSolid<'m> {
     closure: Closure,
     bounds: LatticeBox,
     region: LatticeBox,
+    identity: u64,
 }
+
+/// The identity of the next solid.
+static NEXT_IDENTITY: AtomicU64 = AtomicU64::new(0);
 
 impl LatticeSolid<'_> {
     /// The grid it was quantised on.
@@ -415,6 +428,12 @@ impl LatticeSolid<'_> {
             DVec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]))
         });
         (b - a).cross(c - a).normalize_or_zero()[axis.depth()].abs()
+    }
+
+    /// A number that only copies of this solid share, whatever region they are restricted to: who keeps its geometry
+    /// elsewhere recognises it by that.
+    pub fn identity(&self) -> u64 {
+        self.identity
     }
 
     /// What the mesh check found out about its edges.

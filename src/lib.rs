@@ -49,6 +49,7 @@
 mod allocation;
 pub mod boolean;
 pub mod fixed;
+pub mod gpu;
 pub mod grid;
 pub mod integrate;
 pub mod ldi;

@@ -41,6 +41,25 @@ impl BandImage {
         self.windings = Some(self.windings.unwrap_or_default().plus(windings));
     }
 
+    /// A band of rays without samples.
+    #[cfg(feature = "gpu")]
+    pub fn of_empty_rays(rays: u32, windings: Option<Windings>) -> BandImage {
+        BandImage { ends: vec![0; rays as usize], windings, ..BandImage::default() }
+    }
+
+    /// A band from all its parts: where the samples of each ray end, the samples, their triangles or none, and the rays that
+    /// did not close, counted from the band's first.
+    #[cfg(feature = "gpu")]
+    pub fn from_parts(
+        ends: Vec<u32>,
+        depths: Vec<i32>,
+        triangles: Vec<u32>,
+        windings: Option<Windings>,
+        unclosed: Vec<u32>,
+    ) -> BandImage {
+        BandImage { ends, depths, triangles, windings, unclosed }
+    }
+
     /// Ends the ray whose samples were just appended.
     pub fn end_ray(&mut self) {
         self.ends.push(self.depths.len() as u32);
@@ -65,14 +84,9 @@ pub fn image_from_bands<S>(
     new_stage: impl Fn() -> S + Sync + Send,
     run: impl Fn(&mut S, Range<u32>, &mut BandImage) + Sync + Send,
 ) -> Result<Ldi, TooManySamples> {
-    let (columns, rows) = grid.image_size(axis);
+    let (_, rows) = grid.image_size(axis);
     let bands = rows.div_ceil(band_rows) as usize;
-    let mut offsets = Vec::with_capacity(columns as usize * rows as usize + 1);
-    offsets.push(0u32);
-    let mut depths = Vec::new();
-    let mut triangles = Vec::new();
-    let mut windings: Option<Windings> = None;
-    let mut unclosed = Vec::new();
+    let mut builder = ImageBuilder::new(grid, axis);
     for wave in 0..bands.div_ceil(WAVE) {
         let wave = wave * WAVE..bands.min((wave + 1) * WAVE);
         let images: Vec<BandImage> = wave
@@ -85,21 +99,48 @@ pub fn image_from_bands<S>(
             })
             .collect();
         for image in images {
-            if depths.len() + image.depths.len() > u32::MAX as usize {
-                return Err(TooManySamples { axis });
-            }
-            let (base, first_ray) = (depths.len() as u32, offsets.len() as u32 - 1);
-            depths.extend_from_slice(&image.depths);
-            triangles.extend_from_slice(&image.triangles);
-            offsets.extend(image.ends.iter().map(|end| base + end));
-            windings = match (windings, image.windings) {
-                (Some(sum), Some(more)) => Some(sum.plus(more)),
-                (sum, more) => sum.or(more),
-            };
-            unclosed.extend(image.unclosed.iter().map(|ray| first_ray + ray));
+            builder.append(image)?;
         }
     }
-    let image = Ldi { grid, axis, offsets, depths, triangles, windings, unclosed };
-    debug_assert_eq!(image.check(), Ok(()));
-    Ok(image)
+    Ok(builder.finish())
+}
+
+/// An image that grows band by band, in the order of the rays.
+pub struct ImageBuilder {
+    image: Ldi,
+}
+
+impl ImageBuilder {
+    /// An image without rays yet.
+    pub fn new(grid: Grid, axis: Axis) -> ImageBuilder {
+        let (columns, rows) = grid.image_size(axis);
+        let mut offsets = Vec::with_capacity(columns as usize * rows as usize + 1);
+        offsets.push(0u32);
+        let (depths, triangles, unclosed) = (Vec::new(), Vec::new(), Vec::new());
+        ImageBuilder { image: Ldi { grid, axis, offsets, depths, triangles, windings: None, unclosed } }
+    }
+
+    /// Appends the rays of a band.
+    pub fn append(&mut self, band: BandImage) -> Result<(), TooManySamples> {
+        let image = &mut self.image;
+        if image.depths.len() + band.depths.len() > u32::MAX as usize {
+            return Err(TooManySamples { axis: image.axis });
+        }
+        let (base, first_ray) = (image.depths.len() as u32, image.offsets.len() as u32 - 1);
+        image.depths.extend_from_slice(&band.depths);
+        image.triangles.extend_from_slice(&band.triangles);
+        image.offsets.extend(band.ends.iter().map(|end| base + end));
+        image.windings = match (image.windings, band.windings) {
+            (Some(sum), Some(more)) => Some(sum.plus(more)),
+            (sum, more) => sum.or(more),
+        };
+        image.unclosed.extend(band.unclosed.iter().map(|ray| first_ray + ray));
+        Ok(())
+    }
+
+    /// The image, which has all its rays.
+    pub fn finish(self) -> Ldi {
+        debug_assert_eq!(self.image.check(), Ok(()));
+        self.image
+    }
 }

@@ -5,6 +5,8 @@ mod error;
 pub mod npz;
 mod spans;
 
+#[cfg(feature = "gpu")]
+pub(crate) use bands::ImageBuilder;
 pub use bands::TooManySamples;
 pub(crate) use bands::{BandImage, image_from_bands};
 pub use error::LdiError;

@@ -1,7 +1,9 @@
 //! The layout that all backends share: mask words and the division of a depth into voxels.
 
-use crate::fixed::Crossing;
-use crate::grid::{Axis, Grid};
+use std::ops::Range;
+
+use crate::fixed::{Crossing, Pixels};
+use crate::grid::{Axis, Grid, LatticeBox};
 
 /// Bits of one mask word. Voxel `z` of a ray is bit `z % 32` of its word `z / 32`.
 pub const WORD_BITS: u32 = 32;
@@ -35,5 +37,23 @@ impl Voxels {
     /// Mask words a ray has.
     pub fn words(&self) -> usize {
         (self.last / WORD_BITS) as usize + 1
+    }
+}
+
+/// The columns and rows of an image whose rays meet the region of a solid.
+#[derive(Clone, Debug)]
+pub struct Window {
+    /// Indices of columns.
+    pub columns: Range<i32>,
+    /// Indices of rows.
+    pub rows: Range<i32>,
+}
+
+impl Window {
+    /// The rays along `axis` that meet a box.
+    pub fn new(grid: &Grid, region: &LatticeBox, axis: Axis) -> Window {
+        let pixels = Pixels::new(grid.shift());
+        let range = |i: usize| pixels.index_from(region.min[i])..pixels.index_from(region.max[i]);
+        Window { columns: range(axis.column()), rows: range(axis.row()) }
     }
 }

@@ -67,9 +67,12 @@
 //! each end within one voxel.
 
 pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod layout;
 
-use crate::grid::{Axis, Grid, LatticeSolid};
+use crate::gpu::DeviceError;
+use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
 use crate::ldi::{Ldi, TooManySamples};
 
 /// Which image of a solid is made.
@@ -133,6 +136,9 @@ pub enum SampleError {
         /// Pitch of the second solid's grid.
         second: f64,
     },
+    /// The GPU could not make it.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
     /// More samples than an image can index.
     #[error(transparent)]
     TooManySamples(#[from] TooManySamples),
@@ -165,9 +171,19 @@ pub(crate) fn admit(solids: &[&LatticeSolid], fill: Fill) -> Result<Grid, Sample
     if let Some(other) = solids.iter().find(|s| *s.grid() != grid) {
         return Err(SampleError::GridsDiffer { first: grid.pitch(), second: other.grid().pitch() });
     }
-    let unoriented = |s: &&LatticeSolid| s.closure() == crate::grid::Closure::Closed { oriented: false };
+    let unoriented = |s: &&LatticeSolid| s.closure() == Closure::Closed { oriented: false };
     match fill {
         Fill::NonZero if solids.iter().any(unoriented) => Err(SampleError::NotOriented),
         _ => Ok(grid),
+    }
+}
+
+/// The box outside of which an intersection of two solids is empty without a look at it.
+pub(crate) fn region_of_both(a: &LatticeSolid, b: &LatticeSolid) -> LatticeBox {
+    let region = a.region().intersection(b.region());
+    match [a, b].iter().all(|solid| solid.closure() != Closure::Open) {
+        // Nothing of the intersection lies outside either; only open meshes are searched everywhere, for unclosed rays.
+        true => region.intersection(a.bounds()).intersection(b.bounds()),
+        false => region,
     }
 }

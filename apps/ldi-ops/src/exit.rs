@@ -60,7 +60,7 @@ impl Failure {
 impl From<SampleError> for Failure {
     fn from(error: SampleError) -> Failure {
         match error {
-            SampleError::TooManySamples(_) => Failure::machine(error),
+            SampleError::TooManySamples(_) | SampleError::Device(_) => Failure::machine(error),
             SampleError::NotOriented | SampleError::GridsDiffer { .. } => Failure::input(error),
         }
     }

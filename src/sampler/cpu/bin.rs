@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::fixed::{Pixels, ViewPosition};
 use crate::grid::{Axis, LatticeBox, LatticeSolid};
+use crate::sampler::layout::Window;
 
 /// The triangles of a solid sorted by band of image rows, as the view along one axis sees them. Triangles between the
 /// rays are left out; one that reaches over several bands is listed in each.
@@ -18,22 +19,6 @@ pub struct Bins<'s> {
     window: Window,
     view: View<'s>,
     chunks: Vec<Chunk>,
-}
-
-/// The columns and rows of an image whose rays meet the region of a solid.
-#[derive(Clone, Debug)]
-pub struct Window {
-    /// Indices of columns.
-    pub columns: Range<i32>,
-    /// Indices of rows.
-    pub rows: Range<i32>,
-}
-
-impl Window {
-    fn new(region: &LatticeBox, axis: Axis, pixels: Pixels) -> Window {
-        let range = |i: usize| pixels.index_from(region.min[i])..pixels.index_from(region.max[i]);
-        Window { columns: range(axis.column()), rows: range(axis.row()) }
-    }
 }
 
 /// A solid's triangles in the coordinates of one view.
@@ -121,7 +106,7 @@ impl<'s> Bins<'s> {
         let (_, rows) = solid.grid().image_size(axis);
         let bands = rows.div_ceil(band_rows) as usize;
         let pixels = Pixels::new(solid.grid().shift());
-        let window = Window::new(region, axis, pixels);
+        let window = Window::new(solid.grid(), region, axis);
         let view = View { solid, axis };
         let triangles = solid.triangles().len();
         let chunks = (0..triangles.div_ceil(CHUNK))

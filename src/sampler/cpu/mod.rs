@@ -14,9 +14,9 @@ mod retrieve;
 use std::num::NonZeroU32;
 
 use super::layout::Voxels;
-use super::{Estimate, Fill, Mode, SampleError, Sampler, admit};
+use super::{Estimate, Fill, Mode, SampleError, Sampler, admit, region_of_both};
 use crate::fixed::{Crossing, Hit, TriangleHit};
-use crate::grid::{Axis, Closure, LatticeSolid};
+use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{BandImage, Ldi, TooManySamples, Windings, image_from_bands};
 use bin::Bins;
 use classify::RayClasses;
@@ -131,11 +131,7 @@ impl Sampler for CpuSampler {
     ) -> Result<Ldi, SampleError> {
         let grid = admit(&[a, b], fill)?;
         let band_rows = self.band_rows.get();
-        let mut region = a.region().intersection(b.region());
-        if [a, b].iter().all(|solid| solid.closure() != Closure::Open) {
-            // Nothing of the intersection lies outside either; only open meshes are searched everywhere, for unclosed rays.
-            region = region.intersection(a.bounds()).intersection(b.bounds());
-        }
+        let region = region_of_both(a, b);
         let bins = |solid| Bins::new(solid, &region, axis, band_rows);
         let (bins_a, bins_b) = rayon::join(|| bins(a), || bins(b));
         let (columns, _) = grid.image_size(axis);

@@ -1,0 +1,100 @@
+// From masks to classes and ranks, one invocation a ray; the twin of `classify.rs`. The classes take the place of the masks:
+// `change` comes to hold the voxels of one sample, `any_in` (of an intersection: the second solid's `change`) those of two.
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<storage, read_write> change: array<u32>;
+@group(0) @binding(2) var<storage, read_write> any_in: array<u32>;
+@group(0) @binding(3) var<storage, read_write> ranks: array<u32>;
+@group(0) @binding(4) var<storage, read_write> counts: array<u32>;
+@group(0) @binding(5) var<storage, read_write> tally: Tally;
+@group(0) @binding(6) var<storage, read_write> change_b: array<u32>;
+@group(0) @binding(7) var<storage, read_write> any_b: array<u32>;
+
+// Bit z: the parity of bits 0 to z.
+fn prefix_parity(word: u32) -> u32 {
+    var parity = word;
+    parity ^= parity << 1u;
+    parity ^= parity << 2u;
+    parity ^= parity << 4u;
+    parity ^= parity << 8u;
+    parity ^= parity << 16u;
+    return parity;
+}
+
+// All bits equal to the top one: the state in which a word leaves the next.
+fn spread_top(word: u32) -> u32 {
+    return bitcast<u32>(bitcast<i32>(word) >> 31u);
+}
+
+// Records a ray that did not close: no class, no sample, and a mark where ranks begin.
+fn end_unclosed(ray: u32) {
+    for (var word = 0u; word < view.words; word++) {
+        let at = word * view.rays + ray;
+        change[at] = 0u;
+        if TWO_SOLIDS {
+            change_b[at] = 0u;
+        } else {
+            any_in[at] = 0u;
+        }
+    }
+    ranks[ray] = UNCLOSED;
+    counts[ray] = UNCLOSED;
+    atomicAdd(&tally.unclosed, 1u);
+}
+
+fn classify_ray(ray: u32) {
+    var samples = 0u;
+    var changed = 0u;
+    var inside = 0u;
+    var inside_b = 0u;
+    for (var word = 0u; word < view.words; word++) {
+        let at = word * view.rays + ray;
+        let touched = any_in[at];
+        // T1: the inside state at the far face of each voxel.
+        let far = prefix_parity(change[at]) ^ inside;
+        var single = change[at];
+        var pair = touched & ~single & select(far, ~far, OVER);
+        if TWO_SOLIDS {
+            let touched_b = any_b[at];
+            let near = (far << 1u) | (inside & 1u);
+            let far_b = prefix_parity(change_b[at]) ^ inside_b;
+            let near_b = (far_b << 1u) | (inside_b & 1u);
+            inside_b = spread_top(far_b);
+            let both_far = far & far_b;
+            let both_near = near & near_b;
+            single = both_far ^ both_near;
+            if OVER {
+                pair = (far | near | touched) & (far_b | near_b | touched_b) & ~both_far & ~both_near;
+            } else {
+                pair = (touched | touched_b) & both_far & both_near;
+            }
+            change[at] = single;
+            change_b[at] = pair;
+        } else if pair != touched {
+            any_in[at] = pair;
+        }
+        inside = spread_top(far);
+        ranks[at] = samples;
+        let singles = countOneBits(single);
+        changed += singles;
+        samples += singles + 2u * countOneBits(pair);
+    }
+    if (inside | inside_b) != 0u {
+        end_unclosed(ray);
+    } else {
+        counts[ray] = samples;
+        changes += changed;
+    }
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn classify(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
+            @builtin(local_invocation_index) lane: u32) {
+    let ray = (group.y * groups.x + group.x) * WORKGROUP + lane;
+    if ray < view.rays {
+        classify_ray(ray);
+    }
+    if !TWO_SOLIDS {
+        add_to_tally(lane);
+    }
+}

@@ -1,0 +1,129 @@
+// Exact integer coverage and depth; the twin of `src/fixed.rs`, where the reasons stand.
+//
+// f32 guesses, and integers decide. A guess of a first column is right to an eighth of a pixel, so that the nearest ray
+// alone is in doubt; a depth is found by long division of 93 bits by 61 with quotient digits guessed to 20 bits, each made
+// good by the next.
+
+// The least index whose ray lies at or above an even lattice position. May be one past the last ray.
+fn index_from(position: i32) -> i32 {
+    return (position - view.first_ray + (1 << view.shift) - 1) >> view.shift;
+}
+
+// The lattice position of ray `index`.
+fn ray_position(index: i32) -> i32 {
+    return (index << view.shift) + view.first_ray;
+}
+
+// The first column in a row, given by its lattice position, of the edge from `low` up to `high`, which must cross it: the
+// least column whose ray is not left of the edge.
+fn first_column(low: vec3<i32>, high: vec3<i32>, row: i32) -> i32 {
+    let run = high.x - low.x;
+    let rise = high.y - low.y;
+    let reach = f32(low.x - view.first_ray) + f32(row - low.y) * (f32(run) / f32(rise));
+    let column = i32(round(reach * view.pixels_per_step));
+    let side = wide_difference(wide_product(ray_position(column) - low.x, rise), wide_product(row - low.y, run));
+    return column + select(0, 1, wide_sign(side) < 0);
+}
+
+// The plane of a triangle, its normal turned so that its depth component is positive.
+struct DepthPlane {
+    vertex: vec3<i32>,
+    by_column: Wide,
+    by_row: Wide,
+    by_depth: Wide,
+    tie_up: bool,
+    leaves: u32,
+}
+
+fn minor(a: i32, b: i32, c: i32, d: i32) -> Wide {
+    return wide_difference(wide_product(a, d), wide_product(b, c));
+}
+
+// The plane of a triangle that is not edge-on.
+fn depth_plane(a: vec3<i32>, b: vec3<i32>, c: vec3<i32>) -> DepthPlane {
+    let u = b - a;
+    let v = c - a;
+    // With the two edges the other way round, the depth component changes sign.
+    let depth_sign = wide_sign(minor(u.x, u.y, v.x, v.y));
+    let first = select(v, u, depth_sign > 0);
+    let second = select(u, v, depth_sign > 0);
+    var plane: DepthPlane;
+    plane.vertex = a;
+    plane.by_column = minor(first.y, first.z, second.y, second.z);
+    plane.by_row = minor(first.z, first.x, second.z, second.x);
+    plane.by_depth = minor(first.x, first.y, second.x, second.y);
+    // Along y the view's axes (x, z, y) are left-handed, so its normal points inwards.
+    plane.leaves = select(0u, 1u, (depth_sign > 0) != (view.axis == AXIS_Y));
+    plane.tie_up = tie_goes_up(-wide_sign(plane.by_column), -wide_sign(plane.by_row));
+    return plane;
+}
+
+// Whether a depth that is exactly odd counts as above: the sign of the first of the three that is not zero, in the order
+// of the axes.
+fn tie_goes_up(by_column: i32, by_row: i32) -> bool {
+    switch view.axis {
+        case AXIS_X: {
+            return false;
+        }
+        case AXIS_Y: {
+            return by_column > 0;
+        }
+        default: {
+            return by_column > 0 || (by_column == 0 && by_row > 0);
+        }
+    }
+}
+
+// A depth strictly between `below` and `below + 1`: the parity of `below` says which even neighbour is nearer.
+fn crossing_between(below: i32, leaves: u32) -> u32 {
+    let depth = bitcast<u32>(below);
+    return ((depth >> 1u) << 3u) | ((1u + (depth & 1u)) << 1u) | leaves;
+}
+
+// The crossing with the ray at lattice position (column, row), which must pass through the triangle.
+fn plane_crossing(plane: DepthPlane, column: i32, row: i32) -> u32 {
+    let zero = Long();
+    let across = long_sum(
+        long_product(plane.by_column, column - plane.vertex.x),
+        long_product(plane.by_row, row - plane.vertex.y),
+    );
+    let divisor = wide_to_f32(plane.by_depth);
+    var left = long_difference(zero, across);
+    let first_digit = i32(round(long_to_f32(left) / divisor));
+    left = long_difference(left, long_product(plane.by_depth, first_digit));
+    let second_digit = i32(round(long_to_f32(left) / divisor));
+    left = long_difference(left, long_product(plane.by_depth, second_digit));
+    // What is left is less than the divisor either way, and fits 64 bits.
+    let side = wide_sign(wide_from_long(left));
+    let depth = plane.vertex.z + first_digit + second_digit;
+    if side != 0 {
+        return crossing_between(depth - select(0, 1, side < 0), plane.leaves);
+    }
+    let above = select(0u, 1u + select(0u, 1u, plane.tie_up), (depth & 1) != 0);
+    return ((bitcast<u32>(depth) >> 1u) << 3u) | (above << 1u) | plane.leaves;
+}
+
+// The largest even lattice position that is not above the true depth.
+fn crossing_floor(crossing: u32) -> i32 {
+    return bitcast<i32>((crossing >> 3u) << 1u);
+}
+
+// The least even lattice position that is not below the true depth.
+fn crossing_ceil(crossing: u32) -> i32 {
+    return crossing_floor(crossing) + select(0, 2, (crossing & 6u) != 0u);
+}
+
+// The even lattice position nearest to the true depth.
+fn crossing_nearest(crossing: u32) -> i32 {
+    return crossing_floor(crossing) + bitcast<i32>((crossing >> 1u) & 2u);
+}
+
+// +1 where the ray enters, -1 where it leaves.
+fn crossing_winding(crossing: u32) -> i32 {
+    return 1 - 2 * bitcast<i32>(crossing & 1u);
+}
+
+// Which voxel a crossing belongs to: min(floor / V, LOD-C - 1).
+fn crossing_voxel(crossing: u32) -> u32 {
+    return min((crossing >> 3u) / view.half_voxel, view.last_voxel);
+}

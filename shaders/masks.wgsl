@@ -1,0 +1,18 @@
+// The masks of all rays, from one geometry pass: W (an XOR a crossing) and ANY (an OR); the twin of `masks.rs` under the
+// even-odd rule. Word w of ray r stands at w · rays + r, so that neighbouring invocations read neighbouring words.
+
+@group(0) @binding(4) var<storage, read_write> change: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> any_in: array<atomic<u32>>;
+
+const NEEDS_DEPTH = true;
+
+fn cross(ray: u32, crossing: u32, triangle: u32) {
+    let voxel = crossing_voxel(crossing);
+    let word = (voxel / WORD_BITS) * view.rays + ray;
+    let bit = 1u << (voxel % WORD_BITS);
+    atomicXor(&change[word], bit);
+    atomicOr(&any_in[word], bit);
+}
+
+fn finish(lane: u32) {
+}

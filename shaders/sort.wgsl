@@ -1,0 +1,54 @@
+// Sorts the crossings of each ray in place, one invocation a ray: Shell's sort, which is insertion for the few that most rays
+// have, and bearable for thousands.
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<storage, read> starts: array<u32>;
+@group(0) @binding(2) var<storage, read_write> crossings: array<u32>;
+@group(0) @binding(3) var<storage, read_write> crossed: array<u32>;
+
+// Coincident crossings sort by triangle, so that their order never depends on arrival.
+fn is_behind(at: u32, crossing: u32, triangle: u32) -> bool {
+    if KEEPS_TRIANGLES && crossings[at] == crossing {
+        return crossed[at] > triangle;
+    }
+    return crossings[at] > crossing;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn sort(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
+        @builtin(local_invocation_index) lane: u32) {
+    let ray = (group.y * groups.x + group.x) * WORKGROUP + lane;
+    if ray >= view.rays {
+        return;
+    }
+    let first = view.first_crossing + starts[ray];
+    let end = view.first_crossing + starts[ray + 1u];
+    var gap = 1u;
+    while gap < (end - first) / 3u {
+        gap = 3u * gap + 1u;
+    }
+    for (; gap > 0u; gap /= 3u) {
+        for (var i = first + gap; i < end; i++) {
+            let crossing = crossings[i];
+            var triangle = 0u;
+            if KEEPS_TRIANGLES {
+                triangle = crossed[i];
+            }
+            var to = i;
+            while to >= first + gap {
+                if !is_behind(to - gap, crossing, triangle) {
+                    break;
+                }
+                crossings[to] = crossings[to - gap];
+                if KEEPS_TRIANGLES {
+                    crossed[to] = crossed[to - gap];
+                }
+                to -= gap;
+            }
+            crossings[to] = crossing;
+            if KEEPS_TRIANGLES {
+                crossed[to] = triangle;
+            }
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! An open device: its limits, its errors, and the way back to host memory.
+
+use std::sync::{Arc, Mutex};
+
+use wgpu::util::DeviceExt;
+
+use super::{Adapter, DeviceError};
+
+/// A device ready for work. Cheap to share by reference; work from several threads is taken one job after another.
+pub struct Device {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    adapter: Adapter,
+    fault: Arc<Mutex<Option<DeviceError>>>,
+    pub(super) times: Mutex<Option<Vec<StageTime>>>,
+}
+
+/// How long one stage ran on the device.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageTime {
+    /// The stage's name.
+    pub stage: &'static str,
+    /// Seconds by the device's own clock.
+    pub seconds: f64,
+}
+
+/// Storage buffers that the widest shader sees.
+const BINDINGS_NEEDED: u32 = 10;
+
+/// Invocations of the largest workgroup.
+const WORKGROUP_NEEDED: u32 = 256;
+
+impl Device {
+    /// Opens an adapter with all that it allows.
+    pub fn open(adapter: &Adapter) -> Result<Device, DeviceError> {
+        let needs = [
+            ("storage buffers a shader", adapter.limits.bindings, BINDINGS_NEEDED),
+            ("invocations a workgroup", adapter.limits.workgroup, WORKGROUP_NEEDED),
+        ];
+        if let Some(&(what, found, needed)) = needs.iter().find(|(_, found, needed)| found < needed) {
+            let (found, needed) = (u64::from(found), u64::from(needed));
+            return Err(DeviceError::Inadequate { adapter: adapter.name.clone(), what, found, needed });
+        }
+        let wanted = wgpu::Features::SHADER_INT64 | wgpu::Features::TIMESTAMP_QUERY;
+        let request = adapter.inner.request_device(&wgpu::DeviceDescriptor {
+            label: Some("ldi-ops"),
+            required_features: adapter.inner.features() & wanted,
+            required_limits: adapter.inner.limits(),
+            ..Default::default()
+        });
+        let (device, queue) = pollster::block_on(request)
+            .map_err(|error| DeviceError::NotOpened { adapter: adapter.name.clone(), reason: error.to_string() })?;
+        let fault = Arc::new(Mutex::new(None));
+        let (name, kept) = (adapter.name.clone(), Arc::clone(&fault));
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&kept, fault_of(&name, &error))));
+        let (name, kept) = (adapter.name.clone(), Arc::clone(&fault));
+        device.set_device_lost_callback(move |reason, said| {
+            // A device that is dropped is lost on purpose.
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                keep(&kept, DeviceError::Lost { adapter: name.clone(), reason: said });
+            }
+        });
+        Ok(Device { device, queue, adapter: adapter.clone(), fault, times: Mutex::new(None) })
+    }
+
+    /// The adapter that was opened.
+    pub fn adapter(&self) -> &Adapter {
+        &self.adapter
+    }
+
+    /// The first error since the last look; errors that follow from it are forgotten with it.
+    pub(crate) fn check(&self) -> Result<(), DeviceError> {
+        match self.fault.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).take() {
+            Some(fault) => Err(fault),
+            None => Ok(()),
+        }
+    }
+
+    /// From now on the times of all stages are kept for [`take_stage_times`](Self::take_stage_times), where the adapter can
+    /// tell them.
+    pub fn keep_stage_times(&self) {
+        if self.adapter.timestamps {
+            *self.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(Vec::new());
+        }
+    }
+
+    /// The times of all stages since the last call, in the order they ran; none where they are not kept.
+    pub fn take_stage_times(&self) -> Vec<StageTime> {
+        let mut times = self.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        times.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// The error of an adapter that allows no buffer of the size needed.
+    pub(crate) fn too_large(&self, what: &'static str, needed: u64) -> DeviceError {
+        DeviceError::TooLarge { adapter: self.adapter.name.clone(), what, needed, limit: self.largest_binding() }
+    }
+
+    /// Bytes of the largest buffer that a shader may see as a whole.
+    pub(crate) fn largest_binding(&self) -> u64 {
+        self.adapter.limits.binding.min(self.adapter.limits.buffer)
+    }
+
+    /// A new buffer with these contents, for shaders to read.
+    pub(crate) fn upload(&self, label: &'static str, contents: &[u8]) -> Result<wgpu::Buffer, DeviceError> {
+        let buffer = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(label),
+            contents: if contents.is_empty() { &[0; 4] } else { contents },
+            usage: wgpu::BufferUsages::STORAGE,
+        });
+        self.check()?;
+        Ok(buffer)
+    }
+
+    /// Waits for all work handed over so far.
+    pub(super) fn wait(&self) -> Result<(), DeviceError> {
+        let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.check()?;
+        polled.map(|_| ()).map_err(|error| self.lost(error.to_string()))
+    }
+
+    pub(super) fn lost(&self, reason: String) -> DeviceError {
+        DeviceError::Lost { adapter: self.adapter.name.clone(), reason }
+    }
+}
+
+/// Keeps the first fault.
+fn keep(kept: &Mutex<Option<DeviceError>>, fault: DeviceError) {
+    kept.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).get_or_insert(fault);
+}
+
+fn fault_of(adapter: &str, error: &wgpu::Error) -> DeviceError {
+    let (adapter, reason) = (adapter.to_owned(), error.to_string());
+    match error {
+        wgpu::Error::OutOfMemory { .. } => DeviceError::OutOfMemory { adapter, reason },
+        wgpu::Error::Validation { .. } | wgpu::Error::Internal { .. } => DeviceError::Rejected { adapter, reason },
+    }
+}

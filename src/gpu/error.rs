@@ -1,0 +1,78 @@
+//! What can go wrong with a device.
+
+/// Why a GPU could not be used, or gave up.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DeviceError {
+    /// No adapter at all was found.
+    #[error(
+        "no GPU was found: there is no graphics driver, or no Vulkan loader to find it by (Debian: libvulkan1 and the driver's \
+         package); the CPU gives the same bits"
+    )]
+    NoAdapter,
+    /// No adapter has the name that was asked for, or several have.
+    #[error("no single adapter is called `{wanted}`; there are {known}")]
+    UnknownAdapter {
+        /// The name as given.
+        wanted: String,
+        /// All names.
+        known: String,
+    },
+    /// The adapter cannot do what the shaders ask for.
+    #[error(
+        "{adapter} cannot run the shaders: it has {found} {what}, and {needed} are needed; use another adapter or the CPU"
+    )]
+    Inadequate {
+        /// The adapter's name.
+        adapter: String,
+        /// What it lacks.
+        what: &'static str,
+        /// How much of it there is.
+        found: u64,
+        /// How much is needed.
+        needed: u64,
+    },
+    /// The driver would not open the device.
+    #[error("{adapter} could not be opened: {reason}")]
+    NotOpened {
+        /// The adapter's name.
+        adapter: String,
+        /// What the driver said.
+        reason: String,
+    },
+    /// The device has no memory left.
+    #[error("{adapter} is out of memory: {reason}; free some, lower the resolution, or use the CPU")]
+    OutOfMemory {
+        /// The adapter's name.
+        adapter: String,
+        /// What the driver said.
+        reason: String,
+    },
+    /// One buffer would be larger than the adapter allows.
+    #[error("{what} need {needed} bytes in one buffer, and {adapter} allows {limit}; use another adapter or the CPU")]
+    TooLarge {
+        /// The adapter's name.
+        adapter: String,
+        /// What is too large.
+        what: &'static str,
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
+    /// The device is gone: reset, unplugged, or stopped by the driver for taking too long.
+    #[error("{adapter} was lost: {reason}; run again, with the CPU if it recurs")]
+    Lost {
+        /// The adapter's name.
+        adapter: String,
+        /// What the driver said.
+        reason: String,
+    },
+    /// The driver rejected a shader or a command: a fault of this program, or of the driver.
+    #[error("{adapter} rejected a shader or a command: {reason}; please report this, and use the CPU meanwhile")]
+    Rejected {
+        /// The adapter's name.
+        adapter: String,
+        /// What it said.
+        reason: String,
+    },
+}

@@ -1,0 +1,210 @@
+//! Compiled entry points, and the recording of their dispatches.
+
+use wgpu::util::DeviceExt;
+
+use super::{Device, DeviceError, StageTime};
+
+/// How a shader sees one of its buffers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Access {
+    Uniform,
+    Read,
+    Write,
+}
+
+/// One entry point of a shader, compiled, its buffers in bind group 0 at the places of their declaration.
+pub(crate) struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+    name: &'static str,
+}
+
+impl Kernel {
+    /// Compiles `entry` of a shader whose binding `i` is accessed as `bindings[i]` says.
+    pub fn new(
+        device: &Device,
+        name: &'static str,
+        source: &str,
+        entry: &str,
+        bindings: &[(u32, Access)],
+    ) -> Result<Kernel, DeviceError> {
+        let module = device.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(name),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let entries: Vec<wgpu::BindGroupLayoutEntry> = bindings
+            .iter()
+            .map(|&(binding, access)| wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: wgpu::BindingType::Buffer {
+                    ty: match access {
+                        Access::Uniform => wgpu::BufferBindingType::Uniform,
+                        Access::Read => wgpu::BufferBindingType::Storage { read_only: true },
+                        Access::Write => wgpu::BufferBindingType::Storage { read_only: false },
+                    },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            })
+            .collect();
+        let layout = device
+            .device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries: &entries });
+        let pipeline_layout = device.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(name),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = device.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(name),
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        device.check()?;
+        Ok(Kernel { pipeline, layout, name })
+    }
+}
+
+/// How many workgroups a dispatch has.
+pub(crate) enum Workgroups<'b> {
+    Counted(u32, u32),
+    Indirect(&'b wgpu::Buffer),
+}
+
+/// Commands on their way to the device: dispatches, clears and copies, in order.
+pub(crate) struct Recorder<'d> {
+    device: &'d Device,
+    encoder: wgpu::CommandEncoder,
+    timed: Vec<&'static str>,
+    queries: Option<wgpu::QuerySet>,
+    staged: Vec<wgpu::Buffer>,
+}
+
+/// Stages that one recording may time.
+const MOST_TIMED: u32 = 256;
+
+impl<'d> Recorder<'d> {
+    pub fn new(device: &'d Device) -> Recorder<'d> {
+        let keeps_times = device.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).is_some();
+        let queries = keeps_times.then(|| {
+            device.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("stage times"),
+                ty: wgpu::QueryType::Timestamp,
+                count: 2 * MOST_TIMED,
+            })
+        });
+        let encoder = device.device.create_command_encoder(&Default::default());
+        Recorder { device, encoder, timed: Vec::new(), queries, staged: Vec::new() }
+    }
+
+    /// A small buffer of constants for the dispatches of this recording.
+    pub fn uniform(&self, contents: &[u8]) -> wgpu::Buffer {
+        self.device.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("uniform"),
+            contents,
+            usage: wgpu::BufferUsages::UNIFORM,
+        })
+    }
+
+    /// Runs a kernel over its buffers, each at its binding.
+    pub fn dispatch(&mut self, kernel: &Kernel, buffers: &[(u32, &wgpu::Buffer)], workgroups: Workgroups) {
+        let entries: Vec<wgpu::BindGroupEntry> = buffers
+            .iter()
+            .map(|&(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        let group = self.device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(kernel.name),
+            layout: &kernel.layout,
+            entries: &entries,
+        });
+        let index = self.timed.len() as u32;
+        let timestamp_writes =
+            self.queries.as_ref().filter(|_| index < MOST_TIMED).map(|query_set| wgpu::ComputePassTimestampWrites {
+                query_set,
+                beginning_of_pass_write_index: Some(2 * index),
+                end_of_pass_write_index: Some(2 * index + 1),
+            });
+        if timestamp_writes.is_some() {
+            self.timed.push(kernel.name);
+        }
+        let descriptor = wgpu::ComputePassDescriptor { label: Some(kernel.name), timestamp_writes };
+        let mut pass = self.encoder.begin_compute_pass(&descriptor);
+        pass.set_pipeline(&kernel.pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        match workgroups {
+            Workgroups::Counted(across, down) => pass.dispatch_workgroups(across, down, 1),
+            Workgroups::Indirect(buffer) => pass.dispatch_workgroups_indirect(buffer, 0),
+        }
+    }
+
+    /// Sets the first `bytes` of a buffer to zero.
+    pub fn clear(&mut self, buffer: &wgpu::Buffer, bytes: u64) {
+        self.encoder.clear_buffer(buffer, 0, Some(bytes));
+    }
+
+    /// Has part of a buffer brought back by [`finish`](Self::finish), in the order of the calls.
+    pub fn read_back(&mut self, buffer: &wgpu::Buffer, first: u64, bytes: u64) {
+        let staging = self.device.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("to the host"),
+            size: bytes.max(4),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        if bytes > 0 {
+            self.encoder.copy_buffer_to_buffer(buffer, first, &staging, 0, bytes);
+        }
+        self.staged.push(staging);
+    }
+
+    /// Hands all over, waits until it is done, and brings back what was asked for, as 32-bit words.
+    pub fn finish(mut self) -> Result<Vec<Vec<u32>>, DeviceError> {
+        let device = self.device;
+        let times = self.queries.take().filter(|_| !self.timed.is_empty()).map(|queries| {
+            let bytes = 16 * self.timed.len() as u64;
+            let resolved = device.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("stage times"),
+                size: bytes,
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            });
+            self.encoder.resolve_query_set(&queries, 0..2 * self.timed.len() as u32, &resolved, 0);
+            self.read_back(&resolved, 0, bytes);
+        });
+        device.queue.submit([self.encoder.finish()]);
+        let (sender, receiver) = std::sync::mpsc::channel();
+        for staging in &self.staged {
+            let sender = sender.clone();
+            // The receiver outlives the callbacks of all that is waited for.
+            staging.map_async(wgpu::MapMode::Read, .., move |mapped| drop(sender.send(mapped)));
+        }
+        drop(sender);
+        device.wait()?;
+        for mapped in receiver.try_iter() {
+            mapped.map_err(|error| device.lost(error.to_string()))?;
+        }
+        let mut brought = Vec::with_capacity(self.staged.len());
+        for staging in &self.staged {
+            let view = staging.get_mapped_range(..).map_err(|error| device.lost(error.to_string()))?;
+            brought.push(bytemuck::pod_collect_to_vec::<u8, u32>(&view));
+        }
+        if times.is_some() {
+            let words = brought.pop().unwrap_or_default();
+            keep_times(device, &self.timed, &words);
+        }
+        Ok(brought)
+    }
+}
+
+fn keep_times(device: &Device, stages: &[&'static str], words: &[u32]) {
+    let period = f64::from(device.queue.get_timestamp_period()) * 1e-9;
+    let ticks = |i: usize| u64::from(words[2 * i]) | u64::from(words[2 * i + 1]) << 32;
+    let seconds = |i: usize| ticks(2 * i + 1).saturating_sub(ticks(2 * i)) as f64 * period;
+    if let Some(times) = &mut *device.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) {
+        times.extend(stages.iter().enumerate().map(|(i, &stage)| StageTime { stage, seconds: seconds(i) }));
+    }
+}

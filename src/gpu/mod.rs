@@ -1,0 +1,25 @@
+//! Compute devices: what every GPU form of an operation stands on. It knows nothing of rays or solids.
+//!
+//! [`adapters`] lists what there is, [`Device::open`] opens one, a [`Kernel`] is one compiled entry point of a shader, a
+//! [`Recorder`] gathers dispatches, and a [`Pool`] keeps buffers from one job to the next. All errors come back as
+//! [`DeviceError`]s; nothing panics when a driver does. Without the feature `gpu` only the error type is there.
+
+#[cfg(feature = "gpu")]
+mod adapter;
+#[cfg(feature = "gpu")]
+mod device;
+mod error;
+#[cfg(feature = "gpu")]
+mod kernel;
+#[cfg(feature = "gpu")]
+mod pool;
+
+#[cfg(feature = "gpu")]
+pub use adapter::{Adapter, AdapterKind, AdapterLimits, adapters, choose};
+#[cfg(feature = "gpu")]
+pub use device::{Device, StageTime};
+pub use error::DeviceError;
+#[cfg(feature = "gpu")]
+pub(crate) use kernel::{Access, Kernel, Recorder, Workgroups};
+#[cfg(feature = "gpu")]
+pub(crate) use pool::{Pool, bytes_of};

@@ -1,0 +1,100 @@
+//! The dispatches that both routes share.
+
+use super::BandJob;
+use super::solid::Chunk;
+use super::stages::{GeometryPass, PLAN, SCAN, Stage};
+use super::view::{MOST_WORKGROUPS, SCAN_BLOCK, Tally, View, WORKGROUP};
+use crate::gpu::{DeviceError, Recorder, Workgroups, bytes_of};
+
+/// Words of a tally.
+pub const TALLY_WORDS: u64 = size_of::<Tally>() as u64 / 4;
+
+/// Blocks that the queue of large triangles holds.
+const QUEUE_CAPACITY: u32 = 1 << 20;
+
+/// Workgroups for one invocation an item.
+pub fn workgroups(items: u32) -> Workgroups<'static> {
+    let count = items.div_ceil(WORKGROUP).max(1);
+    let across = count.min(MOST_WORKGROUPS);
+    Workgroups::Counted(across, count.div_ceil(across))
+}
+
+impl BandJob<'_> {
+    /// The view of the band.
+    pub fn view(&self) -> View {
+        View::new(&self.grid, self.image.axis, &self.band, &self.image.window)
+    }
+
+    /// A pooled buffer with room for so many words.
+    pub fn words(&mut self, name: &'static str, words: u64) -> Result<wgpu::Buffer, DeviceError> {
+        self.pool.room(&self.sampler.device, name, bytes_of(words))
+    }
+
+    /// Runs one kernel of an invocation a ray.
+    pub fn by_ray(
+        &self,
+        recorder: &mut Recorder,
+        stage: &'static Stage,
+        buffers: &[(u32, &wgpu::Buffer)],
+    ) -> Result<(), DeviceError> {
+        let kernel = self.sampler.kernels.get(&self.sampler.device, stage, self.image.flags())?;
+        recorder.dispatch(&kernel, buffers, workgroups(self.band.rays()));
+        Ok(())
+    }
+
+    /// One pass over the geometry of solid `i`, whose crossings begin at `first_crossing` where it stores any.
+    pub fn geometry_pass(
+        &mut self,
+        recorder: &mut Recorder,
+        pass: &'static GeometryPass,
+        i: usize,
+        first_crossing: u32,
+        buffers: &[(u32, &wgpu::Buffer)],
+    ) -> Result<(), DeviceError> {
+        let (sampler, solids, flags) = (self.sampler, self.solids, self.image.flags());
+        let device = &sampler.device;
+        let room = sampler.largest_binding().saturating_sub(8) / 8;
+        let capacity = u64::from(QUEUE_CAPACITY).min(room) as u32;
+        let queue = self.words("queue", 2 + 2 * u64::from(capacity))?;
+        let planned = self.words("planned workgroups", 3)?;
+        let [by_triangle, plan, by_block] =
+            [&pass.triangles, &PLAN, &pass.blocks].map(|s| sampler.kernels.get(device, s, flags));
+        let (by_triangle, plan, by_block) = (by_triangle?, plan?, by_block?);
+        for Chunk { positions, triangles, first_triangle, count } in &solids[i].chunks {
+            let view = View {
+                triangles: *count,
+                first_triangle: *first_triangle,
+                queue_capacity: capacity,
+                first_crossing,
+                ..self.view()
+            };
+            let view = recorder.uniform(bytemuck::bytes_of(&view));
+            recorder.clear(&queue, 8);
+            let mut bound = vec![(0, &view), (1, positions), (2, triangles), (3, &queue)];
+            bound.extend(buffers);
+            recorder.dispatch(&by_triangle, &bound, workgroups(*count));
+            recorder.dispatch(&plan, &[(0, &view), (1, &queue), (2, &planned)], Workgroups::Counted(1, 1));
+            recorder.dispatch(&by_block, &bound, Workgroups::Indirect(&planned));
+        }
+        Ok(())
+    }
+
+    /// The exclusive prefix sum of `counts` into `starts`, whose last entry becomes the sum of all.
+    pub fn scan(
+        &mut self,
+        recorder: &mut Recorder,
+        counts: &wgpu::Buffer,
+        starts: &wgpu::Buffer,
+    ) -> Result<(), DeviceError> {
+        let blocks = self.band.rays().div_ceil(SCAN_BLOCK);
+        let sums = self.words("block sums", u64::from(blocks))?;
+        let view = recorder.uniform(bytemuck::bytes_of(&self.view()));
+        let sampler = self.sampler;
+        for (stage, groups) in SCAN.iter().zip([blocks, 1, blocks]) {
+            let kernel = sampler.kernels.get(&sampler.device, stage, self.image.flags())?;
+            let buffers = [(0, &view), (1, counts), (2, &sums), (3, starts)];
+            recorder.dispatch(&kernel, &buffers, Workgroups::Counted(groups, 1));
+        }
+        Ok(())
+    }
+}

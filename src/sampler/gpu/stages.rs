@@ -1,0 +1,380 @@
+//! The stages: which WGSL files make each, how it sees its buffers, and which variants of it there are.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
+use super::view::{Tally, View, constants};
+use crate::gpu::{Access, Device, DeviceError, Kernel};
+
+use Access::{Read, Uniform, Write};
+
+/// What the variants of a stage differ in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Flag {
+    /// The estimate is the over-estimate, not the under-estimate.
+    Over,
+    /// No estimate at all, but the exact image.
+    Exact,
+    /// The non-zero rule, not even-odd.
+    NonZero,
+    /// An intersection of two solids.
+    TwoSolids,
+    /// Samples remember their triangles.
+    KeepsTriangles,
+}
+
+const ALL_FLAGS: [(Flag, &str); 5] = [
+    (Flag::Over, "OVER"),
+    (Flag::Exact, "EXACT"),
+    (Flag::NonZero, "NON_ZERO"),
+    (Flag::TwoSolids, "TWO_SOLIDS"),
+    (Flag::KeepsTriangles, "KEEPS_TRIANGLES"),
+];
+
+/// A set of flags.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Flags(u8);
+
+impl Flags {
+    /// The set of those flags that are true.
+    pub fn of(flags: &[(Flag, bool)]) -> Flags {
+        Flags(flags.iter().filter(|(_, on)| *on).fold(0, |set, (flag, _)| set | 1 << *flag as u8))
+    }
+
+    fn has(self, flag: Flag) -> bool {
+        self.0 & 1 << flag as u8 != 0
+    }
+
+    fn among(self, flags: &[Flag]) -> Flags {
+        Flags(flags.iter().fold(0, |set, &flag| set | self.0 & 1 << flag as u8))
+    }
+}
+
+/// How shaders calculate in 64 and 96 bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Arithmetic {
+    /// With the device's own 64-bit integers.
+    Native,
+    /// In pairs of 32-bit words, for devices without.
+    Pairs,
+}
+
+/// A stage: one entry point with all that it stands on.
+#[derive(Debug)]
+pub struct Stage {
+    /// Its name, that of its file and, where a file has several, of the entry point.
+    pub name: &'static str,
+    entry: &'static str,
+    files: &'static [&'static str],
+    bindings: &'static [(u32, Access)],
+    flags: &'static [Flag],
+}
+
+macro_rules! shader {
+    ($name:literal) => {
+        include_str!(concat!("../../../shaders/", $name, ".wgsl"))
+    };
+}
+
+const VIEW: (u32, Access) = (0, Uniform);
+/// Behind its view, every geometry pass has positions, triangles and the queue.
+const GEOMETRY: [(u32, Access); 4] = [VIEW, (1, Read), (2, Read), (3, Write)];
+
+macro_rules! bindings {
+    ($head:expr; $($rest:expr),*) => {
+        &{
+            const HEAD: &[(u32, Access)] = &$head;
+            const REST: &[(u32, Access)] = &[$($rest),*];
+            let mut all = [(0, Uniform); HEAD.len() + REST.len()];
+            let mut i = 0;
+            while i < HEAD.len() {
+                all[i] = HEAD[i];
+                i += 1;
+            }
+            let mut i = 0;
+            while i < REST.len() {
+                all[HEAD.len() + i] = REST[i];
+                i += 1;
+            }
+            all
+        }
+    };
+}
+
+/// A geometry pass: a dispatch over triangles and one over the blocks of the large ones.
+#[derive(Debug)]
+pub struct GeometryPass {
+    pub triangles: Stage,
+    pub blocks: Stage,
+}
+
+macro_rules! geometry_pass {
+    ($name:literal, $files:expr, $bindings:expr, $flags:expr) => {
+        GeometryPass {
+            triangles: Stage {
+                name: $name,
+                entry: "cover_triangles",
+                files: $files,
+                bindings: $bindings,
+                flags: $flags,
+            },
+            blocks: Stage {
+                name: concat!($name, " (large triangles)"),
+                entry: "cover_blocks",
+                files: $files,
+                bindings: $bindings,
+                flags: $flags,
+            },
+        }
+    };
+}
+
+pub static PLAN: Stage = Stage {
+    name: "plan",
+    entry: "plan",
+    files: &[shader!("plan")],
+    bindings: &[VIEW, (1, Read), (2, Write)],
+    flags: &[],
+};
+
+pub static COUNT: GeometryPass = geometry_pass!(
+    "count",
+    &[shader!("fixed"), shader!("raster"), shader!("count")],
+    bindings!(GEOMETRY; (4, Write)),
+    &[]
+);
+
+pub static SCATTER: GeometryPass = geometry_pass!(
+    "scatter",
+    &[shader!("fixed"), shader!("raster"), shader!("scatter")],
+    bindings!(GEOMETRY; (4, Write), (5, Read), (6, Write), (7, Write)),
+    &[Flag::KeepsTriangles]
+);
+
+pub static MASKS: GeometryPass = geometry_pass!(
+    "masks",
+    &[shader!("fixed"), shader!("raster"), shader!("masks")],
+    bindings!(GEOMETRY; (4, Write), (5, Write)),
+    &[]
+);
+
+pub static RETRIEVE: GeometryPass = geometry_pass!(
+    "retrieve",
+    &[shader!("fixed"), shader!("raster"), shader!("windings"), shader!("retrieve")],
+    bindings!(GEOMETRY; (4, Read), (5, Read), (6, Read), (7, Read), (8, Write), (9, Write), (10, Read)),
+    &[Flag::Over, Flag::TwoSolids]
+);
+
+pub static CLASSIFY: Stage = Stage {
+    name: "classify",
+    entry: "classify",
+    files: &[shader!("fixed"), shader!("windings"), shader!("classify")],
+    bindings: &[VIEW, (1, Write), (2, Write), (3, Write), (4, Write), (5, Write), (6, Write), (7, Write)],
+    flags: &[Flag::Over, Flag::TwoSolids],
+};
+
+macro_rules! scan {
+    ($name:literal, $entry:literal) => {
+        Stage {
+            name: $name,
+            entry: $entry,
+            files: &[shader!("scan")],
+            bindings: &[VIEW, (1, Read), (2, Write), (3, Write)],
+            flags: &[],
+        }
+    };
+}
+
+/// The prefix sum, in the order of its dispatches.
+pub static SCAN: [Stage; 3] = [
+    scan!("scan (sum blocks)", "sum_blocks"),
+    scan!("scan (scan blocks)", "scan_blocks"),
+    scan!("scan (spread blocks)", "spread_blocks"),
+];
+
+pub static IDENTITIES: Stage = Stage {
+    name: "identities",
+    entry: "identities",
+    files: &[shader!("identities")],
+    bindings: &[VIEW, (1, Read), (2, Write)],
+    flags: &[Flag::Over],
+};
+
+pub static SORT: Stage = Stage {
+    name: "sort",
+    entry: "sort",
+    files: &[shader!("sort")],
+    bindings: &[VIEW, (1, Read), (2, Write), (3, Write)],
+    flags: &[Flag::KeepsTriangles],
+};
+
+pub static RESOLVE: Stage = Stage {
+    name: "resolve",
+    entry: "resolve",
+    files: &[shader!("fixed"), shader!("windings"), shader!("walk"), shader!("resolve")],
+    bindings: &[VIEW, (1, Read), (2, Write), (3, Write), (4, Write), (5, Write)],
+    flags: &[Flag::Over, Flag::Exact, Flag::NonZero, Flag::KeepsTriangles],
+};
+
+pub static MEET: Stage = Stage {
+    name: "meet",
+    entry: "meet",
+    files: &[shader!("fixed"), shader!("walk"), shader!("meet")],
+    bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Write), (5, Write), (6, Write)],
+    flags: &[Flag::Over, Flag::NonZero],
+};
+
+pub static COMPACT: Stage = Stage {
+    name: "compact",
+    entry: "compact",
+    files: &[shader!("compact")],
+    bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Read), (5, Write)],
+    flags: &[Flag::TwoSolids],
+};
+
+impl Stage {
+    /// The whole WGSL of a variant.
+    pub fn source(&self, flags: Flags, arithmetic: Arithmetic) -> String {
+        let mut text = constants();
+        let flags = flags.among(self.flags);
+        for (flag, name) in ALL_FLAGS {
+            text += &format!("const {name} = {};\n", flags.has(flag));
+        }
+        text += View::WGSL;
+        text += Tally::WGSL;
+        if self.files.contains(&shader!("fixed")) {
+            text += match arithmetic {
+                Arithmetic::Native => shader!("wide_native"),
+                Arithmetic::Pairs => shader!("wide_pair"),
+            };
+        }
+        for file in self.files {
+            text += "\n";
+            text += file;
+        }
+        text
+    }
+}
+
+/// The compiled variants of a device, each made when it is first asked for.
+pub struct Kernels {
+    arithmetic: Arithmetic,
+    made: Mutex<HashMap<(&'static str, Flags), Arc<Kernel>>>,
+}
+
+impl Kernels {
+    /// No kernel yet.
+    pub fn new(arithmetic: Arithmetic) -> Kernels {
+        Kernels { arithmetic, made: Mutex::default() }
+    }
+
+    /// The kernel of a stage in the variant that the flags ask for.
+    pub fn get(&self, device: &Device, stage: &Stage, flags: Flags) -> Result<Arc<Kernel>, DeviceError> {
+        let key = (stage.name, flags.among(stage.flags));
+        let mut made = self.made.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        if let Some(kernel) = made.get(&key) {
+            return Ok(Arc::clone(kernel));
+        }
+        let source = stage.source(flags, self.arithmetic);
+        let kernel = Arc::new(Kernel::new(device, stage.name, &source, stage.entry, stage.bindings)?);
+        made.insert(key, Arc::clone(&kernel));
+        Ok(kernel)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+    /// All stages.
+    fn all() -> Vec<&'static Stage> {
+        let passes = [&COUNT, &SCATTER, &MASKS, &RETRIEVE];
+        let single = [&PLAN, &CLASSIFY, &IDENTITIES, &SORT, &RESOLVE, &MEET, &COMPACT];
+        passes.into_iter().flat_map(|pass| [&pass.triangles, &pass.blocks]).chain(single).chain(&SCAN).collect()
+    }
+
+    /// Every variant of a stage, in either arithmetic.
+    fn variants(stage: &'static Stage) -> impl Iterator<Item = (String, naga::Module)> {
+        let sets = (0..1u8 << ALL_FLAGS.len()).map(Flags).filter(|flags| flags.among(stage.flags) == *flags);
+        sets.flat_map(move |flags| {
+            [Arithmetic::Native, Arithmetic::Pairs].map(|arithmetic| {
+                let source = stage.source(flags, arithmetic);
+                let name = format!("{}, {flags:?}, {arithmetic:?}", stage.name);
+                let module = naga::front::wgsl::parse_str(&source)
+                    .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
+                let capabilities = match arithmetic {
+                    Arithmetic::Native => Capabilities::SHADER_INT64,
+                    Arithmetic::Pairs => Capabilities::empty(),
+                };
+                if let Err(error) = Validator::new(ValidationFlags::all(), capabilities).validate(&module) {
+                    panic!("{name}: {}", error.emit_to_string(&source));
+                }
+                (name, module)
+            })
+        })
+    }
+
+    #[test]
+    fn every_variant_is_valid() {
+        for stage in all() {
+            assert!(variants(stage).count() >= 2, "{}", stage.name);
+        }
+    }
+
+    #[test]
+    fn a_shader_that_is_wrong_is_told() {
+        let source = PLAN.source(Flags::default(), Arithmetic::Native).replace("min(blocks[0]", "min(blocks[0].x");
+        assert!(naga::front::wgsl::parse_str(&source).is_err());
+    }
+
+    #[test]
+    fn shaders_see_their_buffers_as_the_host_binds_them() {
+        for stage in all() {
+            for (name, module) in variants(stage) {
+                let mut declared: Vec<(u32, Access)> = Vec::new();
+                for (_, global) in module.global_variables.iter() {
+                    let Some(binding) = global.binding else { continue };
+                    assert_eq!(binding.group, 0, "{name}");
+                    let access = match global.space {
+                        naga::AddressSpace::Uniform => Access::Uniform,
+                        naga::AddressSpace::Storage { access } if access.contains(naga::StorageAccess::STORE) => {
+                            Access::Write
+                        }
+                        naga::AddressSpace::Storage { .. } => Access::Read,
+                        other => panic!("{name}: a binding in {other:?}"),
+                    };
+                    declared.push((binding.binding, access));
+                }
+                declared.sort_by_key(|(binding, _)| *binding);
+                assert_eq!(declared, stage.bindings, "{name}");
+                assert!(module.entry_points.iter().any(|point| point.name == stage.entry), "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn structs_lie_in_memory_as_in_rust() {
+        let mut seen = 0;
+        for stage in all() {
+            for (name, module) in variants(stage) {
+                for (_, kind) in module.types.iter() {
+                    let naga::TypeInner::Struct { members, span } = &kind.inner else { continue };
+                    let expected: &[(&str, usize)] = match kind.name.as_deref() {
+                        Some("View") => &View::OFFSETS,
+                        Some("Tally") => &Tally::OFFSETS,
+                        _ => continue,
+                    };
+                    let found: Vec<(&str, usize)> = members
+                        .iter()
+                        .map(|member| (member.name.as_deref().unwrap_or(""), member.offset as usize))
+                        .collect();
+                    assert_eq!(found, expected, "{name}");
+                    assert_eq!(*span as usize, 4 * expected.len(), "{name}");
+                    seen += 1;
+                }
+            }
+        }
+        assert!(seen > 20, "only {seen} structs were found");
+    }
+}

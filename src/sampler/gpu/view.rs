@@ -1,0 +1,170 @@
+//! What shaders are told: constants, typed once and emitted into WGSL, and the numbers of one dispatch.
+
+use std::fmt::Write;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::band::Band;
+use crate::grid::{Axis, Grid};
+use crate::sampler::layout::{WORD_BITS, Window};
+
+/// Invocations of a workgroup of all kernels but those of the prefix sum.
+pub const WORKGROUP: u32 = 64;
+
+/// Workgroups along the first dimension of a dispatch; more go along the second. Every adapter allows 65 535.
+pub const MOST_WORKGROUPS: u32 = 32_768;
+
+/// Rows of a block of a large triangle, of which one workgroup does all.
+const BLOCK_ROWS: u32 = 8;
+
+/// Triangles whose box covers more rays than this are large.
+const SMALL_BOX: u32 = 64;
+
+/// Invocations of a workgroup of the prefix sum, and counts that each of them adds up.
+const SCAN_WORKGROUP: u32 = 256;
+const SCAN_ITEMS: u32 = 8;
+
+/// Counts that one workgroup of the prefix sum adds up.
+pub const SCAN_BLOCK: u32 = SCAN_WORKGROUP * SCAN_ITEMS;
+
+/// In place of a count or a first rank: the ray did not close.
+pub const UNCLOSED: u32 = u32::MAX;
+
+/// The constants in WGSL, for the head of every shader.
+pub fn constants() -> String {
+    let mut text = String::new();
+    let mut constant = |name: &str, kind: &str, value: u32| {
+        let suffix = if kind == "u32" { "u" } else { "" };
+        let _ = writeln!(text, "const {name}: {kind} = {value}{suffix};");
+    };
+    constant("WORD_BITS", "u32", WORD_BITS);
+    constant("WORKGROUP", "u32", WORKGROUP);
+    constant("MOST_WORKGROUPS", "u32", MOST_WORKGROUPS);
+    constant("BLOCK_ROWS", "i32", BLOCK_ROWS);
+    constant("BLOCK_LANES", "i32", WORKGROUP / BLOCK_ROWS);
+    constant("SMALL_BOX", "u32", SMALL_BOX);
+    constant("SCAN_WORKGROUP", "u32", SCAN_WORKGROUP);
+    constant("SCAN_ITEMS", "u32", SCAN_ITEMS);
+    constant("SCAN_BLOCK", "u32", SCAN_BLOCK);
+    constant("UNCLOSED", "u32", UNCLOSED);
+    constant("AXIS_X", "u32", Axis::X.depth() as u32);
+    constant("AXIS_Y", "u32", Axis::Y.depth() as u32);
+    text
+}
+
+/// Declares a struct of 32-bit numbers in Rust and, under the same name and with the same members, in WGSL.
+macro_rules! shared_struct {
+    (@wgsl $kind:ident) => { stringify!($kind) };
+    (@wgsl $kind:ident atomic) => { concat!("atomic<", stringify!($kind), ">") };
+    ($(#[$about:meta])* $visibility:vis struct $name:ident { $($(#[$doc:meta])* $field:ident: $kind:ident $($atomic:ident)?,)* }) => {
+        $(#[$about])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+        $visibility struct $name {
+            $($(#[$doc])* pub $field: $kind,)*
+        }
+
+        impl $name {
+            /// The struct in WGSL.
+            pub const WGSL: &'static str = concat!(
+                "struct ", stringify!($name), " {\n",
+                $("    ", stringify!($field), ": ", shared_struct!(@wgsl $kind $($atomic)?), ",\n",)*
+                "}\n",
+            );
+
+            /// The members and where they lie, in bytes.
+            #[cfg(test)]
+            pub const OFFSETS: [(&'static str, usize); [$(stringify!($field)),*].len()] =
+                [$((stringify!($field), std::mem::offset_of!($name, $field))),*];
+        }
+    };
+}
+
+shared_struct! {
+    /// The view of a solid along one axis, in one band.
+    pub struct View {
+        /// A pixel is 2^shift lattice steps wide.
+        shift: u32,
+        /// The lattice position of ray 0 of any axis.
+        first_ray: i32,
+        /// 2^-shift.
+        pixels_per_step: f32,
+        /// The coordinate along the rays: 0, 1 or 2.
+        axis: u32,
+        /// The coordinate along the columns.
+        column_axis: u32,
+        /// The coordinate along the rows.
+        row_axis: u32,
+        /// The band's first row.
+        first_row: i32,
+        /// The band's first column.
+        first_column: i32,
+        /// Columns of the band.
+        columns: u32,
+        /// Rays of the band.
+        rays: u32,
+        /// The rows and columns of the band that are looked at.
+        first_window_row: i32,
+        end_window_row: i32,
+        first_window_column: i32,
+        end_window_column: i32,
+        /// Triangles in the buffer.
+        triangles: u32,
+        /// The index, in the mesh, of the first of them.
+        first_triangle: u32,
+        /// Blocks that the queue of large triangles holds.
+        queue_capacity: u32,
+        /// Half the lattice steps of a voxel.
+        half_voxel: u32,
+        /// LOD-C − 1.
+        last_voxel: u32,
+        /// Mask words a ray.
+        words: u32,
+        /// Where the crossings of the solid begin in their buffer.
+        first_crossing: u32,
+    }
+}
+
+impl View {
+    /// The view of a band along `axis`; of the solid nothing is known yet.
+    pub fn new(grid: &Grid, axis: Axis, band: &Band, window: &Window) -> View {
+        let (rows, columns) = (band.first_row..band.first_row + band.rows, band.columns());
+        View {
+            shift: grid.shift(),
+            first_ray: grid.node(0),
+            pixels_per_step: 1.0 / (1u32 << grid.shift()) as f32,
+            axis: axis.depth() as u32,
+            column_axis: axis.column() as u32,
+            row_axis: axis.row() as u32,
+            first_row: rows.start as i32,
+            first_column: columns.start as i32,
+            columns: columns.end - columns.start,
+            rays: band.rays(),
+            first_window_row: (rows.start as i32).max(window.rows.start),
+            end_window_row: (rows.end as i32).min(window.rows.end),
+            first_window_column: (columns.start as i32).max(window.columns.start),
+            end_window_column: (columns.end as i32).min(window.columns.end),
+            half_voxel: grid.voxel(axis) / 2,
+            last_voxel: grid.lod() - 1,
+            words: words(grid),
+            ..View::default()
+        }
+    }
+}
+
+/// Mask words that a ray has.
+pub fn words(grid: &Grid) -> u32 {
+    grid.lod().div_ceil(WORD_BITS)
+}
+
+shared_struct! {
+    /// What is counted over all rays of a band: unclosed ones, and what crossings tell of windings
+    /// ([`Windings`](crate::ldi::Windings)). Atomic in WGSL; sums of 64 bits lie in two words.
+    pub struct Tally {
+        unclosed: u32 atomic,
+        changes: u32 atomic,
+        wound_low: u32 atomic,
+        wound_high: u32 atomic,
+        aligned: i32 atomic,
+    }
+}
