@@ -113,7 +113,7 @@ impl AxisVolume {
             bias: image
                 .windings()
                 .filter(|windings| windings.fill_rules_agree())
-                .map_or(0.0, |windings| volume_of_length(image, sums.steps.iter().sum::<i64>() - windings.even_odd)),
+                .map_or(0.0, |windings| volume_of_length(image, sums.steps.iter().sum::<i64>() - windings.wound.abs())),
             unseen,
         }
     }
@@ -336,7 +336,7 @@ mod tests {
     use crate::grid::Grid;
     use crate::mesh::ClosedMesh;
     use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Fill, Mode, Sampler};
+    use crate::sampler::{Estimate, Fill, Mode, Sampler};
     use crate::solids;
 
     fn box_of(min: DVec3, max: DVec3) -> ClosedMesh {
@@ -410,6 +410,38 @@ mod tests {
                 "{resolution}: {estimate:?} against {exact}"
             );
         }
+    }
+
+    #[test]
+    fn the_bias_of_an_estimate_is_its_distance_to_the_exact_image() {
+        let of = |mesh: &crate::mesh::TriangleMesh, mode| {
+            let mesh = ClosedMesh::check(mesh.clone()).unwrap();
+            let grid = Grid::with_resolution(mesh.bounds(), 77, 128).unwrap();
+            let solid = grid.quantise(&mesh).unwrap();
+            AxisVolume::of(&CpuSampler::default().sample(&solid, Axis::X, mode, Fill::EvenOdd).unwrap())
+        };
+        let torus = solids::torus(3.0, 1.0, 31, 17).unwrap();
+        let mut inside_out = torus.clone();
+        inside_out.triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
+        let mut overlapping = torus.clone();
+        let base = torus.positions.len() as u32;
+        overlapping.positions.extend(torus.positions.iter().map(|&p| p + DVec3::new(0.5, 0.4, 0.3)));
+        overlapping.triangles.extend(torus.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + base)));
+        for mesh in [&torus, &inside_out] {
+            let exact = of(mesh, Mode::Exact);
+            assert_eq!(exact.bias, 0.0);
+            for estimate in [Estimate::Over, Estimate::Under] {
+                let image = of(mesh, Mode::Estimate(estimate));
+                let distance = image.volume - exact.volume;
+                assert!(
+                    image.bias != 0.0 && (image.bias > 0.0) == (estimate == Estimate::Over),
+                    "{estimate:?}: {image:?}"
+                );
+                assert!((image.bias - distance).abs() < 1e-12 * exact.volume, "{estimate:?}: {image:?}");
+            }
+        }
+        // Where shells overlap, nobody knows.
+        assert_eq!(of(&overlapping, Mode::Estimate(Estimate::Over)).bias, 0.0);
     }
 
     #[test]

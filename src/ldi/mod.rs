@@ -31,25 +31,42 @@ pub struct Ldi {
     unclosed: Vec<u32>,
 }
 
-/// Two lengths of the same rays, summed over the exact crossings of a solid, in lattice steps.
+/// What the crossings of a solid tell of the direction of its surfaces, summed over the rays that close.
+///
+/// Crossings that the image does not tell apart are one group: those at one lattice depth in an exact image, those in one
+/// voxel in an estimate. The contract is in the docs of [`sampler`](crate::sampler).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Windings {
-    /// Each point counted as often as shells wind around it: what the divergence theorem makes of the crossings.
+    /// The length of the rays inside, in lattice steps, each point counted as often as shells wind around it: what the
+    /// divergence theorem makes of the exact crossings, in every mode.
     pub wound: i64,
-    /// Each point counted once where a ray to it has crossed the mesh an odd number of times.
-    pub even_odd: i64,
+    /// The windings of the groups that [`changes`](Self::changes) counts, those over which the parity becomes even negated:
+    /// +1 for each crossing that goes the way that parity has it, −1 for each that goes the other way.
+    pub aligned: i64,
+    /// The groups of an odd number of crossings: how often the parity changes.
+    pub changes: i64,
 }
 
 impl Windings {
-    /// Whether no shells overlap on the rays, so that both fill rules see the same solid. Turning the whole solid inside
-    /// out changes nothing; only where overlaps and inside-out shells make up for each other to the lattice step are they
-    /// missed.
+    /// Whether every surface goes the way that parity has it, or every one the other way, as those of a solid turned inside
+    /// out do. Shells that overlap on the rays go against it, so that where this holds both fill rules see the same solid.
+    ///
+    /// It is not a proof. What is missed:
+    /// - groups of even count, which say nothing: shells that coincide, such as a body that the mesh holds twice, overlaps
+    ///   that the rays enter and leave through faces in one plane, and in an estimate all that lies within one voxel, the
+    ///   overlap of two shells by less than that among it;
+    /// - where overlaps and inside-out shells make up for each other, which takes three crossings in one group that go the
+    ///   same way.
     pub fn fill_rules_agree(self) -> bool {
-        self.wound.abs() == self.even_odd
+        self.aligned.abs() == self.changes
     }
 
     fn plus(self, other: Windings) -> Windings {
-        Windings { wound: self.wound + other.wound, even_odd: self.even_odd + other.even_odd }
+        Windings {
+            wound: self.wound + other.wound,
+            aligned: self.aligned + other.aligned,
+            changes: self.changes + other.changes,
+        }
     }
 }
 
@@ -146,7 +163,7 @@ impl Ldi {
     }
 
     /// What the crossings that the image was made from tell of windings; known for images of an oriented solid by itself,
-    /// in every mode and under either fill rule.
+    /// in every mode, and the same under either fill rule where the mesh is closed.
     pub fn windings(&self) -> Option<Windings> {
         self.windings
     }

@@ -48,6 +48,18 @@
 //! A ray whose crossings do not close (odd count; under the non-zero rule a final winding ≠ 0) gets **no samples** and is
 //! listed as unclosed. A mesh that passed [`ClosedMesh::check`](crate::mesh::ClosedMesh::check) has none.
 //!
+//! # Windings
+//! The image of an oriented solid by itself comes with the [`Windings`](crate::ldi::Windings) of all rays that close.
+//! - `wound` is −Σ `nearest` · winding over all crossings.
+//! - The crossings of a ray are **grouped** by `nearest` in an exact image (with or without triangles), and by voxel in an
+//!   estimate. A group of odd count **changes** the parity; the ray starts outside. `changes` counts such groups.
+//! - `aligned` adds up, over the same groups, the sum of the windings in the group, taken as it is where the parity becomes
+//!   odd over the group and negated where it becomes even.
+//!
+//! It is the parity under either fill rule, so that the rule decides about nothing but which rays close. Every sum depends
+//! on the set of crossings in each group and on no order of them: a mask of the parity of each voxel's crossings tells
+//! which voxels change the parity, and its prefix parity which way.
+//!
 //! # Intersection of two solids
 //! Exact is the interval merge of the two exact images ([`crate::boolean`]). Over and under are found in masks:
 //! `in∩ = in_A ∧ in_B`, `out∩ = out_A ∧ out_B`, and with `occ_X(z) = in_X ∨ out_X ∨ touched_X`

@@ -102,23 +102,25 @@ fn single_solids_agree_in_all_modes_and_both_fill_rules() {
 }
 
 #[test]
-fn windings_count_each_point_as_often_as_shells_wind_around_it() {
-    for_every_case(&oriented(), 20, |name, frame, soup, random| {
-        let (grid, mesh) = (grid(frame, 64), closed(soup));
+fn windings_agree_in_all_modes_and_both_fill_rules() {
+    for_every_case(&oriented(), 60, |name, frame, soup, random| {
+        let lod = random_lod(random);
+        let (grid, mesh) = (grid(frame, lod), closed(soup));
         let quantised = quantised(&grid, &mesh, soup);
+        let sampler = random_sampler(random);
         let axis = random.choose(&Axis::ALL);
-        let crossings = oracle::crossings(&lattice(frame, 64), solid(soup), axis.depth());
-        let wound: i64 = crossings
-            .iter()
-            .flatten()
-            .map(|crossing| i64::from(crossing.nearest) * if crossing.entering { -1 } else { 1 })
-            .sum();
-        let exact = random_sampler(random).sample(&quantised, axis, Mode::Exact, Fill::EvenOdd).unwrap();
-        let expected = Windings { wound, even_odd: ldi_ops::integrate::length(&exact) };
-        for fill in [Fill::EvenOdd, Fill::NonZero] {
-            for (mode, _) in MODES {
-                let image = random_sampler(random).sample(&quantised, axis, mode, fill).unwrap();
-                assert_eq!(image.windings(), Some(expected), "{name}, {axis:?}, {mode:?}, {fill:?}");
+        for (mode, oracle_mode) in MODES {
+            for (fill, oracle_fill) in FILLS {
+                let what = format!("{name}, {axis:?}, {mode:?}, {fill:?}, LOD-C {lod}");
+                let oracle::Windings { wound, aligned, changes } =
+                    oracle::windings(&lattice(frame, lod), solid(soup), axis.depth(), oracle_mode, oracle_fill);
+                let expected = Some(Windings { wound, aligned, changes });
+                let image = sampler.sample(&quantised, axis, mode, fill).unwrap();
+                assert_eq!(image.windings(), expected, "{what}");
+                if mode == Mode::Exact {
+                    let surface = sampler.sample_surface(&quantised, axis, fill).unwrap();
+                    assert_eq!(surface.windings(), expected, "{what}, with triangles");
+                }
             }
         }
     });

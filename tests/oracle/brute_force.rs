@@ -348,6 +348,37 @@ pub fn image(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: Fil
     collect(lattice, axis, rays.iter().map(|on_ray| is_closed(on_ray, fill).then(|| samples_of(on_ray))))
 }
 
+/// Sums over the crossings of all rays that close: each point counted as often as shells wind around it; the windings of
+/// the groups that change the parity, negated where it becomes even; and the number of those groups.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Windings {
+    pub wound: i64,
+    pub aligned: i64,
+    pub changes: i64,
+}
+
+/// The windings of one solid along an axis. Groups are of one depth in the exact image and of one voxel in the others.
+pub fn windings(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: Fill) -> Windings {
+    let mut windings = Windings { wound: 0, aligned: 0, changes: 0 };
+    for on_ray in crossings(lattice, solid, axis).iter().filter(|on_ray| is_closed(on_ray, fill)) {
+        for crossing in on_ray {
+            windings.wound -= i64::from(crossing.nearest) * winding([crossing]);
+        }
+        let group_of = |crossing: &Crossing| match mode {
+            Mode::Exact => i64::from(crossing.nearest),
+            Mode::Over | Mode::Under => lattice.voxel_of(axis, crossing.floor),
+        };
+        for (index, group) in grouped(on_ray, group_of) {
+            let near = inside(on_ray.iter().filter(|crossing| group_of(crossing) < index), Fill::EvenOdd);
+            let far = inside(on_ray.iter().filter(|crossing| group_of(crossing) <= index), Fill::EvenOdd);
+            let towards_inside = i64::from(far) - i64::from(near);
+            windings.aligned += towards_inside * winding(&group);
+            windings.changes += towards_inside.abs();
+        }
+    }
+    windings
+}
+
 /// The image of the intersection of two solids: the conservative ones by voxels, the exact one from the exact images.
 pub fn intersection(lattice: &Lattice, a: Solid, b: Solid, axis: usize, mode: Mode, fill: Fill) -> Image {
     if mode == Mode::Exact {

@@ -203,6 +203,49 @@ fn touching_cubes_have_nothing_in_common_and_unite_without_loss() {
 }
 
 #[test]
+fn windings_tell_overlaps_from_shells_that_touch_and_from_what_is_inside_out() {
+    let of = |shells: &[TriangleMesh], axis, mode, fill| {
+        let mesh = closed(together(shells));
+        sample(&quantised(&grid_around(&[&mesh], 64, 1024), &mesh), axis, mode, fill).windings().unwrap()
+    };
+    let cube = cube_at(0.0, 0.0, 0.0);
+    for (axis, mode) in Axis::ALL.into_iter().flat_map(|axis| MODES.map(|mode| (axis, mode))) {
+        for fill in FILLS {
+            let what = format!("{axis:?}, {mode:?}, {fill:?}");
+            let abutting = [cube_at(1.0, 0.0, 0.0), cube_at(0.0, 1.0, 0.0), cube_at(0.0, 0.0, 1.0)];
+            for other in abutting {
+                let windings = of(&[cube.clone(), other], axis, mode, fill);
+                assert!(windings.fill_rules_agree() && windings.aligned == windings.changes, "{what}: {windings:?}");
+                assert!(windings.changes > 0 && windings.wound > 0, "{what}: {windings:?}");
+            }
+            let overlapping = of(&[cube.clone(), cube_at(0.5, 0.25, 0.125)], axis, mode, fill);
+            assert!(!overlapping.fill_rules_agree(), "{what}: {overlapping:?}");
+            let turned = of(&[reversed(&cube)], axis, mode, fill);
+            assert!(turned.fill_rules_agree() && turned.aligned == -turned.changes, "{what}: {turned:?}");
+            assert!(turned.changes > 0 && turned.wound < 0, "{what}: {turned:?}");
+            // One of two is inside out.
+            let mixed = of(&[cube.clone(), reversed(&cube_at(1.5, 0.25, 0.125))], axis, mode, fill);
+            assert!(!mixed.fill_rules_agree(), "{what}: {mixed:?}");
+        }
+    }
+}
+
+#[test]
+fn where_the_fill_rules_agree_the_shells_wind_once_around_the_inside() {
+    for (name, model) in models().into_iter().filter(|(name, _)| *name != "heap of struts") {
+        for mesh in [model.mesh().clone(), reversed(model.mesh())].map(closed) {
+            let solid = quantised(&grid_around(&[&mesh], 50, 1024), &mesh);
+            for (axis, mode) in Axis::ALL.into_iter().flat_map(|axis| MODES.map(|mode| (axis, mode))) {
+                let windings = sample(&solid, axis, mode, Fill::EvenOdd).windings().unwrap();
+                assert!(windings.fill_rules_agree(), "{name}, {axis:?}, {mode:?}: {windings:?}");
+                let exact = length(&sample(&solid, axis, Mode::Exact, Fill::EvenOdd));
+                assert_eq!(windings.wound.abs(), exact, "{name}, {axis:?}, {mode:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn coincident_solids_are_one() {
     let mut solids = models();
     solids.push(("cube", closed(cube_at(0.0, 0.0, 0.0))));

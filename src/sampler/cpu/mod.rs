@@ -1,7 +1,7 @@
 //! The sampler for processors without a GPU: rayon over bands of rows.
 //!
 //! Stages, each a module: `bin` (triangles by band) → `raster` (the one geometry pass: crossings by ray) →
-//! `exact`, or `masks` → `classify` → `retrieve` ray by ray. The masks of one ray stay in the first-level cache,
+//! `exact`, or `masks` → `classify` → `retrieve` ray by ray, and `windings` beside either. The masks of one ray stay in the first-level cache,
 //! and the retrieval reads the crossings that the geometry pass left instead of rasterising again.
 
 mod bin;
@@ -10,6 +10,7 @@ mod exact;
 mod masks;
 mod raster;
 mod retrieve;
+mod windings;
 
 use std::num::NonZeroU32;
 
@@ -64,7 +65,7 @@ impl CpuSampler {
                 let hits = crossings.on_ray(ray);
                 if closes(hits, fill) {
                     exact::resolve(hits, fill, |hit| keep(image, hit));
-                    add_windings(hits, &mut windings);
+                    windings::add(&mut windings, hits, |hit| hit.crossing().nearest() as u32);
                     image.end_ray();
                 } else {
                     image.end_unclosed_ray();
@@ -100,8 +101,7 @@ impl Sampler for CpuSampler {
                     image.depths().reserve(stage.crossings.count());
                     let mut windings = Windings::default();
                     for ray in 0..rays {
-                        stage.estimate_ray(ray, fill, &voxels, estimate, image);
-                        add_windings(stage.crossings.on_ray(ray), &mut windings);
+                        stage.estimate_ray(ray, fill, &voxels, estimate, image, &mut windings);
                     }
                     if solid.closure().is_oriented() {
                         image.add_windings(windings);
@@ -162,8 +162,16 @@ struct OneSolid {
 }
 
 impl OneSolid {
-    /// Appends the estimate on one ray of the band, and leaves its crossings sorted.
-    fn estimate_ray(&mut self, ray: u32, fill: Fill, voxels: &Voxels, estimate: Estimate, image: &mut BandImage) {
+    /// Appends the estimate on one ray of the band, and adds what its crossings tell of windings.
+    fn estimate_ray(
+        &mut self,
+        ray: u32,
+        fill: Fill,
+        voxels: &Voxels,
+        estimate: Estimate,
+        image: &mut BandImage,
+        windings: &mut Windings,
+    ) {
         let crossings = self.crossings.on_ray(ray);
         if !closes(crossings, fill) {
             return image.end_unclosed_ray();
@@ -173,12 +181,14 @@ impl OneSolid {
             image
                 .depths()
                 .extend((0..).zip(&*crossings).map(|(rank, &crossing)| retrieve::rounded(crossing, rank, estimate)));
+            windings::add_single(windings, crossings);
         } else {
             self.masks.enter(crossings, fill, voxels);
             self.classes.classify(&self.masks, estimate);
             let samples = append_identities(image.depths(), self.classes.samples, estimate);
             retrieve::retrieve(crossings, &self.masks.any, &self.classes, voxels, estimate, samples);
             self.masks.clear();
+            windings::add(windings, crossings, |crossing| voxels.of(crossing));
         }
         image.end_ray();
     }
@@ -218,15 +228,6 @@ impl TwoSolids {
             masks_b.clear();
         }
         image.end_ray();
-    }
-}
-
-/// Adds what the crossings of a ray, sorted, tell of windings.
-fn add_windings<H: Hit>(sorted: &[H], windings: &mut Windings) {
-    for pair in sorted.chunks_exact(2) {
-        let [start, end] = [pair[0].crossing(), pair[1].crossing()];
-        windings.even_odd += i64::from(end.nearest() - start.nearest());
-        windings.wound -= i64::from(start.nearest() * start.winding()) + i64::from(end.nearest() * end.winding());
     }
 }
 

@@ -1,0 +1,47 @@
+//! What the crossings of a ray tell of windings.
+
+use crate::fixed::Hit;
+use crate::ldi::Windings;
+
+/// Adds what the sorted crossings of a ray that closes tell, where each is a group of its own: the parity becomes odd at
+/// every other one.
+#[inline]
+pub fn add_single<H: Hit>(windings: &mut Windings, sorted: &[H]) {
+    for pair in sorted.chunks_exact(2) {
+        let [start, end] = [pair[0].crossing(), pair[1].crossing()];
+        windings.wound -= i64::from(start.nearest() * start.winding()) + i64::from(end.nearest() * end.winding());
+        windings.aligned += i64::from(start.winding() - end.winding());
+    }
+    windings.changes += sorted.len() as i64;
+}
+
+/// Adds what the sorted crossings of a ray that closes tell, where `group` is equal for those of one group.
+#[inline]
+pub fn add<H: Hit>(windings: &mut Windings, sorted: &[H], group: impl Fn(H) -> u32) {
+    let mut shared = false;
+    let mut before = u32::MAX;
+    for &hit in sorted {
+        let this = group(hit);
+        shared |= this == before;
+        before = this;
+    }
+    if shared { add_groups(windings, sorted, group) } else { add_single(windings, sorted) }
+}
+
+/// The general case of [`add`], which nearly no ray needs.
+#[cold]
+fn add_groups<H: Hit>(windings: &mut Windings, sorted: &[H], group: impl Fn(H) -> u32) {
+    let mut direction = -1;
+    for group in sorted.chunk_by(|&a, &b| group(a) == group(b)) {
+        for hit in group {
+            let crossing = hit.crossing();
+            windings.wound -= i64::from(crossing.nearest() * crossing.winding());
+        }
+        if !group.len().is_multiple_of(2) {
+            direction = -direction;
+            let winding: i32 = group.iter().map(|hit| hit.crossing().winding()).sum();
+            windings.aligned += i64::from(direction * winding);
+            windings.changes += 1;
+        }
+    }
+}
