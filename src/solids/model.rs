@@ -319,20 +319,20 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "weave",
-        summary: "layers of plain-woven cloth of round threads that do not touch",
+        summary: "layers of plain-woven cloth of round yarns that do not touch",
         parameters: &[
-            parameter("threads", "8", "threads side by side in x and in y: one number, or two with a comma"),
+            parameter("yarns", "8", "yarns side by side in x and in y: one number, or two with a comma"),
             parameter("layers", "1", "cloths one above the other"),
-            parameter("spacing", "2", "distance between neighbouring threads, mm"),
-            parameter("radius", "0.3", "radius of a thread, mm"),
-            parameter("gap", "0.2", "least distance between crossing threads, mm"),
-            parameter("segments", "16", "segments round a thread"),
-            parameter("steps", "8", "segments of a thread from crossing to crossing"),
+            parameter("spacing", "2", "distance between neighbouring yarns, mm"),
+            parameter("radius", "0.3", "radius of a yarn, mm"),
+            parameter("gap", "0.2", "least distance between crossing yarns, mm"),
+            parameter("segments", "16", "segments round a yarn"),
+            parameter("steps", "8", "segments of a yarn from crossing to crossing"),
         ],
         build: |a| {
             let expected = "a whole number, or two with a comma between them";
             Ok(Model::Weave(Weave {
-                threads: a.read("threads", expected, one_or_several)?,
+                yarns: a.read("yarns", expected, one_or_several)?,
                 layers: a.count("layers")?,
                 spacing: a.number("spacing")?,
                 radius: a.number("radius")?,

@@ -1,8 +1,8 @@
-//! Woven cloths: round threads that pass over and under each other without touching.
+//! Woven cloths: round yarns that pass over and under each other without touching.
 //!
 //! # Theory
-//! Threads of a plain weave run along sines: warp i along y at x = i p, z = a cos(πy / p), and weft j along x at y = j p,
-//! z = −a cos(πx / p), each turned over from one thread to the next. At a crossing their middle lines are 2a apart. With
+//! Yarns of a plain weave run along sines: warp i along y at x = i p, z = a cos(πy / p), and weft j along x at y = j p,
+//! z = −a cos(πx / p), each turned over from one yarn to the next. At a crossing their middle lines are 2a apart. With
 //! cos t ≥ 1 − t² / 2 the squared distance of any two of their points, x and y from the crossing, is at least
 //! 4a² + (1 − 2π²a² / p²)(x² + y²), so nothing comes closer than at crossings as long as a ≤ p / (π √2).
 
@@ -13,31 +13,31 @@ use glam::{DVec2, DVec3};
 use super::{SolidError, check_length, check_range, check_triangles};
 use crate::mesh::TriangleMesh;
 
-/// Layers of plain-woven cloth, one above the other along z, centred on the origin. No two threads touch, so each thread is
-/// a shell and `threads[0] + threads[1]` of them make a layer.
+/// Layers of plain-woven cloth, one above the other along z, centred on the origin. No two yarns touch, so each yarn is
+/// a shell and `yarns[0] + yarns[1]` of them make a layer.
 ///
-/// A thread of n crossings has `2 segments (n steps + 1)` triangles.
+/// A yarn of n crossings has `2 segments (n steps + 1)` triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weave {
-    /// Threads along y, side by side in x, and threads along x, side by side in y; 1 to 10 000 each.
-    pub threads: [u32; 2],
+    /// Yarns along y, side by side in x, and yarns along x, side by side in y; 1 to 10 000 each.
+    pub yarns: [u32; 2],
     /// Cloths, 1 to 10 000.
     pub layers: u32,
-    /// Distance between the middle lines of neighbouring threads.
+    /// Distance between the middle lines of neighbouring yarns.
     pub spacing: f64,
-    /// Radius of a thread.
+    /// Radius of a yarn.
     pub radius: f64,
-    /// Least distance between the surfaces of crossing threads, and of layers. With the radius it gives the amplitude
-    /// a = radius + gap / 2 of the threads, of which spacing / (π √2) is the most.
+    /// Least distance between the surfaces of crossing yarns, and of layers. With the radius it gives the amplitude
+    /// a = radius + gap / 2 of the yarns, of which spacing / (π √2) is the most.
     pub gap: f64,
-    /// Segments round a thread, at least 3.
+    /// Segments round a yarn, at least 3.
     pub segments: u32,
-    /// Segments of a thread from one crossing to the next, at least 2.
+    /// Segments of a yarn from one crossing to the next, at least 2.
     pub steps: u32,
 }
 
 impl Weave {
-    /// The closed surfaces of the threads.
+    /// The closed surfaces of the yarns.
     ///
     /// # Errors
     /// A parameter out of the range that its field gives, or too many triangles.
@@ -45,20 +45,20 @@ impl Weave {
         for (name, value) in [("spacing", self.spacing), ("radius", self.radius), ("gap", self.gap)] {
             check_length(name, value)?;
         }
-        for n in self.threads {
-            check_range("threads", n.into(), 1.0, 10_000.0)?;
+        for n in self.yarns {
+            check_range("yarns", n.into(), 1.0, 10_000.0)?;
         }
         check_range("layers", self.layers.into(), 1.0, 10_000.0)?;
         check_range("segments", self.segments.into(), 3.0, 1e6)?;
         check_range("steps", self.steps.into(), 2.0, 1e6)?;
         let most = self.spacing / (PI * SQRT_2) - self.gap / 2.0;
         if self.radius > most {
-            let allowed = format!("at most {most} for threads of this spacing and gap to pass each other");
+            let allowed = format!("at most {most} for yarns of this spacing and gap to pass each other");
             return Err(SolidError::OutOfRange { parameter: "radius", value: self.radius, allowed });
         }
-        let crossings = self.threads.map(u64::from);
-        let thread = |crossings: u64| 2 * u64::from(self.segments) * (crossings * u64::from(self.steps) + 1);
-        let layer = crossings[0] * thread(crossings[1]) + crossings[1] * thread(crossings[0]);
+        let crossings = self.yarns.map(u64::from);
+        let yarn = |crossings: u64| 2 * u64::from(self.segments) * (crossings * u64::from(self.steps) + 1);
+        let layer = crossings[0] * yarn(crossings[1]) + crossings[1] * yarn(crossings[0]);
         let triangles = layer.saturating_mul(self.layers.into());
         check_triangles("segments", self.segments, triangles)?;
 
@@ -70,29 +70,29 @@ impl Weave {
         for layer in 0..self.layers {
             let z = rise * centred(layer, self.layers);
             for (family, side) in [(0, 1.0), (1, -1.0)] {
-                let (count, length) = (self.threads[family], self.threads[1 - family]);
+                let (count, length) = (self.yarns[family], self.yarns[1 - family]);
                 for i in 0..count {
                     let across = self.spacing * centred(i, count);
-                    // The cosine of crossing j of thread i, whose sign is the other one's at the next thread.
+                    // The cosine of crossing j of yarn i, whose sign is the other one's at the next yarn.
                     let amplitude = if i % 2 == 0 { side * amplitude } else { -side * amplitude };
                     let turn = |along: f64, p: DVec2| match family {
                         0 => DVec3::new(across - p.x, along, z + p.y),
                         _ => DVec3::new(along, across + p.x, z + p.y),
                     };
-                    self.add_thread(&mut mesh, length, amplitude, turn);
+                    self.add_yarn(&mut mesh, length, amplitude, turn);
                 }
             }
         }
         Ok(mesh)
     }
 
-    /// Adds a thread of a number of crossings. `place` puts a point into the world from where it is along the cloth and
-    /// from its place across: sideways, left of a walk along the thread, and up.
-    fn add_thread(&self, mesh: &mut TriangleMesh, crossings: u32, amplitude: f64, place: impl Fn(f64, DVec2) -> DVec3) {
+    /// Adds a yarn of a number of crossings. `place` puts a point into the world from where it is along the cloth and
+    /// from its place across: sideways, left of a walk along the yarn, and up.
+    fn add_yarn(&self, mesh: &mut TriangleMesh, crossings: u32, amplitude: f64, place: impl Fn(f64, DVec2) -> DVec3) {
         let (segments, rings) = (self.segments, crossings * self.steps + 1);
         let first = mesh.positions.len() as u32;
         for ring in 0..rings {
-            // A thread goes on beyond its outermost crossings by half a spacing.
+            // A yarn goes on beyond its outermost crossings by half a spacing.
             let phase = PI * (f64::from(ring) / f64::from(self.steps) - 0.5);
             let along = self.spacing * (phase / PI - f64::from(crossings - 1) / 2.0);
             let slope = DVec2::new(self.spacing, -amplitude * PI * phase.sin()).normalize();
@@ -127,10 +127,10 @@ mod tests {
     use crate::solids::closure::{assert_solid, components, euler_characteristic, volume};
 
     const CLOTH: Weave =
-        Weave { threads: [4, 3], layers: 2, spacing: 2.0, radius: 0.3, gap: 0.2, segments: 12, steps: 8 };
+        Weave { yarns: [4, 3], layers: 2, spacing: 2.0, radius: 0.3, gap: 0.2, segments: 12, steps: 8 };
 
     #[test]
-    fn threads_are_balls_of_known_volume() {
+    fn yarns_are_balls_of_known_volume() {
         let mesh = CLOTH.build().unwrap();
         assert_solid(&mesh);
         assert_eq!(components(&mesh), 14);
@@ -148,15 +148,15 @@ mod tests {
     }
 
     #[test]
-    fn threads_keep_their_gap() {
+    fn yarns_keep_their_gap() {
         // The amplitude is near the most that the proof allows.
-        let cloth = Weave { threads: [3, 3], layers: 2, radius: 0.34, segments: 24, steps: 24, ..CLOTH };
+        let cloth = Weave { yarns: [3, 3], layers: 2, radius: 0.34, segments: 24, steps: 24, ..CLOTH };
         let mesh = cloth.build().unwrap();
-        let threads: Vec<&[DVec3]> = mesh.positions.chunks(24 * 73 + 2).collect();
-        assert_eq!(threads.len(), 12);
+        let yarns: Vec<&[DVec3]> = mesh.positions.chunks(24 * 73 + 2).collect();
+        assert_eq!(yarns.len(), 12);
         let mut least = f64::MAX;
-        for (i, a) in threads.iter().enumerate() {
-            for b in &threads[..i] {
+        for (i, a) in yarns.iter().enumerate() {
+            for b in &yarns[..i] {
                 let pairs = a.iter().flat_map(|p| b.iter().map(|q| p.distance_squared(*q)));
                 least = pairs.fold(least, f64::min);
             }
@@ -176,9 +176,9 @@ mod tests {
     fn wrong_parameters_are_errors() {
         let text = |weave: Weave| weave.build().unwrap_err().to_string();
         assert!(text(Weave { radius: 0.4, ..CLOTH }).starts_with("radius is 0.4, but must be at most 0.35"));
-        assert!(text(Weave { threads: [0, 3], ..CLOTH }).starts_with("threads is 0, but must be from 1"));
+        assert!(text(Weave { yarns: [0, 3], ..CLOTH }).starts_with("yarns is 0, but must be from 1"));
         assert!(text(Weave { steps: 1, ..CLOTH }).starts_with("steps is 1, but"));
-        let many = Weave { threads: [1000; 2], layers: 100, ..CLOTH };
+        let many = Weave { yarns: [1000; 2], layers: 100, ..CLOTH };
         assert_eq!(text(many), "segments = 12 gives 38404800000 triangles, but at most 50000000 are allowed");
     }
 }
