@@ -4,33 +4,42 @@
 //! depends on it. Every solid but [`cuboid`] has its centre at the origin, so that any two overlap.
 //!
 //! Simple shapes are tessellated directly ([`cuboid`], [`sphere`], [`cylinder`], [`torus`], [`hyperboloid`],
-//! [`geodesic()`], [`chain()`]). Minimal surfaces, merged lattices, the brush and the bone are implicit solids {F < 0} that one contourer turns into a mesh, clipped by their
-//! box with planar caps ([`MinimalSurface`], [`StrutLattice`], [`Brush`], [`LongBone`]). [`Model`] gathers them all under the
-//! names and defaults that a command line needs.
+//! [`geodesic()`], [`chain()`], [`chain_mail`], [`Weave`], [`GeodesicFrame`], [`HyperboloidFrame`]). Minimal surfaces, merged
+//! lattices, the brush and the bones are implicit solids {F < 0} that one contourer turns into a mesh, clipped by their box
+//! with planar caps ([`MinimalSurface`], [`StrutLattice`], [`Brush`], [`LongBone`], [`TrabecularBone`]). [`Model`] gathers
+//! them all under the names and defaults that a command line needs.
 //!
 //! The mesh of a solid is the same, bit for bit, whatever the number of threads.
 
 mod brush;
 mod chain;
+mod chain_mail;
 mod contour;
+mod frame;
 mod geodesic;
 mod lattice;
 mod long_bone;
 mod minimal_surface;
 mod model;
 mod primitives;
+mod trabecular;
+mod weave;
 
 #[cfg(test)]
 mod closure;
 
 pub use brush::Brush;
 pub use chain::chain;
+pub use chain_mail::chain_mail;
+pub use frame::{GeodesicFrame, HyperboloidFrame};
 pub use geodesic::geodesic;
 pub use lattice::{LatticeForm, StrutLattice, StrutPattern};
 pub use long_bone::LongBone;
 pub use minimal_surface::{MinimalSurface, Part, Surface};
 pub use model::{Model, ModelKind, Parameter};
 pub use primitives::{cuboid, cylinder, hyperboloid, sphere, torus};
+pub use trabecular::TrabecularBone;
+pub use weave::Weave;
 
 /// The most triangles that a solid may have.
 pub const MAX_TRIANGLES: u64 = 50_000_000;

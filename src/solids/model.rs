@@ -3,8 +3,9 @@
 use glam::DVec3;
 
 use super::{
-    Brush, LatticeForm, LongBone, MinimalSurface, Part, SolidError, StrutLattice, StrutPattern, Surface, chain, cuboid,
-    cylinder, geodesic, hyperboloid, sphere, torus,
+    Brush, GeodesicFrame, HyperboloidFrame, LatticeForm, LongBone, MinimalSurface, Part, SolidError, StrutLattice,
+    StrutPattern, Surface, TrabecularBone, Weave, chain, chain_mail, cuboid, cylinder, geodesic, hyperboloid, sphere,
+    torus,
 };
 use crate::mesh::TriangleMesh;
 
@@ -78,6 +79,27 @@ pub enum Model {
         /// Segments round its section.
         across: u32,
     },
+    /// See [`chain_mail`].
+    ChainMail {
+        /// Flat rings along x.
+        columns: u32,
+        /// Flat rings along y.
+        rows: u32,
+        /// Radius of a ring's middle line.
+        major: f64,
+        /// Radius of a ring's section.
+        minor: f64,
+        /// Segments along a ring.
+        around: u32,
+        /// Segments round its section.
+        across: u32,
+    },
+    /// See [`Weave`].
+    Weave(Weave),
+    /// See [`GeodesicFrame`].
+    GeodesicFrame(GeodesicFrame),
+    /// See [`HyperboloidFrame`].
+    HyperboloidFrame(HyperboloidFrame),
     /// See [`Brush`].
     Brush(Brush),
     /// See [`MinimalSurface`].
@@ -86,6 +108,8 @@ pub enum Model {
     StrutLattice(StrutLattice),
     /// See [`LongBone`].
     LongBone(LongBone),
+    /// See [`TrabecularBone`].
+    TrabecularBone(TrabecularBone),
 }
 
 /// A parameter of a model, as a help text shows it.
@@ -118,6 +142,7 @@ const fn parameter(name: &'static str, default: &'static str, meaning: &'static 
 const RADIUS: Parameter = parameter("radius", "10", "radius, mm");
 const SEGMENTS: Parameter = parameter("segments", "64", "segments round the axis");
 const CELL_SIZE: Parameter = parameter("cell-size", "10", "side of a cell, mm");
+const WINDOW: Parameter = parameter("window", "0.8", "sides of a window as a share of those of its face");
 const CELLS: Parameter = parameter("cells", "4", "cells along the axes: one number, or three with commas");
 
 const MINIMAL_SURFACE: &[Parameter] = &[
@@ -159,6 +184,24 @@ const KINDS: &[ModelKind] = &[
         summary: "sphere of even triangles from an icosahedron",
         parameters: &[RADIUS, parameter("frequency", "16", "parts into which an edge of the icosahedron is cut")],
         build: |a| Ok(Model::Geodesic { radius: a.number("radius")?, frequency: a.count("frequency")? }),
+    },
+    ModelKind {
+        name: "geodesic-frame",
+        summary: "geodesic sphere of bars, with a window in every triangle",
+        parameters: &[
+            RADIUS,
+            parameter("frequency", "6", "parts into which an edge of the icosahedron is cut"),
+            WINDOW,
+            parameter("depth", "0.5", "depth of the bars towards the middle, mm"),
+        ],
+        build: |a| {
+            Ok(Model::GeodesicFrame(GeodesicFrame {
+                radius: a.number("radius")?,
+                frequency: a.count("frequency")?,
+                window: a.number("window")?,
+                depth: a.number("depth")?,
+            }))
+        },
     },
     ModelKind {
         name: "torus",
@@ -211,6 +254,28 @@ const KINDS: &[ModelKind] = &[
         },
     },
     ModelKind {
+        name: "hyperboloid-frame",
+        summary: "hyperboloid of two families of straight bars, with windows between them",
+        parameters: &[
+            parameter("waist", "5", "radius in the middle, mm"),
+            parameter("height", "20", "height, mm"),
+            parameter("bars", "24", "bars of either family"),
+            parameter("crossings", "8", "crossings of a bar on either side of the waist, which set the rims"),
+            WINDOW,
+            parameter("depth", "0.4", "depth of the bars across the surface, mm"),
+        ],
+        build: |a| {
+            Ok(Model::HyperboloidFrame(HyperboloidFrame {
+                waist: a.number("waist")?,
+                height: a.number("height")?,
+                bars: a.count("bars")?,
+                crossings: a.count("crossings")?,
+                window: a.number("window")?,
+                depth: a.number("depth")?,
+            }))
+        },
+    },
+    ModelKind {
         name: "chain",
         summary: "interlocked rings along x that do not touch",
         parameters: &[
@@ -228,6 +293,53 @@ const KINDS: &[ModelKind] = &[
                 around: a.count("around")?,
                 across: a.count("across")?,
             })
+        },
+    },
+    ModelKind {
+        name: "chain-mail",
+        summary: "net of interlocked rings in the plane of x and y that do not touch",
+        parameters: &[
+            parameter("columns", "4", "flat rings along x"),
+            parameter("rows", "3", "flat rings along y"),
+            parameter("major", "5", "radius of a ring's middle line, mm"),
+            parameter("minor", "1", "radius of a ring's section, mm"),
+            parameter("around", "64", "segments along a ring"),
+            parameter("across", "24", "segments round its section"),
+        ],
+        build: |a| {
+            Ok(Model::ChainMail {
+                columns: a.count("columns")?,
+                rows: a.count("rows")?,
+                major: a.number("major")?,
+                minor: a.number("minor")?,
+                around: a.count("around")?,
+                across: a.count("across")?,
+            })
+        },
+    },
+    ModelKind {
+        name: "weave",
+        summary: "layers of plain-woven cloth of round yarns that do not touch",
+        parameters: &[
+            parameter("yarns", "8", "yarns side by side in x and in y: one number, or two with a comma"),
+            parameter("layers", "1", "cloths one above the other"),
+            parameter("spacing", "2", "distance between neighbouring yarns, mm"),
+            parameter("radius", "0.3", "radius of a yarn, mm"),
+            parameter("gap", "0.2", "least distance between crossing yarns, mm"),
+            parameter("segments", "16", "segments round a yarn"),
+            parameter("steps", "8", "segments of a yarn from crossing to crossing"),
+        ],
+        build: |a| {
+            let expected = "a whole number, or two with a comma between them";
+            Ok(Model::Weave(Weave {
+                yarns: a.read("yarns", expected, one_or_several)?,
+                layers: a.count("layers")?,
+                spacing: a.number("spacing")?,
+                radius: a.number("radius")?,
+                gap: a.number("gap")?,
+                segments: a.count("segments")?,
+                steps: a.count("steps")?,
+            }))
         },
     },
     ModelKind {
@@ -301,6 +413,28 @@ const KINDS: &[ModelKind] = &[
             }))
         },
     },
+    ModelKind {
+        name: "trabecular",
+        summary: "block of trabecular bone, rods and plates without order, capped by its box",
+        parameters: &[
+            parameter("size", "5,5,7", "sides of the block, mm"),
+            parameter("spacing", "1", "distance from one trabecula across to the next, mm"),
+            parameter("fraction", "0.35", "share of volume that is bone"),
+            parameter("stretch", "1.5", "how much longer trabeculae are along z"),
+            parameter("seed", "1", "picks one of many such bones"),
+            parameter("resolution", "12", "grid cells along the spacing"),
+        ],
+        build: |a| {
+            Ok(Model::TrabecularBone(TrabecularBone {
+                size: a.vector("size")?,
+                spacing: a.number("spacing")?,
+                fraction: a.number("fraction")?,
+                stretch: a.number("stretch")?,
+                seed: a.count("seed")?,
+                resolution: a.count("resolution")?,
+            }))
+        },
+    },
 ];
 
 impl Model {
@@ -348,10 +482,17 @@ impl Model {
                 hyperboloid(waist, rim, height, segments, zones)
             }
             Model::Chain { links, major, minor, around, across } => chain(links, major, minor, around, across),
+            Model::ChainMail { columns, rows, major, minor, around, across } => {
+                chain_mail(columns, rows, major, minor, around, across)
+            }
+            Model::Weave(model) => model.build(),
+            Model::GeodesicFrame(model) => model.build(),
+            Model::HyperboloidFrame(model) => model.build(),
             Model::Brush(model) => model.build(),
             Model::MinimalSurface(model) => model.build(),
             Model::StrutLattice(model) => model.build(),
             Model::LongBone(model) => model.build(),
+            Model::TrabecularBone(model) => model.build(),
         }
     }
 }

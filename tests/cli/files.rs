@@ -36,7 +36,7 @@ fn formats_without_a_writer_are_refused_before_anything_is_read() {
 #[test]
 fn every_kind_of_model_is_a_solid() {
     let folder = Folder::new();
-    let small: [(&str, &[&str]); 13] = [
+    let small: [(&str, &[&str]); 21] = [
         ("cuboid", &["--min", "-1,-2,-3", "--max", "1,2,3"]),
         ("box", &[]),
         ("sphere", &[]),
@@ -50,6 +50,14 @@ fn every_kind_of_model_is_a_solid() {
         ("cubic", &["--cells", "2", "--resolution", "12"]),
         ("bcc", &["--cells", "2", "--resolution", "12"]),
         ("bone", &["--resolution", "60"]),
+        ("hyperboloid", &["--zones", "8"]),
+        ("chain", &["--links", "2"]),
+        ("brush", &["--bristles", "2,3"]),
+        ("trabecular", &["--size", "3,3,4", "--resolution", "8"]),
+        ("geodesic-frame", &["--frequency", "2"]),
+        ("hyperboloid-frame", &["--bars", "12", "--crossings", "4"]),
+        ("weave", &["--yarns", "3,2", "--layers", "2"]),
+        ("chain-mail", &["--columns", "2", "--rows", "2"]),
     ];
     for (kind, parameters) in small {
         let arguments = [&["generate", kind, "-o", "a.stl"], parameters].concat();

@@ -104,6 +104,12 @@ enum Benchmark {
         /// The folder, which exists.
         folder: PathBuf,
     },
+    /// Write the models like those of Leung and Wang to a folder, with a table of their sizes
+    #[command(hide = true)]
+    SeedModels {
+        /// The folder, which exists.
+        folder: PathBuf,
+    },
 }
 
 fn main() -> ExitCode {
@@ -116,6 +122,7 @@ fn main() -> ExitCode {
             process::run(&plan, json.as_deref())
         }
         Benchmark::Models { folder } => models::write_all(&folder),
+        Benchmark::SeedModels { folder } => models::write_seeds(&folder).map(|table| print!("{}", table.markdown())),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -3,10 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::mesh::{ClosedMesh, LengthUnit, TriangleMesh, io};
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::{Fill, Mode, Sampler};
 use ldi_ops::solids::{Model, cuboid};
 
 use crate::BenchError;
+use crate::table::{Table, count, number};
 
 /// A solid by name.
 pub struct NamedSolid {
@@ -76,6 +80,116 @@ fn plates() -> Result<TriangleMesh, BenchError> {
     Ok(all)
 }
 
+/// A solid of the kind and size of one that Leung and Wang timed, with what they published of theirs.
+///
+/// Y.-S. Leung and C. C. L. Wang, Conservative Sampling of Solids in Image Space, IEEE Computer Graphics and Applications
+/// 33(1), 2013.
+pub struct SeedModel {
+    /// Our solid.
+    pub solid: NamedSolid,
+    /// Triangles of theirs.
+    pub triangles: u32,
+    /// The most samples of theirs on a ray of any axis, at 512 rays along the longest side.
+    pub layers: u32,
+    /// Milliseconds that their sampling along three axes took on a GeForce GTX 580, at 512² rays and LOD-C 1024.
+    pub milliseconds: f64,
+}
+
+/// Solids like the six that Leung and Wang timed, within 5 % of their triangles and 30 % of their layers.
+pub fn seed_models() -> Result<Vec<SeedModel>, BenchError> {
+    let seed = |name, about, kind, parameters: &[(&str, &str)], triangles, layers, milliseconds| {
+        let mesh = closed(name, build(kind, parameters)?)?;
+        Ok(SeedModel { solid: NamedSolid { name, about, mesh }, triangles, layers, milliseconds })
+    };
+    Ok(vec![
+        seed(
+            "trabecular bone",
+            "rods and plates from a random field",
+            "trabecular",
+            &[("size", "9,9,26"), ("fraction", "0.32"), ("stretch", "1"), ("resolution", "8")],
+            876_000,
+            42,
+            206.0,
+        )?,
+        seed(
+            "hyperboloid",
+            "two families of 90 straight bars",
+            "hyperboloid-frame",
+            &[("waist", "10"), ("height", "40"), ("bars", "90"), ("crossings", "30"), ("depth", "0.4")],
+            130_000,
+            32,
+            20.5,
+        )?,
+        seed(
+            "nylon lattice",
+            "8 layers of woven cloth",
+            "weave",
+            &[("yarns", "13"), ("layers", "8"), ("radius", "0.34"), ("segments", "12"), ("steps", "10")],
+            654_000,
+            40,
+            30.2,
+        )?,
+        seed(
+            "chain",
+            "chain mail of 24 × 6 flat rings and those between them",
+            "chain-mail",
+            &[("columns", "24"), ("rows", "6"), ("around", "25"), ("across", "20")],
+            402_000,
+            192,
+            35.5,
+        )?,
+        seed(
+            "brush",
+            "50 × 12 bristles",
+            "brush",
+            &[("bristles", "50,12"), ("resolution", "4"), ("radius", "0.6"), ("length", "7.5")],
+            278_000,
+            100,
+            63.7,
+        )?,
+        seed(
+            "geodesic structure",
+            "frame along the edges of a geodesic sphere",
+            "geodesic-frame",
+            &[("frequency", "12"), ("window", "0.8"), ("depth", "0.2")],
+            51_200,
+            24,
+            62.3,
+        )?,
+    ])
+}
+
+/// Writes the solids of [`seed_models`] to a folder and gives a table of them beside those of the publication.
+pub fn write_seeds(folder: &Path) -> Result<Table, BenchError> {
+    let mut table =
+        Table::new(&["model", "triangles", "published", "layers x", "y", "z", "published", "ms on a GTX 580"]);
+    for seed in seed_models()? {
+        let NamedSolid { name, mesh, .. } = &seed.solid;
+        io::write(&file(folder, &name.replace(' ', "-")), mesh.mesh(), Some(LengthUnit::Millimetre))
+            .map_err(|error| BenchError::model(name, error))?;
+        let [x, y, z] = layers(name, mesh)?.map(|most| count(most.into()));
+        table.row(vec![
+            (*name).to_owned(),
+            count(mesh.mesh().triangles.len() as u64),
+            count(seed.triangles.into()),
+            x,
+            y,
+            z,
+            count(seed.layers.into()),
+            number(seed.milliseconds),
+        ]);
+    }
+    Ok(table)
+}
+
+/// The most samples on a ray along each axis, at 512 rays along the longest side.
+fn layers(name: &str, mesh: &ClosedMesh) -> Result<[u32; 3], BenchError> {
+    let grid = Grid::with_resolution(mesh.bounds(), 512, 1024).map_err(|error| BenchError::model(name, error))?;
+    let solid = grid.quantise(mesh).map_err(|error| BenchError::model(name, error))?;
+    let images = Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, Mode::Exact, Fill::EvenOdd));
+    Ok(images.map(|image| image.expect("the model is closed").layers()))
+}
+
 /// How far the second lattice stands from the first, so that nothing coincides.
 const SHIFT: DVec3 = DVec3::new(1.31, 2.17, 0.73);
 
@@ -99,4 +213,21 @@ pub fn write_all(folder: &Path) -> Result<(), BenchError> {
     write("bone", &bone()?)?;
     write("lattice", &lattice)?;
     write("lattice-shifted", &shifted(lattice))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seed_models_are_of_the_published_sizes() {
+        let seeds = seed_models().unwrap();
+        assert_eq!(seeds.len(), 6);
+        for SeedModel { solid: NamedSolid { name, mesh, .. }, triangles, layers: published, .. } in &seeds {
+            let ratio = mesh.mesh().triangles.len() as f64 / f64::from(*triangles);
+            assert!((ratio - 1.0).abs() < 0.05, "{name}: {} triangles", mesh.mesh().triangles.len());
+            let most = layers(name, mesh).unwrap().into_iter().max().unwrap();
+            assert!((f64::from(most) / f64::from(*published) - 1.0).abs() < 0.3, "{name}: {most} layers");
+        }
+    }
 }
