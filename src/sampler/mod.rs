@@ -82,6 +82,7 @@ pub mod cpu;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod layout;
+pub mod stages;
 
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};

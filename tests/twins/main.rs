@@ -5,6 +5,7 @@
 mod images;
 #[path = "../oracle/soups.rs"]
 mod soups;
+mod stages;
 
 use std::sync::LazyLock;
 

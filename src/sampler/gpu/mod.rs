@@ -27,6 +27,7 @@ mod view;
 use std::sync::{Arc, Mutex};
 
 use super::layout::Window;
+use super::stages::{ListStages, MaskStages};
 use super::{Estimate, Fill, Mode, SampleError, Sampler, admit, region_of_both};
 use crate::gpu::{Adapter, Device, DeviceError, Pool};
 use crate::grid::{Axis, Grid, LatticeSolid};
@@ -58,11 +59,20 @@ pub struct GpuOptions {
     pub band_rays: u32,
     /// The most bytes of one binding; the adapter's own limit holds besides.
     pub binding: u64,
+    /// Fills every buffer of a band with this word before it is used, so that what no stage writes shows. For tests.
+    pub prefill: Option<u32>,
 }
 
 impl Default for GpuOptions {
     fn default() -> GpuOptions {
-        GpuOptions { arithmetic: None, route: Route::Masks, memory: 1 << 30, band_rays: 1 << 24, binding: 1 << 30 }
+        GpuOptions {
+            arithmetic: None,
+            route: Route::Masks,
+            memory: 1 << 30,
+            band_rays: 1 << 24,
+            binding: 1 << 30,
+            prefill: None,
+        }
     }
 }
 
@@ -75,7 +85,6 @@ pub struct GpuSampler {
 }
 
 /// What is kept from call to call.
-#[derive(Default)]
 struct State {
     pool: Pool,
     residents: Residents,
@@ -89,7 +98,8 @@ impl GpuSampler {
             true => Arithmetic::Native,
             false => Arithmetic::Pairs,
         });
-        Ok(GpuSampler { device, options, kernels: Kernels::new(arithmetic), state: Mutex::default() })
+        let state = State { pool: Pool::new(options.prefill), residents: Residents::default() };
+        Ok(GpuSampler { device, options, kernels: Kernels::new(arithmetic), state: Mutex::new(state) })
     }
 
     /// The device, to ask it for its name or for the times of its stages.
@@ -101,14 +111,76 @@ impl GpuSampler {
         self.device.largest_binding().min(self.options.binding)
     }
 
+    /// The buffers between the stages of the route by masks, for one solid or the intersection of two.
+    ///
+    /// # Panics
+    /// If the image needs more than one band.
+    pub fn mask_stages(
+        &self,
+        solids: &[&LatticeSolid],
+        axis: Axis,
+        estimate: Estimate,
+    ) -> Result<MaskStages, SampleError> {
+        self.in_one_band(solids, axis, Mode::Estimate(estimate), |job| job.mask_stages())
+    }
+
+    /// The buffers between the stages of the route by lists.
+    ///
+    /// # Panics
+    /// If the image needs more than one band.
+    pub fn list_stages(&self, solid: &LatticeSolid, axis: Axis) -> Result<ListStages, SampleError> {
+        let stages = self.in_one_band(&[solid], axis, Mode::Exact, |job| job.list_stages())?;
+        Ok(stages.expect("the crossings fit one band"))
+    }
+
+    fn in_one_band<T>(
+        &self,
+        solids: &[&LatticeSolid],
+        axis: Axis,
+        mode: Mode,
+        run: impl FnOnce(&mut BandJob) -> Result<T, DeviceError>,
+    ) -> Result<T, SampleError> {
+        let grid = admit(solids, Fill::EvenOdd)?;
+        let region = match solids {
+            [a, b] => region_of_both(a, b),
+            _ => *solids[0].region(),
+        };
+        let image = Image {
+            axis,
+            mode,
+            fill: Fill::EvenOdd,
+            window: Window::new(&grid, &region, axis),
+            keeps_triangles: false,
+            counts_windings: false,
+            solids: solids.len(),
+        };
+        let (columns, rows) = grid.image_size(axis);
+        let most = image.most_rays(self, &grid).unwrap_or(self.options.band_rays);
+        assert!(columns * rows <= most, "{columns} × {rows} rays in bands of {most}");
+        let mut state = self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let resident = self.resident(&mut state.residents, solids)?;
+        let band = Band::of_rows(0..rows, columns);
+        let pool = &mut state.pool;
+        Ok(run(&mut BandJob { sampler: self, pool, solids: &resident, grid, image: &image, band })?)
+    }
+
+    /// The solids in device memory.
+    fn resident(
+        &self,
+        residents: &mut Residents,
+        solids: &[&LatticeSolid],
+    ) -> Result<Vec<Arc<ResidentSolid>>, DeviceError> {
+        let resident =
+            |solid: &&LatticeSolid| residents.get(&self.device, solid, self.largest_binding(), self.options.memory);
+        solids.iter().map(resident).collect()
+    }
+
     /// Makes an image band by band, by either route.
     fn image(&self, solids: &[&LatticeSolid], image: Image) -> Result<Ldi, SampleError> {
         let grid = *solids[0].grid();
         let mut state = self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let State { pool, residents } = &mut *state;
-        let resident =
-            |solid: &&LatticeSolid| residents.get(&self.device, solid, self.largest_binding(), self.options.memory);
-        let resident: Vec<Arc<ResidentSolid>> = solids.iter().map(resident).collect::<Result<_, _>>()?;
+        let resident = self.resident(residents, solids)?;
         let (columns, rows) = grid.image_size(image.axis);
         let mut builder = ImageBuilder::new(grid, image.axis);
         // Rows that the window leaves out are empty without a look at them.

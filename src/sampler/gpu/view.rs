@@ -7,6 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use super::band::Band;
 use crate::grid::{Axis, Grid};
 use crate::sampler::layout::{WORD_BITS, Window};
+use crate::sampler::stages::UNCLOSED;
 
 /// Invocations of a workgroup of all kernels but those of the prefix sum.
 pub const WORKGROUP: u32 = 64;
@@ -26,9 +27,6 @@ const SCAN_ITEMS: u32 = 8;
 
 /// Counts that one workgroup of the prefix sum adds up.
 pub const SCAN_BLOCK: u32 = SCAN_WORKGROUP * SCAN_ITEMS;
-
-/// In place of a count or a first rank: the ray did not close.
-pub const UNCLOSED: u32 = u32::MAX;
 
 /// The constants in WGSL, for the head of every shader.
 pub fn constants() -> String {
