@@ -55,6 +55,8 @@
 //!   estimate. A group of odd count **changes** the parity; the ray starts outside. `changes` counts such groups.
 //! - `aligned` adds up, over the same groups, the sum of the windings in the group, taken as it is where the parity becomes
 //!   odd over the group and negated where it becomes even.
+//! - `unpaired` is −Σ position · winding over the crossings of all other groups, those of even count, where the position is
+//!   that of the group: `nearest` in an exact image, the index of the voxel in an estimate.
 //!
 //! It is the parity under either fill rule, so that the rule decides about nothing but which rays close. Every sum depends
 //! on the set of crossings in each group and on no order of them: a mask of the parity of each voxel's crossings tells

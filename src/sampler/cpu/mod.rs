@@ -1,8 +1,9 @@
 //! The sampler for processors without a GPU: rayon over bands of rows.
 //!
 //! Stages, each a module: `bin` (triangles by band) → `raster` (the one geometry pass: crossings by ray) →
-//! `exact`, or `masks` → `classify` → `retrieve` ray by ray, and `windings` beside either. The masks of one ray stay in the first-level cache,
-//! and the retrieval reads the crossings that the geometry pass left instead of rasterising again.
+//! `exact`, or `masks` → `classify` → `retrieve` ray by ray; `windings` adds up the crossings beside either. The masks of
+//! one ray stay in the first-level cache, and the retrieval reads the crossings that the geometry pass left instead of
+//! rasterising again.
 
 mod bin;
 mod classify;
