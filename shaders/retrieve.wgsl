@@ -29,7 +29,7 @@ fn cross(ray: u32, crossing: u32, triangle: u32) {
     let rank = ranks[word] + countOneBits(singles & (bit - 1u)) + 2u * countOneBits(pairs & (bit - 1u));
     let is_single = (singles & bit) != 0u;
     if !TWO_SOLIDS && ranks[ray] != UNCLOSED {
-        add_winding(crossing, is_single, (rank & 1u) == 0u);
+        add_winding(crossing, bitcast<i32>(voxel), is_single, (rank & 1u) == 0u);
     }
     let is_pair = (pairs & bit) != 0u;
     if !(is_single || is_pair) {

@@ -138,6 +138,7 @@ impl BandJob<'_> {
         let tally: Tally = bytemuck::cast_slice(&tally)[0];
         let windings = Windings {
             wound: (u64::from(tally.wound_low) | u64::from(tally.wound_high) << 32) as i64,
+            unpaired: (u64::from(tally.unpaired_low) | u64::from(tally.unpaired_high) << 32) as i64,
             aligned: i64::from(tally.aligned),
             changes: i64::from(tally.changes),
         };

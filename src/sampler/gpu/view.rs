@@ -164,5 +164,7 @@ shared_struct! {
         wound_low: u32 atomic,
         wound_high: u32 atomic,
         aligned: i32 atomic,
+        unpaired_low: u32 atomic,
+        unpaired_high: u32 atomic,
     }
 }
