@@ -39,7 +39,9 @@ fn end_unclosed(ray: u32) {
         }
     }
     counts[ray] = UNCLOSED;
-    atomicAdd(&tally.unclosed, 1u);
+    if is_counted(ray) {
+        atomicAdd(&tally.unclosed, 1u);
+    }
 }
 
 fn classify_ray(ray: u32) {
@@ -83,7 +85,9 @@ fn classify_ray(ray: u32) {
         end_unclosed(ray);
     } else {
         counts[ray] = samples;
-        changes += changed;
+        if is_counted(ray) {
+            changes += changed;
+        }
     }
 }
 

@@ -10,6 +10,7 @@
 @group(0) @binding(5) var<storage, read_write> tally: Tally;
 
 var<private> next_sample: u32;
+var<private> counts_ray: bool;
 
 fn emit(depth: i32) {
     crossings[next_sample] = bitcast<u32>(depth);
@@ -26,6 +27,9 @@ fn emit_crossing(at: u32) {
 // Adds a group of crossings, those of one depth or of one voxel, to the windings: `position` says which. `parity` is that
 // before the group.
 fn add_group(first: u32, end: u32, position: i32, parity: u32) {
+    if !counts_ray {
+        return;
+    }
     let is_odd = ((end - first) & 1u) == 1u;
     for (var at = first; at < end; at++) {
         add_winding(crossings[at], position, is_odd, parity == 0u);
@@ -91,10 +95,13 @@ fn resolve_ray(ray: u32) {
     let end = starts[ray + 1u];
     if !closes(first, end) {
         counts[ray] = UNCLOSED;
-        atomicAdd(&tally.unclosed, 1u);
+        if is_counted(ray) {
+            atomicAdd(&tally.unclosed, 1u);
+        }
         return;
     }
     next_sample = first;
+    counts_ray = is_counted(ray);
     if EXACT {
         resolve_exact(first, end);
     } else {

@@ -4,6 +4,7 @@ mod bands;
 mod error;
 pub mod npz;
 mod spans;
+mod summary;
 
 #[cfg(feature = "gpu")]
 pub(crate) use bands::ImageBuilder;
@@ -11,6 +12,9 @@ pub use bands::TooManySamples;
 pub(crate) use bands::{BandImage, image_from_bands};
 pub use error::LdiError;
 pub use spans::Spans;
+#[cfg(feature = "gpu")]
+pub(crate) use summary::level_tolerance;
+pub use summary::{RaySums, Summary};
 
 use crate::grid::{Axis, Grid};
 
@@ -63,7 +67,7 @@ impl Windings {
         self.aligned.abs() == self.changes && self.unpaired == 0
     }
 
-    fn plus(self, other: Windings) -> Windings {
+    pub(crate) fn plus(self, other: Windings) -> Windings {
         Windings {
             wound: self.wound + other.wound,
             aligned: self.aligned + other.aligned,

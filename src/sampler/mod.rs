@@ -88,7 +88,7 @@ pub mod stages;
 
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
-use crate::ldi::{Ldi, TooManySamples};
+use crate::ldi::{Ldi, Summary, TooManySamples};
 
 /// Which image of a solid is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -178,6 +178,23 @@ pub trait Sampler {
         estimate: Estimate,
         fill: Fill,
     ) -> Result<Ldi, SampleError>;
+
+    /// The summary of what [`sample`](Self::sample) gives, for which a device need not bring the image back.
+    fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Summary, SampleError> {
+        Ok(self.sample(solid, axis, mode, fill)?.summary())
+    }
+
+    /// The summary of what [`sample_intersection`](Self::sample_intersection) gives.
+    fn summarise_intersection(
+        &self,
+        a: &LatticeSolid,
+        b: &LatticeSolid,
+        axis: Axis,
+        estimate: Estimate,
+        fill: Fill,
+    ) -> Result<Summary, SampleError> {
+        Ok(self.sample_intersection(a, b, axis, estimate, fill)?.summary())
+    }
 }
 
 /// The checks that come before any sampling, for every backend.

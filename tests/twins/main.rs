@@ -6,6 +6,7 @@ mod images;
 #[path = "../oracle/soups.rs"]
 mod soups;
 mod stages;
+mod summaries;
 
 use std::sync::LazyLock;
 

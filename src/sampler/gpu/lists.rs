@@ -1,11 +1,11 @@
 //! The route by lists: all crossings of each ray, sorted.
 
+use super::image::{BandError, BandJob, MadeBand};
 use super::passes::TALLY_WORDS;
 use super::stages::{COMPACT, COUNT, MEET, RESOLVE, SCATTER, SORT};
-use super::view::{Tally, View};
-use super::{BandImage, BandJob, Made, Windings};
-use crate::gpu::{DeviceError, Recorder, bytes_of};
-use crate::sampler::stages::{ListStages, UNCLOSED};
+use super::view::View;
+use crate::gpu::{Recorder, bytes_of};
+use crate::sampler::stages::ListStages;
 
 /// The crossings of each solid in a band, sorted.
 struct Lists {
@@ -17,17 +17,14 @@ struct Lists {
     crossed: wgpu::Buffer,
 }
 
-impl BandJob<'_> {
+impl<'a> BandJob<'a> {
     /// Makes the band.
-    pub fn by_lists(&mut self) -> Result<Made, DeviceError> {
+    pub fn make_by_lists(&mut self) -> Result<MadeBand<'a>, BandError> {
         let view = self.view();
         let rays = u64::from(view.rays);
         let two = self.solids.len() == 2;
         let mut recorder = Recorder::new(&self.sampler.device);
-        let Lists { starts, totals, crossings, crossed } = match self.sorted_lists(&mut recorder)? {
-            Ok(lists) => lists,
-            Err(bytes) => return Ok(Made::TooLarge { what: "crossings", bytes }),
-        };
+        let Lists { starts, totals, crossings, crossed } = self.sorted_lists(&mut recorder)?;
         let total = totals.iter().sum();
         let keeps_triangles = self.image.keeps_triangles;
         let counts = self.words("sample counts", rays)?;
@@ -57,12 +54,11 @@ impl BandJob<'_> {
         if let Some(triangles) = &triangles {
             self.by_ray(&mut recorder, &COMPACT, &compacted(&crossed, triangles))?;
         }
-        self.bring_back(recorder, &counts, &offsets, &samples, triangles.as_ref(), &tally, total).map(Made::Band)
+        Ok(MadeBand { recorder, counts, offsets, samples, triangles, tally, most_samples: total })
     }
 
-    /// Both geometry passes: records the second, and the sort, when the first has told how many crossings there are. If they
-    /// need more bytes than one binding has, that is all that comes back.
-    fn sorted_lists(&mut self, recorder: &mut Recorder) -> Result<Result<Lists, u64>, DeviceError> {
+    /// Both geometry passes: records the second, and the sort, when the first has told how many crossings there are.
+    fn sorted_lists(&mut self, recorder: &mut Recorder) -> Result<Lists, BandError> {
         let view = self.view();
         let rays = u64::from(view.rays);
         let names = [("counts", "starts"), ("counts of the second", "starts of the second")];
@@ -79,7 +75,7 @@ impl BandJob<'_> {
         let totals: Vec<u64> = counting.finish()?.iter().map(|words| u64::from(words[0])).collect();
         let total: u64 = totals.iter().sum();
         if bytes_of(total) > self.sampler.largest_binding() {
-            return Ok(Err(bytes_of(total)));
+            return Err(BandError::TooLarge { what: "crossings", bytes: bytes_of(total) });
         }
         let crossings = self.words("crossings", total)?;
         let crossed = self.words("crossed triangles", if self.image.keeps_triangles { total } else { 1 })?;
@@ -92,66 +88,19 @@ impl BandJob<'_> {
             first_crossing += totals[i] as u32;
         }
         let starts = lists.into_iter().map(|(_, starts)| starts).collect();
-        Ok(Ok(Lists { starts, totals, crossings, crossed }))
+        Ok(Lists { starts, totals, crossings, crossed })
     }
 
     /// The sorted crossings of the only solid, brought back.
-    pub fn list_stages(&mut self) -> Result<Option<ListStages>, DeviceError> {
+    pub fn list_stages(&mut self) -> Result<ListStages, BandError> {
         let mut recorder = Recorder::new(&self.sampler.device);
-        let Ok(lists) = self.sorted_lists(&mut recorder)? else { return Ok(None) };
+        let lists = self.sorted_lists(&mut recorder)?;
         recorder.read_back(&lists.starts[0], 0, bytes_of(u64::from(self.band.rays()) + 1));
         recorder.read_back(&lists.crossings, 0, bytes_of(lists.totals[0]));
         let mut brought = recorder.finish()?.into_iter();
         let mut next = || brought.next().unwrap_or_default();
         let (starts, mut crossings) = (next(), next());
         crossings.truncate(lists.totals[0] as usize);
-        Ok(Some(ListStages { starts, crossings }))
-    }
-
-    /// Runs what is recorded and reads the band; there are at most `most` samples.
-    #[expect(clippy::too_many_arguments, reason = "the buffers that make an image, each once")]
-    pub fn bring_back(
-        &self,
-        mut recorder: Recorder,
-        counts: &wgpu::Buffer,
-        offsets: &wgpu::Buffer,
-        samples: &wgpu::Buffer,
-        triangles: Option<&wgpu::Buffer>,
-        tally: &wgpu::Buffer,
-        most: u64,
-    ) -> Result<BandImage, DeviceError> {
-        let rays = u64::from(self.band.rays());
-        recorder.read_back(offsets, 0, bytes_of(rays + 1));
-        recorder.read_back(samples, 0, bytes_of(most));
-        recorder.read_back(tally, 0, bytes_of(TALLY_WORDS));
-        if let Some(triangles) = triangles {
-            recorder.read_back(triangles, 0, bytes_of(most));
-        }
-        let mut brought = recorder.finish()?.into_iter();
-        let mut next = || brought.next().unwrap_or_default();
-        let (mut ends, depths, tally, mut triangles) = (next(), next(), next(), next());
-        let total = ends[ends.len() - 1] as usize;
-        ends.remove(0);
-        triangles.truncate(total);
-        let mut depths: Vec<i32> = bytemuck::cast_vec(depths);
-        depths.truncate(total);
-        let tally: Tally = bytemuck::cast_slice(&tally)[0];
-        let windings = Windings {
-            wound: (u64::from(tally.wound_low) | u64::from(tally.wound_high) << 32) as i64,
-            unpaired: (u64::from(tally.unpaired_low) | u64::from(tally.unpaired_high) << 32) as i64,
-            aligned: i64::from(tally.aligned),
-            changes: i64::from(tally.changes),
-        };
-        let unclosed = if tally.unclosed == 0 { Vec::new() } else { self.unclosed_rays(counts)? };
-        let windings = self.image.counts_windings.then_some(windings);
-        Ok(BandImage::from_parts(ends, depths, triangles, windings, unclosed))
-    }
-
-    fn unclosed_rays(&self, counts: &wgpu::Buffer) -> Result<Vec<u32>, DeviceError> {
-        let mut recorder = Recorder::new(&self.sampler.device);
-        recorder.read_back(counts, 0, bytes_of(u64::from(self.band.rays())));
-        let counts = recorder.finish()?;
-        let unclosed = |(ray, count): (usize, &u32)| (*count == UNCLOSED).then_some(ray as u32);
-        Ok(counts[0].iter().enumerate().filter_map(unclosed).collect())
+        Ok(ListStages { starts, crossings })
     }
 }

@@ -1,8 +1,8 @@
 //! The route by masks: Leung & Wang's method, with two masks from one geometry pass.
 
+use super::image::{BandError, BandJob, MadeBand};
 use super::passes::{TALLY_WORDS, workgroups};
 use super::stages::{CLASSIFY, IDENTITIES, MASKS, RETRIEVE};
-use super::{BandJob, Made};
 use crate::gpu::{DeviceError, Recorder, bytes_of};
 use crate::sampler::stages::MaskStages;
 
@@ -31,7 +31,7 @@ impl Masks {
     }
 }
 
-impl BandJob<'_> {
+impl<'a> BandJob<'a> {
     /// Records the first geometry pass.
     fn fill_masks(&mut self, recorder: &mut Recorder) -> Result<Masks, DeviceError> {
         let view = self.view();
@@ -78,7 +78,7 @@ impl BandJob<'_> {
     }
 
     /// Makes the band.
-    pub fn by_masks(&mut self) -> Result<Made, DeviceError> {
+    pub fn make_by_masks(&mut self) -> Result<MadeBand<'a>, BandError> {
         let sampler = self.sampler;
         let mut recorder = Recorder::new(&sampler.device);
         let masks = self.fill_masks(&mut recorder)?;
@@ -86,7 +86,7 @@ impl BandJob<'_> {
         recorder.read_back(&masks.offsets, bytes_of(u64::from(self.band.rays())), 4);
         let total = u64::from(recorder.finish()?[0][0]);
         if bytes_of(total) > sampler.largest_binding() {
-            return Ok(Made::TooLarge { what: "samples", bytes: bytes_of(total) });
+            return Err(BandError::TooLarge { what: "samples", bytes: bytes_of(total) });
         }
 
         let samples = self.words("samples", total)?;
@@ -107,12 +107,12 @@ impl BandJob<'_> {
             ];
             self.geometry_pass(&mut recorder, &RETRIEVE, i, 0, &bound)?;
         }
-        let Masks { counts, offsets, tally, .. } = &masks;
-        self.bring_back(recorder, counts, offsets, &samples, None, tally, total).map(Made::Band)
+        let Masks { counts, offsets, tally, .. } = masks;
+        Ok(MadeBand { recorder, counts, offsets, samples, triangles: None, tally, most_samples: total })
     }
 
     /// The buffers between the stages, brought back.
-    pub fn mask_stages(&mut self) -> Result<MaskStages, DeviceError> {
+    pub fn mask_stages(&mut self) -> Result<MaskStages, BandError> {
         let device = &self.sampler.device;
         let view = self.view();
         let (rays, mask) = (u64::from(view.rays), u64::from(view.rays) * u64::from(view.words));

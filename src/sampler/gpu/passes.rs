@@ -1,6 +1,6 @@
 //! The dispatches that both routes share.
 
-use super::BandJob;
+use super::image::BandJob;
 use super::solid::Chunk;
 use super::stages::{GeometryPass, PLAN, SCAN, Stage};
 use super::view::{MOST_WORKGROUPS, SCAN_BLOCK, Tally, View, WORKGROUP};
@@ -22,7 +22,7 @@ pub fn workgroups(items: u32) -> Workgroups<'static> {
 impl BandJob<'_> {
     /// The view of the band.
     pub fn view(&self) -> View {
-        View::new(&self.grid, self.image.axis, &self.band, &self.image.window)
+        View::new(&self.image.grid, self.image.axis, &self.band, &self.image.window)
     }
 
     /// A pooled buffer with room for so many words.

@@ -6,6 +6,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::band::Band;
 use crate::grid::{Axis, Grid};
+use crate::ldi::level_tolerance;
 use crate::sampler::layout::{WORD_BITS, Window};
 use crate::sampler::stages::UNCLOSED;
 
@@ -28,6 +29,11 @@ const SCAN_ITEMS: u32 = 8;
 /// Counts that one workgroup of the prefix sum adds up.
 pub const SCAN_BLOCK: u32 = SCAN_WORKGROUP * SCAN_ITEMS;
 
+/// Where the sums of nodes and of residuals begin among those of a summary, behind four of lengths, and how many there are.
+pub const NODE_SUMS: u32 = 4;
+pub const LEVEL_SUMS: u32 = 12;
+pub const SUMS: u32 = 15;
+
 /// The constants in WGSL, for the head of every shader.
 pub fn constants() -> String {
     let mut text = String::new();
@@ -44,6 +50,9 @@ pub fn constants() -> String {
     constant("SCAN_WORKGROUP", "u32", SCAN_WORKGROUP);
     constant("SCAN_ITEMS", "u32", SCAN_ITEMS);
     constant("SCAN_BLOCK", "u32", SCAN_BLOCK);
+    constant("SUMS", "u32", SUMS);
+    constant("NODE_SUMS", "u32", NODE_SUMS);
+    constant("LEVEL_SUMS", "u32", LEVEL_SUMS);
     constant("UNCLOSED", "u32", UNCLOSED);
     constant("AXIS_X", "u32", Axis::X.depth() as u32);
     constant("AXIS_Y", "u32", Axis::Y.depth() as u32);
@@ -120,6 +129,11 @@ shared_struct! {
         words: u32,
         /// Where the crossings of the solid begin in their buffer.
         first_crossing: u32,
+        /// The rays of the band that count; others are there to be compared with.
+        first_counted: u32,
+        end_counted: u32,
+        /// How far samples of one level surface may lie apart.
+        level_tolerance: i32,
     }
 }
 
@@ -145,6 +159,9 @@ impl View {
             half_voxel: grid.voxel(axis) / 2,
             last_voxel: grid.lod() - 1,
             words: words(grid),
+            first_counted: band.counted().start,
+            end_counted: band.counted().end,
+            level_tolerance: level_tolerance(grid.shift()),
             ..View::default()
         }
     }
