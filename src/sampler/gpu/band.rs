@@ -38,7 +38,7 @@ impl Band {
             return Some([first, Band { first_row: self.first_row + upper, rows: self.rows - upper, ..*self }]);
         }
         let middle = self.first_column + columns / 2;
-        (columns > 1).then(|| [Band { end_column: middle, ..*self }, Band { first_column: middle, ..*self }])
+        (columns > 1).then_some([Band { end_column: middle, ..*self }, Band { first_column: middle, ..*self }])
     }
 }
 
