@@ -193,15 +193,15 @@ pub fn devices(devices: &Devices) -> String {
     for gpu in &devices.gpus {
         table.line("gpu", format_args!("{}: {}, {}, {}", gpu.name, gpu.kind, gpu.api, gpu.driver));
         table.more(format_args!(
-            "buffers up to {}, seen at once {} of up to {}; workgroups of {} with {}",
+            "largest buffer {}, largest binding {}, {} bindings; workgroups of {} with {} of memory",
             bytes(gpu.largest_buffer),
-            gpu.bindings,
             bytes(gpu.largest_binding),
+            gpu.bindings,
             gpu.workgroup,
             bytes(gpu.workgroup_memory.into())
         ));
-        let has = |it| if it { "yes" } else { "no" };
-        table.more(format_args!("64-bit integers: {}; timestamps: {}", has(gpu.int64), has(gpu.timestamps)));
+        let word = |it| if it { "yes" } else { "no" };
+        table.more(format_args!("64-bit integers: {}; timestamps: {}", word(gpu.int64), word(gpu.timestamps)));
     }
     if let Some(why) = &devices.no_gpu {
         table.line("gpu", format_args!("none: {why}"));
@@ -280,6 +280,12 @@ mod tests {
         assert_eq!(written(8.0, 0.0), "8 ± 0");
         assert_eq!(written(0.0, 0.0), "0 ± 0");
         assert_eq!(written(2.5e20, 1.0e17), "2.5000e20 ± 1.0e17");
+    }
+
+    #[test]
+    fn sizes_are_in_units_that_fit() {
+        assert_eq!([0, 1023, 32768, 3 << 19].map(bytes), ["0 bytes", "1023 bytes", "32 KiB", "1.5 MiB"]);
+        assert_eq!([(1 << 31) - 1, 5 << 40].map(bytes), ["2 GiB", "5120 GiB"]);
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! `devices`: where sampling can run.
 
+use ldi_ops::gpu::DeviceError;
+
 use super::backend::{LARGE_WORK, crossings};
 use super::{Finished, gpu, machine};
 use crate::exit::{Exit, Failure};
@@ -48,7 +50,8 @@ pub struct AutoChoice {
 pub fn run(job: &DevicesJob) -> Result<Finished, Failure> {
     let threads = rayon::current_num_threads();
     let (gpus, automatic) = gpu::list();
-    let no_gpu = automatic.as_ref().err().filter(|_| gpus.is_empty()).cloned();
+    let why_none = || gpu::ABSENT.map_or_else(|| DeviceError::NoAdapter.to_string(), str::to_owned);
+    let no_gpu = gpus.is_empty().then(why_none);
     let auto = match automatic {
         Ok(reason) => {
             let small = crossings(LARGE_WORK * threads as f64);

@@ -56,7 +56,7 @@ fn choose(adapters: &[Adapter]) -> Result<Automatic, String> {
             Err(format!("{name} is no hardware, but software that the CPU's own sampler outruns"))
         }
         (None, Some(Adapter { name, .. })) => Err(format!("{name} does not say that it is a GPU")),
-        (None, None) => Err(DeviceError::NoAdapter.to_string()),
+        (None, None) => Err("no GPU was found".to_owned()),
     }
 }
 

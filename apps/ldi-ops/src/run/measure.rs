@@ -25,7 +25,7 @@ use super::{Finished, machine, say_warnings};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
 use crate::report::Warning;
-use crate::resolve::{Input, MeasureJob, Measurement, Spacing};
+use crate::resolve::{Backend, Input, MeasureJob, Measurement, Spacing};
 use crate::{json, output, report};
 
 /// Everything that is known of a result.
@@ -92,7 +92,9 @@ pub struct Seconds {
 pub fn run(job: &MeasureJob, start: Instant, progress: &Progress) -> Result<Finished, Failure> {
     let opening = Instant::now();
     let backends = Backends::open(&job.backend)?;
-    progress.detail(format_args!("device ready in {:.4} s", opening.elapsed().as_secs_f64()));
+    if let Backend::Gpu(_) = job.backend {
+        progress.detail(format_args!("opened the GPU in {:.4} s", opening.elapsed().as_secs_f64()));
+    }
     let mut results = match job.measurement {
         Measurement::Volume => {
             let each = job.inputs.iter().enumerate().map(|(i, input)| {
