@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs every test and says at the end which passed.
-# usage: tests/run.sh [STAGE …]    of fmt clippy docs test corpus python reference self-test; all by default
+# usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python reference self-test; all by default
 #
 # A stage that cannot run has failed. All stages run, so that one run tells everything; only where what they need is
 # missing and cannot be installed does none run, and the stage that has failed is `install`. As root, what is missing is
@@ -9,9 +9,20 @@
 set -euo pipefail
 
 cd "$(dirname "$0")/.."
-stages=(fmt clippy docs test corpus python reference self-test)
+stages=(fmt clippy docs test no-gpu corpus python reference self-test)
 
 # Functions report failure by status, each command by its own: `if` around their call switches off `set -e` inside them.
+
+# On Linux, what tests of the GPU's sampler reach an adapter by: the loader, and a driver for it to find.
+has_vulkan() {
+  [ "$(uname)" = Linux ] || return 0
+  local libraries
+  # Debian keeps ldconfig away from those who are not root.
+  libraries=$(PATH=$PATH:/sbin:/usr/sbin ldconfig -p 2>/dev/null) || true
+  [[ $libraries == *libvulkan.so.1* ]] || return
+  [ -z "${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-}" ] || return 0
+  compgen -G '/usr/share/vulkan/icd.d/*.json' >/dev/null || compgen -G '/etc/vulkan/icd.d/*.json' >/dev/null
+}
 
 install_missing() {
   local packages=()
@@ -19,6 +30,8 @@ install_missing() {
   command -v python3 >/dev/null || packages+=(python3)
   # Debian's python3 has the module venv but not what it needs to put pip into it.
   python3 -c 'import ensurepip, venv' 2>/dev/null || packages+=(python3-venv)
+  # Mesa's drivers hold a software adapter, which any machine can test with.
+  has_vulkan || packages+=(libvulkan1 mesa-vulkan-drivers)
   if [ ${#packages[@]} != 0 ]; then
     local install=(apt-get install -y --no-install-recommends "${packages[@]}")
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
@@ -45,6 +58,11 @@ run_clippy() { cargo clippy --workspace --all-targets -- -D warnings; }
 run_docs() { RUSTDOCFLAGS=-Dwarnings cargo doc --workspace --no-deps; }
 # The checked profile is optimised, which the oracle and the properties need, and panics where an integer overflows.
 run_test() { cargo test --profile checked --workspace --no-fail-fast; }
+# What is left where nobody wants a GPU: all but the GPU's sampler and its tests.
+run_no-gpu() {
+  cargo clippy --workspace --all-targets --no-default-features -- -D warnings &&
+    cargo test --profile checked --workspace --no-default-features --no-fail-fast
+}
 
 find_corpus() {
   local folder=${LDI_CORPUS:-../shared/corpus}

@@ -50,6 +50,8 @@ fn every_key_of_the_schema_is_there() {
             (&result["backend"], &result["mode"], &result["fill"]),
             (&"cpu".into(), &"over".into(), &"even-odd".into())
         );
+        assert_eq!(keys(&result["auto"]), ["backend", "reason"]);
+        assert_eq!(result["auto"]["backend"], "cpu");
         assert!(result["samples"].as_u64().unwrap() > 0);
         assert_eq!(result["unclosed_rays"], 0);
         assert_eq!(result["warnings"].as_array().unwrap().len(), 0);
@@ -124,6 +126,6 @@ fn check_convert_generate_and_devices_have_json_too() {
     let result = folder.json(&["generate", "cuboid", "-o", "c.obj"]);
     assert_eq!((&result["volume"], &result["output"]["unit"]), (&8000.0.into(), &"mm".into()));
     let result = folder.json(&["devices"]);
-    assert_eq!(result["auto"]["backend"], "cpu");
+    assert_eq!(keys(&result["auto"]), ["backend", "reason"]);
     assert_eq!(result["devices"][0]["backend"], "cpu");
 }

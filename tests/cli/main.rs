@@ -4,7 +4,10 @@
 
 mod broken;
 mod corpus;
+mod devices;
 mod files;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod help;
 mod images;
 mod json;

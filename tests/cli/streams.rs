@@ -17,7 +17,7 @@ fn stdout_carries_the_result_alone() {
     let run = folder.run(&["volume", "a.stl", "--resolution", "16", "-v"]).code(0);
     assert!(run.stdout().starts_with("volume      8.0000 ± 0.0015\n"), "{}", run.stdout());
     assert!(!run.stdout().contains("warning") && run.stderr().contains("ldi-ops: warning: "));
-    assert!(run.stderr().contains("backend: cpu, as this build has no GPU sampler"));
+    assert!(run.stderr().contains(" threads (auto: "), "{}", run.stderr());
     // Without a terminal there is no bar, whatever the time it takes.
     assert!(run.stderr().lines().all(|line| line.starts_with("ldi-ops: ")), "{}", run.stderr());
     let run = folder.run(&["volume", "a.stl", "--resolution", "16", "--unit", "mm"]).code(0);
@@ -33,11 +33,11 @@ fn the_text_tells_what_was_done() {
     let folder = with_cube();
     let text = folder.run(&["volume", "a.stl", "--resolution", "16", "--unit", "mm"]).code(0).stdout();
     let labels: Vec<&str> = text.lines().filter_map(|line| line.split_whitespace().next()).collect();
-    for label in ["volume", "area", "centroid", "inertia", "input", "grid", "image", "layers", "time"] {
+    for label in ["volume", "area", "centroid", "inertia", "input", "grid", "image", "backend", "layers", "time"] {
         assert!(labels.contains(&label), "no {label} in\n{text}");
     }
     for words in
-        ["mm³", "a.stl: 12 triangles, closed, oriented, mesh volume 8 mm³", "16 × 16 × 16 rays", "auto: this build"]
+        ["mm³", "a.stl: 12 triangles, closed, oriented, mesh volume 8 mm³", "16 × 16 × 16 rays", "threads (auto: "]
     {
         assert!(text.contains(words), "no `{words}` in\n{text}");
     }

@@ -40,6 +40,7 @@ Examples:
   ldi-ops volume part.3mf --tolerance 0.1%                 refine until the estimate is below 0.1 %
   ldi-ops volume struts.stl --fill nonzero                 overlapping shells unite
   ldi-ops sample part.stl --axis z -o part.npz             the image, for numpy
+  ldi-ops volume part.stl --backend gpu                    on the first GPU of `ldi-ops devices`
   ldi-ops check part.stl                                   is it a solid? exit code 1 if not
   ldi-ops generate gyroid --cells 4 -o gyroid.stl
 
@@ -95,6 +96,7 @@ Examples:
   ldi-ops intersect scaffold.stl bone.stl --unit mm
   ldi-ops intersect a.stl b.stl --axis z --mode exact --resolution 1024 --json -
   ldi-ops intersect a.stl b.stl --transform-b 'translate(1,0,0) rotate(0,0,1,30)' -o common.npz
+  ldi-ops intersect a.stl b.stl --backend gpu
 
 The grid is laid around the box of both solids. `inputs[].volume` in the JSON is the signed volume
 of the mesh itself.";
@@ -293,10 +295,11 @@ pub struct SamplingArguments {
     /// What is inside where shells overlap: even-odd cancels, nonzero unites
     #[arg(long, value_enum, default_value_t = FillChoice::EvenOdd)]
     pub fill: FillChoice,
-    /// Where it runs
+    /// Where it runs, which changes no bit of a result: auto takes a GPU for large work where there is one and says why,
+    /// gpu takes the first that `ldi-ops devices` lists or fails
     #[arg(long, value_enum, default_value_t = BackendChoice::Auto)]
     pub backend: BackendChoice,
-    /// GPU to use, by name
+    /// GPU to use, by its name or a part of it; implies --backend gpu
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
 }

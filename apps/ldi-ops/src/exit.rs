@@ -5,6 +5,7 @@ use std::io;
 use std::process;
 
 use ldi_ops::boolean::BooleanError;
+use ldi_ops::gpu::DeviceError;
 use ldi_ops::sampler::SampleError;
 
 /// The exit code of the program.
@@ -54,6 +55,12 @@ impl Failure {
             _ => Exit::Input,
         };
         Failure { exit, message: format!("{}: {error}", path.display()) }
+    }
+}
+
+impl From<DeviceError> for Failure {
+    fn from(error: DeviceError) -> Failure {
+        Failure::machine(error)
     }
 }
 

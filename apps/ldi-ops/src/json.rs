@@ -13,7 +13,9 @@ use serde_json::{Value, json};
 use crate::exit::Failure;
 use crate::report::Warning;
 use crate::resolve::Report;
-use crate::run::{Checked, Converted, Devices, Generated, Measured, Solid, cpu_name, peak_memory_bytes};
+use crate::run::{
+    Checked, Converted, Devices, Generated, GpuDevice, Measured, Ran, Solid, cpu_name, peak_memory_bytes,
+};
 use crate::{output, unit};
 
 /// The name and version of the schema.
@@ -69,8 +71,9 @@ fn one_measured(result: &Measured) -> Value {
         "layers_max": result.layers,
         "samples": result.samples,
         "unclosed_rays": result.unclosed,
-        "backend": "cpu",
-        "device": device(),
+        "backend": result.ran.backend(),
+        "device": device(&result.ran),
+        "auto": result.ran.auto.as_ref().map(|auto| json!({ "backend": result.ran.backend(), "reason": auto.reason })),
         "mode": mode(result.mode),
         "fill": fill(result.fill),
         "seconds": result.seconds,
@@ -106,10 +109,13 @@ fn path(path: &Path) -> String {
     path.to_string_lossy().into_owned()
 }
 
-/// The processor and the threads that are used of it.
-pub fn device() -> String {
-    let threads = rayon::current_num_threads();
-    format!("{}, {threads} threads", cpu_name().as_deref().unwrap_or("CPU"))
+/// The GPU, or the processor and the threads that are used of it.
+fn device(ran: &Ran) -> String {
+    let cpu = || {
+        let threads = rayon::current_num_threads();
+        format!("{}, {threads} threads", cpu_name().as_deref().unwrap_or("CPU"))
+    };
+    ran.gpu.clone().unwrap_or_else(cpu)
 }
 
 /// The name of a mode, as the flag takes it.
@@ -197,13 +203,34 @@ pub fn generated(result: &Generated) -> Value {
 
 /// Where sampling can run.
 pub fn devices(devices: &Devices) -> Value {
+    let mut each = vec![json!({ "backend": "cpu", "name": devices.cpu, "threads": devices.threads })];
+    each.extend(devices.gpus.iter().map(gpu_device));
     json!({
         "schema": SCHEMA,
         "command": "devices",
-        "devices": [{ "backend": "cpu", "name": devices.cpu, "threads": devices.threads }],
-        "gpu": { "built": false, "message": devices.gpu },
-        "auto": { "backend": "cpu", "reason": devices.reason },
+        "devices": each,
+        "gpu": { "built": devices.gpu_built, "message": devices.no_gpu },
+        "auto": { "backend": devices.auto.backend, "reason": devices.auto.reason },
         "warnings": Vec::<Warning>::new(),
+    })
+}
+
+fn gpu_device(gpu: &GpuDevice) -> Value {
+    json!({
+        "backend": "gpu",
+        "name": gpu.name,
+        "kind": gpu.kind,
+        "api": gpu.api,
+        "driver": gpu.driver,
+        "limits": {
+            "buffer_bytes": gpu.largest_buffer,
+            "binding_bytes": gpu.largest_binding,
+            "bindings": gpu.bindings,
+            "workgroup_invocations": gpu.workgroup,
+            "workgroup_memory_bytes": gpu.workgroup_memory,
+        },
+        "int64": gpu.int64,
+        "timestamps": gpu.timestamps,
     })
 }
 

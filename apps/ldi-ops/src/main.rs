@@ -33,6 +33,7 @@ const INTERRUPTED: i32 = 130;
 
 fn main() {
     let start = Instant::now();
+    choose_adapters_ourselves();
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
@@ -64,6 +65,16 @@ fn main() {
         }
     };
     exit.now()
+}
+
+/// Keeps Mesa's device-select layer out, which reorders adapters for desktops, and on machines without one complains on
+/// stderr: adapters are chosen here.
+fn choose_adapters_ourselves() {
+    const SWITCH: &str = "NODEVICE_SELECT";
+    if std::env::var_os(SWITCH).is_none() {
+        // SAFETY: nothing has started a thread yet that could read the environment meanwhile.
+        unsafe { std::env::set_var(SWITCH, "1") };
+    }
 }
 
 /// Writes the result. A reader that has gone away is no failure.

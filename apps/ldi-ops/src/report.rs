@@ -8,7 +8,6 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::check::Severity;
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 
-use crate::resolve::Backend;
 use crate::run::{Checked, Converted, Devices, Generated, Measured, peak_memory_bytes};
 use crate::unit;
 
@@ -93,11 +92,8 @@ fn one_measured(result: &Measured) -> String {
         Fill::EvenOdd => "even-odd",
         Fill::NonZero => "non-zero",
     };
-    let why = match result.backend {
-        Backend::Auto => " (auto: this build has no GPU sampler)",
-        Backend::Cpu => "",
-    };
-    table.line("image", format_args!("{image}, {fill}; cpu{why}, {} threads", rayon::current_num_threads()));
+    table.line("image", format_args!("{image}, {fill}"));
+    table.line("backend", &result.ran);
     let layers = Axis::ALL.iter().filter_map(|axis| Some((axis.name(), result.layers[axis.depth()]?)));
     let layers: Vec<String> = layers.map(|(axis, layers)| format!("{layers} along {axis}")).collect();
     table.line("layers", format_args!("at most {}; {} samples in all", layers.join(", "), result.samples));
@@ -194,10 +190,35 @@ pub fn devices(devices: &Devices) -> String {
     let mut table = Table::default();
     let name = devices.cpu.as_deref().unwrap_or("of unknown make");
     table.line("cpu", format_args!("{name}, {} threads", devices.threads));
-    table.line("gpu", devices.gpu);
-    table.line("auto", format_args!("cpu: {}", devices.reason));
-    table.more("sampling on the cpu gives the same bits whatever the number of threads");
+    for gpu in &devices.gpus {
+        table.line("gpu", format_args!("{}: {}, {}, {}", gpu.name, gpu.kind, gpu.api, gpu.driver));
+        table.more(format_args!(
+            "largest buffer {}, largest binding {}, {} bindings; workgroups of {} with {} of memory",
+            bytes(gpu.largest_buffer),
+            bytes(gpu.largest_binding),
+            gpu.bindings,
+            gpu.workgroup,
+            bytes(gpu.workgroup_memory.into())
+        ));
+        let word = |it| if it { "yes" } else { "no" };
+        table.more(format_args!("64-bit integers: {}; timestamps: {}", word(gpu.int64), word(gpu.timestamps)));
+    }
+    if let Some(why) = &devices.no_gpu {
+        table.line("gpu", format_args!("none: {why}"));
+    }
+    table.line("auto", format_args!("{}: {}", devices.auto.backend, devices.auto.reason));
+    table.more("every device gives the same bits");
     table.text
+}
+
+/// A size in the largest unit of which it has at least one.
+fn bytes(size: u64) -> String {
+    match [("GiB", 30), ("MiB", 20), ("KiB", 10)].into_iter().find(|(_, shift)| size >> shift > 0) {
+        Some((unit, shift)) => {
+            format!("{} {unit}", number((size as f64 / f64::from(1u32 << shift) * 10.0).round() / 10.0))
+        }
+        None => format!("{size} bytes"),
+    }
 }
 
 /// A value with as many digits as its error leaves meaning to, and the error with two.
@@ -259,6 +280,12 @@ mod tests {
         assert_eq!(written(8.0, 0.0), "8 ± 0");
         assert_eq!(written(0.0, 0.0), "0 ± 0");
         assert_eq!(written(2.5e20, 1.0e17), "2.5000e20 ± 1.0e17");
+    }
+
+    #[test]
+    fn sizes_are_in_units_that_fit() {
+        assert_eq!([0, 1023, 32768, 3 << 19].map(bytes), ["0 bytes", "1023 bytes", "32 KiB", "1.5 MiB"]);
+        assert_eq!([(1 << 31) - 1, 5 << 40].map(bytes), ["2 GiB", "5120 GiB"]);
     }
 
     #[test]

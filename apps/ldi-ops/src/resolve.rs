@@ -106,13 +106,14 @@ pub enum Openness {
     Sampled,
 }
 
-/// Who chose the CPU.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Where sampling is to run. Whether there is such a device is found out when the job is run.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Backend {
-    /// `--backend auto`.
+    /// Wherever it is likely to be done first.
     Auto,
-    /// `--backend cpu`.
     Cpu,
+    /// On the adapter of this name, or of which it is a part; without a name on the first.
+    Gpu(Option<String>),
 }
 
 /// A file to read, and where to place what it holds.
@@ -301,11 +302,13 @@ fn measure(
 
 fn backend(sampling: &SamplingArguments) -> Result<Backend, Failure> {
     match (sampling.backend, &sampling.adapter) {
-        (BackendChoice::Gpu, _) => Err(Failure::machine("--backend gpu: this build has no GPU sampler")),
-        // An explicit wish for a device never falls back to another.
-        (_, Some(name)) => Err(Failure::machine(format!("--adapter {name}: this build has no GPU sampler"))),
         (BackendChoice::Auto, None) => Ok(Backend::Auto),
         (BackendChoice::Cpu, None) => Ok(Backend::Cpu),
+        (BackendChoice::Cpu, Some(name)) => {
+            Err(Failure::input(format!("--adapter {name} asks for a GPU, and --backend cpu for none")))
+        }
+        // Who names an adapter leaves no choice to auto.
+        (BackendChoice::Auto | BackendChoice::Gpu, name) => Ok(Backend::Gpu(name.clone())),
     }
 }
 

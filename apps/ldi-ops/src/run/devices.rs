@@ -1,6 +1,9 @@
 //! `devices`: where sampling can run.
 
-use super::{Finished, machine};
+use ldi_ops::gpu::DeviceError;
+
+use super::backend::{LARGE_WORK, crossings};
+use super::{Finished, gpu, machine};
 use crate::exit::{Exit, Failure};
 use crate::resolve::DevicesJob;
 use crate::{json, report};
@@ -10,18 +13,54 @@ pub struct Devices {
     /// The processor's name, where the system tells it.
     pub cpu: Option<String>,
     pub threads: usize,
-    pub gpu: &'static str,
-    /// Why `--backend auto` chooses what it chooses.
-    pub reason: &'static str,
+    /// Whether this build can use a GPU.
+    pub gpu_built: bool,
+    /// The likeliest choice first.
+    pub gpus: Vec<GpuDevice>,
+    /// Why there is no GPU to list.
+    pub no_gpu: Option<String>,
+    pub auto: AutoChoice,
+}
+
+/// An adapter, as its driver describes it. Sizes are in bytes.
+pub struct GpuDevice {
+    pub name: String,
+    pub kind: &'static str,
+    pub api: &'static str,
+    pub driver: String,
+    pub largest_buffer: u64,
+    /// What a shader may see of a buffer at once.
+    pub largest_binding: u64,
+    /// Buffers that a shader may see at once.
+    pub bindings: u32,
+    /// Invocations of a workgroup.
+    pub workgroup: u32,
+    pub workgroup_memory: u32,
+    /// Whether shaders have 64-bit integers of their own.
+    pub int64: bool,
+    pub timestamps: bool,
+}
+
+/// What `--backend auto` takes for large work, and why. Small work stays on the CPU.
+pub struct AutoChoice {
+    pub backend: &'static str,
+    pub reason: String,
 }
 
 pub fn run(job: &DevicesJob) -> Result<Finished, Failure> {
-    let devices = Devices {
-        cpu: machine::cpu_name(),
-        threads: rayon::current_num_threads(),
-        gpu: "not in this build",
-        reason: "it is the only sampler in this build",
+    let threads = rayon::current_num_threads();
+    let (gpus, automatic) = gpu::list();
+    let why_none = || gpu::ABSENT.map_or_else(|| DeviceError::NoAdapter.to_string(), str::to_owned);
+    let no_gpu = gpus.is_empty().then(why_none);
+    let auto = match automatic {
+        Ok(reason) => {
+            let small = crossings(LARGE_WORK * threads as f64);
+            let reason = format!("{reason}; less than {small} stays on the CPU");
+            AutoChoice { backend: "gpu", reason }
+        }
+        Err(reason) => AutoChoice { backend: "cpu", reason },
     };
+    let devices = Devices { cpu: machine::cpu_name(), threads, gpu_built: gpu::ABSENT.is_none(), gpus, no_gpu, auto };
     let stdout = json::deliver(&job.report, || json::devices(&devices), || report::devices(&devices))?;
     Ok(Finished { stdout, exit: Exit::Done })
 }

@@ -24,6 +24,8 @@ pub struct FillDifference {
 
 impl FillDifference {
     /// Compares the rules on a coarse raster; nothing for a solid whose winding numbers mean nothing.
+    ///
+    /// It is always the CPU that does it: it is done with so few rays before a GPU has compiled its shaders for them.
     pub fn of(solid: &Solid) -> Result<Option<FillDifference>, Failure> {
         let Ok(grid) = Grid::with_resolution(solid.bounds(), RESOLUTION, *LOD_RANGE.start()) else { return Ok(None) };
         if !solid.is_oriented() {

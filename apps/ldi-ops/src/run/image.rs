@@ -12,8 +12,8 @@ use crate::exit::Failure;
 use crate::resolve::Measurement;
 
 /// Makes images along one axis, and keeps what else they tell.
-pub struct ImageMaker<'a, S: Sampler> {
-    pub sampler: &'a S,
+pub struct ImageMaker<'a> {
+    pub sampler: &'a dyn Sampler,
     pub axis: Axis,
     pub mode: Mode,
     pub fill: Fill,
@@ -34,7 +34,7 @@ pub fn alive_at_once(measurement: Measurement, mode: Mode) -> u64 {
     }
 }
 
-impl<S: Sampler> ImageMaker<'_, S> {
+impl ImageMaker<'_> {
     /// The image of the measured solid. With estimates, an over-estimate takes under-estimates away.
     pub fn image(&mut self, measurement: Measurement, solids: &[LatticeSolid]) -> Result<Ldi, Failure> {
         let operation = match measurement {

@@ -13,13 +13,14 @@ use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::integrate::{self, AxisVolume, Moments, SurfaceHits, VolumeEstimate};
 use ldi_ops::ldi::{Ldi, npz};
 use ldi_ops::mesh::LengthUnit;
-use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 use serde::Serialize;
 
+use super::backend::{Backends, Choice, Ran};
 use super::fill::FillDifference;
 use super::image::{ImageMaker, alive_at_once};
 use super::input::{self, Demands, Provenance, Solid};
+use super::work::work;
 use super::{Finished, machine, say_warnings};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
@@ -42,7 +43,7 @@ pub struct Measured {
     pub unclosed: u64,
     pub mode: Mode,
     pub fill: Fill,
-    pub backend: Backend,
+    pub ran: Ran,
     pub seconds: Seconds,
     pub warnings: Vec<Warning>,
     /// The file that the images were written to.
@@ -89,18 +90,20 @@ pub struct Seconds {
 
 /// Runs a job; `start` is when the process began.
 pub fn run(job: &MeasureJob, start: Instant, progress: &Progress) -> Result<Finished, Failure> {
-    if job.backend == Backend::Auto {
-        progress.detail("backend: cpu, as this build has no GPU sampler");
+    let opening = Instant::now();
+    let backends = Backends::open(&job.backend)?;
+    if let Backend::Gpu(_) = job.backend {
+        progress.detail(format_args!("opened the GPU in {:.4} s", opening.elapsed().as_secs_f64()));
     }
     let mut results = match job.measurement {
         Measurement::Volume => {
             let each = job.inputs.iter().enumerate().map(|(i, input)| {
                 let start = if i == 0 { start } else { Instant::now() };
-                measure(job, std::slice::from_ref(input), start, progress)
+                measure(job, std::slice::from_ref(input), &backends, start, progress)
             });
             each.collect::<Result<Vec<Measured>, Failure>>()?
         }
-        _ => vec![measure(job, &job.inputs, start, progress)?],
+        _ => vec![measure(job, &job.inputs, &backends, start, progress)?],
     };
     progress.finish();
     for measured in &mut results {
@@ -112,7 +115,13 @@ pub fn run(job: &MeasureJob, start: Instant, progress: &Progress) -> Result<Fini
 }
 
 /// Measures what the inputs make together.
-fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progress) -> Result<Measured, Failure> {
+fn measure(
+    job: &MeasureJob,
+    inputs: &[Input],
+    backends: &Backends,
+    start: Instant,
+    progress: &Progress,
+) -> Result<Measured, Failure> {
     let mut seconds = Seconds::default();
     progress.stage("reading");
     let reading = Instant::now();
@@ -126,7 +135,7 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
     seconds.read = reading.elapsed().as_secs_f64();
     progress.detail(format_args!("read in {:.4} s", seconds.read));
 
-    let mut round = |spacing| sample_round(job, &solids, spacing, &mut seconds, progress);
+    let mut round = |spacing| sample_round(job, &solids, backends, spacing, &mut seconds, progress);
     let (round, refinement) = match job.spacing {
         Spacing::Tolerance(tolerance) => {
             let (round, refinement) = refine(tolerance, &mut round)?;
@@ -159,12 +168,14 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
         Measurement::Volume => {
             let (centroid, inertia) = mean_moments(&round.moments);
             let measuring = Instant::now();
-            let area = surface_area(job, &solids[0], &round.grid, progress)?;
+            let area = surface_area(job, &solids[0], &round.grid, round.choice.sampler(), progress)?;
             seconds.integrate += measuring.elapsed().as_secs_f64();
             Some(SolidMeasures { area, centroid, inertia })
         }
         _ => None,
     };
+    let ran = round.choice.ran();
+    warnings.extend(ran.auto.iter().filter_map(|auto| auto.warning.clone()));
     warnings.extend(open_warning(&solids, &round));
     warnings.extend(solids.iter().filter_map(|solid| thin(solid, &round.grid, &job.axes)));
 
@@ -185,7 +196,7 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
         unclosed: round.unclosed.iter().map(|(_, rays)| rays).sum(),
         mode: job.mode,
         fill: job.fill,
-        backend: job.backend,
+        ran,
         seconds,
         warnings,
         images: job.images.clone(),
@@ -199,7 +210,8 @@ fn measure(job: &MeasureJob, inputs: &[Input], start: Instant, progress: &Progre
 }
 
 /// What the images of one grid gave.
-struct Round {
+struct Round<'b> {
+    choice: Choice<'b>,
     grid: Grid,
     volume: VolumeEstimate,
     moments: Vec<Moments>,
@@ -245,40 +257,42 @@ fn second_opinion(
     job: &MeasureJob,
     solids: &[Solid],
     first: &Grid,
+    sampler: &dyn Sampler,
     seconds: &mut Seconds,
 ) -> Result<VolumeEstimate, Failure> {
     let quantising = Instant::now();
     let grid = lay(job, solids, Spacing::Pitch(SECOND_PITCH * first.pitch()))?;
     let lattice = quantise(job, solids, &grid)?;
     seconds.sample += quantising.elapsed().as_secs_f64();
-    let sampler = CpuSampler::default();
     let mut volumes = Vec::new();
     for &axis in &job.axes {
         let mut agree = vec![None; solids.len()];
-        let mut maker =
-            ImageMaker { sampler: &sampler, axis, mode: job.mode, fill: job.fill, seconds, rules_agree: &mut agree };
+        let mut maker = ImageMaker { sampler, axis, mode: job.mode, fill: job.fill, seconds, rules_agree: &mut agree };
         volumes.push(AxisVolume::of(&maker.image(job.measurement, &lattice)?));
     }
     Ok(VolumeEstimate::from_axes(&volumes))
 }
 
 /// Lays a grid and samples along every axis that was asked for.
-fn sample_round(
+fn sample_round<'b>(
     job: &MeasureJob,
     solids: &[Solid],
+    backends: &'b Backends,
     spacing: Spacing,
     seconds: &mut Seconds,
     progress: &Progress,
-) -> Result<Round, Failure> {
+) -> Result<Round<'b>, Failure> {
     let quantising = Instant::now();
     let grid = lay(job, solids, spacing)?;
     let lattice = quantise(job, solids, &grid)?;
     seconds.sample += quantising.elapsed().as_secs_f64();
+    let choice = backends.choose(|| work(&lattice, &job.axes));
 
     let [x, y, z] = grid.rays();
     progress.expect(job.axes.len());
     let mut volumes = Vec::new();
     let mut round = Round {
+        choice,
         grid,
         volume: VolumeEstimate { value: 0.0, error: 0.0 },
         moments: Vec::new(),
@@ -290,9 +304,8 @@ fn sample_round(
     };
     for &axis in &job.axes {
         progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()));
-        let sampler = CpuSampler::default();
         let mut maker = ImageMaker {
-            sampler: &sampler,
+            sampler: round.choice.sampler(),
             axis,
             mode: job.mode,
             fill: job.fill,
@@ -318,9 +331,9 @@ fn sample_round(
     // Who asks for one axis asks for speed, and has an estimate that says how blind one axis is.
     if job.axes.len() == 3 {
         progress.stage("a second raster".to_owned());
-        round.volume = round.volume.beside(&second_opinion(job, solids, &grid, seconds)?);
+        round.volume = round.volume.beside(&second_opinion(job, solids, &grid, round.choice.sampler(), seconds)?);
     }
-    progress.detail(format_args!("{x} × {y} × {z} rays: sampled by {:.4} s", seconds.sample));
+    progress.detail(format_args!("{x} × {y} × {z} rays: sampled by {:.4} s; {}", seconds.sample, round.choice.ran()));
     Ok(round)
 }
 
@@ -344,7 +357,13 @@ const AREA_RESOLUTION: u32 = 512;
 
 /// The surface area: that of the mesh's triangles, times the share of it that rays along the three axes find to bound the
 /// solid. It is exact where no triangle lies inside. Where no ray meets a triangle nothing is known to lie inside.
-fn surface_area(job: &MeasureJob, solid: &Solid, used: &Grid, progress: &Progress) -> Result<f64, Failure> {
+fn surface_area(
+    job: &MeasureJob,
+    solid: &Solid,
+    used: &Grid,
+    sampler: &dyn Sampler,
+    progress: &Progress,
+) -> Result<f64, Failure> {
     let rays = used.rays().into_iter().max().unwrap_or(1).min(AREA_RESOLUTION);
     let grid = Grid::with_resolution(solid.bounds(), rays, job.lod).map_err(Failure::input)?;
     let lattice = solid.quantise(&grid)?;
@@ -352,7 +371,7 @@ fn surface_area(job: &MeasureJob, solid: &Solid, used: &Grid, progress: &Progres
     for axis in Axis::ALL {
         progress.stage(format!("area, along {}", axis.name()));
         let hits = |fill| -> Result<SurfaceHits, Failure> {
-            let image = CpuSampler::default().sample_surface(&lattice, axis, fill)?;
+            let image = sampler.sample_surface(&lattice, axis, fill)?;
             Ok(integrate::surface_hits(&image, |triangle| lattice.facing(triangle, axis)))
         };
         // The even-odd rule alone keeps every crossing.
@@ -375,10 +394,10 @@ const FINEST: u32 = 4096;
 const ZERO_IS_CREDIBLE: u32 = 1024;
 
 /// Doubles the resolution until the error estimate is within the tolerance.
-fn refine(
+fn refine<'b>(
     tolerance: f64,
-    round: &mut impl FnMut(Spacing) -> Result<Round, Failure>,
-) -> Result<(Round, Refinement), Failure> {
+    round: &mut impl FnMut(Spacing) -> Result<Round<'b>, Failure>,
+) -> Result<(Round<'b>, Refinement), Failure> {
     let mut resolution = COARSEST;
     loop {
         let result = round(Spacing::Resolution(resolution))?;

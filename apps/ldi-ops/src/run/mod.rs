@@ -1,15 +1,19 @@
 //! Jobs, one module a kind, and what they share: reading inputs ([`input`]) and measuring images ([`image`]).
 
+mod backend;
 mod bytes;
 mod check;
 mod convert;
 mod devices;
 mod fill;
 mod generate;
+#[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
+mod gpu;
 mod image;
 mod input;
 mod machine;
 mod measure;
+mod work;
 
 use std::time::Instant;
 
@@ -20,9 +24,10 @@ use crate::progress::Progress;
 use crate::report::Warning;
 use crate::resolve::{Invocation, Job};
 
+pub use backend::Ran;
 pub use check::Checked;
 pub use convert::Converted;
-pub use devices::Devices;
+pub use devices::{Devices, GpuDevice};
 pub use generate::Generated;
 pub use input::Solid;
 pub use machine::{cpu_name, peak_memory_bytes};

@@ -1,0 +1,36 @@
+//! In the place of `gpu.rs` in builds without the feature `gpu`: there is no GPU, and that is what it says.
+
+use ldi_ops::gpu::DeviceError;
+
+use super::backend::Gpu;
+use super::devices::GpuDevice;
+use crate::exit::Failure;
+
+const WHY: &str = "this build has no GPU sampler";
+
+pub const ABSENT: Option<&str> = Some(WHY);
+
+pub fn open(wanted: Option<&str>) -> Result<Gpu, Failure> {
+    let flag = wanted.map_or("--backend gpu".to_owned(), |name| format!("--adapter {name}"));
+    Err(Failure::machine(format!("{flag}: {WHY}")))
+}
+
+pub fn automatic() -> Result<Automatic, String> {
+    Err(WHY.to_owned())
+}
+
+pub fn list() -> (Vec<GpuDevice>, Result<String, String>) {
+    (Vec::new(), Err(WHY.to_owned()))
+}
+
+/// A choice that is never made.
+pub struct Automatic {
+    pub reason: String,
+    never: std::convert::Infallible,
+}
+
+impl Automatic {
+    pub fn open(&self) -> Result<Gpu, DeviceError> {
+        match self.never {}
+    }
+}

@@ -1,0 +1,207 @@
+//! The program on a GPU. Needs an adapter, be it a software one, and fails without.
+//!
+//! The adapter is the first that is found, or the one that `LDI_ADAPTER` names.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::{Folder, Run, cube};
+
+/// Arguments that ask for the adapter of these tests.
+fn on_gpu() -> Vec<String> {
+    match std::env::var("LDI_ADAPTER") {
+        Ok(name) => vec!["--adapter".to_owned(), name],
+        Err(_) => vec!["--backend".to_owned(), "gpu".to_owned()],
+    }
+}
+
+fn model(name: &str) -> String {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/models");
+    models.join(name).into_os_string().into_string().unwrap()
+}
+
+/// Runs a command on the CPU and on the GPU and asserts that both say the same, but for where and how long it ran.
+fn same_on_both(folder: &Folder, arguments: &[&str]) {
+    let gpu_arguments = on_gpu();
+    let gpu_arguments: Vec<&str> = gpu_arguments.iter().map(String::as_str).collect();
+    let written = folder.path("image.npz");
+    let image = || if written.exists() { fs::read(&written).unwrap() } else { Vec::new() };
+    let mut cpu = folder.json(&[arguments, &["--backend", "cpu"]].concat());
+    let cpu_image = image();
+    let mut gpu = folder.json(&[arguments, &gpu_arguments].concat());
+    assert!(image() == cpu_image, "{arguments:?}: the images differ");
+    assert_eq!((&cpu["backend"], &gpu["backend"]), (&"cpu".into(), &"gpu".into()));
+    assert!(!gpu["device"].as_str().unwrap().is_empty() && gpu["device"] != cpu["device"]);
+    assert!(gpu["auto"].is_null());
+    for result in [&mut cpu, &mut gpu] {
+        for key in ["backend", "device", "auto", "seconds", "peak_memory_bytes"] {
+            assert!(result.as_object_mut().unwrap().remove(key).is_some());
+        }
+    }
+    assert_eq!(cpu, gpu, "{arguments:?}");
+}
+
+const MODES: [&str; 3] = ["over", "under", "exact"];
+const FILLS: [&str; 2] = ["even-odd", "nonzero"];
+
+#[test]
+fn operations_give_the_same_on_both() {
+    let folder = Folder::new();
+    let pairs =
+        [["gyroid_sheet.stl", "bone.stl"], ["bcc_lattice.stl", "sphere.stl"], ["diamond_network.stl", "torus.stl"]];
+    let mut turn = 0;
+    for command in ["intersect", "union", "difference"] {
+        for mode in MODES {
+            for fill in FILLS {
+                let [a, b] = pairs[turn % pairs.len()].map(model);
+                turn += 1;
+                same_on_both(&folder, &[command, &a, &b, "--mode", mode, "--fill", fill, "--resolution", "40"]);
+            }
+        }
+        turn += 1;
+    }
+    let [a, b] = pairs[0].map(model);
+    same_on_both(&folder, &["intersect", &a, &b, "--axis", "y", "--resolution", "150", "-o", "image.npz"]);
+}
+
+#[test]
+fn volumes_give_the_same_on_both() {
+    let folder = Folder::new();
+    for (solid, fill) in [("bone.stl", "even-odd"), ("bcc_lattice.stl", "even-odd"), ("bcc_lattice.stl", "nonzero")] {
+        same_on_both(&folder, &["volume", &model(solid), "--fill", fill, "--resolution", "60"]);
+    }
+    same_on_both(&folder, &["volume", &model("torus.stl"), "--tolerance", "1%"]);
+}
+
+#[test]
+fn images_are_the_same_on_both() {
+    let folder = Folder::new();
+    for mode in MODES {
+        for fill in FILLS {
+            let solid = model("bcc_lattice.stl");
+            let arguments = ["sample", &solid, "--mode", mode, "--fill", fill, "--resolution", "50", "-o", "image.npz"];
+            same_on_both(&folder, &arguments);
+        }
+    }
+}
+
+#[test]
+fn open_meshes_give_the_same_on_both() {
+    let folder = Folder::new();
+    folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
+    same_on_both(&folder, &["volume", "open.stl", "--allow-open", "--resolution", "30"]);
+}
+
+/// The adapters that `devices` lists.
+fn adapters(folder: &Folder) -> Vec<Value> {
+    folder.json(&["devices"])["devices"].as_array().unwrap()[1..].to_vec()
+}
+
+#[test]
+fn devices_describes_every_adapter() {
+    let folder = Folder::new();
+    let adapters = adapters(&folder);
+    assert!(!adapters.is_empty(), "these tests need an adapter");
+    let text = folder.run(&["devices"]).code(0).stdout();
+    for adapter in &adapters {
+        assert_eq!(adapter["backend"], "gpu");
+        for key in ["name", "kind", "api", "driver"] {
+            let value = adapter[key].as_str().unwrap();
+            assert!(text.contains(value), "no `{value}` in\n{text}");
+        }
+        for key in ["buffer_bytes", "binding_bytes", "bindings", "workgroup_invocations", "workgroup_memory_bytes"] {
+            assert!(adapter["limits"][key].as_u64().unwrap() > 0, "{key}");
+        }
+        assert!(adapter["int64"].is_boolean() && adapter["timestamps"].is_boolean());
+    }
+    for words in ["largest buffer", "largest binding", "64-bit integers", "timestamps"] {
+        assert!(text.contains(words), "no `{words}` in\n{text}");
+    }
+}
+
+#[test]
+fn auto_never_takes_what_is_no_hardware() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    let adapters = adapters(&folder);
+    let hardware = adapters.iter().any(|a| ["discrete", "integrated", "virtual"].iter().any(|kind| a["kind"] == *kind));
+    let backend = if hardware { "gpu" } else { "cpu" };
+    assert_eq!(folder.json(&["devices"])["auto"]["backend"], backend);
+    // Eighteen million crossings, which are worth a look at adapters for one thread.
+    let large = ["volume", "a.stl", "--axis", "z", "--resolution", "3000", "--threads", "1"];
+    let result = folder.json(&large);
+    let reason = result["auto"]["reason"].as_str().unwrap();
+    assert_eq!((&result["backend"], &result["auto"]["backend"]), (&backend.into(), &backend.into()), "{reason}");
+    assert!(!reason.contains("too few"), "{reason}");
+    if !hardware {
+        assert!(reason.contains(adapters[0]["name"].as_str().unwrap()), "{reason}");
+    }
+    let small = folder.json(&["volume", "a.stl", "--resolution", "300"]);
+    assert_eq!(small["backend"], "cpu");
+}
+
+#[test]
+fn an_adapter_is_known_by_a_part_of_its_name() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    let adapters = adapters(&folder);
+    let name = adapters[0]["name"].as_str().unwrap();
+    let result = folder.json(&["volume", "a.stl", "--resolution", "8", "--adapter", &name.to_uppercase()]);
+    assert_eq!(result["backend"], "gpu");
+    assert!(result["device"].as_str().unwrap().starts_with(name));
+    // Before a file is read, so that nobody waits for a refusal.
+    folder.run(&["volume", "absent.stl", "--adapter", "nonsense"]).code(3).says(&["`nonsense`", name]);
+    folder.run(&["volume", "a.stl", "--backend", "gpu", "--adapter", "nonsense"]).code(3).says(&["`nonsense`", name]);
+}
+
+/// A run on a machine whose Vulkan loader finds no driver.
+fn without_drivers(folder: &Folder, arguments: &[&str]) -> Run {
+    let mut command = folder.command(arguments);
+    command.envs([("VK_ICD_FILENAMES", "/nonexistent"), ("VK_DRIVER_FILES", "/nonexistent")]);
+    command.env("VK_LOADER_DRIVERS_DISABLE", "*");
+    Run { output: command.output().unwrap() }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_machine_without_a_driver_refuses_a_gpu_and_nothing_else() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    let none = ["no GPU was found", "no graphics driver", "the CPU gives the same bits"];
+    without_drivers(&folder, &["volume", "a.stl", "--backend", "gpu"]).code(3).says(&none);
+    without_drivers(&folder, &["volume", "a.stl", "--adapter", "nonsense"]).code(3).says(&none);
+    for backend in ["auto", "cpu"] {
+        let large = ["volume", "a.stl", "--axis", "z", "--resolution", "3000", "--threads", "1", "--unit", "mm"];
+        let run = without_drivers(&folder, &[&large[..], &["--backend", backend]].concat()).code(0);
+        assert_eq!(run.stderr(), "");
+        assert_eq!(run.stdout().contains("(auto: no GPU was found)"), backend == "auto", "{}", run.stdout());
+    }
+    let run = without_drivers(&folder, &["devices"]).code(0);
+    assert_eq!(run.stderr(), "");
+    assert!(
+        run.stdout().contains("gpu         none: no GPU was found: there is no graphics driver"),
+        "{}",
+        run.stdout()
+    );
+}
+
+#[test]
+fn drivers_say_nothing_on_stderr() {
+    let folder = Folder::new();
+    // On machines without a desktop.
+    let mut command = folder.command(&["devices"]);
+    command.env_remove("XDG_RUNTIME_DIR").env_remove("NODEVICE_SELECT");
+    assert_eq!(String::from_utf8(command.output().unwrap().stderr).unwrap(), "");
+}
+
+#[test]
+fn help_texts_tell_how_to_ask_for_a_gpu() {
+    let folder = Folder::new();
+    assert!(folder.run(&["--help"]).code(0).stdout().contains("--backend gpu"));
+    let text = folder.run(&["intersect", "--help"]).code(0).stdout();
+    for words in ["--backend gpu", "--adapter <NAME>", "implies --backend gpu", "ldi-ops devices"] {
+        assert!(text.contains(words), "no `{words}` in\n{text}");
+    }
+}
