@@ -17,7 +17,7 @@ pub const WORKGROUP: u32 = 64;
 pub const MOST_WORKGROUPS: u32 = 32_768;
 
 /// Rows of a block of a large triangle, of which one workgroup does all.
-const BLOCK_ROWS: u32 = 8;
+pub const BLOCK_ROWS: u32 = 8;
 
 /// Triangles whose box covers more rays than this are large.
 const SMALL_BOX: u32 = 64;
