@@ -69,7 +69,7 @@ impl Default for GpuOptions {
     fn default() -> GpuOptions {
         GpuOptions {
             arithmetic: None,
-            route: Route::Masks,
+            route: Route::Lists,
             memory: 1 << 30,
             band_rays: 1 << 24,
             binding: 1 << 30,

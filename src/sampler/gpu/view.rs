@@ -20,7 +20,7 @@ pub const MOST_WORKGROUPS: u32 = 32_768;
 pub const BLOCK_ROWS: u32 = 8;
 
 /// Triangles whose box covers more rays than this are large.
-const SMALL_BOX: u32 = 64;
+const SMALL_BOX: u32 = 256;
 
 /// Invocations of a workgroup of the prefix sum, and counts that each of them adds up.
 const SCAN_WORKGROUP: u32 = 256;

@@ -5,7 +5,7 @@ use std::fmt;
 
 use ldi_ops::gpu::DeviceError;
 use ldi_ops::grid::{Axis, LatticeSolid};
-use ldi_ops::ldi::Ldi;
+use ldi_ops::ldi::{Ldi, Summary};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Estimate, Fill, Mode, SampleError, Sampler};
 
@@ -127,6 +127,11 @@ impl Choice<'_> {
         }
     }
 
+    /// Whether images are made where it takes time to bring them back, so that sums are better made there, too.
+    pub fn is_gpu(&self) -> bool {
+        !matches!(self, Choice::Cpu { .. })
+    }
+
     /// Where the images were made, as far as they have been.
     pub fn ran(&self) -> Ran {
         match self {
@@ -196,7 +201,7 @@ pub struct WithCpu {
 }
 
 impl WithCpu {
-    fn image(&self, make: impl Fn(&dyn Sampler) -> Result<Ldi, SampleError>) -> Result<Ldi, SampleError> {
+    fn make<T>(&self, make: impl Fn(&dyn Sampler) -> Result<T, SampleError>) -> Result<T, SampleError> {
         if self.fault.get().is_none() {
             match make(self.gpu.sampler.as_ref()) {
                 Err(SampleError::Device(fault)) => self.fault.set(fault).expect("there was none a moment ago"),
@@ -209,11 +214,11 @@ impl WithCpu {
 
 impl Sampler for WithCpu {
     fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError> {
-        self.image(|sampler| sampler.sample(solid, axis, mode, fill))
+        self.make(|sampler| sampler.sample(solid, axis, mode, fill))
     }
 
     fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: Fill) -> Result<Ldi, SampleError> {
-        self.image(|sampler| sampler.sample_surface(solid, axis, fill))
+        self.make(|sampler| sampler.sample_surface(solid, axis, fill))
     }
 
     fn sample_intersection(
@@ -224,7 +229,22 @@ impl Sampler for WithCpu {
         estimate: Estimate,
         fill: Fill,
     ) -> Result<Ldi, SampleError> {
-        self.image(|sampler| sampler.sample_intersection(a, b, axis, estimate, fill))
+        self.make(|sampler| sampler.sample_intersection(a, b, axis, estimate, fill))
+    }
+
+    fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Summary, SampleError> {
+        self.make(|sampler| sampler.summarise(solid, axis, mode, fill))
+    }
+
+    fn summarise_intersection(
+        &self,
+        a: &LatticeSolid,
+        b: &LatticeSolid,
+        axis: Axis,
+        estimate: Estimate,
+        fill: Fill,
+    ) -> Result<Summary, SampleError> {
+        self.make(|sampler| sampler.summarise_intersection(a, b, axis, estimate, fill))
     }
 }
 

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use ldi_ops::boolean::{BooleanOperation, merge};
 use ldi_ops::grid::{Axis, LatticeSolid};
-use ldi_ops::ldi::{Ldi, Windings};
-use ldi_ops::sampler::{Fill, Mode, Sampler};
+use ldi_ops::ldi::{Ldi, Summary, Windings};
+use ldi_ops::sampler::{Fill, Mode, SampleError, Sampler};
 
 use super::measure::Seconds;
 use crate::exit::Failure;
@@ -43,10 +43,7 @@ impl ImageMaker<'_> {
         };
         match (operation, self.mode, solids) {
             (BooleanOperation::Intersection, Mode::Estimate(estimate), [a, b]) => {
-                let start = Instant::now();
-                let image = self.sampler.sample_intersection(a, b, self.axis, estimate, self.fill)?;
-                self.seconds.sample += start.elapsed().as_secs_f64();
-                Ok(image)
+                self.timed(|maker| maker.sampler.sample_intersection(a, b, maker.axis, estimate, maker.fill))
             }
             (BooleanOperation::Xor, Mode::Estimate(_), _) => self.estimate_xor(solids),
             (operation, mode, _) => {
@@ -59,6 +56,35 @@ impl ImageMaker<'_> {
                 Ok(result)
             }
         }
+    }
+
+    /// The summary of [`image`](Self::image), which the sampler makes by itself where it makes the whole image.
+    pub fn summary(&mut self, measurement: Measurement, solids: &[LatticeSolid]) -> Result<Summary, Failure> {
+        match (measurement, self.mode, solids) {
+            (Measurement::Boolean(BooleanOperation::Intersection), Mode::Estimate(estimate), [a, b]) => {
+                self.timed(|maker| maker.sampler.summarise_intersection(a, b, maker.axis, estimate, maker.fill))
+            }
+            (Measurement::Volume | Measurement::Sample, mode, [solid]) => {
+                let summary = self.timed(|maker| maker.sampler.summarise(solid, maker.axis, mode, maker.fill))?;
+                self.look_at(0, summary.windings());
+                Ok(summary)
+            }
+            _ => {
+                let image = self.image(measurement, solids)?;
+                let start = Instant::now();
+                let summary = image.summary();
+                self.seconds.integrate += start.elapsed().as_secs_f64();
+                Ok(summary)
+            }
+        }
+    }
+
+    /// What the sampler makes, its time added to that of sampling.
+    fn timed<T>(&mut self, make: impl FnOnce(&Self) -> Result<T, SampleError>) -> Result<T, Failure> {
+        let start = Instant::now();
+        let made = make(self)?;
+        self.seconds.sample += start.elapsed().as_secs_f64();
+        Ok(made)
     }
 
     /// An estimate of A xor B as (A − B) ∪ (B − A), each difference with the opposite estimate of what it takes away.
@@ -88,16 +114,14 @@ impl ImageMaker<'_> {
     }
 
     fn sample(&mut self, solids: &[LatticeSolid], i: usize, mode: Mode) -> Result<Ldi, Failure> {
-        let start = Instant::now();
-        let image = self.sampler.sample(&solids[i], self.axis, mode, self.fill)?;
-        self.seconds.sample += start.elapsed().as_secs_f64();
-        self.look_at(i, &image);
+        let image = self.timed(|maker| maker.sampler.sample(&solids[i], maker.axis, mode, maker.fill))?;
+        self.look_at(i, image.windings());
         Ok(image)
     }
 
     /// Learns what an image of one input tells of the fill rules.
-    fn look_at(&mut self, i: usize, image: &Ldi) {
-        if let Some(agree) = image.windings().map(Windings::fill_rules_agree) {
+    fn look_at(&mut self, i: usize, windings: Option<Windings>) {
+        if let Some(agree) = windings.map(Windings::fill_rules_agree) {
             self.rules_agree[i] = Some(agree && self.rules_agree[i] != Some(false));
         }
     }

@@ -268,7 +268,7 @@ fn second_opinion(
     for &axis in &job.axes {
         let mut agree = vec![None; solids.len()];
         let mut maker = ImageMaker { sampler, axis, mode: job.mode, fill: job.fill, seconds, rules_agree: &mut agree };
-        volumes.push(AxisVolume::of(&maker.image(job.measurement, &lattice)?));
+        volumes.push(AxisVolume::from_summary(&maker.summary(job.measurement, &lattice)?));
     }
     Ok(VolumeEstimate::from_axes(&volumes))
 }
@@ -287,6 +287,9 @@ fn sample_round<'b>(
     let lattice = quantise(job, solids, &grid)?;
     seconds.sample += quantising.elapsed().as_secs_f64();
     let choice = backends.choose(|| work(&lattice, &job.axes));
+
+    // A GPU sums where it samples, unless the images themselves are wanted.
+    let keeps_images = !choice.is_gpu() || job.images.is_some() || job.measurement == Measurement::Volume;
 
     let [x, y, z] = grid.rays();
     progress.expect(job.axes.len());
@@ -312,19 +315,25 @@ fn sample_round<'b>(
             seconds,
             rules_agree: &mut round.rules_agree,
         };
-        let image = maker.image(job.measurement, &lattice)?;
-        let integrating = Instant::now();
-        volumes.push(AxisVolume::of(&image));
-        if job.measurement == Measurement::Volume {
-            round.moments.push(integrate::moments(&image));
-        }
-        round.layers[axis.depth()] = Some(image.layers());
-        round.samples += image.depths().len() as u64;
-        round.unclosed.push((axis, image.unclosed().len() as u64));
-        seconds.integrate += integrating.elapsed().as_secs_f64();
-        if job.images.is_some() {
-            round.images.push(image);
-        }
+        let summary = if keeps_images {
+            let image = maker.image(job.measurement, &lattice)?;
+            let integrating = Instant::now();
+            let summary = image.summary();
+            if job.measurement == Measurement::Volume {
+                round.moments.push(integrate::moments(&image));
+            }
+            seconds.integrate += integrating.elapsed().as_secs_f64();
+            if job.images.is_some() {
+                round.images.push(image);
+            }
+            summary
+        } else {
+            maker.summary(job.measurement, &lattice)?
+        };
+        volumes.push(AxisVolume::from_summary(&summary));
+        round.layers[axis.depth()] = Some(summary.layers());
+        round.samples += summary.samples();
+        round.unclosed.push((axis, summary.unclosed()));
         progress.step();
     }
     round.volume = VolumeEstimate::from_axes(&volumes);
