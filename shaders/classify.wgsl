@@ -26,20 +26,22 @@ fn spread_top(word: u32) -> u32 {
     return bitcast<u32>(bitcast<i32>(word) >> 31u);
 }
 
-// Records a ray that did not close: no class, no sample, and a mark where ranks begin.
+// Records a ray that did not close: no class, no sample, and a mark in place of ranks.
 fn end_unclosed(ray: u32) {
     for (var word = 0u; word < view.words; word++) {
         let at = word * view.rays + ray;
         change[at] = 0u;
+        ranks[at] = UNCLOSED;
         if TWO_SOLIDS {
             change_b[at] = 0u;
         } else {
             any_in[at] = 0u;
         }
     }
-    ranks[ray] = UNCLOSED;
     counts[ray] = UNCLOSED;
-    atomicAdd(&tally.unclosed, 1u);
+    if is_counted(ray) {
+        atomicAdd(&tally.unclosed, 1u);
+    }
 }
 
 fn classify_ray(ray: u32) {
@@ -83,7 +85,9 @@ fn classify_ray(ray: u32) {
         end_unclosed(ray);
     } else {
         counts[ray] = samples;
-        changes += changed;
+        if is_counted(ray) {
+            changes += changed;
+        }
     }
 }
 

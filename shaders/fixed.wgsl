@@ -31,9 +31,15 @@ struct DepthPlane {
     by_column: Wide,
     by_row: Wide,
     by_depth: Wide,
+    per_divisor: f32,
     tie_up: bool,
     leaves: u32,
+    // The edges are so short that all there is to calculate fits 64 bits.
+    is_small: bool,
 }
+
+// Edges shorter than this, in lattice steps, have normals below 2^41 and with a ray of the triangle products below 2^61.
+const SMALL_EDGE = 1 << 20u;
 
 fn minor(a: i32, b: i32, c: i32, d: i32) -> Wide {
     return wide_difference(wide_product(a, d), wide_product(b, c));
@@ -54,6 +60,9 @@ fn depth_plane(a: vec3<i32>, b: vec3<i32>, c: vec3<i32>) -> DepthPlane {
     plane.by_depth = minor(first.x, first.y, second.x, second.y);
     // Along y the view's axes (x, z, y) are left-handed, so its normal points inwards.
     plane.leaves = select(0u, 1u, (depth_sign > 0) != (view.axis == AXIS_Y));
+    plane.per_divisor = 1.0 / wide_to_f32(plane.by_depth);
+    let reach = max(abs(u), abs(v));
+    plane.is_small = max(max(reach.x, reach.y), reach.z) < SMALL_EDGE;
     plane.tie_up = tie_goes_up(-wide_sign(plane.by_column), -wide_sign(plane.by_row));
     return plane;
 }
@@ -82,20 +91,32 @@ fn crossing_between(below: i32, leaves: u32) -> u32 {
 
 // The crossing with the ray at lattice position (column, row), which must pass through the triangle.
 fn plane_crossing(plane: DepthPlane, column: i32, row: i32) -> u32 {
-    let zero = Long();
-    let across = long_sum(
-        long_product(plane.by_column, column - plane.vertex.x),
-        long_product(plane.by_row, row - plane.vertex.y),
-    );
-    let divisor = wide_to_f32(plane.by_depth);
-    var left = long_difference(zero, across);
-    let first_digit = i32(round(long_to_f32(left) / divisor));
-    left = long_difference(left, long_product(plane.by_depth, first_digit));
-    let second_digit = i32(round(long_to_f32(left) / divisor));
-    left = long_difference(left, long_product(plane.by_depth, second_digit));
-    // What is left is less than the divisor either way, and fits 64 bits.
-    let side = wide_sign(wide_from_long(left));
-    let depth = plane.vertex.z + first_digit + second_digit;
+    let by_column = column - plane.vertex.x;
+    let by_row = row - plane.vertex.y;
+    var digits: i32;
+    var left: Wide;
+    if plane.is_small {
+        left = wide_sum(wide_times(plane.by_column, by_column), wide_times(plane.by_row, by_row));
+        left = wide_difference(Wide(), left);
+        digits = i32(round(wide_to_f32(left) * plane.per_divisor));
+        left = wide_difference(left, wide_times(plane.by_depth, digits));
+        let second_digit = i32(round(wide_to_f32(left) * plane.per_divisor));
+        left = wide_difference(left, wide_times(plane.by_depth, second_digit));
+        digits += second_digit;
+    } else {
+        let across =
+            long_sum(long_product(plane.by_column, by_column), long_product(plane.by_row, by_row));
+        var long_left = long_difference(Long(), across);
+        digits = i32(round(long_to_f32(long_left) * plane.per_divisor));
+        long_left = long_difference(long_left, long_product(plane.by_depth, digits));
+        let second_digit = i32(round(long_to_f32(long_left) * plane.per_divisor));
+        long_left = long_difference(long_left, long_product(plane.by_depth, second_digit));
+        digits += second_digit;
+        left = wide_from_long(long_left);
+    }
+    // What is left is less than the divisor either way.
+    let side = wide_sign(left);
+    let depth = plane.vertex.z + digits;
     if side != 0 {
         return crossing_between(depth - select(0, 1, side < 0), plane.leaves);
     }
@@ -126,4 +147,9 @@ fn crossing_winding(crossing: u32) -> i32 {
 // Which voxel a crossing belongs to: min(floor / V, LOD-C - 1).
 fn crossing_voxel(crossing: u32) -> u32 {
     return min((crossing >> 3u) / view.half_voxel, view.last_voxel);
+}
+
+// Whether a ray of the band counts, or is there to be compared with.
+fn is_counted(ray: u32) -> bool {
+    return ray >= view.first_counted && ray < view.end_counted;
 }

@@ -36,7 +36,9 @@ fn meet_ray(ray: u32) {
     let end_b = second + starts_b[ray + 1u];
     if !closes(a.end, end_a) || !closes(b.end, end_b) {
         counts[ray] = UNCLOSED;
-        atomicAdd(&tally.unclosed, 1u);
+        if is_counted(ray) {
+            atomicAdd(&tally.unclosed, 1u);
+        }
         return;
     }
     let first_sample = starts[ray] + starts_b[ray];

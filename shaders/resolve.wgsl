@@ -10,6 +10,7 @@
 @group(0) @binding(5) var<storage, read_write> tally: Tally;
 
 var<private> next_sample: u32;
+var<private> counts_ray: bool;
 
 fn emit(depth: i32) {
     crossings[next_sample] = bitcast<u32>(depth);
@@ -23,11 +24,15 @@ fn emit_crossing(at: u32) {
     emit(crossing_nearest(crossings[at]));
 }
 
-// Adds a group of crossings, those of one depth or of one voxel, to the windings. `parity` is that before the group.
-fn add_group(first: u32, end: u32, parity: u32) {
+// Adds a group of crossings, those of one depth or of one voxel, to the windings: `position` says which. `parity` is that
+// before the group.
+fn add_group(first: u32, end: u32, position: i32, parity: u32) {
+    if !counts_ray {
+        return;
+    }
     let is_odd = ((end - first) & 1u) == 1u;
     for (var at = first; at < end; at++) {
-        add_winding(crossings[at], is_odd, parity == 0u);
+        add_winding(crossings[at], position, is_odd, parity == 0u);
     }
     changes += select(0u, 1u, is_odd);
 }
@@ -47,7 +52,7 @@ fn resolve_exact(first: u32, end: u32) {
             step += crossing_winding(crossing);
             group_end++;
         }
-        add_group(at, group_end, (at - first) & 1u);
+        add_group(at, group_end, depth, (at - first) & 1u);
         if !NON_ZERO {
             for (var each = at; each < group_end; each++) {
                 emit_crossing(each);
@@ -69,8 +74,9 @@ fn resolve_estimate(first: u32, end: u32) {
     var winding = 0;
     var at = first;
     while at < end {
-        let voxel = take_voxel(at, end, crossing_voxel(crossings[at]), winding);
-        add_group(at, voxel.end, (at - first) & 1u);
+        let index = crossing_voxel(crossings[at]);
+        let voxel = take_voxel(at, end, index, winding);
+        add_group(at, voxel.end, bitcast<i32>(index), (at - first) & 1u);
         let inside = winding != 0;
         let then_inside = voxel.winding != 0;
         if inside != then_inside {
@@ -89,10 +95,13 @@ fn resolve_ray(ray: u32) {
     let end = starts[ray + 1u];
     if !closes(first, end) {
         counts[ray] = UNCLOSED;
-        atomicAdd(&tally.unclosed, 1u);
+        if is_counted(ray) {
+            atomicAdd(&tally.unclosed, 1u);
+        }
         return;
     }
     next_sample = first;
+    counts_ray = is_counted(ray);
     if EXACT {
         resolve_exact(first, end);
     } else {

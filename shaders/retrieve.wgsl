@@ -28,8 +28,8 @@ fn cross(ray: u32, crossing: u32, triangle: u32) {
     let pairs = pair[word];
     let rank = ranks[word] + countOneBits(singles & (bit - 1u)) + 2u * countOneBits(pairs & (bit - 1u));
     let is_single = (singles & bit) != 0u;
-    if !TWO_SOLIDS && ranks[ray] != UNCLOSED {
-        add_winding(crossing, is_single, (rank & 1u) == 0u);
+    if !TWO_SOLIDS && is_counted(ray) && ranks[ray] != UNCLOSED {
+        add_winding(crossing, bitcast<i32>(voxel), is_single, (rank & 1u) == 0u);
     }
     let is_pair = (pairs & bit) != 0u;
     if !(is_single || is_pair) {

@@ -26,7 +26,12 @@ fn wide_sign(a: Wide) -> i32 {
     return select(select(0, 1, a > 0li), -1, a < 0li);
 }
 
-// Of a positive number.
+// A product that fits.
+fn wide_times(a: Wide, b: i32) -> Wide {
+    return a * i64(b);
+}
+
+// To 22 bits or so.
 fn wide_to_f32(a: Wide) -> f32 {
     return f32(a);
 }

@@ -46,9 +46,23 @@ fn wide_sign(a: Wide) -> i32 {
     return select(select(0, 1, a.high > 0 || a.low > 0u), -1, a.high < 0);
 }
 
-// Of a positive number.
+// A product that fits.
+fn wide_times(a: Wide, b: i32) -> Wide {
+    let product = wide_product(bitcast<i32>(a.low), b);
+    // The low word counts as signed there; where its top bit is set, that is 2^32 times b too little.
+    let extra = select(0, b, bitcast<i32>(a.low) < 0);
+    return Wide(product.low, product.high + a.high * b + extra);
+}
+
+// To 22 bits or so. By its absolute value: the words of a small negative number nearly cancel.
 fn wide_to_f32(a: Wide) -> f32 {
-    return f32(a.high) * 4294967296.0 + f32(a.low);
+    let negative = a.high < 0;
+    var absolute = a;
+    if negative {
+        absolute = wide_difference(Wide(), a);
+    }
+    let value = f32(absolute.high) * 4294967296.0 + f32(absolute.low);
+    return select(value, -value, negative);
 }
 
 // The product of an integer below 2^61 and one below 2^31 in absolute value.

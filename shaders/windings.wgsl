@@ -1,43 +1,54 @@
-// Sums of windings: by invocation, then by workgroup, then over all.
+// Sums of windings (`Windings` in `src/ldi/mod.rs`): by invocation, then by workgroup, then over all. Sums of 64 bits lie in two
+// words, whose carries come out the same in whatever order their terms arrive.
 
-var<private> wound_low: u32;
-var<private> wound_high: u32;
+var<private> wound: vec2<u32>;
+var<private> unpaired: vec2<u32>;
 var<private> aligned: i32;
 var<private> changes: u32;
 
 var<workgroup> group_wound_low: atomic<u32>;
 var<workgroup> group_wound_high: atomic<u32>;
+var<workgroup> group_unpaired_low: atomic<u32>;
+var<workgroup> group_unpaired_high: atomic<u32>;
 var<workgroup> group_aligned: atomic<i32>;
 var<workgroup> group_changes: atomic<u32>;
 
-fn add_wound(length: i32) {
-    let term = bitcast<u32>(length);
-    wound_low += term;
-    wound_high += select(0u, 1u, wound_low < term) + select(0u, 0xffffffffu, length < 0);
+// A sum in two words, low and high, and a term with a sign.
+fn wide_term(sum: vec2<u32>, signed_term: i32) -> vec2<u32> {
+    let term = bitcast<u32>(signed_term);
+    let low = sum.x + term;
+    return vec2(low, sum.y + select(0u, 1u, low < term) + select(0u, 0xffffffffu, signed_term < 0));
+}
+
+// What one crossing of a ray that closes adds. Its group, at `position`, either changes the parity, and the crossing goes the
+// way that the parity does or not, or holds an even number.
+fn add_winding(crossing: u32, position: i32, changes_parity: bool, becomes_inside: bool) {
+    let winding = crossing_winding(crossing);
+    wound = wide_term(wound, -winding * crossing_nearest(crossing));
+    if changes_parity {
+        aligned += select(-winding, winding, becomes_inside);
+    } else {
+        unpaired = wide_term(unpaired, -winding * position);
+    }
 }
 
 // Called by all invocations of a workgroup.
 fn add_to_tally(lane: u32) {
-    let low_before = atomicAdd(&group_wound_low, wound_low);
-    atomicAdd(&group_wound_high, wound_high + select(0u, 1u, low_before + wound_low < wound_low));
+    let wound_before = atomicAdd(&group_wound_low, wound.x);
+    atomicAdd(&group_wound_high, wound.y + select(0u, 1u, wound_before + wound.x < wound.x));
+    let unpaired_before = atomicAdd(&group_unpaired_low, unpaired.x);
+    atomicAdd(&group_unpaired_high, unpaired.y + select(0u, 1u, unpaired_before + unpaired.x < unpaired.x));
     atomicAdd(&group_aligned, aligned);
     atomicAdd(&group_changes, changes);
     workgroupBarrier();
     if lane == 0u {
-        let low = atomicLoad(&group_wound_low);
-        let before = atomicAdd(&tally.wound_low, low);
-        atomicAdd(&tally.wound_high, atomicLoad(&group_wound_high) + select(0u, 1u, before + low < low));
+        let wound_low = atomicLoad(&group_wound_low);
+        let wound_carry = select(0u, 1u, atomicAdd(&tally.wound_low, wound_low) + wound_low < wound_low);
+        atomicAdd(&tally.wound_high, atomicLoad(&group_wound_high) + wound_carry);
+        let unpaired_low = atomicLoad(&group_unpaired_low);
+        let unpaired_carry = select(0u, 1u, atomicAdd(&tally.unpaired_low, unpaired_low) + unpaired_low < unpaired_low);
+        atomicAdd(&tally.unpaired_high, atomicLoad(&group_unpaired_high) + unpaired_carry);
         atomicAdd(&tally.aligned, atomicLoad(&group_aligned));
         atomicAdd(&tally.changes, atomicLoad(&group_changes));
-    }
-}
-
-// What one crossing of a ray that closes adds: where its group changes the parity, whether it goes the way that the parity
-// does.
-fn add_winding(crossing: u32, changes_parity: bool, becomes_inside: bool) {
-    let winding = crossing_winding(crossing);
-    add_wound(-winding * crossing_nearest(crossing));
-    if changes_parity {
-        aligned += select(-winding, winding, becomes_inside);
     }
 }

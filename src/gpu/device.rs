@@ -41,7 +41,9 @@ impl Device {
             let (found, needed) = (u64::from(found), u64::from(needed));
             return Err(DeviceError::Inadequate { adapter: adapter.name.clone(), what, found, needed });
         }
-        let wanted = wgpu::Features::SHADER_INT64 | wgpu::Features::TIMESTAMP_QUERY;
+        let wanted = wgpu::Features::SHADER_INT64
+            | wgpu::Features::TIMESTAMP_QUERY
+            | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
         let request = adapter.inner.request_device(&wgpu::DeviceDescriptor {
             label: Some("ldi-ops"),
             required_features: adapter.inner.features() & wanted,
@@ -77,11 +79,18 @@ impl Device {
     }
 
     /// From now on the times of all stages are kept for [`take_stage_times`](Self::take_stage_times), where the adapter can
-    /// tell them.
+    /// tell them. Those of clears (stage `clear`) and of copies to the host (`read back`) are among them where
+    /// [`times_transfers`](Self::times_transfers) says so.
     pub fn keep_stage_times(&self) {
         if self.adapter.timestamps {
             *self.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(Vec::new());
         }
+    }
+
+    /// Whether the adapter can time clears and copies, besides dispatches.
+    pub fn times_transfers(&self) -> bool {
+        let needed = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+        self.device.features().contains(needed)
     }
 
     /// The times of all stages since the last call, in the order they ran; none where they are not kept.

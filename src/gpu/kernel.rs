@@ -89,9 +89,14 @@ pub(crate) struct Recorder<'d> {
 const MOST_TIMED: u32 = 256;
 
 impl<'d> Recorder<'d> {
+    /// An empty recording, timed where the device keeps times.
     pub fn new(device: &'d Device) -> Recorder<'d> {
-        let keeps_times = device.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).is_some();
-        let queries = keeps_times.then(|| {
+        Recorder::timed(device, device.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).is_some())
+    }
+
+    /// An empty recording, timed if `is_timed`, which the adapter must be able to.
+    pub(super) fn timed(device: &'d Device, is_timed: bool) -> Recorder<'d> {
+        let queries = is_timed.then(|| {
             device.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("stage times"),
                 ty: wgpu::QueryType::Timestamp,
@@ -142,9 +147,28 @@ impl<'d> Recorder<'d> {
         }
     }
 
+    /// Records what is no dispatch, as a stage of its own where the adapter tells the time outside of passes.
+    fn transfer(&mut self, name: &'static str, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
+        let index = self.timed.len() as u32;
+        let queries = self.queries.as_ref().filter(|_| index < MOST_TIMED && self.device.times_transfers());
+        if let Some(queries) = queries {
+            self.encoder.write_timestamp(queries, 2 * index);
+        }
+        record(&mut self.encoder);
+        if let Some(queries) = queries {
+            self.encoder.write_timestamp(queries, 2 * index + 1);
+            self.timed.push(name);
+        }
+    }
+
     /// Sets the first `bytes` of a buffer to zero.
     pub fn clear(&mut self, buffer: &wgpu::Buffer, bytes: u64) {
-        self.encoder.clear_buffer(buffer, 0, Some(bytes));
+        self.transfer("clear", |encoder| encoder.clear_buffer(buffer, 0, Some(bytes)));
+    }
+
+    /// Copies the first `bytes` of a buffer to another.
+    pub(super) fn copy(&mut self, from: &wgpu::Buffer, to: &wgpu::Buffer, bytes: u64) {
+        self.transfer("copy", |encoder| encoder.copy_buffer_to_buffer(from, 0, to, 0, bytes));
     }
 
     /// Has part of a buffer brought back by [`finish`](Self::finish), in the order of the calls.
@@ -156,13 +180,23 @@ impl<'d> Recorder<'d> {
             mapped_at_creation: false,
         });
         if bytes > 0 {
-            self.encoder.copy_buffer_to_buffer(buffer, first, &staging, 0, bytes);
+            self.transfer("read back", |encoder| encoder.copy_buffer_to_buffer(buffer, first, &staging, 0, bytes));
         }
         self.staged.push(staging);
     }
 
     /// Hands all over, waits until it is done, and brings back what was asked for, as 32-bit words.
-    pub fn finish(mut self) -> Result<Vec<Vec<u32>>, DeviceError> {
+    pub fn finish(self) -> Result<Vec<Vec<u32>>, DeviceError> {
+        let device = self.device;
+        let (brought, stage_times) = self.run()?;
+        if let Some(times) = &mut *device.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) {
+            times.extend(stage_times);
+        }
+        Ok(brought)
+    }
+
+    /// As [`finish`](Self::finish), with the times of the stages where they were taken.
+    pub(super) fn run(mut self) -> Result<(Vec<Vec<u32>>, Vec<StageTime>), DeviceError> {
         let device = self.device;
         let times = self.queries.take().filter(|_| !self.timed.is_empty()).map(|queries| {
             let bytes = 16 * self.timed.len() as u64;
@@ -192,19 +226,18 @@ impl<'d> Recorder<'d> {
             let view = staging.get_mapped_range(..).map_err(|error| device.lost(error.to_string()))?;
             brought.push(bytemuck::pod_collect_to_vec::<u8, u32>(&view));
         }
+        let mut stage_times = Vec::new();
         if times.is_some() {
             let words = brought.pop().unwrap_or_default();
-            keep_times(device, &self.timed, &words);
+            stage_times = times_of(device, &self.timed, &words);
         }
-        Ok(brought)
+        Ok((brought, stage_times))
     }
 }
 
-fn keep_times(device: &Device, stages: &[&'static str], words: &[u32]) {
+fn times_of(device: &Device, stages: &[&'static str], words: &[u32]) -> Vec<StageTime> {
     let period = f64::from(device.queue.get_timestamp_period()) * 1e-9;
     let ticks = |i: usize| u64::from(words[2 * i]) | u64::from(words[2 * i + 1]) << 32;
     let seconds = |i: usize| ticks(2 * i + 1).saturating_sub(ticks(2 * i)) as f64 * period;
-    if let Some(times) = &mut *device.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) {
-        times.extend(stages.iter().enumerate().map(|(i, &stage)| StageTime { stage, seconds: seconds(i) }));
-    }
+    stages.iter().enumerate().map(|(i, &stage)| StageTime { stage, seconds: seconds(i) }).collect()
 }

@@ -7,6 +7,8 @@
 #[cfg(feature = "gpu")]
 mod adapter;
 #[cfg(feature = "gpu")]
+mod bandwidth;
+#[cfg(feature = "gpu")]
 mod device;
 mod error;
 #[cfg(feature = "gpu")]

@@ -8,15 +8,28 @@ pub(crate) fn bytes_of(words: u64) -> u64 {
 }
 
 /// Named buffers of a device, each as large as it ever had to be.
-#[derive(Default)]
 pub(crate) struct Pool {
+    prefill: Option<u32>,
     buffers: Vec<(&'static str, wgpu::Buffer)>,
 }
 
 impl Pool {
-    /// The buffer of this name with room for at least `bytes`. What it held is lost when it grows; a buffer that was handed
-    /// out before stays what it was.
+    /// No buffer yet. Where a word is given, buffers are filled with it each time they are handed out.
+    pub fn new(prefill: Option<u32>) -> Pool {
+        Pool { prefill, buffers: Vec::new() }
+    }
+
+    /// The buffer of this name with room for at least `bytes`, which holds anything.
     pub fn room(&mut self, device: &Device, name: &'static str, bytes: u64) -> Result<wgpu::Buffer, DeviceError> {
+        let buffer = self.grown(device, name, bytes)?;
+        if let Some(word) = self.prefill {
+            device.queue.write_buffer(&buffer, 0, &word.to_le_bytes().repeat(buffer.size() as usize / 4));
+        }
+        Ok(buffer)
+    }
+
+    /// A buffer that was handed out before stays what it was when another of its name has to be larger.
+    fn grown(&mut self, device: &Device, name: &'static str, bytes: u64) -> Result<wgpu::Buffer, DeviceError> {
         let place = self.buffers.iter().position(|(other, _)| *other == name);
         if let Some(place) = place {
             if self.buffers[place].1.size() >= bytes {

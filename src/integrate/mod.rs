@@ -13,6 +13,7 @@ pub use volume::{AxisVolume, VolumeEstimate};
 
 use rayon::prelude::*;
 
+use crate::grid::Grid;
 use crate::ldi::Ldi;
 
 /// The inside length of all rays together, in lattice steps.
@@ -27,10 +28,9 @@ pub fn length(image: &Ldi) -> i64 {
 
 /// The volume of the solid in an image, h²·Σ(out − in), in cubic world units.
 pub fn volume(image: &Ldi) -> f64 {
-    volume_of_length(image, length(image))
+    volume_of_length(image.grid(), length(image))
 }
 
-fn volume_of_length(image: &Ldi, length: i64) -> f64 {
-    let grid = image.grid();
+fn volume_of_length(grid: &Grid, length: i64) -> f64 {
     grid.pitch() * grid.pitch() * (grid.step() * length as f64)
 }

@@ -23,12 +23,9 @@
 //! every cell, it is below 0.05 %. An earlier form, V_x + V_y + V_z − 2 V_nodes, is the same for faces along the axes and
 //! wrong for diagonal ones and for struts (0.16 to 0.63 %); it serves the error estimate now.
 
-use rayon::prelude::*;
-
 use super::volume_of_length;
-use crate::fixed::Pixels;
 use crate::grid::Axis;
-use crate::ldi::Ldi;
+use crate::ldi::{Ldi, Summary};
 
 /// What the image of a solid along one axis says of its volume; all that an estimate needs of the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,43 +50,15 @@ pub struct AxisVolume {
     pub unseen: [f64; 3],
 }
 
-/// Exact sums over rays.
-#[derive(Clone, Copy, Default)]
-struct RaySums {
-    /// Steps inside by the parity of column and row.
-    steps: [i64; 4],
-    /// Nodes inside by the parity of column and row, and of the depth.
-    nodes: [[i64; 2]; 4],
-    /// Residuals of samples that are level along both directions, along the columns only, and along the rows only.
-    level: [i64; 3],
-}
-
-impl RaySums {
-    fn plus(mut self, other: RaySums) -> RaySums {
-        for i in 0..4 {
-            self.steps[i] += other.steps[i];
-            self.nodes[i][0] += other.nodes[i][0];
-            self.nodes[i][1] += other.nodes[i][1];
-        }
-        for i in 0..3 {
-            self.level[i] += other.level[i];
-        }
-        self
-    }
-}
-
-/// Rows that one task integrates, one after another.
-const ROWS: usize = 16;
-
-/// Two samples of neighbouring rays lie on a level surface if their depths differ by less than this share of a pixel.
-const LEVEL: f64 = 0.1;
-
 impl AxisVolume {
     /// Integrates an image, in one pass.
     pub fn of(image: &Ldi) -> AxisVolume {
-        let (_, rows) = image.size();
-        let rows: Vec<u32> = (0..rows).collect();
-        let sums = rows.par_chunks(ROWS).map(|rows| sums_of_rows(image, rows)).reduce(RaySums::default, RaySums::plus);
+        AxisVolume::from_summary(&image.summary())
+    }
+
+    /// What the sums over an image amount to.
+    pub fn from_summary(image: &Summary) -> AxisVolume {
+        let sums = image.sums();
         let (axis, pitch) = (image.axis(), image.grid().pitch());
         let node_volume = |nodes: i64| pitch * pitch * (pitch * nodes as f64);
         let mut coarser_nodes = [0.0; 8];
@@ -99,158 +68,21 @@ impl AxisVolume {
                 coarser_nodes[place] = 8.0 * node_volume(nodes);
             }
         }
-        let [both, along_columns, along_rows] = sums.level.map(|steps| volume_of_length(image, steps));
+        let [both, along_columns, along_rows] = sums.level.map(|steps| volume_of_length(image.grid(), steps));
         let mut unseen = [0.0; 3];
         // An image along the columns' direction is blind to what is level that way; with two to tell, each says half.
         unseen[axis.column()] = both + 0.5 * along_columns;
         unseen[axis.row()] = both + 0.5 * along_rows;
         AxisVolume {
             axis,
-            volume: volume_of_length(image, sums.steps.iter().sum()),
-            coarser: sums.steps.map(|steps| 4.0 * volume_of_length(image, steps)),
+            volume: volume_of_length(image.grid(), sums.steps.iter().sum()),
+            coarser: sums.steps.map(|steps| 4.0 * volume_of_length(image.grid(), steps)),
             nodes: node_volume(sums.nodes.iter().flatten().sum()),
             coarser_nodes,
-            bias: image
-                .windings()
-                .filter(|windings| windings.fill_rules_agree())
-                .map_or(0.0, |windings| volume_of_length(image, sums.steps.iter().sum::<i64>() - windings.wound.abs())),
+            bias: image.windings().filter(|windings| windings.fill_rules_agree()).map_or(0.0, |windings| {
+                volume_of_length(image.grid(), sums.steps.iter().sum::<i64>() - windings.wound.abs())
+            }),
             unseen,
-        }
-    }
-}
-
-/// The sums over consecutive rows.
-fn sums_of_rows(image: &Ldi, rows: &[u32]) -> RaySums {
-    let (columns, all_rows) = image.size();
-    let pixels = Pixels::new(image.grid().shift());
-    let tolerance = (LEVEL * f64::from(1u32 << pixels.shift)) as i32;
-    let mut sums = RaySums::default();
-    let mut levels = RowLevels::default();
-    let mut next = RowLevels::default();
-    levels.start(image, rows[0]);
-    if rows[0] > 0 {
-        next.start(image, rows[0] - 1);
-        compare_rows(image, rows[0] - 1, tolerance, &mut next, &mut levels);
-    }
-    for &row in rows {
-        compare_columns(image, row, tolerance, &mut levels);
-        if row + 1 < all_rows {
-            next.start(image, row + 1);
-            compare_rows(image, row, tolerance, &mut levels, &mut next);
-        }
-        for column in 0..columns {
-            let ray = row * columns + column;
-            add_ray(
-                image.samples(ray),
-                levels.of_ray(image, ray),
-                (column % 2 + row % 2 * 2) as usize,
-                pixels,
-                &mut sums,
-            );
-        }
-        std::mem::swap(&mut levels, &mut next);
-    }
-    sums
-}
-
-/// Adds the samples of one ray.
-fn add_ray(samples: &[i32], levels: &[u8], parity: usize, pixels: Pixels, sums: &mut RaySums) {
-    let half = 1 << (pixels.shift - 1);
-    for (span, level) in samples.chunks_exact(2).zip(levels.chunks_exact(2)) {
-        sums.steps[parity] += i64::from(span[1] - span[0]);
-        let (first, end) = (pixels.index_from(span[0]), pixels.index_from(span[1]));
-        // Of the first k indices, (k + 1) / 2 are even.
-        let even = (end + 1) / 2 - (first + 1) / 2;
-        sums.nodes[parity][0] += i64::from(even);
-        sums.nodes[parity][1] += i64::from(end - first - even);
-        for (depth, index, level, sign) in [(span[0], first, level[0], -1), (span[1], end, level[1], 1)] {
-            let residual = depth - (index << pixels.shift);
-            match level {
-                ALONG_BOTH => sums.level[0] += i64::from(sign * residual),
-                // A diagonal surface through nodes: rounding, which differs between the modes, would decide on which side
-                // of them it lies, and on the whole it lies on neither.
-                ALONG_COLUMNS | ALONG_ROWS if (residual.abs() - half).abs() <= 3 => {}
-                ALONG_COLUMNS => sums.level[1] += i64::from(sign * residual),
-                ALONG_ROWS => sums.level[2] += i64::from(sign * residual),
-                _ => {}
-            }
-        }
-    }
-}
-
-const ALONG_COLUMNS: u8 = 1;
-const ALONG_ROWS: u8 = 2;
-const ALONG_BOTH: u8 = ALONG_COLUMNS | ALONG_ROWS;
-
-/// In which directions the surface is level at each sample of one row of rays.
-#[derive(Default)]
-struct RowLevels {
-    first: usize,
-    flags: Vec<u8>,
-}
-
-impl RowLevels {
-    /// Begins a row, of which nothing is known yet.
-    fn start(&mut self, image: &Ldi, row: u32) {
-        let (columns, _) = image.size();
-        let [first, end] = [row, row + 1].map(|row| image.offsets()[(row * columns) as usize] as usize);
-        self.first = first;
-        self.flags.clear();
-        self.flags.resize(end - first, 0);
-    }
-
-    fn range(&self, image: &Ldi, ray: u32) -> std::ops::Range<usize> {
-        let [start, end] = [ray, ray + 1].map(|ray| image.offsets()[ray as usize] as usize - self.first);
-        start..end
-    }
-
-    fn of_ray(&self, image: &Ldi, ray: u32) -> &[u8] {
-        &self.flags[self.range(image, ray)]
-    }
-
-    fn of_ray_mut(&mut self, image: &Ldi, ray: u32) -> &mut [u8] {
-        let range = self.range(image, ray);
-        &mut self.flags[range]
-    }
-}
-
-/// Compares each ray of a row with the next one.
-fn compare_columns(image: &Ldi, row: u32, tolerance: i32, levels: &mut RowLevels) {
-    let (columns, _) = image.size();
-    for ray in row * columns..(row + 1) * columns - 1 {
-        let (range, next) = (levels.range(image, ray), levels.range(image, ray + 1));
-        let (flags, next_flags) = levels.flags[range.start..next.end].split_at_mut(range.len());
-        mark_level(image.samples(ray), image.samples(ray + 1), tolerance, ALONG_COLUMNS, flags, next_flags);
-    }
-}
-
-/// Compares each ray of a row with the one in the next row.
-fn compare_rows(image: &Ldi, row: u32, tolerance: i32, levels: &mut RowLevels, next: &mut RowLevels) {
-    let (columns, _) = image.size();
-    for ray in row * columns..(row + 1) * columns {
-        let (flags, next_flags) = (levels.of_ray_mut(image, ray), next.of_ray_mut(image, ray + columns));
-        mark_level(image.samples(ray), image.samples(ray + columns), tolerance, ALONG_ROWS, flags, next_flags);
-    }
-}
-
-/// Marks the samples of two neighbouring rays that lie at the same depth and go the same way.
-fn mark_level(a: &[i32], b: &[i32], tolerance: i32, mark: u8, flags_a: &mut [u8], flags_b: &mut [u8]) {
-    let mut mark_pair = |i: usize, j: usize| {
-        let level = if (a[i] - b[j]).abs() <= tolerance { mark } else { 0 };
-        flags_a[i] |= level;
-        flags_b[j] |= level;
-    };
-    if a.len() == b.len() {
-        return (0..a.len()).for_each(|i| mark_pair(i, i));
-    }
-    let mut from = 0;
-    for (i, &depth) in a.iter().enumerate() {
-        while from < b.len() && b[from] < depth - tolerance {
-            from += 1;
-        }
-        // The first in reach that goes the same way; looking further would be quadratic where many lie within reach.
-        if let Some(j) = (from..b.len()).find(|j| j % 2 == i % 2).filter(|&j| b[j] <= depth + tolerance) {
-            mark_pair(i, j);
         }
     }
 }

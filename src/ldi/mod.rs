@@ -4,6 +4,7 @@ mod bands;
 mod error;
 pub mod npz;
 mod spans;
+mod summary;
 
 #[cfg(feature = "gpu")]
 pub(crate) use bands::ImageBuilder;
@@ -11,6 +12,9 @@ pub use bands::TooManySamples;
 pub(crate) use bands::{BandImage, image_from_bands};
 pub use error::LdiError;
 pub use spans::Spans;
+#[cfg(feature = "gpu")]
+pub(crate) use summary::level_tolerance;
+pub use summary::{RaySums, Summary};
 
 use crate::grid::{Axis, Grid};
 
@@ -45,6 +49,10 @@ pub struct Windings {
     pub aligned: i64,
     /// The groups of an odd number of crossings: how often the parity changes.
     pub changes: i64,
+    /// The length, in lattice steps in an exact image and in voxels in an estimate, of what the rays enter and leave through
+    /// groups of even count, each point counted as often as shells wind around it. Nothing, where in each such group as many
+    /// crossings enter as leave.
+    pub unpaired: i64,
 }
 
 impl Windings {
@@ -52,20 +60,19 @@ impl Windings {
     /// out do. Shells that overlap on the rays go against it, so that where this holds both fill rules see the same solid.
     ///
     /// It is not a proof. What is missed:
-    /// - groups of even count, which say nothing: shells that coincide, such as a body that the mesh holds twice, overlaps
-    ///   that the rays enter and leave through faces in one plane, and in an estimate all that lies within one voxel, the
-    ///   overlap of two shells by less than that among it;
-    /// - where overlaps and inside-out shells make up for each other, which takes three crossings in one group that go the
-    ///   same way.
+    /// - in an estimate, overlaps that lie within one voxel;
+    /// - where overlaps and inside-out shells make up for each other: by three crossings in one group that go the same way,
+    ///   or by as much length of coinciding shells one way as the other.
     pub fn fill_rules_agree(self) -> bool {
-        self.aligned.abs() == self.changes
+        self.aligned.abs() == self.changes && self.unpaired == 0
     }
 
-    fn plus(self, other: Windings) -> Windings {
+    pub(crate) fn plus(self, other: Windings) -> Windings {
         Windings {
             wound: self.wound + other.wound,
             aligned: self.aligned + other.aligned,
             changes: self.changes + other.changes,
+            unpaired: self.unpaired + other.unpaired,
         }
     }
 }

@@ -55,6 +55,8 @@
 //!   estimate. A group of odd count **changes** the parity; the ray starts outside. `changes` counts such groups.
 //! - `aligned` adds up, over the same groups, the sum of the windings in the group, taken as it is where the parity becomes
 //!   odd over the group and negated where it becomes even.
+//! - `unpaired` is −Σ position · winding over the crossings of all other groups, those of even count, where the position is
+//!   that of the group: `nearest` in an exact image, the index of the voxel in an estimate.
 //!
 //! It is the parity under either fill rule, so that the rule decides about nothing but which rays close. Every sum depends
 //! on the set of crossings in each group and on no order of them: a mask of the parity of each voxel's crossings tells
@@ -82,10 +84,11 @@ pub mod cpu;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod layout;
+pub mod stages;
 
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
-use crate::ldi::{Ldi, TooManySamples};
+use crate::ldi::{Ldi, Summary, TooManySamples};
 
 /// Which image of a solid is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -175,6 +178,23 @@ pub trait Sampler {
         estimate: Estimate,
         fill: Fill,
     ) -> Result<Ldi, SampleError>;
+
+    /// The summary of what [`sample`](Self::sample) gives, for which a device need not bring the image back.
+    fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Summary, SampleError> {
+        Ok(self.sample(solid, axis, mode, fill)?.summary())
+    }
+
+    /// The summary of what [`sample_intersection`](Self::sample_intersection) gives.
+    fn summarise_intersection(
+        &self,
+        a: &LatticeSolid,
+        b: &LatticeSolid,
+        axis: Axis,
+        estimate: Estimate,
+        fill: Fill,
+    ) -> Result<Summary, SampleError> {
+        Ok(self.sample_intersection(a, b, axis, estimate, fill)?.summary())
+    }
 }
 
 /// The checks that come before any sampling, for every backend.

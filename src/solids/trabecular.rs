@@ -6,8 +6,8 @@
 //! use as models of bone (Kumar et al., Inverse-designed spinodoid metamaterials, 2020). Waves that are longer along z draw
 //! out the trabeculae in that direction, as a load does.
 //!
-//! Below a share of about 0.3 some pieces hang in the air, and above it some pores have no way out. Only the largest shell is
-//! kept: one connected solid without enclosed pores.
+//! The less there is of it, the more pieces hang in the air; the more there is, the more pores have no way out. Only the
+//! largest shell is kept: one connected solid without enclosed pores.
 
 use std::f64::consts::TAU;
 
@@ -17,7 +17,8 @@ use super::contour::{Block, Implicit, contour};
 use super::{SolidError, check_length, check_range};
 use crate::mesh::TriangleMesh;
 
-/// Waves that are added up. Half as many still show as stripes.
+/// Waves that are added up, each of which costs time at every point. The excess kurtosis of n waves is −1.5 / n, so these are
+/// close to Gaussian.
 const WAVES: usize = 40;
 
 /// Points along each axis from which the level is found.

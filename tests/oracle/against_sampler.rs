@@ -112,9 +112,9 @@ fn windings_agree_in_all_modes_and_both_fill_rules() {
         for (mode, oracle_mode) in MODES {
             for (fill, oracle_fill) in FILLS {
                 let what = format!("{name}, {axis:?}, {mode:?}, {fill:?}, LOD-C {lod}");
-                let oracle::Windings { wound, aligned, changes } =
+                let oracle::Windings { wound, aligned, changes, unpaired } =
                     oracle::windings(&lattice(frame, lod), solid(soup), axis.depth(), oracle_mode, oracle_fill);
-                let expected = Some(Windings { wound, aligned, changes });
+                let expected = Some(Windings { wound, aligned, changes, unpaired });
                 let image = sampler.sample(&quantised, axis, mode, fill).unwrap();
                 assert_eq!(image.windings(), expected, "{what}");
                 if mode == Mode::Exact {

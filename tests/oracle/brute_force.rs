@@ -349,17 +349,19 @@ pub fn image(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: Fil
 }
 
 /// Sums over the crossings of all rays that close: each point counted as often as shells wind around it; the windings of
-/// the groups that change the parity, negated where it becomes even; and the number of those groups.
+/// the groups that change the parity, negated where it becomes even; the number of those groups; and what the others wind
+/// around, by the positions of groups.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Windings {
     pub wound: i64,
     pub aligned: i64,
     pub changes: i64,
+    pub unpaired: i64,
 }
 
 /// The windings of one solid along an axis. Groups are of one depth in the exact image and of one voxel in the others.
 pub fn windings(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: Fill) -> Windings {
-    let mut windings = Windings { wound: 0, aligned: 0, changes: 0 };
+    let mut windings = Windings { wound: 0, aligned: 0, changes: 0, unpaired: 0 };
     for on_ray in crossings(lattice, solid, axis).iter().filter(|on_ray| is_closed(on_ray, fill)) {
         for crossing in on_ray {
             windings.wound -= i64::from(crossing.nearest) * winding([crossing]);
@@ -374,6 +376,9 @@ pub fn windings(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: 
             let towards_inside = i64::from(far) - i64::from(near);
             windings.aligned += towards_inside * winding(&group);
             windings.changes += towards_inside.abs();
+            if group.len() % 2 == 0 {
+                windings.unpaired -= index * winding(&group);
+            }
         }
     }
     windings

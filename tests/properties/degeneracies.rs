@@ -218,8 +218,11 @@ fn windings_tell_overlaps_from_shells_that_touch_and_from_what_is_inside_out() {
                 assert!(windings.fill_rules_agree() && windings.aligned == windings.changes, "{what}: {windings:?}");
                 assert!(windings.changes > 0 && windings.wound > 0, "{what}: {windings:?}");
             }
-            let overlapping = of(&[cube.clone(), cube_at(0.5, 0.25, 0.125)], axis, mode, fill);
-            assert!(!overlapping.fill_rules_agree(), "{what}: {overlapping:?}");
+            // In general position, through faces in one plane, and a body that is there twice.
+            for other in [cube_at(0.5, 0.25, 0.125), cube_at(0.5, 0.0, 0.0), cube.clone()] {
+                let overlapping = of(&[cube_at(2.0, 0.0, 0.0), cube.clone(), other], axis, mode, fill);
+                assert!(!overlapping.fill_rules_agree(), "{what}: {overlapping:?}");
+            }
             let turned = of(&[reversed(&cube)], axis, mode, fill);
             assert!(turned.fill_rules_agree() && turned.aligned == -turned.changes, "{what}: {turned:?}");
             assert!(turned.changes > 0 && turned.wound < 0, "{what}: {turned:?}");

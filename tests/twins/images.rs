@@ -13,12 +13,12 @@ use crate::soups::{self, Frame, Random, Soup};
 const MODES: [Mode; 3] = [Mode::Exact, Mode::Estimate(Estimate::Over), Mode::Estimate(Estimate::Under)];
 const FILLS: [Fill; 2] = [Fill::EvenOdd, Fill::NonZero];
 
-fn mesh(soup: &Soup) -> TriangleMesh {
+pub fn mesh(soup: &Soup) -> TriangleMesh {
     let positions = soup.positions.iter().map(|p| DVec3::from(p.map(f64::from))).collect();
     TriangleMesh { positions, triangles: soup.triangles.clone() }
 }
 
-fn frame(random: &mut Random) -> Frame {
+pub fn frame(random: &mut Random) -> Frame {
     let shift = random.choose(&[2, 2, 2, 3, 4, 7, 12, 26]);
     Frame { shift, rays: std::array::from_fn(|_| random.between(6, if shift == 26 { 15 } else { 9 }) as u32) }
 }
@@ -35,6 +35,11 @@ fn difference(found: &Ldi, expected: &Ldi) -> String {
     }
 }
 
+/// A grid on which one lattice step is one world unit, so that soups are quantised to themselves.
+pub fn grid_of(frame: &Frame, lod: u32) -> Grid {
+    Grid::from_parts(DVec3::ZERO, f64::from(1u32 << frame.shift), frame.rays, frame.shift, lod).unwrap()
+}
+
 fn soups_agree(gpu: &GpuSampler, seeds: std::ops::Range<u64>) {
     let cpu = CpuSampler::default();
     for (name, generator) in soups::oriented() {
@@ -43,8 +48,7 @@ fn soups_agree(gpu: &GpuSampler, seeds: std::ops::Range<u64>) {
             let frame = frame(&mut random);
             let soup = generator(&mut random, &frame);
             let lod = random.choose(&[32, 33, 64, 100, 256, 1024]);
-            let grid =
-                Grid::from_parts(DVec3::ZERO, f64::from(1u32 << frame.shift), frame.rays, frame.shift, lod).unwrap();
+            let grid = grid_of(&frame, lod);
             let closed = ClosedMesh::check(mesh(&soup)).unwrap();
             let solid = grid.quantise(&closed).unwrap();
             for axis in Axis::ALL {

@@ -5,6 +5,8 @@
 mod images;
 #[path = "../oracle/soups.rs"]
 mod soups;
+mod stages;
+mod summaries;
 
 use std::sync::LazyLock;
 

@@ -1,10 +1,11 @@
-//! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, and whole [`process`]es beside those of
-//! other programs. What is printed are medians; all of it goes to a JSON file too where one is asked for.
+//! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, whole [`process`]es beside those of
+//! other programs, and the [`gpu`]'s sampler by stages. What is printed are medians; all of it goes to a JSON file too where one is asked for.
 
 #![expect(clippy::print_stdout, reason = "tables on stdout, as each is done, are what this program is for")]
 
 mod clock;
 mod fit;
+mod gpu;
 mod machine;
 mod models;
 mod process;
@@ -42,6 +43,19 @@ pub enum BenchError {
         model: String,
         /// Why.
         reason: String,
+    },
+    /// A GPU could not be used.
+    #[error(transparent)]
+    Device(ldi_ops::gpu::DeviceError),
+    /// The GPU's image is not the CPU's.
+    #[error("model {model}: the image along {axis}, {way}, is not the same on the GPU as on the CPU")]
+    Twins {
+        /// The model's name.
+        model: String,
+        /// The axis.
+        axis: &'static str,
+        /// The kind of image and how it was made.
+        way: &'static str,
     },
 }
 
@@ -98,6 +112,26 @@ enum Benchmark {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// The GPU's sampler by stages, over solids like those of Leung and Wang, beside what its memory allows and their table.
+    ///
+    /// Needs nothing but this binary and the GPU's driver. Every image is first compared with the CPU's.
+    Gpu {
+        /// The GPU's name or part of it; the first by default, and a wrong name lists all
+        #[arg(long, value_name = "NAME")]
+        adapter: Option<String>,
+        /// Only these models, by name or part of it, with commas between
+        #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+        models: Vec<String>,
+        /// Rays along the longest side
+        #[arg(long, default_value_t = 512)]
+        resolution: u32,
+        /// Timed rounds of each case after the warm-up; medians are printed
+        #[arg(long, default_value_t = 15)]
+        rounds: usize,
+        /// Also write everything as JSON
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
     /// Write the models of `process` to a folder
     #[command(hide = true)]
     Models {
@@ -120,6 +154,9 @@ fn main() -> ExitCode {
         Benchmark::Process { ldi_ops, python, peers, runs, peer_runs, json } => {
             let plan = process::Plan { ldi_ops, python, peers, runs: runs.max(1), peer_runs: peer_runs.max(1) };
             process::run(&plan, json.as_deref())
+        }
+        Benchmark::Gpu { adapter, models, resolution, rounds, json } => {
+            gpu::run(&gpu::Plan { adapter, models, resolution, rounds: rounds.max(1) }, json.as_deref())
         }
         Benchmark::Models { folder } => models::write_all(&folder),
         Benchmark::SeedModels { folder } => models::write_seeds(&folder).map(|table| print!("{}", table.markdown())),

@@ -15,7 +15,7 @@ pub fn add_single<H: Hit>(windings: &mut Windings, sorted: &[H]) {
     windings.changes += sorted.len() as i64;
 }
 
-/// Adds what the sorted crossings of a ray that closes tell, where `group` is equal for those of one group.
+/// Adds what the sorted crossings of a ray that closes tell, where `group` is the position of the group of each.
 #[inline]
 pub fn add<H: Hit>(windings: &mut Windings, sorted: &[H], group: impl Fn(H) -> u32) {
     let mut shared = false;
@@ -32,14 +32,16 @@ pub fn add<H: Hit>(windings: &mut Windings, sorted: &[H], group: impl Fn(H) -> u
 #[cold]
 fn add_groups<H: Hit>(windings: &mut Windings, sorted: &[H], group: impl Fn(H) -> u32) {
     let mut direction = -1;
-    for group in sorted.chunk_by(|&a, &b| group(a) == group(b)) {
-        for hit in group {
+    for in_group in sorted.chunk_by(|&a, &b| group(a) == group(b)) {
+        for hit in in_group {
             let crossing = hit.crossing();
             windings.wound -= i64::from(crossing.nearest() * crossing.winding());
         }
-        if !group.len().is_multiple_of(2) {
+        let winding: i32 = in_group.iter().map(|hit| hit.crossing().winding()).sum();
+        if in_group.len().is_multiple_of(2) {
+            windings.unpaired -= i64::from(group(in_group[0])) * i64::from(winding);
+        } else {
             direction = -direction;
-            let winding: i32 = group.iter().map(|hit| hit.crossing().winding()).sum();
             windings.aligned += i64::from(direction * winding);
             windings.changes += 1;
         }

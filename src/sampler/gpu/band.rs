@@ -11,12 +11,33 @@ pub struct Band {
     pub rows: u32,
     first_column: u32,
     end_column: u32,
+    /// The rows that count; those beside them are there to be compared with.
+    first_counted: u32,
+    end_counted: u32,
 }
 
 impl Band {
     /// The given rows of an image with so many columns.
     pub fn of_rows(rows: Range<u32>, columns: u32) -> Band {
-        Band { first_row: rows.start, rows: rows.end - rows.start, first_column: 0, end_column: columns }
+        Band::with_neighbours(rows.clone(), rows, columns)
+    }
+
+    /// The given rows, of which some count.
+    pub fn with_neighbours(rows: Range<u32>, counted: Range<u32>, columns: u32) -> Band {
+        Band {
+            first_row: rows.start,
+            rows: rows.end - rows.start,
+            first_column: 0,
+            end_column: columns,
+            first_counted: counted.start,
+            end_counted: counted.end,
+        }
+    }
+
+    /// The rays that count, from the first of the band on.
+    pub fn counted(&self) -> Range<u32> {
+        let columns = self.end_column - self.first_column;
+        (self.first_counted - self.first_row) * columns..(self.end_counted - self.first_row) * columns
     }
 
     /// The columns.
@@ -29,13 +50,13 @@ impl Band {
         self.rows * (self.end_column - self.first_column)
     }
 
-    /// Both halves, in the order of their rays; nothing for a single ray.
+    /// Both halves of a band whose rows all count, in the order of their rays; nothing for a single ray.
     pub fn halves(&self) -> Option<[Band; 2]> {
         let columns = self.end_column - self.first_column;
         if self.rows > 1 {
-            let upper = self.rows / 2;
-            let first = Band { rows: upper, ..*self };
-            return Some([first, Band { first_row: self.first_row + upper, rows: self.rows - upper, ..*self }]);
+            let rows = self.first_row..self.first_row + self.rows;
+            let middle = self.first_row + self.rows / 2;
+            return Some([rows.start..middle, middle..rows.end].map(|rows| Band::of_rows(rows, columns)));
         }
         let middle = self.first_column + columns / 2;
         (columns > 1).then_some([Band { end_column: middle, ..*self }, Band { first_column: middle, ..*self }])
@@ -52,10 +73,9 @@ pub fn cut(rows: Range<u32>, columns: u32, most_rays: u32) -> Vec<Band> {
         return starts(rows.clone(), rows_at_once).map(band).collect();
     }
     let part = |row: u32, first: u32| Band {
-        first_row: row,
-        rows: 1,
         first_column: first,
         end_column: columns.min(first.saturating_add(most_rays)),
+        ..Band::of_rows(row..row + 1, columns)
     };
     rows.flat_map(|row| starts(0..columns, most_rays).map(move |first| part(row, first))).collect()
 }

@@ -1,16 +1,16 @@
 //! The dispatches that both routes share.
 
-use super::BandJob;
+use super::image::BandJob;
 use super::solid::Chunk;
 use super::stages::{GeometryPass, PLAN, SCAN, Stage};
-use super::view::{MOST_WORKGROUPS, SCAN_BLOCK, Tally, View, WORKGROUP};
+use super::view::{BLOCK_ROWS, MOST_WORKGROUPS, SCAN_BLOCK, Tally, View, WORKGROUP};
 use crate::gpu::{DeviceError, Recorder, Workgroups, bytes_of};
 
 /// Words of a tally.
 pub const TALLY_WORDS: u64 = size_of::<Tally>() as u64 / 4;
 
-/// Blocks that the queue of large triangles holds.
-const QUEUE_CAPACITY: u32 = 1 << 20;
+/// The most blocks that the queue of large triangles holds.
+const QUEUE_CAPACITY: u64 = 1 << 20;
 
 /// Workgroups for one invocation an item.
 pub fn workgroups(items: u32) -> Workgroups<'static> {
@@ -22,7 +22,7 @@ pub fn workgroups(items: u32) -> Workgroups<'static> {
 impl BandJob<'_> {
     /// The view of the band.
     pub fn view(&self) -> View {
-        View::new(&self.grid, self.image.axis, &self.band, &self.image.window)
+        View::new(&self.image.grid, self.image.axis, &self.band, &self.image.window)
     }
 
     /// A pooled buffer with room for so many words.
@@ -54,7 +54,9 @@ impl BandJob<'_> {
         let (sampler, solids, flags) = (self.sampler, self.solids, self.image.flags());
         let device = &sampler.device;
         let room = sampler.largest_binding().saturating_sub(8) / 8;
-        let capacity = u64::from(QUEUE_CAPACITY).min(room) as u32;
+        let triangles = solids[i].chunks.iter().map(|chunk| chunk.count).max().unwrap_or(0);
+        let most_blocks = u64::from(triangles) * u64::from(self.band.rows.div_ceil(BLOCK_ROWS));
+        let capacity = most_blocks.min(QUEUE_CAPACITY).min(room) as u32;
         let queue = self.words("queue", 2 + 2 * u64::from(capacity))?;
         let planned = self.words("planned workgroups", 3)?;
         let [by_triangle, plan, by_block] =

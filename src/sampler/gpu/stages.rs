@@ -232,6 +232,14 @@ pub static COMPACT: Stage = Stage {
     flags: &[Flag::TwoSolids],
 };
 
+pub static SUMMARY: Stage = Stage {
+    name: "summary",
+    entry: "summarise",
+    files: &[shader!("summary")],
+    bindings: &[VIEW, (1, Read), (2, Read), (3, Write), (4, Write)],
+    flags: &[],
+};
+
 impl Stage {
     /// The whole WGSL of a variant.
     pub fn source(&self, flags: Flags, arithmetic: Arithmetic) -> String {
@@ -290,7 +298,7 @@ mod tests {
     /// All stages.
     fn all() -> Vec<&'static Stage> {
         let passes = [&COUNT, &SCATTER, &MASKS, &RETRIEVE];
-        let single = [&PLAN, &CLASSIFY, &IDENTITIES, &SORT, &RESOLVE, &MEET, &COMPACT];
+        let single = [&PLAN, &CLASSIFY, &IDENTITIES, &SORT, &RESOLVE, &MEET, &COMPACT, &SUMMARY];
         passes.into_iter().flat_map(|pass| [&pass.triangles, &pass.blocks]).chain(single).chain(&SCAN).collect()
     }
 

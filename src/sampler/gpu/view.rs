@@ -6,7 +6,9 @@ use bytemuck::{Pod, Zeroable};
 
 use super::band::Band;
 use crate::grid::{Axis, Grid};
+use crate::ldi::level_tolerance;
 use crate::sampler::layout::{WORD_BITS, Window};
+use crate::sampler::stages::UNCLOSED;
 
 /// Invocations of a workgroup of all kernels but those of the prefix sum.
 pub const WORKGROUP: u32 = 64;
@@ -15,7 +17,7 @@ pub const WORKGROUP: u32 = 64;
 pub const MOST_WORKGROUPS: u32 = 32_768;
 
 /// Rows of a block of a large triangle, of which one workgroup does all.
-const BLOCK_ROWS: u32 = 8;
+pub const BLOCK_ROWS: u32 = 8;
 
 /// Triangles whose box covers more rays than this are large.
 const SMALL_BOX: u32 = 64;
@@ -27,8 +29,10 @@ const SCAN_ITEMS: u32 = 8;
 /// Counts that one workgroup of the prefix sum adds up.
 pub const SCAN_BLOCK: u32 = SCAN_WORKGROUP * SCAN_ITEMS;
 
-/// In place of a count or a first rank: the ray did not close.
-pub const UNCLOSED: u32 = u32::MAX;
+/// Where the sums of nodes and of residuals begin among those of a summary, behind four of lengths, and how many there are.
+pub const NODE_SUMS: u32 = 4;
+pub const LEVEL_SUMS: u32 = 12;
+pub const SUMS: u32 = 15;
 
 /// The constants in WGSL, for the head of every shader.
 pub fn constants() -> String {
@@ -46,6 +50,9 @@ pub fn constants() -> String {
     constant("SCAN_WORKGROUP", "u32", SCAN_WORKGROUP);
     constant("SCAN_ITEMS", "u32", SCAN_ITEMS);
     constant("SCAN_BLOCK", "u32", SCAN_BLOCK);
+    constant("SUMS", "u32", SUMS);
+    constant("NODE_SUMS", "u32", NODE_SUMS);
+    constant("LEVEL_SUMS", "u32", LEVEL_SUMS);
     constant("UNCLOSED", "u32", UNCLOSED);
     constant("AXIS_X", "u32", Axis::X.depth() as u32);
     constant("AXIS_Y", "u32", Axis::Y.depth() as u32);
@@ -122,6 +129,11 @@ shared_struct! {
         words: u32,
         /// Where the crossings of the solid begin in their buffer.
         first_crossing: u32,
+        /// The rays of the band that count; others are there to be compared with.
+        first_counted: u32,
+        end_counted: u32,
+        /// How far samples of one level surface may lie apart.
+        level_tolerance: i32,
     }
 }
 
@@ -147,6 +159,9 @@ impl View {
             half_voxel: grid.voxel(axis) / 2,
             last_voxel: grid.lod() - 1,
             words: words(grid),
+            first_counted: band.counted().start,
+            end_counted: band.counted().end,
+            level_tolerance: level_tolerance(grid.shift()),
             ..View::default()
         }
     }
@@ -166,5 +181,7 @@ shared_struct! {
         wound_low: u32 atomic,
         wound_high: u32 atomic,
         aligned: i32 atomic,
+        unpaired_low: u32 atomic,
+        unpaired_high: u32 atomic,
     }
 }

@@ -1,0 +1,264 @@
+//! What each stage must move, however good its shader: an account of bytes and atomics to hold measured times against.
+//!
+//! A stage reads each of its inputs once and writes each of its outputs once. Words of four bytes that atomics change, one
+//! by one and in no order, count as read and written once, however often they are hit. What fits a cache of any size, such
+//! as block sums, uniforms and the queue of large triangles, is left out. So is the grain of memory: a scattered word
+//! drags a whole sector along, which is part of what a ratio to this account shows.
+
+use std::ops::AddAssign;
+
+use ldi_ops::grid::LatticeSolid;
+use ldi_ops::ldi::Ldi;
+use serde::Serialize;
+
+/// Bytes of a position, and of a triangle.
+const CORNERS: u64 = 12;
+
+/// Bytes of a word.
+const WORD: u64 = 4;
+
+/// Bits of a mask word.
+const WORD_BITS: u32 = 32;
+
+/// Invocations of a workgroup of all stages that count windings.
+const WORKGROUP: u64 = 64;
+
+/// Places where every workgroup of such a stage adds up.
+const TALLIES: u64 = 4;
+
+/// Words of the tally that comes back to the host.
+const TALLY_WORDS: u64 = 5;
+
+/// What one image of one solid amounts to.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Size {
+    /// Triangles.
+    pub triangles: u64,
+    /// Vertices.
+    pub positions: u64,
+    /// Rays.
+    pub rays: u64,
+    /// Words of a mask, of all rays.
+    pub mask_words: u64,
+    /// Crossings of rays with triangles.
+    pub crossings: u64,
+    /// Rays with a crossing.
+    pub crossed_rays: u64,
+    /// Words of a mask that a crossing falls into.
+    pub crossed_words: u64,
+    /// Samples of the image.
+    pub samples: u64,
+}
+
+impl Size {
+    /// The size of an image of `samples` samples whose crossings are those of `exact`, the exact image under the even-odd
+    /// rule. Its depths are rounded, so that a crossing at the very end of a word may be taken for one of the next.
+    pub fn of(solid: &LatticeSolid, exact: &Ldi, samples: u64) -> Size {
+        let grid = exact.grid();
+        let word = |depth: i32| (depth as u32 / grid.voxel(exact.axis())).min(grid.lod() - 1) / WORD_BITS;
+        let (mut crossed_rays, mut crossed_words) = (0, 0);
+        for ray in 0..exact.rays() {
+            // Depths of a ray do not decrease, nor do the words they fall into.
+            let runs = exact.samples(ray).chunk_by(|&a, &b| word(a) == word(b)).count() as u64;
+            crossed_words += runs;
+            crossed_rays += u64::from(runs > 0);
+        }
+        Size {
+            triangles: solid.triangles().len() as u64,
+            positions: solid.positions().len() as u64,
+            rays: exact.rays().into(),
+            mask_words: u64::from(exact.rays()) * u64::from(grid.lod().div_ceil(WORD_BITS)),
+            crossings: exact.depths().len() as u64,
+            crossed_rays,
+            crossed_words,
+            samples,
+        }
+    }
+
+    /// A geometry pass reads all triangles and all positions.
+    fn geometry(&self) -> u64 {
+        CORNERS * (self.triangles + self.positions)
+    }
+
+    /// The prefix sum reads the counts twice, to sum the blocks and to spread their sums, and writes where rays begin.
+    fn scan(&self) -> Moved {
+        Moved::bytes(WORD * (2 * self.rays + self.rays + 1))
+    }
+
+    /// All workgroups of a stage of so many invocations add to the tally.
+    fn tallied(&self, invocations: u64) -> u64 {
+        TALLIES * invocations.div_ceil(WORKGROUP)
+    }
+
+    /// What is moved by masks, by stage.
+    pub fn by_masks(&self) -> Vec<(&'static str, Moved)> {
+        vec![
+            // Both masks, written.
+            ("clear", Moved::bytes(WORD * 2 * self.mask_words)),
+            // The geometry; of both masks the words that are hit, read and written; two atomics a crossing.
+            (
+                "masks",
+                Moved {
+                    bytes: self.geometry() + WORD * 2 * 2 * self.crossed_words,
+                    atomics: 2 * self.crossings,
+                    contended: 0,
+                },
+            ),
+            // Both masks read, ranks and counts written; the mask of what was touched becomes that of pairs, where any was.
+            (
+                "classify",
+                Moved {
+                    bytes: WORD * (2 * self.mask_words + self.mask_words + self.rays + self.crossed_words),
+                    atomics: 0,
+                    contended: self.tallied(self.rays),
+                },
+            ),
+            ("scan", self.scan()),
+            // Samples written.
+            ("identities", Moved::bytes(WORD * self.samples)),
+            // The geometry; both masks and the ranks, where words were hit; first rank and first place of each ray that was;
+            // samples read and written. A crossing changes one sample, or two, or none: about one.
+            (
+                "retrieve",
+                Moved {
+                    bytes: self.geometry() + WORD * (3 * self.crossed_words + 2 * self.crossed_rays + 2 * self.samples),
+                    atomics: self.crossings,
+                    contended: self.tallied(self.triangles),
+                },
+            ),
+            // Where rays begin, the samples and the tally.
+            ("read back", Moved::bytes(WORD * (self.rays + 1 + self.samples + TALLY_WORDS))),
+        ]
+    }
+
+    /// What is moved by lists, by stage.
+    pub fn by_lists(&self) -> Vec<(&'static str, Moved)> {
+        vec![
+            // Counts, written.
+            ("clear", Moved::bytes(WORD * self.rays)),
+            // The geometry; counts of the rays that are hit, read and written; an atomic a crossing.
+            (
+                "count",
+                Moved { bytes: self.geometry() + WORD * 2 * self.crossed_rays, atomics: self.crossings, contended: 0 },
+            ),
+            // Once over the counts of crossings, once over those of samples.
+            ("scan", Moved::bytes(2 * self.scan().bytes)),
+            // The geometry; where rays begin, read; their counts, read and written; crossings written; an atomic a crossing.
+            (
+                "scatter",
+                Moved {
+                    bytes: self.geometry() + WORD * (3 * self.crossed_rays + self.crossings),
+                    atomics: self.crossings,
+                    contended: 0,
+                },
+            ),
+            // Where rays begin, read; crossings read and written.
+            ("sort", Moved::bytes(WORD * (self.rays + 1 + 2 * self.crossings))),
+            // Where rays begin and the crossings, read; samples and their counts, written.
+            (
+                "resolve",
+                Moved {
+                    bytes: WORD * (self.rays + 1 + self.crossings + self.samples + self.rays),
+                    atomics: 0,
+                    contended: self.tallied(self.rays),
+                },
+            ),
+            // Where rays begin with gaps and without, read; samples read and written.
+            ("compact", Moved::bytes(WORD * (2 * (self.rays + 1) + 2 * self.samples))),
+            // Where rays begin, room for as many samples as there are crossings, and the tally.
+            ("read back", Moved::bytes(WORD * (self.rays + 1 + self.crossings + TALLY_WORDS))),
+        ]
+    }
+}
+
+/// What is moved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Moved {
+    /// Bytes read and bytes written.
+    pub bytes: u64,
+    /// Atomic operations all over a buffer.
+    pub atomics: u64,
+    /// Atomic operations of all workgroups on the same few words, which must wait for each other.
+    pub contended: u64,
+}
+
+impl Moved {
+    fn bytes(bytes: u64) -> Moved {
+        Moved { bytes, ..Moved::default() }
+    }
+}
+
+impl AddAssign for Moved {
+    fn add_assign(&mut self, other: Moved) {
+        self.bytes += other.bytes;
+        self.atomics += other.atomics;
+        self.contended += other.contended;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use ldi_ops::grid::{Axis, Grid};
+    use ldi_ops::mesh::ClosedMesh;
+    use ldi_ops::sampler::cpu::CpuSampler;
+    use ldi_ops::sampler::{Fill, Mode, Sampler};
+
+    /// One of each, but more rays than two blocks of a prefix sum or two workgroups would need.
+    const SIZE: Size = Size {
+        triangles: 100,
+        positions: 52,
+        rays: 1000,
+        mask_words: 32_000,
+        crossings: 640,
+        crossed_rays: 300,
+        crossed_words: 500,
+        samples: 600,
+    };
+
+    fn of(stages: &[(&'static str, Moved)], stage: &str) -> Moved {
+        stages.iter().find(|(name, _)| *name == stage).unwrap().1
+    }
+
+    #[test]
+    fn masks_are_accounted_for() {
+        let stages = SIZE.by_masks();
+        assert_eq!(of(&stages, "clear"), Moved { bytes: 256_000, atomics: 0, contended: 0 });
+        assert_eq!(of(&stages, "masks"), Moved { bytes: 152 * 12 + 8000, atomics: 1280, contended: 0 });
+        assert_eq!(of(&stages, "classify"), Moved { bytes: 384_000 + 4000 + 2000, atomics: 0, contended: 64 });
+        assert_eq!(of(&stages, "scan").bytes, 12_004);
+        assert_eq!(of(&stages, "identities").bytes, 2400);
+        let retrieval = Moved { bytes: 152 * 12 + 6000 + 2400 + 4800, atomics: 640, contended: 8 };
+        assert_eq!(of(&stages, "retrieve"), retrieval);
+        assert_eq!(of(&stages, "read back").bytes, 4004 + 2400 + 20);
+    }
+
+    #[test]
+    fn lists_are_accounted_for() {
+        let stages = SIZE.by_lists();
+        assert_eq!(of(&stages, "clear").bytes, 4000);
+        assert_eq!(of(&stages, "count"), Moved { bytes: 152 * 12 + 2400, atomics: 640, contended: 0 });
+        assert_eq!(of(&stages, "scan").bytes, 24_008);
+        assert_eq!(of(&stages, "scatter"), Moved { bytes: 152 * 12 + 3600 + 2560, atomics: 640, contended: 0 });
+        assert_eq!(of(&stages, "sort").bytes, 4004 + 5120);
+        assert_eq!(of(&stages, "resolve"), Moved { bytes: 4004 + 2560 + 2400 + 4000, atomics: 0, contended: 64 });
+        assert_eq!(of(&stages, "compact").bytes, 8008 + 4800);
+        assert_eq!(of(&stages, "read back").bytes, 4004 + 2560 + 20);
+    }
+
+    #[test]
+    fn sizes_are_counted_on_the_image() {
+        let cube = ldi_ops::solids::cuboid(DVec3::ZERO, DVec3::new(8.0, 8.0, 8.0)).unwrap();
+        let cube = ClosedMesh::check(cube).unwrap();
+        let grid = Grid::with_resolution(cube.bounds(), 16, 64).unwrap();
+        let solid = grid.quantise(&cube).unwrap();
+        let exact = CpuSampler::default().sample(&solid, Axis::Z, Mode::Exact, Fill::EvenOdd).unwrap();
+        let size = Size::of(&solid, &exact, 7);
+        assert_eq!((size.triangles, size.positions, size.samples), (12, 8, 7));
+        assert_eq!(size.mask_words, 2 * size.rays);
+        // Every ray that is hit enters in the first of its two words and leaves in the second.
+        assert_eq!((size.crossings, size.crossed_words), (2 * size.crossed_rays, 2 * size.crossed_rays));
+        assert!(size.crossed_rays > 0 && size.crossed_rays <= size.rays);
+    }
+}

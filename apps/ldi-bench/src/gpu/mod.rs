@@ -1,0 +1,371 @@
+//! The GPU's sampler by stages, over solids like the six that Leung and Wang timed, beside what they published.
+//!
+//! # On a machine with a GPU
+//! ```text
+//! $ cargo build --release -p ldi-bench              # anywhere with the same system
+//! $ ldi-bench gpu --json gpu.json > gpu.md          # there; target/release/ldi-bench is all that it takes
+//! ```
+//! The binary needs the GPU's driver and its Vulkan loader (Debian: `libvulkan1`), and makes its models itself. Every image
+//! is first compared with the CPU's; one that differs ends the run with an error.
+//!
+//! # What is timed
+//! Stages, by the device's own clock, summed over the three directions; of each stage the median over all rounds. Their sum
+//! without what is read back to the host is called the whole: it is what Leung and Wang stated, as theirs stayed on the GPU
+//! too. The wall time is that of three calls of `sample`, with all that the host does for them: recording, waiting twice an
+//! image, and copying the image to its own memory.
+
+mod account;
+mod report;
+
+use std::path::Path;
+use std::time::Instant;
+
+use ldi_ops::gpu::{Adapter, Device, StageTime, adapters, choose};
+use ldi_ops::grid::{Axis, Grid, LatticeSolid};
+use ldi_ops::ldi::Ldi;
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::gpu::{GpuOptions, GpuSampler, Route};
+use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use serde::Serialize;
+use serde_json::json;
+
+use crate::BenchError;
+use crate::clock::median;
+use crate::machine::Machine;
+use crate::models::{self, NamedSolid, SeedModel};
+use account::{Moved, Size};
+
+/// What to time.
+pub struct Plan {
+    /// A name of an adapter, or part of one; the first where there is none.
+    pub adapter: Option<String>,
+    /// Names of models, or parts of them; all where there are none.
+    pub models: Vec<String>,
+    /// Rays along the longest side.
+    pub resolution: u32,
+    /// Timed rounds of each case.
+    pub rounds: usize,
+}
+
+/// LOD-C of the estimates.
+const LOD: u32 = 1024;
+
+/// Rounds before any is timed, in which clocks rise and buffers grow.
+const WARM_UP: usize = 3;
+
+/// Bytes of the copies that tell the bandwidth: more than any cache holds.
+const COPIED: u64 = 256 << 20;
+
+/// The stage that brings images to the host.
+const READ_BACK: &str = "read back";
+
+/// A kind of image and the way to it.
+#[derive(Clone, Copy)]
+struct Way {
+    name: &'static str,
+    mode: Mode,
+    route: Route,
+}
+
+const WAYS: [Way; 3] = [
+    Way { name: "over by masks", mode: Mode::Estimate(Estimate::Over), route: Route::Masks },
+    Way { name: "over by lists", mode: Mode::Estimate(Estimate::Over), route: Route::Lists },
+    Way { name: "exact by lists", mode: Mode::Exact, route: Route::Lists },
+];
+
+impl Way {
+    fn account(self, size: &Size) -> Vec<(&'static str, Moved)> {
+        match self.route {
+            Route::Masks => size.by_masks(),
+            Route::Lists => size.by_lists(),
+        }
+    }
+}
+
+/// One model, one way.
+#[derive(Serialize)]
+struct Case {
+    model: &'static str,
+    way: &'static str,
+    /// By axis.
+    sizes: [Size; 3],
+    layers: [u32; 3],
+    /// Three calls of `sample`, by the clock on the wall.
+    wall: f64,
+    stages: Vec<Stage>,
+    published_milliseconds: f64,
+}
+
+/// One stage, summed over three directions.
+#[derive(Clone, Debug, Serialize)]
+struct Stage {
+    name: &'static str,
+    /// The medians of its dispatches by name; none where the adapter does not time them.
+    dispatches: Vec<(&'static str, f64)>,
+    #[serde(flatten)]
+    moved: Moved,
+}
+
+impl Stage {
+    fn is_timed(&self) -> bool {
+        !self.dispatches.is_empty()
+    }
+
+    /// Zero where it is not timed.
+    fn seconds(&self) -> f64 {
+        self.dispatches.iter().map(|(_, seconds)| seconds).sum()
+    }
+}
+
+impl Case {
+    /// The stages that make an image where it stays on the device.
+    fn on_device(&self) -> impl Iterator<Item = &Stage> {
+        self.stages.iter().filter(|stage| stage.name != READ_BACK)
+    }
+
+    /// Seconds of all stages on the device; on the wall where those are not timed.
+    fn whole(&self) -> f64 {
+        match self.on_device().any(Stage::is_timed) {
+            true => self.on_device().map(Stage::seconds).sum(),
+            false => self.wall,
+        }
+    }
+
+    /// What the stages that make up the [`whole`](Self::whole) must move.
+    fn moved(&self) -> Moved {
+        let is_timed = self.on_device().any(Stage::is_timed);
+        let mut moved = Moved::default();
+        self.on_device().filter(|stage| stage.is_timed() || !is_timed).for_each(|stage| moved += stage.moved);
+        moved
+    }
+}
+
+/// Runs everything and prints the tables.
+pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
+    let adapters = adapters();
+    let adapter = choose(&adapters, plan.adapter.as_deref()).map_err(BenchError::Device)?;
+    let models = chosen(models::seed_models()?, &plan.models)?;
+    let copied = COPIED.min(adapter.limits.buffer);
+    let bandwidth =
+        Device::open(adapter).and_then(|device| device.copy_bandwidth(copied)).map_err(BenchError::Device)?;
+    report::print_head(plan, adapter, copied, bandwidth);
+    let machine = Machine::ask();
+    let mut cases = Vec::new();
+    for model in &models {
+        cases.extend(of_model(plan, adapter, model)?);
+    }
+    report::print_wholes(&cases, bandwidth);
+    report::print_stages(&cases, bandwidth);
+    println!("{}", machine.describe());
+    let document = json!({
+        "rounds": plan.rounds, "resolution": plan.resolution, "lod": LOD, "machine": machine,
+        "adapter": {
+            "name": adapter.name, "kind": adapter.kind.name(), "api": adapter.api, "driver": adapter.driver,
+            "int64": adapter.int64, "timestamps": adapter.timestamps,
+            "limits": {
+                "buffer": adapter.limits.buffer, "binding": adapter.limits.binding, "bindings": adapter.limits.bindings,
+                "workgroup": adapter.limits.workgroup, "workgroup_memory": adapter.limits.workgroup_memory,
+            },
+        },
+        "copy_bandwidth": bandwidth, "cases": report::with_ratios(&cases, bandwidth),
+    });
+    crate::process::write_json(json, &document)
+}
+
+/// The models that have one of the names, or part of it; all where there is no name.
+fn chosen(models: Vec<SeedModel>, names: &[String]) -> Result<Vec<SeedModel>, BenchError> {
+    let is_called = |model: &SeedModel, name: &str| model.solid.name.contains(&name.to_lowercase());
+    if let Some(unknown) = names.iter().find(|name| !models.iter().any(|model| is_called(model, name))) {
+        let known: Vec<&str> = models.iter().map(|model| model.solid.name).collect();
+        return Err(BenchError::model(unknown, format!("there is none of this name among {}", known.join(", "))));
+    }
+    let is_chosen = |model: &SeedModel| names.is_empty() || names.iter().any(|name| is_called(model, name));
+    Ok(models.into_iter().filter(is_chosen).collect())
+}
+
+fn of_model(plan: &Plan, adapter: &Adapter, model: &SeedModel) -> Result<Vec<Case>, BenchError> {
+    let NamedSolid { name, mesh, .. } = &model.solid;
+    let grid = Grid::with_resolution(mesh.bounds(), plan.resolution, LOD);
+    let grid = grid.map_err(|error| BenchError::model(name, error))?;
+    let solid = grid.quantise(mesh).map_err(|error| BenchError::model(name, error))?;
+    let cpu = CpuSampler::default();
+    let exact = images(name, &cpu, &solid, Mode::Exact)?;
+    let mut cases = Vec::new();
+    for way in WAYS {
+        eprintln!("{name}, {}", way.name);
+        let options = GpuOptions { route: way.route, ..GpuOptions::default() };
+        let sampler = GpuSampler::open(adapter, options).map_err(BenchError::Device)?;
+        let expected = images(name, &cpu, &solid, way.mode)?;
+        for (image, expected) in images(name, &sampler, &solid, way.mode)?.iter().zip(&expected) {
+            check_twins(name, way.name, image, expected)?;
+        }
+        let sizes: Vec<Size> = exact
+            .iter()
+            .zip(&expected)
+            .map(|(exact, image)| Size::of(&solid, exact, image.depths().len() as u64))
+            .collect();
+        let (wall, times) = rounds(plan.rounds, name, &sampler, &solid, way.mode)?;
+        cases.push(Case {
+            model: name,
+            way: way.name,
+            sizes: [sizes[0], sizes[1], sizes[2]],
+            layers: [0, 1, 2].map(|axis| exact[axis].layers()),
+            wall,
+            stages: stages(&sizes.iter().map(|size| way.account(size)).collect::<Vec<_>>(), &times),
+            published_milliseconds: model.milliseconds,
+        });
+    }
+    Ok(cases)
+}
+
+/// The images along all axes.
+fn images(name: &str, sampler: &dyn Sampler, solid: &LatticeSolid, mode: Mode) -> Result<Vec<Ldi>, BenchError> {
+    let image = |axis| sampler.sample(solid, axis, mode, Fill::EvenOdd);
+    Axis::ALL.into_iter().map(|axis| image(axis).map_err(|error| BenchError::model(name, error))).collect()
+}
+
+/// An error where the GPU's image is not the CPU's to the bit.
+fn check_twins(model: &str, way: &'static str, gpu: &Ldi, cpu: &Ldi) -> Result<(), BenchError> {
+    match gpu == cpu {
+        true => Ok(()),
+        false => Err(BenchError::Twins { model: model.to_owned(), axis: gpu.axis().name(), way }),
+    }
+}
+
+/// Medians over rounds of three images each: the wall time, and the device's times by dispatch.
+fn rounds(
+    rounds: usize,
+    name: &str,
+    sampler: &GpuSampler,
+    solid: &LatticeSolid,
+    mode: Mode,
+) -> Result<(f64, Vec<(&'static str, f64)>), BenchError> {
+    sampler.device().keep_stage_times();
+    let (mut walls, mut times) = (Vec::new(), Vec::new());
+    for round in 0..WARM_UP + rounds {
+        let start = Instant::now();
+        let made = images(name, sampler, solid, mode)?;
+        let wall = start.elapsed().as_secs_f64();
+        drop(made);
+        let taken = sampler.device().take_stage_times();
+        if round >= WARM_UP {
+            walls.push(wall);
+            times.push(taken);
+        }
+    }
+    Ok((median(walls), medians_by_name(&times)))
+}
+
+/// Of each name, in the order of their first appearance, the median over rounds of its sum within a round.
+fn medians_by_name(rounds: &[Vec<StageTime>]) -> Vec<(&'static str, f64)> {
+    let mut names: Vec<&'static str> = Vec::new();
+    for time in rounds.iter().flatten() {
+        if !names.contains(&time.stage) {
+            names.push(time.stage);
+        }
+    }
+    let sum = |name: &str, round: &Vec<StageTime>| -> f64 {
+        round.iter().filter(|time| time.stage == name).map(|time| time.seconds).sum()
+    };
+    names.into_iter().map(|name| (name, median(rounds.iter().map(|round| sum(name, round)).collect()))).collect()
+}
+
+/// The stages of all directions: those accounted for, and behind them those that were timed besides.
+fn stages(accounts: &[Vec<(&'static str, Moved)>], times: &[(&'static str, f64)]) -> Vec<Stage> {
+    let mut stages: Vec<Stage> = Vec::new();
+    let mut of_name = |name: &'static str, moved: Moved, dispatch: Option<(&'static str, f64)>| {
+        let place = stages.iter().position(|stage| stage.name == name).unwrap_or_else(|| {
+            stages.push(Stage { name, dispatches: Vec::new(), moved: Moved::default() });
+            stages.len() - 1
+        });
+        stages[place].moved += moved;
+        stages[place].dispatches.extend(dispatch);
+    };
+    accounts.iter().flatten().for_each(|&(name, moved)| of_name(name, moved, None));
+    for &(dispatch, seconds) in times {
+        // What a dispatch does of its stage stands in brackets.
+        let name = dispatch.split(" (").next().unwrap_or(dispatch);
+        of_name(name, Moved::default(), Some((dispatch, seconds)));
+    }
+    stages
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use ldi_ops::mesh::ClosedMesh;
+
+    fn time(stage: &'static str, seconds: f64) -> StageTime {
+        StageTime { stage, seconds }
+    }
+
+    #[test]
+    fn medians_are_of_the_sums_of_rounds() {
+        let round = |a: f64, b: f64| vec![time("masks", a), time("plan", 0.5), time("masks", b)];
+        let rounds = [round(1.0, 2.0), round(5.0, 5.0), round(0.0, 4.0)];
+        assert_eq!(medians_by_name(&rounds), [("masks", 4.0), ("plan", 0.5)]);
+        assert_eq!(medians_by_name(&[Vec::new(), Vec::new()]), []);
+    }
+
+    #[test]
+    fn dispatches_meet_the_account_of_their_stage() {
+        let moved = Moved { bytes: 10, atomics: 2, contended: 1 };
+        let account = vec![("masks", moved), (READ_BACK, moved)];
+        let times = [("masks", 1.0), ("plan", 0.25), ("masks (large triangles)", 2.0), (READ_BACK, 8.0)];
+        let stages = stages(&[account.clone(), account], &times);
+        let told: Vec<_> = stages.iter().map(|stage| (stage.name, stage.seconds(), stage.moved.bytes)).collect();
+        assert_eq!(told, [("masks", 3.0, 20), (READ_BACK, 8.0, 20), ("plan", 0.25, 0)]);
+        let size = Size {
+            triangles: 0,
+            positions: 0,
+            rays: 0,
+            mask_words: 0,
+            crossings: 0,
+            crossed_rays: 0,
+            crossed_words: 0,
+            samples: 0,
+        };
+        let mut case = Case {
+            model: "box",
+            way: "over by masks",
+            sizes: [size; 3],
+            layers: [2; 3],
+            wall: 20.0,
+            stages,
+            published_milliseconds: 1.0,
+        };
+        // What is read back is no part of the whole.
+        assert_eq!((case.whole(), case.moved().bytes), (3.25, 20));
+        case.stages.iter_mut().for_each(|stage| stage.dispatches.clear());
+        assert_eq!((case.whole(), case.moved().bytes), (20.0, 20));
+    }
+
+    #[test]
+    fn images_that_differ_are_told() {
+        let cube = |side| ClosedMesh::check(ldi_ops::solids::cuboid(DVec3::ZERO, DVec3::splat(side)).unwrap()).unwrap();
+        let (cube, smaller) = (cube(8.0), cube(7.0));
+        let grid = Grid::with_resolution(cube.bounds(), 16, 64).unwrap();
+        let image = |mesh| {
+            let solid = grid.quantise(mesh).unwrap();
+            CpuSampler::default().sample(&solid, Axis::Y, Mode::Exact, Fill::EvenOdd).unwrap()
+        };
+        assert!(check_twins("box", "exact by lists", &image(&cube), &image(&cube)).is_ok());
+        let told = check_twins("box", "exact by lists", &image(&cube), &image(&smaller)).unwrap_err().to_string();
+        for part in ["box", "along y", "exact by lists"] {
+            assert!(told.contains(part), "{told}");
+        }
+    }
+
+    #[test]
+    fn models_are_chosen_by_part_of_their_name() {
+        let names = |wanted: &[&str]| {
+            let wanted: Vec<String> = wanted.iter().map(|name| (*name).to_owned()).collect();
+            let chosen = chosen(models::seed_models().unwrap(), &wanted);
+            chosen.map(|models| models.iter().map(|model| model.solid.name).collect::<Vec<_>>())
+        };
+        assert_eq!(names(&["chain", "Geodesic"]).unwrap(), ["chain", "geodesic structure"]);
+        assert_eq!(names(&[]).unwrap().len(), 6);
+        assert!(names(&["chain", "teapot"]).unwrap_err().to_string().contains("teapot"));
+    }
+}

@@ -1,0 +1,123 @@
+// What an image amounts to in integers, one invocation a ray; the twin of `src/ldi/summary.rs`. Rows beside those that count
+// are there to be compared with.
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<storage, read> offsets: array<u32>;
+@group(0) @binding(2) var<storage, read> samples: array<i32>;
+@group(0) @binding(3) var<storage, read_write> levels: array<u32>;
+// SUMS sums of 64 bits in two words each, then the most samples of a ray and all samples.
+@group(0) @binding(4) var<storage, read_write> totals: array<atomic<u32>>;
+
+const ALONG_COLUMNS = 1u;
+const ALONG_ROWS = 2u;
+const ALONG_BOTH = 3u;
+
+var<workgroup> group_low: array<atomic<u32>, SUMS>;
+var<workgroup> group_high: array<atomic<u32>, SUMS>;
+
+fn index_from(position: i32) -> i32 {
+    return (position - view.first_ray + (1 << view.shift) - 1) >> view.shift;
+}
+
+// Compares the samples of a ray with those of the next one, and marks those of either that lie at the same depth and go the
+// same way.
+fn mark_level(a: u32, b: u32, mark: u32, marks_first: bool) {
+    let first_a = offsets[a];
+    let end_a = offsets[a + 1u];
+    let first_b = offsets[b];
+    let end_b = offsets[b + 1u];
+    let is_paired = end_a - first_a == end_b - first_b;
+    var reach = first_b;
+    for (var i = first_a; i < end_a; i++) {
+        let depth = samples[i];
+        var j = first_b + (i - first_a);
+        if !is_paired {
+            while reach < end_b {
+                if samples[reach] >= depth - view.level_tolerance {
+                    break;
+                }
+                reach++;
+            }
+            // The first in reach that goes the same way.
+            j = reach + (((reach - first_b) ^ (i - first_a)) & 1u);
+        }
+        if j < end_b {
+            if abs(depth - samples[j]) <= view.level_tolerance {
+                levels[select(j, i, marks_first)] |= mark;
+            }
+        }
+    }
+}
+
+// Adds a number of 32 bits with a sign to a sum.
+fn add(sum: u32, signed_term: i32) {
+    let term = bitcast<u32>(signed_term);
+    if term == 0u {
+        return;
+    }
+    let before = atomicAdd(&group_low[sum], term);
+    atomicAdd(&group_high[sum], select(0u, 1u, before + term < term) + select(0u, 0xffffffffu, signed_term < 0));
+}
+
+fn add_residual(depth: i32, index: i32, level: u32, direction: i32) {
+    let residual = depth - (index << view.shift);
+    let half_pixel = 1 << (view.shift - 1u);
+    if level == ALONG_BOTH {
+        add(LEVEL_SUMS, direction * residual);
+    } else if level != 0u && abs(abs(residual) - half_pixel) > 3 {
+        add(LEVEL_SUMS + level, direction * residual);
+    }
+}
+
+fn add_ray(ray: u32) {
+    let first = offsets[ray];
+    let end = offsets[ray + 1u];
+    for (var at = first; at < end; at++) {
+        levels[at] = 0u;
+    }
+    let row = ray / view.columns;
+    let column = ray % view.columns;
+    if column > 0u {
+        mark_level(ray - 1u, ray, ALONG_COLUMNS, false);
+    }
+    if column + 1u < view.columns {
+        mark_level(ray, ray + 1u, ALONG_COLUMNS, true);
+    }
+    if row > 0u {
+        mark_level(ray - view.columns, ray, ALONG_ROWS, false);
+    }
+    if ray + view.columns < view.rays {
+        mark_level(ray, ray + view.columns, ALONG_ROWS, true);
+    }
+    let parity = (column & 1u) + 2u * (bitcast<u32>(view.first_row + i32(row)) & 1u);
+    for (var at = first; at < end; at += 2u) {
+        let near = samples[at];
+        let far = samples[at + 1u];
+        add(parity, far - near);
+        let first_node = index_from(near);
+        let end_node = index_from(far);
+        // Of the first k indices, (k + 1) / 2 are even.
+        let even = (end_node + 1) / 2 - (first_node + 1) / 2;
+        add(NODE_SUMS + 2u * parity, even);
+        add(NODE_SUMS + 2u * parity + 1u, end_node - first_node - even);
+        add_residual(near, first_node, levels[at], -1);
+        add_residual(far, end_node, levels[at + 1u], 1);
+    }
+    atomicMax(&totals[2u * SUMS], end - first);
+    atomicAdd(&totals[2u * SUMS + 1u], end - first);
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn summarise(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
+             @builtin(local_invocation_index) lane: u32) {
+    let ray = (group.y * groups.x + group.x) * WORKGROUP + lane;
+    if ray >= view.first_counted && ray < view.end_counted {
+        add_ray(ray);
+    }
+    workgroupBarrier();
+    if lane < SUMS {
+        let low = atomicLoad(&group_low[lane]);
+        let before = atomicAdd(&totals[2u * lane], low);
+        atomicAdd(&totals[2u * lane + 1u], atomicLoad(&group_high[lane]) + select(0u, 1u, before + low < low));
+    }
+}

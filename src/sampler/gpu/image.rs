@@ -1,0 +1,257 @@
+//! Images, band by band.
+
+use std::sync::Arc;
+
+use super::band::{Band, cut};
+use super::passes::TALLY_WORDS;
+use super::solid::ResidentSolid;
+use super::stages::{Flag, Flags};
+use super::view::{self, Tally};
+use super::{GpuSampler, Route, State};
+use crate::gpu::{DeviceError, Pool, Recorder, bytes_of};
+use crate::grid::{Axis, Grid, LatticeSolid};
+use crate::ldi::{BandImage, ImageBuilder, Ldi, Windings};
+use crate::sampler::layout::Window;
+use crate::sampler::stages::UNCLOSED;
+use crate::sampler::{Estimate, Fill, Mode, SampleError, admit, region_of_both};
+
+/// What image is asked for.
+pub(super) struct Image {
+    pub grid: Grid,
+    pub axis: Axis,
+    pub mode: Mode,
+    pub fill: Fill,
+    pub window: Window,
+    pub keeps_triangles: bool,
+    /// Windings are sound, and wanted.
+    pub counts_windings: bool,
+    pub solids: usize,
+}
+
+impl Image {
+    /// An image of one solid.
+    pub fn of_one(solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Image, SampleError> {
+        let grid = admit(&[solid], fill)?;
+        Ok(Image {
+            grid,
+            axis,
+            mode,
+            fill,
+            window: Window::new(&grid, solid.region(), axis),
+            keeps_triangles: false,
+            counts_windings: solid.closure().is_oriented(),
+            solids: 1,
+        })
+    }
+
+    /// An estimate of the intersection of two.
+    pub fn of_two(
+        a: &LatticeSolid,
+        b: &LatticeSolid,
+        axis: Axis,
+        estimate: Estimate,
+        fill: Fill,
+    ) -> Result<Image, SampleError> {
+        let grid = admit(&[a, b], fill)?;
+        Ok(Image {
+            grid,
+            axis,
+            mode: Mode::Estimate(estimate),
+            fill,
+            window: Window::new(&grid, &region_of_both(a, b), axis),
+            keeps_triangles: false,
+            counts_windings: false,
+            solids: 2,
+        })
+    }
+
+    /// The variants of the stages that make it.
+    pub fn flags(&self) -> Flags {
+        Flags::of(&[
+            (Flag::Over, self.mode == Mode::Estimate(Estimate::Over)),
+            (Flag::Exact, self.mode == Mode::Exact),
+            (Flag::NonZero, self.fill == Fill::NonZero),
+            (Flag::TwoSolids, self.solids == 2),
+            (Flag::KeepsTriangles, self.keeps_triangles),
+        ])
+    }
+
+    /// Which way the bands are made, and how large they may be.
+    pub fn way(&self, sampler: &GpuSampler) -> Way {
+        let options = &sampler.options;
+        let by_lists = Way { by_masks: false, most_rays: options.band_rays };
+        if self.mode == Mode::Exact || self.fill == Fill::NonZero || options.route == Route::Lists {
+            return by_lists;
+        }
+        let mask = bytes_of(u64::from(view::words(&self.grid)));
+        let masks = 1 + 2 * self.solids as u64;
+        let rays = (sampler.largest_binding() / mask).min(options.memory / (masks * mask));
+        // Where not even one ray's masks fit, lists do.
+        match rays.min(u64::from(options.band_rays)) as u32 {
+            0 => by_lists,
+            most_rays => Way { by_masks: true, most_rays },
+        }
+    }
+
+    /// The rows that the window leaves; all others are empty without a look at them.
+    pub fn window_rows(&self) -> std::ops::Range<u32> {
+        let (_, rows) = self.grid.image_size(self.axis);
+        let first = self.window.rows.start.clamp(0, rows as i32);
+        first as u32..self.window.rows.end.clamp(first, rows as i32) as u32
+    }
+}
+
+/// A route, and the most rays of its bands.
+#[derive(Clone, Copy)]
+pub(super) struct Way {
+    pub by_masks: bool,
+    pub most_rays: u32,
+}
+
+/// One band of an image.
+pub(super) struct BandJob<'a> {
+    pub sampler: &'a GpuSampler,
+    pub pool: &'a mut Pool,
+    pub solids: &'a [Arc<ResidentSolid>],
+    pub image: &'a Image,
+    pub by_masks: bool,
+    pub band: Band,
+}
+
+/// Why a band could not be made.
+pub(super) enum BandError {
+    Device(DeviceError),
+    /// A buffer would be larger than allowed; a smaller band needs a smaller one.
+    TooLarge {
+        what: &'static str,
+        bytes: u64,
+    },
+}
+
+impl From<DeviceError> for BandError {
+    fn from(error: DeviceError) -> BandError {
+        BandError::Device(error)
+    }
+}
+
+/// A band's image on the device, there as soon as what is recorded has run.
+pub(super) struct MadeBand<'d> {
+    pub recorder: Recorder<'d>,
+    /// Samples of each ray, or that it is unclosed.
+    pub counts: wgpu::Buffer,
+    pub offsets: wgpu::Buffer,
+    pub samples: wgpu::Buffer,
+    pub triangles: Option<wgpu::Buffer>,
+    pub tally: wgpu::Buffer,
+    /// There are not more samples than this.
+    pub most_samples: u64,
+}
+
+impl Tally {
+    /// What was counted of windings.
+    pub fn windings(&self) -> Windings {
+        let wide = |low: u32, high: u32| (u64::from(low) | u64::from(high) << 32) as i64;
+        Windings {
+            wound: wide(self.wound_low, self.wound_high),
+            aligned: i64::from(self.aligned),
+            changes: i64::from(self.changes),
+            unpaired: wide(self.unpaired_low, self.unpaired_high),
+        }
+    }
+}
+
+impl<'a> BandJob<'a> {
+    /// Makes the band on the device.
+    pub fn make(&mut self) -> Result<MadeBand<'a>, BandError> {
+        match self.by_masks {
+            true => self.make_by_masks(),
+            false => self.make_by_lists(),
+        }
+    }
+
+    /// Makes the band and brings it back.
+    fn bring_back(&mut self) -> Result<BandImage, BandError> {
+        let MadeBand { mut recorder, counts, offsets, samples, triangles, tally, most_samples } = self.make()?;
+        let rays = u64::from(self.band.rays());
+        recorder.read_back(&offsets, 0, bytes_of(rays + 1));
+        recorder.read_back(&samples, 0, bytes_of(most_samples));
+        recorder.read_back(&tally, 0, bytes_of(TALLY_WORDS));
+        if let Some(triangles) = &triangles {
+            recorder.read_back(triangles, 0, bytes_of(most_samples));
+        }
+        let mut brought = recorder.finish()?.into_iter();
+        let mut next = || brought.next().unwrap_or_default();
+        let (mut ends, depths, tally, mut triangles) = (next(), next(), next(), next());
+        let total = ends[ends.len() - 1] as usize;
+        ends.remove(0);
+        triangles.truncate(total);
+        let mut depths: Vec<i32> = bytemuck::cast_vec(depths);
+        depths.truncate(total);
+        let tally: Tally = bytemuck::cast_slice(&tally)[0];
+        let unclosed = if tally.unclosed == 0 { Vec::new() } else { self.unclosed_rays(&counts)? };
+        let windings = self.image.counts_windings.then(|| tally.windings());
+        Ok(BandImage::from_parts(ends, depths, triangles, windings, unclosed))
+    }
+
+    fn unclosed_rays(&self, counts: &wgpu::Buffer) -> Result<Vec<u32>, DeviceError> {
+        let mut recorder = Recorder::new(&self.sampler.device);
+        recorder.read_back(counts, 0, bytes_of(u64::from(self.band.rays())));
+        let counts = recorder.finish()?;
+        let unclosed = |(ray, count): (usize, &u32)| (*count == UNCLOSED).then_some(ray as u32);
+        Ok(counts[0].iter().enumerate().filter_map(unclosed).collect())
+    }
+}
+
+impl GpuSampler {
+    /// Makes an image.
+    pub(super) fn image(&self, solids: &[&LatticeSolid], image: &Image) -> Result<Ldi, SampleError> {
+        let mut state = self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let State { pool, residents } = &mut *state;
+        let solids = self.resident(residents, solids)?;
+        let (columns, rows) = image.grid.image_size(image.axis);
+        let looked_at = image.window_rows();
+        let no_windings = image.counts_windings.then(Windings::default);
+        let mut builder = ImageBuilder::new(image.grid, image.axis);
+        builder.append(BandImage::of_empty_rays(looked_at.start * columns, no_windings))?;
+        let Way { by_masks, most_rays } = image.way(self);
+        let mut bands = cut(looked_at.clone(), columns, most_rays);
+        bands.reverse();
+        while let Some(band) = bands.pop() {
+            let mut job = BandJob { sampler: self, pool, solids: &solids, image, by_masks, band };
+            match (job.bring_back(), band.halves()) {
+                (Ok(part), _) => builder.append(part)?,
+                (Err(BandError::Device(error)), _) => return Err(error.into()),
+                (Err(BandError::TooLarge { .. }), Some([first, second])) => bands.extend([second, first]),
+                (Err(BandError::TooLarge { what, bytes }), None) => {
+                    return Err(self.device.too_large(what, bytes).into());
+                }
+            }
+        }
+        builder.append(BandImage::of_empty_rays((rows - looked_at.end) * columns, no_windings))?;
+        Ok(builder.finish())
+    }
+
+    /// Runs something on the whole image as one band.
+    ///
+    /// # Panics
+    /// If it is too large for one.
+    pub(super) fn in_one_band<T>(
+        &self,
+        solids: &[&LatticeSolid],
+        image: &Image,
+        run: impl FnOnce(&mut BandJob) -> Result<T, BandError>,
+    ) -> Result<T, SampleError> {
+        let (columns, rows) = image.grid.image_size(image.axis);
+        let Way { by_masks, most_rays } = image.way(self);
+        assert!(columns * rows <= most_rays, "{columns} × {rows} rays in bands of {most_rays}");
+        let mut state = self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let State { pool, residents } = &mut *state;
+        let solids = self.resident(residents, solids)?;
+        let band = Band::of_rows(0..rows, columns);
+        match run(&mut BandJob { sampler: self, pool, solids: &solids, image, by_masks, band }) {
+            Ok(result) => Ok(result),
+            Err(BandError::Device(error)) => Err(error.into()),
+            Err(BandError::TooLarge { what, bytes }) => Err(self.device.too_large(what, bytes).into()),
+        }
+    }
+}
