@@ -1,7 +1,7 @@
 //! Compute devices: what every GPU form of an operation stands on. It knows nothing of rays or solids.
 //!
-//! [`adapters`] lists what there is, [`Device::open`] opens one, a [`Kernel`] is one compiled entry point of a shader, a
-//! [`Recorder`] gathers dispatches, and a [`Pool`] keeps buffers from one job to the next. All errors come back as
+//! [`adapters`] lists what there is, [`Device::open`] opens one, a `Kernel` is one compiled entry point of a shader, a
+//! `Recorder` gathers dispatches, and a `Pool` keeps buffers from one job to the next. All errors come back as
 //! [`DeviceError`]s; nothing panics when a driver does. Without the feature `gpu` only the error type is there.
 
 #[cfg(feature = "gpu")]

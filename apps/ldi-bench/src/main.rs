@@ -5,6 +5,7 @@
 
 mod clock;
 mod fit;
+#[cfg(feature = "gpu")]
 mod gpu;
 mod machine;
 mod models;
@@ -45,9 +46,11 @@ pub enum BenchError {
         reason: String,
     },
     /// A GPU could not be used.
+    #[cfg(feature = "gpu")]
     #[error(transparent)]
     Device(ldi_ops::gpu::DeviceError),
     /// The GPU's image is not the CPU's.
+    #[cfg(feature = "gpu")]
     #[error("model {model}: the image along {axis}, {way}, is not the same on the GPU as on the CPU")]
     Twins {
         /// The model's name.
@@ -115,6 +118,7 @@ enum Benchmark {
     /// The GPU's sampler by stages, over solids like those of Leung and Wang, beside what its memory allows and their table.
     ///
     /// Needs nothing but this binary and the GPU's driver. Every image is first compared with the CPU's.
+    #[cfg(feature = "gpu")]
     Gpu {
         /// The GPU's name or part of it; the first by default, and a wrong name lists all
         #[arg(long, value_name = "NAME")]
@@ -155,6 +159,7 @@ fn main() -> ExitCode {
             let plan = process::Plan { ldi_ops, python, peers, runs: runs.max(1), peer_runs: peer_runs.max(1) };
             process::run(&plan, json.as_deref())
         }
+        #[cfg(feature = "gpu")]
         Benchmark::Gpu { adapter, models, resolution, rounds, json } => {
             gpu::run(&gpu::Plan { adapter, models, resolution, rounds: rounds.max(1) }, json.as_deref())
         }
