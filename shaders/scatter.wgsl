@@ -9,7 +9,7 @@
 const NEEDS_DEPTH = true;
 
 fn cross(ray: u32, crossing: u32, triangle: u32) {
-    let at = starts[ray] + atomicSub(&counts[ray], 1u) - 1u;
+    let at = view.first_crossing + starts[ray] + atomicSub(&counts[ray], 1u) - 1u;
     crossings[at] = crossing;
     if KEEPS_TRIANGLES {
         crossed[at] = triangle;

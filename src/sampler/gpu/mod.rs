@@ -198,7 +198,9 @@ impl GpuSampler {
             match (made, band.halves()) {
                 (Made::Band(part), _) => builder.append(part)?,
                 (Made::TooLarge { .. }, Some([first, second])) => bands.extend([second, first]),
-                (Made::TooLarge { what, bytes }, None) => return Err(self.device.too_large(what, bytes).into()),
+                (Made::TooLarge { what, bytes }, None) => {
+                    return Err(self.device.too_large(what, bytes, self.largest_binding()).into());
+                }
             }
         }
         builder.append(BandImage::of_empty_rays((rows - end) * columns, none))?;
