@@ -142,12 +142,11 @@ const KINDS: [(&str, Kind); 8] = [
     ("fractions", fractions),
 ];
 
-/// Pixels from four steps to half the lattice, and as many as fit; and raster of few steps, where nothing is far from a tie.
-const CUBES: [(u32, u32); 10] =
-    [(29, 1), (28, 3), (27, 7), (26, 15), (25, 31), (24, 63), (22, 255), (12, 40), (4, 60), (2, 64)];
+/// Pixels from four steps to half the lattice, and as many as fit; and pixels of few steps, where nothing is far from a tie.
+const CUBES: [(u32, u32); 9] = [(29, 1), (28, 3), (27, 7), (26, 15), (25, 31), (24, 60), (12, 40), (4, 50), (2, 64)];
 
 /// Triangles of a mesh.
-const TRIANGLES: usize = 500;
+const TRIANGLES: usize = 400;
 
 /// Crossings that each kind has to give along each axis.
 const CROSSINGS: usize = 4000;

@@ -11,7 +11,7 @@ use ldi_ops::solids;
 use crate::lattice::{closed, grid, mesh};
 use crate::layers::plates;
 use crate::soups::{self, Frame, Random};
-use crate::twin::{ROUTES, Twin, compare_all, compare_intersections};
+use crate::twin::{ROUTES, Twin, compare_all, compare_along, compare_intersections};
 
 fn twins(options: GpuOptions) -> [Twin; 2] {
     ROUTES.map(|route| Twin::open(GpuOptions { route, prefill: Some(0x5a5a_5a5a), ..options }))
@@ -37,56 +37,48 @@ fn compare_soups(twins: &[Twin], seeds: std::ops::Range<u64>) {
 #[test]
 fn bands_of_any_number_of_rays_give_the_same_images() {
     // Rays, parts of a row, a row along some axis, a row and a part, a few rows.
-    for band_rays in [1, 3, 4, 6, 7, 8, 13, 20] {
+    for band_rays in [1, 3, 4, 7, 13] {
         let twins = twins(GpuOptions { band_rays, binding: 64 << 10, ..GpuOptions::default() });
-        compare_soups(&twins, 0..if band_rays == 1 { 1 } else { 2 });
+        compare_soups(&twins, 0..1);
     }
 }
 
 #[test]
 fn any_memory_budget_gives_the_same_images() {
-    for memory in [0, 1 << 10, 4 << 10] {
-        compare_soups(&twins(GpuOptions { memory, binding: 64 << 10, ..GpuOptions::default() }), 10..12);
+    for memory in [0, 1 << 10] {
+        compare_soups(&twins(GpuOptions { memory, binding: 64 << 10, ..GpuOptions::default() }), 10..11);
     }
-}
-
-/// 40 × 40 rays through a ball of 1 984 triangles.
-fn ball() -> (ClosedMesh, Grid) {
-    let ball = ClosedMesh::check(solids::sphere(1.0, 64).unwrap()).unwrap();
-    let grid = Grid::with_resolution(ball.bounds(), 40, 1024).unwrap();
-    (ball, grid)
 }
 
 #[test]
 fn geometry_in_chunks_and_crossings_in_halved_bands_give_the_same_images() {
-    let (ball, grid) = ball();
-    let solid = grid.quantise(&ball).unwrap();
-    let other = grid.quantise(&ball).unwrap();
-    for binding in [4 << 10, 64 << 10] {
-        let twins = twins(GpuOptions { binding, ..GpuOptions::default() });
+    for (binding, segments, rays) in [(4 << 10, 32, 30), (64 << 10, 100, 110)] {
+        let ball = ClosedMesh::check(solids::sphere(1.0, segments).unwrap()).unwrap();
+        let grid = Grid::with_resolution(ball.bounds(), rays, 1024).unwrap();
+        let (solid, other) = (grid.quantise(&ball).unwrap(), grid.quantise(&ball).unwrap());
         let crossings = CpuSampler::default().list_stages(&solid, Axis::X).unwrap().crossings.len() as u64;
-        if binding == 4 << 10 {
-            assert!(4 * crossings > 2 * binding, "a band need not be halved");
-            assert!(12 * solid.triangles().len() as u64 > 2 * binding, "the geometry fits a chunk");
-        }
-        compare_all("a ball", &twins, &solid);
+        assert!(4 * crossings > binding, "a band need not be halved");
+        assert!(12 * solid.triangles().len() as u64 > binding, "the geometry fits a chunk");
+        let twins = twins(GpuOptions { binding, ..GpuOptions::default() });
+        compare_along("a ball", &twins, &solid, Axis::ALL[segments as usize % 3]);
         compare_intersections("a ball and itself", &twins, &solid, &other, Axis::Y);
-        compare_soups(&twins, 20..22);
+        compare_soups(&twins, 20..21);
     }
 }
 
-/// A triangle a chunk, a crossing or two a band, and no room in the queue of large triangles.
+/// A triangle a chunk, the crossings of a ray a band, and no room in the queue of large triangles, or for four blocks.
 #[test]
 fn the_least_bindings_give_the_same_images() {
-    for binding in [40, 100] {
+    let frame = Frame { shift: 5, rays: [8, 9, 10] };
+    let mesh = closed(&soups::octahedron([140; 3], 116));
+    let solid = grid(&frame, 64).quantise(&mesh).unwrap();
+    for binding in [8, 40] {
         let twins = twins(GpuOptions { binding, ..GpuOptions::default() });
-        let frame = Frame { shift: 5, rays: [9, 10, 11] };
-        let mut soup = soups::cuboid([10; 3], [250, 270, 290]);
-        soup.add(&soups::octahedron([140; 3], 120));
-        let mesh = closed(&soup);
-        let solid = grid(&frame, 64).quantise(&mesh).unwrap();
-        compare_all("a box with an octahedron", &twins, &solid);
-        compare_intersections("a box with an octahedron", &twins, &solid, &solid, Axis::Z);
+        compare_along("an octahedron", &twins, &solid, Axis::Y);
+        // The crossings of two solids on one ray need 16 bytes.
+        if binding >= 16 {
+            compare_intersections("an octahedron", &twins, &solid, &solid, Axis::Z);
+        }
     }
 }
 
@@ -125,5 +117,5 @@ fn a_single_ray_just_fits() {
     let mesh = closed(&plates(&frame, Axis::Z, 512, 2, 20, 0));
     let solid = grid(&frame, 32_768).quantise(&mesh).unwrap();
     let twins = twins(GpuOptions { binding: 4 << 10, ..GpuOptions::default() });
-    compare_all("512 plates", &twins, &solid);
+    compare_along("512 plates", &twins, &solid, Axis::Z);
 }

@@ -123,7 +123,7 @@ mod tests {
 
     fn less_a_triangle() -> Soup {
         let mut soup = solid();
-        soup.triangles.remove(3);
+        soup.triangles.pop();
         soup
     }
 

@@ -27,7 +27,7 @@ fn soups_have_the_same_images() {
 #[test]
 fn thirty_bits_are_enough() {
     for (name, generator) in generators() {
-        for seed in 0..2 {
+        for seed in 0..1 {
             let mut random = Random::new(1000 + seed);
             let frame = Frame { shift: 26, rays: [15; 3] };
             let mesh = closed(&generator(&mut random, &frame));

@@ -18,7 +18,7 @@ pub fn closed(soup: &Soup) -> ClosedMesh {
 /// A small frame, now and then one whose positions need all 30 bits.
 pub fn frame(random: &mut Random) -> Frame {
     let shift = random.choose(&[2, 2, 2, 3, 4, 7, 12, 26]);
-    Frame { shift, rays: std::array::from_fn(|_| random.between(6, if shift == 26 { 15 } else { 9 }) as u32) }
+    Frame { shift, rays: std::array::from_fn(|_| random.between(6, if shift == 26 { 11 } else { 9 }) as u32) }
 }
 
 /// From the fewest voxels to the most; often a number whose last mask word is not full.

@@ -45,7 +45,7 @@ fn stacks_of_plates_have_the_same_images() {
     {
         let axis = Axis::ALL[case % 3];
         let frame = Frame { shift: 11, rays: [4, 3, 5] };
-        for lod in [33, random.choose(&[32, 100, 1024, 65_536])] {
+        for lod in [33, random.choose(&[100, 1024, 65_536])] {
             let grid = grid(&frame, lod);
             let gap = random.choose(&[0, 2, 2, 4, 20]);
             let thickness = random.choose(&[2, 2, 4, 20]);
@@ -84,13 +84,17 @@ fn coincident_plates_have_the_same_images() {
 }
 
 /// As many as the sort has to bear, in no order: plates of random ends.
+///
+/// llvmpipe, the software adapter of Mesa, leaves all loops of an invocation when together they have gone round 65 535 times,
+/// and says nothing; Shell's sort of 2500 crossings comes close to that.
 #[test]
 fn thousands_of_crossings_on_a_ray_give_the_same_images() {
+    let count = if twin::is_software() { 1000 } else { 5000 };
     let frame = Frame { shift: 20, rays: [2, 3, 2] };
     for axis in Axis::ALL {
         let mut random = Random::new(9);
         let mut soup = Soup::default();
-        for _ in 0..2500 {
+        for _ in 0..count {
             let thickness = random.choose(&[2, 1000, 100_000]);
             let first = random.even(0, frame.most(axis.depth()) - thickness);
             soup.add(&plates(&frame, axis, 1, thickness, 0, first));
@@ -98,7 +102,7 @@ fn thousands_of_crossings_on_a_ray_give_the_same_images() {
         let mesh = closed(&soup);
         for lod in [33, 65_536] {
             let solid = grid(&frame, lod).quantise(&mesh).unwrap();
-            compare_along(format_args!("2500 plates, LOD-C {lod}"), twin::all(), &solid, axis);
+            compare_along(format_args!("{count} plates, LOD-C {lod}"), twin::all(), &solid, axis);
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::twin::{self, compare_all, compare_intersections};
 fn unclosed_rays_are_the_same() {
     let mut unclosed = 0;
     for (name, generator) in generators() {
-        for seed in 0..4 {
+        for seed in 0..3 {
             let mut random = Random::new(seed);
             let frame = frame(&mut random);
             let mut soup = generator(&mut random, &frame);
@@ -32,7 +32,7 @@ fn unclosed_rays_are_the_same() {
 #[test]
 fn a_ray_that_is_unclosed_in_either_solid_is_unclosed_in_both() {
     for (name, generator) in generators() {
-        for seed in 10..13 {
+        for seed in 10..12 {
             let mut random = Random::new(seed);
             let frame = frame(&mut random);
             let grid = grid(&frame, lod(&mut random));
