@@ -99,9 +99,9 @@ impl Device {
         times.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// The error of an adapter that allows no buffer of the size needed.
-    pub(crate) fn too_large(&self, what: &'static str, needed: u64) -> DeviceError {
-        DeviceError::TooLarge { adapter: self.adapter.name.clone(), what, needed, limit: self.largest_binding() }
+    /// The error of a buffer that would need more bytes than `limit` allows.
+    pub(crate) fn too_large(&self, what: &'static str, needed: u64, limit: u64) -> DeviceError {
+        DeviceError::TooLarge { adapter: self.adapter.name.clone(), what, needed, limit }
     }
 
     /// Bytes of the largest buffer that a shader may see as a whole.

@@ -38,7 +38,7 @@ impl Pool {
             self.buffers.swap_remove(place);
         }
         if bytes > device.largest_binding() {
-            return Err(device.too_large(name, bytes));
+            return Err(device.too_large(name, bytes, device.largest_binding()));
         }
         // A quarter more, so that a little growth is no new buffer.
         let size = (bytes + bytes / 4).clamp(256, device.largest_binding()).next_multiple_of(4);

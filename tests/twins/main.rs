@@ -1,26 +1,25 @@
 //! The GPU's sampler against the CPU's, byte for byte. Needs an adapter, be it a software one, and fails without.
 //!
-//! The adapter is the first that is found, or the one that `LDI_ADAPTER` names.
+//! The adapter is the first that is found, or the one that `LDI_ADAPTER` names. Everything is compared by one function, in
+//! [`comparison`], which is shown to fail where it should.
 
+mod arithmetic;
+mod bands;
+mod comparison;
+mod corpus;
+mod history;
 mod images;
+mod intersections;
+mod lattice;
+mod layers;
+#[path = "../corpus/manifest.rs"]
+mod manifest;
+mod models;
+mod open;
+mod rasters;
 #[path = "../oracle/soups.rs"]
 mod soups;
 mod stages;
 mod summaries;
-
-use std::sync::LazyLock;
-
-use ldi_ops::gpu::{Adapter, adapters, choose};
-use ldi_ops::sampler::gpu::{GpuOptions, GpuSampler};
-
-/// The adapter that everything here runs on.
-static ADAPTER: LazyLock<Adapter> = LazyLock::new(|| {
-    let wanted = std::env::var("LDI_ADAPTER").ok();
-    let adapters = adapters();
-    choose(&adapters, wanted.as_deref()).unwrap_or_else(|error| panic!("twins need an adapter: {error}")).clone()
-});
-
-/// A sampler with the given options.
-fn sampler(options: GpuOptions) -> GpuSampler {
-    GpuSampler::open(&ADAPTER, options).unwrap_or_else(|error| panic!("{error}"))
-}
+mod triangles;
+mod twin;

@@ -1,43 +1,66 @@
 //! What lies between the stages.
 
-use ldi_ops::grid::Axis;
-use ldi_ops::mesh::ClosedMesh;
-use ldi_ops::sampler::Estimate;
+use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::gpu::GpuOptions;
+use ldi_ops::sampler::gpu::Route;
 
-use crate::images::{frame, grid_of, mesh};
-use crate::soups::{self, Random};
+use crate::comparison::assert_same;
+use crate::lattice::{closed, frame, generators, grid, lod, mesh, region};
+use crate::soups::Random;
+use crate::twin::{self, ESTIMATES};
+
+fn compare_stages(what: &str, a: &LatticeSolid, b: &LatticeSolid) {
+    let cpu = CpuSampler::default();
+    for axis in Axis::ALL {
+        let lists = cpu.list_stages(a, axis);
+        for twin in twin::all().iter().filter(|twin| twin.options.route == Route::Lists) {
+            let found = twin.gpu.list_stages(a, axis);
+            assert_same(format_args!("{what}, {axis:?}: lists; {}", twin.name()), &found, &lists);
+        }
+        for estimate in ESTIMATES {
+            for solids in [&[a][..], &[a, b]] {
+                let expected = cpu.mask_stages(solids, axis, estimate);
+                for twin in twin::all().iter().filter(|twin| twin.options.route == Route::Masks) {
+                    let found = twin.gpu.mask_stages(solids, axis, estimate);
+                    let solids = solids.len();
+                    let what = format_args!("{what}, {axis:?}, {estimate:?}, {solids} solids; {}", twin.name());
+                    assert_same(what, &found, &expected);
+                }
+            }
+        }
+    }
+}
 
 #[test]
 fn soups_have_the_same_masks_classes_and_lists() {
-    let gpu = crate::sampler(GpuOptions { prefill: Some(0xa5a5_a5a5), ..GpuOptions::default() });
-    let cpu = CpuSampler::default();
-    for (name, generator) in soups::oriented() {
+    for (name, generator) in generators() {
         for seed in 100..104 {
             let mut random = Random::new(seed);
             let frame = frame(&mut random);
-            let (a, b) = (generator(&mut random, &frame), generator(&mut random, &frame));
-            let grid = grid_of(&frame, random.choose(&[32, 33, 64, 100, 256, 1024]));
-            let (a, b) = (ClosedMesh::check(mesh(&a)).unwrap(), ClosedMesh::check(mesh(&b)).unwrap());
-            let (a, b) = (grid.quantise(&a).unwrap(), grid.quantise(&b).unwrap());
-            for axis in Axis::ALL {
-                let what = format!("{name}, seed {seed}, {axis:?}");
-                assert!(gpu.list_stages(&a, axis) == cpu.list_stages(&a, axis), "{what}: lists");
-                for estimate in [Estimate::Over, Estimate::Under] {
-                    for solids in [&[&a][..], &[&a, &b]] {
-                        let what = format!("{what}, {estimate:?}, {} solids", solids.len());
-                        let found = gpu.mask_stages(solids, axis, estimate).unwrap();
-                        let expected = cpu.mask_stages(solids, axis, estimate).unwrap();
-                        assert!(found.masks == expected.masks, "{what}: masks");
-                        assert!(found.single == expected.single, "{what}: voxels of one sample");
-                        assert!(found.pair == expected.pair, "{what}: voxels of two");
-                        assert!(found.ranks == expected.ranks, "{what}: ranks");
-                        assert!(found.counts == expected.counts, "{what}: counts");
-                        assert!(found.offsets == expected.offsets, "{what}: offsets");
-                    }
-                }
-            }
+            let [a, b] = [(); 2].map(|()| closed(&generator(&mut random, &frame)));
+            let grid = grid(&frame, lod(&mut random));
+            let [a, b] = [&a, &b].map(|mesh| grid.quantise(mesh).unwrap());
+            let region = region(&mut random, &frame);
+            compare_stages(&format!("{name}, seed {seed}"), &a, &b);
+            compare_stages(&format!("{name}, seed {seed}, within"), &b.within(&region), &a);
+        }
+    }
+}
+
+#[test]
+fn open_soups_have_the_same_masks_classes_and_lists() {
+    for (name, generator) in generators() {
+        for seed in 200..202 {
+            let mut random = Random::new(seed);
+            let frame = frame(&mut random);
+            let [a, b] = [(); 2].map(|()| {
+                let mut soup = generator(&mut random, &frame);
+                soup.triangles.remove(random.below(soup.triangles.len()));
+                mesh(&soup)
+            });
+            let grid = grid(&frame, lod(&mut random));
+            let [a, b] = [&a, &b].map(|mesh| grid.quantise_open(mesh).unwrap());
+            compare_stages(&format!("{name} less a triangle, seed {seed}"), &a, &b);
         }
     }
 }

@@ -1,39 +1,88 @@
-//! Summaries that stay on the device, against those of the CPU's images.
+//! Summaries that are made on the device.
 
-use ldi_ops::grid::Axis;
-use ldi_ops::mesh::ClosedMesh;
+use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::{GpuOptions, Route};
 use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::solids;
 
-use crate::images::{frame, grid_of, mesh};
-use crate::soups::{self, Random};
+use crate::comparison::assert_same;
+use crate::lattice::{closed, frame, generators, grid, lod};
+use crate::soups::Random;
+use crate::twin::{ESTIMATES, FILLS, MODES, Twin, all, plain};
 
-#[test]
-fn summaries_are_those_of_the_images() {
+/// Compares all summaries of a solid, and of its intersection with another.
+fn compare(what: &str, twins: &[Twin], a: &ldi_ops::grid::LatticeSolid, b: &ldi_ops::grid::LatticeSolid) {
     let cpu = CpuSampler::default();
-    for (band_rays, route) in [(1 << 24, Route::Masks), (50, Route::Masks), (20, Route::Lists), (5, Route::Masks)] {
-        let prefill = Some(0xa5a5_a5a5);
-        let gpu = crate::sampler(GpuOptions { band_rays, route, prefill, ..GpuOptions::default() });
-        for (name, generator) in soups::oriented() {
-            let mut random = Random::new(31);
-            let frame = frame(&mut random);
-            let (a, b) = (generator(&mut random, &frame), generator(&mut random, &frame));
-            let grid = grid_of(&frame, random.choose(&[32, 33, 64, 100, 256, 1024]));
-            let (a, b) = (ClosedMesh::check(mesh(&a)).unwrap(), ClosedMesh::check(mesh(&b)).unwrap());
-            let (a, b) = (grid.quantise(&a).unwrap(), grid.quantise(&b).unwrap());
-            for axis in Axis::ALL {
-                for fill in [Fill::EvenOdd, Fill::NonZero] {
-                    let what = format!("{name}, {axis:?}, {fill:?}, bands of {band_rays}");
-                    for mode in [Mode::Exact, Mode::Estimate(Estimate::Over), Mode::Estimate(Estimate::Under)] {
-                        let found = gpu.summarise(&a, axis, mode, fill).unwrap();
-                        assert_eq!(found, cpu.summarise(&a, axis, mode, fill).unwrap(), "{what}, {mode:?}");
-                    }
-                    let found = gpu.summarise_intersection(&a, &b, axis, Estimate::Over, fill).unwrap();
-                    let expected = cpu.summarise_intersection(&a, &b, axis, Estimate::Over, fill).unwrap();
-                    assert_eq!(found, expected, "{what}, two solids");
+    for axis in Axis::ALL {
+        for fill in FILLS {
+            for twin in twins {
+                let name = twin.name();
+                for mode in MODES {
+                    let (found, expected) =
+                        (twin.gpu.summarise(a, axis, mode, fill), cpu.summarise(a, axis, mode, fill));
+                    assert_same(format_args!("{what}, {axis:?}, {mode:?}, {fill:?}; {name}"), &found, &expected);
+                }
+                for estimate in ESTIMATES {
+                    let found = twin.gpu.summarise_intersection(a, b, axis, estimate, fill);
+                    let expected = cpu.summarise_intersection(a, b, axis, estimate, fill);
+                    assert_same(
+                        format_args!("{what}, {axis:?}, {estimate:?}, {fill:?}, two; {name}"),
+                        &found,
+                        &expected,
+                    );
                 }
             }
         }
+    }
+}
+
+#[test]
+fn soups_have_the_same_summaries_in_bands_of_any_size() {
+    let small = [(50, Route::Masks), (23, Route::Lists), (5, Route::Masks)].map(|(band_rays, route)| {
+        let binding = 1 << 20;
+        Twin::open(GpuOptions { band_rays, route, binding, prefill: Some(0xa5a5_a5a5), ..GpuOptions::default() })
+    });
+    for (i, (name, generator)) in generators().into_iter().enumerate() {
+        let mut random = Random::new(31 + i as u64);
+        let frame = frame(&mut random);
+        let (a, b) = (closed(&generator(&mut random, &frame)), closed(&generator(&mut random, &frame)));
+        let grid = grid(&frame, lod(&mut random));
+        let (a, b) = (grid.quantise(&a).unwrap(), grid.quantise(&b).unwrap());
+        compare(name, &small, &a, &b);
+        compare(name, &all()[..2], &a, &b);
+    }
+}
+
+#[test]
+fn solids_have_the_same_summaries() {
+    // Flat faces along the axes are level, diagonal ones pass through nodes, and round ones are neither.
+    let meshes = [
+        solids::cuboid(glam::DVec3::new(-3.1, -2.0, -1.3), glam::DVec3::new(2.9, 2.0, 1.1)).unwrap(),
+        solids::torus(3.0, 1.0, 64, 32).unwrap(),
+        solids::geodesic(3.0, 6).unwrap(),
+    ];
+    let meshes = meshes.map(|mesh| ldi_ops::mesh::ClosedMesh::check(mesh).unwrap());
+    for resolution in [40, 97] {
+        let bounds = meshes.iter().map(|mesh| mesh.bounds()).reduce(|a, b| a.union(b)).unwrap();
+        let grid = Grid::with_resolution(bounds, resolution, 256).unwrap();
+        let solids: Vec<_> = meshes.iter().map(|mesh| grid.quantise(mesh).unwrap()).collect();
+        for (i, solid) in solids.iter().enumerate() {
+            compare(&format!("solid {i} at {resolution}"), plain(), solid, &solids[(i + 1) % 3]);
+        }
+    }
+}
+
+#[test]
+fn the_device_sums_what_the_image_holds() {
+    let mesh = ldi_ops::mesh::ClosedMesh::check(solids::torus(3.0, 1.0, 64, 32).unwrap()).unwrap();
+    let grid = Grid::with_resolution(mesh.bounds(), 64, 1024).unwrap();
+    let solid = grid.quantise(&mesh).unwrap();
+    let mode = Mode::Estimate(Estimate::Over);
+    for twin in plain() {
+        let image = twin.gpu.sample(&solid, Axis::Z, mode, Fill::EvenOdd).unwrap();
+        let summary = twin.gpu.summarise(&solid, Axis::Z, mode, Fill::EvenOdd).unwrap();
+        assert_eq!(summary.length(), ldi_ops::integrate::length(&image));
+        assert_eq!(summary, image.summary());
     }
 }

@@ -223,7 +223,7 @@ impl GpuSampler {
                 (Err(BandError::Device(error)), _) => return Err(error.into()),
                 (Err(BandError::TooLarge { .. }), Some([first, second])) => bands.extend([second, first]),
                 (Err(BandError::TooLarge { what, bytes }), None) => {
-                    return Err(self.device.too_large(what, bytes).into());
+                    return Err(self.device.too_large(what, bytes, self.largest_binding()).into());
                 }
             }
         }
@@ -251,7 +251,9 @@ impl GpuSampler {
         match run(&mut BandJob { sampler: self, pool, solids: &solids, image, by_masks, band }) {
             Ok(result) => Ok(result),
             Err(BandError::Device(error)) => Err(error.into()),
-            Err(BandError::TooLarge { what, bytes }) => Err(self.device.too_large(what, bytes).into()),
+            Err(BandError::TooLarge { what, bytes }) => {
+                Err(self.device.too_large(what, bytes, self.largest_binding()).into())
+            }
         }
     }
 }

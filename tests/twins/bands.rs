@@ -1,0 +1,121 @@
+//! Images in bands: however small, and whatever makes them so.
+
+use ldi_ops::gpu::DeviceError;
+use ldi_ops::grid::{Axis, Grid};
+use ldi_ops::mesh::ClosedMesh;
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::gpu::{GpuOptions, Route};
+use ldi_ops::sampler::{Estimate, Fill, Mode, SampleError, Sampler};
+use ldi_ops::solids;
+
+use crate::lattice::{closed, grid, mesh};
+use crate::layers::plates;
+use crate::soups::{self, Frame, Random};
+use crate::twin::{ROUTES, Twin, compare_all, compare_along, compare_intersections};
+
+fn twins(options: GpuOptions) -> [Twin; 2] {
+    ROUTES.map(|route| Twin::open(GpuOptions { route, prefill: Some(0x5a5a_5a5a), ..options }))
+}
+
+fn compare_soups(twins: &[Twin], seeds: std::ops::Range<u64>) {
+    for seed in seeds {
+        let mut random = Random::new(seed);
+        let frame = Frame { shift: 5, rays: [6, 7, 8] };
+        let (a, b) = (soups::mixture(&mut random, &frame), soups::mixture(&mut random, &frame));
+        let mut open = a.clone();
+        open.triangles.remove(0);
+        let (a, b, open) = (closed(&a), closed(&b), mesh(&open));
+        let grid = grid(&frame, 100);
+        let (a, b, open) = (grid.quantise(&a).unwrap(), grid.quantise(&b).unwrap(), grid.quantise_open(&open).unwrap());
+        compare_all(format_args!("mixture {seed}"), twins, &a);
+        compare_all(format_args!("mixture {seed}, open"), twins, &open);
+        compare_intersections(format_args!("mixture {seed}"), twins, &a, &b, Axis::ALL[seed as usize % 3]);
+        compare_intersections(format_args!("mixture {seed}, open"), twins, &b, &open, Axis::X);
+    }
+}
+
+#[test]
+fn bands_of_any_number_of_rays_give_the_same_images() {
+    // Rays, parts of a row, a row along some axis, a row and a part, a few rows.
+    for band_rays in [1, 3, 4, 7, 13] {
+        let twins = twins(GpuOptions { band_rays, binding: 64 << 10, ..GpuOptions::default() });
+        compare_soups(&twins, 0..1);
+    }
+}
+
+#[test]
+fn any_memory_budget_gives_the_same_images() {
+    for memory in [0, 1 << 10] {
+        compare_soups(&twins(GpuOptions { memory, binding: 64 << 10, ..GpuOptions::default() }), 10..11);
+    }
+}
+
+#[test]
+fn geometry_in_chunks_and_crossings_in_halved_bands_give_the_same_images() {
+    for (binding, segments, rays) in [(4 << 10, 32, 30), (64 << 10, 100, 110)] {
+        let ball = ClosedMesh::check(solids::sphere(1.0, segments).unwrap()).unwrap();
+        let grid = Grid::with_resolution(ball.bounds(), rays, 1024).unwrap();
+        let (solid, other) = (grid.quantise(&ball).unwrap(), grid.quantise(&ball).unwrap());
+        let crossings = CpuSampler::default().list_stages(&solid, Axis::X).unwrap().crossings.len() as u64;
+        assert!(4 * crossings > binding, "a band need not be halved");
+        assert!(12 * solid.triangles().len() as u64 > binding, "the geometry fits a chunk");
+        let twins = twins(GpuOptions { binding, ..GpuOptions::default() });
+        compare_along("a ball", &twins, &solid, Axis::ALL[segments as usize % 3]);
+        compare_intersections("a ball and itself", &twins, &solid, &other, Axis::Y);
+        compare_soups(&twins, 20..21);
+    }
+}
+
+/// A triangle a chunk, the crossings of a ray a band, and no room in the queue of large triangles, or for four blocks.
+#[test]
+fn the_least_bindings_give_the_same_images() {
+    let frame = Frame { shift: 5, rays: [8, 9, 10] };
+    let mesh = closed(&soups::octahedron([140; 3], 116));
+    let solid = grid(&frame, 64).quantise(&mesh).unwrap();
+    for binding in [8, 40] {
+        let twins = twins(GpuOptions { binding, ..GpuOptions::default() });
+        compare_along("an octahedron", &twins, &solid, Axis::Y);
+        // The crossings of two solids on one ray need 16 bytes.
+        if binding >= 16 {
+            compare_intersections("an octahedron", &twins, &solid, &solid, Axis::Z);
+        }
+    }
+}
+
+/// Of a stack of 600 plates the 1200 crossings of a single ray need 4800 bytes.
+#[test]
+fn a_ray_that_does_not_fit_is_told_with_what_it_needs_and_what_is_allowed() {
+    let frame = Frame { shift: 14, rays: [2; 3] };
+    for axis in Axis::ALL {
+        let mesh = closed(&plates(&frame, axis, 600, 2, 20, 0));
+        // A voxel for every crossing, and masks of a ray that fill a binding.
+        let solid = grid(&frame, 32_768).quantise(&mesh).unwrap();
+        let twins = twins(GpuOptions { binding: 4 << 10, ..GpuOptions::default() });
+        for twin in &twins {
+            let over = Mode::Estimate(Estimate::Over);
+            let by_route = if twin.options.route == Route::Masks { "samples" } else { "crossings" };
+            for (mode, fill, expected) in [
+                (Mode::Exact, Fill::EvenOdd, "crossings"),
+                (over, Fill::NonZero, "crossings"),
+                (over, Fill::EvenOdd, by_route),
+            ] {
+                let refused = twin.gpu.sample(&solid, axis, mode, fill).unwrap_err();
+                let adapter = twin.gpu.device().adapter().name.clone();
+                let error = DeviceError::TooLarge { adapter, what: expected, needed: 4800, limit: 4096 };
+                assert_eq!(refused, SampleError::Device(error), "{axis:?}, {mode:?}, {fill:?}; {}", twin.name());
+            }
+        }
+        // The samplers are none the worse.
+        let sound = closed(&soups::cuboid([2; 3], [30_000; 3]));
+        compare_all("after a refusal", &twins, &grid(&frame, 64).quantise(&sound).unwrap());
+    }
+}
+
+#[test]
+fn a_single_ray_just_fits() {
+    let frame = Frame { shift: 14, rays: [2; 3] };
+    let mesh = closed(&plates(&frame, Axis::Z, 512, 2, 20, 0));
+    let solid = grid(&frame, 32_768).quantise(&mesh).unwrap();
+    let twins = twins(GpuOptions { binding: 4 << 10, ..GpuOptions::default() });
+    compare_along("512 plates", &twins, &solid, Axis::Z);
+}

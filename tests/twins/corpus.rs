@@ -1,0 +1,47 @@
+//! Real meshes, in the folder that `LDI_CORPUS` names: those that are closed, and as open meshes those that are not.
+
+use ldi_ops::grid::{Axis, Grid, LatticeSolid};
+use ldi_ops::mesh::{ClosedMesh, io};
+use ldi_ops::sampler::{Estimate, Fill, Mode};
+
+use crate::manifest;
+use crate::twin::{self, compare_image};
+
+#[test]
+#[ignore = "needs LDI_CORPUS"]
+fn corpus_solids_have_the_same_images() {
+    let (mut closed, mut open) = (0, 0);
+    for entry in manifest::entries() {
+        let sound = entry.class != "nasty";
+        let mesh = match io::read(&entry.path) {
+            Ok(file) => file.mesh,
+            Err(error) if sound => panic!("{error}"),
+            Err(_) => continue,
+        };
+        let Some(Ok(grid)) = mesh.bounds().map(|bounds| Grid::with_resolution(bounds, 256, 1024)) else { continue };
+        let compare = |solid: &LatticeSolid| {
+            for axis in Axis::ALL {
+                for mode in [Mode::Exact, Mode::Estimate(Estimate::Over)] {
+                    compare_image(&entry.name, twin::plain(), solid, axis, mode, Fill::EvenOdd);
+                }
+                if solid.closure().is_oriented() {
+                    compare_image(&entry.name, twin::plain(), solid, axis, Mode::Exact, Fill::NonZero);
+                }
+            }
+        };
+        match ClosedMesh::check(mesh) {
+            Ok(mesh) => {
+                compare(&grid.quantise(&mesh).unwrap());
+                closed += 1;
+            }
+            Err(error) if sound => panic!("{}: {error}", entry.name),
+            Err(_) => {
+                let mesh = io::read(&entry.path).unwrap_or_else(|error| panic!("{error}")).mesh;
+                let Ok(solid) = grid.quantise_open(&mesh) else { continue };
+                compare(&solid);
+                open += 1;
+            }
+        }
+    }
+    assert!(closed >= 33 && open >= 5, "only {closed} closed meshes and {open} open ones");
+}

@@ -1,0 +1,59 @@
+//! Meshes that are not closed: the same rays are listed as unclosed.
+
+use ldi_ops::grid::Axis;
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::{Fill, Mode, Sampler};
+
+use crate::lattice::{closed, frame, generators, grid, lod, mesh, region};
+use crate::soups::Random;
+use crate::twin::{self, compare_all, compare_intersections};
+
+#[test]
+fn unclosed_rays_are_the_same() {
+    let mut unclosed = 0;
+    for (name, generator) in generators() {
+        for seed in 0..3 {
+            let mut random = Random::new(seed);
+            let frame = frame(&mut random);
+            let mut soup = generator(&mut random, &frame);
+            for _ in 0..=random.below(2) {
+                soup.triangles.remove(random.below(soup.triangles.len()));
+            }
+            let mesh = mesh(&soup);
+            let solid = grid(&frame, lod(&mut random)).quantise_open(&mesh).unwrap();
+            compare_all(format_args!("{name} less a triangle, seed {seed}"), twin::all(), &solid);
+            let image = CpuSampler::default().sample(&solid, Axis::Z, Mode::Exact, Fill::NonZero);
+            unclosed += image.unwrap().unclosed().len();
+        }
+    }
+    assert!(unclosed > 100, "only {unclosed} unclosed rays");
+}
+
+#[test]
+fn a_ray_that_is_unclosed_in_either_solid_is_unclosed_in_both() {
+    for (name, generator) in generators() {
+        for seed in 10..12 {
+            let mut random = Random::new(seed);
+            let frame = frame(&mut random);
+            let grid = grid(&frame, lod(&mut random));
+            let [a, b] = [(); 2].map(|()| {
+                let mut soup = generator(&mut random, &frame);
+                soup.triangles.remove(random.below(soup.triangles.len()));
+                mesh(&soup)
+            });
+            let whole = closed(&generator(&mut random, &frame));
+            let [a, b] = [&a, &b].map(|mesh| grid.quantise_open(mesh).unwrap());
+            let whole = grid.quantise(&whole).unwrap();
+            let restricted = b.clone().within(&region(&mut random, &frame));
+            let axis = random.choose(&Axis::ALL);
+            for (what, a, b) in [
+                ("both open", &a, &b),
+                ("the first open", &a, &whole),
+                ("the second open", &whole, &a),
+                ("within", &a, &restricted),
+            ] {
+                compare_intersections(format_args!("{name}, seed {seed}, {what}"), twin::all(), a, b, axis);
+            }
+        }
+    }
+}
