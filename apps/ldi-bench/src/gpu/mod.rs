@@ -144,7 +144,10 @@ impl Case {
 pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     let adapters = adapters();
     let adapter = choose(&adapters, plan.adapter.as_deref()).map_err(BenchError::Device)?;
-    let models = chosen(models::seed_models()?, &plan.models)?;
+    let mut models = models::seed_models()?;
+    let names: Vec<&str> = models.iter().map(|model| model.solid.name).collect();
+    let names = chosen(&names, &plan.models)?;
+    models.retain(|model| names.contains(&model.solid.name));
     let copied = COPIED.min(adapter.limits.buffer);
     let bandwidth =
         Device::open(adapter).and_then(|device| device.copy_bandwidth(copied)).map_err(BenchError::Device)?;
@@ -172,15 +175,14 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     crate::process::write_json(json, &document)
 }
 
-/// The models that have one of the names, or part of it; all where there is no name.
-fn chosen(models: Vec<SeedModel>, names: &[String]) -> Result<Vec<SeedModel>, BenchError> {
-    let is_called = |model: &SeedModel, name: &str| model.solid.name.contains(&name.to_lowercase());
-    if let Some(unknown) = names.iter().find(|name| !models.iter().any(|model| is_called(model, name))) {
-        let known: Vec<&str> = models.iter().map(|model| model.solid.name).collect();
+/// Those of the known names that are wanted, by themselves or by part of them; all where none is.
+fn chosen<'n>(known: &[&'n str], wanted: &[String]) -> Result<Vec<&'n str>, BenchError> {
+    let is_called = |name: &str, wanted: &String| name.contains(&wanted.to_lowercase());
+    if let Some(unknown) = wanted.iter().find(|wanted| !known.iter().any(|name| is_called(name, wanted))) {
         return Err(BenchError::model(unknown, format!("there is none of this name among {}", known.join(", "))));
     }
-    let is_chosen = |model: &SeedModel| names.is_empty() || names.iter().any(|name| is_called(model, name));
-    Ok(models.into_iter().filter(is_chosen).collect())
+    let is_chosen = |name: &&&str| wanted.is_empty() || wanted.iter().any(|wanted| is_called(name, wanted));
+    Ok(known.iter().filter(is_chosen).copied().collect())
 }
 
 fn of_model(plan: &Plan, adapter: &Adapter, model: &SeedModel) -> Result<Vec<Case>, BenchError> {
@@ -359,13 +361,10 @@ mod tests {
 
     #[test]
     fn models_are_chosen_by_part_of_their_name() {
-        let names = |wanted: &[&str]| {
-            let wanted: Vec<String> = wanted.iter().map(|name| (*name).to_owned()).collect();
-            let chosen = chosen(models::seed_models().unwrap(), &wanted);
-            chosen.map(|models| models.iter().map(|model| model.solid.name).collect::<Vec<_>>())
-        };
-        assert_eq!(names(&["chain", "Geodesic"]).unwrap(), ["chain", "geodesic structure"]);
-        assert_eq!(names(&[]).unwrap().len(), 6);
+        let known = ["chain", "brush", "geodesic structure"];
+        let names = |wanted: &[&str]| chosen(&known, &wanted.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
+        assert_eq!(names(&["Geodesic", "chain"]).unwrap(), ["chain", "geodesic structure"]);
+        assert_eq!(names(&[]).unwrap(), known);
         assert!(names(&["chain", "teapot"]).unwrap_err().to_string().contains("teapot"));
     }
 }
