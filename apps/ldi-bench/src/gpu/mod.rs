@@ -206,14 +206,14 @@ fn of_model(plan: &Plan, adapter: &Adapter, model: &SeedModel) -> Result<Vec<Cas
             .zip(&expected)
             .map(|(exact, image)| Size::of(&solid, exact, image.depths().len() as u64))
             .collect();
-        let (wall, times) = rounds(plan.rounds, name, &sampler, &solid, way.mode)?;
+        let measured = rounds(plan.rounds, name, &sampler, &solid, way.mode)?;
         cases.push(Case {
             model: name,
             way: way.name,
             sizes: [sizes[0], sizes[1], sizes[2]],
             layers: [0, 1, 2].map(|axis| exact[axis].layers()),
-            wall,
-            stages: stages(&sizes.iter().map(|size| way.account(size)).collect::<Vec<_>>(), &times),
+            wall: measured.wall,
+            stages: stages(&sizes.iter().map(|size| way.account(size)).collect::<Vec<_>>(), &measured.dispatches),
             published_milliseconds: model.milliseconds,
         });
     }
@@ -234,14 +234,21 @@ fn check_twins(model: &str, way: &'static str, gpu: &Ldi, cpu: &Ldi) -> Result<(
     }
 }
 
-/// Medians over rounds of three images each: the wall time, and the device's times by dispatch.
+/// Medians over rounds of three images each, in seconds.
+struct Measured {
+    wall: f64,
+    /// The device's own times, by dispatch.
+    dispatches: Vec<(&'static str, f64)>,
+}
+
+/// Times three images, round after round.
 fn rounds(
     rounds: usize,
     name: &str,
     sampler: &GpuSampler,
     solid: &LatticeSolid,
     mode: Mode,
-) -> Result<(f64, Vec<(&'static str, f64)>), BenchError> {
+) -> Result<Measured, BenchError> {
     sampler.device().keep_stage_times();
     let (mut walls, mut times) = (Vec::new(), Vec::new());
     for round in 0..WARM_UP + rounds {
@@ -255,7 +262,7 @@ fn rounds(
             times.push(taken);
         }
     }
-    Ok((median(walls), medians_by_name(&times)))
+    Ok(Measured { wall: median(walls), dispatches: medians_by_name(&times) })
 }
 
 /// Of each name, in the order of their first appearance, the median over rounds of its sum within a round.
