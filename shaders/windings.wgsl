@@ -32,22 +32,28 @@ fn add_winding(crossing: u32, position: i32, changes_parity: bool, becomes_insid
     }
 }
 
-// Called by all invocations of a workgroup.
+// Called by all invocations of a workgroup. Most have nothing to add where triangles lie between the rays.
 fn add_to_tally(lane: u32) {
-    let wound_before = atomicAdd(&group_wound_low, wound.x);
-    atomicAdd(&group_wound_high, wound.y + select(0u, 1u, wound_before + wound.x < wound.x));
-    let unpaired_before = atomicAdd(&group_unpaired_low, unpaired.x);
-    atomicAdd(&group_unpaired_high, unpaired.y + select(0u, 1u, unpaired_before + unpaired.x < unpaired.x));
-    atomicAdd(&group_aligned, aligned);
-    atomicAdd(&group_changes, changes);
+    if changes != 0u || aligned != 0 || any((wound | unpaired) != vec2(0u)) {
+        let wound_before = atomicAdd(&group_wound_low, wound.x);
+        atomicAdd(&group_wound_high, wound.y + select(0u, 1u, wound_before + wound.x < wound.x));
+        let unpaired_before = atomicAdd(&group_unpaired_low, unpaired.x);
+        atomicAdd(&group_unpaired_high, unpaired.y + select(0u, 1u, unpaired_before + unpaired.x < unpaired.x));
+        atomicAdd(&group_aligned, aligned);
+        atomicAdd(&group_changes, changes);
+    }
     workgroupBarrier();
     if lane == 0u {
-        let wound_low = atomicLoad(&group_wound_low);
-        let wound_carry = select(0u, 1u, atomicAdd(&tally.wound_low, wound_low) + wound_low < wound_low);
-        atomicAdd(&tally.wound_high, atomicLoad(&group_wound_high) + wound_carry);
-        let unpaired_low = atomicLoad(&group_unpaired_low);
-        let unpaired_carry = select(0u, 1u, atomicAdd(&tally.unpaired_low, unpaired_low) + unpaired_low < unpaired_low);
-        atomicAdd(&tally.unpaired_high, atomicLoad(&group_unpaired_high) + unpaired_carry);
+        let wound_sum = vec2(atomicLoad(&group_wound_low), atomicLoad(&group_wound_high));
+        let unpaired_sum = vec2(atomicLoad(&group_unpaired_low), atomicLoad(&group_unpaired_high));
+        if any(wound_sum != vec2(0u)) {
+            let carry = select(0u, 1u, atomicAdd(&tally.wound_low, wound_sum.x) + wound_sum.x < wound_sum.x);
+            atomicAdd(&tally.wound_high, wound_sum.y + carry);
+        }
+        if any(unpaired_sum != vec2(0u)) {
+            let carry = select(0u, 1u, atomicAdd(&tally.unpaired_low, unpaired_sum.x) + unpaired_sum.x < unpaired_sum.x);
+            atomicAdd(&tally.unpaired_high, unpaired_sum.y + carry);
+        }
         atomicAdd(&tally.aligned, atomicLoad(&group_aligned));
         atomicAdd(&tally.changes, atomicLoad(&group_changes));
     }

@@ -20,7 +20,7 @@ pub const ROUTES: [Route; 2] = [Route::Masks, Route::Lists];
 const SENTINEL: u32 = 0xa5a5_a5a5;
 
 /// The adapter that everything here runs on.
-static ADAPTER: LazyLock<Adapter> = LazyLock::new(|| {
+pub static ADAPTER: LazyLock<Adapter> = LazyLock::new(|| {
     let wanted = std::env::var("LDI_ADAPTER").ok();
     let adapters = adapters();
     choose(&adapters, wanted.as_deref()).unwrap_or_else(|error| panic!("twins need an adapter: {error}")).clone()

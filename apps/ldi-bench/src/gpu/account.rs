@@ -178,7 +178,8 @@ pub struct Moved {
     pub bytes: u64,
     /// Atomic operations all over a buffer.
     pub atomics: u64,
-    /// Atomic operations of all workgroups on the same few words, which must wait for each other.
+    /// Atomic operations of all workgroups on the same few words, which must wait for each other. Workgroups that take
+    /// blocks of large triangles come on top; how many there are only the device knows.
     pub contended: u64,
 }
 

@@ -144,7 +144,10 @@ impl Case {
 pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     let adapters = adapters();
     let adapter = choose(&adapters, plan.adapter.as_deref()).map_err(BenchError::Device)?;
-    let models = chosen(models::seed_models()?, &plan.models)?;
+    let mut models = models::seed_models()?;
+    let names: Vec<&str> = models.iter().map(|model| model.solid.name).collect();
+    let names = chosen(&names, &plan.models)?;
+    models.retain(|model| names.contains(&model.solid.name));
     let copied = COPIED.min(adapter.limits.buffer);
     let bandwidth =
         Device::open(adapter).and_then(|device| device.copy_bandwidth(copied)).map_err(BenchError::Device)?;
@@ -172,15 +175,14 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     crate::process::write_json(json, &document)
 }
 
-/// The models that have one of the names, or part of it; all where there is no name.
-fn chosen(models: Vec<SeedModel>, names: &[String]) -> Result<Vec<SeedModel>, BenchError> {
-    let is_called = |model: &SeedModel, name: &str| model.solid.name.contains(&name.to_lowercase());
-    if let Some(unknown) = names.iter().find(|name| !models.iter().any(|model| is_called(model, name))) {
-        let known: Vec<&str> = models.iter().map(|model| model.solid.name).collect();
+/// Those of the known names that are wanted, by themselves or by part of them; all where none is.
+fn chosen<'n>(known: &[&'n str], wanted: &[String]) -> Result<Vec<&'n str>, BenchError> {
+    let is_called = |name: &str, wanted: &String| name.contains(&wanted.to_lowercase());
+    if let Some(unknown) = wanted.iter().find(|wanted| !known.iter().any(|name| is_called(name, wanted))) {
         return Err(BenchError::model(unknown, format!("there is none of this name among {}", known.join(", "))));
     }
-    let is_chosen = |model: &SeedModel| names.is_empty() || names.iter().any(|name| is_called(model, name));
-    Ok(models.into_iter().filter(is_chosen).collect())
+    let is_chosen = |name: &&&str| wanted.is_empty() || wanted.iter().any(|wanted| is_called(name, wanted));
+    Ok(known.iter().filter(is_chosen).copied().collect())
 }
 
 fn of_model(plan: &Plan, adapter: &Adapter, model: &SeedModel) -> Result<Vec<Case>, BenchError> {
@@ -204,14 +206,14 @@ fn of_model(plan: &Plan, adapter: &Adapter, model: &SeedModel) -> Result<Vec<Cas
             .zip(&expected)
             .map(|(exact, image)| Size::of(&solid, exact, image.depths().len() as u64))
             .collect();
-        let (wall, times) = rounds(plan.rounds, name, &sampler, &solid, way.mode)?;
+        let measured = rounds(plan.rounds, name, &sampler, &solid, way.mode)?;
         cases.push(Case {
             model: name,
             way: way.name,
             sizes: [sizes[0], sizes[1], sizes[2]],
             layers: [0, 1, 2].map(|axis| exact[axis].layers()),
-            wall,
-            stages: stages(&sizes.iter().map(|size| way.account(size)).collect::<Vec<_>>(), &times),
+            wall: measured.wall,
+            stages: stages(&sizes.iter().map(|size| way.account(size)).collect::<Vec<_>>(), &measured.dispatches),
             published_milliseconds: model.milliseconds,
         });
     }
@@ -232,14 +234,21 @@ fn check_twins(model: &str, way: &'static str, gpu: &Ldi, cpu: &Ldi) -> Result<(
     }
 }
 
-/// Medians over rounds of three images each: the wall time, and the device's times by dispatch.
+/// Medians over rounds of three images each, in seconds.
+struct Measured {
+    wall: f64,
+    /// The device's own times, by dispatch.
+    dispatches: Vec<(&'static str, f64)>,
+}
+
+/// Times three images, round after round.
 fn rounds(
     rounds: usize,
     name: &str,
     sampler: &GpuSampler,
     solid: &LatticeSolid,
     mode: Mode,
-) -> Result<(f64, Vec<(&'static str, f64)>), BenchError> {
+) -> Result<Measured, BenchError> {
     sampler.device().keep_stage_times();
     let (mut walls, mut times) = (Vec::new(), Vec::new());
     for round in 0..WARM_UP + rounds {
@@ -253,7 +262,7 @@ fn rounds(
             times.push(taken);
         }
     }
-    Ok((median(walls), medians_by_name(&times)))
+    Ok(Measured { wall: median(walls), dispatches: medians_by_name(&times) })
 }
 
 /// Of each name, in the order of their first appearance, the median over rounds of its sum within a round.
@@ -359,13 +368,10 @@ mod tests {
 
     #[test]
     fn models_are_chosen_by_part_of_their_name() {
-        let names = |wanted: &[&str]| {
-            let wanted: Vec<String> = wanted.iter().map(|name| (*name).to_owned()).collect();
-            let chosen = chosen(models::seed_models().unwrap(), &wanted);
-            chosen.map(|models| models.iter().map(|model| model.solid.name).collect::<Vec<_>>())
-        };
-        assert_eq!(names(&["chain", "Geodesic"]).unwrap(), ["chain", "geodesic structure"]);
-        assert_eq!(names(&[]).unwrap().len(), 6);
+        let known = ["chain", "brush", "geodesic structure"];
+        let names = |wanted: &[&str]| chosen(&known, &wanted.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
+        assert_eq!(names(&["Geodesic", "chain"]).unwrap(), ["chain", "geodesic structure"]);
+        assert_eq!(names(&[]).unwrap(), known);
         assert!(names(&["chain", "teapot"]).unwrap_err().to_string().contains("teapot"));
     }
 }

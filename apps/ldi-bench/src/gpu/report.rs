@@ -98,7 +98,7 @@ pub fn print_wholes(cases: &[Case], bandwidth: f64) {
             number(1e-6 * moved.bytes as f64),
             number(1e-6 * (moved.atomics + moved.contended) as f64),
             share(moved, whole, bandwidth),
-            format!("{} ×", number(ratio(moved, whole, bandwidth))),
+            times(moved, whole, bandwidth),
         ]);
         table.row(cells);
     }
@@ -118,7 +118,7 @@ pub fn print_wholes(cases: &[Case], bandwidth: f64) {
 
 /// The table by stage, over all models.
 pub fn print_stages(cases: &[Case], bandwidth: f64) {
-    let heads = ["image", "stage", "ms", "large triangles ms", "of the whole", "MB", "M atomics", "on few words"];
+    let heads = ["image", "stage", "ms", "large triangles ms", "of the whole", "MB", "M atomics", "M on few words"];
     let heads = heads.into_iter().chain(["GB/s", "of copying", "time / its bytes copied"]);
     let mut table = Table::new(&heads.collect::<Vec<_>>());
     for way in WAYS {
@@ -147,9 +147,9 @@ pub fn print_stages(cases: &[Case], bandwidth: f64) {
                 number(1e-6 * moved.bytes as f64),
                 number(1e-6 * moved.atomics as f64),
                 number(1e-6 * moved.contended as f64),
-                number(1e-9 * moved.bytes as f64 / seconds),
+                if moved.bytes > 0 { number(1e-9 * moved.bytes as f64 / seconds) } else { number(f64::NAN) },
                 share(moved, seconds, bandwidth),
-                format!("{} ×", number(ratio(moved, seconds, bandwidth))),
+                times(moved, seconds, bandwidth),
             ]);
         }
     }
@@ -179,9 +179,20 @@ fn ratio(moved: Moved, seconds: f64, bandwidth: f64) -> f64 {
     seconds * bandwidth / moved.bytes as f64
 }
 
-/// The rate at which bytes were moved, of that of copies.
+/// The ratio as a cell; a dash where nothing must be moved.
+fn times(moved: Moved, seconds: f64, bandwidth: f64) -> String {
+    match moved.bytes {
+        0 => number(f64::NAN),
+        _ => format!("{} ×", number(ratio(moved, seconds, bandwidth))),
+    }
+}
+
+/// The rate at which bytes were moved, of that of copies, as a cell; a dash where nothing must be moved.
 fn share(moved: Moved, seconds: f64, bandwidth: f64) -> String {
-    format!("{} %", number(100.0 / ratio(moved, seconds, bandwidth)))
+    match moved.bytes {
+        0 => number(f64::NAN),
+        _ => format!("{} %", number(100.0 / ratio(moved, seconds, bandwidth))),
+    }
 }
 
 #[cfg(test)]
@@ -193,7 +204,7 @@ mod tests {
         let moved = Moved { bytes: 200, ..Moved::default() };
         // At 100 bytes a second, 200 bytes take two seconds.
         assert_eq!(ratio(moved, 8.0, 100.0), 4.0);
-        assert_eq!(share(moved, 8.0, 100.0), "25.0 %");
-        assert_eq!(number(ratio(Moved::default(), 8.0, 100.0)), "–");
+        assert_eq!((times(moved, 8.0, 100.0), share(moved, 8.0, 100.0)), ("4.00 ×".into(), "25.0 %".into()));
+        assert_eq!([times, share].map(|cell| cell(Moved::default(), 8.0, 100.0)), ["–", "–"]);
     }
 }
