@@ -8,10 +8,6 @@
 // SUMS sums of 64 bits in two words each, then the most samples of a ray and all samples.
 @group(0) @binding(4) var<storage, read_write> totals: array<atomic<u32>>;
 
-const ALONG_COLUMNS = 1u;
-const ALONG_ROWS = 2u;
-const ALONG_BOTH = 3u;
-
 var<workgroup> group_low: array<atomic<u32>, SUMS>;
 var<workgroup> group_high: array<atomic<u32>, SUMS>;
 
@@ -62,9 +58,9 @@ fn add(sum: u32, signed_term: i32) {
 fn add_residual(depth: i32, index: i32, level: u32, direction: i32) {
     let residual = depth - (index << view.shift);
     let half_pixel = 1 << (view.shift - 1u);
-    if level == ALONG_BOTH {
+    if level == (ALONG_COLUMNS | ALONG_ROWS) {
         add(LEVEL_SUMS, direction * residual);
-    } else if level != 0u && abs(abs(residual) - half_pixel) > 3 {
+    } else if level != 0u && abs(abs(residual) - half_pixel) > THROUGH_NODES {
         add(LEVEL_SUMS + level, direction * residual);
     }
 }

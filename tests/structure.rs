@@ -35,6 +35,28 @@ fn sources_keep_to_their_places() {
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
 }
 
+/// Constants that both sides need are declared in Rust and emitted into WGSL (`src/sampler/gpu/view.rs`).
+#[test]
+fn no_constant_is_typed_in_rust_and_in_wgsl() {
+    let root = root();
+    let constants = |text: &str, of: &[char]| -> Vec<String> {
+        let names = text.lines().filter_map(|line| line.trim_start().trim_start_matches("pub ").strip_prefix("const "));
+        names.map(|rest| rest.split(of).next().unwrap_or_default().trim().to_owned()).collect()
+    };
+    let read = |path: &String| fs::read_to_string(root.join(path)).unwrap();
+    let all = files(&root);
+    let shaders: Vec<&String> = all.iter().filter(|path| path.ends_with(".wgsl")).collect();
+    assert!(shaders.len() > 10, "only {} shaders were found", shaders.len());
+    let in_wgsl: Vec<String> = shaders.into_iter().flat_map(|path| constants(&read(path), &[':', '='])).collect();
+    assert!(!in_wgsl.is_empty());
+    let sources = rust_files(&root).into_iter().filter(|path| path.starts_with("src/"));
+    for path in sources {
+        let twice: Vec<String> =
+            constants(&read(&path), &[':']).into_iter().filter(|name| in_wgsl.contains(name)).collect();
+        assert!(twice.is_empty(), "{path} and a shader both declare {twice:?}");
+    }
+}
+
 #[test]
 fn no_file_of_the_tree_is_large() {
     let root = root();

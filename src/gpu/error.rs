@@ -75,4 +75,12 @@ pub enum DeviceError {
         /// What it said.
         reason: String,
     },
+    /// What the device gave back cannot be an image.
+    #[error("{adapter} gave back an image that is none: {reason}; please report this, and use the CPU meanwhile")]
+    Unsound {
+        /// The adapter's name.
+        adapter: String,
+        /// What is wrong with it.
+        reason: String,
+    },
 }

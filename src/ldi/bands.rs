@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+#[cfg(feature = "gpu")]
+use super::LdiError;
 use super::{Ldi, Windings};
 use crate::grid::{Axis, Grid};
 
@@ -138,9 +140,16 @@ impl ImageBuilder {
         Ok(())
     }
 
-    /// The image, which has all its rays.
+    /// The image, which has all its rays and is sound by construction.
     pub fn finish(self) -> Ldi {
         debug_assert_eq!(self.image.check(), Ok(()));
         self.image
+    }
+
+    /// The image of parts that came from elsewhere, checked.
+    #[cfg(feature = "gpu")]
+    pub fn finish_checked(self) -> Result<Ldi, LdiError> {
+        self.image.check()?;
+        Ok(self.image)
     }
 }

@@ -13,7 +13,7 @@ pub(crate) use bands::{BandImage, image_from_bands};
 pub use error::LdiError;
 pub use spans::Spans;
 #[cfg(feature = "gpu")]
-pub(crate) use summary::level_tolerance;
+pub(crate) use summary::{ALONG_COLUMNS, ALONG_ROWS, THROUGH_NODES, level_tolerance};
 pub use summary::{RaySums, Summary};
 
 use crate::grid::{Axis, Grid};

@@ -178,7 +178,7 @@ fn add_ray(samples: &[i32], levels: &[u8], parity: usize, pixels: Pixels, sums: 
                 ALONG_BOTH => sums.level[0] += i64::from(sign * residual),
                 // A diagonal surface through nodes: rounding, which differs between the modes, would decide on which side
                 // of them it lies, and on the whole it lies on neither.
-                ALONG_COLUMNS | ALONG_ROWS if (residual.abs() - half).abs() <= 3 => {}
+                ALONG_COLUMNS | ALONG_ROWS if (residual.abs() - half).abs() <= THROUGH_NODES => {}
                 ALONG_COLUMNS => sums.level[1] += i64::from(sign * residual),
                 ALONG_ROWS => sums.level[2] += i64::from(sign * residual),
                 _ => {}
@@ -187,9 +187,14 @@ fn add_ray(samples: &[i32], levels: &[u8], parity: usize, pixels: Pixels, sums: 
     }
 }
 
-const ALONG_COLUMNS: u8 = 1;
-const ALONG_ROWS: u8 = 2;
+/// Marks of a sample on a surface that is level in the direction of the columns, of the rows, or in both.
+pub const ALONG_COLUMNS: u8 = 1;
+/// See [`ALONG_COLUMNS`].
+pub const ALONG_ROWS: u8 = 2;
 const ALONG_BOTH: u8 = ALONG_COLUMNS | ALONG_ROWS;
+
+/// A residual this close to half a pixel, in lattice steps, is that of a surface through nodes.
+pub const THROUGH_NODES: i32 = 3;
 
 /// In which directions the surface is level at each sample of one row of rays.
 #[derive(Default)]

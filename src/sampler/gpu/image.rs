@@ -10,7 +10,7 @@ use super::view::{self, Tally};
 use super::{GpuSampler, Route, State};
 use crate::gpu::{DeviceError, Pool, Recorder, bytes_of};
 use crate::grid::{Axis, Grid, LatticeSolid};
-use crate::ldi::{BandImage, ImageBuilder, Ldi, Windings};
+use crate::ldi::{BandImage, ImageBuilder, Ldi, LdiError, Windings};
 use crate::sampler::layout::Window;
 use crate::sampler::stages::UNCLOSED;
 use crate::sampler::{Estimate, Fill, Mode, SampleError, admit, region_of_both};
@@ -228,7 +228,9 @@ impl GpuSampler {
             }
         }
         builder.append(BandImage::of_empty_rays((rows - looked_at.end) * columns, no_windings))?;
-        Ok(builder.finish())
+        let adapter = || self.device.adapter().name.clone();
+        let unsound = |error: LdiError| DeviceError::Unsound { adapter: adapter(), reason: error.to_string() };
+        Ok(builder.finish_checked().map_err(unsound)?)
     }
 
     /// Runs something on the whole image as one band.

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::band::Band;
 use crate::grid::{Axis, Grid};
-use crate::ldi::level_tolerance;
+use crate::ldi::{ALONG_COLUMNS, ALONG_ROWS, THROUGH_NODES, level_tolerance};
 use crate::sampler::layout::{WORD_BITS, Window};
 use crate::sampler::stages::UNCLOSED;
 
@@ -53,6 +53,9 @@ pub fn constants() -> String {
     constant("SUMS", "u32", SUMS);
     constant("NODE_SUMS", "u32", NODE_SUMS);
     constant("LEVEL_SUMS", "u32", LEVEL_SUMS);
+    constant("ALONG_COLUMNS", "u32", ALONG_COLUMNS.into());
+    constant("ALONG_ROWS", "u32", ALONG_ROWS.into());
+    constant("THROUGH_NODES", "i32", THROUGH_NODES as u32);
     constant("UNCLOSED", "u32", UNCLOSED);
     constant("AXIS_X", "u32", Axis::X.depth() as u32);
     constant("AXIS_Y", "u32", Axis::Y.depth() as u32);
