@@ -12,7 +12,8 @@ use crate::twin::{self, compare_image};
 fn corpus_solids_have_the_same_images() {
     let (mut closed, mut open) = (0, 0);
     for entry in manifest::entries() {
-        let sound = entry.class != "nasty";
+        // A scaffold of beams alone is listed without a volume.
+        let sound = entry.class != "nasty" && entry.volume.is_some();
         let mesh = match io::read(&entry.path) {
             Ok(file) => file.mesh,
             Err(error) if sound => panic!("{error}"),
@@ -35,9 +36,8 @@ fn corpus_solids_have_the_same_images() {
                 closed += 1;
             }
             Err(error) if sound => panic!("{}: {error}", entry.name),
-            Err(_) => {
-                let mesh = io::read(&entry.path).unwrap_or_else(|error| panic!("{error}")).mesh;
-                let Ok(solid) = grid.quantise_open(&mesh) else { continue };
+            Err(error) => {
+                let Ok(solid) = grid.quantise_open(&error.mesh) else { continue };
                 compare(&solid);
                 open += 1;
             }

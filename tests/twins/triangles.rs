@@ -45,25 +45,38 @@ fn hundreds_of_large_triangles_are_covered_alike() {
 #[test]
 fn a_queue_that_is_full_changes_nothing() {
     const BINDING: u64 = 64 << 10;
-    let frame = Frame { shift: 12, rays: [60, 61, 62] };
+    let frame = Frame { shift: 12, rays: [100, 101, 102] };
     let mut random = Random::new(8);
     let mut soup = Soup::default();
     for _ in 0..400 {
-        let mut corners = [(); 2].map(|()| std::array::from_fn(|axis| random.even(0, frame.most(axis))));
+        // From about one corner of the frame to about the opposite one.
+        let mut ends: [[i32; 3]; 2] = [0, 1].map(|end| {
+            std::array::from_fn(|axis| {
+                let aside = random.even(0, 10 << frame.shift);
+                if end == 0 { aside } else { frame.most(axis) - aside }
+            })
+        });
         let across = random.below(3);
-        (corners[0][across], corners[1][across]) = (0, frame.most(across));
+        (ends[0][across], ends[1][across]) = (ends[1][across], ends[0][across]);
         let beside: [[i32; 3]; 2] = [(); 2].map(|()| {
             let width = random.choose(&[2, 100, 1000]);
-            std::array::from_fn(|axis| (corners[1][axis] + random.even(-width, width)).clamp(0, frame.most(axis)))
+            std::array::from_fn(|axis| (ends[1][axis] + random.even(-width, width)).clamp(0, frame.most(axis)))
         });
-        soup.add(&soups::tetrahedron([corners[0], corners[1], beside[0], beside[1]]));
+        soup.add(&soups::tetrahedron([ends[0], ends[1], beside[0], beside[1]]));
     }
     let mesh = closed(&soup);
-    let solid = grid(&frame, 100).quantise(&mesh).unwrap();
+    let solid = grid(&frame, 32).quantise(&mesh).unwrap();
     assert!(12 * soup.positions.len() as u64 <= BINDING, "the geometry is divided");
     for axis in Axis::ALL {
         let crossings = CpuSampler::default().list_stages(&solid, axis).unwrap().crossings.len() as u64;
         assert!(crossings > 1000 && 4 * crossings <= BINDING, "{crossings} crossings");
+        let rows = |corners: [[i32; 3]; 3]| {
+            let rows = corners.map(|corner| corner[axis.row()] >> frame.shift);
+            (rows.iter().max().unwrap() - rows.iter().min().unwrap()) as u64
+        };
+        // Blocks are of 8 rows, and of 8 bytes in the queue.
+        let blocks: u64 = soup.corners().map(|corners| rows(corners) / 8).sum();
+        assert!(8 * blocks > BINDING, "{blocks} blocks");
     }
     let twins = ROUTES.map(|route| Twin::open(GpuOptions { route, binding: BINDING, ..GpuOptions::default() }));
     compare_all("400 thin tetrahedra", &twins, &solid);
