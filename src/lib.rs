@@ -11,7 +11,8 @@
 //! ```
 //! - [`mesh`] reads files and checks them: a [`mesh::ClosedMesh`] is the way into a sampler.
 //! - [`grid`] lays a raster around the solids and rounds their vertices, once, to an integer lattice.
-//! - [`sampler`] states what an image is, to the bit, and [`sampler::cpu`] makes it.
+//! - [`sampler`] states what an image is, to the bit; [`sampler::cpu`] and, with the feature `gpu`, `sampler::gpu` make it.
+//! - [`gpu`] finds and opens the devices that the latter runs on.
 //! - [`ldi`] holds the image; [`boolean`] combines two; [`integrate`] finds volume, area and moments.
 //! - [`solids`] makes models to try things on.
 //!

@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use super::band::{Band, cut};
-use super::passes::TALLY_WORDS;
 use super::solid::ResidentSolid;
 use super::stages::{Flag, Flags};
-use super::view::{self, Tally};
+use super::view::{TALLY_WORDS, Tally, words};
 use super::{GpuSampler, Route, State};
 use crate::gpu::{DeviceError, Pool, Recorder, bytes_of};
 use crate::grid::{Axis, Grid, LatticeSolid};
@@ -83,7 +82,7 @@ impl Image {
         if self.mode == Mode::Exact || self.fill == Fill::NonZero || options.route == Route::Lists {
             return by_lists;
         }
-        let mask = bytes_of(u64::from(view::words(&self.grid)));
+        let mask = bytes_of(u64::from(words(&self.grid)));
         let masks = 1 + 2 * self.solids as u64;
         let rays = (sampler.largest_binding() / mask).min(options.memory / (masks * mask));
         // Where not even one ray's masks fit, lists do.
@@ -121,10 +120,11 @@ pub(super) struct BandJob<'a> {
 /// Why a band could not be made.
 pub(super) enum BandError {
     Device(DeviceError),
-    /// A buffer would be larger than allowed; a smaller band needs a smaller one.
+    /// What is needed would take more bytes than allowed; a smaller band needs less.
     TooLarge {
         what: &'static str,
         bytes: u64,
+        limit: u64,
     },
 }
 
@@ -222,8 +222,8 @@ impl GpuSampler {
                 (Ok(part), _) => builder.append(part)?,
                 (Err(BandError::Device(error)), _) => return Err(error.into()),
                 (Err(BandError::TooLarge { .. }), Some([first, second])) => bands.extend([second, first]),
-                (Err(BandError::TooLarge { what, bytes }), None) => {
-                    return Err(self.device.too_large(what, bytes, self.largest_binding()).into());
+                (Err(BandError::TooLarge { what, bytes, limit }), None) => {
+                    return Err(self.device.too_large(what, bytes, limit).into());
                 }
             }
         }
@@ -253,9 +253,7 @@ impl GpuSampler {
         match run(&mut BandJob { sampler: self, pool, solids: &solids, image, by_masks, band }) {
             Ok(result) => Ok(result),
             Err(BandError::Device(error)) => Err(error.into()),
-            Err(BandError::TooLarge { what, bytes }) => {
-                Err(self.device.too_large(what, bytes, self.largest_binding()).into())
-            }
+            Err(BandError::TooLarge { what, bytes, limit }) => Err(self.device.too_large(what, bytes, limit).into()),
         }
     }
 }

@@ -1,9 +1,8 @@
 //! The route by lists: all crossings of each ray, sorted.
 
 use super::image::{BandError, BandJob, MadeBand};
-use super::passes::TALLY_WORDS;
 use super::stages::{COMPACT, COUNT, MEET, RESOLVE, SCATTER, SORT};
-use super::view::View;
+use super::view::{TALLY_WORDS, View};
 use crate::gpu::{Recorder, bytes_of};
 use crate::sampler::stages::ListStages;
 
@@ -74,9 +73,9 @@ impl<'a> BandJob<'a> {
         }
         let totals: Vec<u64> = counting.finish()?.iter().map(|words| u64::from(words[0])).collect();
         let total: u64 = totals.iter().sum();
-        if bytes_of(total) > self.sampler.largest_binding() {
-            return Err(BandError::TooLarge { what: "crossings", bytes: bytes_of(total) });
-        }
+        // Besides the crossings themselves, samples, and then samples with gaps between them or triangles of both.
+        let buffers = 2 + u64::from(self.solids.len() == 2) + 2 * u64::from(self.image.keeps_triangles);
+        self.admit("crossings", total, buffers)?;
         let crossings = self.words("crossings", total)?;
         let crossed = self.words("crossed triangles", if self.image.keeps_triangles { total } else { 1 })?;
         let mut first_crossing = 0;

@@ -1,8 +1,9 @@
 //! The route by masks: Leung & Wang's method, with two masks from one geometry pass.
 
 use super::image::{BandError, BandJob, MadeBand};
-use super::passes::{TALLY_WORDS, workgroups};
+use super::passes::workgroups;
 use super::stages::{CLASSIFY, IDENTITIES, MASKS, RETRIEVE};
+use super::view::TALLY_WORDS;
 use crate::gpu::{DeviceError, Recorder, bytes_of};
 use crate::sampler::stages::MaskStages;
 
@@ -85,9 +86,7 @@ impl<'a> BandJob<'a> {
         self.classify(&mut recorder, &masks)?;
         recorder.read_back(&masks.offsets, bytes_of(u64::from(self.band.rays())), 4);
         let total = u64::from(recorder.finish()?[0][0]);
-        if bytes_of(total) > sampler.largest_binding() {
-            return Err(BandError::TooLarge { what: "samples", bytes: bytes_of(total) });
-        }
+        self.admit("samples", total, 1)?;
 
         let samples = self.words("samples", total)?;
         let mut recorder = Recorder::new(&sampler.device);

@@ -1,13 +1,10 @@
 //! The dispatches that both routes share.
 
-use super::image::BandJob;
+use super::image::{BandError, BandJob};
 use super::solid::Chunk;
 use super::stages::{GeometryPass, PLAN, SCAN, Stage};
-use super::view::{BLOCK_ROWS, MOST_WORKGROUPS, SCAN_BLOCK, Tally, View, WORKGROUP};
+use super::view::{BLOCK_ROWS, MOST_WORKGROUPS, SCAN_BLOCK, View, WORKGROUP};
 use crate::gpu::{DeviceError, Recorder, Workgroups, bytes_of};
-
-/// Words of a tally.
-pub const TALLY_WORDS: u64 = size_of::<Tally>() as u64 / 4;
 
 /// The most blocks that the queue of large triangles holds.
 const QUEUE_CAPACITY: u64 = 1 << 20;
@@ -23,6 +20,15 @@ impl BandJob<'_> {
     /// The view of the band.
     pub fn view(&self) -> View {
         View::new(&self.image.grid, self.image.axis, &self.band, &self.image.window)
+    }
+
+    /// Refuses so many words, in each of several buffers, where one binding does not hold them or the memory budget not all. A
+    /// single ray, which is no smaller band's to make, may exceed the budget.
+    pub fn admit(&self, what: &'static str, words: u64, buffers: u64) -> Result<(), BandError> {
+        let bytes = bytes_of(words);
+        let budget = if self.band.rays() > 1 { self.sampler.options.memory / buffers } else { u64::MAX };
+        let limit = self.sampler.largest_binding().min(budget);
+        if bytes > limit { Err(BandError::TooLarge { what, bytes, limit }) } else { Ok(()) }
     }
 
     /// A pooled buffer with room for so many words.

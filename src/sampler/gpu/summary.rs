@@ -2,9 +2,9 @@
 
 use super::band::Band;
 use super::image::{BandError, BandJob, Image, MadeBand, Way};
-use super::passes::{TALLY_WORDS, workgroups};
+use super::passes::workgroups;
 use super::stages::SUMMARY;
-use super::view::{LEVEL_SUMS, NODE_SUMS, SUMS, Tally};
+use super::view::{LEVEL_SUMS, NODE_SUMS, SUMS, TALLY_WORDS, Tally};
 use super::{GpuSampler, State};
 use crate::gpu::bytes_of;
 use crate::grid::LatticeSolid;
@@ -80,7 +80,8 @@ impl GpuSampler {
         // A row is compared with those beside it, which are made as well.
         let at_once = if looked_at.len() as u32 <= most_rows { most_rows } else { most_rows.saturating_sub(2) };
         if at_once == 0 && !looked_at.is_empty() {
-            return Err(BandError::TooLarge { what: "three rows of rays", bytes: bytes_of(3 * u64::from(columns)) });
+            let (rays, limit) = (3 * u64::from(columns), bytes_of(u64::from(most_rays)));
+            return Err(BandError::TooLarge { what: "three rows of rays", bytes: bytes_of(rays), limit });
         }
         let part = |first: u32| first..looked_at.end.min(first + at_once);
         let mut parts: Vec<_> = looked_at.clone().step_by(at_once.max(1) as usize).map(part).collect();

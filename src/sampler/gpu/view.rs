@@ -188,3 +188,6 @@ shared_struct! {
         unpaired_high: u32 atomic,
     }
 }
+
+/// Words of a tally.
+pub const TALLY_WORDS: u64 = size_of::<Tally>() as u64 / 4;
