@@ -2,8 +2,8 @@
 // every crossing, and `finish`, which is called once by every invocation of a workgroup, in uniform control flow.
 //
 // A thread a triangle serves the small ones. A large one is cut into blocks of BLOCK_ROWS rows that go to a queue, from which
-// a second dispatch takes them, a workgroup a block. Where the queue is full, the thread does the block itself: slower, never
-// wrong.
+// a second dispatch takes them, a workgroup a block. Where the queue has no room the block is left out; `plan.wgsl` tells the
+// host, which makes smaller bands.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> positions: array<i32>;
@@ -100,19 +100,18 @@ fn cover_small(triangle: u32) {
     if rows <= 0 || columns <= 0 {
         return;
     }
-    var row = seen.first_row;
     // Sides are at most 2^16 rays, so that the product of two may need 32 bits.
-    if u32(rows) * u32(columns) > SMALL_BOX {
-        let blocks = u32(rows + BLOCK_ROWS - 1) / u32(BLOCK_ROWS);
-        let at = atomicAdd(&queue.blocks, blocks);
-        let room = view.queue_capacity - min(at, view.queue_capacity);
-        for (var block = 0u; block < min(blocks, room); block++) {
-            queue.items[at + block] = Block(triangle, row);
-            row += BLOCK_ROWS;
+    if u32(rows) * u32(columns) <= SMALL_BOX {
+        for (var row = seen.first_row; row < seen.end_row; row++) {
+            cover_row(seen, row, 0, 1);
         }
+        return;
     }
-    for (; row < seen.end_row; row++) {
-        cover_row(seen, row, 0, 1);
+    let blocks = u32(rows + BLOCK_ROWS - 1) / u32(BLOCK_ROWS);
+    let at = atomicAdd(&queue.blocks, blocks);
+    let room = view.queue_capacity - min(at, view.queue_capacity);
+    for (var block = 0u; block < min(blocks, room); block++) {
+        queue.items[at + block] = Block(triangle, seen.first_row + i32(block) * BLOCK_ROWS);
     }
 }
 

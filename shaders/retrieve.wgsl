@@ -6,9 +6,7 @@
 @group(0) @binding(6) var<storage, read> ranks: array<u32>;
 @group(0) @binding(7) var<storage, read> starts: array<u32>;
 @group(0) @binding(8) var<storage, read_write> samples: array<atomic<i32>>;
-// Of one solid what its crossings tell of windings; of two the touched voxels of the one whose crossings these are.
 @group(0) @binding(9) var<storage, read_write> tally: Tally;
-@group(0) @binding(10) var<storage, read> touched: array<u32>;
 
 const NEEDS_DEPTH = true;
 
@@ -33,10 +31,6 @@ fn cross(ray: u32, crossing: u32, triangle: u32) {
     }
     let is_pair = (pairs & bit) != 0u;
     if !(is_single || is_pair) {
-        return;
-    }
-    if TWO_SOLIDS && (touched[word] & bit) == 0u {
-        // The crossing lies inside its own solid and is no surface.
         return;
     }
     keep(starts[ray], rank, crossing);

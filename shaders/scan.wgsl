@@ -1,12 +1,15 @@
-// Where the items of each ray begin: the exclusive prefix sum of counts, in three dispatches whatever their number. Sums that
-// exceed 32 bits stay at the greatest number, which the host takes for what it is. An unclosed ray counts as empty.
+// Where the items of each ray begin: the exclusive prefix sum of counts, in three dispatches whatever their number, followed by
+// their sum and the greatest of them. Sums that exceed 32 bits stay at the greatest number, which the host takes for what it
+// is. An unclosed ray counts as empty.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> counts: array<u32>;
+// The sum of each block, and behind those the greatest count of each.
 @group(0) @binding(2) var<storage, read_write> block_sums: array<u32>;
 @group(0) @binding(3) var<storage, read_write> starts: array<u32>;
 
 var<workgroup> sums: array<u32, SCAN_WORKGROUP>;
+var<workgroup> greatest: atomic<u32>;
 
 fn saturating_sum(a: u32, b: u32) -> u32 {
     let sum = a + b;
@@ -39,29 +42,39 @@ fn count_of(ray: u32) -> u32 {
     return counts[ray];
 }
 
-// The sum of each block of SCAN_BLOCK counts.
+fn block_count() -> u32 {
+    return (view.rays + SCAN_BLOCK - 1u) / SCAN_BLOCK;
+}
+
+// The sum and the greatest of each block of SCAN_BLOCK counts.
 @compute @workgroup_size(SCAN_WORKGROUP)
 fn sum_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     var sum = 0u;
+    var most = 0u;
     for (var i = 0u; i < SCAN_ITEMS; i++) {
-        sum = saturating_sum(sum, count_of(group.x * SCAN_BLOCK + i * SCAN_WORKGROUP + lane));
+        let count = count_of(group.x * SCAN_BLOCK + i * SCAN_WORKGROUP + lane);
+        sum = saturating_sum(sum, count);
+        most = max(most, count);
     }
+    atomicMax(&greatest, most);
     exclusive_sum(lane, sum);
     if lane == 0u {
         block_sums[group.x] = sums[SCAN_WORKGROUP - 1u];
+        block_sums[block_count() + group.x] = atomicLoad(&greatest);
     }
 }
 
 // The sums of all blocks before each, and behind the last the sum of all; one workgroup.
 @compute @workgroup_size(SCAN_WORKGROUP)
 fn scan_blocks(@builtin(local_invocation_index) lane: u32) {
-    let blocks = (view.rays + SCAN_BLOCK - 1u) / SCAN_BLOCK;
+    let blocks = block_count();
     var before = 0u;
     for (var first = 0u; first < blocks; first += SCAN_WORKGROUP) {
         let block = first + lane;
         var value = 0u;
         if block < blocks {
             value = block_sums[block];
+            atomicMax(&greatest, block_sums[blocks + block]);
         }
         let sum = exclusive_sum(lane, value);
         if block < blocks {
@@ -70,8 +83,10 @@ fn scan_blocks(@builtin(local_invocation_index) lane: u32) {
         before = saturating_sum(before, sums[SCAN_WORKGROUP - 1u]);
         workgroupBarrier();
     }
+    workgroupBarrier();
     if lane == 0u {
         starts[view.rays] = before;
+        starts[view.rays + 1u] = atomicLoad(&greatest);
     }
 }
 

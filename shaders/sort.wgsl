@@ -1,5 +1,5 @@
-// Sorts the crossings of each ray in place, one invocation a ray: Shell's sort, which is insertion for the few that most rays
-// have, and bearable for thousands.
+// Sorts the crossings of each ray in place, one invocation a ray, by insertion: rays have few. Those that have more than
+// SORTED_ALONE are left to `merge.wgsl`.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
@@ -23,32 +23,29 @@ fn sort(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     }
     let first = view.first_crossing + starts[ray];
     let end = view.first_crossing + starts[ray + 1u];
-    var gap = 1u;
-    while gap < (end - first) / 3u {
-        gap = 3u * gap + 1u;
+    if end - first > SORTED_ALONE {
+        return;
     }
-    for (; gap > 0u; gap /= 3u) {
-        for (var i = first + gap; i < end; i++) {
-            let crossing = crossings[i];
-            var triangle = 0u;
+    for (var i = first + 1u; i < end; i++) {
+        let crossing = crossings[i];
+        var triangle = 0u;
+        if KEEPS_TRIANGLES {
+            triangle = crossed[i];
+        }
+        var place = i;
+        while place > first {
+            if !is_behind(place - 1u, crossing, triangle) {
+                break;
+            }
+            crossings[place] = crossings[place - 1u];
             if KEEPS_TRIANGLES {
-                triangle = crossed[i];
+                crossed[place] = crossed[place - 1u];
             }
-            var to = i;
-            while to >= first + gap {
-                if !is_behind(to - gap, crossing, triangle) {
-                    break;
-                }
-                crossings[to] = crossings[to - gap];
-                if KEEPS_TRIANGLES {
-                    crossed[to] = crossed[to - gap];
-                }
-                to -= gap;
-            }
-            crossings[to] = crossing;
-            if KEEPS_TRIANGLES {
-                crossed[to] = triangle;
-            }
+            place--;
+        }
+        crossings[place] = crossing;
+        if KEEPS_TRIANGLES {
+            crossed[place] = triangle;
         }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use wgpu::util::DeviceExt;
 
-use super::{Adapter, DeviceError};
+use super::{Adapter, AdapterKind, DeviceError};
 
 /// A device ready for work. Cheap to share by reference; work from several threads is taken one job after another.
 pub struct Device {
@@ -25,7 +25,12 @@ pub struct StageTime {
 }
 
 /// Storage buffers that the widest shader sees.
-const BINDINGS_NEEDED: u32 = 10;
+const BINDINGS_NEEDED: u32 = 9;
+
+/// Mesa's llvmpipe ends all loops of an invocation, and says nothing, when together they have gone round 65 535 times, and
+/// counts the rounds of eight invocations at once. Shaders have at most eight loops over the same items, and eight invocations
+/// that are not in step may go round four times as often as one; 8000 crossings on a ray were seen to be too many.
+const SOFTWARE_ROUNDS: u32 = 65_535 / 32;
 
 /// Invocations of the largest workgroup.
 const WORKGROUP_NEEDED: u32 = 256;
@@ -97,6 +102,19 @@ impl Device {
     pub fn take_stage_times(&self) -> Vec<StageTime> {
         let mut times = self.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         times.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Refuses loops of so many rounds where the adapter would end them in silence.
+    pub(crate) fn admit_rounds(&self, rounds: u32) -> Result<(), DeviceError> {
+        if self.adapter.kind != AdapterKind::Software || rounds <= SOFTWARE_ROUNDS {
+            return Ok(());
+        }
+        Err(DeviceError::Inadequate {
+            adapter: self.adapter.name.clone(),
+            what: "rounds of a loop that it goes through for certain",
+            found: SOFTWARE_ROUNDS.into(),
+            needed: rounds.into(),
+        })
     }
 
     /// The error of a buffer that would need more bytes than `limit` allows.

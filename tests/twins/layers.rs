@@ -1,8 +1,12 @@
 //! Any number of layers on a ray.
 
+use ldi_ops::gpu::DeviceError;
 use ldi_ops::grid::Axis;
 use ldi_ops::mesh::TriangleMesh;
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::{Fill, Mode, SampleError, Sampler};
 
+use crate::comparison::assert_same;
 use crate::lattice::{closed, grid};
 use crate::soups::{self, Frame, Random, Soup};
 use crate::twin::{self, compare_along, compare_intersections};
@@ -83,10 +87,7 @@ fn coincident_plates_have_the_same_images() {
     }
 }
 
-/// As many as the sort has to bear, in no order: plates of random ends.
-///
-/// llvmpipe, the software adapter of Mesa, leaves all loops of an invocation when together they have gone round 65 535 times,
-/// and says nothing; Shell's sort of 2500 crossings comes close to that.
+/// Rays that no invocation sorts alone: plates of random ends, in no order.
 #[test]
 fn thousands_of_crossings_on_a_ray_give_the_same_images() {
     let count = if twin::is_software() { 1000 } else { 5000 };
@@ -103,6 +104,27 @@ fn thousands_of_crossings_on_a_ray_give_the_same_images() {
         for lod in [33, 65_536] {
             let solid = grid(&frame, lod).quantise(&mesh).unwrap();
             compare_along(format_args!("{count} plates, LOD-C {lod}"), twin::all(), &solid, axis);
+        }
+    }
+}
+
+/// llvmpipe, the software adapter of Mesa, leaves all loops of an invocation when together they have gone round 65 535 times,
+/// and says nothing. It is not asked to.
+#[test]
+fn a_software_adapter_refuses_more_crossings_than_its_loops_bear() {
+    let frame = Frame { shift: 20, rays: [2, 3, 2] };
+    let mesh = closed(&plates(&frame, Axis::Z, 1100, 2, 4, 0));
+    let solid = grid(&frame, 1024).quantise(&mesh).unwrap();
+    let expected = CpuSampler::default().sample(&solid, Axis::Z, Mode::Exact, Fill::EvenOdd);
+    for twin in twin::plain() {
+        let found = twin.gpu.sample(&solid, Axis::Z, Mode::Exact, Fill::EvenOdd);
+        match twin::is_software() {
+            true => assert!(
+                matches!(found, Err(SampleError::Device(DeviceError::Inadequate { needed: 2200, .. }))),
+                "{:?}",
+                found.map(|image| image.layers())
+            ),
+            false => assert_same(twin.name(), &found, &expected),
         }
     }
 }

@@ -1,8 +1,9 @@
 //! The route by lists: all crossings of each ray, sorted.
 
 use super::image::{BandError, BandJob, MadeBand};
-use super::stages::{COMPACT, COUNT, MEET, RESOLVE, SCATTER, SORT};
-use super::view::{TALLY_WORDS, View};
+use super::passes::workgroups;
+use super::stages::{COMPACT, COUNT, MEET, MERGE, RESOLVE, SCATTER, SORT};
+use super::view::{PLANNED_WORDS, SORTED_ALONE, TALLY_WORDS, View};
 use crate::gpu::{Recorder, bytes_of};
 use crate::sampler::stages::ListStages;
 
@@ -29,7 +30,7 @@ impl<'a> BandJob<'a> {
         let counts = self.words("sample counts", rays)?;
         let loose = if two { self.words("loose samples", total)? } else { crossings.clone() };
         let samples = self.words("samples", total)?;
-        let offsets = self.words("offsets", rays + 1)?;
+        let offsets = self.words("offsets", rays + 2)?;
         let tally = self.words("tally", TALLY_WORDS)?;
         recorder.clear(&tally, bytes_of(TALLY_WORDS));
         let (starts, starts_b) = (&starts[0], starts.last().unwrap_or(&starts[0]));
@@ -58,35 +59,60 @@ impl<'a> BandJob<'a> {
 
     /// Both geometry passes: records the second, and the sort, when the first has told how many crossings there are.
     fn sorted_lists(&mut self, recorder: &mut Recorder) -> Result<Lists, BandError> {
-        let view = self.view();
-        let rays = u64::from(view.rays);
+        let rays = u64::from(self.band.rays());
         let names = [("counts", "starts"), ("counts of the second", "starts of the second")];
         let mut lists = Vec::new();
         let mut counting = Recorder::new(&self.sampler.device);
+        let planned = self.watch_queue(&mut counting)?;
         for (i, (counts, starts)) in names.iter().take(self.solids.len()).enumerate() {
-            let (counts, starts) = (self.words(counts, rays)?, self.words(starts, rays + 1)?);
+            let (counts, starts) = (self.words(counts, rays)?, self.words(starts, rays + 2)?);
             counting.clear(&counts, bytes_of(rays));
             self.geometry_pass(&mut counting, &COUNT, i, 0, &[(4, &counts)])?;
             self.scan(&mut counting, &counts, &starts)?;
-            counting.read_back(&starts, bytes_of(rays), 4);
+            counting.read_back(&starts, bytes_of(rays), 8);
             lists.push((counts, starts));
         }
-        let totals: Vec<u64> = counting.finish()?.iter().map(|words| u64::from(words[0])).collect();
+        counting.read_back(&planned, 0, bytes_of(PLANNED_WORDS));
+        let mut found = counting.finish()?;
+        self.none_left_out(&found.pop().unwrap_or_default())?;
+        let totals: Vec<u64> = found.iter().map(|words| u64::from(words[0])).collect();
+        let greatest = found.iter().map(|words| words[1]).max().unwrap_or(0);
+        self.sampler.device.admit_rounds(greatest)?;
         let total: u64 = totals.iter().sum();
-        // Besides the crossings themselves, samples, and then samples with gaps between them or triangles of both.
-        let buffers = 2 + u64::from(self.solids.len() == 2) + 2 * u64::from(self.image.keeps_triangles);
-        self.admit("crossings", total, buffers)?;
-        let crossings = self.words("crossings", total)?;
-        let crossed = self.words("crossed triangles", if self.image.keeps_triangles { total } else { 1 })?;
+        let (has_long_rays, keeps_triangles) = (greatest > SORTED_ALONE, self.image.keeps_triangles);
+        // Besides the crossings themselves samples, and then those between sorts, samples with gaps between them, and triangles.
+        let buffers = 2 + u64::from(has_long_rays) + u64::from(self.solids.len() == 2);
+        self.admit("crossings", total, buffers * if keeps_triangles { 2 } else { 1 })?;
+        let lists_of = |words: u64| if keeps_triangles { words } else { 1 };
+        let mut list = (self.words("crossings", total)?, self.words("crossed triangles", lists_of(total))?);
         let mut first_crossing = 0;
         for (i, (counts, starts)) in lists.iter().enumerate() {
-            let bound = [(4, counts), (5, starts), (6, &crossings), (7, &crossed)];
+            let bound = [(4, counts), (5, starts), (6, &list.0), (7, &list.1)];
             self.geometry_pass(recorder, &SCATTER, i, first_crossing, &bound)?;
-            let view = recorder.uniform(bytemuck::bytes_of(&View { first_crossing, ..view }));
-            self.by_ray(recorder, &SORT, &[(0, &view), (1, starts), (2, &crossings), (3, &crossed)])?;
+            let view = recorder.uniform(bytemuck::bytes_of(&View { first_crossing, ..self.view() }));
+            self.by_ray(recorder, &SORT, &[(0, &view), (1, starts), (2, &list.0), (3, &list.1)])?;
             first_crossing += totals[i] as u32;
         }
+        if has_long_rays {
+            let mut other =
+                (self.words("merged crossings", total)?, self.words("triangles of merged", lists_of(total))?);
+            let mut run = 1;
+            while run < greatest {
+                let mut first_crossing = 0;
+                for ((_, starts), &count) in lists.iter().zip(&totals) {
+                    let view = View { first_crossing, run, ..self.view() };
+                    let view = recorder.uniform(bytemuck::bytes_of(&view));
+                    let kernel = self.sampler.kernels.get(&self.sampler.device, &MERGE, self.image.flags())?;
+                    let bound = [(0, &view), (1, starts), (2, &list.0), (3, &list.1), (4, &other.0), (5, &other.1)];
+                    recorder.dispatch(&kernel, &bound, workgroups(count as u32));
+                    first_crossing += count as u32;
+                }
+                std::mem::swap(&mut list, &mut other);
+                run *= 2;
+            }
+        }
         let starts = lists.into_iter().map(|(_, starts)| starts).collect();
+        let (crossings, crossed) = list;
         Ok(Lists { starts, totals, crossings, crossed })
     }
 

@@ -3,7 +3,7 @@
 use super::image::{BandError, BandJob, MadeBand};
 use super::passes::workgroups;
 use super::stages::{CLASSIFY, IDENTITIES, MASKS, RETRIEVE};
-use super::view::TALLY_WORDS;
+use super::view::{PLANNED_WORDS, TALLY_WORDS};
 use crate::gpu::{DeviceError, Recorder, bytes_of};
 use crate::sampler::stages::MaskStages;
 
@@ -53,7 +53,7 @@ impl<'a> BandJob<'a> {
             masks,
             ranks: self.words("ranks", mask)?,
             counts: self.words("counts", rays)?,
-            offsets: self.words("offsets", rays + 1)?,
+            offsets: self.words("offsets", rays + 2)?,
             tally,
         })
     }
@@ -82,10 +82,14 @@ impl<'a> BandJob<'a> {
     pub fn make_by_masks(&mut self) -> Result<MadeBand<'a>, BandError> {
         let sampler = self.sampler;
         let mut recorder = Recorder::new(&sampler.device);
+        let planned = self.watch_queue(&mut recorder)?;
         let masks = self.fill_masks(&mut recorder)?;
         self.classify(&mut recorder, &masks)?;
+        recorder.read_back(&planned, 0, bytes_of(PLANNED_WORDS));
         recorder.read_back(&masks.offsets, bytes_of(u64::from(self.band.rays())), 4);
-        let total = u64::from(recorder.finish()?[0][0]);
+        let brought = recorder.finish()?;
+        self.none_left_out(&brought[0])?;
+        let total = u64::from(brought[1][0]);
         self.admit("samples", total, 1)?;
 
         let samples = self.words("samples", total)?;
@@ -94,7 +98,7 @@ impl<'a> BandJob<'a> {
         let identities = sampler.kernels.get(&sampler.device, &IDENTITIES, self.image.flags())?;
         let bound = [(0, &uniform), (1, &masks.offsets), (2, &samples)];
         recorder.dispatch(&identities, &bound, workgroups(total as u32));
-        for (i, [_, any]) in masks.masks.iter().enumerate() {
+        for i in 0..self.solids.len() {
             let bound = [
                 (4, masks.single()),
                 (5, masks.pair()),
@@ -102,7 +106,6 @@ impl<'a> BandJob<'a> {
                 (7, &masks.offsets),
                 (8, &samples),
                 (9, &masks.tally),
-                (10, any),
             ];
             self.geometry_pass(&mut recorder, &RETRIEVE, i, 0, &bound)?;
         }
@@ -116,6 +119,7 @@ impl<'a> BandJob<'a> {
         let view = self.view();
         let (rays, mask) = (u64::from(view.rays), u64::from(view.rays) * u64::from(view.words));
         let mut recorder = Recorder::new(device);
+        self.watch_queue(&mut recorder)?;
         let buffers = self.fill_masks(&mut recorder)?;
         for buffer in buffers.masks.iter().flatten() {
             recorder.read_back(buffer, 0, bytes_of(mask));

@@ -3,7 +3,7 @@
 use super::image::{BandError, BandJob};
 use super::solid::Chunk;
 use super::stages::{GeometryPass, PLAN, SCAN, Stage};
-use super::view::{BLOCK_ROWS, MOST_WORKGROUPS, SCAN_BLOCK, View, WORKGROUP};
+use super::view::{BLOCK_ROWS, MOST_WORKGROUPS, PLANNED_WORDS, Planned, SCAN_BLOCK, View, WORKGROUP};
 use crate::gpu::{DeviceError, Recorder, Workgroups, bytes_of};
 
 /// The most blocks that the queue of large triangles holds.
@@ -48,6 +48,25 @@ impl BandJob<'_> {
         Ok(())
     }
 
+    /// Prepares for geometry passes of which [`none_left_out`](Self::none_left_out) is to tell whether they were complete.
+    pub fn watch_queue(&mut self, recorder: &mut Recorder) -> Result<wgpu::Buffer, DeviceError> {
+        let planned = self.words("planned workgroups", PLANNED_WORDS)?;
+        recorder.clear(&planned, bytes_of(PLANNED_WORDS));
+        Ok(planned)
+    }
+
+    /// Refuses the band if large triangles had blocks for which the queue had no room. A band of few rays has none.
+    pub fn none_left_out(&self, planned: &[u32]) -> Result<(), BandError> {
+        let planned: Planned = bytemuck::cast_slice(planned)[0];
+        match u64::from(planned.left_out) {
+            0 => Ok(()),
+            blocks => {
+                let limit = 8 * QUEUE_CAPACITY;
+                Err(BandError::TooLarge { what: "blocks of large triangles", bytes: limit + 8 * blocks, limit })
+            }
+        }
+    }
+
     /// One pass over the geometry of solid `i`, whose crossings begin at `first_crossing` where it stores any.
     pub fn geometry_pass(
         &mut self,
@@ -64,7 +83,7 @@ impl BandJob<'_> {
         let most_blocks = u64::from(triangles) * u64::from(self.band.rows.div_ceil(BLOCK_ROWS));
         let capacity = most_blocks.min(QUEUE_CAPACITY).min(room) as u32;
         let queue = self.words("queue", 2 + 2 * u64::from(capacity))?;
-        let planned = self.words("planned workgroups", 3)?;
+        let planned = self.words("planned workgroups", PLANNED_WORDS)?;
         let [by_triangle, plan, by_block] =
             [&pass.triangles, &PLAN, &pass.blocks].map(|s| sampler.kernels.get(device, s, flags));
         let (by_triangle, plan, by_block) = (by_triangle?, plan?, by_block?);
@@ -87,7 +106,7 @@ impl BandJob<'_> {
         Ok(())
     }
 
-    /// The exclusive prefix sum of `counts` into `starts`, whose last entry becomes the sum of all.
+    /// The exclusive prefix sum of `counts` into `starts`; behind an entry for each ray stand the sum of all and the greatest.
     pub fn scan(
         &mut self,
         recorder: &mut Recorder,
@@ -95,7 +114,7 @@ impl BandJob<'_> {
         starts: &wgpu::Buffer,
     ) -> Result<(), DeviceError> {
         let blocks = self.band.rays().div_ceil(SCAN_BLOCK);
-        let sums = self.words("block sums", u64::from(blocks))?;
+        let sums = self.words("block sums", 2 * u64::from(blocks))?;
         let view = recorder.uniform(bytemuck::bytes_of(&self.view()));
         let sampler = self.sampler;
         for (stage, groups) in SCAN.iter().zip([blocks, 1, blocks]) {

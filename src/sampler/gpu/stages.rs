@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
-use super::view::{Tally, View, constants};
+use super::view::{Planned, Tally, View, constants};
 use crate::gpu::{Access, Device, DeviceError, Kernel};
 
 use Access::{Read, Uniform, Write};
@@ -161,7 +161,7 @@ pub static MASKS: GeometryPass = geometry_pass!(
 pub static RETRIEVE: GeometryPass = geometry_pass!(
     "retrieve",
     &[shader!("fixed"), shader!("raster"), shader!("windings"), shader!("retrieve")],
-    bindings!(GEOMETRY; (4, Read), (5, Read), (6, Read), (7, Read), (8, Write), (9, Write), (10, Read)),
+    bindings!(GEOMETRY; (4, Read), (5, Read), (6, Read), (7, Read), (8, Write), (9, Write)),
     &[Flag::Over, Flag::TwoSolids]
 );
 
@@ -208,6 +208,14 @@ pub static SORT: Stage = Stage {
     flags: &[Flag::KeepsTriangles],
 };
 
+pub static MERGE: Stage = Stage {
+    name: "merge",
+    entry: "merge",
+    files: &[shader!("merge")],
+    bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Write), (5, Write)],
+    flags: &[Flag::KeepsTriangles],
+};
+
 pub static RESOLVE: Stage = Stage {
     name: "resolve",
     entry: "resolve",
@@ -250,6 +258,7 @@ impl Stage {
         }
         text += View::WGSL;
         text += Tally::WGSL;
+        text += Planned::WGSL;
         if self.files.contains(&shader!("fixed")) {
             text += match arithmetic {
                 Arithmetic::Native => shader!("wide_native"),
@@ -298,7 +307,7 @@ mod tests {
     /// All stages.
     fn all() -> Vec<&'static Stage> {
         let passes = [&COUNT, &SCATTER, &MASKS, &RETRIEVE];
-        let single = [&PLAN, &CLASSIFY, &IDENTITIES, &SORT, &RESOLVE, &MEET, &COMPACT, &SUMMARY];
+        let single = [&PLAN, &CLASSIFY, &IDENTITIES, &SORT, &MERGE, &RESOLVE, &MEET, &COMPACT, &SUMMARY];
         passes.into_iter().flat_map(|pass| [&pass.triangles, &pass.blocks]).chain(single).chain(&SCAN).collect()
     }
 
@@ -371,6 +380,7 @@ mod tests {
                     let expected: &[(&str, usize)] = match kind.name.as_deref() {
                         Some("View") => &View::OFFSETS,
                         Some("Tally") => &Tally::OFFSETS,
+                        Some("Planned") => &Planned::OFFSETS,
                         _ => continue,
                     };
                     let found: Vec<(&str, usize)> = members

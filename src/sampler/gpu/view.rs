@@ -29,6 +29,9 @@ const SCAN_ITEMS: u32 = 8;
 /// Counts that one workgroup of the prefix sum adds up.
 pub const SCAN_BLOCK: u32 = SCAN_WORKGROUP * SCAN_ITEMS;
 
+/// The most crossings of a ray that one invocation sorts by itself.
+pub const SORTED_ALONE: u32 = 64;
+
 /// Where the sums of nodes and of residuals begin among those of a summary, behind four of lengths, and how many there are.
 pub const NODE_SUMS: u32 = 4;
 pub const LEVEL_SUMS: u32 = 12;
@@ -50,6 +53,7 @@ pub fn constants() -> String {
     constant("SCAN_WORKGROUP", "u32", SCAN_WORKGROUP);
     constant("SCAN_ITEMS", "u32", SCAN_ITEMS);
     constant("SCAN_BLOCK", "u32", SCAN_BLOCK);
+    constant("SORTED_ALONE", "u32", SORTED_ALONE);
     constant("SUMS", "u32", SUMS);
     constant("NODE_SUMS", "u32", NODE_SUMS);
     constant("LEVEL_SUMS", "u32", LEVEL_SUMS);
@@ -137,6 +141,8 @@ shared_struct! {
         end_counted: u32,
         /// How far samples of one level surface may lie apart.
         level_tolerance: i32,
+        /// The length of the sorted runs that are merged.
+        run: u32,
     }
 }
 
@@ -188,6 +194,19 @@ shared_struct! {
         unpaired_high: u32 atomic,
     }
 }
+
+shared_struct! {
+    /// What a geometry pass does with its queue: the arguments of an indirect dispatch, and the blocks that had no room.
+    pub struct Planned {
+        workgroups_x: u32,
+        workgroups_y: u32,
+        workgroups_z: u32,
+        left_out: u32,
+    }
+}
+
+/// Words of a plan.
+pub const PLANNED_WORDS: u64 = size_of::<Planned>() as u64 / 4;
 
 /// Words of a tally.
 pub const TALLY_WORDS: u64 = size_of::<Tally>() as u64 / 4;
