@@ -153,7 +153,7 @@ impl Tally {
         let wide = |low: u32, high: u32| (u64::from(low) | u64::from(high) << 32) as i64;
         Windings {
             wound: wide(self.wound_low, self.wound_high),
-            aligned: i64::from(self.aligned),
+            aligned: wide(self.aligned_low, self.aligned_high),
             changes: i64::from(self.changes),
             unpaired: wide(self.unpaired_low, self.unpaired_high),
         }
