@@ -54,7 +54,12 @@ fn add_to_tally(lane: u32) {
             let carry = select(0u, 1u, atomicAdd(&tally.unpaired_low, unpaired_sum.x) + unpaired_sum.x < unpaired_sum.x);
             atomicAdd(&tally.unpaired_high, unpaired_sum.y + carry);
         }
-        atomicAdd(&tally.aligned, atomicLoad(&group_aligned));
+        // Of one workgroup it fits 32 bits; of a band with many crossings in each voxel it does not.
+        let aligned_sum = wide_term(vec2(0u), atomicLoad(&group_aligned));
+        if any(aligned_sum != vec2(0u)) {
+            let carry = select(0u, 1u, atomicAdd(&tally.aligned_low, aligned_sum.x) + aligned_sum.x < aligned_sum.x);
+            atomicAdd(&tally.aligned_high, aligned_sum.y + carry);
+        }
         atomicAdd(&tally.changes, atomicLoad(&group_changes));
     }
 }

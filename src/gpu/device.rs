@@ -1,8 +1,7 @@
 //! An open device: its limits, its errors, and the way back to host memory.
 
-use std::sync::{Arc, Mutex};
-
-use wgpu::util::DeviceExt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use super::{Adapter, AdapterKind, DeviceError};
 
@@ -11,8 +10,17 @@ pub struct Device {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     adapter: Adapter,
-    fault: Arc<Mutex<Option<DeviceError>>>,
+    faults: Arc<Mutex<Faults>>,
     pub(super) times: Mutex<Option<Vec<StageTime>>>,
+}
+
+/// What went wrong since the last look.
+#[derive(Default)]
+struct Faults {
+    /// The first error; those that follow from it are forgotten with it.
+    first: Option<DeviceError>,
+    /// The loss of the device, which nothing mends.
+    loss: Option<DeviceError>,
 }
 
 /// How long one stage ran on the device.
@@ -57,17 +65,19 @@ impl Device {
         });
         let (device, queue) = pollster::block_on(request)
             .map_err(|error| DeviceError::NotOpened { adapter: adapter.name.clone(), reason: error.to_string() })?;
-        let fault = Arc::new(Mutex::new(None));
-        let (name, kept) = (adapter.name.clone(), Arc::clone(&fault));
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&kept, fault_of(&name, &error))));
-        let (name, kept) = (adapter.name.clone(), Arc::clone(&fault));
+        let faults = Arc::new(Mutex::new(Faults::default()));
+        let (name, kept) = (adapter.name.clone(), Arc::clone(&faults));
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            held(&kept).first.get_or_insert_with(|| fault_of(&name, &error));
+        }));
+        let (name, kept) = (adapter.name.clone(), Arc::clone(&faults));
         device.set_device_lost_callback(move |reason, said| {
             // A device that is dropped is lost on purpose.
             if reason != wgpu::DeviceLostReason::Destroyed {
-                keep(&kept, DeviceError::Lost { adapter: name.clone(), reason: said });
+                held(&kept).loss.get_or_insert(DeviceError::Lost { adapter: name.clone(), reason: said });
             }
         });
-        Ok(Device { device, queue, adapter: adapter.clone(), fault, times: Mutex::new(None) })
+        Ok(Device { device, queue, adapter: adapter.clone(), faults, times: Mutex::new(None) })
     }
 
     /// The adapter that was opened.
@@ -75,12 +85,12 @@ impl Device {
         &self.adapter
     }
 
-    /// The first error since the last look; errors that follow from it are forgotten with it.
+    /// The first error since the last look; errors that follow from it are forgotten with it. A device that is lost stays
+    /// lost.
     pub(crate) fn check(&self) -> Result<(), DeviceError> {
-        match self.fault.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).take() {
-            Some(fault) => Err(fault),
-            None => Ok(()),
-        }
+        let mut faults = held(&self.faults);
+        let first = faults.first.take();
+        faults.loss.clone().or(first).map_or(Ok(()), Err)
     }
 
     /// From now on the times of all stages are kept for [`take_stage_times`](Self::take_stage_times), where the adapter can
@@ -129,20 +139,30 @@ impl Device {
 
     /// A new buffer with these contents, for shaders to read.
     pub(crate) fn upload(&self, label: &'static str, contents: &[u8]) -> Result<wgpu::Buffer, DeviceError> {
-        let buffer = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        let contents = if contents.is_empty() { &[0; 4] } else { contents };
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
-            contents: if contents.is_empty() { &[0; 4] } else { contents },
+            size: contents.len() as u64,
             usage: wgpu::BufferUsages::STORAGE,
+            mapped_at_creation: true,
         });
+        // `create_buffer_init` panics where there was no buffer to be had.
+        self.check()?;
+        buffer.get_mapped_range_mut(..).map_err(|error| self.lost(error.to_string()))?.copy_from_slice(contents);
+        buffer.unmap();
         self.check()?;
         Ok(buffer)
     }
 
     /// Waits for all work handed over so far.
     pub(super) fn wait(&self) -> Result<(), DeviceError> {
-        let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
+        // Of a device that is lost in the meantime wgpu 30 tells the callback, and then panics.
+        let polled = catch_unwind(AssertUnwindSafe(|| self.device.poll(wgpu::PollType::wait_indefinitely())));
         self.check()?;
-        polled.map(|_| ()).map_err(|error| self.lost(error.to_string()))
+        match polled {
+            Ok(polled) => polled.map(|_| ()).map_err(|error| self.lost(error.to_string())),
+            Err(_) => Err(self.lost("the driver gave up while it was waited for".to_owned())),
+        }
     }
 
     pub(super) fn lost(&self, reason: String) -> DeviceError {
@@ -150,9 +170,9 @@ impl Device {
     }
 }
 
-/// Keeps the first fault.
-fn keep(kept: &Mutex<Option<DeviceError>>, fault: DeviceError) {
-    kept.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).get_or_insert(fault);
+/// The faults, whoever panicked while holding them.
+fn held(faults: &Mutex<Faults>) -> MutexGuard<'_, Faults> {
+    faults.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 fn fault_of(adapter: &str, error: &wgpu::Error) -> DeviceError {

@@ -1,7 +1,5 @@
 //! Compiled entry points, and the recording of their dispatches.
 
-use wgpu::util::DeviceExt;
-
 use super::{Device, DeviceError, StageTime};
 
 /// How a shader sees one of its buffers.
@@ -109,11 +107,15 @@ impl<'d> Recorder<'d> {
 
     /// A small buffer of constants for the dispatches of this recording.
     pub fn uniform(&self, contents: &[u8]) -> wgpu::Buffer {
-        self.device.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        let buffer = self.device.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("uniform"),
-            contents,
-            usage: wgpu::BufferUsages::UNIFORM,
-        })
+            size: contents.len() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        // Where there is no such buffer, this is one more error for `finish` to find; mapping it would panic.
+        self.device.queue.write_buffer(&buffer, 0, contents);
+        buffer
     }
 
     /// Runs a kernel over its buffers, each at its binding.

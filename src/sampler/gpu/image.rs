@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::band::{Band, cut};
+use super::passes::most_rows;
 use super::solid::ResidentSolid;
 use super::stages::{Flag, Flags};
 use super::view::{TALLY_WORDS, Tally, words};
@@ -25,6 +26,8 @@ pub(super) struct Image {
     /// Windings are sound, and wanted.
     pub counts_windings: bool,
     pub solids: usize,
+    /// The most triangles of a solid.
+    pub triangles: usize,
 }
 
 impl Image {
@@ -40,6 +43,7 @@ impl Image {
             keeps_triangles: false,
             counts_windings: solid.closure().is_oriented(),
             solids: 1,
+            triangles: solid.triangles().len(),
         })
     }
 
@@ -61,6 +65,7 @@ impl Image {
             keeps_triangles: false,
             counts_windings: false,
             solids: 2,
+            triangles: a.triangles().len().max(b.triangles().len()),
         })
     }
 
@@ -78,7 +83,9 @@ impl Image {
     /// Which way the bands are made, and how large they may be.
     pub fn way(&self, sampler: &GpuSampler) -> Way {
         let options = &sampler.options;
-        let by_lists = Way { by_masks: false, most_rays: options.band_rays };
+        let (columns, _) = self.grid.image_size(self.axis);
+        let band_rays = options.band_rays.min(most_rows(self.triangles as u64).saturating_mul(columns));
+        let by_lists = Way { by_masks: false, most_rays: band_rays };
         if self.mode == Mode::Exact || self.fill == Fill::NonZero || options.route == Route::Lists {
             return by_lists;
         }
@@ -86,7 +93,7 @@ impl Image {
         let masks = 1 + 2 * self.solids as u64;
         let rays = (sampler.largest_binding() / mask).min(options.memory / (masks * mask));
         // Where not even one ray's masks fit, lists do.
-        match rays.min(u64::from(options.band_rays)) as u32 {
+        match rays.min(u64::from(band_rays)) as u32 {
             0 => by_lists,
             most_rays => Way { by_masks: true, most_rays },
         }
@@ -153,7 +160,7 @@ impl Tally {
         let wide = |low: u32, high: u32| (u64::from(low) | u64::from(high) << 32) as i64;
         Windings {
             wound: wide(self.wound_low, self.wound_high),
-            aligned: i64::from(self.aligned),
+            aligned: wide(self.aligned_low, self.aligned_high),
             changes: i64::from(self.changes),
             unpaired: wide(self.unpaired_low, self.unpaired_high),
         }

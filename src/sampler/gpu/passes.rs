@@ -9,6 +9,12 @@ use crate::gpu::{DeviceError, Recorder, Workgroups, bytes_of};
 /// The most blocks that the queue of large triangles holds.
 const QUEUE_CAPACITY: u64 = 1 << 20;
 
+/// The most rows of a band in which so many large triangles are counted in blocks without going beyond 32 bits.
+pub fn most_rows(triangles: u64) -> u32 {
+    let blocks = u64::from(u32::MAX) / triangles.max(1);
+    (u64::from(BLOCK_ROWS) * blocks.max(1)).min(u32::MAX.into()) as u32
+}
+
 /// Workgroups for one invocation an item.
 pub fn workgroups(items: u32) -> Workgroups<'static> {
     let count = items.div_ceil(WORKGROUP).max(1);
@@ -123,5 +129,21 @@ impl BandJob<'_> {
             recorder.dispatch(&kernel, &buffers, Workgroups::Counted(groups, 1));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_queue_of_large_triangles_counts_in_32_bits() {
+        for triangles in [1, 1000, 524_287, 524_288, 524_289, 33_554_433, 1 << 31, (1 << 32) - 1] {
+            let rows = most_rows(triangles).min(1 << 16);
+            let blocks = triangles * u64::from(rows.div_ceil(BLOCK_ROWS));
+            assert!(blocks <= u32::MAX.into(), "{triangles} triangles in {rows} rows: {blocks}");
+            assert!(rows == 1 << 16 || blocks + triangles > u32::MAX.into(), "{rows} rows could be more");
+        }
+        assert_eq!([most_rows(0), most_rows(524_287)], [u32::MAX, 65_536]);
     }
 }

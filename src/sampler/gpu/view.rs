@@ -189,7 +189,8 @@ shared_struct! {
         changes: u32 atomic,
         wound_low: u32 atomic,
         wound_high: u32 atomic,
-        aligned: i32 atomic,
+        aligned_low: u32 atomic,
+        aligned_high: u32 atomic,
         unpaired_low: u32 atomic,
         unpaired_high: u32 atomic,
     }
