@@ -27,7 +27,7 @@ const WORKGROUP: u64 = 64;
 const TALLIES: u64 = 4;
 
 /// Words of the tally that comes back to the host.
-const TALLY_WORDS: u64 = 5;
+const TALLY_WORDS: u64 = 8;
 
 /// What one image of one solid amounts to.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -232,7 +232,7 @@ mod tests {
         assert_eq!(of(&stages, "identities").bytes, 2400);
         let retrieval = Moved { bytes: 152 * 12 + 6000 + 2400 + 4800, atomics: 640, contended: 8 };
         assert_eq!(of(&stages, "retrieve"), retrieval);
-        assert_eq!(of(&stages, "read back").bytes, 4004 + 2400 + 20);
+        assert_eq!(of(&stages, "read back").bytes, 4004 + 2400 + 32);
     }
 
     #[test]
@@ -245,7 +245,7 @@ mod tests {
         assert_eq!(of(&stages, "sort").bytes, 4004 + 5120);
         assert_eq!(of(&stages, "resolve"), Moved { bytes: 4004 + 2560 + 2400 + 4000, atomics: 0, contended: 64 });
         assert_eq!(of(&stages, "compact").bytes, 8008 + 4800);
-        assert_eq!(of(&stages, "read back").bytes, 4004 + 2560 + 20);
+        assert_eq!(of(&stages, "read back").bytes, 4004 + 2560 + 32);
     }
 
     #[test]
