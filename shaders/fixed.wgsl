@@ -4,16 +4,6 @@
 // alone is in doubt; a depth is found by long division of 93 bits by 61 with quotient digits guessed to 20 bits, each made
 // good by the next.
 
-// The least index whose ray lies at or above an even lattice position. May be one past the last ray.
-fn index_from(position: i32) -> i32 {
-    return (position - view.first_ray + (1 << view.shift) - 1) >> view.shift;
-}
-
-// The lattice position of ray `index`.
-fn ray_position(index: i32) -> i32 {
-    return (index << view.shift) + view.first_ray;
-}
-
 // The first column in a row, given by its lattice position, of the edge from `low` up to `high`, which must cross it: the
 // least column whose ray is not left of the edge.
 fn first_column(low: vec3<i32>, high: vec3<i32>, row: i32) -> i32 {

@@ -11,10 +11,6 @@
 var<workgroup> group_low: array<atomic<u32>, SUMS>;
 var<workgroup> group_high: array<atomic<u32>, SUMS>;
 
-fn index_from(position: i32) -> i32 {
-    return (position - view.first_ray + (1 << view.shift) - 1) >> view.shift;
-}
-
 // Compares the samples of a ray with those of the next one, and marks those of either that lie at the same depth and go the
 // same way.
 fn mark_level(a: u32, b: u32, mark: u32, marks_first: bool) {

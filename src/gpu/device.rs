@@ -32,23 +32,26 @@ pub struct StageTime {
     pub seconds: f64,
 }
 
-/// Storage buffers that the widest shader sees.
-const BINDINGS_NEEDED: u32 = 9;
-
 /// Mesa's llvmpipe ends all loops of an invocation, and says nothing, when together they have gone round 65 535 times, and
 /// counts the rounds of eight invocations at once. Shaders have at most eight loops over the same items, and eight invocations
 /// that are not in step may go round four times as often as one; 8000 crossings on a ray were seen to be too many.
 const SOFTWARE_ROUNDS: u32 = 65_535 / 32;
 
-/// Invocations of the largest workgroup.
-const WORKGROUP_NEEDED: u32 = 256;
+/// What the shaders that a device is opened for ask of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// Storage buffers that the widest shader sees.
+    pub bindings: u32,
+    /// Invocations of the largest workgroup.
+    pub workgroup: u32,
+}
 
 impl Device {
-    /// Opens an adapter with all that it allows.
-    pub fn open(adapter: &Adapter) -> Result<Device, DeviceError> {
+    /// Opens an adapter with all that it allows, which has to be enough.
+    pub fn open(adapter: &Adapter, needs: Needs) -> Result<Device, DeviceError> {
         let needs = [
-            ("storage buffers a shader", adapter.limits.bindings, BINDINGS_NEEDED),
-            ("invocations a workgroup", adapter.limits.workgroup, WORKGROUP_NEEDED),
+            ("storage buffers a shader", adapter.limits.bindings, needs.bindings),
+            ("invocations a workgroup", adapter.limits.workgroup, needs.workgroup),
         ];
         if let Some(&(what, found, needed)) = needs.iter().find(|(_, found, needed)| found < needed) {
             let (found, needed) = (u64::from(found), u64::from(needed));

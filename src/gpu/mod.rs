@@ -19,7 +19,7 @@ mod pool;
 #[cfg(feature = "gpu")]
 pub use adapter::{Adapter, AdapterKind, AdapterLimits, adapters, choose};
 #[cfg(feature = "gpu")]
-pub use device::{Device, StageTime};
+pub use device::{Device, Needs, StageTime};
 pub use error::DeviceError;
 #[cfg(feature = "gpu")]
 pub(crate) use kernel::{Access, Kernel, Recorder, Workgroups};

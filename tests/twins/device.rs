@@ -1,7 +1,7 @@
 //! What a device tells of itself: its stages' times and how fast it copies.
 
 use glam::DVec3;
-use ldi_ops::gpu::Device;
+use ldi_ops::gpu::{Device, Needs};
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::sampler::gpu::{GpuOptions, GpuSampler, Route};
@@ -12,7 +12,7 @@ use crate::twin::ADAPTER;
 
 #[test]
 fn a_device_tells_how_fast_it_copies() {
-    let device = Device::open(&ADAPTER).unwrap();
+    let device = Device::open(&ADAPTER, Needs::default()).unwrap();
     device.keep_stage_times();
     let bandwidth = device.copy_bandwidth(1 << 22).unwrap();
     assert!(bandwidth > 0.0 && bandwidth.is_finite(), "{bandwidth}");

@@ -51,11 +51,12 @@ pub enum Route {
 /// What may be chosen about a GPU sampler. Nothing of it changes a bit of any image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GpuOptions {
-    /// Native by default where the adapter has 64-bit integers.
+    /// Native by default where the adapter has 64-bit integers, but for DirectX 12.
     pub arithmetic: Option<Arithmetic>,
     /// The way to even-odd estimates.
     pub route: Route,
-    /// Bytes of device memory that buffers of a band may take together, and that solids may.
+    /// Bytes of device memory that the lists or masks of a band may take together, and that solids may. Counts and offsets of
+    /// its rays come on top, and for what is brought back as much again as that is.
     pub memory: u64,
     /// The most rays of a band.
     pub band_rays: u32,
@@ -95,11 +96,10 @@ struct State {
 impl GpuSampler {
     /// Opens an adapter.
     pub fn open(adapter: &Adapter, options: GpuOptions) -> Result<GpuSampler, DeviceError> {
-        let device = Device::open(adapter)?;
-        let arithmetic = options.arithmetic.unwrap_or(match adapter.int64 {
-            true => Arithmetic::Native,
-            false => Arithmetic::Pairs,
-        });
+        let device = Device::open(adapter, stages::needs())?;
+        // On DirectX 12 wgpu promises 64-bit integers that not every one of its shader compilers knows.
+        let is_native = adapter.int64 && adapter.api != "dx12";
+        let arithmetic = options.arithmetic.unwrap_or(if is_native { Arithmetic::Native } else { Arithmetic::Pairs });
         let state = State { pool: Pool::new(options.prefill), residents: Residents::default() };
         Ok(GpuSampler { device, options, kernels: Kernels::new(arithmetic), state: Mutex::new(state) })
     }

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
-use super::view::{Planned, Tally, View, constants};
-use crate::gpu::{Access, Device, DeviceError, Kernel};
+use super::view::{Planned, SCAN_WORKGROUP, Tally, View, WORKGROUP, constants};
+use crate::gpu::{Access, Device, DeviceError, Kernel, Needs};
 
 use Access::{Read, Uniform, Write};
 
@@ -248,6 +248,20 @@ pub static SUMMARY: Stage = Stage {
     flags: &[],
 };
 
+/// All stages.
+fn all() -> Vec<&'static Stage> {
+    let passes = [&COUNT, &SCATTER, &MASKS, &RETRIEVE];
+    let single = [&PLAN, &CLASSIFY, &IDENTITIES, &SORT, &MERGE, &RESOLVE, &MEET, &COMPACT, &SUMMARY];
+    passes.into_iter().flat_map(|pass| [&pass.triangles, &pass.blocks]).chain(single).chain(&SCAN).collect()
+}
+
+/// What all of them together ask of a device.
+pub fn needs() -> Needs {
+    let storage = |stage: &Stage| stage.bindings.iter().filter(|(_, access)| *access != Uniform).count() as u32;
+    let bindings = all().into_iter().map(storage).max().unwrap_or(0);
+    Needs { bindings, workgroup: WORKGROUP.max(SCAN_WORKGROUP) }
+}
+
 impl Stage {
     /// The whole WGSL of a variant.
     pub fn source(&self, flags: Flags, arithmetic: Arithmetic) -> String {
@@ -259,6 +273,9 @@ impl Stage {
         text += View::WGSL;
         text += Tally::WGSL;
         text += Planned::WGSL;
+        text += "\n";
+        text += shader!("pixels");
+        text += "\n";
         if self.files.contains(&shader!("fixed")) {
             text += match arithmetic {
                 Arithmetic::Native => shader!("wide_native"),
@@ -303,13 +320,6 @@ impl Kernels {
 mod tests {
     use super::*;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
-
-    /// All stages.
-    fn all() -> Vec<&'static Stage> {
-        let passes = [&COUNT, &SCATTER, &MASKS, &RETRIEVE];
-        let single = [&PLAN, &CLASSIFY, &IDENTITIES, &SORT, &MERGE, &RESOLVE, &MEET, &COMPACT, &SUMMARY];
-        passes.into_iter().flat_map(|pass| [&pass.triangles, &pass.blocks]).chain(single).chain(&SCAN).collect()
-    }
 
     /// Every variant of a stage, in either arithmetic.
     fn variants(stage: &'static Stage) -> impl Iterator<Item = (String, naga::Module)> {

@@ -23,7 +23,7 @@ pub const BLOCK_ROWS: u32 = 8;
 const SMALL_BOX: u32 = 256;
 
 /// Invocations of a workgroup of the prefix sum, and counts that each of them adds up.
-const SCAN_WORKGROUP: u32 = 256;
+pub const SCAN_WORKGROUP: u32 = 256;
 const SCAN_ITEMS: u32 = 8;
 
 /// Counts that one workgroup of the prefix sum adds up.

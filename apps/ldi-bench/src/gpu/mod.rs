@@ -20,7 +20,7 @@ mod report;
 use std::path::Path;
 use std::time::Instant;
 
-use ldi_ops::gpu::{Adapter, Device, StageTime, adapters, choose};
+use ldi_ops::gpu::{Adapter, Device, Needs, StageTime, adapters, choose};
 use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -149,8 +149,9 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     let names = chosen(&names, &plan.models)?;
     models.retain(|model| names.contains(&model.solid.name));
     let copied = COPIED.min(adapter.limits.buffer);
-    let bandwidth =
-        Device::open(adapter).and_then(|device| device.copy_bandwidth(copied)).map_err(BenchError::Device)?;
+    let bandwidth = Device::open(adapter, Needs::default())
+        .and_then(|device| device.copy_bandwidth(copied))
+        .map_err(BenchError::Device)?;
     report::print_head(plan, adapter, copied, bandwidth);
     let machine = Machine::ask();
     let mut cases = Vec::new();
