@@ -1,6 +1,7 @@
 // Even-odd estimates of one solid by tiles of TILE_SIDE × TILE_SIDE rays, a workgroup a tile and a lane a ray. The masks of a
 // tile never leave the workgroup's own memory: its triangles, which `bin.wgsl` has found, leave their marks there, the lanes
-// classify their rays, and the triangles are gone through once more to retrieve the depths.
+// classify their rays, and each crossing finds its rank. The crossings of most tiles are kept from the first time to the second;
+// where there are too many, the triangles are gone through once more.
 //
 // The samples of a tile take the next free place in `loose`, which of all tiles nobody can foretell. Where there is no room
 // left nothing is written; the host, which learns from the counts how much is needed, makes room and runs this again.
@@ -23,6 +24,11 @@ var<workgroup> any_in: array<atomic<u32>, WORKGROUP * TILE_WORDS>;
 var<workgroup> ranks: array<u32, WORKGROUP * TILE_WORDS / 2u>;
 const RANK_BITS = 16u;
 
+// The crossings of the tile, in any order, and the rays they lie on, four in a word.
+var<workgroup> crossings: atomic<u32>;
+var<workgroup> kept: array<u32, TILE_CROSSINGS>;
+var<workgroup> kept_rays: array<atomic<u32>, TILE_CROSSINGS / 4u>;
+
 // Where the samples of each ray begin, counted from those of the tile on.
 var<workgroup> tile_places: array<u32, WORKGROUP>;
 var<workgroup> tile_samples: atomic<u32>;
@@ -31,8 +37,8 @@ var<workgroup> tile_place: u32;
 // The first ray of the tile.
 var<private> tile_row: i32;
 var<private> tile_column: i32;
-// Crossings are retrieved, not marked.
-var<private> retrieves: bool;
+// Crossings are gone through a second time.
+var<private> is_second: bool;
 
 fn ray_at(row: i32, column: i32) -> u32 {
     return u32(row - tile_row) * TILE_SIDE + u32(column - tile_column);
@@ -53,15 +59,27 @@ fn keep(at: u32, rank: u32, crossing: u32) {
 }
 
 fn cross(ray: u32, crossing: u32, triangle: u32) {
+    if is_second {
+        retrieve(ray, crossing);
+        return;
+    }
+    let voxel = crossing_voxel(crossing);
+    let at = voxel / WORD_BITS * WORKGROUP + ray;
+    let bit = 1u << (voxel % WORD_BITS);
+    atomicXor(&change[at], bit);
+    atomicOr(&any_in[at], bit);
+    let index = atomicAdd(&crossings, 1u);
+    if index < TILE_CROSSINGS {
+        kept[index] = crossing;
+        atomicOr(&kept_rays[index / 4u], ray << (8u * (index % 4u)));
+    }
+}
+
+fn retrieve(ray: u32, crossing: u32) {
     let voxel = crossing_voxel(crossing);
     let word = voxel / WORD_BITS;
     let at = word * WORKGROUP + ray;
     let bit = 1u << (voxel % WORD_BITS);
-    if !retrieves {
-        atomicXor(&change[at], bit);
-        atomicOr(&any_in[at], bit);
-        return;
-    }
     if tile_places[ray] == UNCLOSED {
         return;
     }
@@ -183,8 +201,13 @@ fn sample_tiles(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups
     storageBarrier();
     workgroupBarrier();
 
-    if fits {
-        retrieves = true;
+    let all = atomicLoad(&crossings);
+    if fits && all <= TILE_CROSSINGS {
+        for (var index = lane; index < all; index += WORKGROUP) {
+            retrieve((atomicLoad(&kept_rays[index / 4u]) >> (8u * (index % 4u))) & 0xffu, kept[index]);
+        }
+    } else if fits {
+        is_second = true;
         cover_tile(first, end, lane);
     }
     add_to_tally(lane);

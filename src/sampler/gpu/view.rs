@@ -32,9 +32,12 @@ const _: () = assert!(TILE_SIDE * TILE_SIDE == WORKGROUP);
 /// The most mask words that a ray of a tile may have.
 pub const TILE_WORDS: u32 = 32;
 
-/// Bytes of a workgroup's own memory that a tile takes: two masks, ranks of half the size, a place a ray, and what is left for
-/// a few sums.
-pub const TILE_MEMORY: u32 = 4 * WORKGROUP * (2 * TILE_WORDS + TILE_WORDS / 2 + 1) + 256;
+/// Crossings of a tile that are kept from the first time they are found to the second.
+const TILE_CROSSINGS: u32 = 2048;
+
+/// Bytes of a workgroup's own memory that a tile takes: two masks, ranks of half the size and a place a ray, crossings with their
+/// rays in a byte each, and what is left for a few sums.
+pub const TILE_MEMORY: u32 = 4 * WORKGROUP * (2 * TILE_WORDS + TILE_WORDS / 2 + 1) + 5 * TILE_CROSSINGS + 256;
 
 /// Invocations of a workgroup of the prefix sum, and counts that each of them adds up.
 const SCAN_WORKGROUP: u32 = 256;
@@ -64,6 +67,7 @@ pub fn constants() -> String {
     constant("SMALL_BOX_IN_TILES", "u32", SMALL_BOX_IN_TILES);
     constant("TILE_SIDE", "u32", TILE_SIDE);
     constant("TILE_WORDS", "u32", TILE_WORDS);
+    constant("TILE_CROSSINGS", "u32", TILE_CROSSINGS);
     constant("SCAN_WORKGROUP", "u32", SCAN_WORKGROUP);
     constant("SCAN_ITEMS", "u32", SCAN_ITEMS);
     constant("SCAN_BLOCK", "u32", SCAN_BLOCK);
