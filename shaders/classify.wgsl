@@ -10,22 +10,6 @@
 @group(0) @binding(6) var<storage, read_write> change_b: array<u32>;
 @group(0) @binding(7) var<storage, read_write> any_b: array<u32>;
 
-// Bit z: the parity of bits 0 to z.
-fn prefix_parity(word: u32) -> u32 {
-    var parity = word;
-    parity ^= parity << 1u;
-    parity ^= parity << 2u;
-    parity ^= parity << 4u;
-    parity ^= parity << 8u;
-    parity ^= parity << 16u;
-    return parity;
-}
-
-// All bits equal to the top one: the state in which a word leaves the next.
-fn spread_top(word: u32) -> u32 {
-    return bitcast<u32>(bitcast<i32>(word) >> 31u);
-}
-
 // Records a ray that did not close: no class, no sample, and a mark in place of ranks.
 fn end_unclosed(ray: u32) {
     for (var word = 0u; word < view.words; word++) {

@@ -13,7 +13,7 @@ use crate::layers::plates;
 use crate::soups::{self, Frame, Random};
 use crate::twin::{ROUTES, Twin, compare_all, compare_along, compare_intersections};
 
-fn twins(options: GpuOptions) -> [Twin; 2] {
+fn twins(options: GpuOptions) -> [Twin; ROUTES.len()] {
     ROUTES.map(|route| Twin::open(GpuOptions { route, prefill: Some(0x5a5a_5a5a), ..options }))
 }
 

@@ -41,3 +41,19 @@ fn every_stage_is_timed() {
         assert_eq!(is_timed(transfer), device.times_transfers(), "{transfer}: {times:?}");
     }
 }
+
+/// Where a route gives way to another without need, the twins compare less than they seem to.
+#[test]
+fn every_route_is_taken() {
+    let cube = ClosedMesh::check(cuboid(DVec3::ZERO, DVec3::ONE).unwrap()).unwrap();
+    let cube = Grid::with_resolution(cube.bounds(), 16, 1024).unwrap().quantise(&cube).unwrap();
+    for (route, stage) in [(Route::Masks, "masks"), (Route::Lists, "scatter"), (Route::Tiles, "tiles")] {
+        let sampler = GpuSampler::open(&ADAPTER, GpuOptions { route, ..GpuOptions::default() }).unwrap();
+        let device = sampler.device();
+        device.keep_stage_times();
+        sampler.sample(&cube, Axis::Y, Mode::Estimate(Estimate::Under), Fill::EvenOdd).unwrap();
+        let times = device.take_stage_times();
+        let is_timed = times.iter().any(|time| time.stage == stage);
+        assert_eq!(is_timed, device.adapter().timestamps, "{stage}: {times:?}");
+    }
+}

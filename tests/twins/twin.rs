@@ -14,7 +14,7 @@ use crate::comparison::assert_same;
 pub const MODES: [Mode; 3] = [Mode::Exact, Mode::Estimate(Estimate::Over), Mode::Estimate(Estimate::Under)];
 pub const ESTIMATES: [Estimate; 2] = [Estimate::Over, Estimate::Under];
 pub const FILLS: [Fill; 2] = [Fill::EvenOdd, Fill::NonZero];
-pub const ROUTES: [Route; 2] = [Route::Masks, Route::Lists];
+pub const ROUTES: [Route; 3] = [Route::Masks, Route::Lists, Route::Tiles];
 
 /// What buffers hold before they are used; as a count, an offset, a mask or a depth it is wrong.
 const SENTINEL: u32 = 0xa5a5_a5a5;
@@ -44,7 +44,7 @@ impl Twin {
     }
 }
 
-/// Both routes in each arithmetic that the adapter has, the buffers filled with a sentinel.
+/// All routes in each arithmetic that the adapter has, the buffers filled with a sentinel.
 ///
 /// A small binding keeps the queue of large triangles small, which is filled for every pass. It has room for the masks of
 /// 121 rays of the most voxels.
@@ -66,9 +66,9 @@ pub fn all() -> &'static [Twin] {
     &ALL
 }
 
-/// Both routes with the options that users get.
+/// All routes with the options that users get.
 pub fn plain() -> &'static [Twin] {
-    static PLAIN: LazyLock<[Twin; 2]> =
+    static PLAIN: LazyLock<[Twin; ROUTES.len()]> =
         LazyLock::new(|| ROUTES.map(|route| Twin::open(GpuOptions { route, ..GpuOptions::default() })));
     &*PLAIN
 }
@@ -78,7 +78,7 @@ pub fn is_software() -> bool {
     ADAPTER.kind == AdapterKind::Software
 }
 
-/// Those of the twins that may differ: exact images and the other fill rule take the lists by either route, so that one twin
+/// Those of the twins that may differ: exact images and the other fill rule take the lists by every route, so that one twin
 /// an arithmetic is enough for them.
 fn distinct(twins: &[Twin], mode: Mode, fill: Fill) -> impl Iterator<Item = &Twin> {
     let routes_differ = mode != Mode::Exact && fill == Fill::EvenOdd;

@@ -6,7 +6,7 @@ use super::band::{Band, cut};
 use super::passes::most_rows;
 use super::solid::ResidentSolid;
 use super::stages::{Flag, Flags};
-use super::view::{TALLY_WORDS, Tally, words};
+use super::view::{TALLY_WORDS, TILE_MEMORY, TILE_SIDE, TILE_WORDS, Tally, words};
 use super::{GpuSampler, Route, State};
 use crate::gpu::{DeviceError, Pool, Recorder, bytes_of};
 use crate::grid::{Axis, Grid, LatticeSolid};
@@ -83,20 +83,47 @@ impl Image {
     /// Which way the bands are made, and how large they may be.
     pub fn way(&self, sampler: &GpuSampler) -> Way {
         let options = &sampler.options;
-        let (columns, _) = self.grid.image_size(self.axis);
-        let band_rays = options.band_rays.min(most_rows(self.triangles as u64).saturating_mul(columns));
-        let by_lists = Way { by_masks: false, most_rays: band_rays };
-        if self.mode == Mode::Exact || self.fill == Fill::NonZero || options.route == Route::Lists {
+        let by_lists = Way { route: Route::Lists, most_rays: self.band_rays(sampler) };
+        if self.mode == Mode::Exact || self.fill == Fill::NonZero {
             return by_lists;
         }
+        match options.route {
+            Route::Masks => self.by_masks(sampler).unwrap_or(by_lists),
+            Route::Lists => by_lists,
+            Route::Tiles => self.by_tiles(sampler).unwrap_or(by_lists),
+        }
+    }
+
+    /// The way by masks; none where not even one ray's masks fit.
+    fn by_masks(&self, sampler: &GpuSampler) -> Option<Way> {
+        let options = &sampler.options;
         let mask = bytes_of(u64::from(words(&self.grid)));
         let masks = 1 + 2 * self.solids as u64;
         let rays = (sampler.largest_binding() / mask).min(options.memory / (masks * mask));
-        // Where not even one ray's masks fit, lists do.
-        match rays.min(u64::from(band_rays)) as u32 {
-            0 => by_lists,
-            most_rays => Way { by_masks: true, most_rays },
-        }
+        let most_rays = rays.min(u64::from(self.band_rays(sampler))) as u32;
+        (most_rays > 0).then_some(Way { route: Route::Masks, most_rays })
+    }
+
+    /// The way by tiles; none for two solids, or where a tile's masks do not fit the memory of a workgroup.
+    fn by_tiles(&self, sampler: &GpuSampler) -> Option<Way> {
+        let fits = words(&self.grid) <= TILE_WORDS
+            && sampler.device.adapter().limits.workgroup_memory >= TILE_MEMORY
+            && self.solids == 1;
+        let (columns, _) = self.grid.image_size(self.axis);
+        // Bands of whole tiles, where they have room for one.
+        let band_rays = self.band_rays(sampler);
+        let most_rays = match band_rays / (TILE_SIDE * columns) {
+            0 => band_rays,
+            tiles_down => tiles_down * TILE_SIDE * columns,
+        };
+        fits.then_some(Way { route: Route::Tiles, most_rays })
+    }
+
+    /// The most rays of a band by any way: those that may be, and not so many that blocks of large triangles are more than can
+    /// be counted.
+    fn band_rays(&self, sampler: &GpuSampler) -> u32 {
+        let (columns, _) = self.grid.image_size(self.axis);
+        sampler.options.band_rays.min(most_rows(self.triangles as u64).saturating_mul(columns))
     }
 
     /// The rows that the window leaves; all others are empty without a look at them.
@@ -110,7 +137,7 @@ impl Image {
 /// A route, and the most rays of its bands.
 #[derive(Clone, Copy)]
 pub(super) struct Way {
-    pub by_masks: bool,
+    pub route: Route,
     pub most_rays: u32,
 }
 
@@ -120,7 +147,7 @@ pub(super) struct BandJob<'a> {
     pub pool: &'a mut Pool,
     pub solids: &'a [Arc<ResidentSolid>],
     pub image: &'a Image,
-    pub by_masks: bool,
+    pub route: Route,
     pub band: Band,
 }
 
@@ -170,9 +197,10 @@ impl Tally {
 impl<'a> BandJob<'a> {
     /// Makes the band on the device.
     pub fn make(&mut self) -> Result<MadeBand<'a>, BandError> {
-        match self.by_masks {
-            true => self.make_by_masks(),
-            false => self.make_by_lists(),
+        match self.route {
+            Route::Masks => self.make_by_masks(),
+            Route::Lists => self.make_by_lists(),
+            Route::Tiles => self.make_by_tiles(),
         }
     }
 
@@ -220,11 +248,11 @@ impl GpuSampler {
         let no_windings = image.counts_windings.then(Windings::default);
         let mut builder = ImageBuilder::new(image.grid, image.axis);
         builder.append(BandImage::of_empty_rays(looked_at.start * columns, no_windings))?;
-        let Way { by_masks, most_rays } = image.way(self);
+        let Way { route, most_rays } = image.way(self);
         let mut bands = cut(looked_at.clone(), columns, most_rays);
         bands.reverse();
         while let Some(band) = bands.pop() {
-            let mut job = BandJob { sampler: self, pool, solids: &solids, image, by_masks, band };
+            let mut job = BandJob { sampler: self, pool, solids: &solids, image, route, band };
             match (job.bring_back(), band.halves()) {
                 (Ok(part), _) => builder.append(part)?,
                 (Err(BandError::Device(error)), _) => return Err(error.into()),
@@ -251,13 +279,13 @@ impl GpuSampler {
         run: impl FnOnce(&mut BandJob) -> Result<T, BandError>,
     ) -> Result<T, SampleError> {
         let (columns, rows) = image.grid.image_size(image.axis);
-        let Way { by_masks, most_rays } = image.way(self);
+        let Way { route, most_rays } = image.way(self);
         assert!(columns * rows <= most_rays, "{columns} × {rows} rays in bands of {most_rays}");
         let mut state = self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let State { pool, residents } = &mut *state;
         let solids = self.resident(residents, solids)?;
         let band = Band::of_rows(0..rows, columns);
-        match run(&mut BandJob { sampler: self, pool, solids: &solids, image, by_masks, band }) {
+        match run(&mut BandJob { sampler: self, pool, solids: &solids, image, route, band }) {
             Ok(result) => Ok(result),
             Err(BandError::Device(error)) => Err(error.into()),
             Err(BandError::TooLarge { what, bytes, limit }) => Err(self.device.too_large(what, bytes, limit).into()),

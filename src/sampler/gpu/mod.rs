@@ -1,11 +1,12 @@
 //! The sampler for GPUs: compute shaders with the bits of the CPU's sampler.
 //!
-//! # Two routes
+//! # Three routes
 //! **Masks**, the paper's method, for estimates under the even-odd rule: `masks` (the first geometry pass) → `classify` →
 //! `scan` → `identities` → `retrieve` (the second). **Lists**, for everything: `count` (the first geometry pass) → `scan` →
-//! `scatter` (the second) → `sort` → `resolve`, of two solids `meet` → `scan` → `compact`. Either makes two passes over the
-//! geometry whatever the number of layers, and the host learns nothing between them but how many samples or crossings there
-//! are. The stages are WGSL files in `shaders/`, of the names of their twins in [`super::cpu`].
+//! `scatter` (the second) → `sort` → `resolve`, of two solids `meet` → `scan` → `compact`. **Tiles**, for even-odd estimates
+//! of one solid: `bin` (the triangles of each tile of rays: counted, `scan`, listed) → `tiles` (masks, classes and retrieval in
+//! the memory of a workgroup) → `scan` → `compact`. The number of passes over the geometry is the same whatever the number of
+//! layers, and the host learns nothing between them but how many samples, crossings or triangles of tiles there are. The stages are WGSL files in `shaders/`, of the names of their twins in [`super::cpu`].
 //!
 //! # Bands
 //! An image is made in bands of rays, each as large as the adapter's largest binding and the memory budget allow. A band
@@ -24,6 +25,7 @@ mod passes;
 mod solid;
 mod stages;
 mod summary;
+mod tiles;
 mod view;
 
 use std::sync::{Arc, Mutex};
@@ -39,13 +41,17 @@ use stages::Kernels;
 
 pub use stages::Arithmetic;
 
-/// How estimates under the even-odd rule are made. The other rule, and exact images, always take the lists.
+/// How estimates under the even-odd rule are made. The other rule, and exact images, always take the lists, and so does what a
+/// route has no room for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Route {
     /// By bit masks and min/max retrieval.
     Masks,
     /// By sorted lists of crossings.
     Lists,
+    /// By masks of tiles of rays that stay in the memory of a workgroup. Takes one solid of LOD-C 1024 at most, whose geometry
+    /// fits one binding.
+    Tiles,
 }
 
 /// What may be chosen about a GPU sampler. Nothing of it changes a bit of any image.

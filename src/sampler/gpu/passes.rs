@@ -17,7 +17,12 @@ pub fn most_rows(triangles: u64) -> u32 {
 
 /// Workgroups for one invocation an item.
 pub fn workgroups(items: u32) -> Workgroups<'static> {
-    let count = items.div_ceil(WORKGROUP).max(1);
+    counted(items.div_ceil(WORKGROUP))
+}
+
+/// So many workgroups, or a few more.
+pub fn counted(count: u32) -> Workgroups<'static> {
+    let count = count.max(1);
     let across = count.min(MOST_WORKGROUPS);
     Workgroups::Counted(across, count.div_ceil(across))
 }
@@ -112,16 +117,28 @@ impl BandJob<'_> {
         Ok(())
     }
 
-    /// The exclusive prefix sum of `counts` into `starts`; behind an entry for each ray stand the sum of all and the greatest.
+    /// The exclusive prefix sum of the `counts` of all rays into `starts`; behind an entry for each stand the sum of all and the
+    /// greatest.
     pub fn scan(
         &mut self,
         recorder: &mut Recorder,
         counts: &wgpu::Buffer,
         starts: &wgpu::Buffer,
     ) -> Result<(), DeviceError> {
-        let blocks = self.band.rays().div_ceil(SCAN_BLOCK);
+        self.scan_of(recorder, self.band.rays(), counts, starts)
+    }
+
+    /// The prefix sum of so many counts, be they of rays or not.
+    pub fn scan_of(
+        &mut self,
+        recorder: &mut Recorder,
+        items: u32,
+        counts: &wgpu::Buffer,
+        starts: &wgpu::Buffer,
+    ) -> Result<(), DeviceError> {
+        let blocks = items.div_ceil(SCAN_BLOCK);
         let sums = self.words("block sums", 2 * u64::from(blocks))?;
-        let view = recorder.uniform(bytemuck::bytes_of(&self.view()));
+        let view = recorder.uniform(bytemuck::bytes_of(&View { rays: items, ..self.view() }));
         let sampler = self.sampler;
         for (stage, groups) in SCAN.iter().zip([blocks, 1, blocks]) {
             let kernel = sampler.kernels.get(&sampler.device, stage, self.image.flags())?;

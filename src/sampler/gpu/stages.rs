@@ -129,6 +129,18 @@ macro_rules! geometry_pass {
     };
 }
 
+/// The files of a geometry pass over rays, and those of one over tiles.
+macro_rules! rays {
+    ($($file:expr),*) => {
+        &[shader!("fixed"), shader!("triangle"), shader!("rows"), shader!("raster"), shader!("pass"), $($file),*]
+    };
+}
+macro_rules! tiles {
+    ($($file:expr),*) => {
+        &[shader!("fixed"), shader!("triangle"), shader!("bin"), shader!("pass"), $($file),*]
+    };
+}
+
 pub static PLAN: Stage = Stage {
     name: "plan",
     entry: "plan",
@@ -137,38 +149,66 @@ pub static PLAN: Stage = Stage {
     flags: &[],
 };
 
-pub static COUNT: GeometryPass = geometry_pass!(
-    "count",
-    &[shader!("fixed"), shader!("raster"), shader!("count")],
-    bindings!(GEOMETRY; (4, Write)),
-    &[]
-);
+pub static COUNT: GeometryPass = geometry_pass!("count", rays!(shader!("count")), bindings!(GEOMETRY; (4, Write)), &[]);
 
 pub static SCATTER: GeometryPass = geometry_pass!(
     "scatter",
-    &[shader!("fixed"), shader!("raster"), shader!("scatter")],
+    rays!(shader!("scatter")),
     bindings!(GEOMETRY; (4, Write), (5, Read), (6, Write), (7, Write)),
     &[Flag::KeepsTriangles]
 );
 
-pub static MASKS: GeometryPass = geometry_pass!(
-    "masks",
-    &[shader!("fixed"), shader!("raster"), shader!("masks")],
-    bindings!(GEOMETRY; (4, Write), (5, Write)),
-    &[]
-);
+pub static MASKS: GeometryPass =
+    geometry_pass!("masks", rays!(shader!("masks")), bindings!(GEOMETRY; (4, Write), (5, Write)), &[]);
 
 pub static RETRIEVE: GeometryPass = geometry_pass!(
     "retrieve",
-    &[shader!("fixed"), shader!("raster"), shader!("windings"), shader!("retrieve")],
+    rays!(shader!("windings"), shader!("retrieve")),
     bindings!(GEOMETRY; (4, Read), (5, Read), (6, Read), (7, Read), (8, Write), (9, Write)),
     &[Flag::Over, Flag::TwoSolids]
 );
 
+/// Counts the triangles of each tile.
+pub static BIN: GeometryPass = geometry_pass!("bin", tiles!(shader!("count")), bindings!(GEOMETRY; (4, Write)), &[]);
+
+/// Lists them.
+pub static FILL_BINS: GeometryPass = geometry_pass!(
+    "fill bins",
+    tiles!(shader!("scatter")),
+    bindings!(GEOMETRY; (4, Write), (5, Read), (6, Write), (7, Write)),
+    &[]
+);
+
+pub static TILES: Stage = Stage {
+    name: "tiles",
+    entry: "sample_tiles",
+    files: &[
+        shader!("fixed"),
+        shader!("triangle"),
+        shader!("rows"),
+        shader!("parity"),
+        shader!("windings"),
+        shader!("tiles"),
+    ],
+    bindings: &[
+        VIEW,
+        (1, Read),
+        (2, Read),
+        (3, Read),
+        (4, Read),
+        (5, Write),
+        (6, Write),
+        (7, Write),
+        (8, Write),
+        (9, Write),
+    ],
+    flags: &[Flag::Over],
+};
+
 pub static CLASSIFY: Stage = Stage {
     name: "classify",
     entry: "classify",
-    files: &[shader!("fixed"), shader!("windings"), shader!("classify")],
+    files: &[shader!("fixed"), shader!("parity"), shader!("windings"), shader!("classify")],
     bindings: &[VIEW, (1, Write), (2, Write), (3, Write), (4, Write), (5, Write), (6, Write), (7, Write)],
     flags: &[Flag::Over, Flag::TwoSolids],
 };
@@ -250,8 +290,8 @@ pub static SUMMARY: Stage = Stage {
 
 /// All stages.
 fn all() -> Vec<&'static Stage> {
-    let passes = [&COUNT, &SCATTER, &MASKS, &RETRIEVE];
-    let single = [&PLAN, &CLASSIFY, &IDENTITIES, &SORT, &MERGE, &RESOLVE, &MEET, &COMPACT, &SUMMARY];
+    let passes = [&COUNT, &SCATTER, &MASKS, &RETRIEVE, &BIN, &FILL_BINS];
+    let single = [&PLAN, &CLASSIFY, &IDENTITIES, &SORT, &MERGE, &RESOLVE, &MEET, &COMPACT, &SUMMARY, &TILES];
     passes.into_iter().flat_map(|pass| [&pass.triangles, &pass.blocks]).chain(single).chain(&SCAN).collect()
 }
 

@@ -75,7 +75,7 @@ impl GpuSampler {
         let solids = self.resident(residents, solids)?;
         let (columns, _) = image.grid.image_size(image.axis);
         let looked_at = image.window_rows();
-        let Way { by_masks, most_rays } = image.way(self);
+        let Way { route, most_rays } = image.way(self);
         let most_rows = most_rays / columns;
         // A row is compared with those beside it, which are made as well.
         let at_once = if looked_at.len() as u32 <= most_rows { most_rows } else { most_rows.saturating_sub(2) };
@@ -90,7 +90,7 @@ impl GpuSampler {
         while let Some(rows) = parts.pop() {
             let with_neighbours = rows.start.saturating_sub(1).max(looked_at.start)..looked_at.end.min(rows.end + 1);
             let band = Band::with_neighbours(with_neighbours, rows.clone(), columns);
-            let mut job = BandJob { sampler: self, pool, solids: &solids, image, by_masks, band };
+            let mut job = BandJob { sampler: self, pool, solids: &solids, image, route, band };
             match job.summarise() {
                 Ok(part) => {
                     sums = sums.plus(part.sums);

@@ -22,6 +22,23 @@ pub const BLOCK_ROWS: u32 = 8;
 /// Triangles whose box covers more rays than this are large.
 const SMALL_BOX: u32 = 256;
 
+/// In a pass over tiles, those whose box covers more tiles than this.
+const SMALL_BOX_IN_TILES: u32 = 16;
+
+/// Rows and columns of a tile, of whose rays a workgroup has one a lane.
+pub const TILE_SIDE: u32 = 8;
+const _: () = assert!(TILE_SIDE * TILE_SIDE == WORKGROUP);
+
+/// The most mask words that a ray of a tile may have.
+pub const TILE_WORDS: u32 = 32;
+
+/// Crossings of a tile that are kept from the first time they are found to the second.
+const TILE_CROSSINGS: u32 = 2048;
+
+/// Bytes of a workgroup's own memory that a tile takes: two masks, ranks of half the size and a place a ray, crossings with their
+/// rays in a byte each, and what is left for a few sums.
+pub const TILE_MEMORY: u32 = 4 * WORKGROUP * (2 * TILE_WORDS + TILE_WORDS / 2 + 1) + 5 * TILE_CROSSINGS + 256;
+
 /// Invocations of a workgroup of the prefix sum, and counts that each of them adds up.
 pub const SCAN_WORKGROUP: u32 = 256;
 const SCAN_ITEMS: u32 = 8;
@@ -50,6 +67,10 @@ pub fn constants() -> String {
     constant("BLOCK_ROWS", "i32", BLOCK_ROWS);
     constant("BLOCK_LANES", "i32", WORKGROUP / BLOCK_ROWS);
     constant("SMALL_BOX", "u32", SMALL_BOX);
+    constant("SMALL_BOX_IN_TILES", "u32", SMALL_BOX_IN_TILES);
+    constant("TILE_SIDE", "u32", TILE_SIDE);
+    constant("TILE_WORDS", "u32", TILE_WORDS);
+    constant("TILE_CROSSINGS", "u32", TILE_CROSSINGS);
     constant("SCAN_WORKGROUP", "u32", SCAN_WORKGROUP);
     constant("SCAN_ITEMS", "u32", SCAN_ITEMS);
     constant("SCAN_BLOCK", "u32", SCAN_BLOCK);

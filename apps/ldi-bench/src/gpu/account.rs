@@ -26,6 +26,9 @@ const WORKGROUP: u64 = 64;
 /// Places where every workgroup of such a stage adds up.
 const TALLIES: u64 = 4;
 
+/// Rows and columns of a tile of rays.
+const TILE_SIDE: u32 = 8;
+
 /// Words of the tally that comes back to the host.
 const TALLY_WORDS: u64 = 8;
 
@@ -46,23 +49,36 @@ pub struct Size {
     pub crossed_rays: u64,
     /// Words of a mask that a crossing falls into.
     pub crossed_words: u64,
+    /// Tiles of rays.
+    pub tiles: u64,
+    /// Pairs of a tile and a triangle that crosses a ray of it.
+    pub binned: u64,
     /// Samples of the image.
     pub samples: u64,
 }
 
 impl Size {
     /// The size of an image of `samples` samples whose crossings are those of `exact`, the exact image under the even-odd
-    /// rule. Its depths are rounded, so that a crossing at the very end of a word may be taken for one of the next.
+    /// rule, which knows its triangles. Its depths are rounded, so that a crossing at the very end of a word may be taken for one of the next.
     pub fn of(solid: &LatticeSolid, exact: &Ldi, samples: u64) -> Size {
         let grid = exact.grid();
         let word = |depth: i32| (depth as u32 / grid.voxel(exact.axis())).min(grid.lod() - 1) / WORD_BITS;
         let (mut crossed_rays, mut crossed_words) = (0, 0);
+        let (columns, rows) = grid.image_size(exact.axis());
+        let tiles_across = columns.div_ceil(TILE_SIDE);
+        let triangles = exact.triangles().expect("a surface knows its triangles");
+        let mut binned: Vec<(u32, u32)> = Vec::with_capacity(triangles.len());
         for ray in 0..exact.rays() {
             // Depths of a ray do not decrease, nor do the words they fall into.
             let runs = exact.samples(ray).chunk_by(|&a, &b| word(a) == word(b)).count() as u64;
             crossed_words += runs;
             crossed_rays += u64::from(runs > 0);
+            let tile = ray / columns / TILE_SIDE * tiles_across + ray % columns / TILE_SIDE;
+            let crossings = exact.samples(ray).len();
+            binned.extend(triangles[binned.len()..][..crossings].iter().map(|&triangle| (tile, triangle)));
         }
+        binned.sort_unstable();
+        binned.dedup();
         Size {
             triangles: solid.triangles().len() as u64,
             positions: solid.positions().len() as u64,
@@ -71,6 +87,8 @@ impl Size {
             crossings: exact.depths().len() as u64,
             crossed_rays,
             crossed_words,
+            tiles: u64::from(tiles_across) * u64::from(rows.div_ceil(TILE_SIDE)),
+            binned: binned.len() as u64,
             samples,
         }
     }
@@ -126,6 +144,41 @@ impl Size {
                     contended: self.tallied(self.triangles),
                 },
             ),
+            // Where rays begin, the samples and the tally.
+            ("read back", Moved::bytes(WORD * (self.rays + 1 + self.samples + TALLY_WORDS))),
+        ]
+    }
+
+    /// What is moved by tiles, by stage. What workgroups do in their own memory is left out: two atomics a crossing there.
+    pub fn by_tiles(&self) -> Vec<(&'static str, Moved)> {
+        let scan_of_tiles = WORD * (3 * self.tiles + 1);
+        vec![
+            ("clear", Moved::bytes(WORD * self.tiles)),
+            // The geometry; counts of tiles, read and written; an atomic a pair.
+            ("bin", Moved { bytes: self.geometry() + WORD * 2 * self.tiles, atomics: self.binned, contended: 0 }),
+            // Once over the counts of pairs, once over those of samples.
+            ("scan", Moved::bytes(scan_of_tiles + self.scan().bytes)),
+            // The geometry; where tiles begin, read; their counts, read and written; pairs written; an atomic a pair.
+            (
+                "fill bins",
+                Moved {
+                    bytes: self.geometry() + WORD * (3 * self.tiles + self.binned),
+                    atomics: self.binned,
+                    contended: 0,
+                },
+            ),
+            // Where tiles begin, pairs and the geometry, read; of each ray a count and a place, written; samples, written
+            // first and then read and written by about one atomic a crossing; the next place, and the tally.
+            (
+                "tiles",
+                Moved {
+                    bytes: self.geometry() + WORD * (self.tiles + self.binned + 2 * self.rays + 3 * self.samples),
+                    atomics: self.crossings,
+                    contended: self.tiles + TALLIES * self.tiles,
+                },
+            ),
+            // Where rays begin with gaps and without, read; samples read and written.
+            ("compact", Moved::bytes(WORD * (2 * (self.rays + 1) + 2 * self.samples))),
             // Where rays begin, the samples and the tally.
             ("read back", Moved::bytes(WORD * (self.rays + 1 + self.samples + TALLY_WORDS))),
         ]
@@ -204,7 +257,7 @@ mod tests {
     use ldi_ops::grid::{Axis, Grid};
     use ldi_ops::mesh::ClosedMesh;
     use ldi_ops::sampler::cpu::CpuSampler;
-    use ldi_ops::sampler::{Fill, Mode, Sampler};
+    use ldi_ops::sampler::{Fill, Sampler};
 
     /// One of each, but more rays than two blocks of a prefix sum or two workgroups would need.
     const SIZE: Size = Size {
@@ -215,6 +268,8 @@ mod tests {
         crossings: 640,
         crossed_rays: 300,
         crossed_words: 500,
+        tiles: 20,
+        binned: 150,
         samples: 600,
     };
 
@@ -249,17 +304,32 @@ mod tests {
     }
 
     #[test]
+    fn tiles_are_accounted_for() {
+        let stages = SIZE.by_tiles();
+        assert_eq!(of(&stages, "clear").bytes, 80);
+        assert_eq!(of(&stages, "bin"), Moved { bytes: 152 * 12 + 160, atomics: 150, contended: 0 });
+        assert_eq!(of(&stages, "scan").bytes, 244 + 12_004);
+        assert_eq!(of(&stages, "fill bins"), Moved { bytes: 152 * 12 + 240 + 600, atomics: 150, contended: 0 });
+        let tiles = Moved { bytes: 152 * 12 + 80 + 600 + 8000 + 7200, atomics: 640, contended: 100 };
+        assert_eq!(of(&stages, "tiles"), tiles);
+        assert_eq!(of(&stages, "compact").bytes, 8008 + 4800);
+        assert_eq!(of(&stages, "read back").bytes, 4004 + 2400 + 20);
+    }
+
+    #[test]
     fn sizes_are_counted_on_the_image() {
         let cube = ldi_ops::solids::cuboid(DVec3::ZERO, DVec3::new(8.0, 8.0, 8.0)).unwrap();
         let cube = ClosedMesh::check(cube).unwrap();
         let grid = Grid::with_resolution(cube.bounds(), 16, 64).unwrap();
         let solid = grid.quantise(&cube).unwrap();
-        let exact = CpuSampler::default().sample(&solid, Axis::Z, Mode::Exact, Fill::EvenOdd).unwrap();
+        let exact = CpuSampler::default().sample_surface(&solid, Axis::Z, Fill::EvenOdd).unwrap();
         let size = Size::of(&solid, &exact, 7);
         assert_eq!((size.triangles, size.positions, size.samples), (12, 8, 7));
         assert_eq!(size.mask_words, 2 * size.rays);
         // Every ray that is hit enters in the first of its two words and leaves in the second.
         assert_eq!((size.crossings, size.crossed_words), (2 * size.crossed_rays, 2 * size.crossed_rays));
         assert!(size.crossed_rays > 0 && size.crossed_rays <= size.rays);
+        // A tile in the middle is crossed by one triangle or both of either end.
+        assert!(size.binned >= 2 * size.tiles && size.binned <= 4 * size.tiles, "{size:?}");
     }
 }

@@ -67,9 +67,10 @@ struct Way {
     route: Route,
 }
 
-const WAYS: [Way; 3] = [
+const WAYS: [Way; 4] = [
     Way { name: "over by masks", mode: Mode::Estimate(Estimate::Over), route: Route::Masks },
     Way { name: "over by lists", mode: Mode::Estimate(Estimate::Over), route: Route::Lists },
+    Way { name: "over by tiles", mode: Mode::Estimate(Estimate::Over), route: Route::Tiles },
     Way { name: "exact by lists", mode: Mode::Exact, route: Route::Lists },
 ];
 
@@ -78,6 +79,7 @@ impl Way {
         match self.route {
             Route::Masks => size.by_masks(),
             Route::Lists => size.by_lists(),
+            Route::Tiles => size.by_tiles(),
         }
     }
 }
@@ -192,7 +194,9 @@ fn of_model(plan: &Plan, adapter: &Adapter, model: &SeedModel) -> Result<Vec<Cas
     let grid = grid.map_err(|error| BenchError::model(name, error))?;
     let solid = grid.quantise(mesh).map_err(|error| BenchError::model(name, error))?;
     let cpu = CpuSampler::default();
-    let exact = images(name, &cpu, &solid, Mode::Exact)?;
+    let surface =
+        |axis| cpu.sample_surface(&solid, axis, Fill::EvenOdd).map_err(|error| BenchError::model(name, error));
+    let exact: Vec<Ldi> = Axis::ALL.into_iter().map(surface).collect::<Result<_, _>>()?;
     let mut cases = Vec::new();
     for way in WAYS {
         eprintln!("{name}, {}", way.name);
@@ -334,6 +338,8 @@ mod tests {
             crossings: 0,
             crossed_rays: 0,
             crossed_words: 0,
+            tiles: 0,
+            binned: 0,
             samples: 0,
         };
         let mut case = Case {

@@ -9,8 +9,8 @@ use crate::table::{Table, count, number};
 /// Stages that share a column of the table by model; what is in none is the rest.
 const GROUPS: [(&str, &[&str]); 5] = [
     ("clear", &["clear"]),
-    ("geometry 1", &["masks", "count"]),
-    ("classify / sort, resolve", &["classify", "sort", "resolve"]),
+    ("geometry 1", &["masks", "count", "bin", "fill bins"]),
+    ("classify / sort, resolve / tiles", &["classify", "sort", "resolve", "tiles"]),
     ("scan", &["scan"]),
     ("geometry 2", &["retrieve", "scatter"]),
 ];
