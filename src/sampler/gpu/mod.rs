@@ -3,10 +3,19 @@
 //! # Three routes
 //! **Masks**, the paper's method, for estimates under the even-odd rule: `masks` (the first geometry pass) → `classify` →
 //! `scan` → `identities` → `retrieve` (the second). **Lists**, for everything: `count` (the first geometry pass) → `scan` →
-//! `scatter` (the second) → `sort` → `resolve`, of two solids `meet` → `scan` → `compact`. **Tiles**, for even-odd estimates
-//! of one solid: `bin` (the triangles of each tile of rays: counted, `scan`, listed) → `tiles` (masks, classes and retrieval in
-//! the memory of a workgroup) → `scan` → `compact`. The number of passes over the geometry is the same whatever the number of
-//! layers, and the host learns nothing between them but how many samples, crossings or triangles of tiles there are. The stages are WGSL files in `shaders/`, of the names of their twins in [`super::cpu`].
+//! `scatter` (the second) → `sort` (and `merge`, where rays have many) → `resolve`, of two solids `meet` → `scan` → `compact`.
+//! **Tiles**, for even-odd estimates of one solid: `bin` (the triangles of each tile of rays: counted, `scan`, listed) → `tiles`
+//! (masks, classes and retrieval in the memory of a workgroup) → `scan` → `compact`. The number of passes over the geometry is
+//! the same whatever the number of layers, and the host learns nothing between them but how many samples, crossings or
+//! triangles of tiles there are. The stages are WGSL files in `shaders/`, of the names of their twins in [`super::cpu`].
+//!
+//! # Which route is best
+//! Not known: no GPU has judged yet. `ldi-bench gpu` times all three, and the losers are to go. By account, for three
+//! directions at 512², masks move 101 to 708 MB on six models of the paper's kinds, lists 54 to 303 and tiles 73 to 283; at
+//! 1024² tiles move the least where triangles are larger than a pixel (279 MB against 435 and 2341). On a software adapter lists
+//! were first at 512², masks two to three times as slow. So lists are the default: they are needed for exact images, the
+//! non-zero rule and intersections in any case, calculate each depth once where masks do twice, and ask for no more of a
+//! workgroup than every adapter has.
 //!
 //! # Bands
 //! An image is made in bands of rays, each as large as the adapter's largest binding and the memory budget allow. A band
