@@ -313,7 +313,7 @@ mod tests {
         let tiles = Moved { bytes: 152 * 12 + 80 + 600 + 8000 + 7200, atomics: 640, contended: 100 };
         assert_eq!(of(&stages, "tiles"), tiles);
         assert_eq!(of(&stages, "compact").bytes, 8008 + 4800);
-        assert_eq!(of(&stages, "read back").bytes, 4004 + 2400 + 20);
+        assert_eq!(of(&stages, "read back").bytes, 4004 + 2400 + 32);
     }
 
     #[test]
