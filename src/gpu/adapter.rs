@@ -107,13 +107,18 @@ pub fn choose<'a>(adapters: &'a [Adapter], wanted: Option<&str>) -> Result<&'a A
     let first = adapters.first().ok_or(DeviceError::NoAdapter)?;
     let Some(wanted) = wanted else { return Ok(first) };
     let lower = wanted.to_lowercase();
+    if lower.trim().is_empty() {
+        return Err(unknown(adapters, wanted));
+    }
     let exact = adapters.iter().find(|adapter| adapter.name.to_lowercase() == lower);
     let mut partly = adapters.iter().filter(|adapter| adapter.name.to_lowercase().contains(&lower));
     match (exact, partly.next(), partly.next()) {
         (Some(adapter), _, _) | (None, Some(adapter), None) => Ok(adapter),
-        _ => {
-            let names: Vec<String> = adapters.iter().map(|adapter| format!("`{}`", adapter.name)).collect();
-            Err(DeviceError::UnknownAdapter { wanted: wanted.to_owned(), known: names.join(", ") })
-        }
+        _ => Err(unknown(adapters, wanted)),
     }
+}
+
+fn unknown(adapters: &[Adapter], wanted: &str) -> DeviceError {
+    let names: Vec<String> = adapters.iter().map(|adapter| format!("`{}`", adapter.name)).collect();
+    DeviceError::UnknownAdapter { wanted: wanted.to_owned(), known: names.join(", ") }
 }

@@ -10,7 +10,7 @@ pub enum DeviceError {
     )]
     NoAdapter,
     /// No adapter has the name that was asked for, or several have.
-    #[error("no single adapter is called `{wanted}`; there are {known}")]
+    #[error("no adapter, or more than one, has `{wanted}` in its name; there are {known}")]
     UnknownAdapter {
         /// The name as given.
         wanted: String,

@@ -34,7 +34,8 @@ struct Table {
 
 impl Table {
     fn line(&mut self, label: &str, what: impl std::fmt::Display) {
-        let _ = writeln!(self.text, "{label:<12}{what}");
+        // A long label keeps a space.
+        let _ = writeln!(self.text, "{label:<11} {what}");
     }
 
     fn more(&mut self, what: impl std::fmt::Display) {
