@@ -178,6 +178,7 @@ fn measure(
     warnings.extend(ran.auto.iter().filter_map(|auto| auto.warning.clone()));
     warnings.extend(open_warning(&solids, &round));
     warnings.extend(solids.iter().filter_map(|solid| thin(solid, &round.grid, &job.axes)));
+    warnings.extend(coarse_voxels(job, &round.grid));
 
     if let Some(path) = &job.images {
         progress.stage("writing");
@@ -446,6 +447,23 @@ fn thin(solid: &Solid, grid: &Grid, axes: &[Axis]) -> Option<Warning> {
         grid.pitch(),
     );
     Some(Warning::new("thinner-than-pitch", message))
+}
+
+/// Estimates of Booleans whose voxels are longer than the pitch: what an estimate of one solid adds or leaves out is known,
+/// and counts as an error; of a Boolean it is not.
+fn coarse_voxels(job: &MeasureJob, grid: &Grid) -> Option<Warning> {
+    let voxel = |axis: &Axis| f64::from(grid.voxel(*axis)) * grid.step();
+    let longest = job.axes.iter().map(voxel).fold(0.0, f64::max);
+    let (Measurement::Boolean(_), Mode::Estimate(_)) = (job.measurement, job.mode) else { return None };
+    if longest <= grid.pitch() {
+        return None;
+    }
+    let message = format!(
+        "a ray is divided into voxels of {longest:.3e}, longer than the pitch of {:.3e}: what an estimate adds or leaves out in \
+         them is not counted in the ±; a greater --lod, or --mode exact, leaves nothing of it",
+        grid.pitch(),
+    );
+    Some(Warning::new("coarse-voxels", message))
 }
 
 /// How many rays did not close, where a mesh was let through although it is open.
