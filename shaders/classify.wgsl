@@ -23,9 +23,7 @@ fn end_unclosed(ray: u32) {
         }
     }
     counts[ray] = UNCLOSED;
-    if is_counted(ray) {
-        atomicAdd(&tally.unclosed, 1u);
-    }
+    tell_unclosed(ray);
 }
 
 fn classify_ray(ray: u32) {
@@ -78,7 +76,7 @@ fn classify_ray(ray: u32) {
 @compute @workgroup_size(WORKGROUP)
 fn classify(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
             @builtin(local_invocation_index) lane: u32) {
-    let ray = (group.y * groups.x + group.x) * WORKGROUP + lane;
+    let ray = invocation_index(group, groups, lane);
     if ray < view.rays {
         classify_ray(ray);
     }

@@ -10,7 +10,7 @@
 @compute @workgroup_size(WORKGROUP)
 fn compact(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
            @builtin(local_invocation_index) lane: u32) {
-    let ray = (group.y * groups.x + group.x) * WORKGROUP + lane;
+    let ray = invocation_index(group, groups, lane);
     if ray >= view.rays {
         return;
     }

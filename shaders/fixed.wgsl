@@ -138,8 +138,3 @@ fn crossing_winding(crossing: u32) -> i32 {
 fn crossing_voxel(crossing: u32) -> u32 {
     return min((crossing >> 3u) / view.half_voxel, view.last_voxel);
 }
-
-// Whether a ray of the band counts, or is there to be compared with.
-fn is_counted(ray: u32) -> bool {
-    return ray >= view.first_counted && ray < view.end_counted;
-}

@@ -8,8 +8,8 @@
 @compute @workgroup_size(WORKGROUP)
 fn identities(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
               @builtin(local_invocation_index) lane: u32) {
-    let at = (group.y * groups.x + group.x) * WORKGROUP + lane;
+    let at = invocation_index(group, groups, lane);
     if at < starts[view.rays] {
-        samples[at] = select(i32(0x80000000u), 0x7fffffff, ((at & 1u) == 0u) == OVER);
+        samples[at] = identity(at);
     }
 }

@@ -36,9 +36,7 @@ fn meet_ray(ray: u32) {
     let end_b = second + starts_b[ray + 1u];
     if !closes(a.end, end_a) || !closes(b.end, end_b) {
         counts[ray] = UNCLOSED;
-        if is_counted(ray) {
-            atomicAdd(&tally.unclosed, 1u);
-        }
+        tell_unclosed(ray);
         return;
     }
     let first_sample = starts[ray] + starts_b[ray];
@@ -70,7 +68,7 @@ fn meet_ray(ray: u32) {
 @compute @workgroup_size(WORKGROUP)
 fn meet(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
         @builtin(local_invocation_index) lane: u32) {
-    let ray = (group.y * groups.x + group.x) * WORKGROUP + lane;
+    let ray = invocation_index(group, groups, lane);
     if ray < view.rays {
         meet_ray(ray);
     }

@@ -40,7 +40,7 @@ fn comes_before(a: u32, b: u32, a_is_first: bool) -> bool {
 @compute @workgroup_size(WORKGROUP)
 fn merge(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
          @builtin(local_invocation_index) lane: u32) {
-    let index = (group.y * groups.x + group.x) * WORKGROUP + lane;
+    let index = invocation_index(group, groups, lane);
     if index >= starts[view.rays] {
         return;
     }

@@ -46,7 +46,7 @@ fn cover_small(triangle: u32) {
 @compute @workgroup_size(WORKGROUP)
 fn cover_triangles(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
                    @builtin(local_invocation_index) lane: u32) {
-    let triangle = (group.y * groups.x + group.x) * WORKGROUP + lane;
+    let triangle = invocation_index(group, groups, lane);
     if triangle < view.triangles {
         cover_small(triangle);
     }
@@ -57,7 +57,7 @@ fn cover_triangles(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgro
 @compute @workgroup_size(WORKGROUP)
 fn cover_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
                 @builtin(local_invocation_index) lane: u32) {
-    let index = group.y * groups.x + group.x;
+    let index = workgroup_index(group, groups);
     if index < min(atomicLoad(&queue.blocks), view.queue_capacity) {
         let block = queue.items[index];
         let seen = seen_in_pass(block.triangle);

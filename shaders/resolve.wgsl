@@ -95,9 +95,7 @@ fn resolve_ray(ray: u32) {
     let end = starts[ray + 1u];
     if !closes(first, end) {
         counts[ray] = UNCLOSED;
-        if is_counted(ray) {
-            atomicAdd(&tally.unclosed, 1u);
-        }
+        tell_unclosed(ray);
         return;
     }
     next_sample = first;
@@ -113,7 +111,7 @@ fn resolve_ray(ray: u32) {
 @compute @workgroup_size(WORKGROUP)
 fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
            @builtin(local_invocation_index) lane: u32) {
-    let ray = (group.y * groups.x + group.x) * WORKGROUP + lane;
+    let ray = invocation_index(group, groups, lane);
     if ray < view.rays {
         resolve_ray(ray);
     }

@@ -11,7 +11,7 @@
 const NEEDS_DEPTH = true;
 
 fn keep(at: u32, rank: u32, crossing: u32) {
-    if ((rank & 1u) == 0u) == OVER {
+    if keeps_least(rank) {
         atomicMin(&samples[at + rank], crossing_floor(crossing));
     } else {
         atomicMax(&samples[at + rank], crossing_ceil(crossing));

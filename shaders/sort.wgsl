@@ -17,7 +17,7 @@ fn is_behind(at: u32, crossing: u32, triangle: u32) -> bool {
 @compute @workgroup_size(WORKGROUP)
 fn sort(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
         @builtin(local_invocation_index) lane: u32) {
-    let ray = (group.y * groups.x + group.x) * WORKGROUP + lane;
+    let ray = invocation_index(group, groups, lane);
     if ray >= view.rays {
         return;
     }

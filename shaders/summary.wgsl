@@ -48,7 +48,7 @@ fn add(sum: u32, signed_term: i32) {
         return;
     }
     let before = atomicAdd(&group_low[sum], term);
-    atomicAdd(&group_high[sum], select(0u, 1u, before + term < term) + select(0u, 0xffffffffu, signed_term < 0));
+    atomicAdd(&group_high[sum], carry(before, term) + sign_word(signed_term));
 }
 
 fn add_residual(depth: i32, index: i32, level: u32, direction: i32) {
@@ -102,14 +102,14 @@ fn add_ray(ray: u32) {
 @compute @workgroup_size(WORKGROUP)
 fn summarise(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
              @builtin(local_invocation_index) lane: u32) {
-    let ray = (group.y * groups.x + group.x) * WORKGROUP + lane;
-    if ray >= view.first_counted && ray < view.end_counted {
+    let ray = invocation_index(group, groups, lane);
+    if is_counted(ray) {
         add_ray(ray);
     }
     workgroupBarrier();
     if lane < SUMS {
         let low = atomicLoad(&group_low[lane]);
         let before = atomicAdd(&totals[2u * lane], low);
-        atomicAdd(&totals[2u * lane + 1u], atomicLoad(&group_high[lane]) + select(0u, 1u, before + low < low));
+        atomicAdd(&totals[2u * lane + 1u], atomicLoad(&group_high[lane]) + carry(before, low));
     }
 }

@@ -51,7 +51,7 @@ fn ray_in_band(ray: u32) -> u32 {
 }
 
 fn keep(at: u32, rank: u32, crossing: u32) {
-    if ((rank & 1u) == 0u) == OVER {
+    if keeps_least(rank) {
         atomicMin(&loose[at + rank], crossing_floor(crossing));
     } else {
         atomicMax(&loose[at + rank], crossing_ceil(crossing));
@@ -135,14 +135,11 @@ fn classify_ray(ray: u32) -> u32 {
         changed += singles;
         samples += singles + 2u * countOneBits(pair);
     }
-    let counts_ray = is_counted(ray_in_band(ray));
     if inside != 0u {
-        if counts_ray {
-            atomicAdd(&tally.unclosed, 1u);
-        }
+        tell_unclosed(ray_in_band(ray));
         return UNCLOSED;
     }
-    if counts_ray {
+    if is_counted(ray_in_band(ray)) {
         changes += changed;
     }
     return samples;
@@ -151,7 +148,7 @@ fn classify_ray(ray: u32) -> u32 {
 @compute @workgroup_size(WORKGROUP)
 fn sample_tiles(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
                 @builtin(local_invocation_index) lane: u32) {
-    let tile = group.y * groups.x + group.x;
+    let tile = workgroup_index(group, groups);
     let across = (view.columns + TILE_SIDE - 1u) / TILE_SIDE;
     let rows = view.rays / view.columns;
     tile_row = view.first_row + i32(TILE_SIDE * (tile / across));
@@ -193,9 +190,9 @@ fn sample_tiles(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups
         places[ray_in_band(lane)] = place + tile_places[lane];
     }
     if fits {
-        // What every depth replaces; all rays have even counts, so that the parity of a sample's rank is that of its place.
+        // All rays have even counts, so that the parity of a sample's rank is that of its place.
         for (var at = lane; at < samples; at += WORKGROUP) {
-            atomicStore(&loose[place + at], select(i32(0x80000000u), 0x7fffffff, ((at & 1u) == 0u) == OVER));
+            atomicStore(&loose[place + at], identity(at));
         }
     }
     storageBarrier();

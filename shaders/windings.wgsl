@@ -17,7 +17,7 @@ var<workgroup> group_changes: atomic<u32>;
 fn wide_term(sum: vec2<u32>, signed_term: i32) -> vec2<u32> {
     let term = bitcast<u32>(signed_term);
     let low = sum.x + term;
-    return vec2(low, sum.y + select(0u, 1u, low < term) + select(0u, 0xffffffffu, signed_term < 0));
+    return vec2(low, sum.y + carry(sum.x, term) + sign_word(signed_term));
 }
 
 // What one crossing of a ray that closes adds. Its group, at `position`, either changes the parity, and the crossing goes the
@@ -36,9 +36,9 @@ fn add_winding(crossing: u32, position: i32, changes_parity: bool, becomes_insid
 fn add_to_tally(lane: u32) {
     if changes != 0u || aligned != 0 || any((wound | unpaired) != vec2(0u)) {
         let wound_before = atomicAdd(&group_wound_low, wound.x);
-        atomicAdd(&group_wound_high, wound.y + select(0u, 1u, wound_before + wound.x < wound.x));
+        atomicAdd(&group_wound_high, wound.y + carry(wound_before, wound.x));
         let unpaired_before = atomicAdd(&group_unpaired_low, unpaired.x);
-        atomicAdd(&group_unpaired_high, unpaired.y + select(0u, 1u, unpaired_before + unpaired.x < unpaired.x));
+        atomicAdd(&group_unpaired_high, unpaired.y + carry(unpaired_before, unpaired.x));
         atomicAdd(&group_aligned, aligned);
         atomicAdd(&group_changes, changes);
     }
@@ -47,18 +47,18 @@ fn add_to_tally(lane: u32) {
         let wound_sum = vec2(atomicLoad(&group_wound_low), atomicLoad(&group_wound_high));
         let unpaired_sum = vec2(atomicLoad(&group_unpaired_low), atomicLoad(&group_unpaired_high));
         if any(wound_sum != vec2(0u)) {
-            let carry = select(0u, 1u, atomicAdd(&tally.wound_low, wound_sum.x) + wound_sum.x < wound_sum.x);
-            atomicAdd(&tally.wound_high, wound_sum.y + carry);
+            let before = atomicAdd(&tally.wound_low, wound_sum.x);
+            atomicAdd(&tally.wound_high, wound_sum.y + carry(before, wound_sum.x));
         }
         if any(unpaired_sum != vec2(0u)) {
-            let carry = select(0u, 1u, atomicAdd(&tally.unpaired_low, unpaired_sum.x) + unpaired_sum.x < unpaired_sum.x);
-            atomicAdd(&tally.unpaired_high, unpaired_sum.y + carry);
+            let before = atomicAdd(&tally.unpaired_low, unpaired_sum.x);
+            atomicAdd(&tally.unpaired_high, unpaired_sum.y + carry(before, unpaired_sum.x));
         }
         // Of one workgroup it fits 32 bits; of a band with many crossings in each voxel it does not.
         let aligned_sum = wide_term(vec2(0u), atomicLoad(&group_aligned));
         if any(aligned_sum != vec2(0u)) {
-            let carry = select(0u, 1u, atomicAdd(&tally.aligned_low, aligned_sum.x) + aligned_sum.x < aligned_sum.x);
-            atomicAdd(&tally.aligned_high, aligned_sum.y + carry);
+            let before = atomicAdd(&tally.aligned_low, aligned_sum.x);
+            atomicAdd(&tally.aligned_high, aligned_sum.y + carry(before, aligned_sum.x));
         }
         atomicAdd(&tally.changes, atomicLoad(&group_changes));
     }

@@ -101,7 +101,7 @@ impl Device {
     /// [`times_transfers`](Self::times_transfers) says so.
     pub fn keep_stage_times(&self) {
         if self.adapter.timestamps {
-            *self.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(Vec::new());
+            *held(&self.times) = Some(Vec::new());
         }
     }
 
@@ -113,7 +113,7 @@ impl Device {
 
     /// The times of all stages since the last call, in the order they ran; none where they are not kept.
     pub fn take_stage_times(&self) -> Vec<StageTime> {
-        let mut times = self.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut times = held(&self.times);
         times.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
@@ -173,9 +173,9 @@ impl Device {
     }
 }
 
-/// The faults, whoever panicked while holding them.
-fn held(faults: &Mutex<Faults>) -> MutexGuard<'_, Faults> {
-    faults.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+/// What a mutex guards, whoever panicked while holding it.
+pub(crate) fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 fn fault_of(adapter: &str, error: &wgpu::Error) -> DeviceError {

@@ -1,6 +1,6 @@
 //! Compiled entry points, and the recording of their dispatches.
 
-use super::{Device, DeviceError, StageTime};
+use super::{Device, DeviceError, StageTime, held};
 
 /// How a shader sees one of its buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub(crate) struct Kernel {
 }
 
 impl Kernel {
-    /// Compiles `entry` of a shader whose binding `i` is accessed as `bindings[i]` says.
+    /// Compiles `entry` of a shader, whose bindings are accessed as the list says.
     pub fn new(
         device: &Device,
         name: &'static str,
@@ -89,7 +89,7 @@ const MOST_TIMED: u32 = 256;
 impl<'d> Recorder<'d> {
     /// An empty recording, timed where the device keeps times.
     pub fn new(device: &'d Device) -> Recorder<'d> {
-        Recorder::timed(device, device.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).is_some())
+        Recorder::timed(device, held(&device.times).is_some())
     }
 
     /// An empty recording, timed if `is_timed`, which the adapter must be able to.
@@ -191,7 +191,7 @@ impl<'d> Recorder<'d> {
     pub fn finish(self) -> Result<Vec<Vec<u32>>, DeviceError> {
         let device = self.device;
         let (brought, stage_times) = self.run()?;
-        if let Some(times) = &mut *device.times.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) {
+        if let Some(times) = &mut *held(&device.times) {
             times.extend(stage_times);
         }
         Ok(brought)

@@ -19,6 +19,8 @@ mod pool;
 #[cfg(feature = "gpu")]
 pub use adapter::{Adapter, AdapterKind, AdapterLimits, adapters, choose};
 #[cfg(feature = "gpu")]
+pub(crate) use device::held;
+#[cfg(feature = "gpu")]
 pub use device::{Device, Needs, StageTime};
 pub use error::DeviceError;
 #[cfg(feature = "gpu")]

@@ -6,9 +6,9 @@ use super::band::{Band, cut};
 use super::passes::most_rows;
 use super::solid::ResidentSolid;
 use super::stages::{Flag, Flags};
-use super::view::{TALLY_WORDS, TILE_MEMORY, TILE_SIDE, TILE_WORDS, Tally, words};
+use super::view::{TALLY_WORDS, TILE_MEMORY, TILE_SIDE, TILE_WORDS, Tally, wide, words};
 use super::{GpuSampler, Route, State};
-use crate::gpu::{DeviceError, Pool, Recorder, bytes_of};
+use crate::gpu::{DeviceError, Pool, Recorder, bytes_of, held};
 use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::ldi::{BandImage, ImageBuilder, Ldi, LdiError, Windings};
 use crate::sampler::layout::Window;
@@ -184,7 +184,6 @@ pub(super) struct MadeBand<'d> {
 impl Tally {
     /// What was counted of windings.
     pub fn windings(&self) -> Windings {
-        let wide = |low: u32, high: u32| (u64::from(low) | u64::from(high) << 32) as i64;
         Windings {
             wound: wide(self.wound_low, self.wound_high),
             aligned: wide(self.aligned_low, self.aligned_high),
@@ -240,7 +239,7 @@ impl<'a> BandJob<'a> {
 impl GpuSampler {
     /// Makes an image.
     pub(super) fn image(&self, solids: &[&LatticeSolid], image: &Image) -> Result<Ldi, SampleError> {
-        let mut state = self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut state = held(&self.state);
         let State { pool, residents } = &mut *state;
         let solids = self.resident(residents, solids)?;
         let (columns, rows) = image.grid.image_size(image.axis);
@@ -281,7 +280,7 @@ impl GpuSampler {
         let (columns, rows) = image.grid.image_size(image.axis);
         let Way { route, most_rays } = image.way(self);
         assert!(columns * rows <= most_rays, "{columns} × {rows} rays in bands of {most_rays}");
-        let mut state = self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut state = held(&self.state);
         let State { pool, residents } = &mut *state;
         let solids = self.resident(residents, solids)?;
         let band = Band::of_rows(0..rows, columns);

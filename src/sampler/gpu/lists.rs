@@ -102,9 +102,8 @@ impl<'a> BandJob<'a> {
                 for ((_, starts), &count) in lists.iter().zip(&totals) {
                     let view = View { first_crossing, run, ..self.view() };
                     let view = recorder.uniform(bytemuck::bytes_of(&view));
-                    let kernel = self.sampler.kernels.get(&self.sampler.device, &MERGE, self.image.flags())?;
                     let bound = [(0, &view), (1, starts), (2, &list.0), (3, &list.1), (4, &other.0), (5, &other.1)];
-                    recorder.dispatch(&kernel, &bound, workgroups(count as u32));
+                    self.run(recorder, &MERGE, &bound, workgroups(count as u32))?;
                     first_crossing += count as u32;
                 }
                 std::mem::swap(&mut list, &mut other);

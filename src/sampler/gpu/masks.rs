@@ -95,9 +95,8 @@ impl<'a> BandJob<'a> {
         let samples = self.words("samples", total)?;
         let mut recorder = Recorder::new(&sampler.device);
         let uniform = recorder.uniform(bytemuck::bytes_of(&self.view()));
-        let identities = sampler.kernels.get(&sampler.device, &IDENTITIES, self.image.flags())?;
         let bound = [(0, &uniform), (1, &masks.offsets), (2, &samples)];
-        recorder.dispatch(&identities, &bound, workgroups(total as u32));
+        self.run(&mut recorder, &IDENTITIES, &bound, workgroups(total as u32))?;
         for i in 0..self.solids.len() {
             let bound = [
                 (4, masks.single()),

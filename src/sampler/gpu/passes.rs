@@ -1,4 +1,4 @@
-//! The dispatches that both routes share.
+//! The dispatches that the routes share.
 
 use super::image::{BandError, BandJob};
 use super::solid::Chunk;
@@ -54,8 +54,19 @@ impl BandJob<'_> {
         stage: &'static Stage,
         buffers: &[(u32, &wgpu::Buffer)],
     ) -> Result<(), DeviceError> {
+        self.run(recorder, stage, buffers, workgroups(self.band.rays()))
+    }
+
+    /// Runs one kernel.
+    pub fn run(
+        &self,
+        recorder: &mut Recorder,
+        stage: &'static Stage,
+        buffers: &[(u32, &wgpu::Buffer)],
+        workgroups: Workgroups,
+    ) -> Result<(), DeviceError> {
         let kernel = self.sampler.kernels.get(&self.sampler.device, stage, self.image.flags())?;
-        recorder.dispatch(&kernel, buffers, workgroups(self.band.rays()));
+        recorder.dispatch(&kernel, buffers, workgroups);
         Ok(())
     }
 
@@ -87,17 +98,13 @@ impl BandJob<'_> {
         first_crossing: u32,
         buffers: &[(u32, &wgpu::Buffer)],
     ) -> Result<(), DeviceError> {
-        let (sampler, solids, flags) = (self.sampler, self.solids, self.image.flags());
-        let device = &sampler.device;
-        let room = sampler.largest_binding().saturating_sub(8) / 8;
+        let solids = self.solids;
+        let room = self.sampler.largest_binding().saturating_sub(8) / 8;
         let triangles = solids[i].chunks.iter().map(|chunk| chunk.count).max().unwrap_or(0);
         let most_blocks = u64::from(triangles) * u64::from(self.band.rows.div_ceil(BLOCK_ROWS));
         let capacity = most_blocks.min(QUEUE_CAPACITY).min(room) as u32;
         let queue = self.words("queue", 2 + 2 * u64::from(capacity))?;
         let planned = self.words("planned workgroups", PLANNED_WORDS)?;
-        let [by_triangle, plan, by_block] =
-            [&pass.triangles, &PLAN, &pass.blocks].map(|s| sampler.kernels.get(device, s, flags));
-        let (by_triangle, plan, by_block) = (by_triangle?, plan?, by_block?);
         for Chunk { positions, triangles, first_triangle, count } in &solids[i].chunks {
             let view = View {
                 triangles: *count,
@@ -110,9 +117,9 @@ impl BandJob<'_> {
             recorder.clear(&queue, 8);
             let mut bound = vec![(0, &view), (1, positions), (2, triangles), (3, &queue)];
             bound.extend(buffers);
-            recorder.dispatch(&by_triangle, &bound, workgroups(*count));
-            recorder.dispatch(&plan, &[(0, &view), (1, &queue), (2, &planned)], Workgroups::Counted(1, 1));
-            recorder.dispatch(&by_block, &bound, Workgroups::Indirect(&planned));
+            self.run(recorder, &pass.triangles, &bound, workgroups(*count))?;
+            self.run(recorder, &PLAN, &[(0, &view), (1, &queue), (2, &planned)], Workgroups::Counted(1, 1))?;
+            self.run(recorder, &pass.blocks, &bound, Workgroups::Indirect(&planned))?;
         }
         Ok(())
     }
@@ -139,11 +146,9 @@ impl BandJob<'_> {
         let blocks = items.div_ceil(SCAN_BLOCK);
         let sums = self.words("block sums", 2 * u64::from(blocks))?;
         let view = recorder.uniform(bytemuck::bytes_of(&View { rays: items, ..self.view() }));
-        let sampler = self.sampler;
         for (stage, groups) in SCAN.iter().zip([blocks, 1, blocks]) {
-            let kernel = sampler.kernels.get(&sampler.device, stage, self.image.flags())?;
             let buffers = [(0, &view), (1, counts), (2, &sums), (3, starts)];
-            recorder.dispatch(&kernel, &buffers, Workgroups::Counted(groups, 1));
+            self.run(recorder, stage, &buffers, Workgroups::Counted(groups, 1))?;
         }
         Ok(())
     }

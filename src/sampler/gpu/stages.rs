@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
 use super::view::{Planned, SCAN_WORKGROUP, Tally, View, WORKGROUP, constants};
-use crate::gpu::{Access, Device, DeviceError, Kernel, Needs};
+use crate::gpu::{Access, Device, DeviceError, Kernel, Needs, held};
 
 use Access::{Read, Uniform, Write};
 
@@ -163,7 +163,7 @@ pub static MASKS: GeometryPass =
 
 pub static RETRIEVE: GeometryPass = geometry_pass!(
     "retrieve",
-    rays!(shader!("windings"), shader!("retrieve")),
+    rays!(shader!("windings"), shader!("rank"), shader!("retrieve")),
     bindings!(GEOMETRY; (4, Read), (5, Read), (6, Read), (7, Read), (8, Write), (9, Write)),
     &[Flag::Over, Flag::TwoSolids]
 );
@@ -188,6 +188,8 @@ pub static TILES: Stage = Stage {
         shader!("rows"),
         shader!("parity"),
         shader!("windings"),
+        shader!("unclosed"),
+        shader!("rank"),
         shader!("tiles"),
     ],
     bindings: &[
@@ -208,7 +210,7 @@ pub static TILES: Stage = Stage {
 pub static CLASSIFY: Stage = Stage {
     name: "classify",
     entry: "classify",
-    files: &[shader!("fixed"), shader!("parity"), shader!("windings"), shader!("classify")],
+    files: &[shader!("fixed"), shader!("parity"), shader!("windings"), shader!("unclosed"), shader!("classify")],
     bindings: &[VIEW, (1, Write), (2, Write), (3, Write), (4, Write), (5, Write), (6, Write), (7, Write)],
     flags: &[Flag::Over, Flag::TwoSolids],
 };
@@ -235,7 +237,7 @@ pub static SCAN: [Stage; 3] = [
 pub static IDENTITIES: Stage = Stage {
     name: "identities",
     entry: "identities",
-    files: &[shader!("identities")],
+    files: &[shader!("rank"), shader!("identities")],
     bindings: &[VIEW, (1, Read), (2, Write)],
     flags: &[Flag::Over],
 };
@@ -259,7 +261,7 @@ pub static MERGE: Stage = Stage {
 pub static RESOLVE: Stage = Stage {
     name: "resolve",
     entry: "resolve",
-    files: &[shader!("fixed"), shader!("windings"), shader!("walk"), shader!("resolve")],
+    files: &[shader!("fixed"), shader!("windings"), shader!("unclosed"), shader!("walk"), shader!("resolve")],
     bindings: &[VIEW, (1, Read), (2, Write), (3, Write), (4, Write), (5, Write)],
     flags: &[Flag::Over, Flag::Exact, Flag::NonZero, Flag::KeepsTriangles],
 };
@@ -267,7 +269,7 @@ pub static RESOLVE: Stage = Stage {
 pub static MEET: Stage = Stage {
     name: "meet",
     entry: "meet",
-    files: &[shader!("fixed"), shader!("walk"), shader!("meet")],
+    files: &[shader!("fixed"), shader!("unclosed"), shader!("walk"), shader!("meet")],
     bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Write), (5, Write), (6, Write)],
     flags: &[Flag::Over, Flag::NonZero],
 };
@@ -314,7 +316,7 @@ impl Stage {
         text += Tally::WGSL;
         text += Planned::WGSL;
         text += "\n";
-        text += shader!("pixels");
+        text += shader!("view");
         text += "\n";
         if self.files.contains(&shader!("fixed")) {
             text += match arithmetic {
@@ -345,7 +347,7 @@ impl Kernels {
     /// The kernel of a stage in the variant that the flags ask for.
     pub fn get(&self, device: &Device, stage: &Stage, flags: Flags) -> Result<Arc<Kernel>, DeviceError> {
         let key = (stage.name, flags.among(stage.flags));
-        let mut made = self.made.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut made = held(&self.made);
         if let Some(kernel) = made.get(&key) {
             return Ok(Arc::clone(kernel));
         }

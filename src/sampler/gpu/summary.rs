@@ -2,11 +2,10 @@
 
 use super::band::Band;
 use super::image::{BandError, BandJob, Image, MadeBand, Way};
-use super::passes::workgroups;
 use super::stages::SUMMARY;
-use super::view::{LEVEL_SUMS, NODE_SUMS, SUMS, TALLY_WORDS, Tally};
+use super::view::{LEVEL_SUMS, NODE_SUMS, SUMS, TALLY_WORDS, Tally, wide};
 use super::{GpuSampler, State};
-use crate::gpu::bytes_of;
+use crate::gpu::{bytes_of, held};
 use crate::grid::LatticeSolid;
 use crate::ldi::{RaySums, Summary, Windings};
 use crate::sampler::SampleError;
@@ -30,19 +29,14 @@ impl BandJob<'_> {
         let levels = self.words("levels", most_samples)?;
         let totals = self.words("totals", TOTALS_WORDS)?;
         recorder.clear(&totals, bytes_of(TOTALS_WORDS));
-        let sampler = self.sampler;
-        let kernel = sampler.kernels.get(&sampler.device, &SUMMARY, self.image.flags())?;
         let view = recorder.uniform(bytemuck::bytes_of(&self.view()));
         let bound = [(0, &view), (1, &offsets), (2, &samples), (3, &levels), (4, &totals)];
-        recorder.dispatch(&kernel, &bound, workgroups(self.band.rays()));
+        self.by_ray(&mut recorder, &SUMMARY, &bound)?;
         recorder.read_back(&totals, 0, bytes_of(TOTALS_WORDS));
         recorder.read_back(&tally, 0, bytes_of(TALLY_WORDS));
         let brought = recorder.finish()?;
         let (totals, tally): (&[u32], Tally) = (&brought[0], bytemuck::cast_slice(&brought[1])[0]);
-        let sum = |i: u32| {
-            let i = 2 * i as usize;
-            (u64::from(totals[i]) | u64::from(totals[i + 1]) << 32) as i64
-        };
+        let sum = |i: u32| wide(totals[2 * i as usize], totals[2 * i as usize + 1]);
         let sums = RaySums {
             steps: std::array::from_fn(|parity| sum(parity as u32)),
             nodes: std::array::from_fn(|parity| [0, 1].map(|depth| sum(NODE_SUMS + 2 * parity as u32 + depth))),
@@ -70,7 +64,7 @@ impl GpuSampler {
     }
 
     fn summary_on_device(&self, solids: &[&LatticeSolid], image: &Image) -> Result<Summary, BandError> {
-        let mut state = self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut state = held(&self.state);
         let State { pool, residents } = &mut *state;
         let solids = self.resident(residents, solids)?;
         let (columns, _) = image.grid.image_size(image.axis);

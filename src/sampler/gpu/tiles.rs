@@ -97,8 +97,7 @@ impl<'a> BandJob<'a> {
                 (8, &tally),
                 (9, &next_place),
             ];
-            let kernel = self.sampler.kernels.get(&self.sampler.device, &TILES, self.image.flags())?;
-            recorder.dispatch(&kernel, &bound, counted(bins.tiles));
+            self.run(&mut recorder, &TILES, &bound, counted(bins.tiles))?;
             self.scan(&mut recorder, &counts, &offsets)?;
             recorder.read_back(&offsets, bytes_of(rays), 4);
             let total = u64::from(recorder.finish()?[0][0]);

@@ -232,3 +232,8 @@ pub const PLANNED_WORDS: u64 = size_of::<Planned>() as u64 / 4;
 
 /// Words of a tally.
 pub const TALLY_WORDS: u64 = size_of::<Tally>() as u64 / 4;
+
+/// A sum of 64 bits that lies in two words.
+pub fn wide(low: u32, high: u32) -> i64 {
+    (u64::from(low) | u64::from(high) << 32) as i64
+}
