@@ -16,7 +16,7 @@ const FORMAT_CRATES: &[&str] =
     &["tobj", "gltf", "gltf_json", "zip", "quick_xml", "serde_json", "ply_rs_bw", "stl_io", "threemf2", "ndarray_npy"];
 
 /// Where those may be named.
-const FORMAT_PLACES: &[&str] = &["src/mesh/io/", "src/ldi/npz.rs"];
+const FORMAT_PLACES: &[&str] = &["src/mesh/io/", "src/ldi/npz/"];
 
 /// What works on images and must not know how they come about.
 const OPERATIONS: &[&str] = &["src/boolean", "src/integrate", "src/minkowski", "src/metrics", "src/surface", "src/ldi"];
@@ -422,7 +422,7 @@ mod tests {
             ("src/sampler/gpu/mod.rs", "use wgpu::Device; use super::layout::Voxels;"),
             ("src/minkowski/gpu/flood.rs", "use wgpu::Queue;"),
             ("src/mesh/io/gltf.rs", "use gltf::Gltf; use serde_json::Value;"),
-            ("src/ldi/npz.rs", "use zip::ZipWriter;"),
+            ("src/ldi/npz/write.rs", "use zip::ZipWriter;"),
             ("src/surface/mod.rs", "use crate::mesh::TriangleMesh;"),
             ("src/boolean.rs", "use crate::grid::Axis; use crate::ldi::{Ldi, TooManySamples};"),
             ("src/integrate.rs", "#[cfg(test)]\nmod tests { use crate::sampler::Mode; use crate::mesh::ClosedMesh; }"),

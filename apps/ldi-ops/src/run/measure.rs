@@ -183,7 +183,9 @@ fn measure(
     if let Some(path) = &job.images {
         progress.stage("writing");
         let writing = Instant::now();
-        output::replace(path, |file| npz::write(&round.images, file).map_err(std::io::Error::from))?;
+        output::replace(path, |file| {
+            npz::write(&round.images, &npz::Extras::default(), file).map_err(std::io::Error::from)
+        })?;
         seconds.write += writing.elapsed().as_secs_f64();
     }
     seconds.total = start.elapsed().as_secs_f64();
