@@ -49,6 +49,7 @@
 
 mod allocation;
 pub mod boolean;
+mod cell;
 pub mod fixed;
 pub mod gpu;
 pub mod grid;
