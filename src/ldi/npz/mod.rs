@@ -73,11 +73,10 @@ fn is_unit(text: &str) -> bool {
 
 /// The first normal that is not of length 1, as far as 32 bits tell, and its length.
 fn not_normal(normals: &[[f32; 3]]) -> Option<(usize, f64)> {
-    const ROUNDED: f64 = 1e-3;
+    const ROUNDED: std::ops::RangeInclusive<f64> = 0.999..=1.001;
     let length = |normal: &[f32; 3]| normal.iter().map(|&n| f64::from(n) * f64::from(n)).sum::<f64>().sqrt();
     let mut lengths = normals.iter().map(length).enumerate();
-    // A length that is not a number is not near 1 either.
-    lengths.find(|(_, length)| !((length - 1.0).abs() <= ROUNDED))
+    lengths.find(|(_, length)| !ROUNDED.contains(length))
 }
 
 /// The name of an array of an image, which carries the axis where there are several images.

@@ -144,7 +144,7 @@ impl<R: Read + Seek> Archive<R> {
         if record.has("step") {
             let ([found], expected) = (record.floats("step", "one float")?, grid.step());
             // The reader's own step is used; another program may have rounded it otherwise.
-            if !((found - expected).abs() <= 1e-9 * expected) {
+            if !(expected * (1.0 - 1e-9)..=expected * (1.0 + 1e-9)).contains(&found) {
                 return Err(NpzError::Step { found, expected });
             }
         }
