@@ -44,7 +44,7 @@ fn one_axis_is_enough_and_estimates_enclose() {
     let pitch = result["grid"]["pitch"].as_f64().unwrap();
     let inside: f64 = exact.iter().map(|&voxel| f64::from(voxel)).sum();
     let volume = result["volume"]["value"].as_f64().unwrap();
-    assert_near(inside * pitch.powi(3), volume, 0.01 * volume);
+    assert_near(inside * pitch.powi(3), volume, 0.02 * volume);
 }
 
 #[test]
