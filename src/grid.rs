@@ -458,6 +458,16 @@ impl LatticeSolid<'_> {
         (b - a).cross(c - a).normalize_or_zero()[axis.depth()].abs()
     }
 
+    /// The unit normal of each triangle, (b − a) × (c − a), in world axes; zero for a triangle without area.
+    pub fn normals(&self) -> Vec<[f32; 3]> {
+        let normal = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|v| self.positions[v as usize]);
+            let [u, v] = [b, c].map(|p| DVec3::from_array(std::array::from_fn(|i| f64::from(p[i] - a[i]))));
+            u.cross(v).normalize_or_zero().as_vec3().to_array()
+        };
+        self.triangles.par_iter().with_min_len(1 << 12).map(normal).collect()
+    }
+
     /// A number that only copies of this solid share, whatever region they are restricted to: who keeps its geometry
     /// elsewhere recognises it by that.
     pub fn identity(&self) -> u64 {

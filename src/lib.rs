@@ -60,4 +60,5 @@ pub mod mesh;
 pub mod output;
 pub mod sampler;
 pub mod solids;
+pub mod surface;
 pub mod voxels;

@@ -59,7 +59,8 @@ pub struct NodeSlab {
     rows: usize,
     words: usize,
     bits: Vec<u64>,
-    disagreements: u64,
+    /// By plane.
+    disagreements: Vec<u64>,
 }
 
 /// Planes that are made at a time where one after another is asked for.
@@ -108,7 +109,14 @@ impl<'a> NodePlanes<'a> {
     pub fn slab(&self, planes: Range<i32>, margin: usize) -> NodeSlab {
         let [columns, rows, _] = self.grid.rays().map(|n| n as usize);
         let (words, rows) = ((columns + 2 * margin).div_ceil(64), rows + 2 * margin);
-        let mut slab = NodeSlab { first: planes.start, margin, rows, words, bits: Vec::new(), disagreements: 0 };
+        let mut slab = NodeSlab {
+            first: planes.start,
+            margin,
+            rows,
+            words,
+            bits: Vec::new(),
+            disagreements: vec![0; planes.len()],
+        };
         let parts: Vec<Vec<u64>> = self.images.iter().flatten().map(|image| slab.of_image(image, &planes)).collect();
         let mut parts = parts.into_iter();
         slab.bits = parts.next().expect("there is an image");
@@ -117,7 +125,7 @@ impl<'a> NodePlanes<'a> {
         let combine = self.combine;
         slab.disagreements = slab
             .bits
-            .par_chunks_mut(length)
+            .par_chunks_mut(length.max(1))
             .enumerate()
             .map(|(plane, bits)| {
                 let range = plane * length..(plane + 1) * length;
@@ -135,7 +143,7 @@ impl<'a> NodePlanes<'a> {
                 }
                 disagreements
             })
-            .sum();
+            .collect();
         slab
     }
 }
@@ -162,9 +170,9 @@ impl NodeSlab {
         &self.bits[at..at + self.words]
     }
 
-    /// Nodes about which the images disagree.
-    pub fn disagreements(&self) -> u64 {
-        self.disagreements
+    /// Nodes of some planes about which the images disagree.
+    pub fn disagreements(&self, planes: Range<i32>) -> u64 {
+        planes.map(|plane| self.disagreements[(plane - self.first) as usize]).sum()
     }
 
     /// The nodes of one image, plane after plane.
@@ -314,7 +322,7 @@ mod tests {
             for chosen in [&exact[..1], &exact[1..2], &exact[2..], &exact[..]] {
                 let planes = NodePlanes::new(chosen, Combine::Most).unwrap();
                 let slab = planes.slab(-1..rays[2] + 1, margin);
-                assert_eq!((slab.disagreements(), slab.end()), (0, rays[2] + 1));
+                assert_eq!((slab.disagreements(-1..rays[2] + 1), slab.end()), (0, rays[2] + 1));
                 let inside = |node: [i32; 3]| {
                     let on_grid = (0..3).all(|i| (0..rays[i]).contains(&node[i]));
                     on_grid && is_inside(&chosen[0], node.map(|i| i as u32))
@@ -345,7 +353,7 @@ mod tests {
         let rays = over[0].grid().rays();
         let slab = |combine| NodePlanes::new(&over, combine).unwrap().slab(0..rays[2] as i32, 0);
         let [any, all, most] = [Combine::Any, Combine::All, Combine::Most].map(slab);
-        assert!(any.disagreements() > 0);
+        assert!(any.disagreements(0..rays[2] as i32) > 0);
         for z in 0..rays[2] {
             for y in 0..rays[1] {
                 for x in 0..rays[0] {

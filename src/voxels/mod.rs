@@ -61,7 +61,7 @@ fn each_plane(nodes: &NodePlanes, mut take: impl FnMut(&[u8]) -> io::Result<()>)
             written.inside += fill(&slab, plane, columns as usize, &mut bytes);
             take(&bytes)?;
         }
-        written.disagreements += slab.disagreements();
+        written.disagreements += slab.disagreements(first..slab.end());
         first = slab.end();
     }
     Ok(written)
