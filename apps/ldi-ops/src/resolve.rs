@@ -9,6 +9,7 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::io::Format;
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 use ldi_ops::solids::Model;
+use ldi_ops::voxels;
 
 use crate::args::{
     self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
@@ -167,8 +168,24 @@ pub struct MeasureJob {
     pub fill: Fill,
     pub backend: Backend,
     /// Where the images go.
-    pub images: Option<PathBuf>,
+    pub images: Option<ImageTarget>,
     pub report: Report,
+}
+
+/// A file that is made of images.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ImageTarget {
+    pub path: PathBuf,
+    pub content: Content,
+}
+
+/// What is written of images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// The images themselves, as `.npz`.
+    Images,
+    /// The lattice nodes that they have inside.
+    Voxels(voxels::Format),
 }
 
 #[derive(Debug)]
@@ -336,12 +353,10 @@ fn measure(
         let (least, most) = (LOD_RANGE.start(), LOD_RANGE.end());
         return Err(Failure::input(format!("--lod {} is outside {least} to {most} voxels a ray", sampling.lod)));
     }
-    if let Some(path) = &images {
-        image_target(path)?;
-    }
+    let images = images.map(image_target).transpose()?;
     let report = report(&common)?;
-    if let Some(path) = &images {
-        apart(&report, path)?;
+    if let Some(target) = &images {
+        apart(&report, &target.path)?;
     }
     let job = MeasureJob {
         measurement,
@@ -448,19 +463,24 @@ fn mesh_target(path: &Path) -> Result<(), Failure> {
     writable(path)
 }
 
-/// An image file.
-fn image_target(path: &Path) -> Result<(), Failure> {
+/// What is written of images by files of an extension.
+const WRITTEN: &str = "-o takes .npz, the image, and .vti or .npy, voxels";
+
+/// A file that is made of images.
+fn image_target(path: PathBuf) -> Result<ImageTarget, Failure> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let refuse = |why: &str| Err(Failure::input(format!("{}: {why}", path.display())));
-    match extension.as_str() {
-        "npz" => writable(path),
-        "vti" | "npy" => refuse("voxels are not made by this build; -o takes .npz, the image"),
-        "" => refuse("the name has no extension; -o takes .npz, the image"),
-        _ if Format::from_path(path).is_ok() => {
-            refuse("surfaces are not made by this build, so there is no mesh to write; -o takes .npz, the image")
+    let refuse = |why: &str| Err(Failure::input(format!("{}: {why}; {WRITTEN}", path.display())));
+    let content = match (extension.as_str(), voxels::Format::from_extension(&extension)) {
+        (_, Some(format)) => Content::Voxels(format),
+        ("npz", _) => Content::Images,
+        ("", _) => return refuse("the name has no extension"),
+        _ if Format::from_path(&path).is_ok() => {
+            return refuse("surfaces are not made by this build, so there is no mesh to write");
         }
-        _ => refuse("this extension is not known; -o takes .npz, the image"),
-    }
+        _ => return refuse("this extension is not known"),
+    };
+    writable(&path)?;
+    Ok(ImageTarget { path, content })
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use std::time::Instant;
 use glam::{DMat3, DVec3};
 use ldi_ops::grid::{Axis, Grid, LatticeBox, LatticeSolid};
 use ldi_ops::integrate::{self, AxisVolume, Moments, SurfaceHits, VolumeEstimate};
-use ldi_ops::ldi::{Ldi, npz};
+use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 use serde::Serialize;
@@ -20,12 +20,12 @@ use super::fill::FillDifference;
 use super::image::{ImageMaker, alive_at_once};
 use super::input::{self, Demands, Provenance, Solid};
 use super::work::work;
-use super::{Finished, machine, say_warnings};
+use super::{Finished, machine, say_warnings, write};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
 use crate::report::Warning;
 use crate::resolve::{Backend, Boolean, Input, MeasureJob, Measurement, Spacing};
-use crate::{json, output, report};
+use crate::{json, report};
 
 /// Everything that is known of a result.
 pub struct Measured {
@@ -45,7 +45,7 @@ pub struct Measured {
     pub ran: Ran,
     pub seconds: Seconds,
     pub warnings: Vec<Warning>,
-    /// The file that the images were written to.
+    /// The file that the images, or what is made of them, were written to.
     pub images: Option<PathBuf>,
     /// What `volume` adds.
     pub measures: Option<SolidMeasures>,
@@ -179,10 +179,10 @@ fn measure(
     warnings.extend(solids.iter().filter_map(|solid| thin(solid, &round.grid, &job.axes)));
     warnings.extend(coarse_voxels(job, &round.grid));
 
-    if let Some(path) = &job.images {
+    if let Some(target) = &job.images {
         progress.stage("writing");
         let writing = Instant::now();
-        output::replace(path, |file| npz::write(&round.images, file).map_err(std::io::Error::from))?;
+        write::images(target, &round.images, job.mode, solids[0].unit, progress)?;
         seconds.write += writing.elapsed().as_secs_f64();
     }
     seconds.total = start.elapsed().as_secs_f64();
@@ -199,7 +199,7 @@ fn measure(
         ran,
         seconds,
         warnings,
-        images: job.images.clone(),
+        images: job.images.as_ref().map(|target| target.path.clone()),
         measures,
         refinement,
         solids,
