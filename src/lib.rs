@@ -58,3 +58,4 @@ pub mod mesh;
 pub mod output;
 pub mod sampler;
 pub mod solids;
+pub mod surface;
