@@ -370,6 +370,26 @@ pub struct LatticeBox {
 }
 
 impl LatticeBox {
+    /// A box of nothing.
+    pub const EMPTY: LatticeBox = LatticeBox { min: [0; 3], max: [-1; 3] };
+
+    /// Whether a greatest position lies below a least.
+    pub fn is_empty(&self) -> bool {
+        (0..3).any(|i| self.max[i] < self.min[i])
+    }
+
+    /// The least box around both; an empty one adds nothing.
+    pub fn hull(&self, other: &LatticeBox) -> LatticeBox {
+        match (self.is_empty(), other.is_empty()) {
+            (true, _) => *other,
+            (_, true) => *self,
+            (false, false) => LatticeBox {
+                min: std::array::from_fn(|i| self.min[i].min(other.min[i])),
+                max: std::array::from_fn(|i| self.max[i].max(other.max[i])),
+            },
+        }
+    }
+
     /// What both boxes share; empty, with a greatest position below a least, where they share nothing.
     pub fn intersection(&self, other: &LatticeBox) -> LatticeBox {
         LatticeBox {

@@ -13,7 +13,8 @@
 //! - [`grid`] lays a raster around the solids and rounds their vertices, once, to an integer lattice.
 //! - [`sampler`] states what an image is, to the bit; [`sampler::cpu`] and, with the feature `gpu`, `sampler::gpu` make it.
 //! - [`gpu`] finds and opens the devices that the latter runs on.
-//! - [`ldi`] holds the image; [`boolean`] combines two; [`integrate`] finds volume, area and moments.
+//! - [`ldi`] holds the image; [`boolean`] combines any number; [`integrate`] finds volume, area and moments.
+//! - [`surface`] makes a mesh of three images again.
 //! - [`voxels`] writes which lattice nodes are inside, for programs that know no images.
 //! - [`solids`] makes models to try things on.
 //!

@@ -118,26 +118,26 @@ impl CellLayer {
         for y in 0..nodes.rows() - 1 {
             let rows = [nodes.row(y, k), nodes.row(y + 1, k), nodes.row(y, k + 1), nodes.row(y + 1, k + 1)];
             for word in 0..nodes.words() {
-                let fold =
-                    |at: usize, op: fn(u64, u64) -> u64, none: u64| rows.iter().fold(none, |w, row| op(w, row[at]));
-                let any = |at| if at < nodes.words() { fold(at, |a, b| a | b, 0) } else { 0 };
-                let all = |at| if at < nodes.words() { fold(at, |a, b| a & b, u64::MAX) } else { 0 };
-                let (any_here, all_here) = (any(word), all(word));
-                let either = any_here | any_here >> 1 | any(word + 1) << 63;
-                let both = all_here & (all_here >> 1 | all(word + 1) << 63);
-                let passed = either & !both;
+                // The nodes at the lower and the upper x of each cell.
+                let lower = rows.map(|row| row[word]);
+                let upper = rows.map(|row| row[word] >> 1 | row.get(word + 1).map_or(0, |next| next << 63));
+                let all = lower.into_iter().chain(upper);
+                let passed =
+                    all.clone().fold(0, |any, nodes| any | nodes) & !all.fold(u64::MAX, |all, nodes| all & nodes);
                 layer.ranks.push(layer.cells.len() as u32);
                 layer.passed.push(passed);
                 for bit in Bits(passed) {
-                    layer.add_cell(slab, joined, grid, [(64 * word + bit) as i32, y as i32, k]);
+                    let corners = |i: usize| (lower[i] >> bit & 1) | (upper[i] >> bit & 1) << 1;
+                    let inside = corners(0) | corners(1) << 2 | corners(2) << 4 | corners(3) << 6;
+                    layer.add_cell(slab, joined, grid, [(64 * word + bit) as i32, y as i32, k], inside as u8);
                 }
             }
         }
         layer
     }
 
-    fn add_cell(&mut self, slab: &EdgeSlab, joined: &JoinedFaces, grid: &Grid, cell: [i32; 3]) {
-        let (inside, joined) = (corners_inside(slab, cell), joined.of(cell));
+    fn add_cell(&mut self, slab: &EdgeSlab, joined: &JoinedFaces, grid: &Grid, cell: [i32; 3], inside: u8) {
+        let joined = joined.of(cell);
         let first_vertex = self.vertices.len() as u32;
         self.cells.push(Cell { first_vertex, inside, joined });
         let loops = loops(inside, joined);

@@ -8,7 +8,7 @@
 //! beginning and are kept by every move, so that the mesh, sampled again on the same lattice, gives back the same nodes,
 //! sharp edges and all.
 //!
-//! A vertex that may not go stays in its cell. Neighbours that moved later may have made room, so those that stayed are tried
+//! A vertex that may not go goes part of the way, or stays in its cell. Neighbours that moved later may have made room, so those that stayed are tried
 //! again. First nodes count as met from as far as 32-bit coordinates are rounded; what a node beside a face keeps back is tried
 //! once more with the lattice's own rounding: one mover in a thousand.
 
@@ -17,7 +17,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::cells::MARGIN;
-use super::quads::OpenQuad;
+use super::quads::{OpenQuad, Quad};
 
 /// A vertex that belongs elsewhere.
 #[derive(Clone, Copy, Debug)]
@@ -29,76 +29,112 @@ pub struct Mover {
 /// How often all are tried with either margin.
 const ROUNDS: usize = 3;
 
+/// What is tried of its way by a vertex that may not go all of it.
+const PART_WAYS: [f64; 3] = [0.75, 0.5, 0.25];
+
 /// Vertices nearer to one another than this would be one, to readers of 32-bit coordinates.
 const APART: f64 = 1e-3;
 
-/// Moves vertices to where they belong, in coordinates of cells, in which nodes have whole coordinates. `quads` are all
-/// quadrilaterals that hold a mover. Gives the number of those that had to stay.
-///
-/// `rounding` is how far the lattice's rounding may move a surface, in pitches.
-pub fn settle(movers: &[Mover], quads: &[OpenQuad], rounding: f64, vertices: &mut [DVec3]) -> u64 {
-    let around = Around::new(movers, quads);
-    let mut taken: HashMap<[i64; 3], Vec<DVec3>> = HashMap::new();
-    let mut waiting: Vec<usize> = (0..movers.len()).collect();
-    for round in 0..2 * ROUNDS {
-        let margin = if round < ROUNDS { MARGIN } else { rounding.min(MARGIN) };
-        waiting.retain(|&i| {
-            let Mover { vertex, target } = movers[i];
-            let mine = || around.of(i).iter().map(|&quad| &quads[quad as usize].quad.corners);
-            let free =
-                !is_taken(&taken, target) && mine().all(|corners| may_go(vertex, target, corners, vertices, margin));
-            if free {
-                taken.entry(place(target)).or_default().push(target);
-                vertices[vertex as usize] = target;
-            }
-            !free
-        });
-    }
-    waiting.len() as u64
-}
-
-/// The quadrilaterals around each mover.
-struct Around {
+/// Vertices that belong elsewhere, and the quadrilaterals around each.
+pub struct Features<'a> {
+    /// In the order of their vertices.
+    movers: &'a [Mover],
+    /// All that hold a mover.
+    quads: &'a [OpenQuad],
+    /// Those of mover i are `around[starts[i]..starts[i + 1]]`.
     starts: Vec<u32>,
-    quads: Vec<u32>,
+    around: Vec<u32>,
 }
 
-impl Around {
-    /// Movers are in the order of their vertices.
-    fn new(movers: &[Mover], quads: &[OpenQuad]) -> Around {
-        let mover_of = |vertex: u32| movers.binary_search_by_key(&vertex, |mover| mover.vertex).ok();
-        let incidences: Vec<(u32, u32)> = (0u32..)
-            .zip(quads)
-            .flat_map(|(quad, open)| open.quad.corners.map(|vertex| Some((mover_of(vertex)? as u32, quad))))
-            .flatten()
-            .collect();
-        let mut starts = vec![0; movers.len() + 1];
-        incidences.iter().for_each(|&(mover, _)| starts[mover as usize + 1] += 1);
-        (1..starts.len()).for_each(|i| starts[i] += starts[i - 1]);
-        let mut next = starts.clone();
-        let mut sorted = vec![0; incidences.len()];
+impl<'a> Features<'a> {
+    /// Movers in the order of their vertices, and all quadrilaterals that hold one.
+    pub fn new(movers: &'a [Mover], quads: &'a [OpenQuad]) -> Features<'a> {
+        let mut features = Features { movers, quads, starts: vec![0; movers.len() + 1], around: Vec::new() };
+        let incidences: Vec<(usize, u32)> =
+            (0u32..).zip(quads).flat_map(|(at, open)| features.movers_of(open).map(move |mover| (mover, at))).collect();
+        incidences.iter().for_each(|&(mover, _)| features.starts[mover + 1] += 1);
+        (1..features.starts.len()).for_each(|i| features.starts[i] += features.starts[i - 1]);
+        let mut next = features.starts.clone();
+        features.around = vec![0; incidences.len()];
         for (mover, quad) in incidences {
-            sorted[next[mover as usize] as usize] = quad;
-            next[mover as usize] += 1;
+            features.around[next[mover] as usize] = quad;
+            next[mover] += 1;
         }
-        Around { starts, quads: sorted }
+        features
     }
 
-    fn of(&self, mover: usize) -> &[u32] {
-        &self.quads[self.starts[mover] as usize..self.starts[mover + 1] as usize]
+    fn movers_of(&self, open: &OpenQuad) -> impl Iterator<Item = usize> + use<'a> {
+        let movers = self.movers;
+        let mover_of = move |vertex: u32| movers.binary_search_by_key(&vertex, |mover| mover.vertex).ok();
+        open.quad.corners.into_iter().filter_map(mover_of)
+    }
+
+    fn quads_of(&self, mover: usize) -> impl Iterator<Item = &'a Quad> + '_ {
+        let range = self.starts[mover] as usize..self.starts[mover + 1] as usize;
+        self.around[range].iter().map(|&at| &self.quads[at as usize].quad)
+    }
+
+    /// Moves vertices to where they belong, in coordinates of cells, in which nodes have whole coordinates. Gives the number
+    /// of those that did not get there.
+    ///
+    /// `rounding` is how far the lattice's rounding may move a surface, in pitches.
+    pub fn settle(&self, rounding: f64, vertices: &mut [DVec3]) -> u64 {
+        let mut taken = Taken::default();
+        let mut waiting: Vec<usize> = (0..self.movers.len()).collect();
+        for round in 0..2 * ROUNDS {
+            let margin = if round < ROUNDS { MARGIN } else { rounding.min(MARGIN) };
+            waiting.retain(|&i| !self.moves(i, 1.0, margin, vertices, &mut taken));
+        }
+        for &i in &waiting {
+            let _ = PART_WAYS.iter().any(|&share| self.moves(i, share, MARGIN, vertices, &mut taken));
+        }
+        waiting.len() as u64
+    }
+
+    /// Moves a vertex by a share of its way if it may go there.
+    fn moves(&self, mover: usize, share: f64, margin: f64, vertices: &mut [DVec3], taken: &mut Taken) -> bool {
+        let Mover { vertex, target } = self.movers[mover];
+        let to = vertices[vertex as usize].lerp(target, share);
+        let free =
+            !taken.holds(to) && self.quads_of(mover).all(|quad| may_go(vertex, to, &quad.corners, vertices, margin));
+        if free {
+            taken.add(to);
+            vertices[vertex as usize] = to;
+        }
+        free
+    }
+
+    /// The distance of a quadrilateral's crossing from all triangles around its movers: a face that belongs there may lie in
+    /// the triangles of another crossing.
+    pub fn distance(&self, open: &OpenQuad, vertices: &[DVec3]) -> f32 {
+        let around = self.movers_of(open).flat_map(|mover| self.quads_of(mover));
+        around.map(|quad| open.quad.distance(quad, vertices)).fold(f32::INFINITY, f32::min)
+    }
+}
+
+/// Where vertices have moved to.
+#[derive(Default)]
+struct Taken {
+    by_place: HashMap<[i64; 3], Vec<DVec3>>,
+}
+
+impl Taken {
+    fn add(&mut self, point: DVec3) {
+        self.by_place.entry(place(point)).or_default().push(point);
+    }
+
+    /// Whether a vertex has moved to within [`APART`] of a point.
+    fn holds(&self, point: DVec3) -> bool {
+        let [x, y, z] = place(point);
+        let near = |i: i64| [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1];
+        let is_near = |others: &Vec<DVec3>| others.iter().any(|other| other.distance(point) < APART);
+        (0..27).any(|i| self.by_place.get(&near(i)).is_some_and(is_near))
     }
 }
 
 /// The block of side [`APART`] that a point lies in.
 fn place(point: DVec3) -> [i64; 3] {
     (point / APART).floor().to_array().map(|c| c as i64)
-}
-
-/// Whether another vertex has moved to where this one belongs.
-fn is_taken(taken: &HashMap<[i64; 3], Vec<DVec3>>, target: DVec3) -> bool {
-    let [x, y, z] = place(target);
-    let near = |i: i64| [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1];
-    (0..27).any(|i| taken.get(&near(i)).is_some_and(|others| others.iter().any(|o| o.distance(target) < APART)))
 }
 
 /// Whether a vertex of a quadrilateral may go to a place.

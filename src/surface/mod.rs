@@ -38,7 +38,7 @@ use crate::mesh::TriangleMesh;
 use cells::{CellLayer, JoinedFaces, world_from_cells};
 pub use edges::SubResolution;
 use edges::{EdgeSlab, Source};
-use features::Mover;
+use features::{Features, Mover};
 use quads::{OpenQuad, Quad};
 
 /// What kind of images a surface is made from.
@@ -71,7 +71,8 @@ pub struct Surface {
     pub sub_resolution: SubResolution,
     /// Nodes about which the images disagree; none of exact images.
     pub disagreements: u64,
-    /// The largest distance of a sample that the mesh rests on from its two triangles, in world units.
+    /// The largest distance from the mesh of a sample that it rests on, in world units; no less than it is, and more where
+    /// triangles that are not the sample's own are nearer.
     pub distance: f64,
     /// Vertices of edges and corners that lie beyond their cells.
     pub moved: u64,
@@ -223,14 +224,15 @@ impl<'a> Contour<'a> {
 
     /// Moves what belongs beyond its cell, cuts what was left open, and goes over to world coordinates.
     fn finish(mut self) -> Surface {
-        let stayed = {
-            let rounding = LATTICE_STEPS / f64::from(1u32 << self.grid.shift());
-            features::settle(&self.movers, &self.open, rounding, &mut self.vertices)
-        };
+        let features = Features::new(&self.movers, &self.open);
+        let rounding = LATTICE_STEPS / f64::from(1u32 << self.grid.shift());
+        let stayed = features.settle(rounding, &mut self.vertices);
         for open in &self.open {
             let (triangles, distance) = open.quad.cut(&self.vertices);
             self.triangles[open.triangle as usize..][..2].copy_from_slice(&triangles);
-            self.distance = self.distance.max(distance);
+            if distance > self.distance {
+                self.distance = self.distance.max(features.distance(open, &self.vertices));
+            }
         }
         let grid = self.grid;
         self.vertices.par_iter_mut().for_each(|vertex| *vertex = world_from_cells(&grid, *vertex));

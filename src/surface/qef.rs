@@ -81,16 +81,21 @@ impl Loop {
         let planes = || self.points[..self.count].iter().zip(&self.normals[..self.count]);
         let sum: DVec3 = self.normals[..self.count].iter().sum();
         let Some(main) = sum.try_normalize() else { return (mean, 0) };
+        let (mut along, mut all, mut off) = (0.0, 0.0, 0.0);
+        for (&point, &normal) in planes() {
+            let cosine = normal.dot(main);
+            along += cosine * cosine;
+            all += normal.length_squared();
+            off += cosine * normal.dot(point - mean);
+        }
+        if all - along < SMOOTH * all {
+            return (mean + main * (off / along), 1);
+        }
         let mut moments = DMat3::ZERO;
         let mut pull = DVec3::ZERO;
         for (&point, &normal) in planes() {
             moments += DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
             pull += normal * normal.dot(point - mean);
-        }
-        let trace = moments.x_axis.x + moments.y_axis.y + moments.z_axis.z;
-        let along = main.dot(moments * main);
-        if trace - along < SMOOTH * trace {
-            return (mean + main * (main.dot(pull) / along), 1);
         }
         let (values, vectors) = eigen(moments);
         let largest = values.max_element();

@@ -47,13 +47,33 @@ impl Quad {
         Quad { corners, node, axis: axis as u8, crossing: slab.crossing(axis, node) }
     }
 
-    /// The two triangles, and how far the crossing is from them, in pitches.
-    pub fn cut(&self, vertices: &[DVec3]) -> ([[u32; 3]; 2], f32) {
-        // Relative to the edge's end 32 bits are plenty.
+    /// Corners of another quadrilateral from the lower end of the edge: near it 32 bits are plenty.
+    fn see(&self, corners: [u32; 4], vertices: &[DVec3]) -> [Vec3; 4] {
         let base = DVec3::from_array(self.node.map(f64::from));
-        let [a, b, c, d] = self.corners.map(|vertex| (vertices[vertex as usize] - base).as_vec3());
+        corners.map(|vertex| (vertices[vertex as usize] - base).as_vec3())
+    }
+
+    fn crossing_from_node(&self) -> Vec3 {
         let mut crossing = Vec3::ZERO;
         crossing[usize::from(self.axis)] = self.crossing.at;
+        crossing
+    }
+
+    /// The distance of the crossing from the triangles of another quadrilateral, in pitches.
+    pub fn distance(&self, other: &Quad, vertices: &[DVec3]) -> f32 {
+        let (triangles, _) = other.cut(vertices);
+        let point = self.crossing_from_node();
+        let of_triangle = |triangle: [u32; 3]| {
+            let [a, b, c, _] = self.see([triangle[0], triangle[1], triangle[2], triangle[0]], vertices);
+            nearest(point, [a, b, c]).distance(point)
+        };
+        of_triangle(triangles[0]).min(of_triangle(triangles[1]))
+    }
+
+    /// The two triangles, and how far the crossing is from them, in pitches.
+    pub fn cut(&self, vertices: &[DVec3]) -> ([[u32; 3]; 2], f32) {
+        let [a, b, c, d] = self.see(self.corners, vertices);
+        let crossing = self.crossing_from_node();
         let one = Fit::of(&[[a, b, c], [a, c, d]], self.crossing.normal);
         let other = Fit::of(&[[a, b, d], [b, c, d]], self.crossing.normal);
         let [p, q, r, s] = self.corners;

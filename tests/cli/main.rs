@@ -4,6 +4,7 @@
 
 mod broken;
 mod corpus;
+mod csg;
 mod devices;
 mod files;
 #[cfg(feature = "gpu")]

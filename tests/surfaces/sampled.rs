@@ -1,13 +1,11 @@
 //! Solids sampled along three axes, and what their surfaces are held to.
 
-use glam::DVec3;
-use ldi_ops::boolean::{BooleanOperation, merge};
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
 use ldi_ops::mesh::check::check;
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Fill, Mode, Sampler};
+use ldi_ops::sampler::{Fill, Sampler};
 use ldi_ops::surface::{Surface, SurfaceMode, contour};
 
 pub fn closed(mesh: TriangleMesh) -> ClosedMesh {

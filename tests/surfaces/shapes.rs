@@ -1,6 +1,6 @@
 //! Shapes that are known.
 
-use glam::{DAffine3, DQuat, DVec3};
+use glam::{DAffine3, DQuat, DVec3, EulerRot};
 use ldi_ops::grid::Grid;
 use ldi_ops::mesh::TriangleMesh;
 use ldi_ops::solids;
@@ -16,40 +16,31 @@ fn turned_cube(turn: DQuat, side: f64) -> (TriangleMesh, [DVec3; 8]) {
 
 #[test]
 fn turned_cubes_stay_cubes() {
-    let (mut worst, mut stayed, mut moved) = (0.0f64, 0, 0);
     for seed in 0..60u32 {
         let angle = |k: u32| f64::from(seed * 7 + k * 13 + 1) * 0.7310;
-        let turn = if seed == 0 {
-            DQuat::IDENTITY
-        } else {
-            DQuat::from_euler(glam::EulerRot::XYZ, angle(1), angle(2), angle(3))
+        let turn = match seed {
+            0 => DQuat::IDENTITY,
+            _ => DQuat::from_euler(EulerRot::XYZ, angle(1), angle(2), angle(3)),
         };
         let (mesh, corners) = turned_cube(turn, 1.0);
         let mesh = closed(mesh);
         let grid = Grid::with_resolution(mesh.bounds(), 23 + seed % 11, 1024).unwrap();
         let surface = surface_of(&mesh, &grid);
         assert_solid(&surface.mesh);
-        moved += surface.moved;
-        stayed += surface.stayed;
+        assert_eq!(surface.stayed, 0, "{seed}");
         for corner in corners {
-            let nearest = surface.mesh.positions.iter().map(|p| p.distance(corner)).fold(f64::INFINITY, f64::min);
-            if nearest > 1e-3 * grid.pitch() {
-                println!("seed {seed}: corner off by {:.4}", nearest / grid.pitch());
-            }
-            worst = worst.max(nearest / grid.pitch());
+            let distances = surface.mesh.positions.iter().map(|p| p.distance(corner));
+            assert!(distances.fold(f64::INFINITY, f64::min) < 1e-6 * grid.pitch(), "{seed}: {corner}");
         }
-        let again = closed(surface.mesh.clone());
-        if nodes(&again, &grid) != nodes(&mesh, &grid) {
-            println!("seed {seed}: nodes differ");
-        }
+        // All that is not on an edge is on a face.
         let volume = surface.mesh.signed_volume();
-        println!(
-            "seed {seed} volume {volume} distance {} moved {} stayed {}",
-            surface.distance / grid.pitch(),
-            surface.moved,
-            surface.stayed
-        );
+        assert!((volume - 1.0).abs() < 1e-6, "{seed}: {volume}");
+        assert!((surface.mesh.area() - 6.0).abs() < 1e-2, "{seed}: {}", surface.mesh.area());
+        let far = |p: &DVec3| (turn.inverse() * *p).abs().max_element() - 0.5;
+        let off = surface.mesh.positions.iter().map(|p| far(p).abs()).fold(0.0, f64::max);
+        // Vertices are held off the faces of their cells by 1e-4 of a pitch.
+        assert!(off < 2e-4 * grid.pitch(), "{seed}: {}", off / grid.pitch());
+        assert!(surface.distance < 0.05 * grid.pitch(), "{seed}: {}", surface.distance / grid.pitch());
+        assert!(nodes(&closed(surface.mesh), &grid) == nodes(&mesh, &grid), "{seed}");
     }
-    println!("worst corner {worst}, moved {moved} stayed {stayed}");
-    panic!();
 }
