@@ -15,6 +15,7 @@ mod json;
 mod operations;
 mod placing;
 mod streams;
+mod voxels;
 
 use std::fs;
 use std::path::{Path, PathBuf};
