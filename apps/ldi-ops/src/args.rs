@@ -68,6 +68,8 @@ pub enum Command {
     Volume(VolumeArguments),
     /// The layered depth image of a solid, as .npz, or voxels, as .vti or .npy
     Sample(SampleArguments),
+    /// From images in a .npz file back to a mesh
+    Surface(SurfaceArguments),
     /// Is it a solid? All defects; exit code 1 if not
     Check(CheckArguments),
     /// Convert between mesh formats
@@ -218,6 +220,37 @@ pub struct SampleArguments {
     #[command(flatten)]
     pub common: CommonArguments,
 }
+
+#[derive(Debug, Args)]
+#[command(after_help = SURFACE_EXAMPLES)]
+pub struct SurfaceArguments {
+    /// The images of one solid along x, y and z, as `-o FILE.npz` writes them
+    pub images: PathBuf,
+    /// Where to write the surface: .stl, .obj, .ply, .off, .glb or .3mf; or voxels: .vti or .npy
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, or in file units, 0.02
+    #[arg(long, value_name = "BOUND")]
+    pub simplify: Option<Bound>,
+    /// What the images are: where they disagree about a node, it is inside if any of over-estimates says so, if all of
+    /// under-estimates do, if most of exact images do
+    #[arg(long, value_enum, default_value_t = ModeChoice::Exact)]
+    pub mode: ModeChoice,
+    /// Unit of images that state none: mm, um (µm), cm, m, in, ft
+    #[arg(long, value_parser = unit::parse)]
+    pub unit: Option<LengthUnit>,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+const SURFACE_EXAMPLES: &str = "\
+Examples:
+  ldi-ops sample part.stl --mode exact -o part.npz && ldi-ops surface part.npz -o again.stl
+  ldi-ops intersect lattice.stl bone.stl -o common.npz && ldi-ops surface common.npz --mode over -o common.3mf
+  ldi-ops surface part.npz --simplify 0.1h -o small.stl
+
+The mesh is a closed, oriented 2-manifold. With normals, which `sample` and the operations write, its
+edges and corners are sharp; without them they are cut off.";
 
 const SAMPLE_LAYOUT: &str = "\
 Examples:
