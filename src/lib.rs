@@ -14,6 +14,7 @@
 //! - [`sampler`] states what an image is, to the bit; [`sampler::cpu`] and, with the feature `gpu`, `sampler::gpu` make it.
 //! - [`gpu`] finds and opens the devices that the latter runs on.
 //! - [`ldi`] holds the image; [`boolean`] combines two; [`integrate`] finds volume, area and moments.
+//! - [`surface`] says what an output mesh must satisfy, and makes one of fewer triangles.
 //! - [`solids`] makes models to try things on.
 //!
 //! # The volume that a scaffold and a bone share
