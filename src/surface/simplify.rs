@@ -42,7 +42,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use self::closest::longest;
-use self::patch::{Patch, Share};
+use self::patch::{Near, Patch, Share};
 use super::gates::{Faults, GateFailure, Gates};
 use crate::mesh::{Aabb, TriangleMesh};
 
@@ -297,20 +297,19 @@ fn lock_near(
         let points: Vec<DVec3> = candidates.iter().map(|&place| places[place]).collect();
         candidates.into_iter().zip(patch.near(original, &points, bound)).collect()
     });
-    let near: Vec<Vec<(usize, (f64, Vec<u32>))>> = near.collect();
+    let near: Vec<Vec<(usize, Near)>> = near.collect();
     let mut closest = vec![f64::INFINITY; places.len()];
-    for (place, (distance, _)) in near.iter().flatten() {
-        closest[*place] = closest[*place].min(*distance);
+    for (place, near) in near.iter().flatten() {
+        closest[*place] = closest[*place].min(near.distance);
     }
     let concerned = patches.par_iter_mut().zip(near).map(|(patch, near)| {
         let is_broken = broken.iter().any(|&vertex| patch.has(vertex));
         if is_broken {
             patch.lock_around(broken, round);
         }
-        let mut near =
-            near.into_iter().filter(|(place, (distance, _))| *distance <= closest[*place] + bound).peekable();
+        let mut near = near.into_iter().filter(|(place, near)| near.distance <= closest[*place] + bound).peekable();
         let is_near = near.peek().is_some();
-        patch.lock(near.flat_map(|(_, (_, vertices))| vertices), round - 1);
+        patch.lock(near.flat_map(|(_, near)| near.places), round - 1);
         is_broken || is_near
     });
     concerned.collect()

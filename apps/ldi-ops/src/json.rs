@@ -14,7 +14,7 @@ use crate::exit::Failure;
 use crate::report::Warning;
 use crate::resolve::Report;
 use crate::run::{
-    Checked, Converted, Devices, Generated, GpuDevice, Measured, Ran, Solid, cpu_name, peak_memory_bytes,
+    Checked, Converted, Devices, Generated, GpuDevice, Measured, Ran, Solid, SurfaceReport, cpu_name, peak_memory_bytes,
 };
 use crate::{output, unit};
 
@@ -80,6 +80,9 @@ fn one_measured(result: &Measured) -> Value {
         "peak_memory_bytes": peak_memory_bytes(),
         "warnings": result.warnings,
     });
+    if let Some(expression) = result.measurement.typed_expression() {
+        object["expression"] = json!(expression);
+    }
     if let Some(measures) = &result.measures {
         object["area"] = json!(measures.area);
         object["centroid"] = json!(measures.centroid.to_array());
@@ -88,21 +91,49 @@ fn one_measured(result: &Measured) -> Value {
     if let Some(refinement) = &result.refinement {
         object["tolerance"] = json!(refinement);
     }
-    if let Some(images) = &result.images {
-        object["output"] = json!(path(images));
+    if let Some(output) = &result.output {
+        object["output"] = json!(path(output));
+    }
+    if let Some(report) = &result.surface {
+        object["surface"] = surface(report);
     }
     object
 }
 
-fn input(solid: &Solid) -> Value {
+/// What a mesh came to.
+fn surface(report: &SurfaceReport) -> Value {
     json!({
+        "path": report.path.as_deref().map(path),
+        "vertices": report.vertices,
+        "triangles": report.triangles,
+        "components": report.components,
+        "genus": report.genus,
+        "volume": report.volume,
+        "sub_resolution": { "walls": report.walls, "gaps": report.gaps },
+        "disagreements": report.disagreements,
+        "largest_distance": report.largest_distance,
+        "blunted_vertices": report.blunted,
+        "simplified": report.simplified.map(|simplified| json!({
+            "bound": simplified.bound,
+            "distance": simplified.distance,
+            "triangles_before": simplified.triangles,
+        })),
+    })
+}
+
+fn input(solid: &Solid) -> Value {
+    let mut object = json!({
         "path": path(&solid.path),
         "sha256": solid.sha256,
         "triangles": solid.mesh().triangles.len(),
         "closed": solid.is_closed(),
         "oriented": solid.is_oriented(),
         "volume": solid.volume,
-    })
+    });
+    if let Some(name) = &solid.operand {
+        object["name"] = json!(name);
+    }
+    object
 }
 
 fn path(path: &Path) -> String {

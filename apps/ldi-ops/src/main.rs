@@ -5,6 +5,8 @@
 
 mod allocator;
 mod args;
+mod bound;
+mod excerpt;
 mod exit;
 mod json;
 mod output;

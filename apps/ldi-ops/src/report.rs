@@ -8,7 +8,9 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::check::Severity;
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 
-use crate::run::{Checked, Converted, Devices, Generated, Measured, peak_memory_bytes};
+use crate::run::{
+    Checked, Converted, Devices, Generated, Measured, SimplifiedReport, SurfaceReport, peak_memory_bytes,
+};
 use crate::unit;
 
 /// Something the user should hear of that did not stop the job.
@@ -43,7 +45,7 @@ impl Table {
     }
 }
 
-/// The results of `intersect`, `union`, `difference`, `xor`, `volume` and `sample`.
+/// The results of `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`.
 pub fn measured(results: &[Measured]) -> String {
     let tables: Vec<String> = results.iter().map(one_measured).collect();
     tables.join("\n")
@@ -54,6 +56,9 @@ fn one_measured(result: &Measured) -> String {
     let (length, cubed) = (unit::suffix(result.unit, 1), unit::suffix(result.unit, 3));
     let (value, error) = estimate(result.volume.value, result.volume.error);
     table.line(result.measurement.command(), format_args!("{value} ± {error}{cubed}"));
+    if let Some(expression) = result.measurement.typed_expression() {
+        table.line("expression", expression);
+    }
     if let Some(measures) = &result.measures {
         table.line("area", format_args!("{}{}", number(measures.area), unit::suffix(result.unit, 2)));
         if measures.centroid.is_finite() {
@@ -69,9 +74,13 @@ fn one_measured(result: &Measured) -> String {
         let oriented = if solid.is_oriented() { "oriented" } else { "not oriented" };
         let triangles = solid.mesh().triangles.len();
         let volume = number(solid.volume);
+        let operand = solid.operand.as_ref().map(|name| format!("{name} = ")).unwrap_or_default();
         table.line(
             if i == 0 { "input" } else { "" },
-            format_args!("{}: {triangles} triangles, {closed}, {oriented}, mesh volume {volume}{cubed}", solid.name()),
+            format_args!(
+                "{operand}{}: {triangles} triangles, {closed}, {oriented}, mesh volume {volume}{cubed}",
+                solid.name()
+            ),
         );
     }
     let grid = &result.grid;
@@ -110,7 +119,12 @@ fn one_measured(result: &Measured) -> String {
             format_args!("{asked} % {reached}: {came_to} % with {rays} rays along the longest side"),
         );
     }
-    if let Some(path) = &result.images {
+    if let Some(report) = &result.surface {
+        let [mesh, quality] = surface(report, &length.to_string());
+        table.line("mesh", mesh);
+        table.more(quality);
+    }
+    if let Some(path) = &result.output {
         table.line("written", path.display());
     }
     let seconds = &result.seconds;
@@ -125,6 +139,26 @@ fn one_measured(result: &Measured) -> String {
         table.line("memory", format_args!("{:.0} MB at most", bytes as f64 / 1e6));
     }
     table.text
+}
+
+/// A mesh that was made of images, on two lines.
+fn surface(report: &SurfaceReport, length: &str) -> [String; 2] {
+    let SurfaceReport { vertices, triangles, components, genus, .. } = report;
+    let simplified = match report.simplified {
+        Some(SimplifiedReport { distance, triangles, .. }) => {
+            format!(", simplified from {triangles} within {}{length}", number(distance))
+        }
+        None => String::new(),
+    };
+    [
+        format!("{triangles} triangles, {vertices} vertices, {components} components, genus {genus}{simplified}"),
+        format!(
+            "closed 2-manifold; samples at most {}{length} away; {} walls and {} gaps below the pitch dropped",
+            number(report.largest_distance),
+            report.walls,
+            report.gaps
+        ),
+    ]
 }
 
 /// What `check` found.

@@ -48,6 +48,14 @@ pub(super) struct Share {
     pub triangles: Vec<u32>,
 }
 
+/// What of a patch is closest to a point.
+pub(super) struct Near {
+    /// How far it is from the point.
+    pub distance: f64,
+    /// Places of vertices of the triangles there.
+    pub places: Vec<u32>,
+}
+
 /// Why a decimated patch is not near enough to the original.
 enum TooFar {
     /// At these places it is not.
@@ -133,7 +141,7 @@ impl Patch {
                 }
                 Err(TooFar::At(places)) => {
                     let near = self.near(original, &places, 0.0);
-                    self.lock(near.into_iter().flat_map(|(_, vertices)| vertices), rings);
+                    self.lock(near.into_iter().flat_map(|near| near.places), rings);
                 }
                 Err(TooFar::Throughout) => self.allowed *= LESS,
             }
@@ -178,7 +186,7 @@ impl Patch {
 
     /// For each point its distance from the patch as it was, and the vertices of the triangles there that are closest to
     /// it or no more than `slack` farther than the closest.
-    pub(super) fn near(&self, original: &TriangleMesh, points: &[DVec3], slack: f64) -> Vec<(f64, Vec<u32>)> {
+    pub(super) fn near(&self, original: &TriangleMesh, points: &[DVec3], slack: f64) -> Vec<Near> {
         let corners: Vec<_> = self.start.iter().map(|&indices| self.corners(original, indices)).collect();
         let tree = ClosestTriangle::new(&corners);
         let near = points.iter().map(|&point| {
@@ -188,7 +196,7 @@ impl Patch {
                 near.extend(tree.within(point, closest.squared.sqrt() + slack));
             }
             let vertices = near.into_iter().flat_map(|triangle| self.start[triangle as usize]);
-            (closest.squared.sqrt(), vertices.collect())
+            Near { distance: closest.squared.sqrt(), places: vertices.collect() }
         });
         near.collect()
     }

@@ -13,7 +13,9 @@ mod image;
 mod input;
 mod machine;
 mod measure;
+mod surface;
 mod work;
+mod write;
 
 use std::time::Instant;
 
@@ -32,6 +34,7 @@ pub use generate::Generated;
 pub use input::Solid;
 pub use machine::{cpu_name, peak_memory_bytes};
 pub use measure::Measured;
+pub use surface::{SimplifiedReport, SurfaceReport};
 
 /// A job that ran to its end.
 pub struct Finished {
