@@ -21,8 +21,7 @@ fn meshes_are_converted() {
 fn formats_without_a_writer_are_refused_before_anything_is_read() {
     let folder = Folder::new();
     for (target, words) in [
-        ("b.ply", &["b.ply", "PLY", "STL and OBJ"][..]),
-        ("b.3mf", &["3MF", "STL and OBJ"]),
+        ("b.gltf", &["b.gltf", "glTF", ".glb and .3mf are"][..]),
         ("b.xyz", &[".xyz", ".stl"]),
         ("b", &["no extension"]),
         ("nowhere/b.stl", &["no folder nowhere"]),
