@@ -10,6 +10,7 @@ mod measure;
 #[cfg(test)]
 mod testing;
 mod transform;
+mod weld;
 
 use glam::DVec3;
 

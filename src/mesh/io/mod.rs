@@ -179,4 +179,6 @@ pub fn parse(bytes: &[u8], format: Format, path: &Path) -> Result<MeshFile, Read
 }
 
 #[cfg(test)]
+mod round_trips;
+#[cfg(test)]
 mod tests;

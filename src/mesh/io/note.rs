@@ -146,7 +146,8 @@ pub enum WriteNote {
         /// The longest side of the mesh's box, in units of the mesh.
         size: f64,
     },
-    /// Triangles that name a position twice were left out, as 3MF does not allow them. Nothing is open without them.
+    /// Triangles with two corners in one position were left out, as 3MF does not allow them. They have no area, and nothing
+    /// opens without them.
     CollapsedLeftOut {
         /// How many.
         count: usize,
@@ -168,7 +169,11 @@ impl fmt::Display for WriteNote {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             WriteNote::UnitAssumed { format, unit } => {
-                write!(f, "{format} files have a unit, and none was given; lengths are taken to be in {}", unit.symbol())
+                write!(
+                    f,
+                    "{format} files have a unit, and none was given; lengths are taken to be in {}",
+                    unit.symbol()
+                )
             }
             WriteNote::CoordinatesRounded { format, moved, size } => write!(
                 f,

@@ -165,11 +165,7 @@ impl<'a> Reader<'a> {
 }
 
 /// Writes positions in the shortest decimals that give back the same numbers, and triangles.
-pub(super) fn write(
-    out: &mut (impl Write + Send),
-    mesh: &TriangleMesh,
-    unit: Option<LengthUnit>,
-) -> io::Result<()> {
+pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
     writeln!(out, "# OBJ by ldi-ops")?;
     if let Some(unit) = unit {
         writeln!(out, "# unit {}", unit.symbol())?;

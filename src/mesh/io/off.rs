@@ -125,11 +125,7 @@ fn short(what: &'static str, promised: u64, found: u64) -> Fault {
 }
 
 /// Writes positions in the shortest decimals that give back the same numbers, and triangles.
-pub(super) fn write(
-    out: &mut (impl Write + Send),
-    mesh: &TriangleMesh,
-    unit: Option<LengthUnit>,
-) -> io::Result<()> {
+pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
     writeln!(out, "OFF\n# OFF by ldi-ops")?;
     if let Some(unit) = unit {
         writeln!(out, "# unit {}", unit.symbol())?;

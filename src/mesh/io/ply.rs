@@ -578,11 +578,7 @@ fn plain_triangles(
 ///
 /// trimesh, MeshLab, Blender, VTK and Open3D read `double`. Lists are of `int` with `uchar` counts, the layout of nearly
 /// all files that there are; where there are more vertices than an `int` can number they are of `uint`, the same bytes.
-pub(super) fn write(
-    out: &mut (impl Write + Send),
-    mesh: &TriangleMesh,
-    unit: Option<LengthUnit>,
-) -> io::Result<()> {
+pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
     let unit = unit.map_or(String::new(), |unit| format!("comment unit {}\n", unit.symbol()));
     let index = if mesh.positions.len() <= 1 << 31 { "int" } else { "uint" };
     write!(

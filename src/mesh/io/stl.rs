@@ -327,11 +327,7 @@ pub(super) fn check(path: &Path, mesh: &TriangleMesh) -> Result<(), WriteError> 
 
 /// Writes binary STL. The mesh has been checked; the normals are those of the corners as they are before rounding, and zero
 /// for triangles without area.
-pub(super) fn write(
-    out: &mut (impl Write + Send),
-    mesh: &TriangleMesh,
-    unit: Option<LengthUnit>,
-) -> io::Result<()> {
+pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
     let mut header = [b' '; 80];
     let title = match unit {
         Some(unit) => format!("binary STL by ldi-ops, unit {}", unit.symbol()),

@@ -28,11 +28,12 @@ pub struct Written {
 /// | GLB | scaled to metres, then rounded to 32 bits | metres, glTF's only one; taken to be so where none is given |
 /// | 3MF | the same `f64` when read back; lib3mf keeps 32 bits | its own; millimetres where none is given, as is 3MF's default |
 ///
-/// Remarks are for people: no program is known to read them. Vertices and triangles keep their order. Rounding that can be
+/// Remarks are for people: no program is known to read them. Vertices and triangles keep their order; in 3MF, vertices with
+/// the same coordinates become one, as its readers go by indices ([`TriangleMesh::weld`] does it for other formats). Rounding that can be
 /// seen, a unit that had to be assumed and what a format has no room for are told in [`Written::notes`].
 ///
 /// The file is written beside its target and renamed when it is complete, so that no one ever sees half of it. Memory for
-/// writing does not grow with the mesh.
+/// writing does not grow with the mesh, but for two words a vertex in 3MF.
 pub fn write(path: &Path, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> Result<Written, WriteError> {
     let format = Format::from_path(path)?;
     let target = Target { path, format, mesh };
@@ -61,9 +62,11 @@ pub fn write(path: &Path, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> Resu
         Format::ThreeMf => {
             let unit = written.unit_or(LengthUnit::Millimetre, format);
             target.check_finite()?;
-            let count = mesh.triangles.iter().filter(|triangle| !threemf::has_three_corners(triangle)).count();
+            target.check_within(threemf::FARTHEST)?;
+            let object = threemf::WrittenObject::new(mesh);
+            let count = object.collapsed;
             written.notes.extend((count > 0).then_some(WriteNote::CollapsedLeftOut { count }));
-            output::replace(path, |file| threemf::write(file, mesh, unit))
+            output::replace(path, |file| threemf::write(file, &object, unit))
         }
         Format::Gltf => return Err(WriteError::NoWriter { path: path.to_path_buf(), format }),
     };
@@ -124,6 +127,15 @@ impl Target<'_> {
             None => Ok(()),
             Some((position, value)) => {
                 Err(WriteError::Overflow { path: self.path.to_path_buf(), format: self.format, position, value })
+            }
+        }
+    }
+
+    fn check_within(&self, limit: f64) -> Result<(), WriteError> {
+        match self.first(|value| value.abs() > limit) {
+            None => Ok(()),
+            Some((position, value)) => {
+                Err(WriteError::TooFar { path: self.path.to_path_buf(), format: self.format, position, value, limit })
             }
         }
     }

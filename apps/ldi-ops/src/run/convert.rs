@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use ldi_ops::mesh::io::Format;
 use ldi_ops::mesh::{LengthUnit, io};
 
 use super::input::{self, Provenance};
@@ -31,6 +32,10 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
     let mut mesh = read.file.mesh;
     if let Some(placement) = &job.from.placement {
         mesh.transform(&placement.map);
+    }
+    // An STL file is a soup, and readers of other formats go by indices.
+    if Format::from_path(&job.from.path) == Ok(Format::Stl) {
+        mesh.weld();
     }
     let mut warnings = input::notes(&job.from.path, &read.file.notes);
     warnings.extend(input::unit_ignored(&job.from.path, read.file.unit, job.unit));

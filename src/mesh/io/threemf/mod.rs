@@ -29,7 +29,7 @@ use super::placement::{PLACEMENTS_MAX, Placement, assemble};
 use super::text::{decode, number, quote, sentence};
 use crate::mesh::{LengthUnit, TriangleMesh};
 use lattice::{Lattice, Meshed};
-pub(super) use write::{has_three_corners, write};
+pub(super) use write::{FARTHEST, Object as WrittenObject, write};
 
 /// Bytes that a package of `length` may inflate to. Models of lattices, full of the same words, reach a fiftieth of it.
 fn inflated_limit(length: usize) -> u64 {
@@ -568,7 +568,8 @@ fn build(mut models: BTreeMap<String, Model>, root: &str) -> Result<MeshFile, Fa
 fn refuse_clipping(lattice: &Lattice, part: &str, object: i64) -> Result<(), Fault> {
     let Some((mode, line)) = &lattice.clipping else { return Ok(()) };
     let place = Place::Part { part: part.to_owned(), line: *line };
-    let feature = format!("the beam lattice of object {object} is clipped (`{mode}`) by a mesh, which is not supported");
+    let feature =
+        format!("the beam lattice of object {object} is clipped (`{mode}`) by a mesh, which is not supported");
     Err(Fault::Unsupported(place, feature))
 }
 

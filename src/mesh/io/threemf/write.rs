@@ -1,8 +1,8 @@
 //! 3MF as it is written: one object and one item of the build, in the unit that the model names.
 //!
-//! The model is text that is formatted in pieces and compressed as it comes, so that memory does not grow with the mesh.
+//! The model is text that is formatted in pieces and compressed as it comes; memory grows by two words a position alone.
 //! Coordinates are the shortest decimals that give back the same `f64`; lib3mf takes them and keeps 32 bits of each.
-//! Compression is the fastest: the usual level takes four times as long for a file that is a fifth smaller.
+//! Compression is the fastest there is, as it takes longer than all else.
 
 use std::io::{self, Seek, Write};
 
@@ -12,6 +12,7 @@ use zip::{CompressionMethod, ZipWriter};
 use super::super::formatted::write_each;
 use super::super::text::{push_integers, push_numbers};
 use super::unit_name;
+use crate::mesh::weld::Weld;
 use crate::mesh::{LengthUnit, TriangleMesh};
 
 const CONTENT_TYPES: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
@@ -30,16 +31,37 @@ const RELATIONSHIPS: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 /// Bytes that the line of a position or a triangle has at most.
 const LONGEST_LINE: u64 = 112;
 
-/// Whether a triangle has three different corners, as 3MF demands.
-pub(in super::super) fn has_three_corners(&[a, b, c]: &[u32; 3]) -> bool {
-    a != b && b != c && c != a
+/// lib3mf reads no coordinate beyond this.
+pub(in super::super) const FARTHEST: f64 = 1e9;
+
+/// A mesh as 3MF wants it: readers go by indices, so that positions with the same coordinates must be one, and no triangle
+/// may name a position twice. Such triangles have no area, and without them every edge has as many uses in one direction
+/// more than in the other as before.
+pub(in super::super) struct Object<'m> {
+    mesh: &'m TriangleMesh,
+    weld: Weld,
+    /// Triangles that are left out.
+    pub(in super::super) collapsed: usize,
 }
 
-/// Writes a package. Coordinates have been checked to be finite. Triangles that name a position twice, which have no area
-/// and whose edges cancel, are left out.
+impl<'m> Object<'m> {
+    pub(in super::super) fn new(mesh: &'m TriangleMesh) -> Object<'m> {
+        let mut object = Object { mesh, weld: Weld::of(&mesh.positions), collapsed: 0 };
+        object.collapsed = mesh.triangles.iter().filter(|&triangle| object.corners(triangle).is_none()).count();
+        object
+    }
+
+    /// The three different corners of a triangle.
+    fn corners(&self, triangle: &[u32; 3]) -> Option<[u32; 3]> {
+        let [a, b, c] = triangle.map(|index| self.weld.new_index[index as usize]);
+        (a != b && b != c && c != a).then_some([a, b, c])
+    }
+}
+
+/// Writes a package. Coordinates have been checked to be finite.
 pub(in super::super) fn write(
     out: &mut (impl Write + Seek + Send),
-    mesh: &TriangleMesh,
+    object: &Object<'_>,
     unit: LengthUnit,
 ) -> io::Result<()> {
     let mut zip = ZipWriter::new(out);
@@ -52,14 +74,14 @@ pub(in super::super) fn write(
         zip.start_file(part, options)?;
         zip.write_all(text.as_bytes())?;
     }
-    let most_bytes = LONGEST_LINE * (mesh.positions.len() + mesh.triangles.len() + 16) as u64;
+    let most_bytes = LONGEST_LINE * (object.weld.kept.len() + object.mesh.triangles.len() + 16) as u64;
     zip.start_file("3D/3dmodel.model", options.large_file(most_bytes > u64::from(u32::MAX)))?;
-    write_model(&mut zip, mesh, unit)?;
+    write_model(&mut zip, object, unit)?;
     zip.finish()?;
     Ok(())
 }
 
-fn write_model(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: LengthUnit) -> io::Result<()> {
+fn write_model(out: &mut (impl Write + Send), object: &Object<'_>, unit: LengthUnit) -> io::Result<()> {
     write!(
         out,
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"{}\" xml:lang=\"en-US\" \
@@ -68,16 +90,19 @@ fn write_model(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: LengthU
         unit_name(unit)
     )?;
     // An object has at least one triangle.
-    let has_object = mesh.triangles.iter().any(has_three_corners);
+    let Object { mesh, weld, collapsed } = object;
+    let has_object = mesh.triangles.len() > *collapsed;
     if has_object {
         out.write_all(b"<object id=\"1\" type=\"model\">\n<mesh>\n<vertices>\n")?;
         let before: [&[u8]; 3] = [b"<vertex x=\"", b"\" y=\"", b"\" z=\""];
-        write_each(out, &mesh.positions, |position, line| push_numbers(line, before, position, b"\"/>\n"))?;
+        write_each(out, &weld.kept, |&kept, line| {
+            push_numbers(line, before, &mesh.positions[kept as usize], b"\"/>\n");
+        })?;
         out.write_all(b"</vertices>\n<triangles>\n")?;
         let before: [&[u8]; 3] = [b"<triangle v1=\"", b"\" v2=\"", b"\" v3=\""];
         write_each(out, &mesh.triangles, |triangle, line| {
-            if has_three_corners(triangle) {
-                push_integers(line, before, triangle.map(u64::from), b"\"/>\n");
+            if let Some(corners) = object.corners(triangle) {
+                push_integers(line, before, corners.map(u64::from), b"\"/>\n");
             }
         })?;
         out.write_all(b"</triangles>\n</mesh>\n</object>\n")?;
