@@ -12,14 +12,26 @@ use std::process::Command;
 const LARGEST_FILE: u64 = 2 << 20;
 
 /// Crates that read or write files of a format.
-const FORMAT_CRATES: &[&str] =
-    &["tobj", "gltf", "gltf_json", "zip", "quick_xml", "serde_json", "ply_rs_bw", "stl_io", "threemf2", "ndarray_npy"];
+const FORMAT_CRATES: &[&str] = &[
+    "tobj",
+    "gltf",
+    "gltf_json",
+    "zip",
+    "flate2",
+    "quick_xml",
+    "serde_json",
+    "ply_rs_bw",
+    "stl_io",
+    "threemf2",
+    "ndarray_npy",
+];
 
 /// Where those may be named.
-const FORMAT_PLACES: &[&str] = &["src/mesh/io/", "src/ldi/npz.rs"];
+const FORMAT_PLACES: &[&str] = &["src/mesh/io/", "src/ldi/npz/", "src/voxels/"];
 
 /// What works on images and must not know how they come about.
-const OPERATIONS: &[&str] = &["src/boolean", "src/integrate", "src/minkowski", "src/metrics", "src/surface", "src/ldi"];
+const OPERATIONS: &[&str] =
+    &["src/boolean", "src/integrate", "src/minkowski", "src/metrics", "src/surface", "src/voxels", "src/ldi"];
 
 #[test]
 fn sources_keep_to_their_places() {
@@ -384,6 +396,8 @@ mod tests {
             ("src/ldi/mod.rs", "use zip::{CompressionMethod, ZipWriter};"),
             ("src/mesh/mod.rs", "fn f() { let v: serde_json::Value = serde_json::from_str(x).unwrap(); }"),
             ("src/grid.rs", "use gltf::Gltf;"),
+            ("src/ldi/nodes.rs", "use flate2::Compression;"),
+            ("src/voxels/vti.rs", "use crate::mesh::LengthUnit;"),
             ("src/grid.rs", "use quick_xml::{Reader, events::Event};"),
             ("src/lib.rs", "use clap::Parser;"),
             ("src/lib.rs", "fn f() -> anyhow::Result<()> { Ok(()) }"),
@@ -422,7 +436,7 @@ mod tests {
             ("src/sampler/gpu/mod.rs", "use wgpu::Device; use super::layout::Voxels;"),
             ("src/minkowski/gpu/flood.rs", "use wgpu::Queue;"),
             ("src/mesh/io/gltf.rs", "use gltf::Gltf; use serde_json::Value;"),
-            ("src/ldi/npz.rs", "use zip::ZipWriter;"),
+            ("src/ldi/npz/write.rs", "use zip::ZipWriter;"),
             ("src/surface/mod.rs", "use crate::mesh::TriangleMesh;"),
             ("src/boolean.rs", "use crate::grid::Axis; use crate::ldi::{Ldi, TooManySamples};"),
             ("src/integrate.rs", "#[cfg(test)]\nmod tests { use crate::sampler::Mode; use crate::mesh::ClosedMesh; }"),

@@ -2,7 +2,9 @@
 
 mod bands;
 mod error;
+mod nodes;
 pub mod npz;
+mod references;
 mod spans;
 mod summary;
 
@@ -11,6 +13,8 @@ pub(crate) use bands::ImageBuilder;
 pub use bands::TooManySamples;
 pub(crate) use bands::{BandImage, image_from_bands};
 pub use error::LdiError;
+pub use nodes::{Combine, NodePlanes, NodeSlab, NodesError};
+pub use references::NO_TRIANGLE;
 pub use spans::Spans;
 #[cfg(feature = "gpu")]
 pub(crate) use summary::{ALONG_COLUMNS, ALONG_ROWS, THROUGH_NODES, level_tolerance};

@@ -63,7 +63,7 @@
 //! which voxels change the parity, and its prefix parity which way.
 //!
 //! # Intersection of two solids
-//! Exact is the interval merge of the two exact images ([`crate::boolean`]). Over and under are found in masks:
+//! Exact is the sweep of the two exact images ([`crate::boolean`]). Over and under are found in masks:
 //! `in∩ = in_A ∧ in_B`, `out∩ = out_A ∧ out_B`, and with `occ_X(z) = in_X ∨ out_X ∨ touched_X`
 //!
 //! | in∩, out∩ | class | over keeps | under keeps |

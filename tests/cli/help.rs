@@ -2,8 +2,8 @@
 
 use crate::{Folder, cube};
 
-const COMMANDS: [&str; 10] =
-    ["intersect", "union", "difference", "xor", "volume", "sample", "check", "convert", "generate", "devices"];
+const COMMANDS: [&str; 11] =
+    ["intersect", "union", "difference", "xor", "csg", "volume", "sample", "check", "convert", "generate", "devices"];
 
 #[test]
 fn every_command_has_a_help_text() {
@@ -94,6 +94,10 @@ fn wrong_usage_ends_with_two() {
         (&[][..], &["Usage"][..]),
         (&["frobnicate"], &["frobnicate"]),
         (&["intersect", "a.stl"], &["<B>"]),
+        (&["csg", "a"], &["<NAME=FILE>"]),
+        (&["csg", "a", "a.stl"], &["'a.stl'", "NAME=FILE"]),
+        (&["csg", "a", "a-b=a.stl"], &["`a-b` is no name"]),
+        (&["union", "a.stl", "a.stl", "--transform", "scale(2)"], &["NAME=PLACEMENT"]),
         (&["volume"], &["<A>"]),
         (&["volume", "a.stl", "--resolution", "10", "--pitch", "1"], &["--resolution", "--pitch"]),
         (&["volume", "a.stl", "--resolution", "10", "--tolerance", "1%"], &["--tolerance"]),

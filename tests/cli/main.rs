@@ -4,6 +4,7 @@
 
 mod broken;
 mod corpus;
+mod csg;
 mod devices;
 mod files;
 #[cfg(feature = "gpu")]
@@ -14,6 +15,7 @@ mod json;
 mod operations;
 mod placing;
 mod streams;
+mod voxels;
 
 use std::fs;
 use std::path::{Path, PathBuf};

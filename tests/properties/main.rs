@@ -8,6 +8,7 @@ mod algebra;
 mod closed_forms;
 mod conservative;
 mod degeneracies;
+mod expressions;
 mod images;
 mod invariance;
 mod material;

@@ -10,7 +10,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand,
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
-use crate::transform::Placement;
+use crate::transform::{Placement, PlacementError};
 use crate::unit;
 
 const STYLES: Styles =
@@ -36,6 +36,7 @@ Examples:
 const EPILOGUE: &str = "\
 Examples:
   ldi-ops intersect scaffold.stl bone.stl --unit mm        their common volume
+  ldi-ops csg 'a & (b | c)' a=scaffold.stl b=bone.stl c=part.stl
   ldi-ops difference block.stl drill.stl --transform-b 'rotate(1,0,0,90) translate(0,5,0)'
   ldi-ops volume part.3mf --tolerance 0.1%                 refine until the estimate is below 0.1 %
   ldi-ops volume struts.stl --fill nonzero                 overlapping shells unite
@@ -52,17 +53,19 @@ device).";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Common volume of two solids; -o writes the common solid's image
-    Intersect(PairArguments),
+    /// Common volume of solids; -o writes the common solid's image
+    Intersect(IntersectArguments),
     /// Volume of what lies in any of several solids
     Union(ListArguments),
     /// Volume of what lies in the first solid and in none of the others
     Difference(ListArguments),
     /// Volume of what lies in an odd number of the solids: for two, in exactly one
     Xor(ListArguments),
+    /// Volume of what an expression makes of solids: 'a & (b | c) - d'
+    Csg(CsgArguments),
     /// Volume, area, centroid and inertia of solids
     Volume(VolumeArguments),
-    /// The layered depth image of a solid, as .npz
+    /// The layered depth image of a solid, as .npz, or voxels, as .vti or .npy
     Sample(SampleArguments),
     /// Is it a solid? All defects; exit code 1 if not
     Check(CheckArguments),
@@ -75,59 +78,99 @@ pub enum Command {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = PAIR_EXAMPLES)]
-pub struct PairArguments {
-    /// The first solid, A
-    pub a: PathBuf,
-    /// The second solid, B
-    pub b: PathBuf,
+#[command(after_help = INTERSECT_EXAMPLES)]
+pub struct IntersectArguments {
     #[command(flatten)]
-    pub placing: PairPlacingArguments,
-    #[command(flatten)]
-    pub sampling: SamplingArguments,
-    #[command(flatten)]
-    pub writing: ImageArguments,
-    #[command(flatten)]
-    pub common: CommonArguments,
+    pub list: ListOfSolids,
 }
 
-const PAIR_EXAMPLES: &str = "\
+const INTERSECT_EXAMPLES: &str = "\
 Examples:
   ldi-ops intersect scaffold.stl bone.stl --unit mm
+  ldi-ops intersect a.stl b.stl c.stl --transform c='scale(2)'
   ldi-ops intersect a.stl b.stl --axis z --mode exact --resolution 1024 --json -
   ldi-ops intersect a.stl b.stl --transform-b 'translate(1,0,0) rotate(0,0,1,30)' -o common.npz
   ldi-ops intersect a.stl b.stl --backend gpu
 
-The grid is laid around the box of both solids. `inputs[].volume` in the JSON is the signed volume
+The grid is laid around the box of all solids. `inputs[].volume` in the JSON is the signed volume
 of the mesh itself.";
 
 #[derive(Debug, Args)]
 #[command(after_help = LIST_EXAMPLES)]
 pub struct ListArguments {
-    /// The first solid, A
-    pub a: PathBuf,
-    /// The second solid, B, and any further ones
-    #[arg(required = true, value_name = "B")]
-    pub others: Vec<PathBuf>,
     #[command(flatten)]
-    pub placing: PairPlacingArguments,
-    #[command(flatten)]
-    pub sampling: SamplingArguments,
-    #[command(flatten)]
-    pub writing: ImageArguments,
-    #[command(flatten)]
-    pub common: CommonArguments,
+    pub list: ListOfSolids,
 }
 
 const LIST_EXAMPLES: &str = "\
 Examples:
   ldi-ops union a.stl b.stl c.stl --unit mm
   ldi-ops difference block.stl drill.stl --transform-b 'translate(0,0,2)'
+  ldi-ops difference block.stl drill.stl drill.stl --transform c='translate(9,0,0)'
   ldi-ops xor a.stl b.stl --axis all --json result.json
 
 With more than two solids the operation is done from left to right: A − B − C, A xor B xor C. The
 grid is laid around the box of all. An over-estimate of a difference takes under-estimates away, so
-that it stays an over-estimate.";
+that it stays an over-estimate. The solids are named a, b, c … z, aa, ab … by --transform.";
+
+/// Two solids or more, what is to be done before the operation, and what after.
+#[derive(Debug, Args)]
+pub struct ListOfSolids {
+    /// The first solid, A
+    pub a: PathBuf,
+    /// The second solid, B, and any further ones
+    #[arg(required = true, value_name = "B")]
+    pub others: Vec<PathBuf>,
+    #[command(flatten)]
+    pub placing: ListPlacingArguments,
+    #[command(flatten)]
+    pub operation: OperationArguments,
+}
+
+/// What all Booleans take beside solids and their places.
+#[derive(Debug, Args)]
+pub struct OperationArguments {
+    #[command(flatten)]
+    pub sampling: SamplingArguments,
+    #[command(flatten)]
+    pub writing: ImageArguments,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = CSG_EXAMPLES)]
+pub struct CsgArguments {
+    /// What to make of the solids: names, the operators - & ^ | and parentheses
+    #[arg(value_name = "EXPR")]
+    pub expression: String,
+    /// The solids, each with the name that it has in the expression
+    #[arg(required = true, value_name = "NAME=FILE")]
+    pub solids: Vec<NamedFile>,
+    #[command(flatten)]
+    pub reading: ReadingArguments,
+    #[command(flatten)]
+    pub named: NamedPlacingArguments,
+    #[command(flatten)]
+    pub operation: OperationArguments,
+}
+
+const CSG_EXAMPLES: &str = "\
+Examples:
+  ldi-ops csg 'a & (b | c)' a=a.stl b=b.stl c=c.stl --unit mm
+  ldi-ops csg 'scaffold & bone - hole' scaffold=scaffold.stl bone=bone.stl hole=drill.stl
+  ldi-ops csg 'a - b - c' a=block.stl b=drill.stl c=drill.stl --transform c='translate(9,0,0)'
+
+Operators, the tightest first; equal ones are taken from left to right, parentheses before all:
+  a - b   what is in a and not in b
+  a & b   what is in both
+  a ^ b   what is in one and not in the other
+  a | b   what is in either
+They bind as they do on the sets of Python: a | b & c - d is a | (b & (c - d)). Names are of
+letters, digits and _; every input is used, and every name is an input's. An input may occur more
+than once. All inputs are swept at once, ray by ray, and no image of a part is made. An
+over-estimate takes under-estimates away, so that it stays an over-estimate. The JSON adds
+`expression`, and to each of `inputs` its `name`.";
 
 #[derive(Debug, Args)]
 #[command(after_help = VOLUME_EXAMPLES)]
@@ -164,7 +207,7 @@ pub struct SampleArguments {
     pub placing: PlacingArguments,
     #[command(flatten)]
     pub sampling: SamplingArguments,
-    /// Where to write the image: a path that ends in .npz
+    /// Where to write: .npz, the image; .vti (ParaView) or .npy (numpy), voxels
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     #[command(flatten)]
@@ -175,13 +218,15 @@ const SAMPLE_LAYOUT: &str = "\
 Examples:
   ldi-ops sample part.stl --axis z -o part.npz
   ldi-ops sample part.stl --axis all --mode exact --resolution 1024 -o part.npz
+  ldi-ops sample part.stl --axis z --resolution 256 -o part.vti
 
-Arrays in the file, for one axis:
+Arrays of .npz, for one axis:
   axis      '<U1' ()         x, y or z: the direction of the rays
   offsets   uint32 (n + 1,)  ray r = row · columns + column has depths[offsets[r]:offsets[r+1]]
   depths    int32            sorted, in lattice steps from the near end of the grid;
                              [depths[2i], depths[2i+1]) is inside
   unclosed  uint32           rays that did not close; they have no depths
+  unit      '<U2' ()         of lengths: um, mm, cm, m, in or ft; absent where it is not known
   grid      record ()        origin: world position of the grid's corner; pitch: distance of
                              neighbouring rays, of which ray i lies at origin + (i + 0.5) · pitch
                              + step; step: length of a lattice step, pitch / 2**shift; rays:
@@ -193,7 +238,12 @@ offsets_x, depths_x, unclosed_x and so on for y and z.
   import numpy as np
   a = np.load('part.npz')                                          # --axis z
   inside = (a['depths'][1::2] - a['depths'][0::2]).sum(dtype=np.int64)
-  volume = inside * a['grid']['step'] * a['grid']['pitch']**2";
+  volume = inside * a['grid']['step'] * a['grid']['pitch']**2
+
+Voxels are cubes of one pitch around the points where rays of the three axes meet, and are 1 where that
+point is inside and 0 where not. Where images along several axes disagree, a voxel is inside for --mode
+over if any says so, for under if all do. .npy is an array uint8 of shape (rays along x, y, z); .vti has
+them as cells with the value `inside`, in their places, with the unit as a field.";
 
 #[derive(Debug, Args)]
 #[command(after_help = CHECK_EXAMPLES)]
@@ -249,24 +299,42 @@ pub struct DevicesArguments {
 }
 
 #[derive(Debug, Args)]
-pub struct PairPlacingArguments {
+pub struct ListPlacingArguments {
     #[command(flatten)]
     pub first: PlacingArguments,
     /// Place B before use: 'translate(1,0,0) rotate(0,0,1,30) scale(2)'
     #[arg(long, value_name = "PLACEMENT", help_heading = "Input")]
     pub transform_b: Option<Placement>,
+    #[command(flatten)]
+    pub named: NamedPlacingArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Input")]
+pub struct NamedPlacingArguments {
+    /// Place the input of a name before use, left to right, in its own unit: b='translate(1,0,0) rotate(0,0,1,30)
+    /// scale(2)', where rotate takes an axis and degrees and scale one number or three; once for each input to be placed
+    #[arg(long = "transform", value_name = "NAME=PLACEMENT")]
+    pub transforms: Vec<NamedPlacement>,
 }
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Input")]
 pub struct PlacingArguments {
-    /// Unit of files that state none: mm, um (µm), cm, m, in, ft
-    #[arg(long, value_parser = unit::parse)]
-    pub unit: Option<LengthUnit>,
+    #[command(flatten)]
+    pub reading: ReadingArguments,
     /// Place A before use, left to right, in its own unit: 'translate(1,0,0) rotate(0,0,1,30) scale(2)', where rotate
     /// takes an axis and degrees and scale one number or three
     #[arg(long, value_name = "PLACEMENT")]
     pub transform_a: Option<Placement>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Input")]
+pub struct ReadingArguments {
+    /// Unit of files that state none: mm, um (µm), cm, m, in, ft
+    #[arg(long, value_parser = unit::parse)]
+    pub unit: Option<LengthUnit>,
     /// Sample a mesh that is not closed too; rays that do not close count as empty and are reported
     #[arg(long)]
     pub allow_open: bool,
@@ -308,7 +376,7 @@ pub struct SamplingArguments {
 
 #[derive(Debug, Args)]
 pub struct ImageArguments {
-    /// Write the result's image: .npz, in the layout that `ldi-ops sample --help` tells
+    /// Write the result's image, .npz, or voxels, .vti (ParaView) or .npy (numpy), as `ldi-ops sample --help` tells
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }
@@ -356,6 +424,53 @@ pub enum BackendChoice {
     Auto,
     Cpu,
     Gpu,
+}
+
+/// `NAME=FILE`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NamedFile {
+    pub name: String,
+    pub path: PathBuf,
+}
+
+impl FromStr for NamedFile {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<NamedFile, String> {
+        match text.split_once('=') {
+            Some((name, path)) if is_name(name) && !path.is_empty() => {
+                Ok(NamedFile { name: name.to_owned(), path: PathBuf::from(path) })
+            }
+            Some((name, _)) if !is_name(name) => {
+                Err(format!("`{name}` is no name: names are of letters, digits and _"))
+            }
+            _ => Err("an input is given as NAME=FILE: a=part.stl".to_owned()),
+        }
+    }
+}
+
+/// `NAME=PLACEMENT`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedPlacement {
+    pub name: String,
+    pub placement: Placement,
+}
+
+impl FromStr for NamedPlacement {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<NamedPlacement, String> {
+        let (name, placement) = text
+            .split_once('=')
+            .ok_or("a placement is given as NAME=PLACEMENT, as in b='translate(1,0,0)', with the name of an input")?;
+        let placement = placement.parse().map_err(|error: PlacementError| error.to_string())?;
+        Ok(NamedPlacement { name: name.trim().to_owned(), placement })
+    }
+}
+
+/// Whether an expression can have this name.
+fn is_name(name: &str) -> bool {
+    !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_')
 }
 
 /// A share of a volume, between 0 and 1.
@@ -472,6 +587,18 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn inputs_have_names() {
+        let file = |text: &str| text.parse::<NamedFile>().map(|file| (file.name, file.path));
+        assert_eq!(file("a=x=y.stl"), Ok(("a".to_owned(), "x=y.stl".into())));
+        for wrong in ["a.stl", "=a.stl", "a=", "a-b=c.stl", "a b=c.stl"] {
+            assert!(file(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!("aa=scale(2)".parse::<NamedPlacement>().unwrap().name, "aa");
+        assert!("scale(2)".parse::<NamedPlacement>().unwrap_err().contains("NAME=PLACEMENT"));
+        assert!("b=scale(0)".parse::<NamedPlacement>().unwrap_err().contains("scale of 0"));
     }
 
     #[test]

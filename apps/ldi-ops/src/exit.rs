@@ -77,7 +77,7 @@ impl From<BooleanError> for Failure {
     fn from(error: BooleanError) -> Failure {
         match error {
             BooleanError::TooManySamples(_) => Failure::machine(error),
-            BooleanError::RaysDiffer { .. } => Failure::input(error),
+            BooleanError::RaysDiffer { .. } | BooleanError::TooManyTriangles { .. } => Failure::input(error),
         }
     }
 }

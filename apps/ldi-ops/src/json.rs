@@ -80,6 +80,9 @@ fn one_measured(result: &Measured) -> Value {
         "peak_memory_bytes": peak_memory_bytes(),
         "warnings": result.warnings,
     });
+    if let Some(expression) = result.measurement.typed_expression() {
+        object["expression"] = json!(expression);
+    }
     if let Some(measures) = &result.measures {
         object["area"] = json!(measures.area);
         object["centroid"] = json!(measures.centroid.to_array());
@@ -95,14 +98,18 @@ fn one_measured(result: &Measured) -> Value {
 }
 
 fn input(solid: &Solid) -> Value {
-    json!({
+    let mut object = json!({
         "path": path(&solid.path),
         "sha256": solid.sha256,
         "triangles": solid.mesh().triangles.len(),
         "closed": solid.is_closed(),
         "oriented": solid.is_oriented(),
         "volume": solid.volume,
-    })
+    });
+    if let Some(name) = &solid.operand {
+        object["name"] = json!(name);
+    }
+    object
 }
 
 fn path(path: &Path) -> String {

@@ -43,7 +43,7 @@ impl Table {
     }
 }
 
-/// The results of `intersect`, `union`, `difference`, `xor`, `volume` and `sample`.
+/// The results of `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`.
 pub fn measured(results: &[Measured]) -> String {
     let tables: Vec<String> = results.iter().map(one_measured).collect();
     tables.join("\n")
@@ -54,6 +54,9 @@ fn one_measured(result: &Measured) -> String {
     let (length, cubed) = (unit::suffix(result.unit, 1), unit::suffix(result.unit, 3));
     let (value, error) = estimate(result.volume.value, result.volume.error);
     table.line(result.measurement.command(), format_args!("{value} ± {error}{cubed}"));
+    if let Some(expression) = result.measurement.typed_expression() {
+        table.line("expression", expression);
+    }
     if let Some(measures) = &result.measures {
         table.line("area", format_args!("{}{}", number(measures.area), unit::suffix(result.unit, 2)));
         if measures.centroid.is_finite() {
@@ -69,9 +72,13 @@ fn one_measured(result: &Measured) -> String {
         let oriented = if solid.is_oriented() { "oriented" } else { "not oriented" };
         let triangles = solid.mesh().triangles.len();
         let volume = number(solid.volume);
+        let operand = solid.operand.as_ref().map(|name| format!("{name} = ")).unwrap_or_default();
         table.line(
             if i == 0 { "input" } else { "" },
-            format_args!("{}: {triangles} triangles, {closed}, {oriented}, mesh volume {volume}{cubed}", solid.name()),
+            format_args!(
+                "{operand}{}: {triangles} triangles, {closed}, {oriented}, mesh volume {volume}{cubed}",
+                solid.name()
+            ),
         );
     }
     let grid = &result.grid;

@@ -3,16 +3,18 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use ldi_ops::boolean::BooleanOperation;
+use ldi_ops::boolean::{BooleanOperation, Expression};
 use ldi_ops::grid::{Axis, LOD_RANGE, RAYS_MAX};
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::io::{Format, WriteError};
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 use ldi_ops::solids::Model;
+use ldi_ops::voxels;
 
 use crate::args::{
     self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
 };
+use crate::excerpt;
 use crate::exit::Failure;
 use crate::output;
 use crate::transform::Placement;
@@ -64,26 +66,53 @@ impl Report {
 }
 
 /// What is measured of the inputs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Measurement {
-    /// The volume of a Boolean of all inputs.
-    Boolean(BooleanOperation),
+    /// The volume of what an expression makes of all inputs.
+    Boolean(Boolean),
     /// Volume, area and moments of each input on its own.
     Volume,
     /// The image of the one input.
     Sample,
 }
 
+/// What is made of the inputs, and how it was asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Boolean {
+    pub expression: Expression,
+    pub wording: Wording,
+}
+
+/// How a Boolean was asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Wording {
+    /// By the command of an operation, for a list of inputs.
+    Operation(BooleanOperation),
+    /// By an expression, as it was typed.
+    Typed(String),
+}
+
 impl Measurement {
     /// The name of the command.
-    pub fn command(self) -> &'static str {
+    pub fn command(&self) -> &'static str {
         match self {
-            Measurement::Boolean(BooleanOperation::Intersection) => "intersect",
-            Measurement::Boolean(BooleanOperation::Union) => "union",
-            Measurement::Boolean(BooleanOperation::Difference) => "difference",
-            Measurement::Boolean(BooleanOperation::Xor) => "xor",
+            Measurement::Boolean(Boolean { wording, .. }) => match wording {
+                Wording::Operation(BooleanOperation::Intersection) => "intersect",
+                Wording::Operation(BooleanOperation::Union) => "union",
+                Wording::Operation(BooleanOperation::Difference) => "difference",
+                Wording::Operation(BooleanOperation::Xor) => "xor",
+                Wording::Typed(_) => "csg",
+            },
             Measurement::Volume => "volume",
             Measurement::Sample => "sample",
+        }
+    }
+
+    /// The expression that was typed.
+    pub fn typed_expression(&self) -> Option<&str> {
+        match self {
+            Measurement::Boolean(Boolean { wording: Wording::Typed(text), .. }) => Some(text),
+            _ => None,
         }
     }
 }
@@ -119,11 +148,13 @@ pub enum Backend {
 /// A file to read, and where to place what it holds.
 #[derive(Clone, Debug)]
 pub struct Input {
+    /// What an expression calls it.
+    pub name: Option<String>,
     pub path: PathBuf,
     pub placement: Option<Placement>,
 }
 
-/// `intersect`, `union`, `difference`, `xor`, `volume` and `sample`.
+/// `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`.
 #[derive(Debug)]
 pub struct MeasureJob {
     pub measurement: Measurement,
@@ -137,8 +168,24 @@ pub struct MeasureJob {
     pub fill: Fill,
     pub backend: Backend,
     /// Where the images go.
-    pub images: Option<PathBuf>,
+    pub images: Option<ImageTarget>,
     pub report: Report,
+}
+
+/// A file that is made of images.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ImageTarget {
+    pub path: PathBuf,
+    pub content: Content,
+}
+
+/// What is written of images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// The images themselves, as `.npz`.
+    Images,
+    /// The lattice nodes that they have inside.
+    Voxels(voxels::Format),
 }
 
 #[derive(Debug)]
@@ -172,32 +219,23 @@ pub struct DevicesJob {
 /// Resolves a command line.
 pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
     use args::Command;
-    let boolean = Measurement::Boolean;
-    let list = |operation, a: args::ListArguments| {
-        let mut paths = vec![a.a];
-        paths.extend(a.others);
-        pair_like(boolean(operation), paths, a.placing, a.sampling, a.writing, a.common)
-    };
     match command {
-        Command::Intersect(a) => pair_like(
-            boolean(BooleanOperation::Intersection),
-            vec![a.a, a.b],
-            a.placing,
-            a.sampling,
-            a.writing,
-            a.common,
-        ),
-        Command::Union(a) => list(BooleanOperation::Union, a),
-        Command::Difference(a) => list(BooleanOperation::Difference, a),
-        Command::Xor(a) => list(BooleanOperation::Xor, a),
+        Command::Intersect(a) => list(BooleanOperation::Intersection, a.list),
+        Command::Union(a) => list(BooleanOperation::Union, a.list),
+        Command::Difference(a) => list(BooleanOperation::Difference, a.list),
+        Command::Xor(a) => list(BooleanOperation::Xor, a.list),
+        Command::Csg(a) => csg(a),
         Command::Volume(a) => {
             if a.solids.len() > 1 && a.placing.transform_a.is_some() {
                 return Err(Failure::input("--transform-a places one solid, and several are given"));
             }
-            measure(Measurement::Volume, a.solids, None, a.placing, a.sampling, None, a.common)
+            let PlacingArguments { reading, transform_a: placement } = a.placing;
+            let inputs = a.solids.into_iter().map(|path| Input { name: None, path, placement }).collect();
+            measure(Measurement::Volume, inputs, reading, a.sampling, None, a.common)
         }
         Command::Sample(a) => {
-            measure(Measurement::Sample, vec![a.solid], None, a.placing, a.sampling, Some(a.output), a.common)
+            let input = Input { name: None, path: a.solid, placement: a.placing.transform_a };
+            measure(Measurement::Sample, vec![input], a.placing.reading, a.sampling, Some(a.output), a.common)
         }
         Command::Check(a) => {
             let report = report(&a.common)?;
@@ -207,7 +245,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             let report = report(&a.common)?;
             mesh_target(&a.output)?;
             apart(&report, &a.output)?;
-            let from = Input { path: a.from, placement: a.transform_a };
+            let from = Input { name: None, path: a.from, placement: a.transform_a };
             Ok(invocation(Job::Convert(ConvertJob { from, to: a.output, unit: a.unit, report }), &a.common))
         }
         Command::Generate(a) => {
@@ -235,22 +273,76 @@ fn invocation(job: Job, common: &CommonArguments) -> Invocation {
     Invocation { job, threads: common.threads, verbosity }
 }
 
-fn pair_like(
-    measurement: Measurement,
-    paths: Vec<PathBuf>,
-    placing: args::PairPlacingArguments,
-    sampling: SamplingArguments,
-    writing: args::ImageArguments,
-    common: CommonArguments,
-) -> Result<Invocation, Failure> {
-    measure(measurement, paths, placing.transform_b, placing.first, sampling, writing.output, common)
+/// An operation on a list of inputs, which go by letters.
+fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<Invocation, Failure> {
+    let args::ListOfSolids { a, others, placing, operation: rest } = arguments;
+    let args::ListPlacingArguments { first: PlacingArguments { reading, transform_a }, transform_b, named } = placing;
+    let paths: Vec<PathBuf> = [a].into_iter().chain(others).collect();
+    let names: Vec<String> = (0..paths.len()).map(letters).collect();
+    let mut placements = vec![None; paths.len()];
+    (placements[0], placements[1]) = (transform_a, transform_b);
+    place(&names, &mut placements, named.transforms)?;
+    let inputs = paths.into_iter().zip(placements).map(|(path, placement)| Input { name: None, path, placement });
+    let expression = Expression::of_inputs(operation, inputs.len());
+    let boolean = Boolean { expression, wording: Wording::Operation(operation) };
+    let args::OperationArguments { sampling, writing, common } = rest;
+    measure(Measurement::Boolean(boolean), inputs.collect(), reading, sampling, writing.output, common)
+}
+
+/// What an expression makes of inputs.
+fn csg(arguments: args::CsgArguments) -> Result<Invocation, Failure> {
+    let args::CsgArguments { expression: text, solids, reading, named, operation } = arguments;
+    let (names, paths): (Vec<String>, Vec<PathBuf>) = solids.into_iter().map(|solid| (solid.name, solid.path)).unzip();
+    let expression = Expression::parse(&text, &names).map_err(|error| match error.at() {
+        Some(at) => Failure::input(format!(
+            "the expression, at character {}: {error}\n{}",
+            at + 1,
+            excerpt::pointing_at(&text, at)
+        )),
+        None => Failure::input(error),
+    })?;
+    let mut placements = vec![None; names.len()];
+    place(&names, &mut placements, named.transforms)?;
+    let inputs = names.into_iter().zip(paths).zip(placements);
+    let inputs = inputs.map(|((name, path), placement)| Input { name: Some(name), path, placement }).collect();
+    let boolean = Boolean { expression, wording: Wording::Typed(text) };
+    let args::OperationArguments { sampling, writing, common } = operation;
+    measure(Measurement::Boolean(boolean), inputs, reading, sampling, writing.output, common)
+}
+
+/// The name of an input in a list: a, b, … z, aa, ab, …
+fn letters(index: usize) -> String {
+    let mut name = String::new();
+    let mut rest = index + 1;
+    while rest > 0 {
+        name.insert(0, char::from(b'a' + ((rest - 1) % 26) as u8));
+        rest = (rest - 1) / 26;
+    }
+    name
+}
+
+/// Gives placements to the inputs of their names.
+fn place(
+    names: &[String],
+    placements: &mut [Option<Placement>],
+    transforms: Vec<args::NamedPlacement>,
+) -> Result<(), Failure> {
+    for args::NamedPlacement { name, placement } in transforms {
+        let Some(i) = names.iter().position(|known| *known == name) else {
+            let names = names.join(", ");
+            return Err(Failure::input(format!("--transform {name}=…: no input is named `{name}`; there are {names}")));
+        };
+        if placements[i].replace(placement).is_some() {
+            return Err(Failure::input(format!("--transform {name}=…: the input `{name}` is placed already")));
+        }
+    }
+    Ok(())
 }
 
 fn measure(
     measurement: Measurement,
-    paths: Vec<PathBuf>,
-    transform_b: Option<Placement>,
-    placing: PlacingArguments,
+    inputs: Vec<Input>,
+    reading: args::ReadingArguments,
     sampling: SamplingArguments,
     images: Option<PathBuf>,
     common: CommonArguments,
@@ -261,21 +353,16 @@ fn measure(
         let (least, most) = (LOD_RANGE.start(), LOD_RANGE.end());
         return Err(Failure::input(format!("--lod {} is outside {least} to {most} voxels a ray", sampling.lod)));
     }
-    if let Some(path) = &images {
-        image_target(path)?;
-    }
+    let images = images.map(image_target).transpose()?;
     let report = report(&common)?;
-    if let Some(path) = &images {
-        apart(&report, path)?;
+    if let Some(target) = &images {
+        apart(&report, &target.path)?;
     }
-    let placements = [placing.transform_a, transform_b];
-    let inputs = paths.into_iter().enumerate();
-    let inputs = inputs.map(|(i, path)| Input { path, placement: placements.get(i).copied().flatten() }).collect();
     let job = MeasureJob {
         measurement,
         inputs,
-        unit: placing.unit,
-        openness: if placing.allow_open { Openness::Sampled } else { Openness::Refused },
+        unit: reading.unit,
+        openness: if reading.allow_open { Openness::Sampled } else { Openness::Refused },
         spacing,
         lod: sampling.lod,
         axes: match sampling.axis {
@@ -374,17 +461,33 @@ fn mesh_target(path: &Path) -> Result<(), Failure> {
     writable(path)
 }
 
-/// An image file.
-fn image_target(path: &Path) -> Result<(), Failure> {
+/// What is written of images by files of an extension.
+const WRITTEN: &str = "-o takes .npz, the image, and .vti or .npy, voxels";
+
+/// A file that is made of images.
+fn image_target(path: PathBuf) -> Result<ImageTarget, Failure> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let refuse = |why: &str| Err(Failure::input(format!("{}: {why}", path.display())));
-    match extension.as_str() {
-        "npz" => writable(path),
-        "vti" | "npy" => refuse("voxels are not made by this build; -o takes .npz, the image"),
-        "" => refuse("the name has no extension; -o takes .npz, the image"),
-        _ if Format::from_path(path).is_ok() => {
-            refuse("surfaces are not made by this build, so there is no mesh to write; -o takes .npz, the image")
+    let refuse = |why: &str| Err(Failure::input(format!("{}: {why}; {WRITTEN}", path.display())));
+    let content = match (extension.as_str(), voxels::Format::from_extension(&extension)) {
+        (_, Some(format)) => Content::Voxels(format),
+        ("npz", _) => Content::Images,
+        ("", _) => return refuse("the name has no extension"),
+        _ if Format::from_path(&path).is_ok() => {
+            return refuse("surfaces are not made by this build, so there is no mesh to write");
         }
-        _ => refuse("this extension is not known; -o takes .npz, the image"),
+        _ => return refuse("this extension is not known"),
+    };
+    writable(&path)?;
+    Ok(ImageTarget { path, content })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_go_by_letters() {
+        let names = [0, 1, 25, 26, 27, 51, 52, 26 + 26 * 26].map(letters);
+        assert_eq!(names, ["a", "b", "z", "aa", "ab", "az", "ba", "aaa"]);
     }
 }

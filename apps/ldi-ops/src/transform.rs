@@ -5,6 +5,8 @@ use std::str::FromStr;
 
 use glam::{DAffine3, DMat3, DVec3};
 
+use crate::excerpt;
+
 /// A placement that was typed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
@@ -21,19 +23,10 @@ pub struct PlacementError {
     problem: String,
 }
 
-/// So many characters before and after a fault are shown.
-const EXCERPT: usize = 60;
-
 impl fmt::Display for PlacementError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let PlacementError { text, at, problem } = self;
-        let first = at.saturating_sub(EXCERPT);
-        let mut rest = text.chars().skip(first);
-        let excerpt: String = rest.by_ref().take(at - first + EXCERPT).collect();
-        let before = if first > 0 { "… " } else { "" };
-        let after = if rest.next().is_some() { " …" } else { "" };
-        let indent = before.chars().count() + at - first;
-        write!(f, "at character {}: {problem}\n    {before}{excerpt}{after}\n    {:indent$}^", at + 1, "")
+        write!(f, "at character {}: {problem}\n{}", at + 1, excerpt::pointing_at(text, *at))
     }
 }
 

@@ -20,6 +20,8 @@ use crate::unit;
 
 /// An input that may be sampled, with what is known of it.
 pub struct Solid {
+    /// What an expression calls it.
+    pub operand: Option<String>,
     /// The path as it was given.
     pub path: PathBuf,
     pub surface: Surface,
@@ -199,8 +201,15 @@ fn solid(input: &Input, demands: Demands) -> Result<(Solid, Vec<Warning>), Failu
         Surface::Closed(closed) => closed.signed_volume(),
         Surface::Open { mesh, .. } => mesh.signed_volume(),
     };
-    let solid =
-        Solid { path: input.path.clone(), surface, stated_unit: unit, unit: unit.or(demands.unit), volume, sha256 };
+    let solid = Solid {
+        operand: input.name.clone(),
+        path: input.path.clone(),
+        surface,
+        stated_unit: unit,
+        unit: unit.or(demands.unit),
+        volume,
+        sha256,
+    };
     warnings.extend(remarks(&solid, demands.fill));
     Ok((solid, warnings))
 }

@@ -1,4 +1,4 @@
-//! `intersect`, `union`, `difference`, `xor`, `volume` and `sample`: images along the axes that were asked for, and what
+//! `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`: images along the axes that were asked for, and what
 //! they integrate to.
 //!
 //! One axis is done after another, and of each image only numbers are kept unless it is to be written, so that memory is
@@ -8,10 +8,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use glam::{DMat3, DVec3};
-use ldi_ops::boolean::BooleanOperation;
-use ldi_ops::grid::{Axis, Grid, LatticeSolid};
+use ldi_ops::grid::{Axis, Grid, LatticeBox, LatticeSolid};
 use ldi_ops::integrate::{self, AxisVolume, Moments, SurfaceHits, VolumeEstimate};
-use ldi_ops::ldi::{Ldi, npz};
+use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 use serde::Serialize;
@@ -21,12 +20,12 @@ use super::fill::FillDifference;
 use super::image::{ImageMaker, alive_at_once};
 use super::input::{self, Demands, Provenance, Solid};
 use super::work::work;
-use super::{Finished, machine, say_warnings};
+use super::{Finished, machine, say_warnings, write};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
 use crate::report::Warning;
-use crate::resolve::{Backend, Input, MeasureJob, Measurement, Spacing};
-use crate::{json, output, report};
+use crate::resolve::{Backend, Boolean, Input, MeasureJob, Measurement, Spacing};
+use crate::{json, report};
 
 /// Everything that is known of a result.
 pub struct Measured {
@@ -46,7 +45,7 @@ pub struct Measured {
     pub ran: Ran,
     pub seconds: Seconds,
     pub warnings: Vec<Warning>,
-    /// The file that the images were written to.
+    /// The file that the images, or what is made of them, were written to.
     pub images: Option<PathBuf>,
     /// What `volume` adds.
     pub measures: Option<SolidMeasures>,
@@ -180,15 +179,15 @@ fn measure(
     warnings.extend(solids.iter().filter_map(|solid| thin(solid, &round.grid, &job.axes)));
     warnings.extend(coarse_voxels(job, &round.grid));
 
-    if let Some(path) = &job.images {
+    if let Some(target) = &job.images {
         progress.stage("writing");
         let writing = Instant::now();
-        output::replace(path, |file| npz::write(&round.images, file).map_err(std::io::Error::from))?;
+        write::images(target, &round.images, job.mode, solids[0].unit, progress)?;
         seconds.write += writing.elapsed().as_secs_f64();
     }
     seconds.total = start.elapsed().as_secs_f64();
     let mut measured = Measured {
-        measurement: job.measurement,
+        measurement: job.measurement.clone(),
         unit: solids[0].unit,
         volume: round.volume,
         grid: round.grid,
@@ -200,7 +199,7 @@ fn measure(
         ran,
         seconds,
         warnings,
-        images: job.images.clone(),
+        images: job.images.as_ref().map(|target| target.path.clone()),
         measures,
         refinement,
         solids,
@@ -236,7 +235,7 @@ fn lay(job: &MeasureJob, solids: &[Solid], spacing: Spacing) -> Result<Grid, Fai
     let grid = grid.map_err(|error| Failure::input(format!("{}: {error}", names.join(", "))))?;
     // Images that are to be written are kept while the next is made.
     let kept = if job.images.is_some() { job.axes.len() as u64 - 1 } else { 0 };
-    machine::admit(&grid, &job.axes, alive_at_once(job.measurement, job.mode) + kept)?;
+    machine::admit(&grid, &job.axes, alive_at_once(&job.measurement, job.mode) + kept)?;
     Ok(grid)
 }
 
@@ -244,7 +243,7 @@ fn lay(job: &MeasureJob, solids: &[Solid], spacing: Spacing) -> Result<Grid, Fai
 fn quantise<'s>(job: &MeasureJob, solids: &'s [Solid], grid: &Grid) -> Result<Vec<LatticeSolid<'s>>, Failure> {
     let mut lattice: Vec<LatticeSolid> = solids.iter().map(|solid| solid.quantise(grid)).collect::<Result<_, _>>()?;
     if solids.iter().all(Solid::is_closed) {
-        restrict(job.measurement, &mut lattice);
+        restrict(&job.measurement, &mut lattice);
     }
     Ok(lattice)
 }
@@ -269,7 +268,7 @@ fn second_opinion(
     for &axis in &job.axes {
         let mut agree = vec![None; solids.len()];
         let mut maker = ImageMaker { sampler, axis, mode: job.mode, fill: job.fill, seconds, rules_agree: &mut agree };
-        volumes.push(AxisVolume::from_summary(&maker.summary(job.measurement, &lattice)?));
+        volumes.push(AxisVolume::from_summary(&maker.summary(&job.measurement, &lattice)?));
     }
     Ok(VolumeEstimate::from_axes(&volumes))
 }
@@ -317,7 +316,7 @@ fn sample_round<'b>(
             rules_agree: &mut round.rules_agree,
         };
         let summary = if keeps_images {
-            let image = maker.image(job.measurement, &lattice)?;
+            let image = maker.image(&job.measurement, &lattice)?;
             let integrating = Instant::now();
             let summary = image.summary();
             if job.measurement == Measurement::Volume {
@@ -329,7 +328,7 @@ fn sample_round<'b>(
             }
             summary
         } else {
-            maker.summary(job.measurement, &lattice)?
+            maker.summary(&job.measurement, &lattice)?
         };
         volumes.push(AxisVolume::from_summary(&summary));
         round.layers[axis.depth()] = Some(summary.layers());
@@ -347,19 +346,12 @@ fn sample_round<'b>(
     Ok(round)
 }
 
-/// Restricts closed solids to the rays that can matter: to an intersection those that meet every solid, to a difference
-/// those that meet the first.
-fn restrict(measurement: Measurement, solids: &mut Vec<LatticeSolid>) {
-    let region = match measurement {
-        Measurement::Boolean(BooleanOperation::Intersection) => {
-            solids.iter().map(|solid| *solid.bounds()).reduce(|a, b| a.intersection(&b))
-        }
-        Measurement::Boolean(BooleanOperation::Difference) => solids.first().map(|solid| *solid.bounds()),
-        _ => None,
-    };
-    if let Some(region) = region {
-        *solids = solids.drain(..).map(|solid| solid.within(&region)).collect();
-    }
+/// Restricts closed solids to the rays that can matter.
+fn restrict(measurement: &Measurement, solids: &mut Vec<LatticeSolid>) {
+    let Measurement::Boolean(Boolean { expression, .. }) = measurement else { return };
+    let bounds: Vec<LatticeBox> = solids.iter().map(|solid| *solid.bounds()).collect();
+    let regions = expression.regions(&bounds);
+    *solids = solids.drain(..).zip(&regions).map(|(solid, region)| solid.within(region)).collect();
 }
 
 /// The most rays along the longest side with which it is found which part of a mesh's surface bounds the solid.
@@ -454,7 +446,7 @@ fn thin(solid: &Solid, grid: &Grid, axes: &[Axis]) -> Option<Warning> {
 fn coarse_voxels(job: &MeasureJob, grid: &Grid) -> Option<Warning> {
     let voxel = |axis: &Axis| f64::from(grid.voxel(*axis)) * grid.step();
     let longest = job.axes.iter().map(voxel).fold(0.0, f64::max);
-    let (Measurement::Boolean(_), Mode::Estimate(_)) = (job.measurement, job.mode) else { return None };
+    let (Measurement::Boolean(_), Mode::Estimate(_)) = (&job.measurement, job.mode) else { return None };
     if longest <= grid.pitch() {
         return None;
     }

@@ -14,6 +14,7 @@ mod input;
 mod machine;
 mod measure;
 mod work;
+mod write;
 
 use std::time::Instant;
 

@@ -1,0 +1,57 @@
+//! Files that are made of images.
+
+use std::io;
+
+use ldi_ops::ldi::npz::{self, Extras};
+use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
+use ldi_ops::mesh::LengthUnit;
+use ldi_ops::sampler::{Estimate, Mode};
+use ldi_ops::voxels;
+
+use crate::exit::Failure;
+use crate::output;
+use crate::progress::Progress;
+use crate::resolve::{Content, ImageTarget};
+
+/// Writes images along one axis or several, or what is made of them.
+pub fn images(
+    target: &ImageTarget,
+    images: &[Ldi],
+    mode: Mode,
+    unit: Option<LengthUnit>,
+    progress: &Progress,
+) -> Result<(), Failure> {
+    let unit = unit.map(LengthUnit::symbol);
+    match target.content {
+        Content::Images => {
+            let extras = Extras { normals: Vec::new(), unit: unit.map(str::to_owned) };
+            output::replace(&target.path, |file| npz::write(images, &extras, file).map_err(io::Error::from))
+        }
+        Content::Voxels(format) => {
+            let nodes = NodePlanes::new(images, combine(mode)).map_err(Failure::input)?;
+            let mut written = voxels::Written::default();
+            output::replace(&target.path, |file| {
+                written = match format {
+                    voxels::Format::Vti => voxels::write_vti(&nodes, unit, file)?,
+                    voxels::Format::Npy => voxels::write_npy(&nodes, file)?,
+                };
+                Ok(())
+            })?;
+            let [x, y, z] = nodes.grid().rays();
+            let voxels::Written { inside, disagreements } = written;
+            progress.detail(format_args!(
+                "{x} × {y} × {z} voxels, of which {inside} are inside; the images disagree about {disagreements}"
+            ));
+            Ok(())
+        }
+    }
+}
+
+/// What holds of a node about which images disagree: an over-estimate stays one, and so does an under-estimate.
+fn combine(mode: Mode) -> Combine {
+    match mode {
+        Mode::Estimate(Estimate::Over) => Combine::Any,
+        Mode::Estimate(Estimate::Under) => Combine::All,
+        Mode::Exact => Combine::Most,
+    }
+}

@@ -1,0 +1,157 @@
+//! Set expressions over inputs that are known by their index.
+
+use super::BooleanOperation;
+
+/// An expression of Boolean operations on inputs.
+///
+/// It is kept in postfix notation, operands before their operation, so that nothing that is done with it goes by
+/// recursion: an expression may nest as deep as memory reaches.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Expression {
+    terms: Vec<Term>,
+}
+
+/// A part of an expression in postfix notation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Term {
+    /// The input of an index.
+    Input(usize),
+    /// An operation on so many operands before it, two or more, from left to right.
+    Operation(BooleanOperation, usize),
+}
+
+impl Expression {
+    /// One input by itself.
+    pub fn input(index: usize) -> Expression {
+        Expression { terms: vec![Term::Input(index)] }
+    }
+
+    /// An operation on expressions, from left to right: A − B − C. Of one operand it is that operand.
+    ///
+    /// # Panics
+    /// If there is no operand.
+    pub fn combine(operation: BooleanOperation, operands: impl IntoIterator<Item = Expression>) -> Expression {
+        let mut operands = operands.into_iter();
+        let Expression { mut terms } = operands.next().expect("an operation has operands");
+        let mut count = 1;
+        for operand in operands {
+            terms.extend(operand.terms);
+            count += 1;
+        }
+        if count > 1 {
+            terms.push(Term::Operation(operation, count));
+        }
+        Expression { terms }
+    }
+
+    /// An operation on the inputs 0, 1, … from left to right.
+    ///
+    /// # Panics
+    /// If there is no input.
+    pub fn of_inputs(operation: BooleanOperation, inputs: usize) -> Expression {
+        Expression::combine(operation, (0..inputs).map(Expression::input))
+    }
+
+    pub(super) fn from_terms(terms: Vec<Term>) -> Expression {
+        Expression { terms }
+    }
+
+    pub(super) fn terms(&self) -> &[Term] {
+        &self.terms
+    }
+
+    /// One more than the greatest index of an input.
+    pub fn inputs(&self) -> usize {
+        let used = self.terms.iter().map(|term| match *term {
+            Term::Input(index) => index + 1,
+            Term::Operation(..) => 0,
+        });
+        used.max().expect("an expression has an input")
+    }
+
+    /// The two inputs, where the expression is the intersection of two different ones and nothing else.
+    pub fn intersection_of_two(&self) -> Option<[usize; 2]> {
+        match self.terms[..] {
+            [Term::Input(a), Term::Input(b), Term::Operation(BooleanOperation::Intersection, _)] if a != b => {
+                Some([a, b])
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether a point is in the result, given whether it is in the input of each index.
+    pub fn holds(&self, in_input: impl Fn(usize) -> bool) -> bool {
+        self.fold(in_input, |operation, operands| {
+            let (first, others) = operands.split_first().expect("an operation has operands");
+            others.iter().fold(*first, |left, &right| operation.holds(left, right))
+        })
+    }
+
+    /// What comes out when inputs are given values and operations make one of the values of their operands.
+    pub(super) fn fold<T>(&self, input: impl Fn(usize) -> T, operation: impl Fn(BooleanOperation, &[T]) -> T) -> T {
+        let mut values = Vec::new();
+        for term in &self.terms {
+            let value = match *term {
+                Term::Input(index) => input(index),
+                Term::Operation(kind, operands) => {
+                    let first = values.len() - operands;
+                    let value = operation(kind, &values[first..]);
+                    values.truncate(first);
+                    value
+                }
+            };
+            values.push(value);
+        }
+        values.pop().expect("an expression has a value")
+    }
+
+    /// The operation that each term is an operand of, by its index, and whether it is its first operand; nothing for the
+    /// last term, which is the whole.
+    pub(super) fn parents(&self) -> Vec<Option<Parent>> {
+        let mut parents = vec![None; self.terms.len()];
+        let mut open = Vec::new();
+        for (i, term) in self.terms.iter().enumerate() {
+            if let Term::Operation(_, operands) = *term {
+                for (place, operand) in open.drain(open.len() - operands..).enumerate() {
+                    parents[operand] = Some(Parent { term: i, is_first: place == 0 });
+                }
+            }
+            open.push(i);
+        }
+        parents
+    }
+}
+
+/// Where a term stands in an expression.
+#[derive(Clone, Copy)]
+pub(super) struct Parent {
+    /// The index of the operation.
+    pub term: usize,
+    /// Whether the term is its first operand, from which a difference takes the others away.
+    pub is_first: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn operations_go_from_left_to_right() {
+        let of = |operation, inside: &[bool]| Expression::of_inputs(operation, inside.len()).holds(|i| inside[i]);
+        assert!(of(BooleanOperation::Difference, &[true, false, false]));
+        assert!(!of(BooleanOperation::Difference, &[true, false, true]));
+        assert!(of(BooleanOperation::Xor, &[true, true, true]));
+        assert!(of(BooleanOperation::Union, &[false, false, true]));
+        assert!(!of(BooleanOperation::Intersection, &[true, true, false]));
+        assert_eq!(Expression::of_inputs(BooleanOperation::Union, 1), Expression::input(0));
+    }
+
+    #[test]
+    fn the_intersection_of_two_is_recognised() {
+        assert_eq!(Expression::of_inputs(BooleanOperation::Intersection, 2).intersection_of_two(), Some([0, 1]));
+        assert_eq!(Expression::of_inputs(BooleanOperation::Intersection, 3).intersection_of_two(), None);
+        assert_eq!(Expression::of_inputs(BooleanOperation::Union, 2).intersection_of_two(), None);
+        let twice = Expression::combine(BooleanOperation::Intersection, [Expression::input(1), Expression::input(1)]);
+        assert_eq!((twice.intersection_of_two(), twice.inputs()), (None, 2));
+    }
+}

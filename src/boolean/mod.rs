@@ -1,0 +1,101 @@
+//! Boolean operations on images: set expressions over any number of operands, evaluated ray by ray in one sweep.
+//!
+//! Intervals are half-open and read as point sets: touching ones unite, empty ones vanish, and the result of any
+//! expression lists the maximal spans of each ray with strictly increasing depths. In integers
+//! |A| + |B| = |A ∪ B| + |A ∩ B|, to the last lattice step.
+//!
+//! # The way of an expression
+//! An [`Expression`] says which operands make the result, by their index; [`Expression::parse`] reads one as it is typed.
+//! A [`Plan`] turns it into what a ray is swept with, and says which images it needs ([`Plan::leaves`]). [`Plan::sweep`]
+//! makes the result from those images, without any between: the samples of all operands on a ray are brought into one
+//! order, each turns a leaf of the expression over, and where the root turns over with it the result has a sample.
+//!
+//! # Estimates
+//! An over-estimate of A − B takes an under-estimate of B away, one of A xor B is (A − B) ∪ (B − A) with both estimates of
+//! either. So a leaf is an input in a [`Role`]: the estimate that is asked for, or the opposite one. A point is for each
+//! input one of three things: in both estimates, in neither, or between them, where nothing is known. Carrying a pair of
+//! truths through the expression keeps that apart (Kleene's logic), in time linear in the expression however xors nest.
+//!
+//! # Rays that matter
+//! [`Expression::regions`] tells, for each input, the box outside of which it cannot change the result.
+
+mod expression;
+mod network;
+mod parse;
+mod plan;
+mod region;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+pub use expression::Expression;
+pub use parse::{ExpressionError, Found};
+pub use plan::{Images, Leaf, Plan, Role};
+pub use sweep::Operand;
+
+use crate::grid::Axis;
+use crate::ldi::{Ldi, TooManySamples};
+
+/// An operation on point sets. With more than two it goes from left to right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum BooleanOperation {
+    /// In all.
+    Intersection,
+    /// In any.
+    Union,
+    /// In the first and in none of the others.
+    Difference,
+    /// In an odd number of them: of two, in exactly one.
+    Xor,
+}
+
+impl BooleanOperation {
+    /// Whether a point is in the result, given whether it is in each operand.
+    #[inline]
+    pub fn holds(self, in_a: bool, in_b: bool) -> bool {
+        match self {
+            BooleanOperation::Intersection => in_a & in_b,
+            BooleanOperation::Union => in_a | in_b,
+            BooleanOperation::Difference => in_a & !in_b,
+            BooleanOperation::Xor => in_a ^ in_b,
+        }
+    }
+}
+
+/// Why images could not be combined.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BooleanError {
+    /// The images have different rays.
+    #[error("the images lie on different rays: along {first} at pitch {first_pitch} and along {second} at pitch {second_pitch}",
+        first = first.name(), second = second.name())]
+    RaysDiffer {
+        /// Direction of the first image.
+        first: Axis,
+        /// Pitch of its grid.
+        first_pitch: f64,
+        /// Direction of the first image that differs from it.
+        second: Axis,
+        /// Pitch of its grid.
+        second_pitch: f64,
+    },
+    /// The triangles of all inputs together cannot be numbered in 32 bits.
+    #[error("triangle {triangle} of input {input}, counted from {first}, is beyond the {limit} that 32 bits number", limit = u32::MAX)]
+    TooManyTriangles {
+        /// Index of the input.
+        input: usize,
+        /// The number of the input's first triangle.
+        first: u32,
+        /// The triangle's number within the input.
+        triangle: u32,
+    },
+    /// The result is too large.
+    #[error(transparent)]
+    TooManySamples(#[from] TooManySamples),
+}
+
+/// The result of an operation on two images of the same rays. A ray that is unclosed in either operand is unclosed in
+/// the result. It is [`Plan::sweep`] for whoever has but two images.
+pub fn merge(operation: BooleanOperation, a: &Ldi, b: &Ldi) -> Result<Ldi, BooleanError> {
+    let expression = Expression::of_inputs(operation, 2);
+    Plan::new(&expression, Images::Exact).sweep(&[Operand::from(a), Operand::from(b)])
+}

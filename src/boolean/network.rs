@@ -1,0 +1,168 @@
+//! The state of an expression while a ray is swept: counters of true operands, from the leaves to the root.
+
+/// An index that stands for no counter.
+const NONE: u32 = u32::MAX;
+
+/// When a counter holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rule {
+    /// So many operands are true, or more: 1 for a union, all for an intersection.
+    AtLeast(u32),
+    /// An odd number of operands is true.
+    Odd,
+    /// One of the two truths of a symmetric difference of estimates, whose other one is the counter at this index with its
+    /// last bit turned over. Where both count alike, no operand is between its estimates and the parity decides; where one
+    /// counts more, there is such an operand, so that the result may be either, and the one that counts more holds.
+    OddOrUnknown,
+}
+
+/// An operation, or one of its two truths where both estimates are carried.
+#[derive(Clone, Copy, Debug)]
+struct Counter {
+    rule: Rule,
+    /// True operands, counted.
+    count: u32,
+    /// The counter of which this is an operand.
+    parent: u32,
+    /// Whether the parent counts it where it does not hold.
+    inverted: bool,
+}
+
+/// A place of a leaf in the expression.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Link {
+    /// The counter that counts it.
+    pub counter: u32,
+    /// Whether it counts where the leaf is not true.
+    pub inverted: bool,
+}
+
+/// A tree of counters. An event costs the way from its leaf to the first counter that does not turn over with it.
+#[derive(Clone, Debug)]
+pub(super) struct Network {
+    counters: Vec<Counter>,
+    /// Where the links of each leaf begin in `links`; one more than leaves.
+    starts: Vec<u32>,
+    links: Vec<Link>,
+    inside: Vec<bool>,
+    holds: bool,
+}
+
+impl Network {
+    /// A network from the rule of each counter with the place it is counted at, nothing for the root and for what nobody
+    /// asks for, and from the links of each leaf. The root is counter 0, and parents come before their operands. All leaves are
+    /// false at first.
+    pub fn new(counters: &[(Rule, Option<Link>)], leaves: &[Vec<Link>]) -> Network {
+        let counters: Vec<Counter> = counters
+            .iter()
+            .map(|&(rule, parent)| {
+                let Link { counter, inverted } = parent.unwrap_or(Link { counter: NONE, inverted: false });
+                Counter { rule, count: 0, parent: counter, inverted }
+            })
+            .collect();
+        let mut starts = vec![0];
+        starts.extend(leaves.iter().scan(0, |end, links| {
+            *end += links.len() as u32;
+            Some(*end)
+        }));
+        let links: Vec<Link> = leaves.concat();
+        let mut network = Network { counters, starts, links, inside: vec![false; leaves.len()], holds: false };
+        network.set(|_| false);
+        debug_assert!(!network.holds, "where no input is, there is no result");
+        network
+    }
+
+    /// Gives every leaf a truth; whether the root holds then.
+    pub fn set(&mut self, inside: impl Fn(usize) -> bool) -> bool {
+        self.counters.iter_mut().for_each(|counter| counter.count = 0);
+        for leaf in 0..self.inside.len() {
+            self.inside[leaf] = inside(leaf);
+            for i in self.starts[leaf]..self.starts[leaf + 1] {
+                let Link { counter, inverted } = self.links[i as usize];
+                self.counters[counter as usize].count += u32::from(self.inside[leaf] ^ inverted);
+            }
+        }
+        // Parents come before their operands.
+        for i in (0..self.counters.len()).rev() {
+            let Counter { rule, count, parent, inverted } = self.counters[i];
+            let holds = match rule {
+                Rule::AtLeast(least) => count >= least,
+                Rule::Odd => count % 2 == 1,
+                Rule::OddOrUnknown => odd_or_unknown(count, self.counters[i ^ 1].count).0,
+            };
+            match parent {
+                NONE if i == 0 => self.holds = holds,
+                NONE => {}
+                parent => self.counters[parent as usize].count += u32::from(holds ^ inverted),
+            }
+        }
+        self.holds
+    }
+
+    /// Whether a leaf is true.
+    #[inline]
+    pub fn is_inside(&self, leaf: usize) -> bool {
+        self.inside[leaf]
+    }
+
+    /// Turns a leaf over; whether the root holds now.
+    #[inline]
+    pub fn flip(&mut self, leaf: usize) -> bool {
+        let inside = !self.inside[leaf];
+        self.inside[leaf] = inside;
+        for i in self.starts[leaf]..self.starts[leaf + 1] {
+            let Link { counter, inverted } = self.links[i as usize];
+            self.count(counter, inside ^ inverted);
+        }
+        self.holds
+    }
+
+    /// One operand of a counter has become true or false.
+    #[inline]
+    fn count(&mut self, counter: u32, becomes: bool) {
+        let (mut at, mut becomes) = (counter as usize, becomes);
+        loop {
+            let before = self.counters[at].count;
+            let now = if becomes { before + 1 } else { before - 1 };
+            self.counters[at].count = now;
+            match self.counters[at].rule {
+                Rule::AtLeast(least) => {
+                    if (before >= least) == (now >= least) {
+                        return;
+                    }
+                }
+                Rule::Odd => becomes = now % 2 == 1,
+                Rule::OddOrUnknown => {
+                    let other = self.counters[at ^ 1].count;
+                    // The one truth or the other turns over, or none.
+                    let (was, is) = (odd_or_unknown(before, other), odd_or_unknown(now, other));
+                    match (was.0 != is.0, was.1 != is.1) {
+                        (true, _) => becomes = is.0,
+                        (_, true) => {
+                            at ^= 1;
+                            becomes = is.1;
+                        }
+                        (false, false) => return,
+                    }
+                }
+            }
+            let Counter { parent, inverted, .. } = self.counters[at];
+            if parent == NONE {
+                if at == 0 {
+                    self.holds = becomes;
+                }
+                return;
+            }
+            (at, becomes) = (parent as usize, becomes ^ inverted);
+        }
+    }
+}
+
+/// Both truths of a symmetric difference, from how many operands have the one and the other.
+fn odd_or_unknown(one: u32, other: u32) -> (bool, bool) {
+    match one.cmp(&other) {
+        std::cmp::Ordering::Equal => (one % 2 == 1, one % 2 == 1),
+        std::cmp::Ordering::Less => (false, true),
+        std::cmp::Ordering::Greater => (true, false),
+    }
+}

@@ -1,0 +1,301 @@
+//! From an expression to what a ray is swept with.
+
+use super::BooleanOperation;
+use super::expression::{Expression, Term};
+use super::network::{Link, Network, Rule};
+
+/// What the images are that a result is made from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Images {
+    /// The inputs as they are: one image of each.
+    Exact,
+    /// Estimates: the result is the estimate of the expression on the side of [`Role::Same`]. It holds where the
+    /// under-estimate of each input lies within its over-estimate.
+    Estimates,
+}
+
+/// Which estimate of an input is meant, beside that of the result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Role {
+    /// The one that is made of the expression; also what exact images are.
+    Same,
+    /// The other one, as of what is taken away.
+    Opposite,
+}
+
+/// An image that a plan needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Leaf {
+    /// The index of the input.
+    pub input: usize,
+    /// Which estimate of it.
+    pub role: Role,
+}
+
+/// Which way the result can turn over with a leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Polarity {
+    /// With it.
+    Along,
+    /// Against it.
+    Against,
+    /// Either way.
+    Both,
+}
+
+/// An expression, made ready to be swept.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub(super) leaves: Vec<Leaf>,
+    pub(super) polarities: Vec<Polarity>,
+    pub(super) network: Network,
+    /// Bit `s` is the result where the leaves inside are the bits of `s`; nothing where there are too many leaves.
+    pub(super) table: Option<u64>,
+}
+
+/// So many leaves have as many states as a word has bits.
+const TABLE_LEAVES: usize = 6;
+
+impl Plan {
+    /// What to do for an expression on images of a kind. It takes time and room linear in the expression.
+    pub fn new(expression: &Expression, images: Images) -> Plan {
+        let Gates { rules, parents, places } = Gates::of(expression, images);
+        let mut leaves: Vec<Leaf> = places.iter().map(|place| place.leaf).collect();
+        leaves.sort_unstable();
+        leaves.dedup();
+        let mut links = vec![Vec::new(); leaves.len()];
+        let mut polarities: Vec<Option<Polarity>> = vec![None; leaves.len()];
+        for place in places {
+            let leaf = leaves.binary_search(&place.leaf).expect("the leaves are those of the places");
+            links[leaf].push(place.link);
+            let polarity = &mut polarities[leaf];
+            *polarity =
+                Some(polarity.map_or(place.polarity, |one| if one == place.polarity { one } else { Polarity::Both }));
+        }
+        let counters: Vec<_> = rules.into_iter().zip(parents).collect();
+        let network = Network::new(&counters, &links);
+        let table = (leaves.len() <= TABLE_LEAVES).then(|| table(&mut network.clone(), leaves.len()));
+        let polarities = polarities.into_iter().map(|polarity| polarity.expect("every leaf has a place")).collect();
+        Plan { leaves, polarities, network, table }
+    }
+
+    /// The images that are needed, ascending.
+    pub fn leaves(&self) -> &[Leaf] {
+        &self.leaves
+    }
+}
+
+/// The result in every state of the leaves.
+fn table(network: &mut Network, leaves: usize) -> u64 {
+    (0..1u64 << leaves).map(|state| u64::from(network.set(|leaf| state >> leaf & 1 == 1)) << state).sum()
+}
+
+/// The operations of an expression after complements are driven down to the leaves (De Morgan) and nested operations of
+/// one kind made one: A − B − C is A ∩ ¬B ∩ ¬C. Of a counter that stands for one of two truths, bit 0 of the index tells
+/// which.
+struct Gates {
+    rules: Vec<Rule>,
+    parents: Vec<Option<Link>>,
+    places: Vec<Place>,
+}
+
+/// Where a leaf occurs.
+struct Place {
+    leaf: Leaf,
+    link: Link,
+    polarity: Polarity,
+}
+
+/// What an operation became.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Any,
+    All,
+    Odd,
+}
+
+/// An operation of the expression, on the way down.
+#[derive(Clone, Copy)]
+struct Above {
+    /// The operation it became.
+    gate: usize,
+    /// Whether its complement is meant.
+    complemented: bool,
+    /// Which truths of it are asked for: that of the same role, that of the opposite one.
+    asked: [bool; 2],
+    polarity: Polarity,
+}
+
+struct Gate {
+    kind: Kind,
+    operands: u32,
+    /// The gate it is an operand of, and whether its complement is.
+    parent: Option<(usize, bool)>,
+    asked: [bool; 2],
+}
+
+impl Gates {
+    fn of(expression: &Expression, images: Images) -> Gates {
+        let (terms, parents) = (expression.terms(), expression.parents());
+        let mut above: Vec<Option<Above>> = vec![None; terms.len()];
+        let mut gates: Vec<Gate> = Vec::new();
+        let mut leaves: Vec<(usize, Above)> = Vec::new();
+        // Operations come after their operands, so backwards each is met before them.
+        for i in (0..terms.len()).rev() {
+            let asked = match images {
+                Images::Exact => [true, false],
+                Images::Estimates => [true, true],
+            };
+            let (mut here, parent) = match parents[i] {
+                None => {
+                    let root = Above { gate: 0, complemented: false, asked: [true, false], polarity: Polarity::Along };
+                    (root, None)
+                }
+                Some(parent) => {
+                    let over = above[parent.term].expect("an operation is met before its operands");
+                    let Term::Operation(operation, _) = terms[parent.term] else {
+                        unreachable!("inputs have no operands")
+                    };
+                    let taken_away = operation == BooleanOperation::Difference && !parent.is_first;
+                    let here = match operation {
+                        BooleanOperation::Xor => Above { complemented: false, asked, polarity: Polarity::Both, ..over },
+                        _ => Above { complemented: over.complemented ^ taken_away, ..over },
+                    };
+                    (here, Some(over.gate))
+                }
+            };
+            if let Term::Input(input) = terms[i] {
+                if parent.is_none() {
+                    gates.push(Gate { kind: Kind::Any, operands: 0, parent: None, asked: here.asked });
+                }
+                gates[here.gate].operands += 1;
+                leaves.push((input, here));
+                continue;
+            }
+            let kind = match terms[i] {
+                Term::Operation(BooleanOperation::Xor, _) => Kind::Odd,
+                Term::Operation(BooleanOperation::Union, _) if here.complemented => Kind::All,
+                Term::Operation(BooleanOperation::Union, _) => Kind::Any,
+                _ if here.complemented => Kind::Any,
+                _ => Kind::All,
+            };
+            if parent.is_none_or(|parent| gates[parent].kind != kind) {
+                let inverted = kind == Kind::Odd && here.complemented;
+                if let Some(parent) = parent {
+                    gates[parent].operands += 1;
+                }
+                // Both truths of a symmetric difference come out of both of its operands.
+                let asked = if kind == Kind::Odd { asked } else { here.asked };
+                here.gate = gates.len();
+                gates.push(Gate { kind, operands: 0, parent: parent.map(|parent| (parent, inverted)), asked });
+            }
+            above[i] = Some(here);
+        }
+        Gates::counters(&gates, &leaves, images)
+    }
+
+    /// The counters of the gates: two of each for estimates, of which some may count nothing.
+    fn counters(gates: &[Gate], leaves: &[(usize, Above)], images: Images) -> Gates {
+        let width = match images {
+            Images::Exact => 1,
+            Images::Estimates => 2,
+        };
+        let (mut rules, mut parents, mut places) = (Vec::new(), Vec::new(), Vec::new());
+        for gate in gates {
+            for truth in 0..width {
+                rules.push(match (gate.kind, images) {
+                    (Kind::Any, _) => Rule::AtLeast(1),
+                    (Kind::All, _) => Rule::AtLeast(gate.operands),
+                    (Kind::Odd, Images::Exact) => Rule::Odd,
+                    (Kind::Odd, Images::Estimates) => Rule::OddOrUnknown,
+                });
+                parents.push(gate.parent.and_then(|(parent, inverted)| {
+                    // The complement of the one estimate is the other estimate of the complement.
+                    let counted_as = if inverted { width - 1 - truth } else { truth };
+                    gates[parent].asked[counted_as]
+                        .then(|| Link { counter: (parent * width + counted_as) as u32, inverted })
+                }));
+            }
+        }
+        for &(input, Above { gate, complemented, polarity, .. }) in leaves {
+            for truth in (0..width).filter(|&truth| gates[gate].asked[truth]) {
+                let role = if complemented && width == 2 { 1 - truth } else { truth };
+                let polarity = match (polarity, complemented) {
+                    (Polarity::Along, true) => Polarity::Against,
+                    (polarity, _) => polarity,
+                };
+                places.push(Place {
+                    leaf: Leaf { input, role: if role == 0 { Role::Same } else { Role::Opposite } },
+                    link: Link { counter: (gate * width + truth) as u32, inverted: complemented },
+                    polarity,
+                });
+            }
+        }
+        Gates { rules, parents, places }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(text: &str, images: Images) -> Plan {
+        let names: Vec<&str> = ["a", "b", "c", "d", "e", "f", "g"].into_iter().filter(|&n| text.contains(n)).collect();
+        Plan::new(&Expression::parse(text, &names).unwrap(), images)
+    }
+
+    /// Leaves as letters, small for the same estimate and capital for the opposite one.
+    fn leaves(text: &str, images: Images) -> String {
+        let letter = |leaf: &Leaf| match leaf.role {
+            Role::Same => (b'a' + leaf.input as u8) as char,
+            Role::Opposite => (b'A' + leaf.input as u8) as char,
+        };
+        plan(text, images).leaves().iter().map(letter).collect()
+    }
+
+    #[test]
+    fn an_estimate_takes_opposite_estimates_away() {
+        for (text, expected) in [
+            ("a", "a"),
+            ("a & (b | c)", "abc"),
+            ("a - b", "aB"),
+            ("a - (b - c)", "aBc"),
+            ("a - (b | (c - d))", "aBCd"),
+            ("a ^ b", "aAbB"),
+            ("a - (b ^ c) | d", "abBcCd"),
+            ("(a - b) | (b - a)", "aAbB"),
+            ("a & a", "a"),
+        ] {
+            assert_eq!(leaves(text, Images::Estimates), expected, "{text}");
+        }
+        assert_eq!(leaves("a - (b ^ c) | d", Images::Exact), "abcd");
+    }
+
+    #[test]
+    fn polarities_follow_differences() {
+        let of = |text| plan(text, Images::Exact).polarities;
+        use Polarity::{Against, Along, Both};
+        assert_eq!(of("a - (b - c)"), [Along, Against, Along]);
+        assert_eq!(of("a & b - (c ^ d)"), [Along, Along, Both, Both]);
+        assert_eq!(of("(a - b) | (b & a)"), [Along, Both]);
+    }
+
+    #[test]
+    fn chains_of_any_length_are_one_counter() {
+        for sign in ["-", "|", "&", "^"] {
+            let chain = vec!["a"; 100_000].join(sign);
+            let plan = plan(&chain, Images::Exact);
+            assert_eq!(plan.leaves().len(), 1);
+            assert_eq!(plan.table, Some(if "|&".contains(sign) { 0b10 } else { 0b00 }), "{sign}");
+        }
+    }
+
+    #[test]
+    fn deep_expressions_take_linear_room() {
+        for images in [Images::Exact, Images::Estimates] {
+            let deep = format!("{}a{}", "a ^ (b | ".repeat(50_000), ")".repeat(50_000));
+            let plan = plan(&deep, images);
+            assert_eq!(plan.leaves().len(), if images == Images::Exact { 2 } else { 4 });
+        }
+    }
+}

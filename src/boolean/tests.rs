@@ -1,0 +1,285 @@
+//! Sweeps of rays made by hand, and of random ones against what is true at every depth.
+
+use glam::DVec3;
+
+use super::plan::Polarity;
+use super::*;
+use crate::grid::Grid;
+use crate::ldi::image_from_bands;
+
+/// Depths are below this.
+const LENGTH: i32 = 32;
+
+/// A sample and its triangle.
+type Sample = (i32, u32);
+
+fn grid(rays: usize) -> Grid {
+    Grid::from_parts(DVec3::ZERO, 1.0, [rays as u32, 1, 8], 2, 32).unwrap()
+}
+
+/// An image of one row of rays.
+fn image(rays: &[Vec<Sample>]) -> Ldi {
+    let grid = grid(rays.len());
+    let image = image_from_bands(
+        grid,
+        Axis::Z,
+        1,
+        || (),
+        |(), _, image| {
+            for samples in rays {
+                image.depths().extend(samples.iter().map(|sample| sample.0));
+                image.triangles().extend(samples.iter().map(|sample| sample.1));
+                image.end_ray();
+            }
+        },
+    );
+    image.unwrap()
+}
+
+/// An image of one row of rays, without triangles.
+fn bare(rays: &[Vec<i32>]) -> Ldi {
+    let offsets = rays.iter().scan(0, |end, samples| {
+        *end += samples.len() as u32;
+        Some(*end)
+    });
+    let offsets = std::iter::once(0).chain(offsets).collect();
+    Ldi::from_parts(grid(rays.len()), Axis::Z, offsets, rays.concat(), vec![]).unwrap()
+}
+
+fn operands(images: &[Ldi]) -> Vec<Operand<'_>> {
+    images.iter().map(Operand::from).collect()
+}
+
+fn swept(text: &str, rays: &[&[i32]]) -> Vec<i32> {
+    let names: Vec<String> = (0..rays.len()).map(|i| char::from(b'a' + i as u8).to_string()).collect();
+    let plan = Plan::new(&Expression::parse(text, &names).unwrap(), Images::Exact);
+    let images: Vec<Ldi> = rays.iter().map(|ray| bare(&[ray.to_vec()])).collect();
+    plan.sweep(&operands(&images)).unwrap().samples(0).to_vec()
+}
+
+#[test]
+fn touching_intervals_unite_and_intersect_in_nothing() {
+    assert_eq!(swept("a | b", &[&[0, 4], &[4, 8]]), [0, 8]);
+    assert_eq!(swept("a & b", &[&[0, 4], &[4, 8]]), [0; 0]);
+    assert_eq!(swept("a - b", &[&[0, 4], &[4, 8]]), [0, 4]);
+    assert_eq!(swept("a ^ b", &[&[0, 4], &[4, 8]]), [0, 8]);
+    assert_eq!(swept("a | b | c", &[&[0, 4], &[8, 9], &[4, 8]]), [0, 9]);
+}
+
+#[test]
+fn an_operand_may_hold_empty_and_touching_intervals() {
+    assert_eq!(swept("a | b", &[&[0, 2, 2, 4, 6, 6], &[]]), [0, 4]);
+    assert_eq!(swept("a & b", &[&[0, 2, 2, 4], &[1, 3]]), [1, 3]);
+    assert_eq!(swept("a - b", &[&[0, 8], &[2, 4, 4, 4]]), [0, 2, 4, 8]);
+    assert_eq!(swept("a - b", &[&[0, 8], &[0, 8]]), [0; 0]);
+    assert_eq!(swept("a", &[&[0, 0, 3, 5, 5, 7]]), [3, 7]);
+}
+
+#[test]
+fn rays_unclosed_anywhere_are_unclosed_in_the_result() {
+    let grid = grid(3);
+    let open = |ray| Ldi::from_parts(grid, Axis::Z, vec![0; 4], vec![], vec![ray]).unwrap();
+    let [a, b, c] = [open(0), bare(&[vec![0, 4], vec![0, 4], vec![0, 4]]), open(2)];
+    let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Union, 3), Images::Exact);
+    let result = plan.sweep(&operands(&[a, b, c])).unwrap();
+    assert_eq!((result.unclosed(), result.depths()), (&[0, 2][..], &[0, 4][..]));
+}
+
+#[test]
+fn images_of_other_rays_are_refused() {
+    let (a, b) = (bare(&[vec![]]), bare(&[vec![], vec![]]));
+    assert!(matches!(merge(BooleanOperation::Union, &a, &b), Err(BooleanError::RaysDiffer { .. })));
+    let along_x = Ldi::from_parts(grid(1), Axis::X, vec![0; 9], vec![], vec![]).unwrap();
+    let refused = merge(BooleanOperation::Union, &a, &along_x);
+    assert!(matches!(refused, Err(BooleanError::RaysDiffer { first: Axis::Z, second: Axis::X, .. })));
+}
+
+/// The samples of the result of exact images of one ray, whose triangles are counted on by 100 from input to input.
+fn with_triangles(operation: BooleanOperation, rays: &[&[Sample]]) -> Vec<Sample> {
+    let plan = Plan::new(&Expression::of_inputs(operation, rays.len()), Images::Exact);
+    let images: Vec<Ldi> = rays.iter().map(|ray| image(&[ray.to_vec()])).collect();
+    let operand = |(i, image)| Operand { image, first_triangle: 100 * i as u32 };
+    let result = plan.sweep(&images.iter().enumerate().map(operand).collect::<Vec<_>>()).unwrap();
+    result.samples(0).iter().copied().zip(result.triangles().unwrap().iter().copied()).collect()
+}
+
+#[test]
+fn triangles_are_counted_through() {
+    let (a, b) = (&[(0, 7), (8, 3)][..], &[(4, 5), (12, 6)][..]);
+    assert_eq!(with_triangles(BooleanOperation::Union, &[a, b]), [(0, 7), (12, 106)]);
+    assert_eq!(with_triangles(BooleanOperation::Intersection, &[a, b]), [(4, 105), (8, 3)]);
+    assert_eq!(with_triangles(BooleanOperation::Difference, &[a, b]), [(0, 7), (4, 105)]);
+    assert_eq!(with_triangles(BooleanOperation::Xor, &[a, b]), [(0, 7), (4, 105), (8, 3), (12, 106)]);
+    assert_eq!(with_triangles(BooleanOperation::Union, &[&[], b]), [(4, 105), (12, 106)]);
+}
+
+#[test]
+fn of_samples_at_one_depth_the_least_that_goes_the_right_way_stands() {
+    // B enters where A leaves: the end of the intersection with C is A's, whatever comes first.
+    let (a, b, c) = (&[(0, 9), (4, 9)][..], &[(4, 1), (8, 1)][..], &[(0, 2), (8, 2)][..]);
+    assert_eq!(with_triangles(BooleanOperation::Intersection, &[b, c]), [(4, 1), (8, 1)]);
+    assert_eq!(with_triangles(BooleanOperation::Difference, &[c, a, b]), []);
+    assert_eq!(with_triangles(BooleanOperation::Difference, &[c, a]), [(4, 109), (8, 2)]);
+    // A difference ends where A ends and B begins, both of which end it.
+    assert_eq!(with_triangles(BooleanOperation::Difference, &[a, b]), [(0, 9), (4, 9)]);
+    // A turns twice at 4 and stays inside, so that only B's sample can stand for what begins there.
+    let twice = &[(0, 1), (4, 0), (4, 0), (8, 1)][..];
+    assert_eq!(with_triangles(BooleanOperation::Intersection, &[twice, b]), [(4, 101), (8, 1)]);
+    // Of three samples of one solid the least triangle.
+    let thrice = &[(0, 5), (0, 3), (0, 4), (8, 1)][..];
+    assert_eq!(with_triangles(BooleanOperation::Union, &[thrice, b]), [(0, 3), (8, 1)]);
+}
+
+#[test]
+fn triangles_are_carried_by_all_operands_or_by_none() {
+    let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Union, 2), Images::Exact);
+    let (with, without) = (image(&[vec![(0, 1), (4, 2)]]), bare(&[vec![6, 8]]));
+    assert_eq!(plan.sweep(&operands(&[with.clone(), without])).unwrap().triangles(), None);
+    assert_eq!(plan.sweep(&operands(&[with, bare(&[vec![]])])).unwrap().triangles(), Some(&[1, 2][..]));
+}
+
+#[test]
+fn triangles_beyond_32_bits_are_refused() {
+    let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Union, 2), Images::Exact);
+    let images = [image(&[vec![(0, 1), (4, 2)]]), image(&[vec![(0, 1), (4, 3)]])];
+    let from = |first_triangle| {
+        let second = Operand { image: &images[1], first_triangle };
+        plan.sweep(&[Operand::from(&images[0]), second])
+    };
+    assert!(from(u32::MAX - 3).is_ok());
+    let refused = BooleanError::TooManyTriangles { input: 1, first: u32::MAX - 2, triangle: 3 };
+    assert_eq!(from(u32::MAX - 2), Err(refused));
+}
+
+/// Numbers that look random, the same in every run.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, limit: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        ((self.0 >> 33) as usize) % limit
+    }
+
+    fn expression(&mut self, inputs: usize) -> Expression {
+        const OPERATIONS: [BooleanOperation; 4] = [
+            BooleanOperation::Intersection,
+            BooleanOperation::Union,
+            BooleanOperation::Difference,
+            BooleanOperation::Xor,
+        ];
+        let mut parts: Vec<Expression> = (0..inputs).map(Expression::input).collect();
+        for _ in 0..self.below(4) {
+            parts.push(Expression::input(self.below(inputs)));
+        }
+        while parts.len() > 1 {
+            let count = 2 + self.below(2).min(parts.len() - 2);
+            let operands: Vec<Expression> = (0..count).map(|_| parts.swap_remove(self.below(parts.len()))).collect();
+            parts.push(Expression::combine(OPERATIONS[self.below(4)], operands));
+        }
+        parts.remove(0)
+    }
+
+    /// Samples of any order within a depth, in which intervals touch and vanish; triangles count up.
+    fn ray(&mut self) -> Vec<Sample> {
+        let mut depths: Vec<i32> = (0..2 * self.below(8)).map(|_| self.below(LENGTH as usize) as i32).collect();
+        depths.sort_unstable();
+        depths.into_iter().map(|depth| (depth, self.below(20) as u32)).collect()
+    }
+}
+
+/// Whether a depth, and what lies between it and the next, is inside.
+fn inside(samples: &[i32], depth: i32) -> bool {
+    samples.iter().filter(|&&sample| sample <= depth).count() % 2 == 1
+}
+
+/// The maximal spans of a set of depths.
+fn spans(holds: impl Fn(i32) -> bool) -> Vec<i32> {
+    (0..=LENGTH).filter(|&depth| holds(depth) != (depth > 0 && holds(depth - 1))).collect()
+}
+
+#[test]
+fn random_expressions_hold_what_is_true_at_every_depth() {
+    let mut random = Random(1);
+    for round in 0..400 {
+        let inputs = 1 + random.below(12);
+        let expression = random.expression(inputs);
+        let rays: Vec<Vec<Vec<Sample>>> = (0..inputs).map(|_| (0..20).map(|_| random.ray()).collect()).collect();
+        let images: Vec<Ldi> = rays.iter().map(|rays| image(rays)).collect();
+        let plan = Plan::new(&expression, Images::Exact);
+        let number = |(input, image)| Operand { image, first_triangle: 20 * input as u32 };
+        let surface = plan.sweep(&images.iter().enumerate().map(number).collect::<Vec<_>>()).unwrap();
+        let depths_alone: Vec<Ldi> = rays
+            .iter()
+            .map(|rays| bare(&rays.iter().map(|ray| ray.iter().map(|s| s.0).collect()).collect::<Vec<_>>()))
+            .collect();
+        // Exact images without triangles, and the same ones as both estimates.
+        let plain = plan.sweep(&operands(&depths_alone)).unwrap();
+        for ray in 0..20 {
+            let samples: Vec<&[i32]> = images.iter().map(|image| image.samples(ray)).collect();
+            let holds = |depth| expression.holds(|input| inside(samples[input], depth));
+            let expected = spans(holds);
+            assert_eq!(plain.samples(ray), expected, "round {round}: {expression:?} of {samples:?}");
+            assert_eq!(surface.samples(ray), expected, "round {round}: {expression:?} of {samples:?}");
+            let first = surface.offsets()[ray as usize] as usize;
+            for (i, &depth) in expected.iter().enumerate() {
+                let at = |input: usize| rays[input][ray as usize].iter().filter(move |sample| sample.0 == depth);
+                let stands = (0..inputs).find(|&input| {
+                    let enters = inside(samples[input], depth);
+                    let wanted = match plan.polarities[input] {
+                        Polarity::Along => enters == (i % 2 == 0),
+                        Polarity::Against => enters != (i % 2 == 0),
+                        Polarity::Both => true,
+                    };
+                    at(input).count() % 2 == 1 && wanted
+                });
+                let input = stands.expect("some input makes the result turn");
+                let least = at(input).map(|sample| sample.1).min().unwrap();
+                let found = surface.triangles().unwrap()[first + i];
+                assert_eq!(found, 20 * input as u32 + least, "round {round}: {expression:?} of {samples:?}");
+            }
+        }
+    }
+}
+
+/// Both estimates of an operation from those of its operands, each as (same, opposite).
+fn estimate(operation: BooleanOperation, operands: &[(bool, bool)]) -> (bool, bool) {
+    let (first, others) = operands.split_first().unwrap();
+    others.iter().fold(*first, |(same, opposite), &(other_same, other_opposite)| match operation {
+        BooleanOperation::Intersection => (same && other_same, opposite && other_opposite),
+        BooleanOperation::Union => (same || other_same, opposite || other_opposite),
+        BooleanOperation::Difference => (same && !other_opposite, opposite && !other_same),
+        BooleanOperation::Xor => (
+            (same && !other_opposite) || (other_same && !opposite),
+            (opposite && !other_same) || (other_opposite && !same),
+        ),
+    })
+}
+
+#[test]
+fn random_estimates_hold_what_follows_from_those_of_their_inputs() {
+    let mut random = Random(2);
+    for round in 0..600 {
+        let inputs = 1 + random.below(8);
+        let expression = random.expression(inputs);
+        let plan = Plan::new(&expression, Images::Estimates);
+        // At each depth an input is in neither estimate, in the larger or in both.
+        let known: Vec<Vec<usize>> = (0..inputs).map(|_| (0..LENGTH).map(|_| random.below(3)).collect()).collect();
+        for same_is_over in [true, false] {
+            let in_input = |input: usize, role: Role, depth: i32| {
+                let is_over = (role == Role::Same) == same_is_over;
+                depth < LENGTH && known[input][depth as usize] + usize::from(is_over) >= 2
+            };
+            let images: Vec<Ldi> = plan
+                .leaves()
+                .iter()
+                .map(|leaf| bare(&[spans(|depth| in_input(leaf.input, leaf.role, depth))]))
+                .collect();
+            let found = plan.sweep(&operands(&images)).unwrap();
+            let holds = |depth| {
+                let both = |input| (in_input(input, Role::Same, depth), in_input(input, Role::Opposite, depth));
+                expression.fold(both, estimate).0
+            };
+            assert_eq!(found.samples(0), spans(holds), "round {round}: {expression:?}");
+        }
+    }
+}

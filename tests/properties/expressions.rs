@@ -1,0 +1,171 @@
+//! Expressions over any number of images: the laws of sets, chains of two, estimates on their side, order and threads.
+
+use ldi_ops::boolean::{BooleanOperation, Expression, Images, Leaf, Operand, Plan, Role};
+use ldi_ops::grid::{Axis, LatticeSolid};
+use ldi_ops::integrate::length;
+use ldi_ops::ldi::Ldi;
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::{Fill, Mode, Sampler};
+use rayon::ThreadPoolBuilder;
+use rayon::prelude::*;
+
+use super::images::{FILLS, MODES, OVER, UNDER, assert_same, assert_within, boolean, sample};
+use super::material::{closed, grid, grid_around, mesh, models, quantised, random_frame, random_lod, random_soup};
+use super::soups::{self, Random};
+
+const OPERATIONS: [BooleanOperation; 4] =
+    [BooleanOperation::Intersection, BooleanOperation::Union, BooleanOperation::Difference, BooleanOperation::Xor];
+
+/// What an expression makes of exact images of inputs.
+fn swept(expression: &Expression, images: &[Ldi]) -> Ldi {
+    let plan = Plan::new(expression, Images::Exact);
+    let operands: Vec<Operand> = plan.leaves().iter().map(|leaf| Operand::from(&images[leaf.input])).collect();
+    plan.sweep(&operands).unwrap()
+}
+
+/// An expression that uses every input once, and some twice.
+fn random_expression(random: &mut Random, inputs: usize) -> Expression {
+    let mut parts: Vec<Expression> = (0..inputs).map(Expression::input).collect();
+    for _ in 0..random.below(3) {
+        parts.push(Expression::input(random.below(inputs)));
+    }
+    while parts.len() > 1 {
+        let operands = (0..2).map(|_| parts.swap_remove(random.below(parts.len())));
+        let operands: Vec<Expression> = operands.collect();
+        parts.push(Expression::combine(random.choose(&OPERATIONS), operands));
+    }
+    parts.remove(0)
+}
+
+/// What is made of images two at a time.
+fn chained(operation: BooleanOperation, images: &[Ldi]) -> Ldi {
+    images[1..].iter().fold(images[0].clone(), |left, right| boolean(operation, &left, right))
+}
+
+fn parsed(text: &str) -> Expression {
+    let names: Vec<&str> = ["a", "b", "c", "u"].into_iter().filter(|&name| text.contains(name)).collect();
+    Expression::parse(text, &names).unwrap()
+}
+
+#[test]
+fn laws_of_random_soups() {
+    (0..600u64).into_par_iter().for_each(|seed| {
+        let mut random = Random::new(110_000 + seed);
+        let frame = random_frame(&mut random);
+        let grid = grid(&frame, random_lod(&mut random));
+        let box_of_all = closed(mesh(&soups::cuboid([0; 3], [0, 1, 2].map(|i| grid.length(i)))));
+        let meshes: [_; 3] = std::array::from_fn(|_| closed(mesh(&random_soup(&mut random, &frame))));
+        let (axis, fill) = (random.choose(&Axis::ALL), random.choose(&FILLS));
+        let of = |mesh| sample(&quantised(&grid, mesh), axis, Mode::Exact, fill);
+        let images: Vec<Ldi> = meshes.iter().chain([&box_of_all]).map(of).collect();
+        let made = |text: &str| swept(&parsed(text), &images);
+        let what = |law: &str| format!("seed {seed}, {axis:?}, {fill:?}: {law}");
+        // u is the box of everything, so that names are in the order of the images where all occur.
+        let pairs = [
+            ("u - (a | b | c)", "(u - a) & (u - b) & (u - c)"),
+            ("u - (a & b & c)", "(u - a) | (u - b) | (u - c)"),
+            ("u - (a - (b ^ c))", "(u - a) | (b ^ c)"),
+            ("(a | b) & c | u & a", "a & c | b & c | a & u"),
+            ("a ^ b ^ c ^ u", "u - (a ^ b ^ c)"),
+        ];
+        for (left, right) in pairs {
+            assert_same(&what(left), &made(left), &made(right));
+        }
+        let [a, b] = [&images[0], &images[1]];
+        let both = length(&made("a & b")) + length(&made("a | b"));
+        assert_eq!(length(&made("a")) + length(&swept(&parsed("a"), &images[1..])), both, "{}", what("volumes"));
+        assert_eq!(length(a) + length(b), both, "{}", what("volumes"));
+        for operation in OPERATIONS {
+            let all = swept(&Expression::of_inputs(operation, 4), &images);
+            assert_same(&what("chains of two"), &all, &chained(operation, &images));
+        }
+    });
+}
+
+/// The images that an estimate of an expression needs.
+fn estimate(expression: &Expression, solids: &[LatticeSolid], axis: Axis, mode: Mode, fill: Fill) -> Ldi {
+    let plan = Plan::new(expression, Images::Estimates);
+    let image = |&Leaf { input, role }: &Leaf| {
+        let mode = if role == Role::Same { mode } else { mode.opposite() };
+        sample(&solids[input], axis, mode, fill)
+    };
+    let images: Vec<Ldi> = plan.leaves().iter().map(image).collect();
+    plan.sweep(&images.iter().map(Operand::from).collect::<Vec<_>>()).unwrap()
+}
+
+#[test]
+fn estimates_of_random_expressions_lie_on_their_side() {
+    (0..800u64).into_par_iter().for_each(|seed| {
+        let mut random = Random::new(120_000 + seed);
+        let frame = random_frame(&mut random);
+        let grid = grid(&frame, random_lod(&mut random));
+        let inputs = 2 + random.below(6);
+        let meshes: Vec<_> = (0..inputs).map(|_| closed(mesh(&random_soup(&mut random, &frame)))).collect();
+        let solids: Vec<LatticeSolid> = meshes.iter().map(|mesh| quantised(&grid, mesh)).collect();
+        let expression = random_expression(&mut random, inputs);
+        let (axis, fill) = (random.choose(&Axis::ALL), random.choose(&FILLS));
+        let images: Vec<Ldi> = solids.iter().map(|solid| sample(solid, axis, Mode::Exact, fill)).collect();
+        let exact = swept(&expression, &images);
+        let [under, over] = [UNDER, OVER].map(|mode| estimate(&expression, &solids, axis, mode, fill));
+        let what = format!("seed {seed}, {axis:?}, {fill:?}, {expression:?}");
+        assert_within(&format!("{what}: under, exact"), &under, &exact);
+        assert_within(&format!("{what}: exact, over"), &exact, &over);
+    });
+}
+
+#[test]
+fn solids_restricted_to_their_regions_make_the_same() {
+    (0..600u64).into_par_iter().for_each(|seed| {
+        let mut random = Random::new(130_000 + seed);
+        let frame = random_frame(&mut random);
+        let grid = grid(&frame, random_lod(&mut random));
+        let inputs = 2 + random.below(5);
+        let meshes: Vec<_> = (0..inputs).map(|_| closed(mesh(&random_soup(&mut random, &frame)))).collect();
+        let solids: Vec<LatticeSolid> = meshes.iter().map(|mesh| quantised(&grid, mesh)).collect();
+        let expression = random_expression(&mut random, inputs);
+        let regions = expression.regions(&solids.iter().map(|solid| *solid.bounds()).collect::<Vec<_>>());
+        let restricted: Vec<LatticeSolid> = solids.iter().cloned().zip(&regions).map(|(s, r)| s.within(r)).collect();
+        let (axis, fill) = (random.choose(&Axis::ALL), random.choose(&FILLS));
+        for mode in MODES {
+            let made = |solids: &[LatticeSolid]| match mode {
+                Mode::Exact => {
+                    let images: Vec<Ldi> = solids.iter().map(|solid| sample(solid, axis, mode, fill)).collect();
+                    swept(&expression, &images)
+                }
+                Mode::Estimate(_) => estimate(&expression, solids, axis, mode, fill),
+            };
+            let what = format!("seed {seed}, {axis:?}, {mode:?}, {fill:?}, {expression:?}");
+            assert_same(&what, &made(&restricted), &made(&solids));
+        }
+    });
+}
+
+#[test]
+fn threads_change_no_bit_and_order_no_depth() {
+    let models = models();
+    let meshes: Vec<_> = models.iter().map(|(_, mesh)| mesh).collect();
+    let grid = grid_around(&meshes, 70, 1024);
+    let images: Vec<Ldi> = meshes
+        .iter()
+        .map(|mesh| CpuSampler::default().sample_surface(&quantised(&grid, mesh), Axis::X, Fill::NonZero).unwrap())
+        .collect();
+    let mut random = Random::new(140_000);
+    for round in 0..30 {
+        let expression = random_expression(&mut random, images.len());
+        let plan = Plan::new(&expression, Images::Exact);
+        let operands: Vec<Operand> = images.iter().map(Operand::from).collect();
+        let made = |threads| {
+            ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| plan.sweep(&operands).unwrap())
+        };
+        let one = made(1);
+        assert_eq!(one.triangles().map(<[u32]>::len), Some(one.depths().len()));
+        assert!(one == made(2) && one == made(8), "round {round}: {expression:?}");
+    }
+    for operation in [BooleanOperation::Intersection, BooleanOperation::Union, BooleanOperation::Xor] {
+        let forward = swept(&Expression::of_inputs(operation, images.len()), &images);
+        let reversed: Vec<Ldi> = images.iter().rev().cloned().collect();
+        let backward = swept(&Expression::of_inputs(operation, images.len()), &reversed);
+        assert_same(&format!("{operation:?} in reverse"), &backward, &forward);
+        assert_same(&format!("{operation:?} two at a time"), &forward, &chained(operation, &images));
+    }
+}
