@@ -237,12 +237,15 @@ fn files_with_runs_of_bytes_changed_are_read_or_refused() {
 #[test]
 fn packages_with_damaged_models_are_read_or_refused() {
     // Damage to a package as a whole shows in its checksums; this is damage from before it was packed.
-    let lattice = "<b:beamlattice><b:beams><b:beam v1=\"0\" v2=\"1\"/></b:beams></b:beamlattice></mesh>";
+    let lattice = "<b:beamlattice radius=\"1\" ballmode=\"all\" ballradius=\"2\"><b:beams><b:beam v1=\"0\" v2=\"1\"/>\
+                   </b:beams><b:balls><b:ball vindex=\"1\"/></b:balls></b:beamlattice></mesh>";
     let components = "<object id=\"2\"><components><component objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 -1 0 0 9\"/>\
                       </components></object>";
     let objects = threemf::tests::TRIANGLE.replace("</mesh>", lattice) + components;
     let model = threemf::tests::model("unit=\"inch\"", &objects, "<item objectid=\"2\"/><item objectid=\"1\"/>");
     let try_model = |text: &str| survive(&threemf::tests::package(&[("3D/root.model", text)]), Format::ThreeMf);
+    let whole = threemf::tests::package(&[("3D/root.model", &model)]);
+    assert_eq!(parsed(&whole, Format::ThreeMf).notes[1], ReadNote::BeamsMeshed { count: 6 });
     try_model(&model);
     for at in 0..model.len() {
         try_model(&model[..at]);

@@ -14,6 +14,7 @@
 //! display alone. Clipped lattices are refused, as clipping needs the Boolean that this library is for: of two files.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
 
 use glam::DVec3;
 use quick_xml::events::BytesStart;
@@ -213,12 +214,11 @@ impl Lattice {
             let what = "triangles of beams and balls".into();
             Fault::Malformed(Place::File, Problem::TooMany { what, found, limit: TRIANGLES_MAX })
         })?;
-        let round = Dome::new();
         mesh.triangles.reserve(triangles);
         for shell in shells {
             match shell {
-                Shell::Beam { ends } => round.append_beam(mesh, ends),
-                Shell::Ball { centre, radius } => round.append_ball(mesh, centre, radius),
+                Shell::Beam { ends } => DOME.append_beam(mesh, ends),
+                Shell::Ball { centre, radius } => DOME.append_ball(mesh, centre, radius),
             }
         }
         Ok(meshed)
@@ -293,6 +293,8 @@ fn cap(xml: &Xml<'_>, name: &str) -> Result<Cap, Fault> {
         _ => Err(xml.invalid(format!("`{}` is no way to cap a beam", quote(name.as_bytes())))),
     }
 }
+
+static DOME: LazyLock<Dome> = LazyLock::new(Dome::new);
 
 /// Half a ball of radius 1 about +z: the corners of its rings, from the pole to the equator, and its triangles,
 /// counter-clockwise from outside.
@@ -474,7 +476,7 @@ mod tests {
 
     #[test]
     fn surfaces_are_off_by_what_the_docs_say() {
-        let dome = Dome::new();
+        let dome = &*DOME;
         let farthest = dome.corners.iter().map(|corner| corner.length()).fold(0.0, f64::max);
         let mut nearest = f64::MAX;
         for triangle in &dome.triangles {
@@ -533,7 +535,7 @@ mod tests {
     #[test]
     fn a_ball_has_the_volume_of_a_round_one() {
         let mut mesh = TriangleMesh::default();
-        Dome::new().append_ball(&mut mesh, DVec3::new(3.0, 2.0, 1.0), RADIUS);
+        DOME.append_ball(&mut mesh, DVec3::new(3.0, 2.0, 1.0), RADIUS);
         assert_solid(&mesh, 4.0 / 3.0 * PI * RADIUS.powi(3));
     }
 
