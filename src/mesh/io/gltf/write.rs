@@ -78,7 +78,7 @@ pub(in super::super) fn in_metres(position: DVec3, metres: f64) -> Vec3 {
 fn document(mesh: &TriangleMesh, metres: f64) -> Value {
     let asset = json!({ "version": "2.0", "generator": "ldi-ops" });
     if mesh.triangles.is_empty() {
-        return json!({ "asset": asset, "scene": 0, "scenes": [{}] });
+        return json!({ "asset": asset });
     }
     let positions = || mesh.positions.iter().map(|&position| in_metres(position, metres));
     // The bounds are those of the rounded numbers, to the bit.
