@@ -260,8 +260,8 @@ def damaged(path):
         lines[-1] = f"{word} {a} {c} {b}"
         bytes_ = "\n".join(lines).encode()
     else:
-        # The last bytes of a GLB are a coordinate, those of a package its directory.
-        bytes_[-4:] = b"\x00\x00\x80\x7f"
+        # The last bytes of a GLB are a coordinate, here of 1 m, and those of a package belong to its directory.
+        bytes_[-4:] = b"\x00\x00\x80\x3f"
     path.write_bytes(bytes_)
 
 
