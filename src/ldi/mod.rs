@@ -97,6 +97,17 @@ impl Ldi {
         Ok(image)
     }
 
+    /// The image with a triangle for each sample, parallel to [`depths`](Self::depths), in place of those that it had.
+    ///
+    /// # Errors
+    /// If there are not as many as samples.
+    pub fn with_triangles(self, triangles: Vec<u32>) -> Result<Ldi, LdiError> {
+        match triangles.len() == self.depths.len() {
+            true => Ok(Ldi { triangles, ..self }),
+            false => Err(LdiError::TriangleCount { found: triangles.len(), samples: self.depths.len() }),
+        }
+    }
+
     fn check(&self) -> Result<(), LdiError> {
         let (columns, rows) = self.grid.image_size(self.axis);
         let rays = columns as usize * rows as usize;

@@ -26,8 +26,10 @@
 mod cells;
 mod edges;
 mod features;
+pub mod gates;
 mod qef;
 mod quads;
+pub mod simplify;
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -10,6 +10,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand,
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
+use crate::bound::Bound;
 use crate::transform::{Placement, PlacementError};
 use crate::unit;
 
@@ -207,9 +208,13 @@ pub struct SampleArguments {
     pub placing: PlacingArguments,
     #[command(flatten)]
     pub sampling: SamplingArguments,
-    /// Where to write: .npz, the image; .vti (ParaView) or .npy (numpy), voxels
+    /// Where to write: .npz, the image; .stl, .obj, .ply, .off, .glb or .3mf, its surface; .vti (ParaView) or .npy (numpy),
+    /// voxels
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
+    /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, or in file units, 0.02
+    #[arg(long, value_name = "BOUND")]
+    pub simplify: Option<Bound>,
     #[command(flatten)]
     pub common: CommonArguments,
 }
@@ -374,11 +379,15 @@ pub struct SamplingArguments {
     pub adapter: Option<String>,
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct ImageArguments {
-    /// Write the result's image, .npz, or voxels, .vti (ParaView) or .npy (numpy), as `ldi-ops sample --help` tells
+    /// Write the result: its surface, a closed manifold mesh with sharp edges, to .stl, .obj, .ply, .off, .glb or .3mf; its
+    /// image to .npz; or voxels to .vti (ParaView) or .npy (numpy)
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, or in file units, 0.02
+    #[arg(long, value_name = "BOUND")]
+    pub simplify: Option<Bound>,
 }
 
 #[derive(Debug, Args)]

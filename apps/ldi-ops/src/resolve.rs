@@ -14,6 +14,7 @@ use ldi_ops::voxels;
 use crate::args::{
     self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
 };
+use crate::bound::Bound;
 use crate::excerpt;
 use crate::exit::Failure;
 use crate::output;
@@ -173,19 +174,28 @@ pub struct MeasureJob {
 }
 
 /// A file that is made of images.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ImageTarget {
     pub path: PathBuf,
     pub content: Content,
 }
 
 /// What is written of images.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Content {
     /// The images themselves, as `.npz`.
     Images,
     /// The lattice nodes that they have inside.
     Voxels(voxels::Format),
+    /// The surface of the solid, perhaps of fewer triangles.
+    Mesh { simplify: Option<Bound> },
+}
+
+impl Content {
+    /// Whether normals go into it.
+    pub fn has_normals(self) -> bool {
+        !matches!(self, Content::Voxels(_))
+    }
 }
 
 #[derive(Debug)]
@@ -231,11 +241,12 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             }
             let PlacingArguments { reading, transform_a: placement } = a.placing;
             let inputs = a.solids.into_iter().map(|path| Input { name: None, path, placement }).collect();
-            measure(Measurement::Volume, inputs, reading, a.sampling, None, a.common)
+            measure(Measurement::Volume, inputs, reading, a.sampling, args::ImageArguments::default(), a.common)
         }
         Command::Sample(a) => {
             let input = Input { name: None, path: a.solid, placement: a.placing.transform_a };
-            measure(Measurement::Sample, vec![input], a.placing.reading, a.sampling, Some(a.output), a.common)
+            let writing = args::ImageArguments { output: Some(a.output), simplify: a.simplify };
+            measure(Measurement::Sample, vec![input], a.placing.reading, a.sampling, writing, a.common)
         }
         Command::Check(a) => {
             let report = report(&a.common)?;
@@ -286,7 +297,7 @@ fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<In
     let expression = Expression::of_inputs(operation, inputs.len());
     let boolean = Boolean { expression, wording: Wording::Operation(operation) };
     let args::OperationArguments { sampling, writing, common } = rest;
-    measure(Measurement::Boolean(boolean), inputs.collect(), reading, sampling, writing.output, common)
+    measure(Measurement::Boolean(boolean), inputs.collect(), reading, sampling, writing, common)
 }
 
 /// What an expression makes of inputs.
@@ -307,7 +318,7 @@ fn csg(arguments: args::CsgArguments) -> Result<Invocation, Failure> {
     let inputs = inputs.map(|((name, path), placement)| Input { name: Some(name), path, placement }).collect();
     let boolean = Boolean { expression, wording: Wording::Typed(text) };
     let args::OperationArguments { sampling, writing, common } = operation;
-    measure(Measurement::Boolean(boolean), inputs, reading, sampling, writing.output, common)
+    measure(Measurement::Boolean(boolean), inputs, reading, sampling, writing, common)
 }
 
 /// The name of an input in a list: a, b, … z, aa, ab, …
@@ -344,7 +355,7 @@ fn measure(
     inputs: Vec<Input>,
     reading: args::ReadingArguments,
     sampling: SamplingArguments,
-    images: Option<PathBuf>,
+    writing: args::ImageArguments,
     common: CommonArguments,
 ) -> Result<Invocation, Failure> {
     let backend = backend(&sampling)?;
@@ -353,7 +364,7 @@ fn measure(
         let (least, most) = (LOD_RANGE.start(), LOD_RANGE.end());
         return Err(Failure::input(format!("--lod {} is outside {least} to {most} voxels a ray", sampling.lod)));
     }
-    let images = images.map(image_target).transpose()?;
+    let images = image_target(writing, sampling.axis)?;
     let report = report(&common)?;
     if let Some(target) = &images {
         apart(&report, &target.path)?;
@@ -462,23 +473,38 @@ fn mesh_target(path: &Path) -> Result<(), Failure> {
 }
 
 /// What is written of images by files of an extension.
-const WRITTEN: &str = "-o takes .npz, the image, and .vti or .npy, voxels";
+const WRITTEN: &str =
+    "-o takes .npz, the image; .stl, .obj, .ply, .off, .glb or .3mf, its surface; .vti or .npy, voxels";
 
 /// A file that is made of images.
-fn image_target(path: PathBuf) -> Result<ImageTarget, Failure> {
+fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Option<ImageTarget>, Failure> {
+    let args::ImageArguments { output, simplify } = writing;
+    let Some(path) = output else {
+        return match simplify {
+            Some(_) => Err(Failure::input("--simplify is for a mesh, and there is no -o FILE to write one to")),
+            None => Ok(None),
+        };
+    };
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let refuse = |why: &str| Err(Failure::input(format!("{}: {why}; {WRITTEN}", path.display())));
+    let refuse = |why: &str| Err(Failure::input(format!("{}: {why}", path.display())));
     let content = match (extension.as_str(), voxels::Format::from_extension(&extension)) {
         (_, Some(format)) => Content::Voxels(format),
         ("npz", _) => Content::Images,
-        ("", _) => return refuse("the name has no extension"),
+        ("", _) => return refuse(&format!("the name has no extension; {WRITTEN}")),
         _ if Format::from_path(&path).is_ok() => {
-            return refuse("surfaces are not made by this build, so there is no mesh to write");
+            mesh_target(&path)?;
+            Content::Mesh { simplify }
         }
-        _ => return refuse("this extension is not known"),
+        _ => return refuse(&format!("this extension is not known; {WRITTEN}")),
     };
+    match (content, axis) {
+        (Content::Mesh { .. }, AxisChoice::All) => {}
+        (Content::Mesh { .. }, _) => return refuse("a mesh is made of the images along all axes; leave --axis away"),
+        _ if simplify.is_some() => return refuse("--simplify is for meshes, and this is none"),
+        _ => {}
+    }
     writable(&path)?;
-    Ok(ImageTarget { path, content })
+    Ok(Some(ImageTarget { path, content }))
 }
 
 #[cfg(test)]

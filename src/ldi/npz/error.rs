@@ -38,8 +38,14 @@ pub enum NpzError {
         /// Samples of the image.
         samples: usize,
     },
-    /// A normal is not of length 1.
-    #[error("{array}: the normal of sample {sample} has length {length}, not 1")]
+    /// Samples of all images together cannot be numbered.
+    #[error("{samples} samples with normals; 4294967295 can be numbered")]
+    TooManyNormals {
+        /// The samples.
+        samples: usize,
+    },
+    /// A normal is neither of length 1 nor zero.
+    #[error("{array}: the normal of sample {sample} has length {length}, neither 1 nor 0")]
     NormalLength {
         /// The array that it is in.
         array: String,

@@ -5,7 +5,7 @@
 //! | `axis` | text | () or (n,) | direction of the rays of each image |
 //! | `offsets` | uint32 | (rays + 1,) | samples of ray `row · columns + column` are `depths[offsets[r]:offsets[r + 1]]` |
 //! | `depths` | int32 | (samples,) | lattice steps from the near end of the grid |
-//! | `normals` | float32 | (samples, 3) | of the surface at each sample: of length 1, outwards, in world axes; may be absent |
+//! | `normals` | float32 | (samples, 3) | of the surface at each sample: of length 1, outwards, in world axes; 0 where not known; may be absent |
 //! | `unclosed` | uint32 | (k,) | rays that did not close; they have no samples |
 //! | `grid` | record | () | the raster and lattice: fields below |
 //! | `unit` | text | () | what one unit of length is: `mm`; absent where it is not known |
@@ -27,6 +27,7 @@
 //! have gone through numpy: compressed, with integers of any width, and without `step`; every value is checked to fit.
 
 mod error;
+mod normals;
 pub(crate) mod npy;
 mod read;
 #[cfg(test)]
@@ -34,13 +35,15 @@ mod tests;
 mod write;
 
 pub use error::NpzError;
+pub use normals::normals_of_samples;
 pub use npy::HeaderError;
 pub use read::read;
 pub use write::write;
 
 use super::Ldi;
 
-/// A normal for each sample of an image, parallel to [`Ldi::depths`]: of length 1, outwards, in world axes.
+/// A normal for each sample of an image, parallel to [`Ldi::depths`]: of length 1, outwards, in world axes; zero where it is
+/// not known.
 pub type Normals = Vec<[f32; 3]>;
 
 /// What a file may hold beside the images.
@@ -71,12 +74,12 @@ fn is_unit(text: &str) -> bool {
     (1..=UNIT_LETTERS).contains(&text.chars().count()) && text.chars().all(char::is_alphabetic)
 }
 
-/// The first normal that is not of length 1, as far as 32 bits tell, and its length.
+/// The first normal that is neither zero nor of length 1, as far as 32 bits tell, and its length.
 fn not_normal(normals: &[[f32; 3]]) -> Option<(usize, f64)> {
     const ROUNDED: std::ops::RangeInclusive<f64> = 0.999..=1.001;
     let length = |normal: &[f32; 3]| normal.iter().map(|&n| f64::from(n) * f64::from(n)).sum::<f64>().sqrt();
     let mut lengths = normals.iter().map(length).enumerate();
-    lengths.find(|(_, length)| !ROUNDED.contains(length))
+    lengths.find(|(_, length)| *length != 0.0 && !ROUNDED.contains(length))
 }
 
 /// The name of an array of an image, which carries the axis where there are several images.

@@ -228,7 +228,8 @@ fn normals_are_normals() {
         array("'<f4'", &[4, 3], &bytes(all.as_flattened(), f32::to_le_bytes))
     };
     assert_eq!(with("normals", Some(with_normal([0.0, 0.0, -1.0]))).unwrap().extras.normals.len(), 1);
-    refuses("normals", with_normal([0.0; 3]), &["normals", "sample 2", "length 0"]);
+    assert!(with("normals", Some(with_normal([0.0; 3]))).is_ok(), "not known");
+    refuses("normals", with_normal([0.5, 0.0, 0.0]), &["normals", "sample 2", "length 0.5"]);
     refuses("normals", with_normal([1.0, 1.0, 0.0]), &["sample 2", "1.41"]);
     refuses("normals", with_normal([f32::NAN, 1.0, 0.0]), &["sample 2", "NaN"]);
     refuses("normals", with_normal([f32::INFINITY, 0.0, 0.0]), &["sample 2", "inf"]);
@@ -367,7 +368,7 @@ fn what_does_not_belong_together_is_not_written() {
     assert!(matches!(error, Err(NpzError::NormalLists { found: 2, images: 1 })));
     let error = write(&one, &of(vec![Some(normals()[1..].to_vec())]));
     assert!(matches!(error, Err(NpzError::NormalCount { found: 3, samples: 4, .. })));
-    let error = write(&one, &of(vec![Some(vec![[0.0; 3]; 4])]));
+    let error = write(&one, &of(vec![Some(vec![[0.5; 3]; 4])]));
     assert!(matches!(error, Err(NpzError::NormalLength { sample: 0, .. })));
     for unit in ["", "1 mm", "a very long unit of length", "m\0"] {
         let error = write(&one, &Extras { normals: Vec::new(), unit: Some(unit.to_owned()) });

@@ -13,6 +13,7 @@ mod image;
 mod input;
 mod machine;
 mod measure;
+mod surface;
 mod work;
 mod write;
 
@@ -33,6 +34,7 @@ pub use generate::Generated;
 pub use input::Solid;
 pub use machine::{cpu_name, peak_memory_bytes};
 pub use measure::Measured;
+pub use surface::{SimplifiedReport, SurfaceReport};
 
 /// A job that ran to its end.
 pub struct Finished {

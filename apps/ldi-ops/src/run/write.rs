@@ -3,32 +3,38 @@
 use std::io;
 
 use ldi_ops::ldi::npz::{self, Extras};
-use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
+use ldi_ops::ldi::{Combine, NodePlanes};
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::sampler::{Estimate, Mode};
 use ldi_ops::voxels;
 
+use super::surface::{self, Imaged, SurfaceReport};
 use crate::exit::Failure;
 use crate::output;
 use crate::progress::Progress;
+use crate::report::Warning;
 use crate::resolve::{Content, ImageTarget};
 
-/// Writes images along one axis or several, or what is made of them.
+/// Writes images along one axis or several, or what is made of them; of a mesh it tells what it came to.
 pub fn images(
     target: &ImageTarget,
-    images: &[Ldi],
-    mode: Mode,
-    unit: Option<LengthUnit>,
+    imaged: &Imaged,
     progress: &Progress,
-) -> Result<(), Failure> {
-    let unit = unit.map(LengthUnit::symbol);
+) -> Result<(Option<SurfaceReport>, Vec<Warning>), Failure> {
+    let unit = imaged.unit.map(LengthUnit::symbol);
+    progress.stage("writing");
     match target.content {
+        Content::Mesh { simplify } => {
+            let (report, warnings) = surface::write(imaged, &target.path, simplify, progress)?;
+            return Ok((Some(report), warnings));
+        }
         Content::Images => {
-            let extras = Extras { normals: Vec::new(), unit: unit.map(str::to_owned) };
-            output::replace(&target.path, |file| npz::write(images, &extras, file).map_err(io::Error::from))
+            let normals = imaged.images.iter().map(|image| imaged.normals.and_then(|normals| image.normals(normals)));
+            let extras = Extras { normals: normals.collect(), unit: unit.map(str::to_owned) };
+            output::replace(&target.path, |file| npz::write(imaged.images, &extras, file).map_err(io::Error::from))?;
         }
         Content::Voxels(format) => {
-            let nodes = NodePlanes::new(images, combine(mode)).map_err(Failure::input)?;
+            let nodes = NodePlanes::new(imaged.images, combine(imaged.mode)).map_err(Failure::input)?;
             let mut written = voxels::Written::default();
             output::replace(&target.path, |file| {
                 written = match format {
@@ -42,9 +48,9 @@ pub fn images(
             progress.detail(format_args!(
                 "{x} × {y} × {z} voxels, of which {inside} are inside; the images disagree about {disagreements}"
             ));
-            Ok(())
         }
     }
+    Ok((None, Vec::new()))
 }
 
 /// What holds of a node about which images disagree: an over-estimate stays one, and so does an under-estimate.
