@@ -310,10 +310,11 @@ JSON: {\"schema\", \"command\", \"results\": [{\"path\", \"solid\", …}]}, in t
 pub struct ConvertArguments {
     /// The mesh to read
     pub from: PathBuf,
-    /// Where to write: .stl (binary, 32-bit coordinates) or .obj (text, 64-bit coordinates)
+    /// Where to write: .obj, .ply, .off, .3mf (64-bit coordinates), .stl, .glb (32-bit)
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Unit of a file that states none, put down in the written file as a remark; coordinates stay as they are
+    /// Unit of a file that states none. Coordinates stay as they are, but for .glb, which is in metres; .3mf states
+    /// its unit, and in the others it is a remark
     #[arg(long, value_parser = unit::parse)]
     pub unit: Option<LengthUnit>,
     /// Place the mesh first, left to right
@@ -326,6 +327,7 @@ pub struct ConvertArguments {
 const CONVERT_EXAMPLES: &str = "\
 Examples:
   ldi-ops convert part.3mf -o part.stl
+  ldi-ops convert part.stl -o part.3mf --unit mm
   ldi-ops convert part.ply -o part.obj --transform-a 'scale(25.4)'";
 
 #[derive(Debug, Args)]
@@ -549,7 +551,8 @@ Examples:
   ldi-ops generate bone --length 120 -o bone.obj
 
 Lengths are millimetres, and all solids are closed and face outwards. `ldi-ops generate KIND --help`
-tells a kind's parameters and their defaults. Files are written as .stl or .obj.";
+tells a kind's parameters and their defaults. Files are written as .stl, .obj, .ply, .off, .glb or
+.3mf, by their extension.";
 
 /// Names by which people may look for a kind that has another.
 const ALIASES: [(&str, &[&str]); 4] =
@@ -583,7 +586,7 @@ impl Args for GenerateArguments {
                     .short('o')
                     .long("output")
                     .value_name("FILE")
-                    .help("Where to write: .stl (binary, 32-bit coordinates) or .obj (text, 64-bit coordinates)")
+                    .help("Where to write: .obj, .ply, .off, .3mf (64-bit coordinates), .stl, .glb (32-bit)")
                     .value_parser(clap::value_parser!(PathBuf)),
             );
         CommonArguments::augment_args(command).mut_args(|arg| arg.global(true))

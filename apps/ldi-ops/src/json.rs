@@ -253,7 +253,7 @@ pub fn generated(result: &Generated) -> Value {
         "bounds": result.bounds.map(|bounds| json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() })),
         "volume": result.volume,
         "area": result.area,
-        "warnings": [],
+        "warnings": result.warnings,
     })
 }
 

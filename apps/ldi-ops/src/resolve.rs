@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use ldi_ops::boolean::{BooleanOperation, Expression};
 use ldi_ops::grid::{Axis, LOD_RANGE, RAYS_MAX};
 use ldi_ops::mesh::LengthUnit;
-use ldi_ops::mesh::io::Format;
+use ldi_ops::mesh::io::{Format, WriteError};
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 use ldi_ops::solids::Model;
 use ldi_ops::voxels;
@@ -492,9 +492,7 @@ fn apart(report: &Report, other: &Path) -> Result<(), Failure> {
 fn mesh_target(path: &Path) -> Result<(), Failure> {
     let format = Format::from_path(path).map_err(Failure::input)?;
     if !format.is_written() {
-        let written: Vec<String> = Format::ALL.iter().filter(|f| f.is_written()).map(|f| f.to_string()).collect();
-        let written = written.join(" and ");
-        return Err(Failure::input(format!("{}: {format} files are not written here; {written} are", path.display())));
+        return Err(Failure::input(WriteError::NoWriter { path: path.to_path_buf(), format }));
     }
     writable(path)
 }
