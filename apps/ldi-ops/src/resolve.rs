@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use ldi_ops::boolean::{BooleanOperation, Expression};
 use ldi_ops::grid::{Axis, LOD_RANGE, RAYS_MAX};
 use ldi_ops::mesh::LengthUnit;
-use ldi_ops::mesh::io::Format;
+use ldi_ops::mesh::io::{Format, WriteError};
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 use ldi_ops::solids::Model;
 use ldi_ops::voxels;
@@ -42,6 +42,7 @@ pub enum Verbosity {
 #[derive(Debug)]
 pub enum Job {
     Measure(MeasureJob),
+    Surface(SurfaceJob),
     Check(CheckJob),
     Convert(ConvertJob),
     Generate(GenerateJob),
@@ -198,6 +199,18 @@ impl Content {
     }
 }
 
+/// `surface`.
+#[derive(Debug)]
+pub struct SurfaceJob {
+    /// The file of the images.
+    pub images: PathBuf,
+    pub unit: Option<LengthUnit>,
+    /// What kind of images they are.
+    pub mode: Mode,
+    pub target: ImageTarget,
+    pub report: Report,
+}
+
 #[derive(Debug)]
 pub struct CheckJob {
     pub meshes: Vec<PathBuf>,
@@ -247,6 +260,14 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             let input = Input { name: None, path: a.solid, placement: a.placing.transform_a };
             let writing = args::ImageArguments { output: Some(a.output), simplify: a.simplify };
             measure(Measurement::Sample, vec![input], a.placing.reading, a.sampling, writing, a.common)
+        }
+        Command::Surface(a) => {
+            let report = report(&a.common)?;
+            let writing = args::ImageArguments { output: Some(a.output), simplify: a.simplify };
+            let target = image_target(writing, AxisChoice::All)?.expect("an output is given");
+            apart(&report, &target.path)?;
+            let job = SurfaceJob { images: a.images, unit: a.unit, mode: mode(a.mode), target, report };
+            Ok(invocation(Job::Surface(job), &a.common))
         }
         Command::Check(a) => {
             let report = report(&a.common)?;
@@ -382,11 +403,7 @@ fn measure(
             AxisChoice::Z => vec![Axis::Z],
             AxisChoice::All => Axis::ALL.to_vec(),
         },
-        mode: match sampling.mode {
-            ModeChoice::Over => Mode::Estimate(Estimate::Over),
-            ModeChoice::Under => Mode::Estimate(Estimate::Under),
-            ModeChoice::Exact => Mode::Exact,
-        },
+        mode: mode(sampling.mode),
         fill: match sampling.fill {
             FillChoice::EvenOdd => Fill::EvenOdd,
             FillChoice::Nonzero => Fill::NonZero,
@@ -396,6 +413,14 @@ fn measure(
         report,
     };
     Ok(invocation(Job::Measure(job), &common))
+}
+
+fn mode(choice: ModeChoice) -> Mode {
+    match choice {
+        ModeChoice::Over => Mode::Estimate(Estimate::Over),
+        ModeChoice::Under => Mode::Estimate(Estimate::Under),
+        ModeChoice::Exact => Mode::Exact,
+    }
 }
 
 fn backend(sampling: &SamplingArguments) -> Result<Backend, Failure> {
@@ -467,9 +492,7 @@ fn apart(report: &Report, other: &Path) -> Result<(), Failure> {
 fn mesh_target(path: &Path) -> Result<(), Failure> {
     let format = Format::from_path(path).map_err(Failure::input)?;
     if !format.is_written() {
-        let written: Vec<String> = Format::ALL.iter().filter(|f| f.is_written()).map(|f| f.to_string()).collect();
-        let written = written.join(" and ");
-        return Err(Failure::input(format!("{}: {format} files are not written here; {written} are", path.display())));
+        return Err(Failure::input(WriteError::NoWriter { path: path.to_path_buf(), format }));
     }
     writable(path)
 }
