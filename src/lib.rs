@@ -56,5 +56,6 @@ pub mod integrate;
 pub mod ldi;
 pub mod mesh;
 pub mod output;
+pub mod picture;
 pub mod sampler;
 pub mod solids;

@@ -12,14 +12,26 @@ use std::process::Command;
 const LARGEST_FILE: u64 = 2 << 20;
 
 /// Crates that read or write files of a format.
-const FORMAT_CRATES: &[&str] =
-    &["tobj", "gltf", "gltf_json", "zip", "quick_xml", "serde_json", "ply_rs_bw", "stl_io", "threemf2", "ndarray_npy"];
+const FORMAT_CRATES: &[&str] = &[
+    "tobj",
+    "gltf",
+    "gltf_json",
+    "png",
+    "zip",
+    "quick_xml",
+    "serde_json",
+    "ply_rs_bw",
+    "stl_io",
+    "threemf2",
+    "ndarray_npy",
+];
 
 /// Where those may be named.
-const FORMAT_PLACES: &[&str] = &["src/mesh/io/", "src/ldi/npz.rs"];
+const FORMAT_PLACES: &[&str] = &["src/mesh/io/", "src/ldi/npz.rs", "src/picture/png.rs"];
 
 /// What works on images and must not know how they come about.
-const OPERATIONS: &[&str] = &["src/boolean", "src/integrate", "src/minkowski", "src/metrics", "src/surface", "src/ldi"];
+const OPERATIONS: &[&str] =
+    &["src/boolean", "src/integrate", "src/minkowski", "src/metrics", "src/surface", "src/ldi", "src/picture"];
 
 #[test]
 fn sources_keep_to_their_places() {
@@ -398,6 +410,8 @@ mod tests {
             ("src/minkowski/flood.rs", "use super::super::mesh::Aabb;"),
             ("src/metrics/porosity.rs", "use ldi_ops::sampler::Fill;"),
             ("src/surface/mod.rs", "use crate::sampler::Sampler;"),
+            ("src/picture/scene.rs", "use crate::mesh::TriangleMesh;"),
+            ("src/picture/canvas.rs", "use png::Encoder;"),
             ("src/ldi/spans.rs", "use super::super::{mesh, grid};"),
             ("src/sampler/cpu/raster.rs", "use super::super::gpu::Buffers;"),
             ("src/sampler/cpu/mod.rs", "use crate::sampler::{Fill, gpu};"),

@@ -13,6 +13,7 @@ mod image;
 mod input;
 mod machine;
 mod measure;
+mod render;
 mod work;
 
 use std::time::Instant;
@@ -32,6 +33,7 @@ pub use generate::Generated;
 pub use input::Solid;
 pub use machine::{cpu_name, peak_memory_bytes};
 pub use measure::Measured;
+pub use render::Rendered;
 
 /// A job that ran to its end.
 pub struct Finished {
@@ -53,6 +55,7 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Failure> 
         Job::Convert(job) => convert::run(&job, &progress),
         Job::Generate(job) => generate::run(&job, &progress),
         Job::Devices(job) => devices::run(&job),
+        Job::Render(job) => render::run(&job, start, &progress),
     }
 }
 
