@@ -28,6 +28,9 @@ const SKY_BELOW: f32 = 0.32;
 const GLOSS: f32 = 0.05;
 const SHARPNESS: f32 = 28.0;
 
+/// The share of the sky's light that reaches the deepest hollow, from one wall to the other.
+const REFLECTED: f32 = 0.14;
+
 /// The share of the light that an outline takes.
 const OUTLINE: f32 = 0.62;
 
@@ -75,7 +78,8 @@ pub fn shaded(scene: &Scene, facets: Facets, background: Background) -> Canvas {
 fn lit(Colour(tint): Colour, fragment: &Fragment, exposure: Exposure) -> Colour {
     let n = fragment.normal;
     let above = 0.5 + 0.5 * n.y;
-    let sky = (SKY_BELOW + (SKY_ABOVE - SKY_BELOW) * above) * exposure.sky;
+    let open = REFLECTED + (1.0 - REFLECTED) * exposure.sky;
+    let sky = (SKY_BELOW + (SKY_ABOVE - SKY_BELOW) * above) * open;
     let key = KEY_LIGHT * n.dot(KEY).max(0.0) * exposure.key;
     let fill = FILL_LIGHT * n.dot(FILL).max(0.0) * exposure.sky;
     let half = (KEY + Vec3::Z).normalize();
