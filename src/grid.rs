@@ -106,6 +106,20 @@ pub enum GridError {
         /// The exponent that was asked for.
         shift: u32,
     },
+    /// The origin is not a position.
+    #[error("an origin at {origin} is not finite")]
+    Origin {
+        /// The position that was asked for.
+        origin: DVec3,
+    },
+    /// Rays of so many lattice steps are more than the lattice has.
+    #[error("{rays} rays of 2^{shift} lattice steps; together they may have {LATTICE_MAX}")]
+    Lattice {
+        /// Rays along one side.
+        rays: u32,
+        /// The exponent that was asked for.
+        shift: u32,
+    },
     /// LOD-C is outside [`LOD_RANGE`].
     #[error("LOD-C {lod} is outside 32 to 65536 voxels a ray")]
     Lod {
@@ -182,20 +196,34 @@ impl Grid {
     }
 
     /// A grid from all its parts, as a file or a test gives them: rays of 2^`shift` lattice steps each, 2 ≤ shift ≤ 29,
-    /// with no side longer than [`LATTICE_MAX`].
+    /// with no side longer than [`LATTICE_MAX`], and of a pitch and a size that f64 can calculate volumes with.
     pub fn from_parts(origin: DVec3, pitch: f64, rays: [u32; 3], shift: u32, lod: u32) -> Result<Grid, GridError> {
         if !LOD_RANGE.contains(&lod) {
             return Err(GridError::Lod { lod });
         }
-        if !(pitch.is_finite() && pitch > 0.0 && origin.is_finite()) {
+        if !origin.is_finite() {
+            return Err(GridError::Origin { origin });
+        }
+        let step_is_normal = (pitch / f64::from(1u32 << 30)).is_normal();
+        if !(pitch.is_finite() && pitch > 0.0 && step_is_normal) {
             return Err(GridError::Pitch { pitch });
         }
-        let fits = |n: u32| (1..=RAYS_MAX).contains(&n) && (u64::from(n) << shift.min(32)) <= LATTICE_MAX as u64;
+        if !(2..=29).contains(&shift) {
+            return Err(GridError::Shift { shift });
+        }
         countable(rays)?;
-        match rays.into_iter().find(|&n| !fits(n)) {
-            Some(n) => Err(GridError::Resolution { rays: u64::from(n) }),
-            None if !(2..=29).contains(&shift) => Err(GridError::Shift { shift }),
-            None => Ok(Grid { origin, pitch, rays, shift, lod }),
+        for n in rays {
+            if !(1..=RAYS_MAX).contains(&n) {
+                return Err(GridError::Resolution { rays: u64::from(n) });
+            }
+            if u64::from(n) << shift > LATTICE_MAX as u64 {
+                return Err(GridError::Lattice { rays: n, shift });
+            }
+        }
+        let longest = f64::from(rays[0].max(rays[1]).max(rays[2])) * pitch;
+        match (longest * longest * longest).is_normal() {
+            true => Ok(Grid { origin, pitch, rays, shift, lod }),
+            false => Err(GridError::NoExtent { longest }),
         }
     }
 
@@ -448,6 +476,16 @@ impl LatticeSolid<'_> {
             DVec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]))
         });
         (b - a).cross(c - a).normalize_or_zero()[axis.depth()].abs()
+    }
+
+    /// The unit normal of each triangle, (b − a) × (c − a), in world axes; zero for a triangle without area.
+    pub fn normals(&self) -> Vec<[f32; 3]> {
+        let normal = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|v| self.positions[v as usize]);
+            let [u, v] = [b, c].map(|p| DVec3::from_array(std::array::from_fn(|i| f64::from(p[i] - a[i]))));
+            u.cross(v).normalize_or_zero().as_vec3().to_array()
+        };
+        self.triangles.par_iter().with_min_len(1 << 12).map(normal).collect()
     }
 
     /// A number that only copies of this solid share, whatever region they are restricted to: who keeps its geometry

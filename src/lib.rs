@@ -7,13 +7,15 @@
 //! # The way data flows
 //! ```text
 //! files → mesh → grid (quantise once) → sampler (crossings → masks → classes → samples) → Ldi
-//!         Ldi → boolean | integrate → numbers, files
+//!         Ldi → boolean | integrate | voxels → numbers, files
 //! ```
 //! - [`mesh`] reads files and checks them: a [`mesh::ClosedMesh`] is the way into a sampler.
 //! - [`grid`] lays a raster around the solids and rounds their vertices, once, to an integer lattice.
 //! - [`sampler`] states what an image is, to the bit; [`sampler::cpu`] and, with the feature `gpu`, `sampler::gpu` make it.
 //! - [`gpu`] finds and opens the devices that the latter runs on.
 //! - [`ldi`] holds the image; [`boolean`] combines any number; [`integrate`] finds volume, area and moments.
+//! - [`surface`] makes a mesh of three images again.
+//! - [`voxels`] writes which lattice nodes are inside, for programs that know no images.
 //! - [`solids`] makes models to try things on.
 //!
 //! # The volume that a scaffold and a bone share
@@ -49,6 +51,7 @@
 
 mod allocation;
 pub mod boolean;
+mod cell;
 pub mod fixed;
 pub mod gpu;
 pub mod grid;
@@ -59,3 +62,5 @@ pub mod output;
 pub mod picture;
 pub mod sampler;
 pub mod solids;
+pub mod surface;
+pub mod voxels;

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs every test and says at the end which passed.
-# usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python reference self-test; all by default
+# usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python reference files self-test; all by default
 #
 # A stage that cannot run has failed. All stages run, so that one run tells everything; only where what they need is
 # missing and cannot be installed does none run, and the stage that has failed is `install`. As root, what is missing is
@@ -9,7 +9,7 @@
 set -euo pipefail
 
 cd "$(dirname "$0")/.."
-stages=(fmt clippy docs test no-gpu corpus python reference self-test)
+stages=(fmt clippy docs test no-gpu corpus python reference files self-test)
 
 # Functions report failure by status, each command by its own: `if` around their call switches off `set -e` inside them.
 
@@ -89,7 +89,15 @@ run_python() {
 }
 # Each may be the only stage asked for.
 run_reference() { run_python && .venv/bin/python tests/reference/live_manifold.py; }
-run_self-test() { run_python && .venv/bin/python tests/reference/live_manifold.py --self-test; }
+# Files that are written, read by others.
+run_files() {
+  run_python && cargo build --profile checked -p ldi-ops &&
+    .venv/bin/python tests/reference/live_numpy.py "${CARGO_TARGET_DIR:-target}/checked/ldi-ops"
+}
+run_self-test() {
+  run_python && .venv/bin/python tests/reference/live_manifold.py --self-test &&
+    .venv/bin/python tests/reference/live_numpy.py --self-test
+}
 
 if [ $# = 0 ]; then set -- "${stages[@]}"; fi
 for stage in "$@"; do

@@ -29,6 +29,9 @@ pub enum LdiError {
         /// Depths given.
         samples: usize,
     },
+    /// Two images that are to be held against each other have different rays.
+    #[error("the images lie on different rays")]
+    RaysDiffer,
     /// An offset is less than the one before it.
     #[error("the offsets of ray {ray} run backwards")]
     OffsetOrder {

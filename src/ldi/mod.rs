@@ -2,7 +2,9 @@
 
 mod bands;
 mod error;
+mod nodes;
 pub mod npz;
+mod references;
 mod spans;
 mod summary;
 
@@ -11,6 +13,8 @@ pub(crate) use bands::ImageBuilder;
 pub use bands::TooManySamples;
 pub(crate) use bands::{BandImage, image_from_bands};
 pub use error::LdiError;
+pub use nodes::{Combine, NodePlanes, NodeSlab, NodesError};
+pub use references::NO_TRIANGLE;
 pub use spans::Spans;
 #[cfg(feature = "gpu")]
 pub(crate) use summary::{ALONG_COLUMNS, ALONG_ROWS, THROUGH_NODES, level_tolerance};
@@ -91,6 +95,17 @@ impl Ldi {
         let image = Ldi { grid, axis, offsets, depths, triangles: Vec::new(), windings: None, unclosed };
         image.check()?;
         Ok(image)
+    }
+
+    /// The image with a triangle for each sample, parallel to [`depths`](Self::depths), in place of those that it had.
+    ///
+    /// # Errors
+    /// If there are not as many as samples.
+    pub fn with_triangles(self, triangles: Vec<u32>) -> Result<Ldi, LdiError> {
+        match triangles.len() == self.depths.len() {
+            true => Ok(Ldi { triangles, ..self }),
+            false => Err(LdiError::TriangleCount { found: triangles.len(), samples: self.depths.len() }),
+        }
     }
 
     fn check(&self) -> Result<(), LdiError> {

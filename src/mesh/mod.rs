@@ -8,7 +8,7 @@ pub mod closed;
 pub mod io;
 mod measure;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 mod transform;
 
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! Small meshes with known properties, for the unit tests of this room.
+//! Small meshes with known properties, for unit tests.
 
 use glam::DVec3;
 

@@ -3,16 +3,8 @@
 //! # Theory
 //! A solid {F < 0} is sampled on the nodes of a block of cubic cells, and one further layer of nodes on every side is
 //! declared outside. Of the block that results, the dual surface is taken: one quadrilateral for each grid edge whose ends
-//! differ, one vertex in a cell for each loop that the surface leaves on the six faces of the cell (Nielson, Dual Marching
-//! Cubes, 2004). Loops instead of cells are what keeps two sheets in one cell apart.
-//!
-//! One case is left in which that surface is no manifold: a face with inside nodes on one diagonal and outside nodes on
-//! the other, whose two arcs belong to one loop in *both* cells, so that four quadrilaterals meet in one edge (Wenger,
-//! Isosurfaces, 2013, section 3.3.5). Arcs may be paired in two ways on such a face. A loop that holds both arcs falls into two
-//! when the pairing changes, in either cell, and no change ever merges loops that were split; so a single pass over the
-//! faces, each changed if it is still at fault, leaves none. Then a side of a quadrilateral, which is an arc, belongs to
-//! exactly two quadrilaterals; and a diagonal joins cells that share only the one grid edge, so it is never a side
-//! nor another diagonal. The triangles are therefore closed, consistently oriented and 2-manifold whatever F is.
+//! differ, one vertex in a cell for each loop that the surface leaves on the six faces of the cell, faces being joined where
+//! that surface would be no manifold; see [`cell`](crate::cell).
 //!
 //! Vertices of the outer layer are not left half a cell outside: that layer has no thickness, so its vertices lie exactly
 //! on the faces, edges and corners of the box. Of the cell's axes those along which it has thickness are *free*. A vertex
@@ -28,6 +20,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{MAX_TRIANGLES, SolidError};
+use crate::cell::{Loops, at_fault, edge_at, edge_ends, loops};
 use crate::mesh::TriangleMesh;
 
 /// The most grid nodes that are sampled; each takes a byte.
@@ -113,16 +106,6 @@ struct Grid<'a, S> {
     inside: Vec<bool>,
 }
 
-/// The loops that the surface leaves on the faces of a cell.
-#[derive(Clone, Copy)]
-struct Loops {
-    count: u8,
-    /// For each of the twelve edges the loop that crosses it, or [`NO_LOOP`].
-    of_edge: [u8; 12],
-}
-
-const NO_LOOP: u8 = u8::MAX;
-
 /// A vertex of the dual surface, and what it may do.
 #[derive(Clone, Copy)]
 struct Vertex {
@@ -162,34 +145,6 @@ struct SurfaceCell {
 struct Layer {
     cells: Vec<SurfaceCell>,
     vertices: Vec<Vertex>,
-}
-
-/// Corner of a cell as bits: 1 for x, 2 for y, 4 for z.
-const fn edge_between(a: usize, b: usize) -> usize {
-    let axis = match a ^ b {
-        1 => 0,
-        2 => 1,
-        _ => 2,
-    };
-    edge_at(axis, (a >> ((axis + 1) % 3)) & 1, (a >> ((axis + 2) % 3)) & 1)
-}
-
-/// The edge along `axis` that has the places `u` and `v` (0 or 1) on the two axes that follow cyclically.
-const fn edge_at(axis: usize, u: usize, v: usize) -> usize {
-    axis * 4 + u + 2 * v
-}
-
-/// Ends of an edge, the lower first.
-const fn edge_ends(edge: usize) -> (usize, usize) {
-    let axis = edge / 4;
-    let low = ((edge & 1) << ((axis + 1) % 3)) | (((edge >> 1) & 1) << ((axis + 2) % 3));
-    (low, low | (1 << axis))
-}
-
-/// Corners of the face on `side` of `axis`, counter-clockwise seen from outside.
-const fn face_corners(axis: usize, side: usize) -> [usize; 4] {
-    let (u, v, s) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3), side << axis);
-    if side == 1 { [s, s | u, s | u | v, s | v] } else { [s, s | v, s | u | v, s | u] }
 }
 
 impl<'a, S: Implicit> Grid<'a, S> {
@@ -248,10 +203,12 @@ impl<'a, S: Implicit> Grid<'a, S> {
         (0..self.nodes[2]).into_par_iter().map(|z| self.crossings(z).count() as u64).sum()
     }
 
-    fn corner_signs(&self, cell: Index) -> [bool; 8] {
+    /// The corners of a cell that are inside, as bits.
+    fn corners_inside(&self, cell: Index) -> u8 {
         let at = self.node(cell);
         let [dx, dy, dz] = self.strides();
-        std::array::from_fn(|c| self.inside[at + (c & 1) * dx + ((c >> 1) & 1) * dy + (c >> 2) * dz])
+        let is_inside = |c: usize| self.inside[at + (c & 1) * dx + ((c >> 1) & 1) * dy + (c >> 2) * dz];
+        (0..8).fold(0, |bits, corner| bits | u8::from(is_inside(corner)) << corner)
     }
 
     /// The name of the face of `cell` on `side` of `axis`: its least node and the axis across it.
@@ -260,51 +217,13 @@ impl<'a, S: Implicit> Grid<'a, S> {
         3 * self.node(cell) + axis
     }
 
-    /// Follows the arcs on the faces of a cell. Inside corners on a diagonal are joined on the faces in `joined` and cut off
-    /// on all others.
-    fn loops(&self, cell: Index, signs: [bool; 8], joined: &HashSet<usize>) -> Loops {
-        // Two faces run along an edge in opposite directions, so each crossed edge has one arc that leaves it.
-        let mut next = [NO_LOOP; 12];
-        for axis in 0..3 {
-            for side in 0..2 {
-                let corners = face_corners(axis, side);
-                let [a, b, c, d] = corners.map(|corner| signs[corner]);
-                if a == b && b == c && c == d {
-                    continue;
-                }
-                let edge = |i: usize| edge_between(corners[i % 4], corners[(i + 1) % 4]);
-                let ambiguous = a == c && b == d;
-                let join = ambiguous && joined.contains(&self.face(cell, axis, side));
-                for i in 0..4 {
-                    if !signs[corners[i]] || signs[corners[(i + 1) % 4]] {
-                        continue;
-                    }
-                    // The arc leaves where the walk round the face goes outside and arrives where it comes back in: on an
-                    // ambiguous face just before, which cuts off the inside corner, or just after, which joins.
-                    let arrival = match (ambiguous, join) {
-                        (true, false) => i + 3,
-                        (true, true) => i + 1,
-                        (false, _) => (i + 1..i + 4)
-                            .find(|&j| !signs[corners[j % 4]] && signs[corners[(j + 1) % 4]])
-                            .expect("a walk that goes outside comes back"),
-                    };
-                    next[edge(i)] = edge(arrival) as u8;
-                }
-            }
+    /// The faces of a cell that are joined, as bits.
+    fn faces_joined(&self, cell: Index, joined: &HashSet<usize>) -> u8 {
+        if joined.is_empty() {
+            return 0;
         }
-        let mut loops = Loops { count: 0, of_edge: [NO_LOOP; 12] };
-        for start in 0..12 {
-            if next[start] == NO_LOOP || loops.of_edge[start] != NO_LOOP {
-                continue;
-            }
-            let mut edge = start;
-            while loops.of_edge[edge] == NO_LOOP {
-                loops.of_edge[edge] = loops.count;
-                edge = usize::from(next[edge]);
-            }
-            loops.count += 1;
-        }
-        loops
+        let is_joined = |face: usize| joined.contains(&self.face(cell, face / 2, face % 2));
+        (0..6).fold(0, |bits, face| bits | u8::from(is_joined(face)) << face)
     }
 
     /// Faces on which inside corners must be joined lest four quadrilaterals meet in one edge.
@@ -329,13 +248,8 @@ impl<'a, S: Implicit> Grid<'a, S> {
         for (above, axis) in ambiguous {
             let mut below = above;
             below[axis] -= 1;
-            let one_loop = |cell: Index, side: usize| {
-                let loops = self.loops(cell, self.corner_signs(cell), &joined);
-                let corners = face_corners(axis, side);
-                let first = loops.of_edge[edge_between(corners[0], corners[1])];
-                (1..4).all(|i| loops.of_edge[edge_between(corners[i], corners[(i + 1) % 4])] == first)
-            };
-            if one_loop(below, 1) && one_loop(above, 0) {
+            let of_cell = |cell| (self.corners_inside(cell), self.faces_joined(cell, &joined));
+            if at_fault(axis, of_cell(below), of_cell(above)) {
                 joined.insert(3 * self.node(above) + axis);
             }
         }
@@ -359,14 +273,14 @@ impl<'a, S: Implicit> Grid<'a, S> {
                 for y in 0..cy {
                     for x in 0..cx {
                         let cell = [x, y, z];
-                        let signs = self.corner_signs(cell);
-                        if signs.iter().all(|&s| s == signs[0]) {
+                        let inside = self.corners_inside(cell);
+                        if inside == 0 || inside == u8::MAX {
                             continue;
                         }
-                        let loops = self.loops(cell, signs, joined);
+                        let loops = loops(inside, self.faces_joined(cell, joined));
                         let first_vertex = layer.vertices.len() as u32;
                         layer.cells.push(SurfaceCell { place: y * cx + x, first_vertex, loops });
-                        self.place_in_cell(cell, signs, &loops, &mut layer.vertices);
+                        self.place_in_cell(cell, inside, &loops, &mut layer.vertices);
                     }
                 }
                 layer
@@ -380,7 +294,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
         layers
     }
 
-    fn place_in_cell(&self, cell: Index, signs: [bool; 8], loops: &Loops, vertices: &mut Vec<Vertex>) {
+    fn place_in_cell(&self, cell: Index, inside: u8, loops: &Loops, vertices: &mut Vec<Vertex>) {
         let (low, high) = self.bounds(cell);
         let free = free_axes(low, high);
         let at = |corner: usize| {
@@ -403,7 +317,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
                 let t = (fa / (fa - fb)).clamp(0.0, 1.0);
                 sum += at(a).lerp(at(b), t);
                 count += 1;
-                anchors = if signs[a] { [a, b] } else { [b, a] };
+                anchors = if inside >> a & 1 == 1 { [a, b] } else { [b, a] };
             }
             if count == 0 {
                 vertices.push(Vertex { position: (low + high) / 2.0, low, high, on_surface: false });

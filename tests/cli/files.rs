@@ -80,10 +80,10 @@ fn outputs_that_cannot_be_are_refused_before_any_computing() {
     for (target, words) in [
         ("b.stl", &["b.stl", "surfaces"][..]),
         ("b.3mf", &["surfaces", ".npz"]),
-        ("b.vti", &["voxels", ".npz"]),
-        ("b.doc", &["not known", ".npz"]),
+        ("b.doc", &["not known", ".npz", ".vti"]),
         ("b", &["no extension", ".npz"]),
         ("nowhere/b.npz", &["no folder nowhere"]),
+        ("nowhere/b.vti", &["no folder nowhere"]),
     ] {
         // The second input is missing, which nobody finds out.
         folder.run(&["union", "a.stl", "missing.stl", "-o", target]).code(2).says(words);

@@ -69,6 +69,15 @@ fn three_axes_and_the_results_of_operations_are_kept() {
 }
 
 #[test]
+fn a_known_unit_is_kept() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    folder.run(&["sample", "a.stl", "--unit", "mm", "--resolution", "8", "-o", "a.npz"]).code(0);
+    let arrays = arrays(&folder.path("a.npz"));
+    assert!(arrays["unit"].0.contains("'<U2'") && arrays["unit"].1 == b"m\0\0\0m\0\0\0");
+}
+
+#[test]
 fn equal_images_are_equal_files() {
     let folder = Folder::new();
     folder.run(&["generate", "torus", "-o", "a.stl"]).code(0);

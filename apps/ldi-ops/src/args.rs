@@ -13,6 +13,7 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
 pub use self::render::{BackgroundChoice, FacetChoice, PictureSize, RenderArguments, SliceAt, SlicePosition};
+use crate::bound::Bound;
 use crate::transform::{Placement, PlacementError};
 use crate::unit;
 
@@ -69,7 +70,7 @@ pub enum Command {
     Csg(CsgArguments),
     /// Volume, area, centroid and inertia of solids
     Volume(VolumeArguments),
-    /// The layered depth image of a solid, as .npz
+    /// The layered depth image of a solid, as .npz, or voxels, as .vti or .npy
     Sample(SampleArguments),
     /// Is it a solid? All defects; exit code 1 if not
     Check(CheckArguments),
@@ -213,9 +214,13 @@ pub struct SampleArguments {
     pub placing: PlacingArguments,
     #[command(flatten)]
     pub sampling: SamplingArguments,
-    /// Where to write the image: a path that ends in .npz
+    /// Where to write: .npz, the image; .stl, .obj, .ply, .off, .glb or .3mf, its surface; .vti (ParaView) or .npy (numpy),
+    /// voxels
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
+    /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, or in file units, 0.02
+    #[arg(long, value_name = "BOUND")]
+    pub simplify: Option<Bound>,
     #[command(flatten)]
     pub common: CommonArguments,
 }
@@ -224,13 +229,15 @@ const SAMPLE_LAYOUT: &str = "\
 Examples:
   ldi-ops sample part.stl --axis z -o part.npz
   ldi-ops sample part.stl --axis all --mode exact --resolution 1024 -o part.npz
+  ldi-ops sample part.stl --axis z --resolution 256 -o part.vti
 
-Arrays in the file, for one axis:
+Arrays of .npz, for one axis:
   axis      '<U1' ()         x, y or z: the direction of the rays
   offsets   uint32 (n + 1,)  ray r = row · columns + column has depths[offsets[r]:offsets[r+1]]
   depths    int32            sorted, in lattice steps from the near end of the grid;
                              [depths[2i], depths[2i+1]) is inside
   unclosed  uint32           rays that did not close; they have no depths
+  unit      '<U2' ()         of lengths: um, mm, cm, m, in or ft; absent where it is not known
   grid      record ()        origin: world position of the grid's corner; pitch: distance of
                              neighbouring rays, of which ray i lies at origin + (i + 0.5) · pitch
                              + step; step: length of a lattice step, pitch / 2**shift; rays:
@@ -242,7 +249,12 @@ offsets_x, depths_x, unclosed_x and so on for y and z.
   import numpy as np
   a = np.load('part.npz')                                          # --axis z
   inside = (a['depths'][1::2] - a['depths'][0::2]).sum(dtype=np.int64)
-  volume = inside * a['grid']['step'] * a['grid']['pitch']**2";
+  volume = inside * a['grid']['step'] * a['grid']['pitch']**2
+
+Voxels are cubes of one pitch around the points where rays of the three axes meet, and are 1 where that
+point is inside and 0 where not. Where images along several axes disagree, a voxel is inside for --mode
+over if any says so, for under if all do. .npy is an array uint8 of shape (rays along x, y, z); .vti has
+them as cells with the value `inside`, in their places, with the unit as a field.";
 
 #[derive(Debug, Args)]
 #[command(after_help = CHECK_EXAMPLES)]
@@ -371,11 +383,15 @@ pub struct SamplingArguments {
     pub adapter: Option<String>,
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct ImageArguments {
-    /// Write the result's image: .npz, in the layout that `ldi-ops sample --help` tells
+    /// Write the result: its surface, a closed manifold mesh with sharp edges, to .stl, .obj, .ply, .off, .glb or .3mf; its
+    /// image to .npz; or voxels to .vti (ParaView) or .npy (numpy)
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, or in file units, 0.02
+    #[arg(long, value_name = "BOUND")]
+    pub simplify: Option<Bound>,
 }
 
 #[derive(Debug, Args)]

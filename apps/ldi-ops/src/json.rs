@@ -14,7 +14,8 @@ use crate::exit::Failure;
 use crate::report::Warning;
 use crate::resolve::Report;
 use crate::run::{
-    Checked, Converted, Devices, Generated, GpuDevice, Measured, Ran, Rendered, Solid, cpu_name, peak_memory_bytes,
+    Checked, Converted, Devices, Generated, GpuDevice, Measured, Ran, Rendered, Solid, SurfaceReport, cpu_name,
+    peak_memory_bytes,
 };
 use crate::{output, unit};
 
@@ -91,10 +92,34 @@ fn one_measured(result: &Measured) -> Value {
     if let Some(refinement) = &result.refinement {
         object["tolerance"] = json!(refinement);
     }
-    if let Some(images) = &result.images {
-        object["output"] = json!(path(images));
+    if let Some(output) = &result.output {
+        object["output"] = json!(path(output));
+    }
+    if let Some(report) = &result.surface {
+        object["surface"] = surface(report);
     }
     object
+}
+
+/// What a mesh came to.
+fn surface(report: &SurfaceReport) -> Value {
+    json!({
+        "path": report.path.as_deref().map(path),
+        "vertices": report.vertices,
+        "triangles": report.triangles,
+        "components": report.components,
+        "genus": report.genus,
+        "volume": report.volume,
+        "sub_resolution": { "walls": report.walls, "gaps": report.gaps },
+        "disagreements": report.disagreements,
+        "largest_distance": report.largest_distance,
+        "blunted_vertices": report.blunted,
+        "simplified": report.simplified.map(|simplified| json!({
+            "bound": simplified.bound,
+            "distance": simplified.distance,
+            "triangles_before": simplified.triangles,
+        })),
+    })
 }
 
 fn input(solid: &Solid) -> Value {

@@ -5,6 +5,7 @@
 
 mod allocator;
 mod args;
+mod bound;
 mod excerpt;
 mod exit;
 mod json;

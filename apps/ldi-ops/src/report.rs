@@ -8,7 +8,9 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::check::Severity;
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 
-use crate::run::{Checked, Converted, Devices, Generated, Measured, Rendered, peak_memory_bytes};
+use crate::run::{
+    Checked, Converted, Devices, Generated, Measured, Rendered, SimplifiedReport, SurfaceReport, peak_memory_bytes,
+};
 use crate::unit;
 
 /// Something the user should hear of that did not stop the job.
@@ -117,7 +119,12 @@ fn one_measured(result: &Measured) -> String {
             format_args!("{asked} % {reached}: {came_to} % with {rays} rays along the longest side"),
         );
     }
-    if let Some(path) = &result.images {
+    if let Some(report) = &result.surface {
+        let [mesh, quality] = surface(report, &length.to_string());
+        table.line("mesh", mesh);
+        table.more(quality);
+    }
+    if let Some(path) = &result.output {
         table.line("written", path.display());
     }
     let seconds = &result.seconds;
@@ -132,6 +139,26 @@ fn one_measured(result: &Measured) -> String {
         table.line("memory", format_args!("{:.0} MB at most", bytes as f64 / 1e6));
     }
     table.text
+}
+
+/// A mesh that was made of images, on two lines.
+fn surface(report: &SurfaceReport, length: &str) -> [String; 2] {
+    let SurfaceReport { vertices, triangles, components, genus, .. } = report;
+    let simplified = match report.simplified {
+        Some(SimplifiedReport { distance, triangles, .. }) => {
+            format!(", simplified from {triangles} within {}{length}", number(distance))
+        }
+        None => String::new(),
+    };
+    [
+        format!("{triangles} triangles, {vertices} vertices, {components} components, genus {genus}{simplified}"),
+        format!(
+            "closed 2-manifold; samples at most {}{length} away; {} walls and {} gaps below the pitch dropped",
+            number(report.largest_distance),
+            report.walls,
+            report.gaps
+        ),
+    ]
 }
 
 /// What `check` found.

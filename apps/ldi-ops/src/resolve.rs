@@ -11,11 +11,13 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::io::Format;
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 use ldi_ops::solids::Model;
+use ldi_ops::voxels;
 
 pub use self::render::{Plane, RenderJob, Scenery};
 use crate::args::{
     self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
 };
+use crate::bound::Bound;
 use crate::excerpt;
 use crate::exit::Failure;
 use crate::output;
@@ -171,8 +173,33 @@ pub struct MeasureJob {
     pub fill: Fill,
     pub backend: Backend,
     /// Where the images go.
-    pub images: Option<PathBuf>,
+    pub images: Option<ImageTarget>,
     pub report: Report,
+}
+
+/// A file that is made of images.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageTarget {
+    pub path: PathBuf,
+    pub content: Content,
+}
+
+/// What is written of images.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Content {
+    /// The images themselves, as `.npz`.
+    Images,
+    /// The lattice nodes that they have inside.
+    Voxels(voxels::Format),
+    /// The surface of the solid, perhaps of fewer triangles.
+    Mesh { simplify: Option<Bound> },
+}
+
+impl Content {
+    /// Whether normals go into it.
+    pub fn has_normals(self) -> bool {
+        !matches!(self, Content::Voxels(_))
+    }
 }
 
 #[derive(Debug)]
@@ -218,11 +245,12 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             }
             let PlacingArguments { reading, transform_a: placement } = a.placing;
             let inputs = a.solids.into_iter().map(|path| Input { name: None, path, placement }).collect();
-            measure(Measurement::Volume, inputs, reading, a.sampling, None, a.common)
+            measure(Measurement::Volume, inputs, reading, a.sampling, args::ImageArguments::default(), a.common)
         }
         Command::Sample(a) => {
             let input = Input { name: None, path: a.solid, placement: a.placing.transform_a };
-            measure(Measurement::Sample, vec![input], a.placing.reading, a.sampling, Some(a.output), a.common)
+            let writing = args::ImageArguments { output: Some(a.output), simplify: a.simplify };
+            measure(Measurement::Sample, vec![input], a.placing.reading, a.sampling, writing, a.common)
         }
         Command::Check(a) => {
             let report = report(&a.common)?;
@@ -274,7 +302,7 @@ fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<In
     let expression = Expression::of_inputs(operation, inputs.len());
     let boolean = Boolean { expression, wording: Wording::Operation(operation) };
     let args::OperationArguments { sampling, writing, common } = rest;
-    measure(Measurement::Boolean(boolean), inputs.collect(), reading, sampling, writing.output, common)
+    measure(Measurement::Boolean(boolean), inputs.collect(), reading, sampling, writing, common)
 }
 
 /// What an expression makes of inputs.
@@ -288,7 +316,7 @@ fn csg(arguments: args::CsgArguments) -> Result<Invocation, Failure> {
     let inputs = inputs.map(|((name, path), placement)| Input { name: Some(name), path, placement }).collect();
     let boolean = Boolean { expression, wording: Wording::Typed(text) };
     let args::OperationArguments { sampling, writing, common } = operation;
-    measure(Measurement::Boolean(boolean), inputs, reading, sampling, writing.output, common)
+    measure(Measurement::Boolean(boolean), inputs, reading, sampling, writing, common)
 }
 
 /// An expression as it is typed.
@@ -337,7 +365,7 @@ fn measure(
     inputs: Vec<Input>,
     reading: args::ReadingArguments,
     sampling: SamplingArguments,
-    images: Option<PathBuf>,
+    writing: args::ImageArguments,
     common: CommonArguments,
 ) -> Result<Invocation, Failure> {
     let backend = backend(sampling.backend, sampling.adapter.clone())?;
@@ -346,12 +374,10 @@ fn measure(
         let (least, most) = (LOD_RANGE.start(), LOD_RANGE.end());
         return Err(Failure::input(format!("--lod {} is outside {least} to {most} voxels a ray", sampling.lod)));
     }
-    if let Some(path) = &images {
-        image_target(path)?;
-    }
+    let images = image_target(writing, sampling.axis)?;
     let report = report(&common)?;
-    if let Some(path) = &images {
-        apart(&report, path)?;
+    if let Some(target) = &images {
+        apart(&report, &target.path)?;
     }
     let job = MeasureJob {
         measurement,
@@ -462,19 +488,39 @@ fn mesh_target(path: &Path) -> Result<(), Failure> {
     writable(path)
 }
 
-/// An image file.
-fn image_target(path: &Path) -> Result<(), Failure> {
+/// What is written of images by files of an extension.
+const WRITTEN: &str =
+    "-o takes .npz, the image; .stl, .obj, .ply, .off, .glb or .3mf, its surface; .vti or .npy, voxels";
+
+/// A file that is made of images.
+fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Option<ImageTarget>, Failure> {
+    let args::ImageArguments { output, simplify } = writing;
+    let Some(path) = output else {
+        return match simplify {
+            Some(_) => Err(Failure::input("--simplify is for a mesh, and there is no -o FILE to write one to")),
+            None => Ok(None),
+        };
+    };
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let refuse = |why: &str| Err(Failure::input(format!("{}: {why}", path.display())));
-    match extension.as_str() {
-        "npz" => writable(path),
-        "vti" | "npy" => refuse("voxels are not made by this build; -o takes .npz, the image"),
-        "" => refuse("the name has no extension; -o takes .npz, the image"),
-        _ if Format::from_path(path).is_ok() => {
-            refuse("surfaces are not made by this build, so there is no mesh to write; -o takes .npz, the image")
+    let content = match (extension.as_str(), voxels::Format::from_extension(&extension)) {
+        (_, Some(format)) => Content::Voxels(format),
+        ("npz", _) => Content::Images,
+        ("", _) => return refuse(&format!("the name has no extension; {WRITTEN}")),
+        _ if Format::from_path(&path).is_ok() => {
+            mesh_target(&path)?;
+            Content::Mesh { simplify }
         }
-        _ => refuse("this extension is not known; -o takes .npz, the image"),
+        _ => return refuse(&format!("this extension is not known; {WRITTEN}")),
+    };
+    match (content, axis) {
+        (Content::Mesh { .. }, AxisChoice::All) => {}
+        (Content::Mesh { .. }, _) => return refuse("a mesh is made of the images along all axes; leave --axis away"),
+        _ if simplify.is_some() => return refuse("--simplify is for meshes, and this is none"),
+        _ => {}
     }
+    writable(&path)?;
+    Ok(Some(ImageTarget { path, content }))
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use ldi_ops::boolean::{Expression, Images, Operand, Plan, Role};
+use ldi_ops::boolean::{Expression, Images, Leaf, Operand, Plan, Role};
 use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::ldi::{Ldi, Summary, Windings};
 use ldi_ops::sampler::{Estimate, Fill, Mode, SampleError, Sampler};
@@ -17,10 +17,18 @@ pub struct ImageMaker<'a> {
     pub axis: Axis,
     pub mode: Mode,
     pub fill: Fill,
+    pub triangles: Triangles,
     /// The time that goes into sampling and into operations is added here.
     pub seconds: &'a mut Seconds,
     /// Whether the fill rules agree in all images of each input alone; nothing where there was none.
     pub rules_agree: &'a mut [Option<bool>],
+}
+
+/// Whether images are to know the triangle of each sample, counted through over all inputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Triangles {
+    Wanted,
+    NotWanted,
 }
 
 /// The most images along one axis that [`ImageMaker::image`] holds at the same time.
@@ -51,19 +59,47 @@ fn masked(expression: &Expression, mode: Mode) -> Option<([usize; 2], Estimate)>
     }
 }
 
+/// What the triangles of each input are counted from.
+fn first_triangles(solids: &[LatticeSolid]) -> impl Iterator<Item = u32> {
+    solids.iter().scan(0u32, |next, solid| {
+        let first = *next;
+        *next = next.saturating_add(solid.triangles().len() as u32);
+        Some(first)
+    })
+}
+
 impl ImageMaker<'_> {
     /// The image of the measured solid.
     pub fn image(&mut self, measurement: &Measurement, solids: &[LatticeSolid]) -> Result<Ldi, Failure> {
         let expression = match measurement {
-            Measurement::Volume | Measurement::Sample => return self.sample(&solids[0], 0, self.mode),
+            Measurement::Volume | Measurement::Sample => {
+                let image = self.sample(&solids[0], 0, self.mode)?;
+                return self.with_triangles(image, solids);
+            }
             Measurement::Boolean(Boolean { expression, .. }) => expression,
         };
-        match masked(expression, self.mode) {
+        let image = match masked(expression, self.mode) {
             Some(([a, b], estimate)) => self.timed(|maker| {
                 maker.sampler.sample_intersection(&solids[a], &solids[b], maker.axis, estimate, maker.fill)
-            }),
-            None => self.sweep(expression, solids),
+            })?,
+            None => self.sweep(expression, solids)?,
+        };
+        self.with_triangles(image, solids)
+    }
+
+    /// An image of estimates with triangles, if they are wanted: those of the exact crossings beside its samples. Exact images
+    /// have theirs from the beginning.
+    fn with_triangles(&mut self, image: Ldi, solids: &[LatticeSolid]) -> Result<Ldi, Failure> {
+        if self.triangles == Triangles::NotWanted || self.mode == Mode::Exact {
+            return Ok(image);
         }
+        // The even-odd rule alone keeps every crossing.
+        let sample = |solid| self.timed(|maker| maker.sampler.sample_surface(solid, maker.axis, Fill::EvenOdd));
+        let exact = solids.iter().map(sample).collect::<Result<Vec<Ldi>, Failure>>()?;
+        let start = Instant::now();
+        let image = image.with_triangles_of(&exact.iter().zip(first_triangles(solids)).collect::<Vec<_>>());
+        self.seconds.operate += start.elapsed().as_secs_f64();
+        image.map_err(Failure::input)
     }
 
     /// The summary of [`image`](Self::image), which the sampler makes by itself where it makes the whole image.
@@ -103,7 +139,9 @@ impl ImageMaker<'_> {
         });
         let leaves = leaves.collect::<Result<Vec<Ldi>, Failure>>()?;
         let start = Instant::now();
-        let image = plan.sweep(&leaves.iter().map(Operand::from).collect::<Vec<_>>())?;
+        let first: Vec<u32> = first_triangles(solids).collect();
+        let operand = |(image, leaf): (_, &Leaf)| Operand { image, first_triangle: first[leaf.input] };
+        let image = plan.sweep(&leaves.iter().zip(plan.leaves()).map(operand).collect::<Vec<_>>())?;
         self.seconds.operate += start.elapsed().as_secs_f64();
         Ok(image)
     }
@@ -118,7 +156,10 @@ impl ImageMaker<'_> {
 
     /// The image of one input.
     fn sample(&mut self, solid: &LatticeSolid, input: usize, mode: Mode) -> Result<Ldi, Failure> {
-        let image = self.timed(|maker| maker.sampler.sample(solid, maker.axis, mode, maker.fill))?;
+        let image = self.timed(|maker| match (maker.triangles, mode) {
+            (Triangles::Wanted, Mode::Exact) => maker.sampler.sample_surface(solid, maker.axis, maker.fill),
+            _ => maker.sampler.sample(solid, maker.axis, mode, maker.fill),
+        })?;
         self.look_at(input, image.windings());
         Ok(image)
     }

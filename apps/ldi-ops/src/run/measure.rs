@@ -10,22 +10,23 @@ use std::time::Instant;
 use glam::{DMat3, DVec3};
 use ldi_ops::grid::{Axis, Grid, LatticeBox, LatticeSolid};
 use ldi_ops::integrate::{self, AxisVolume, Moments, SurfaceHits, VolumeEstimate};
-use ldi_ops::ldi::{Ldi, npz};
+use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 use serde::Serialize;
 
 use super::backend::{Backends, Choice, Ran};
 use super::fill::FillDifference;
-use super::image::{ImageMaker, alive_at_once};
+use super::image::{ImageMaker, Triangles, alive_at_once};
 use super::input::{self, Demands, Provenance, Solid};
+use super::surface::{Imaged, SurfaceReport};
 use super::work::work;
-use super::{Finished, machine, say_warnings};
+use super::{Finished, machine, say_warnings, write};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
 use crate::report::Warning;
 use crate::resolve::{Backend, Boolean, Input, MeasureJob, Measurement, Spacing};
-use crate::{json, output, report};
+use crate::{json, report};
 
 /// Everything that is known of a result.
 pub struct Measured {
@@ -45,8 +46,10 @@ pub struct Measured {
     pub ran: Ran,
     pub seconds: Seconds,
     pub warnings: Vec<Warning>,
-    /// The file that the images were written to.
-    pub images: Option<PathBuf>,
+    /// The file that the images, or what is made of them, were written to.
+    pub output: Option<PathBuf>,
+    /// The mesh that was made of the images, where one was asked for.
+    pub surface: Option<SurfaceReport>,
     /// What `volume` adds.
     pub measures: Option<SolidMeasures>,
     /// What a tolerance led to.
@@ -179,10 +182,14 @@ fn measure(
     warnings.extend(solids.iter().filter_map(|solid| thin(solid, &round.grid, &job.axes)));
     warnings.extend(coarse_voxels(job, &round.grid));
 
-    if let Some(path) = &job.images {
-        progress.stage("writing");
+    let mut surface = None;
+    if let Some(target) = &job.images {
         let writing = Instant::now();
-        output::replace(path, |file| npz::write(&round.images, file).map_err(std::io::Error::from))?;
+        let imaged =
+            Imaged { images: &round.images, normals: Some(&round.normals), mode: job.mode, unit: solids[0].unit };
+        let (report, said) = write::images(target, &imaged, progress)?;
+        surface = report;
+        warnings.extend(said);
         seconds.write += writing.elapsed().as_secs_f64();
     }
     seconds.total = start.elapsed().as_secs_f64();
@@ -199,7 +206,11 @@ fn measure(
         ran,
         seconds,
         warnings,
-        images: job.images.clone(),
+        output: match &surface {
+            Some(surface) => surface.path.clone(),
+            None => job.images.as_ref().map(|target| target.path.clone()),
+        },
+        surface,
         measures,
         refinement,
         solids,
@@ -219,6 +230,8 @@ struct Round<'b> {
     samples: u64,
     unclosed: Vec<(Axis, u64)>,
     images: Vec<Ldi>,
+    /// Of all triangles that the images know, counted through over the inputs.
+    normals: Vec<[f32; 3]>,
     /// Whether the fill rules agree in all images of each input alone; nothing where there was none.
     rules_agree: Vec<Option<bool>>,
 }
@@ -267,7 +280,15 @@ fn second_opinion(
     let mut volumes = Vec::new();
     for &axis in &job.axes {
         let mut agree = vec![None; solids.len()];
-        let mut maker = ImageMaker { sampler, axis, mode: job.mode, fill: job.fill, seconds, rules_agree: &mut agree };
+        let mut maker = ImageMaker {
+            sampler,
+            axis,
+            mode: job.mode,
+            fill: job.fill,
+            triangles: Triangles::NotWanted,
+            seconds,
+            rules_agree: &mut agree,
+        };
         volumes.push(AxisVolume::from_summary(&maker.summary(&job.measurement, &lattice)?));
     }
     Ok(VolumeEstimate::from_axes(&volumes))
@@ -291,6 +312,11 @@ fn sample_round<'b>(
     // A GPU sums where it samples, unless the images themselves are wanted.
     let keeps_images = !choice.is_gpu() || job.images.is_some() || job.measurement == Measurement::Volume;
 
+    let triangles = match &job.images {
+        Some(target) if target.content.has_normals() => Triangles::Wanted,
+        _ => Triangles::NotWanted,
+    };
+
     let [x, y, z] = grid.rays();
     progress.expect(job.axes.len());
     let mut volumes = Vec::new();
@@ -303,6 +329,10 @@ fn sample_round<'b>(
         samples: 0,
         unclosed: Vec::new(),
         images: Vec::new(),
+        normals: match triangles {
+            Triangles::Wanted => lattice.iter().flat_map(LatticeSolid::normals).collect(),
+            Triangles::NotWanted => Vec::new(),
+        },
         rules_agree: vec![None; solids.len()],
     };
     for &axis in &job.axes {
@@ -312,6 +342,7 @@ fn sample_round<'b>(
             axis,
             mode: job.mode,
             fill: job.fill,
+            triangles,
             seconds,
             rules_agree: &mut round.rules_agree,
         };

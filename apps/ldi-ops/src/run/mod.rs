@@ -14,7 +14,9 @@ mod input;
 mod machine;
 mod measure;
 mod render;
+mod surface;
 mod work;
+mod write;
 
 use std::time::Instant;
 
@@ -34,6 +36,7 @@ pub use input::Solid;
 pub use machine::{cpu_name, peak_memory_bytes};
 pub use measure::Measured;
 pub use render::Rendered;
+pub use surface::{SimplifiedReport, SurfaceReport};
 
 /// A job that ran to its end.
 pub struct Finished {

@@ -1,0 +1,197 @@
+//! From images to a mesh that is fit to be written: contoured, if asked for simplified, and held to its gates.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use ldi_ops::grid::{Axis, Grid};
+use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
+use ldi_ops::mesh::{ClosedMesh, LengthUnit, TriangleMesh, io};
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::surface::gates::Gates;
+use ldi_ops::surface::simplify::simplify;
+use ldi_ops::surface::{Surface, SurfaceMode, contour};
+
+use super::write_failure;
+use crate::bound::Bound;
+use crate::exit::Failure;
+use crate::progress::Progress;
+use crate::report::Warning;
+
+/// What is known of a mesh that was made of images.
+#[derive(Clone, Debug)]
+pub struct SurfaceReport {
+    /// Where it was written; nothing where there was nothing to write.
+    pub path: Option<PathBuf>,
+    pub vertices: usize,
+    pub triangles: usize,
+    pub components: usize,
+    /// Of all components together.
+    pub genus: usize,
+    /// The volume that the mesh encloses.
+    pub volume: f64,
+    /// Ray crossings of walls and gaps that are finer than the lattice, which the mesh does not have.
+    pub walls: u64,
+    pub gaps: u64,
+    /// Nodes about which the images disagree.
+    pub disagreements: u64,
+    /// The largest distance of a sample from the mesh before it was simplified.
+    pub largest_distance: f64,
+    /// Vertices of edges and corners that could not be put where they belong.
+    pub blunted: u64,
+    pub simplified: Option<SimplifiedReport>,
+}
+
+/// What simplification did.
+#[derive(Clone, Copy, Debug)]
+pub struct SimplifiedReport {
+    /// What the distance was to be below.
+    pub bound: f64,
+    /// The largest distance that was measured, either way.
+    pub distance: f64,
+    /// Triangles before.
+    pub triangles: usize,
+}
+
+/// Images of one solid along all axes, and what belongs to them.
+pub struct Imaged<'a> {
+    pub images: &'a [Ldi],
+    /// The normals of the triangles that the images refer to; nothing where they are not known.
+    pub normals: Option<&'a [[f32; 3]]>,
+    pub mode: Mode,
+    pub unit: Option<LengthUnit>,
+}
+
+/// Makes a mesh of images and writes it; says what is noteworthy.
+pub fn write(
+    imaged: &Imaged,
+    path: &Path,
+    bound: Option<Bound>,
+    progress: &Progress,
+) -> Result<(SurfaceReport, Vec<Warning>), Failure> {
+    let (mesh, mut report) = mesh(imaged, bound, progress)?;
+    let mut warnings = warnings(&report, imaged.normals.is_some());
+    if mesh.triangles.is_empty() {
+        let message = format!("{}: not written, as no lattice node lies inside the result", path.display());
+        warnings.push(Warning::new("empty-surface", message));
+    } else {
+        progress.stage("writing");
+        io::write(path, &mesh, imaged.unit).map_err(write_failure)?;
+        report.path = Some(path.to_path_buf());
+    }
+    Ok((report, warnings))
+}
+
+/// Makes a mesh of images.
+pub fn mesh(
+    imaged: &Imaged,
+    bound: Option<Bound>,
+    progress: &Progress,
+) -> Result<(TriangleMesh, SurfaceReport), Failure> {
+    let [a, b, c] = imaged.images else {
+        return Err(Failure::input("a mesh needs images along all three axes, x, y and z"));
+    };
+    progress.stage("contouring");
+    let mode = surface_mode(imaged.mode);
+    let surface = contour([a, b, c], imaged.normals, mode).map_err(Failure::input)?;
+    let Surface { mesh, sub_resolution, disagreements, distance, stayed, .. } = surface;
+    let (mesh, simplified) = match bound {
+        Some(bound) if !mesh.triangles.is_empty() => {
+            progress.stage("simplifying");
+            let (mesh, simplified) = simplified(mesh, imaged, bound.length(a.grid().pitch()))?;
+            (mesh, Some(simplified))
+        }
+        _ => (mesh, None),
+    };
+    progress.stage("checking the mesh");
+    let gates = Gates::of(&mesh);
+    if let Some(failure) = gates.failures().first() {
+        // Coordinates that fall together in 32 bits are the model's; all else would be a fault of this program.
+        return Err(Failure::input(format!("the mesh of the result is not fit to be written: {failure}")));
+    }
+    let report = SurfaceReport {
+        path: None,
+        vertices: gates.vertices,
+        triangles: gates.triangles,
+        components: gates.components,
+        genus: gates.genus.unwrap_or(0),
+        volume: gates.signed_volume,
+        walls: sub_resolution.walls,
+        gaps: sub_resolution.gaps,
+        disagreements,
+        largest_distance: distance,
+        blunted: stayed,
+        simplified,
+    };
+    Ok((mesh, report))
+}
+
+/// Removes triangles within a bound; the mesh sampled again gives the same nodes.
+fn simplified(mesh: TriangleMesh, imaged: &Imaged, bound: f64) -> Result<(TriangleMesh, SimplifiedReport), Failure> {
+    let wanted = planes_of(&mesh, imaged)?;
+    let made = simplify(&mesh, bound, |mesh| {
+        // A mesh that cannot be sampled on this grid is acceptable nowhere.
+        let Ok(found) = planes_of(mesh, imaged) else { return mesh.positions.clone() };
+        differences(imaged.images[0].grid(), &wanted, &found)
+    });
+    let made = made.map_err(Failure::input)?;
+    let report = SimplifiedReport { bound, distance: made.distance, triangles: mesh.triangles.len() };
+    Ok((made.mesh, report))
+}
+
+/// The nodes inside a mesh, plane after plane.
+fn planes_of(mesh: &TriangleMesh, imaged: &Imaged) -> Result<Vec<Vec<u64>>, Failure> {
+    let grid = imaged.images[0].grid();
+    let closed = ClosedMesh::check(mesh.clone()).map_err(Failure::input)?;
+    let solid = grid.quantise(&closed).map_err(Failure::input)?;
+    // All three images of one mesh say the same of nodes.
+    let image = CpuSampler::default().sample(&solid, Axis::X, Mode::Exact, Fill::EvenOdd)?;
+    Ok(NodePlanes::new([&image], Combine::Most).map_err(Failure::input)?.planes().collect())
+}
+
+/// The world positions of nodes that differ.
+fn differences(grid: &Grid, wanted: &[Vec<u64>], found: &[Vec<u64>]) -> Vec<DVec3> {
+    let [columns, ..] = grid.rays().map(|n| n as usize);
+    let words = columns.div_ceil(64);
+    let mut places = Vec::new();
+    for (z, (wanted, found)) in wanted.iter().zip(found).enumerate() {
+        for (at, (wanted, found)) in wanted.iter().zip(found).enumerate() {
+            let differ = wanted ^ found;
+            for bit in (0..64).filter(|bit| differ >> bit & 1 == 1) {
+                let node = [at % words * 64 + bit, at / words, z].map(|i| f64::from(grid.node(i as u32)));
+                places.push(grid.origin() + grid.step() * DVec3::from_array(node));
+            }
+        }
+    }
+    places
+}
+
+/// What kind of images a mode makes.
+fn surface_mode(mode: Mode) -> SurfaceMode {
+    match mode {
+        Mode::Exact => SurfaceMode::Exact,
+        Mode::Estimate(Estimate::Over) => SurfaceMode::Over,
+        Mode::Estimate(Estimate::Under) => SurfaceMode::Under,
+    }
+}
+
+/// Shares of the vertices or crossings above which what was lost is told.
+const NOTEWORTHY: f64 = 1e-3;
+
+fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let lost = report.walls + report.gaps;
+    if lost as f64 > NOTEWORTHY * report.vertices as f64 {
+        let message = format!(
+            "the mesh lacks what is thinner than the pitch: rays cross {} walls and {} gaps that lie between two neighbouring \
+             nodes; a greater --resolution keeps more",
+            report.walls, report.gaps
+        );
+        warnings.push(Warning::new("below-resolution", message));
+    }
+    if !has_normals && report.vertices > 0 {
+        let message = "the images have no normals, so edges and corners of the mesh are cut off".to_owned();
+        warnings.push(Warning::new("no-normals", message));
+    }
+    warnings
+}

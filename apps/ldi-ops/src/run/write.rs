@@ -1,0 +1,63 @@
+//! Files that are made of images.
+
+use std::io;
+
+use ldi_ops::ldi::npz::{self, Extras};
+use ldi_ops::ldi::{Combine, NodePlanes};
+use ldi_ops::mesh::LengthUnit;
+use ldi_ops::sampler::{Estimate, Mode};
+use ldi_ops::voxels;
+
+use super::surface::{self, Imaged, SurfaceReport};
+use crate::exit::Failure;
+use crate::output;
+use crate::progress::Progress;
+use crate::report::Warning;
+use crate::resolve::{Content, ImageTarget};
+
+/// Writes images along one axis or several, or what is made of them; of a mesh it tells what it came to.
+pub fn images(
+    target: &ImageTarget,
+    imaged: &Imaged,
+    progress: &Progress,
+) -> Result<(Option<SurfaceReport>, Vec<Warning>), Failure> {
+    let unit = imaged.unit.map(LengthUnit::symbol);
+    progress.stage("writing");
+    match target.content {
+        Content::Mesh { simplify } => {
+            let (report, warnings) = surface::write(imaged, &target.path, simplify, progress)?;
+            return Ok((Some(report), warnings));
+        }
+        Content::Images => {
+            let normals = imaged.images.iter().map(|image| imaged.normals.and_then(|normals| image.normals(normals)));
+            let extras = Extras { normals: normals.collect(), unit: unit.map(str::to_owned) };
+            output::replace(&target.path, |file| npz::write(imaged.images, &extras, file).map_err(io::Error::from))?;
+        }
+        Content::Voxels(format) => {
+            let nodes = NodePlanes::new(imaged.images, combine(imaged.mode)).map_err(Failure::input)?;
+            let mut written = voxels::Written::default();
+            output::replace(&target.path, |file| {
+                written = match format {
+                    voxels::Format::Vti => voxels::write_vti(&nodes, unit, file)?,
+                    voxels::Format::Npy => voxels::write_npy(&nodes, file)?,
+                };
+                Ok(())
+            })?;
+            let [x, y, z] = nodes.grid().rays();
+            let voxels::Written { inside, disagreements } = written;
+            progress.detail(format_args!(
+                "{x} × {y} × {z} voxels, of which {inside} are inside; the images disagree about {disagreements}"
+            ));
+        }
+    }
+    Ok((None, Vec::new()))
+}
+
+/// What holds of a node about which images disagree: an over-estimate stays one, and so does an under-estimate.
+fn combine(mode: Mode) -> Combine {
+    match mode {
+        Mode::Estimate(Estimate::Over) => Combine::Any,
+        Mode::Estimate(Estimate::Under) => Combine::All,
+        Mode::Exact => Combine::Most,
+    }
+}

@@ -1,0 +1,377 @@
+//! Which lattice nodes are inside: where the images of a solid along several axes meet.
+//!
+//! A node is inside an image when an odd number of the samples of its ray lie before it. The exact images of one solid
+//! agree about every node (see [`sampler`](crate::sampler)); conservative ones may not, as each merges what lies in one voxel
+//! of *its* rays, and [`Combine`] says what holds then.
+//!
+//! Nodes are bits: a row of nodes along x is a few words, and a plane is its rows one after another. Each sample flips all
+//! nodes behind it, so an image is turned into nodes by flipping one bit a sample and a running parity, which goes along the
+//! words of a row for an image along x, and from row to row or plane to plane, 64 nodes at a time, for the others.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::Ldi;
+use crate::fixed::Pixels;
+use crate::grid::{Axis, Grid};
+
+/// What holds of a node about which images disagree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Combine {
+    /// Inside where any image says so; for over-estimates.
+    Any,
+    /// Inside where all images say so; for under-estimates.
+    All,
+    /// As most images say, which for the exact images of one solid is what all say; of two images both.
+    Most,
+}
+
+/// Why nodes could not be found from images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NodesError {
+    /// There is no image to find them from.
+    #[error("there is no image to find nodes from")]
+    NoImage,
+    /// Two images lie on different grids, or along the same axis.
+    #[error("images {first} and {second} are not two views of one grid")]
+    Mismatch {
+        /// Index of one of them.
+        first: usize,
+        /// Index of the other.
+        second: usize,
+    },
+}
+
+/// Images of one solid along different axes of one grid, ready to tell of nodes.
+#[derive(Clone, Copy, Debug)]
+pub struct NodePlanes<'a> {
+    images: [Option<&'a Ldi>; 3],
+    grid: &'a Grid,
+    combine: Combine,
+}
+
+/// Consecutive planes of nodes, z after z.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NodeSlab {
+    first: i32,
+    margin: usize,
+    rows: usize,
+    words: usize,
+    bits: Vec<u64>,
+    /// By plane.
+    disagreements: Vec<u64>,
+}
+
+/// Planes that are made at a time where one after another is asked for.
+const SLAB: i32 = 32;
+
+impl<'a> NodePlanes<'a> {
+    /// The nodes of one, two or three images.
+    pub fn new(images: impl IntoIterator<Item = &'a Ldi>, combine: Combine) -> Result<NodePlanes<'a>, NodesError> {
+        let mut by_axis: [Option<(usize, &'a Ldi)>; 3] = [None; 3];
+        let mut grid: Option<(usize, &'a Grid)> = None;
+        for (second, image) in images.into_iter().enumerate() {
+            let (first, common) = *grid.get_or_insert((second, image.grid()));
+            if common != image.grid() {
+                return Err(NodesError::Mismatch { first, second });
+            }
+            if let Some((first, _)) = by_axis[image.axis().depth()].replace((second, image)) {
+                return Err(NodesError::Mismatch { first, second });
+            }
+        }
+        let (_, grid) = grid.ok_or(NodesError::NoImage)?;
+        Ok(NodePlanes { images: by_axis.map(|image| image.map(|(_, image)| image)), grid, combine })
+    }
+
+    /// The image along an axis, if there is one.
+    pub fn image(&self, axis: Axis) -> Option<&'a Ldi> {
+        self.images[axis.depth()]
+    }
+
+    /// The grid of the images.
+    pub fn grid(&self) -> &'a Grid {
+        self.grid
+    }
+
+    /// All planes, z after z: rays along y times the words of a row.
+    pub fn planes(&self) -> impl Iterator<Item = Vec<u64>> + '_ {
+        let count = self.grid.rays()[2] as i32;
+        (0..count).step_by(SLAB as usize).flat_map(move |first| {
+            let slab = self.slab(first..count.min(first + SLAB), 0);
+            let length = slab.rows * slab.words;
+            slab.bits.chunks(length.max(1)).map(<[u64]>::to_vec).collect::<Vec<_>>()
+        })
+    }
+
+    /// The nodes of a range of planes, with `margin` more nodes on every side of a plane, which are outside; so are those of
+    /// planes beyond the grid.
+    pub fn slab(&self, planes: Range<i32>, margin: usize) -> NodeSlab {
+        let [columns, rows, _] = self.grid.rays().map(|n| n as usize);
+        let (words, rows) = ((columns + 2 * margin).div_ceil(64), rows + 2 * margin);
+        let mut slab = NodeSlab {
+            first: planes.start,
+            margin,
+            rows,
+            words,
+            bits: Vec::new(),
+            disagreements: vec![0; planes.len()],
+        };
+        let parts: Vec<Vec<u64>> = self.images.iter().flatten().map(|image| slab.of_image(image, &planes)).collect();
+        let mut parts = parts.into_iter();
+        slab.bits = parts.next().expect("there is an image");
+        let (second, third) = (parts.next(), parts.next());
+        let (Some(second), length) = (second, rows * words) else { return slab };
+        let combine = self.combine;
+        slab.disagreements = slab
+            .bits
+            .par_chunks_mut(length.max(1))
+            .enumerate()
+            .map(|(plane, bits)| {
+                let range = plane * length..(plane + 1) * length;
+                let mut disagreements = 0;
+                for (at, bits) in range.zip(bits) {
+                    let (a, b) = (*bits, second[at]);
+                    let c = third.as_ref().map(|third| third[at]);
+                    disagreements += u64::from(((a ^ b) | c.map_or(0, |c| a ^ c)).count_ones());
+                    *bits = match (combine, c) {
+                        (Combine::Any, c) => a | b | c.unwrap_or(0),
+                        (Combine::All, c) => a & b & c.unwrap_or(u64::MAX),
+                        (Combine::Most, Some(c)) => (a & b) | (b & c) | (c & a),
+                        (Combine::Most, None) => a & b,
+                    };
+                }
+                disagreements
+            })
+            .collect();
+        slab
+    }
+}
+
+impl NodeSlab {
+    /// The plane after the last.
+    pub fn end(&self) -> i32 {
+        self.first + (self.bits.len() / (self.rows * self.words).max(1)) as i32
+    }
+
+    /// Words of a row: node `x` is bit `x + margin`.
+    pub fn words(&self) -> usize {
+        self.words
+    }
+
+    /// Rows of a plane: nodes at `y` are row `y + margin`.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// The words of a row, counted with the margin, of plane `z`.
+    pub fn row(&self, row: usize, z: i32) -> &[u64] {
+        let at = ((z - self.first) as usize * self.rows + row) * self.words;
+        &self.bits[at..at + self.words]
+    }
+
+    /// Nodes of some planes about which the images disagree.
+    pub fn disagreements(&self, planes: Range<i32>) -> u64 {
+        planes.map(|plane| self.disagreements[(plane - self.first) as usize]).sum()
+    }
+
+    /// The nodes of one image, plane after plane.
+    fn of_image(&self, image: &Ldi, planes: &Range<i32>) -> Vec<u64> {
+        match image.axis() {
+            Axis::X => self.of_planes(image, planes, |plane, bits| self.along_x(image, plane, bits)),
+            Axis::Y => self.of_planes(image, planes, |plane, bits| self.along_y(image, plane, bits)),
+            Axis::Z => self.along_z(image, planes),
+        }
+    }
+
+    /// Fills each plane that the grid has.
+    fn of_planes(&self, image: &Ldi, planes: &Range<i32>, fill: impl Fn(usize, &mut [u64]) + Sync) -> Vec<u64> {
+        let mut bits = vec![0; planes.len() * self.rows * self.words];
+        let inside = 0..image.grid().rays()[2] as i32;
+        let each = bits.par_chunks_mut(self.rows * self.words).zip(planes.clone().into_par_iter());
+        each.filter(|(_, plane)| inside.contains(plane)).for_each(|(bits, plane)| fill(plane as usize, bits));
+        bits
+    }
+
+    /// Rows of an image along x are planes, and its rays are rows of nodes.
+    fn along_x(&self, image: &Ldi, plane: usize, bits: &mut [u64]) {
+        let pixels = Pixels::new(image.grid().shift());
+        let (columns, _) = image.size();
+        for column in 0..columns as usize {
+            let row = &mut bits[(column + self.margin) * self.words..][..self.words];
+            for &depth in image.samples((plane * columns as usize + column) as u32) {
+                flip(row, pixels.index_from(depth) as usize + self.margin);
+            }
+            let mut carry = 0;
+            for word in row {
+                let mut parity = *word;
+                for shift in [1, 2, 4, 8, 16, 32] {
+                    parity ^= parity << shift;
+                }
+                *word = parity ^ carry;
+                carry = ((*word as i64) >> 63) as u64;
+            }
+        }
+    }
+
+    /// Rows of an image along y are planes, and its rays run from row to row.
+    fn along_y(&self, image: &Ldi, plane: usize, bits: &mut [u64]) {
+        let pixels = Pixels::new(image.grid().shift());
+        let (columns, _) = image.size();
+        for column in 0..columns as usize {
+            for &depth in image.samples((plane * columns as usize + column) as u32) {
+                let row = pixels.index_from(depth) as usize + self.margin;
+                if row < self.rows {
+                    flip(&mut bits[row * self.words..][..self.words], column + self.margin);
+                }
+            }
+        }
+        run_on(bits, self.words);
+    }
+
+    /// Rays of an image along z run from plane to plane. Each row of it is turned into nodes by itself.
+    fn along_z(&self, image: &Ldi, planes: &Range<i32>) -> Vec<u64> {
+        let pixels = Pixels::new(image.grid().shift());
+        let (columns, rows) = image.size();
+        let (words, margin) = (self.words, self.margin);
+        let by_row: Vec<Vec<u64>> = (0..rows)
+            .into_par_iter()
+            .with_min_len(8)
+            .map(|row| {
+                let mut bits = vec![0; planes.len() * words];
+                for column in 0..columns {
+                    let samples = image.samples(row * columns + column);
+                    let before = samples.partition_point(|&depth| pixels.index_from(depth) <= planes.start);
+                    let bit = column as usize + margin;
+                    if before % 2 == 1 {
+                        flip(&mut bits[..words], bit);
+                    }
+                    for &depth in &samples[before..] {
+                        let plane = pixels.index_from(depth);
+                        if plane >= planes.end {
+                            break;
+                        }
+                        flip(&mut bits[(plane - planes.start) as usize * words..][..words], bit);
+                    }
+                }
+                run_on(&mut bits, words);
+                bits
+            })
+            .collect();
+        // Images whose samples reach to the end of the grid close behind its last node.
+        let in_grid = 0..image.grid().rays()[2] as i32;
+        self.of_planes(image, planes, |plane, bits| {
+            debug_assert!(in_grid.contains(&(plane as i32)));
+            let at = (plane as i32 - planes.start) as usize * words;
+            for (row, from) in by_row.iter().enumerate() {
+                bits[(row + margin) * words..][..words].copy_from_slice(&from[at..at + words]);
+            }
+        })
+    }
+}
+
+/// Flips a bit of a row, or nothing where the row has ended.
+fn flip(row: &mut [u64], bit: usize) {
+    if let Some(word) = row.get_mut(bit / 64) {
+        *word ^= 1 << (bit % 64);
+    }
+}
+
+/// The running parity from one run of `words` to the next.
+fn run_on(bits: &mut [u64], words: usize) {
+    for at in words..bits.len() {
+        bits[at] ^= bits[at - words];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{ClosedMesh, TriangleMesh};
+    use crate::sampler::cpu::CpuSampler;
+    use crate::sampler::{Estimate, Fill, Mode, Sampler};
+    use crate::solids;
+
+    fn images(mesh: TriangleMesh, resolution: u32, lod: u32, mode: Mode) -> Vec<Ldi> {
+        let closed = ClosedMesh::check(mesh).unwrap();
+        let grid = Grid::with_resolution(closed.bounds(), resolution, lod).unwrap();
+        let solid = grid.quantise(&closed).unwrap();
+        Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, mode, Fill::EvenOdd).unwrap()).to_vec()
+    }
+
+    /// Whether a node is inside an image, sample by sample.
+    fn is_inside(image: &Ldi, node: [u32; 3]) -> bool {
+        let axis = image.axis();
+        let (columns, _) = image.size();
+        let samples = image.samples(node[axis.row()] * columns + node[axis.column()]);
+        let position = image.grid().node(node[axis.depth()]);
+        samples.iter().filter(|&&depth| depth < position).count() % 2 == 1
+    }
+
+    fn bit(slab: &NodeSlab, [x, y, z]: [i32; 3], margin: i32) -> bool {
+        let x = (x + margin) as usize;
+        slab.row((y + margin) as usize, z)[x / 64] >> (x % 64) & 1 == 1
+    }
+
+    #[test]
+    fn every_node_is_as_its_rays_have_it() {
+        // 130 nodes along x: three words, the last of them short.
+        let exact = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 130, 1024, Mode::Exact);
+        let rays = exact[0].grid().rays().map(|n| n as i32);
+        for margin in [0, 1] {
+            for chosen in [&exact[..1], &exact[1..2], &exact[2..], &exact[..]] {
+                let planes = NodePlanes::new(chosen, Combine::Most).unwrap();
+                let slab = planes.slab(-1..rays[2] + 1, margin);
+                assert_eq!((slab.disagreements(-1..rays[2] + 1), slab.end()), (0, rays[2] + 1));
+                let inside = |node: [i32; 3]| {
+                    let on_grid = (0..3).all(|i| (0..rays[i]).contains(&node[i]));
+                    on_grid && is_inside(&chosen[0], node.map(|i| i as u32))
+                };
+                let across = |i: usize| -(margin as i32)..rays[i] + margin as i32;
+                for z in -1..=rays[2] {
+                    for y in across(1) {
+                        for x in across(0) {
+                            assert_eq!(bit(&slab, [x, y, z], margin as i32), inside([x, y, z]), "{x} {y} {z}");
+                        }
+                    }
+                }
+                // A part of the planes says the same.
+                let part = planes.slab(7..19, margin);
+                (7..19).for_each(|z| (0..part.rows()).for_each(|row| assert_eq!(part.row(row, z), slab.row(row, z))));
+            }
+        }
+        let planes = NodePlanes::new(&exact, Combine::Most).unwrap();
+        let slab = planes.slab(0..rays[2], 0);
+        assert_eq!(planes.planes().collect::<Vec<_>>().concat(), slab.bits);
+    }
+
+    #[test]
+    fn estimates_may_disagree_and_are_combined() {
+        // Voxels as long as many pixels, so that a gap closes in some images and not in others.
+        let mesh = || solids::torus(3.0, 1.0, 31, 17).unwrap();
+        let over = images(mesh(), 150, 32, Mode::Estimate(Estimate::Over));
+        let rays = over[0].grid().rays();
+        let slab = |combine| NodePlanes::new(&over, combine).unwrap().slab(0..rays[2] as i32, 0);
+        let [any, all, most] = [Combine::Any, Combine::All, Combine::Most].map(slab);
+        assert!(any.disagreements(0..rays[2] as i32) > 0);
+        for z in 0..rays[2] {
+            for y in 0..rays[1] {
+                for x in 0..rays[0] {
+                    let said = over.iter().filter(|image| is_inside(image, [x, y, z])).count();
+                    let found = [&any, &all, &most].map(|slab| bit(slab, [x, y, z].map(|i| i as i32), 0));
+                    assert_eq!(found, [said > 0, said == 3, said > 1]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn images_must_belong_together() {
+        let a = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 20, 64, Mode::Exact);
+        let b = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 21, 64, Mode::Exact);
+        assert_eq!(NodePlanes::new([], Combine::Any).unwrap_err(), NodesError::NoImage);
+        let mismatch = NodesError::Mismatch { first: 0, second: 1 };
+        assert_eq!(NodePlanes::new([&a[0], &b[1]], Combine::Any).unwrap_err(), mismatch);
+        assert_eq!(NodePlanes::new([&a[0], &a[0]], Combine::Any).unwrap_err(), mismatch);
+    }
+}

@@ -1,0 +1,205 @@
+//! The cells that the surface passes, layer by layer, and their vertices.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::edges::{Bits, EdgeSlab};
+use super::qef::{Bounds, Loop};
+use crate::cell::{at_fault, edge_ends, loops};
+use crate::grid::Grid;
+
+/// Faces that are joined lest the surface be no manifold, by cell; see [`cell`](crate::cell).
+#[derive(Debug, Default)]
+pub struct JoinedFaces {
+    of_cell: HashMap<[i32; 3], u8>,
+}
+
+impl JoinedFaces {
+    fn of(&self, cell: [i32; 3]) -> u8 {
+        if self.of_cell.is_empty() { 0 } else { self.of_cell.get(&cell).copied().unwrap_or(0) }
+    }
+
+    /// Decides about all faces of the layers of a slab that are not decided yet: those within each layer and those above it.
+    ///
+    /// Faces are taken plane after plane: those across z below a layer, then those across x and y in it. So what is decided
+    /// does not depend on where slabs begin.
+    pub fn decide(&mut self, slab: &EdgeSlab) {
+        let layers = slab.layers();
+        // Of older layers nothing will be asked again.
+        self.of_cell.retain(|cell, _| cell[2] >= layers.start);
+        let ambiguous: Vec<Vec<([i32; 3], usize)>> =
+            layers.clone().into_par_iter().map(|k| ambiguous(slab, k)).collect();
+        for (above, axis) in ambiguous.into_iter().flatten() {
+            let mut below = above;
+            below[axis] -= 1;
+            let of_cell = |cell| (corners_inside(slab, cell), self.of(cell));
+            if at_fault(axis, of_cell(below), of_cell(above)) {
+                *self.of_cell.entry(below).or_default() |= 2 << (2 * axis);
+                *self.of_cell.entry(above).or_default() |= 1 << (2 * axis);
+            }
+        }
+    }
+}
+
+/// The ambiguous faces across x and y of a layer and across z on top of it, each by the cell above it.
+fn ambiguous(slab: &EdgeSlab, k: i32) -> Vec<([i32; 3], usize)> {
+    let nodes = &slab.nodes;
+    let mut found = Vec::new();
+    let diagonal = |a: u64, b: u64, c: u64, d: u64| !(a ^ c) & !(b ^ d) & (a ^ b);
+    let next = |row: &[u64], word: usize| row[word] >> 1 | row.get(word + 1).map_or(0, |next| next << 63);
+    for y in 0..nodes.rows() {
+        let (low, high) = (nodes.row(y, k), nodes.row(y, k + 1));
+        for word in 0..nodes.words() {
+            let at = |bit: usize| (64 * word + bit) as i32;
+            if y + 1 < nodes.rows() {
+                let (low_next, high_next) = (nodes.row(y + 1, k), nodes.row(y + 1, k + 1));
+                let across_x = diagonal(low[word], low_next[word], high_next[word], high[word]);
+                found.extend(Bits(across_x).map(|bit| ([at(bit), y as i32, k], 0)));
+            }
+            let across_y = diagonal(low[word], next(low, word), next(high, word), high[word]);
+            found.extend(Bits(across_y).map(|bit| ([at(bit), y as i32, k], 1)));
+        }
+    }
+    for y in 0..nodes.rows() - 1 {
+        let (row, above) = (nodes.row(y, k + 1), nodes.row(y + 1, k + 1));
+        for word in 0..nodes.words() {
+            let across_z = diagonal(row[word], next(row, word), next(above, word), above[word]);
+            found.extend(Bits(across_z).map(|bit| ([(64 * word + bit) as i32, y as i32, k + 1], 2)));
+        }
+    }
+    found
+}
+
+/// The corners of a cell that are inside, as bits.
+fn corners_inside(slab: &EdgeSlab, [x, y, z]: [i32; 3]) -> u8 {
+    let corner = |c: i32| slab.is_inside([x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)]);
+    (0..8).fold(0, |bits, c| bits | u8::from(corner(c)) << c)
+}
+
+/// A cell that the surface passes.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    first_vertex: u32,
+    inside: u8,
+    joined: u8,
+}
+
+/// The cells of one layer that the surface passes, and their vertices.
+#[derive(Debug, Default)]
+pub struct CellLayer {
+    words: usize,
+    /// Row after row, the cells that the surface passes, as bits.
+    passed: Vec<u64>,
+    /// Such cells before each word.
+    ranks: Vec<u32>,
+    cells: Vec<Cell>,
+    /// In coordinates of cells: the cell's place and the place in it.
+    pub vertices: Vec<DVec3>,
+    /// Vertices, by their number in the layer, that belong beyond their cells, and where.
+    pub beyond: Vec<(u32, DVec3)>,
+}
+
+/// How near to the faces of its cell a vertex may come, in pitches: far enough for 32-bit coordinates to keep it inside.
+pub const MARGIN: f64 = 1e-4;
+
+/// How far beyond its cell a vertex may belong, in pitches.
+const REACH: f64 = 1.5;
+
+/// Two vertices of one cell nearer than this are no edges' or corners' but their own.
+const APART: f64 = 1e-2;
+
+impl CellLayer {
+    /// The cells of layer `k` and their vertices.
+    pub fn new(slab: &EdgeSlab, joined: &JoinedFaces, grid: &Grid, k: i32) -> CellLayer {
+        let nodes = &slab.nodes;
+        let mut layer = CellLayer { words: nodes.words(), ..CellLayer::default() };
+        for y in 0..nodes.rows() - 1 {
+            let rows = [nodes.row(y, k), nodes.row(y + 1, k), nodes.row(y, k + 1), nodes.row(y + 1, k + 1)];
+            for word in 0..nodes.words() {
+                // The nodes at the lower and the upper x of each cell.
+                let lower = rows.map(|row| row[word]);
+                let upper = rows.map(|row| row[word] >> 1 | row.get(word + 1).map_or(0, |next| next << 63));
+                let all = lower.into_iter().chain(upper);
+                let passed =
+                    all.clone().fold(0, |any, nodes| any | nodes) & !all.fold(u64::MAX, |all, nodes| all & nodes);
+                layer.ranks.push(layer.cells.len() as u32);
+                layer.passed.push(passed);
+                for bit in Bits(passed) {
+                    let corners = |i: usize| (lower[i] >> bit & 1) | (upper[i] >> bit & 1) << 1;
+                    let inside = corners(0) | corners(1) << 2 | corners(2) << 4 | corners(3) << 6;
+                    layer.add_cell(slab, joined, grid, [(64 * word + bit) as i32, y as i32, k], inside as u8);
+                }
+            }
+        }
+        layer
+    }
+
+    fn add_cell(&mut self, slab: &EdgeSlab, joined: &JoinedFaces, grid: &Grid, cell: [i32; 3], inside: u8) {
+        let joined = joined.of(cell);
+        let first_vertex = self.vertices.len() as u32;
+        self.cells.push(Cell { first_vertex, inside, joined });
+        let loops = loops(inside, joined);
+        let mut of_cell = [Loop::default(); 4];
+        for (edge, of_edge) in loops.of_edge.into_iter().enumerate().filter(|(_, of_edge)| *of_edge < loops.count) {
+            let (low, _) = edge_ends(edge);
+            let corner = [low & 1, low >> 1 & 1, low >> 2].map(|i| i as i32);
+            let node = [cell[0] + corner[0], cell[1] + corner[1], cell[2] + corner[2]];
+            let crossing = slab.crossing(edge / 4, node);
+            of_cell[usize::from(of_edge)].add(DVec3::from_array(corner.map(f64::from)), edge / 4, &crossing);
+        }
+        let base = DVec3::from_array(cell.map(f64::from));
+        let (bounds, grid) = (bounds_of(cell, grid), grid_bounds(grid, base));
+        for of_loop in &of_cell[..usize::from(loops.count)] {
+            let place = of_loop.place(&bounds, REACH);
+            if let Some(beyond) = place.beyond.filter(|p| p.clamp(grid.least, grid.greatest).distance(*p) < MARGIN) {
+                let beyond = beyond.clamp(grid.least, grid.greatest);
+                self.beyond.push((self.vertices.len() as u32, base + beyond));
+            }
+            self.vertices.push(base + place.held);
+        }
+        // Two sheets that meet in a point, as where the planes of both pass through it.
+        let range = first_vertex as usize..self.vertices.len();
+        let near = |i: usize, j: usize| self.vertices[i].distance(self.vertices[j]) < APART;
+        if range.clone().any(|i| (range.start..i).any(|j| near(i, j))) {
+            for (vertex, of_loop) in self.vertices[range.clone()].iter_mut().zip(&of_cell) {
+                *vertex = base + of_loop.mean().clamp(bounds.least, bounds.greatest);
+            }
+            while self.beyond.last().is_some_and(|&(vertex, _)| range.contains(&(vertex as usize))) {
+                self.beyond.pop();
+            }
+        }
+    }
+
+    /// The vertex, by its number in the layer, of the loop that crosses an edge of a cell.
+    pub fn vertex(&self, x: i32, y: i32, edge: usize) -> u32 {
+        let word = y as usize * self.words + x as usize / 64;
+        let below = self.passed[word] & ((1 << (x % 64)) - 1);
+        let cell = self.cells[(self.ranks[word] + below.count_ones()) as usize];
+        cell.first_vertex + u32::from(loops(cell.inside, cell.joined).of_edge[edge])
+    }
+}
+
+/// What a vertex is held in: its cell, less a margin, within the grid. In coordinates of the cell.
+fn bounds_of(cell: [i32; 3], grid: &Grid) -> Bounds {
+    let of_grid = grid_bounds(grid, DVec3::from_array(cell.map(f64::from)));
+    let (least, greatest) = (DVec3::splat(MARGIN), DVec3::splat(1.0 - MARGIN));
+    Bounds { least: least.max(of_grid.least), greatest: greatest.min(of_grid.greatest) }
+}
+
+/// The box of the grid, from a cell's lower corner. Cell i in x and y, with their margin of one, begins at node i − 1 of the
+/// grid; layer k at plane k.
+fn grid_bounds(grid: &Grid, base: DVec3) -> Bounds {
+    let pixel = f64::from(1u32 << grid.shift());
+    let first = f64::from(grid.node(0)) / pixel;
+    let origin = DVec3::new(1.0 - first, 1.0 - first, -first);
+    let [x, y, z] = grid.rays().map(f64::from);
+    Bounds { least: origin - base, greatest: origin + DVec3::new(x, y, z) - base }
+}
+
+/// The world position of coordinates of cells.
+pub fn world_from_cells(grid: &Grid, place: DVec3) -> DVec3 {
+    let of_grid = grid_bounds(grid, DVec3::ZERO).least;
+    grid.origin() + grid.pitch() * (place - of_grid)
+}

@@ -1,0 +1,342 @@
+//! Where the surface crosses the lattice edges of a slab: Hermite data, found once and looked up in constant time.
+//!
+//! The crossed edges of a row of nodes are bits. The crossings of a row lie one after another in the order of those bits, so
+//! that the crossing of an edge is found by a count of bits, from one running rank a word — as sampling finds the rank of a
+//! voxel in a mask.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::SurfaceMode;
+use crate::fixed::Pixels;
+use crate::ldi::{Ldi, NodePlanes, NodeSlab};
+
+/// Where the surface crosses a lattice edge, and its direction there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// How far from the lower end of the edge, as a share of its length: strictly between 0 and 1.
+    pub at: f32,
+    /// The unit normal, outwards; zero where it is not known.
+    pub normal: [f32; 3],
+}
+
+/// Half way along, as nothing better is known.
+const UNKNOWN: Crossing = Crossing { at: 0.5, normal: [0.0; 3] };
+
+/// What is finer than the lattice, and what conservative images leave open.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SubResolution {
+    /// Walls between two neighbouring nodes that are both outside: the ray enters and leaves between them.
+    pub walls: u64,
+    /// Gaps between two neighbouring nodes that are both inside: the ray leaves and enters between them.
+    pub gaps: u64,
+    /// Edges that the nodes' signs have crossed and whose own ray has no sample there, as conservative images may.
+    pub unsupported: u64,
+}
+
+impl SubResolution {
+    /// The sums of both.
+    pub fn plus(self, other: SubResolution) -> SubResolution {
+        SubResolution {
+            walls: self.walls + other.walls,
+            gaps: self.gaps + other.gaps,
+            unsupported: self.unsupported + other.unsupported,
+        }
+    }
+}
+
+/// The crossed edges of some rows, and their crossings.
+#[derive(Debug, Default)]
+struct EdgeRows {
+    words: usize,
+    /// Row after row, the crossed edges as bits.
+    crossed: Vec<u64>,
+    /// Crossed edges before each word.
+    ranks: Vec<u32>,
+    crossings: Vec<Crossing>,
+}
+
+impl EdgeRows {
+    /// Rows of which nothing but the crossed edges is known.
+    fn new(words: usize, crossed: Vec<u64>) -> EdgeRows {
+        let mut rank = 0;
+        let count = |word: &u64| {
+            let before = rank;
+            rank += word.count_ones();
+            before
+        };
+        let ranks = crossed.iter().map(count).collect();
+        EdgeRows { words, crossed, ranks, crossings: vec![UNKNOWN; rank as usize] }
+    }
+
+    fn is_crossed(&self, row: usize, bit: usize) -> bool {
+        self.crossed[row * self.words + bit / 64] >> (bit % 64) & 1 == 1
+    }
+
+    fn place(&self, row: usize, bit: usize) -> usize {
+        let word = row * self.words + bit / 64;
+        debug_assert!(self.is_crossed(row, bit));
+        let below = self.crossed[word] & ((1 << (bit % 64)) - 1);
+        (self.ranks[word] + below.count_ones()) as usize
+    }
+
+    /// The crossed edges of a row.
+    fn row(&self, row: usize) -> impl Iterator<Item = usize> + '_ {
+        let words = &self.crossed[row * self.words..][..self.words];
+        words.iter().enumerate().flat_map(|(word, &bits)| Bits(bits).map(move |bit| 64 * word + bit))
+    }
+}
+
+/// The set bits of a word, ascending.
+pub struct Bits(pub u64);
+
+impl Iterator for Bits {
+    type Item = usize;
+
+    fn next(&mut self) -> Option<usize> {
+        let bit = self.0.trailing_zeros() as usize;
+        self.0 &= self.0.wrapping_sub(1);
+        (bit < 64).then_some(bit)
+    }
+}
+
+/// The nodes and the crossed edges of consecutive layers of cells.
+///
+/// Nodes, edges and cells have a margin of one on each side in x and y: node x of the grid is bit x + 1 of a row, and cell or
+/// edge i lies between nodes i and i + 1 of the margin's count. Planes and layers are counted by the grid, layer k lying
+/// between planes k and k + 1.
+pub struct EdgeSlab {
+    pub nodes: NodeSlab,
+    layers: Range<i32>,
+    /// Along x and y by plane, along z by row.
+    along: [Vec<EdgeRows>; 3],
+    pub sub_resolution: SubResolution,
+}
+
+/// What the edges of a slab are found from.
+#[derive(Clone, Copy)]
+pub struct Source<'a> {
+    pub planes: NodePlanes<'a>,
+    pub images: [&'a Ldi; 3],
+    pub normals: Option<&'a [[f32; 3]]>,
+    pub mode: SurfaceMode,
+}
+
+impl EdgeSlab {
+    /// The edges of layers of cells; the nodes reach one plane further.
+    pub fn new(source: &Source, layers: Range<i32>) -> EdgeSlab {
+        let nodes = source.planes.slab(layers.start..layers.end + 2, 1);
+        let planes = layers.start..layers.end + 1;
+        let made = rayon::join(
+            || -> (Vec<_>, Vec<_>) {
+                let of_plane = |plane| (along_x(source, &nodes, plane), along_y(source, &nodes, plane));
+                planes.clone().into_par_iter().map(of_plane).unzip()
+            },
+            || -> Vec<_> {
+                let rows = (0..nodes.rows()).into_par_iter().with_min_len(4);
+                rows.map(|row| along_z(source, &nodes, row, &layers)).collect()
+            },
+        );
+        let ((x, y), z) = made;
+        let mut sub_resolution = SubResolution::default();
+        // The last plane is the first of the next slab, which counts it.
+        let counted = planes.len() - 1;
+        let rows = x.iter().take(counted).chain(y.iter().take(counted)).chain(&z);
+        rows.for_each(|(_, missed)| sub_resolution = sub_resolution.plus(*missed));
+        let along = [x, y, z].map(|rows| rows.into_iter().map(|(rows, _)| rows).collect());
+        EdgeSlab { nodes, layers, along, sub_resolution }
+    }
+
+    pub fn layers(&self) -> Range<i32> {
+        self.layers.clone()
+    }
+
+    /// The rows of an edge that begins at a node, and which of them it is in, and its bit.
+    fn find(&self, axis: usize, [x, y, z]: [i32; 3]) -> (&EdgeRows, usize, usize) {
+        let plane = (z - self.layers.start) as usize;
+        match axis {
+            2 => (&self.along[2][y as usize], plane, x as usize),
+            _ => (&self.along[axis][plane], y as usize, x as usize),
+        }
+    }
+
+    /// The crossing of an edge along `axis` from the given node; it must be crossed.
+    pub fn crossing(&self, axis: usize, node: [i32; 3]) -> Crossing {
+        let (rows, row, bit) = self.find(axis, node);
+        rows.crossings[rows.place(row, bit)]
+    }
+
+    /// The crossed edges along x and y in a plane, or along z in a layer: axis and lower node.
+    pub fn crossed_in(&self, axis: usize, z: i32) -> impl Iterator<Item = [i32; 3]> + '_ {
+        (0..self.nodes.rows() as i32).flat_map(move |y| {
+            let (rows, row, _) = self.find(axis, [0, y, z]);
+            rows.row(row).map(move |x| [x as i32, y, z])
+        })
+    }
+
+    pub fn is_inside(&self, [x, y, z]: [i32; 3]) -> bool {
+        self.nodes.row(y as usize, z)[x as usize / 64] >> (x % 64) & 1 == 1
+    }
+}
+
+/// Which edges of a row of nodes are crossed: bit i is node i against the next.
+fn differences(row: &[u64]) -> impl Iterator<Item = u64> + '_ {
+    (0..row.len()).map(|word| {
+        let next = row.get(word + 1).map_or(0, |next| next << 63);
+        row[word] ^ (row[word] >> 1 | next)
+    })
+}
+
+/// Which nodes of a row differ from those of another.
+fn unlike<'a>(row: &'a [u64], other: &'a [u64]) -> impl Iterator<Item = u64> + 'a {
+    row.iter().zip(other).map(|(a, b)| a ^ b)
+}
+
+fn along_x(source: &Source, nodes: &NodeSlab, plane: i32) -> (EdgeRows, SubResolution) {
+    let image = source.images[0];
+    let crossed = (0..nodes.rows()).flat_map(|row| differences(nodes.row(row, plane))).collect();
+    let mut filler = Filler::new(source, image, EdgeRows::new(nodes.words(), crossed));
+    let (columns, rows) = image.size();
+    if (0..rows as i32).contains(&plane) {
+        for column in 0..columns {
+            let row = column as usize + 1;
+            let inside = |bit: i32| nodes.row(row, plane)[bit as usize / 64] >> (bit % 64) & 1 == 1;
+            filler.fill_ray(plane as u32 * columns + column, 0..i32::MAX, |edge| (row, edge as usize), inside);
+        }
+    }
+    filler.finish()
+}
+
+fn along_y(source: &Source, nodes: &NodeSlab, plane: i32) -> (EdgeRows, SubResolution) {
+    let image = source.images[1];
+    let last = nodes.rows() - 1;
+    let crossed = (0..last).flat_map(|row| unlike(nodes.row(row, plane), nodes.row(row + 1, plane)));
+    let crossed = crossed.chain(std::iter::repeat_n(0, nodes.words())).collect();
+    let mut filler = Filler::new(source, image, EdgeRows::new(nodes.words(), crossed));
+    let (columns, rows) = image.size();
+    if (0..rows as i32).contains(&plane) {
+        for column in 0..columns {
+            let bit = column as usize + 1;
+            let inside = |row: i32| nodes.row(row as usize, plane)[bit / 64] >> (bit % 64) & 1 == 1;
+            filler.fill_ray(plane as u32 * columns + column, 0..i32::MAX, |edge| (edge as usize, bit), inside);
+        }
+    }
+    filler.finish()
+}
+
+fn along_z(source: &Source, nodes: &NodeSlab, row: usize, layers: &Range<i32>) -> (EdgeRows, SubResolution) {
+    let image = source.images[2];
+    let crossed = layers.clone().flat_map(|layer| unlike(nodes.row(row, layer), nodes.row(row, layer + 1))).collect();
+    let mut filler = Filler::new(source, image, EdgeRows::new(nodes.words(), crossed));
+    let (columns, rows) = image.size();
+    if let Some(image_row) = row.checked_sub(1).filter(|&row| row < rows as usize) {
+        for column in 0..columns {
+            let bit = column as usize + 1;
+            // Along z as along the other axes edges are counted from the one before node 0.
+            let inside = |edge: i32| nodes.row(row, edge - 1)[bit / 64] >> (bit % 64) & 1 == 1;
+            let place = |edge: i32| ((edge - 1 - layers.start) as usize, bit);
+            let ray = image_row as u32 * columns + column;
+            filler.fill_ray(ray, layers.start + 1..layers.end + 1, place, inside);
+        }
+    }
+    filler.finish()
+}
+
+/// Fills the crossings of rows, ray by ray.
+struct Filler<'a> {
+    image: &'a Ldi,
+    triangles: Option<&'a [u32]>,
+    normals: Option<&'a [[f32; 3]]>,
+    mode: SurfaceMode,
+    pixels: Pixels,
+    rows: EdgeRows,
+    filled: u64,
+    missed: SubResolution,
+}
+
+impl<'a> Filler<'a> {
+    fn new(source: &Source<'a>, image: &'a Ldi, rows: EdgeRows) -> Filler<'a> {
+        Filler {
+            image,
+            triangles: image.triangles(),
+            normals: source.normals,
+            mode: source.mode,
+            pixels: Pixels::new(image.grid().shift()),
+            rows,
+            filled: 0,
+            missed: SubResolution::default(),
+        }
+    }
+
+    fn finish(mut self) -> (EdgeRows, SubResolution) {
+        self.missed.unsupported = self.rows.crossings.len() as u64 - self.filled;
+        (self.rows, self.missed)
+    }
+
+    /// The samples of a ray, edge by edge, as far as the edges lie in a range. Edge i ends at node i of the grid; `place`
+    /// says where it is in the rows, and `inside` whether it begins inside.
+    fn fill_ray(
+        &mut self,
+        ray: u32,
+        edges: Range<i32>,
+        place: impl Fn(i32) -> (usize, usize),
+        inside: impl Fn(i32) -> bool,
+    ) {
+        let samples = self.image.samples(ray);
+        let first = self.image.offsets()[ray as usize] as usize;
+        let edge_of = |&depth: &i32| self.pixels.index_from(depth);
+        let mut from = match edges.start {
+            0 => 0,
+            start => samples.partition_point(|depth| edge_of(depth) < start),
+        };
+        while let Some(edge) = samples.get(from).map(edge_of).filter(|&edge| edge < edges.end) {
+            let count = samples[from..].iter().take_while(|depth| edge_of(depth) == edge).count();
+            let (row, bit) = place(edge);
+            let mut dropped = count;
+            if count % 2 == 1 && self.rows.is_crossed(row, bit) {
+                let enters = !inside(edge);
+                let kept = from + self.kept(&samples[from..from + count], enters);
+                let below = self.pixels.ray(edge - 1);
+                let place = self.rows.place(row, bit);
+                self.rows.crossings[place] = Crossing {
+                    at: (samples[kept] - below) as f32 / (1i64 << self.pixels.shift) as f32,
+                    normal: self.normal(first + kept, enters),
+                };
+                self.filled += 1;
+                dropped -= 1;
+            }
+            // Whether the first of the samples enters tells what the pairs between two nodes are.
+            match from % 2 {
+                0 => self.missed.walls += dropped as u64 / 2,
+                _ => self.missed.gaps += dropped as u64 / 2,
+            }
+            from += count;
+        }
+    }
+
+    /// Which of an odd number of samples in one edge stays, all others being dropped in pairs.
+    fn kept(&self, samples: &[i32], enters: bool) -> usize {
+        let last = samples.len() - 1;
+        match (self.mode, enters) {
+            (SurfaceMode::Over, true) | (SurfaceMode::Under, false) => 0,
+            (SurfaceMode::Over, false) | (SurfaceMode::Under, true) => last,
+            // The one that changes the length inside least.
+            (SurfaceMode::Exact, _) => {
+                let lost = |kept: usize| -> i64 {
+                    let pairs = samples[..kept].chunks_exact(2).chain(samples[kept + 1..].chunks_exact(2));
+                    pairs.map(|pair| i64::from(pair[1] - pair[0])).sum()
+                };
+                (0..=last).step_by(2).min_by_key(|&kept| lost(kept)).unwrap_or(0)
+            }
+        }
+    }
+
+    /// The outward normal at a sample: a triangle may face either way, but the ray knows whether it enters.
+    fn normal(&self, sample: usize, enters: bool) -> [f32; 3] {
+        let triangle = self.triangles.map(|triangles| triangles[sample] as usize);
+        let Some(&normal) = triangle.and_then(|triangle| self.normals?.get(triangle)) else { return [0.0; 3] };
+        let against = normal[self.image.axis().depth()] < 0.0;
+        if against == enters { normal } else { normal.map(|n| -n) }
+    }
+}

@@ -1,0 +1,210 @@
+//! Vertices of edges and corners that belong beyond their cells.
+//!
+//! A mesh whose vertices are all in their cells has the signs of the lattice's nodes: the two triangles of an edge lie in the
+//! block of its four cells, which has no other edge inside, and cross that one an odd number of times. When one vertex moves,
+//! each of its triangles sweeps a tetrahedron, and the sign of a node changes only if it lies in an odd number of them. So a
+//! vertex may go where it belongs if **no node lies in any tetrahedron that it sweeps**; and if moreover none lies in the
+//! tetrahedron of the four corners of any of its quadrilaterals, either diagonal may be chosen afterwards. Both hold in the
+//! beginning and are kept by every move, so that the mesh, sampled again on the same lattice, gives back the same nodes,
+//! sharp edges and all.
+//!
+//! A vertex that may not go goes part of the way, or stays in its cell. Neighbours that moved later may have made room, so those that stayed are tried
+//! again. First nodes count as met from as far as 32-bit coordinates are rounded; what a node beside a face keeps back is tried
+//! once more with the lattice's own rounding: one mover in a thousand.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::cells::MARGIN;
+use super::quads::{OpenQuad, Quad};
+
+/// A vertex that belongs elsewhere.
+#[derive(Clone, Copy, Debug)]
+pub struct Mover {
+    pub vertex: u32,
+    pub target: DVec3,
+}
+
+/// How often all are tried with either margin.
+const ROUNDS: usize = 3;
+
+/// What is tried of its way by a vertex that may not go all of it.
+const PART_WAYS: [f64; 3] = [0.75, 0.5, 0.25];
+
+/// Vertices nearer to one another than this would be one, to readers of 32-bit coordinates.
+const APART: f64 = 1e-3;
+
+/// Vertices that belong elsewhere, and the quadrilaterals around each.
+pub struct Features<'a> {
+    /// In the order of their vertices.
+    movers: &'a [Mover],
+    /// All that hold a mover.
+    quads: &'a [OpenQuad],
+    /// Those of mover i are `around[starts[i]..starts[i + 1]]`.
+    starts: Vec<u32>,
+    around: Vec<u32>,
+}
+
+impl<'a> Features<'a> {
+    /// Movers in the order of their vertices, and all quadrilaterals that hold one.
+    pub fn new(movers: &'a [Mover], quads: &'a [OpenQuad]) -> Features<'a> {
+        let mut features = Features { movers, quads, starts: vec![0; movers.len() + 1], around: Vec::new() };
+        let incidences: Vec<(usize, u32)> =
+            (0u32..).zip(quads).flat_map(|(at, open)| features.movers_of(open).map(move |mover| (mover, at))).collect();
+        incidences.iter().for_each(|&(mover, _)| features.starts[mover + 1] += 1);
+        (1..features.starts.len()).for_each(|i| features.starts[i] += features.starts[i - 1]);
+        let mut next = features.starts.clone();
+        features.around = vec![0; incidences.len()];
+        for (mover, quad) in incidences {
+            features.around[next[mover] as usize] = quad;
+            next[mover] += 1;
+        }
+        features
+    }
+
+    fn movers_of(&self, open: &OpenQuad) -> impl Iterator<Item = usize> + use<'a> {
+        let movers = self.movers;
+        let mover_of = move |vertex: u32| movers.binary_search_by_key(&vertex, |mover| mover.vertex).ok();
+        open.quad.corners.into_iter().filter_map(mover_of)
+    }
+
+    fn quads_of(&self, mover: usize) -> impl Iterator<Item = &'a Quad> + '_ {
+        let range = self.starts[mover] as usize..self.starts[mover + 1] as usize;
+        self.around[range].iter().map(|&at| &self.quads[at as usize].quad)
+    }
+
+    /// Moves vertices to where they belong, in coordinates of cells, in which nodes have whole coordinates. Gives the number
+    /// of those that did not get there.
+    ///
+    /// `rounding` is how far the lattice's rounding may move a surface, in pitches.
+    pub fn settle(&self, rounding: f64, vertices: &mut [DVec3]) -> u64 {
+        let mut taken = Taken::default();
+        let mut waiting: Vec<usize> = (0..self.movers.len()).collect();
+        for round in 0..2 * ROUNDS {
+            let margin = if round < ROUNDS { MARGIN } else { rounding.min(MARGIN) };
+            waiting.retain(|&i| !self.moves(i, 1.0, margin, vertices, &mut taken));
+        }
+        for &i in &waiting {
+            let _ = PART_WAYS.iter().any(|&share| self.moves(i, share, MARGIN, vertices, &mut taken));
+        }
+        waiting.len() as u64
+    }
+
+    /// Moves a vertex by a share of its way if it may go there.
+    fn moves(&self, mover: usize, share: f64, margin: f64, vertices: &mut [DVec3], taken: &mut Taken) -> bool {
+        let Mover { vertex, target } = self.movers[mover];
+        let to = vertices[vertex as usize].lerp(target, share);
+        let free =
+            !taken.holds(to) && self.quads_of(mover).all(|quad| may_go(vertex, to, &quad.corners, vertices, margin));
+        if free {
+            taken.add(to);
+            vertices[vertex as usize] = to;
+        }
+        free
+    }
+
+    /// The distance of a quadrilateral's crossing from all triangles around its movers: a face that belongs there may lie in
+    /// the triangles of another crossing.
+    pub fn distance(&self, open: &OpenQuad, vertices: &[DVec3]) -> f32 {
+        let around = self.movers_of(open).flat_map(|mover| self.quads_of(mover));
+        around.map(|quad| open.quad.distance(quad, vertices)).fold(f32::INFINITY, f32::min)
+    }
+}
+
+/// Where vertices have moved to.
+#[derive(Default)]
+struct Taken {
+    by_place: HashMap<[i64; 3], Vec<DVec3>>,
+}
+
+impl Taken {
+    fn add(&mut self, point: DVec3) {
+        self.by_place.entry(place(point)).or_default().push(point);
+    }
+
+    /// Whether a vertex has moved to within [`APART`] of a point.
+    fn holds(&self, point: DVec3) -> bool {
+        let [x, y, z] = place(point);
+        let near = |i: i64| [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1];
+        let is_near = |others: &Vec<DVec3>| others.iter().any(|other| other.distance(point) < APART);
+        (0..27).any(|i| self.by_place.get(&near(i)).is_some_and(is_near))
+    }
+}
+
+/// The block of side [`APART`] that a point lies in.
+fn place(point: DVec3) -> [i64; 3] {
+    (point / APART).floor().to_array().map(|c| c as i64)
+}
+
+/// Whether a vertex of a quadrilateral may go to a place.
+fn may_go(vertex: u32, target: DVec3, corners: &[u32; 4], vertices: &[DVec3], margin: f64) -> bool {
+    let turn = corners.iter().position(|&corner| corner == vertex).expect("the quadrilateral is the vertex's");
+    let at = |i: usize| vertices[corners[(turn + i) % 4] as usize];
+    let (from, a, b, c) = (at(0), at(1), at(2), at(3));
+    let apart = [a, b, c].into_iter().all(|other| other.distance(target) > APART);
+    apart
+        && !holds_node([from, target, a, b], margin)
+        && !holds_node([from, target, b, c], margin)
+        && !holds_node([target, a, b, c], margin)
+}
+
+/// Whether a node lies in a tetrahedron, or within a margin of it.
+fn holds_node(corners: [DVec3; 4], margin: f64) -> bool {
+    let least = corners.into_iter().fold(corners[0], DVec3::min) - margin;
+    let greatest = corners.into_iter().fold(corners[0], DVec3::max) + margin;
+    let (from, to) = (least.ceil(), greatest.floor());
+    let mut node = from;
+    while node.z <= to.z {
+        node.y = from.y;
+        while node.y <= to.y {
+            node.x = from.x;
+            while node.x <= to.x {
+                if is_near(node, &corners, margin) {
+                    return true;
+                }
+                node.x += 1.0;
+            }
+            node.y += 1.0;
+        }
+        node.z += 1.0;
+    }
+    false
+}
+
+/// Whether no plane through three corners separates a point from the fourth by more than the margin. A tetrahedron without
+/// volume has planes as well, unless its corners are on a line, and then the line is taken for its box.
+fn is_near(point: DVec3, corners: &[DVec3; 4], margin: f64) -> bool {
+    for apex in 0..4 {
+        let [a, b, c] = [1, 2, 3].map(|i| corners[(apex + i) % 4]);
+        let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
+        let (of_apex, of_point) = (normal.dot(corners[apex] - a), normal.dot(point - a));
+        let outside = if of_apex >= 0.0 { of_point < -margin } else { of_point > margin };
+        // Of a flat tetrahedron both sides are outside.
+        if outside || (of_apex.abs() < margin && of_point.abs() > 2.0 * margin) {
+            return false;
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nodes_in_tetrahedra_are_found_and_no_others() {
+        let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+        let around = [at(0.6, 0.7, 0.8), at(1.5, 0.8, 0.9), at(0.9, 1.6, 0.8), at(0.9, 0.9, 1.7)];
+        assert!(holds_node(around, MARGIN));
+        for shift in [at(0.3, 0.3, 0.3), at(0.0, 0.0, 0.25), at(0.0, 0.45, 0.0)] {
+            assert!(!holds_node(around.map(|p| p + shift), MARGIN), "{shift}");
+        }
+        // Flat, through a node and beside it.
+        let flat = [at(0.5, 0.5, 1.0), at(1.5, 0.5, 1.0), at(1.0, 1.5, 1.0), at(1.2, 0.6, 1.0)];
+        assert!(holds_node(flat, MARGIN));
+        assert!(!holds_node(flat.map(|p| p + at(0.0, 0.0, 0.01)), MARGIN));
+        // A box that holds many nodes, of which the tetrahedron holds none.
+        assert!(!holds_node([at(0.1, 0.05, 0.1), at(3.1, 3.05, 3.1), at(3.1, 3.05, 3.2), at(3.12, 3.0, 3.1)], MARGIN));
+    }
+}

@@ -1,0 +1,229 @@
+//! Meshes broken by hand, one for each gate, and random ones against the exact check.
+
+use glam::DVec3;
+use proptest::prelude::*;
+
+use super::*;
+use crate::mesh::check;
+use crate::mesh::testing::{cube, reversed, soup, tetrahedron, together};
+use crate::solids;
+
+fn unit_cube() -> TriangleMesh {
+    cube(DVec3::ZERO, 1.0)
+}
+
+/// The sentences of the gates that a mesh fails.
+fn sentences(mesh: &TriangleMesh) -> Vec<String> {
+    Gates::of(mesh).failures().iter().map(GateFailure::to_string).collect()
+}
+
+#[test]
+fn good_meshes_pass_with_their_genus() {
+    let (cube, torus) = (unit_cube(), solids::torus(10.0, 3.0, 24, 12).unwrap());
+    let mut apart = together(&[cube.clone(), torus.clone(), torus.clone()]);
+    for position in &mut apart.positions[8 + torus.positions.len()..] {
+        position.z += 50.0;
+    }
+    for (mesh, components, genus) in [(&cube, 1, 0), (&torus, 1, 1), (&apart, 3, 2)] {
+        let gates = Gates::of(mesh);
+        assert!(gates.passed(), "{:?}", gates.failures());
+        assert_eq!((gates.components, gates.genus), (components, Some(genus)));
+        assert_eq!((gates.triangles, gates.vertices), (mesh.triangles.len(), mesh.positions.len()));
+        assert_eq!(gates.signed_volume, mesh.signed_volume());
+    }
+    let nothing = Gates::of(&TriangleMesh::default());
+    assert!(nothing.passed() && nothing.genus == Some(0) && nothing.components == 0);
+}
+
+#[test]
+fn unused_positions_do_not_count() {
+    let mut mesh = unit_cube();
+    mesh.positions.extend([DVec3::ZERO, DVec3::NAN]);
+    let gates = Gates::of(&mesh);
+    assert!(gates.passed(), "{:?}", gates.failures());
+    assert_eq!((gates.vertices, gates.components, gates.genus), (8, 1, Some(0)));
+}
+
+#[test]
+fn a_flipped_face_and_a_missing_one_spoil_their_three_edges() {
+    let mut flipped = unit_cube();
+    flipped.triangles[3].swap(0, 1);
+    let gates = Gates::of(&flipped);
+    assert_eq!((gates.edges.count, gates.genus), (3, None));
+    assert!(gates.edges.first.iter().all(|edge| edge.uses == 2 && edge.forward != 1 && edge.triangles.contains(&3)));
+
+    let mut missing = unit_cube();
+    missing.triangles.remove(3);
+    let gates = Gates::of(&missing);
+    assert_eq!((gates.edges.count, gates.non_manifold_vertices.count), (3, 0));
+    assert!(gates.edges.first.iter().all(|edge| edge.uses == 1));
+    assert_eq!(gates.failures().len(), 1);
+}
+
+#[test]
+fn a_doubled_triangle_is_one_in_any_rotation_and_order() {
+    let [a, b, c] = unit_cube().triangles[5];
+    for copy in [[a, b, c], [b, c, a], [c, a, b], [b, a, c], [a, c, b], [c, b, a]] {
+        let mut mesh = unit_cube();
+        mesh.triangles.push(copy);
+        let gates = Gates::of(&mesh);
+        assert_eq!((gates.duplicates.count, gates.edges.count), (1, 3));
+        let place = gates.duplicates.first[0];
+        assert_eq!((place.earlier, place.triangle), (5, 12));
+    }
+    // Two triangles back to back border each other properly and are no solid.
+    let flat = TriangleMesh { positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y], triangles: vec![[0, 1, 2], [0, 2, 1]] };
+    let gates = Gates::of(&flat);
+    assert_eq!((gates.edges.count, gates.duplicates.count, gates.non_manifold_vertices.count), (0, 1, 0));
+    assert_eq!(gates.failures().len(), 2, "{:?}", gates.failures());
+}
+
+#[test]
+fn bad_and_repeated_indices_are_counted_for_themselves() {
+    let mut mesh = unit_cube();
+    mesh.triangles.extend([[0, 1, 8], [9, 9, 3], [2, 2, 5]]);
+    let gates = Gates::of(&mesh);
+    assert_eq!(gates.bad_indices.count, 3);
+    assert_eq!(gates.bad_indices.first[0], BadIndex { triangle: 12, index: 8 });
+    assert_eq!((gates.repeated_indices.count, gates.repeated_indices.first[0].triangle), (1, 14));
+    assert_eq!((gates.edges.count, gates.genus), (0, None));
+}
+
+#[test]
+fn two_cubes_that_share_an_edge_or_a_vertex_by_index() {
+    let (a, b) = (unit_cube(), cube(DVec3::new(1.0, 1.0, 0.0), 1.0));
+    let mut by_edge = together(&[a.clone(), b.clone()]);
+    // Vertices 3 and 7 of the first stand where 0 and 4 of the second do.
+    by_edge.triangles.as_flattened_mut().iter_mut().for_each(|index| match *index {
+        8 => *index = 3,
+        12 => *index = 7,
+        _ => {}
+    });
+    let gates = Gates::of(&by_edge);
+    assert_eq!((gates.edges.count, gates.edges.first[0].uses, gates.edges.first[0].forward), (1, 4, 2));
+    assert_eq!((gates.components, gates.vertices, gates.genus), (1, 14, None));
+    assert_eq!((gates.non_manifold_vertices.count, gates.welded_in_f32.count), (0, 0));
+
+    let mut by_vertex = together(&[a, cube(DVec3::ONE, 1.0)]);
+    by_vertex.triangles.as_flattened_mut().iter_mut().filter(|index| **index == 8).for_each(|index| *index = 7);
+    let gates = Gates::of(&by_vertex);
+    assert_eq!((gates.edges.count, gates.non_manifold_vertices.count), (0, 1));
+    let place = gates.non_manifold_vertices.first[0];
+    assert_eq!((place.position, place.fans, gates.components), (DVec3::ONE, 2, 1));
+}
+
+#[test]
+fn what_a_reader_of_f32_would_weld() {
+    // By position alone two cubes that touch in a corner are welded there, however near they only seem to touch.
+    for gap in [0.0, 1e-9] {
+        let mesh = together(&[unit_cube(), cube(DVec3::splat(1.0 + gap), 1.0)]);
+        let gates = Gates::of(&mesh);
+        assert_eq!((gates.welded_in_f32.count, gates.collapsed_in_f32.count), (1, 0));
+        let place = WeldedPlace { vertex: 8, earlier: 7, position: DVec3::splat(1.0 + gap) };
+        assert_eq!(gates.welded_in_f32.first, [place]);
+    }
+    assert!(Gates::of(&together(&[unit_cube(), cube(DVec3::splat(1.001), 1.0)])).passed());
+    // A thin cube far from the origin: its four long edges remain.
+    let gates = Gates::of(&cube(DVec3::new(1e6, 0.0, 0.0), 1e-3));
+    assert_eq!((gates.welded_in_f32.count, gates.collapsed_in_f32.count), (4, 8));
+    // Three in one place weld two; minus zero is zero.
+    let mut three = unit_cube();
+    three.positions[1] = DVec3::new(-0.0, 1e-60, 0.0);
+    three.positions[2] = DVec3::ZERO;
+    assert_eq!(Gates::of(&three).welded_in_f32.count, 2);
+    assert_eq!(Gates::of(&soup(&unit_cube())).welded_in_f32.count, 36 - 8);
+}
+
+#[test]
+fn inside_out_and_nowhere() {
+    let gates = Gates::of(&reversed(&tetrahedron()));
+    assert!(matches!(gates.failures()[..], [GateFailure::NoVolume { signed_volume }] if signed_volume < 0.0));
+    let mut mesh = unit_cube();
+    mesh.positions[5].y = f64::NAN;
+    let gates = Gates::of(&mesh);
+    assert_eq!((gates.bad_positions.count, gates.bad_positions.first[0].index), (1, 5));
+    assert_eq!(gates.failures().len(), 2);
+}
+
+#[test]
+fn sentences_count_and_name_the_first() {
+    let mut mesh = unit_cube();
+    mesh.triangles.remove(0);
+    assert_eq!(
+        sentences(&mesh),
+        [
+            "3 edges do not border two triangles in opposite directions; the first is [0, 0, 0] to [0, 0, 1], used 0 times \
+          that way and 0 times the other."
+        ]
+    );
+    let touching = together(&[unit_cube(), cube(DVec3::ONE, 1.0)]);
+    assert_eq!(sentences(&touching), ["1 vertex falls on another in f32: vertex 8 on vertex 7 at [1, 1, 1]."]);
+}
+
+#[test]
+fn long_stars_are_sorted_out() {
+    // A double cone whose two tips have stars longer than the quick way takes.
+    let mut mesh = solids::cylinder(1.0, 2.0, 100).unwrap();
+    let gates = Gates::of(&mesh);
+    assert!(gates.passed() && gates.genus == Some(0), "{:?}", gates.failures());
+    mesh.triangles.remove(7);
+    assert_eq!(Gates::of(&mesh).edges.count, 3);
+}
+
+#[test]
+fn the_thread_count_does_not_show() {
+    let mut mesh = solids::torus(10.0, 3.0, 200, 100).unwrap();
+    for i in (0..mesh.triangles.len()).step_by(97) {
+        mesh.triangles[i].swap(0, 2);
+    }
+    mesh.triangles.extend_from_within(300..400);
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| format!("{:?}", Gates::of(&mesh)))
+    };
+    assert_eq!(with(1), with(4));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(3000))]
+    /// With different positions for all vertices, identity of indices is identity of positions.
+    #[test]
+    fn gates_agree_with_the_exact_check(
+        picks in prop::collection::vec((0..6u32, 0..6u32, 0..6u32), 0..14),
+        solids in prop::collection::vec((0..4u32, any::<bool>()), 0..3),
+    ) {
+        let positions = (0..11).map(|i| DVec3::new(f64::from(i), f64::from(i * i % 7), f64::from(i * i * i % 5)));
+        let mut mesh = TriangleMesh { positions: positions.collect(), triangles: Vec::new() };
+        mesh.triangles.extend(picks.iter().filter(|_| picks.len() > 5).map(|&(a, b, c)| [a, b, c]));
+        for (first, facing_in) in solids {
+            let solid = tetrahedron();
+            let solid = if facing_in { reversed(&solid) } else { solid };
+            mesh.triangles.extend(solid.triangles.iter().map(|indices| indices.map(|index| index + 2 * first)));
+        }
+        let (gates, report) = (Gates::of(&mesh), check(&mesh));
+        prop_assert_eq!(gates.repeated_indices.count, report.repeated_corners.count);
+        prop_assert_eq!(gates.duplicates.count, report.duplicates.count + report.opposed_duplicates.count);
+        prop_assert_eq!(&gates.non_manifold_vertices.count, &report.non_manifold_vertices.count);
+        let bad_edges = report.open_edges.count + report.odd_edges.count + report.non_manifold_edges.count;
+        let unbalanced_pairs = mesh_edges(&mesh).into_iter().filter(|&(forward, all)| all == 2 && forward != 1).count();
+        prop_assert_eq!(gates.edges.count, bad_edges + unbalanced_pairs);
+        if gates.genus.is_some() && report.genus.is_some() {
+            prop_assert_eq!(gates.genus, report.genus);
+            prop_assert_eq!(gates.components, report.components);
+        }
+        let is_clean = gates.edges.count == 0 && gates.repeated_indices.count == 0 && gates.non_manifold_vertices.count == 0;
+        prop_assert_eq!(gates.genus.is_some(), is_clean);
+    }
+}
+
+/// For every edge, how often it is used upwards and how often in all.
+fn mesh_edges(mesh: &TriangleMesh) -> Vec<(usize, usize)> {
+    let mut edges = std::collections::BTreeMap::new();
+    for &[a, b, c] in mesh.triangles.iter().filter(|[a, b, c]| a != b && b != c && c != a) {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let uses = edges.entry((from.min(to), from.max(to))).or_insert((0, 0));
+            *uses = (uses.0 + usize::from(from < to), uses.1 + 1);
+        }
+    }
+    edges.into_values().collect()
+}

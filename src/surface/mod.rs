@@ -1,0 +1,250 @@
+//! From layered depth images back to a surface: three images of one solid, along x, y and z, to a closed, oriented 2-manifold
+//! with sharp edges.
+//!
+//! # Theory
+//! Rays of the three axes meet in the nodes of a lattice, and the samples between two nodes are where the surface crosses an
+//! edge of it: Hermite data, if normals are known (Wang & Chen 2008, LDNI). The mesh is dual to the lattice (Ju et al., Dual
+//! Contouring, 2002; Nielson, Dual Marching Cubes, 2004; Schaefer et al., Manifold Dual Contouring, 2007):
+//! - a quadrilateral for each edge whose ends have different signs ([`quads`]);
+//! - a vertex for each loop that the surface leaves on the faces of a cell ([`crate::cell`]), so that two sheets in one cell
+//!   stay apart and every edge of the mesh has two triangles, whatever the signs;
+//! - each vertex at the minimum of its quadratic error function ([`qef`]), if need be beyond its cell ([`features`]).
+//!
+//! # What is promised
+//! - The mesh is closed, 2-manifold and consistently oriented, whatever the images hold.
+//! - Sampled again on the same lattice it gives the same nodes: the surface has the topology of the lattice's signs.
+//! - Faces that all cross the lattice where they meet keep their edges and corners, to rounding.
+//!
+//! What is finer than the lattice is lost: several crossings between two nodes vanish in pairs. They are counted.
+//! Triangles may cross one another where two sheets lie within one cell of each other; dual contouring does not exclude it.
+//!
+//! # In slabs
+//! Layers of cells are worked at some at a time, in parallel: the nodes of a slab from the images, its crossed edges with
+//! their crossings, the vertices of its cells, and its triangles. Beyond the images and the mesh itself nothing larger than a slab is
+//! held, nor does the result depend on the height of slabs or on threads.
+
+mod cells;
+mod edges;
+mod features;
+pub mod gates;
+mod qef;
+mod quads;
+pub mod simplify;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::grid::{Axis, Grid};
+use crate::ldi::{Combine, Ldi, NodePlanes, NodesError};
+use crate::mesh::TriangleMesh;
+use cells::{CellLayer, JoinedFaces, world_from_cells};
+pub use edges::SubResolution;
+use edges::{EdgeSlab, Source};
+use features::{Features, Mover};
+use quads::{OpenQuad, Quad};
+
+/// What kind of images a surface is made from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum SurfaceMode {
+    /// Exact ones, which agree about every node.
+    Exact,
+    /// Over-estimates: a node is inside where any image has it inside.
+    Over,
+    /// Under-estimates: a node is inside where all images have it inside.
+    Under,
+}
+
+impl SurfaceMode {
+    fn combine(self) -> Combine {
+        match self {
+            SurfaceMode::Exact => Combine::Most,
+            SurfaceMode::Over => Combine::Any,
+            SurfaceMode::Under => Combine::All,
+        }
+    }
+}
+
+/// A mesh made from images, and what became of the samples.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// In world units; empty where no node is inside.
+    pub mesh: TriangleMesh,
+    /// Samples that are finer than the lattice, which the mesh does not have.
+    pub sub_resolution: SubResolution,
+    /// Nodes about which the images disagree; none of exact images.
+    pub disagreements: u64,
+    /// The largest distance from the mesh of a sample that it rests on, in world units; no less than it is, and more where
+    /// triangles that are not the sample's own are nearer.
+    pub distance: f64,
+    /// Vertices of edges and corners that lie beyond their cells.
+    pub moved: u64,
+    /// Vertices that belong beyond their cells and had to stay, as the signs of nodes would have changed.
+    pub stayed: u64,
+}
+
+/// Why no surface could be made.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SurfaceError {
+    /// An image along one of the axes is missing.
+    #[error("a surface needs images along x, y and z, and there is none along {axis}", axis = axis.name())]
+    MissingAxis {
+        /// The axis.
+        axis: Axis,
+    },
+    /// The images do not belong together.
+    #[error(transparent)]
+    Nodes(#[from] NodesError),
+    /// More triangles than 32 bits count.
+    #[error("the surface has more than {limit} vertices or triangles; ask for fewer rays")]
+    TooLarge {
+        /// The most of either.
+        limit: u32,
+    },
+}
+
+/// Layers of cells that are worked at together.
+const SLAB: i32 = 32;
+
+/// The surface of the solid of three images.
+///
+/// `normals` holds the unit normal of each triangle that the images' [`triangles`](Ldi::triangles) refer to, in world axes and
+/// of either sign. Without them, or without triangles in an image, vertices are the mean of their crossings, and edges are
+/// cut off.
+pub fn contour(images: [&Ldi; 3], normals: Option<&[[f32; 3]]>, mode: SurfaceMode) -> Result<Surface, SurfaceError> {
+    let planes = NodePlanes::new(images, mode.combine())?;
+    let along = |axis| planes.image(axis).ok_or(SurfaceError::MissingAxis { axis });
+    let images = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
+    let mut contour = Contour::new(Source { planes, images, normals, mode }, *planes.grid());
+    let layers = planes.grid().rays()[2] as i32;
+    for first in (-1..layers).step_by(SLAB as usize) {
+        contour.add_layers(first..layers.min(first + SLAB))?;
+    }
+    Ok(contour.finish())
+}
+
+/// How far, in lattice steps, a surface may lie from where it was before its vertices were rounded to the lattice.
+const LATTICE_STEPS: f64 = 4.0;
+
+/// A surface in the making.
+struct Contour<'a> {
+    source: Source<'a>,
+    grid: Grid,
+    joined: JoinedFaces,
+    /// The last layer of the slab before, and its first vertex.
+    before: (CellLayer, u32),
+    /// In coordinates of cells.
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    movers: Vec<Mover>,
+    open: Vec<OpenQuad>,
+    distance: f32,
+    sub_resolution: SubResolution,
+    disagreements: u64,
+}
+
+/// The triangles of the edges of one plane or layer.
+#[derive(Default)]
+struct Patch {
+    triangles: Vec<[u32; 3]>,
+    open: Vec<OpenQuad>,
+    distance: f32,
+}
+
+impl<'a> Contour<'a> {
+    fn new(source: Source<'a>, grid: Grid) -> Contour<'a> {
+        Contour {
+            source,
+            grid,
+            joined: JoinedFaces::default(),
+            before: (CellLayer::default(), 0),
+            vertices: Vec::new(),
+            triangles: Vec::new(),
+            movers: Vec::new(),
+            open: Vec::new(),
+            distance: 0.0,
+            sub_resolution: SubResolution::default(),
+            disagreements: 0,
+        }
+    }
+
+    /// Adds the vertices of some layers of cells, and the triangles of their edges but for those of their last plane.
+    fn add_layers(&mut self, range: std::ops::Range<i32>) -> Result<(), SurfaceError> {
+        let slab = EdgeSlab::new(&self.source, range.clone());
+        self.sub_resolution = self.sub_resolution.plus(slab.sub_resolution);
+        self.disagreements += slab.nodes.disagreements(range.start + 1..range.end + 1);
+        self.joined.decide(&slab);
+        let layers: Vec<CellLayer> =
+            range.clone().into_par_iter().map(|k| CellLayer::new(&slab, &self.joined, &self.grid, k)).collect();
+        let mut firsts = Vec::with_capacity(layers.len());
+        for layer in &layers {
+            let first = u32::try_from(self.vertices.len()).map_err(|_| SurfaceError::TooLarge { limit: u32::MAX })?;
+            firsts.push(first);
+            self.vertices.extend_from_slice(&layer.vertices);
+            self.movers.extend(layer.beyond.iter().map(|&(vertex, target)| Mover { vertex: first + vertex, target }));
+        }
+        let layer_of = |k: i32| match k - range.start {
+            -1 => (&self.before.0, self.before.1),
+            at => (&layers[at as usize], firsts[at as usize]),
+        };
+        let patches: Vec<Patch> = range
+            .clone()
+            .into_par_iter()
+            .map(|k| {
+                let mut patch = Patch::default();
+                for axis in 0..3 {
+                    for node in slab.crossed_in(axis, k) {
+                        self.add_quad(&mut patch, Quad::around(&slab, axis, node, layer_of));
+                    }
+                }
+                patch
+            })
+            .collect();
+        for patch in patches {
+            let base = u32::try_from(self.triangles.len()).map_err(|_| SurfaceError::TooLarge { limit: u32::MAX })?;
+            self.triangles.extend_from_slice(&patch.triangles);
+            self.open.extend(patch.open.iter().map(|open| OpenQuad { triangle: base + open.triangle, ..*open }));
+            self.distance = self.distance.max(patch.distance);
+        }
+        let last = layers.into_iter().next_back().zip(firsts.pop());
+        self.before = last.expect("a slab has a layer");
+        Ok(())
+    }
+
+    /// Cuts a quadrilateral, or leaves it open where one of its vertices may still move.
+    fn add_quad(&self, patch: &mut Patch, quad: Quad) {
+        let triangle = patch.triangles.len() as u32;
+        let moves = |vertex: &u32| self.movers.binary_search_by_key(vertex, |mover| mover.vertex).is_ok();
+        if !self.movers.is_empty() && quad.corners.iter().any(moves) {
+            patch.open.push(OpenQuad { triangle, quad });
+            patch.triangles.extend([[0; 3]; 2]);
+        } else {
+            let (triangles, distance) = quad.cut(&self.vertices);
+            patch.triangles.extend(triangles);
+            patch.distance = patch.distance.max(distance);
+        }
+    }
+
+    /// Moves what belongs beyond its cell, cuts what was left open, and goes over to world coordinates.
+    fn finish(mut self) -> Surface {
+        let features = Features::new(&self.movers, &self.open);
+        let rounding = LATTICE_STEPS / f64::from(1u32 << self.grid.shift());
+        let stayed = features.settle(rounding, &mut self.vertices);
+        for open in &self.open {
+            let (triangles, distance) = open.quad.cut(&self.vertices);
+            self.triangles[open.triangle as usize..][..2].copy_from_slice(&triangles);
+            if distance > self.distance {
+                self.distance = self.distance.max(features.distance(open, &self.vertices));
+            }
+        }
+        let grid = self.grid;
+        self.vertices.par_iter_mut().for_each(|vertex| *vertex = world_from_cells(&grid, *vertex));
+        Surface {
+            mesh: TriangleMesh { positions: self.vertices, triangles: self.triangles },
+            sub_resolution: self.sub_resolution,
+            disagreements: self.disagreements,
+            distance: f64::from(self.distance) * grid.pitch(),
+            moved: self.movers.len() as u64 - stayed,
+            stayed,
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! Where the vertex of a loop belongs: the point that is nearest to the planes of its crossings.
+//!
+//! The quadratic error function is the sum of squared distances to those planes (Ju et al. 2002). Its minimum is sought from
+//! the mean of the crossings, in the directions that the normals tell something of: eigenvectors of the normals' moments,
+//! those of small eigenvalue left out. On a smooth surface one direction is left and the vertex is the mean, moved onto the
+//! mean plane; on an edge two, on a corner three, and then the vertex lies on the edge or the corner itself, to rounding,
+//! because depths and normals are those of the lattice triangles and have no noise.
+//!
+//! That point may lie **beyond the cell**. A corner whose tip lies in the next cell without reaching a node of it leaves no
+//! sign there, and every cell that sees its three faces lies beside it. A vertex that is held in its cell cuts such a tip off, by up to
+//! half a pitch; see `features` for what becomes of it.
+
+use glam::{DMat3, DVec3};
+
+use super::edges::Crossing;
+
+/// Directions whose eigenvalue is below this share of the largest tell nothing: the planes on two sides of an edge of 169°
+/// or more count as one.
+const LEAST_EIGENVALUE: f64 = 0.01;
+
+/// The mean square of the sines between normals and their mean below which a surface is smooth without a closer look.
+const SMOOTH: f64 = 0.002;
+
+/// A vertex in coordinates of its cell, which reaches from 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// In the cell.
+    pub held: DVec3,
+    /// Where it belongs, if that is beyond the cell and on a feature.
+    pub beyond: Option<DVec3>,
+}
+
+/// What a vertex may not leave: least and greatest coordinates.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    pub least: DVec3,
+    pub greatest: DVec3,
+}
+
+impl Bounds {
+    fn hold(&self, point: DVec3) -> DVec3 {
+        point.clamp(self.least, self.greatest)
+    }
+}
+
+/// The crossings of one loop, their planes summed.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Loop {
+    points: [DVec3; 12],
+    normals: [DVec3; 12],
+    count: usize,
+}
+
+impl Loop {
+    /// Adds the crossing of the edge from `corner` along `axis`.
+    pub fn add(&mut self, corner: DVec3, axis: usize, crossing: &Crossing) {
+        let mut point = corner;
+        point[axis] += f64::from(crossing.at);
+        self.points[self.count] = point;
+        self.normals[self.count] = DVec3::from_array(crossing.normal.map(f64::from));
+        self.count += 1;
+    }
+
+    /// The mean of the crossings.
+    pub fn mean(&self) -> DVec3 {
+        self.points[..self.count].iter().sum::<DVec3>() / self.count as f64
+    }
+
+    /// Where the vertex is to be: held within `cell`, and where it belongs if that is not further away than `reach`.
+    pub fn place(&self, cell: &Bounds, reach: f64) -> Place {
+        let mean = self.mean();
+        let (best, directions) = self.nearest_to_planes(mean);
+        let held = cell.hold(best);
+        let away = (best - held).abs().max_element();
+        let beyond = (directions > 1 && away > 0.0 && away <= reach).then_some(best);
+        if away > reach { Place { held: cell.hold(mean), beyond } } else { Place { held, beyond } }
+    }
+
+    /// The minimum of the error function nearest to `mean`, and the number of directions that count.
+    fn nearest_to_planes(&self, mean: DVec3) -> (DVec3, usize) {
+        let planes = || self.points[..self.count].iter().zip(&self.normals[..self.count]);
+        let sum: DVec3 = self.normals[..self.count].iter().sum();
+        let Some(main) = sum.try_normalize() else { return (mean, 0) };
+        let (mut along, mut all, mut off) = (0.0, 0.0, 0.0);
+        for (&point, &normal) in planes() {
+            let cosine = normal.dot(main);
+            along += cosine * cosine;
+            all += normal.length_squared();
+            off += cosine * normal.dot(point - mean);
+        }
+        if all - along < SMOOTH * all {
+            return (mean + main * (off / along), 1);
+        }
+        let mut moments = DMat3::ZERO;
+        let mut pull = DVec3::ZERO;
+        for (&point, &normal) in planes() {
+            moments += DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
+            pull += normal * normal.dot(point - mean);
+        }
+        let (values, vectors) = eigen(moments);
+        let largest = values.max_element();
+        let mut best = mean;
+        let mut directions = 0;
+        for i in 0..3 {
+            if values[i] > LEAST_EIGENVALUE * largest {
+                let vector = vectors.col(i);
+                best += vector * (vector.dot(pull) / values[i]);
+                directions += 1;
+            }
+        }
+        (best, directions)
+    }
+}
+
+/// Eigenvalues and eigenvectors of a symmetric matrix, by Jacobi's rotations.
+fn eigen(mut a: DMat3) -> (DVec3, DMat3) {
+    let mut vectors = DMat3::IDENTITY;
+    for _ in 0..12 {
+        let off = a.y_axis.x.abs().max(a.z_axis.x.abs()).max(a.z_axis.y.abs());
+        let scale = a.x_axis.x.abs().max(a.y_axis.y.abs()).max(a.z_axis.z.abs());
+        if off <= 1e-15 * scale {
+            break;
+        }
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            let apq = a.col(q)[p];
+            if apq == 0.0 {
+                continue;
+            }
+            let theta = (a.col(q)[q] - a.col(p)[p]) / (2.0 * apq);
+            let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
+            let c = 1.0 / (t * t + 1.0).sqrt();
+            let s = t * c;
+            let (vp, vq) = (vectors.col(p), vectors.col(q));
+            *vectors.col_mut(p) = c * vp - s * vq;
+            *vectors.col_mut(q) = s * vp + c * vq;
+            let (ap, aq) = (a.col(p), a.col(q));
+            *a.col_mut(p) = c * ap - s * aq;
+            *a.col_mut(q) = s * ap + c * aq;
+            for col in 0..3 {
+                let (x, y) = (a.col(col)[p], a.col(col)[q]);
+                a.col_mut(col)[p] = c * x - s * y;
+                a.col_mut(col)[q] = s * x + c * y;
+            }
+        }
+    }
+    (DVec3::new(a.x_axis.x, a.y_axis.y, a.z_axis.z), vectors)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CELL: Bounds = Bounds { least: DVec3::ZERO, greatest: DVec3::ONE };
+
+    /// A loop of crossings with planes: each a corner of the cell, an axis and a plane (unit normal, offset) that the edge meets.
+    fn of_planes(crossings: &[(DVec3, usize, DVec3, f64)]) -> Loop {
+        let mut of_loop = Loop::default();
+        for &(corner, axis, normal, offset) in crossings {
+            let at = (offset - normal.dot(corner)) / normal[axis];
+            assert!((0.0..=1.0).contains(&at), "{at}");
+            of_loop.add(corner, axis, &Crossing { at: at as f32, normal: normal.to_array().map(|n| n as f32) });
+        }
+        of_loop
+    }
+
+    #[test]
+    fn a_corner_is_found_in_the_cell_and_beyond_it() {
+        let (a, b, c) = (DVec3::new(0.9, 0.3, 0.3), DVec3::new(0.2, 0.9, -0.4), DVec3::new(0.3, -0.3, 0.9));
+        let [a, b, c] = [a, b, c].map(DVec3::normalize);
+        for corner in [DVec3::new(0.4, 0.5, 0.6), DVec3::new(0.5, 0.6, 1.15)] {
+            let of_loop = of_planes(&[
+                (DVec3::Y, 0, a, a.dot(corner)),
+                (DVec3::Z, 1, b, b.dot(corner)),
+                (DVec3::X, 2, c, c.dot(corner)),
+            ]);
+            let place = of_loop.place(&CELL, 1.0);
+            let found = place.beyond.unwrap_or(place.held);
+            assert!(found.distance(corner) < 1e-6, "{found} {corner}");
+            assert_eq!(place.beyond.is_some(), corner.z > 1.0);
+            assert!(place.held.cmple(DVec3::ONE).all());
+            // What is too far away is not believed.
+            assert_eq!(of_loop.place(&CELL, 0.1).beyond, None);
+        }
+    }
+
+    #[test]
+    fn on_a_plane_the_vertex_is_the_mean_and_on_an_edge_it_is_on_the_edge() {
+        let plane = DVec3::new(0.1, 0.2, 1.0).normalize();
+        let offset = plane.dot(DVec3::splat(0.5));
+        let four = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::X + DVec3::Y].map(|corner| (corner, 2, plane, offset));
+        let flat = of_planes(&four);
+        assert!(flat.place(&CELL, 1.0).held.distance(flat.mean()) < 1e-6);
+
+        let (a, b) = (DVec3::new(0.4, 0.1, 0.8).normalize(), DVec3::new(-0.4, 0.1, 0.8).normalize());
+        let through = DVec3::new(0.5, 0.5, 0.6);
+        let edge = of_planes(
+            &[
+                (DVec3::ZERO, 2, a, a.dot(through)),
+                (DVec3::Y, 2, a, a.dot(through)),
+                (DVec3::X, 2, b, b.dot(through)),
+                (DVec3::X + DVec3::Y, 2, b, b.dot(through)),
+            ]
+            .map(|(corner, axis, normal, offset)| (corner, axis, normal, offset)),
+        );
+        let found = edge.place(&CELL, 1.0);
+        let found = found.beyond.unwrap_or(found.held);
+        assert!((a.dot(found - through)).abs() < 1e-6 && b.dot(found - through).abs() < 1e-6, "{found}");
+    }
+
+    #[test]
+    fn eigenvectors_are_those_of_the_matrix() {
+        let columns = [DVec3::new(4.0, 1.0, -2.0), DVec3::new(1.0, 3.0, 0.5), DVec3::new(-2.0, 0.5, 5.0)];
+        let matrix = DMat3::from_cols(columns[0], columns[1], columns[2]);
+        let (values, vectors) = eigen(matrix);
+        for i in 0..3 {
+            let vector = vectors.col(i);
+            assert!((matrix * vector - values[i] * vector).length() < 1e-12 && (vector.length() - 1.0).abs() < 1e-12);
+        }
+        // A multiple of the identity has nothing to turn.
+        assert_eq!(eigen(DMat3::IDENTITY * 3.0).0, DVec3::splat(3.0));
+    }
+}

@@ -1,0 +1,185 @@
+//! A quadrilateral for each crossed edge, cut along the diagonal that fits the crossing's normal better.
+
+use glam::{DVec3, Vec3};
+
+use super::cells::CellLayer;
+use super::edges::{Crossing, EdgeSlab};
+use crate::cell::edge_at;
+
+/// A quadrilateral of which at least one vertex may still move: it is cut when all are where they stay.
+#[derive(Clone, Copy, Debug)]
+pub struct OpenQuad {
+    /// Its triangles are this one and the next.
+    pub triangle: u32,
+    pub quad: Quad,
+}
+
+/// Four vertices, counter-clockwise seen from outside, around the crossing of an edge.
+#[derive(Clone, Copy, Debug)]
+pub struct Quad {
+    pub corners: [u32; 4],
+    /// Lower end of the edge.
+    node: [i32; 3],
+    axis: u8,
+    crossing: Crossing,
+}
+
+impl Quad {
+    /// The quadrilateral around an edge along `axis` from `node`. `layer_of` gives the cells of a layer and their first
+    /// vertex.
+    pub fn around<'l>(
+        slab: &EdgeSlab,
+        axis: usize,
+        node: [i32; 3],
+        layer_of: impl Fn(i32) -> (&'l CellLayer, u32),
+    ) -> Quad {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let mut corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(du, dv)| {
+            let mut cell = node;
+            cell[u] -= 1 - du;
+            cell[v] -= 1 - dv;
+            let (layer, first) = layer_of(cell[2]);
+            first + layer.vertex(cell[0], cell[1], edge_at(axis, 1 - du as usize, 1 - dv as usize))
+        });
+        if !slab.is_inside(node) {
+            corners.reverse();
+        }
+        Quad { corners, node, axis: axis as u8, crossing: slab.crossing(axis, node) }
+    }
+
+    /// Corners of another quadrilateral from the lower end of the edge: near it 32 bits are plenty.
+    fn see(&self, corners: [u32; 4], vertices: &[DVec3]) -> [Vec3; 4] {
+        let base = DVec3::from_array(self.node.map(f64::from));
+        corners.map(|vertex| (vertices[vertex as usize] - base).as_vec3())
+    }
+
+    fn crossing_from_node(&self) -> Vec3 {
+        let mut crossing = Vec3::ZERO;
+        crossing[usize::from(self.axis)] = self.crossing.at;
+        crossing
+    }
+
+    /// The distance of the crossing from the triangles of another quadrilateral, in pitches.
+    pub fn distance(&self, other: &Quad, vertices: &[DVec3]) -> f32 {
+        let (triangles, _) = other.cut(vertices);
+        let point = self.crossing_from_node();
+        let of_triangle = |triangle: [u32; 3]| {
+            let [a, b, c, _] = self.see([triangle[0], triangle[1], triangle[2], triangle[0]], vertices);
+            nearest(point, [a, b, c]).distance(point)
+        };
+        of_triangle(triangles[0]).min(of_triangle(triangles[1]))
+    }
+
+    /// The two triangles, and how far the crossing is from them, in pitches.
+    pub fn cut(&self, vertices: &[DVec3]) -> ([[u32; 3]; 2], f32) {
+        let [a, b, c, d] = self.see(self.corners, vertices);
+        let crossing = self.crossing_from_node();
+        let one = Fit::of(&[[a, b, c], [a, c, d]], self.crossing.normal);
+        let other = Fit::of(&[[a, b, d], [b, c, d]], self.crossing.normal);
+        let [p, q, r, s] = self.corners;
+        match one.is_better(&other) {
+            true => ([[p, q, r], [p, r, s]], distance(crossing, [[a, b, c], [a, c, d]])),
+            false => ([[p, q, s], [q, r, s]], distance(crossing, [[a, b, d], [b, c, d]])),
+        }
+    }
+}
+
+/// How well two triangles fit a normal.
+struct Fit {
+    /// The cosine between the normal and that of the triangle that is further from it; below zero if it is turned over.
+    cosine: f32,
+    /// The square of the diagonal's length.
+    diagonal: f32,
+}
+
+/// Cosines nearer than this are the same, and the shorter diagonal is taken.
+const SAME: f32 = 1e-4;
+
+impl Fit {
+    fn of(triangles: &[[Vec3; 3]; 2], normal: [f32; 3]) -> Fit {
+        let crosses = triangles.map(|[a, b, c]| (b - a).cross(c - a));
+        let normal = match Vec3::from_array(normal) {
+            // Where none is known, that of the whole quadrilateral.
+            Vec3::ZERO => (crosses[0] + crosses[1]).normalize_or_zero(),
+            normal => normal,
+        };
+        let cosine = |cross: Vec3| {
+            let length = cross.length();
+            if length > 1e-12 { cross.dot(normal) / length } else { -1.0 }
+        };
+        // The first triangle of either pair begins where the diagonal does or ends there.
+        let [[a, _, c], [p, q, _]] = *triangles;
+        let diagonal = if a == p { a.distance_squared(c) } else { p.distance_squared(q) };
+        Fit { cosine: cosine(crosses[0]).min(cosine(crosses[1])), diagonal }
+    }
+
+    fn is_better(&self, other: &Fit) -> bool {
+        match (self.cosine - other.cosine).abs() > SAME {
+            true => self.cosine > other.cosine,
+            false => self.diagonal <= other.diagonal,
+        }
+    }
+}
+
+/// The distance of a point from two triangles.
+fn distance(point: Vec3, triangles: [[Vec3; 3]; 2]) -> f32 {
+    let [one, other] = triangles.map(|triangle| nearest(point, triangle).distance_squared(point));
+    one.min(other).sqrt()
+}
+
+/// The point of a triangle that is nearest to another point (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
+fn nearest(point: Vec3, [a, b, c]: [Vec3; 3]) -> Vec3 {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return a;
+    }
+    let bp = point - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return b;
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    let cp = point - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return c;
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    let share = 1.0 / (va + vb + vc);
+    a + ab * (vb * share) + ac * (vc * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_point_of_a_triangle_is_as_near_as_any() {
+        let triangle = [Vec3::new(0.1, 0.2, 0.0), Vec3::new(1.0, 0.3, 0.4), Vec3::new(0.2, 1.1, -0.3)];
+        for i in 0..343 {
+            let point = Vec3::new((i % 7) as f32, (i / 7 % 7) as f32, (i / 49) as f32) * 0.4 - 0.8;
+            let found = nearest(point, triangle);
+            let mut least = f32::INFINITY;
+            for j in 0..=100 {
+                for k in 0..=100 - j {
+                    let (u, v) = (j as f32 / 100.0, k as f32 / 100.0);
+                    let on = triangle[0] + (triangle[1] - triangle[0]) * u + (triangle[2] - triangle[0]) * v;
+                    least = least.min(on.distance(point));
+                }
+            }
+            let distance = found.distance(point);
+            assert!(distance <= least + 1e-6 && distance > least - 0.02, "{point}: {distance} {least}");
+        }
+    }
+}

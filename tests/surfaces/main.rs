@@ -1,0 +1,5 @@
+//! Surfaces made from images: manifold, sharp, true to the nodes they were made from.
+
+mod sampled;
+mod shapes;
+mod topology;

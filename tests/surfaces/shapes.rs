@@ -1,0 +1,46 @@
+//! Shapes that are known.
+
+use glam::{DAffine3, DQuat, DVec3, EulerRot};
+use ldi_ops::grid::Grid;
+use ldi_ops::mesh::TriangleMesh;
+use ldi_ops::solids;
+
+use crate::sampled::{assert_solid, closed, nodes, surface_of};
+
+fn turned_cube(turn: DQuat, side: f64) -> (TriangleMesh, [DVec3; 8]) {
+    let mut mesh = solids::cuboid(DVec3::splat(-0.5 * side), DVec3::splat(0.5 * side)).unwrap();
+    mesh.transform(&DAffine3::from_quat(turn));
+    let corner = |i: usize| turn * (DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64) - 0.5) * side;
+    (mesh, std::array::from_fn(corner))
+}
+
+#[test]
+fn turned_cubes_stay_cubes() {
+    for seed in 0..60u32 {
+        let angle = |k: u32| f64::from(seed * 7 + k * 13 + 1) * 0.7310;
+        let turn = match seed {
+            0 => DQuat::IDENTITY,
+            _ => DQuat::from_euler(EulerRot::XYZ, angle(1), angle(2), angle(3)),
+        };
+        let (mesh, corners) = turned_cube(turn, 1.0);
+        let mesh = closed(mesh);
+        let grid = Grid::with_resolution(mesh.bounds(), 23 + seed % 11, 1024).unwrap();
+        let surface = surface_of(&mesh, &grid);
+        assert_solid(&surface.mesh);
+        assert_eq!(surface.stayed, 0, "{seed}");
+        for corner in corners {
+            let distances = surface.mesh.positions.iter().map(|p| p.distance(corner));
+            assert!(distances.fold(f64::INFINITY, f64::min) < 1e-6 * grid.pitch(), "{seed}: {corner}");
+        }
+        // All that is not on an edge is on a face.
+        let volume = surface.mesh.signed_volume();
+        assert!((volume - 1.0).abs() < 1e-6, "{seed}: {volume}");
+        assert!((surface.mesh.area() - 6.0).abs() < 1e-2, "{seed}: {}", surface.mesh.area());
+        let far = |p: &DVec3| (turn.inverse() * *p).abs().max_element() - 0.5;
+        let off = surface.mesh.positions.iter().map(|p| far(p).abs()).fold(0.0, f64::max);
+        // Vertices are held off the faces of their cells by 1e-4 of a pitch.
+        assert!(off < 2e-4 * grid.pitch(), "{seed}: {}", off / grid.pitch());
+        assert!(surface.distance < 0.05 * grid.pitch(), "{seed}: {}", surface.distance / grid.pitch());
+        assert!(nodes(&closed(surface.mesh), &grid) == nodes(&mesh, &grid), "{seed}");
+    }
+}

@@ -1,0 +1,106 @@
+//! Whatever the images hold, the mesh is a manifold.
+
+use glam::DVec3;
+use ldi_ops::grid::{Axis, Grid};
+use ldi_ops::ldi::Ldi;
+use ldi_ops::surface::{SurfaceMode, contour};
+
+use crate::sampled::{assert_solid, closed, nodes};
+
+/// A source of numbers that are the same everywhere.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self, below: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 33) % below
+    }
+}
+
+/// Images whose nodes are given, the samples lying anywhere between them.
+fn images_of(grid: &Grid, inside: impl Fn([u32; 3]) -> bool, noise: &mut Noise) -> [Ldi; 3] {
+    Axis::ALL.map(|axis| {
+        let (columns, rows) = grid.image_size(axis);
+        let (mut offsets, mut depths) = (vec![0], Vec::new());
+        for row in 0..rows {
+            for column in 0..columns {
+                let mut node = [0; 3];
+                (node[axis.column()], node[axis.row()]) = (column, row);
+                let count = grid.rays()[axis.depth()];
+                let mut before = false;
+                for i in 0..=count {
+                    node[axis.depth()] = i;
+                    let now = i < count && inside(node);
+                    if now != before {
+                        let from = if i == 0 { 0 } else { grid.node(i - 1) + 1 };
+                        let to = if i == count { grid.length(axis.depth()) } else { grid.node(i) - 1 };
+                        depths.push(from + 2 * noise.next((to - from) as u64 / 2 + 1) as i32);
+                        before = now;
+                    }
+                }
+                offsets.push(depths.len() as u32);
+            }
+        }
+        Ldi::from_parts(*grid, axis, offsets, depths, Vec::new()).unwrap()
+    })
+}
+
+fn grid(rays: [u32; 3]) -> Grid {
+    Grid::from_parts(DVec3::new(1.0, -2.0, 0.5), 0.25, rays, 12, 64).unwrap()
+}
+
+#[test]
+fn any_nodes_give_a_manifold_that_gives_the_nodes_back() {
+    let mut noise = Noise(7);
+    for (rays, share) in [([7, 6, 9], 2), ([5, 70, 4], 3), ([66, 5, 35], 2), ([1, 1, 1], 1), ([2, 1, 3], 1)] {
+        for _ in 0..6 {
+            let grid = grid(rays);
+            let count = rays.iter().product::<u32>() as usize;
+            let signs: Vec<bool> = (0..count).map(|_| noise.next(share) == 0).collect();
+            let at = |[x, y, z]: [u32; 3]| signs[((z * rays[1] + y) * rays[0] + x) as usize];
+            let images = images_of(&grid, at, &mut noise);
+            let surface = contour(images.each_ref(), None, SurfaceMode::Exact).unwrap();
+            assert_eq!((surface.disagreements, surface.sub_resolution), (0, Default::default()));
+            if signs.iter().any(|&inside| inside) {
+                assert_solid(&surface.mesh);
+                for (z, plane) in (0..).zip(nodes(&closed(surface.mesh), &grid)) {
+                    let words = (rays[0] as usize).div_ceil(64);
+                    for (y, row) in (0..).zip(plane.chunks(words)) {
+                        (0..rays[0]).for_each(|x| assert_eq!(row[x as usize / 64] >> (x % 64) & 1 == 1, at([x, y, z])));
+                    }
+                }
+            } else {
+                assert!(surface.mesh.triangles.is_empty() && surface.mesh.positions.is_empty());
+            }
+        }
+    }
+}
+
+#[test]
+fn images_that_contradict_each_other_still_give_a_manifold() {
+    let mut noise = Noise(11);
+    for mode in [SurfaceMode::Exact, SurfaceMode::Over, SurfaceMode::Under] {
+        let grid = grid([9, 8, 7]);
+        // Each image has nodes of its own.
+        let [x, _, _] = images_of(&grid, |node| (node[0] * 31 + node[1] * 17 + node[2] * 7) % 5 < 2, &mut noise);
+        let [_, y, _] = images_of(&grid, |node| (node[0] * 13 + node[1] * 19 + node[2] * 23) % 7 < 3, &mut noise);
+        let [_, _, z] = images_of(&grid, |node| (node[0] * 11 + node[1] * 29 + node[2] * 3) % 4 < 2, &mut noise);
+        let surface = contour([&x, &y, &z], None, mode).unwrap();
+        assert!(surface.disagreements > 0 && surface.sub_resolution.unsupported > 0);
+        assert_solid(&surface.mesh);
+    }
+}
+
+#[test]
+fn the_order_of_images_and_the_number_of_threads_do_not_show() {
+    let mut noise = Noise(3);
+    let grid = grid([40, 30, 80]);
+    let images = images_of(&grid, |node| (node[0] / 3 + node[1] / 2 + node[2] / 5) % 3 == 0, &mut noise);
+    let with = |threads: usize, [a, b, c]: [usize; 3]| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| contour([&images[a], &images[b], &images[c]], None, SurfaceMode::Exact).unwrap().mesh)
+    };
+    let one = with(1, [0, 1, 2]);
+    assert!(one == with(3, [2, 0, 1]) && !one.triangles.is_empty());
+    assert!(contour([&images[0], &images[1], &images[1]], None, SurfaceMode::Exact).is_err());
+}
