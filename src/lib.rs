@@ -14,7 +14,7 @@
 //! - [`sampler`] states what an image is, to the bit; [`sampler::cpu`] and, with the feature `gpu`, `sampler::gpu` make it.
 //! - [`gpu`] finds and opens the devices that the latter runs on.
 //! - [`ldi`] holds the image; [`boolean`] combines any number; [`integrate`] finds volume, area and moments.
-//! - [`surface`] makes a mesh of three images again.
+//! - [`surface`] makes a mesh of three images again, says what it must satisfy, and makes it of fewer triangles.
 //! - [`voxels`] writes which lattice nodes are inside, for programs that know no images.
 //! - [`solids`] makes models to try things on.
 //!

@@ -8,7 +8,8 @@ mod manifest;
 use ldi_ops::boolean::{BooleanOperation, merge};
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
-use ldi_ops::mesh::{ClosedMesh, io};
+use ldi_ops::mesh::ClosedMesh;
+use ldi_ops::mesh::io::{self, ReadNote};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
 use manifest::Entry;
@@ -32,7 +33,12 @@ fn sound() -> impl Iterator<Item = Sound> {
         |Entry { name, path, volume, .. }| {
             // A scaffold of beams alone is listed without a volume.
             let volume = volume?;
-            let mesh = io::read(&path).unwrap_or_else(|error| panic!("{error}")).mesh;
+            let file = io::read(&path).unwrap_or_else(|error| panic!("{error}"));
+            // The other software left beams out.
+            if file.notes.iter().any(|note| matches!(note, ReadNote::BeamsMeshed { .. })) {
+                return None;
+            }
+            let mesh = file.mesh;
             let mesh = ClosedMesh::check(mesh).unwrap_or_else(|error| panic!("{name}: {error}"));
             Some(Sound { name, mesh, volume: volume.abs() })
         },

@@ -91,13 +91,16 @@ run_python() {
 run_reference() { run_python && .venv/bin/python tests/reference/live_manifold.py; }
 # Files that are written, read by others.
 run_files() {
-  run_python && cargo build --profile checked -p ldi-ops &&
-    .venv/bin/python tests/reference/live_numpy.py "${CARGO_TARGET_DIR:-target}/checked/ldi-ops"
+  run_python && build_program && .venv/bin/python tests/reference/live_numpy.py "$program" &&
+    .venv/bin/python tests/reference/reread.py --program "$program"
 }
 run_self-test() {
   run_python && .venv/bin/python tests/reference/live_manifold.py --self-test &&
-    .venv/bin/python tests/reference/live_numpy.py --self-test
+    .venv/bin/python tests/reference/live_numpy.py --self-test &&
+    build_program && .venv/bin/python tests/reference/reread.py --program "$program" --self-test
 }
+program=${CARGO_TARGET_DIR:-target}/checked/ldi-ops
+build_program() { cargo build --profile checked --package ldi-ops; }
 
 if [ $# = 0 ]; then set -- "${stages[@]}"; fi
 for stage in "$@"; do

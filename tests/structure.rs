@@ -168,6 +168,9 @@ fn faults(path: &str, text: &str) -> Vec<String> {
     for name in ["print", "println", "eprint", "eprintln", "dbg"].into_iter().filter(|name| calls_macro(&code, name)) {
         fault(format!("prints with {name}!"));
     }
+    if !path.starts_with("src/surface/simplify") && names_crate(&paths, "meshopt") {
+        fault("decimates outside surface/simplify".to_owned());
+    }
     let imports = |module: &str| {
         let module: Vec<&str> = ["crate"].into_iter().chain(module.split("::")).collect();
         paths.iter().any(|path| path.len() >= module.len() && path.iter().zip(&module).all(|(a, b)| a == b))
@@ -409,6 +412,7 @@ mod tests {
             ("src/voxels/vti.rs", "use crate::mesh::LengthUnit;"),
             ("src/grid.rs", "use quick_xml::{Reader, events::Event};"),
             ("src/lib.rs", "use clap::Parser;"),
+            ("src/surface/gates.rs", "use meshopt::simplify;"),
             ("src/lib.rs", "fn f() -> anyhow::Result<()> { Ok(()) }"),
             ("src/fixed.rs", "fn f() { println!(\"x\") }"),
             ("src/fixed.rs", "fn f() { eprintln ! (\"x\") }"),
@@ -449,6 +453,7 @@ mod tests {
             ("src/mesh/io/gltf.rs", "use gltf::Gltf; use serde_json::Value;"),
             ("src/ldi/npz/write.rs", "use zip::ZipWriter;"),
             ("src/surface/mod.rs", "use crate::mesh::TriangleMesh;"),
+            ("src/surface/simplify/patch.rs", "use meshopt::simplify;"),
             ("src/boolean.rs", "use crate::grid::Axis; use crate::ldi::{Ldi, TooManySamples};"),
             ("src/integrate.rs", "#[cfg(test)]\nmod tests { use crate::sampler::Mode; use crate::mesh::ClosedMesh; }"),
             ("src/integrate.rs", "#[cfg(test)] use crate::mesh::Aabb;\nuse crate::grid::Grid;"),

@@ -49,12 +49,15 @@ pub struct Plan {
     pub(super) leaves: Vec<Leaf>,
     pub(super) polarities: Vec<Polarity>,
     pub(super) network: Network,
-    /// Bit `s` is the result where the leaves inside are the bits of `s`; nothing where there are too many leaves.
-    pub(super) table: Option<u64>,
+    /// Bit `s` is the result where the leaves inside are the bits of `s`; nothing where that takes too many words.
+    pub(super) table: Option<Vec<u64>>,
 }
 
-/// So many leaves have as many states as a word has bits.
-const TABLE_LEAVES: usize = 6;
+/// The most leaves of which all states are put into a table, which then stays in the first-level cache.
+const TABLE_LEAVES: usize = 12;
+
+/// The most steps that go into a table: states, times what each takes.
+const TABLE_STEPS: usize = 1 << 24;
 
 impl Plan {
     /// What to do for an expression on images of a kind. It takes time and room linear in the expression.
@@ -74,7 +77,9 @@ impl Plan {
         }
         let counters: Vec<_> = rules.into_iter().zip(parents).collect();
         let network = Network::new(&counters, &links);
-        let table = (leaves.len() <= TABLE_LEAVES).then(|| table(&mut network.clone(), leaves.len()));
+        let steps = expression.terms().len() << leaves.len().min(TABLE_LEAVES);
+        let is_small = leaves.len() <= TABLE_LEAVES && steps <= TABLE_STEPS;
+        let table = is_small.then(|| table(&mut network.clone(), leaves.len()));
         let polarities = polarities.into_iter().map(|polarity| polarity.expect("every leaf has a place")).collect();
         Plan { leaves, polarities, network, table }
     }
@@ -86,8 +91,12 @@ impl Plan {
 }
 
 /// The result in every state of the leaves.
-fn table(network: &mut Network, leaves: usize) -> u64 {
-    (0..1u64 << leaves).map(|state| u64::from(network.set(|leaf| state >> leaf & 1 == 1)) << state).sum()
+fn table(network: &mut Network, leaves: usize) -> Vec<u64> {
+    let mut words = vec![0; (1usize << leaves).div_ceil(64)];
+    for state in 0..1usize << leaves {
+        words[state / 64] |= u64::from(network.set(|leaf| state >> leaf & 1 == 1)) << (state % 64);
+    }
+    words
 }
 
 /// The operations of an expression after complements are driven down to the leaves (De Morgan) and nested operations of
@@ -286,7 +295,7 @@ mod tests {
             let chain = vec!["a"; 100_000].join(sign);
             let plan = plan(&chain, Images::Exact);
             assert_eq!(plan.leaves().len(), 1);
-            assert_eq!(plan.table, Some(if "|&".contains(sign) { 0b10 } else { 0b00 }), "{sign}");
+            assert_eq!(plan.table, Some(vec![if "|&".contains(sign) { 0b10 } else { 0b00 }]), "{sign}");
         }
     }
 

@@ -1,8 +1,9 @@
 //! One sweep along each ray over the samples of all operands.
 //!
-//! An event is a sample of one operand: its depth and its leaf in one word, so that words in order are events in order. Of
-//! what turns the result over twice at one depth nothing stays; that unites intervals that touch and drops empty ones,
-//! whatever the order of the samples at one depth.
+//! An event is a sample of one operand: its depth and its leaf in one word, so that words in order are events in order.
+//! The samples of each operand are in order already, so runs of events are merged two by two, and each merge from both
+//! ends at once and without a branch on which run gives the next event, which cannot be guessed. All events at one depth
+//! are passed before the result counts; that unites intervals that touch and drops empty ones.
 //!
 //! # Triangles
 //! Where every operand knows the triangle of each sample, so does the result. At one depth several operands may turn over.
@@ -11,7 +12,9 @@
 //! of the least input, and of that the least triangle, stands for the change. That depends on no order of the samples.
 //!
 //! # What was tried
-//! Figures are those of `cargo bench --bench csg`, for five operands of some ten samples a ray. See `CHANGELOG.md`.
+//! - Sorting the events instead of merging runs, by the standard library: the sweep of five took longer than a chain of
+//!   Booleans of two, with their images between.
+//! - Dropping a turn when the next one comes at the same depth: every event waits for what the last one stored.
 
 use rayon::prelude::*;
 
@@ -54,8 +57,8 @@ impl Plan {
     pub fn sweep(&self, operands: &[Operand]) -> Result<Ldi, BooleanError> {
         assert_eq!(operands.len(), self.leaves.len(), "there is one image for each leaf");
         same_rays(operands)?;
-        match self.table {
-            Some(table) => self.sweep_with(&Table { table, state: 0 }, operands),
+        match &self.table {
+            Some(words) => self.sweep_with(&Table { words, state: 0 }, operands),
             None => self.sweep_with(&self.network, operands),
         }
     }
@@ -139,16 +142,16 @@ impl Truth for Network {
 
 /// The result for every state of few leaves.
 #[derive(Clone)]
-struct Table {
-    table: u64,
-    state: u64,
+struct Table<'p> {
+    words: &'p [u64],
+    state: usize,
 }
 
-impl Truth for Table {
+impl Truth for Table<'_> {
     #[inline]
     fn flip(&mut self, leaf: usize) -> bool {
         self.state ^= 1 << leaf;
-        self.table >> self.state & 1 == 1
+        self.words[self.state / 64] >> (self.state % 64) & 1 == 1
     }
 
     #[inline]
@@ -157,19 +160,79 @@ impl Truth for Table {
     }
 }
 
-/// A depth, and below it the leaf that turns over there.
+/// One more than a depth, and below it the leaf that turns over there.
 type Event = u64;
 
+/// Comes before all events, and stands before every run of them.
+const BEFORE: Event = 0;
+
+/// Comes after all events, and stands behind every run of them.
+const AFTER: Event = u64::MAX;
+
 fn event(depth: i32, leaf: usize) -> Event {
-    (depth as u64) << 32 | leaf as u64
+    (depth as u64 + 1) << 32 | leaf as u64
 }
 
 fn depth_of(event: Event) -> i32 {
-    (event >> 32) as i32
+    (event >> 32) as i32 - 1
 }
 
 fn leaf_of(event: Event) -> usize {
     event as u32 as usize
+}
+
+fn at_one_depth(a: Event, b: Event) -> bool {
+    a >> 32 == b >> 32
+}
+
+/// Runs of events in order, each between its two ends.
+#[derive(Default)]
+struct Runs {
+    events: Vec<Event>,
+    /// Where each run ends, with its ends.
+    ends: Vec<usize>,
+}
+
+impl Runs {
+    fn clear(&mut self) {
+        self.events.clear();
+        self.ends.clear();
+    }
+
+    fn push(&mut self, events: impl Iterator<Item = Event>) {
+        self.events.push(BEFORE);
+        self.events.extend(events);
+        self.events.push(AFTER);
+        self.ends.push(self.events.len());
+    }
+
+    /// A run with its ends.
+    fn run(&self, i: usize) -> &[Event] {
+        let start = if i == 0 { 0 } else { self.ends[i - 1] };
+        &self.events[start..self.ends[i]]
+    }
+
+    /// Appends two runs, each of an even number of events, as one.
+    fn push_merged(&mut self, a: &[Event], b: &[Event]) {
+        let count = a.len() + b.len() - 4;
+        self.events.push(BEFORE);
+        let first = self.events.len();
+        self.events.resize(first + count, AFTER);
+        let merged = &mut self.events[first..];
+        let (mut front_a, mut front_b, mut back_a, mut back_b) = (1, 1, a.len() - 2, b.len() - 2);
+        for i in 0..count / 2 {
+            let (x, y) = (a[front_a], b[front_b]);
+            merged[i] = x.min(y);
+            front_a += usize::from(x < y);
+            front_b += usize::from(x >= y);
+            let (x, y) = (a[back_a], b[back_b]);
+            merged[count - 1 - i] = x.max(y);
+            back_a -= usize::from(x > y);
+            back_b -= usize::from(x <= y);
+        }
+        self.events.push(AFTER);
+        self.ends.push(self.events.len());
+    }
 }
 
 /// What a thread keeps from ray to ray.
@@ -178,9 +241,10 @@ struct Stage<'p, T> {
     /// Whether the result holds where one leaf alone is true.
     alone: Vec<bool>,
     polarities: &'p [Polarity],
-    events: Vec<Event>,
-    merged: Vec<Event>,
-    /// The depths at which the result turns over, after one that no sample has.
+    /// The events of a ray: at last one run or none.
+    runs: Runs,
+    merged: Runs,
+    /// Room for the depths at which the result turns over.
     turns: Vec<i32>,
     /// The samples of each leaf that were passed on this ray.
     passed: Vec<u32>,
@@ -199,68 +263,76 @@ impl<'p, T: Truth> Stage<'p, T> {
             alone: alone.collect(),
             truth,
             polarities: &plan.polarities,
-            events: Vec::new(),
-            merged: Vec::new(),
-            turns: vec![-1],
+            runs: Runs::default(),
+            merged: Runs::default(),
+            turns: Vec::new(),
             passed: vec![0; plan.leaves.len()],
         }
     }
 
-    /// Puts the events of a ray in order; none, where no two operands have samples and one alone makes no result.
+    /// Brings the events of a ray into one run; into none, where there are none or those of one leaf alone, which makes no
+    /// result.
     fn gather(&mut self, operands: &[Operand], ray: u32) {
-        self.events.clear();
-        let (mut runs, mut second, mut only) = (0, 0, 0);
+        self.runs.clear();
+        let mut last = 0;
         for (leaf, operand) in operands.iter().enumerate() {
             let samples = operand.image.samples(ray);
             if !samples.is_empty() {
-                (runs, second, only) = (runs + 1, self.events.len(), leaf);
-                self.events.extend(samples.iter().map(|&depth| event(depth, leaf)));
+                last = leaf;
+                self.runs.push(samples.iter().map(|&depth| event(depth, leaf)));
             }
         }
-        match runs {
-            0 => {}
-            1 if self.alone[only] => {}
-            1 => self.events.clear(),
-            2 => {
-                merge(&self.events[..second], &self.events[second..], &mut self.merged);
-                std::mem::swap(&mut self.events, &mut self.merged);
+        if self.runs.ends.len() == 1 && !self.alone[last] {
+            self.runs.clear();
+        }
+        while self.runs.ends.len() > 1 {
+            self.merged.clear();
+            let count = self.runs.ends.len();
+            for i in (0..count - 1).step_by(2) {
+                self.merged.push_merged(self.runs.run(i), self.runs.run(i + 1));
             }
-            _ => self.events.sort_unstable(),
+            if count % 2 == 1 {
+                self.merged.events.extend_from_slice(self.runs.run(count - 1));
+                self.merged.ends.push(self.merged.events.len());
+            }
+            std::mem::swap(&mut self.runs, &mut self.merged);
         }
     }
 
     /// Appends the depths of the result on a ray.
     fn sweep(&mut self, operands: &[Operand], ray: u32, image: &mut BandImage) {
         self.gather(operands, ray);
-        if self.turns.len() <= self.events.len() {
-            self.turns.resize(self.events.len() + 1, -1);
+        let [BEFORE, events @ ..] = &self.runs.events[..] else { return };
+        if self.turns.len() < events.len() {
+            self.turns.resize(events.len(), 0);
         }
         // Without branches, as whether an event turns the result over cannot be guessed.
-        let (mut end, mut holds) = (1, false);
-        for &event in &self.events {
+        let (mut end, mut holds) = (0, false);
+        for pair in events.windows(2) {
+            let [event, next] = [pair[0], pair[1]];
             let now = self.truth.flip(leaf_of(event));
-            let depth = depth_of(event);
-            let turns = now != holds;
-            let turns_back = turns & (self.turns[end - 1] == depth);
-            self.turns[end] = depth;
-            end = end + usize::from(turns) - 2 * usize::from(turns_back);
-            holds = now;
+            let turns = (now != holds) & !at_one_depth(event, next);
+            self.turns[end] = depth_of(event);
+            end += usize::from(turns);
+            holds ^= turns;
         }
-        image.depths().extend_from_slice(&self.turns[1..end]);
+        image.depths().extend_from_slice(&self.turns[..end]);
     }
 
     /// Appends the depths of the result on a ray, and the triangle of each.
     fn sweep_surface(&mut self, operands: &[Operand], ray: u32, image: &mut BandImage) {
         self.gather(operands, ray);
+        let [BEFORE, events @ .., AFTER] = &self.runs.events[..] else { return };
         let mut holds = false;
-        for together in self.events.chunk_by(|&a, &b| depth_of(a) == depth_of(b)) {
+        for together in events.chunk_by(|&a, &b| at_one_depth(a, b)) {
             let mut now = holds;
             for &event in together {
                 now = self.truth.flip(leaf_of(event));
             }
             if now != holds {
                 let of_one_leaf = together.chunk_by(|&a, &b| leaf_of(a) == leaf_of(b));
-                let cause = of_one_leaf.into_iter().find(|events| self.turns_along(events, now));
+                let cause =
+                    of_one_leaf.into_iter().find(|events| turns_along(&self.truth, self.polarities, events, now));
                 let events = cause.expect("some leaf turns over the way the result does");
                 let leaf = leaf_of(events[0]);
                 let Operand { image: operand, first_triangle } = operands[leaf];
@@ -275,33 +347,19 @@ impl<'p, T: Truth> Stage<'p, T> {
                 self.passed[leaf_of(event)] += 1;
             }
         }
-        for &event in &self.events {
+        for &event in events {
             self.passed[leaf_of(event)] = 0;
         }
     }
-
-    /// Whether a leaf has turned over with its events at one depth, the way that makes the result what it is `now`.
-    fn turns_along(&self, events: &[Event], now: bool) -> bool {
-        let leaf = leaf_of(events[0]);
-        let wanted = match self.polarities[leaf] {
-            Polarity::Along => self.truth.is_inside(leaf) == now,
-            Polarity::Against => self.truth.is_inside(leaf) != now,
-            Polarity::Both => true,
-        };
-        events.len() % 2 == 1 && wanted
-    }
 }
 
-/// Brings two runs into one order.
-fn merge(a: &[Event], b: &[Event], merged: &mut Vec<Event>) {
-    merged.clear();
-    let (mut i, mut j) = (0, 0);
-    while i < a.len() && j < b.len() {
-        let is_first = a[i] < b[j];
-        merged.push(if is_first { a[i] } else { b[j] });
-        i += usize::from(is_first);
-        j += usize::from(!is_first);
-    }
-    merged.extend_from_slice(&a[i..]);
-    merged.extend_from_slice(&b[j..]);
+/// Whether a leaf has turned over with its events at one depth, the way that makes the result what it is `now`.
+fn turns_along(truth: &impl Truth, polarities: &[Polarity], events: &[Event], now: bool) -> bool {
+    let leaf = leaf_of(events[0]);
+    let wanted = match polarities[leaf] {
+        Polarity::Along => truth.is_inside(leaf) == now,
+        Polarity::Against => truth.is_inside(leaf) != now,
+        Polarity::Both => true,
+    };
+    events.len() % 2 == 1 && wanted
 }

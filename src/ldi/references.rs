@@ -52,25 +52,6 @@ impl Ldi {
         self.triangles = triangles;
         Ok(self)
     }
-
-    /// The outward normal at each sample, from those of the triangles that the samples refer to, which may be of either sign:
-    /// a ray knows whether it enters. Nothing where the image has no triangles, or one of them no normal of length 1.
-    pub fn normals(&self, of_triangles: &[[f32; 3]]) -> Option<Vec<[f32; 3]>> {
-        let triangles = self.triangles()?;
-        // Every ray has an even number of samples, so that the parity of a sample is that of its place.
-        let normal = |(at, &triangle): (usize, &u32)| {
-            let normal = of_triangles.get(triangle as usize).filter(|normal| **normal != [0.0; 3])?;
-            let against = normal[self.axis().depth()] < 0.0;
-            Some(if against == (at % 2 == 0) { *normal } else { normal.map(|n| -n) })
-        };
-        triangles.par_iter().enumerate().map(normal).collect()
-    }
-
-    /// The same image with a triangle of its own for each sample, counted from `first`: for normals that are kept by sample.
-    pub fn with_a_triangle_each(mut self, first: u32) -> Ldi {
-        self.triangles = (first..).take(self.depths.len()).collect();
-        self
-    }
 }
 
 /// The triangle of the sample that is nearest to a depth on one ray.
@@ -152,6 +133,5 @@ mod tests {
         assert!(matches!(without, LdiError::TriangleCount { found: 0, .. }));
         let none = plain(Axis::X).with_triangles_of(&[]).unwrap();
         assert!(none.triangles().unwrap().iter().all(|&triangle| triangle == NO_TRIANGLE));
-        assert_eq!(plain(Axis::X).with_a_triangle_each(7).triangles().unwrap()[..3], [7, 8, 9]);
     }
 }

@@ -10,6 +10,7 @@ mod measure;
 #[cfg(test)]
 pub(crate) mod testing;
 mod transform;
+mod weld;
 
 use glam::DVec3;
 
@@ -67,6 +68,18 @@ pub enum LengthUnit {
 }
 
 impl LengthUnit {
+    /// How many metres the unit is.
+    pub fn metres(self) -> f64 {
+        match self {
+            LengthUnit::Micrometre => 1e-6,
+            LengthUnit::Millimetre => 1e-3,
+            LengthUnit::Centimetre => 1e-2,
+            LengthUnit::Inch => 0.0254,
+            LengthUnit::Foot => 0.3048,
+            LengthUnit::Metre => 1.0,
+        }
+    }
+
     /// The usual symbol: `um`, `mm`, `cm`, `in`, `ft`, `m`.
     pub fn symbol(self) -> &'static str {
         match self {

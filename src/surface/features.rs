@@ -15,6 +15,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::cells::MARGIN;
 use super::quads::{OpenQuad, Quad};
@@ -79,7 +80,7 @@ impl<'a> Features<'a> {
     ///
     /// `rounding` is how far the lattice's rounding may move a surface, in pitches.
     pub fn settle(&self, rounding: f64, vertices: &mut [DVec3]) -> u64 {
-        let mut taken = Taken::default();
+        let mut taken = self.others_near_targets(vertices);
         let mut waiting: Vec<usize> = (0..self.movers.len()).collect();
         for round in 0..2 * ROUNDS {
             let margin = if round < ROUNDS { MARGIN } else { rounding.min(MARGIN) };
@@ -89,6 +90,24 @@ impl<'a> Features<'a> {
             let _ = PART_WAYS.iter().any(|&share| self.moves(i, share, MARGIN, vertices, &mut taken));
         }
         waiting.len() as u64
+    }
+
+    /// The vertices that stay where they are in the cells that movers go to: another loop may have found the same corner.
+    fn others_near_targets(&self, vertices: &[DVec3]) -> Taken {
+        let mut cells = CellFilter::new(self.movers.len());
+        self.movers.iter().for_each(|mover| cells.add(mover.target));
+        let is_mover = |vertex: u32| self.movers.binary_search_by_key(&vertex, |mover| mover.vertex).is_ok();
+        let near = |(vertex, point): (usize, &DVec3)| cells.may_hold(*point) && !is_mover(vertex as u32);
+        let others: Vec<DVec3> = vertices
+            .par_iter()
+            .enumerate()
+            .with_min_len(1 << 14)
+            .filter(|&v| near(v))
+            .map(|(_, point)| *point)
+            .collect();
+        let mut taken = Taken::default();
+        others.into_iter().for_each(|point| taken.add(point));
+        taken
     }
 
     /// Moves a vertex by a share of its way if it may go there.
@@ -112,7 +131,35 @@ impl<'a> Features<'a> {
     }
 }
 
-/// Where vertices have moved to.
+/// Some cells, and by chance a few more.
+struct CellFilter {
+    bits: Vec<u64>,
+}
+
+impl CellFilter {
+    /// Room for the given number of cells, at some sixteen bits each.
+    fn new(cells: usize) -> CellFilter {
+        CellFilter { bits: vec![0; (cells / 4).next_power_of_two()] }
+    }
+
+    fn place(&self, point: DVec3) -> (usize, u64) {
+        let [x, y, z] = point.floor().to_array().map(|c| c as i64 as u64);
+        let hash = (x ^ y << 21 ^ z << 42).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        ((hash >> 6) as usize % self.bits.len(), 1 << (hash >> 58))
+    }
+
+    fn add(&mut self, point: DVec3) {
+        let (word, bit) = self.place(point);
+        self.bits[word] |= bit;
+    }
+
+    fn may_hold(&self, point: DVec3) -> bool {
+        let (word, bit) = self.place(point);
+        self.bits[word] & bit != 0
+    }
+}
+
+/// Where there are vertices that another must keep away from.
 #[derive(Default)]
 struct Taken {
     by_place: HashMap<[i64; 3], Vec<DVec3>>,
@@ -123,7 +170,7 @@ impl Taken {
         self.by_place.entry(place(point)).or_default().push(point);
     }
 
-    /// Whether a vertex has moved to within [`APART`] of a point.
+    /// Whether a vertex is within [`APART`] of a point.
     fn holds(&self, point: DVec3) -> bool {
         let [x, y, z] = place(point);
         let near = |i: i64| [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1];

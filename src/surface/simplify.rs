@@ -20,7 +20,18 @@
 //! all are, the result is the mesh that was given. All the same, distances are always from the original: each of its
 //! vertices and triangles belongs to the triangle closest to it, and goes with the patch of that.
 //!
-//! Distances are therefore from the part of the surface that corresponds, and no less than the distance from the nearest
+//! # What falls short
+//! - The new surface is sampled, so that between samples, which are about an edge of the original apart, it may be somewhat
+//!   farther away than was measured: 5 % more was seen where the bound was as large as those edges.
+//! - Nothing here looks for self-intersections. A triangle that has no area, or that no original triangle nearby faces like
+//!   to within 75°, is refused. On a gyroid of 5.2 million triangles, meshoptimizer alone left 9 to 16 broken edges, 8 to 15
+//!   duplicate triangles and 249 to 387 folds (edges of less than 30°); here the former are none. Folds were none at a
+//!   bound of 0.01 % of the side and about 200 at 0.09 % on one of a million triangles, where walls run into its box at
+//!   acute angles.
+//! - meshoptimizer adds to each quadric a little of the distance from the vertex itself (a weight of 1e-7), so that on flat
+//!   faces vertices move no farther than some thousands of bounds.
+//!
+//! Distances are from the part of the surface that corresponds, and no less than the distance from the nearest
 //! part of all.
 
 mod closest;
@@ -31,7 +42,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use self::closest::longest;
-use self::patch::{Patch, Share};
+use self::patch::{Near, Patch, Share};
 use super::gates::{Faults, GateFailure, Gates};
 use crate::mesh::{Aabb, TriangleMesh};
 
@@ -85,7 +96,7 @@ pub enum SimplifyError {
 /// round with a mesh that passes the gates. What it finds should depend on the surface nearby alone, and the
 /// original must be acceptable to it: the triangles around a place are restored, and in the end that is the original.
 ///
-/// The result is the same whatever the thread count, if `acceptable` is. It needs about twice the memory of the mesh.
+/// The result is the same whatever the thread count, if `acceptable` is. It needs three to four times the memory of the mesh.
 pub fn simplify(
     mesh: &TriangleMesh,
     bound: f64,
@@ -286,20 +297,19 @@ fn lock_near(
         let points: Vec<DVec3> = candidates.iter().map(|&place| places[place]).collect();
         candidates.into_iter().zip(patch.near(original, &points, bound)).collect()
     });
-    let near: Vec<Vec<(usize, (f64, Vec<u32>))>> = near.collect();
+    let near: Vec<Vec<(usize, Near)>> = near.collect();
     let mut closest = vec![f64::INFINITY; places.len()];
-    for (place, (distance, _)) in near.iter().flatten() {
-        closest[*place] = closest[*place].min(*distance);
+    for (place, near) in near.iter().flatten() {
+        closest[*place] = closest[*place].min(near.distance);
     }
     let concerned = patches.par_iter_mut().zip(near).map(|(patch, near)| {
         let is_broken = broken.iter().any(|&vertex| patch.has(vertex));
         if is_broken {
             patch.lock_around(broken, round);
         }
-        let mut near =
-            near.into_iter().filter(|(place, (distance, _))| *distance <= closest[*place] + bound).peekable();
+        let mut near = near.into_iter().filter(|(place, near)| near.distance <= closest[*place] + bound).peekable();
         let is_near = near.peek().is_some();
-        patch.lock(near.flat_map(|(_, (_, vertices))| vertices), round - 1);
+        patch.lock(near.flat_map(|(_, near)| near.places), round - 1);
         is_broken || is_near
     });
     concerned.collect()
@@ -315,3 +325,6 @@ fn compact(original: &TriangleMesh, mut triangles: Vec<[u32; 3]>) -> (TriangleMe
     let positions = vertices.iter().map(|&vertex| original.positions[vertex as usize]).collect();
     (TriangleMesh { positions, triangles }, vertices)
 }
+
+#[cfg(test)]
+mod tests;

@@ -192,5 +192,5 @@ fn the_image_of_an_expression_is_written() {
     let run = ["csg", "a & (b | c)", "a=a.stl", "b=b.stl", "c=c.stl", "--resolution", "30", "-o", "r.npz"];
     assert_eq!(folder.json(&run)["output"], "r.npz");
     assert!(folder.names().contains(&"r.npz".to_owned()));
-    folder.run(&[&run[..7], &["-o", "r.stl"]].concat()).code(2).says(&["r.stl"]);
+    folder.run(&[&run[..7], &["-o", "r.doc"]].concat()).code(2).says(&["r.doc"]);
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::{Folder, cube, read};
+use crate::{Folder, assert_near, cube, read, warning_codes};
 
 #[test]
 fn meshes_are_converted() {
@@ -21,8 +21,7 @@ fn meshes_are_converted() {
 fn formats_without_a_writer_are_refused_before_anything_is_read() {
     let folder = Folder::new();
     for (target, words) in [
-        ("b.ply", &["b.ply", "PLY", "STL and OBJ"][..]),
-        ("b.3mf", &["3MF", "STL and OBJ"]),
+        ("b.gltf", &["b.gltf", "glTF", ".glb and .3mf are"][..]),
         ("b.xyz", &[".xyz", ".stl"]),
         ("b", &["no extension"]),
         ("nowhere/b.stl", &["no folder nowhere"]),
@@ -165,6 +164,64 @@ fn two_outputs_need_two_files() {
         folder.run(&arguments).code(2).says(&["same file"]);
     }
     assert!(folder.names().is_empty());
+}
+
+#[test]
+fn meshes_are_converted_to_every_format_and_back_with_their_size() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    for format in ["obj", "ply", "off", "glb", "3mf"] {
+        let file = format!("b.{format}");
+        let result = folder.json(&["convert", "a.stl", "-o", &file, "--unit", "cm"]);
+        let in_metres = format == "glb";
+        assert_eq!(result["output"]["unit"], if in_metres { "m" } else { "cm" });
+        assert_eq!(warning_codes(&result), [""; 0]);
+        let checked = &folder.json(&["check", &file])["results"][0];
+        let side: f64 = if in_metres { 0.02 } else { 2.0 };
+        assert_near(checked["volume"].as_f64().unwrap() / side.powi(3), 1.0, 1e-6);
+        // A soup of triangles has corners of its own for each; these share them.
+        assert_eq!((&checked["solid"], &checked["vertices"]), (&true.into(), &8.into()));
+    }
+    for (target, unit) in [("c.3mf", "in mm"), ("c.glb", "in m")] {
+        folder.run(&["convert", "a.stl", "-o", target]).code(0).warns(&[target, "none was given", unit]);
+        let result = folder.json(&["convert", "a.stl", "-o", target]);
+        assert_eq!(warning_codes(&result), ["unit-assumed"]);
+    }
+}
+
+/// A package with one object: two beams that meet in a right angle.
+fn beams() -> Vec<u8> {
+    const RELATIONSHIPS: &str = r#"<Relationships><Relationship Target="/3D/m.model" Id="r"
+        Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
+    const MODEL: &str = r#"<model unit="millimeter"><resources><object id="1"><mesh><vertices>
+        <vertex x="0" y="0" z="0"/><vertex x="9" y="0" z="0"/><vertex x="0" y="9" z="0"/></vertices>
+        <b:beamlattice radius="1" minlength="0.01"><b:beams><b:beam v1="0" v2="1"/><b:beam v1="0" v2="2"/></b:beams>
+        </b:beamlattice></mesh></object></resources><build><item objectid="1"/></build></model>"#;
+    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    for (name, text) in [("_rels/.rels", RELATIONSHIPS), ("3D/m.model", MODEL)] {
+        zip.start_file(name, options).unwrap();
+        std::io::Write::write_all(&mut zip, text.as_bytes()).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+#[test]
+fn beams_need_the_non_zero_rule() {
+    let folder = Folder::new();
+    fs::write(folder.path("beams.3mf"), beams()).unwrap();
+    let even_odd = &["volume", "beams.3mf", "--resolution", "64"][..];
+    folder.run(even_odd).code(2).says(&["beams.3mf", "beams", "use --fill nonzero"]);
+    let result = folder.json(&[even_odd, &["--fill", "nonzero"]].concat());
+    assert!(warning_codes(&result).contains(&"beams-meshed"), "{result}");
+    // Two cylinders of length 9 with round ends, less what they have in common: a quarter of Steinmetz's solid between the
+    // beams, 4/3, and three quarters of a ball around the corner.
+    let pi = std::f64::consts::PI;
+    let expected = 2.0 * (9.0 * pi + 4.0 / 3.0 * pi) - (4.0 / 3.0 + pi);
+    assert_near(result["volume"]["value"].as_f64().unwrap(), expected, 0.01 * expected);
+    folder.run(&["check", "beams.3mf"]).code(0).warns(&["beams", ": 2"]);
+    let result = folder.json(&["convert", "beams.3mf", "-o", "beams.stl"]);
+    assert_eq!(warning_codes(&result), ["beams-meshed"]);
 }
 
 #[test]

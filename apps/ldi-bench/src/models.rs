@@ -212,7 +212,8 @@ pub fn write_all(folder: &Path) -> Result<(), BenchError> {
     write("gyroid-shifted", &shifted(gyroid))?;
     write("bone", &bone()?)?;
     write("lattice", &lattice)?;
-    write("lattice-shifted", &shifted(lattice))
+    write("lattice-shifted", &shifted(lattice))?;
+    Ok(())
 }
 
 #[cfg(test)]

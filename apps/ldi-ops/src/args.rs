@@ -72,6 +72,8 @@ pub enum Command {
     Volume(VolumeArguments),
     /// The layered depth image of a solid, as .npz, or voxels, as .vti or .npy
     Sample(SampleArguments),
+    /// From images in a .npz file back to a mesh
+    Surface(SurfaceArguments),
     /// Is it a solid? All defects; exit code 1 if not
     Check(CheckArguments),
     /// Convert between mesh formats
@@ -225,6 +227,37 @@ pub struct SampleArguments {
     pub common: CommonArguments,
 }
 
+#[derive(Debug, Args)]
+#[command(after_help = SURFACE_EXAMPLES)]
+pub struct SurfaceArguments {
+    /// The images of one solid along x, y and z, as `-o FILE.npz` writes them
+    pub images: PathBuf,
+    /// Where to write the surface: .stl, .obj, .ply, .off, .glb or .3mf; or voxels: .vti or .npy
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, or in file units, 0.02
+    #[arg(long, value_name = "BOUND")]
+    pub simplify: Option<Bound>,
+    /// What the images are: where they disagree about a node, it is inside if any of over-estimates says so, if all of
+    /// under-estimates do, if most of exact images do
+    #[arg(long, value_enum, default_value_t = ModeChoice::Exact)]
+    pub mode: ModeChoice,
+    /// Unit of images that state none: mm, um (µm), cm, m, in, ft
+    #[arg(long, value_parser = unit::parse)]
+    pub unit: Option<LengthUnit>,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+const SURFACE_EXAMPLES: &str = "\
+Examples:
+  ldi-ops sample part.stl --mode exact -o part.npz && ldi-ops surface part.npz -o again.stl
+  ldi-ops intersect lattice.stl bone.stl -o common.npz && ldi-ops surface common.npz --mode over -o common.3mf
+  ldi-ops surface part.npz --simplify 0.1h -o small.stl
+
+The mesh is a closed, oriented 2-manifold. With normals, which `sample` and the operations write, its
+edges and corners are sharp; without them they are cut off.";
+
 const SAMPLE_LAYOUT: &str = "\
 Examples:
   ldi-ops sample part.stl --axis z -o part.npz
@@ -283,10 +316,11 @@ JSON: {\"schema\", \"command\", \"results\": [{\"path\", \"solid\", …}]}, in t
 pub struct ConvertArguments {
     /// The mesh to read
     pub from: PathBuf,
-    /// Where to write: .stl (binary, 32-bit coordinates) or .obj (text, 64-bit coordinates)
+    /// Where to write: .obj, .ply, .off, .3mf (64-bit coordinates), .stl, .glb (32-bit)
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Unit of a file that states none, put down in the written file as a remark; coordinates stay as they are
+    /// Unit of a file that states none. Coordinates stay as they are, but for .glb, which is in metres; .3mf states
+    /// its unit, and in the others it is a remark
     #[arg(long, value_parser = unit::parse)]
     pub unit: Option<LengthUnit>,
     /// Place the mesh first, left to right
@@ -299,6 +333,7 @@ pub struct ConvertArguments {
 const CONVERT_EXAMPLES: &str = "\
 Examples:
   ldi-ops convert part.3mf -o part.stl
+  ldi-ops convert part.stl -o part.3mf --unit mm
   ldi-ops convert part.ply -o part.obj --transform-a 'scale(25.4)'";
 
 #[derive(Debug, Args)]
@@ -522,7 +557,8 @@ Examples:
   ldi-ops generate bone --length 120 -o bone.obj
 
 Lengths are millimetres, and all solids are closed and face outwards. `ldi-ops generate KIND --help`
-tells a kind's parameters and their defaults. Files are written as .stl or .obj.";
+tells a kind's parameters and their defaults. Files are written as .stl, .obj, .ply, .off, .glb or
+.3mf, by their extension.";
 
 /// Names by which people may look for a kind that has another.
 const ALIASES: [(&str, &[&str]); 4] =
@@ -556,7 +592,7 @@ impl Args for GenerateArguments {
                     .short('o')
                     .long("output")
                     .value_name("FILE")
-                    .help("Where to write: .stl (binary, 32-bit coordinates) or .obj (text, 64-bit coordinates)")
+                    .help("Where to write: .obj, .ply, .off, .3mf (64-bit coordinates), .stl, .glb (32-bit)")
                     .value_parser(clap::value_parser!(PathBuf)),
             );
         CommonArguments::augment_args(command).mut_args(|arg| arg.global(true))

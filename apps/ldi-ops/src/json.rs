@@ -5,6 +5,7 @@
 use std::io::Write;
 use std::path::Path;
 
+use ldi_ops::grid::Grid;
 use ldi_ops::mesh::check::{Defect, Severity};
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 use serde::Serialize;
@@ -14,8 +15,8 @@ use crate::exit::Failure;
 use crate::report::Warning;
 use crate::resolve::Report;
 use crate::run::{
-    Checked, Converted, Devices, Generated, GpuDevice, Measured, Ran, Rendered, Solid, SurfaceReport, cpu_name,
-    peak_memory_bytes,
+    Checked, Converted, Devices, Generated, GpuDevice, Measured, Ran, Rendered, Solid, SurfaceReport, Surfaced,
+    cpu_name, peak_memory_bytes,
 };
 use crate::{output, unit};
 
@@ -50,7 +51,6 @@ pub fn measured(results: &[Measured]) -> Value {
 }
 
 fn one_measured(result: &Measured) -> Value {
-    let grid = &result.grid;
     let unit = result.unit.map(|unit| unit::symbol(unit, 3));
     let mut object = json!({
         "schema": SCHEMA,
@@ -63,12 +63,7 @@ fn one_measured(result: &Measured) -> Value {
             "upper": null,
             "unit": unit,
         },
-        "grid": {
-            "pitch": grid.pitch(),
-            "rays": grid.rays(),
-            "lod": grid.lod(),
-            "quantisation": grid.quantisation(),
-        },
+        "grid": grid(&result.grid),
         "layers_max": result.layers,
         "samples": result.samples,
         "unclosed_rays": result.unclosed,
@@ -167,6 +162,35 @@ pub fn fill(fill: Fill) -> &'static str {
     }
 }
 
+/// What `surface` wrote.
+pub fn surfaced(result: &Surfaced) -> Value {
+    let [read, total] = result.seconds;
+    let mut object = json!({
+        "schema": SCHEMA,
+        "command": "surface",
+        "input": { "path": path(&result.from), "samples": result.samples },
+        "grid": grid(&result.grid),
+        "unit": result.unit.map(|unit| unit::symbol(unit, 1)),
+        "output": result.output.as_deref().map(path),
+        "seconds": { "read": read, "total": total },
+        "peak_memory_bytes": result.peak_memory,
+        "warnings": result.warnings,
+    });
+    if let Some(report) = &result.surface {
+        object["surface"] = surface(report);
+    }
+    object
+}
+
+fn grid(grid: &Grid) -> Value {
+    json!({
+        "pitch": grid.pitch(),
+        "rays": grid.rays(),
+        "lod": grid.lod(),
+        "quantisation": grid.quantisation(),
+    })
+}
+
 /// What `check` found.
 pub fn checked(results: &[Checked]) -> Value {
     let each = results.iter().map(|result| {
@@ -229,7 +253,7 @@ pub fn generated(result: &Generated) -> Value {
         "bounds": result.bounds.map(|bounds| json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() })),
         "volume": result.volume,
         "area": result.area,
-        "warnings": [],
+        "warnings": result.warnings,
     })
 }
 

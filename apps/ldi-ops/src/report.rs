@@ -9,7 +9,8 @@ use ldi_ops::mesh::check::Severity;
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 
 use crate::run::{
-    Checked, Converted, Devices, Generated, Measured, Rendered, SimplifiedReport, SurfaceReport, peak_memory_bytes,
+    Checked, Converted, Devices, Generated, Measured, Rendered, SimplifiedReport, SurfaceReport, Surfaced,
+    peak_memory_bytes,
 };
 use crate::unit;
 
@@ -159,6 +160,27 @@ fn surface(report: &SurfaceReport, length: &str) -> [String; 2] {
             report.gaps
         ),
     ]
+}
+
+/// What `surface` wrote.
+pub fn surfaced(result: &Surfaced) -> String {
+    let mut table = Table::default();
+    let length = unit::suffix(result.unit, 1);
+    let [x, y, z] = result.grid.rays();
+    let pitch = number(result.grid.pitch());
+    table.line("images", format_args!("{x} × {y} × {z} rays, pitch {pitch}{length}; {} samples", result.samples));
+    if let Some(report) = &result.surface {
+        let [mesh, quality] = surface(report, &length);
+        table.line("mesh", mesh);
+        table.more(quality);
+        table.line("volume", format_args!("{}{}", number(report.volume), unit::suffix(result.unit, 3)));
+    }
+    if let Some(path) = &result.output {
+        table.line("written", path.display());
+    }
+    let [read, total] = result.seconds;
+    table.line("time", format_args!("{total:.3} s: read {read:.3}"));
+    table.text
 }
 
 /// What `check` found.

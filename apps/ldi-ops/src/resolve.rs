@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use ldi_ops::boolean::{BooleanOperation, Expression};
 use ldi_ops::grid::{Axis, LOD_RANGE, RAYS_MAX};
 use ldi_ops::mesh::LengthUnit;
-use ldi_ops::mesh::io::Format;
+use ldi_ops::mesh::io::{Format, WriteError};
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 use ldi_ops::solids::Model;
 use ldi_ops::voxels;
@@ -45,6 +45,7 @@ pub enum Verbosity {
 #[derive(Debug)]
 pub enum Job {
     Measure(MeasureJob),
+    Surface(SurfaceJob),
     Check(CheckJob),
     Convert(ConvertJob),
     Generate(GenerateJob),
@@ -202,6 +203,18 @@ impl Content {
     }
 }
 
+/// `surface`.
+#[derive(Debug)]
+pub struct SurfaceJob {
+    /// The file of the images.
+    pub images: PathBuf,
+    pub unit: Option<LengthUnit>,
+    /// What kind of images they are.
+    pub mode: Mode,
+    pub target: ImageTarget,
+    pub report: Report,
+}
+
 #[derive(Debug)]
 pub struct CheckJob {
     pub meshes: Vec<PathBuf>,
@@ -251,6 +264,14 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             let input = Input { name: None, path: a.solid, placement: a.placing.transform_a };
             let writing = args::ImageArguments { output: Some(a.output), simplify: a.simplify };
             measure(Measurement::Sample, vec![input], a.placing.reading, a.sampling, writing, a.common)
+        }
+        Command::Surface(a) => {
+            let report = report(&a.common)?;
+            let writing = args::ImageArguments { output: Some(a.output), simplify: a.simplify };
+            let target = image_target(writing, AxisChoice::All)?.expect("an output is given");
+            apart(&report, &target.path)?;
+            let job = SurfaceJob { images: a.images, unit: a.unit, mode: mode(a.mode), target, report };
+            Ok(invocation(Job::Surface(job), &a.common))
         }
         Command::Check(a) => {
             let report = report(&a.common)?;
@@ -392,17 +413,21 @@ fn measure(
             AxisChoice::Z => vec![Axis::Z],
             AxisChoice::All => Axis::ALL.to_vec(),
         },
-        mode: match sampling.mode {
-            ModeChoice::Over => Mode::Estimate(Estimate::Over),
-            ModeChoice::Under => Mode::Estimate(Estimate::Under),
-            ModeChoice::Exact => Mode::Exact,
-        },
+        mode: mode(sampling.mode),
         fill: fill(sampling.fill),
         backend,
         images,
         report,
     };
     Ok(invocation(Job::Measure(job), &common))
+}
+
+fn mode(choice: ModeChoice) -> Mode {
+    match choice {
+        ModeChoice::Over => Mode::Estimate(Estimate::Over),
+        ModeChoice::Under => Mode::Estimate(Estimate::Under),
+        ModeChoice::Exact => Mode::Exact,
+    }
 }
 
 fn backend(backend: BackendChoice, adapter: Option<String>) -> Result<Backend, Failure> {
@@ -481,9 +506,7 @@ fn apart(report: &Report, other: &Path) -> Result<(), Failure> {
 fn mesh_target(path: &Path) -> Result<(), Failure> {
     let format = Format::from_path(path).map_err(Failure::input)?;
     if !format.is_written() {
-        let written: Vec<String> = Format::ALL.iter().filter(|f| f.is_written()).map(|f| f.to_string()).collect();
-        let written = written.join(" and ");
-        return Err(Failure::input(format!("{}: {format} files are not written here; {written} are", path.display())));
+        return Err(Failure::input(WriteError::NoWriter { path: path.to_path_buf(), format }));
     }
     writable(path)
 }

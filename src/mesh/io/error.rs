@@ -254,6 +254,44 @@ pub enum WriteError {
         /// The coordinate.
         value: f64,
     },
+    /// A coordinate is infinite or not a number, and the format has no such numbers.
+    #[error("{}: position {position} has the coordinate {value}, which {format} cannot hold", .path.display())]
+    NotFinite {
+        /// The target.
+        path: PathBuf,
+        /// The format its extension tells.
+        format: Format,
+        /// The position, from 0.
+        position: usize,
+        /// The coordinate.
+        value: f64,
+    },
+    /// A coordinate is farther from the origin than programs that read the format allow.
+    #[error("{}: position {position} has the coordinate {value}, and {format} goes to {limit}", .path.display())]
+    TooFar {
+        /// The target.
+        path: PathBuf,
+        /// The format its extension tells.
+        format: Format,
+        /// The position, from 0.
+        position: usize,
+        /// The coordinate.
+        value: f64,
+        /// The largest that is allowed, of either sign.
+        limit: f64,
+    },
+    /// The file would be longer than the format can count.
+    #[error("{}: the file would have {bytes} bytes, and {format} can count {limit}", .path.display())]
+    TooManyBytes {
+        /// The target.
+        path: PathBuf,
+        /// The format its extension tells.
+        format: Format,
+        /// How many bytes the file would have.
+        bytes: u64,
+        /// The most the format has room for.
+        limit: u64,
+    },
     /// The mesh has more triangles than the format can count.
     #[error("{}: {triangles} triangles, and {format} can count {limit}", .path.display())]
     TooManyTriangles {

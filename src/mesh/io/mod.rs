@@ -1,14 +1,15 @@
 //! Mesh files, one module a format.
 //!
-//! [`read`] takes STL, OBJ, PLY, OFF, glTF, GLB and 3MF, [`write()`] makes STL and OBJ. Readers give what the file holds:
-//! vertices are not welded (but for corners of binary STL that stand close together in the file), coordinates that are not finite are kept for the mesh check to report, and text is parsed as
-//! `f64`. What they must change or leave out on the way they say in [`MeshFile::notes`]; where a file breaks the rules of
+//! [`read`] takes STL, OBJ, PLY, OFF, glTF, GLB and 3MF, [`write()`] makes all of them but glTF in text. Readers give what
+//! the file holds: vertices are not welded (but for corners of binary STL that stand close together in the file),
+//! coordinates that are not finite are kept for the mesh check to report, and text is parsed as `f64`. What they must change or leave out on the way they say in [`MeshFile::notes`]; where a file breaks the rules of
 //! its format the [`ReadError`] names the place and the value.
 //!
 //! No count in a header is believed before the bytes that it counts are seen to be there, so that memory stays in
 //! proportion to the file. Instances are the exception by their nature, and have a limit of their own (`placement`).
 
 mod error;
+mod formatted;
 mod gltf;
 mod note;
 mod obj;
@@ -19,17 +20,18 @@ mod polygon;
 mod stl;
 mod text;
 mod threemf;
+mod write;
 
 use std::fmt;
 use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::Path;
 
 use super::{LengthUnit, TriangleMesh};
-use crate::output;
 use error::Fault;
 pub use error::{FormatError, Place, Problem, ReadError, WriteError};
-pub use note::ReadNote;
+pub use note::{ReadNote, WriteNote};
+pub use write::{Written, write};
 
 /// A mesh file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -80,13 +82,15 @@ impl Format {
 
     /// Whether [`write()`] makes files of this format.
     pub fn is_written(self) -> bool {
-        matches!(self, Format::Stl | Format::Obj)
+        !matches!(self, Format::Gltf)
     }
 
+    /// The extensions of every format that is known, as messages list them.
     fn known() -> String {
         Format::list(&Format::ALL)
     }
 
+    /// The extensions of every format that is written.
     fn written() -> String {
         let written: Vec<Format> = Format::ALL.into_iter().filter(|format| format.is_written()).collect();
         Format::list(&written)
@@ -174,30 +178,7 @@ pub fn parse(bytes: &[u8], format: Format, path: &Path) -> Result<MeshFile, Read
     Ok(file)
 }
 
-/// Writes a mesh, in the format of the path's extension: STL (binary, its coordinates rounded to 32 bits) or OBJ (text
-/// that gives back the same `f64`).
-///
-/// The file is written beside its target and renamed when it is complete, so that no one ever sees half of it. The unit is
-/// a remark in the header, which no program is known to read.
-pub fn write(path: &Path, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> Result<(), WriteError> {
-    let format = Format::from_path(path)?;
-    let writer: fn(&mut dyn Write, &TriangleMesh, Option<LengthUnit>) -> io::Result<()> = match format {
-        Format::Stl => {
-            stl::check(path, mesh)?;
-            stl::write
-        }
-        Format::Obj => obj::write,
-        _ => return Err(WriteError::NoWriter { path: path.to_path_buf(), format }),
-    };
-    let count = mesh.positions.len();
-    for (triangle, corners) in mesh.triangles.iter().enumerate() {
-        if let Some(&index) = corners.iter().find(|&&index| index as usize >= count) {
-            return Err(WriteError::IndexOutOfRange { path: path.to_path_buf(), triangle, index, count });
-        }
-    }
-    output::replace(path, |file| writer(file, mesh, unit))
-        .map_err(|source| WriteError::Io { path: path.to_path_buf(), source })
-}
-
+#[cfg(test)]
+mod round_trips;
 #[cfg(test)]
 mod tests;

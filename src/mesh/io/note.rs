@@ -1,6 +1,9 @@
-//! What a reader did that its user should hear of.
+//! What a reader or a writer did that its user should hear of.
 
 use std::fmt;
+
+use super::Format;
+use crate::mesh::LengthUnit;
 
 /// A remark about a file that was read: something was put together, replaced or left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,8 +53,19 @@ pub enum ReadNote {
         /// How many.
         count: usize,
     },
-    /// The beams of beam lattices were left out; what is read is less than the file describes.
-    BeamsLeftOut {
+    /// The beams and balls of beam lattices were meshed. Each is a closed shell of its own and overlaps its neighbours, so
+    /// that only the non-zero fill rule gives the solid that the file describes.
+    BeamsMeshed {
+        /// How many beams and balls, counting each place an object stands in.
+        count: usize,
+    },
+    /// Beams that are shorter than their lattice says a beam may be were left out, as their format demands.
+    BeamsTooShort {
+        /// How many, counting each place an object stands in.
+        count: usize,
+    },
+    /// Meshes that stand in for beam lattices on displays were left out; the lattices themselves were read.
+    RepresentationsIgnored {
         /// How many.
         count: usize,
     },
@@ -75,7 +89,9 @@ impl ReadNote {
             ReadNote::WeightsIgnored { .. } => "weights-ignored",
             ReadNote::TrailingBytes { .. } => "trailing-bytes",
             ReadNote::SupportsSkipped { .. } => "supports-skipped",
-            ReadNote::BeamsLeftOut { .. } => "beams-left-out",
+            ReadNote::BeamsMeshed { .. } => "beams-meshed",
+            ReadNote::BeamsTooShort { .. } => "beams-too-short",
+            ReadNote::RepresentationsIgnored { .. } => "representations-ignored",
             ReadNote::DeformationIgnored { .. } => "deformation-ignored",
         }
     }
@@ -95,9 +111,77 @@ impl fmt::Display for ReadNote {
             ReadNote::WeightsIgnored { count } => write!(f, "vertex weights other than 1 ignored: {count}"),
             ReadNote::TrailingBytes { count } => write!(f, "bytes ignored after the last element: {count}"),
             ReadNote::SupportsSkipped { count } => write!(f, "support objects skipped: {count}"),
-            ReadNote::BeamsLeftOut { count } => write!(f, "beams of beam lattices left out: {count}"),
+            ReadNote::BeamsMeshed { count } => {
+                write!(f, "beams and balls of beam lattices meshed, each a shell that overlaps others: {count}")
+            }
+            ReadNote::BeamsTooShort { count } => {
+                write!(f, "beams shorter than their lattice's least length left out: {count}")
+            }
+            ReadNote::RepresentationsIgnored { count } => {
+                write!(f, "meshes that only display a beam lattice ignored: {count}")
+            }
             ReadNote::DeformationIgnored { count } => {
                 write!(f, "meshes with skins or morph targets read in their rest shape: {count}")
+            }
+        }
+    }
+}
+
+/// A remark about a file that was written: it holds something other than the mesh did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WriteNote {
+    /// The format has a unit, and none was given.
+    UnitAssumed {
+        /// The format.
+        format: Format,
+        /// The unit that the coordinates were taken to be in.
+        unit: LengthUnit,
+    },
+    /// Rounding to 32 bits moved vertices by more than a hundred-thousandth of the mesh's size.
+    CoordinatesRounded {
+        /// The format.
+        format: Format,
+        /// By how much a coordinate moves at most, in units of the mesh.
+        moved: f64,
+        /// The longest side of the mesh's box, in units of the mesh.
+        size: f64,
+    },
+    /// Triangles with two corners in one position were left out, as 3MF does not allow them. They have no area, and nothing
+    /// opens without them.
+    CollapsedLeftOut {
+        /// How many.
+        count: usize,
+    },
+}
+
+impl WriteNote {
+    /// A short name that does not change, for programs.
+    pub fn code(&self) -> &'static str {
+        match self {
+            WriteNote::UnitAssumed { .. } => "unit-assumed",
+            WriteNote::CoordinatesRounded { .. } => "coordinates-rounded",
+            WriteNote::CollapsedLeftOut { .. } => "collapsed-left-out",
+        }
+    }
+}
+
+impl fmt::Display for WriteNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            WriteNote::UnitAssumed { format, unit } => {
+                write!(
+                    f,
+                    "{format} files have a unit, and none was given; lengths are taken to be in {}",
+                    unit.symbol()
+                )
+            }
+            WriteNote::CoordinatesRounded { format, moved, size } => write!(
+                f,
+                "{format} holds 32-bit coordinates, which moves vertices of this mesh by up to {moved:.1e}, of a size of \
+                 {size:.1e}; .obj, .ply, .off and .3mf hold 64 bits"
+            ),
+            WriteNote::CollapsedLeftOut { count } => {
+                write!(f, "triangles with two corners in one position left out, which 3MF does not allow: {count}")
             }
         }
     }

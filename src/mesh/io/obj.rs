@@ -15,9 +15,10 @@ use glam::DVec3;
 
 use super::MeshFile;
 use super::error::{Fault, Place, Problem};
+use super::formatted::write_each;
 use super::note::ReadNote;
 use super::polygon::Polygons;
-use super::text::{Words, decode};
+use super::text::{Words, decode, push_integers, push_numbers};
 use crate::mesh::{LengthUnit, TriangleMesh};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
@@ -164,18 +165,15 @@ impl<'a> Reader<'a> {
 }
 
 /// Writes positions in the shortest decimals that give back the same numbers, and triangles.
-pub(super) fn write(out: &mut dyn Write, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
+pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
     writeln!(out, "# OBJ by ldi-ops")?;
     if let Some(unit) = unit {
         writeln!(out, "# unit {}", unit.symbol())?;
     }
-    for p in &mesh.positions {
-        writeln!(out, "v {:?} {:?} {:?}", p.x, p.y, p.z)?;
-    }
-    for [a, b, c] in mesh.triangles.iter().map(|triangle| triangle.map(|index| u64::from(index) + 1)) {
-        writeln!(out, "f {a} {b} {c}")?;
-    }
-    Ok(())
+    write_each(out, &mesh.positions, |position, line| push_numbers(line, [b"v ", b" ", b" "], position, b"\n"))?;
+    write_each(out, &mesh.triangles, |triangle, line| {
+        push_integers(line, [b"f ", b" ", b" "], triangle.map(|index| u64::from(index) + 1), b"\n");
+    })
 }
 
 #[cfg(test)]

@@ -5,14 +5,17 @@
 //! missing, or touch the first count, and the counts may follow it on its line. `4OFF` and `nOFF` have other numbers of
 //! coordinates and are refused, as is the binary form.
 
+use std::io::{self, Write};
+
 use glam::DVec3;
 
 use super::MeshFile;
 use super::error::{Fault, Place, Problem};
+use super::formatted::write_each;
 use super::note::ReadNote;
 use super::polygon::Polygons;
-use super::text::{Words, decode, quote};
-use crate::mesh::TriangleMesh;
+use super::text::{Words, decode, push_integers, push_numbers, quote};
+use crate::mesh::{LengthUnit, TriangleMesh};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
     let text = decode(bytes);
@@ -119,6 +122,20 @@ fn fits(words: &Words<'_>, what: &'static str, promised: u64, shortest: u64) -> 
 
 fn short(what: &'static str, promised: u64, found: u64) -> Fault {
     Fault::Malformed(Place::File, Problem::Short { what: what.into(), promised, found })
+}
+
+/// Writes positions in the shortest decimals that give back the same numbers, and triangles.
+pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
+    writeln!(out, "OFF\n# OFF by ldi-ops")?;
+    if let Some(unit) = unit {
+        writeln!(out, "# unit {}", unit.symbol())?;
+    }
+    // Nobody reads the count of edges.
+    writeln!(out, "{} {} 0", mesh.positions.len(), mesh.triangles.len())?;
+    write_each(out, &mesh.positions, |position, line| push_numbers(line, [b"", b" ", b" "], position, b"\n"))?;
+    write_each(out, &mesh.triangles, |triangle, line| {
+        push_integers(line, [b"3 ", b" ", b" "], triangle.map(u64::from), b"\n");
+    })
 }
 
 #[cfg(test)]

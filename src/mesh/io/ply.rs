@@ -8,6 +8,7 @@
 //! or `vertex_index`, in whatever types; all else is stepped over. In triangle strips −1 starts a new strip, every other
 //! triangle is turned, and triangles that name a vertex twice are left out, since they only lead from strip to strip.
 
+use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
@@ -15,11 +16,12 @@ use rayon::prelude::*;
 
 use super::MeshFile;
 use super::error::{Fault, Place, Problem};
+use super::formatted::write_each;
 use super::note::ReadNote;
 use super::polygon::{Polygons, Strip};
 use super::text::{Words, decode, quote};
 use crate::allocation::vec_with_room;
-use crate::mesh::TriangleMesh;
+use crate::mesh::{LengthUnit, TriangleMesh};
 
 /// Elements that one task converts: enough to be worth handing over, few enough to share out evenly.
 const ELEMENTS_PER_TASK: usize = 1 << 14;
@@ -570,6 +572,30 @@ fn plain_triangles(
             .collect_into_vec(&mut triangles);
     }
     is_plain.into_inner().then_some((triangles, length))
+}
+
+/// Writes the little-endian form, with coordinates as `double`, so that nothing is rounded.
+///
+/// trimesh, MeshLab, Blender, VTK and Open3D read `double`. Lists are of `int` with `uchar` counts, the layout of nearly
+/// all files that there are; where there are more vertices than an `int` can number they are of `uint`, the same bytes.
+pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
+    let unit = unit.map_or(String::new(), |unit| format!("comment unit {}\n", unit.symbol()));
+    let index = if mesh.positions.len() <= 1 << 31 { "int" } else { "uint" };
+    write!(
+        out,
+        "ply\nformat binary_little_endian 1.0\ncomment PLY by ldi-ops\n{unit}element vertex {}\nproperty double x\n\
+         property double y\nproperty double z\nelement face {}\nproperty list uchar {index} vertex_indices\nend_header\n",
+        mesh.positions.len(),
+        mesh.triangles.len()
+    )?;
+    write_each(out, &mesh.positions, |position, bytes| {
+        bytes.extend_from_slice(position.to_array().map(f64::to_le_bytes).as_flattened());
+    })?;
+    write_each(out, &mesh.triangles, |triangle, bytes| {
+        let mut record = [3; 13];
+        record[1..].copy_from_slice(triangle.map(u32::to_le_bytes).as_flattened());
+        bytes.extend_from_slice(&record);
+    })
 }
 
 #[cfg(test)]

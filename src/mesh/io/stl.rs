@@ -13,6 +13,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::error::{Fault, Place, Problem, WriteError};
+use super::formatted::write_each;
 use super::note::ReadNote;
 use super::text::{Words, decode};
 use super::{Format, MeshFile};
@@ -317,21 +318,16 @@ fn facet(words: &mut Words<'_>, index: usize) -> Result<[DVec3; 3], Fault> {
 
 /// Says whether binary STL can hold the mesh.
 pub(super) fn check(path: &Path, mesh: &TriangleMesh) -> Result<(), WriteError> {
-    let (path, format) = (path.to_path_buf(), Format::Stl);
     if mesh.triangles.len() > u32::MAX as usize {
+        let (path, format) = (path.to_path_buf(), Format::Stl);
         return Err(WriteError::TooManyTriangles { path, format, triangles: mesh.triangles.len(), limit: u32::MAX });
-    }
-    for (position, p) in mesh.positions.iter().enumerate() {
-        if let Some(value) = p.to_array().into_iter().find(|v| v.is_finite() && !(*v as f32).is_finite()) {
-            return Err(WriteError::Overflow { path, format, position, value });
-        }
     }
     Ok(())
 }
 
 /// Writes binary STL. The mesh has been checked; the normals are those of the corners as they are before rounding, and zero
 /// for triangles without area.
-pub(super) fn write(out: &mut dyn Write, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
+pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
     let mut header = [b' '; 80];
     let title = match unit {
         Some(unit) => format!("binary STL by ldi-ops, unit {}", unit.symbol()),
@@ -340,17 +336,14 @@ pub(super) fn write(out: &mut dyn Write, mesh: &TriangleMesh, unit: Option<Lengt
     header[..title.len()].copy_from_slice(title.as_bytes());
     out.write_all(&header)?;
     out.write_all(&(mesh.triangles.len() as u32).to_le_bytes())?;
-    for triangle in &mesh.triangles {
+    write_each(out, &mesh.triangles, |triangle, bytes| {
         let [a, b, c] = triangle.map(|index| mesh.positions[index as usize]);
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let mut record = [0; TRIANGLE_BYTES];
-        let numbers = [normal, a, b, c].into_iter().flat_map(|v| v.to_array());
-        for (bytes, value) in record.chunks_exact_mut(4).zip(numbers) {
-            bytes.copy_from_slice(&(value as f32).to_le_bytes());
-        }
-        out.write_all(&record)?;
-    }
-    Ok(())
+        let numbers = [normal, a, b, c].map(|v| v.as_vec3().to_array().map(f32::to_le_bytes));
+        record[..TRIANGLE_BYTES - 2].copy_from_slice(numbers.as_flattened().as_flattened());
+        bytes.extend_from_slice(&record);
+    })
 }
 
 #[cfg(test)]

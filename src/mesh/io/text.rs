@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
+use glam::DVec3;
 use memchr::memchr2;
 
 use super::error::{Fault, Place, Problem};
@@ -76,6 +77,30 @@ fn unusual_number(text: &str) -> Option<f64> {
     }
     let (mantissa, exponent) = lower.split_once('d')?;
     if mantissa.contains('e') { None } else { format!("{mantissa}e{exponent}").parse().ok() }
+}
+
+/// Adds three coordinates, each behind its own text, in the shortest decimals that give back the same numbers.
+///
+/// `zmij` does it in a third of the time of Rust's own formatting.
+#[inline]
+pub(super) fn push_numbers(text: &mut Vec<u8>, before: [&[u8]; 3], numbers: &DVec3, after: &[u8]) {
+    let mut digits = zmij::Buffer::new();
+    for (before, number) in before.into_iter().zip(numbers.to_array()) {
+        text.extend_from_slice(before);
+        text.extend_from_slice(digits.format(number).as_bytes());
+    }
+    text.extend_from_slice(after);
+}
+
+/// Adds three whole numbers, each behind its own text.
+#[inline]
+pub(super) fn push_integers(text: &mut Vec<u8>, before: [&[u8]; 3], numbers: [u64; 3], after: &[u8]) {
+    let mut digits = itoa::Buffer::new();
+    for (before, number) in before.into_iter().zip(numbers) {
+        text.extend_from_slice(before);
+        text.extend_from_slice(digits.format(number).as_bytes());
+    }
+    text.extend_from_slice(after);
 }
 
 /// The words of a text, with the line that the last one stands on. Lines end in LF, CR LF or CR alone.

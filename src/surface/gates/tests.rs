@@ -153,7 +153,7 @@ fn sentences_count_and_name_the_first() {
         sentences(&mesh),
         [
             "3 edges do not border two triangles in opposite directions; the first is [0, 0, 0] to [0, 0, 1], used 0 times \
-          that way and 0 times the other."
+          that way and 1 times the other."
         ]
     );
     let touching = together(&[unit_cube(), cube(DVec3::ONE, 1.0)]);

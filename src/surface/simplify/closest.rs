@@ -190,7 +190,7 @@ mod tests {
     }
 
     fn places(count: usize) -> impl Strategy<Value = Vec<DVec3>> {
-        prop::collection::vec((0..9, 0..9, 0..9), count)
+        prop::collection::vec((0..9u8, 0..9u8, 0..9u8), count)
             .prop_map(|all| all.into_iter().map(|(x, y, z)| DVec3::new(x.into(), y.into(), z.into())).collect())
     }
 

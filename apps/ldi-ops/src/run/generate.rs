@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use ldi_ops::mesh::{Aabb, LengthUnit, io};
 
-use super::Finished;
+use super::{Finished, input, say_warnings};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
+use crate::report::Warning;
 use crate::resolve::GenerateJob;
 use crate::{json, report};
 
@@ -18,14 +19,15 @@ pub struct Generated {
     pub bounds: Option<Aabb>,
     pub volume: f64,
     pub area: f64,
+    pub warnings: Vec<Warning>,
 }
 
-/// Builds a model and writes it, in millimetres.
+/// Builds a model, in millimetres, and writes it.
 pub fn run(job: &GenerateJob, progress: &Progress) -> Result<Finished, Failure> {
     progress.stage("building");
     let mesh = job.model.build().map_err(Failure::input)?;
     progress.stage("writing");
-    io::write(&job.to, &mesh, Some(LengthUnit::Millimetre)).map_err(super::write_failure)?;
+    let written = io::write(&job.to, &mesh, Some(LengthUnit::Millimetre)).map_err(super::write_failure)?;
     let generated = Generated {
         kind: job.kind.clone(),
         to: job.to.clone(),
@@ -33,8 +35,10 @@ pub fn run(job: &GenerateJob, progress: &Progress) -> Result<Finished, Failure> 
         bounds: mesh.bounds(),
         volume: mesh.signed_volume(),
         area: mesh.area(),
+        warnings: input::write_notes(&job.to, &written.notes),
     };
     progress.finish();
+    say_warnings(&generated.warnings, progress);
     let stdout = json::deliver(&job.report, || json::generated(&generated), || report::generated(&generated))?;
     Ok(Finished { stdout, exit: Exit::Done })
 }

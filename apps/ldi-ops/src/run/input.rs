@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DVec3};
 use ldi_ops::grid::{Grid, LatticeSolid};
 use ldi_ops::mesh::check::{MeshReport, check};
-use ldi_ops::mesh::io::{self, Format, MeshFile, ReadError, ReadNote};
+use ldi_ops::mesh::io::{self, Format, MeshFile, ReadError, ReadNote, WriteNote};
 use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, NotClosed, TriangleMesh};
 use ldi_ops::sampler::Fill;
 use rayon::prelude::*;
@@ -131,6 +131,11 @@ pub fn notes(path: &Path, notes: &[ReadNote]) -> Vec<Warning> {
     notes.iter().map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect()
 }
 
+/// What a writer had to say.
+pub fn write_notes(path: &Path, notes: &[WriteNote]) -> Vec<Warning> {
+    notes.iter().map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect()
+}
+
 /// Says that a file's own unit stands against the one that was given.
 pub fn unit_ignored(path: &Path, own: Option<LengthUnit>, given: Option<LengthUnit>) -> Option<Warning> {
     let (own, given) = (own?, given?);
@@ -188,6 +193,7 @@ fn solid(input: &Input, demands: Demands) -> Result<(Solid, Vec<Warning>), Failu
     let ReadMesh { file, sha256 } = read(&input.path, demands.provenance)?;
     let MeshFile { mut mesh, unit, notes: said } = file;
     let mut warnings = notes(&input.path, &said);
+    refuse_beams(&input.path, &said, demands.fill)?;
     if let Some(Placement { map }) = &input.placement {
         mesh.transform(map);
     }
@@ -207,6 +213,18 @@ fn solid(input: &Input, demands: Demands) -> Result<(Solid, Vec<Warning>), Failu
     };
     warnings.extend(remarks(&solid, demands.fill));
     Ok((solid, warnings))
+}
+
+/// The shells of beams overlap wherever beams meet, and the even-odd rule would take each node for a hole.
+fn refuse_beams(path: &Path, notes: &[ReadNote], fill: Fill) -> Result<(), Failure> {
+    let beams = notes.iter().find(|note| matches!(note, ReadNote::BeamsMeshed { .. }));
+    match (beams, fill) {
+        (Some(note), Fill::EvenOdd) => Err(Failure::input(format!(
+            "{}: {note}; the even-odd rule would cut away what beams have in common, so use --fill nonzero",
+            path.display()
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// What the check found that does not stand in the way.

@@ -6,6 +6,7 @@ mod check;
 mod convert;
 mod devices;
 mod fill;
+mod from_images;
 mod generate;
 #[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
 mod gpu;
@@ -31,6 +32,7 @@ pub use backend::Ran;
 pub use check::Checked;
 pub use convert::Converted;
 pub use devices::{Devices, GpuDevice};
+pub use from_images::Surfaced;
 pub use generate::Generated;
 pub use input::Solid;
 pub use machine::{cpu_name, peak_memory_bytes};
@@ -54,6 +56,7 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Failure> 
     let progress = Progress::new(invocation.verbosity);
     match invocation.job {
         Job::Measure(job) => measure::run(&job, start, &progress),
+        Job::Surface(job) => from_images::run(&job, start, &progress),
         Job::Check(job) => check::run(&job, &progress),
         Job::Convert(job) => convert::run(&job, &progress),
         Job::Generate(job) => generate::run(&job, &progress),

@@ -12,6 +12,7 @@ use ldi_ops::surface::gates::Gates;
 use ldi_ops::surface::simplify::simplify;
 use ldi_ops::surface::{Surface, SurfaceMode, contour};
 
+use super::input::write_notes;
 use super::write_failure;
 use crate::bound::Bound;
 use crate::exit::Failure;
@@ -76,7 +77,8 @@ pub fn write(
         warnings.push(Warning::new("empty-surface", message));
     } else {
         progress.stage("writing");
-        io::write(path, &mesh, imaged.unit).map_err(write_failure)?;
+        let written = io::write(path, &mesh, imaged.unit).map_err(write_failure)?;
+        warnings.extend(write_notes(path, &written.notes));
         report.path = Some(path.to_path_buf());
     }
     Ok((report, warnings))

@@ -29,7 +29,7 @@ pub fn images(
             return Ok((Some(report), warnings));
         }
         Content::Images => {
-            let normals = imaged.images.iter().map(|image| imaged.normals.and_then(|normals| image.normals(normals)));
+            let normals = imaged.images.iter().map(|image| npz::normals_of_samples(image, imaged.normals?));
             let extras = Extras { normals: normals.collect(), unit: unit.map(str::to_owned) };
             output::replace(&target.path, |file| npz::write(imaged.images, &extras, file).map_err(io::Error::from))?;
         }

@@ -1,13 +1,16 @@
 //! 3MF: the objects that a package's build places, in the unit that its model names.
 //!
 //! Only build items count, with the components below them, each in its place. The production extension, by which items and
-//! components may lie in other parts of the package, is followed.
+//! components may lie in other parts of the package, is followed. Beam lattices are meshed (`lattice`).
 //!
 //! The package is read with `zip` and its XML with `quick-xml`. The `threemf2` crate was the first choice, but a coordinate
 //! or an index that is no number becomes 0 there, and a vertex that cannot be read is dropped, which renumbers all that
 //! follow it: both without an error.
 //!
 //! A few bytes of a ZIP file can inflate to very many, so there is a limit to how many, in proportion to the file's size.
+
+mod lattice;
+mod write;
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -25,6 +28,8 @@ use super::note::ReadNote;
 use super::placement::{PLACEMENTS_MAX, Placement, assemble};
 use super::text::{decode, number, quote, sentence};
 use crate::mesh::{LengthUnit, TriangleMesh};
+use lattice::{Lattice, Meshed};
+pub(super) use write::{FARTHEST, Object as WrittenObject, write};
 
 /// Bytes that a package of `length` may inflate to. Models of lattices, full of the same words, reach a fiftieth of it.
 fn inflated_limit(length: usize) -> u64 {
@@ -200,6 +205,15 @@ impl<'a> Xml<'a> {
             .ok_or_else(|| self.fault(Problem::NotANumber { expected: "a number", found: quote(text.as_bytes()) }))
     }
 
+    /// The index of one of `count` vertices, all of which stand before what refers to them, as the schema has it.
+    fn vertex_index(&self, text: &str, count: usize) -> Result<u32, Fault> {
+        let index = self.integer(text)?;
+        if !(0..count.min(u32::MAX as usize) as i64).contains(&index) {
+            return Err(self.fault(Problem::IndexOutOfRange { what: "vertex", index, count, first: 0 }));
+        }
+        Ok(index as u32)
+    }
+
     fn integer(&self, text: &str) -> Result<i64, Fault> {
         text.trim_ascii()
             .parse()
@@ -220,10 +234,27 @@ struct Reference {
 struct Object {
     is_support: bool,
     mesh: TriangleMesh,
-    beams: usize,
+    lattice: Option<Lattice>,
     components: Vec<Reference>,
     /// A kind of shape that is not known here, and its line.
     other_shape: Option<(String, usize)>,
+}
+
+impl Object {
+    /// Whether there is anything but components.
+    fn has_shape(&self) -> bool {
+        !self.mesh.triangles.is_empty() || self.lattice.as_ref().is_some_and(|lattice| !lattice.is_empty())
+    }
+
+    /// The mesh with the lattice's, which takes of the `room` for triangles.
+    fn take_mesh(&mut self, room: &mut u64) -> Result<(TriangleMesh, Meshed), Fault> {
+        let mut mesh = std::mem::take(&mut self.mesh);
+        let meshed = match self.lattice.take() {
+            Some(lattice) => lattice.mesh(&mut mesh, room)?,
+            None => Meshed::default(),
+        };
+        Ok((mesh, meshed))
+    }
 }
 
 struct Model {
@@ -243,6 +274,7 @@ enum Tag {
     Triangles,
     BeamLattice,
     Beams,
+    Balls,
     Components,
     Build,
     Other,
@@ -308,7 +340,13 @@ impl Model {
                 Tag::Other
             }
             (Some(Tag::Beams), "beam") => {
-                object.beams += 1;
+                let count = object.mesh.positions.len();
+                object.lattice.as_mut().map_or(Ok(()), |lattice| lattice.beam(xml, element, count))?;
+                Tag::Other
+            }
+            (Some(Tag::Balls), "ball") => {
+                let count = object.mesh.positions.len();
+                object.lattice.as_mut().map_or(Ok(()), |lattice| lattice.ball(xml, element, count))?;
                 Tag::Other
             }
             (None, "model") => {
@@ -346,8 +384,14 @@ impl Model {
             }
             (Some(Tag::Mesh), "vertices") => Tag::Vertices,
             (Some(Tag::Mesh), "triangles") => Tag::Triangles,
-            (Some(Tag::Mesh), "beamlattice") => Tag::BeamLattice,
+            (Some(Tag::Mesh), "beamlattice") => {
+                if object.lattice.replace(Lattice::parse(xml, element)?).is_some() {
+                    return Err(xml.invalid("a mesh has two beam lattices"));
+                }
+                Tag::BeamLattice
+            }
             (Some(Tag::BeamLattice), "beams") => Tag::Beams,
+            (Some(Tag::BeamLattice), "balls") => Tag::Balls,
             (Some(Tag::Components), "component") => {
                 object.components.push(reference(xml, element)?);
                 Tag::Other
@@ -386,13 +430,7 @@ fn triangle(xml: &Xml<'_>, element: &BytesStart<'_>, mesh: &TriangleMesh) -> Res
     let mut triangle = [None; 3];
     xml.attributes(element, |name, value| {
         if let Some(corner) = ["v1", "v2", "v3"].iter().position(|&corner| corner == name) {
-            let index = xml.integer(value)?;
-            // The vertices stand before the triangles, as the schema has it.
-            let count = mesh.positions.len();
-            if !(0..count.min(u32::MAX as usize) as i64).contains(&index) {
-                return Err(xml.fault(Problem::IndexOutOfRange { what: "vertex", index, count, first: 0 }));
-            }
-            triangle[corner] = Some(index as u32);
+            triangle[corner] = Some(xml.vertex_index(value, mesh.positions.len())?);
         }
         Ok(())
     })?;
@@ -436,15 +474,20 @@ fn transform(xml: &Xml<'_>, text: &str) -> Result<DAffine3, Fault> {
 }
 
 fn unit(name: &str) -> Option<LengthUnit> {
-    Some(match name {
-        "micron" => LengthUnit::Micrometre,
-        "millimeter" => LengthUnit::Millimetre,
-        "centimeter" => LengthUnit::Centimetre,
-        "inch" => LengthUnit::Inch,
-        "foot" => LengthUnit::Foot,
-        "meter" => LengthUnit::Metre,
-        _ => return None,
-    })
+    use LengthUnit::{Centimetre, Foot, Inch, Metre, Micrometre, Millimetre};
+    [Micrometre, Millimetre, Centimetre, Inch, Foot, Metre].into_iter().find(|&unit| unit_name(unit) == name)
+}
+
+/// The unit as 3MF calls it.
+fn unit_name(unit: LengthUnit) -> &'static str {
+    match unit {
+        LengthUnit::Micrometre => "micron",
+        LengthUnit::Millimetre => "millimeter",
+        LengthUnit::Centimetre => "centimeter",
+        LengthUnit::Inch => "inch",
+        LengthUnit::Foot => "foot",
+        LengthUnit::Metre => "meter",
+    }
 }
 
 /// Walks from the root model's items down to meshes.
@@ -462,7 +505,7 @@ fn build(mut models: BTreeMap<String, Model>, root: &str) -> Result<MeshFile, Fa
     let mut walk = Walk { stack: Vec::new(), reached: 0 };
     walk.push(root, &root_model.items, DAffine3::IDENTITY, 0)?;
     let mut placed: Vec<(&str, i64, DAffine3)> = Vec::new();
-    let (mut supports, mut beams) = (0, 0);
+    let mut supports = 0;
     while let Some((part, reference, world_from_outer, depth)) = walk.stack.pop() {
         let part = reference.part.as_deref().unwrap_or(part);
         let place = || Place::Part { part: part.to_owned(), line: reference.line };
@@ -483,16 +526,12 @@ fn build(mut models: BTreeMap<String, Model>, root: &str) -> Result<MeshFile, Fa
             let feature = format!("object {} is made by `{shape}`, which is not supported", reference.object);
             return Err(Fault::Unsupported(place, feature));
         }
-        beams += object.beams;
+        object.lattice.as_ref().map_or(Ok(()), |lattice| refuse_clipping(lattice, part, reference.object))?;
         let world_from_object = world_from_outer * reference.outer_from_object;
-        if !object.mesh.triangles.is_empty() {
+        if object.has_shape() {
             placed.push((part, reference.object, world_from_object));
         }
         walk.push(part, &object.components, world_from_object, depth + 1)?;
-    }
-    if placed.is_empty() && beams > 0 {
-        let feature = format!("the file has {beams} beams and no triangles, and beam lattices are not meshed yet");
-        return Err(Fault::Unsupported(Place::File, feature));
     }
 
     let mut notes = Vec::new();
@@ -501,9 +540,6 @@ fn build(mut models: BTreeMap<String, Model>, root: &str) -> Result<MeshFile, Fa
     }
     if supports > 0 {
         notes.push(ReadNote::SupportsSkipped { count: supports });
-    }
-    if beams > 0 {
-        notes.push(ReadNote::BeamsLeftOut { count: beams });
     }
     let keys: BTreeSet<(String, i64)> = placed.iter().map(|&(part, object, _)| (part.to_owned(), object)).collect();
     let keys: Vec<(String, i64)> = keys.into_iter().collect();
@@ -515,13 +551,42 @@ fn build(mut models: BTreeMap<String, Model>, root: &str) -> Result<MeshFile, Fa
         .map(|&(part, object, world_from_part)| Placement { part: part_index(part, object), world_from_part })
         .collect();
     drop((placed, walk));
-    let take = |(part, id): &(String, i64)| {
+    let mut parts = Vec::with_capacity(keys.len());
+    let mut lattices = Vec::with_capacity(keys.len());
+    let mut room = lattice::TRIANGLES_MAX;
+    for (part, id) in &keys {
         let object = models.get_mut(part).and_then(|model| model.objects.get_mut(id));
-        object.map(|object| std::mem::take(&mut object.mesh)).unwrap_or_default()
-    };
-    let mut parts: Vec<TriangleMesh> = keys.iter().map(take).collect();
+        let (mesh, meshed) = object.map(|object| object.take_mesh(&mut room)).transpose()?.unwrap_or_default();
+        parts.push(mesh);
+        lattices.push(meshed);
+    }
+    notes.extend(lattice_notes(placements.iter().map(|placement| lattices[placement.part])));
     let mesh = assemble(&mut parts, &placements)?;
     Ok(MeshFile { mesh, unit: Some(unit), notes })
+}
+
+fn refuse_clipping(lattice: &Lattice, part: &str, object: i64) -> Result<(), Fault> {
+    let Some((mode, line)) = &lattice.clipping else { return Ok(()) };
+    let place = Place::Part { part: part.to_owned(), line: *line };
+    let feature =
+        format!("the beam lattice of object {object} is clipped (`{mode}`) by a mesh, which is not supported");
+    Err(Fault::Unsupported(place, feature))
+}
+
+/// What is to be said of the lattices in all places.
+fn lattice_notes(lattices: impl Iterator<Item = Meshed>) -> Vec<ReadNote> {
+    let (mut meshed, mut short, mut representations) = (0, 0, 0);
+    for lattice in lattices {
+        meshed += lattice.meshed;
+        short += lattice.too_short;
+        representations += usize::from(lattice.has_representation);
+    }
+    let notes = [
+        (meshed, ReadNote::BeamsMeshed { count: meshed }),
+        (short, ReadNote::BeamsTooShort { count: short }),
+        (representations, ReadNote::RepresentationsIgnored { count: representations }),
+    ];
+    notes.into_iter().filter(|&(count, _)| count > 0).map(|(_, note)| note).collect()
 }
 
 /// References that have not been followed: the part each stands in, where that part's space is, and how deep.
@@ -640,24 +705,81 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn supports_and_beams_are_noted_and_unused_objects_do_not_count() {
-        let beams = r#"<b:beamlattice radius="1"><b:beams><b:beam v1="0" v2="1"/><b:beam v1="1" v2="2"/></b:beams></b:beamlattice>"#;
-        let lattice = TRIANGLE.replace("id=\"1\"", "id=\"2\"").replace("</mesh>", &format!("{beams}</mesh>"));
+    fn supports_are_noted_and_unused_objects_do_not_count() {
         let support = TRIANGLE.replace("id=\"1\"", "id=\"3\"").replace("type=\"model\"", "type=\"support\"");
         let unused = TRIANGLE.replace("id=\"1\"", "id=\"4\"");
-        let objects = format!("{TRIANGLE}{lattice}{support}{unused}");
-        let items = r#"<item objectid="1"/><item objectid="2"/><item objectid="3"/>"#;
-        let file = parsed(&single("", &objects, items), FORMAT);
-        assert_eq!(file.mesh.triangles.len(), 2);
+        let objects = format!("{TRIANGLE}{support}{unused}");
+        let file = parsed(&single("", &objects, r#"<item objectid="1"/><item objectid="3"/>"#), FORMAT);
+        assert_eq!(file.mesh.triangles.len(), 1);
+        assert_eq!(file.notes, [ReadNote::SupportsSkipped { count: 1 }]);
+    }
+
+    /// The triangle's object with this lattice in it.
+    fn with_lattice(lattice: &str) -> String {
+        TRIANGLE.replace("</mesh>", &format!("{lattice}</mesh>"))
+    }
+
+    /// Triangles of a tube, of a round cap, of a flat one and of a ball.
+    const TUBE: usize = 48;
+    const ROUND: usize = 96;
+    const FLAT: usize = 22;
+    const BALL: usize = 192;
+
+    #[test]
+    fn beams_are_meshed_beside_triangles_in_every_place() {
+        let lattice = r#"<b:beamlattice radius="0.1" minlength="0.001" cap="butt" representationmesh="9">
+            <b:beams><b:beam v1="0" v2="1"/><b:beam v1="1" v2="2" r1="0.2" cap1="sphere" cap2="hemisphere"/>
+            <b:beam v1="0" v2="2" r1="0.2" r2="0.1" cap1="sphere"/></b:beams>
+            <b:beamsets><b:beamset><b:ref index="0"/></b:beamset></b:beamsets></b:beamlattice>"#;
+        let items = r#"<item objectid="1"/><item objectid="1" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/>"#;
+        let file = parsed(&single("", &with_lattice(lattice), items), FORMAT);
+        let beams = 3 * TUBE + (2 * FLAT) + (2 * ROUND) + (ROUND + FLAT + BALL);
+        assert_eq!(file.mesh.triangles.len(), 2 * (1 + beams));
         let notes = [
             ReadNote::ObjectsMerged { count: 2 },
-            ReadNote::SupportsSkipped { count: 1 },
-            ReadNote::BeamsLeftOut { count: 2 },
+            ReadNote::BeamsMeshed { count: 6 },
+            ReadNote::RepresentationsIgnored { count: 2 },
         ];
         assert_eq!(file.notes, notes);
-        let alone = lattice.replace(r#"<triangle v1="0" v2="1" v3="2" pid="2"/>"#, "");
-        let message = "sample.3mf: the file has 2 beams and no triangles, and beam lattices are not meshed yet";
-        assert_eq!(error(&single("", &alone, r#"<item objectid="2"/>"#), FORMAT), message);
+        // The mirror image is turned outwards again.
+        let half = |triangles: &[[u32; 3]]| {
+            TriangleMesh { positions: file.mesh.positions.clone(), triangles: triangles.to_vec() }.signed_volume()
+        };
+        let (one, other) = file.mesh.triangles.split_at(1 + beams);
+        assert!((half(one) - half(other)).abs() < 1e-12 && half(&one[1..]) > 0.0);
+    }
+
+    #[test]
+    fn lattices_alone_are_read_and_short_beams_and_balls_told() {
+        let lattice = r#"<b:beamlattice radius="0.1" minlength="1.2" b2:ballmode="mixed" b2:ballradius="0.3"><b:beams>
+            <b:beam v1="0" v2="1"/><b:beam v1="1" v2="2"/></b:beams><b2:balls><b2:ball vindex="2"/></b2:balls></b:beamlattice>"#;
+        let alone = with_lattice(lattice).replace(r#"<triangle v1="0" v2="1" v3="2" pid="1"/>"#, "");
+        let file = parsed(&single("", &alone, ITEM), FORMAT);
+        assert_eq!(file.mesh.triangles.len(), TUBE + 2 * ROUND + BALL);
+        assert_eq!(file.notes, [ReadNote::BeamsMeshed { count: 2 }, ReadNote::BeamsTooShort { count: 1 }]);
+    }
+
+    #[test]
+    fn lattices_that_cannot_be_are_refused() {
+        let said = |attributes: &str, beam: &str| {
+            let lattice = format!("<b:beamlattice {attributes}><b:beams><b:beam {beam}/></b:beams></b:beamlattice>");
+            let error = error(&single("", &with_lattice(&lattice), ITEM), FORMAT);
+            error.strip_prefix("sample.3mf, 3d/root.model line 5: ").map(str::to_owned).unwrap_or(error)
+        };
+        let beam = r#"v1="0" v2="1""#;
+        for attribute in ["clippingmode", "clipping"] {
+            let clipped = said(&format!(r#"radius="1" clippingmesh="7" {attribute}="inside""#), beam);
+            let sentence = "the beam lattice of object 1 is clipped (`inside`) by a mesh, which is not supported";
+            assert_eq!(clipped, sentence);
+        }
+        assert_eq!(said("", beam), "neither the beam nor its lattice has a radius");
+        assert_eq!(said(r#"radius="0""#, beam), "a radius is 0, and must be more than 0");
+        assert_eq!(said(r#"radius="1" cap="round""#, beam), "`round` is no way to cap a beam");
+        assert_eq!(said(r#"radius="1" ballmode="some""#, beam), "`some` is no ball mode");
+        assert_eq!(said(r#"radius="1""#, r#"v1="0""#), "a beam lacks one of `v1` and `v2`");
+        assert_eq!(said(r#"radius="1""#, r#"v1="1" v2="1""#), "a beam begins and ends at vertex 1");
+        let beyond = "vertex 3 is out of range: there are 3, counted from 0";
+        assert_eq!(said(r#"radius="1""#, r#"v1="0" v2="3""#), beyond);
     }
 
     #[test]

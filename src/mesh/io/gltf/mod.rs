@@ -10,6 +10,8 @@
 //!
 //! Draco and meshopt compression are refused by name where there is no other form of the data.
 
+mod write;
+
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -30,6 +32,7 @@ use super::placement::{Placement, TRIANGLES_MAX, assemble, drop_unused};
 use super::polygon::Strip;
 use super::text::{decode, quote, sentence};
 use crate::mesh::{LengthUnit, TriangleMesh};
+pub(super) use write::Glb;
 
 const DRACO: &str = "KHR_draco_mesh_compression";
 const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];

@@ -1,0 +1,203 @@
+//! What is written, read back: the same mesh where the format holds 64 bits, the rounded one where it holds 32.
+
+use std::fs;
+use std::path::PathBuf;
+
+use glam::DVec3;
+use proptest::prelude::*;
+
+use super::tests::points;
+use super::*;
+
+/// Coordinates of every kind that all formats hold: few different ones, so that corners coincide, zeros of both signs, and
+/// numbers of any exponent.
+fn coordinate() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        3 => (-2i8..3).prop_map(f64::from),
+        1 => Just(-0.0),
+        3 => -1e3..1e3f64,
+        2 => proptest::num::f64::ANY.prop_filter("within what 3MF holds", |value| value.abs() <= 1e9),
+    ]
+}
+
+fn any_mesh() -> impl Strategy<Value = TriangleMesh> {
+    let positions = proptest::collection::vec([coordinate(), coordinate(), coordinate()], 3..40);
+    positions.prop_flat_map(|positions| {
+        let corner = 0..positions.len() as u32;
+        let triangles = proptest::collection::vec([corner.clone(), corner.clone(), corner], 1..60);
+        triangles.prop_map(move |triangles| TriangleMesh { positions: points(&positions), triangles })
+    })
+}
+
+fn any_unit() -> impl Strategy<Value = LengthUnit> {
+    use LengthUnit::{Centimetre, Foot, Inch, Metre, Micrometre, Millimetre};
+    proptest::sample::select(vec![Micrometre, Millimetre, Centimetre, Inch, Foot, Metre])
+}
+
+/// What `write` and then `read` make of a mesh, and what `write` said.
+fn through(format: Format, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> (MeshFile, Written) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(format!("mesh.{}", format.extension()));
+    let written = write(&path, mesh, unit).unwrap_or_else(|error| panic!("{error}"));
+    (read(&path).unwrap_or_else(|error| panic!("{error}")), written)
+}
+
+fn corners(mesh: &TriangleMesh) -> Vec<[DVec3; 3]> {
+    mesh.triangles.iter().map(|triangle| triangle.map(|index| mesh.positions[index as usize])).collect()
+}
+
+/// Bits, so that 0 and −0 differ.
+fn bits(corners: &[[DVec3; 3]]) -> Vec<[[u64; 3]; 3]> {
+    corners.iter().map(|triangle| triangle.map(|corner| corner.to_array().map(f64::to_bits))).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn formats_of_64_bits_give_back_what_was_written(mesh in any_mesh(), unit in any_unit()) {
+        for format in [Format::Obj, Format::Ply, Format::Off] {
+            let (file, written) = through(format, &mesh, Some(unit));
+            prop_assert_eq!(&file.mesh, &mesh);
+            prop_assert_eq!(bits(&corners(&file.mesh)), bits(&corners(&mesh)));
+            prop_assert_eq!((file.unit, file.notes), (None, vec![]));
+            prop_assert_eq!(written, Written { unit: Some(unit), notes: vec![] });
+        }
+    }
+
+    #[test]
+    fn a_3mf_file_has_every_triangle_with_three_corners(mesh in any_mesh(), unit in any_unit()) {
+        let expected: Vec<[DVec3; 3]> =
+            corners(&mesh).into_iter().filter(|[a, b, c]| a != b && b != c && c != a).collect();
+        prop_assume!(!expected.is_empty());
+        let (file, written) = through(Format::ThreeMf, &mesh, Some(unit));
+        prop_assert_eq!(corners(&file.mesh), expected.clone());
+        prop_assert_eq!((file.unit, file.notes), (Some(unit), vec![]));
+        let count = mesh.triangles.len() - expected.len();
+        let notes = if count > 0 { vec![WriteNote::CollapsedLeftOut { count }] } else { vec![] };
+        prop_assert_eq!(written, Written { unit: Some(unit), notes });
+        // No two positions are the same.
+        let mut welded = file.mesh.clone();
+        welded.weld();
+        prop_assert_eq!(welded, file.mesh);
+    }
+
+    #[test]
+    fn formats_of_32_bits_give_back_what_was_rounded(mesh in any_mesh(), unit in any_unit()) {
+        let rounded = |scale: f64| -> Vec<[DVec3; 3]> {
+            let round = |corner: DVec3| (corner * scale).as_vec3().as_dvec3();
+            corners(&mesh).into_iter().map(|triangle| triangle.map(round)).collect()
+        };
+        let (file, written) = through(Format::Stl, &mesh, Some(unit));
+        prop_assert_eq!(bits(&corners(&file.mesh)), bits(&rounded(1.0)));
+        prop_assert_eq!((file.unit, written.unit), (None, Some(unit)));
+        let (file, written) = through(Format::Glb, &mesh, Some(unit));
+        prop_assert_eq!(bits(&corners(&file.mesh)), bits(&rounded(unit.metres())));
+        prop_assert_eq!((file.unit, written.unit), (Some(LengthUnit::Metre), Some(LengthUnit::Metre)));
+    }
+}
+
+fn tetrahedron(size: f64, at: f64) -> TriangleMesh {
+    let mut positions = points(&[[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]]);
+    positions.iter_mut().for_each(|position| *position = *position * size + DVec3::splat(at));
+    TriangleMesh { positions, triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] }
+}
+
+#[test]
+fn units_that_are_assumed_and_rounding_that_shows_are_told() {
+    let mesh = tetrahedron(1.0, 0.0);
+    for (format, unit) in [(Format::Glb, LengthUnit::Metre), (Format::ThreeMf, LengthUnit::Millimetre)] {
+        let (file, written) = through(format, &mesh, None);
+        assert_eq!((file.unit, written.unit), (Some(unit), Some(unit)));
+        assert_eq!(corners(&file.mesh), corners(&mesh));
+        assert_eq!(written.notes, [WriteNote::UnitAssumed { format, unit }]);
+    }
+    let far = tetrahedron(1.0, 1e9);
+    let codes = |format| {
+        let (_, written) = through(format, &far, Some(LengthUnit::Inch));
+        written.notes.iter().map(WriteNote::code).collect::<Vec<_>>()
+    };
+    for format in [Format::Stl, Format::Glb] {
+        assert_eq!(codes(format), ["coordinates-rounded"], "{format}");
+    }
+    for format in [Format::Obj, Format::Ply, Format::Off] {
+        assert_eq!(codes(format), [""; 0], "{format}");
+    }
+}
+
+#[test]
+fn what_a_format_cannot_hold_is_refused_and_nothing_is_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |name: &str, at: f64, unit| {
+        let path = folder.path().join(name);
+        let error = write(&path, &tetrahedron(1.0, at), unit).unwrap_err().to_string();
+        error.strip_prefix(&format!("{}: ", path.display())).unwrap().to_owned()
+    };
+    let infinite = "position 0 has the coordinate inf, which";
+    assert_eq!(said("a.glb", f64::INFINITY, None), format!("{infinite} GLB cannot hold"));
+    assert_eq!(said("a.3mf", f64::INFINITY, None), format!("{infinite} 3MF cannot hold"));
+    let beyond = "position 0 has the coordinate 2000000000, and 3MF goes to 1000000000";
+    assert_eq!(said("a.3mf", 2e9, None), beyond);
+    assert!(said("a.glb", 1e39, None).ends_with("beyond the 32-bit numbers of GLB"));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    // It is the number in metres that counts.
+    write(&folder.path().join("a.glb"), &tetrahedron(1e30, 1e39), Some(LengthUnit::Micrometre)).unwrap();
+}
+
+#[test]
+fn a_mesh_without_triangles_is_written_and_read_as_none() {
+    let folder = tempfile::tempdir().unwrap();
+    for format in Format::ALL.into_iter().filter(|format| format.is_written()) {
+        let path: PathBuf = folder.path().join(format!("empty.{}", format.extension()));
+        write(&path, &TriangleMesh::default(), Some(LengthUnit::Metre)).unwrap();
+        let error = read(&path).unwrap_err();
+        assert!(matches!(error, ReadError::Empty { .. }), "{error}");
+    }
+}
+
+#[test]
+fn the_same_mesh_makes_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = crate::solids::geodesic(1.0, 30).unwrap();
+    for format in Format::ALL.into_iter().filter(|format| format.is_written()) {
+        let path = folder.path().join(format!("mesh.{}", format.extension()));
+        let bytes = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| write(&path, &mesh, Some(LengthUnit::Inch))).unwrap();
+            fs::read(&path).unwrap()
+        };
+        assert!(bytes(1) == bytes(3), "{format}");
+    }
+}
+
+#[test]
+fn a_glb_file_is_laid_out_in_words_and_bounded_to_the_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mesh.glb");
+    write(&path, &tetrahedron(0.1, 0.7), Some(LengthUnit::Millimetre)).unwrap();
+    let bytes = fs::read(&path).unwrap();
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+    let json = word(12);
+    assert_eq!((&bytes[..4], word(4), word(8)), (&b"glTF"[..], 2, bytes.len()));
+    assert_eq!((json % 4, &bytes[16..20]), (0, &b"JSON"[..]));
+    assert_eq!((word(20 + json), &bytes[24 + json..28 + json]), (4 * 12 + 4 * 12, &b"BIN\0"[..]));
+    let document: serde_json::Value = serde_json::from_slice(&bytes[20..20 + json]).unwrap();
+    let bound = |name: &str| document["accessors"][1][name][0].as_f64().unwrap();
+    assert_eq!((bound("min"), bound("max")), (f64::from(0.7e-3f32), f64::from(0.8e-3f32)));
+}
+
+#[test]
+fn ply_and_off_begin_as_their_readers_expect() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = |name: &str| {
+        let path = folder.path().join(name);
+        write(&path, &tetrahedron(1.0, 0.0), Some(LengthUnit::Micrometre)).unwrap();
+        fs::read(&path).unwrap()
+    };
+    let ply = bytes("mesh.ply");
+    assert!(ply.starts_with(b"ply\nformat binary_little_endian 1.0\ncomment PLY by ldi-ops\ncomment unit um\n"));
+    let header = b"property list uchar int vertex_indices\nend_header\n";
+    let at = ply.windows(header.len()).position(|window| window == header).unwrap() + header.len();
+    assert_eq!(ply.len() - at, 4 * 24 + 4 * 13);
+    assert!(bytes("mesh.off").starts_with(b"OFF\n# OFF by ldi-ops\n# unit um\n4 4 0\n0.0 0.0 0.0\n1.0 0.0 0.0\n"));
+}

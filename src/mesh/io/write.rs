@@ -1,0 +1,162 @@
+//! Mesh files as they are written: what each format can hold, and what it makes of the rest.
+
+use std::path::Path;
+
+use super::error::WriteError;
+use super::gltf::Glb;
+use super::note::WriteNote;
+use super::{Format, obj, off, ply, stl, threemf};
+use crate::mesh::{LengthUnit, TriangleMesh};
+use crate::output;
+
+/// What a file holds of the mesh that was written to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Written {
+    /// The length that one unit of the numbers in the file stands for, where it is known.
+    pub unit: Option<LengthUnit>,
+    /// What the user should hear of how it was written.
+    pub notes: Vec<WriteNote>,
+}
+
+/// Writes a mesh, in the format of the path's extension.
+///
+/// | format | coordinates | unit |
+/// |---|---|---|
+/// | STL, binary | rounded to 32 bits | a remark in the header |
+/// | OBJ, OFF, text | the same `f64` when read back | a remark |
+/// | PLY, binary | `f64` | a remark |
+/// | GLB | scaled to metres, then rounded to 32 bits | metres, glTF's only one; taken to be so where none is given |
+/// | 3MF | the same `f64` when read back; lib3mf keeps 32 bits | its own; millimetres where none is given, as is 3MF's default |
+///
+/// Remarks are for people: no program is known to read them. Vertices and triangles keep their order; in 3MF, vertices with
+/// the same coordinates become one, as its readers go by indices ([`TriangleMesh::weld`] does it for other formats). Rounding that can be
+/// seen, a unit that had to be assumed and what a format has no room for are told in [`Written::notes`].
+///
+/// The file is written beside its target and renamed when it is complete, so that no one ever sees half of it. Memory for
+/// writing does not grow with the mesh, but for two words a vertex in 3MF.
+pub fn write(path: &Path, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> Result<Written, WriteError> {
+    let format = Format::from_path(path)?;
+    let target = Target { path, format, mesh };
+    target.check_indices()?;
+    let mut written = Written { unit, notes: Vec::new() };
+    let done = match format {
+        Format::Stl => {
+            stl::check(path, mesh)?;
+            target.check_single_precision(1.0)?;
+            written.notes.extend(target.rounding());
+            output::replace(path, |file| stl::write(file, mesh, unit))
+        }
+        Format::Obj => output::replace(path, |file| obj::write(file, mesh, unit)),
+        Format::Ply => output::replace(path, |file| ply::write(file, mesh, unit)),
+        Format::Off => output::replace(path, |file| off::write(file, mesh, unit)),
+        Format::Glb => {
+            let unit = written.unit_or(LengthUnit::Metre, format);
+            target.check_finite()?;
+            target.check_single_precision(unit.metres())?;
+            written.notes.extend(target.rounding());
+            written.unit = Some(LengthUnit::Metre);
+            let file = Glb::new(mesh, unit.metres());
+            target.check_bytes(file.bytes())?;
+            output::replace(path, |out| file.write(out))
+        }
+        Format::ThreeMf => {
+            let unit = written.unit_or(LengthUnit::Millimetre, format);
+            target.check_finite()?;
+            target.check_within(threemf::FARTHEST)?;
+            let object = threemf::WrittenObject::new(mesh);
+            let count = object.collapsed;
+            written.notes.extend((count > 0).then_some(WriteNote::CollapsedLeftOut { count }));
+            output::replace(path, |file| threemf::write(file, &object, unit))
+        }
+        Format::Gltf => return Err(WriteError::NoWriter { path: path.to_path_buf(), format }),
+    };
+    done.map_err(|source| WriteError::Io { path: path.to_path_buf(), source })?;
+    Ok(written)
+}
+
+impl Written {
+    /// The unit, or the one that the format takes for granted, which is told.
+    fn unit_or(&mut self, default: LengthUnit, format: Format) -> LengthUnit {
+        if self.unit.is_none() {
+            self.notes.push(WriteNote::UnitAssumed { format, unit: default });
+        }
+        *self.unit.get_or_insert(default)
+    }
+}
+
+/// A file to be written, and what must hold before.
+struct Target<'a> {
+    path: &'a Path,
+    format: Format,
+    mesh: &'a TriangleMesh,
+}
+
+/// Rounding by more than this share of a mesh's size is told.
+const ROUNDING_TOLD: f64 = 1e-5;
+
+impl Target<'_> {
+    fn check_indices(&self) -> Result<(), WriteError> {
+        let count = self.mesh.positions.len();
+        for (triangle, corners) in self.mesh.triangles.iter().enumerate() {
+            if let Some(&index) = corners.iter().find(|&&index| index as usize >= count) {
+                return Err(WriteError::IndexOutOfRange { path: self.path.to_path_buf(), triangle, index, count });
+            }
+        }
+        Ok(())
+    }
+
+    /// The first coordinate for which `is_wrong`, and its position.
+    fn first(&self, is_wrong: impl Fn(f64) -> bool) -> Option<(usize, f64)> {
+        self.mesh.positions.iter().enumerate().find_map(|(position, p)| {
+            p.to_array().into_iter().find(|&value| is_wrong(value)).map(|value| (position, value))
+        })
+    }
+
+    fn check_finite(&self) -> Result<(), WriteError> {
+        match self.first(|value| !value.is_finite()) {
+            None => Ok(()),
+            Some((position, value)) => {
+                Err(WriteError::NotFinite { path: self.path.to_path_buf(), format: self.format, position, value })
+            }
+        }
+    }
+
+    /// Finite coordinates must be so as 32-bit numbers, after scaling.
+    fn check_single_precision(&self, scale: f64) -> Result<(), WriteError> {
+        match self.first(|value| value.is_finite() && !((value * scale) as f32).is_finite()) {
+            None => Ok(()),
+            Some((position, value)) => {
+                Err(WriteError::Overflow { path: self.path.to_path_buf(), format: self.format, position, value })
+            }
+        }
+    }
+
+    fn check_within(&self, limit: f64) -> Result<(), WriteError> {
+        match self.first(|value| value.abs() > limit) {
+            None => Ok(()),
+            Some((position, value)) => {
+                Err(WriteError::TooFar { path: self.path.to_path_buf(), format: self.format, position, value, limit })
+            }
+        }
+    }
+
+    fn check_bytes(&self, bytes: u64) -> Result<(), WriteError> {
+        let limit = u64::from(u32::MAX);
+        if bytes <= limit {
+            return Ok(());
+        }
+        Err(WriteError::TooManyBytes { path: self.path.to_path_buf(), format: self.format, bytes, limit })
+    }
+
+    /// What is to be said of rounding to 32 bits, which moves the vertices of a mesh that is small beside its distance from
+    /// the origin.
+    fn rounding(&self) -> Option<WriteNote> {
+        let bounds = self.mesh.bounds()?;
+        let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
+        // Half a unit in the last place of 24 bits.
+        let moved = farthest * f64::from(f32::EPSILON) / 2.0;
+        let size = bounds.extent().max_element();
+        let format = self.format;
+        (moved > ROUNDING_TOLD * size).then_some(WriteNote::CoordinatesRounded { format, moved, size })
+    }
+}

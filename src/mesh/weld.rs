@@ -1,0 +1,95 @@
+//! Positions with the same coordinates made one.
+//!
+//! Readers of triangle soups leave most of them apart, as the mesh check goes by coordinates anyway. Formats whose readers go
+//! by indices need them together. Coordinates are compared exactly: there is no tolerance that would not close some gap that
+//! is meant.
+
+use std::cmp::Ordering;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::TriangleMesh;
+
+/// Which positions of a mesh stay when those with the same coordinates are one: the first of each.
+#[derive(Debug)]
+pub(super) struct Weld {
+    /// The positions that stay, by their indices, in their order.
+    pub(super) kept: Vec<u32>,
+    /// For each position its index among those that stay.
+    pub(super) new_index: Vec<u32>,
+}
+
+impl Weld {
+    /// Sorts the positions, which costs as much as sorting does and two words a position. 0 and −0 are the same; numbers that
+    /// are none are like no other.
+    pub(super) fn of(positions: &[DVec3]) -> Weld {
+        let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+        let at = |index: u32| positions[index as usize];
+        order.par_sort_unstable_by(|&a, &b| compare(at(a), at(b)).then(a.cmp(&b)));
+        // First the index of the first alike, then of that its rank among all firsts.
+        let mut new_index = vec![0; positions.len()];
+        for alike in order.chunk_by(|&a, &b| at(a) == at(b)) {
+            alike.iter().for_each(|&index| new_index[index as usize] = alike[0]);
+        }
+        let mut kept = order;
+        kept.clear();
+        for index in 0..positions.len() {
+            let first = new_index[index] as usize;
+            new_index[index] = if first == index { kept.len() as u32 } else { new_index[first] };
+            if first == index {
+                kept.push(index as u32);
+            }
+        }
+        Weld { kept, new_index }
+    }
+}
+
+fn compare(a: DVec3, b: DVec3) -> Ordering {
+    // Adding 0 turns −0 into 0.
+    let order = |a: f64, b: f64| (a + 0.0).total_cmp(&(b + 0.0));
+    order(a.x, b.x).then_with(|| order(a.y, b.y)).then_with(|| order(a.z, b.z))
+}
+
+impl TriangleMesh {
+    /// Makes positions with the same coordinates one, the first of them; what stays keeps its order, and so do triangles.
+    pub fn weld(&mut self) {
+        let Weld { kept, new_index } = Weld::of(&self.positions);
+        if kept.len() == self.positions.len() {
+            return;
+        }
+        self.positions = kept.iter().map(|&index| self.positions[index as usize]).collect();
+        self.triangles.as_flattened_mut().iter_mut().for_each(|index| *index = new_index[*index as usize]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_of_each_position_stays() {
+        let corners = [[1.0, 2.0, 3.0], [0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [5.0, 0.0, 0.0], [-0.0, 0.0, -0.0]];
+        let nan = DVec3::new(f64::NAN, 0.0, 0.0);
+        let positions: Vec<DVec3> = corners.into_iter().map(DVec3::from).chain([nan, nan]).collect();
+        let mut mesh = TriangleMesh { positions, triangles: vec![[0, 1, 3], [2, 4, 5], [0, 2, 6]] };
+        mesh.weld();
+        assert_eq!(mesh.positions[..3], [[1.0, 2.0, 3.0], [0.0, 0.0, 0.0], [5.0, 0.0, 0.0]].map(DVec3::from));
+        assert_eq!(mesh.positions.len(), 5);
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 1, 3], [0, 0, 4]]);
+    }
+
+    #[test]
+    fn a_soup_of_a_solid_becomes_the_solid() {
+        let solid = crate::solids::geodesic(1.0, 20).unwrap();
+        let positions = solid.triangles.iter().flatten().map(|&index| solid.positions[index as usize]).collect();
+        let triangles = (0..solid.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let mut soup = TriangleMesh { positions, triangles };
+        soup.weld();
+        assert_eq!(soup.positions.len(), solid.positions.len());
+        let corners = |mesh: &TriangleMesh| -> Vec<DVec3> {
+            mesh.triangles.iter().flatten().map(|&index| mesh.positions[index as usize]).collect()
+        };
+        assert_eq!(corners(&soup), corners(&solid));
+    }
+}

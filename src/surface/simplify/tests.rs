@@ -1,0 +1,226 @@
+//! Simplified meshes against brute force: distances, gates, topology, what is asked for beyond them.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec3;
+use proptest::prelude::*;
+
+use super::*;
+use crate::mesh::testing::{cube, reversed, tetrahedron, together};
+use crate::solids;
+
+/// Every triangle as four, so many times, with shared midpoints.
+fn refined(mesh: &TriangleMesh, times: usize) -> TriangleMesh {
+    let mut mesh = mesh.clone();
+    for _ in 0..times {
+        let mut middles = BTreeMap::new();
+        let mut positions = mesh.positions.clone();
+        let mut middle = |a: u32, b: u32| {
+            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                positions.push((mesh.positions[a as usize] + mesh.positions[b as usize]) / 2.0);
+                positions.len() as u32 - 1
+            })
+        };
+        let mut triangles = Vec::new();
+        for &[a, b, c] in &mesh.triangles {
+            let (x, y, z) = (middle(a, b), middle(b, c), middle(c, a));
+            triangles.extend([[a, x, z], [x, b, y], [z, y, c], [x, y, z]]);
+        }
+        mesh = TriangleMesh { positions, triangles };
+    }
+    mesh
+}
+
+fn simplified(mesh: &TriangleMesh, bound: f64) -> Simplified {
+    simplify(mesh, bound, |_| Vec::new()).unwrap()
+}
+
+/// The distance of a point from a triangle that has an area: from its plane above it, else from a side.
+fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
+    let sides = [0, 1, 2].map(|i| (corners[i], corners[(i + 1) % 3]));
+    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+    if sides.iter().all(|(from, to)| (*to - *from).cross(point - *from).dot(normal) >= 0.0) {
+        return (point - corners[0]).dot(normal).abs();
+    }
+    let from_side = |(from, to): (DVec3, DVec3)| {
+        let at = ((point - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0);
+        from.lerp(to, at).distance(point)
+    };
+    sides.into_iter().map(from_side).fold(f64::INFINITY, f64::min)
+}
+
+fn corners(mesh: &TriangleMesh) -> Vec<[DVec3; 3]> {
+    mesh.triangles.iter().map(|indices| indices.map(|vertex| mesh.positions[vertex as usize])).collect()
+}
+
+/// The largest distance of points from a mesh, by comparing every one with every triangle.
+fn farthest(points: &[DVec3], mesh: &TriangleMesh) -> f64 {
+    let corners = corners(mesh);
+    let of = |point: &DVec3| corners.iter().map(|corners| distance(*point, *corners)).fold(f64::INFINITY, f64::min);
+    points.par_iter().map(of).reduce(|| 0.0, f64::max)
+}
+
+/// The larger of the distances of vertices of one from the other, and of midpoints of sides and centroids of a thousand
+/// triangles of the other from the one.
+fn apart(original: &TriangleMesh, other: &TriangleMesh) -> f64 {
+    let some = corners(other).into_iter().step_by(other.triangles.len() / 1000 + 1);
+    let inner: Vec<DVec3> = some.flat_map(|[a, b, c]| [(a + b) / 2.0, (b + c) / 2.0, (a + b + c) / 3.0]).collect();
+    farthest(&original.positions, other).max(farthest(&inner, original))
+}
+
+fn assert_same_topology(original: &TriangleMesh, result: &TriangleMesh) {
+    let (before, after) = (Gates::of(original), Gates::of(result));
+    assert!(after.passed(), "{:?}", after.failures());
+    assert_eq!((after.components, after.genus), (before.components, before.genus));
+}
+
+#[test]
+fn a_cube_stays_a_cube_of_twelve_triangles() {
+    for (corner, side, bound) in [(0.0, 1.0, 1e-3), (1e7, 20.0, 0.01), (-3.0, 1e-5, 1e-8), (0.0, 1e12, 1e9)] {
+        // More triangles than two patches hold.
+        let original = refined(&cube(DVec3::splat(corner), side), 5);
+        if !Gates::of(&original).passed() {
+            // Far from the origin the vertices of a fine mesh are one in f32, which is another test.
+            assert_eq!(corner, 1e7);
+            assert!(matches!(simplify(&original, bound, |_| Vec::new()), Err(SimplifyError::Gates { .. })));
+            continue;
+        }
+        assert!(original.triangles.len() > PATCH);
+        let result = simplified(&original, bound);
+        assert_eq!(result.mesh.triangles.len(), 12, "{corner} {side}");
+        let expected: BTreeSet<_> =
+            cube(DVec3::splat(corner), side).positions.iter().map(|p| p.to_array().map(f64::to_bits)).collect();
+        let found: BTreeSet<_> = result.mesh.positions.iter().map(|p| p.to_array().map(f64::to_bits)).collect();
+        assert_eq!(found, expected);
+        assert!(result.passes > 1 && result.distance <= bound);
+    }
+}
+
+#[test]
+fn the_bound_holds_by_brute_force_and_is_made_use_of() {
+    let original = solids::torus(10.0, 3.0, 96, 48).unwrap();
+    assert!(original.triangles.len() > PATCH);
+    let mut before = usize::MAX;
+    for bound in [0.05, 0.3] {
+        let result = simplified(&original, bound);
+        assert_same_topology(&original, &result.mesh);
+        let apart = apart(&original, &result.mesh);
+        assert!(result.distance <= bound && apart <= bound * (1.0 + 1e-12), "{apart} {} {bound}", result.distance);
+        // Distances from the corresponding part are no less than distances from the nearest.
+        assert!(apart <= result.distance + 1e-12);
+        assert!(result.mesh.triangles.len() < before);
+        before = result.mesh.triangles.len();
+    }
+    assert!(before < original.triangles.len() / 8, "{before}");
+}
+
+#[test]
+fn what_is_smaller_than_the_bound_neither_vanishes_nor_tears() {
+    let scaled = |mesh: &TriangleMesh, scale: f64, by: DVec3| TriangleMesh {
+        positions: mesh.positions.iter().map(|position| *position * scale + by).collect(),
+        triangles: mesh.triangles.clone(),
+    };
+    let ball = solids::geodesic(10.0, 12).unwrap();
+    let speck = scaled(&refined(&tetrahedron(), 2), 0.01, DVec3::X * 20.0);
+    let ring = scaled(&solids::torus(5.0, 0.05, 60, 8).unwrap(), 1.0, DVec3::X * -20.0);
+    let hollow = scaled(&reversed(&solids::geodesic(1.0, 6).unwrap()), 0.02, DVec3::ZERO);
+    let original = together(&[ball, speck, ring, hollow]);
+    let gates = Gates::of(&original);
+    assert!(gates.passed() && (gates.components, gates.genus) == (4, Some(1)), "{:?}", gates.failures());
+    let result = simplified(&original, 0.5);
+    assert_same_topology(&original, &result.mesh);
+    assert!(result.mesh.triangles.len() < original.triangles.len() / 2, "{}", result.mesh.triangles.len());
+    assert!(apart(&original, &result.mesh) <= 0.5);
+}
+
+#[test]
+fn what_else_is_asked_for_is_restored() {
+    let original = solids::torus(10.0, 3.0, 128, 48).unwrap();
+    let wanted: Vec<DVec3> = original.positions.iter().step_by(137).copied().collect();
+    let plain = simplified(&original, 0.1);
+    let missing = |mesh: &TriangleMesh| -> Vec<DVec3> {
+        wanted.iter().filter(|place| !mesh.positions.contains(place)).copied().collect()
+    };
+    assert!(missing(&plain.mesh).len() > wanted.len() / 4);
+    let calls = RefCell::new(0);
+    let result = simplify(&original, 0.1, |mesh| {
+        *calls.borrow_mut() += 1;
+        assert!(Gates::of(mesh).passed());
+        missing(mesh)
+    });
+    let result = result.unwrap();
+    assert_eq!(missing(&result.mesh), []);
+    assert_same_topology(&original, &result.mesh);
+    assert!(*calls.borrow() > result.passes && *calls.borrow() <= result.rounds);
+    let (here, there) = (result.mesh.triangles.len(), plain.mesh.triangles.len());
+    assert!(there < here && here < original.triangles.len() / 2, "{there} {here}");
+}
+
+#[test]
+fn what_cannot_be_had_ends_with_the_original() {
+    let original = solids::torus(10.0, 3.0, 40, 20).unwrap();
+    for place in [DVec3::ZERO, DVec3::X * 10.0, DVec3::splat(1e6)] {
+        let result = simplify(&original, 0.1, |_| vec![place]).unwrap();
+        assert_eq!((&result.mesh, result.distance), (&original, 0.0));
+    }
+    // A place that only the original restores, although every patch can be simplified.
+    let all = original.positions.len();
+    let result =
+        simplify(
+            &original,
+            0.1,
+            |mesh| {
+                if mesh.positions.len() < all { original.positions.clone() } else { Vec::new() }
+            },
+        );
+    assert_eq!(result.unwrap().mesh.triangles.len(), original.triangles.len());
+}
+
+#[test]
+fn the_thread_count_does_not_show() {
+    let original = solids::torus(10.0, 3.0, 160, 64).unwrap();
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| simplified(&original, 0.05))
+    };
+    let (one, four) = (with(1), with(4));
+    assert_eq!((one.mesh, one.distance.to_bits()), (four.mesh, four.distance.to_bits()));
+}
+
+#[test]
+fn what_cannot_be_simplified_is_refused() {
+    for bound in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = simplify(&cube(DVec3::ZERO, 1.0), bound, |_| Vec::new()).unwrap_err();
+        assert!(matches!(error, SimplifyError::Bound { .. }), "{error}");
+    }
+    let mut open = cube(DVec3::ZERO, 1.0);
+    open.triangles.pop();
+    let error = simplify(&open, 0.1, |_| Vec::new()).unwrap_err();
+    assert!(error.to_string().contains("3 edges do not border"), "{error}");
+    let nothing = simplified(&TriangleMesh::default(), 0.1);
+    assert_eq!(nothing.mesh, TriangleMesh::default());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn bounds_and_gates_hold_for_bumpy_balls(
+        waves in prop::collection::vec((-4.0..4.0f64, -4.0..4.0f64, -4.0..4.0f64, 0.0..0.4f64), 1..4),
+        bound in 0.01..1.0f64,
+    ) {
+        let mut original = solids::geodesic(10.0, 10).unwrap();
+        for position in &mut original.positions {
+            let sum: f64 = waves.iter().map(|&(x, y, z, a)| a * (position.dot(DVec3::new(x, y, z)) / 4.0).sin()).sum();
+            *position *= 1.0 + sum;
+        }
+        prop_assume!(Gates::of(&original).passed());
+        let result = simplified(&original, bound);
+        let gates = Gates::of(&result.mesh);
+        prop_assert!(gates.passed() && gates.genus == Some(0) && gates.components == 1, "{:?}", gates.failures());
+        let apart = apart(&original, &result.mesh);
+        prop_assert!(apart <= bound * (1.0 + 1e-12) && result.distance <= bound, "{apart} {} {bound}", result.distance);
+        let given: BTreeSet<_> = original.positions.iter().map(|p| p.to_array().map(f64::to_bits)).collect();
+        prop_assert!(result.mesh.positions.iter().all(|p| given.contains(&p.to_array().map(f64::to_bits))));
+    }
+}

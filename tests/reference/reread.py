@@ -1,0 +1,303 @@
+#!/usr/bin/env python3
+"""Do other programs read the files that ldi-ops writes as they are meant?
+
+usage: reread.py --program LDI-OPS [--self-test]
+
+Runs every command line of `cases()`, in a folder of its own, and re-reads what it wrote: 3MF by lib3mf in strict mode, all
+else by trimesh. Volume, area, box, triangles, watertightness, winding and unit must be what the case expects. Exits 1 with
+a table of what differs. `--self-test` falsifies what is expected in each of these ways, and damages files, and exits 1
+unless every falsehood is noticed.
+"""
+
+import argparse
+import dataclasses
+import struct
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import lib3mf
+import numpy as np
+import trimesh
+
+MODELS = Path(__file__).resolve().parents[2] / "data" / "models"
+
+# Metres to a unit.
+UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048, "m": 1.0}
+
+# lib3mf numbers them in this order.
+UNITS_OF_3MF = ("um", "mm", "cm", "in", "ft", "m")
+
+# Formats, and the share of a model's size by which reading may round its coordinates: lib3mf keeps 32 bits.
+FORMATS = {"stl": 2e-7, "obj": 1e-15, "ply": 1e-15, "off": 1e-15, "glb": 2e-7, "3mf": 2e-7}
+
+
+@dataclasses.dataclass
+class Solid:
+    """What a file holds, or should hold; lengths are in `unit`, where the format has one."""
+
+    volume: float
+    area: float
+    triangles: int
+    bounds: np.ndarray
+    watertight: bool = True
+    winding: bool = True
+    unit: str | None = None
+
+    def scaled(self, factor, unit):
+        """The same solid in another unit."""
+        return dataclasses.replace(
+            self, volume=self.volume * factor**3, area=self.area * factor**2, bounds=self.bounds * factor, unit=unit
+        )
+
+
+@dataclasses.dataclass
+class Case:
+    """A command line, of which `{out}` is the file that it writes, and what that must hold.
+
+    Where the right values are not known to the last digits, `tolerance` is the share by which volume and area may be off.
+    A solid without a count of triangles (None) may have any.
+    """
+
+    arguments: list
+    suffix: str
+    expected: Solid
+    tolerance: float = 1e-6
+
+
+def of_mesh(mesh, unit):
+    return Solid(
+        volume=float(mesh.volume),
+        area=float(mesh.area),
+        triangles=len(mesh.faces),
+        bounds=np.array(mesh.bounds),
+        watertight=bool(mesh.is_watertight),
+        winding=bool(mesh.is_winding_consistent),
+        unit=unit,
+    )
+
+
+def read_3mf(path):
+    """The solid of a package with one object and one item, as lib3mf reads it."""
+    model = lib3mf.get_wrapper().CreateModel()
+    reader = model.QueryReader("3mf")
+    reader.SetStrictModeActive(True)
+    reader.ReadFromFile(str(path))
+    warnings = [reader.GetWarning(index) for index in range(reader.GetWarningCount())]
+    if warnings:
+        raise ValueError(f"lib3mf warns: {warnings}")
+    items, objects = model.GetBuildItems(), model.GetMeshObjects()
+    if (items.Count(), objects.Count()) != (1, 1):
+        raise ValueError(f"{items.Count()} items and {objects.Count()} objects")
+    objects.MoveNext()
+    mesh = objects.GetCurrentMeshObject()
+    if not mesh.IsValid():
+        raise ValueError("lib3mf calls the object invalid")
+    vertices = np.array([tuple(vertex.Coordinates) for vertex in mesh.GetVertices()], dtype=np.float64)
+    faces = np.array([tuple(triangle.Indices) for triangle in mesh.GetTriangleIndices()])
+    # The indices of the file decide here, so nothing is merged.
+    found = of_mesh(trimesh.Trimesh(vertices, faces, process=False), UNITS_OF_3MF[int(model.GetUnit())])
+    if mesh.IsManifoldAndOriented() != (found.watertight and found.winding):
+        raise ValueError("lib3mf and trimesh disagree on whether the object is manifold and oriented")
+    return found
+
+
+def read_others(path):
+    unit = "m" if path.suffix == ".glb" else None
+    # A soup becomes a solid only once its corners are merged; the file's own indices decide in all other formats.
+    mesh = trimesh.load(path, force="mesh", process=path.suffix == ".stl")
+    return of_mesh(mesh, unit)
+
+
+def read(path):
+    return read_3mf(path) if path.suffix == ".3mf" else read_others(path)
+
+
+def complaints(case, found):
+    """What is wrong with what was found, as (name, expected, found)."""
+    expected, rows = case.expected, []
+    rounding = FORMATS[case.suffix]
+    size = float(np.max(expected.bounds[1] - expected.bounds[0]))
+    # A coordinate that moves by a share of the size moves the volume by that share of size times area.
+    scales = {"volume": size * expected.area, "area": size * size}
+    for name, scale in scales.items():
+        allowed = case.tolerance * abs(getattr(expected, name)) + rounding * scale
+        if not abs(getattr(found, name) - getattr(expected, name)) <= allowed:
+            rows.append((name, getattr(expected, name), getattr(found, name)))
+    farthest = float(np.max(np.abs(expected.bounds)))
+    if not np.max(np.abs(found.bounds - expected.bounds)) <= rounding * farthest + case.tolerance * size:
+        rows.append(("box", expected.bounds.tolist(), found.bounds.tolist()))
+    if expected.triangles is not None and found.triangles != expected.triangles:
+        rows.append(("triangles", expected.triangles, found.triangles))
+    for name in ("watertight", "winding", "unit"):
+        if getattr(found, name) != getattr(expected, name):
+            rows.append((name, getattr(expected, name), getattr(found, name)))
+    return rows
+
+
+def in_file(solid, unit, suffix):
+    """What a file of this format holds of a solid in this unit; without one (None), GLB takes m and 3MF mm."""
+    if suffix == "glb":
+        return solid.scaled(UNITS[unit] if unit else 1.0, "m")
+    return solid.scaled(1.0, (unit or "mm") if suffix == "3mf" else None)
+
+
+def conversions():
+    """Models, each in a unit of its own, to every format."""
+    models = [
+        ("torus.stl", "mm", 1.0),
+        ("gyroid_sheet.stl", "um", 250.0),
+        ("bone.stl", "in", 0.125),
+        ("geodesic.obj", "cm", 1.0),
+        ("cylinder.stl", "ft", 3.0),
+        ("sphere.stl", "m", 0.5),
+        ("box.stl", None, 2.0),
+    ]
+    for name, unit, factor in models:
+        path = MODELS / name
+        solid = of_mesh(trimesh.load(path, force="mesh"), None)
+        if not (solid.watertight and solid.winding and solid.volume > 0):
+            raise ValueError(f"{path}: trimesh takes the model for no solid")
+        solid = solid.scaled(factor, None)
+        for suffix in FORMATS:
+            arguments = ["convert", path, "-o", "{out}", "--transform-a", f"scale({factor})"]
+            arguments += ["--unit", unit] if unit else []
+            yield Case(arguments, suffix, in_file(solid, unit, suffix))
+
+
+def chains():
+    """Files that ldi-ops wrote, read by itself and written once more."""
+    cube = Solid(volume=8000.0, area=2400.0, triangles=12, bounds=np.array([[-10.0] * 3, [10.0] * 3]))
+    for suffix in FORMATS:
+        yield Case(
+            ["generate", "cuboid", "--min", "-10,-10,-10", "--max", "10,10,10", "-o", "{out}"],
+            suffix,
+            in_file(cube, "mm", suffix),
+        )
+        # GLB gives metres back, so that the size stays what it was.
+        yield Case(
+            ["convert", "{before}", "-o", "{out}", "--unit", "mm"],
+            "3mf",
+            cube.scaled(1e-3, "m") if suffix == "glb" else cube.scaled(1.0, "mm"),
+        )
+
+
+def cases():
+    """All command lines and what they must write. `{before}` is the file that the case before wrote."""
+    yield from conversions()
+    yield from chains()
+
+
+def run(program, case, folder, number, before):
+    out = folder / f"{number}.{case.suffix}"
+    places = {"{out}": out, "{before}": before}
+    command = [program, *(str(places.get(word, word)) for word in case.arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise ValueError(f"exit code {done.returncode}: {done.stderr.strip()}")
+    return out
+
+
+def describe(case):
+    return " ".join(str(Path(word).name) if isinstance(word, Path) else word for word in case.arguments)
+
+
+def results(program, folder):
+    """Every case with what was found, or the error that stood in the way."""
+    before = None
+    for number, case in enumerate(cases()):
+        try:
+            before = run(program, case, folder, number, before)
+            yield case, read(before), None
+        except Exception as error:  # whatever a reader throws is a finding
+            yield case, None, error
+
+
+def check(program, folder):
+    rows, count = [], 0
+    for case, found, error in results(program, folder):
+        count += 1
+        wrong = [("error", "", error)] if error else complaints(case, found)
+        rows += [(describe(case), case.suffix, *row) for row in wrong]
+    for row in rows:
+        print("  ".join(str(value) for value in row))
+    print(f"{count} files, {len(rows)} complaints")
+    return not rows and count > 0
+
+
+def falsify(case):
+    """(what, case) for every way in which an expectation can be false."""
+
+    def expecting(**changes):
+        return dataclasses.replace(case, expected=dataclasses.replace(case.expected, **changes))
+
+    solid = case.expected
+    yield "volume", expecting(volume=solid.volume * (1 + 1e-4))
+    yield "volume of the mirror image", expecting(volume=-solid.volume)
+    yield "volume that is no number", expecting(volume=float("nan"))
+    yield "area", expecting(area=solid.area * (1 + 1e-4))
+    yield "box", expecting(bounds=solid.bounds * (1 + 1e-4))
+    yield "triangles", expecting(triangles=solid.triangles + 1)
+    yield "watertight", expecting(watertight=False)
+    yield "winding", expecting(winding=False)
+    yield "unit", expecting(unit="ft" if solid.unit != "ft" else "mm")
+
+
+def damaged(path):
+    """The file with a triangle turned or lost, where a byte or a line can do that."""
+    bytes_ = bytearray(path.read_bytes())
+    if path.suffix == ".ply":
+        # The last triangle names its last two corners the other way round.
+        bytes_[-8:] = bytes_[-4:] + bytes_[-8:-4]
+    elif path.suffix == ".stl":
+        count = struct.unpack_from("<I", bytes_, 80)[0]
+        struct.pack_into("<I", bytes_, 80, count - 1)
+        del bytes_[-50:]
+    elif path.suffix in (".obj", ".off"):
+        lines = bytes_.decode().splitlines()
+        word, a, b, c = lines[-1].split()
+        lines[-1] = f"{word} {a} {c} {b}"
+        bytes_ = "\n".join(lines).encode()
+    else:
+        # The last bytes of a GLB are a coordinate, here of 1 m, and those of a package belong to its directory.
+        bytes_[-4:] = b"\x00\x00\x80\x3f"
+    path.write_bytes(bytes_)
+
+
+def self_test(program, folder):
+    unnoticed, seen = [], set()
+    for case, found, error in results(program, folder):
+        if error or complaints(case, found):
+            print(f"a true file was called false: {describe(case)}: {error or complaints(case, found)}")
+            return False
+        if case.suffix in seen:
+            continue
+        seen.add(case.suffix)
+        unnoticed += [f"{case.suffix}: {what}" for what, false in falsify(case) if not complaints(false, found)]
+        path = run(program, case, folder, f"damaged-{case.suffix}", None)
+        damaged(path)
+        try:
+            if not complaints(case, read(path)):
+                unnoticed.append(f"{case.suffix}: damage")
+        except Exception:  # a reader that refuses the file has noticed
+            pass
+    unnoticed += [f"{suffix}: never written" for suffix in FORMATS.keys() - seen]
+    for what in unnoticed:
+        print(f"not noticed: {what}")
+    print(f"self-test: {len(unnoticed)} falsehoods not noticed")
+    return not unnoticed
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("--program", type=Path, required=True, help="the built command line")
+    arguments.add_argument("--self-test", action="store_true", help="falsify expectations and see that it shows")
+    arguments = arguments.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        test = self_test if arguments.self_test else check
+        sys.exit(0 if test(arguments.program.resolve(), Path(folder)) else 1)
+
+
+if __name__ == "__main__":
+    main()
