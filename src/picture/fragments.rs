@@ -147,16 +147,19 @@ impl<'s> Band<'s> {
     }
 
     /// How much of an outline passes a ray: the second difference of depth over a pixel to either side, which is nothing on
-    /// a plane however steep, and large where one thing ends before another.
+    /// a plane however steep, and large where one thing ends before another. Where a surface is steep on both sides, small
+    /// bumps bend it much, and it takes more to make an outline.
     fn line(&self, at: usize) -> f32 {
         let reach = self.scene.camera.format().supersampling as usize;
         let steps = [reach, reach * self.stride, reach * self.stride + reach, reach * self.stride - reach];
-        let bend = |step: usize| {
-            let (before, after) = (self.depths[at - step], self.depths[at + step]);
-            (before + after - 2.0 * self.depths[at]).abs() / (2.0 * reach as f32)
+        let line = |step: usize| {
+            let scale = 1.0 / reach as f32;
+            let before = (self.depths[at - step] - self.depths[at]) * scale;
+            let after = (self.depths[at + step] - self.depths[at]) * scale;
+            let tolerance = 1.0 + 0.6 * before.abs().min(after.abs());
+            smoothstep(1.2 * tolerance, 5.0 * tolerance, 0.5 * (before + after).abs())
         };
-        let most = steps.into_iter().map(bend).fold(0.0, f32::max);
-        smoothstep(1.2, 5.0, most)
+        steps.into_iter().map(line).fold(0.0, f32::max)
     }
 }
 
