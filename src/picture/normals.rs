@@ -158,3 +158,82 @@ impl Fans {
         &self.uses[self.first[v] as usize..self.first[v + 1] as usize]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::grid::Grid;
+    use crate::mesh::{ClosedMesh, TriangleMesh};
+    use crate::picture::palette;
+    use crate::solids;
+
+    /// The cosines between the normals in the middles of all triangles that face the eye and what they should be.
+    fn cosines(mesh: TriangleMesh, facets: Facets, expected: impl Fn(Vec3, Vec3) -> Vec3) -> Vec<f32> {
+        let closed = ClosedMesh::check(mesh).unwrap();
+        let grid = Grid::with_resolution(closed.bounds(), 64, 1024).unwrap();
+        let solid = grid.quantise(&closed).unwrap();
+        let skin = Skin { positions: solid.positions(), triangles: solid.triangles(), tint: palette::alone() };
+        let normals = Normals::new(skin, facets);
+        let mut found = Vec::new();
+        for t in 0..solid.triangles().len() {
+            let [a, b, c] = corners_of(&skin, t);
+            let face = cross(a, b, c).normalize();
+            if face.z < 0.1 {
+                continue;
+            }
+            let middle: [f64; 3] = std::array::from_fn(|i| f64::from(a[i] / 3 + b[i] / 3 + c[i] / 3));
+            let world = grid.origin() + DVec3::from_array(middle) * grid.step();
+            found.push(normals.at(t as u32, middle[0], middle[1]).dot(expected(world.as_vec3(), face)));
+        }
+        assert!(found.len() > 1);
+        found
+    }
+
+    #[test]
+    fn a_smooth_ball_is_round_and_flat_facets_are_their_own() {
+        let least = |facets| {
+            let cosines = cosines(solids::geodesic(1.0, 4).unwrap(), facets, |at, _| at.normalize());
+            cosines.into_iter().fold(1.0, f32::min)
+        };
+        assert!(least(Facets::Smooth) > 0.9999, "{}", least(Facets::Smooth));
+        let own = cosines(solids::geodesic(1.0, 4).unwrap(), Facets::Flat, |_, face| face);
+        assert!(own.into_iter().all(|cosine| cosine > 0.999_99));
+    }
+
+    #[test]
+    fn neighbouring_facets_meet_without_an_edge() {
+        let closed = ClosedMesh::check(solids::geodesic(1.0, 3).unwrap()).unwrap();
+        let grid = Grid::with_resolution(closed.bounds(), 64, 1024).unwrap();
+        let solid = grid.quantise(&closed).unwrap();
+        let skin = Skin { positions: solid.positions(), triangles: solid.triangles(), tint: palette::alone() };
+        let jump = |facets| {
+            let normals = Normals::new(skin, facets);
+            let facing = |t: &usize| {
+                let [a, b, c] = corners_of(&skin, *t);
+                cross(a, b, c).normalize().z > 0.5
+            };
+            let mut most = 0.0f32;
+            let faces: Vec<usize> = (0..solid.triangles().len()).filter(facing).collect();
+            for (&t, &u) in faces.iter().flat_map(|t| faces.iter().map(move |u| (t, u))) {
+                let shared: Vec<u32> =
+                    solid.triangles()[t].into_iter().filter(|v| solid.triangles()[u].contains(v)).collect();
+                if let (true, [v, w]) = (t != u, &shared[..]) {
+                    let [p, q] = [*v, *w].map(|v| solid.positions()[v as usize]);
+                    let at = |i: usize| 0.5 * (f64::from(p[i]) + f64::from(q[i]));
+                    let [n, m] = [t, u].map(|t| normals.at(t as u32, at(0), at(1)));
+                    most = most.max((n - m).length());
+                }
+            }
+            most
+        };
+        assert!(jump(Facets::Smooth) < 1e-3 && jump(Facets::Flat) > 0.1, "{}", jump(Facets::Smooth));
+    }
+
+    #[test]
+    fn sharp_edges_stay() {
+        let cube = || solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
+        assert!(cosines(cube(), Facets::Smooth, |_, face| face).into_iter().all(|cosine| cosine > 0.999_99));
+    }
+}

@@ -128,7 +128,7 @@ impl Labels<'_> {
     }
 }
 
-/// The corners of a box in the view, as a rectangle to be outlined: least and greatest x and y.
+/// The corners of a box as it is seen, one after another: a rectangle to be outlined.
 pub fn outline_of(min: DVec3, max: DVec3) -> [DVec3; 4] {
     [(min.x, min.y), (max.x, min.y), (max.x, max.y), (min.x, max.y)].map(|(x, y)| DVec3::new(x, y, 0.0))
 }
