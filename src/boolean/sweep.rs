@@ -12,8 +12,8 @@
 //! of the least input, and of that the least triangle, stands for the change. That depends on no order of the samples.
 //!
 //! # What was tried
-//! - Sorting the events instead of merging runs, by the standard library: the sweep of five took longer than a chain of
-//!   Booleans of two, with their images between.
+//! - Sorting the events by the standard library instead of merging runs: half as long again as Booleans of two at a time,
+//!   where merged runs take about as long.
 //! - Dropping a turn when the next one comes at the same depth: every event waits for what the last one stored.
 
 use rayon::prelude::*;
