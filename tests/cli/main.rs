@@ -14,6 +14,7 @@ mod images;
 mod json;
 mod operations;
 mod placing;
+mod render;
 mod streams;
 mod voxels;
 

@@ -178,7 +178,8 @@ pub fn solids(inputs: &[Input], demands: Demands) -> Result<(Vec<Solid>, Vec<War
             if own != common {
                 let (name, own_name, common_name) =
                     (solid.name().to_string(), unit::suffix(Some(own), 1), unit::suffix(Some(common), 1));
-                scale(solid, unit::factor(own, common), demands)?;
+                map(solid, &DAffine3::from_scale(DVec3::splat(unit::factor(own, common))), demands)?;
+                solid.volume = solid.mesh().signed_volume();
                 let message = format!("{name}: converted from{own_name} to{common_name}, the unit of the first file");
                 warnings.push(Warning::new("unit-converted", message));
             }
@@ -297,15 +298,14 @@ fn defects(report: &MeshReport) -> String {
     lines.join("\n")
 }
 
-/// Scales a solid and checks it anew, as coordinates may have become one or infinite.
-fn scale(solid: &mut Solid, factor: f64, demands: Demands) -> Result<(), Failure> {
+/// Maps a solid and checks it anew, as coordinates may have become one or infinite.
+pub fn map(solid: &mut Solid, map: &DAffine3, demands: Demands) -> Result<(), Failure> {
     let nothing = Surface::Open { mesh: TriangleMesh::default(), bounds: solid.bounds() };
     let mut mesh = match std::mem::replace(&mut solid.surface, nothing) {
         Surface::Closed(closed) => closed.into_mesh(),
         Surface::Open { mesh, .. } => mesh,
     };
-    mesh.transform(&DAffine3::from_scale(DVec3::splat(factor)));
+    mesh.transform(map);
     solid.surface = surface(mesh, &solid.path, demands)?;
-    solid.volume = solid.mesh().signed_volume();
     Ok(())
 }
