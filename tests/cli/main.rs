@@ -16,6 +16,7 @@ mod operations;
 mod placing;
 mod render;
 mod streams;
+mod surfaces;
 mod voxels;
 
 use std::fs;
