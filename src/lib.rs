@@ -7,7 +7,7 @@
 //! # The way data flows
 //! ```text
 //! files → mesh → grid (quantise once) → sampler (crossings → masks → classes → samples) → Ldi
-//!         Ldi → boolean | integrate | voxels → numbers, files
+//!         Ldi → boolean | integrate | surface | voxels | picture → numbers, files
 //! ```
 //! - [`mesh`] reads files and checks them: a [`mesh::ClosedMesh`] is the way into a sampler.
 //! - [`grid`] lays a raster around the solids and rounds their vertices, once, to an integer lattice.

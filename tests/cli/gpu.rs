@@ -26,7 +26,7 @@ fn model(name: &str) -> String {
 fn same_on_both(folder: &Folder, arguments: &[&str]) {
     let gpu_arguments = on_gpu();
     let gpu_arguments: Vec<&str> = gpu_arguments.iter().map(String::as_str).collect();
-    let written = ["image.npz", "image.png"].map(|name| folder.path(name));
+    let written = ["image.npz", "image.png", "mesh.ply"].map(|name| folder.path(name));
     let image = || written.each_ref().map(|path| if path.exists() { fs::read(path).unwrap() } else { Vec::new() });
     let mut cpu = folder.json(&[arguments, &["--backend", "cpu"]].concat());
     let cpu_image = image();
@@ -64,6 +64,20 @@ fn operations_give_the_same_on_both() {
     }
     let [a, b] = pairs[0].map(model);
     same_on_both(&folder, &["intersect", &a, &b, "--axis", "y", "--resolution", "150", "-o", "image.npz"]);
+}
+
+#[test]
+fn meshes_are_the_same_on_both() {
+    let folder = Folder::new();
+    let [a, b, c] = ["gyroid_sheet.stl", "bone.stl", "sphere.stl"].map(model);
+    for mode in MODES {
+        let options = ["--mode", mode, "--resolution", "48", "-o", "mesh.ply"];
+        same_on_both(&folder, &[&["difference", &a, &b][..], &options].concat());
+        let named = ["a", "b", "c"].iter().zip([&a, &b, &c]).map(|(name, path)| format!("{name}={path}"));
+        let named: Vec<String> = named.collect();
+        let inputs: Vec<&str> = named.iter().map(String::as_str).collect();
+        same_on_both(&folder, &[&["csg", "a & (b | c)"], &inputs[..], &options].concat());
+    }
 }
 
 #[test]
