@@ -14,7 +14,9 @@ mod images;
 mod json;
 mod operations;
 mod placing;
+mod render;
 mod streams;
+mod surfaces;
 mod voxels;
 
 use std::fs;

@@ -1,5 +1,7 @@
 //! Arguments as they are typed. What they mean together is for [`crate::resolve`].
 
+mod render;
+
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -10,6 +12,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand,
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
+pub use self::render::{BackgroundChoice, FacetChoice, PictureSize, RenderArguments, SliceAt, SlicePosition};
 use crate::bound::Bound;
 use crate::transform::{Placement, PlacementError};
 use crate::unit;
@@ -45,6 +48,7 @@ Examples:
   ldi-ops volume part.stl --backend gpu                    on the first GPU of `ldi-ops devices`
   ldi-ops check part.stl                                   is it a solid? exit code 1 if not
   ldi-ops generate gyroid --cells 4 -o gyroid.stl
+  ldi-ops render scaffold.stl bone.stl -o picture.png      what the two share, each in its colour
 
 Meshes are read from .stl, .obj, .ply, .off, .gltf, .glb and .3mf. The result goes to stdout, as
 text or with `--json -` as JSON; everything else goes to stderr.
@@ -76,6 +80,8 @@ pub enum Command {
     Convert(ConvertArguments),
     /// Make a model solid
     Generate(GenerateArguments),
+    /// A picture of solids or of a slice through them, as .png
+    Render(RenderArguments),
     /// Where sampling can run, and what `--backend auto` chooses and why
     Devices(DevicesArguments),
 }

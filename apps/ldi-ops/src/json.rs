@@ -15,8 +15,8 @@ use crate::exit::Failure;
 use crate::report::Warning;
 use crate::resolve::Report;
 use crate::run::{
-    Checked, Converted, Devices, Generated, GpuDevice, Measured, Ran, Solid, SurfaceReport, Surfaced, cpu_name,
-    peak_memory_bytes,
+    Checked, Converted, Devices, Generated, GpuDevice, Measured, Ran, Rendered, Solid, SurfaceReport, Surfaced,
+    cpu_name, peak_memory_bytes,
 };
 use crate::{output, unit};
 
@@ -253,6 +253,36 @@ pub fn generated(result: &Generated) -> Value {
         "bounds": result.bounds.map(|bounds| json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() })),
         "volume": result.volume,
         "area": result.area,
+        "warnings": result.warnings,
+    })
+}
+
+/// What `render` drew.
+pub fn rendered(result: &Rendered) -> Value {
+    let grid = &result.grid;
+    json!({
+        "schema": SCHEMA,
+        "command": "render",
+        "inputs": result.solids.iter().map(input).collect::<Vec<_>>(),
+        "output": {
+            "path": path(&result.to),
+            "width": result.width,
+            "height": result.height,
+            "pixel": result.pixel,
+            "scale_bar": result.scale_bar,
+            "unit": result.unit.map(|unit| unit::symbol(unit, 1)),
+        },
+        "view": result.view.to_string(),
+        "plane": result.plane.map(|(axis, at)| json!({ "axis": axis.name(), "at": at })),
+        "grid": { "pitch": grid.pitch(), "rays": grid.rays(), "quantisation": grid.quantisation() },
+        "samples": result.samples,
+        "unclosed_rays": result.unclosed,
+        "backend": result.ran.backend(),
+        "device": device(&result.ran),
+        "auto": result.ran.auto.as_ref().map(|auto| json!({ "backend": result.ran.backend(), "reason": auto.reason })),
+        "fill": fill(result.fill),
+        "seconds": result.seconds,
+        "peak_memory_bytes": peak_memory_bytes(),
         "warnings": result.warnings,
     })
 }

@@ -9,7 +9,8 @@ use ldi_ops::mesh::check::Severity;
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 
 use crate::run::{
-    Checked, Converted, Devices, Generated, Measured, SimplifiedReport, SurfaceReport, Surfaced, peak_memory_bytes,
+    Checked, Converted, Devices, Generated, Measured, Rendered, SimplifiedReport, SurfaceReport, Surfaced,
+    peak_memory_bytes,
 };
 use crate::unit;
 
@@ -238,6 +239,44 @@ pub fn generated(result: &Generated) -> String {
     }
     table.line("volume", format_args!("{}{}", number(result.volume), unit::suffix(unit, 3)));
     table.line("area", format_args!("{}{}", number(result.area), unit::suffix(unit, 2)));
+    table.text
+}
+
+/// What `render` drew.
+pub fn rendered(result: &Rendered) -> String {
+    let mut table = Table::default();
+    let length = unit::suffix(result.unit, 1);
+    let plane = result.plane.map(|(axis, at)| format!(", at {} = {}{length}", axis.name(), number(at)));
+    table.line(
+        "render",
+        format_args!(
+            "{}: {} × {} pixels of {}{length}, seen from {}{}",
+            result.to.display(),
+            result.width,
+            result.height,
+            number(result.pixel),
+            result.view,
+            plane.unwrap_or_default(),
+        ),
+    );
+    for (i, solid) in result.solids.iter().enumerate() {
+        let triangles = solid.mesh().triangles.len();
+        table.line(if i == 0 { "input" } else { "" }, format_args!("{}: {triangles} triangles", solid.name()));
+    }
+    let [columns, rows, _] = result.grid.rays();
+    table.line("image", format_args!("{columns} × {rows} rays, {} samples", result.samples));
+    table.line("backend", &result.ran);
+    let seconds = &result.seconds;
+    table.line(
+        "time",
+        format_args!(
+            "{:.3} s: read {:.3}, sample {:.3}, operate {:.3}, shade {:.3}, write {:.3}",
+            seconds.total, seconds.read, seconds.sample, seconds.operate, seconds.shade, seconds.write
+        ),
+    );
+    if let Some(bytes) = peak_memory_bytes() {
+        table.line("memory", format_args!("{:.0} MB at most", bytes as f64 / 1e6));
+    }
     table.text
 }
 

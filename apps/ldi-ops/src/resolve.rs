@@ -1,5 +1,7 @@
 //! From arguments as typed to jobs that can be run: everything that can be refused without reading an input is.
 
+mod render;
+
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +13,7 @@ use ldi_ops::sampler::{Estimate, Fill, Mode};
 use ldi_ops::solids::Model;
 use ldi_ops::voxels;
 
+pub use self::render::{Plane, RenderJob, Scenery};
 use crate::args::{
     self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
 };
@@ -47,6 +50,7 @@ pub enum Job {
     Convert(ConvertJob),
     Generate(GenerateJob),
     Devices(DevicesJob),
+    Render(RenderJob),
 }
 
 /// Where the result goes.
@@ -289,6 +293,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             let model = Model::from_parameters(&a.kind, &parameters).map_err(Failure::input)?;
             Ok(invocation(Job::Generate(GenerateJob { kind: a.kind, model, to: a.output, report }), &a.common))
         }
+        Command::Render(a) => render::resolve(a),
         Command::Devices(a) => {
             let report = report(&a.common)?;
             Ok(invocation(Job::Devices(DevicesJob { report }), &a.common))
@@ -325,14 +330,7 @@ fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<In
 fn csg(arguments: args::CsgArguments) -> Result<Invocation, Failure> {
     let args::CsgArguments { expression: text, solids, reading, named, operation } = arguments;
     let (names, paths): (Vec<String>, Vec<PathBuf>) = solids.into_iter().map(|solid| (solid.name, solid.path)).unzip();
-    let expression = Expression::parse(&text, &names).map_err(|error| match error.at() {
-        Some(at) => Failure::input(format!(
-            "the expression, at character {}: {error}\n{}",
-            at + 1,
-            excerpt::pointing_at(&text, at)
-        )),
-        None => Failure::input(error),
-    })?;
+    let expression = parsed(&text, &names)?;
     let mut placements = vec![None; names.len()];
     place(&names, &mut placements, named.transforms)?;
     let inputs = names.into_iter().zip(paths).zip(placements);
@@ -340,6 +338,18 @@ fn csg(arguments: args::CsgArguments) -> Result<Invocation, Failure> {
     let boolean = Boolean { expression, wording: Wording::Typed(text) };
     let args::OperationArguments { sampling, writing, common } = operation;
     measure(Measurement::Boolean(boolean), inputs, reading, sampling, writing, common)
+}
+
+/// An expression as it is typed.
+fn parsed(text: &str, names: &[String]) -> Result<Expression, Failure> {
+    Expression::parse(text, names).map_err(|error| match error.at() {
+        Some(at) => Failure::input(format!(
+            "the expression, at character {}: {error}\n{}",
+            at + 1,
+            excerpt::pointing_at(text, at)
+        )),
+        None => Failure::input(error),
+    })
 }
 
 /// The name of an input in a list: a, b, … z, aa, ab, …
@@ -379,7 +389,7 @@ fn measure(
     writing: args::ImageArguments,
     common: CommonArguments,
 ) -> Result<Invocation, Failure> {
-    let backend = backend(&sampling)?;
+    let backend = backend(sampling.backend, sampling.adapter.clone())?;
     let spacing = spacing(&sampling)?;
     if !LOD_RANGE.contains(&sampling.lod) {
         let (least, most) = (LOD_RANGE.start(), LOD_RANGE.end());
@@ -404,10 +414,7 @@ fn measure(
             AxisChoice::All => Axis::ALL.to_vec(),
         },
         mode: mode(sampling.mode),
-        fill: match sampling.fill {
-            FillChoice::EvenOdd => Fill::EvenOdd,
-            FillChoice::Nonzero => Fill::NonZero,
-        },
+        fill: fill(sampling.fill),
         backend,
         images,
         report,
@@ -423,15 +430,22 @@ fn mode(choice: ModeChoice) -> Mode {
     }
 }
 
-fn backend(sampling: &SamplingArguments) -> Result<Backend, Failure> {
-    match (sampling.backend, &sampling.adapter) {
+fn backend(backend: BackendChoice, adapter: Option<String>) -> Result<Backend, Failure> {
+    match (backend, adapter) {
         (BackendChoice::Auto, None) => Ok(Backend::Auto),
         (BackendChoice::Cpu, None) => Ok(Backend::Cpu),
         (BackendChoice::Cpu, Some(name)) => {
             Err(Failure::input(format!("--adapter {name} asks for a GPU, and --backend cpu for none")))
         }
         // Who names an adapter leaves no choice to auto.
-        (BackendChoice::Auto | BackendChoice::Gpu, name) => Ok(Backend::Gpu(name.clone())),
+        (BackendChoice::Auto | BackendChoice::Gpu, name) => Ok(Backend::Gpu(name)),
+    }
+}
+
+fn fill(choice: FillChoice) -> Fill {
+    match choice {
+        FillChoice::EvenOdd => Fill::EvenOdd,
+        FillChoice::Nonzero => Fill::NonZero,
     }
 }
 

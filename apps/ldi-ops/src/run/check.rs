@@ -49,6 +49,6 @@ fn check_file(path: &Path, job: &CheckJob) -> Result<Checked, Failure> {
         sha256: read.sha256,
         unit: read.file.unit.or(job.unit),
         report: check(&read.file.mesh),
-        warnings: input::notes(path, &read.file.notes),
+        warnings: read.warnings,
     })
 }

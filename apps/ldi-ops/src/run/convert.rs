@@ -37,7 +37,7 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
     if Format::from_path(&job.from.path) == Ok(Format::Stl) {
         mesh.weld();
     }
-    let mut warnings = input::notes(&job.from.path, &read.file.notes);
+    let mut warnings = read.warnings;
     warnings.extend(input::unit_ignored(&job.from.path, read.file.unit, job.unit));
     let unit = read.file.unit.or(job.unit);
     progress.stage("writing");

@@ -14,6 +14,7 @@ mod image;
 mod input;
 mod machine;
 mod measure;
+mod render;
 mod surface;
 mod work;
 mod write;
@@ -36,6 +37,7 @@ pub use generate::Generated;
 pub use input::Solid;
 pub use machine::{cpu_name, peak_memory_bytes};
 pub use measure::Measured;
+pub use render::Rendered;
 pub use surface::{SimplifiedReport, SurfaceReport};
 
 /// A job that ran to its end.
@@ -59,6 +61,7 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Failure> 
         Job::Convert(job) => convert::run(&job, &progress),
         Job::Generate(job) => generate::run(&job, &progress),
         Job::Devices(job) => devices::run(&job),
+        Job::Render(job) => render::run(&job, start, &progress),
     }
 }
 

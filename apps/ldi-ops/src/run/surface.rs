@@ -180,7 +180,8 @@ fn surface_mode(mode: Mode) -> SurfaceMode {
 /// Shares of the vertices or crossings above which what was lost is told.
 const NOTEWORTHY: f64 = 1e-3;
 
-fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
+/// What was lost on the way from images to a mesh.
+pub fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let lost = report.walls + report.gaps;
     if lost as f64 > NOTEWORTHY * report.vertices as f64 {
