@@ -17,7 +17,7 @@ use super::write_failure;
 use crate::bound::Bound;
 use crate::exit::Failure;
 use crate::progress::Progress;
-use crate::report::Warning;
+use crate::warning::Warning;
 
 /// What is known of a mesh that was made of images.
 #[derive(Clone, Debug)]
