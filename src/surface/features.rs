@@ -137,9 +137,9 @@ struct CellFilter {
 }
 
 impl CellFilter {
-    /// Room for the given number of cells, at some sixteen bits each.
+    /// Room for the given number of cells, at some 64 bits each.
     fn new(cells: usize) -> CellFilter {
-        CellFilter { bits: vec![0; (cells / 4).next_power_of_two()] }
+        CellFilter { bits: vec![0; cells.next_power_of_two()] }
     }
 
     fn place(&self, point: DVec3) -> (usize, u64) {

@@ -44,6 +44,14 @@ impl Folder {
         Folder { folder: tempfile::tempdir().unwrap() }
     }
 
+    /// With two cubes of side 2 that share one of side 1.
+    fn with_two_cubes() -> Folder {
+        let folder = Folder::new();
+        folder.stl("a.stl", &cube(0.0, 2.0));
+        folder.stl("b.stl", &cube(1.0, 2.0));
+        folder
+    }
+
     fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }

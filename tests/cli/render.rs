@@ -34,16 +34,9 @@ impl Picture {
 
 const SMALL: [&str; 4] = ["--size", "160x120", "--unit", "mm"];
 
-fn two_cubes() -> Folder {
-    let folder = Folder::new();
-    folder.stl("a.stl", &cube(0.0, 2.0));
-    folder.stl("b.stl", &cube(1.0, 2.0));
-    folder
-}
-
 #[test]
 fn a_picture_is_what_was_asked_for() {
-    let folder = two_cubes();
+    let folder = Folder::with_two_cubes();
     let result = folder.json(&[&["render", "a.stl", "-o", "a.png", "--view", "z"], &SMALL[..]].concat());
     let found = picture(&folder.path("a.png"));
     assert_eq!((found.width, found.height, found.pixels[0].len()), (160, 120, 3));
@@ -65,7 +58,7 @@ fn a_picture_is_what_was_asked_for() {
 
 #[test]
 fn each_input_has_its_tint_and_an_expression_says_what_is_seen() {
-    let folder = two_cubes();
+    let folder = Folder::with_two_cubes();
     let blue = |p: &[u8]| i32::from(p[2]) > i32::from(p[0]) + 25;
     let orange = |p: &[u8]| i32::from(p[0]) > i32::from(p[2]) + 25;
     let shares = |arguments: &[&str]| {
@@ -86,7 +79,7 @@ fn each_input_has_its_tint_and_an_expression_says_what_is_seen() {
 
 #[test]
 fn slices_and_cuts_are_drawn() {
-    let folder = two_cubes();
+    let folder = Folder::with_two_cubes();
     let result = folder.json(&[&["render", "a.stl", "b.stl", "--slice", "z=50%", "-o", "s.png"], &SMALL[..]].concat());
     assert_eq!((&result["plane"]["axis"], &result["plane"]["at"]), (&"z".into(), &1.5.into()));
     let dark = |p: &[u8]| p.iter().all(|&channel| channel < 0x70);
@@ -114,7 +107,7 @@ fn pictures_are_the_same_for_any_number_of_threads() {
 
 #[test]
 fn what_cannot_be_drawn_is_refused() {
-    let folder = two_cubes();
+    let folder = Folder::with_two_cubes();
     folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
     let refused = |arguments: &[&str], words: &[&str]| {
         folder.run(&[&["render"], arguments].concat()).code(2).says(words);

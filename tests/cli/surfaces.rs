@@ -9,16 +9,9 @@ fn checked(folder: &Folder, path: &str) -> Value {
     folder.json(&["check", path])["results"][0].clone()
 }
 
-fn two_cubes() -> Folder {
-    let folder = Folder::new();
-    folder.stl("a.stl", &cube(0.0, 2.0));
-    folder.stl("b.stl", &cube(1.0, 2.0));
-    folder
-}
-
 #[test]
 fn every_operation_writes_a_solid_in_every_format() {
-    let folder = two_cubes();
+    let folder = Folder::with_two_cubes();
     let cases = [
         ("intersect", 1.0, "i.stl"),
         ("union", 15.0, "u.obj"),
@@ -51,7 +44,7 @@ fn every_operation_writes_a_solid_in_every_format() {
 
 #[test]
 fn a_cube_keeps_its_corners_and_loses_its_triangles() {
-    let folder = two_cubes();
+    let folder = Folder::with_two_cubes();
     let full = folder.json(&["sample", "a.stl", "--resolution", "20", "-o", "full.ply"]);
     assert_eq!(full["surface"]["triangles"], 20 * 20 * 6 * 2);
     assert_eq!(full["surface"]["sub_resolution"], serde_json::json!({ "walls": 0, "gaps": 0 }));
@@ -68,7 +61,7 @@ fn a_cube_keeps_its_corners_and_loses_its_triangles() {
 
 #[test]
 fn images_of_a_file_give_the_mesh_that_the_operation_gives() {
-    let folder = two_cubes();
+    let folder = Folder::with_two_cubes();
     for mode in ["exact", "over"] {
         let operation = ["difference", "a.stl", "b.stl", "--mode", mode, "--resolution", "31", "--unit", "mm"];
         folder.run(&[&operation[..], &["-o", "direct.ply"]].concat()).code(0);
@@ -106,7 +99,7 @@ fn what_is_thinner_than_the_pitch_is_told() {
 
 #[test]
 fn what_cannot_be_a_mesh_is_refused() {
-    let folder = two_cubes();
+    let folder = Folder::with_two_cubes();
     let along_one = ["intersect", "a.stl", "b.stl", "--axis", "x", "-o", "out.stl"];
     folder.run(&along_one).code(2).says(&["out.stl", "all axes", "--axis"]);
     folder.run(&["intersect", "a.stl", "b.stl", "--simplify", "0.1h"]).code(2).says(&["--simplify", "-o FILE"]);

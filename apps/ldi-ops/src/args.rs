@@ -40,7 +40,8 @@ Examples:
 const EPILOGUE: &str = "\
 Examples:
   ldi-ops intersect scaffold.stl bone.stl --unit mm        their common volume
-  ldi-ops csg 'a & (b | c)' a=scaffold.stl b=bone.stl c=part.stl
+  ldi-ops intersect scaffold.stl bone.stl -o common.stl    and a mesh of it to print
+  ldi-ops csg 'a & (b | c)' a=scaffold.stl b=bone.stl c=part.stl -o part.3mf
   ldi-ops difference block.stl drill.stl --transform-b 'rotate(1,0,0,90) translate(0,5,0)'
   ldi-ops volume part.3mf --tolerance 0.1%                 refine until the estimate is below 0.1 %
   ldi-ops volume struts.stl --fill nonzero                 overlapping shells unite
@@ -50,7 +51,8 @@ Examples:
   ldi-ops generate gyroid --cells 4 -o gyroid.stl
   ldi-ops render scaffold.stl bone.stl -o picture.png      what the two share, each in its colour
 
-Meshes are read from .stl, .obj, .ply, .off, .gltf, .glb and .3mf. The result goes to stdout, as
+Meshes are read from .stl, .obj, .ply, .off, .gltf, .glb and .3mf, and from .npz, images of which the
+surface is the mesh. The result goes to stdout, as
 text or with `--json -` as JSON; everything else goes to stderr.
 
 Exit codes: 0 done; 1 a check that was asked for is false; 2 usage or input; 3 machine (memory,
@@ -58,7 +60,7 @@ device).";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Common volume of solids; -o writes the common solid's image
+    /// Common volume of solids; -o writes the common solid, as a mesh, an image or voxels
     Intersect(IntersectArguments),
     /// Volume of what lies in any of several solids
     Union(ListArguments),
@@ -70,7 +72,7 @@ pub enum Command {
     Csg(CsgArguments),
     /// Volume, area, centroid and inertia of solids
     Volume(VolumeArguments),
-    /// The layered depth image of a solid, as .npz, or voxels, as .vti or .npy
+    /// The layered depth image of a solid, as .npz; or its surface, or voxels
     Sample(SampleArguments),
     /// From images in a .npz file back to a mesh
     Surface(SurfaceArguments),
@@ -96,6 +98,7 @@ pub struct IntersectArguments {
 const INTERSECT_EXAMPLES: &str = "\
 Examples:
   ldi-ops intersect scaffold.stl bone.stl --unit mm
+  ldi-ops intersect scaffold.stl bone.stl --mode exact --simplify 0.1h -o common.stl
   ldi-ops intersect a.stl b.stl c.stl --transform c='scale(2)'
   ldi-ops intersect a.stl b.stl --axis z --mode exact --resolution 1024 --json -
   ldi-ops intersect a.stl b.stl --transform-b 'translate(1,0,0) rotate(0,0,1,30)' -o common.npz
@@ -263,12 +266,14 @@ Examples:
   ldi-ops sample part.stl --axis z -o part.npz
   ldi-ops sample part.stl --axis all --mode exact --resolution 1024 -o part.npz
   ldi-ops sample part.stl --axis z --resolution 256 -o part.vti
+  ldi-ops sample part.stl --mode exact --resolution 256 -o remeshed.ply
 
 Arrays of .npz, for one axis:
   axis      '<U1' ()         x, y or z: the direction of the rays
   offsets   uint32 (n + 1,)  ray r = row · columns + column has depths[offsets[r]:offsets[r+1]]
   depths    int32            sorted, in lattice steps from the near end of the grid;
                              [depths[2i], depths[2i+1]) is inside
+  normals   float32 (…, 3)   of the surface at each depth: of length 1, outwards, in world axes
   unclosed  uint32           rays that did not close; they have no depths
   unit      '<U2' ()         of lengths: um, mm, cm, m, in or ft; absent where it is not known
   grid      record ()        origin: world position of the grid's corner; pitch: distance of
@@ -276,8 +281,8 @@ Arrays of .npz, for one axis:
                              + step; step: length of a lattice step, pitch / 2**shift; rays:
                              pixels along x, y and z; shift; lod
 Columns and rows run along the other two axes in increasing order: x → (y, z), y → (x, z),
-z → (x, y). With --axis all, `axis` is ['x', 'y', 'z'], and offsets, depths and unclosed become
-offsets_x, depths_x, unclosed_x and so on for y and z.
+z → (x, y). With --axis all, `axis` is ['x', 'y', 'z'], and offsets, depths, normals and unclosed
+become offsets_x, depths_x, normals_x, unclosed_x and so on for y and z.
 
   import numpy as np
   a = np.load('part.npz')                                          # --axis z

@@ -12,37 +12,46 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::exit::Failure;
-use crate::report::Warning;
 use crate::resolve::Report;
 use crate::run::{
-    Checked, Converted, Devices, Generated, GpuDevice, Measured, Ran, Rendered, Solid, SurfaceReport, Surfaced,
-    cpu_name, peak_memory_bytes,
+    Checked, Converted, Devices, Generated, GpuDevice, Measured, Outcome, Ran, Rendered, Solid, SurfaceReport,
+    Surfaced, cpu_name, peak_memory_bytes,
 };
-use crate::{output, unit};
+use crate::warning::Warning;
+use crate::{output, report, unit};
 
 /// The name and version of the schema.
 const SCHEMA: &str = "ldi-ops/1";
 
+/// The object of a result.
+fn of(outcome: &Outcome) -> Value {
+    match outcome {
+        Outcome::Measured(results) => measured(results),
+        Outcome::Surfaced(result) => surfaced(result),
+        Outcome::Checked(results) => checked(results),
+        Outcome::Converted(result) => converted(result),
+        Outcome::Generated(result) => generated(result),
+        Outcome::Devices(result) => devices(result),
+        Outcome::Rendered(result) => rendered(result),
+    }
+}
+
 /// Puts a result where it was asked for; gives what belongs on stdout.
-pub fn deliver(
-    report: &Report,
-    json: impl FnOnce() -> Value,
-    text: impl FnOnce() -> String,
-) -> Result<String, Failure> {
-    let serialised = |value: &Value| format!("{value:#}\n");
+pub fn deliver(report: &Report, outcome: &Outcome) -> Result<String, Failure> {
+    let serialised = || format!("{:#}\n", of(outcome));
     match report {
-        Report::Text => Ok(text()),
-        Report::Json => Ok(serialised(&json())),
+        Report::Text => Ok(report::of(outcome)),
+        Report::Json => Ok(serialised()),
         Report::TextAndJson(path) => {
-            let json = serialised(&json());
+            let json = serialised();
             output::replace(path, |file| file.write_all(json.as_bytes()))?;
-            Ok(text())
+            Ok(report::of(outcome))
         }
     }
 }
 
 /// The object of one result, or several in an envelope.
-pub fn measured(results: &[Measured]) -> Value {
+fn measured(results: &[Measured]) -> Value {
     let mut objects: Vec<Value> = results.iter().map(one_measured).collect();
     match objects.len() {
         1 => objects.remove(0),
@@ -163,7 +172,7 @@ pub fn fill(fill: Fill) -> &'static str {
 }
 
 /// What `surface` wrote.
-pub fn surfaced(result: &Surfaced) -> Value {
+fn surfaced(result: &Surfaced) -> Value {
     let [read, total] = result.seconds;
     let mut object = json!({
         "schema": SCHEMA,
@@ -192,7 +201,7 @@ fn grid(grid: &Grid) -> Value {
 }
 
 /// What `check` found.
-pub fn checked(results: &[Checked]) -> Value {
+fn checked(results: &[Checked]) -> Value {
     let each = results.iter().map(|result| {
         let report = &result.report;
         json!({
@@ -229,7 +238,7 @@ fn defect(defect: &Defect) -> Value {
 }
 
 /// What `convert` wrote.
-pub fn converted(result: &Converted) -> Value {
+fn converted(result: &Converted) -> Value {
     json!({
         "schema": SCHEMA,
         "command": "convert",
@@ -244,7 +253,7 @@ pub fn converted(result: &Converted) -> Value {
 }
 
 /// What `generate` wrote.
-pub fn generated(result: &Generated) -> Value {
+fn generated(result: &Generated) -> Value {
     json!({
         "schema": SCHEMA,
         "command": "generate",
@@ -258,7 +267,7 @@ pub fn generated(result: &Generated) -> Value {
 }
 
 /// What `render` drew.
-pub fn rendered(result: &Rendered) -> Value {
+fn rendered(result: &Rendered) -> Value {
     let grid = &result.grid;
     json!({
         "schema": SCHEMA,
@@ -288,7 +297,7 @@ pub fn rendered(result: &Rendered) -> Value {
 }
 
 /// Where sampling can run.
-pub fn devices(devices: &Devices) -> Value {
+fn devices(devices: &Devices) -> Value {
     let mut each = vec![json!({ "backend": "cpu", "name": devices.cpu, "threads": devices.threads })];
     each.extend(devices.gpus.iter().map(gpu_device));
     json!({

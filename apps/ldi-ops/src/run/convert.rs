@@ -6,12 +6,11 @@ use ldi_ops::mesh::io::Format;
 use ldi_ops::mesh::{LengthUnit, io};
 
 use super::input::{self, Provenance};
-use super::{Finished, say_warnings};
+use super::{Finished, Outcome, say_warnings};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
-use crate::report::Warning;
 use crate::resolve::ConvertJob;
-use crate::{json, report};
+use crate::warning::Warning;
 
 /// What was written.
 pub struct Converted {
@@ -53,6 +52,5 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
     };
     progress.finish();
     say_warnings(&converted.warnings, progress);
-    let stdout = json::deliver(&job.report, || json::converted(&converted), || report::converted(&converted))?;
-    Ok(Finished { stdout, exit: Exit::Done })
+    Ok(Finished { outcome: Outcome::Converted(converted), report: job.report.clone(), exit: Exit::Done })
 }

@@ -12,12 +12,12 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::sampler::Mode;
 
 use super::surface::{Imaged, SurfaceReport};
-use super::{Finished, peak_memory_bytes, say_warnings, write};
+use super::{Finished, Outcome, peak_memory_bytes, say_warnings, write};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
-use crate::report::Warning;
 use crate::resolve::{Content, SurfaceJob};
-use crate::{json, report, unit};
+use crate::unit;
+use crate::warning::Warning;
 
 /// What was made of a file of images.
 pub struct Surfaced {
@@ -112,6 +112,5 @@ pub fn run(job: &SurfaceJob, start: Instant, progress: &Progress) -> Result<Fini
         warnings,
     };
     say_warnings(&surfaced.warnings, progress);
-    let stdout = json::deliver(&job.report, || json::surfaced(&surfaced), || report::surfaced(&surfaced))?;
-    Ok(Finished { stdout, exit: Exit::Done })
+    Ok(Finished { outcome: Outcome::Surfaced(Box::new(surfaced)), report: job.report.clone(), exit: Exit::Done })
 }

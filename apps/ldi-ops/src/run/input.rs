@@ -16,10 +16,10 @@ use super::from_images::ImageFile;
 use super::{bytes, surface};
 use crate::exit::Failure;
 use crate::progress::Progress;
-use crate::report::Warning;
 use crate::resolve::{Input, Openness, Verbosity};
 use crate::transform::Placement;
 use crate::unit;
+use crate::warning::Warning;
 
 /// An input that may be sampled, with what is known of it.
 pub struct Solid {

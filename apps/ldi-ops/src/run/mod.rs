@@ -25,8 +25,8 @@ use ldi_ops::mesh::io::WriteError;
 
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
-use crate::report::Warning;
-use crate::resolve::{Invocation, Job};
+use crate::resolve::{Invocation, Job, Report};
+use crate::warning::Warning;
 
 pub use backend::Ran;
 pub use check::Checked;
@@ -42,9 +42,21 @@ pub use surface::{SimplifiedReport, SurfaceReport};
 
 /// A job that ran to its end.
 pub struct Finished {
-    /// The result, for stdout.
-    pub stdout: String,
+    pub outcome: Outcome,
+    /// Where the result was asked to go.
+    pub report: Report,
     pub exit: Exit,
+}
+
+/// The result of a job.
+pub enum Outcome {
+    Measured(Vec<Measured>),
+    Surfaced(Box<Surfaced>),
+    Checked(Vec<Checked>),
+    Converted(Converted),
+    Generated(Generated),
+    Devices(Devices),
+    Rendered(Box<Rendered>),
 }
 
 /// Runs a job; `start` is when the process began.

@@ -18,15 +18,17 @@ use serde::Serialize;
 
 use super::backend::{Backends, Choice, Ran};
 use super::fill::FillDifference;
+use super::image::first_triangles;
 use super::input::{self, Demands, Provenance, Solid};
 use super::work::work;
-use super::{Finished, machine, say_warnings};
+use super::{Finished, Outcome, machine, say_warnings};
 use crate::args::SlicePosition;
 use crate::exit::{Exit, Failure};
+use crate::number::number;
 use crate::progress::Progress;
-use crate::report::Warning;
 use crate::resolve::{Plane, RenderJob, Scenery};
-use crate::{json, output, report, unit};
+use crate::warning::Warning;
+use crate::{output, unit};
 
 /// Everything that is known of a picture.
 pub struct Rendered {
@@ -131,8 +133,7 @@ pub fn run(job: &RenderJob, start: Instant, progress: &Progress) -> Result<Finis
     };
     progress.finish();
     say_warnings(&rendered.warnings, progress);
-    let stdout = json::deliver(&job.report, || json::rendered(&rendered), || report::rendered(&rendered))?;
-    Ok(Finished { stdout, exit: Exit::Done })
+    Ok(Finished { outcome: Outcome::Rendered(Box::new(rendered)), report: job.report.clone(), exit: Exit::Done })
 }
 
 /// What `make` gives, its time added.
@@ -174,8 +175,8 @@ fn place(job: &RenderJob, solids: &[Solid]) -> Result<Option<(Axis, f64)>, Failu
     let name = axis.name();
     Err(Failure::input(format!(
         "--slice {name}={at}: the solids reach from {} to {} along {name}",
-        report::number(low),
-        report::number(high)
+        number(low),
+        number(high)
     )))
 }
 
@@ -266,11 +267,7 @@ impl<'s> Stage<'s> {
             images.push(image);
         }
         progress.detail(format_args!("sampled by {:.4} s; {}", seconds.sample, self.choice.ran()));
-        let mut first_triangles = vec![0u32];
-        for solid in &self.lattice {
-            let before = first_triangles[first_triangles.len() - 1];
-            first_triangles.push(before.saturating_add(solid.triangles().len() as u32));
-        }
+        let first_triangles: Vec<u32> = first_triangles(&self.lattice).collect();
         let result = timed(&mut seconds.operate, || combine(self.job, images, &first_triangles))?;
         told.result = result.depths().len();
         progress.stage("shading");
@@ -409,7 +406,7 @@ fn annotate(job: &RenderJob, stage: &Stage, plane: Option<(Axis, f64)>, bar: Sca
             across(plane.axis)
         }
     };
-    annotator.scale_bar(bar, &format!("{}{unit_of}", report::number(bar.length)));
+    annotator.scale_bar(bar, &format!("{}{unit_of}", number(bar.length)));
     annotator.axes(view.rotation());
     annotator.caption(&captions(job, stage, plane, &unit_of));
 }

@@ -17,7 +17,7 @@ use super::write_failure;
 use crate::bound::Bound;
 use crate::exit::Failure;
 use crate::progress::Progress;
-use crate::report::Warning;
+use crate::warning::Warning;
 
 /// What is known of a mesh that was made of images.
 #[derive(Clone, Debug)]
@@ -128,17 +128,33 @@ pub fn mesh(
     Ok((mesh, report))
 }
 
-/// Removes triangles within a bound; the mesh sampled again gives the same nodes.
+/// The bound of a first step, in pitches. With more at once so many nodes change sides that most places have to be restored,
+/// and more triangles stay than with less.
+const FIRST_STEP: f64 = 0.1;
+
+/// Removes triangles within a bound; the mesh sampled again gives the same nodes. A bound that is large beside the pitch is
+/// used in steps, each twice as long as the one before; their distances add up.
 fn simplified(mesh: TriangleMesh, imaged: &Imaged, bound: f64) -> Result<(TriangleMesh, SimplifiedReport), Failure> {
+    let grid = imaged.images[0].grid();
     let wanted = planes_of(&mesh, imaged)?;
-    let made = simplify(&mesh, bound, |mesh| {
-        // A mesh that cannot be sampled on this grid is acceptable nowhere.
-        let Ok(found) = planes_of(mesh, imaged) else { return mesh.positions.clone() };
-        differences(imaged.images[0].grid(), &wanted, &found)
-    });
-    let made = made.map_err(Failure::input)?;
-    let report = SimplifiedReport { bound, distance: made.distance, triangles: mesh.triangles.len() };
-    Ok((made.mesh, report))
+    let mut report = SimplifiedReport { bound, distance: 0.0, triangles: mesh.triangles.len() };
+    let (mut mesh, mut step) = (mesh, FIRST_STEP * grid.pitch());
+    while report.distance < bound {
+        let rest = bound - report.distance;
+        let made = simplify(&mesh, step.min(rest), |mesh| {
+            // A mesh that cannot be sampled on this grid is acceptable nowhere.
+            let Ok(found) = planes_of(mesh, imaged) else { return mesh.positions.clone() };
+            differences(grid, &wanted, &found)
+        });
+        let made = made.map_err(Failure::input)?;
+        mesh = made.mesh;
+        report.distance += made.distance;
+        if step >= rest {
+            break;
+        }
+        step *= 2.0;
+    }
+    Ok((mesh, report))
 }
 
 /// The nodes inside a mesh, plane after plane.
