@@ -71,8 +71,8 @@ CONSERVATIVE_PAIRS = ("rotated_boxes", "gyroid_bone", "primitive_diamond", "cont
 SIMPLIFIED_PAIRS = ("spheres", "rotated_boxes", "gyroid_bone")
 SIMPLIFY = 0.1  # pitches
 
-# How far beyond the exact box a mesh may reach, in pitches: a vertex may leave its cell by that much to where the planes of
-# its crossings meet.
+# How far beyond the exact box a mesh may reach, in pitches. A vertex belongs to a cell with a node inside, and may leave it
+# by as much as this, to where the planes of its crossings meet.
 REACH = 1.5
 
 # What a metre is in the unit of a result; numbers without a unit are kept by all formats.
@@ -570,10 +570,13 @@ def falsehoods(case, mesh, told, right):
 
 
 def self_test(program):
-    """Whether every falsehood is noticed, in a result of each format, one of them simplified."""
+    """Whether every falsehood is noticed, in a result of each format, one of them simplified, and a program that fails."""
     pair = pairs.load(names=["spheres"])[0]
     a, b = (str(pairs.ROOT / pair["a"]), None), (str(pairs.ROOT / pair["b"]), pair["transform_b"])
-    unnoticed, count = [], 0
+    unnoticed, count = [], 1
+    # Python takes the operation for a script that is not there.
+    if not examine(Path(sys.executable), Case(OPERATIONS[0], a, b, "stl")).rows:
+        unnoticed.append("a program that fails")
     for i, suffix in enumerate(FORMATS):
         case = Case(OPERATIONS[i % 3], a, b, suffix, simplified=suffix == "ply")
         mesh, told = run(program, case)
