@@ -27,6 +27,7 @@ mod cells;
 mod edges;
 mod features;
 pub mod gates;
+pub mod parts;
 mod qef;
 mod quads;
 pub mod simplify;

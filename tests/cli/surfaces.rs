@@ -122,3 +122,24 @@ fn without_normals_edges_are_cut_off_and_that_is_told() {
     let volume = result["surface"]["volume"].as_f64().unwrap();
     assert!(volume < 0.0625 && volume > 0.015, "{volume}");
 }
+
+#[test]
+fn crumbs_are_counted_and_dropped_where_that_is_asked_for() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &[cube(0.0, 2.0), cube(3.0, 0.2)].concat());
+    let whole = folder.json(&["sample", "a.stl", "--resolution", "64", "-o", "whole.ply"]);
+    assert_eq!((&whole["surface"]["components"], &whole["surface"]["dropped_parts"]["count"]), (&2.into(), &0.into()));
+    assert_near(whole["surface"]["largest_component_share"].as_f64().unwrap(), 8.0 / 8.008, 1e-4);
+    let dropping = ["sample", "a.stl", "--resolution", "64", "--drop-parts", "0.5%", "-o", "large.ply"];
+    let dropped = folder.json(&dropping);
+    assert_eq!(
+        (&dropped["surface"]["components"], &dropped["surface"]["dropped_parts"]["count"]),
+        (&1.into(), &1.into())
+    );
+    assert_near(dropped["surface"]["dropped_parts"]["volume"].as_f64().unwrap(), 0.008, 1e-4);
+    assert_near(checked(&folder, "large.ply")["volume"].as_f64().unwrap(), 8.0, 1e-3);
+    let run = folder.run(&dropping).code(0);
+    assert!(run.stdout().contains("1 small parts dropped"), "{}", run.stdout());
+    folder.run(&["sample", "a.stl", "--drop-parts", "1%", "-o", "a.npz"]).code(2).says(&["--drop-parts", "meshes"]);
+    folder.run(&["intersect", "a.stl", "a.stl", "--drop-parts", "1%"]).code(2).says(&["--drop-parts", "-o FILE"]);
+}

@@ -223,9 +223,8 @@ pub struct SampleArguments {
     /// voxels
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, or in file units, 0.02
-    #[arg(long, value_name = "BOUND")]
-    pub simplify: Option<Bound>,
+    #[command(flatten)]
+    pub finish: FinishArguments,
     #[command(flatten)]
     pub common: CommonArguments,
 }
@@ -238,9 +237,8 @@ pub struct SurfaceArguments {
     /// Where to write the surface: .stl, .obj, .ply, .off, .glb or .3mf; or voxels: .vti or .npy
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, or in file units, 0.02
-    #[arg(long, value_name = "BOUND")]
-    pub simplify: Option<Bound>,
+    #[command(flatten)]
+    pub finish: FinishArguments,
     /// What the images are: where they disagree about a node, it is inside if any of over-estimates says so, if all of
     /// under-estimates do, if most of exact images do
     #[arg(long, value_enum, default_value_t = ModeChoice::Exact)]
@@ -400,7 +398,7 @@ pub struct SamplingArguments {
     pub pitch: Option<f64>,
     /// Refine until the error estimate of the volume is below this share of it: 0.1% or 0.001
     #[arg(long, value_name = "P%")]
-    pub tolerance: Option<Tolerance>,
+    pub tolerance: Option<Share>,
     /// LOD-C, voxels a ray is divided into for over and under: 32 to 65536
     #[arg(long, value_name = "N", default_value_t = 1024)]
     pub lod: u32,
@@ -429,9 +427,19 @@ pub struct ImageArguments {
     /// image to .npz; or voxels to .vti (ParaView) or .npy (numpy)
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub finish: FinishArguments,
+}
+
+/// What is done to a mesh before it is written.
+#[derive(Debug, Default, Args)]
+pub struct FinishArguments {
     /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, or in file units, 0.02
     #[arg(long, value_name = "BOUND")]
     pub simplify: Option<Bound>,
+    /// Drop parts of the mesh below this share of its volume: crumbs of knife edges, and bubbles; 0.1% or 0.001
+    #[arg(long, value_name = "P%")]
+    pub drop_parts: Option<Share>,
 }
 
 #[derive(Debug, Args)]
@@ -528,19 +536,19 @@ fn is_name(name: &str) -> bool {
 
 /// A share of a volume, between 0 and 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerance(pub f64);
+pub struct Share(pub f64);
 
-impl FromStr for Tolerance {
+impl FromStr for Share {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Tolerance, String> {
+    fn from_str(text: &str) -> Result<Share, String> {
         let (number, scale) = match text.strip_suffix('%') {
             Some(percent) => (percent.trim_end(), 100.0),
             None => (text, 1.0),
         };
         match number.parse::<f64>() {
-            Ok(value) if value > 0.0 && value < scale => Ok(Tolerance(value / scale)),
-            _ => Err("a tolerance is between 0 and 100 %: 0.1% or 0.001".to_owned()),
+            Ok(value) if value > 0.0 && value < scale => Ok(Share(value / scale)),
+            _ => Err("a share between 0 and 100 % is wanted: 0.1% or 0.001".to_owned()),
         }
     }
 }
@@ -655,12 +663,12 @@ mod tests {
     }
 
     #[test]
-    fn tolerances_are_shares() {
-        assert_eq!("0.1%".parse(), Ok(Tolerance(0.001)));
-        assert_eq!("0.001".parse(), Ok(Tolerance(0.001)));
-        assert_eq!("5 %".parse(), Ok(Tolerance(0.05)));
+    fn shares_are_numbers_or_percentages() {
+        assert_eq!("0.1%".parse(), Ok(Share(0.001)));
+        assert_eq!("0.001".parse(), Ok(Share(0.001)));
+        assert_eq!("5 %".parse(), Ok(Share(0.05)));
         for wrong in ["0", "-1%", "100%", "1", "NaN", "inf%", "%", "much"] {
-            assert!(wrong.parse::<Tolerance>().is_err(), "{wrong}");
+            assert!(wrong.parse::<Share>().is_err(), "{wrong}");
         }
     }
 }

@@ -118,6 +118,8 @@ fn surface(report: &SurfaceReport) -> Value {
         "disagreements": report.disagreements,
         "largest_distance": report.largest_distance,
         "blunted_vertices": report.blunted,
+        "largest_component_share": report.largest_share,
+        "dropped_parts": { "count": report.dropped.parts, "volume": report.dropped.volume },
         "simplified": report.simplified.map(|simplified| json!({
             "bound": simplified.bound,
             "distance": simplified.distance,

@@ -150,10 +150,20 @@ fn surface(report: &SurfaceReport, length: &str) -> [String; 2] {
         }
         None => String::new(),
     };
+    let largest = match components {
+        0 | 1 => String::new(),
+        _ => format!(", the largest with {:.2} % of the volume", 100.0 * report.largest_share),
+    };
+    let dropped = match report.dropped.parts {
+        0 => String::new(),
+        parts => format!("; {parts} small parts dropped"),
+    };
     [
-        format!("{triangles} triangles, {vertices} vertices, {components} components, genus {genus}{simplified}"),
         format!(
-            "closed 2-manifold; samples at most {}{length} away; {} walls and {} gaps below the pitch dropped",
+            "{triangles} triangles, {vertices} vertices, {components} components{largest}, genus {genus}{simplified}"
+        ),
+        format!(
+            "closed 2-manifold; samples at most {}{length} away; {} walls and {} gaps below the pitch dropped{dropped}",
             number(report.largest_distance),
             report.walls,
             report.gaps

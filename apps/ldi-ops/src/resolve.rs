@@ -192,8 +192,17 @@ pub enum Content {
     Images,
     /// The lattice nodes that they have inside.
     Voxels(voxels::Format),
-    /// The surface of the solid, perhaps of fewer triangles.
-    Mesh { simplify: Option<Bound> },
+    /// The surface of the solid.
+    Mesh(Finish),
+}
+
+/// What is done to a mesh before it is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Finish {
+    /// Triangles are removed within this bound.
+    pub simplify: Option<Bound>,
+    /// Parts of less volume are dropped, as a share of the whole.
+    pub least_part: Option<f64>,
 }
 
 impl Content {
@@ -262,12 +271,12 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
         }
         Command::Sample(a) => {
             let input = Input { name: None, path: a.solid, placement: a.placing.transform_a };
-            let writing = args::ImageArguments { output: Some(a.output), simplify: a.simplify };
+            let writing = args::ImageArguments { output: Some(a.output), finish: a.finish };
             measure(Measurement::Sample, vec![input], a.placing.reading, a.sampling, writing, a.common)
         }
         Command::Surface(a) => {
             let report = report(&a.common)?;
-            let writing = args::ImageArguments { output: Some(a.output), simplify: a.simplify };
+            let writing = args::ImageArguments { output: Some(a.output), finish: a.finish };
             let target = image_target(writing, AxisChoice::All)?.expect("an output is given");
             apart(&report, &target.path)?;
             let job = SurfaceJob { images: a.images, unit: a.unit, mode: mode(a.mode), target, report };
@@ -462,7 +471,7 @@ fn spacing(sampling: &SamplingArguments) -> Result<Spacing, Failure> {
         }
         (Some(rays), _, _) => Ok(Spacing::Resolution(rays)),
         (_, Some(pitch), _) => Ok(Spacing::Pitch(pitch)),
-        (_, _, Some(args::Tolerance(tolerance))) => Ok(Spacing::Tolerance(tolerance)),
+        (_, _, Some(args::Share(tolerance))) => Ok(Spacing::Tolerance(tolerance)),
         (None, None, None) => Ok(Spacing::Resolution(DEFAULT_RESOLUTION)),
     }
 }
@@ -517,10 +526,15 @@ const WRITTEN: &str =
 
 /// A file that is made of images.
 fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Option<ImageTarget>, Failure> {
-    let args::ImageArguments { output, simplify } = writing;
+    let args::ImageArguments { output, finish: args::FinishArguments { simplify, drop_parts } } = writing;
+    let flag = match (simplify, drop_parts) {
+        (Some(_), _) => Some("--simplify"),
+        (None, Some(_)) => Some("--drop-parts"),
+        (None, None) => None,
+    };
     let Some(path) = output else {
-        return match simplify {
-            Some(_) => Err(Failure::input("--simplify is for a mesh, and there is no -o FILE to write one to")),
+        return match flag {
+            Some(flag) => Err(Failure::input(format!("{flag} is for a mesh, and there is no -o FILE to write one to"))),
             None => Ok(None),
         };
     };
@@ -532,15 +546,18 @@ fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Optio
         ("", _) => return refuse(&format!("the name has no extension; {WRITTEN}")),
         _ if Format::from_path(&path).is_ok() => {
             mesh_target(&path)?;
-            Content::Mesh { simplify }
+            Content::Mesh(Finish { simplify, least_part: drop_parts.map(|args::Share(share)| share) })
         }
         _ => return refuse(&format!("this extension is not known; {WRITTEN}")),
     };
     match (content, axis) {
-        (Content::Mesh { .. }, AxisChoice::All) => {}
-        (Content::Mesh { .. }, _) => return refuse("a mesh is made of the images along all axes; leave --axis away"),
-        _ if simplify.is_some() => return refuse("--simplify is for meshes, and this is none"),
-        _ => {}
+        (Content::Mesh(_), AxisChoice::All) => {}
+        (Content::Mesh(_), _) => return refuse("a mesh is made of the images along all axes; leave --axis away"),
+        _ => {
+            if let Some(flag) = flag {
+                return refuse(&format!("{flag} is for meshes, and this is none"));
+            }
+        }
     }
     writable(&path)?;
     Ok(Some(ImageTarget { path, content }))

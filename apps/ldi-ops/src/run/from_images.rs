@@ -89,7 +89,7 @@ pub fn run(job: &SurfaceJob, start: Instant, progress: &Progress) -> Result<Fini
     file.unit = file.unit.or(job.unit);
     let reading = start.elapsed().as_secs_f64();
     let imaged = match job.target.content {
-        Content::Mesh { .. } => file.imaged(&job.images, job.mode)?,
+        Content::Mesh(_) => file.imaged(&job.images, job.mode)?,
         _ => file.as_they_are(job.mode),
     };
     let (surface, said) = write::images(&job.target, &imaged, progress)?;

@@ -16,7 +16,7 @@ use super::from_images::ImageFile;
 use super::{bytes, surface};
 use crate::exit::Failure;
 use crate::progress::Progress;
-use crate::resolve::{Input, Openness, Verbosity};
+use crate::resolve::{Finish, Input, Openness, Verbosity};
 use crate::transform::Placement;
 use crate::unit;
 use crate::warning::Warning;
@@ -146,7 +146,7 @@ pub fn read(path: &Path, provenance: Provenance) -> Result<ReadMesh, Failure> {
 fn surface_of_images(bytes: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning>), Failure> {
     let file = ImageFile::read(Cursor::new(bytes), path)?;
     let imaged = file.imaged(path, Mode::Exact)?;
-    let (mesh, report) = surface::mesh(&imaged, None, &Progress::new(Verbosity::Quiet))?;
+    let (mesh, report) = surface::mesh(&imaged, Finish::default(), &Progress::new(Verbosity::Quiet))?;
     if mesh.triangles.is_empty() {
         return Err(Failure::input(format!("{}: no lattice node lies inside the images", path.display())));
     }

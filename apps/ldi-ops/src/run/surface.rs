@@ -9,14 +9,15 @@ use ldi_ops::mesh::{ClosedMesh, LengthUnit, TriangleMesh, io};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
 use ldi_ops::surface::gates::Gates;
+use ldi_ops::surface::parts::{Dropped, Parts};
 use ldi_ops::surface::simplify::simplify;
 use ldi_ops::surface::{Surface, SurfaceMode, contour};
 
 use super::input::write_notes;
 use super::write_failure;
-use crate::bound::Bound;
 use crate::exit::Failure;
 use crate::progress::Progress;
+use crate::resolve::Finish;
 use crate::warning::Warning;
 
 /// What is known of a mesh that was made of images.
@@ -41,6 +42,10 @@ pub struct SurfaceReport {
     /// Vertices of edges and corners that could not be put where they belong.
     pub blunted: u64,
     pub simplified: Option<SimplifiedReport>,
+    /// The volume of the largest part, as a share of that of all.
+    pub largest_share: f64,
+    /// Small parts that were dropped.
+    pub dropped: Dropped,
 }
 
 /// What simplification did.
@@ -67,10 +72,10 @@ pub struct Imaged<'a> {
 pub fn write(
     imaged: &Imaged,
     path: &Path,
-    bound: Option<Bound>,
+    finish: Finish,
     progress: &Progress,
 ) -> Result<(SurfaceReport, Vec<Warning>), Failure> {
-    let (mesh, mut report) = mesh(imaged, bound, progress)?;
+    let (mesh, mut report) = mesh(imaged, finish, progress)?;
     let mut warnings = warnings(&report, imaged.normals.is_some());
     if mesh.triangles.is_empty() {
         let message = format!("{}: not written, as no lattice node lies inside the result", path.display());
@@ -85,11 +90,7 @@ pub fn write(
 }
 
 /// Makes a mesh of images.
-pub fn mesh(
-    imaged: &Imaged,
-    bound: Option<Bound>,
-    progress: &Progress,
-) -> Result<(TriangleMesh, SurfaceReport), Failure> {
+pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(TriangleMesh, SurfaceReport), Failure> {
     let [a, b, c] = imaged.images else {
         return Err(Failure::input("a mesh needs images along all three axes, x, y and z"));
     };
@@ -97,7 +98,9 @@ pub fn mesh(
     let mode = surface_mode(imaged.mode);
     let surface = contour([a, b, c], imaged.normals, mode).map_err(Failure::input)?;
     let Surface { mesh, sub_resolution, disagreements, distance, stayed, .. } = surface;
-    let (mesh, simplified) = match bound {
+    let parts = Parts::of(&mesh);
+    let (mesh, dropped) = parts.without_small(mesh, finish.least_part.unwrap_or(0.0));
+    let (mesh, simplified) = match finish.simplify {
         Some(bound) if !mesh.triangles.is_empty() => {
             progress.stage("simplifying");
             let (mesh, simplified) = simplified(mesh, imaged, bound.length(a.grid().pitch()))?;
@@ -124,6 +127,8 @@ pub fn mesh(
         largest_distance: distance,
         blunted: stayed,
         simplified,
+        largest_share: parts.largest_share(),
+        dropped,
     };
     Ok((mesh, report))
 }

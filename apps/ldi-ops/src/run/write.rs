@@ -24,8 +24,8 @@ pub fn images(
     let unit = imaged.unit.map(LengthUnit::symbol);
     progress.stage("writing");
     match target.content {
-        Content::Mesh { simplify } => {
-            let (report, warnings) = surface::write(imaged, &target.path, simplify, progress)?;
+        Content::Mesh(finish) => {
+            let (report, warnings) = surface::write(imaged, &target.path, finish, progress)?;
             return Ok((Some(report), warnings));
         }
         Content::Images => {
