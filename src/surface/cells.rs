@@ -104,6 +104,9 @@ pub struct CellLayer {
 /// How near to the faces of its cell a vertex may come, in pitches: far enough for 32-bit coordinates to keep it inside.
 pub const MARGIN: f64 = 1e-4;
 
+/// What is nothing but rounding, in pitches.
+const ROUNDED: f64 = 1e-6;
+
 /// How far beyond its cell a vertex may belong, in pitches.
 const REACH: f64 = 1.5;
 
@@ -155,7 +158,10 @@ impl CellLayer {
             let place = of_loop.place(&bounds, REACH);
             if let Some(beyond) = place.beyond.filter(|p| p.clamp(grid.least, grid.greatest).distance(*p) < MARGIN) {
                 let beyond = beyond.clamp(grid.least, grid.greatest);
-                self.beyond.push((self.vertices.len() as u32, base + beyond));
+                // At the end of the grid what is held may be where it belongs.
+                if beyond.distance(place.held) > ROUNDED {
+                    self.beyond.push((self.vertices.len() as u32, base + beyond));
+                }
             }
             self.vertices.push(base + place.held);
         }

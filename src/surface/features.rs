@@ -81,7 +81,13 @@ impl<'a> Features<'a> {
     /// `rounding` is how far the lattice's rounding may move a surface, in pitches.
     pub fn settle(&self, rounding: f64, vertices: &mut [DVec3]) -> u64 {
         let mut taken = self.others_near_targets(vertices);
+        // Of several that belong in one place the nearest goes there.
+        let way = |mover: &usize| {
+            let Mover { vertex, target } = self.movers[*mover];
+            target.distance_squared(vertices[vertex as usize])
+        };
         let mut waiting: Vec<usize> = (0..self.movers.len()).collect();
+        waiting.sort_by(|a, b| way(a).total_cmp(&way(b)));
         for round in 0..2 * ROUNDS {
             let margin = if round < ROUNDS { MARGIN } else { rounding.min(MARGIN) };
             waiting.retain(|&i| !self.moves(i, 1.0, margin, vertices, &mut taken));
