@@ -7,7 +7,7 @@
 //! # The way data flows
 //! ```text
 //! files → mesh → grid (quantise once) → sampler (crossings → masks → classes → samples) → Ldi
-//!         Ldi → boolean | integrate | voxels → numbers, files
+//!         Ldi → boolean | integrate | surface | voxels | picture → numbers, files
 //! ```
 //! - [`mesh`] reads files and checks them: a [`mesh::ClosedMesh`] is the way into a sampler.
 //! - [`grid`] lays a raster around the solids and rounds their vertices, once, to an integer lattice.
@@ -16,6 +16,7 @@
 //! - [`ldi`] holds the image; [`boolean`] combines any number; [`integrate`] finds volume, area and moments.
 //! - [`surface`] makes a mesh of three images again, says what it must satisfy, and makes it of fewer triangles.
 //! - [`voxels`] writes which lattice nodes are inside, for programs that know no images.
+//! - [`picture`] draws what images show.
 //! - [`solids`] makes models to try things on.
 //!
 //! # The volume that a scaffold and a bone share
@@ -59,6 +60,7 @@ pub mod integrate;
 pub mod ldi;
 pub mod mesh;
 pub mod output;
+pub mod picture;
 pub mod sampler;
 pub mod solids;
 pub mod surface;

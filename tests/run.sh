@@ -80,6 +80,7 @@ run_corpus() {
   ran=$(grep -cE '^running [1-9]' "$log") || true
   rm "$log"
   [ "$ran" != 0 ] || { echo "no corpus test ran"; return 1; }
+  run_python && build_program && .venv/bin/python tests/reference/outputs.py --program "$program" --corpus "$corpus"
 }
 
 # What an interrupted run left half made is made anew.
@@ -92,12 +93,14 @@ run_reference() { run_python && .venv/bin/python tests/reference/live_manifold.p
 # Files that are written, read by others.
 run_files() {
   run_python && build_program && .venv/bin/python tests/reference/live_numpy.py "$program" &&
-    .venv/bin/python tests/reference/reread.py --program "$program"
+    .venv/bin/python tests/reference/reread.py --program "$program" &&
+    .venv/bin/python tests/reference/outputs.py --program "$program"
 }
 run_self-test() {
   run_python && .venv/bin/python tests/reference/live_manifold.py --self-test &&
     .venv/bin/python tests/reference/live_numpy.py --self-test &&
-    build_program && .venv/bin/python tests/reference/reread.py --program "$program" --self-test
+    build_program && .venv/bin/python tests/reference/reread.py --program "$program" --self-test &&
+    .venv/bin/python tests/reference/outputs.py --program "$program" --self-test
 }
 program=${CARGO_TARGET_DIR:-target}/checked/ldi-ops
 build_program() { cargo build --profile checked --package ldi-ops; }

@@ -5,6 +5,7 @@
 
 pub mod check;
 pub mod closed;
+mod compact;
 pub mod io;
 mod measure;
 #[cfg(test)]

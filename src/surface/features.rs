@@ -167,9 +167,9 @@ pub struct CellFilter {
 }
 
 impl CellFilter {
-    /// Room for the given number of cells, at some sixteen bits each.
+    /// Room for the given number of cells, at some 64 bits each.
     pub fn new(cells: usize) -> CellFilter {
-        CellFilter { bits: vec![0; (cells / 4).next_power_of_two().max(2)] }
+        CellFilter { bits: vec![0; cells.next_power_of_two().max(2)] }
     }
 
     fn place(&self, cell: [i32; 3]) -> (usize, u64) {

@@ -23,6 +23,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::parts::part_of_vertices;
 use crate::mesh::TriangleMesh;
 use crate::mesh::check::{BadIndex, BadPosition, DuplicatePlace, EdgePlace, Findings, TrianglePlace, VertexPlace};
 
@@ -472,42 +473,10 @@ fn is_one_cycle(mesh: &TriangleMesh, star: &[u32]) -> bool {
 
 /// How many parts of the mesh no vertex connects.
 fn components(mesh: &TriangleMesh, stars: &Stars) -> usize {
-    let vertices = mesh.positions.len();
-    let parents: Vec<AtomicU32> = (0..vertices as u32).into_par_iter().map(AtomicU32::new).collect();
-    let find = |mut vertex: u32| {
-        loop {
-            let parent = parents[vertex as usize].load(Ordering::Relaxed);
-            if parent == vertex {
-                return vertex;
-            }
-            let above = parents[parent as usize].load(Ordering::Relaxed);
-            // A parent only ever becomes lower, so another thread's step is no worse than this one, and may be kept.
-            if above != parent {
-                let _ = parents[vertex as usize].compare_exchange(parent, above, Ordering::Relaxed, Ordering::Relaxed);
-            }
-            vertex = above;
-        }
-    };
-    let join = |a: u32, b: u32| {
-        let (mut a, mut b) = (find(a), find(b));
-        while a != b {
-            let (low, high) = (a.min(b), a.max(b));
-            let hung = parents[high as usize].compare_exchange(high, low, Ordering::Relaxed, Ordering::Relaxed);
-            if hung.is_ok() {
-                return;
-            }
-            (a, b) = (find(low), find(high));
-        }
-    };
-    mesh.triangles.par_iter().filter(|indices| has_vertices(**indices, vertices)).for_each(|&[a, b, c]| {
-        join(a, b);
-        join(a, c);
-    });
-    (0..vertices)
-        .into_par_iter()
-        .filter(|&vertex| parents[vertex].load(Ordering::Relaxed) == vertex as u32)
-        .filter(|&vertex| !stars.corners_at(vertex).is_empty())
-        .count()
+    let parts = part_of_vertices(mesh);
+    let is_lowest = |vertex: &usize| parts[*vertex] == *vertex as u32;
+    let lowest = (0..parts.len()).into_par_iter().filter(is_lowest);
+    lowest.filter(|&vertex| !stars.corners_at(vertex).is_empty()).count()
 }
 
 /// A position as `f32`s in bits; −0 and 0 are the same coordinate.

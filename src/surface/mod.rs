@@ -5,11 +5,11 @@
 //! Rays of the three axes meet in the nodes of a lattice, and the samples between two nodes are where the surface crosses an
 //! edge of it: Hermite data, if normals are known (Wang & Chen 2008, LDNI). The mesh is dual to the lattice (Ju et al., Dual
 //! Contouring, 2002; Nielson, Dual Marching Cubes, 2004; Schaefer et al., Manifold Dual Contouring, 2007):
-//! - a quadrilateral for each edge whose ends have different signs ([`quads`]);
-//! - a vertex for each loop that the surface leaves on the faces of a cell ([`crate::cell`]), so that two sheets in one cell
+//! - a quadrilateral for each edge whose ends have different signs (`quads`);
+//! - a vertex for each loop that the surface leaves on the faces of a cell (`cell`), so that two sheets in one cell
 //!   stay apart and every edge of the mesh has two triangles, whatever the signs;
-//! - each vertex at the minimum of its quadratic error function ([`qef`]), if need be beyond its cell ([`features`]), and
-//!   pulled back where triangles would cross one another ([`untangle`]).
+//! - each vertex at the minimum of its quadratic error function (`qef`), if need be beyond its cell (`features`), and
+//!   pulled back where triangles would cross one another (`untangle`).
 //!
 //! # What is promised
 //! - The mesh is closed, 2-manifold and consistently oriented, whatever the images hold.
@@ -30,6 +30,7 @@ mod edges;
 mod features;
 pub mod gates;
 mod intersect;
+pub mod parts;
 mod qef;
 mod quads;
 pub mod simplify;

@@ -7,10 +7,10 @@
 //! because depths and normals are those of the lattice triangles and have no noise.
 //!
 //! That point may lie **beyond the cell**. A corner whose tip lies in the next cell without reaching a node of it leaves no
-//! sign there, and every cell that sees its three faces lies beside it. A vertex that is held in its cell cuts such a tip off, by up to
-//! half a pitch; see `features` for what becomes of it. An edge, however, often passes
-//! through the cell itself where the nearest point to the mean does not lie in it. Then the vertex is held on the edge. (To
-//! put it there at once is worse: near a corner the line goes on where the edge has ended.)
+//! sign there, and every cell that sees its three faces lies beside it. A vertex that is held in its cell cuts
+//! such a tip off, by up to half a pitch; see `features` for what becomes of it. An edge, however, often passes through the cell
+//! itself where the nearest point to the mean does not lie in it. Then the vertex is held on the edge. (To put it there at
+//! once is worse: near a corner the line goes on where the edge has ended.)
 
 use glam::{DMat3, DVec3};
 
@@ -113,7 +113,8 @@ impl Loop {
         Place { held: if away > reach { mean } else { held }, beyond, mean, facing, is_gentle }
     }
 
-    /// The minimum of the error function nearest to `mean`, the mean normal being `facing`, and the number of directions that count.
+    /// The minimum of the error function nearest to `mean`, the mean normal being `facing`, the number of directions that
+    /// count, and the last of those that do not, which is that of the edge where two count.
     fn nearest_to_planes(&self, mean: DVec3, facing: DVec3) -> (DVec3, usize, DVec3) {
         let planes = || self.points[..self.count].iter().zip(&self.normals[..self.count]);
         if facing == DVec3::ZERO {

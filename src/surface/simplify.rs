@@ -124,7 +124,7 @@ pub fn simplify(
             break;
         }
     }
-    let (mesh, _) = compact(mesh, state.triangles);
+    let (mesh, _) = mesh.of_triangles(state.triangles);
     Ok(Simplified { mesh, distance: state.distance, rounds, passes })
 }
 
@@ -247,7 +247,7 @@ fn settle(
         });
         *rounds += 1;
         let triangles = patches.iter().flat_map(Patch::triangles).collect();
-        let (mesh, vertices) = compact(original, triangles);
+        let (mesh, vertices) = original.of_triangles(triangles);
         let faults = Faults::of(&mesh);
         let mut broken: Vec<u32> = faults.edges.iter().flat_map(|edge| edge.ends).collect();
         broken.extend(faults.vertices.iter().map(|&(vertex, _)| vertex));
@@ -313,17 +313,6 @@ fn lock_near(
         is_broken || is_near
     });
     concerned.collect()
-}
-
-/// The mesh of some triangles of original vertices, and for each of its vertices the original one.
-fn compact(original: &TriangleMesh, mut triangles: Vec<[u32; 3]>) -> (TriangleMesh, Vec<u32>) {
-    let mut numbers = vec![NONE; original.positions.len()];
-    triangles.as_flattened().iter().for_each(|&vertex| numbers[vertex as usize] = 0);
-    let vertices: Vec<u32> = (0..).zip(&numbers).filter(|(_, number)| **number != NONE).map(|(v, _)| v).collect();
-    (0..).zip(&vertices).for_each(|(number, &vertex)| numbers[vertex as usize] = number);
-    triangles.as_flattened_mut().iter_mut().for_each(|vertex| *vertex = numbers[*vertex as usize]);
-    let positions = vertices.iter().map(|&vertex| original.positions[vertex as usize]).collect();
-    (TriangleMesh { positions, triangles }, vertices)
 }
 
 #[cfg(test)]

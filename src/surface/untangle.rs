@@ -16,11 +16,10 @@
 //! are and as they are rounded to 32 bits in most files.
 //!
 //! # What is done
-//! First quadrilaterals in crossing pairs are cut along their other diagonal, if it fits their normals nearly as well and parts
-//! the pair. Then in each round some of the features in crossing triangles go back: of each pair one, those beyond their cells first, then those
-//! of most pairs.
-//! A vertex goes back by half its way to where its cell held it, then all of it, then on to the mean of its crossings, if no sign
-//! of a node changes by it (see `features`). What is left when nobody can go back any more is counted.
+//! First quadrilaterals in crossing pairs are cut along their other diagonal, if it fits their normals nearly as well and
+//! parts the pair. Then in each round one feature of each pair goes back: one beyond its cell rather than one in it, then
+//! the one of most pairs. It goes back by half its way to where its cell held it, then all of it, then on to the mean of its crossings, if no
+//! sign of a node changes by it (see `features`). What is left when nobody can go back any more is counted.
 
 use std::collections::{HashMap, HashSet};
 

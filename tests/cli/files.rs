@@ -77,8 +77,8 @@ fn outputs_that_cannot_be_are_refused_before_any_computing() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     for (target, words) in [
-        ("b.stl", &["b.stl", "surfaces"][..]),
-        ("b.3mf", &["surfaces", ".npz"]),
+        ("b.gltf", &["b.gltf", "not written", ".3mf"][..]),
+        ("nowhere/b.stl", &["no folder nowhere"]),
         ("b.doc", &["not known", ".npz", ".vti"]),
         ("b", &["no extension", ".npz"]),
         ("nowhere/b.npz", &["no folder nowhere"]),

@@ -26,8 +26,8 @@ fn model(name: &str) -> String {
 fn same_on_both(folder: &Folder, arguments: &[&str]) {
     let gpu_arguments = on_gpu();
     let gpu_arguments: Vec<&str> = gpu_arguments.iter().map(String::as_str).collect();
-    let written = folder.path("image.npz");
-    let image = || if written.exists() { fs::read(&written).unwrap() } else { Vec::new() };
+    let written = ["image.npz", "image.png", "mesh.ply"].map(|name| folder.path(name));
+    let image = || written.each_ref().map(|path| if path.exists() { fs::read(path).unwrap() } else { Vec::new() });
     let mut cpu = folder.json(&[arguments, &["--backend", "cpu"]].concat());
     let cpu_image = image();
     let mut gpu = folder.json(&[arguments, &gpu_arguments].concat());
@@ -67,6 +67,20 @@ fn operations_give_the_same_on_both() {
 }
 
 #[test]
+fn meshes_are_the_same_on_both() {
+    let folder = Folder::new();
+    let [a, b, c] = ["gyroid_sheet.stl", "bone.stl", "sphere.stl"].map(model);
+    for mode in MODES {
+        let options = ["--mode", mode, "--resolution", "48", "-o", "mesh.ply"];
+        same_on_both(&folder, &[&["difference", &a, &b][..], &options].concat());
+        let named = ["a", "b", "c"].iter().zip([&a, &b, &c]).map(|(name, path)| format!("{name}={path}"));
+        let named: Vec<String> = named.collect();
+        let inputs: Vec<&str> = named.iter().map(String::as_str).collect();
+        same_on_both(&folder, &[&["csg", "a & (b | c)"], &inputs[..], &options].concat());
+    }
+}
+
+#[test]
 fn volumes_give_the_same_on_both() {
     let folder = Folder::new();
     for (solid, fill) in [("bone.stl", "even-odd"), ("bcc_lattice.stl", "even-odd"), ("bcc_lattice.stl", "nonzero")] {
@@ -92,6 +106,16 @@ fn open_meshes_give_the_same_on_both() {
     let folder = Folder::new();
     folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
     same_on_both(&folder, &["volume", "open.stl", "--allow-open", "--resolution", "30"]);
+}
+
+#[test]
+fn pictures_are_the_same_on_both() {
+    let folder = Folder::new();
+    let [gyroid, bone] = ["gyroid_sheet.stl", "bone.stl"].map(model);
+    for more in [&["--view", "iso"][..], &["--slice", "x=40%"], &["--fill", "nonzero", "--csg", "b - a"]] {
+        let arguments = ["render", &gyroid, &bone, "--size", "120x90", "-o", "image.png"];
+        same_on_both(&folder, &[&arguments, more].concat());
+    }
 }
 
 /// The adapters that `devices` lists.

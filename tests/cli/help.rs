@@ -2,8 +2,20 @@
 
 use crate::{Folder, cube};
 
-const COMMANDS: [&str; 11] =
-    ["intersect", "union", "difference", "xor", "csg", "volume", "sample", "check", "convert", "generate", "devices"];
+const COMMANDS: [&str; 12] = [
+    "intersect",
+    "union",
+    "difference",
+    "xor",
+    "csg",
+    "volume",
+    "sample",
+    "check",
+    "convert",
+    "generate",
+    "render",
+    "devices",
+];
 
 #[test]
 fn every_command_has_a_help_text() {
@@ -55,8 +67,9 @@ fn the_examples_of_the_help_texts_run() {
             let mut arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
             // The last one counts, and small ones are done sooner.
             if !line.contains("--resolution") && !line.contains("--tolerance") && line.contains(".stl") {
-                match command {
+                match arguments[0] {
                     "check" | "convert" | "generate" => {}
+                    "render" => arguments.extend(["--size", "64x48"]),
                     _ => arguments.extend(["--resolution", "32"]),
                 }
             }

@@ -38,7 +38,8 @@ fn an_image_holds_what_the_volume_is_made_of() {
     folder.run(&["sample", "a.stl", "--axis", "z", "--resolution", "16", "-o", "a.npz"]).code(0);
     let arrays = arrays(&folder.path("a.npz"));
     let names: Vec<&str> = arrays.keys().map(String::as_str).collect();
-    assert_eq!(names, ["axis", "depths", "grid", "offsets", "unclosed"]);
+    assert_eq!(names, ["axis", "depths", "grid", "normals", "offsets", "unclosed"]);
+    assert!(arrays["normals"].0.contains("'<f4'") && arrays["normals"].0.contains("'shape': (512,3,)"));
     assert!(arrays["depths"].0.contains("'<i4'") && arrays["offsets"].0.contains("'shape': (257,)"));
     assert!(arrays["axis"].0.contains("'<U1'") && arrays["axis"].1 == [b'z', 0, 0, 0]);
     let (offsets, depths) = (words(&arrays["offsets"].1), words(&arrays["depths"].1));

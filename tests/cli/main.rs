@@ -14,7 +14,9 @@ mod images;
 mod json;
 mod operations;
 mod placing;
+mod render;
 mod streams;
+mod surfaces;
 mod voxels;
 
 use std::fs;
@@ -40,6 +42,14 @@ struct Run {
 impl Folder {
     fn new() -> Folder {
         Folder { folder: tempfile::tempdir().unwrap() }
+    }
+
+    /// With two cubes of side 2 that share one of side 1.
+    fn with_two_cubes() -> Folder {
+        let folder = Folder::new();
+        folder.stl("a.stl", &cube(0.0, 2.0));
+        folder.stl("b.stl", &cube(1.0, 2.0));
+        folder
     }
 
     fn path(&self, name: &str) -> PathBuf {

@@ -2,17 +2,9 @@
 
 use crate::{Folder, assert_near, cube, cuboid};
 
-/// Two cubes of side 2 that share one of side 1.
-fn two_cubes() -> Folder {
-    let folder = Folder::new();
-    folder.stl("a.stl", &cube(0.0, 2.0));
-    folder.stl("b.stl", &cube(1.0, 2.0));
-    folder
-}
-
 #[test]
 fn booleans_of_two_cubes_are_exact_in_every_mode() {
-    let folder = two_cubes();
+    let folder = Folder::with_two_cubes();
     for mode in ["over", "under", "exact"] {
         for axis in ["x", "y", "z", "all"] {
             // 300 rays over the length of 3: the faces lie between rays and on lattice planes.
@@ -28,7 +20,7 @@ fn booleans_of_two_cubes_are_exact_in_every_mode() {
 
 #[test]
 fn more_than_two_solids_are_taken_from_left_to_right() {
-    let folder = two_cubes();
+    let folder = Folder::with_two_cubes();
     folder.stl("c.stl", &cuboid([0.0, 0.0, 0.0], [3.0, 3.0, 1.0]));
     // The volumes of A, B, C and their overlaps: 8, 8, 9; AB 1, AC 4, BC 0, ABC 0.
     for mode in ["over", "under", "exact"] {
@@ -129,7 +121,7 @@ fn volume_gives_area_centroid_and_inertia() {
 
 #[test]
 fn several_volumes_are_a_report_each() {
-    let folder = two_cubes();
+    let folder = Folder::with_two_cubes();
     folder.stl("c.stl", &cube(0.0, 1.0));
     let result = folder.json(&["volume", "a.stl", "c.stl", "--resolution", "32"]);
     assert_eq!(result["schema"], "ldi-ops/1");
@@ -195,7 +187,7 @@ fn fill_rules_are_told_apart() {
 
 #[test]
 fn pitch_and_resolution_lay_the_grid() {
-    let folder = two_cubes();
+    let folder = Folder::with_two_cubes();
     let result = folder.json(&["intersect", "a.stl", "b.stl", "--pitch", "0.1"]);
     assert_eq!(result["grid"]["pitch"], 0.1);
     assert_eq!(result["grid"]["rays"], serde_json::json!([30, 30, 30]));

@@ -1,12 +1,14 @@
 //! Shapes that are known.
 
+use std::f64::consts::PI;
+
 use glam::{DAffine3, DQuat, DVec3, EulerRot};
 use ldi_ops::grid::Grid;
 use ldi_ops::mesh::TriangleMesh;
 use ldi_ops::solids;
 
 use crate::crossings::assert_uncrossed;
-use crate::sampled::{assert_solid, closed, nodes, surface_of};
+use crate::sampled::{assert_solid, closed, distance, nodes, sharp_edges, surface_of, surface_of_expression};
 
 fn turned_cube(turn: DQuat, side: f64) -> (TriangleMesh, [DVec3; 8]) {
     let mut mesh = solids::cuboid(DVec3::splat(-0.5 * side), DVec3::splat(0.5 * side)).unwrap();
@@ -44,5 +46,48 @@ fn turned_cubes_stay_cubes() {
         assert!(off < 2e-4 * grid.pitch(), "{seed}: {}", off / grid.pitch());
         assert!(surface.distance < 0.05 * grid.pitch(), "{seed}: {}", surface.distance / grid.pitch());
         assert!(nodes(&closed(surface.mesh), &grid) == nodes(&mesh, &grid), "{seed}");
+    }
+}
+
+/// A turned cube and a ball around the middle of one of its faces, which cuts no edge. The circle where they meet is a chain of
+/// chords of up to two pitches; of a radius of 20 pitches they stay within 0.025.
+#[test]
+fn a_turned_cube_cut_by_a_ball_keeps_its_edges() {
+    let (radius, frequency) = (0.35, 48);
+    for seed in 0..12u32 {
+        let turn = DQuat::from_euler(
+            EulerRot::XYZ,
+            f64::from(seed) * 1.37 + 0.2,
+            f64::from(seed) * 0.71 + 0.5,
+            f64::from(seed) * 2.3,
+        );
+        let (cube, corners) = turned_cube(turn, 1.0);
+        let mut ball = solids::geodesic(radius, frequency).unwrap();
+        let middle = turn * DVec3::new(0.5, 0.0, 0.0);
+        ball.transform(&DAffine3::from_translation(middle));
+        let (surface, grid) = surface_of_expression("a - b", &[&closed(cube), &closed(ball)], 96 + seed);
+        assert_solid(&surface.mesh);
+        let pitch = grid.pitch();
+        for corner in corners {
+            let distances = surface.mesh.positions.iter().map(|p| p.distance(corner));
+            assert!(distances.fold(f64::INFINITY, f64::min) < 1e-3 * pitch, "{seed}: {corner}");
+        }
+        let sharp = sharp_edges(&surface.mesh, 0.8);
+        for (i, &from) in corners.iter().enumerate() {
+            for to in (0..3).map(|axis| i ^ 1 << axis).filter(|&to| to > i) {
+                for step in 0..=500 {
+                    let point = from.lerp(corners[to], f64::from(step) / 500.0);
+                    let off = distance(point, &sharp) / pitch;
+                    assert!(off < 0.05, "{seed}: {off} at {point}");
+                }
+            }
+        }
+        for step in 0..720 {
+            let (sin, cos) = (f64::from(step) * 0.5).to_radians().sin_cos();
+            let off = distance(middle + turn * DVec3::new(0.0, cos, sin) * radius, &sharp) / pitch;
+            assert!(off < 0.05, "{seed}: {off} on the circle");
+        }
+        let exact = 1.0 - 2.0 / 3.0 * PI * radius.powi(3);
+        assert!((surface.mesh.signed_volume() - exact).abs() < 2e-3 * pitch, "{seed}");
     }
 }

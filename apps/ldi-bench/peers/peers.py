@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Times the Boolean of two STL files by every peer that is installed (see requirements.txt).
+"""Times the Boolean of two STL files by every peer that is installed (see requirements.txt), with --write to a third.
 
 Each peer runs in a process of its own, so that its peak memory is its own and a peer that fails takes no other along.
 The steps are timed apart, because a caller who keeps the built solid pays for reading, welding and building once only.
@@ -18,7 +18,7 @@ import time
 from pathlib import Path
 
 OPERATIONS = ("intersection", "union", "difference")
-STEPS = ("read", "weld", "build", "boolean", "volume")
+STEPS = ("read", "weld", "build", "boolean", "write", "volume")
 
 
 class Steps:
@@ -61,9 +61,10 @@ def weld(corners):
     return points, index.reshape(-1, 3)
 
 
-def run_manifold3d(files, operation, steps):
+def run_manifold3d(files, operation, steps, out):
     import manifold3d
     import numpy as np
+    import trimesh
 
     corners = steps.time("read", lambda: [read_corners(file) for file in files])
     meshes = steps.time("weld", lambda: [weld(c) for c in corners])
@@ -86,10 +87,18 @@ def run_manifold3d(files, operation, steps):
         return result, result.num_tri()
 
     result, triangles = steps.time("boolean", boolean)
+
+    def write():
+        # STL holds f32, so that nothing is lost.
+        mesh = result.to_mesh()
+        trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False).export(out)
+
+    if out:
+        steps.time("write", write)
     return steps.time("volume", result.volume), triangles
 
 
-def run_trueform(files, operation, steps, dtype="float32"):
+def run_trueform(files, operation, steps, out, dtype="float32"):
     import trueform
 
     # Its reader welds as it reads, and gives f32.
@@ -106,16 +115,25 @@ def run_trueform(files, operation, steps, dtype="float32"):
 
     a, b = steps.time("build", build)
     result = steps.time("boolean", lambda: getattr(trueform, f"boolean_{operation}")(a, b)[0])
+
+    def write():
+        faces, points = result
+        if not trueform.write_stl((faces, points.astype("float32")), str(out)):
+            raise ValueError(f"trueform does not write {out}")
+
+    if out:
+        steps.time("write", write)
     return steps.time("volume", lambda: trueform.signed_volume(result)), len(result[0])
 
 
-def run_trueform_f64(files, operation, steps):
-    return run_trueform(files, operation, steps, "float64")
+def run_trueform_f64(files, operation, steps, out):
+    return run_trueform(files, operation, steps, out, "float64")
 
 
-def run_libigl(files, operation, steps):
+def run_libigl(files, operation, steps, out):
     import igl.copyleft.cgal
     import numpy as np
+    import trimesh
 
     corners = steps.time("read", lambda: [read_corners(file) for file in files])
     meshes = steps.time("weld", lambda: [weld(c) for c in corners])
@@ -129,6 +147,8 @@ def run_libigl(files, operation, steps):
         a, b, c = (points[triangles[:, i]] for i in range(3))
         return float((a * np.cross(b, c)).sum() / 6)
 
+    if out:
+        steps.time("write", lambda: trimesh.Trimesh(points, triangles, process=False).export(out))
     return steps.time("volume", volume), len(triangles)
 
 
@@ -149,13 +169,13 @@ def peak_memory():
     return None
 
 
-def measure(peer, files, operation, runs):
+def measure(peer, files, operation, runs, out):
     """In the peer's own process: medians, volume, peak memory."""
     _, run = PEERS[peer]
     every, answers = [], []
     for _ in range(runs):
         steps = Steps()
-        answers.append(run(files, operation, steps))
+        answers.append(run(files, operation, steps, out))
         every.append(steps.seconds)
     seconds = {step: None if every[0][step] is None else statistics.median(s[step] for s in every) for step in STEPS}
     seconds["total"] = statistics.median(sum(filter(None, s.values())) for s in every)
@@ -169,7 +189,7 @@ def measure(peer, files, operation, runs):
     }
 
 
-def measure_apart(peer, files, operation, runs, timeout):
+def measure_apart(peer, files, operation, runs, timeout, out):
     """Starts this program again for the one peer."""
     distribution, _ = PEERS[peer]
     try:
@@ -177,6 +197,7 @@ def measure_apart(peer, files, operation, runs, timeout):
     except importlib.metadata.PackageNotFoundError:
         return {"peer": peer, "refused": "not installed"}
     command = [sys.executable, __file__, "--build-and-intersect", *files, "--op", operation, "--runs", str(runs)]
+    command += ["--write", str(out)] if out else []
     try:
         run = subprocess.run([*command, "--only", peer], capture_output=True, text=True, timeout=timeout)
     except subprocess.TimeoutExpired:
@@ -211,18 +232,19 @@ def main():
     arguments.add_argument("--runs", type=int, default=5, help="of each peer; medians are printed (default 5)")
     arguments.add_argument("--timeout", type=float, default=600, help="seconds for all runs of a peer (default 600)")
     arguments.add_argument("--peers", default=",".join(PEERS), help=f"which, of {','.join(PEERS)}")
+    arguments.add_argument("--write", metavar="OUT.stl", type=Path, help="write the result too")
     arguments.add_argument("--json", metavar="FILE", help="for machines; - is stdout, with the table on stderr")
     arguments.add_argument("--only", choices=PEERS, help=argparse.SUPPRESS)
     given = arguments.parse_args()
     files = [path.resolve() for path in given.build_and_intersect]
 
     if given.only:
-        print(json.dumps(measure(given.only, files, given.op, given.runs)))
+        print(json.dumps(measure(given.only, files, given.op, given.runs, given.write)))
         return
     names = given.peers.split(",")
     if not set(names) <= PEERS.keys():
         arguments.error(f"--peers: choose from {', '.join(PEERS)}")
-    rows = [measure_apart(name, files, given.op, given.runs, given.timeout) for name in names]
+    rows = [measure_apart(name, files, given.op, given.runs, given.timeout, given.write) for name in names]
     print_table(rows, sys.stderr if given.json == "-" else sys.stdout)
     if given.json:
         document = {

@@ -1,5 +1,5 @@
-//! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, whole [`process`]es beside those of
-//! other programs, and the [`gpu`]'s sampler by stages. What is printed are medians; all of it goes to a JSON file too where one is asked for.
+//! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, whole [`process`]es and the [`meshes`]
+//! that they write beside those of other programs, and the [`gpu`]'s sampler by stages. What is printed are medians; all of it goes to a JSON file too where one is asked for.
 
 #![expect(clippy::print_stdout, reason = "tables on stdout, as each is done, are what this program is for")]
 
@@ -8,15 +8,16 @@ mod fit;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod machine;
+mod meshes;
 mod models;
 mod process;
 mod sampling;
 mod table;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
 
 /// What can go wrong in a benchmark.
 #[derive(Debug, thiserror::Error)]
@@ -80,6 +81,37 @@ struct Arguments {
     benchmark: Benchmark,
 }
 
+/// Whole processes of several programs.
+#[derive(Args)]
+struct Contest {
+    /// The command line program, built for release
+    #[arg(long, value_name = "PATH")]
+    ldi_ops: PathBuf,
+    /// A Python that has apps/ldi-bench/peers/requirements.txt; without it ldi-ops runs alone
+    #[arg(long, value_name = "PATH")]
+    python: Option<PathBuf>,
+    /// The program that times the peers
+    #[arg(long, value_name = "FILE", default_value = "apps/ldi-bench/peers/peers.py")]
+    peers: PathBuf,
+    /// Rounds; each runs every program once, in turn, so that slow spells of the machine hit all
+    #[arg(long, default_value_t = 7)]
+    runs: usize,
+    /// Runs of a peer within one process, of which its medians are taken: its allocator is warm after the first
+    #[arg(long, default_value_t = 3)]
+    peer_runs: usize,
+    /// Also write everything as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+impl Contest {
+    fn run(self, contest: fn(&process::Plan, Option<&Path>) -> Result<(), BenchError>) -> Result<(), BenchError> {
+        let Contest { ldi_ops, python, peers, runs, peer_runs, json } = self;
+        let plan = process::Plan { ldi_ops, python, peers, runs: runs.max(1), peer_runs: peer_runs.max(1) };
+        contest(&plan, json.as_deref())
+    }
+}
+
 #[derive(Subcommand)]
 enum Benchmark {
     /// The sampler by itself: time by model, axis, mode and threads; cost of a triangle, a crossing and a ray; growth
@@ -95,26 +127,9 @@ enum Benchmark {
         json: Option<PathBuf>,
     },
     /// Whole processes, from files to a volume, beside manifold3d and trueform
-    Process {
-        /// The command line program, built for release
-        #[arg(long, value_name = "PATH")]
-        ldi_ops: PathBuf,
-        /// A Python that has apps/ldi-bench/peers/requirements.txt; without it ldi-ops runs alone
-        #[arg(long, value_name = "PATH")]
-        python: Option<PathBuf>,
-        /// The program that times the peers
-        #[arg(long, value_name = "FILE", default_value = "apps/ldi-bench/peers/peers.py")]
-        peers: PathBuf,
-        /// Rounds; each runs every program once, in turn, so that slow spells of the machine hit all
-        #[arg(long, default_value_t = 7)]
-        runs: usize,
-        /// Runs of a peer within one process, of which its medians are taken: its allocator is warm after the first
-        #[arg(long, default_value_t = 3)]
-        peer_runs: usize,
-        /// Also write everything as JSON
-        #[arg(long, value_name = "FILE")]
-        json: Option<PathBuf>,
-    },
+    Process(Contest),
+    /// Whole processes, from files to the mesh of what is common, in a file, beside manifold3d and trueform
+    Meshes(Contest),
     /// The GPU's sampler by stages, over solids like those of Leung and Wang, beside what its memory allows and their table.
     ///
     /// Needs nothing but this binary and the GPU's driver. Every image is first compared with the CPU's.
@@ -142,6 +157,12 @@ enum Benchmark {
         /// The folder, which exists.
         folder: PathBuf,
     },
+    /// Write the models of `meshes` to a folder
+    #[command(hide = true)]
+    MeshModels {
+        /// The folder, which exists.
+        folder: PathBuf,
+    },
     /// Write the models like those of Leung and Wang to a folder, with a table of their sizes
     #[command(hide = true)]
     SeedModels {
@@ -155,15 +176,14 @@ fn main() -> ExitCode {
         Benchmark::Sampling { runs, resolution, json } => {
             sampling::run(&sampling::Plan { runs: runs.max(1), resolution }, json.as_deref())
         }
-        Benchmark::Process { ldi_ops, python, peers, runs, peer_runs, json } => {
-            let plan = process::Plan { ldi_ops, python, peers, runs: runs.max(1), peer_runs: peer_runs.max(1) };
-            process::run(&plan, json.as_deref())
-        }
+        Benchmark::Process(contest) => contest.run(process::run),
+        Benchmark::Meshes(contest) => contest.run(meshes::run),
         #[cfg(feature = "gpu")]
         Benchmark::Gpu { adapter, models, resolution, rounds, json } => {
             gpu::run(&gpu::Plan { adapter, models, resolution, rounds: rounds.max(1) }, json.as_deref())
         }
         Benchmark::Models { folder } => models::write_all(&folder),
+        Benchmark::MeshModels { folder } => models::write_for_meshes(&folder),
         Benchmark::SeedModels { folder } => models::write_seeds(&folder).map(|table| print!("{}", table.markdown())),
     };
     match done {

@@ -216,6 +216,21 @@ pub fn write_all(folder: &Path) -> Result<(), BenchError> {
     Ok(())
 }
 
+/// Writes the files of the benchmark that goes from meshes to a mesh.
+pub fn write_for_meshes(folder: &Path) -> Result<(), BenchError> {
+    let write = |name: &str, mesh: &TriangleMesh| {
+        io::write(&file(folder, name), mesh, Some(LengthUnit::Millimetre)).map_err(|e| BenchError::model(name, e))
+    };
+    write("gyroid", &build("gyroid", &[("resolution", "27")])?)?;
+    // Its ends lie beyond the gyroid, and its shaft has several cells across.
+    let mut bone = build("bone", &[("length", "60"), ("resolution", "300")])?;
+    let place = |p: &mut DVec3| *p = (*p - DVec3::new(0.0, 0.0, 30.0)) * DVec3::new(1.6, 1.6, 1.0);
+    bone.positions.iter_mut().for_each(place);
+    write("bone", &bone)?;
+    write("sphere", &build("sphere", &[("radius", "19"), ("segments", "256")])?)?;
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

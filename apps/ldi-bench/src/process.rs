@@ -34,7 +34,7 @@ pub struct Plan {
 }
 
 /// Peers by their name in the program that times them.
-const PEERS: [&str; 2] = ["manifold3d", "trueform"];
+pub const PEERS: [&str; 2] = ["manifold3d", "trueform"];
 
 /// A comparison.
 struct Contest {
@@ -53,10 +53,13 @@ const FLAGS: [&str; 6] = ["--axis", "z", "--resolution", "512", "--mode", "exact
 
 /// What a process took.
 #[derive(Clone, Debug, Serialize)]
-struct Run {
-    seconds: f64,
-    cpu_seconds: f64,
-    peak_memory_bytes: u64,
+pub struct Run {
+    /// From its start to its end.
+    pub seconds: f64,
+    /// Of all processors together.
+    pub cpu_seconds: f64,
+    /// At most at once.
+    pub peak_memory_bytes: u64,
 }
 
 /// Medians of one program, in seconds; of a peer by step.
@@ -77,7 +80,7 @@ struct Entry {
 /// Runs everything and prints the tables.
 pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     let folder = tempfile::tempdir().map_err(BenchError::io("a folder for the models"))?;
-    write_models(folder.path())?;
+    write_models(folder.path(), "models")?;
     let mut contests = Vec::new();
     println!("### Whole processes\n\n`ldi-bench process --runs {} --peer-runs {}`\n", plan.runs, plan.peer_runs);
     for contest in &CONTESTS {
@@ -92,11 +95,11 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     write_json(json, &json!({"runs": plan.runs, "machine": machine, "contests": contests, "large_images": large}))
 }
 
-/// Has another process make the models, so that this one stays small.
-fn write_models(folder: &Path) -> Result<(), BenchError> {
+/// Has another process make the models, by this program's command of that name, so that this one stays small.
+pub fn write_models(folder: &Path, models: &str) -> Result<(), BenchError> {
     let own = std::env::current_exe().map_err(BenchError::io("finding this program"))?;
     let mut command = Command::new(own);
-    command.arg("models").arg(folder);
+    command.arg(models).arg(folder);
     said_by(&mut command).map(drop)
 }
 
@@ -236,7 +239,7 @@ fn large_images(plan: &Plan, folder: &Path) -> Result<Vec<Value>, BenchError> {
 }
 
 /// What ldi-ops says of itself as JSON, in a run that is not timed: it then hashes its inputs, which costs time.
-fn told_by_own_json(mut command: Command) -> Result<Value, BenchError> {
+pub fn told_by_own_json(mut command: Command) -> Result<Value, BenchError> {
     command.args(["--json", "-"]);
     let said = said_by(&mut command)?;
     let told = parse_json(Path::new("ldi-ops"), &said)?;
@@ -247,7 +250,8 @@ fn told_by_own_json(mut command: Command) -> Result<Value, BenchError> {
     })
 }
 
-fn parse_json(program: &Path, text: &str) -> Result<Value, BenchError> {
+/// The JSON that a program said.
+pub fn parse_json(program: &Path, text: &str) -> Result<Value, BenchError> {
     serde_json::from_str(text).map_err(|error| BenchError::Program {
         program: program.display().to_string(),
         said: format!("{error} in {text}"),
@@ -255,12 +259,12 @@ fn parse_json(program: &Path, text: &str) -> Result<Value, BenchError> {
 }
 
 /// A number of a document; zero for a step that a program does not have.
-fn number_at(document: &Value, pointer: &str) -> f64 {
+pub fn number_at(document: &Value, pointer: &str) -> f64 {
     document.pointer(pointer).and_then(Value::as_f64).unwrap_or(0.0)
 }
 
 /// Runs a program to its end and gives what it wrote on stdout.
-fn said_by(command: &mut Command) -> Result<String, BenchError> {
+pub fn said_by(command: &mut Command) -> Result<String, BenchError> {
     let program = command.get_program().to_string_lossy().into_owned();
     let output = command.output().map_err(BenchError::io(format!("running {program}")))?;
     if !output.status.success() {
@@ -272,7 +276,7 @@ fn said_by(command: &mut Command) -> Result<String, BenchError> {
 
 /// Runs a program to its end, its output thrown away, and asks the system what it took.
 #[cfg(unix)]
-fn timed(command: &mut Command) -> Result<Run, BenchError> {
+pub fn timed(command: &mut Command) -> Result<Run, BenchError> {
     let program = command.get_program().to_string_lossy().into_owned();
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     let start = Instant::now();
@@ -302,7 +306,7 @@ fn timed(command: &mut Command) -> Result<Run, BenchError> {
 
 /// Runs a program to its end, its output thrown away; memory and processor time are not known.
 #[cfg(not(unix))]
-fn timed(command: &mut Command) -> Result<Run, BenchError> {
+pub fn timed(command: &mut Command) -> Result<Run, BenchError> {
     let program = command.get_program().to_string_lossy().into_owned();
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     let start = Instant::now();

@@ -1,5 +1,7 @@
 //! Arguments as they are typed. What they mean together is for [`crate::resolve`].
 
+mod render;
+
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -10,6 +12,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand,
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
+pub use self::render::{BackgroundChoice, FacetChoice, PictureSize, RenderArguments, SliceAt, SlicePosition};
 use crate::bound::Bound;
 use crate::transform::{Placement, PlacementError};
 use crate::unit;
@@ -37,7 +40,8 @@ Examples:
 const EPILOGUE: &str = "\
 Examples:
   ldi-ops intersect scaffold.stl bone.stl --unit mm        their common volume
-  ldi-ops csg 'a & (b | c)' a=scaffold.stl b=bone.stl c=part.stl
+  ldi-ops intersect scaffold.stl bone.stl -o common.stl    and a mesh of it to print
+  ldi-ops csg 'a & (b | c)' a=scaffold.stl b=bone.stl c=part.stl -o part.3mf
   ldi-ops difference block.stl drill.stl --transform-b 'rotate(1,0,0,90) translate(0,5,0)'
   ldi-ops volume part.3mf --tolerance 0.1%                 refine until the estimate is below 0.1 %
   ldi-ops volume struts.stl --fill nonzero                 overlapping shells unite
@@ -45,8 +49,10 @@ Examples:
   ldi-ops volume part.stl --backend gpu                    on the first GPU of `ldi-ops devices`
   ldi-ops check part.stl                                   is it a solid? exit code 1 if not
   ldi-ops generate gyroid --cells 4 -o gyroid.stl
+  ldi-ops render scaffold.stl bone.stl -o picture.png      what the two share, each in its colour
 
-Meshes are read from .stl, .obj, .ply, .off, .gltf, .glb and .3mf. The result goes to stdout, as
+Meshes are read from .stl, .obj, .ply, .off, .gltf, .glb and .3mf, and from .npz, images of which the
+surface is the mesh. The result goes to stdout, as
 text or with `--json -` as JSON; everything else goes to stderr.
 
 Exit codes: 0 done; 1 a check that was asked for is false; 2 usage or input; 3 machine (memory,
@@ -54,7 +60,7 @@ device).";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Common volume of solids; -o writes the common solid's image
+    /// Common volume of solids; -o writes the common solid, as a mesh, an image or voxels
     Intersect(IntersectArguments),
     /// Volume of what lies in any of several solids
     Union(ListArguments),
@@ -66,7 +72,7 @@ pub enum Command {
     Csg(CsgArguments),
     /// Volume, area, centroid and inertia of solids
     Volume(VolumeArguments),
-    /// The layered depth image of a solid, as .npz, or voxels, as .vti or .npy
+    /// The layered depth image of a solid, as .npz; or its surface, or voxels
     Sample(SampleArguments),
     /// From images in a .npz file back to a mesh
     Surface(SurfaceArguments),
@@ -76,6 +82,8 @@ pub enum Command {
     Convert(ConvertArguments),
     /// Make a model solid
     Generate(GenerateArguments),
+    /// A picture of solids or of a slice through them, as .png
+    Render(RenderArguments),
     /// Where sampling can run, and what `--backend auto` chooses and why
     Devices(DevicesArguments),
 }
@@ -90,6 +98,7 @@ pub struct IntersectArguments {
 const INTERSECT_EXAMPLES: &str = "\
 Examples:
   ldi-ops intersect scaffold.stl bone.stl --unit mm
+  ldi-ops intersect scaffold.stl bone.stl --mode exact --simplify 0.1h -o common.stl
   ldi-ops intersect a.stl b.stl c.stl --transform c='scale(2)'
   ldi-ops intersect a.stl b.stl --axis z --mode exact --resolution 1024 --json -
   ldi-ops intersect a.stl b.stl --transform-b 'translate(1,0,0) rotate(0,0,1,30)' -o common.npz
@@ -214,9 +223,8 @@ pub struct SampleArguments {
     /// voxels
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, or in file units, 0.02
-    #[arg(long, value_name = "BOUND")]
-    pub simplify: Option<Bound>,
+    #[command(flatten)]
+    pub finish: FinishArguments,
     #[command(flatten)]
     pub common: CommonArguments,
 }
@@ -229,9 +237,8 @@ pub struct SurfaceArguments {
     /// Where to write the surface: .stl, .obj, .ply, .off, .glb or .3mf; or voxels: .vti or .npy
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, or in file units, 0.02
-    #[arg(long, value_name = "BOUND")]
-    pub simplify: Option<Bound>,
+    #[command(flatten)]
+    pub finish: FinishArguments,
     /// What the images are: where they disagree about a node, it is inside if any of over-estimates says so, if all of
     /// under-estimates do, if most of exact images do
     #[arg(long, value_enum, default_value_t = ModeChoice::Exact)]
@@ -257,12 +264,14 @@ Examples:
   ldi-ops sample part.stl --axis z -o part.npz
   ldi-ops sample part.stl --axis all --mode exact --resolution 1024 -o part.npz
   ldi-ops sample part.stl --axis z --resolution 256 -o part.vti
+  ldi-ops sample part.stl --mode exact --resolution 256 -o remeshed.ply
 
 Arrays of .npz, for one axis:
   axis      '<U1' ()         x, y or z: the direction of the rays
   offsets   uint32 (n + 1,)  ray r = row · columns + column has depths[offsets[r]:offsets[r+1]]
   depths    int32            sorted, in lattice steps from the near end of the grid;
                              [depths[2i], depths[2i+1]) is inside
+  normals   float32 (…, 3)   of the surface at each depth: of length 1, outwards, in world axes
   unclosed  uint32           rays that did not close; they have no depths
   unit      '<U2' ()         of lengths: um, mm, cm, m, in or ft; absent where it is not known
   grid      record ()        origin: world position of the grid's corner; pitch: distance of
@@ -270,8 +279,8 @@ Arrays of .npz, for one axis:
                              + step; step: length of a lattice step, pitch / 2**shift; rays:
                              pixels along x, y and z; shift; lod
 Columns and rows run along the other two axes in increasing order: x → (y, z), y → (x, z),
-z → (x, y). With --axis all, `axis` is ['x', 'y', 'z'], and offsets, depths and unclosed become
-offsets_x, depths_x, unclosed_x and so on for y and z.
+z → (x, y). With --axis all, `axis` is ['x', 'y', 'z'], and offsets, depths, normals and unclosed
+become offsets_x, depths_x, normals_x, unclosed_x and so on for y and z.
 
   import numpy as np
   a = np.load('part.npz')                                          # --axis z
@@ -389,7 +398,7 @@ pub struct SamplingArguments {
     pub pitch: Option<f64>,
     /// Refine until the error estimate of the volume is below this share of it: 0.1% or 0.001
     #[arg(long, value_name = "P%")]
-    pub tolerance: Option<Tolerance>,
+    pub tolerance: Option<Share>,
     /// LOD-C, voxels a ray is divided into for over and under: 32 to 65536
     #[arg(long, value_name = "N", default_value_t = 1024)]
     pub lod: u32,
@@ -418,9 +427,19 @@ pub struct ImageArguments {
     /// image to .npz; or voxels to .vti (ParaView) or .npy (numpy)
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub finish: FinishArguments,
+}
+
+/// What is done to a mesh before it is written.
+#[derive(Debug, Default, Args)]
+pub struct FinishArguments {
     /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, or in file units, 0.02
     #[arg(long, value_name = "BOUND")]
     pub simplify: Option<Bound>,
+    /// Drop parts of the mesh below this share of its volume: crumbs of knife edges, and bubbles; 0.1% or 0.001
+    #[arg(long, value_name = "P%")]
+    pub drop_parts: Option<Share>,
 }
 
 #[derive(Debug, Args)]
@@ -517,19 +536,19 @@ fn is_name(name: &str) -> bool {
 
 /// A share of a volume, between 0 and 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerance(pub f64);
+pub struct Share(pub f64);
 
-impl FromStr for Tolerance {
+impl FromStr for Share {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Tolerance, String> {
+    fn from_str(text: &str) -> Result<Share, String> {
         let (number, scale) = match text.strip_suffix('%') {
             Some(percent) => (percent.trim_end(), 100.0),
             None => (text, 1.0),
         };
         match number.parse::<f64>() {
-            Ok(value) if value > 0.0 && value < scale => Ok(Tolerance(value / scale)),
-            _ => Err("a tolerance is between 0 and 100 %: 0.1% or 0.001".to_owned()),
+            Ok(value) if value > 0.0 && value < scale => Ok(Share(value / scale)),
+            _ => Err("a share between 0 and 100 % is wanted: 0.1% or 0.001".to_owned()),
         }
     }
 }
@@ -644,12 +663,12 @@ mod tests {
     }
 
     #[test]
-    fn tolerances_are_shares() {
-        assert_eq!("0.1%".parse(), Ok(Tolerance(0.001)));
-        assert_eq!("0.001".parse(), Ok(Tolerance(0.001)));
-        assert_eq!("5 %".parse(), Ok(Tolerance(0.05)));
+    fn shares_are_numbers_or_percentages() {
+        assert_eq!("0.1%".parse(), Ok(Share(0.001)));
+        assert_eq!("0.001".parse(), Ok(Share(0.001)));
+        assert_eq!("5 %".parse(), Ok(Share(0.05)));
         for wrong in ["0", "-1%", "100%", "1", "NaN", "inf%", "%", "much"] {
-            assert!(wrong.parse::<Tolerance>().is_err(), "{wrong}");
+            assert!(wrong.parse::<Share>().is_err(), "{wrong}");
         }
     }
 }

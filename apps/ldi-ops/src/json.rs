@@ -12,37 +12,46 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::exit::Failure;
-use crate::report::Warning;
 use crate::resolve::Report;
 use crate::run::{
-    Checked, Converted, Devices, Generated, GpuDevice, Measured, Ran, Solid, SurfaceReport, Surfaced, cpu_name,
-    peak_memory_bytes,
+    Checked, Converted, Devices, Generated, GpuDevice, Measured, Outcome, Ran, Rendered, Solid, SurfaceReport,
+    Surfaced, cpu_name, peak_memory_bytes,
 };
-use crate::{output, unit};
+use crate::warning::Warning;
+use crate::{output, report, unit};
 
 /// The name and version of the schema.
 const SCHEMA: &str = "ldi-ops/1";
 
+/// The object of a result.
+fn of(outcome: &Outcome) -> Value {
+    match outcome {
+        Outcome::Measured(results) => measured(results),
+        Outcome::Surfaced(result) => surfaced(result),
+        Outcome::Checked(results) => checked(results),
+        Outcome::Converted(result) => converted(result),
+        Outcome::Generated(result) => generated(result),
+        Outcome::Devices(result) => devices(result),
+        Outcome::Rendered(result) => rendered(result),
+    }
+}
+
 /// Puts a result where it was asked for; gives what belongs on stdout.
-pub fn deliver(
-    report: &Report,
-    json: impl FnOnce() -> Value,
-    text: impl FnOnce() -> String,
-) -> Result<String, Failure> {
-    let serialised = |value: &Value| format!("{value:#}\n");
+pub fn deliver(report: &Report, outcome: &Outcome) -> Result<String, Failure> {
+    let serialised = || format!("{:#}\n", of(outcome));
     match report {
-        Report::Text => Ok(text()),
-        Report::Json => Ok(serialised(&json())),
+        Report::Text => Ok(report::of(outcome)),
+        Report::Json => Ok(serialised()),
         Report::TextAndJson(path) => {
-            let json = serialised(&json());
+            let json = serialised();
             output::replace(path, |file| file.write_all(json.as_bytes()))?;
-            Ok(text())
+            Ok(report::of(outcome))
         }
     }
 }
 
 /// The object of one result, or several in an envelope.
-pub fn measured(results: &[Measured]) -> Value {
+fn measured(results: &[Measured]) -> Value {
     let mut objects: Vec<Value> = results.iter().map(one_measured).collect();
     match objects.len() {
         1 => objects.remove(0),
@@ -109,6 +118,8 @@ fn surface(report: &SurfaceReport) -> Value {
         "disagreements": report.disagreements,
         "largest_distance": report.largest_distance,
         "blunted_vertices": report.blunted,
+        "largest_component_share": report.largest_share,
+        "dropped_parts": { "count": report.dropped.parts, "volume": report.dropped.volume },
         "simplified": report.simplified.map(|simplified| json!({
             "bound": simplified.bound,
             "distance": simplified.distance,
@@ -163,7 +174,7 @@ pub fn fill(fill: Fill) -> &'static str {
 }
 
 /// What `surface` wrote.
-pub fn surfaced(result: &Surfaced) -> Value {
+fn surfaced(result: &Surfaced) -> Value {
     let [read, total] = result.seconds;
     let mut object = json!({
         "schema": SCHEMA,
@@ -192,7 +203,7 @@ fn grid(grid: &Grid) -> Value {
 }
 
 /// What `check` found.
-pub fn checked(results: &[Checked]) -> Value {
+fn checked(results: &[Checked]) -> Value {
     let each = results.iter().map(|result| {
         let report = &result.report;
         json!({
@@ -229,7 +240,7 @@ fn defect(defect: &Defect) -> Value {
 }
 
 /// What `convert` wrote.
-pub fn converted(result: &Converted) -> Value {
+fn converted(result: &Converted) -> Value {
     json!({
         "schema": SCHEMA,
         "command": "convert",
@@ -244,7 +255,7 @@ pub fn converted(result: &Converted) -> Value {
 }
 
 /// What `generate` wrote.
-pub fn generated(result: &Generated) -> Value {
+fn generated(result: &Generated) -> Value {
     json!({
         "schema": SCHEMA,
         "command": "generate",
@@ -257,8 +268,38 @@ pub fn generated(result: &Generated) -> Value {
     })
 }
 
+/// What `render` drew.
+fn rendered(result: &Rendered) -> Value {
+    let grid = &result.grid;
+    json!({
+        "schema": SCHEMA,
+        "command": "render",
+        "inputs": result.solids.iter().map(input).collect::<Vec<_>>(),
+        "output": {
+            "path": path(&result.to),
+            "width": result.width,
+            "height": result.height,
+            "pixel": result.pixel,
+            "scale_bar": result.scale_bar,
+            "unit": result.unit.map(|unit| unit::symbol(unit, 1)),
+        },
+        "view": result.view.to_string(),
+        "plane": result.plane.map(|(axis, at)| json!({ "axis": axis.name(), "at": at })),
+        "grid": { "pitch": grid.pitch(), "rays": grid.rays(), "quantisation": grid.quantisation() },
+        "samples": result.samples,
+        "unclosed_rays": result.unclosed,
+        "backend": result.ran.backend(),
+        "device": device(&result.ran),
+        "auto": result.ran.auto.as_ref().map(|auto| json!({ "backend": result.ran.backend(), "reason": auto.reason })),
+        "fill": fill(result.fill),
+        "seconds": result.seconds,
+        "peak_memory_bytes": peak_memory_bytes(),
+        "warnings": result.warnings,
+    })
+}
+
 /// Where sampling can run.
-pub fn devices(devices: &Devices) -> Value {
+fn devices(devices: &Devices) -> Value {
     let mut each = vec![json!({ "backend": "cpu", "name": devices.cpu, "threads": devices.threads })];
     each.extend(devices.gpus.iter().map(gpu_device));
     json!({

@@ -9,6 +9,7 @@ mod bound;
 mod excerpt;
 mod exit;
 mod json;
+mod number;
 mod output;
 mod progress;
 mod report;
@@ -16,6 +17,7 @@ mod resolve;
 mod run;
 mod transform;
 mod unit;
+mod warning;
 
 use std::io::{self, Write};
 use std::time::Instant;
@@ -58,8 +60,11 @@ fn main() {
         ldi_ops::output::abandon();
         std::process::exit(INTERRUPTED);
     });
-    let result = resolve(arguments.command).and_then(|invocation| run::run(invocation, start));
-    let exit = match result.and_then(|finished| say(&finished.stdout).map(|()| finished.exit)) {
+    let result = resolve(arguments.command).and_then(|invocation| run::run(invocation, start)).and_then(|finished| {
+        say(&json::deliver(&finished.report, &finished.outcome)?)?;
+        Ok(finished.exit)
+    });
+    let exit = match result {
         Ok(exit) => exit,
         Err(failure) => {
             complain(&failure.message);

@@ -8,23 +8,23 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::check::Severity;
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 
+use crate::number::{number, plain};
 use crate::run::{
-    Checked, Converted, Devices, Generated, Measured, SimplifiedReport, SurfaceReport, Surfaced, peak_memory_bytes,
+    Checked, Converted, Devices, Generated, Measured, Outcome, Rendered, SimplifiedReport, SurfaceReport, Surfaced,
+    peak_memory_bytes,
 };
 use crate::unit;
 
-/// Something the user should hear of that did not stop the job.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Warning {
-    /// A name that does not change, for programs.
-    pub code: &'static str,
-    /// One sentence or more, naming the file where there is one.
-    pub message: String,
-}
-
-impl Warning {
-    pub fn new(code: &'static str, message: String) -> Warning {
-        Warning { code, message }
+/// The text of a result.
+pub fn of(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Measured(results) => measured(results),
+        Outcome::Surfaced(result) => surfaced(result),
+        Outcome::Checked(results) => checked(results),
+        Outcome::Converted(result) => converted(result),
+        Outcome::Generated(result) => generated(result),
+        Outcome::Devices(result) => devices(result),
+        Outcome::Rendered(result) => rendered(result),
     }
 }
 
@@ -46,7 +46,7 @@ impl Table {
 }
 
 /// The results of `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`.
-pub fn measured(results: &[Measured]) -> String {
+fn measured(results: &[Measured]) -> String {
     let tables: Vec<String> = results.iter().map(one_measured).collect();
     tables.join("\n")
 }
@@ -150,10 +150,20 @@ fn surface(report: &SurfaceReport, length: &str) -> [String; 2] {
         }
         None => String::new(),
     };
+    let largest = match components {
+        0 | 1 => String::new(),
+        _ => format!(", the largest with {:.2} % of the volume", 100.0 * report.largest_share),
+    };
+    let dropped = match report.dropped.parts {
+        0 => String::new(),
+        parts => format!("; {parts} small parts dropped"),
+    };
     [
-        format!("{triangles} triangles, {vertices} vertices, {components} components, genus {genus}{simplified}"),
         format!(
-            "closed 2-manifold; samples at most {}{length} away; {} walls and {} gaps below the pitch dropped",
+            "{triangles} triangles, {vertices} vertices, {components} components{largest}, genus {genus}{simplified}"
+        ),
+        format!(
+            "closed 2-manifold; samples at most {}{length} away; {} walls and {} gaps below the pitch dropped{dropped}",
             number(report.largest_distance),
             report.walls,
             report.gaps
@@ -162,7 +172,7 @@ fn surface(report: &SurfaceReport, length: &str) -> [String; 2] {
 }
 
 /// What `surface` wrote.
-pub fn surfaced(result: &Surfaced) -> String {
+fn surfaced(result: &Surfaced) -> String {
     let mut table = Table::default();
     let length = unit::suffix(result.unit, 1);
     let [x, y, z] = result.grid.rays();
@@ -183,7 +193,7 @@ pub fn surfaced(result: &Surfaced) -> String {
 }
 
 /// What `check` found.
-pub fn checked(results: &[Checked]) -> String {
+fn checked(results: &[Checked]) -> String {
     let mut table = Table::default();
     for result in results {
         let report = &result.report;
@@ -220,7 +230,7 @@ pub fn checked(results: &[Checked]) -> String {
 }
 
 /// What `convert` wrote.
-pub fn converted(result: &Converted) -> String {
+fn converted(result: &Converted) -> String {
     let unit = match result.unit {
         Some(unit) => format!("in{}", unit::suffix(Some(unit), 1)),
         None => "in no stated unit".to_owned(),
@@ -229,7 +239,7 @@ pub fn converted(result: &Converted) -> String {
 }
 
 /// What `generate` wrote.
-pub fn generated(result: &Generated) -> String {
+fn generated(result: &Generated) -> String {
     let mut table = Table::default();
     let unit = Some(LengthUnit::Millimetre);
     table.line(&result.kind, format_args!("{}: {} triangles, in mm", result.to.display(), result.triangles));
@@ -241,8 +251,46 @@ pub fn generated(result: &Generated) -> String {
     table.text
 }
 
+/// What `render` drew.
+fn rendered(result: &Rendered) -> String {
+    let mut table = Table::default();
+    let length = unit::suffix(result.unit, 1);
+    let plane = result.plane.map(|(axis, at)| format!(", at {} = {}{length}", axis.name(), number(at)));
+    table.line(
+        "render",
+        format_args!(
+            "{}: {} × {} pixels of {}{length}, seen from {}{}",
+            result.to.display(),
+            result.width,
+            result.height,
+            number(result.pixel),
+            result.view,
+            plane.unwrap_or_default(),
+        ),
+    );
+    for (i, solid) in result.solids.iter().enumerate() {
+        let triangles = solid.mesh().triangles.len();
+        table.line(if i == 0 { "input" } else { "" }, format_args!("{}: {triangles} triangles", solid.name()));
+    }
+    let [columns, rows, _] = result.grid.rays();
+    table.line("image", format_args!("{columns} × {rows} rays, {} samples", result.samples));
+    table.line("backend", &result.ran);
+    let seconds = &result.seconds;
+    table.line(
+        "time",
+        format_args!(
+            "{:.3} s: read {:.3}, sample {:.3}, operate {:.3}, shade {:.3}, write {:.3}",
+            seconds.total, seconds.read, seconds.sample, seconds.operate, seconds.shade, seconds.write
+        ),
+    );
+    if let Some(bytes) = peak_memory_bytes() {
+        table.line("memory", format_args!("{:.0} MB at most", bytes as f64 / 1e6));
+    }
+    table.text
+}
+
 /// Where sampling can run.
-pub fn devices(devices: &Devices) -> String {
+fn devices(devices: &Devices) -> String {
     let mut table = Table::default();
     let name = devices.cpu.as_deref().unwrap_or("of unknown make");
     table.line("cpu", format_args!("{name}, {} threads", devices.threads));
@@ -291,27 +339,6 @@ fn estimate(value: f64, error: f64) -> (String, String) {
     let magnitude = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
     let significant = (magnitude + digits).clamp(1, 8) as usize;
     (format!("{value:.significant$e}"), format!("{error:.1e}"))
-}
-
-/// Whether a number reads well without an exponent.
-fn plain(value: f64) -> bool {
-    value == 0.0 || (1e-4..1e9).contains(&value.abs())
-}
-
-/// A number with seven digits or so.
-pub fn number(value: f64) -> String {
-    if !value.is_finite() || value == 0.0 {
-        return format!("{value}");
-    }
-    if !plain(value) {
-        return format!("{value:.6e}");
-    }
-    let digits = (6 - value.abs().log10().floor() as i32).clamp(0, 12) as usize;
-    let text = format!("{value:.digits$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
-    }
 }
 
 fn vector(vector: DVec3) -> String {

@@ -1,5 +1,7 @@
 //! From arguments as typed to jobs that can be run: everything that can be refused without reading an input is.
 
+mod render;
+
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +13,7 @@ use ldi_ops::sampler::{Estimate, Fill, Mode};
 use ldi_ops::solids::Model;
 use ldi_ops::voxels;
 
+pub use self::render::{Plane, RenderJob, Scenery};
 use crate::args::{
     self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
 };
@@ -47,6 +50,7 @@ pub enum Job {
     Convert(ConvertJob),
     Generate(GenerateJob),
     Devices(DevicesJob),
+    Render(RenderJob),
 }
 
 /// Where the result goes.
@@ -188,8 +192,17 @@ pub enum Content {
     Images,
     /// The lattice nodes that they have inside.
     Voxels(voxels::Format),
-    /// The surface of the solid, perhaps of fewer triangles.
-    Mesh { simplify: Option<Bound> },
+    /// The surface of the solid.
+    Mesh(Finish),
+}
+
+/// What is done to a mesh before it is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Finish {
+    /// Triangles are removed within this bound.
+    pub simplify: Option<Bound>,
+    /// Parts of less volume are dropped, as a share of the whole.
+    pub least_part: Option<f64>,
 }
 
 impl Content {
@@ -258,12 +271,12 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
         }
         Command::Sample(a) => {
             let input = Input { name: None, path: a.solid, placement: a.placing.transform_a };
-            let writing = args::ImageArguments { output: Some(a.output), simplify: a.simplify };
+            let writing = args::ImageArguments { output: Some(a.output), finish: a.finish };
             measure(Measurement::Sample, vec![input], a.placing.reading, a.sampling, writing, a.common)
         }
         Command::Surface(a) => {
             let report = report(&a.common)?;
-            let writing = args::ImageArguments { output: Some(a.output), simplify: a.simplify };
+            let writing = args::ImageArguments { output: Some(a.output), finish: a.finish };
             let target = image_target(writing, AxisChoice::All)?.expect("an output is given");
             apart(&report, &target.path)?;
             let job = SurfaceJob { images: a.images, unit: a.unit, mode: mode(a.mode), target, report };
@@ -289,6 +302,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             let model = Model::from_parameters(&a.kind, &parameters).map_err(Failure::input)?;
             Ok(invocation(Job::Generate(GenerateJob { kind: a.kind, model, to: a.output, report }), &a.common))
         }
+        Command::Render(a) => render::resolve(a),
         Command::Devices(a) => {
             let report = report(&a.common)?;
             Ok(invocation(Job::Devices(DevicesJob { report }), &a.common))
@@ -325,14 +339,7 @@ fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<In
 fn csg(arguments: args::CsgArguments) -> Result<Invocation, Failure> {
     let args::CsgArguments { expression: text, solids, reading, named, operation } = arguments;
     let (names, paths): (Vec<String>, Vec<PathBuf>) = solids.into_iter().map(|solid| (solid.name, solid.path)).unzip();
-    let expression = Expression::parse(&text, &names).map_err(|error| match error.at() {
-        Some(at) => Failure::input(format!(
-            "the expression, at character {}: {error}\n{}",
-            at + 1,
-            excerpt::pointing_at(&text, at)
-        )),
-        None => Failure::input(error),
-    })?;
+    let expression = parsed(&text, &names)?;
     let mut placements = vec![None; names.len()];
     place(&names, &mut placements, named.transforms)?;
     let inputs = names.into_iter().zip(paths).zip(placements);
@@ -340,6 +347,18 @@ fn csg(arguments: args::CsgArguments) -> Result<Invocation, Failure> {
     let boolean = Boolean { expression, wording: Wording::Typed(text) };
     let args::OperationArguments { sampling, writing, common } = operation;
     measure(Measurement::Boolean(boolean), inputs, reading, sampling, writing, common)
+}
+
+/// An expression as it is typed.
+fn parsed(text: &str, names: &[String]) -> Result<Expression, Failure> {
+    Expression::parse(text, names).map_err(|error| match error.at() {
+        Some(at) => Failure::input(format!(
+            "the expression, at character {}: {error}\n{}",
+            at + 1,
+            excerpt::pointing_at(text, at)
+        )),
+        None => Failure::input(error),
+    })
 }
 
 /// The name of an input in a list: a, b, … z, aa, ab, …
@@ -379,7 +398,7 @@ fn measure(
     writing: args::ImageArguments,
     common: CommonArguments,
 ) -> Result<Invocation, Failure> {
-    let backend = backend(&sampling)?;
+    let backend = backend(sampling.backend, sampling.adapter.clone())?;
     let spacing = spacing(&sampling)?;
     if !LOD_RANGE.contains(&sampling.lod) {
         let (least, most) = (LOD_RANGE.start(), LOD_RANGE.end());
@@ -404,10 +423,7 @@ fn measure(
             AxisChoice::All => Axis::ALL.to_vec(),
         },
         mode: mode(sampling.mode),
-        fill: match sampling.fill {
-            FillChoice::EvenOdd => Fill::EvenOdd,
-            FillChoice::Nonzero => Fill::NonZero,
-        },
+        fill: fill(sampling.fill),
         backend,
         images,
         report,
@@ -423,15 +439,22 @@ fn mode(choice: ModeChoice) -> Mode {
     }
 }
 
-fn backend(sampling: &SamplingArguments) -> Result<Backend, Failure> {
-    match (sampling.backend, &sampling.adapter) {
+fn backend(backend: BackendChoice, adapter: Option<String>) -> Result<Backend, Failure> {
+    match (backend, adapter) {
         (BackendChoice::Auto, None) => Ok(Backend::Auto),
         (BackendChoice::Cpu, None) => Ok(Backend::Cpu),
         (BackendChoice::Cpu, Some(name)) => {
             Err(Failure::input(format!("--adapter {name} asks for a GPU, and --backend cpu for none")))
         }
         // Who names an adapter leaves no choice to auto.
-        (BackendChoice::Auto | BackendChoice::Gpu, name) => Ok(Backend::Gpu(name.clone())),
+        (BackendChoice::Auto | BackendChoice::Gpu, name) => Ok(Backend::Gpu(name)),
+    }
+}
+
+fn fill(choice: FillChoice) -> Fill {
+    match choice {
+        FillChoice::EvenOdd => Fill::EvenOdd,
+        FillChoice::Nonzero => Fill::NonZero,
     }
 }
 
@@ -448,7 +471,7 @@ fn spacing(sampling: &SamplingArguments) -> Result<Spacing, Failure> {
         }
         (Some(rays), _, _) => Ok(Spacing::Resolution(rays)),
         (_, Some(pitch), _) => Ok(Spacing::Pitch(pitch)),
-        (_, _, Some(args::Tolerance(tolerance))) => Ok(Spacing::Tolerance(tolerance)),
+        (_, _, Some(args::Share(tolerance))) => Ok(Spacing::Tolerance(tolerance)),
         (None, None, None) => Ok(Spacing::Resolution(DEFAULT_RESOLUTION)),
     }
 }
@@ -503,10 +526,15 @@ const WRITTEN: &str =
 
 /// A file that is made of images.
 fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Option<ImageTarget>, Failure> {
-    let args::ImageArguments { output, simplify } = writing;
+    let args::ImageArguments { output, finish: args::FinishArguments { simplify, drop_parts } } = writing;
+    let flag = match (simplify, drop_parts) {
+        (Some(_), _) => Some("--simplify"),
+        (None, Some(_)) => Some("--drop-parts"),
+        (None, None) => None,
+    };
     let Some(path) = output else {
-        return match simplify {
-            Some(_) => Err(Failure::input("--simplify is for a mesh, and there is no -o FILE to write one to")),
+        return match flag {
+            Some(flag) => Err(Failure::input(format!("{flag} is for a mesh, and there is no -o FILE to write one to"))),
             None => Ok(None),
         };
     };
@@ -518,15 +546,18 @@ fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Optio
         ("", _) => return refuse(&format!("the name has no extension; {WRITTEN}")),
         _ if Format::from_path(&path).is_ok() => {
             mesh_target(&path)?;
-            Content::Mesh { simplify }
+            Content::Mesh(Finish { simplify, least_part: drop_parts.map(|args::Share(share)| share) })
         }
         _ => return refuse(&format!("this extension is not known; {WRITTEN}")),
     };
     match (content, axis) {
-        (Content::Mesh { .. }, AxisChoice::All) => {}
-        (Content::Mesh { .. }, _) => return refuse("a mesh is made of the images along all axes; leave --axis away"),
-        _ if simplify.is_some() => return refuse("--simplify is for meshes, and this is none"),
-        _ => {}
+        (Content::Mesh(_), AxisChoice::All) => {}
+        (Content::Mesh(_), _) => return refuse("a mesh is made of the images along all axes; leave --axis away"),
+        _ => {
+            if let Some(flag) = flag {
+                return refuse(&format!("{flag} is for meshes, and this is none"));
+            }
+        }
     }
     writable(&path)?;
     Ok(Some(ImageTarget { path, content }))

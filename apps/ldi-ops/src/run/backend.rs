@@ -11,8 +11,8 @@ use ldi_ops::sampler::{Estimate, Fill, Mode, SampleError, Sampler};
 
 use super::gpu;
 use crate::exit::Failure;
-use crate::report::Warning;
 use crate::resolve::Backend;
+use crate::warning::Warning;
 
 /// Triangles and expected crossings for each thread of the CPU from which on `auto` looks for a GPU.
 ///

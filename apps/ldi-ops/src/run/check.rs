@@ -6,12 +6,11 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::check::{MeshReport, check};
 
 use super::input::{self, Provenance};
-use super::{Finished, say_warnings};
+use super::{Finished, Outcome, say_warnings};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
-use crate::report::Warning;
 use crate::resolve::CheckJob;
-use crate::{json, report};
+use crate::warning::Warning;
 
 /// What was found out about one mesh.
 pub struct Checked {
@@ -36,9 +35,12 @@ pub fn run(job: &CheckJob, progress: &Progress) -> Result<Finished, Failure> {
     for checked in &results {
         say_warnings(&checked.warnings, progress);
     }
-    let stdout = json::deliver(&job.report, || json::checked(&results), || report::checked(&results))?;
     let all = results.iter().all(|checked| checked.report.is_solid());
-    Ok(Finished { stdout, exit: if all { Exit::Done } else { Exit::CheckFalse } })
+    Ok(Finished {
+        outcome: Outcome::Checked(results),
+        report: job.report.clone(),
+        exit: if all { Exit::Done } else { Exit::CheckFalse },
+    })
 }
 
 fn check_file(path: &Path, job: &CheckJob) -> Result<Checked, Failure> {
@@ -49,6 +51,6 @@ fn check_file(path: &Path, job: &CheckJob) -> Result<Checked, Failure> {
         sha256: read.sha256,
         unit: read.file.unit.or(job.unit),
         report: check(&read.file.mesh),
-        warnings: input::notes(path, &read.file.notes),
+        warnings: read.warnings,
     })
 }

@@ -6,12 +6,11 @@ use ldi_ops::mesh::io::Format;
 use ldi_ops::mesh::{LengthUnit, io};
 
 use super::input::{self, Provenance};
-use super::{Finished, say_warnings};
+use super::{Finished, Outcome, say_warnings};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
-use crate::report::Warning;
 use crate::resolve::ConvertJob;
-use crate::{json, report};
+use crate::warning::Warning;
 
 /// What was written.
 pub struct Converted {
@@ -37,7 +36,7 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
     if Format::from_path(&job.from.path) == Ok(Format::Stl) {
         mesh.weld();
     }
-    let mut warnings = input::notes(&job.from.path, &read.file.notes);
+    let mut warnings = read.warnings;
     warnings.extend(input::unit_ignored(&job.from.path, read.file.unit, job.unit));
     let unit = read.file.unit.or(job.unit);
     progress.stage("writing");
@@ -53,6 +52,5 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
     };
     progress.finish();
     say_warnings(&converted.warnings, progress);
-    let stdout = json::deliver(&job.report, || json::converted(&converted), || report::converted(&converted))?;
-    Ok(Finished { stdout, exit: Exit::Done })
+    Ok(Finished { outcome: Outcome::Converted(converted), report: job.report.clone(), exit: Exit::Done })
 }

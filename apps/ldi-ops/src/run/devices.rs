@@ -3,10 +3,9 @@
 use ldi_ops::gpu::DeviceError;
 
 use super::backend::{LARGE_WORK, crossings};
-use super::{Finished, gpu, machine};
+use super::{Finished, Outcome, gpu, machine};
 use crate::exit::{Exit, Failure};
 use crate::resolve::DevicesJob;
-use crate::{json, report};
 
 /// What there is to run on.
 pub struct Devices {
@@ -61,6 +60,5 @@ pub fn run(job: &DevicesJob) -> Result<Finished, Failure> {
         Err(reason) => AutoChoice { backend: "cpu", reason },
     };
     let devices = Devices { cpu: machine::cpu_name(), threads, gpu_built: gpu::ABSENT.is_none(), gpus, no_gpu, auto };
-    let stdout = json::deliver(&job.report, || json::devices(&devices), || report::devices(&devices))?;
-    Ok(Finished { stdout, exit: Exit::Done })
+    Ok(Finished { outcome: Outcome::Devices(devices), report: job.report.clone(), exit: Exit::Done })
 }

@@ -7,7 +7,7 @@ use ldi_ops::sampler::{Fill, Mode, Sampler};
 
 use super::Solid;
 use crate::exit::Failure;
-use crate::report::Warning;
+use crate::warning::Warning;
 
 /// Rays along the longest side of the solid; enough to tell a tenth of a percent, as both rules are asked on the same rays.
 const RESOLUTION: u32 = 128;

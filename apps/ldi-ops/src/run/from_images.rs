@@ -1,21 +1,23 @@
 //! `surface`: from images in a file back to a mesh.
 
 use std::fs::File;
-use std::io::BufReader;
-use std::path::PathBuf;
+use std::io::{self, BufReader, Read, Seek};
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use ldi_ops::grid::Grid;
-use ldi_ops::ldi::npz;
+use ldi_ops::ldi::Ldi;
+use ldi_ops::ldi::npz::{self, Normals, NpzError};
 use ldi_ops::mesh::LengthUnit;
+use ldi_ops::sampler::Mode;
 
 use super::surface::{Imaged, SurfaceReport};
-use super::{Finished, peak_memory_bytes, say_warnings, write};
+use super::{Finished, Outcome, peak_memory_bytes, say_warnings, write};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
-use crate::report::Warning;
-use crate::resolve::SurfaceJob;
-use crate::{json, report, unit};
+use crate::resolve::{Content, SurfaceJob};
+use crate::unit;
+use crate::warning::Warning;
 
 /// What was made of a file of images.
 pub struct Surfaced {
@@ -33,25 +35,66 @@ pub struct Surfaced {
     pub warnings: Vec<Warning>,
 }
 
+/// Images that were read from a file, and what came with them.
+pub struct ImageFile {
+    pub images: Vec<Ldi>,
+    /// Of the triangles that images refer to, one for each sample; nothing where none are known.
+    pub normals: Option<Normals>,
+    /// The unit that the file states.
+    pub unit: Option<LengthUnit>,
+    pub warnings: Vec<Warning>,
+}
+
+impl ImageFile {
+    /// Reads a file; its name stands in errors.
+    pub fn read(from: impl Read + Seek, path: &Path) -> Result<ImageFile, Failure> {
+        let failure = |error: NpzError| Failure::input(format!("{}: {error}", path.display()));
+        let mut read = npz::read(from).map_err(failure)?;
+        let mut warnings = Vec::new();
+        if !read.ignored.is_empty() {
+            let ignored = read.ignored.join(", ");
+            let message = format!("{}: arrays that mean nothing here were not read: {ignored}", path.display());
+            warnings.push(Warning::new("arrays-ignored", message));
+        }
+        let unit = read.extras.unit.take().and_then(|unit| unit::parse(&unit).ok());
+        let has_normals = read.extras.normals.iter().any(Option::is_some);
+        let (images, normals) = read.with_triangles().map_err(failure)?;
+        Ok(ImageFile { images, normals: has_normals.then_some(normals), unit, warnings })
+    }
+
+    /// What a mesh is made of, if all three images are there.
+    pub fn imaged(&self, path: &Path, mode: Mode) -> Result<Imaged<'_>, Failure> {
+        if self.images.len() < 3 {
+            let axes: Vec<&str> = self.images.iter().map(|image| image.axis().name()).collect();
+            return Err(Failure::input(format!(
+                "{}: a mesh is made of images along all three axes, and there are {} alone",
+                path.display(),
+                axes.join(" and ")
+            )));
+        }
+        Ok(self.as_they_are(mode))
+    }
+
+    fn as_they_are(&self, mode: Mode) -> Imaged<'_> {
+        Imaged { images: &self.images, normals: self.normals.as_deref(), mode, unit: self.unit }
+    }
+}
+
 /// Reads images and writes what was asked for.
 pub fn run(job: &SurfaceJob, start: Instant, progress: &Progress) -> Result<Finished, Failure> {
     progress.stage("reading");
-    let name = job.images.display();
-    let file = File::open(&job.images).map_err(|error| Failure::input(format!("{name}: {error}")))?;
-    let mut read = npz::read(BufReader::new(file)).map_err(|error| Failure::input(format!("{name}: {error}")))?;
-    let mut warnings = Vec::new();
-    if !read.ignored.is_empty() {
-        let message = format!("{name}: arrays that mean nothing here were not read: {}", read.ignored.join(", "));
-        warnings.push(Warning::new("arrays-ignored", message));
-    }
-    let stated = read.extras.unit.take();
-    let unit = stated.as_deref().and_then(|unit| unit::parse(unit).ok()).or(job.unit);
-    let has_normals = read.extras.normals.iter().any(Option::is_some);
-    let (images, normals) = read.with_triangles().map_err(|error| Failure::input(format!("{name}: {error}")))?;
+    let failure = |error: io::Error| Failure::input(format!("{}: {error}", job.images.display()));
+    let file = BufReader::new(File::open(&job.images).map_err(failure)?);
+    let mut file = ImageFile::read(file, &job.images)?;
+    file.unit = file.unit.or(job.unit);
     let reading = start.elapsed().as_secs_f64();
-    let grid = *images[0].grid();
-    let imaged = Imaged { images: &images, normals: has_normals.then_some(&normals), mode: job.mode, unit };
+    let imaged = match job.target.content {
+        Content::Mesh(_) => file.imaged(&job.images, job.mode)?,
+        _ => file.as_they_are(job.mode),
+    };
     let (surface, said) = write::images(&job.target, &imaged, progress)?;
+    let ImageFile { images, unit, mut warnings, .. } = file;
+    let grid = *images[0].grid();
     warnings.extend(said);
     progress.finish();
     let surfaced = Surfaced {
@@ -69,6 +112,5 @@ pub fn run(job: &SurfaceJob, start: Instant, progress: &Progress) -> Result<Fini
         warnings,
     };
     say_warnings(&surfaced.warnings, progress);
-    let stdout = json::deliver(&job.report, || json::surfaced(&surfaced), || report::surfaced(&surfaced))?;
-    Ok(Finished { stdout, exit: Exit::Done })
+    Ok(Finished { outcome: Outcome::Surfaced(Box::new(surfaced)), report: job.report.clone(), exit: Exit::Done })
 }

@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use ldi_ops::mesh::{Aabb, LengthUnit, io};
 
-use super::{Finished, input, say_warnings};
+use super::{Finished, Outcome, input, say_warnings};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
-use crate::report::Warning;
 use crate::resolve::GenerateJob;
-use crate::{json, report};
+use crate::warning::Warning;
 
 /// What was written.
 pub struct Generated {
@@ -39,6 +38,5 @@ pub fn run(job: &GenerateJob, progress: &Progress) -> Result<Finished, Failure> 
     };
     progress.finish();
     say_warnings(&generated.warnings, progress);
-    let stdout = json::deliver(&job.report, || json::generated(&generated), || report::generated(&generated))?;
-    Ok(Finished { stdout, exit: Exit::Done })
+    Ok(Finished { outcome: Outcome::Generated(generated), report: job.report.clone(), exit: Exit::Done })
 }

@@ -60,7 +60,7 @@ fn masked(expression: &Expression, mode: Mode) -> Option<([usize; 2], Estimate)>
 }
 
 /// What the triangles of each input are counted from.
-fn first_triangles(solids: &[LatticeSolid]) -> impl Iterator<Item = u32> {
+pub fn first_triangles(solids: &[LatticeSolid]) -> impl Iterator<Item = u32> {
     solids.iter().scan(0u32, |next, solid| {
         let first = *next;
         *next = next.saturating_add(solid.triangles().len() as u32);

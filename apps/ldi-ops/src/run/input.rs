@@ -1,5 +1,6 @@
 //! Reading, placing and checking the inputs of a job.
 
+use std::io::{Cursor, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DVec3};
@@ -7,16 +8,18 @@ use ldi_ops::grid::{Grid, LatticeSolid};
 use ldi_ops::mesh::check::{MeshReport, check};
 use ldi_ops::mesh::io::{self, Format, MeshFile, ReadError, ReadNote, WriteNote};
 use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, NotClosed, TriangleMesh};
-use ldi_ops::sampler::Fill;
+use ldi_ops::sampler::{Fill, Mode};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-use super::bytes;
+use super::from_images::ImageFile;
+use super::{bytes, surface};
 use crate::exit::Failure;
-use crate::report::Warning;
-use crate::resolve::{Input, Openness};
+use crate::progress::Progress;
+use crate::resolve::{Finish, Input, Openness, Verbosity};
 use crate::transform::Placement;
 use crate::unit;
+use crate::warning::Warning;
 
 /// An input that may be sampled, with what is known of it.
 pub struct Solid {
@@ -106,29 +109,53 @@ pub enum Provenance {
 pub struct ReadMesh {
     pub file: MeshFile,
     pub sha256: Option<String>,
+    /// What there is to say of it.
+    pub warnings: Vec<Warning>,
 }
 
-/// Reads a mesh file.
+/// Reads a mesh file, or a file of images, of which the surface is the mesh.
 pub fn read(path: &Path, provenance: Provenance) -> Result<ReadMesh, Failure> {
-    let parsed = || -> Result<_, ReadError> {
-        let format = Format::from_path(path)?;
-        let bytes = bytes::of_file(path).map_err(|source| ReadError::Io { path: path.to_path_buf(), source })?;
-        let hash = || match provenance {
-            Provenance::Hashed => Some(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect()),
-            Provenance::NotWanted => None,
-        };
-        let (file, sha256) = rayon::join(|| io::parse(&bytes, format, path), hash);
-        Ok(ReadMesh { file: file?, sha256 })
+    let is_images = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz"));
+    let format = if is_images { None } else { Some(Format::from_path(path).map_err(Failure::input)?) };
+    let bytes = bytes::of_file(path).map_err(|source| {
+        let error = ReadError::Io { path: path.to_path_buf(), source };
+        match &error {
+            ReadError::Io { source, .. } if source.kind() == ErrorKind::OutOfMemory => Failure::machine(error),
+            _ => Failure::input(error),
+        }
+    })?;
+    let hash = || match provenance {
+        Provenance::Hashed => Some(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect()),
+        Provenance::NotWanted => None,
     };
-    parsed().map_err(|error| match &error {
-        ReadError::Io { source, .. } if source.kind() == std::io::ErrorKind::OutOfMemory => Failure::machine(error),
-        _ => Failure::input(error),
-    })
+    let parse = || match format {
+        Some(format) => {
+            let file = io::parse(&bytes, format, path).map_err(Failure::input)?;
+            let said = file.notes.iter();
+            let said = said.map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect();
+            Ok((file, said))
+        }
+        None => surface_of_images(&bytes, path),
+    };
+    let (parsed, sha256) = rayon::join(parse, hash);
+    let (file, warnings) = parsed?;
+    Ok(ReadMesh { file, sha256, warnings })
 }
 
-/// What a reader had to say.
-pub fn notes(path: &Path, notes: &[ReadNote]) -> Vec<Warning> {
-    notes.iter().map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect()
+/// The surface of images in a file.
+fn surface_of_images(bytes: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning>), Failure> {
+    let file = ImageFile::read(Cursor::new(bytes), path)?;
+    let imaged = file.imaged(path, Mode::Exact)?;
+    let (mesh, report) = surface::mesh(&imaged, Finish::default(), &Progress::new(Verbosity::Quiet))?;
+    if mesh.triangles.is_empty() {
+        return Err(Failure::input(format!("{}: no lattice node lies inside the images", path.display())));
+    }
+    let mut warnings = surface::warnings(&report, imaged.normals.is_some());
+    for warning in &mut warnings {
+        warning.message = format!("{}: {}", path.display(), warning.message);
+    }
+    warnings.extend(file.warnings);
+    Ok((MeshFile { mesh, unit: file.unit, notes: Vec::new() }, warnings))
 }
 
 /// What a writer had to say.
@@ -178,7 +205,8 @@ pub fn solids(inputs: &[Input], demands: Demands) -> Result<(Vec<Solid>, Vec<War
             if own != common {
                 let (name, own_name, common_name) =
                     (solid.name().to_string(), unit::suffix(Some(own), 1), unit::suffix(Some(common), 1));
-                scale(solid, unit::factor(own, common), demands)?;
+                map(solid, &DAffine3::from_scale(DVec3::splat(unit::factor(own, common))), demands)?;
+                solid.volume = solid.mesh().signed_volume();
                 let message = format!("{name}: converted from{own_name} to{common_name}, the unit of the first file");
                 warnings.push(Warning::new("unit-converted", message));
             }
@@ -189,14 +217,13 @@ pub fn solids(inputs: &[Input], demands: Demands) -> Result<(Vec<Solid>, Vec<War
 
 /// Reads, places and checks one input.
 fn solid(input: &Input, demands: Demands) -> Result<(Solid, Vec<Warning>), Failure> {
-    let ReadMesh { file, sha256 } = read(&input.path, demands.provenance)?;
+    let ReadMesh { file, sha256, mut warnings } = read(&input.path, demands.provenance)?;
     let MeshFile { mut mesh, unit, notes: said } = file;
-    let mut warnings = notes(&input.path, &said);
     refuse_beams(&input.path, &said, demands.fill)?;
     if let Some(Placement { map }) = &input.placement {
         mesh.transform(map);
     }
-    let surface = surface(mesh, &input.path, demands)?;
+    let surface = bounding(mesh, &input.path, demands)?;
     let volume = match &surface {
         Surface::Closed(closed) => closed.signed_volume(),
         Surface::Open { mesh, .. } => mesh.signed_volume(),
@@ -249,7 +276,7 @@ fn remarks(solid: &Solid, fill: Fill) -> Option<Warning> {
 }
 
 /// Checks a mesh.
-fn surface(mesh: TriangleMesh, path: &Path, demands: Demands) -> Result<Surface, Failure> {
+fn bounding(mesh: TriangleMesh, path: &Path, demands: Demands) -> Result<Surface, Failure> {
     let name = path.display();
     match ClosedMesh::check(mesh) {
         Ok(closed) if closed.every_triangle_even() && !has_three_corners(closed.mesh()) => {
@@ -297,15 +324,14 @@ fn defects(report: &MeshReport) -> String {
     lines.join("\n")
 }
 
-/// Scales a solid and checks it anew, as coordinates may have become one or infinite.
-fn scale(solid: &mut Solid, factor: f64, demands: Demands) -> Result<(), Failure> {
+/// Maps a solid and checks it anew, as coordinates may have become one or infinite.
+pub fn map(solid: &mut Solid, map: &DAffine3, demands: Demands) -> Result<(), Failure> {
     let nothing = Surface::Open { mesh: TriangleMesh::default(), bounds: solid.bounds() };
     let mut mesh = match std::mem::replace(&mut solid.surface, nothing) {
         Surface::Closed(closed) => closed.into_mesh(),
         Surface::Open { mesh, .. } => mesh,
     };
-    mesh.transform(&DAffine3::from_scale(DVec3::splat(factor)));
-    solid.surface = surface(mesh, &solid.path, demands)?;
-    solid.volume = solid.mesh().signed_volume();
+    mesh.transform(map);
+    solid.surface = bounding(mesh, &solid.path, demands)?;
     Ok(())
 }

@@ -21,12 +21,12 @@ use super::image::{ImageMaker, Triangles, alive_at_once};
 use super::input::{self, Demands, Provenance, Solid};
 use super::surface::{Imaged, SurfaceReport};
 use super::work::work;
-use super::{Finished, machine, say_warnings, write};
+use super::{Finished, Outcome, machine, say_warnings, write};
 use crate::exit::{Exit, Failure};
+use crate::number::number;
 use crate::progress::Progress;
-use crate::report::Warning;
 use crate::resolve::{Backend, Boolean, Input, MeasureJob, Measurement, Spacing};
-use crate::{json, report};
+use crate::warning::Warning;
 
 /// Everything that is known of a result.
 pub struct Measured {
@@ -111,9 +111,12 @@ pub fn run(job: &MeasureJob, start: Instant, progress: &Progress) -> Result<Fini
     for measured in &mut results {
         say_warnings(&measured.warnings, progress);
     }
-    let stdout = json::deliver(&job.report, || json::measured(&results), || report::measured(&results))?;
     let reached = results.iter().all(|measured| measured.refinement.is_none_or(|refinement| refinement.reached));
-    Ok(Finished { stdout, exit: if reached { Exit::Done } else { Exit::CheckFalse } })
+    Ok(Finished {
+        outcome: Outcome::Measured(results),
+        report: job.report.clone(),
+        exit: if reached { Exit::Done } else { Exit::CheckFalse },
+    })
 }
 
 /// Measures what the inputs make together.
@@ -143,10 +146,10 @@ fn measure(
             let (round, refinement) = refine(tolerance, &mut round)?;
             let words = format!(
                 "--tolerance {} %: {} with {} rays along the longest side, where the estimate is {} % of the volume",
-                report::number(100.0 * tolerance),
+                number(100.0 * tolerance),
                 if refinement.reached { "reached" } else { "not reached" },
                 refinement.resolution,
-                report::number(100.0 * refinement.came_to),
+                number(100.0 * refinement.came_to),
             );
             match refinement.reached {
                 true => progress.note(words),

@@ -14,6 +14,7 @@ mod image;
 mod input;
 mod machine;
 mod measure;
+mod render;
 mod surface;
 mod work;
 mod write;
@@ -24,8 +25,8 @@ use ldi_ops::mesh::io::WriteError;
 
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
-use crate::report::Warning;
-use crate::resolve::{Invocation, Job};
+use crate::resolve::{Invocation, Job, Report};
+use crate::warning::Warning;
 
 pub use backend::Ran;
 pub use check::Checked;
@@ -36,13 +37,26 @@ pub use generate::Generated;
 pub use input::Solid;
 pub use machine::{cpu_name, peak_memory_bytes};
 pub use measure::Measured;
+pub use render::Rendered;
 pub use surface::{SimplifiedReport, SurfaceReport};
 
 /// A job that ran to its end.
 pub struct Finished {
-    /// The result, for stdout.
-    pub stdout: String,
+    pub outcome: Outcome,
+    /// Where the result was asked to go.
+    pub report: Report,
     pub exit: Exit,
+}
+
+/// The result of a job.
+pub enum Outcome {
+    Measured(Vec<Measured>),
+    Surfaced(Box<Surfaced>),
+    Checked(Vec<Checked>),
+    Converted(Converted),
+    Generated(Generated),
+    Devices(Devices),
+    Rendered(Box<Rendered>),
 }
 
 /// Runs a job; `start` is when the process began.
@@ -59,6 +73,7 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Failure> 
         Job::Convert(job) => convert::run(&job, &progress),
         Job::Generate(job) => generate::run(&job, &progress),
         Job::Devices(job) => devices::run(&job),
+        Job::Render(job) => render::run(&job, start, &progress),
     }
 }
 

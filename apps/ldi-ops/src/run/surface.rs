@@ -9,15 +9,16 @@ use ldi_ops::mesh::{ClosedMesh, LengthUnit, TriangleMesh, io};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
 use ldi_ops::surface::gates::Gates;
+use ldi_ops::surface::parts::{Dropped, Parts};
 use ldi_ops::surface::simplify::simplify;
 use ldi_ops::surface::{Surface, SurfaceMode, contour};
 
 use super::input::write_notes;
 use super::write_failure;
-use crate::bound::Bound;
 use crate::exit::Failure;
 use crate::progress::Progress;
-use crate::report::Warning;
+use crate::resolve::Finish;
+use crate::warning::Warning;
 
 /// What is known of a mesh that was made of images.
 #[derive(Clone, Debug)]
@@ -41,6 +42,10 @@ pub struct SurfaceReport {
     /// Vertices of edges and corners that could not be put where they belong.
     pub blunted: u64,
     pub simplified: Option<SimplifiedReport>,
+    /// The volume of the largest part, as a share of that of all.
+    pub largest_share: f64,
+    /// Small parts that were dropped.
+    pub dropped: Dropped,
 }
 
 /// What simplification did.
@@ -67,10 +72,10 @@ pub struct Imaged<'a> {
 pub fn write(
     imaged: &Imaged,
     path: &Path,
-    bound: Option<Bound>,
+    finish: Finish,
     progress: &Progress,
 ) -> Result<(SurfaceReport, Vec<Warning>), Failure> {
-    let (mesh, mut report) = mesh(imaged, bound, progress)?;
+    let (mesh, mut report) = mesh(imaged, finish, progress)?;
     let mut warnings = warnings(&report, imaged.normals.is_some());
     if mesh.triangles.is_empty() {
         let message = format!("{}: not written, as no lattice node lies inside the result", path.display());
@@ -85,11 +90,7 @@ pub fn write(
 }
 
 /// Makes a mesh of images.
-pub fn mesh(
-    imaged: &Imaged,
-    bound: Option<Bound>,
-    progress: &Progress,
-) -> Result<(TriangleMesh, SurfaceReport), Failure> {
+pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(TriangleMesh, SurfaceReport), Failure> {
     let [a, b, c] = imaged.images else {
         return Err(Failure::input("a mesh needs images along all three axes, x, y and z"));
     };
@@ -97,7 +98,9 @@ pub fn mesh(
     let mode = surface_mode(imaged.mode);
     let surface = contour([a, b, c], imaged.normals, mode).map_err(Failure::input)?;
     let Surface { mesh, sub_resolution, disagreements, distance, stayed, .. } = surface;
-    let (mesh, simplified) = match bound {
+    let parts = Parts::of(&mesh);
+    let (mesh, dropped) = parts.without_small(mesh, finish.least_part.unwrap_or(0.0));
+    let (mesh, simplified) = match finish.simplify {
         Some(bound) if !mesh.triangles.is_empty() => {
             progress.stage("simplifying");
             let (mesh, simplified) = simplified(mesh, imaged, bound.length(a.grid().pitch()))?;
@@ -124,21 +127,39 @@ pub fn mesh(
         largest_distance: distance,
         blunted: stayed,
         simplified,
+        largest_share: parts.largest_share(),
+        dropped,
     };
     Ok((mesh, report))
 }
 
-/// Removes triangles within a bound; the mesh sampled again gives the same nodes.
+/// The bound of a first step, in pitches. With more at once so many nodes change sides that most places have to be restored,
+/// and more triangles stay than with less.
+const FIRST_STEP: f64 = 0.1;
+
+/// Removes triangles within a bound; the mesh sampled again gives the same nodes. A bound that is large beside the pitch is
+/// used in steps, each twice as long as the one before; their distances add up.
 fn simplified(mesh: TriangleMesh, imaged: &Imaged, bound: f64) -> Result<(TriangleMesh, SimplifiedReport), Failure> {
+    let grid = imaged.images[0].grid();
     let wanted = planes_of(&mesh, imaged)?;
-    let made = simplify(&mesh, bound, |mesh| {
-        // A mesh that cannot be sampled on this grid is acceptable nowhere.
-        let Ok(found) = planes_of(mesh, imaged) else { return mesh.positions.clone() };
-        differences(imaged.images[0].grid(), &wanted, &found)
-    });
-    let made = made.map_err(Failure::input)?;
-    let report = SimplifiedReport { bound, distance: made.distance, triangles: mesh.triangles.len() };
-    Ok((made.mesh, report))
+    let mut report = SimplifiedReport { bound, distance: 0.0, triangles: mesh.triangles.len() };
+    let (mut mesh, mut step) = (mesh, FIRST_STEP * grid.pitch());
+    while report.distance < bound {
+        let rest = bound - report.distance;
+        let made = simplify(&mesh, step.min(rest), |mesh| {
+            // A mesh that cannot be sampled on this grid is acceptable nowhere.
+            let Ok(found) = planes_of(mesh, imaged) else { return mesh.positions.clone() };
+            differences(grid, &wanted, &found)
+        });
+        let made = made.map_err(Failure::input)?;
+        mesh = made.mesh;
+        report.distance += made.distance;
+        if step >= rest {
+            break;
+        }
+        step *= 2.0;
+    }
+    Ok((mesh, report))
 }
 
 /// The nodes inside a mesh, plane after plane.
@@ -180,7 +201,8 @@ fn surface_mode(mode: Mode) -> SurfaceMode {
 /// Shares of the vertices or crossings above which what was lost is told.
 const NOTEWORTHY: f64 = 1e-3;
 
-fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
+/// What was lost on the way from images to a mesh.
+pub fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let lost = report.walls + report.gaps;
     if lost as f64 > NOTEWORTHY * report.vertices as f64 {

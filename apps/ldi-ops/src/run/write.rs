@@ -12,8 +12,8 @@ use super::surface::{self, Imaged, SurfaceReport};
 use crate::exit::Failure;
 use crate::output;
 use crate::progress::Progress;
-use crate::report::Warning;
 use crate::resolve::{Content, ImageTarget};
+use crate::warning::Warning;
 
 /// Writes images along one axis or several, or what is made of them; of a mesh it tells what it came to.
 pub fn images(
@@ -24,8 +24,8 @@ pub fn images(
     let unit = imaged.unit.map(LengthUnit::symbol);
     progress.stage("writing");
     match target.content {
-        Content::Mesh { simplify } => {
-            let (report, warnings) = surface::write(imaged, &target.path, simplify, progress)?;
+        Content::Mesh(finish) => {
+            let (report, warnings) = surface::write(imaged, &target.path, finish, progress)?;
             return Ok((Some(report), warnings));
         }
         Content::Images => {

@@ -1,0 +1,163 @@
+//! Arguments of `render`.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, ValueEnum};
+use ldi_ops::grid::Axis;
+use ldi_ops::picture::View;
+
+use super::{BackendChoice, CommonArguments, FillChoice, ListPlacingArguments};
+
+#[derive(Debug, Args)]
+#[command(after_help = RENDER_EXAMPLES)]
+pub struct RenderArguments {
+    /// The solids
+    #[arg(required = true, value_name = "FILE")]
+    pub solids: Vec<PathBuf>,
+    /// Where to write the picture: a path that ends in .png
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub picture: PictureArguments,
+    #[command(flatten)]
+    pub placing: ListPlacingArguments,
+    #[command(flatten)]
+    pub sampling: RenderSamplingArguments,
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Picture")]
+pub struct PictureArguments {
+    /// Where it is seen from: iso, x, y, z, -x, -y, -z, or 'azimuth,elevation' in degrees, from +x towards +y and upwards
+    /// [default: iso]
+    #[arg(long, allow_hyphen_values = true)]
+    pub view: Option<View>,
+    /// A plane through the solids, at a coordinate or a share of their box: z=0.5 or z=50%. By itself it gives a picture of
+    /// the plane; with --view what lies before it is taken away
+    #[arg(long, value_name = "AXIS=AT")]
+    pub slice: Option<SliceAt>,
+    /// What is seen of several solids, which are a, b, c … in their order: 'a & b', 'a | b', 'a - b', 'a ^ b', with
+    /// parentheses [default: what all have in common]
+    #[arg(long, value_name = "EXPR")]
+    pub csg: Option<String>,
+    /// Pixels of the picture
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1200x900")]
+    pub size: PictureSize,
+    /// Rays along one side of a pixel, 1 to 8: a pixel is the mean of their square
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    pub samples: u32,
+    /// What stands behind
+    #[arg(long, value_enum, default_value_t = BackgroundChoice::Light)]
+    pub background: BackgroundChoice,
+    /// How triangles are shown: smoothed over edges below 40 degrees, or flat as they are
+    #[arg(long, value_enum, default_value_t = FacetChoice::Smooth)]
+    pub facets: FacetChoice,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Sampling")]
+pub struct RenderSamplingArguments {
+    /// What is inside where shells overlap: even-odd cancels, nonzero unites
+    #[arg(long, value_enum, default_value_t = FillChoice::EvenOdd)]
+    pub fill: FillChoice,
+    /// Where the image is made, which changes no byte of the picture
+    #[arg(long, value_enum, default_value_t = BackendChoice::Auto)]
+    pub backend: BackendChoice,
+    /// GPU to use, by its name or a part of it; implies --backend gpu
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+}
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  ldi-ops render part.stl --unit mm -o part.png
+  ldi-ops render part.stl --view -60,25 --background transparent -o part.png
+  ldi-ops render scaffold.stl bone.stl --unit mm -o common.png
+  ldi-ops render block.stl drill.stl --csg 'a - b' --view iso --slice x=50% -o open.png
+  ldi-ops render a.stl b.stl --slice z=50% -o slice.png
+
+The picture is a layered depth image along the line of sight, so that it shows a Boolean without a
+mesh of it. It is orthographic: the scale bar is true everywhere. Each input has a tint of its own
+on the surfaces that come from it.";
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub enum BackgroundChoice {
+    Light,
+    White,
+    Dark,
+    Transparent,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub enum FacetChoice {
+    Smooth,
+    Flat,
+}
+
+/// Pixels from left to right and from top to bottom.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PictureSize {
+    pub width: u32,
+    pub height: u32,
+}
+
+impl FromStr for PictureSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<PictureSize, String> {
+        let sides = text.split_once(['x', '×']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+        let (width, height) = sides.ok_or("a size is two numbers of pixels: 1200x900")?;
+        Ok(PictureSize { width, height })
+    }
+}
+
+/// A plane across an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SliceAt {
+    pub axis: Axis,
+    pub position: SlicePosition,
+}
+
+/// Where a plane lies on its axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SlicePosition {
+    /// In file units.
+    Coordinate(f64),
+    /// From 0 at the lower end of the solids' box to 1 at the upper one.
+    Share(f64),
+}
+
+impl FromStr for SliceAt {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<SliceAt, String> {
+        let wrong = || "a slice is an axis and a place on it: z=0.5 in file units, or z=50% of the box".to_owned();
+        let (axis, place) = text.split_once('=').ok_or_else(wrong)?;
+        let axis = Axis::ALL.into_iter().find(|known| known.name() == axis.trim()).ok_or_else(wrong)?;
+        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|n| n.is_finite()).ok_or_else(wrong);
+        let position = match place.trim().strip_suffix('%') {
+            Some(share) => SlicePosition::Share(number(share)? / 100.0),
+            None => SlicePosition::Coordinate(number(place)?),
+        };
+        Ok(SliceAt { axis, position })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_and_slices_are_read() {
+        assert_eq!("800x600".parse(), Ok(PictureSize { width: 800, height: 600 }));
+        assert!("800".parse::<PictureSize>().is_err() && "ax9".parse::<PictureSize>().is_err());
+        assert_eq!("z=0.5".parse(), Ok(SliceAt { axis: Axis::Z, position: SlicePosition::Coordinate(0.5) }));
+        assert_eq!("x = 25 %".parse(), Ok(SliceAt { axis: Axis::X, position: SlicePosition::Share(0.25) }));
+        for wrong in ["z", "w=1", "z=", "z=nan", "z=%"] {
+            assert!(wrong.parse::<SliceAt>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! Numbers for people.
+
+/// A number with seven digits or so.
+pub fn number(value: f64) -> String {
+    if !value.is_finite() || value == 0.0 {
+        return format!("{value}");
+    }
+    if !plain(value) {
+        return format!("{value:.6e}");
+    }
+    let digits = (6 - value.abs().log10().floor() as i32).clamp(0, 12) as usize;
+    let text = format!("{value:.digits$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+/// Whether a number reads well without an exponent.
+pub fn plain(value: f64) -> bool {
+    value == 0.0 || (1e-4..1e9).contains(&value.abs())
+}

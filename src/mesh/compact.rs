@@ -1,0 +1,23 @@
+//! Parts of a mesh, without positions that they do not use.
+
+use super::TriangleMesh;
+
+/// The number of a position that is not used.
+const UNUSED: u32 = u32::MAX;
+
+impl TriangleMesh {
+    /// The mesh of some triangles over the positions of this one: the positions that they use, in their order, and the
+    /// indices that those had.
+    ///
+    /// # Panics
+    /// If an index is out of range.
+    pub fn of_triangles(&self, mut triangles: Vec<[u32; 3]>) -> (TriangleMesh, Vec<u32>) {
+        let mut numbers = vec![UNUSED; self.positions.len()];
+        triangles.as_flattened().iter().for_each(|&vertex| numbers[vertex as usize] = 0);
+        let kept: Vec<u32> = (0..).zip(&numbers).filter(|(_, number)| **number != UNUSED).map(|(v, _)| v).collect();
+        (0..).zip(&kept).for_each(|(number, &vertex)| numbers[vertex as usize] = number);
+        triangles.as_flattened_mut().iter_mut().for_each(|vertex| *vertex = numbers[*vertex as usize]);
+        let positions = kept.iter().map(|&vertex| self.positions[vertex as usize]).collect();
+        (TriangleMesh { positions, triangles }, kept)
+    }
+}

@@ -1,0 +1,336 @@
+//! Where a picture is taken from: a rotation that makes the direction of sight an axis, and the raster behind its pixels.
+//!
+//! In the coordinates of a view x runs to the right, y upwards and z towards the eye, so that rays along +z, as images have
+//! them, run towards the eye and the *last* sample of a ray is the one that is seen. The projection is orthographic: a scale
+//! bar is true everywhere in the picture.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+use std::fmt;
+use std::str::FromStr;
+
+use glam::{DMat3, DVec3};
+
+use crate::grid::{Axis, Grid, GridError, LATTICE_MAX, RAYS_MAX};
+
+/// The direction that a solid is seen from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum View {
+    /// From x = y = 1, z = 1 with −y in front, so that the three axes look equally long.
+    Isometric,
+    /// From the positive end of an axis.
+    From(Axis),
+    /// From the negative end of an axis.
+    FromBelow(Axis),
+    /// From a direction of the sky, in degrees.
+    Angles {
+        /// The angle about z, from +x towards +y.
+        azimuth: f64,
+        /// The angle above the plane of x and y.
+        elevation: f64,
+    },
+}
+
+/// What was typed for a view is none.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{text}` is no view: iso, x, y, z, -x, -y, -z, or degrees as 'azimuth,elevation', the latter from -90 to 90")]
+pub struct ViewError {
+    text: String,
+}
+
+impl FromStr for View {
+    type Err = ViewError;
+
+    fn from_str(text: &str) -> Result<View, ViewError> {
+        match text {
+            "iso" => return Ok(View::Isometric),
+            "x" | "+x" => return Ok(View::From(Axis::X)),
+            "y" | "+y" => return Ok(View::From(Axis::Y)),
+            "z" | "+z" => return Ok(View::From(Axis::Z)),
+            "-x" => return Ok(View::FromBelow(Axis::X)),
+            "-y" => return Ok(View::FromBelow(Axis::Y)),
+            "-z" => return Ok(View::FromBelow(Axis::Z)),
+            _ => {}
+        }
+        let angles = text.split_once(',').and_then(|(azimuth, elevation)| {
+            Some((azimuth.trim().parse::<f64>().ok()?, elevation.trim().parse::<f64>().ok()?))
+        });
+        match angles {
+            Some((azimuth, elevation)) if azimuth.is_finite() && (-90.0..=90.0).contains(&elevation) => {
+                Ok(View::Angles { azimuth, elevation })
+            }
+            _ => Err(ViewError { text: text.to_owned() }),
+        }
+    }
+}
+
+impl fmt::Display for View {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            View::Isometric => write!(f, "iso"),
+            View::From(axis) => write!(f, "{}", axis.name()),
+            View::FromBelow(axis) => write!(f, "-{}", axis.name()),
+            View::Angles { azimuth, elevation } => write!(f, "{azimuth},{elevation}"),
+        }
+    }
+}
+
+impl View {
+    /// The rotation from world coordinates to those of the view. Along an axis it is a permutation with signs, which
+    /// rounds nothing.
+    pub fn rotation(self) -> DMat3 {
+        let rows = |right, up, eye| DMat3::from_cols(right, up, eye).transpose();
+        let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+        match self {
+            View::From(Axis::X) => rows(y, z, x),
+            View::FromBelow(Axis::X) => rows(-y, z, -x),
+            View::From(Axis::Y) => rows(-x, z, y),
+            View::FromBelow(Axis::Y) => rows(x, z, -y),
+            View::From(Axis::Z) => rows(x, y, z),
+            View::FromBelow(Axis::Z) => rows(-x, y, -z),
+            View::Isometric => {
+                let right = DVec3::new(FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0);
+                let eye = DVec3::new(1.0, -1.0, 1.0).normalize();
+                rows(right, eye.cross(right), eye)
+            }
+            View::Angles { azimuth, elevation } => {
+                let ((sin_a, cos_a), (sin_e, cos_e)) =
+                    (azimuth.to_radians().sin_cos(), elevation.to_radians().sin_cos());
+                let right = DVec3::new(-sin_a, cos_a, 0.0);
+                let eye = DVec3::new(cos_a * cos_e, sin_a * cos_e, sin_e);
+                rows(right, eye.cross(right), eye)
+            }
+        }
+    }
+}
+
+/// A box in the coordinates of a view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewBox {
+    /// Least coordinates.
+    pub min: DVec3,
+    /// Greatest coordinates.
+    pub max: DVec3,
+}
+
+/// How large a picture is, and of how many samples a pixel is the mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Format {
+    /// Pixels from left to right.
+    pub width: u32,
+    /// Pixels from top to bottom.
+    pub height: u32,
+    /// Rays along one side of a pixel, of which it has as many squared.
+    pub supersampling: u32,
+}
+
+/// The sides that a picture may have.
+pub const SIDES: std::ops::RangeInclusive<u32> = 16..=16_384;
+
+/// The rays along one side of a pixel that are possible.
+pub const SUPERSAMPLING: std::ops::RangeInclusive<u32> = 1..=8;
+
+/// Why a picture cannot be taken.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CameraError {
+    /// A side of the picture is too short or too long.
+    #[error("a picture of {width} × {height} pixels; sides of {} to {} are possible", SIDES.start(), SIDES.end())]
+    Size {
+        /// Pixels from left to right.
+        width: u32,
+        /// Pixels from top to bottom.
+        height: u32,
+    },
+    /// Too few or too many rays along a side of a pixel.
+    #[error("{rays} rays along a side of a pixel; {} to {} are possible", SUPERSAMPLING.start(), SUPERSAMPLING.end())]
+    Supersampling {
+        /// The number that was asked for.
+        rays: u32,
+    },
+    /// No raster can be laid.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+}
+
+/// The share of a picture's shorter side that is left free all around.
+const MARGIN: f64 = 0.05;
+
+/// The share of its height that is left for the scale bar below.
+const FOOT: f64 = 0.07;
+
+/// A raster behind a picture: its grid holds all solids, and the picture is a window on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    format: Format,
+    grid: Grid,
+    /// Column and row of the ray at the lower left corner of the picture; they may lie outside the grid.
+    corner: [i64; 2],
+}
+
+impl Camera {
+    /// A camera whose picture shows `subject` as large as it can, on a grid around `all` solids.
+    pub fn aim(format: Format, subject: ViewBox, all: ViewBox) -> Result<Camera, CameraError> {
+        let Format { width, height, supersampling } = format;
+        if !(SIDES.contains(&width) && SIDES.contains(&height)) {
+            return Err(CameraError::Size { width, height });
+        }
+        if !SUPERSAMPLING.contains(&supersampling) {
+            return Err(CameraError::Supersampling { rays: supersampling });
+        }
+        let margin = MARGIN * f64::from(width.min(height));
+        let foot = FOOT * f64::from(height);
+        let room = [f64::from(width) - 2.0 * margin, f64::from(height) - 2.0 * margin - foot];
+        let extent = subject.max - subject.min;
+        let longest = extent.max_element();
+        let pixel = (extent.x / room[0]).max(extent.y / room[1]).max(1e-6 * longest);
+        if !(pixel.is_normal() && pixel > 0.0) {
+            return Err(GridError::NoExtent { longest }.into());
+        }
+        let pitch = pixel / f64::from(supersampling);
+        let grid = lay(all, pitch)?;
+        let middle = 0.5 * (subject.min + subject.max);
+        let pixels = [0.5 * f64::from(width), 0.5 * (f64::from(height) + foot)];
+        let corner = [0, 1].map(|i| {
+            ((middle[i] - grid.origin()[i]) / pitch).round() as i64
+                - (pixels[i] * f64::from(supersampling)).round() as i64
+        });
+        Ok(Camera { format, grid, corner })
+    }
+
+    /// The size of the picture.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// The grid that images of this camera are sampled on, along [`Axis::Z`].
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// The side of a pixel, in world units.
+    pub fn pixel(&self) -> f64 {
+        self.grid.pitch() * f64::from(self.format.supersampling)
+    }
+
+    /// The place of a point of the view in the picture, in pixels to the right and downwards.
+    pub fn place(&self, point: DVec3) -> [f64; 2] {
+        let s = f64::from(self.format.supersampling);
+        let at = |i: usize| ((point[i] - self.grid.origin()[i]) / self.grid.pitch() - self.corner[i] as f64) / s;
+        [at(0), f64::from(self.format.height) - at(1)]
+    }
+
+    /// The ray of subpixel (`x`, `y`), counted from the upper left corner of the picture; nothing outside the grid.
+    pub fn ray(&self, x: u32, y: u32) -> Option<u32> {
+        let from_below = i64::from(self.format.height * self.format.supersampling - 1 - y);
+        let (column, row) = (i64::from(x) + self.corner[0], from_below + self.corner[1]);
+        let (columns, rows) = self.grid.image_size(Axis::Z);
+        let inside = (0..i64::from(columns)).contains(&column) && (0..i64::from(rows)).contains(&row);
+        inside.then(|| row as u32 * columns + column as u32)
+    }
+
+    /// The box on the grid outside of which no ray is seen: least and greatest column and row, in rays.
+    pub fn window(&self) -> [[u32; 2]; 2] {
+        let (columns, rows) = self.grid.image_size(Axis::Z);
+        let s = i64::from(self.format.supersampling);
+        let far =
+            [self.corner[0] + i64::from(self.format.width) * s, self.corner[1] + i64::from(self.format.height) * s];
+        let within = |value: i64, most: u32| value.clamp(0, i64::from(most)) as u32;
+        let ends = |ends: [i64; 2]| [within(ends[0], columns), within(ends[1], rows)];
+        [ends(self.corner), ends(far)]
+    }
+}
+
+/// Images of a camera are exact, which needs no voxels; grids have them all the same.
+const LOD: u32 = 1024;
+
+/// A grid around a box, one ray wider than it on every side so that rounding leaves nothing outside.
+fn lay(all: ViewBox, pitch: f64) -> Result<Grid, GridError> {
+    let mut rays = [0; 3];
+    for (i, rays) in rays.iter_mut().enumerate() {
+        let count = ((all.max[i] - all.min[i]) / pitch).ceil() + 2.0;
+        if count.is_nan() || count > f64::from(RAYS_MAX) {
+            return Err(GridError::Resolution { rays: count as u64 });
+        }
+        *rays = count as u32;
+    }
+    let most = rays[0].max(rays[1]).max(rays[2]);
+    let shift = (LATTICE_MAX as u32 / most).ilog2();
+    Grid::from_parts(all.min - DVec3::splat(pitch), pitch, rays, shift, LOD)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL_AXES: [View; 6] = [
+        View::From(Axis::X),
+        View::From(Axis::Y),
+        View::From(Axis::Z),
+        View::FromBelow(Axis::X),
+        View::FromBelow(Axis::Y),
+        View::FromBelow(Axis::Z),
+    ];
+
+    #[test]
+    fn every_view_is_a_rotation() {
+        let angles = [(0.0, 0.0), (30.0, 20.0), (200.0, -90.0), (-45.0, 90.0)];
+        let angles = angles.map(|(azimuth, elevation)| View::Angles { azimuth, elevation });
+        for view in ALL_AXES.into_iter().chain(angles).chain([View::Isometric]) {
+            let rotation = view.rotation();
+            assert!((rotation.determinant() - 1.0).abs() < 1e-12, "{view:?}");
+            let unit = rotation * rotation.transpose();
+            assert!(unit.abs_diff_eq(DMat3::IDENTITY, 1e-12), "{view:?}");
+        }
+    }
+
+    #[test]
+    fn the_eye_is_where_the_view_says() {
+        let eye = |view: View| view.rotation().transpose() * DVec3::Z;
+        assert_eq!(eye(View::From(Axis::Y)), DVec3::Y);
+        assert_eq!(eye(View::FromBelow(Axis::X)), -DVec3::X);
+        assert!(eye(View::Isometric).abs_diff_eq(DVec3::new(1.0, -1.0, 1.0).normalize(), 1e-12));
+        let isometric = View::Angles { azimuth: -45.0, elevation: 0.5_f64.sqrt().atan().to_degrees() };
+        assert!(isometric.rotation().abs_diff_eq(View::Isometric.rotation(), 1e-12));
+        let along_x = View::Angles { azimuth: 0.0, elevation: 0.0 };
+        assert!(along_x.rotation().abs_diff_eq(View::From(Axis::X).rotation(), 1e-12));
+    }
+
+    #[test]
+    fn views_are_read() {
+        assert_eq!("iso".parse(), Ok(View::Isometric));
+        assert_eq!("-y".parse(), Ok(View::FromBelow(Axis::Y)));
+        assert_eq!("30, -12.5".parse(), Ok(View::Angles { azimuth: 30.0, elevation: -12.5 }));
+        for wrong in ["", "w", "30", "30,91", "nan,0", "1,2,3"] {
+            assert!(wrong.parse::<View>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_subject_lies_within_the_margins() {
+        let format = Format { width: 400, height: 300, supersampling: 2 };
+        let all = ViewBox { min: DVec3::new(-5.0, -5.0, 0.0), max: DVec3::new(5.0, 5.0, 3.0) };
+        let subject = ViewBox { min: DVec3::new(0.0, 1.0, 0.0), max: DVec3::new(2.0, 4.0, 3.0) };
+        let camera = Camera::aim(format, subject, all).unwrap();
+        let ([left, bottom], [right, top]) = (camera.place(subject.min), camera.place(subject.max));
+        assert!(((left + right) / 2.0 - 200.0).abs() < 1.0 && left > 15.0);
+        assert!((top - 15.0).abs() < 1.0 && (bottom - (285.0 - 21.0)).abs() < 1.0, "{top} {bottom}");
+        // The ray of a subpixel runs where the subpixel is.
+        let (x, y) = (right as u32 * 2, top as u32 * 2);
+        let ray = camera.ray(x, y).unwrap();
+        let (columns, _) = camera.grid().image_size(Axis::Z);
+        let world = camera.grid().origin().x + (f64::from(ray % columns) + 0.5) * camera.grid().pitch();
+        assert!((camera.place(DVec3::new(world, 0.0, 0.0))[0] - f64::from(x) / 2.0 - 0.25).abs() < 1e-6);
+    }
+
+    #[test]
+    fn what_cannot_be_taken_is_refused() {
+        let cube = ViewBox { min: DVec3::ZERO, max: DVec3::ONE };
+        let aim = |width, supersampling| Camera::aim(Format { width, height: 100, supersampling }, cube, cube);
+        assert_eq!(aim(8, 1), Err(CameraError::Size { width: 8, height: 100 }));
+        assert_eq!(aim(100, 9), Err(CameraError::Supersampling { rays: 9 }));
+        let point = ViewBox { min: DVec3::ONE, max: DVec3::ONE };
+        assert!(matches!(
+            Camera::aim(Format { width: 100, height: 100, supersampling: 1 }, point, cube),
+            Err(CameraError::Grid(GridError::NoExtent { .. }))
+        ));
+    }
+}

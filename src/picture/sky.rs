@@ -1,0 +1,313 @@
+//! How much of the sky, and of the main light, each place of a surface sees, from the image itself.
+//!
+//! An image holds all layers along the line of sight, so what stands in the way of light is known, hidden or not. The image
+//! is made a volume of small cells, each with the share of it that is solid, and light of each of some directions is carried
+//! through it slice by slice from the eye inwards: what arrives at a slice is what left the one above, moved by the slope of
+//! the direction and dimmed by what it passed. The small blur of each step makes shadows soft, as those of a wide light are.
+//! That costs the same whatever the solid, needs no second image, and sees what a depth buffer cannot.
+//!
+//! Directions are within 55° of the line of sight: flatter ones pass more than a cell a slice and would slip through walls,
+//! and what is seen faces the eye, so that these are the directions that matter.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::fragments::Fragment;
+use super::scene::Scene;
+
+/// The light that falls on a fragment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Exposure {
+    /// The share of the sky above the surface that is open, weighted by the cosine.
+    pub sky: f32,
+    /// The share of the main light that arrives, before the cosine.
+    pub key: f32,
+}
+
+/// Directions of the sky.
+const SKY: usize = 28;
+
+/// The cosine of the angle from the line of sight up to which the sky is looked at.
+const FLATTEST: f32 = 0.574;
+
+/// Directions of the main light, which is a disc.
+const KEY: usize = 4;
+
+/// The radius of that disc, seen from the solid, as a tangent.
+const KEY_RADIUS: f32 = 0.07;
+
+/// Cells along the longer side of the window.
+const CELLS: u32 = 300;
+
+/// The most cells of a volume.
+const CELLS_MAX: usize = 48 << 20;
+
+/// How far above its surface a fragment looks at the sky, in cells, so that it does not lie in its own shadow.
+const LIFT: f32 = 1.4;
+
+/// The exposure of every fragment; `key` is the direction towards the main light.
+pub(super) fn exposures(scene: &Scene, fragments: &[Fragment], key: Vec3) -> Vec<Exposure> {
+    let Some(volume) = Volume::of(scene) else { return vec![Exposure { sky: 1.0, key: 1.0 }; fragments.len()] };
+    let points: Vec<Vec3> = fragments.iter().map(|f| volume.place(f.at) + LIFT * f.normal).collect();
+    let order = Order::of(&points, volume.size[2]);
+    let directions: Vec<Vec3> = sky_directions().chain(key_directions(key)).collect();
+    let seen: Vec<Vec<u8>> = directions.par_iter().map(|&towards| volume.carry(towards, &points, &order)).collect();
+    let exposure = |(i, fragment): (usize, &Fragment)| {
+        let (mut open, mut whole) = (0.0, 1e-6);
+        for (direction, seen) in directions.iter().zip(&seen).take(SKY) {
+            let cosine = fragment.normal.dot(*direction).max(0.0);
+            open += cosine * f32::from(seen[i]);
+            whole += cosine * 255.0;
+        }
+        let key: u32 = seen[SKY..].iter().map(|seen| u32::from(seen[i])).sum();
+        Exposure { sky: open / whole, key: key as f32 / (255.0 * KEY as f32) }
+    };
+    fragments.par_iter().enumerate().with_min_len(1 << 12).map(exposure).collect()
+}
+
+/// Directions spread evenly over the part of the sky that is looked at (a spherical Fibonacci lattice).
+fn sky_directions() -> impl Iterator<Item = Vec3> {
+    const TURN: f32 = 2.399_963;
+    (0..SKY).map(|i| {
+        let z = 1.0 - (1.0 - FLATTEST) * (i as f32 + 0.5) / SKY as f32;
+        let (sin, cos) = (i as f32 * TURN).sin_cos();
+        let r = (1.0 - z * z).sqrt();
+        Vec3::new(r * cos, r * sin, z)
+    })
+}
+
+/// Directions over the disc of the main light.
+fn key_directions(key: Vec3) -> impl Iterator<Item = Vec3> {
+    let (across, up) = key.any_orthonormal_pair();
+    (0..KEY).map(move |i| {
+        let (sin, cos) = (i as f32 * std::f32::consts::TAU / KEY as f32 + 0.4).sin_cos();
+        (key + KEY_RADIUS * (cos * across + sin * up)).normalize()
+    })
+}
+
+/// The solid as cells, each 255 times the share of it that is inside.
+struct Volume {
+    /// Cells along x, y and z.
+    size: [usize; 3],
+    /// Slices of rows, x fastest.
+    cells: Vec<u8>,
+    /// The side of a cell, in rays.
+    side: f32,
+    /// The place of the first cell's corner, in rays from the grid's corner.
+    corner: Vec3,
+}
+
+impl Volume {
+    /// The volume of what the camera sees; nothing where there is nothing.
+    fn of(scene: &Scene) -> Option<Volume> {
+        let [[left, bottom], [right, top]] = scene.camera.window();
+        let (columns, _) = scene.image.size();
+        let row_depths = |row: u32| {
+            let rays = (left..right).map(|column| scene.image.samples(row * columns + column));
+            rays.filter_map(|s| Some((*s.first()?, *s.last()?))).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+        };
+        let depths = (bottom..top).into_par_iter().filter_map(row_depths);
+        let (near, far) = depths.reduce_with(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+        let scale = 1.0 / (1u64 << scene.camera.grid().shift()) as f32;
+        let (z0, z1) = (near as f32 * scale, far as f32 * scale);
+
+        let mut side = (right - left).max(top - bottom).div_ceil(CELLS).max(1);
+        let size = |side: u32| {
+            let depth = ((z1 - z0) / side as f32).ceil().max(1.0) as usize;
+            [(right - left).div_ceil(side) as usize, (top - bottom).div_ceil(side) as usize, depth]
+        };
+        while size(side).into_iter().product::<usize>() > CELLS_MAX {
+            side += side.div_ceil(8);
+        }
+        let size = size(side);
+        let mut volume = Volume {
+            size,
+            cells: vec![0; size.into_iter().product()],
+            side: side as f32,
+            corner: Vec3::new(left as f32, bottom as f32, z0),
+        };
+        let rows: Vec<Vec<u8>> = (0..size[1]).into_par_iter().map(|y| volume.row(scene, y, side, scale)).collect();
+        let [nx, ny, _] = size;
+        volume.cells.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slice)| {
+            for (y, row) in rows.iter().enumerate() {
+                slice[y * nx..(y + 1) * nx].copy_from_slice(&row[z * nx..(z + 1) * nx]);
+            }
+        });
+        Some(volume)
+    }
+
+    /// The place of a point in cells.
+    fn place(&self, at: Vec3) -> Vec3 {
+        (at - self.corner) / self.side
+    }
+
+    /// The cells of one row of all slices.
+    fn row(&self, scene: &Scene, y: usize, side: u32, scale: f32) -> Vec<u8> {
+        let [nx, _, nz] = self.size;
+        let (columns, rows) = scene.image.size();
+        // Up to four rays a side of a cell are enough.
+        let stride = side.div_ceil(4);
+        let (left, bottom) = (self.corner.x as u32, self.corner.y as u32 + y as u32 * side);
+        let mut shares = vec![0.0f32; nz];
+        let mut cells = vec![0; nx * nz];
+        for x in 0..nx {
+            let first = left + x as u32 * side;
+            let rays = |from: u32, most: u32| (from..(from + side).min(most)).step_by(stride as usize);
+            shares.fill(0.0);
+            let mut looked_at = 0.0;
+            for row in rays(bottom, rows) {
+                for column in rays(first, columns) {
+                    looked_at += 1.0;
+                    let ray = row * columns + column;
+                    let samples = scene.image.samples(ray);
+                    if samples.is_empty() {
+                        continue;
+                    }
+                    let limit = scene.limit(ray);
+                    for span in samples.chunks_exact(2) {
+                        let place = |depth: i32| (depth.min(limit) as f32 * scale - self.corner.z) / self.side;
+                        fill(&mut shares, place(span[0]), place(span[1]));
+                    }
+                }
+            }
+            for (z, share) in shares.iter().enumerate() {
+                cells[z * nx + x] = (255.0 * share / looked_at + 0.5) as u8;
+            }
+        }
+        cells
+    }
+
+    /// How much light from a direction arrives at each point, of 255.
+    fn carry(&self, towards: Vec3, points: &[Vec3], order: &Order) -> Vec<u8> {
+        let [nx, ny, nz] = self.size;
+        let slope = Vec2::new(towards.x, towards.y) / towards.z;
+        let mut light = Slice::bright(nx, ny);
+        let mut below = Slice::bright(nx, ny);
+        let mut arrived = vec![255; points.len()];
+        for z in (0..nz).rev() {
+            // The light of a slice is that at its middle.
+            for &i in order.of_slice(z) {
+                let p = points[i as usize];
+                let at = Vec2::new(p.x, p.y) + slope * (z as f32 + 0.5 - p.z);
+                arrived[i as usize] = (255.0 * light.at(at) + 0.5) as u8;
+            }
+            light.dim(&self.cells[z * nx * ny..(z + 1) * nx * ny]);
+            light.carry(slope, &mut below);
+            std::mem::swap(&mut light, &mut below);
+        }
+        arrived
+    }
+}
+
+/// Adds the length of a span, in cells, to each cell that it passes.
+fn fill(shares: &mut [f32], from: f32, to: f32) {
+    let (from, to) = (from.max(0.0), to.min(shares.len() as f32));
+    if from >= to {
+        return;
+    }
+    let (first, last) = (from as usize, (to.ceil() as usize).min(shares.len()) - 1);
+    if first == last {
+        shares[first] += to - from;
+        return;
+    }
+    shares[first] += (first + 1) as f32 - from;
+    for share in &mut shares[first + 1..last] {
+        *share += 1.0;
+    }
+    shares[last] += to - last as f32;
+}
+
+/// Points by the slice that they lie in.
+struct Order {
+    first: Vec<u32>,
+    points: Vec<u32>,
+}
+
+impl Order {
+    fn of(points: &[Vec3], slices: usize) -> Order {
+        // What lies above all slices is in the light, and belongs to none.
+        let slice = |p: &Vec3| if p.z >= slices as f32 { slices } else { p.z.max(0.0) as usize };
+        let mut first = vec![0u32; slices + 2];
+        for point in points {
+            first[slice(point) + 1] += 1;
+        }
+        for z in 1..first.len() {
+            first[z] += first[z - 1];
+        }
+        let (mut next, mut ordered) = (first.clone(), vec![0; points.len()]);
+        for (i, point) in points.iter().enumerate() {
+            let slot = &mut next[slice(point)];
+            ordered[*slot as usize] = i as u32;
+            *slot += 1;
+        }
+        Order { first, points: ordered }
+    }
+
+    fn of_slice(&self, z: usize) -> &[u32] {
+        &self.points[self.first[z] as usize..self.first[z + 1] as usize]
+    }
+}
+
+/// The light that arrives at one slice, with a bright rim all around that light from outside comes from.
+struct Slice {
+    size: [usize; 2],
+    light: Vec<f32>,
+}
+
+/// Cells of the rim; more than any slope.
+const RIM: usize = 2;
+
+impl Slice {
+    fn bright(nx: usize, ny: usize) -> Slice {
+        Slice { size: [nx, ny], light: vec![1.0; (nx + 2 * RIM) * (ny + 2 * RIM)] }
+    }
+
+    fn stride(&self) -> usize {
+        self.size[0] + 2 * RIM
+    }
+
+    /// The light at a place in cells, between the middles of four.
+    fn at(&self, place: Vec2) -> f32 {
+        let most = Vec2::new(self.size[0] as f32, self.size[1] as f32) + RIM as f32 - 1.5;
+        let p = place.clamp(Vec2::splat(0.5 - RIM as f32), most) + RIM as f32 - 0.5;
+        let (x, y) = (p.x as usize, p.y as usize);
+        let (fx, fy) = (p.x - x as f32, p.y - y as f32);
+        let at = y * self.stride() + x;
+        let (low, high) = (&self.light[at..at + 2], &self.light[at + self.stride()..at + self.stride() + 2]);
+        let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
+        mix(mix(low[0], low[1], fx), mix(high[0], high[1], fx), fy)
+    }
+
+    /// Dims the light by what each cell holds.
+    fn dim(&mut self, cells: &[u8]) {
+        let ([nx, ny], stride) = (self.size, self.stride());
+        for y in 0..ny {
+            let start = (y + RIM) * stride + RIM;
+            let row = &mut self.light[start..start + nx];
+            for (light, &cell) in row.iter_mut().zip(&cells[y * nx..(y + 1) * nx]) {
+                *light *= 1.0 - f32::from(cell) * (1.0 / 255.0);
+            }
+        }
+    }
+
+    /// The light one slice further down.
+    fn carry(&self, slope: Vec2, below: &mut Slice) {
+        let ([nx, ny], stride) = (self.size, self.stride());
+        let whole = slope.floor();
+        let (fx, fy) = (slope.x - whole.x, slope.y - whole.y);
+        let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
+        let from = |y: usize, dy: usize| {
+            let start = (y as i64 + RIM as i64 + whole.y as i64) as usize + dy;
+            start * stride + (RIM as i64 + whole.x as i64) as usize
+        };
+        for y in 0..ny {
+            let (low, high) = (&self.light[from(y, 0)..][..nx + 1], &self.light[from(y, 1)..][..nx + 1]);
+            let start = (y + RIM) * stride + RIM;
+            let target = &mut below.light[start..start + nx];
+            for x in 0..nx {
+                target[x] =
+                    weights[0] * low[x] + weights[1] * low[x + 1] + weights[2] * high[x] + weights[3] * high[x + 1];
+            }
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! The parts of a mesh: what no vertex connects.
+//!
+//! Where two surfaces graze each other the solid ends in a knife edge. Thinner than the pitch it is met by a node here and
+//! there, and its mesh falls into crumbs that nobody wants to print.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::mesh::TriangleMesh;
+
+/// For each vertex the lowest one of its part; for a vertex without triangles itself. Triangles with an index out of range
+/// connect nothing.
+///
+/// A union in parallel in which the lowest index always wins, so that the result does not depend on threads.
+pub fn part_of_vertices(mesh: &TriangleMesh) -> Vec<u32> {
+    let vertices = mesh.positions.len();
+    let parents: Vec<AtomicU32> = (0..vertices as u32).into_par_iter().map(AtomicU32::new).collect();
+    let find = |mut vertex: u32| {
+        loop {
+            let parent = parents[vertex as usize].load(Ordering::Relaxed);
+            if parent == vertex {
+                return vertex;
+            }
+            let above = parents[parent as usize].load(Ordering::Relaxed);
+            // A parent only ever becomes lower, so another thread's step is no worse than this one, and may be kept.
+            if above != parent {
+                let _ = parents[vertex as usize].compare_exchange(parent, above, Ordering::Relaxed, Ordering::Relaxed);
+            }
+            vertex = above;
+        }
+    };
+    let join = |a: u32, b: u32| {
+        let (mut a, mut b) = (find(a), find(b));
+        while a != b {
+            let (low, high) = (a.min(b), a.max(b));
+            let hung = parents[high as usize].compare_exchange(high, low, Ordering::Relaxed, Ordering::Relaxed);
+            if hung.is_ok() {
+                return;
+            }
+            (a, b) = (find(low), find(high));
+        }
+    };
+    let in_range = |indices: &&[u32; 3]| indices.iter().all(|&index| (index as usize) < vertices);
+    mesh.triangles.par_iter().filter(in_range).for_each(|&[a, b, c]| {
+        join(a, b);
+        join(a, c);
+    });
+    (0..vertices as u32).into_par_iter().map(find).collect()
+}
+
+/// The parts of a closed mesh.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    of_vertex: Vec<u32>,
+    /// By the lowest vertex of a part; nothing for vertices that are not the lowest or have no triangle.
+    volumes: Vec<Option<f64>>,
+}
+
+/// What was taken out of a mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Dropped {
+    /// The number of parts.
+    pub parts: usize,
+    /// Their volumes together, in cubic world units, cavities counted negative.
+    pub volume: f64,
+}
+
+impl Parts {
+    /// Finds the parts of a mesh whose indices are in range.
+    ///
+    /// # Panics
+    /// If an index is out of range.
+    pub fn of(mesh: &TriangleMesh) -> Parts {
+        let of_vertex = part_of_vertices(mesh);
+        // Volumes are sums of tetrahedra from a point; from one on the mesh they are small where the mesh is.
+        let base = mesh.positions.first().copied().unwrap_or(DVec3::ZERO);
+        let mut volumes: Vec<Option<f64>> = vec![None; of_vertex.len()];
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize] - base);
+            *volumes[of_vertex[triangle[0] as usize] as usize].get_or_insert(0.0) += a.dot(b.cross(c)) / 6.0;
+        }
+        Parts { of_vertex, volumes }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.volumes().count()
+    }
+
+    fn volumes(&self) -> impl Iterator<Item = f64> + '_ {
+        self.volumes.iter().flatten().copied()
+    }
+
+    /// The volume of the largest, as a share of that of all.
+    pub fn largest_share(&self) -> f64 {
+        let all: f64 = self.volumes().sum();
+        if all > 0.0 { self.volumes().fold(0.0, f64::max) / all } else { 0.0 }
+    }
+
+    /// The mesh without parts whose volume is below a share of that of all; cavities that small are filled.
+    pub fn without_small(&self, mesh: TriangleMesh, share: f64) -> (TriangleMesh, Dropped) {
+        let least = share * self.volumes().sum::<f64>();
+        let is_small = |volume: &f64| volume.abs() < least;
+        let small: Vec<f64> = self.volumes().filter(is_small).collect();
+        let dropped = Dropped { parts: small.len(), volume: small.iter().sum() };
+        if dropped.parts == 0 {
+            return (mesh, dropped);
+        }
+        let stays = |triangle: &[u32; 3]| {
+            let volume = self.volumes[self.of_vertex[triangle[0] as usize] as usize];
+            volume.is_some_and(|volume| !is_small(&volume))
+        };
+        let (mesh, _) = mesh.of_triangles(mesh.triangles.iter().copied().filter(stays).collect());
+        (mesh, dropped)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::testing::{cube, reversed, together};
+
+    #[test]
+    fn small_parts_and_small_cavities_are_dropped() {
+        let big = cube(DVec3::ZERO, 4.0);
+        let cavities = [reversed(&cube(DVec3::ONE, 1.0)), reversed(&cube(DVec3::splat(3.0), 0.1))];
+        let crumb = cube(DVec3::splat(9.0), 0.2);
+        let mesh = together(&[big.clone(), cavities[0].clone(), cavities[1].clone(), crumb]);
+        let parts = Parts::of(&mesh);
+        assert_eq!(parts.count(), 4);
+        assert!((parts.largest_share() - 64.0 / (63.0 - 0.001 + 0.008)).abs() < 1e-12);
+        let (kept, dropped) = parts.without_small(mesh.clone(), 1e-3);
+        assert_eq!((dropped.parts, kept), (2, together(&[big, cavities[0].clone()])));
+        assert!((dropped.volume - 0.007).abs() < 1e-12);
+        assert_eq!(parts.without_small(mesh.clone(), 0.0), (mesh, Dropped::default()));
+    }
+
+    #[test]
+    fn nothing_has_no_parts() {
+        let parts = Parts::of(&TriangleMesh::default());
+        assert_eq!((parts.count(), parts.largest_share()), (0, 0.0));
+    }
+}

@@ -1,0 +1,145 @@
+//! Meshes of results: `-o out.stl`, `surface`, `--simplify`.
+
+use serde_json::Value;
+
+use crate::{Folder, assert_near, cube, warning_codes};
+
+/// What `check` says of a mesh.
+fn checked(folder: &Folder, path: &str) -> Value {
+    folder.json(&["check", path])["results"][0].clone()
+}
+
+#[test]
+fn every_operation_writes_a_solid_in_every_format() {
+    let folder = Folder::with_two_cubes();
+    let cases = [
+        ("intersect", 1.0, "i.stl"),
+        ("union", 15.0, "u.obj"),
+        ("difference", 7.0, "d.ply"),
+        ("xor", 14.0, "x.off"),
+        ("union", 15.0, "u.glb"),
+        ("intersect", 1.0, "i.3mf"),
+    ];
+    for (operation, volume, target) in cases {
+        for mode in ["exact", "over", "under"] {
+            let arguments =
+                [operation, "a.stl", "b.stl", "--mode", mode, "--resolution", "32", "--unit", "m", "-o", target];
+            let result = folder.json(&arguments);
+            let surface = &result["surface"];
+            assert_eq!((&result["output"], &surface["path"]), (&target.into(), &target.into()));
+            assert_near(surface["volume"].as_f64().unwrap(), volume, 2e-3 * volume);
+            let found = checked(&folder, target);
+            // The two cubes of an xor touch along six edges, which the mesh keeps apart or joins by whole faces.
+            assert!(
+                found["solid"] == true && found["defects"] == Value::Array(vec![]),
+                "{operation} {mode}: {found:#}"
+            );
+            for key in ["triangles", "vertices", "components", "genus"] {
+                assert_eq!(found[key], surface[key], "{operation} {mode} {key}");
+            }
+            assert_near(found["volume"].as_f64().unwrap(), volume, 2e-3 * volume);
+        }
+    }
+}
+
+#[test]
+fn a_cube_keeps_its_corners_and_loses_its_triangles() {
+    let folder = Folder::with_two_cubes();
+    let full = folder.json(&["sample", "a.stl", "--resolution", "20", "-o", "full.ply"]);
+    assert_eq!(full["surface"]["triangles"], 20 * 20 * 6 * 2);
+    assert_eq!(full["surface"]["sub_resolution"], serde_json::json!({ "walls": 0, "gaps": 0 }));
+    let arguments = ["sample", "a.stl", "--resolution", "20", "--simplify", "0.1h", "-o", "small.ply"];
+    let simplified = folder.json(&arguments);
+    let surface = &simplified["surface"];
+    assert_eq!((&surface["triangles"], &surface["simplified"]["triangles_before"]), (&12.into(), &4800.into()));
+    assert_near(surface["simplified"]["bound"].as_f64().unwrap(), 0.01, 1e-12);
+    assert!(surface["simplified"]["distance"].as_f64().unwrap() <= 0.01);
+    assert_near(checked(&folder, "small.ply")["volume"].as_f64().unwrap(), 8.0, 1e-6);
+    let run = folder.run(&arguments).code(0);
+    assert!(run.stdout().contains("12 triangles, 8 vertices, 1 components, genus 0, simplified from 4800 within"));
+}
+
+#[test]
+fn images_of_a_file_give_the_mesh_that_the_operation_gives() {
+    let folder = Folder::with_two_cubes();
+    for mode in ["exact", "over"] {
+        let operation = ["difference", "a.stl", "b.stl", "--mode", mode, "--resolution", "31", "--unit", "mm"];
+        folder.run(&[&operation[..], &["-o", "direct.ply"]].concat()).code(0);
+        folder.run(&[&operation[..], &["-o", "images.npz"]].concat()).code(0);
+        let again = folder.json(&["surface", "images.npz", "--mode", mode, "-o", "again.ply"]);
+        assert_eq!((&again["unit"], &again["warnings"]), (&"mm".into(), &Value::Array(vec![])));
+        let read = |name| std::fs::read(folder.path(name)).unwrap();
+        assert!(read("again.ply") == read("direct.ply"), "{mode}");
+    }
+    let voxels = folder.json(&["surface", "images.npz", "-o", "voxels.npy"]);
+    assert_eq!((&voxels["output"], voxels.get("surface")), (&"voxels.npy".into(), None));
+}
+
+#[test]
+fn an_empty_result_is_told_and_no_mesh_is_written() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 1.0));
+    folder.stl("b.stl", &cube(2.0, 1.0));
+    let result = folder.json(&["intersect", "a.stl", "b.stl", "--resolution", "16", "-o", "none.stl"]);
+    assert_eq!((result["volume"]["value"].as_f64(), &result["surface"]["triangles"]), (Some(0.0), &0.into()));
+    assert!(warning_codes(&result).contains(&"empty-surface"));
+    assert!(result.get("output").is_none() && !folder.path("none.stl").exists());
+}
+
+#[test]
+fn what_is_thinner_than_the_pitch_is_told() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    folder.stl("b.stl", &cube(0.001, 3.0));
+    // A wall of a thousandth is left of each of three faces.
+    let result = folder.json(&["difference", "a.stl", "b.stl", "--resolution", "16", "-o", "thin.stl"]);
+    assert!(warning_codes(&result).contains(&"below-resolution"));
+    assert!(result["surface"]["sub_resolution"]["walls"].as_u64().unwrap() > 100, "{:#}", result["surface"]);
+}
+
+#[test]
+fn what_cannot_be_a_mesh_is_refused() {
+    let folder = Folder::with_two_cubes();
+    let along_one = ["intersect", "a.stl", "b.stl", "--axis", "x", "-o", "out.stl"];
+    folder.run(&along_one).code(2).says(&["out.stl", "all axes", "--axis"]);
+    folder.run(&["intersect", "a.stl", "b.stl", "--simplify", "0.1h"]).code(2).says(&["--simplify", "-o FILE"]);
+    folder.run(&["sample", "a.stl", "--simplify", "0.1h", "-o", "a.npz"]).code(2).says(&["--simplify", "meshes"]);
+    folder.run(&["sample", "a.stl", "--simplify", "0", "-o", "a.stl"]).code(2).says(&["0.1h"]);
+    folder.run(&["sample", "a.stl", "--axis", "x", "--resolution", "8", "-o", "x.npz"]).code(0);
+    folder.run(&["surface", "x.npz", "-o", "x.stl"]).code(2).says(&["x.npz", "all three axes", "x alone"]);
+    folder.run(&["surface", "a.stl", "-o", "x.stl"]).code(2).says(&["a.stl"]);
+    folder.run(&["surface", "none.npz", "-o", "x.stl"]).code(2).says(&["none.npz", "No such file"]);
+}
+
+/// Images without normals, as another program may have made them.
+#[test]
+fn without_normals_edges_are_cut_off_and_that_is_told() {
+    let folder = Folder::new();
+    let images = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/images/compressed.npz");
+    let result = folder.json(&["surface", images, "-o", "out.stl"]);
+    assert_eq!(warning_codes(&result), ["no-normals"]);
+    // A box of 2 × 2 × 1 pixels of a quarter.
+    let volume = result["surface"]["volume"].as_f64().unwrap();
+    assert!(volume < 0.0625 && volume > 0.015, "{volume}");
+}
+
+#[test]
+fn crumbs_are_counted_and_dropped_where_that_is_asked_for() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &[cube(0.0, 2.0), cube(3.0, 0.2)].concat());
+    let whole = folder.json(&["sample", "a.stl", "--resolution", "64", "-o", "whole.ply"]);
+    assert_eq!((&whole["surface"]["components"], &whole["surface"]["dropped_parts"]["count"]), (&2.into(), &0.into()));
+    assert_near(whole["surface"]["largest_component_share"].as_f64().unwrap(), 8.0 / 8.008, 1e-4);
+    let dropping = ["sample", "a.stl", "--resolution", "64", "--drop-parts", "0.5%", "-o", "large.ply"];
+    let dropped = folder.json(&dropping);
+    assert_eq!(
+        (&dropped["surface"]["components"], &dropped["surface"]["dropped_parts"]["count"]),
+        (&1.into(), &1.into())
+    );
+    assert_near(dropped["surface"]["dropped_parts"]["volume"].as_f64().unwrap(), 0.008, 1e-4);
+    assert_near(checked(&folder, "large.ply")["volume"].as_f64().unwrap(), 8.0, 1e-3);
+    let run = folder.run(&dropping).code(0);
+    assert!(run.stdout().contains("1 small parts dropped"), "{}", run.stdout());
+    folder.run(&["sample", "a.stl", "--drop-parts", "1%", "-o", "a.npz"]).code(2).says(&["--drop-parts", "meshes"]);
+    folder.run(&["intersect", "a.stl", "a.stl", "--drop-parts", "1%"]).code(2).says(&["--drop-parts", "-o FILE"]);
+}

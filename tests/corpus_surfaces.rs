@@ -1,0 +1,131 @@
+//! Surfaces of real meshes, in a folder named by `LDI_CORPUS`: fit to be written, true to their nodes, near their originals.
+
+#[path = "corpus/manifest.rs"]
+mod manifest;
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use ldi_ops::grid::{Axis, Grid};
+use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
+use ldi_ops::mesh::{ClosedMesh, TriangleMesh, io};
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::{Fill, Sampler};
+use ldi_ops::surface::gates::Gates;
+use ldi_ops::surface::{Surface, SurfaceMode, contour};
+
+/// The images of a mesh, which may overlap itself, and its surface.
+fn surface(mesh: &ClosedMesh, grid: &Grid) -> ([Ldi; 3], Surface) {
+    let solid = grid.quantise(mesh).unwrap();
+    let images = Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap());
+    let surface = contour(images.each_ref(), Some(&solid.normals()), SurfaceMode::Exact).unwrap();
+    (images, surface)
+}
+
+fn nodes(images: &[Ldi]) -> Vec<Vec<u64>> {
+    NodePlanes::new(images, Combine::Most).unwrap().planes().collect()
+}
+
+#[test]
+#[ignore = "needs LDI_CORPUS"]
+fn surfaces_pass_the_gates_and_give_their_nodes_back() {
+    let mut files = 0;
+    for entry in manifest::entries() {
+        let Ok(file) = io::read(&entry.path) else { continue };
+        let Ok(mesh) = ClosedMesh::check(file.mesh) else { continue };
+        let Ok(grid) = Grid::with_resolution(mesh.bounds(), 100, 1024) else { continue };
+        let (images, Surface { mesh: made, disagreements, stayed, moved, .. }) = surface(&mesh, &grid);
+        let gates = Gates::of(&made);
+        let failures: Vec<String> = gates.failures().iter().map(|failure| failure.to_string()).collect();
+        assert!(failures.is_empty(), "{}: {}", entry.name, failures.join("\n"));
+        assert_eq!(disagreements, 0, "{}", entry.name);
+        files += 1;
+        eprintln!(
+            "{:28} {:>8} triangles, {moved} vertices beyond their cells, {stayed} held",
+            entry.name, gates.triangles
+        );
+        if gates.triangles == 0 {
+            continue;
+        }
+        let (again, _) = surface(&ClosedMesh::check(made).unwrap(), &grid);
+        assert!(nodes(&again) == nodes(&images), "{}: the nodes differ", entry.name);
+    }
+    assert!(files > 40, "only {files} closed meshes were found");
+}
+
+/// Triangles by the blocks of a raster that they come near.
+struct Near<'m> {
+    mesh: &'m TriangleMesh,
+    reach: f64,
+    blocks: HashMap<[i64; 3], Vec<u32>>,
+}
+
+impl<'m> Near<'m> {
+    fn new(mesh: &'m TriangleMesh, reach: f64) -> Near<'m> {
+        let mut near = Near { mesh, reach, blocks: HashMap::new() };
+        for (index, triangle) in (0..).zip(&mesh.triangles) {
+            let [a, b, c] = triangle.map(|v| mesh.positions[v as usize]);
+            let low = near.block(a.min(b).min(c) - reach);
+            let high = near.block(a.max(b).max(c) + reach);
+            for x in low[0]..=high[0] {
+                for y in low[1]..=high[1] {
+                    for z in low[2]..=high[2] {
+                        near.blocks.entry([x, y, z]).or_default().push(index);
+                    }
+                }
+            }
+        }
+        near
+    }
+
+    fn block(&self, point: DVec3) -> [i64; 3] {
+        (point / (2.0 * self.reach)).floor().to_array().map(|c| c as i64)
+    }
+
+    /// The distance of a point from the mesh, if it is within reach.
+    fn distance(&self, point: DVec3) -> Option<f64> {
+        let triangles = self.blocks.get(&self.block(point))?;
+        let of = |&index: &u32| {
+            distance(point, self.mesh.triangles[index as usize].map(|v| self.mesh.positions[v as usize]))
+        };
+        triangles.iter().map(of).min_by(f64::total_cmp).filter(|distance| *distance <= self.reach)
+    }
+}
+
+/// The distance of a point from a triangle: from its plane where the point is above it, and from its sides elsewhere.
+fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
+    let [a, b, c] = corners;
+    let normal = (b - a).cross(c - a);
+    let above = (0..3).all(|i| normal.cross(corners[(i + 1) % 3] - corners[i]).dot(point - corners[i]) >= 0.0);
+    if above && normal.length_squared() > 0.0 {
+        return normal.dot(point - a).abs() / normal.length();
+    }
+    let side = |i: usize| {
+        let (from, along) = (corners[i], corners[(i + 1) % 3] - corners[i]);
+        let share = if along.length_squared() > 0.0 { along.dot(point - from) / along.length_squared() } else { 0.0 };
+        (from + along * share.clamp(0.0, 1.0)).distance(point)
+    };
+    (0..3).map(side).fold(f64::INFINITY, f64::min)
+}
+
+/// The largest distance of vertices and middles of triangles from another mesh, in units of `pitch`; nothing beyond 2.
+fn one_sided(from: &TriangleMesh, to: &TriangleMesh, pitch: f64) -> Option<f64> {
+    let near = Near::new(to, 2.0 * pitch);
+    let middles = from.triangles.iter().map(|t| t.map(|v| from.positions[v as usize]).into_iter().sum::<DVec3>() / 3.0);
+    let points = from.positions.iter().copied().chain(middles);
+    points.map(|point| near.distance(point)).try_fold(0.0, |most: f64, found| Some(most.max(found? / pitch)))
+}
+
+#[test]
+#[ignore = "needs LDI_CORPUS"]
+fn a_fandisk_stays_within_half_a_pitch() {
+    let entry = manifest::entries().into_iter().find(|entry| entry.name.starts_with("fandisk")).unwrap();
+    let mesh = ClosedMesh::check(io::read(&entry.path).unwrap().mesh).unwrap();
+    let grid = Grid::with_resolution(mesh.bounds(), 256, 1024).unwrap();
+    let (_, made) = surface(&mesh, &grid);
+    let there = one_sided(&made.mesh, mesh.mesh(), grid.pitch());
+    let back = one_sided(mesh.mesh(), &made.mesh, grid.pitch());
+    eprintln!("fandisk at 256: {there:?} pitches from its surface to it, {back:?} back");
+    assert!(there.unwrap() < 0.5, "{there:?}");
+    assert!(back.unwrap() < 1.0, "{back:?}");
+}

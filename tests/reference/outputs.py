@@ -1,0 +1,616 @@
+#!/usr/bin/env python3
+"""Are the meshes of results solids that other programs take, of the volume that the exact Boolean has?
+
+usage: outputs.py --program LDI-OPS [--corpus DIR | --self-test] [--verbose]
+
+Runs `intersect`, `union`, `difference` and `xor` with `-o` on pairs of data/reference/pairs.toml, every operation in every
+format, or on pairs of the corpus of real meshes. What was written is read by lib3mf (3MF) or trimesh, and must be
+
+- a closed 2-manifold: each directed edge once and its opposite once, the triangles around a vertex one fan; by trimesh
+  watertight and of one winding; by manifold3d without error;
+- what the JSON says of it: vertices, triangles, components, genus, volume;
+- near manifold3d's exact Boolean of the same coordinates: its volume within `allowed_volume`, its box no more than
+  `REACH` pitches larger.
+
+Exits 1 with a table of what differs. `--self-test` damages meshes and falsifies what is said of them, and exits 1 unless
+every damage is noticed.
+"""
+
+import argparse
+import concurrent.futures
+import dataclasses
+import functools
+import itertools
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import lib3mf
+import manifold3d
+import numpy as np
+import trimesh
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "data" / "reference"))
+import manifold_reference  # noqa: E402
+import pairs  # noqa: E402
+
+# Formats, and the share of a coordinate by which they round it.
+FORMATS = {"stl": 6e-8, "obj": 1e-15, "ply": 1e-15, "off": 1e-15, "glb": 6e-8, "3mf": 6e-8}
+
+OPERATIONS = ("intersect", "union", "difference", "xor")
+
+# Pairs in general position, and those special ones whose results other programs represent too.
+DATA_PAIRS = (
+    "spheres",
+    "tori",
+    "geodesic_cylinder",
+    "rotated_boxes",
+    "gyroid_bone",
+    "cubic_lattice_bone",
+    "bcc_lattice_sphere",
+    "primitive_diamond",
+    "thin_sheet_box",
+    "nearly_equal_boxes",
+    "coincident_gyroid",
+    "disjoint",
+    "linked_tori",
+    "contained",
+    "flush_boxes",
+    "face_contact",
+    "edge_contact",
+    "box_rotated_45",
+)
+# Those whose first and third operation are also made from conservative images, and also simplified.
+CONSERVATIVE_PAIRS = ("rotated_boxes", "gyroid_bone", "primitive_diamond", "contained")
+SIMPLIFIED_PAIRS = ("spheres", "rotated_boxes", "gyroid_bone")
+SIMPLIFY = 0.1  # pitches
+
+# How far beyond the exact box a mesh may reach, in pitches. A vertex belongs to a cell with a node inside, and may leave it
+# by as much as this, to where the planes of its crossings meet.
+REACH = 1.5
+
+# What a metre is in the unit of a result; numbers without a unit are kept by all formats.
+PER_METRE = {None: 1.0, "um": 1e6, "mm": 1e3, "cm": 1e2, "m": 1.0, "in": 1 / 0.0254, "ft": 1 / 0.3048}
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """A command line that writes a mesh, and two meshes by (file, placement or None)."""
+
+    operation: str
+    a: tuple
+    b: tuple
+    suffix: str
+    mode: str = "exact"
+    resolution: int = 128
+    simplified: bool = False
+    # Whether manifold3d's Boolean of the two is the right one: it is not where an input crosses itself.
+    has_reference: bool = True
+    # Volume that somebody else found, where it is known.
+    known_volume: float | None = None
+
+    def arguments(self, out, told):
+        """The command line but for the program."""
+        words = [self.operation, self.a[0], self.b[0], "--mode", self.mode, "--resolution", self.resolution]
+        for side, placement in (("a", self.a[1]), ("b", self.b[1])):
+            words += [f"--transform-{side}", placement] if placement else []
+        words += ["--simplify", f"{SIMPLIFY}h"] if self.simplified else []
+        return [str(word) for word in (*words, "--quiet", "--json", told, "-o", out)]
+
+    def describe(self):
+        names = " ".join(Path(side[0]).stem for side in (self.a, self.b))
+        simplified = " simplified" if self.simplified else ""
+        return f"{self.operation} {names} {self.mode} {self.resolution}{simplified} .{self.suffix}"
+
+
+@dataclasses.dataclass(frozen=True)
+class Mesh:
+    """Points in f64 and triangles, as a reader found them."""
+
+    points: np.ndarray
+    faces: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True)
+class Reference:
+    """What is right: volume, area, the sum over edges of length × dihedral angle, and the box (None: empty)."""
+
+    volume: float
+    area: float
+    bending: float
+    bounds: np.ndarray | None
+
+
+# Reading
+
+
+def read_3mf(path):
+    """The mesh of a package with one object."""
+    model = lib3mf.get_wrapper().CreateModel()
+    reader = model.QueryReader("3mf")
+    reader.SetStrictModeActive(True)
+    reader.ReadFromFile(str(path))
+    objects = model.GetMeshObjects()
+    if objects.Count() != 1 or reader.GetWarningCount() != 0:
+        raise ValueError(f"{objects.Count()} objects, {reader.GetWarningCount()} warnings")
+    objects.MoveNext()
+    mesh = objects.GetCurrentMeshObject()
+    points = np.array([tuple(vertex.Coordinates) for vertex in mesh.GetVertices()], dtype=np.float64)
+    faces = np.array([tuple(triangle.Indices) for triangle in mesh.GetTriangleIndices()], dtype=np.int64)
+    if not mesh.IsManifoldAndOriented():
+        raise ValueError("lib3mf does not take the object for manifold and oriented")
+    return Mesh(points, faces)
+
+
+def read(path):
+    """The mesh of a file: the file's own indices decide, but for STL, whose corners of equal coordinates become one."""
+    if path.suffix == ".3mf":
+        return read_3mf(path)
+    if path.suffix.lower() == ".stl":
+        return Mesh(*pairs.read(path))
+    mesh = trimesh.load(path, force="mesh", process=False)
+    return Mesh(np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64))
+
+
+# Measuring
+
+
+def signed_volume(mesh):
+    if len(mesh.faces) == 0:
+        return 0.0
+    points = mesh.points - mesh.points.mean(axis=0)
+    a, b, c = (points[mesh.faces[:, i]] for i in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+
+def directed_edges(faces):
+    """All edges, each as one number, and those of the opposite direction; edge e belongs to triangle e % len(faces)."""
+    start, end = faces.T.reshape(-1), np.roll(faces, -1, axis=1).T.reshape(-1)
+    count = int(faces.max()) + 1
+    return start * count + end, end * count + start
+
+
+def opposites(faces):
+    """The opposite of each directed edge; None where an edge is not there once in each direction."""
+    edges, reverse = directed_edges(faces)
+    order = np.argsort(edges)
+    placed = edges[order]
+    if (placed[1:] == placed[:-1]).any():
+        return None
+    at = np.minimum(np.searchsorted(placed, reverse), len(placed) - 1)
+    return order[at] if (placed[at] == reverse).all() else None
+
+
+def measure(mesh):
+    """Volume, area, bending and box of a closed mesh."""
+    corners = mesh.points[mesh.faces]
+    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    sizes = np.linalg.norm(doubled, axis=1)
+    normals = doubled / np.where(sizes > 0, sizes, 1)[:, None]
+    twin, count = opposites(mesh.faces), len(mesh.faces)
+    here = np.arange(3 * count) % count
+    there = twin % count
+    lengths = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).T.reshape(-1)
+    angles = np.arccos(np.clip(np.einsum("ij,ij->i", normals[here], normals[there]), -1, 1))
+    # A triangle without area has no normal.
+    angles[(sizes[here] == 0) | (sizes[there] == 0)] = 0
+    # Each edge was met twice.
+    bending = float((lengths * angles).sum() / 2)
+    used = mesh.points[np.unique(mesh.faces)]
+    return Reference(signed_volume(mesh), float(sizes.sum() / 2), bending, np.array([used.min(0), used.max(0)]))
+
+
+EMPTY = Reference(0.0, 0.0, 0.0, None)
+
+
+def of_manifold(solid):
+    if solid.status() != manifold3d.Error.NoError:
+        raise ValueError(f"manifold3d refuses: {solid.status().name}")
+    if solid.is_empty():
+        return EMPTY
+    mesh = solid.to_mesh64()
+    points, faces = np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts).astype(np.int64)
+    return measure(Mesh(points, faces))
+
+
+@functools.cache
+def placed(file, placement):
+    """manifold3d's solid of a file."""
+    mesh = read(Path(file))
+    # Equal points become one, as in a soup; GLB splits vertices where normals differ.
+    points, index = np.unique(mesh.points + 0.0, axis=0, return_inverse=True)
+    faces = index.reshape(-1)[mesh.faces]
+    a, b, c = faces.T
+    faces = faces[(a != b) & (b != c) & (c != a)]
+    return manifold_reference.solid((pairs.transform(points, placement) if placement else points, faces))
+
+
+@functools.cache
+def reference(operation, a, b):
+    """What manifold3d makes of an operation; the two halves of an xor touch, and are measured apart."""
+    a, b = placed(*a), placed(*b)
+    if operation == "xor":
+        one, other = of_manifold(a - b), of_manifold(b - a)
+        bounds = [half.bounds for half in (one, other) if half.bounds is not None]
+        box = np.array([np.min(bounds, axis=0)[0], np.max(bounds, axis=0)[1]]) if bounds else None
+        return Reference(one.volume + other.volume, one.area + other.area, one.bending + other.bending, box)
+    return of_manifold({"intersect": a.__xor__, "union": a.__add__, "difference": a.__sub__}[operation](b))
+
+
+def components_and_genus(mesh):
+    """Components, and the genus of all together by Euler's formula."""
+    vertices, faces = len(mesh.points), mesh.faces
+    links = coo_array((np.ones(faces.size), (faces.reshape(-1), np.roll(faces, 1, axis=1).reshape(-1))), (vertices,) * 2)
+    components = connected_components(links, directed=False)[0]
+    euler = vertices - 3 * len(faces) // 2 + len(faces)
+    return components, components - euler // 2
+
+
+def fans(faces, twin):
+    """Fans of triangles around vertices; in a 2-manifold as many as vertices."""
+    # Corner i of a triangle starts its edge i, and the corner of the neighbour that shares its vertex ends the opposite one,
+    # which is to say that it starts the edge after it.
+    count = len(faces)
+    corner = np.arange(3 * count)
+    following = (twin // count + 1) % 3 * count + twin % count
+    links = coo_array((np.ones(3 * count), (corner, following)), (3 * count,) * 2)
+    return connected_components(links, directed=False)[0]
+
+
+# Judging
+
+
+def allowed_volume(right, told, case):
+    """How far the volume of a mesh may lie from the exact one.
+
+    Dual contouring puts its vertices on the tangent planes of the crossings of a cell, so that flat faces, and straight
+    edges and corners between them, are exact. What it misses is curvature within a cell: a curve of curvature κ lies up to
+    κ h² / 8 from its chord, or from its tangents, over a pitch h. Summed over the surface this is h² / 8 ∫ κ dA, and
+    ∫ κ dA of a polyhedron is the sum over its edges of length × dihedral angle. What lies between two neighbouring nodes
+    is missed whole: each wall and gap that the JSON counts is a pixel wide, and between nothing and a pitch thick, half of
+    one on average; so is what is cut off where a vertex had to stay in its cell, and a node about which the images
+    disagree. Simplification moves the surface by its bound.
+    """
+    pitch, surface = told["grid"]["pitch"], told["surface"]
+    lost = sum(surface["sub_resolution"].values()) + surface["blunted_vertices"] + surface["disagreements"]
+    moved = SIMPLIFY * pitch * right.area if case.simplified else 0.0
+    return pitch**2 / 8 * right.bending + lost * pitch**3 / 2 + moved + 1e-7 * abs(right.volume)
+
+
+def structure_complaints(mesh):
+    """What keeps a mesh from being the boundary of a solid, as (name, expected, found)."""
+    rows = []
+    twin = opposites(mesh.faces)
+    if twin is None:
+        rows.append(("edges", "each once in each direction", "others"))
+    else:
+        around = fans(mesh.faces, twin)
+        if around != len(mesh.points):
+            rows.append(("fans around vertices", len(mesh.points), around))
+    seen = trimesh.Trimesh(mesh.points, mesh.faces, process=False)
+    for name in ("is_watertight", "is_winding_consistent"):
+        if not getattr(seen, name):
+            rows.append((f"trimesh {name}", True, False))
+    status = manifold_reference.solid((mesh.points, mesh.faces)).status()
+    if status != manifold3d.Error.NoError:
+        rows.append(("manifold3d", "NoError", status.name))
+    return rows
+
+
+def said_complaints(case, mesh, told):
+    """Where the JSON says of a mesh what is not so."""
+    surface = told["surface"]
+    components, genus = components_and_genus(mesh)
+    found = {"vertices": len(mesh.points), "triangles": len(mesh.faces), "components": components, "genus": genus}
+    rows = [(f"JSON {name}", surface[name], value) for name, value in found.items() if surface[name] != value]
+    # A coordinate that moves by a share of the size moves the volume by that share of size times area.
+    size, volume = np.abs(mesh.points).max(), signed_volume(mesh)
+    area = trimesh.Trimesh(mesh.points, mesh.faces, process=False).area
+    if not abs(volume - surface["volume"]) <= FORMATS[case.suffix] * size * area + 1e-9 * abs(volume):
+        rows.append(("JSON volume", surface["volume"], volume))
+    return rows
+
+
+def solid_complaints(case, mesh, told, right):
+    """Where a mesh is not the solid that it should be."""
+    rows = []
+    pitch, volume = told["grid"]["pitch"], signed_volume(mesh)
+    if not volume > 0:
+        rows.append(("volume", "above zero", volume))
+    allowed = allowed_volume(right, told, case)
+    if not abs(volume - right.volume) <= allowed:
+        rows.append(("volume", f"{right.volume} ± {allowed:.3g}", volume))
+    if right.bounds is not None:
+        bounds = np.array([mesh.points.min(axis=0), mesh.points.max(axis=0)])
+        outwards = (bounds - right.bounds) * [[-1], [1]]
+        # Tips that are thinner than a pixel may be lost, whole edges not be made up.
+        if not outwards.max() <= REACH * pitch:
+            rows.append(("box", right.bounds.tolist(), bounds.tolist()))
+    return rows
+
+
+def simplified_complaints(case, mesh, told):
+    """Whether a simplified mesh has fewer triangles, and stayed within its bound."""
+    simplified = told["surface"]["simplified"]
+    if not case.simplified:
+        return [] if simplified is None else [("simplified", None, simplified)]
+    rows = []
+    if not len(mesh.faces) < simplified["triangles_before"]:
+        rows.append(("simplified", f"below {simplified['triangles_before']} triangles", len(mesh.faces)))
+    bound = SIMPLIFY * told["grid"]["pitch"] * (1 + 1e-9)
+    if not simplified["distance"] <= bound:
+        rows.append(("simplified", f"within {bound}", simplified["distance"]))
+    return rows
+
+
+def complaints(case, mesh, told, right):
+    """What is wrong with what was written, as (name, expected, found); `mesh` is None where no file was."""
+    if mesh is None:
+        rows = [] if told["surface"]["path"] is None and told["surface"]["triangles"] == 0 else [("file", "there", None)]
+        # Nothing may come of something that is finer than the grid, and of nothing else.
+        if not right.volume <= allowed_volume(right, told, case):
+            rows.append(("volume", right.volume, "no mesh"))
+        return rows
+    rows = structure_complaints(mesh)
+    rows += said_complaints(case, mesh, told)
+    rows += simplified_complaints(case, mesh, told)
+    return rows + solid_complaints(case, mesh, told, right)
+
+
+# Cases
+
+
+def data_cases():
+    """Every operation on every pair, the formats in turn, so that each operation is seen in each format."""
+    suffixes = itertools.cycle(FORMATS)
+    for pair in pairs.load(names=DATA_PAIRS):
+        a, b = (str(pairs.ROOT / pair["a"]), None), (str(pairs.ROOT / pair["b"]), pair["transform_b"])
+        for operation in OPERATIONS:
+            yield Case(operation, a, b, next(suffixes))
+        # Four operations and six formats: without a step aside, each operation would see but three of them.
+        next(suffixes)
+        for operation in ("intersect", "difference"):
+            if pair["name"] in CONSERVATIVE_PAIRS:
+                yield Case(operation, a, b, next(suffixes), mode="over")
+                yield Case(operation, a, b, next(suffixes), mode="under")
+            if pair["name"] in SIMPLIFIED_PAIRS:
+                yield Case(operation, a, b, next(suffixes), simplified=True)
+
+
+# A, B, the turn of B and how far it is shifted from the middle of A, as a share of A's size, which B is scaled to. Where a
+# mesh crosses itself, the sampled volume stands in for the reference.
+CORPUS_PAIRS = (
+    ("meshes/fertility.off", "meshes/gyroid.stl", "rotate(1,2,3,41)", (0.03, 0.02, 0.01), True),
+    ("meshes/bunny00.off", "meshes/gyroid.stl", "rotate(3,1,2,23)", (0.05, -0.03, 0.01), True),
+    ("meshes/armadillo.obj", "meshes/TP_BCC-2.5mm.stl", "rotate(2,1,0.3,67)", (0.01, 0.04, -0.02), True),
+    ("meshes/fandisk.off", "meshes/mengerSponge3.glb", "rotate(1,0.2,0.7,33)", (0.07, 0.02, 0.03), True),
+    ("meshes/rocker-arm.obj", "meshes/torus.3mf", "rotate(1,0.5,0.1,52)", (0.1, 0.03, 0.02), True),
+    ("meshes/femur_human.stl", "meshes/lattice_k.stl", "rotate(0.1,1,0.4,19)", (0.02, 0.01, 0.05), True),
+    ("large/dragon_vrip.ply", "meshes/3holes.off", "rotate(1,1,0.2,71)", (0.02, 0.03, 0.01), True),
+    ("meshes/bunny00.off", "meshes/bones.off", "rotate(1,0.3,2,29)", (0.02, 0.01, 0.03), False),
+    ("meshes/fertility.off", "meshes/5cm_BCC-2.5mm.stl", "rotate(1,3,2,14)", (0.01, 0.02, 0.03), False),
+)
+# By manifold3d, as the corpus' own notes say.
+CORTEX = (("pia", "wm", 268030.0025), ("wm", "pia", 67.1707))
+
+
+def bounds_of(path):
+    points = read(Path(path)).points
+    return points.min(axis=0), points.max(axis=0)
+
+
+def fitted(a, b, turn, shift):
+    """The placement that turns B and brings it to the size and place of A, shifted."""
+    (low_a, high_a), (low_b, high_b) = bounds_of(a), bounds_of(b)
+    size = np.max(high_a - low_a)
+
+    def translate(vector):
+        return f"translate({','.join(repr(float(x)) for x in vector)})"
+
+    scale = f"scale({float(size / np.max(high_b - low_b))!r})"
+    return f"{translate(-(low_b + high_b) / 2)} {turn} {scale} {translate((low_a + high_a) / 2 + np.array(shift) * size)}"
+
+
+def corpus_cases(corpus):
+    """Pairs of real meshes, brought to one place."""
+    suffixes = itertools.cycle(FORMATS)
+    for a, b, rotation, shift, has_reference in CORPUS_PAIRS:
+        a, b = str(corpus / a), str(corpus / b)
+        placement = fitted(a, b, rotation, shift)
+        for operation in ("intersect", "difference"):
+            sides = (a, None), (b, placement)
+            yield Case(operation, *sides, next(suffixes), resolution=256, has_reference=has_reference)
+    for a, b, volume in CORTEX:
+        sides = ((str(corpus / f"large/cortex_{name}_lh.ply"), None) for name in (a, b))
+        yield Case("difference", *sides, next(suffixes), resolution=256, known_volume=volume)
+
+
+# Running
+
+
+def run(program, case):
+    """The mesh that a command line writes, and its JSON; no mesh where none was written."""
+    with tempfile.TemporaryDirectory() as folder:
+        out, told = Path(folder) / f"out.{case.suffix}", Path(folder) / "told.json"
+        done = subprocess.run([program, *case.arguments(out, told)], capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise ValueError(f"exit code {done.returncode}: {done.stderr.strip()}")
+        told = json.loads(told.read_text())
+        mesh = read(out) if out.exists() else None
+    if mesh is not None and case.suffix == "glb":
+        # Whatever the unit of the result, GLB is in metres.
+        mesh = Mesh(mesh.points * PER_METRE[told["volume"]["unit"]], mesh.faces)
+    return mesh, told
+
+
+def right_of(case, mesh, told):
+    """The reference of a case."""
+    if not case.has_reference:
+        # The surface's own bending and area: they are only to bound how far its volume is off.
+        return dataclasses.replace(measure(mesh), volume=told["volume"]["value"], bounds=None)
+    right = reference(case.operation, case.a, case.b)
+    if case.known_volume is not None and not abs(right.volume - case.known_volume) <= 1e-4:
+        raise ValueError(f"manifold3d finds {right.volume}, where {case.known_volume} is known")
+    return right
+
+
+@dataclasses.dataclass
+class Finding:
+    """What came of a case: complaints, triangles (None: no file), and where the volume lies."""
+
+    case: Case
+    rows: list
+    triangles: int | None = None
+    off: float = 0.0
+    off_per_area: float = 0.0
+    share_of_bound: float = 0.0
+
+
+def examine(program, case):
+    try:
+        mesh, told = run(program, case)
+        right = right_of(case, mesh, told)
+        finding = Finding(case, complaints(case, mesh, told, right))
+    except Exception as error:  # whatever a program or a reader throws is a finding
+        return Finding(case, [("error", "", error)])
+    if mesh is not None:
+        off = signed_volume(mesh) - right.volume
+        finding.triangles = len(mesh.faces)
+        finding.off = off / (right.volume or float("nan"))
+        finding.off_per_area = off / (told["grid"]["pitch"] * right.area or float("nan"))
+        finding.share_of_bound = abs(off) / allowed_volume(right, told, case)
+    return finding
+
+
+def examine_all(program, cases):
+    """The findings of cases of one pair, whose exact results are kept meanwhile."""
+    return [examine(program, case) for case in cases]
+
+
+def check(program, cases, verbose):
+    """Whether nothing is wrong with what all cases write, and which operations were seen in which formats."""
+    start = time.monotonic()
+    groups = [(program, list(group)) for _, group in itertools.groupby(cases, key=lambda case: (case.a, case.b))]
+    with concurrent.futures.ProcessPoolExecutor(min(4, os.cpu_count() or 1)) as pool:
+        every = [finding for group in pool.map(examine_all, *zip(*groups)) for finding in group]
+    written = [finding for finding in every if finding.triangles is not None]
+    if verbose:
+        print(f"{'':66}{'triangles':>10}{'volume off':>12}{'÷ pitch·area':>14}{'÷ bound':>9}")
+        for found in written:
+            numbers = f"{found.triangles:10}{found.off:+12.1e}{found.off_per_area:+14.1e}{found.share_of_bound:9.3f}"
+            print(f"{found.case.describe():66}{numbers}")
+    rows = [(finding.case.describe(), *row) for finding in every for row in finding.rows]
+    for row in rows:
+        print("  ".join(str(value) for value in row))
+    empty = sum(finding.triangles is None and not finding.rows for finding in every)
+    worst = max((finding.share_of_bound for finding in written), default=0.0)
+    print(
+        f"{len(every)} results, {empty} of them empty, {len(rows)} complaints; volumes off by up to {worst:.2f} of their "
+        f"bounds; {time.monotonic() - start:.0f} s"
+    )
+    return not rows and len(written) > 0, {(finding.case.operation, finding.case.suffix) for finding in written}
+
+
+# Showing that a check can fail
+
+
+def damages(mesh):
+    """(what, mesh) for ways in which a mesh can be wrong."""
+    points, faces = mesh.points, mesh.faces
+    flipped = faces.copy()
+    flipped[7] = flipped[7][::-1]
+    yield "a flipped triangle", Mesh(points, flipped)
+    yield "a missing triangle", Mesh(points, np.delete(faces, 7, axis=0))
+    yield "a triangle twice", Mesh(points, np.vstack([faces, faces[7:8]]))
+    yield "a triangle and its back", Mesh(points, np.vstack([faces, faces[7:8], faces[7:8, ::-1]]))
+    yield "inside out", Mesh(points, faces[:, ::-1])
+    yield "not welded", Mesh(points[faces.reshape(-1)], np.arange(faces.size).reshape(-1, 3))
+    yield "a vertex that nothing uses", Mesh(np.vstack([points, points[:1]]), faces)
+    # Two vertices that share no neighbour become one: each edge still has two triangles.
+    far = int(np.argmax(np.linalg.norm(points - points[0], axis=1)))
+    pinched = np.where(faces == far, 0, faces)
+    yield "two vertices become one", Mesh(points, pinched)
+    middle = points.mean(axis=0)
+    yield "a hundredth too large", Mesh(middle + (points - middle) * 1.01, faces)
+    yield "elsewhere", Mesh(points + np.ptp(points, axis=0) * 0.1, faces)
+    away = points.copy()
+    away[3] += 2 * np.ptp(points, axis=0)
+    yield "a vertex far away", Mesh(away, faces)
+
+
+def falsehoods(case, mesh, told, right):
+    """(what, case, mesh, told, right) for all that can be wrong: the mesh, what the JSON says, or what is right."""
+    for what, damaged in damages(mesh):
+        yield what, case, damaged, told, right
+    for name in ("vertices", "triangles", "components", "genus", "volume"):
+        surface = dict(told["surface"])
+        surface[name] = surface[name] * 1.01 + 1
+        yield f"JSON of other {name}", case, mesh, {**told, "surface": surface}, right
+    allowed = allowed_volume(right, told, case)
+    for sign in (1, -1):
+        volume = signed_volume(mesh) + sign * 1.01 * allowed
+        yield "another volume", case, mesh, told, dataclasses.replace(right, volume=volume)
+    yield "a volume that is no number", case, mesh, told, dataclasses.replace(right, volume=float("nan"))
+    yield "no mesh", case, None, told, right
+    missing = {**told, "surface": {**told["surface"], "path": None, "triangles": 0}}
+    yield "no mesh, and the JSON says so", case, None, missing, right
+    shrunk = right.bounds + np.array([[1.1], [-1.1]]) * (REACH + 1) * told["grid"]["pitch"]
+    yield "a larger box", case, mesh, told, dataclasses.replace(right, bounds=shrunk)
+    if case.simplified:
+        before = {**told["surface"]["simplified"], "triangles_before": len(mesh.faces)}
+        yield "nothing simplified", case, mesh, {**told, "surface": {**told["surface"], "simplified": before}}, right
+        before = {**told["surface"]["simplified"], "distance": told["grid"]["pitch"]}
+        yield "simplified too far", case, mesh, {**told, "surface": {**told["surface"], "simplified": before}}, right
+
+
+def self_test(program):
+    """Whether every falsehood is noticed, in a result of each format, one of them simplified, and a program that fails."""
+    pair = pairs.load(names=["spheres"])[0]
+    a, b = (str(pairs.ROOT / pair["a"]), None), (str(pairs.ROOT / pair["b"]), pair["transform_b"])
+    unnoticed, count = [], 1
+    # Python takes the operation for a script that is not there.
+    if not examine(Path(sys.executable), Case(OPERATIONS[0], a, b, "stl")).rows:
+        unnoticed.append("a program that fails")
+    for i, suffix in enumerate(FORMATS):
+        case = Case(OPERATIONS[i % 3], a, b, suffix, simplified=suffix == "ply")
+        mesh, told = run(program, case)
+        right = right_of(case, mesh, told)
+        if complaints(case, mesh, told, right):
+            print(f"a true result was called false: {case.describe()}: {complaints(case, mesh, told, right)}")
+            return False
+        for what, *false in falsehoods(case, mesh, told, right):
+            count += 1
+            if not complaints(*false):
+                unnoticed.append(f".{suffix}: {what}")
+    for what in unnoticed:
+        print(f"not noticed: {what}")
+    print(f"self-test: {count} falsehoods, {len(unnoticed)} not noticed")
+    return not unnoticed
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("--program", type=Path, required=True, help="the built command line")
+    arguments.add_argument("--corpus", type=Path, help="check pairs of this folder of real meshes instead")
+    arguments.add_argument("--self-test", action="store_true", help="damage results and see that it shows")
+    arguments.add_argument("--verbose", action="store_true", help="a line for every result")
+    arguments = arguments.parse_args()
+    program = arguments.program.resolve()
+    if arguments.self_test:
+        sys.exit(0 if self_test(program) else 1)
+    cases = corpus_cases(arguments.corpus.resolve()) if arguments.corpus else data_cases()
+    good, seen = check(program, cases, arguments.verbose)
+    if not arguments.corpus and len(seen) != len(OPERATIONS) * len(FORMATS):
+        print(f"only {len(seen)} of {len(OPERATIONS) * len(FORMATS)} operations and formats were seen together")
+        good = False
+    sys.exit(0 if good else 1)
+
+
+if __name__ == "__main__":
+    main()
