@@ -6,6 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::edges::{Bits, EdgeSlab};
+use super::features::Feature;
 use super::qef::{Bounds, Loop};
 use crate::cell::{at_fault, edge_ends, loops};
 use crate::grid::Grid;
@@ -97,8 +98,8 @@ pub struct CellLayer {
     cells: Vec<Cell>,
     /// In coordinates of cells: the cell's place and the place in it.
     pub vertices: Vec<DVec3>,
-    /// Vertices, by their number in the layer, that belong beyond their cells, and where.
-    pub beyond: Vec<(u32, DVec3)>,
+    /// Those of them that are no plain vertices of one gently bent sheet, numbered in the layer.
+    pub features: Vec<Feature>,
 }
 
 /// How near to the faces of its cell a vertex may come, in pitches: far enough for 32-bit coordinates to keep it inside.
@@ -108,7 +109,10 @@ pub const MARGIN: f64 = 1e-4;
 const ROUNDED: f64 = 1e-6;
 
 /// How far beyond its cell a vertex may belong, in pitches.
-const REACH: f64 = 1.5;
+const REACH: f64 = 1.0;
+
+/// How far from the mean of its crossings a vertex of a gently bent sheet may be, in pitches, and be plain.
+const PLAIN: f64 = 0.05;
 
 /// Two vertices of one cell nearer than this are no edges' or corners' but their own.
 const APART: f64 = 1e-2;
@@ -156,12 +160,21 @@ impl CellLayer {
         let (bounds, grid) = (bounds_of(cell, grid), grid_bounds(grid, base));
         for of_loop in &of_cell[..usize::from(loops.count)] {
             let place = of_loop.place(&bounds, REACH);
-            if let Some(beyond) = place.beyond.filter(|p| p.clamp(grid.least, grid.greatest).distance(*p) < MARGIN) {
-                let beyond = beyond.clamp(grid.least, grid.greatest);
-                // At the end of the grid what is held may be where it belongs.
-                if beyond.distance(place.held) > ROUNDED {
-                    self.beyond.push((self.vertices.len() as u32, base + beyond));
-                }
+            let beyond = place.beyond.map(|p| (p, p.clamp(grid.least, grid.greatest)));
+            // At the end of the grid what is held may be where it belongs.
+            let is_elsewhere =
+                |(p, clamped): &(DVec3, DVec3)| clamped.distance(*p) < MARGIN && clamped.distance(place.held) > ROUNDED;
+            let target = beyond.filter(is_elsewhere).map(|(_, clamped)| base + clamped);
+            let is_alone = loops.count == 1;
+            if !place.is_gentle || !is_alone || target.is_some() || place.held.distance(place.mean) > PLAIN {
+                self.features.push(Feature {
+                    vertex: self.vertices.len() as u32,
+                    held: base + place.held,
+                    mean: base + place.mean,
+                    target,
+                    facing: place.facing.as_vec3(),
+                    is_alone,
+                });
             }
             self.vertices.push(base + place.held);
         }
@@ -169,11 +182,11 @@ impl CellLayer {
         let range = first_vertex as usize..self.vertices.len();
         let near = |i: usize, j: usize| self.vertices[i].distance(self.vertices[j]) < APART;
         if range.clone().any(|i| (range.start..i).any(|j| near(i, j))) {
-            for (vertex, of_loop) in self.vertices[range.clone()].iter_mut().zip(&of_cell) {
-                *vertex = base + of_loop.mean().clamp(bounds.least, bounds.greatest);
-            }
-            while self.beyond.last().is_some_and(|&(vertex, _)| range.contains(&(vertex as usize))) {
-                self.beyond.pop();
+            // All of several loops are features.
+            let first = self.features.len() - range.len();
+            for (vertex, feature) in self.vertices[range].iter_mut().zip(&mut self.features[first..]) {
+                *vertex = feature.mean;
+                (feature.held, feature.target) = (feature.mean, None);
             }
         }
     }

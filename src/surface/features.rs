@@ -14,17 +14,27 @@
 
 use std::collections::HashMap;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::cells::MARGIN;
+use super::intersect::cell_of;
 use super::quads::{OpenQuad, Quad};
 
-/// A vertex that belongs elsewhere.
+/// A vertex that is not just one of a gently bent sheet, in coordinates of cells.
 #[derive(Clone, Copy, Debug)]
-pub struct Mover {
+pub struct Feature {
     pub vertex: u32,
-    pub target: DVec3,
+    /// Where it belongs, if that is beyond its cell.
+    pub target: Option<DVec3>,
+    /// Where it belongs as far as its cell holds it.
+    pub held: DVec3,
+    /// The mean of its crossings.
+    pub mean: DVec3,
+    /// The direction of the sum of its normals; zero where none is known.
+    pub facing: Vec3,
+    /// Whether its cell has no other vertex.
+    pub is_alone: bool,
 }
 
 /// How often all are tried with either margin.
@@ -36,43 +46,57 @@ const PART_WAYS: [f64; 3] = [0.75, 0.5, 0.25];
 /// Vertices nearer to one another than this would be one, to readers of 32-bit coordinates.
 const APART: f64 = 1e-3;
 
-/// Vertices that belong elsewhere, and the quadrilaterals around each.
+/// The features of a mesh, and the quadrilaterals around each.
 pub struct Features<'a> {
     /// In the order of their vertices.
-    movers: &'a [Mover],
-    /// All that hold a mover.
-    quads: &'a [OpenQuad],
-    /// Those of mover i are `around[starts[i]..starts[i + 1]]`.
+    pub all: &'a [Feature],
+    /// For each vertex the number of its feature and one, or zero.
+    pub marks: &'a [u32],
+    /// All that hold a feature.
+    pub quads: &'a [OpenQuad],
+    /// Those of feature i are `around[starts[i]..starts[i + 1]]`.
     starts: Vec<u32>,
     around: Vec<u32>,
 }
 
 impl<'a> Features<'a> {
-    /// Movers in the order of their vertices, and all quadrilaterals that hold one.
-    pub fn new(movers: &'a [Mover], quads: &'a [OpenQuad]) -> Features<'a> {
-        let mut features = Features { movers, quads, starts: vec![0; movers.len() + 1], around: Vec::new() };
-        let incidences: Vec<(usize, u32)> =
-            (0u32..).zip(quads).flat_map(|(at, open)| features.movers_of(open).map(move |mover| (mover, at))).collect();
-        incidences.iter().for_each(|&(mover, _)| features.starts[mover + 1] += 1);
-        (1..features.starts.len()).for_each(|i| features.starts[i] += features.starts[i - 1]);
-        let mut next = features.starts.clone();
-        features.around = vec![0; incidences.len()];
-        for (mover, quad) in incidences {
-            features.around[next[mover] as usize] = quad;
-            next[mover] += 1;
+    /// Features in the order of their vertices, the marks of all vertices, and all quadrilaterals that hold a feature.
+    pub fn new(all: &'a [Feature], marks: &'a [u32], quads: &'a [OpenQuad]) -> Features<'a> {
+        let mut features = Features { all, marks, quads, starts: vec![0; all.len() + 1], around: Vec::new() };
+        let mut starts = vec![0; all.len() + 1];
+        for open in quads {
+            features.features_of(&open.quad).for_each(|feature| starts[feature + 1] += 1);
         }
+        (1..starts.len()).for_each(|i| starts[i] += starts[i - 1]);
+        let mut next = starts.clone();
+        let mut around = vec![0; starts[all.len()] as usize];
+        for (at, open) in (0u32..).zip(quads) {
+            for feature in features.features_of(&open.quad) {
+                around[next[feature] as usize] = at;
+                next[feature] += 1;
+            }
+        }
+        (features.starts, features.around) = (starts, around);
         features
     }
 
-    fn movers_of(&self, open: &OpenQuad) -> impl Iterator<Item = usize> + use<'a> {
-        let movers = self.movers;
-        let mover_of = move |vertex: u32| movers.binary_search_by_key(&vertex, |mover| mover.vertex).ok();
-        open.quad.corners.into_iter().filter_map(mover_of)
+    /// The feature of a vertex.
+    pub fn of_vertex(&self, vertex: u32) -> Option<usize> {
+        (self.marks[vertex as usize] as usize).checked_sub(1)
     }
 
-    fn quads_of(&self, mover: usize) -> impl Iterator<Item = &'a Quad> + '_ {
-        let range = self.starts[mover] as usize..self.starts[mover + 1] as usize;
-        self.around[range].iter().map(|&at| &self.quads[at as usize].quad)
+    /// The features among the corners of a quadrilateral.
+    pub fn features_of(&self, quad: &Quad) -> impl Iterator<Item = usize> + use<'_, 'a> {
+        quad.corners.into_iter().filter_map(|vertex| self.of_vertex(vertex))
+    }
+
+    /// The numbers of the quadrilaterals around a feature.
+    pub fn around(&self, feature: usize) -> &[u32] {
+        &self.around[self.starts[feature] as usize..self.starts[feature + 1] as usize]
+    }
+
+    fn quads_of(&self, feature: usize) -> impl Iterator<Item = &'a Quad> + '_ {
+        self.around(feature).iter().map(|&at| &self.quads[at as usize].quad)
     }
 
     /// Moves vertices to where they belong, in coordinates of cells, in which nodes have whole coordinates. Gives the number
@@ -82,11 +106,11 @@ impl<'a> Features<'a> {
     pub fn settle(&self, rounding: f64, vertices: &mut [DVec3]) -> u64 {
         let mut taken = self.others_near_targets(vertices);
         // Of several that belong in one place the nearest goes there.
-        let way = |mover: &usize| {
-            let Mover { vertex, target } = self.movers[*mover];
-            target.distance_squared(vertices[vertex as usize])
+        let way = |&feature: &usize| {
+            let Feature { held, target, .. } = self.all[feature];
+            target.map_or(0.0, |target| target.distance_squared(held))
         };
-        let mut waiting: Vec<usize> = (0..self.movers.len()).collect();
+        let mut waiting: Vec<usize> = (0..self.all.len()).filter(|&i| self.all[i].target.is_some()).collect();
         waiting.sort_by(|a, b| way(a).total_cmp(&way(b)));
         for round in 0..2 * ROUNDS {
             let margin = if round < ROUNDS { MARGIN } else { rounding.min(MARGIN) };
@@ -100,9 +124,10 @@ impl<'a> Features<'a> {
 
     /// The vertices that stay where they are in the cells that movers go to: another loop may have found the same corner.
     fn others_near_targets(&self, vertices: &[DVec3]) -> Taken {
-        let mut cells = CellFilter::new(self.movers.len());
-        self.movers.iter().for_each(|mover| cells.add(mover.target));
-        let is_mover = |vertex: u32| self.movers.binary_search_by_key(&vertex, |mover| mover.vertex).is_ok();
+        let targets = || self.all.iter().filter_map(|feature| feature.target);
+        let mut cells = CellFilter::new(targets().count());
+        targets().for_each(|target| cells.add(cell_of(target)));
+        let is_mover = |vertex: u32| self.of_vertex(vertex).is_some_and(|i| self.all[i].target.is_some());
         let near = |(vertex, point): (usize, &DVec3)| cells.may_hold(*point) && !is_mover(vertex as u32);
         let others: Vec<DVec3> = vertices
             .par_iter()
@@ -118,10 +143,9 @@ impl<'a> Features<'a> {
 
     /// Moves a vertex by a share of its way if it may go there.
     fn moves(&self, mover: usize, share: f64, margin: f64, vertices: &mut [DVec3], taken: &mut Taken) -> bool {
-        let Mover { vertex, target } = self.movers[mover];
+        let Feature { vertex, target: Some(target), .. } = self.all[mover] else { return false };
         let to = vertices[vertex as usize].lerp(target, share);
-        let free =
-            !taken.holds(to) && self.quads_of(mover).all(|quad| may_go(vertex, to, &quad.corners, vertices, margin));
+        let free = !taken.holds(to) && self.may_go(mover, to, margin, vertices);
         if free {
             taken.add(to);
             vertices[vertex as usize] = to;
@@ -129,39 +153,53 @@ impl<'a> Features<'a> {
         free
     }
 
-    /// The distance of a quadrilateral's crossing from all triangles around its movers: a face that belongs there may lie in
+    /// Whether a feature may go to a place without a change of any node's sign, whatever the diagonals.
+    pub fn may_go(&self, feature: usize, to: DVec3, margin: f64, vertices: &[DVec3]) -> bool {
+        let vertex = self.all[feature].vertex;
+        self.quads_of(feature).all(|quad| may_go(vertex, to, &quad.corners, vertices, margin))
+    }
+
+    /// The distance of a quadrilateral's crossing from all triangles around its features: a face that belongs there may lie in
     /// the triangles of another crossing.
     pub fn distance(&self, open: &OpenQuad, vertices: &[DVec3]) -> f32 {
-        let around = self.movers_of(open).flat_map(|mover| self.quads_of(mover));
+        let around = self.features_of(&open.quad).flat_map(|feature| self.quads_of(feature));
         around.map(|quad| open.quad.distance(quad, vertices)).fold(f32::INFINITY, f32::min)
     }
 }
 
 /// Some cells, and by chance a few more.
-struct CellFilter {
+pub struct CellFilter {
     bits: Vec<u64>,
 }
 
 impl CellFilter {
     /// Room for the given number of cells, at some 64 bits each.
-    fn new(cells: usize) -> CellFilter {
-        CellFilter { bits: vec![0; cells.next_power_of_two()] }
+    pub fn new(cells: usize) -> CellFilter {
+        CellFilter { bits: vec![0; cells.next_power_of_two().max(2)] }
     }
 
-    fn place(&self, point: DVec3) -> (usize, u64) {
-        let [x, y, z] = point.floor().to_array().map(|c| c as i64 as u64);
-        let hash = (x ^ y << 21 ^ z << 42).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        ((hash >> 6) as usize % self.bits.len(), 1 << (hash >> 58))
+    fn place(&self, cell: [i32; 3]) -> (usize, u64) {
+        let [x, y, z] = cell.map(|c| i64::from(c) as u64);
+        let mixed = (x ^ y << 21 ^ z << 42).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        // Of a product the upper bits depend on all bits of its factors, and the lower on few.
+        let hash = (mixed ^ mixed >> 32).wrapping_mul(0xd6e8_feb8_6659_fd93);
+        let bits = self.bits.len().trailing_zeros();
+        ((hash >> (64 - bits)) as usize, 1 << (hash >> (58 - bits) & 63))
     }
 
-    fn add(&mut self, point: DVec3) {
-        let (word, bit) = self.place(point);
+    pub fn add(&mut self, cell: [i32; 3]) {
+        let (word, bit) = self.place(cell);
         self.bits[word] |= bit;
     }
 
-    fn may_hold(&self, point: DVec3) -> bool {
-        let (word, bit) = self.place(point);
+    pub fn may_be(&self, cell: [i32; 3]) -> bool {
+        let (word, bit) = self.place(cell);
         self.bits[word] & bit != 0
+    }
+
+    /// Whether it may be that a point lies in one of them.
+    pub fn may_hold(&self, point: DVec3) -> bool {
+        self.may_be(cell_of(point))
     }
 }
 

@@ -7,8 +7,10 @@
 //! because depths and normals are those of the lattice triangles and have no noise.
 //!
 //! That point may lie **beyond the cell**. A corner whose tip lies in the next cell without reaching a node of it leaves no
-//! sign there, and every cell that sees its three faces lies beside it. A vertex that is held in its cell cuts such a tip off, by up to
-//! half a pitch; see `features` for what becomes of it.
+//! sign there, and every cell that sees its three faces lies beside it. A vertex that is held in its cell cuts
+//! such a tip off, by up to half a pitch; see `features` for what becomes of it. An edge, however, often passes through the cell
+//! itself where the nearest point to the mean does not lie in it. Then the vertex is held on the edge. (To put it there at
+//! once is worse: near a corner the line goes on where the edge has ended.)
 
 use glam::{DMat3, DVec3};
 
@@ -21,6 +23,10 @@ const LEAST_EIGENVALUE: f64 = 0.01;
 /// The mean square of the sines between normals and their mean below which a surface is smooth without a closer look.
 const SMOOTH: f64 = 0.002;
 
+/// How far from the faces of its cell a vertex is kept that slides along an edge into it, if it can be: those of two cells
+/// that slide to the face between them stay apart.
+const WELL_INSIDE: f64 = 0.02;
+
 /// A vertex in coordinates of its cell, which reaches from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
@@ -28,7 +34,16 @@ pub struct Place {
     pub held: DVec3,
     /// Where it belongs, if that is beyond the cell and on a feature.
     pub beyond: Option<DVec3>,
+    /// The mean of the crossings, held in the cell.
+    pub mean: DVec3,
+    /// The direction of the sum of the normals; zero where none is known.
+    pub facing: DVec3,
+    /// Whether all normals are within [`GENTLE`] of `facing`, or none is known.
+    pub is_gentle: bool,
 }
+
+/// The cosine of the angle to the mean normal, 40°, within which normals are those of one gently bent sheet.
+const GENTLE: f64 = 0.766;
 
 /// What a vertex may not leave: least and greatest coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +55,23 @@ pub struct Bounds {
 impl Bounds {
     fn hold(&self, point: DVec3) -> DVec3 {
         point.clamp(self.least, self.greatest)
+    }
+
+    /// The nearest point to one outside on a line through it that lies inside, and well inside if there is such.
+    fn slide(&self, point: DVec3, along: DVec3) -> Option<DVec3> {
+        [WELL_INSIDE, 0.0].into_iter().find_map(|margin| {
+            let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
+            for axis in 0..3 {
+                let ends = [self.least[axis] + margin - point[axis], self.greatest[axis] - margin - point[axis]];
+                if along[axis].abs() > 1e-9 {
+                    let [a, b] = ends.map(|end| end / along[axis]);
+                    (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
+                } else if ends[0] > 0.0 || ends[1] < 0.0 {
+                    return None;
+                }
+            }
+            (from <= to).then(|| self.hold(point + along * 0f64.clamp(from, to)))
+        })
     }
 }
 
@@ -69,27 +101,34 @@ impl Loop {
     /// Where the vertex is to be: held within `cell`, and where it belongs if that is not further away than `reach`.
     pub fn place(&self, cell: &Bounds, reach: f64) -> Place {
         let mean = self.mean();
-        let (best, directions) = self.nearest_to_planes(mean);
-        let held = cell.hold(best);
-        let away = (best - held).abs().max_element();
+        let facing = self.normals[..self.count].iter().sum::<DVec3>().normalize_or_zero();
+        let (best, directions, edge) = self.nearest_to_planes(mean, facing);
+        let away = (best - cell.hold(best)).abs().max_element();
+        let slid = if directions == 2 && away > 0.0 { cell.slide(best, edge) } else { None };
+        let held = slid.unwrap_or_else(|| cell.hold(best));
         let beyond = (directions > 1 && away > 0.0 && away <= reach).then_some(best);
-        if away > reach { Place { held: cell.hold(mean), beyond } } else { Place { held, beyond } }
+        let mean = cell.hold(mean);
+        let is_gentle =
+            facing == DVec3::ZERO || self.normals[..self.count].iter().all(|normal| normal.dot(facing) >= GENTLE);
+        Place { held: if away > reach { mean } else { held }, beyond, mean, facing, is_gentle }
     }
 
-    /// The minimum of the error function nearest to `mean`, and the number of directions that count.
-    fn nearest_to_planes(&self, mean: DVec3) -> (DVec3, usize) {
+    /// The minimum of the error function nearest to `mean`, the mean normal being `facing`, the number of directions that
+    /// count, and the last of those that do not, which is that of the edge where two count.
+    fn nearest_to_planes(&self, mean: DVec3, facing: DVec3) -> (DVec3, usize, DVec3) {
         let planes = || self.points[..self.count].iter().zip(&self.normals[..self.count]);
-        let sum: DVec3 = self.normals[..self.count].iter().sum();
-        let Some(main) = sum.try_normalize() else { return (mean, 0) };
+        if facing == DVec3::ZERO {
+            return (mean, 0, DVec3::ZERO);
+        }
         let (mut along, mut all, mut off) = (0.0, 0.0, 0.0);
         for (&point, &normal) in planes() {
-            let cosine = normal.dot(main);
+            let cosine = normal.dot(facing);
             along += cosine * cosine;
             all += normal.length_squared();
             off += cosine * normal.dot(point - mean);
         }
         if all - along < SMOOTH * all {
-            return (mean + main * (off / along), 1);
+            return (mean + facing * (off / along), 1, DVec3::ZERO);
         }
         let mut moments = DMat3::ZERO;
         let mut pull = DVec3::ZERO;
@@ -100,15 +139,17 @@ impl Loop {
         let (values, vectors) = eigen(moments);
         let largest = values.max_element();
         let mut best = mean;
-        let mut directions = 0;
+        let (mut directions, mut free) = (0, DVec3::ZERO);
         for i in 0..3 {
+            let vector = vectors.col(i);
             if values[i] > LEAST_EIGENVALUE * largest {
-                let vector = vectors.col(i);
                 best += vector * (vector.dot(pull) / values[i]);
                 directions += 1;
+            } else {
+                free = vector;
             }
         }
-        (best, directions)
+        (best, directions, free)
     }
 }
 

@@ -61,7 +61,7 @@ impl Quad {
 
     /// The distance of the crossing from the triangles of another quadrilateral, in pitches.
     pub fn distance(&self, other: &Quad, vertices: &[DVec3]) -> f32 {
-        let (triangles, _) = other.cut(vertices);
+        let triangles = other.cut(vertices).triangles;
         let point = self.crossing_from_node();
         let of_triangle = |triangle: [u32; 3]| {
             let [a, b, c, _] = self.see([triangle[0], triangle[1], triangle[2], triangle[0]], vertices);
@@ -70,19 +70,68 @@ impl Quad {
         of_triangle(triangles[0]).min(of_triangle(triangles[1]))
     }
 
-    /// The two triangles, and how far the crossing is from them, in pitches.
-    pub fn cut(&self, vertices: &[DVec3]) -> ([[u32; 3]; 2], f32) {
-        let [a, b, c, d] = self.see(self.corners, vertices);
+    /// The two triangles, how far the crossing is from them, and how they are turned.
+    pub fn cut(&self, vertices: &[DVec3]) -> Cut {
+        let (corners, [one, other]) = self.fits(vertices);
+        self.cut_along(one.is_better(&other), corners, one.is_regular() && other.is_regular())
+    }
+
+    /// What [`cut`](Quad::cut) gives with the other diagonal, if that fits the normal nearly as well.
+    pub fn cut_otherwise(&self, vertices: &[DVec3]) -> Option<Cut> {
+        let (corners, [one, other]) = self.fits(vertices);
+        let fits = (one.cosine - other.cosine).abs() < NEARLY;
+        fits.then(|| self.cut_along(!one.is_better(&other), corners, one.is_regular() && other.is_regular()))
+    }
+
+    /// The corners, and how the triangles of either diagonal fit.
+    fn fits(&self, vertices: &[DVec3]) -> ([Vec3; 4], [Fit; 2]) {
+        let corners @ [a, b, c, d] = self.see(self.corners, vertices);
+        let fit = |triangles| Fit::of(&triangles, self.crossing.normal);
+        (corners, [fit([[a, b, c], [a, c, d]]), fit([[a, b, d], [b, c, d]])])
+    }
+
+    /// Cuts along the first diagonal or the second.
+    fn cut_along(&self, first: bool, [a, b, c, d]: [Vec3; 4], is_regular: bool) -> Cut {
         let crossing = self.crossing_from_node();
-        let one = Fit::of(&[[a, b, c], [a, c, d]], self.crossing.normal);
-        let other = Fit::of(&[[a, b, d], [b, c, d]], self.crossing.normal);
         let [p, q, r, s] = self.corners;
-        match one.is_better(&other) {
+        let (triangles, distance) = match first {
             true => ([[p, q, r], [p, r, s]], distance(crossing, [[a, b, c], [a, c, d]])),
             false => ([[p, q, s], [q, r, s]], distance(crossing, [[a, b, d], [b, c, d]])),
-        }
+        };
+        Cut { triangles, distance, is_regular }
+    }
+
+    /// Whether the triangles of all its corners face a direction.
+    pub fn faces(&self, direction: Vec3, vertices: &[DVec3]) -> bool {
+        let corners = self.see(self.corners, vertices);
+        (0..4).all(|i| {
+            let [a, b, c] = [3, 0, 1].map(|j| corners[(i + j) % 4]);
+            let cross = (b - a).cross(c - b);
+            cross.dot(direction) > LEAST_AREA * cross.length().max(1.0)
+        })
     }
 }
+
+/// A quadrilateral cut into triangles.
+#[derive(Clone, Copy, Debug)]
+pub struct Cut {
+    pub triangles: [[u32; 3]; 2],
+    /// The distance of the crossing from them, in pitches.
+    pub distance: f32,
+    /// Whether the triangles of all four corners are within [`REGULAR`] of the crossing's normal.
+    pub is_regular: bool,
+}
+
+/// The cosine of the angle to the crossing's normal, 50°, within which a quadrilateral is not folded. With the 40° that
+/// normals of a gently bent sheet have to their mean it does not reach 90°.
+const REGULAR: f32 = 0.643;
+
+/// Triangles of half this area, in square pitches, may be turned over when 32 bits round them; and those that are turned this
+/// far towards a direction, as a cosine, face it.
+const LEAST_AREA: f32 = 1e-3;
+
+/// Cosines nearer than this are nearly the same.
+const NEARLY: f32 = 0.05;
 
 /// How well two triangles fit a normal.
 struct Fit {
@@ -90,6 +139,8 @@ struct Fit {
     cosine: f32,
     /// The square of the diagonal's length.
     diagonal: f32,
+    /// Twice the area of the smaller triangle.
+    area: f32,
 }
 
 /// Cosines nearer than this are the same, and the shorter diagonal is taken.
@@ -110,7 +161,12 @@ impl Fit {
         // The first triangle of either pair begins where the diagonal does or ends there.
         let [[a, _, c], [p, q, _]] = *triangles;
         let diagonal = if a == p { a.distance_squared(c) } else { p.distance_squared(q) };
-        Fit { cosine: cosine(crosses[0]).min(cosine(crosses[1])), diagonal }
+        let area = crosses[0].length().min(crosses[1].length());
+        Fit { cosine: cosine(crosses[0]).min(cosine(crosses[1])), diagonal, area }
+    }
+
+    fn is_regular(&self) -> bool {
+        self.cosine >= REGULAR && self.area > LEAST_AREA
     }
 
     fn is_better(&self, other: &Fit) -> bool {

@@ -7,6 +7,7 @@ use ldi_ops::grid::Grid;
 use ldi_ops::mesh::TriangleMesh;
 use ldi_ops::solids;
 
+use crate::crossings::assert_uncrossed;
 use crate::sampled::{assert_solid, closed, distance, nodes, sharp_edges, surface_of, surface_of_expression};
 
 fn turned_cube(turn: DQuat, side: f64) -> (TriangleMesh, [DVec3; 8]) {
@@ -30,6 +31,7 @@ fn turned_cubes_stay_cubes() {
         let surface = surface_of(&mesh, &grid);
         assert_solid(&surface.mesh);
         assert_eq!(surface.stayed, 0, "{seed}");
+        assert_uncrossed(&surface, &grid, &format!("{seed}"));
         for corner in corners {
             let distances = surface.mesh.positions.iter().map(|p| p.distance(corner));
             assert!(distances.fold(f64::INFINITY, f64::min) < 1e-6 * grid.pitch(), "{seed}: {corner}");

@@ -5,6 +5,7 @@ use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::surface::{SurfaceMode, contour};
 
+use crate::crossings::assert_uncrossed;
 use crate::sampled::{assert_solid, closed, nodes};
 
 /// A source of numbers that are the same everywhere.
@@ -61,6 +62,7 @@ fn any_nodes_give_a_manifold_that_gives_the_nodes_back() {
             let images = images_of(&grid, at, &mut noise);
             let surface = contour(images.each_ref(), None, SurfaceMode::Exact).unwrap();
             assert_eq!((surface.disagreements, surface.sub_resolution), (0, Default::default()));
+            assert_uncrossed(&surface, &grid, &format!("{rays:?}"));
             if signs.iter().any(|&inside| inside) {
                 assert_solid(&surface.mesh);
                 for (z, plane) in (0..).zip(nodes(&closed(surface.mesh), &grid)) {

@@ -1,0 +1,398 @@
+//! Triangles that cross one another, and how they are parted.
+//!
+//! # Where they come from
+//! A surface whose vertices are the means of their crossings hardly ever crosses itself. It does so where a vertex is at a place
+//! that is right for its own normals and wrong for its neighbours: where crossings of two sheets, or of what is finer than the
+//! lattice, were taken for the faces of one edge, and far more so beyond its cell than in it.
+//!
+//! # Where they are looked for
+//! While all vertices are in their cells, the triangles of a lattice edge lie in its four cells; so two that cross one another do
+//! so in a cell that both edges belong to. If it has one vertex, that is a corner of both quadrilaterals. All around one vertex
+//! lie side by side if there is a direction that the triangles of all corners of each of them face: seen along it they do not even
+//! overlap. For a vertex of a gently bent sheet its mean normal is such a direction if all of its quadrilaterals are regular
+//! (see [`Cut::is_regular`]), which is known when they are cut; for a feature it is tried. That leaves **suspects**:
+//! vertices that fail, those that share their cell, those beyond theirs, and all in cells that the triangles of the latter touch.
+//! Two triangles cross one another only where both belong to a suspect, and those are tested exactly, both as they
+//! are and as they are rounded to 32 bits in most files.
+//!
+//! # What is done
+//! First quadrilaterals in crossing pairs are cut along their other diagonal, if it fits their normals nearly as well and
+//! parts the pair. Then in each round one feature of each pair goes back: one beyond its cell rather than one in it, then
+//! the one of most pairs. It goes back by half its way to where its cell held it, then all of it, then on to the mean of its crossings, if no
+//! sign of a node changes by it (see `features`). What is left when nobody can go back any more is counted.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::cells::{MARGIN, world_from_cells};
+use super::edges::Bits;
+use super::features::{CellFilter, Feature, Features};
+use super::intersect::{Candidate, meet, pairs};
+use super::quads::Cut;
+use crate::grid::Grid;
+
+/// The most rounds; more than four steps of a chain of neighbours are rare.
+const ROUNDS: usize = 32;
+
+/// Steps on the way back: to the place in the cell and to the mean, each in two.
+const STEPS: u8 = 4;
+
+/// How often a vertex that may not go back is tried again.
+const REFUSALS: u8 = 4;
+
+/// What became of triangles that crossed one another.
+pub struct Parted {
+    /// Vertices that were pulled back.
+    pub pulled: u64,
+    /// Pairs that still cross.
+    pub left: u64,
+    /// For each quadrilateral of the features the distance of its crossing from its triangles, in pitches.
+    pub distances: Vec<f32>,
+}
+
+/// A surface whose triangles may cross one another.
+pub struct Tangle<'a> {
+    features: &'a Features<'a>,
+    grid: &'a Grid,
+    rounding: f64,
+    /// How far 32 bits may move a vertex, in pitches.
+    blur: f64,
+    vertices: &'a mut [DVec3],
+    triangles: &'a mut [[u32; 3]],
+    distances: Vec<f32>,
+    /// Vertices whose triangles may cross one another.
+    unsound: Chosen,
+    /// For each feature where it was settled, and the steps that it has gone back.
+    settled: Vec<DVec3>,
+    steps: Vec<u8>,
+    /// How often it could not go.
+    refusals: Vec<u8>,
+}
+
+/// Some of the vertices or of the quadrilaterals, as bits.
+#[derive(Clone)]
+struct Chosen {
+    bits: Vec<u64>,
+}
+
+impl Chosen {
+    fn of(count: usize) -> Chosen {
+        Chosen { bits: vec![0; count.div_ceil(64)] }
+    }
+
+    fn all(&self) -> impl Iterator<Item = u32> + '_ {
+        (0u32..).zip(&self.bits).flat_map(|(word, &bits)| Bits(bits).map(move |bit| 64 * word + bit as u32))
+    }
+
+    fn has(&self, vertex: u32) -> bool {
+        self.bits[vertex as usize / 64] >> (vertex % 64) & 1 == 1
+    }
+
+    fn add(&mut self, vertex: u32) {
+        self.bits[vertex as usize / 64] |= 1 << (vertex % 64);
+    }
+}
+
+impl<'a> Tangle<'a> {
+    /// A surface with its features where they settled; their quadrilaterals are not cut yet. `rounding` is how far the
+    /// lattice's rounding may move a surface, in pitches.
+    pub fn new(
+        features: &'a Features<'a>,
+        grid: &'a Grid,
+        rounding: f64,
+        vertices: &'a mut [DVec3],
+        triangles: &'a mut [[u32; 3]],
+    ) -> Tangle<'a> {
+        let settled = features.all.iter().map(|feature| vertices[feature.vertex as usize]).collect();
+        let (steps, refusals) = (vec![0; features.all.len()], vec![0; features.all.len()]);
+        let unsound = Chosen::of(vertices.len());
+        let size = DVec3::from_array(grid.rays().map(f64::from)) * grid.pitch();
+        let furthest = grid.origin().abs().max((grid.origin() + size).abs()).max_element();
+        let blur = furthest * f64::from(f32::EPSILON) / grid.pitch();
+        Tangle {
+            features,
+            grid,
+            rounding,
+            blur,
+            vertices,
+            triangles,
+            distances: Vec::new(),
+            unsound,
+            settled,
+            steps,
+            refusals,
+        }
+    }
+
+    /// Cuts the quadrilaterals of the features and parts what crosses. `irregular` holds the first triangles of other
+    /// quadrilaterals that are.
+    pub fn part(&mut self, irregular: &[u32]) -> Parted {
+        self.cut_all().into_iter().for_each(|vertex| self.unsound.add(vertex));
+        for &first in irregular {
+            let corners = [self.triangles[first as usize], self.triangles[first as usize + 1]];
+            corners.as_flattened().iter().for_each(|&vertex| self.unsound.add(vertex));
+        }
+        let mut suspects = self.unsound.clone();
+        self.features.all.iter().filter(|feature| !feature.is_alone).for_each(|feature| suspects.add(feature.vertex));
+        let mut active = self.quads_of(&suspects);
+        let beyond = (0..self.features.all.len()).filter(|&i| self.is_beyond(i));
+        let mut far: Vec<u32> = beyond
+            .flat_map(|i| self.features.around(i))
+            .map(|&at| self.features.quads[at as usize].triangle / 2)
+            .collect();
+        far.sort_unstable();
+        far.dedup();
+        far.iter().for_each(|&quad| active.add(quad));
+        let mut crossing = self.crossing_among(&active, &far);
+        for round in 0..ROUNDS {
+            if crossing.is_empty() {
+                break;
+            }
+            let mut changed = if round == 0 { self.flip(&crossing) } else { self.pull_back(&crossing) };
+            if changed.is_empty() && round > 0 {
+                break;
+            }
+            changed.extend(crossing.as_flattened().iter().map(|triangle| triangle / 2));
+            changed.sort_unstable();
+            changed.dedup();
+            let mut active = Chosen::of(self.triangles.len() / 2);
+            for &quad in &changed {
+                active.add(quad);
+                let corners = &self.triangles[2 * quad as usize..][..2];
+                corners.as_flattened().iter().for_each(|&vertex| self.unsound.add(vertex));
+            }
+            crossing = self.crossing_among(&active, &changed);
+        }
+        Parted {
+            pulled: self.steps.iter().filter(|&&steps| steps > 0).count() as u64,
+            left: crossing.len() as u64,
+            distances: std::mem::take(&mut self.distances),
+        }
+    }
+
+    /// The quadrilaterals, by number, that have any of some vertices for a corner.
+    fn quads_of(&self, vertices: &Chosen) -> Chosen {
+        let quad = |at: usize, bit: usize| self.triangles.get(128 * at + 2 * bit..128 * at + 2 * bit + 2);
+        let has = |quad: &[[u32; 3]]| quad.as_flattened().iter().any(|&vertex| vertices.has(vertex));
+        let word = |at: usize| (0..64).fold(0, |bits, bit| bits | u64::from(quad(at, bit).is_some_and(has)) << bit);
+        let words = (self.triangles.len() / 2).div_ceil(64);
+        Chosen { bits: (0..words).into_par_iter().with_min_len(64).map(word).collect() }
+    }
+
+    /// Cuts the quadrilaterals of the features, and gives the suspects among their corners.
+    fn cut_all(&mut self) -> Vec<u32> {
+        let (features, vertices) = (self.features, &*self.vertices);
+        let cuts: Vec<Cut> = features.quads.par_iter().with_min_len(256).map(|open| open.quad.cut(vertices)).collect();
+        for (open, cut) in features.quads.iter().zip(&cuts) {
+            self.triangles[open.triangle as usize..][..2].copy_from_slice(&cut.triangles);
+        }
+        self.distances = cuts.iter().map(|cut| cut.distance).collect();
+        let suspect = |(open, cut): (&super::quads::OpenQuad, &Cut)| {
+            let is_suspect = |vertex: &u32| match features.of_vertex(*vertex) {
+                None => !cut.is_regular,
+                Some(i) => {
+                    let feature = &features.all[i];
+                    !open.quad.faces(feature.facing, vertices)
+                }
+            };
+            open.quad.corners.into_iter().filter(is_suspect).collect::<Vec<u32>>()
+        };
+        features.quads.par_iter().zip(&cuts).with_min_len(256).flat_map_iter(suspect).collect()
+    }
+
+    /// The vertices at home in some cells.
+    fn at_home_in(&self, cells: &CellFilter) -> Chosen {
+        let features = self.features;
+        let is_in = |vertex: usize| {
+            let home = features.of_vertex(vertex as u32).map_or(self.vertices[vertex], |i| features.all[i].held);
+            cells.may_hold(home)
+        };
+        let count = self.vertices.len();
+        let word = |at: usize| {
+            (64 * at..count.min(64 * at + 64)).fold(0, |bits, vertex| bits | u64::from(is_in(vertex)) << (vertex % 64))
+        };
+        Chosen { bits: (0..count.div_ceil(64)).into_par_iter().with_min_len(64).map(word).collect() }
+    }
+
+    /// The pairs of triangles that cross one another, at least one being of an `active` quadrilateral. What is not active is
+    /// looked for in the cells that the triangles of `far` touch, which are quadrilaterals by number.
+    fn crossing_among(&self, active: &Chosen, far: &[u32]) -> Vec<[u32; 2]> {
+        let mut cells = CellFilter::new(16 * far.len());
+        for triangle in far.iter().flat_map(|quad| [2 * quad, 2 * quad + 1]) {
+            self.candidate(triangle, true).cells().for_each(|cell| cells.add(cell));
+        }
+        let mut quads = self.quads_of(&self.at_home_in(&cells));
+        quads.bits.iter_mut().zip(&active.bits).for_each(|(bits, active)| *bits |= active);
+        let of_quad = |quad: u32| [2 * quad, 2 * quad + 1].map(|triangle| self.candidate(triangle, active.has(quad)));
+        let candidates: Vec<Candidate> = quads.all().flat_map(of_quad).collect();
+        let is_sound = |vertex: &u32| !self.unsound.has(*vertex);
+        let do_meet = |one: &Candidate, other: &Candidate| {
+            !one.vertices.iter().any(|vertex| other.vertices.contains(vertex) && is_sound(vertex))
+                && !are_parted(one, other, self.blur)
+                && self.do_meet(one.vertices, other.vertices)
+        };
+        pairs(&candidates, |candidate, cell| candidate.is_active || cells.may_be(cell), do_meet)
+    }
+
+    fn candidate(&self, triangle: u32, is_active: bool) -> Candidate {
+        let vertices = self.triangles[triangle as usize];
+        Candidate::new(triangle, is_active, vertices, vertices.map(|vertex| self.vertices[vertex as usize]))
+    }
+
+    /// Cuts quadrilaterals of crossing triangles along the other diagonal where that parts them from one another, and gives their
+    /// numbers.
+    fn flip(&mut self, crossing: &[[u32; 2]]) -> Vec<u32> {
+        let quads = self.features.quads;
+        let mut flipped = HashSet::new();
+        for pair in crossing {
+            let pair = pair.map(|triangle| triangle / 2);
+            if pair[0] == pair[1] || pair.iter().any(|quad| flipped.contains(quad)) {
+                continue;
+            }
+            for (quad, other) in [(pair[0], pair[1]), (pair[1], pair[0])] {
+                let Ok(at) = quads.binary_search_by_key(&(2 * quad), |open| open.triangle) else { continue };
+                let Some(cut) = quads[at].quad.cut_otherwise(self.vertices) else { continue };
+                let others = &self.triangles[2 * other as usize..][..2];
+                let is_crossed = |triangle| others.iter().any(|&other| self.do_meet(triangle, other));
+                if !cut.triangles.into_iter().any(is_crossed) {
+                    self.triangles[2 * quad as usize..][..2].copy_from_slice(&cut.triangles);
+                    self.distances[at] = cut.distance;
+                    flipped.insert(quad);
+                    break;
+                }
+            }
+        }
+        flipped.into_iter().collect()
+    }
+
+    /// Whether two triangles cross one another, as they are or rounded to 32 bits.
+    fn do_meet(&self, one: [u32; 3], other: [u32; 3]) -> bool {
+        let exact = |vertex: u32| world_from_cells(self.grid, self.vertices[vertex as usize]);
+        meet(one, other, exact) || meet(one, other, |vertex| exact(vertex).as_vec3().as_dvec3())
+    }
+
+    /// Pulls back some of the features in pairs of crossing triangles, and gives the numbers of their quadrilaterals.
+    fn pull_back(&mut self, crossing: &[[u32; 2]]) -> Vec<u32> {
+        let features = self.features;
+        let can_go = |&i: &usize| self.steps[i] < STEPS && self.refusals[i] < REFUSALS;
+        let of_pair = |pair: &[u32; 2]| -> Vec<usize> {
+            let vertices = pair.map(|triangle| self.triangles[triangle as usize]);
+            let mut of_pair: Vec<usize> = vertices
+                .as_flattened()
+                .iter()
+                .filter_map(|&vertex| features.of_vertex(vertex))
+                .filter(can_go)
+                .collect();
+            of_pair.sort_unstable();
+            of_pair.dedup();
+            of_pair
+        };
+        let of_pairs: Vec<Vec<usize>> = crossing.par_iter().map(of_pair).collect();
+        let mut votes: HashMap<usize, u32> = HashMap::new();
+        of_pairs.iter().flatten().for_each(|&i| *votes.entry(i).or_default() += 1);
+        // Vertices beyond their cells go first, then those of most votes, then those furthest from their means.
+        let weight = |i: usize| {
+            let feature = &features.all[i];
+            (self.is_beyond(i), votes[&i], self.vertices[feature.vertex as usize].distance(feature.mean))
+        };
+        let weights: HashMap<usize, (bool, u32, f64)> = votes.keys().map(|&i| (i, weight(i))).collect();
+        let mut chosen: Vec<usize> = of_pairs
+            .iter()
+            .filter_map(|of_pair| {
+                of_pair
+                    .iter()
+                    .copied()
+                    .max_by(|a, b| weights[a].partial_cmp(&weights[b]).unwrap_or(std::cmp::Ordering::Equal))
+            })
+            .collect();
+        chosen.sort_unstable();
+        chosen.dedup();
+        let mut changed = Vec::new();
+        for i in chosen {
+            if self.step_back(i) {
+                changed.extend_from_slice(features.around(i));
+                continue;
+            }
+            // Neighbours beyond their cells may be in the way.
+            let quads = features.around(i).iter().map(|&at| &features.quads[at as usize].quad);
+            let mut near: Vec<usize> = quads.flat_map(|quad| features.features_of(quad)).collect();
+            near.sort_unstable();
+            near.dedup();
+            for j in near {
+                if j != i && self.is_beyond(j) && self.step_back(j) {
+                    changed.extend_from_slice(features.around(j));
+                }
+            }
+        }
+        changed.sort_unstable();
+        changed.dedup();
+        for &at in &changed {
+            let open = &features.quads[at as usize];
+            let cut = open.quad.cut(self.vertices);
+            self.triangles[open.triangle as usize..][..2].copy_from_slice(&cut.triangles);
+            self.distances[at as usize] = cut.distance;
+        }
+        changed.into_iter().map(|at| features.quads[at as usize].triangle / 2).collect()
+    }
+
+    /// Takes a feature to the next place on its way back that it may go to.
+    fn step_back(&mut self, feature: usize) -> bool {
+        let Feature { vertex, held, mean, .. } = self.features.all[feature];
+        let settled = self.settled[feature];
+        let from = self.vertices[vertex as usize];
+        let places = [settled.lerp(held, 0.5), held, held.lerp(mean, 0.5), mean];
+        let mut refused = false;
+        for (step, to) in (1u8..).zip(places).skip(usize::from(self.steps[feature])) {
+            if from.distance(to) <= MARGIN {
+                continue;
+            }
+            let margins = [MARGIN, self.rounding.min(MARGIN)];
+            if margins.into_iter().any(|margin| self.features.may_go(feature, to, margin, self.vertices)) {
+                self.vertices[vertex as usize] = to;
+                self.steps[feature] = step;
+                return true;
+            }
+            refused = true;
+        }
+        self.refusals[feature] = if refused { self.refusals[feature] + 1 } else { REFUSALS };
+        false
+    }
+
+    /// Whether a feature has left its cell.
+    fn is_beyond(&self, feature: usize) -> bool {
+        self.settled[feature] != self.features.all[feature].held && self.steps[feature] < 2
+    }
+}
+
+/// Whether a plane clearly parts two triangles but for vertices that they share, wherever vertices are moved by `blur`: the
+/// plane of either, or one upright on either through a side.
+fn are_parted(one: &Candidate, other: &Candidate, blur: f64) -> bool {
+    let parts = |one: &Candidate, other: &Candidate| {
+        let [a, b, c] = one.corners;
+        let (ab, ac) = (b - a, c - a);
+        let normal = ab.cross(ac);
+        let from_a = other.corners.map(|place| place - a);
+        let lengths = [ab, ac, from_a[0], from_a[1], from_a[2]].map(|v| v.length_squared());
+        let reach = lengths.into_iter().fold(0.0, f64::max);
+        let least = 8.0 * blur * reach;
+        let shared = other.vertices.map(|vertex| one.vertices.iter().position(|&corner| corner == vertex));
+        let volumes = from_a.map(|place| normal.dot(place));
+        if (0..3).all(|j| shared[j].is_some() || volumes[j] > least)
+            || (0..3).all(|j| shared[j].is_some() || volumes[j] < -least)
+        {
+            return true;
+        }
+        let least = 3.0 * least * reach.sqrt();
+        (0..3).any(|i| {
+            let next = (i + 1) % 3;
+            let outwards = (one.corners[next] - one.corners[i]).cross(normal);
+            (0..3).all(|j| match shared[j] {
+                Some(corner) => corner == i || corner == next,
+                None => outwards.dot(other.corners[j] - one.corners[i]) > least,
+            })
+        })
+    };
+    parts(one, other) || parts(other, one)
+}
