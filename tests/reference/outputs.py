@@ -73,7 +73,7 @@ SIMPLIFY = 0.1  # pitches
 
 # How far beyond the exact box a mesh may reach, in pitches. A vertex belongs to a cell with a node inside, and may leave it
 # by as much as this, to where the planes of its crossings meet.
-REACH = 1.5
+REACH = 1.0
 
 # What a metre is in the unit of a result; numbers without a unit are kept by all formats.
 PER_METRE = {None: 1.0, "um": 1e6, "mm": 1e3, "cm": 1e2, "m": 1.0, "in": 1 / 0.0254, "ft": 1 / 0.3048}

@@ -118,6 +118,7 @@ fn surface(report: &SurfaceReport) -> Value {
         "disagreements": report.disagreements,
         "largest_distance": report.largest_distance,
         "blunted_vertices": report.blunted,
+        "crossing_pairs": report.crossing_pairs,
         "largest_component_share": report.largest_share,
         "dropped_parts": { "count": report.dropped.parts, "volume": report.dropped.volume },
         "simplified": report.simplified.map(|simplified| json!({

@@ -154,6 +154,10 @@ fn surface(report: &SurfaceReport, length: &str) -> [String; 2] {
         0 | 1 => String::new(),
         _ => format!(", the largest with {:.2} % of the volume", 100.0 * report.largest_share),
     };
+    let crossing = match report.crossing_pairs {
+        0 => String::new(),
+        pairs => format!("; {pairs} pairs of triangles cross"),
+    };
     let dropped = match report.dropped.parts {
         0 => String::new(),
         parts => format!("; {parts} small parts dropped"),
@@ -163,7 +167,7 @@ fn surface(report: &SurfaceReport, length: &str) -> [String; 2] {
             "{triangles} triangles, {vertices} vertices, {components} components{largest}, genus {genus}{simplified}"
         ),
         format!(
-            "closed 2-manifold; samples at most {}{length} away; {} walls and {} gaps below the pitch dropped{dropped}",
+            "closed 2-manifold; samples at most {}{length} away; {} walls and {} gaps below the pitch dropped{dropped}{crossing}",
             number(report.largest_distance),
             report.walls,
             report.gaps

@@ -41,6 +41,8 @@ pub struct SurfaceReport {
     pub largest_distance: f64,
     /// Vertices of edges and corners that could not be put where they belong.
     pub blunted: u64,
+    /// Pairs of triangles that cross, before the mesh was simplified.
+    pub crossing_pairs: u64,
     pub simplified: Option<SimplifiedReport>,
     /// The volume of the largest part, as a share of that of all.
     pub largest_share: f64,
@@ -97,7 +99,7 @@ pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(Tri
     progress.stage("contouring");
     let mode = surface_mode(imaged.mode);
     let surface = contour([a, b, c], imaged.normals, mode).map_err(Failure::input)?;
-    let Surface { mesh, sub_resolution, disagreements, distance, stayed, .. } = surface;
+    let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
     let parts = Parts::of(&mesh);
     let (mesh, dropped) = parts.without_small(mesh, finish.least_part.unwrap_or(0.0));
     let (mesh, simplified) = match finish.simplify {
@@ -125,7 +127,8 @@ pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(Tri
         gaps: sub_resolution.gaps,
         disagreements,
         largest_distance: distance,
-        blunted: stayed,
+        blunted: stayed + pulled,
+        crossing_pairs,
         simplified,
         largest_share: parts.largest_share(),
         dropped,
