@@ -101,7 +101,9 @@ pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(Tri
     let surface = contour([a, b, c], imaged.normals, mode).map_err(Failure::input)?;
     let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
     let parts = Parts::of(&mesh);
+    let largest_share = parts.largest_share();
     let (mesh, dropped) = parts.without_small(mesh, finish.least_part.unwrap_or(0.0));
+    drop(parts);
     let (mesh, simplified) = match finish.simplify {
         Some(bound) if !mesh.triangles.is_empty() => {
             progress.stage("simplifying");
@@ -130,7 +132,7 @@ pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(Tri
         blunted: stayed + pulled,
         crossing_pairs,
         simplified,
-        largest_share: parts.largest_share(),
+        largest_share,
         dropped,
     };
     Ok((mesh, report))
