@@ -112,8 +112,12 @@ pub enum SurfaceError {
     },
 }
 
-/// Layers of cells that are worked at together.
-const SLAB: i32 = 32;
+/// The most layers of cells that are worked at together.
+const MOST_LAYERS: i32 = 32;
+
+/// Words that the planes of a slab may take, each kind of array by itself: on large rasters fewer layers are worked at
+/// together.
+const SLAB_WORDS: u64 = 1 << 22;
 
 /// The surface of the solid of three images.
 ///
@@ -126,8 +130,11 @@ pub fn contour(images: [&Ldi; 3], normals: Option<&[[f32; 3]]>, mode: SurfaceMod
     let images = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
     let mut contour = Contour::new(Source { planes, images, normals, mode }, *planes.grid());
     let layers = planes.grid().rays()[2] as i32;
-    for first in (-1..layers).step_by(SLAB as usize) {
-        contour.add_layers(first..layers.min(first + SLAB))?;
+    let [columns, rows, _] = planes.grid().rays().map(u64::from);
+    let plane = (columns + 2).div_ceil(64) * (rows + 2);
+    let height = (SLAB_WORDS / plane).clamp(1, MOST_LAYERS as u64) as i32;
+    for first in (-1..layers).step_by(height as usize) {
+        contour.add_layers(first..layers.min(first + height))?;
     }
     Ok(contour.finish())
 }

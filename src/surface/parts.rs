@@ -104,7 +104,7 @@ impl Parts {
         let least = share * self.volumes().sum::<f64>();
         let is_small = |volume: &f64| volume.abs() < least;
         let small: Vec<f64> = self.volumes().filter(is_small).collect();
-        let dropped = Dropped { parts: small.len(), volume: small.iter().sum() };
+        let dropped = Dropped { parts: small.len(), volume: small.iter().fold(0.0, |sum, volume| sum + volume) };
         if dropped.parts == 0 {
             return (mesh, dropped);
         }

@@ -221,7 +221,7 @@ fn beams_need_the_non_zero_rule() {
     assert_near(result["volume"]["value"].as_f64().unwrap(), expected, 0.01 * expected);
     folder.run(&["check", "beams.3mf"]).code(0).warns(&["beams", ": 2"]);
     let result = folder.json(&["convert", "beams.3mf", "-o", "beams.stl"]);
-    assert_eq!(warning_codes(&result), ["beams-meshed"]);
+    assert_eq!(warning_codes(&result), ["beams-meshed", "unit-not-kept"]);
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Real meshes, in the folder that `LDI_CORPUS` names: those that are closed, and as open meshes those that are not.
 
 use ldi_ops::grid::{Axis, Grid, LatticeSolid};
-use ldi_ops::mesh::{ClosedMesh, io};
+use ldi_ops::mesh::ClosedMesh;
+use ldi_ops::mesh::io::{self, ReadNote};
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 
 use crate::manifest;
@@ -15,6 +16,8 @@ fn corpus_solids_have_the_same_images() {
         // A scaffold of beams alone is listed without a volume.
         let sound = entry.class != "nasty" && entry.volume.is_some();
         let mesh = match io::read(&entry.path) {
+            // Beams are meshed so finely that tiles hold more triangles than a software adapter has rounds of a loop.
+            Ok(file) if file.notes.iter().any(|note| matches!(note, ReadNote::BeamsMeshed { .. })) => continue,
             Ok(file) => file.mesh,
             Err(error) if sound => panic!("{error}"),
             Err(_) => continue,

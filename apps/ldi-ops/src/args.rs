@@ -390,7 +390,7 @@ pub struct ReadingArguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sampling")]
 pub struct SamplingArguments {
-    /// Rays along the longest side of the common box [default: 512]
+    /// Rays along the longest side of the box of all solids [default: 512]
     #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
     pub resolution: Option<u32>,
     /// Distance of neighbouring rays, in file units
@@ -406,7 +406,8 @@ pub struct SamplingArguments {
     /// spread
     #[arg(long, value_enum, default_value_t = AxisChoice::All)]
     pub axis: AxisChoice,
-    /// Which image is kept: one that encloses the solid on every ray, one that lies inside, or every crossing
+    /// Which image is kept: one that encloses the solid on every ray, one that lies inside, or every crossing. A mesh of it
+    /// passes through the samples and is itself no bound
     #[arg(long, value_enum, default_value_t = ModeChoice::Over)]
     pub mode: ModeChoice,
     /// What is inside where shells overlap: even-odd cancels, nonzero unites

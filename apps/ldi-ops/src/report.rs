@@ -120,7 +120,7 @@ fn one_measured(result: &Measured) -> String {
         );
     }
     if let Some(report) = &result.surface {
-        let [mesh, quality] = surface(report, &length.to_string());
+        let [mesh, quality] = surface(report, result.unit);
         table.line("mesh", mesh);
         table.more(quality);
     }
@@ -142,7 +142,8 @@ fn one_measured(result: &Measured) -> String {
 }
 
 /// A mesh that was made of images, on two lines.
-fn surface(report: &SurfaceReport, length: &str) -> [String; 2] {
+fn surface(report: &SurfaceReport, unit: Option<LengthUnit>) -> [String; 2] {
+    let (length, cubed) = (unit::suffix(unit, 1), unit::suffix(unit, 3));
     let SurfaceReport { vertices, triangles, components, genus, .. } = report;
     let simplified = match report.simplified {
         Some(SimplifiedReport { distance, triangles, .. }) => {
@@ -150,13 +151,14 @@ fn surface(report: &SurfaceReport, length: &str) -> [String; 2] {
         }
         None => String::new(),
     };
+    let before = if report.simplified.is_some() { " before that" } else { "" };
     let largest = match components {
         0 | 1 => String::new(),
-        _ => format!(", the largest with {:.2} % of the volume", 100.0 * report.largest_share),
+        _ => format!(" (all but the largest {:.1e} of the volume)", (1.0 - report.largest_share).abs()),
     };
     let crossing = match report.crossing_pairs {
-        0 => String::new(),
-        pairs => format!("; {pairs} pairs of triangles cross"),
+        None | Some(0) => String::new(),
+        Some(pairs) => format!("; {pairs} pairs of triangles cross"),
     };
     let dropped = match report.dropped.parts {
         0 => String::new(),
@@ -167,7 +169,8 @@ fn surface(report: &SurfaceReport, length: &str) -> [String; 2] {
             "{triangles} triangles, {vertices} vertices, {components} components{largest}, genus {genus}{simplified}"
         ),
         format!(
-            "closed 2-manifold; samples at most {}{length} away; {} walls and {} gaps below the pitch dropped{dropped}{crossing}",
+            "closed 2-manifold around {}{cubed}; samples at most {}{length} away{before}; {} walls and {} gaps below the pitch dropped{dropped}{crossing}",
+            number(report.volume),
             number(report.largest_distance),
             report.walls,
             report.gaps
@@ -183,10 +186,9 @@ fn surfaced(result: &Surfaced) -> String {
     let pitch = number(result.grid.pitch());
     table.line("images", format_args!("{x} × {y} × {z} rays, pitch {pitch}{length}; {} samples", result.samples));
     if let Some(report) = &result.surface {
-        let [mesh, quality] = surface(report, &length);
+        let [mesh, quality] = surface(report, result.unit);
         table.line("mesh", mesh);
         table.more(quality);
-        table.line("volume", format_args!("{}{}", number(report.volume), unit::suffix(result.unit, 3)));
     }
     if let Some(path) = &result.output {
         table.line("written", path.display());

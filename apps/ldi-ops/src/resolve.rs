@@ -279,6 +279,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             let writing = args::ImageArguments { output: Some(a.output), finish: a.finish };
             let target = image_target(writing, AxisChoice::All)?.expect("an output is given");
             apart(&report, &target.path)?;
+            keeps([a.images.as_path()].into_iter(), &target.path)?;
             let job = SurfaceJob { images: a.images, unit: a.unit, mode: mode(a.mode), target, report };
             Ok(invocation(Job::Surface(job), &a.common))
         }
@@ -290,6 +291,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             let report = report(&a.common)?;
             mesh_target(&a.output)?;
             apart(&report, &a.output)?;
+            keeps([a.from.as_path()].into_iter(), &a.output)?;
             let from = Input { name: None, path: a.from, placement: a.transform_a };
             Ok(invocation(Job::Convert(ConvertJob { from, to: a.output, unit: a.unit, report }), &a.common))
         }
@@ -408,6 +410,7 @@ fn measure(
     let report = report(&common)?;
     if let Some(target) = &images {
         apart(&report, &target.path)?;
+        keeps(inputs.iter().map(|input| input.path.as_path()), &target.path)?;
     }
     let job = MeasureJob {
         measurement,
@@ -508,6 +511,14 @@ fn apart(report: &Report, other: &Path) -> Result<(), Failure> {
             other.display()
         ))),
         _ => Ok(()),
+    }
+}
+
+/// No input is written over, as what goes wrong afterwards could not be made good.
+fn keeps<'p>(mut inputs: impl Iterator<Item = &'p Path>, target: &Path) -> Result<(), Failure> {
+    match inputs.any(|input| output::is_same(input, target)) {
+        true => Err(Failure::input(format!("-o {}: is an input, which would be written over", target.display()))),
+        false => Ok(()),
     }
 }
 

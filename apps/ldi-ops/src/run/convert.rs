@@ -10,6 +10,7 @@ use super::{Finished, Outcome, say_warnings};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
 use crate::resolve::ConvertJob;
+use crate::unit;
 use crate::warning::Warning;
 
 /// What was written.
@@ -42,6 +43,7 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
     progress.stage("writing");
     let written = io::write(&job.to, &mesh, unit).map_err(super::write_failure)?;
     warnings.extend(input::write_notes(&job.to, &written.notes));
+    warnings.extend(unit_not_kept(job, read.file.unit));
     let converted = Converted {
         from: job.from.path.clone(),
         sha256: read.sha256,
@@ -53,4 +55,16 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
     progress.finish();
     say_warnings(&converted.warnings, progress);
     Ok(Finished { outcome: Outcome::Converted(converted), report: job.report.clone(), exit: Exit::Done })
+}
+
+/// Says that a format has no place for the unit that a file stated.
+fn unit_not_kept(job: &ConvertJob, stated: Option<LengthUnit>) -> Option<Warning> {
+    let has_none = |format| matches!(format, Format::Stl | Format::Obj | Format::Ply | Format::Off);
+    let format = Format::from_path(&job.to).ok().filter(|format| has_none(*format))?;
+    let unit = unit::suffix(Some(stated?), 1);
+    let message = format!(
+        "{}: {format} files state no unit, and who reads this one must know that its lengths are in{unit}; .3mf and .glb do",
+        job.to.display()
+    );
+    Some(Warning::new("unit-not-kept", message))
 }

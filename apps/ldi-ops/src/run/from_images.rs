@@ -9,6 +9,7 @@ use ldi_ops::grid::Grid;
 use ldi_ops::ldi::Ldi;
 use ldi_ops::ldi::npz::{self, Normals, NpzError};
 use ldi_ops::mesh::LengthUnit;
+use ldi_ops::mesh::io::Format;
 use ldi_ops::sampler::Mode;
 
 use super::surface::{Imaged, SurfaceReport};
@@ -83,6 +84,13 @@ impl ImageFile {
 /// Reads images and writes what was asked for.
 pub fn run(job: &SurfaceJob, start: Instant, progress: &Progress) -> Result<Finished, Failure> {
     progress.stage("reading");
+    if Format::from_path(&job.images).is_ok() {
+        let message = format!(
+            "{}: is a mesh, and images are wanted, as `ldi-ops sample` writes them to .npz",
+            job.images.display()
+        );
+        return Err(Failure::input(message));
+    }
     let failure = |error: io::Error| Failure::input(format!("{}: {error}", job.images.display()));
     let file = BufReader::new(File::open(&job.images).map_err(failure)?);
     let mut file = ImageFile::read(file, &job.images)?;

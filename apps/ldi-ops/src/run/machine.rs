@@ -28,6 +28,24 @@ pub fn free_memory() -> Option<u64> {
     kibibytes(&fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:")
 }
 
+/// Meshes of fewer samples are never the reason for which memory runs out.
+const FEW_SAMPLES: u64 = 1 << 24;
+
+/// What a sample comes to in a mesh at most: a vertex and two triangles, and the stars by which they are checked.
+const BYTES_OF_SAMPLE: u64 = 110;
+
+/// Refuses the mesh of so many samples if it would not fit, before the system ends the process for it.
+pub fn admit_mesh(samples: u64) -> Result<(), Failure> {
+    let needed = samples * BYTES_OF_SAMPLE;
+    match free_memory() {
+        Some(free) if samples > FEW_SAMPLES && needed > free => Err(Failure::machine(format!(
+            "a mesh of {samples} samples has about {} triangles and needs {needed} bytes, and {free} are free; ask for fewer rays",
+            2 * samples
+        ))),
+        _ => Ok(()),
+    }
+}
+
 /// Rasters below this many rays are never the reason for which memory runs out.
 const SMALL: u64 = 1 << 26;
 

@@ -14,6 +14,7 @@ use ldi_ops::surface::simplify::simplify;
 use ldi_ops::surface::{Surface, SurfaceMode, contour};
 
 use super::input::write_notes;
+use super::machine;
 use super::write_failure;
 use crate::exit::Failure;
 use crate::progress::Progress;
@@ -41,8 +42,8 @@ pub struct SurfaceReport {
     pub largest_distance: f64,
     /// Vertices of edges and corners that could not be put where they belong.
     pub blunted: u64,
-    /// Pairs of triangles that cross, before the mesh was simplified.
-    pub crossing_pairs: u64,
+    /// Pairs of triangles that cross; not known of a mesh that was simplified.
+    pub crossing_pairs: Option<u64>,
     pub simplified: Option<SimplifiedReport>,
     /// The volume of the largest part, as a share of that of all.
     pub largest_share: f64,
@@ -80,7 +81,8 @@ pub fn write(
     let (mesh, mut report) = mesh(imaged, finish, progress)?;
     let mut warnings = warnings(&report, imaged.normals.is_some());
     if mesh.triangles.is_empty() {
-        let message = format!("{}: not written, as no lattice node lies inside the result", path.display());
+        let old = if path.exists() { "; the file of that name is an older one" } else { "" };
+        let message = format!("{}: not written, as no lattice node lies inside the result{old}", path.display());
         warnings.push(Warning::new("empty-surface", message));
     } else {
         progress.stage("writing");
@@ -96,14 +98,18 @@ pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(Tri
     let [a, b, c] = imaged.images else {
         return Err(Failure::input("a mesh needs images along all three axes, x, y and z"));
     };
+    machine::admit_mesh(imaged.images.iter().map(|image| image.depths().len() as u64).sum())?;
     progress.stage("contouring");
     let mode = surface_mode(imaged.mode);
     let surface = contour([a, b, c], imaged.normals, mode).map_err(Failure::input)?;
     let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
     let parts = Parts::of(&mesh);
-    let largest_share = parts.largest_share();
+    let mut largest_share = parts.largest_share();
     let (mesh, dropped) = parts.without_small(mesh, finish.least_part.unwrap_or(0.0));
     drop(parts);
+    if dropped.parts > 0 {
+        largest_share = Parts::of(&mesh).largest_share();
+    }
     let (mesh, simplified) = match finish.simplify {
         Some(bound) if !mesh.triangles.is_empty() => {
             progress.stage("simplifying");
@@ -130,7 +136,7 @@ pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(Tri
         disagreements,
         largest_distance: distance,
         blunted: stayed + pulled,
-        crossing_pairs,
+        crossing_pairs: simplified.is_none().then_some(crossing_pairs),
         simplified,
         largest_share,
         dropped,
