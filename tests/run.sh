@@ -26,7 +26,8 @@ has_vulkan() {
 
 install_missing() {
   local packages=()
-  command -v cc >/dev/null || packages+=(build-essential)
+  # meshoptimizer is C++.
+  command -v cc >/dev/null && command -v c++ >/dev/null || packages+=(build-essential)
   command -v python3 >/dev/null || packages+=(python3)
   # Debian's python3 has the module venv but not what it needs to put pip into it.
   python3 -c 'import ensurepip, venv' 2>/dev/null || packages+=(python3-venv)
