@@ -59,6 +59,7 @@ pub mod grid;
 pub mod integrate;
 pub mod ldi;
 pub mod mesh;
+pub mod minkowski;
 pub mod output;
 pub mod picture;
 pub mod sampler;

@@ -179,7 +179,8 @@ fn faults(path: &str, text: &str) -> Vec<String> {
         .iter()
         .any(|operation| path.strip_prefix(operation).is_some_and(|rest| rest == ".rs" || rest.starts_with('/')));
     if is_operation {
-        if imports("sampler") {
+        // A sum has no mesh to sample: its images are made of the crossings of its primitives, by the sampler's stages.
+        if imports("sampler") && !path.starts_with("src/minkowski") {
             fault("an operation imports the sampler".to_owned());
         }
         if imports("mesh") && !path.starts_with("src/surface") {
@@ -452,6 +453,7 @@ mod tests {
             ("src/minkowski/gpu/flood.rs", "use wgpu::Queue;"),
             ("src/mesh/io/gltf.rs", "use gltf::Gltf; use serde_json::Value;"),
             ("src/ldi/npz/write.rs", "use zip::ZipWriter;"),
+            ("src/minkowski/sum.rs", "use crate::sampler::cpu::CpuSampler;"),
             ("src/surface/mod.rs", "use crate::mesh::TriangleMesh;"),
             ("src/surface/simplify/patch.rs", "use meshopt::simplify;"),
             ("src/boolean.rs", "use crate::grid::Axis; use crate::ldi::{Ldi, TooManySamples};"),

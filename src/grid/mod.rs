@@ -8,6 +8,8 @@
 //! Numbers: lattice positions lie in `[0, 2^30)`, differences fit 31 bits, edge functions fit `i64`. At 512 rays a pixel
 //! holds 2^20 lattice steps.
 
+mod sum;
+
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use glam::DVec3;
@@ -15,6 +17,8 @@ use rayon::prelude::*;
 
 use crate::allocation::vec_with_room;
 use crate::mesh::{Aabb, ClosedMesh, TriangleMesh};
+
+pub use sum::SumGrid;
 
 /// Lattice positions are at most this, so that a depth and its flags fit 32 bits and edge functions fit `i64`.
 pub const LATTICE_MAX: i32 = (1 << 30) - 2;
@@ -437,6 +441,26 @@ pub struct LatticeSolid<'m> {
 static NEXT_IDENTITY: AtomicU64 = AtomicU64::new(0);
 
 impl LatticeSolid<'_> {
+    /// Triangles that bound nothing by themselves: even positions inside `grid`, and indices into them.
+    pub(crate) fn of_primitives<'p>(
+        grid: &Grid,
+        positions: Vec<[i32; 3]>,
+        triangles: &'p [[u32; 3]],
+    ) -> LatticeSolid<'p> {
+        let point = |&p: &[i32; 3]| LatticeBox { min: p, max: p };
+        let bounds = positions.iter().map(point).fold(LatticeBox::EMPTY, |all, one| all.hull(&one));
+        let identity = NEXT_IDENTITY.fetch_add(1, Ordering::Relaxed);
+        LatticeSolid {
+            grid: *grid,
+            positions,
+            triangles,
+            closure: Closure::Open,
+            bounds,
+            region: grid.whole(),
+            identity,
+        }
+    }
+
     /// The grid it was quantised on.
     pub fn grid(&self) -> &Grid {
         &self.grid

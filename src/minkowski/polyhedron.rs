@@ -1,0 +1,67 @@
+//! A solid on the lattice as its features: vertices that differ, and facets between them.
+
+use std::collections::HashMap;
+
+use crate::grid::{LatticeBox, LatticeSolid};
+
+/// A solid by its facets, welded on the lattice: vertices of one position are one, and facets whose vertices coincide are
+/// left out. Facets may still have no area, where three vertices lie on a line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polyhedron {
+    positions: Vec<[i32; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Polyhedron {
+    /// The features of a quantised solid, whose triangles must agree on what is outside.
+    pub fn new(solid: &LatticeSolid) -> Polyhedron {
+        let mut welded = HashMap::with_capacity(solid.positions().len());
+        let mut positions = Vec::new();
+        let mut of_vertex = vec![u32::MAX; solid.positions().len()];
+        let mut triangles = Vec::with_capacity(solid.triangles().len());
+        for triangle in solid.triangles() {
+            let [a, b, c] = triangle.map(|vertex| {
+                let of_vertex = &mut of_vertex[vertex as usize];
+                if *of_vertex == u32::MAX {
+                    let position = solid.positions()[vertex as usize];
+                    *of_vertex = *welded.entry(position).or_insert_with(|| {
+                        positions.push(position);
+                        positions.len() as u32 - 1
+                    });
+                }
+                *of_vertex
+            });
+            if a != b && b != c && c != a {
+                triangles.push([a, b, c]);
+            }
+        }
+        Polyhedron { positions, triangles }
+    }
+
+    /// A polyhedron of positions that differ from one another and triangles between three different ones.
+    pub fn from_parts(positions: Vec<[i32; 3]>, triangles: Vec<[u32; 3]>) -> Polyhedron {
+        Polyhedron { positions, triangles }
+    }
+
+    /// The same surface seen from the other side.
+    pub fn complement(mut self) -> Polyhedron {
+        self.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        self
+    }
+
+    /// Lattice positions, no two the same.
+    pub fn positions(&self) -> &[[i32; 3]] {
+        &self.positions
+    }
+
+    /// Three different indices into [`positions`](Self::positions) each; the outward normal is (b − a) × (c − a).
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// The box of all positions.
+    pub fn bounds(&self) -> LatticeBox {
+        let point = |&p: &[i32; 3]| LatticeBox { min: p, max: p };
+        self.positions.iter().map(point).fold(LatticeBox::EMPTY, |all, one| all.hull(&one))
+    }
+}

@@ -1,0 +1,64 @@
+//! What is certainly in: from the crossings of primitives to spans and gaps.
+
+use crate::fixed::Hit;
+use crate::grid::Axis;
+
+/// What lies outside of everything: before the first and after the last crossing of a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outer {
+    /// Nothing: the solid is bounded.
+    Out,
+    /// The solid: it is the complement of a bounded one.
+    In,
+}
+
+/// Spans of all rays along one axis, by the crossings at their ends.
+///
+/// The crossings of ray `r` are `hits[offsets[r] .. offsets[r + 1]]`, ascending in depth and of even count. With
+/// [`Outer::Out`] they enter and leave in turn, and a **gap** is from hit 2i + 1 to hit 2i + 2; with [`Outer::In`] they leave
+/// and enter in turn, and a gap is from hit 2i to hit 2i + 1. All that lies in no gap is in, but for what is beyond the
+/// first and last hit with [`Outer::Out`]. From `ceil` of a gap's first hit to `floor` of its second there are two lattice
+/// steps at the least.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RaySpans<H> {
+    /// The direction of the rays.
+    pub axis: Axis,
+    /// Where the hits of each ray begin, and where the last ones end.
+    pub offsets: Vec<u32>,
+    /// Ends of spans.
+    pub hits: Vec<H>,
+}
+
+impl Outer {
+    /// Index of the first hit of a ray that begins a gap.
+    pub fn first_gap(self) -> usize {
+        match self {
+            Outer::Out => 1,
+            Outer::In => 0,
+        }
+    }
+
+    /// Appends the ends of what may be gaps on a ray, and of the ray's whole span if it has an end.
+    pub fn keep_gaps<H: Hit>(self, sorted: &[H], kept: &mut Vec<H>) {
+        let (Some(&first), Some(&last)) = (sorted.first(), sorted.last()) else { return };
+        if self == Outer::Out {
+            kept.push(first);
+        }
+        for pair in sorted.windows(2) {
+            let [before, after] = [pair[0].crossing(), pair[1].crossing()];
+            if before.winding() < 0 && after.winding() > 0 && before.ceil() < after.floor() {
+                kept.extend_from_slice(pair);
+            }
+        }
+        if self == Outer::Out {
+            kept.push(last);
+        }
+    }
+}
+
+impl<H: Hit> RaySpans<H> {
+    /// The hits of a ray.
+    pub fn of_ray(&self, ray: u32) -> &[H] {
+        &self.hits[self.offsets[ray as usize] as usize..self.offsets[ray as usize + 1] as usize]
+    }
+}
