@@ -59,6 +59,8 @@ pub trait Hit: Copy + Ord + Default + Send {
     fn new(crossing: Crossing, triangle: u32) -> Self;
     /// Where and in which direction.
     fn crossing(self) -> Crossing;
+    /// The triangle's index, if it is remembered.
+    fn triangle(self) -> Option<u32>;
 }
 
 impl Hit for Crossing {
@@ -70,6 +72,11 @@ impl Hit for Crossing {
     #[inline]
     fn crossing(self) -> Crossing {
         self
+    }
+
+    #[inline]
+    fn triangle(self) -> Option<u32> {
+        None
     }
 }
 
@@ -90,6 +97,11 @@ impl Hit for TriangleHit {
     #[inline]
     fn crossing(self) -> Crossing {
         self.crossing
+    }
+
+    #[inline]
+    fn triangle(self) -> Option<u32> {
+        Some(self.triangle)
     }
 }
 

@@ -29,6 +29,7 @@
 
 pub mod polyhedron;
 pub mod spans;
+mod sum;
 
 pub use polyhedron::Polyhedron;
 pub use spans::{Outer, RaySpans};
