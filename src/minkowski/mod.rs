@@ -19,7 +19,7 @@
 //!
 //! x ∈ A ⊕ B ⇔ A ∩ (x − B) ≠ ∅ is decided on the lattice by exact signs, with ties broken by the perturbation of the world
 //! that the sampler uses (`membership`), so that no component and no gap stays undecided. Gaps shorter than four lattice
-//! steps, a few millionths of a pitch, are closed.
+//! steps, a few millionths of a pitch, are closed unless a node lies in them.
 //!
 //! The difference A ⊖ B = {x : x + B ⊆ A} is the complement of complement(A) ⊕ (−B): the same steps with A turned inside
 //! out and what lies outside of everything counted as in.
@@ -30,12 +30,14 @@
 mod interior;
 pub mod membership;
 pub mod polyhedron;
+pub mod settle;
 pub mod spans;
 mod sum;
 
 pub use interior::Interior;
 pub use membership::SumMembership;
 pub use polyhedron::Polyhedron;
+pub use settle::{SettleCounts, SettleError, Settled, settle};
 pub use spans::{Outer, RaySpans};
 
 /// A solid whose boundary is covered by primitives that crossings were made of, ready to say of a point whether it is in.

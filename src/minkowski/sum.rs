@@ -1,7 +1,7 @@
 //! From primitives to certain spans, and from settled spans to images.
 
 use super::{Outer, Primitives, RaySpans};
-use crate::fixed::Hit;
+use crate::fixed::{Hit, Pixels};
 use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::ldi::{Ldi, TooManySamples};
 use crate::sampler::Mode;
@@ -16,7 +16,8 @@ impl Primitives {
         outer: Outer,
         sampler: &CpuSampler,
     ) -> Result<(RaySpans<H>, u64), TooManySamples> {
-        let lists = self.lists(grid, axis, sampler, |sorted, kept| outer.keep_gaps(sorted, kept))?;
+        let pixels = Pixels::new(grid.shift());
+        let lists = self.lists(grid, axis, sampler, |sorted, kept| outer.keep_gaps(pixels, sorted, kept))?;
         Ok((RaySpans { axis, offsets: lists.offsets, hits: lists.hits }, lists.crossings))
     }
 
