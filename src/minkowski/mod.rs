@@ -27,10 +27,12 @@
 //! Overlapping shells unite: the sum of a heap of struts is the union of their sums. Shells whose overlaps are to cancel, as
 //! even-odd has them, have no sum of this kind.
 
+pub mod cull;
 pub mod polyhedron;
 pub mod spans;
 mod sum;
 
+pub use cull::cull;
 pub use polyhedron::Polyhedron;
 pub use spans::{Outer, RaySpans};
 
