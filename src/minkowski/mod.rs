@@ -27,6 +27,7 @@
 //! Overlapping shells unite: the sum of a heap of struts is the union of their sums. Shells whose overlaps are to cancel, as
 //! even-odd has them, have no sum of this kind.
 
+pub mod ball;
 pub mod polyhedron;
 pub mod spans;
 
