@@ -30,6 +30,7 @@
 mod interior;
 pub mod membership;
 pub mod cull;
+pub mod ball;
 pub mod polyhedron;
 pub mod settle;
 pub mod spans;
