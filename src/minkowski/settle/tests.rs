@@ -408,7 +408,7 @@ fn a_node_in_a_slit_of_one_lattice_step_is_out() {
             Shape::Ball(twice, 4 * i64::from(radius).pow(2))
         });
         let union = Union::new([9; 3], 8, shapes.to_vec());
-        assert!(!Membership::contains(&union, [node; 3]));
+        assert!(!union.contains([node; 3], &mut ()));
         let spans = union.spans(Axis::ALL[axis])[0].clone();
         let gap = &spans.of_ray(4 * 9 + 4)[1..3];
         assert!(gap[0].ceil() >= gap[1].floor(), "{gap:?}");
