@@ -29,6 +29,8 @@
 
 mod interior;
 pub mod membership;
+pub mod cull;
+pub mod ball;
 pub mod polyhedron;
 pub mod settle;
 pub mod spans;
@@ -36,6 +38,7 @@ mod sum;
 
 pub use interior::Interior;
 pub use membership::SumMembership;
+pub use cull::cull;
 pub use polyhedron::Polyhedron;
 pub use settle::{SettleCounts, SettleError, Settled, settle};
 pub use spans::{Outer, RaySpans};

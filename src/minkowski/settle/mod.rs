@@ -189,9 +189,10 @@ fn test(points: &[[i32; 3]], membership: &impl Membership, progress: &(dyn Fn(u6
     let (done, total) = (AtomicU64::new(0), points.len() as u64);
     progress(0, total);
     let mut answers = vec![false; points.len()];
-    answers.par_chunks_mut(BATCH).zip(points.par_chunks(BATCH)).for_each(|(answers, points)| {
+    let batches = answers.par_chunks_mut(BATCH).zip(points.par_chunks(BATCH));
+    batches.for_each_init(Default::default, |memory, (answers, points)| {
         for (answer, &point) in answers.iter_mut().zip(points) {
-            *answer = membership.contains(point);
+            *answer = membership.contains(point, memory);
         }
         let batch = points.len() as u64;
         progress(done.fetch_add(batch, Ordering::Relaxed) + batch, total);

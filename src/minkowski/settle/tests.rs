@@ -128,7 +128,9 @@ struct Union {
 }
 
 impl Membership for Union {
-    fn contains(&self, point: [i32; 3]) -> bool {
+    type Memory = ();
+
+    fn contains(&self, point: [i32; 3], (): &mut ()) -> bool {
         assert!(point.iter().all(|position| position % 2 == 1), "{point:?} is on no ray");
         self.shapes.iter().any(|shape| shape.contains(point))
     }
@@ -162,7 +164,7 @@ impl Union {
                     true => pixels.ray(ends[0]),
                     false => pair[0].ceil() + 1,
                 };
-                !self.contains(point)
+                !self.contains(point, &mut ())
             };
             let first_gap = self.outer.first_gap().min(hits.len());
             exact.hits.extend(&hits[..first_gap]);
@@ -193,7 +195,7 @@ impl Union {
         assert_eq!(settled.counts.gaps_out, gaps(&exact));
         assert_eq!(settled.spans, exact);
         let (open, components) = self.components(&certain());
-        let out = components.iter().filter(|&&node| !self.contains(node)).count() as u64;
+        let out = components.iter().filter(|&&node| !self.contains(node, &mut ())).count() as u64;
         assert_eq!(settled.counts.open_nodes, open);
         assert_eq!(settled.counts.components, components.len() as u64);
         assert_eq!((settled.counts.cavities, settled.counts.filled), (out, components.len() as u64 - out));
