@@ -20,7 +20,7 @@ pub struct Skull {
     pub size: f64,
     /// Thickness of the shell as a share of the size, 0.04 to 0.1.
     pub wall: f64,
-    /// Grid cells along the size, to 1024, and so many that the shell is two of them thick; triangles grow with its square.
+    /// Grid cells along the size, 30 to 1024, and so many that the shell is two of them thick; triangles grow with its square.
     pub resolution: u32,
 }
 
@@ -35,7 +35,7 @@ impl Skull {
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         check_length("size", self.size)?;
         check_range("wall", self.wall, 0.04, 0.10)?;
-        check_range("resolution", self.resolution.into(), (CELLS_PER_WALL / self.wall).ceil(), 1024.0)?;
+        check_range("resolution", self.resolution.into(), (CELLS_PER_WALL / self.wall).ceil().max(30.0), 1024.0)?;
         let spacing = self.size / f64::from(self.resolution);
         let half = (REACH * f64::from(self.resolution)).ceil();
         let block = Block { min: -spacing * half, spacing, cells: (2.0 * half).to_array().map(|n| n as usize) };
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn skull_is_one_shell_with_four_openings() {
         // The finer ones would show crumbs that the coarse ones miss.
-        for (wall, resolution) in [(0.08, 25), (0.08, 38), (0.05, 40), (0.10, 30), (0.04, 60), (0.06, 60), (0.08, 90)] {
+        for (wall, resolution) in [(0.08, 30), (0.08, 38), (0.05, 40), (0.10, 30), (0.04, 60), (0.06, 60), (0.08, 90)] {
             let skull = Skull { wall, resolution, ..SKULL };
             let mesh = skull.build().unwrap();
             assert_solid(&mesh);
