@@ -8,8 +8,10 @@
 //! Numbers: lattice positions lie in `[0, 2^30)`, differences fit 31 bits, edge functions fit `i64`. At 512 rays a pixel
 //! holds 2^20 lattice steps.
 
+mod offset;
 mod sum;
 
+use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use glam::DVec3;
@@ -18,6 +20,7 @@ use rayon::prelude::*;
 use crate::allocation::vec_with_room;
 use crate::mesh::{Aabb, ClosedMesh, TriangleMesh};
 
+pub use offset::offset_grid;
 pub use sum::SumGrid;
 
 /// Lattice positions are at most this, so that a depth and its flags fit 32 bits and edge functions fit `i64`.
@@ -328,7 +331,7 @@ impl Grid {
         let identity = NEXT_IDENTITY.fetch_add(1, Ordering::Relaxed);
         Ok(LatticeSolid {
             grid: *self,
-            positions,
+            positions: Cow::Owned(positions),
             triangles: &mesh.triangles,
             closure,
             bounds,
@@ -429,7 +432,7 @@ impl Closure {
 #[derive(Clone, Debug)]
 pub struct LatticeSolid<'m> {
     grid: Grid,
-    positions: Vec<[i32; 3]>,
+    positions: Cow<'m, [[i32; 3]]>,
     triangles: &'m [[u32; 3]],
     closure: Closure,
     bounds: LatticeBox,
@@ -444,7 +447,7 @@ impl LatticeSolid<'_> {
     /// Triangles that bound nothing by themselves: even positions inside `grid`, and indices into them.
     pub(crate) fn of_primitives<'p>(
         grid: &Grid,
-        positions: Vec<[i32; 3]>,
+        positions: &'p [[i32; 3]],
         triangles: &'p [[u32; 3]],
     ) -> LatticeSolid<'p> {
         let point = |&p: &[i32; 3]| LatticeBox { min: p, max: p };
@@ -452,7 +455,7 @@ impl LatticeSolid<'_> {
         let identity = NEXT_IDENTITY.fetch_add(1, Ordering::Relaxed);
         LatticeSolid {
             grid: *grid,
-            positions,
+            positions: Cow::Borrowed(positions),
             triangles,
             closure: Closure::Open,
             bounds,

@@ -8,6 +8,7 @@
 mod bin;
 mod classify;
 mod exact;
+mod lists;
 mod masks;
 mod raster;
 mod retrieve;
@@ -22,9 +23,12 @@ use crate::fixed::{Crossing, Hit, TriangleHit};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{BandImage, Ldi, TooManySamples, Windings, image_from_bands};
 use bin::Bins;
+pub(crate) use bin::Sorted;
 use classify::RayClasses;
+pub use lists::RayLists;
+pub(crate) use exact::sort;
 use masks::RayMasks;
-use raster::BandCrossings;
+pub(crate) use raster::BandCrossings;
 
 /// Samples on the threads of the current rayon pool.
 #[derive(Clone, Debug)]
@@ -92,18 +96,15 @@ impl Sampler for CpuSampler {
                 let bins = Bins::new(solid, solid.region(), axis, band_rows);
                 let (columns, _) = grid.image_size(axis);
                 let voxels = Voxels::new(&grid, axis);
-                let new_stage = || OneSolid {
-                    crossings: BandCrossings::default(),
-                    masks: RayMasks::new(&voxels),
-                    classes: RayClasses::new(voxels.words()),
-                };
+                let new_stage = || OneSolid { crossings: BandCrossings::default(), estimator: Estimator::new(&voxels) };
                 image_from_bands(grid, axis, band_rows, new_stage, |stage, rows, image| {
                     let rays = rows.len() as u32 * columns;
                     stage.crossings.gather(&grid, axis, &bins, rows);
                     image.depths().reserve(stage.crossings.count());
                     let mut windings = Windings::default();
                     for ray in 0..rays {
-                        stage.estimate_ray(ray, fill, &voxels, estimate, image, &mut windings);
+                        let crossings = stage.crossings.on_ray(ray);
+                        stage.estimator.estimate_ray(crossings, fill, &voxels, estimate, image, &mut windings);
                     }
                     if solid.closure().is_oriented() {
                         image.add_windings(windings);
@@ -159,22 +160,30 @@ impl Sampler for CpuSampler {
 /// What a thread keeps from band to band to make an estimate of one solid.
 struct OneSolid {
     crossings: BandCrossings,
+    estimator: Estimator,
+}
+
+/// Makes the estimate on one ray after another from crossings.
+struct Estimator {
     masks: RayMasks,
     classes: RayClasses,
 }
 
-impl OneSolid {
-    /// Appends the estimate on one ray of the band, and adds what its crossings tell of windings.
+impl Estimator {
+    fn new(voxels: &Voxels) -> Estimator {
+        Estimator { masks: RayMasks::new(voxels), classes: RayClasses::new(voxels.words()) }
+    }
+
+    /// Appends the estimate on the ray of the given crossings, and adds what they tell of windings. Sorts them on the way.
     fn estimate_ray(
         &mut self,
-        ray: u32,
+        crossings: &mut [Crossing],
         fill: Fill,
         voxels: &Voxels,
         estimate: Estimate,
         image: &mut BandImage,
         windings: &mut Windings,
     ) {
-        let crossings = self.crossings.on_ray(ray);
         if !closes(crossings, fill) {
             return image.end_unclosed_ray();
         }

@@ -1,0 +1,239 @@
+//! What of a polyhedron can carry the boundary of a sum: its facets, its corners, its convex edges.
+
+use std::cmp::Ordering;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::sign::{Direction, Normal};
+use crate::minkowski::Polyhedron;
+
+/// The features of a polyhedron that may meet those of another one.
+pub struct Features<'p> {
+    /// Lattice positions of all vertices.
+    pub positions: &'p [[i32; 3]],
+    /// Facets that have an area.
+    pub facets: Vec<Facet>,
+    /// Vertices that are no points of a plane or of an edge.
+    pub corners: Vec<Corner>,
+    /// Edges that are not certainly reflex or flat.
+    pub edges: Vec<Edge>,
+    /// From each corner to its neighbours, corner by corner.
+    pub spokes: Vec<Direction>,
+    /// (o − p) × (q − p) for each edge pq and the third vertex o of each of its facets, edge by edge; without those of no
+    /// area.
+    pub sides: Vec<Normal>,
+    /// All edges, also those that are left out above.
+    pub all_edges: usize,
+}
+
+/// A facet with an area.
+pub struct Facet {
+    /// Its vertices.
+    pub vertices: [u32; 3],
+    /// Its outward normal.
+    pub normal: Normal,
+}
+
+/// A vertex that may support a plane.
+pub struct Corner {
+    /// Which vertex.
+    pub vertex: u32,
+    /// Where its spokes begin, and where they end.
+    pub spokes: [u32; 2],
+}
+
+/// An edge that may support a plane along its length.
+pub struct Edge {
+    /// Its vertices, the lesser first.
+    pub ends: [u32; 2],
+    /// From the first to the second.
+    pub along: Direction,
+    /// Where its sides begin, where those of facets that run from the second end to the first do, and where they end. These
+    /// are the normals of their facets, and those before are the opposite ones.
+    pub sides: [u32; 3],
+    /// Directions on the unit sphere, at most a right angle from one to the next, between which all outward normals lie.
+    pub arc: Arc,
+}
+
+/// Two or three directions.
+#[derive(Clone, Copy)]
+pub struct Arc {
+    points: [DVec3; 3],
+    count: usize,
+}
+
+impl Arc {
+    /// The directions in turn.
+    pub fn points(&self) -> &[DVec3] {
+        &self.points[..self.count]
+    }
+}
+
+/// A facet at an edge: the edge's lesser and greater vertex, the facet, and whether it runs from the first to the second.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct HalfEdge {
+    ends: [u32; 2],
+    facet: u32,
+    runs: Runs,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Runs {
+    Forward,
+    Backward,
+}
+
+impl Features<'_> {
+    /// Finds them.
+    pub fn new(solid: &Polyhedron) -> Features<'_> {
+        let positions = solid.positions();
+        let facet = |&[a, b, c]: &[u32; 3]| {
+            let [pa, pb, pc] = [a, b, c].map(|vertex| positions[vertex as usize]);
+            Facet { vertices: [a, b, c], normal: Direction::between(pa, pb).cross(&Direction::between(pa, pc)) }
+        };
+        let mut facets: Vec<Facet> = solid.triangles().par_iter().map(facet).collect();
+        let half_edges = half_edges(solid.triangles());
+        let mut features = Features {
+            positions,
+            facets: Vec::new(),
+            corners: Vec::new(),
+            edges: Vec::new(),
+            spokes: Vec::new(),
+            sides: Vec::new(),
+            all_edges: 0,
+        };
+        let mut rims = Vec::new();
+        for around in half_edges.chunk_by(|a, b| a.ends == b.ends) {
+            features.add_edge(around, &facets);
+            rims.push(around[0].ends);
+        }
+        features.all_edges = rims.len();
+        features.add_corners(&rims);
+        facets.retain(|facet| !facet.normal.is_zero());
+        features.facets = facets;
+        features
+    }
+
+    fn add_edge(&mut self, around: &[HalfEdge], facets: &[Facet]) {
+        let ends = around[0].ends;
+        let first = self.sides.len() as u32;
+        // Seen from the edge's first vertex, a facet that runs forward has its third vertex on the left.
+        let side = |half: &HalfEdge| {
+            let normal = &facets[half.facet as usize].normal;
+            match half.runs {
+                Runs::Forward => normal.reversed(),
+                Runs::Backward => *normal,
+            }
+        };
+        let [p, q] = ends.map(|vertex| self.positions[vertex as usize]);
+        let along = Direction::between(p, q);
+        let real = |half: &&HalfEdge| !facets[half.facet as usize].normal.is_zero();
+        if let [one, other] = around
+            && real(&one)
+            && real(&other)
+            && one.runs != other.runs
+        {
+            let [forward, backward] = [one, other].map(|half| &facets[half.facet as usize].normal);
+            let opposite = facets[other.facet as usize].vertices.into_iter().find(|vertex| !ends.contains(vertex));
+            let opposite = self.positions[opposite.expect("three vertices differ") as usize];
+            match forward.sign(&Direction::between(p, opposite)) {
+                Ordering::Greater => return,
+                Ordering::Equal if forward.faces(backward) => return,
+                _ => {}
+            }
+        }
+        self.sides.extend(around.iter().filter(real).map(side));
+        let forward = around.iter().filter(real).filter(|half| half.runs == Runs::Forward).count() as u32;
+        let sides = [first, first + forward, self.sides.len() as u32];
+        let arc = match &self.sides[first as usize..] {
+            // Facets without area lie along edges of others.
+            [] => return,
+            [one, other] if around.len() == 2 && around[0].runs != around[1].runs => {
+                between(&along, &one.reversed(), other)
+            }
+            [one, ..] => half_circle(&along, one),
+        };
+        self.edges.push(Edge { ends, along, sides, arc });
+    }
+
+    /// A corner has three edges at the least that are convex.
+    fn add_corners(&mut self, rims: &[[u32; 2]]) {
+        let mut convex = vec![0_u32; self.positions.len()];
+        for end in self.edges.iter().flat_map(|edge| edge.ends) {
+            convex[end as usize] += 1;
+        }
+        let mut starts = vec![0_u32; self.positions.len() + 1];
+        let is_corner = |vertex: u32| convex[vertex as usize] >= 3;
+        for end in rims.iter().copied().flatten().filter(|&end| is_corner(end)) {
+            starts[end as usize + 1] += 1;
+        }
+        for vertex in 0..self.positions.len() {
+            starts[vertex + 1] += starts[vertex];
+        }
+        let corners = (0..self.positions.len() as u32).filter(|&vertex| is_corner(vertex));
+        let spokes = |vertex: u32| [starts[vertex as usize], starts[vertex as usize + 1]];
+        self.corners = corners.map(|vertex| Corner { vertex, spokes: spokes(vertex) }).collect();
+        let nowhere = Direction::between([0; 3], [0; 3]);
+        self.spokes = vec![nowhere; starts[self.positions.len()] as usize];
+        let mut next = starts;
+        for &[p, q] in rims {
+            for [from, to] in [[p, q], [q, p]].into_iter().filter(|&[from, _]| is_corner(from)) {
+                let spoke = Direction::between(self.positions[from as usize], self.positions[to as usize]);
+                self.spokes[next[from as usize] as usize] = spoke;
+                next[from as usize] += 1;
+            }
+        }
+    }
+
+    /// The directions from a corner to its neighbours.
+    pub fn spokes_of(&self, corner: &Corner) -> &[Direction] {
+        &self.spokes[corner.spokes[0] as usize..corner.spokes[1] as usize]
+    }
+
+    /// Whether a normal which is, up to its sign and length, that of all facets at an edge points out of one of them.
+    pub fn has_facet_towards(&self, edge: &Edge, normal: &Normal) -> bool {
+        let [first, turn, end] = edge.sides.map(|index| index as usize);
+        let (forward, backward) = (&self.sides[first..turn], &self.sides[turn..end]);
+        let turned = normal.reversed();
+        forward.iter().any(|side| side.faces(&turned)) || backward.iter().any(|side| side.faces(normal))
+    }
+
+    /// The sides of an edge.
+    pub fn sides_of(&self, edge: &Edge) -> &[Normal] {
+        &self.sides[edge.sides[0] as usize..edge.sides[2] as usize]
+    }
+}
+
+/// All facets at all edges, those of an edge next to one another.
+fn half_edges(triangles: &[[u32; 3]]) -> Vec<HalfEdge> {
+    let of_facet = |(facet, &[a, b, c]): (usize, &[u32; 3])| {
+        let facet = facet as u32;
+        [[a, b], [b, c], [c, a]].map(|[from, to]| match from < to {
+            true => HalfEdge { ends: [from, to], facet, runs: Runs::Forward },
+            false => HalfEdge { ends: [to, from], facet, runs: Runs::Backward },
+        })
+    };
+    let mut half_edges: Vec<HalfEdge> = triangles.par_iter().enumerate().flat_map_iter(of_facet).collect();
+    half_edges.par_sort_unstable_by_key(|half| (half.ends, half.runs, half.facet));
+    half_edges
+}
+
+/// The outward normals of a convex edge, from that of the facet which runs forward to that of the other.
+fn between(along: &Direction, forward: &Normal, backward: &Normal) -> Arc {
+    let [u, first, last] = [along.rounded, forward.rounded, backward.rounded].map(|v| DVec3::from(v).normalize());
+    if first.dot(last) >= 0.0 {
+        return Arc { points: [first, last, last], count: 2 };
+    }
+    // From the edge into each facet: the middle of the arc is where both lie behind.
+    let inward = first.cross(u) + u.cross(last);
+    Arc { points: [first, -inward.normalize(), last], count: 3 }
+}
+
+/// All normals behind which a facet lies that has the given side at an edge.
+fn half_circle(along: &Direction, side: &Normal) -> Arc {
+    let [u, side] = [along.rounded, side.rounded].map(|v| DVec3::from(v).normalize());
+    // A side is inward × along.
+    let inward = u.cross(side);
+    Arc { points: [side, -inward, -side], count: 3 }
+}

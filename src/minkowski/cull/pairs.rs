@@ -1,0 +1,53 @@
+//! Pairs of features whose patches meet.
+
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use rayon::prelude::*;
+
+use super::gauss::Patch;
+
+/// Patches that one task looks up; what is found is in the order of the patches, whoever finds it.
+const PATCHES_PER_TASK: usize = 512;
+
+/// What a visitor made of pairs of features, and how many pairs it was shown.
+pub struct Found<T> {
+    /// In an order that only the patches determine.
+    pub kept: Vec<T>,
+    /// Pairs of patches that meet.
+    pub visited: u64,
+}
+
+/// Shows every pair of patches that meet to `visit`, features of `a` first; features that share several faces are shown
+/// for each. The patches of the smaller set stand in a hierarchy of boxes, those of the larger are looked up in it.
+pub fn meeting<T: Send>(a: &[Patch], b: &[Patch], visit: impl Fn(&Patch, &Patch, &mut Vec<T>) + Sync) -> Found<T> {
+    match a.len() < b.len() {
+        true => look_up(b, a, |in_b, in_a, kept| visit(in_a, in_b, kept)),
+        false => look_up(a, b, visit),
+    }
+}
+
+fn look_up<T: Send>(queries: &[Patch], held: &[Patch], visit: impl Fn(&Patch, &Patch, &mut Vec<T>) + Sync) -> Found<T> {
+    let indices = (0..held.len() as u32).collect();
+    let hierarchy = PlocBuilder::new().build(PlocSearchDistance::Low, held, indices, SortPrecision::U64, 0);
+    let of_task = |queries: &[Patch]| {
+        let mut found = Found { kept: Vec::new(), visited: 0 };
+        for query in queries {
+            hierarchy.aabb_traverse(query.bounds, |hierarchy, node| {
+                let node = &hierarchy.nodes[node as usize];
+                let first = node.first_index as usize;
+                for &index in &hierarchy.primitive_indices[first..first + node.prim_count as usize] {
+                    found.visited += 1;
+                    visit(query, &held[index as usize], &mut found.kept);
+                }
+                true
+            });
+        }
+        found
+    };
+    let tasks: Vec<Found<T>> = queries.par_chunks(PATCHES_PER_TASK).map(of_task).collect();
+    let mut all = Found { kept: Vec::with_capacity(tasks.iter().map(|task| task.kept.len()).sum()), visited: 0 };
+    for task in tasks {
+        all.kept.extend(task.kept);
+        all.visited += task.visited;
+    }
+    all
+}

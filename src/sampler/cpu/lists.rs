@@ -1,0 +1,114 @@
+//! Images by way of lists: the crossings of triangles that bound nothing by themselves, reduced ray by ray to those that
+//! bound a solid, and the image of a solid that is known by such lists.
+//!
+//! A Minkowski sum is made like that: its primitives cross a ray far more often than its boundary does, and only when all
+//! rays have been looked at together is it known which crossings are the boundary's.
+
+use rayon::prelude::*;
+
+use super::bin::Bins;
+use super::raster::BandCrossings;
+use super::{CpuSampler, Estimator, exact};
+use crate::fixed::{Crossing, Hit};
+use crate::grid::{Axis, Grid, LatticeSolid};
+use crate::ldi::{Ldi, TooManySamples, Windings, image_from_bands};
+use crate::sampler::layout::Voxels;
+use crate::sampler::{Fill, Mode};
+
+/// Crossings of all rays along one axis, ascending on each: those of ray `r` are `hits[offsets[r] .. offsets[r + 1]]`.
+pub struct RayLists<H> {
+    /// Where the hits of each ray begin, and where the last ones end.
+    pub offsets: Vec<u32>,
+    /// The crossings that were kept.
+    pub hits: Vec<H>,
+    /// How many there were before.
+    pub crossings: u64,
+}
+
+/// What becomes of a band of rows.
+#[derive(Default)]
+struct BandLists<H> {
+    ends: Vec<u32>,
+    hits: Vec<H>,
+    crossings: u64,
+}
+
+impl CpuSampler {
+    /// The sorted crossings of each ray with `triangles`, of which `keep` appends those to keep.
+    pub fn lists<H: Hit>(
+        &self,
+        triangles: &LatticeSolid,
+        axis: Axis,
+        keep: impl Fn(&[H], &mut Vec<H>) + Sync,
+    ) -> Result<RayLists<H>, TooManySamples> {
+        let (grid, band_rows) = (*triangles.grid(), self.band_rows.get());
+        let bins = Bins::new(triangles, triangles.region(), axis, band_rows);
+        let (columns, rows) = grid.image_size(axis);
+        let bands: Vec<BandLists<H>> = (0..rows.div_ceil(band_rows))
+            .into_par_iter()
+            .map_init(BandCrossings::<H>::default, |crossings, band| {
+                let first = band * band_rows;
+                let rows = first..rows.min(first + band_rows);
+                let rays = rows.len() as u32 * columns;
+                crossings.gather(&grid, axis, &bins, rows);
+                let mut kept = BandLists { crossings: crossings.count() as u64, ..BandLists::default() };
+                for ray in 0..rays {
+                    let hits = crossings.on_ray(ray);
+                    exact::sort(hits);
+                    keep(hits, &mut kept.hits);
+                    kept.ends.push(kept.hits.len() as u32);
+                }
+                kept
+            })
+            .collect();
+        let total: usize = bands.iter().map(|band| band.hits.len()).sum();
+        if total > u32::MAX as usize {
+            return Err(TooManySamples { axis });
+        }
+        let mut lists = RayLists {
+            offsets: Vec::with_capacity(columns as usize * rows as usize + 1),
+            hits: Vec::with_capacity(total),
+            crossings: 0,
+        };
+        lists.offsets.push(0);
+        for band in bands {
+            let before = lists.hits.len() as u32;
+            lists.offsets.extend(band.ends.iter().map(|end| before + end));
+            lists.hits.extend_from_slice(&band.hits);
+            lists.crossings += band.crossings;
+        }
+        Ok(lists)
+    }
+
+    /// The image of a solid whose crossings with each ray are `hits_of_ray`, ascending, entering and leaving in turn. An
+    /// exact image of hits that remember their triangles has them, too.
+    pub fn image_of_lists<'h, H: Hit + Sync + 'h>(
+        &self,
+        grid: &Grid,
+        axis: Axis,
+        mode: Mode,
+        hits_of_ray: impl Fn(u32) -> &'h [H] + Sync + Send,
+    ) -> Result<Ldi, TooManySamples> {
+        let (columns, _) = grid.image_size(axis);
+        let voxels = Voxels::new(grid, axis);
+        let new_stage = || (Estimator::new(&voxels), Vec::<Crossing>::new());
+        image_from_bands(*grid, axis, self.band_rows.get(), new_stage, |(estimator, crossings), rows, image| {
+            for ray in rows.start * columns..rows.end * columns {
+                let hits = hits_of_ray(ray);
+                match mode {
+                    Mode::Exact => {
+                        image.depths().extend(hits.iter().map(|hit| hit.crossing().nearest()));
+                        image.triangles().extend(hits.iter().filter_map(|hit| hit.triangle()));
+                        image.end_ray();
+                    }
+                    Mode::Estimate(estimate) => {
+                        crossings.clear();
+                        crossings.extend(hits.iter().map(|hit| hit.crossing()));
+                        let mut windings = Windings::default();
+                        estimator.estimate_ray(crossings, Fill::EvenOdd, &voxels, estimate, image, &mut windings);
+                    }
+                }
+            }
+        })
+    }
+}
