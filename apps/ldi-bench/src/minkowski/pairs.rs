@@ -70,7 +70,7 @@ pub const PAIRS: [Pair; 5] = [
         a: Operand { kind: "star", parameters: &[] },
         b: Operand {
             kind: "torus",
-            parameters: &[("major", "5"), ("minor", "2"), ("around", "160"), ("across", "60")],
+            parameters: &[("major", "5"), ("minor", "2"), ("around", "288"), ("across", "108")],
         },
         published: Some(Published { primitives: 474_700, retrieval: 0.052, samples: 0 }),
     },
