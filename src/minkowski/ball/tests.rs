@@ -88,7 +88,7 @@ impl Offset {
                     }
                     let expected = distance < self.radius;
                     looked_at += 1;
-                    assert_eq!(self.membership.contains(point), expected, "{axis:?} {point:?} {distance}");
+                    assert_eq!(self.membership.contains(point, &mut ()), expected, "{axis:?} {point:?} {distance}");
                     let is_in_sum = self.is_in(axis, ray, depth) == (self.outer == Outer::Out);
                     assert_eq!(is_in_sum, expected, "{axis:?} {ray} {point:?} {}", distance - self.radius);
                 }
@@ -143,7 +143,8 @@ fn settled(spans: &RaySpans<Crossing>, grid: &Grid, ray: u32, outer: Outer, memb
     let hits = spans.of_ray(ray);
     assert!(hits.len().is_multiple_of(2) && hits.is_sorted_by_key(|hit| hit.nearest()));
     let gaps = hits.get(outer.first_gap()..).unwrap_or_default().as_chunks::<2>().0;
-    let is_out = |[start, end]: [i32; 2]| !members.contains(point_on(grid, spans.axis, ray, start + (end - start) / 2));
+    let is_out =
+        |[start, end]: [i32; 2]| !members.contains(point_on(grid, spans.axis, ray, start + (end - start) / 2), &mut ());
     let gaps: Vec<[i32; 2]> = gaps.iter().map(|gap| gap.map(|end| end.nearest())).filter(|gap| is_out(*gap)).collect();
     match (outer, hits) {
         (Outer::In, _) => gaps,
