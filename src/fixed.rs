@@ -26,6 +26,16 @@ pub type ViewPosition = [i32; 3];
 pub struct Crossing(pub u32);
 
 impl Crossing {
+    /// The crossing at a depth that was calculated in floating point, in [0, 2^30), and of the given
+    /// [`winding`](Self::winding). Where the depth is an odd integer, `nearest` lies above.
+    #[inline]
+    pub fn at(depth: f64, winding: i32) -> Crossing {
+        let below = depth as u32;
+        let is_even = f64::from(below) == depth && below & 1 == 0;
+        let fraction = if is_even { 0 } else { 1 + (below & 1) };
+        Crossing((below >> 1) << 3 | fraction << 1 | u32::from(winding < 0))
+    }
+
     /// The largest even lattice position that is not above the true depth.
     pub fn floor(self) -> i32 {
         ((self.0 >> 3) << 1) as i32

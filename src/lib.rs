@@ -53,6 +53,7 @@
 mod allocation;
 pub mod boolean;
 mod cell;
+mod closest;
 pub mod fixed;
 pub mod gpu;
 pub mod grid;

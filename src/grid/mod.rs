@@ -8,6 +8,7 @@
 //! Numbers: lattice positions lie in `[0, 2^30)`, differences fit 31 bits, edge functions fit `i64`. At 512 rays a pixel
 //! holds 2^20 lattice steps.
 
+mod offset;
 mod sum;
 
 use std::borrow::Cow;
@@ -19,6 +20,7 @@ use rayon::prelude::*;
 use crate::allocation::vec_with_room;
 use crate::mesh::{Aabb, ClosedMesh, TriangleMesh};
 
+pub use offset::offset_grid;
 pub use sum::SumGrid;
 
 /// Lattice positions are at most this, so that a depth and its flags fit 32 bits and edge functions fit `i64`.

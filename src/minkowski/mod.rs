@@ -19,7 +19,7 @@
 //!
 //! x ∈ A ⊕ B ⇔ A ∩ (x − B) ≠ ∅ is decided on the lattice by exact signs, with ties broken by the perturbation of the world
 //! that the sampler uses (`membership`), so that no component and no gap stays undecided. Gaps shorter than four lattice
-//! steps, a few millionths of a pitch, are closed.
+//! steps, a few millionths of a pitch, are closed unless a node lies in them.
 //!
 //! The difference A ⊖ B = {x : x + B ⊆ A} is the complement of complement(A) ⊕ (−B): the same steps with A turned inside
 //! out and what lies outside of everything counted as in.
@@ -27,21 +27,32 @@
 //! Overlapping shells unite: the sum of a heap of struts is the union of their sums. Shells whose overlaps are to cancel, as
 //! even-odd has them, have no sum of this kind.
 
+pub mod ball;
 pub mod cull;
+mod interior;
+pub mod membership;
 pub mod polyhedron;
+pub mod settle;
 pub mod spans;
 mod sum;
 
 pub use cull::cull;
+pub use interior::Interior;
+pub use membership::SumMembership;
 pub use polyhedron::Polyhedron;
+pub use settle::{SettleCounts, SettleError, Settled, settle};
 pub use spans::{Outer, RaySpans};
 
 /// A solid whose boundary is covered by primitives that crossings were made of, ready to say of a point whether it is in.
 pub trait Membership: Sync {
+    /// What a thread remembers from one question to the next. It makes answers faster where questions lie close to one
+    /// another, and never changes them.
+    type Memory: Default + Send;
+
     /// Whether the point is in the solid. `point` is a position on the lattice of the sum that lies on a ray along some axis
     /// (two odd coordinates at the least, those of the ray, all three odd for a node) and stands for
     /// (x + ε₁, y + ε₂, z + ε₃), ε₁ ≫ ε₂ ≫ ε₃ > 0, as in [`sampler`](crate::sampler).
-    fn contains(&self, point: [i32; 3]) -> bool;
+    fn contains(&self, point: [i32; 3], memory: &mut Self::Memory) -> bool;
 }
 
 /// The primitives of a sum: triangles that cover its boundary, with outward normals (b − a) × (c − a), on the sum's lattice.

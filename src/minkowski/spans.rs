@@ -1,6 +1,6 @@
 //! What is certainly in: from the crossings of primitives to spans and gaps.
 
-use crate::fixed::Hit;
+use crate::fixed::{Hit, Pixels};
 use crate::grid::Axis;
 
 /// What lies outside of everything: before the first and after the last crossing of a ray.
@@ -17,8 +17,8 @@ pub enum Outer {
 /// The crossings of ray `r` are `hits[offsets[r] .. offsets[r + 1]]`, ascending in depth and of even count. With
 /// [`Outer::Out`] they enter and leave in turn, and a **gap** is from hit 2i + 1 to hit 2i + 2; with [`Outer::In`] they leave
 /// and enter in turn, and a gap is from hit 2i to hit 2i + 1. All that lies in no gap is in, but for what is beyond the
-/// first and last hit with [`Outer::Out`]. From `ceil` of a gap's first hit to `floor` of its second there are two lattice
-/// steps at the least.
+/// first and last hit with [`Outer::Out`]. A node lies in every gap, or from `ceil` of its first hit to `floor` of its second
+/// there are two lattice steps at the least.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RaySpans<H> {
     /// The direction of the rays.
@@ -38,15 +38,17 @@ impl Outer {
         }
     }
 
-    /// Appends the ends of what may be gaps on a ray, and of the ray's whole span if it has an end.
-    pub fn keep_gaps<H: Hit>(self, sorted: &[H], kept: &mut Vec<H>) {
+    /// Appends the ends of what may be gaps on a ray, and of the ray's whole span if it has an end. A gap with a node in it
+    /// is kept however short it is: gaps of the two other rays through that node may be long.
+    pub fn keep_gaps<H: Hit>(self, pixels: Pixels, sorted: &[H], kept: &mut Vec<H>) {
         let (Some(&first), Some(&last)) = (sorted.first(), sorted.last()) else { return };
         if self == Outer::Out {
             kept.push(first);
         }
         for pair in sorted.windows(2) {
             let [before, after] = [pair[0].crossing(), pair[1].crossing()];
-            if before.winding() < 0 && after.winding() > 0 && before.ceil() < after.floor() {
+            let holds_node = || pixels.index_from(before.nearest()) < pixels.index_from(after.nearest());
+            if before.winding() < 0 && after.winding() > 0 && (before.ceil() < after.floor() || holds_node()) {
                 kept.extend_from_slice(pair);
             }
         }

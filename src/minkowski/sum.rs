@@ -1,11 +1,11 @@
 //! From primitives to certain spans, and from settled spans to images.
 
 use super::{Outer, Primitives, RaySpans};
-use crate::fixed::Hit;
+use crate::fixed::{Hit, Pixels};
 use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::ldi::{Ldi, TooManySamples};
 use crate::sampler::Mode;
-use crate::sampler::cpu::CpuSampler;
+use crate::sampler::cpu::{CpuSampler, RayLists};
 
 impl Primitives {
     /// What the rays along an axis cross: spans that are certain, with all that may be gaps, and the number of crossings.
@@ -16,9 +16,21 @@ impl Primitives {
         outer: Outer,
         sampler: &CpuSampler,
     ) -> Result<(RaySpans<H>, u64), TooManySamples> {
-        let triangles = LatticeSolid::of_primitives(grid, &self.positions, &self.triangles);
-        let lists = sampler.lists(&triangles, axis, |sorted, kept| outer.keep_gaps(sorted, kept))?;
+        let pixels = Pixels::new(grid.shift());
+        let lists = self.lists(grid, axis, sampler, |sorted, kept| outer.keep_gaps(pixels, sorted, kept))?;
         Ok((RaySpans { axis, offsets: lists.offsets, hits: lists.hits }, lists.crossings))
+    }
+
+    /// What `keep` keeps of the sorted crossings of each ray.
+    pub(super) fn lists<H: Hit>(
+        &self,
+        grid: &Grid,
+        axis: Axis,
+        sampler: &CpuSampler,
+        keep: impl Fn(&[H], &mut Vec<H>) + Sync,
+    ) -> Result<RayLists<H>, TooManySamples> {
+        let triangles = LatticeSolid::of_primitives(grid, &self.positions, &self.triangles);
+        sampler.lists(&triangles, axis, keep)
     }
 
     /// The unit normal of each triangle, outwards, in world axes; zero for a triangle without area.

@@ -1,12 +1,13 @@
 //! A long bone in the likeness of a human femur.
 //!
-//! It is put together from tapered capsules and ellipsoids that are merged by a smooth minimum (Quílez' quadratic one), with
-//! proportions read off a femur: a shaft that bows forwards, at the top a round head on a slanting neck with the two
-//! trochanters, at the bottom a flare with two condyles and the notch between them. Nothing anatomical should be measured
-//! on it; it is an organic shape with thick and thin parts, concave and convex, without symmetry.
+//! It is put together from tapered capsules and ellipsoids that are merged by a smooth minimum, with proportions read off a
+//! femur: a shaft that bows forwards, at the top a round head on a slanting neck with the two trochanters, at the bottom a
+//! flare with two condyles and the notch between them. Nothing anatomical should be measured on it; it is an organic shape
+//! with thick and thin parts, concave and convex, without symmetry.
 
 use glam::DVec3;
 
+use super::blend::{capsule, ellipsoid, smooth_difference, smooth_min};
 use super::contour::{Block, Implicit, contour};
 use super::{SolidError, check_length, check_range};
 use crate::mesh::TriangleMesh;
@@ -115,29 +116,9 @@ impl Implicit for Femur {
         // The notch between the condyles opens downwards and backwards; the groove in front carries the kneecap.
         let notch = ellipsoid(p - at(0.0, -0.058, 0.018 * g), g * DVec3::new(0.018, 0.058, 0.048));
         let groove = capsule(p, at(0.0, 0.066, 0.085 * g), at(0.0, 0.058, 0.015 * g), 0.016 * g, 0.018 * g);
-        d = -smooth_min(-d, notch, 0.014 * g);
-        -smooth_min(-d, groove, 0.020 * g) * self.length
+        d = smooth_difference(d, notch, 0.014 * g);
+        smooth_difference(d, groove, 0.020 * g) * self.length
     }
-}
-
-/// The lesser of two distances with the edge between them rounded off over a width.
-fn smooth_min(a: f64, b: f64, width: f64) -> f64 {
-    let h = (width - (a - b).abs()).max(0.0) / width;
-    a.min(b) - h * h * width / 4.0
-}
-
-/// About the distance to a capsule whose radius changes evenly from one end to the other.
-fn capsule(p: DVec3, a: DVec3, b: DVec3, radius_a: f64, radius_b: f64) -> f64 {
-    let axis = b - a;
-    let t = ((p - a).dot(axis) / axis.length_squared()).clamp(0.0, 1.0);
-    p.distance(a + t * axis) - (radius_a + t * (radius_b - radius_a))
-}
-
-/// About the distance to an ellipsoid about the origin: exact on it and in its direction, near enough elsewhere.
-fn ellipsoid(p: DVec3, radii: DVec3) -> f64 {
-    let k = (p / radii).length();
-    let slope = (p / (radii * radii)).length();
-    if slope > 0.0 { k * (k - 1.0) / slope } else { -radii.min_element() }
 }
 
 #[cfg(test)]

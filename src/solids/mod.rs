@@ -4,40 +4,52 @@
 //! depends on it. Every solid but [`cuboid`] has its centre at the origin, so that any two overlap.
 //!
 //! Simple shapes are tessellated directly ([`cuboid`], [`sphere`], [`cylinder`], [`torus`], [`hyperboloid`],
-//! [`geodesic()`], [`chain()`], [`chain_mail`], [`Weave`], [`GeodesicFrame`], [`HyperboloidFrame`]). Minimal surfaces, merged
-//! lattices, the brush and the bones are implicit solids {F < 0} that one contourer turns into a mesh, clipped by their box
-//! with planar caps ([`MinimalSurface`], [`StrutLattice`], [`Brush`], [`LongBone`], [`TrabecularBone`]). [`Model`] gathers
-//! them all under the names and defaults that a command line needs.
+//! [`geodesic()`], [`ell`], [`hollow_box`], [`star()`], [`TorusKnot`], [`chain()`], [`chain_mail`], [`Weave`],
+//! [`GeodesicFrame`], [`HyperboloidFrame`]). Minimal surfaces, merged lattices, the brush, the bones and the organic solids are
+//! implicit solids {F < 0} that one contourer turns into a mesh, clipped by their box with planar caps ([`MinimalSurface`],
+//! [`StrutLattice`], [`Brush`], [`LongBone`], [`TrabecularBone`], [`Organic`], [`Skull`]). [`Model`] gathers them all under
+//! the names and defaults that a command line needs.
 //!
 //! The mesh of a solid is the same, bit for bit, whatever the number of threads.
 
+mod blend;
+mod boxes;
 mod brush;
 mod chain;
 mod chain_mail;
 mod contour;
 mod frame;
 mod geodesic;
+mod knot;
 mod lattice;
 mod long_bone;
 mod minimal_surface;
 mod model;
+mod organic;
 mod primitives;
+mod skull;
+mod star;
 mod trabecular;
 mod weave;
 
 #[cfg(test)]
 mod closure;
 
+pub use boxes::{ell, hollow_box};
 pub use brush::Brush;
 pub use chain::chain;
 pub use chain_mail::chain_mail;
 pub use frame::{GeodesicFrame, HyperboloidFrame};
 pub use geodesic::geodesic;
+pub use knot::TorusKnot;
 pub use lattice::{LatticeForm, StrutLattice, StrutPattern};
 pub use long_bone::LongBone;
 pub use minimal_surface::{MinimalSurface, Part, Surface};
 pub use model::{Model, ModelKind, Parameter};
+pub use organic::Organic;
 pub use primitives::{cuboid, cylinder, hyperboloid, sphere, torus};
+pub use skull::Skull;
+pub use star::star;
 pub use trabecular::TrabecularBone;
 pub use weave::Weave;
 

@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::{
-    Brush, GeodesicFrame, HyperboloidFrame, LatticeForm, LongBone, MinimalSurface, Part, SolidError, StrutLattice,
-    StrutPattern, Surface, TrabecularBone, Weave, chain, chain_mail, cuboid, cylinder, geodesic, hyperboloid, sphere,
-    torus,
+    Brush, GeodesicFrame, HyperboloidFrame, LatticeForm, LongBone, MinimalSurface, Organic, Part, Skull, SolidError,
+    StrutLattice, StrutPattern, Surface, TorusKnot, TrabecularBone, Weave, chain, chain_mail, cuboid, cylinder, ell,
+    geodesic, hollow_box, hyperboloid, sphere, star, torus,
 };
 use crate::mesh::TriangleMesh;
 
@@ -19,6 +19,20 @@ pub enum Model {
         /// Greatest coordinates.
         max: DVec3,
     },
+    /// See [`ell`].
+    Ell {
+        /// Sides of the box.
+        size: DVec3,
+        /// Sides of what it lacks, along x and y.
+        notch: [f64; 2],
+    },
+    /// See [`hollow_box`].
+    HollowBox {
+        /// Sides of the box.
+        size: DVec3,
+        /// Sides of its hollow.
+        hollow: DVec3,
+    },
     /// See [`sphere`].
     Sphere {
         /// Radius.
@@ -30,6 +44,15 @@ pub enum Model {
     Geodesic {
         /// Radius.
         radius: f64,
+        /// Parts into which an edge of the icosahedron is cut.
+        frequency: u32,
+    },
+    /// See [`star()`].
+    Star {
+        /// Radius of the tips.
+        radius: f64,
+        /// Radius of the sphere between them.
+        valley: f64,
         /// Parts into which an edge of the icosahedron is cut.
         frequency: u32,
     },
@@ -66,6 +89,8 @@ pub enum Model {
         /// Zones along the height.
         zones: u32,
     },
+    /// See [`TorusKnot`].
+    TorusKnot(TorusKnot),
     /// See [`chain()`].
     Chain {
         /// Number of rings.
@@ -110,6 +135,10 @@ pub enum Model {
     LongBone(LongBone),
     /// See [`TrabecularBone`].
     TrabecularBone(TrabecularBone),
+    /// See [`Organic`].
+    Organic(Organic),
+    /// See [`Skull`].
+    Skull(Skull),
 }
 
 /// A parameter of a model, as a help text shows it.
@@ -174,6 +203,27 @@ const KINDS: &[ModelKind] = &[
         build: |a| Ok(Model::Cuboid { min: a.vector("min")?, max: a.vector("max")? }),
     },
     ModelKind {
+        name: "ell",
+        summary: "L along z: a box that lacks one edge",
+        parameters: &[
+            parameter("size", "1,1,1", "sides of the box, mm"),
+            parameter("notch", "0.5,0.5", "sides of what it lacks along x and y, mm: one number, or two with a comma"),
+        ],
+        build: |a| {
+            let expected = "a number, or two with a comma between them";
+            Ok(Model::Ell { size: a.vector("size")?, notch: a.read("notch", expected, one_or_several)? })
+        },
+    },
+    ModelKind {
+        name: "hollow-box",
+        summary: "box with a closed box-shaped hollow",
+        parameters: &[
+            parameter("size", "20,20,20", "sides, mm"),
+            parameter("hollow", "10,10,10", "sides of the hollow, mm"),
+        ],
+        build: |a| Ok(Model::HollowBox { size: a.vector("size")?, hollow: a.vector("hollow")? }),
+    },
+    ModelKind {
         name: "sphere",
         summary: "sphere of meridians and parallels",
         parameters: &[RADIUS, SEGMENTS],
@@ -201,6 +251,22 @@ const KINDS: &[ModelKind] = &[
                 window: a.number("window")?,
                 depth: a.number("depth")?,
             }))
+        },
+    },
+    ModelKind {
+        name: "star",
+        summary: "geodesic sphere with a spike on every face",
+        parameters: &[
+            parameter("radius", "10", "radius of the tips, mm"),
+            parameter("valley", "4", "radius of the sphere between the spikes, mm"),
+            parameter("frequency", "1", "parts into which an edge of the icosahedron is cut"),
+        ],
+        build: |a| {
+            Ok(Model::Star {
+                radius: a.number("radius")?,
+                valley: a.number("valley")?,
+                frequency: a.count("frequency")?,
+            })
         },
     },
     ModelKind {
@@ -272,6 +338,30 @@ const KINDS: &[ModelKind] = &[
                 crossings: a.count("crossings")?,
                 window: a.number("window")?,
                 depth: a.number("depth")?,
+            }))
+        },
+    },
+    ModelKind {
+        name: "knot",
+        summary: "tube along a torus knot, by default a trefoil",
+        parameters: &[
+            parameter("p", "2", "turns round the axis"),
+            parameter("q", "3", "turns round the section of the torus"),
+            parameter("major", "8", "radius of the torus' middle line, mm"),
+            parameter("minor", "4", "radius of its section, mm"),
+            parameter("tube", "1.6", "radius of the tube, mm"),
+            parameter("segments", "60", "segments along the tube"),
+            parameter("sides", "8", "segments round the tube"),
+        ],
+        build: |a| {
+            Ok(Model::TorusKnot(TorusKnot {
+                p: a.count("p")?,
+                q: a.count("q")?,
+                major: a.number("major")?,
+                minor: a.number("minor")?,
+                tube: a.number("tube")?,
+                segments: a.count("segments")?,
+                sides: a.count("sides")?,
             }))
         },
     },
@@ -435,6 +525,38 @@ const KINDS: &[ModelKind] = &[
             }))
         },
     },
+    ModelKind {
+        name: "organic",
+        summary: "likeness of a sitting hare: lobes, limbs and a wavy skin",
+        parameters: &[
+            parameter("size", "20", "about its height, mm"),
+            parameter("bumps", "1", "height of the waves on its skin in units of the usual"),
+            parameter("resolution", "65", "grid cells along the height"),
+        ],
+        build: |a| {
+            Ok(Model::Organic(Organic {
+                size: a.number("size")?,
+                bumps: a.number("bumps")?,
+                resolution: a.count("resolution")?,
+            }))
+        },
+    },
+    ModelKind {
+        name: "skull",
+        summary: "likeness of a skull: a thick shell with two eye sockets, a nose and a hole below",
+        parameters: &[
+            parameter("size", "20", "about its length and height, mm"),
+            parameter("wall", "0.08", "thickness of the shell as a share of the size"),
+            parameter("resolution", "38", "grid cells along the size"),
+        ],
+        build: |a| {
+            Ok(Model::Skull(Skull {
+                size: a.number("size")?,
+                wall: a.number("wall")?,
+                resolution: a.count("resolution")?,
+            }))
+        },
+    },
 ];
 
 impl Model {
@@ -474,13 +596,17 @@ impl Model {
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         match *self {
             Model::Cuboid { min, max } => cuboid(min, max),
+            Model::Ell { size, notch } => ell(size, notch),
+            Model::HollowBox { size, hollow } => hollow_box(size, hollow),
             Model::Sphere { radius, segments } => sphere(radius, segments),
             Model::Geodesic { radius, frequency } => geodesic(radius, frequency),
+            Model::Star { radius, valley, frequency } => star(radius, valley, frequency),
             Model::Torus { major, minor, around, across } => torus(major, minor, around, across),
             Model::Cylinder { radius, height, segments } => cylinder(radius, height, segments),
             Model::Hyperboloid { waist, rim, height, segments, zones } => {
                 hyperboloid(waist, rim, height, segments, zones)
             }
+            Model::TorusKnot(model) => model.build(),
             Model::Chain { links, major, minor, around, across } => chain(links, major, minor, around, across),
             Model::ChainMail { columns, rows, major, minor, around, across } => {
                 chain_mail(columns, rows, major, minor, around, across)
@@ -493,6 +619,8 @@ impl Model {
             Model::StrutLattice(model) => model.build(),
             Model::LongBone(model) => model.build(),
             Model::TrabecularBone(model) => model.build(),
+            Model::Organic(model) => model.build(),
+            Model::Skull(model) => model.build(),
         }
     }
 }
@@ -613,7 +741,9 @@ mod tests {
     #[test]
     fn what_cannot_be_read_is_named() {
         let text = |kind: &str, values: &[(&str, &str)]| Model::from_parameters(kind, values).unwrap_err().to_string();
-        assert!(text("ball", &[]).starts_with("there is no model `ball`; the models are cuboid, sphere, geodesic"));
+        assert!(
+            text("ball", &[]).starts_with("there is no model `ball`; the models are cuboid, ell, hollow-box, sphere")
+        );
         assert_eq!(
             text("sphere", &[("size", "1")]),
             "`sphere` has no parameter `size`; its parameters are radius, segments"

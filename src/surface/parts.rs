@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use crate::mesh::TriangleMesh;
 
-/// For each vertex the lowest one of its part; for a vertex without triangles itself. Triangles with an index out of range
-/// connect nothing.
+/// For each vertex the lowest one of its part; for a vertex without triangles itself. Triangles with an index out of range or
+/// with one twice connect nothing.
 ///
 /// A union in parallel in which the lowest index always wins, so that the result does not depend on threads.
 pub fn part_of_vertices(mesh: &TriangleMesh) -> Vec<u32> {
@@ -42,8 +42,9 @@ pub fn part_of_vertices(mesh: &TriangleMesh) -> Vec<u32> {
             (a, b) = (find(low), find(high));
         }
     };
-    let in_range = |indices: &&[u32; 3]| indices.iter().all(|&index| (index as usize) < vertices);
-    mesh.triangles.par_iter().filter(in_range).for_each(|&[a, b, c]| {
+    let connects =
+        |&&[a, b, c]: &&[u32; 3]| a != b && b != c && c != a && [a, b, c].iter().all(|&v| (v as usize) < vertices);
+    mesh.triangles.par_iter().filter(connects).for_each(|&[a, b, c]| {
         join(a, b);
         join(a, c);
     });
@@ -141,5 +142,14 @@ mod tests {
     fn nothing_has_no_parts() {
         let parts = Parts::of(&TriangleMesh::default());
         assert_eq!((parts.count(), parts.largest_share()), (0, 0.0));
+    }
+
+    #[test]
+    fn broken_triangles_connect_nothing() {
+        let mut mesh = together(&[cube(DVec3::ZERO, 1.0), cube(DVec3::splat(3.0), 1.0)]);
+        let parts = part_of_vertices(&mesh);
+        mesh.triangles.extend([[0, 0, 8], [0, 8, 99]]);
+        assert_eq!(part_of_vertices(&mesh), parts);
+        assert_ne!(parts[0], parts[8]);
     }
 }

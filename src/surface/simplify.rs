@@ -34,16 +34,15 @@
 //! Distances are from the part of the surface that corresponds, and no less than the distance from the nearest
 //! part of all.
 
-mod closest;
 mod patch;
 
 use glam::DVec3;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use self::closest::longest;
 use self::patch::{Near, Patch, Share};
 use super::gates::{Faults, GateFailure, Gates};
+use crate::closest::longest;
 use crate::mesh::{Aabb, TriangleMesh};
 
 /// Triangles in a patch, at most.

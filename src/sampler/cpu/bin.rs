@@ -57,14 +57,14 @@ struct Chunk {
 }
 
 /// Items sorted by band: those of band k are `items[starts[k]..starts[k + 1]]`.
-struct Sorted<T> {
+pub struct Sorted<T> {
     starts: Vec<u32>,
     items: Vec<T>,
 }
 
 impl<T: Copy + Default> Sorted<T> {
     /// A counting sort of triangles, each with its first and last band.
-    fn new(bands: usize, reaching: &[(u32, u32, u32)], item: impl Fn(u32) -> T) -> Sorted<T> {
+    pub fn new(bands: usize, reaching: &[(u32, u32, u32)], item: impl Fn(u32) -> T) -> Sorted<T> {
         let mut starts = vec![0u32; bands + 1];
         for &(_, first, last) in reaching {
             for band in first..=last {
@@ -89,7 +89,8 @@ impl<T: Copy + Default> Sorted<T> {
         Sorted { starts, items }
     }
 
-    fn of_band(&self, band: usize) -> &[T] {
+    /// The items of a band, in the order in which they were given.
+    pub fn of_band(&self, band: usize) -> &[T] {
         &self.items[self.starts[band] as usize..self.starts[band + 1] as usize]
     }
 }

@@ -23,10 +23,12 @@ use crate::fixed::{Crossing, Hit, TriangleHit};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{BandImage, Ldi, TooManySamples, Windings, image_from_bands};
 use bin::Bins;
+pub(crate) use bin::Sorted;
 use classify::RayClasses;
+pub(crate) use exact::sort;
 pub use lists::RayLists;
 use masks::RayMasks;
-use raster::BandCrossings;
+pub(crate) use raster::BandCrossings;
 
 /// Samples on the threads of the current rayon pool.
 #[derive(Clone, Debug)]

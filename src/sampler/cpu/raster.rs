@@ -20,9 +20,7 @@ impl<H: Hit> BandCrossings<H> {
         let (columns, _) = grid.image_size(axis);
         let rays = rows.len() * columns as usize;
         let pixels = Pixels::new(grid.shift());
-        self.found.clear();
-        self.starts.clear();
-        self.starts.resize(rays + 1, 0);
+        self.begin(rays);
         let (found, starts) = (&mut self.found, &mut self.starts);
         let first_row = rows.start;
         let window = bins.window();
@@ -44,8 +42,22 @@ impl<H: Hit> BandCrossings<H> {
         self.sort_by_ray();
     }
 
-    /// The second half of a counting sort: the crossings of each ray side by side.
-    fn sort_by_ray(&mut self) {
+    /// Forgets all crossings, but not their memory, and begins a band of so many rays.
+    pub fn begin(&mut self, rays: usize) {
+        self.found.clear();
+        self.starts.clear();
+        self.starts.resize(rays + 1, 0);
+    }
+
+    /// Adds a crossing of a ray of the band.
+    #[inline]
+    pub fn push(&mut self, ray: u32, hit: H) {
+        self.starts[ray as usize] += 1;
+        self.found.push((ray, hit));
+    }
+
+    /// The second half of a counting sort: the crossings of each ray side by side. They can be looked at after it.
+    pub fn sort_by_ray(&mut self) {
         let mut sum = 0;
         for start in &mut self.starts {
             sum += *start;

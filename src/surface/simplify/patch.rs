@@ -3,7 +3,7 @@
 use glam::DVec3;
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_locks, typed_to_bytes};
 
-use super::closest::{ClosestTriangle, longest};
+use crate::closest::{ClosestTriangle, longest};
 use crate::mesh::{Aabb, TriangleMesh};
 use crate::surface::gates::Faults;
 

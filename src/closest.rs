@@ -9,7 +9,7 @@ use glam::DVec3;
 const LEAF: usize = 4;
 
 /// A set of triangles, by boxes.
-pub(super) struct ClosestTriangle {
+pub struct ClosestTriangle {
     /// Depth first: the left child of a node comes right after it.
     nodes: Vec<Node>,
     /// Corners in the order of leaves.
@@ -29,7 +29,7 @@ struct Node {
 
 /// What is closest to a point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Closest {
+pub struct Closest {
     /// The triangle, as an index into the set.
     pub triangle: u32,
     /// The square of its distance.
@@ -40,7 +40,7 @@ pub(super) struct Closest {
 
 impl ClosestTriangle {
     /// The tree of a set that is not empty.
-    pub(super) fn new(set: &[[DVec3; 3]]) -> ClosestTriangle {
+    pub fn new(set: &[[DVec3; 3]]) -> ClosestTriangle {
         let mut order: Vec<(DVec3, u32)> =
             set.iter().zip(0..).map(|([a, b, c], index)| ((*a + *b + *c) / 3.0, index)).collect();
         let mut nodes = Vec::with_capacity(2 * set.len() / LEAF + 1);
@@ -52,7 +52,7 @@ impl ClosestTriangle {
 
     /// The triangle closest to a point. A good hint (0 will do) makes it faster; among triangles at the same distance it
     /// may decide which.
-    pub(super) fn of(&self, point: DVec3, hint: u32) -> Closest {
+    pub fn of(&self, point: DVec3, hint: u32) -> Closest {
         let (mut best, mut squared) = (hint, squared_distance(point, self.corners[hint as usize]));
         let mut stack = [(0u32, 0f64); 64];
         let mut depth = 1;
@@ -82,8 +82,38 @@ impl ClosestTriangle {
         Closest { triangle: self.indices[best as usize], squared, hint: best }
     }
 
+    /// Whether any triangle is no farther from a point than this.
+    pub fn any_within(&self, point: DVec3, distance: f64) -> bool {
+        let limit = distance * distance;
+        let mut stack = [0u32; 64];
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let index = stack[depth];
+            let node = &self.nodes[index as usize];
+            if node.count > 0 {
+                let corners = &self.corners[node.at as usize..(node.at + node.count) as usize];
+                if corners.iter().any(|triangle| squared_distance(point, *triangle) <= limit) {
+                    return true;
+                }
+                continue;
+            }
+            let bound = |child: u32| (child, self.nodes[child as usize].squared_distance(point));
+            let (left, right) = (bound(index + 1), bound(node.at));
+            let (near, far) = if left.1 <= right.1 { (left, right) } else { (right, left) };
+            // The nearer one is looked at first.
+            for (child, bound) in [far, near] {
+                if bound <= limit {
+                    stack[depth] = child;
+                    depth += 1;
+                }
+            }
+        }
+        false
+    }
+
     /// All triangles no farther from a point than this, in no order.
-    pub(super) fn within(&self, point: DVec3, distance: f64) -> Vec<u32> {
+    pub fn within(&self, point: DVec3, distance: f64) -> Vec<u32> {
         let (mut found, mut open) = (Vec::new(), vec![0]);
         while let Some(index) = open.pop() {
             let node = &self.nodes[index as usize];
@@ -132,7 +162,7 @@ fn grow(nodes: &mut Vec<Node>, set: &[[DVec3; 3]], order: &mut [(DVec3, u32)], f
 }
 
 /// The axis along which a box is longest.
-pub(super) fn longest(extent: DVec3) -> usize {
+pub fn longest(extent: DVec3) -> usize {
     if extent.x >= extent.y && extent.x >= extent.z { 0 } else { usize::from(extent.y < extent.z) + 1 }
 }
 
@@ -140,7 +170,7 @@ pub(super) fn longest(extent: DVec3) -> usize {
 ///
 /// After Ericson, "Real-Time Collision Detection" (2005), 5.1.5; where the triangle is too thin for it, the closest of its
 /// sides.
-pub(super) fn squared_distance(point: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+pub fn squared_distance(point: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
     if d1 <= 0.0 && d2 <= 0.0 {
@@ -217,6 +247,7 @@ mod tests {
                 prop_assert!(same(found.squared), "{} {brute}", found.squared);
                 prop_assert!(same(squared_distance(point, set[found.triangle as usize])));
                 let within = tree.within(point, 2.0);
+                prop_assert_eq!(tree.any_within(point, 2.0), !within.is_empty());
                 for (i, triangle) in set.iter().enumerate() {
                     let beyond = squared_distance(point, *triangle) - 4.0;
                     if beyond.abs() > ROUNDED * 4.0 {

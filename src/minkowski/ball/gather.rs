@@ -1,0 +1,136 @@
+//! From patches to the spans of rays, band by band.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::BallPatches;
+use super::facet::Facet;
+use super::view::{Footprint, View};
+use crate::fixed::{Crossing, Hit, Pixels};
+use crate::grid::{Axis, Grid};
+use crate::ldi::TooManySamples;
+use crate::minkowski::{Outer, RaySpans};
+use crate::sampler::cpu::{BandCrossings, Sorted, sort};
+use glam::DVec3;
+
+/// Rows of a band: its crossings stay in the second-level cache, and few patches reach over many bands.
+const BAND_ROWS: u32 = 16;
+
+/// Patches that are sorted together.
+const CHUNK: usize = 1 << 13;
+
+/// The spans of a band's rays.
+struct BandSpans<H> {
+    ends: Vec<u32>,
+    hits: Vec<H>,
+}
+
+impl BallPatches<'_> {
+    /// The spans of all rays along an axis of a grid that the polyhedron lies on; each hit has the number of its patch.
+    ///
+    /// With [`Outer::Out`] the sum must lie in the grid, but for rounding. With [`Outer::In`] what lies outside of the
+    /// grid must be in.
+    pub fn spans<H: Hit + Sync>(&self, grid: &Grid, axis: Axis, outer: Outer) -> Result<RaySpans<H>, TooManySamples> {
+        let view = View::new(grid, axis);
+        let (columns, rows) = grid.image_size(axis);
+        let length = f64::from(grid.length(axis.depth()));
+        let bands = rows.div_ceil(BAND_ROWS);
+        let sorted = self.by_band(&view, bands as usize);
+        let pixels = Pixels::new(grid.shift());
+        let of_band = |crossings: &mut BandCrossings<H>, band: u32| {
+            let rows = band * BAND_ROWS..rows.min((band + 1) * BAND_ROWS);
+            crossings.begin(rows.len() * columns as usize);
+            let seen_rows = rows.start as i32..rows.end as i32;
+            for patch in sorted.iter().flat_map(|chunk| chunk.of_band(band as usize)) {
+                self.sweep(*patch, &view, seen_rows.clone(), |column, row, depth, winding| {
+                    let depth = match outer {
+                        Outer::Out => depth.clamp(0.0, length),
+                        // Nothing that is out lies beyond the grid.
+                        Outer::In if !(0.0..=length).contains(&depth) => return,
+                        Outer::In => depth,
+                    };
+                    let ray = (row as u32 - rows.start) * columns + column as u32;
+                    crossings.push(ray, H::new(Crossing::at(depth, winding), *patch));
+                });
+            }
+            crossings.sort_by_ray();
+            let mut spans = BandSpans { ends: Vec::new(), hits: Vec::new() };
+            for ray in 0..rows.len() as u32 * columns {
+                let hits = crossings.on_ray(ray);
+                sort(hits);
+                outer.keep_gaps(pixels, hits, &mut spans.hits);
+                spans.ends.push(spans.hits.len() as u32);
+            }
+            spans
+        };
+        let bands: Vec<BandSpans<H>> =
+            (0..bands).into_par_iter().map_init(BandCrossings::<H>::default, of_band).collect();
+        let (mut offsets, mut hits) = (vec![0], Vec::new());
+        for band in bands {
+            let first = u32::try_from(hits.len()).map_err(|_| TooManySamples { axis })?;
+            offsets.extend(band.ends.iter().map(|end| first.saturating_add(*end)));
+            hits.extend_from_slice(&band.hits);
+        }
+        u32::try_from(hits.len()).map_err(|_| TooManySamples { axis })?;
+        Ok(RaySpans { axis, offsets, hits })
+    }
+
+    /// The patches that each band may meet, in chunks.
+    fn by_band(&self, view: &View, bands: usize) -> Vec<Sorted<u32>> {
+        let counts = self.counts();
+        let patches = counts.facets + counts.tubes + counts.caps;
+        let sort_chunk = |reaching: &mut Vec<(u32, u32, u32)>, chunk: usize| {
+            reaching.clear();
+            for patch in chunk * CHUNK..patches.min((chunk + 1) * CHUNK) {
+                let patch = patch as u32;
+                let Some(Footprint { rows, .. }) = self.footprint(patch, view).filter(|found| !found.is_empty()) else {
+                    continue;
+                };
+                reaching.push((patch, rows.start as u32 / BAND_ROWS, (rows.end as u32 - 1) / BAND_ROWS));
+            }
+            Sorted::new(bands, reaching, |patch| patch)
+        };
+        (0..patches.div_ceil(CHUNK)).into_par_iter().map_init(Vec::new, sort_chunk).collect()
+    }
+
+    fn facet(&self, triangle: usize) -> Facet {
+        let corners = self.solid.triangles()[triangle].map(|vertex| self.solid.positions()[vertex as usize]);
+        Facet { corners, normal: self.normals[triangle] }
+    }
+
+    fn footprint(&self, patch: u32, view: &View) -> Option<Footprint> {
+        let (patch, facets) = (patch as usize, self.normals.len());
+        let Some(tube) = patch.checked_sub(facets) else {
+            let facet = self.facet(patch);
+            return (facet.normal != DVec3::ZERO).then(|| facet.footprint(view, self.radius));
+        };
+        match tube.checked_sub(self.tubes.len()) {
+            None => Some(self.tubes[tube].seen(view, self.radius)?.footprint(view)),
+            Some(cap) => Some(self.caps[cap].seen(view, self.radius).footprint(view)),
+        }
+    }
+
+    #[inline]
+    fn sweep(&self, patch: u32, view: &View, rows: Range<i32>, meet: impl FnMut(i32, i32, f64, i32)) {
+        let within = |found: Range<i32>| found.start.max(rows.start)..found.end.min(rows.end);
+        let (patch, facets) = (patch as usize, self.normals.len());
+        let Some(tube) = patch.checked_sub(facets) else {
+            let facet = self.facet(patch);
+            return facet.sweep(view, self.radius, within(facet.footprint(view, self.radius).rows), meet);
+        };
+        match tube.checked_sub(self.tubes.len()) {
+            None => {
+                if let Some(seen) = self.tubes[tube].seen(view, self.radius) {
+                    seen.sweep(view, rows, meet);
+                }
+            }
+            Some(cap) => {
+                let cap = &self.caps[cap];
+                let seen = cap.seen(view, self.radius);
+                let (first, count) = (cap.spokes.0 as usize, cap.spokes.1 as usize);
+                seen.sweep(view, &self.spokes[first..first + count], within(seen.footprint(view).rows), meet);
+            }
+        }
+    }
+}

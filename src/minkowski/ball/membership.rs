@@ -1,0 +1,79 @@
+//! Whether a point lies in an offset solid.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{exact, rounded_radius};
+use crate::closest::ClosestTriangle;
+use crate::fixed::Pixels;
+use crate::grid::{Axis, Grid, LatticeSolid};
+use crate::ldi::Ldi;
+use crate::minkowski::{Membership, Outer, Polyhedron};
+use crate::sampler::cpu::CpuSampler;
+use crate::sampler::{Fill, Mode, SampleError, Sampler};
+
+/// A polyhedron and all that is no farther from it than the radius of a ball.
+///
+/// Near the surface a tree of triangles decides; what is farther from every triangle than the radius is in or out with
+/// the polyhedron itself, of which the exact images know that.
+pub struct BallMembership {
+    radius: f64,
+    outer: Outer,
+    /// None where there are no triangles.
+    surface: Option<ClosestTriangle>,
+    images: Vec<Ldi>,
+    pixels: Pixels,
+}
+
+impl BallMembership {
+    /// The sum of a polyhedron on a grid, with what [`Outer`] says around it, and a ball with a radius of `radius_steps` lattice
+    /// steps, but for [rounding](rounded_radius).
+    pub fn new(
+        grid: &Grid,
+        solid: &Polyhedron,
+        radius_steps: f64,
+        outer: Outer,
+    ) -> Result<BallMembership, SampleError> {
+        let corner = |&vertex: &u32| exact(solid.positions()[vertex as usize]);
+        let triangles = || solid.triangles().par_iter().map(|triangle| [0, 1, 2].map(|i| corner(&triangle[i])));
+        let surface = || {
+            let triangles: Vec<[DVec3; 3]> = triangles().collect();
+            (!triangles.is_empty()).then(|| ClosestTriangle::new(&triangles))
+        };
+        let sample = || -> Result<Vec<Ldi>, SampleError> {
+            let lattice = LatticeSolid::of_primitives(grid, solid.positions(), solid.triangles());
+            let sampler = CpuSampler::default();
+            let image = |axis| sampler.sample(&lattice, axis, Mode::Exact, Fill::NonZero);
+            Axis::ALL.into_iter().map(image).collect()
+        };
+        let (surface, images) = rayon::join(surface, sample);
+        let radius = rounded_radius(radius_steps);
+        Ok(BallMembership { radius, outer, surface, images: images?, pixels: Pixels::new(grid.shift()) })
+    }
+
+    /// Whether a point on a ray is in the polyhedron, seen from its own side.
+    fn is_inside(&self, point: [i32; 3]) -> bool {
+        let ray_of = |coordinate: usize| {
+            let index = self.pixels.index_from(point[coordinate]);
+            (self.pixels.ray(index) == point[coordinate]).then_some(index as u32)
+        };
+        let ray_in = |image: &Ldi| {
+            let axis = image.axis();
+            let (columns, _) = image.size();
+            Some((ray_of(axis.row())? * columns + ray_of(axis.column())?, point[axis.depth()]))
+        };
+        let found = self.images.iter().find_map(|image| ray_in(image).map(|(ray, depth)| (image, ray, depth)));
+        let (image, ray, depth) = found.expect("the point is on a ray");
+        let is_within = image.samples(ray).partition_point(|&sample| sample < depth) % 2 == 1;
+        is_within != (self.outer == Outer::In)
+    }
+}
+
+impl Membership for BallMembership {
+    type Memory = ();
+
+    fn contains(&self, point: [i32; 3], (): &mut ()) -> bool {
+        let is_near = |surface: &ClosestTriangle| surface.any_within(exact(point), self.radius);
+        self.surface.as_ref().is_some_and(is_near) || self.is_inside(point)
+    }
+}

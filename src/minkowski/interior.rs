@@ -1,0 +1,487 @@
+//! Where the sum certainly is, on coarse voxels: primitives in there bound nothing and need not be sampled.
+//!
+//! Most primitives of two solids that are not convex lie inside their sum. If voxel `i` holds a point of A, wherever in it,
+//! and the eight voxels about the corner `j` of B's lattice of voxels lie in B, then voxel `i + j` lies in A ⊕ B. So the
+//! **interior** is the dilation of the voxels that A *touches* by those corners that B *fills*, and the same the other way
+//! round. Both are found on the safe side: a voxel counts as touched when its middle or a point of a triangle is in, and as full when no
+//! triangle may reach into it and its middle is in.
+//!
+//! The dilation goes by runs of voxels along x: what a run of `l` voxels adds is the other set dilated by `l`, which two
+//! shifts of the dilation by the power of two below give. At 128 voxels that is some ten million word operations.
+
+use rayon::prelude::*;
+
+use super::{Outer, Polyhedron, Primitives};
+use crate::fixed::{Crossing, Pixels};
+use crate::grid::{Axis, Grid, LATTICE_MAX, LatticeBox};
+use crate::sampler::cpu::CpuSampler;
+
+/// Voxels along the longest side of the sum, at the least half and at the most this.
+const MOST_VOXELS: i32 = 128;
+
+/// Voxels are powers of two of lattice steps wide, and no less than this power: there is no room for a ray below.
+const LEAST_SHIFT: u32 = 3;
+
+/// The coarse voxels of a sum that certainly lie in its interior.
+pub struct Interior {
+    shift: u32,
+    voxels: VoxelSet,
+}
+
+/// A box of voxels with a bit each.
+#[derive(Clone)]
+struct VoxelSet {
+    /// The index of the first voxel along x, y and z.
+    first: [i32; 3],
+    size: [usize; 3],
+    words: usize,
+    bits: Vec<u64>,
+}
+
+impl VoxelSet {
+    fn new(first: [i32; 3], size: [usize; 3], of: bool) -> VoxelSet {
+        let words = size[0].div_ceil(64);
+        let mut set = VoxelSet { first, size, words, bits: vec![0; words * size[1] * size[2]] };
+        if of {
+            for row in set.bits.chunks_mut(words) {
+                set_range(row, 0..size[0]);
+            }
+        }
+        set
+    }
+
+    /// The row of voxels at `y` and `z`, counted from the first.
+    fn row(&self, y: usize, z: usize) -> &[u64] {
+        &self.bits[(z * self.size[1] + y) * self.words..][..self.words]
+    }
+
+    fn row_mut(&mut self, y: usize, z: usize) -> &mut [u64] {
+        &mut self.bits[(z * self.size[1] + y) * self.words..][..self.words]
+    }
+
+    /// Runs of voxels along x, row by row: y and z counted from the first, and the range of x.
+    fn runs(&self) -> Vec<(usize, usize, std::ops::Range<usize>)> {
+        let mut runs = Vec::new();
+        for z in 0..self.size[2] {
+            for y in 0..self.size[1] {
+                let row = self.row(y, z);
+                let is_set = |x: usize| row[x / 64] >> (x % 64) & 1 == 1;
+                let mut x = 0;
+                while x < self.size[0] {
+                    let start = x;
+                    while x < self.size[0] && is_set(x) {
+                        x += 1;
+                    }
+                    if x > start {
+                        runs.push((y, z, start..x));
+                    }
+                    x += 1;
+                }
+            }
+        }
+        runs
+    }
+
+    /// The corners all of whose eight voxels are set; corner `j` lies between voxels `j − 1` and `j`.
+    fn full_corners(&self) -> VoxelSet {
+        let mut corners = self.clone();
+        for row in corners.bits.chunks_mut(self.words) {
+            let mut carry = 0;
+            for word in row {
+                let moved = *word << 1 | carry;
+                carry = *word >> 63;
+                *word &= moved;
+            }
+        }
+        for (step, count) in [(self.words, self.size[1]), (self.words * self.size[1], self.size[2])] {
+            for chunk in corners.bits.chunks_mut(step * count) {
+                for at in (0..chunk.len()).rev() {
+                    chunk[at] &= if at >= step { chunk[at - step] } else { 0 };
+                }
+            }
+        }
+        corners
+    }
+
+    /// The set dilated along x by runs of 1, 2, 4 … up to `longest` voxels.
+    fn dilated(self, longest: usize) -> Vec<VoxelSet> {
+        let mut levels = vec![self];
+        while 1 << levels.len() <= longest {
+            let (last, reach) = (&levels[levels.len() - 1], 1 << (levels.len() - 1));
+            let size = [last.size[0] + reach, last.size[1], last.size[2]];
+            let mut next = VoxelSet::new(last.first, size, false);
+            for z in 0..size[2] {
+                for y in 0..size[1] {
+                    or_shifted(next.row_mut(y, z), last.row(y, z), 0);
+                    or_shifted(next.row_mut(y, z), last.row(y, z), reach);
+                }
+            }
+            levels.push(next);
+        }
+        levels
+    }
+
+    /// Adds the dilation of `touched` by `corners`.
+    fn add_dilation(&mut self, touched: &VoxelSet, corners: VoxelSet) {
+        let runs = touched.runs();
+        let longest = runs.iter().map(|(_, _, run)| run.len()).max().unwrap_or(1);
+        let rows: Vec<(usize, usize)> = (0..corners.size[2])
+            .flat_map(|z| (0..corners.size[1]).map(move |y| (y, z)))
+            .filter(|&(y, z)| corners.row(y, z).iter().any(|&word| word != 0))
+            .collect();
+        let first_of_plane: Vec<usize> =
+            (0..=corners.size[2]).map(|z| rows.partition_point(|&(_, row_z)| row_z < z)).collect();
+        let levels = corners.dilated(longest);
+        let (size, first, words) = (self.size, self.first, self.words);
+        let place = |i: usize, a: usize, b: usize| {
+            let at = a as i32 + touched.first[i] + b as i32 + levels[0].first[i] - first[i];
+            (0..size[i] as i32).contains(&at).then_some(at as usize)
+        };
+        self.bits.par_chunks_mut(words * size[1]).enumerate().for_each(|(plane, bits)| {
+            for (y, z, run) in &runs {
+                let corner_z = plane as i32 + first[2] - touched.first[2] - *z as i32 - levels[0].first[2];
+                if !(0..levels[0].size[2] as i32).contains(&corner_z) {
+                    continue;
+                }
+                let level = run.len().ilog2() as usize;
+                let source = &levels[level];
+                let start = run.start as i32 + touched.first[0] + source.first[0] - first[0];
+                for &(corner_y, row_z) in
+                    &rows[first_of_plane[corner_z as usize]..first_of_plane[corner_z as usize + 1]]
+                {
+                    let Some(to_y) = place(1, *y, corner_y) else { continue };
+                    let (row, to) = (source.row(corner_y, row_z), &mut bits[to_y * words..][..words]);
+                    or_at(to, row, start);
+                    or_at(to, row, start + (run.len() - (1 << level)) as i32);
+                }
+            }
+        });
+    }
+}
+
+/// Sets a range of bits.
+fn set_range(row: &mut [u64], range: std::ops::Range<usize>) {
+    for (word, bits) in row.iter_mut().enumerate() {
+        let (low, high) = (range.start.max(64 * word), range.end.min(64 * word + 64));
+        if low < high {
+            *bits |= (u64::MAX >> (64 - (high - low))) << (low - 64 * word);
+        }
+    }
+}
+
+/// Adds the bits of a row, moved up; those beyond the end are lost.
+fn or_shifted(to: &mut [u64], from: &[u64], by: usize) {
+    let (words, bits) = (by / 64, by % 64);
+    for (i, &word) in from.iter().enumerate() {
+        if let Some(to) = to.get_mut(i + words) {
+            *to |= word << bits;
+        }
+        if bits > 0
+            && let Some(to) = to.get_mut(i + words + 1)
+        {
+            *to |= word >> (64 - bits);
+        }
+    }
+}
+
+/// Adds the bits of a row, moved by `by` either way; those beyond the ends are lost.
+fn or_at(to: &mut [u64], from: &[u64], by: i32) {
+    if by >= 0 {
+        return or_shifted(to, from, by as usize);
+    }
+    let (words, bits) = ((-by) as usize / 64, (-by) as usize % 64);
+    for (i, to) in to.iter_mut().enumerate() {
+        let low = from.get(i + words).copied().unwrap_or(0) >> bits;
+        let high = if bits > 0 { from.get(i + words + 1).copied().unwrap_or(0) << (64 - bits) } else { 0 };
+        *to |= low | high;
+    }
+}
+
+/// What a solid touches and fills.
+struct Occupancy {
+    touched: VoxelSet,
+    full: VoxelSet,
+}
+
+impl Occupancy {
+    /// The voxels of 2^`shift` steps about a solid, with a margin of `margin` voxels; none where it does not fit a lattice.
+    fn new(
+        solid: &Polyhedron,
+        outer: Outer,
+        shift: u32,
+        margin: [usize; 3],
+        sampler: &CpuSampler,
+    ) -> Option<Occupancy> {
+        let bounds = solid.bounds();
+        if bounds.is_empty() {
+            return None;
+        }
+        let rays = bounds.max.map(|p| (p >> shift) as u32 + 1);
+        let grid = Grid::from_parts(glam::DVec3::ZERO, 1.0, rays, shift, 32).ok()?;
+        let first = margin.map(|m| -(m as i32));
+        let size = std::array::from_fn(|i| rays[i] as usize + 2 * margin[i]);
+        let mut touched = VoxelSet::new(first, size, outer == Outer::In);
+        // Spans of what the surface encloses, whichever way it is turned.
+        let as_triangles = Primitives { positions: solid.positions().to_vec(), triangles: solid.triangles().to_vec() };
+        let lists = as_triangles.lists::<Crossing>(&grid, Axis::X, sampler, |sorted, kept| {
+            let mut winding = 0;
+            for crossing in sorted {
+                let before = winding;
+                winding += crossing.winding();
+                if (before == 0) != (winding == 0) {
+                    kept.push(*crossing);
+                }
+            }
+        });
+        let lists = lists.ok()?;
+        let pixels = Pixels::new(shift);
+        for (ray, range) in lists.offsets.windows(2).enumerate() {
+            let (y, z) = (ray % rays[1] as usize + margin[1], ray / rays[1] as usize + margin[2]);
+            for span in lists.hits[range[0] as usize..range[1] as usize].chunks_exact(2) {
+                let node = |crossing: Crossing| pixels.index_from(crossing.nearest()) as usize + margin[0];
+                let nodes = node(span[0])..node(span[1]);
+                match outer {
+                    Outer::Out => set_range(touched.row_mut(y, z), nodes),
+                    Outer::In => clear_range(touched.row_mut(y, z), nodes),
+                }
+            }
+        }
+        let mut full = touched.clone();
+        let voxel = |i: usize, position: i32| ((position >> shift) + margin[i] as i32) as usize;
+        for triangle in solid.triangles() {
+            let corners = triangle.map(|v| solid.positions()[v as usize].map(f64::from));
+            for_each_point(&corners, shift, |point| {
+                let [x, y, z] = std::array::from_fn(|i| voxel(i, point[i] as i32));
+                set_range(touched.row_mut(y, z), x..x + 1);
+            });
+            for_each_reached(&corners, shift, |y, z, xs| {
+                let at = |i: usize, index: i32| (index + margin[i] as i32).clamp(0, size[i] as i32 - 1) as usize;
+                clear_range(full.row_mut(at(1, y), at(2, z)), at(0, xs.0)..at(0, xs.1) + 1);
+            });
+        }
+        Some(Occupancy { touched, full })
+    }
+}
+
+/// Clears a range of bits.
+fn clear_range(row: &mut [u64], range: std::ops::Range<usize>) {
+    for (word, bits) in row.iter_mut().enumerate() {
+        let (low, high) = (range.start.max(64 * word), range.end.min(64 * word + 64));
+        if low < high {
+            *bits &= !((u64::MAX >> (64 - (high - low))) << (low - 64 * word));
+        }
+    }
+}
+
+/// What rounding may move a clipped corner or a point of a triangle by, in lattice steps, many times over. Nothing is full
+/// that a triangle comes so close to.
+const SLACK: f64 = 4.0;
+
+/// Calls `meet` with points of a triangle, its corners among them, that are a voxel apart or less along each axis.
+fn for_each_point(corners: &[[f64; 3]; 3], shift: u32, mut meet: impl FnMut([f64; 3])) {
+    let [a, b, c] = *corners;
+    let reach = |p: [f64; 3], q: [f64; 3]| (0..3).map(|i| (p[i] - q[i]).abs()).fold(0.0, f64::max);
+    let steps = (reach(a, b).max(reach(b, c)).max(reach(c, a)) / f64::from(1u32 << shift)).ceil().max(1.0) as u32;
+    for i in 0..=steps {
+        for j in 0..=steps - i {
+            let (of_b, of_c) = (f64::from(i) / f64::from(steps), f64::from(j) / f64::from(steps));
+            meet(std::array::from_fn(|k| a[k] + of_b * (b[k] - a[k]) + of_c * (c[k] - a[k])));
+        }
+    }
+}
+
+/// Calls `reach` with each row of voxels that a triangle reaches into, and the first and last voxel there.
+fn for_each_reached(corners: &[[f64; 3]; 3], shift: u32, mut reach: impl FnMut(i32, i32, (i32, i32))) {
+    let side = f64::from(1u32 << shift);
+    let range = |polygon: &[[f64; 3]], i: usize| {
+        let low = polygon.iter().map(|p| p[i]).fold(f64::INFINITY, f64::min) - SLACK;
+        let high = polygon.iter().map(|p| p[i]).fold(f64::NEG_INFINITY, f64::max) + SLACK;
+        ((low / side).floor() as i32, (high / side).floor() as i32)
+    };
+    let slab = |polygon: &[[f64; 3]], i: usize, index: i32| {
+        let low = f64::from(index) * side - SLACK;
+        let above = clipped(polygon, i, low, 1.0);
+        clipped(&above, i, low + side + 2.0 * SLACK, -1.0)
+    };
+    let (first, last) = range(corners, 2);
+    for z in first..=last {
+        let in_plane = slab(corners, 2, z);
+        if in_plane.is_empty() {
+            continue;
+        }
+        let (first, last) = range(&in_plane, 1);
+        for y in first..=last {
+            let in_row = slab(&in_plane, 1, y);
+            if !in_row.is_empty() {
+                reach(y, z, range(&in_row, 0));
+            }
+        }
+    }
+}
+
+/// The part of a convex polygon where `side · (coordinate − bound)` is not negative.
+fn clipped(polygon: &[[f64; 3]], i: usize, bound: f64, side: f64) -> Vec<[f64; 3]> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (at, &p) in polygon.iter().enumerate() {
+        let q = polygon[(at + 1) % polygon.len()];
+        let (of_p, of_q) = (side * (p[i] - bound), side * (q[i] - bound));
+        if of_p >= 0.0 {
+            kept.push(p);
+        }
+        if (of_p >= 0.0) != (of_q >= 0.0) {
+            let share = of_p / (of_p - of_q);
+            kept.push(std::array::from_fn(|j| p[j] + share * (q[j] - p[j])));
+        }
+    }
+    kept
+}
+
+impl Interior {
+    /// The voxels of `grid`, that of the sum, which certainly lie in the interior of A ⊕ B. None at all, where the voxels
+    /// that this would take do not fit a lattice.
+    pub fn new(grid: &Grid, a: &Polyhedron, outer_a: Outer, b: &Polyhedron, sampler: &CpuSampler) -> Interior {
+        let longest = (0..3).map(|i| grid.length(i)).max().unwrap_or(LATTICE_MAX);
+        let mut shift = LEAST_SHIFT;
+        while longest >> shift >= MOST_VOXELS {
+            shift += 1;
+        }
+        let size = std::array::from_fn(|i| (grid.length(i) >> shift) as usize + 1);
+        let mut voxels = VoxelSet::new([0; 3], size, false);
+        let extent = |solid: &Polyhedron| solid.bounds().max.map(|p| (p.max(0) >> shift) as usize + 2);
+        let margin_a = if outer_a == Outer::In { extent(b) } else { [1; 3] };
+        let of_a = Occupancy::new(a, outer_a, shift, margin_a, sampler);
+        let of_b = Occupancy::new(b, Outer::Out, shift, [1; 3], sampler);
+        if let (Some(of_a), Some(of_b)) = (of_a, of_b) {
+            voxels.add_dilation(&of_a.touched, of_b.full.full_corners());
+            voxels.add_dilation(&of_b.touched, of_a.full.full_corners());
+        }
+        Interior { shift, voxels }
+    }
+
+    /// Whether all of a box lies in the interior.
+    pub fn holds(&self, bounds: &LatticeBox) -> bool {
+        let first = bounds.min.map(|p| (p >> self.shift) as usize);
+        let last = bounds.max.map(|p| (p >> self.shift) as usize);
+        if (0..3).any(|i| last[i] >= self.voxels.size[i]) {
+            return false;
+        }
+        (first[2]..=last[2]).all(|z| {
+            (first[1]..=last[1]).all(|y| {
+                let row = self.voxels.row(y, z);
+                (first[0]..=last[0]).all(|x| row[x / 64] >> (x % 64) & 1 == 1)
+            })
+        })
+    }
+
+    /// How many of the voxels there are.
+    pub fn count(&self) -> u64 {
+        self.voxels.bits.iter().map(|word| u64::from(word.count_ones())).sum()
+    }
+}
+
+impl Primitives {
+    /// Those that are not wholly in the interior.
+    pub fn outside(self, interior: &Interior) -> Primitives {
+        let reaches_out = |triangle: &&[u32; 3]| {
+            let point = |v: u32| self.positions[v as usize];
+            let [a, b, c] = triangle.map(point);
+            let bounds = LatticeBox {
+                min: std::array::from_fn(|i| a[i].min(b[i]).min(c[i])),
+                max: std::array::from_fn(|i| a[i].max(b[i]).max(c[i])),
+            };
+            !interior.holds(&bounds)
+        };
+        let triangles: Vec<[u32; 3]> = self.triangles.par_iter().filter(reaches_out).copied().collect();
+        Primitives { positions: self.positions, triangles }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Box3 = [[i32; 3]; 2];
+
+    /// Boxes as one polyhedron whose shells overlap.
+    fn heap(boxes: &[Box3]) -> Polyhedron {
+        const FACES: [[u32; 4]; 6] =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        for corners in boxes {
+            let first = positions.len() as u32;
+            positions.extend((0..8usize).map(|k| std::array::from_fn(|i| corners[k >> i & 1][i])));
+            triangles.extend(
+                FACES
+                    .iter()
+                    .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+                    .map(|triangle| triangle.map(|v| v + first)),
+            );
+        }
+        Polyhedron::from_parts(positions, triangles)
+    }
+
+    fn grid(side: i32) -> Grid {
+        Grid::from_parts(glam::DVec3::ZERO, 1.0, [(side >> 4) as u32; 3], 4, 32).unwrap()
+    }
+
+    /// Some points of every voxel of the interior, corners among them, and whether `holds` holds there.
+    fn assert_all(interior: &Interior, holds: impl Fn([i32; 3]) -> bool) {
+        for (y, z, run) in interior.voxels.runs() {
+            for x in run {
+                for k in 0..125 {
+                    let step = [k % 5, k / 5 % 5, k / 25];
+                    let point = std::array::from_fn(|i| {
+                        (([x, y, z][i] as i32) << interior.shift) + (step[i] << interior.shift) / 4
+                    });
+                    assert!(holds(point), "voxel {:?}, {point:?}", [x, y, z]);
+                }
+            }
+        }
+    }
+
+    fn within(bounds: &Box3, point: [i32; 3]) -> bool {
+        (0..3).all(|i| bounds[0][i] <= point[i] && point[i] <= bounds[1][i])
+    }
+
+    #[test]
+    fn most_of_a_sum_of_boxes_is_interior_and_nothing_else() {
+        let a = [[[0, 0, 0], [300, 300, 100]], [[200, 0, 0], [300, 300, 300]], [[0, 0, 260], [40, 40, 300]]];
+        let b = [[[0, 0, 0], [180, 60, 40]], [[100, 0, 0], [140, 200, 200]]];
+        let sums: Vec<Box3> = a
+            .iter()
+            .flat_map(|p| b.iter().map(|q| std::array::from_fn(|k| std::array::from_fn(|i| p[k][i] + q[k][i]))))
+            .collect();
+        let interior = Interior::new(&grid(512), &heap(&a), Outer::Out, &heap(&b), &CpuSampler::default());
+        assert_all(&interior, |point| sums.iter().any(|sum| within(sum, point)));
+        let volume = interior.count() << (3 * interior.shift);
+        // By inclusion and exclusion over a lattice of 4 steps.
+        let inside = |k: usize| {
+            let point = [k % 128, k / 128 % 128, k / 128 / 128].map(|c| 4 * c as i32 + 2);
+            sums.iter().any(|sum| within(sum, point))
+        };
+        let all = (0..128 * 128 * 128).filter(|&k| inside(k)).count() as u64 * 64;
+        assert!(volume * 10 > all * 7, "{volume} of {all}");
+    }
+
+    #[test]
+    fn the_interior_of_a_complement_lies_about_the_difference() {
+        let a = [[[100, 100, 100], [400, 400, 400]]];
+        let b = [[[0, 0, 0], [40, 60, 80]]];
+        let solid = heap(&a).complement();
+        let interior = Interior::new(&grid(512), &solid, Outer::In, &heap(&b), &CpuSampler::default());
+        // complement(A) ⊕ B leaves [140, 400] × [160, 400] × [180, 400].
+        assert_all(&interior, |point| !(0..3).all(|i| a[0][0][i] + b[0][1][i] < point[i] && point[i] < 400));
+        let far = LatticeBox { min: [0; 3], max: [90; 3] };
+        assert!(interior.holds(&far));
+        assert!(!interior.holds(&LatticeBox { min: [200; 3], max: [300; 3] }));
+    }
+
+    #[test]
+    fn thin_solids_have_an_interior_where_the_other_is_thick() {
+        let sheet = [[[0, 0, 0], [300, 300, 2]]];
+        let cube = [[[0, 0, 0], [200, 200, 200]]];
+        let interior = Interior::new(&grid(512), &heap(&sheet), Outer::Out, &heap(&cube), &CpuSampler::default());
+        assert!(interior.holds(&LatticeBox { min: [20, 20, 20], max: [480, 480, 180] }));
+        assert_all(&interior, |point| within(&[[0; 3], [500, 500, 202]], point));
+    }
+}

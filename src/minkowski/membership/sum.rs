@@ -1,0 +1,200 @@
+//! Membership in A ⊕ B.
+
+use std::ops::{ControlFlow, Range};
+
+use super::predicates::{Corners, Ray, Way, do_cross, winding};
+use super::shells::vertex_of_each_shell;
+use super::tree::{PairStack, Stack, Tree, do_meet};
+use crate::grid::{Axis, LatticeBox};
+use crate::minkowski::{Membership, Outer, Polyhedron};
+
+/// The sum of two solids, ready to say of a point whether it is in.
+///
+/// Lattice positions of both are even and in [0, 2^30), and so are those of points, which need not be even.
+#[derive(Clone, Debug)]
+pub struct SumMembership {
+    a: Surface,
+    outer_a: Outer,
+    b: Surface,
+}
+
+/// What a thread remembers from one point to the next.
+#[derive(Clone, Debug, Default)]
+pub struct SumMemory {
+    /// The triangles that crossed last, in the orders of the trees.
+    crossing: Option<[usize; 2]>,
+    pairs: PairStack,
+    stack: Stack,
+    ray_stack: Stack,
+}
+
+/// A surface that can be asked what it meets and what it winds around.
+#[derive(Clone, Debug)]
+struct Surface {
+    /// Over `triangles`.
+    tree: Tree,
+    triangles: Vec<Corners>,
+    /// Over `shells`.
+    shell_tree: Tree,
+    /// A vertex of each shell.
+    shells: Vec<[i32; 3]>,
+    /// The axis along which the fewest triangles lie behind one another.
+    ray_axis: Axis,
+}
+
+impl SumMembership {
+    /// The sum of `a` and `b`. With [`Outer::In`], `a` is the complement of a bounded solid and its triangles face inwards;
+    /// its shells must not overlap then. `b` is always bounded.
+    pub fn new(a: &Polyhedron, outer_a: Outer, b: &Polyhedron) -> SumMembership {
+        SumMembership { a: Surface::new(a), outer_a, b: Surface::new(b) }
+    }
+
+    /// Whether a movable point lies in A.
+    fn is_in_a(&self, point: [i32; 3], stack: &mut Stack) -> bool {
+        let is_wound = self.a.winding(point, stack) != 0;
+        match self.outer_a {
+            Outer::Out => is_wound,
+            // The solid that A is the complement of winds around what is not in A.
+            Outer::In => !is_wound,
+        }
+    }
+
+    /// Whether the two triangles, in the orders of the trees, cross where B is reflected and moved to the point.
+    fn do_cross(&self, [i, j]: [usize; 2], point: [i32; 3]) -> bool {
+        do_cross(&self.a.triangles[i], &moved_to(point, &self.b.triangles[j]))
+    }
+
+    fn any_crossing(&self, point: [i32; 3], memory: &mut SumMemory) -> bool {
+        let SumMemory { crossing, pairs, .. } = memory;
+        let found = self.a.tree.visit_pairs(&self.b.tree, point, pairs, |of_a, of_b| {
+            for j in of_b {
+                let moved = moved_to(point, &self.b.triangles[j]);
+                for i in of_a.clone() {
+                    if do_cross(&self.a.triangles[i], &moved) {
+                        *crossing = Some([i, j]);
+                        return ControlFlow::Break(());
+                    }
+                }
+            }
+            ControlFlow::Continue(())
+        });
+        found.is_break()
+    }
+
+    /// Whether a vertex of a shell of B, reflected and moved to the point, lies in A.
+    fn any_shell_of_b_in_a(&self, point: [i32; 3], memory: &mut SumMemory) -> bool {
+        let SumMemory { stack, ray_stack, .. } = memory;
+        let is_inside = |vertex| self.is_in_a(minus(point, vertex), ray_stack);
+        any_shell(&self.b, stack, |around| do_meet(&self.a.tree.bounds(), around, point), is_inside)
+    }
+
+    /// Whether a vertex of a shell of A lies in B, reflected and moved to the point.
+    fn any_shell_of_a_in_b(&self, point: [i32; 3], memory: &mut SumMemory) -> bool {
+        let SumMemory { stack, ray_stack, .. } = memory;
+        let is_inside = |vertex| self.b.winding(minus(point, vertex), ray_stack) != 0;
+        any_shell(&self.a, stack, |around| do_meet(around, &self.b.tree.bounds(), point), is_inside)
+    }
+}
+
+impl Membership for SumMembership {
+    type Memory = SumMemory;
+
+    fn contains(&self, point: [i32; 3], memory: &mut SumMemory) -> bool {
+        let (around_a, around_b) = (self.a.tree.bounds(), self.b.tree.bounds());
+        if around_b.is_empty() {
+            return false;
+        }
+        match self.outer_a {
+            Outer::Out if around_a.is_empty() || !do_meet(&around_a, &around_b, point) => return false,
+            Outer::In if around_a.is_empty() || reaches_out(&around_b, &around_a, point) => return true,
+            _ => {}
+        }
+        memory.crossing.is_some_and(|pair| self.do_cross(pair, point))
+            || self.any_crossing(point, memory)
+            || self.any_shell_of_b_in_a(point, memory)
+            || self.any_shell_of_a_in_b(point, memory)
+    }
+}
+
+impl Surface {
+    fn new(solid: &Polyhedron) -> Surface {
+        let positions = solid.positions();
+        let corners: Vec<Corners> = solid.triangles().iter().map(|t| t.map(|v| positions[v as usize])).collect();
+        let boxes: Vec<LatticeBox> = corners.iter().map(|corners| around(corners)).collect();
+        let (tree, order) = Tree::new(&boxes);
+        let vertices = vertex_of_each_shell(solid);
+        let points: Vec<LatticeBox> = vertices.iter().map(|&vertex| around(&[vertex])).collect();
+        let (shell_tree, shell_order) = Tree::new(&points);
+        Surface {
+            tree,
+            triangles: order.iter().map(|&triangle| corners[triangle as usize]).collect(),
+            shell_tree,
+            shells: shell_order.iter().map(|&shell| vertices[shell as usize]).collect(),
+            ray_axis: axis_of_fewest(&boxes),
+        }
+    }
+
+    /// How often the surface winds around a movable point.
+    fn winding(&self, point: [i32; 3], stack: &mut Stack) -> i32 {
+        let bounds = self.tree.bounds();
+        let depth = self.ray_axis.depth();
+        let is_below_middle = i64::from(point[depth]) * 2 < i64::from(bounds.min[depth]) + i64::from(bounds.max[depth]);
+        let ray = Ray { axis: self.ray_axis, way: if is_below_middle { Way::Down } else { Way::Up } };
+        let mut sum = 0;
+        let every = self.tree.visit(
+            stack,
+            |bounds| ray.meets(bounds, point),
+            |triangles| {
+                sum += self.triangles[triangles].iter().map(|corners| winding(corners, point, ray)).sum::<i32>();
+                ControlFlow::Continue(())
+            },
+        );
+        debug_assert!(every.is_continue());
+        sum
+    }
+}
+
+/// Whether a vertex of any of a surface's shells, among those in boxes that are to be entered, is inside.
+fn any_shell(
+    of: &Surface,
+    stack: &mut Stack,
+    enter: impl Fn(&LatticeBox) -> bool,
+    mut is_inside: impl FnMut([i32; 3]) -> bool,
+) -> bool {
+    let ask = |shells: Range<usize>| match of.shells[shells].iter().any(|&vertex| is_inside(vertex)) {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    };
+    of.shell_tree.visit(stack, enter, ask).is_break()
+}
+
+/// Whether a box that is reflected and moved to a movable point reaches out of another one.
+fn reaches_out(reflected: &LatticeBox, of: &LatticeBox, point: [i32; 3]) -> bool {
+    (0..3).any(|i| point[i] < of.min[i] + reflected.max[i] || point[i] >= of.max[i] + reflected.min[i])
+}
+
+/// The axis along which a line through the box of all, anywhere, meets the fewest boxes on average.
+fn axis_of_fewest(boxes: &[LatticeBox]) -> Axis {
+    let all = boxes.iter().fold(LatticeBox::EMPTY, |all, one| all.hull(one));
+    let side = |of: &LatticeBox, i: usize| f64::from(of.max[i] - of.min[i]);
+    let area = |of: &LatticeBox, axis: Axis| side(of, axis.column()) * side(of, axis.row());
+    let met = |axis| boxes.iter().map(|one| area(one, axis)).sum::<f64>() / area(&all, axis).max(1.0);
+    let least = Axis::ALL.into_iter().min_by(|&a, &b| met(a).total_cmp(&met(b)));
+    least.unwrap_or(Axis::Z)
+}
+
+fn around(positions: &[[i32; 3]]) -> LatticeBox {
+    let point = |&p: &[i32; 3]| LatticeBox { min: p, max: p };
+    positions.iter().map(point).fold(LatticeBox::EMPTY, |all, one| all.hull(&one))
+}
+
+#[inline]
+fn minus([x, y, z]: [i32; 3], [from_x, from_y, from_z]: [i32; 3]) -> [i32; 3] {
+    [x - from_x, y - from_y, z - from_z]
+}
+
+/// A triangle, reflected and moved to a point.
+#[inline]
+fn moved_to(point: [i32; 3], [a, b, c]: &Corners) -> Corners {
+    [minus(point, *a), minus(point, *b), minus(point, *c)]
+}

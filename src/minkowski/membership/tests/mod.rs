@@ -1,0 +1,46 @@
+//! Membership against what cells and hulls say.
+
+mod cells;
+mod hulls;
+mod random;
+mod tori;
+mod walls;
+
+use cells::Cells;
+use random::Random;
+
+use super::SumMembership;
+use crate::minkowski::{Membership, Outer, Polyhedron};
+
+/// The answers for points, each found twice: by itself, and with what was remembered from those before it.
+fn answers(sum: &SumMembership, points: impl IntoIterator<Item = [i32; 3]>) -> Vec<([i32; 3], bool)> {
+    let mut memory = Default::default();
+    let answer = |point| {
+        let alone = sum.contains(point, &mut Default::default());
+        assert_eq!(alone, sum.contains(point, &mut memory), "at {point:?} memory changes the answer");
+        (point, alone)
+    };
+    points.into_iter().map(answer).collect()
+}
+
+/// All of one polyhedron and all of another, which share no vertex.
+fn together(parts: &[Polyhedron]) -> Polyhedron {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for part in parts {
+        let base = positions.len() as u32;
+        positions.extend_from_slice(part.positions());
+        triangles.extend(part.triangles().iter().map(|triangle| triangle.map(|vertex| vertex + base)));
+    }
+    Polyhedron::from_parts(positions, triangles)
+}
+
+/// A box between even positions.
+fn cuboid(min: [i32; 3], max: [i32; 3]) -> Polyhedron {
+    let side: [i32; 3] = std::array::from_fn(|i| max[i] - min[i]);
+    Cells::solid([1; 3]).surface().map(|[x, y, z]| [min[0] + x * side[0], min[1] + y * side[1], min[2] + z * side[2]])
+}
+
+/// A box with a smaller one cut out.
+fn hollow([min, max]: [i32; 2], [inner_min, inner_max]: [i32; 2]) -> Polyhedron {
+    together(&[cuboid([min; 3], [max; 3]), cuboid([inner_min; 3], [inner_max; 3]).complement()])
+}

@@ -1,0 +1,178 @@
+//! Nodes as bits, and which of them are joined to their neighbours.
+
+use std::ops::Range;
+
+use super::SettleError;
+use super::sets::{Contradiction, IN, OUT};
+use crate::fixed::Pixels;
+use crate::grid::Grid;
+
+/// Planes of a slab. Its masks stay in the second-level cache at 512² nodes a plane, and every ray along z is looked up
+/// once for each slab.
+const SLAB: usize = 32;
+
+/// The nodes of a grid: bit `x % 64` of word `x / 64` of a row; a plane is its rows one after another.
+#[derive(Clone, Copy, Debug)]
+pub struct Raster {
+    /// Along x, y and z.
+    pub nodes: [usize; 3],
+    /// Words of a row.
+    pub words: usize,
+    /// Which nodes a crossing lies between.
+    pub pixels: Pixels,
+}
+
+/// Some nodes, row after row, and the sets of those that are open. A run of open nodes along x that no crossing parts is an
+/// element of the sets.
+#[derive(Clone, Copy, Debug)]
+pub struct Layer<'a> {
+    /// Neither in nor out.
+    pub open: &'a [u64],
+    /// Certainly in.
+    pub inside: &'a [u64],
+    /// Open, and the first of a run.
+    pub starts: &'a [u64],
+    /// The element of the last run that begins before each word.
+    pub elements: &'a [u32],
+}
+
+impl Raster {
+    /// The nodes of a grid.
+    pub fn new(grid: &Grid) -> Raster {
+        let nodes = grid.rays().map(|n| n as usize);
+        Raster { nodes, words: nodes[0].div_ceil(64), pixels: Pixels::new(grid.shift()) }
+    }
+
+    /// Words of a plane.
+    pub fn plane(&self) -> usize {
+        self.nodes[1] * self.words
+    }
+
+    /// The planes of all slabs.
+    pub fn slabs(&self) -> Vec<Range<usize>> {
+        let planes = self.nodes[2];
+        (0..planes).step_by(SLAB).map(|first| first..planes.min(first + SLAB)).collect()
+    }
+
+    /// The node at a bit of a word, counted from the first of a plane.
+    pub fn node(&self, plane: usize, word: usize, bit: u32) -> [u32; 3] {
+        let (z, within) = (plane + word / self.plane(), word % self.plane());
+        [(within % self.words * 64) as u32 + bit, (within / self.words) as u32, z as u32]
+    }
+
+    /// What is wrong with that node.
+    pub fn contradiction(&self, plane: usize, word: usize, bit: u32) -> SettleError {
+        SettleError::Contradiction { node: self.node(plane, word, bit) }
+    }
+}
+
+impl Layer<'_> {
+    fn outside(&self, word: usize) -> u64 {
+        !(self.open[word] | self.inside[word])
+    }
+
+    /// The element of the last run that begins at or before a bit: of the run that an open node belongs to.
+    #[inline]
+    fn run(&self, word: usize, bit: u32) -> u32 {
+        self.elements[word] + (self.starts[word] & (u64::MAX >> (63 - bit))).count_ones()
+    }
+
+    /// The element that a node belongs to.
+    pub fn element(&self, word: usize, bit: u32) -> u32 {
+        match (self.open[word] >> bit & 1, self.inside[word] >> bit & 1) {
+            (1, _) => self.run(word, bit),
+            (_, inside) => inside as u32,
+        }
+    }
+}
+
+/// Finds the runs of open nodes along x: their starts, and their elements from `next` on, which is that of the run to come.
+/// Returns that of the run after the last.
+pub fn find_runs(open: &[u64], walls: &[u64], starts: &mut [u64], elements: &mut [u32], mut next: u32) -> u32 {
+    let mut before = 0;
+    for (word, (&open, &walls)) in open.iter().zip(walls).enumerate() {
+        starts[word] = open & !((open << 1 | before) & !walls);
+        before = open >> 63;
+        elements[word] = next - 1;
+        next += starts[word].count_ones();
+    }
+    next
+}
+
+/// Unites each run of a row with what it touches along x. A wall bit stands for a crossing before its node. Fails at the
+/// first node where what is in touches what is out.
+pub fn link_row(
+    row: Layer,
+    walls: &[u64],
+    mut unite: impl FnMut(u32, u32) -> Result<(), Contradiction>,
+) -> Result<(), (usize, u32)> {
+    // Beyond the row's ends nothing is joined: the nodes there are as the first one is.
+    let (mut open_before, mut inside_before) = (row.open[0] & 1, row.inside[0] & 1);
+    let mut outside_before = row.outside(0) & 1;
+    for (word, &walls) in walls.iter().enumerate() {
+        let (open, inside, outside) = (row.open[word], row.inside[word], row.outside(word));
+        let open_left = open << 1 | std::mem::replace(&mut open_before, open >> 63);
+        let inside_left = inside << 1 | std::mem::replace(&mut inside_before, inside >> 63);
+        let outside_left = outside << 1 | std::mem::replace(&mut outside_before, outside >> 63);
+        let clash = (inside & outside_left | outside & inside_left) & !walls;
+        if clash != 0 {
+            return Err((word, clash.trailing_zeros()));
+        }
+        if open | open_left == 0 {
+            continue;
+        }
+        // The last run that begins at or before a node is its own, or that of the node before it.
+        for_bits((open & outside_left | outside & open_left) & !walls, word, |bit| unite(row.run(word, bit), OUT))?;
+        for_bits((open & inside_left | inside & open_left) & !walls, word, |bit| unite(row.run(word, bit), IN))?;
+    }
+    Ok(())
+}
+
+/// Unites each run of a layer with what it touches in the next layer, along y or z. A wall bit stands for a crossing before
+/// the node of the next layer. `unite` is given an element of each. Fails at the first node where what is in touches what
+/// is out.
+pub fn link(
+    a: Layer,
+    b: Layer,
+    walls: &[u64],
+    mut unite: impl FnMut(u32, u32) -> Result<(), Contradiction>,
+) -> Result<(), (usize, u32)> {
+    for (word, &walls) in walls.iter().enumerate() {
+        let (open_a, open_b, joined) = (a.open[word], b.open[word], !walls);
+        let (inside_a, inside_b) = (a.inside[word], b.inside[word]);
+        let (outside_a, outside_b) = (a.outside(word), b.outside(word));
+        let clash = (inside_a & outside_b | outside_a & inside_b) & joined;
+        if clash != 0 {
+            return Err((word, clash.trailing_zeros()));
+        }
+        if open_a | open_b == 0 {
+            continue;
+        }
+        // Of neighbouring nodes of one run only the first is united.
+        let (starts_a, starts_b) = (a.starts[word], b.starts[word]);
+        let first = |bits: u64, starts: u64| bits & (!(bits << 1) | starts);
+        for_bits(first(open_a & open_b & joined, starts_a | starts_b), word, |bit| {
+            unite(a.run(word, bit), b.run(word, bit))
+        })?;
+        for_bits(first(open_a & outside_b & joined, starts_a), word, |bit| unite(a.run(word, bit), OUT))?;
+        for_bits(first(open_a & inside_b & joined, starts_a), word, |bit| unite(a.run(word, bit), IN))?;
+        for_bits(first(outside_a & open_b & joined, starts_b), word, |bit| unite(OUT, b.run(word, bit)))?;
+        for_bits(first(inside_a & open_b & joined, starts_b), word, |bit| unite(IN, b.run(word, bit)))?;
+    }
+    Ok(())
+}
+
+/// Calls `unite` for each bit of a word that is set; fails with the place of the bit.
+#[inline]
+fn for_bits(
+    mut bits: u64,
+    word: usize,
+    mut unite: impl FnMut(u32) -> Result<(), Contradiction>,
+) -> Result<(), (usize, u32)> {
+    while bits != 0 {
+        let bit = bits.trailing_zeros();
+        unite(bit).map_err(|Contradiction| (word, bit))?;
+        bits &= bits - 1;
+    }
+    Ok(())
+}

@@ -1,0 +1,183 @@
+//! From the crossings of rays to bits of nodes.
+
+use std::ops::Range;
+
+use super::layer::Raster;
+use crate::fixed::{Hit, Pixels};
+use crate::grid::Axis;
+use crate::minkowski::{Outer, RaySpans};
+
+/// What the rays along one axis say of nodes.
+#[derive(Debug, Default)]
+pub struct Masks {
+    /// The node lies in no gap of its ray, nor beyond its crossings.
+    pub inside: Vec<u64>,
+    /// The node does not lie beyond the crossings of its ray.
+    pub hull: Vec<u64>,
+    /// There is a crossing between the node and the one before it.
+    pub walls: Vec<u64>,
+}
+
+/// A gap of a ray, by nodes of that ray.
+#[derive(Clone, Copy, Debug)]
+pub struct RayGap {
+    /// Index of the hit that begins it.
+    pub hit: u32,
+    /// Nodes that lie in it.
+    pub nodes: (usize, usize),
+}
+
+/// The rays along an axis, ready to tell of nodes.
+#[derive(Clone, Copy, Debug)]
+pub struct Rays<'a, H> {
+    spans: &'a RaySpans<H>,
+    outer: Outer,
+    pixels: Pixels,
+    nodes: usize,
+    columns: usize,
+    words: usize,
+}
+
+impl<'a, H: Hit> Rays<'a, H> {
+    /// The rays of some spans.
+    pub fn new(raster: &Raster, spans: &'a RaySpans<H>, outer: Outer) -> Rays<'a, H> {
+        let Raster { nodes, words, pixels } = *raster;
+        Rays { spans, outer, pixels, nodes: nodes[spans.axis.depth()], columns: nodes[spans.axis.column()], words }
+    }
+
+    fn node_behind(&self, hit: H) -> usize {
+        self.pixels.index_from(hit.crossing().nearest()) as usize
+    }
+
+    /// Calls `wall` for each crossing by the node behind it, if that is in a range, and `gap` for each gap that begins with
+    /// such a crossing. The last range has what lies behind the last node, too. If there are crossings, returns how many
+    /// come before the range, and the nodes behind the first and last of all.
+    #[inline]
+    fn walk(
+        &self,
+        ray: u32,
+        range: &Range<usize>,
+        mut wall: impl FnMut(usize),
+        mut gap: impl FnMut(RayGap),
+    ) -> Option<(usize, [usize; 2])> {
+        let hits = self.spans.of_ray(ray);
+        let ends = [self.node_behind(*hits.first()?), self.node_behind(*hits.last()?)];
+        let passed = match ends[0] < range.start {
+            true => hits.partition_point(|&hit| self.node_behind(hit) < range.start),
+            false => 0,
+        };
+        let end = if range.end == self.nodes { usize::MAX } else { range.end };
+        let (first_gap, first_hit) = (self.outer.first_gap(), self.spans.offsets[ray as usize]);
+        let mut begin = None;
+        for (index, &hit) in hits.iter().enumerate().skip(passed) {
+            let node = self.node_behind(hit);
+            if let Some((hit, from)) = begin.take() {
+                gap(RayGap { hit, nodes: (from, node) });
+            }
+            if node >= end {
+                break;
+            }
+            wall(node);
+            if index >= first_gap && (index - first_gap).is_multiple_of(2) && index + 1 < hits.len() {
+                begin = Some((first_hit + index as u32, node));
+            }
+        }
+        Some((passed, ends))
+    }
+
+    /// The nodes of one ray along x, whose masks are given cleared.
+    pub fn row(&self, ray: u32, masks: [&mut [u64]; 3], gap: impl FnMut(RayGap)) {
+        let [inside, hull, walls] = masks;
+        // Nothing is joined to what the last word has beyond the last node.
+        if let Some(word) = walls.get_mut(self.nodes / 64) {
+            *word |= 1 << (self.nodes % 64);
+        }
+        let wall = |node: usize| {
+            if let Some(word) = walls.get_mut(node / 64) {
+                *word |= 1 << (node % 64);
+                inside[node / 64] ^= 1 << (node % 64);
+            }
+        };
+        let crossed = self.walk(ray, &(0..self.nodes), wall, gap);
+        if crossed.is_some() {
+            parity(inside);
+        }
+        match (self.outer, crossed) {
+            (Outer::Out, None) => {}
+            (Outer::Out, Some((_, ends))) => {
+                ends.into_iter().for_each(|node| flip(hull, node));
+                parity(hull);
+            }
+            (Outer::In, _) => {
+                inside.iter_mut().for_each(|word| *word = !*word);
+                hull.fill(u64::MAX);
+            }
+        }
+    }
+}
+
+impl Masks {
+    /// The nodes of consecutive rays along y or z, one for each node of a row along x, in a range of the nodes of each: row
+    /// by row.
+    pub fn cast<H: Hit>(
+        &mut self,
+        rays: &Rays<H>,
+        first_ray: u32,
+        range: Range<usize>,
+        mut gap: impl FnMut(usize, RayGap),
+    ) {
+        debug_assert_ne!(rays.spans.axis, Axis::X);
+        let words = rays.words;
+        for bits in [&mut self.inside, &mut self.hull, &mut self.walls] {
+            bits.clear();
+            bits.resize(range.len() * words, 0);
+        }
+        let (inside, hull, walls) = (&mut self.inside, &mut self.hull, &mut self.walls);
+        for column in 0..rays.columns {
+            let (word, bit) = (column / 64, 1 << (column % 64));
+            let wall = |node: usize| {
+                let at = (node - range.start) * words + word;
+                if at < walls.len() {
+                    walls[at] |= bit;
+                    inside[at] ^= bit;
+                }
+            };
+            let crossed = rays.walk(first_ray + column as u32, &range, wall, |ray_gap| gap(column, ray_gap));
+            let Some((passed, ends)) = crossed else { continue };
+            if passed % 2 == 1 {
+                inside[word] ^= bit;
+            }
+            for node in ends.into_iter().filter(|&node| node < range.end) {
+                hull[node.saturating_sub(range.start) * words + word] ^= bit;
+            }
+        }
+        for at in words..inside.len() {
+            inside[at] ^= inside[at - words];
+            hull[at] ^= hull[at - words];
+        }
+        if rays.outer == Outer::In {
+            inside.iter_mut().for_each(|word| *word = !*word);
+            hull.fill(u64::MAX);
+        }
+    }
+}
+
+/// Flips a bit of a row, or nothing where the row has ended.
+fn flip(row: &mut [u64], bit: usize) {
+    if let Some(word) = row.get_mut(bit / 64) {
+        *word ^= 1 << (bit % 64);
+    }
+}
+
+/// The running parity along the bits of a row.
+fn parity(row: &mut [u64]) {
+    let mut carry = 0;
+    for word in row {
+        let mut parity = *word;
+        for shift in [1, 2, 4, 8, 16, 32] {
+            parity ^= parity << shift;
+        }
+        *word = parity ^ carry;
+        carry = ((*word as i64) >> 63) as u64;
+    }
+}

@@ -1,0 +1,218 @@
+//! Which gaps are out of the solid: from spans that are certain, with all that may be gaps, to spans that are settled.
+//!
+//! A gap lies wholly in or wholly out. Of the lattice nodes, which three rays share each, some are decided at once: a node
+//! that lies in no gap of one of its rays is in, and one beyond the crossings of one of its rays is out. Two neighbours
+//! with no crossing between them on the ray through both lie in one interval, and so are in or out together. The nodes that
+//! are still **open** fall into sets, which touch a node that is in, one that is out, or neither. Sets of neither kind are
+//! the components: one exact test of one node decides each. A gap is what its nodes are; a gap between two nodes is tested
+//! by itself.
+//!
+//! Nodes are bits, 64 of a row a word, as in [`nodes`](crate::ldi::nodes), but no volume of them is ever whole: they are made
+//! slab by slab (`slab`), and all that is kept of a slab are its two outer planes and the sets of its gaps. Within a slab
+//! the runs of open nodes along x are united with what they touch (`sets`, `layer`), then slab with slab. A flood, plane
+//! after plane until nothing changes, would do as well where cavities are simple; runs are united in one pass even in a maze.
+//!
+//! What is in by one ray must not be out by another. Exact crossings of primitives that cover the boundary never say so, and
+//! where some do, that is an error and no image.
+
+mod fill;
+mod layer;
+mod masks;
+mod sets;
+mod slab;
+#[cfg(test)]
+mod tests;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+use super::{Membership, Outer, RaySpans};
+use crate::fixed::Hit;
+use crate::grid::{Axis, Grid};
+use layer::Raster;
+use sets::{IN, Sets};
+use slab::SlabSets;
+
+/// Spans whose gaps are all out, and how that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settled<H> {
+    /// Along x, y and z.
+    pub spans: [RaySpans<H>; 3],
+    /// What was decided, and by what.
+    pub counts: SettleCounts,
+}
+
+/// How many nodes, components and gaps were decided, and how.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SettleCounts {
+    /// Nodes that lie in a gap of all three of their rays.
+    pub open_nodes: u64,
+    /// Sets of open nodes that no path of nodes joins to one that is certainly in or out; one test each.
+    pub components: u64,
+    /// Components that are out: cavities, and with them pockets whose mouth is narrower than the pitch.
+    pub cavities: u64,
+    /// Components that are in.
+    pub filled: u64,
+    /// Gaps of all rays.
+    pub gaps: u64,
+    /// Gaps between two nodes; one test each.
+    pub gaps_tested: u64,
+    /// Gaps that are out, and stay.
+    pub gaps_out: u64,
+}
+
+/// Why gaps could not be settled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SettleError {
+    /// The crossings of different rays contradict one another.
+    #[error("lattice node {node:?} is inside by the crossings of one ray and outside by those of another")]
+    Contradiction {
+        /// Indices of the node along x, y and z.
+        node: [u32; 3],
+    },
+    /// Spans are not those of the grid's rays along the axis of their place.
+    #[error(
+        "spans of {rays} rays along {}, where those of {expected} rays along {} are needed",
+        found.name(), axis.name()
+    )]
+    Mismatch {
+        /// The axis whose turn it is.
+        axis: Axis,
+        /// The axis of the spans.
+        found: Axis,
+        /// Rays of the spans.
+        rays: usize,
+        /// Rays of the grid along `axis`.
+        expected: usize,
+    },
+}
+
+/// Gaps and nodes that are tested between two calls of `progress`.
+const BATCH: usize = 256;
+
+/// Decides every gap of the spans along x, y and z, and removes those that are in.
+///
+/// `progress` is told how many tests of a point are done, and how many there are, at the beginning and after every few of
+/// them. The result depends on no order of threads. Beside the spans it takes, for each thread, about five bits for each
+/// node of 32 planes.
+pub fn settle<H: Hit + Sync>(
+    grid: &Grid,
+    mut spans: [RaySpans<H>; 3],
+    outer: Outer,
+    membership: &impl Membership,
+    progress: &(dyn Fn(u64, u64) + Sync),
+) -> Result<Settled<H>, SettleError> {
+    compare(grid, &spans)?;
+    let raster = Raster::new(grid);
+    let slabs: Vec<Result<SlabSets, SettleError>> = raster
+        .slabs()
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|planes| slab::settle(&raster, planes, &spans, outer))
+        .collect();
+    // The first of several contradictions, whichever was found first.
+    let slabs = slabs.into_iter().collect::<Result<Vec<SlabSets>, SettleError>>()?;
+    let (mut sets, first_sets) = unite_slabs(&raster, &slabs)?;
+
+    // One node of each component, then a point of each gap between two nodes.
+    let set_nodes = (IN + 1..).zip(slabs.iter().flat_map(|slab| &slab.set_nodes));
+    let (components, nodes): (Vec<u32>, Vec<[u32; 3]>) = set_nodes.filter(|&(set, _)| sets.is_root(set)).unzip();
+    let mut points: Vec<[i32; 3]> = nodes.into_iter().map(|node| node.map(|index| grid.node(index))).collect();
+    let thin = slabs.iter().flat_map(|slab| &slab.gaps).flat_map(|gaps| &gaps.thin);
+    points.extend(thin.map(|&(_, point)| point));
+    let answers = test(&points, membership, progress);
+    let (of_components, of_gaps) = answers.split_at(components.len());
+
+    let is_in = sets_that_are_in(&mut sets, &components, of_components);
+    let removed = gaps_that_are_in(&slabs, &first_sets, &is_in, of_gaps);
+    let total = |count: fn(&SlabSets) -> u64| slabs.iter().map(count).sum::<u64>();
+    let (gaps, filled) = (total(|slab| slab.gap_count), of_components.iter().filter(|&&answer| answer).count() as u64);
+    let counts = SettleCounts {
+        open_nodes: total(|slab| slab.open_nodes),
+        components: components.len() as u64,
+        cavities: components.len() as u64 - filled,
+        filled,
+        gaps,
+        gaps_tested: of_gaps.len() as u64,
+        gaps_out: gaps - removed.iter().map(|removed| removed.len() as u64).sum::<u64>(),
+    };
+    drop(slabs);
+    spans.par_iter_mut().zip(removed).for_each(|(spans, removed)| fill::fill(spans, removed));
+    Ok(Settled { spans, counts })
+}
+
+/// Whether the spans are those of the grid's rays along x, y and z.
+fn compare<H>(grid: &Grid, spans: &[RaySpans<H>; 3]) -> Result<(), SettleError> {
+    for (axis, spans) in Axis::ALL.into_iter().zip(spans) {
+        let (columns, rows) = grid.image_size(axis);
+        let (rays, expected) = (spans.offsets.len().saturating_sub(1), columns as usize * rows as usize);
+        if spans.axis != axis || rays != expected {
+            return Err(SettleError::Mismatch { axis, found: spans.axis, rays, expected });
+        }
+    }
+    Ok(())
+}
+
+/// Which sets are in, when the components have been tested.
+fn sets_that_are_in(sets: &mut Sets, components: &[u32], answers: &[bool]) -> Vec<bool> {
+    let mut is_in = vec![false; sets.len() as usize];
+    is_in[IN as usize] = true;
+    for (&set, &answer) in components.iter().zip(answers) {
+        is_in[set as usize] = answer;
+    }
+    (0..sets.len()).for_each(|set| is_in[set as usize] = is_in[sets.root(set) as usize]);
+    is_in
+}
+
+/// The hits that begin gaps which are in, by axis. `answers` are those for gaps between two nodes, in their order.
+fn gaps_that_are_in(slabs: &[SlabSets], first_sets: &[u32], is_in: &[bool], answers: &[bool]) -> [Vec<u32>; 3] {
+    let mut found: [Vec<u32>; 3] = Default::default();
+    let mut answers = answers.iter();
+    for (slab, first_set) in slabs.iter().zip(first_sets) {
+        for (gaps, found) in slab.gaps.iter().zip(&mut found) {
+            found.extend(&gaps.inside);
+            let open = gaps.open.iter().filter(|&&(_, set)| is_in[(first_set + set) as usize]);
+            found.extend(open.map(|&(hit, _)| hit));
+            let tested = gaps.thin.iter().zip(&mut answers);
+            found.extend(tested.filter(|&(_, &answer)| answer).map(|(&(hit, _), _)| hit));
+        }
+    }
+    found
+}
+
+/// Unites the sets of neighbouring slabs. Set s ≥ 2 of a slab is set s + the slab's number in the vector that comes with them.
+fn unite_slabs(raster: &Raster, slabs: &[SlabSets]) -> Result<(Sets, Vec<u32>), SettleError> {
+    let mut first = Vec::with_capacity(slabs.len());
+    let mut count = 0;
+    for slab in slabs {
+        first.push(count);
+        count += slab.set_nodes.len() as u32;
+    }
+    let mut sets = Sets::new(count);
+    let global = |first: u32, set: u32| if set > IN { first + set } else { set };
+    for (at, pair) in slabs.windows(2).enumerate() {
+        let (before, after) = (&pair[0].last, &pair[1].first);
+        let joined = layer::link(before.layer(), after.layer(), &after.walls, |a, b| {
+            sets.unite(global(first[at], before.set(a)), global(first[at + 1], after.set(b)))
+        });
+        joined.map_err(|(word, bit)| raster.contradiction(after.plane, word, bit))?;
+    }
+    Ok((sets, first))
+}
+
+/// Whether each point is in the solid.
+fn test(points: &[[i32; 3]], membership: &impl Membership, progress: &(dyn Fn(u64, u64) + Sync)) -> Vec<bool> {
+    let (done, total) = (AtomicU64::new(0), points.len() as u64);
+    progress(0, total);
+    let mut answers = vec![false; points.len()];
+    let batches = answers.par_chunks_mut(BATCH).zip(points.par_chunks(BATCH));
+    batches.for_each_init(Default::default, |memory, (answers, points)| {
+        for (answer, &point) in answers.iter_mut().zip(points) {
+            *answer = membership.contains(point, memory);
+        }
+        let batch = points.len() as u64;
+        progress(done.fetch_add(batch, Ordering::Relaxed) + batch, total);
+    });
+    answers
+}
