@@ -25,10 +25,10 @@
 //! map (`gauss`), which a hierarchy of boxes finds (`pairs`). A pair that meets on several faces of the map counts on the
 //! one that its normal points to.
 //!
-//! Of the 28 million pairs of edges, 44 million in all, of a bone of 27 k triangles and a ball of 500, 62 thousand are looked
-//! at, and 38 thousand kept, in 14 ms of one core; of two trabecular blocks of 11 k and 8 k triangles, 963 and 679 thousand
-//! of 272 million in 116 ms. The search for boxes that meet is between a sixth and a fifth of that, so that another kind of
-//! index, such as a grid on each face, could gain no more; writing the primitives takes as long.
+//! Of 44 million pairs of a bone of 27 k triangles and a ball of 500, 62 thousand are looked at and 38 thousand kept, in 14 ms
+//! of one core; of 272 million of two trabecular blocks of 11 k and 8 k triangles, 963 and 679 thousand in 116 ms. The search
+//! for boxes that meet is a sixth to a fifth of that, which is all that another index than a hierarchy, such as a grid on
+//! each face, could gain.
 //!
 //! The result is the same for any number of threads. Primitives of the same positions and orientation, which parallel edges
 //! and copies within a solid bring about, are kept once (`distinct`).
