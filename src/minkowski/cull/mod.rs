@@ -13,8 +13,9 @@
 //! inequalities alone the inner edge of an L would pass), and where they lie in one plane, vertices where fewer than three
 //! of the other edges end. For the latter, let x be a point of the boundary of A ⊕ B. What A and x − B share is in the
 //! boundaries of both. Let a be the end of it in some general direction. If A near a is a half space, and x − B is one, or a
-//! wedge, then near a both share the plane, or a line at the least, and a is no end. Then x − B has a true corner there,
-//! which with the facet of A through a makes a primitive. If both are wedges with different directions, their edges make one.
+//! wedge, then near a both share the plane, or a line at the least, and a is no end. Then x − B has a true corner there, which
+//! with the facet of A through a makes a primitive; its directions span a pointed cone, which has three rays at the least,
+//! all of them convex edges. If both are wedges with different directions, their edges make one.
 //! So the primitives cover the boundary without those of points and edges within planes, and of points within edges.
 //!
 //! An edge with more than two facets is kept, as is one at a facet without area, which constrains nothing. Where n·(o − p) is
