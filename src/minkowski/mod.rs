@@ -27,18 +27,18 @@
 //! Overlapping shells unite: the sum of a heap of struts is the union of their sums. Shells whose overlaps are to cancel, as
 //! even-odd has them, have no sum of this kind.
 
+pub mod ball;
+pub mod cull;
 mod interior;
 pub mod membership;
-pub mod cull;
-pub mod ball;
 pub mod polyhedron;
 pub mod settle;
 pub mod spans;
 mod sum;
 
+pub use cull::cull;
 pub use interior::Interior;
 pub use membership::SumMembership;
-pub use cull::cull;
 pub use polyhedron::Polyhedron;
 pub use settle::{SettleCounts, SettleError, Settled, settle};
 pub use spans::{Outer, RaySpans};

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::BallPatches;
 use super::facet::Facet;
 use super::view::{Footprint, View};
-use crate::fixed::{Crossing, Hit};
+use crate::fixed::{Crossing, Hit, Pixels};
 use crate::grid::{Axis, Grid};
 use crate::ldi::TooManySamples;
 use crate::minkowski::{Outer, RaySpans};
@@ -37,6 +37,7 @@ impl BallPatches<'_> {
         let length = f64::from(grid.length(axis.depth()));
         let bands = rows.div_ceil(BAND_ROWS);
         let sorted = self.by_band(&view, bands as usize);
+        let pixels = Pixels::new(grid.shift());
         let of_band = |crossings: &mut BandCrossings<H>, band: u32| {
             let rows = band * BAND_ROWS..rows.min((band + 1) * BAND_ROWS);
             crossings.begin(rows.len() * columns as usize);
@@ -58,7 +59,7 @@ impl BallPatches<'_> {
             for ray in 0..rows.len() as u32 * columns {
                 let hits = crossings.on_ray(ray);
                 sort(hits);
-                outer.keep_gaps(hits, &mut spans.hits);
+                outer.keep_gaps(pixels, hits, &mut spans.hits);
                 spans.ends.push(spans.hits.len() as u32);
             }
             spans

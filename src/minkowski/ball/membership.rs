@@ -41,7 +41,7 @@ impl BallMembership {
             (!triangles.is_empty()).then(|| ClosestTriangle::new(&triangles))
         };
         let sample = || -> Result<Vec<Ldi>, SampleError> {
-            let lattice = LatticeSolid::of_primitives(grid, solid.positions().to_vec(), solid.triangles());
+            let lattice = LatticeSolid::of_primitives(grid, solid.positions(), solid.triangles());
             let sampler = CpuSampler::default();
             let image = |axis| sampler.sample(&lattice, axis, Mode::Exact, Fill::NonZero);
             Axis::ALL.into_iter().map(image).collect()
@@ -70,7 +70,9 @@ impl BallMembership {
 }
 
 impl Membership for BallMembership {
-    fn contains(&self, point: [i32; 3]) -> bool {
+    type Memory = ();
+
+    fn contains(&self, point: [i32; 3], (): &mut ()) -> bool {
         let is_near = |surface: &ClosestTriangle| surface.any_within(exact(point), self.radius);
         self.surface.as_ref().is_some_and(is_near) || self.is_inside(point)
     }

@@ -25,8 +25,8 @@ use crate::ldi::{BandImage, Ldi, TooManySamples, Windings, image_from_bands};
 use bin::Bins;
 pub(crate) use bin::Sorted;
 use classify::RayClasses;
-pub use lists::RayLists;
 pub(crate) use exact::sort;
+pub use lists::RayLists;
 use masks::RayMasks;
 pub(crate) use raster::BandCrossings;
 
