@@ -90,7 +90,9 @@ run_python() {
   .venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement tests/requirements.txt
 }
 # Each may be the only stage asked for.
-run_reference() { run_python && .venv/bin/python tests/reference/live_manifold.py; }
+run_reference() {
+  run_python && .venv/bin/python tests/reference/live_manifold.py && .venv/bin/python tests/reference/live_sums.py
+}
 # Files that are written, read by others.
 run_files() {
   run_python && build_program && .venv/bin/python tests/reference/live_numpy.py "$program" &&
@@ -99,6 +101,7 @@ run_files() {
 }
 run_self-test() {
   run_python && .venv/bin/python tests/reference/live_manifold.py --self-test &&
+    .venv/bin/python tests/reference/live_sums.py --self-test &&
     .venv/bin/python tests/reference/live_numpy.py --self-test &&
     build_program && .venv/bin/python tests/reference/reread.py --program "$program" --self-test &&
     .venv/bin/python tests/reference/outputs.py --program "$program" --self-test

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes data/models and data/reference/*.json anew.
+# Makes data/models, data/reference/minkowski/models and the values of both, *.json, anew.
 # usage: data/reference/regenerate.sh LDI_OPS_BINARY   models from `ldi-ops generate`, then the peers' values
 #        data/reference/regenerate.sh --keep-models    the peers' values of the models that are there
 set -euo pipefail
@@ -26,11 +26,16 @@ PYTHON
     # shellcheck disable=SC2086  # the arguments are words of a command line
     "$1" generate $arguments -o "$path" </dev/null
   done
+  rm -f data/reference/minkowski/models/*
+  .venv/bin/python data/reference/minkowski/models.py
 fi
 
 cmake -S data/reference/cgal -B target/cgal_reference
 cmake --build target/cgal_reference
-rm -f data/reference/*.json
+rm -f data/reference/*.json data/reference/minkowski/*.json
 .venv/bin/python data/reference/manifold_reference.py
 .venv/bin/python data/reference/cgal_reference.py --program target/cgal_reference/cgal_reference
 .venv/bin/python tests/reference/live_manifold.py
+.venv/bin/python data/reference/minkowski/manifold_sums.py
+.venv/bin/python data/reference/minkowski/cgal_sums.py --program target/cgal_reference/cgal_sum
+.venv/bin/python tests/reference/live_sums.py

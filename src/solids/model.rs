@@ -531,7 +531,7 @@ const KINDS: &[ModelKind] = &[
         parameters: &[
             parameter("size", "20", "about its height, mm"),
             parameter("bumps", "1", "height of the waves on its skin in units of the usual"),
-            parameter("resolution", "60", "grid cells along the height"),
+            parameter("resolution", "65", "grid cells along the height"),
         ],
         build: |a| {
             Ok(Model::Organic(Organic {
@@ -547,7 +547,7 @@ const KINDS: &[ModelKind] = &[
         parameters: &[
             parameter("size", "20", "about its length and height, mm"),
             parameter("wall", "0.08", "thickness of the shell as a share of the size"),
-            parameter("resolution", "36", "grid cells along the size"),
+            parameter("resolution", "38", "grid cells along the size"),
         ],
         build: |a| {
             Ok(Model::Skull(Skull {

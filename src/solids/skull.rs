@@ -11,7 +11,7 @@ use super::{SolidError, check_length, check_range};
 use crate::mesh::TriangleMesh;
 
 /// Fewer grid cells across the wall would tear it.
-const CELLS_PER_WALL: f64 = 1.5;
+const CELLS_PER_WALL: f64 = 2.0;
 
 /// A shell with four openings, facing greater x, about the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub struct Skull {
     pub size: f64,
     /// Thickness of the shell as a share of the size, 0.04 to 0.1.
     pub wall: f64,
-    /// Grid cells along the size, to 1024, and so many that the shell is 1.5 of them thick; triangles grow with its square.
+    /// Grid cells along the size, 30 to 1024, and so many that the shell is two of them thick; triangles grow with its square.
     pub resolution: u32,
 }
 
@@ -35,7 +35,7 @@ impl Skull {
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         check_length("size", self.size)?;
         check_range("wall", self.wall, 0.04, 0.10)?;
-        check_range("resolution", self.resolution.into(), (CELLS_PER_WALL / self.wall).ceil(), 1024.0)?;
+        check_range("resolution", self.resolution.into(), (CELLS_PER_WALL / self.wall).ceil().max(30.0), 1024.0)?;
         let spacing = self.size / f64::from(self.resolution);
         let half = (REACH * f64::from(self.resolution)).ceil();
         let block = Block { min: -spacing * half, spacing, cells: (2.0 * half).to_array().map(|n| n as usize) };
@@ -50,29 +50,29 @@ struct Shell {
 }
 
 impl Shell {
-    /// The outside, as if it were solid.
+    /// Braincase, face and jaw, as if they were solid.
     fn head(p: DVec3) -> f64 {
-        let lobe =
-            |x: f64, y: f64, z: f64, radii: [f64; 3]| ellipsoid(p - DVec3::new(x, y, z), DVec3::from_array(radii));
-        let mut d = lobe(-0.10, 0.0, 0.14, [0.39, 0.29, 0.32]);
-        d = smooth_min(d, lobe(0.22, 0.0, -0.12, [0.19, 0.19, 0.24]), 0.10);
-        d = smooth_min(d, lobe(0.22, 0.0, -0.34, [0.16, 0.14, 0.13]), 0.08);
-        for side in [-1.0, 1.0] {
-            d = smooth_min(d, lobe(0.22, 0.18 * side, -0.10, [0.12, 0.07, 0.06]), 0.06);
-        }
-        d
+        let lobe = |x: f64, z: f64, radii: [f64; 3]| ellipsoid(p - DVec3::new(x, 0.0, z), DVec3::from_array(radii));
+        let face = smooth_min(lobe(-0.10, 0.14, [0.39, 0.29, 0.32]), lobe(0.22, -0.12, [0.19, 0.19, 0.24]), 0.10);
+        smooth_min(face, lobe(0.22, -0.34, [0.16, 0.14, 0.13]), 0.08)
     }
 
-    /// What opens the cavity: eye sockets, the nose and the hole below; and what keeps it in one piece where the wall is thick.
-    fn openings(p: DVec3) -> f64 {
+    /// A cheekbone, which has no hollow.
+    fn cheekbone(p: DVec3, side: f64) -> f64 {
+        ellipsoid(p - DVec3::new(0.22, 0.18 * side, -0.10), DVec3::new(0.12, 0.07, 0.06))
+    }
+
+    /// The cavity of a head, with what opens it (eye sockets, the nose and the hole below) and what keeps it in one piece
+    /// where the wall is thick. All flow into one another, so that no crumbs are left between them.
+    fn void(p: DVec3, cavity: f64) -> f64 {
         let eye = |side: f64| {
-            let (mouth, end) = (DVec3::new(0.50, 0.125 * side, 0.01), DVec3::new(0.10, 0.08 * side, 0.02));
+            let (mouth, end) = (DVec3::new(0.50, 0.125 * side, 0.01), DVec3::new(0.10, 0.08 * side, 0.04));
             capsule(p, mouth, end, 0.085, 0.055)
         };
-        let nose = capsule(p, DVec3::new(0.55, 0.0, -0.17), DVec3::new(0.20, 0.0, -0.14), 0.050, 0.040);
+        let nose = capsule(p, DVec3::new(0.55, 0.0, -0.19), DVec3::new(0.15, 0.0, -0.14), 0.050, 0.045);
         let below = capsule(p, DVec3::new(-0.18, 0.0, -0.50), DVec3::new(-0.14, 0.0, 0.0), 0.09, 0.09);
-        let throat = capsule(p, DVec3::new(0.0, 0.0, 0.0), DVec3::new(0.22, 0.0, -0.33), 0.06, 0.04);
-        eye(-1.0).min(eye(1.0)).min(nose).min(below).min(throat)
+        let throat = capsule(p, DVec3::new(0.0, 0.0, 0.05), DVec3::new(0.20, 0.0, -0.30), 0.08, 0.06);
+        [eye(-1.0), eye(1.0), nose, below, throat].into_iter().fold(cavity, |void, part| smooth_min(void, part, 0.05))
     }
 }
 
@@ -80,8 +80,9 @@ impl Implicit for Shell {
     fn value(&self, p: DVec3) -> f64 {
         let p = p / self.size;
         let head = Shell::head(p);
-        let shell = smooth_difference(head, head + self.wall, 0.2 * self.wall);
-        smooth_difference(shell, Shell::openings(p), 0.02) * self.size
+        let cheekbones = Shell::cheekbone(p, -1.0).min(Shell::cheekbone(p, 1.0));
+        let outside = smooth_min(head, cheekbones, 0.06);
+        smooth_difference(outside, Shell::void(p, head + self.wall), 0.02) * self.size
     }
 }
 
@@ -94,13 +95,9 @@ mod tests {
 
     #[test]
     fn skull_is_one_shell_with_four_openings() {
-        for skull in [
-            SKULL,
-            Skull { wall: 0.05, ..SKULL },
-            Skull { wall: 0.10, ..SKULL },
-            Skull { wall: 0.04, resolution: 60, ..SKULL },
-            Skull { wall: 0.10, resolution: 90, ..SKULL },
-        ] {
+        // The finer ones would show crumbs that the coarse ones miss.
+        for (wall, resolution) in [(0.08, 30), (0.08, 38), (0.05, 40), (0.10, 30), (0.04, 60), (0.06, 60), (0.08, 90)] {
+            let skull = Skull { wall, resolution, ..SKULL };
             let mesh = skull.build().unwrap();
             assert_solid(&mesh);
             // A sphere with four openings into another within: three handles.
@@ -123,7 +120,7 @@ mod tests {
         assert_eq!(text(Skull { wall: 0.2, ..SKULL }), "wall is 0.2, but must be from 0.04 to 0.1");
         assert_eq!(
             text(Skull { wall: 0.05, resolution: 20, ..SKULL }),
-            "resolution is 20, but must be from 30 to 1024"
+            "resolution is 20, but must be from 40 to 1024"
         );
         assert!(text(Skull { size: -1.0, ..SKULL }).starts_with("size is -1, but must be from"));
     }

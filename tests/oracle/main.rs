@@ -2,8 +2,10 @@
 //! of the three views about every node, and under ⊆ exact ⊆ over.
 
 mod against_sampler;
+mod against_sums;
 mod brute_force;
 mod soups;
+mod sums;
 
 use brute_force::{Fill, Image, Lattice, Mode, Operation, Solid, boolean, contains, crossings, image, intersection};
 use soups::{Frame, Generator, Random, Soup};

@@ -1,5 +1,9 @@
 #!/usr/bin/env python3
-"""Times the Boolean of two STL files by every peer that is installed (see requirements.txt), with --write to a third.
+"""Times the Boolean or Minkowski sum of two STL files by every peer that is installed (see requirements.txt), with --write
+to a third.
+
+Of the peers manifold3d alone has sums, which are right where B is convex and contains the origin. B is moved until it
+does, and the sum back; whether B is convex is told beside the sum, and where it is not, the sum is wrong.
 
 Each peer runs in a process of its own, so that its peak memory is its own and a peer that fails takes no other along.
 The steps are timed apart, because a caller who keeps the built solid pays for reading, welding and building once only.
@@ -17,15 +21,17 @@ import sys
 import time
 from pathlib import Path
 
-OPERATIONS = ("intersection", "union", "difference")
+SUM = "minkowski_sum"
+OPERATIONS = ("intersection", "union", "difference", SUM)
 STEPS = ("read", "weld", "build", "boolean", "write", "volume")
 
 
 class Steps:
-    """Seconds by step; a step that a peer does not have stays None."""
+    """Seconds by step, and what else there is to tell; a step that a peer does not have stays None."""
 
     def __init__(self):
         self.seconds = dict.fromkeys(STEPS)
+        self.notes = {}
 
     def time(self, step, work):
         start = time.perf_counter()
@@ -82,11 +88,17 @@ def run_manifold3d(files, operation, steps, out):
     a, b = steps.time("build", build)
 
     def boolean():
-        result = {"intersection": a.__xor__, "union": a.__add__, "difference": a.__sub__}[operation](b)
+        if operation == SUM:
+            middle = b.to_mesh64().vert_properties[:, :3].mean(axis=0)
+            result = a.minkowski_sum(b.translate(-middle)).translate(middle)
+        else:
+            result = {"intersection": a.__xor__, "union": a.__add__, "difference": a.__sub__}[operation](b)
         # The operators only note what is to be done; asking for a number has it done.
         return result, result.num_tri()
 
     result, triangles = steps.time("boolean", boolean)
+    if operation == SUM:
+        steps.notes["b_convex"] = b.hull().volume() - b.volume() <= 1e-6 * b.volume()
 
     def write():
         # STL holds f32, so that nothing is lost.
@@ -184,6 +196,7 @@ def measure(peer, files, operation, runs, out):
         "volume": volume,
         "triangles": triangles,
         "same_every_run": all(answer == answers[0] for answer in answers),
+        **steps.notes,
         "seconds": seconds,
         "peak_memory_bytes": peak_memory(),
     }
@@ -191,6 +204,8 @@ def measure(peer, files, operation, runs, out):
 
 def measure_apart(peer, files, operation, runs, timeout, out):
     """Starts this program again for the one peer."""
+    if operation == SUM and peer != "manifold3d":
+        return {"peer": peer, "refused": "has no Minkowski sums"}
     distribution, _ = PEERS[peer]
     try:
         row = {"peer": peer, "version": importlib.metadata.version(distribution)}
@@ -221,8 +236,9 @@ def print_table(rows, file):
         memory = row["peak_memory_bytes"]
         cells.append("–" if memory is None else f"{memory / 2**20:.0f}")
         times = "".join(f"{c:>11}" for c in cells[:-1])
-        unequal = "" if row["same_every_run"] else "  (other in another run)"
-        print(f"{head}{times}{cells[-1]:>10}  {row['volume']!r}{unequal}", file=file)
+        remark = "" if row["same_every_run"] else "  (other in another run)"
+        remark += "" if row.get("b_convex", True) else "  (wrong: B is not convex)"
+        print(f"{head}{times}{cells[-1]:>10}  {row['volume']!r}{remark}", file=file)
 
 
 def main():

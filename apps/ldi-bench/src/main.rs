@@ -1,5 +1,6 @@
 //! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, whole [`process`]es and the [`meshes`]
-//! that they write beside those of other programs, and the [`gpu`]'s sampler by stages. What is printed are medians; all of it goes to a JSON file too where one is asked for.
+//! that they write beside those of other programs, [`minkowski`] sums, and the [`gpu`]'s sampler by stages. What is printed
+//! are medians; all of it goes to a JSON file too where one is asked for.
 
 #![expect(clippy::print_stdout, reason = "tables on stdout, as each is done, are what this program is for")]
 
@@ -9,6 +10,7 @@ mod fit;
 mod gpu;
 mod machine;
 mod meshes;
+mod minkowski;
 mod models;
 mod process;
 mod sampling;
@@ -130,6 +132,40 @@ enum Benchmark {
     Process(Contest),
     /// Whole processes, from files to the mesh of what is common, in a file, beside manifold3d and trueform
     Meshes(Contest),
+    /// Minkowski sums by stages, on pairs like those of Leung and Wang, beside manifold3d
+    Minkowski {
+        /// Only these pairs, by name, with commas between; a wrong name lists all
+        #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+        pairs: Vec<String>,
+        /// Rays along the longest side of the sum
+        #[arg(long, default_value_t = 512)]
+        resolution: u32,
+        /// Timed rounds of each sum after the warm-up; medians are printed
+        #[arg(long, default_value_t = 5)]
+        runs: usize,
+        /// A Python that has apps/ldi-bench/peers/requirements.txt; without it ldi-ops runs alone
+        #[arg(long, value_name = "PATH")]
+        python: Option<PathBuf>,
+        /// The program that times the peers
+        #[arg(long, value_name = "FILE", default_value = "apps/ldi-bench/peers/peers.py")]
+        peers: PathBuf,
+        /// Seconds after which a peer is given up
+        #[arg(long, value_name = "SECONDS", default_value_t = 300)]
+        peer_timeout: u32,
+        /// Also write everything as JSON
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
+    /// One sum of `minkowski`, as JSON on stdout
+    #[command(hide = true)]
+    MinkowskiCase {
+        /// The pair's name.
+        pair: String,
+        #[arg(long)]
+        resolution: u32,
+        #[arg(long)]
+        runs: usize,
+    },
     /// The GPU's sampler by stages, over solids like those of Leung and Wang, beside what its memory allows and their table.
     ///
     /// Needs nothing but this binary and the GPU's driver. Every image is first compared with the CPU's.
@@ -178,6 +214,13 @@ fn main() -> ExitCode {
         }
         Benchmark::Process(contest) => contest.run(process::run),
         Benchmark::Meshes(contest) => contest.run(meshes::run),
+        Benchmark::Minkowski { pairs, resolution, runs, python, peers, peer_timeout, json } => {
+            let plan = minkowski::Plan { pairs, resolution, runs: runs.max(1), python, peers, peer_timeout };
+            minkowski::run(&plan, json.as_deref())
+        }
+        Benchmark::MinkowskiCase { pair, resolution, runs } => {
+            minkowski::run_case(&pair, resolution, runs.max(1)).map(|told| println!("{told}"))
+        }
         #[cfg(feature = "gpu")]
         Benchmark::Gpu { adapter, models, resolution, rounds, json } => {
             gpu::run(&gpu::Plan { adapter, models, resolution, rounds: rounds.max(1) }, json.as_deref())

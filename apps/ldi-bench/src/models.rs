@@ -61,7 +61,8 @@ fn lattice() -> Result<TriangleMesh, BenchError> {
     build("bcc", &[("cells", "6"), ("cell-size", "5"), ("radius", "0.5"), ("resolution", "20")])
 }
 
-fn build(kind: &str, parameters: &[(&str, &str)]) -> Result<TriangleMesh, BenchError> {
+/// A solid of the library's by name and parameters.
+pub fn build(kind: &str, parameters: &[(&str, &str)]) -> Result<TriangleMesh, BenchError> {
     let model = Model::from_parameters(kind, parameters).and_then(|model| model.build());
     model.map_err(|error| BenchError::model(kind, error))
 }

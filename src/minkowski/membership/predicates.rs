@@ -15,15 +15,19 @@ type Vector = [i64; 3];
 /// sum of their sizes: five roundings of 2^-53 go into each of its terms.
 const DOUBT: f64 = 1.0 / (1u64 << 50) as f64;
 
-fn difference(to: [i32; 3], from: [i32; 3]) -> Vector {
-    std::array::from_fn(|i| i64::from(to[i]) - i64::from(from[i]))
+#[inline]
+fn difference([x, y, z]: [i32; 3], [from_x, from_y, from_z]: [i32; 3]) -> Vector {
+    let along = |to: i32, from: i32| i64::from(to) - i64::from(from);
+    [along(x, from_x), along(y, from_y), along(z, from_z)]
 }
 
+#[inline]
 fn product([ax, ay, az]: Vector, [bx, by, bz]: Vector) -> Vector {
     [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
 }
 
 /// (b − a) × (c − a).
+#[inline]
 fn normal([a, b, c]: &Corners) -> Vector {
     product(difference(*b, *a), difference(*c, *a))
 }
@@ -50,13 +54,17 @@ fn exact_moved_sign(normal: Vector, difference: Vector) -> i32 {
 }
 
 /// On which sides of the plane of a fixed triangle the corners of a movable one lie; all 0 if the former has no area.
-fn sides_of_moved(normal: Vector, corner: [i32; 3], moved: &Corners) -> [i32; 3] {
-    moved.map(|position| moved_sign(normal, difference(position, corner)))
+#[inline]
+fn sides_of_moved(normal: Vector, corner: [i32; 3], [a, b, c]: &Corners) -> [i32; 3] {
+    let side = |position: &[i32; 3]| moved_sign(normal, difference(*position, corner));
+    [side(a), side(b), side(c)]
 }
 
 /// On which sides of the plane of a movable triangle the corners of a fixed one lie; all 0 if the former has no area.
-fn sides_of_fixed(normal: Vector, corner: [i32; 3], fixed: &Corners) -> [i32; 3] {
-    fixed.map(|position| -moved_sign(normal, difference(corner, position)))
+#[inline]
+fn sides_of_fixed(normal: Vector, corner: [i32; 3], [a, b, c]: &Corners) -> [i32; 3] {
+    let side = |position: &[i32; 3]| -moved_sign(normal, difference(corner, *position));
+    [side(a), side(b), side(c)]
 }
 
 /// How a triangle lies to a plane.

@@ -61,20 +61,22 @@ impl SumMembership {
 
     /// Whether the two triangles, in the orders of the trees, cross where B is reflected and moved to the point.
     fn do_cross(&self, [i, j]: [usize; 2], point: [i32; 3]) -> bool {
-        do_cross(&self.a.triangles[i], &self.b.triangles[j].map(|corner| minus(point, corner)))
+        do_cross(&self.a.triangles[i], &moved_to(point, &self.b.triangles[j]))
     }
 
     fn any_crossing(&self, point: [i32; 3], memory: &mut SumMemory) -> bool {
         let SumMemory { crossing, pairs, .. } = memory;
         let found = self.a.tree.visit_pairs(&self.b.tree, point, pairs, |of_a, of_b| {
-            let mut between = of_a.flat_map(|i| of_b.clone().map(move |j| [i, j]));
-            match between.find(|&pair| self.do_cross(pair, point)) {
-                Some(pair) => {
-                    *crossing = Some(pair);
-                    ControlFlow::Break(())
+            for j in of_b {
+                let moved = moved_to(point, &self.b.triangles[j]);
+                for i in of_a.clone() {
+                    if do_cross(&self.a.triangles[i], &moved) {
+                        *crossing = Some([i, j]);
+                        return ControlFlow::Break(());
+                    }
                 }
-                None => ControlFlow::Continue(()),
             }
+            ControlFlow::Continue(())
         });
         found.is_break()
     }
@@ -186,6 +188,13 @@ fn around(positions: &[[i32; 3]]) -> LatticeBox {
     positions.iter().map(point).fold(LatticeBox::EMPTY, |all, one| all.hull(&one))
 }
 
-fn minus(point: [i32; 3], position: [i32; 3]) -> [i32; 3] {
-    std::array::from_fn(|i| point[i] - position[i])
+#[inline]
+fn minus([x, y, z]: [i32; 3], [from_x, from_y, from_z]: [i32; 3]) -> [i32; 3] {
+    [x - from_x, y - from_y, z - from_z]
+}
+
+/// A triangle, reflected and moved to a point.
+#[inline]
+fn moved_to(point: [i32; 3], [a, b, c]: &Corners) -> Corners {
+    [minus(point, *a), minus(point, *b), minus(point, *c)]
 }

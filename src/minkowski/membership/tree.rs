@@ -51,8 +51,12 @@ impl Node {
     }
 
     /// Sum of the three sides.
+    #[inline]
     fn girth(&self) -> i64 {
-        (0..3).map(|i| i64::from(self.bounds.max[i]) - i64::from(self.bounds.min[i])).sum()
+        {
+            let side = |i: usize| i64::from(self.bounds.max[i] - self.bounds.min[i]);
+            side(0) + side(1) + side(2)
+        }
     }
 }
 
@@ -70,7 +74,7 @@ impl Tree {
             return (Tree::default(), Vec::new());
         }
         let rounded: Vec<Aabb> = boxes.iter().map(rounded).collect();
-        let params = BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::medium_build() };
+        let params = BvhBuildParams { max_prims_per_leaf: 2, ..BvhBuildParams::medium_build() };
         let hierarchy = build_bvh2(&rounded, params, &mut Duration::default());
         let (mut nodes, order) = copied(&hierarchy);
         // Nodes come before those below them.
@@ -136,11 +140,17 @@ impl Tree {
             }
             // The larger of the two is opened.
             if other.is_leaf() || (!one.is_leaf() && one.girth() >= other.girth()) {
-                let meets = |&i: &u32| do_meet(&self.nodes[i as usize].bounds, &other.bounds, point);
-                stack.extend(one.below().into_iter().filter(meets).map(|i| [i, j]));
+                for i in one.below() {
+                    if do_meet(&self.nodes[i as usize].bounds, &other.bounds, point) {
+                        stack.push([i, j]);
+                    }
+                }
             } else {
-                let meets = |&j: &u32| do_meet(&one.bounds, &reflected.nodes[j as usize].bounds, point);
-                stack.extend(other.below().into_iter().filter(meets).map(|j| [i, j]));
+                for j in other.below() {
+                    if do_meet(&one.bounds, &reflected.nodes[j as usize].bounds, point) {
+                        stack.push([i, j]);
+                    }
+                }
             }
         }
         ControlFlow::Continue(())

@@ -1,6 +1,7 @@
 //! Unions of shapes whose every crossing is kept, the buried ones too, against gaps that are decided one by one.
 
 use std::collections::HashSet;
+use std::sync::Mutex;
 
 use glam::DVec3;
 
@@ -353,4 +354,102 @@ fn a_serpentine_is_one_set_whether_it_is_open_or_not() {
         assert_eq!((counts.cavities, counts.filled), (u64::from(!open), 0));
         assert!(counts.open_nodes > 32 * 4 * 60);
     }
+}
+
+/// A tunnel with a bend in a block: from its dead end, a gap of every ray, to a mouth that one ray looks into.
+fn bent_tunnel(order: [usize; 3]) -> Union {
+    let rays = [40; 3];
+    let cells = pixel_cells(rays, 4, |node| {
+        let [a, b, c] = order.map(|axis| node[axis]);
+        let tunnel = (29..35).contains(&a) && (4..8).contains(&b) || (32..35).contains(&a) && b >= 4;
+        (20..38).contains(&a) && b < 12 && c < 12 && !(tunnel && (4..8).contains(&c))
+    });
+    Union::new(rays, 4, vec![cells])
+}
+
+#[test]
+fn crossings_that_contradict_one_another_are_an_error() {
+    // The bend lies between two nodes of one row, one plane or two slabs.
+    for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+        let union = bent_tunnel(order);
+        assert_eq!(union.check().components, 0);
+        let spans = Axis::ALL.map(|axis| union.spans(axis)[0].clone());
+        // A gap is missing at the dead end, beside what is certainly out, and in what is. Sets meet anywhere between.
+        for a in [29, 31, 33] {
+            let mut spans = spans.clone();
+            let axis = Axis::ALL[order[2]];
+            let mut node = [0; 3];
+            (node[order[0]], node[order[1]]) = (a, 5);
+            let ray = node[axis.row()] * 40 + node[axis.column()];
+            let spans_of_axis = &mut spans[axis.depth()];
+            assert_eq!(spans_of_axis.of_ray(ray).len(), 4);
+            fill::fill(spans_of_axis, vec![spans_of_axis.offsets[ray as usize] + 1]);
+            assert_eq!(spans_of_axis.of_ray(ray).len(), 2);
+            let settled = settle(&union.grid, spans, Outer::Out, &union, &|_, _| {});
+            let Err(SettleError::Contradiction { node }) = settled else { panic!("{order:?} {a}: {settled:?}") };
+            let [at_a, at_b, at_c] = order.map(|axis| node[axis]);
+            let expected = if a == 33 { 33..34 } else { 29..33 };
+            assert!(
+                expected.contains(&at_a) && (4..8).contains(&at_b) && (4..8).contains(&at_c),
+                "{order:?} {a} {node:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_node_in_a_slit_of_one_lattice_step_is_out() {
+    let grid = Union::new([9; 3], 8, Vec::new()).grid;
+    let (node, radius) = (grid.node(4), 500);
+    for axis in 0..3 {
+        let shapes = [-1, 1].map(|side| {
+            let mut twice = [2 * node + 1; 3];
+            twice[axis] = 2 * node + side * (2 * radius + 1);
+            Shape::Ball(twice, 4 * i64::from(radius).pow(2))
+        });
+        let union = Union::new([9; 3], 8, shapes.to_vec());
+        assert!(!union.contains([node; 3], &mut ()));
+        let spans = union.spans(Axis::ALL[axis])[0].clone();
+        let gap = &spans.of_ray(4 * 9 + 4)[1..3];
+        assert!(gap[0].ceil() >= gap[1].floor(), "{gap:?}");
+        assert_eq!(union.check().components, 0);
+    }
+}
+
+#[test]
+fn threads_change_nothing_and_progress_is_told() {
+    let (mut random, rays) = (Random(3), [66, 40, 130]);
+    let lengths = rays.map(|n| (n << 6) as i32 - 2);
+    let shapes = (0..40).map(|_| random_shape(&mut random, lengths.map(|length| length / 2))).collect();
+    let union = Union::new(rays, 6, shapes);
+    let spans = Axis::ALL.map(|axis| union.spans(axis)[0].clone());
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let calls = Mutex::new(Vec::new());
+        let note = |done, total| calls.lock().unwrap().push((done, total));
+        let settled = pool.install(|| settle(&union.grid, spans.clone(), Outer::Out, &union, &note)).unwrap();
+        let tests = settled.counts.components + settled.counts.gaps_tested;
+        let mut calls = calls.into_inner().unwrap();
+        assert_eq!(calls[0], (0, tests));
+        calls.sort_unstable();
+        assert_eq!(calls.last(), Some(&(tests, tests)));
+        assert_eq!(calls.len() as u64, 1 + tests.div_ceil(BATCH as u64));
+        settled
+    };
+    let settled = on(1);
+    assert!(settled.counts.components > 5 && settled.counts.gaps_tested > 2 * BATCH as u64, "{:?}", settled.counts);
+    assert_eq!(settled, on(4));
+}
+
+#[test]
+fn spans_of_other_rays_are_an_error() {
+    let union = Union::new([3, 4, 5], 4, Vec::new());
+    let spans = Axis::ALL.map(|axis| union.spans(axis)[0].clone());
+    let error = |spans| settle(&union.grid, spans, Outer::Out, &union, &|_, _| {}).unwrap_err();
+    let [x, y, z] = spans.clone();
+    let found = Axis::Y;
+    assert_eq!(error([y, x, z]), SettleError::Mismatch { axis: Axis::X, found, rays: 15, expected: 20 });
+    let mut short = spans;
+    short[2].offsets.pop();
+    assert_eq!(error(short), SettleError::Mismatch { axis: Axis::Z, found: Axis::Z, rays: 11, expected: 12 });
 }

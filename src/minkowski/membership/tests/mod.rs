@@ -3,6 +3,7 @@
 mod cells;
 mod hulls;
 mod random;
+mod tori;
 mod walls;
 
 use cells::Cells;

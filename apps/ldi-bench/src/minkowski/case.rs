@@ -1,0 +1,124 @@
+//! One sum by stages, in a process of its own, so that its peak memory is its own.
+
+use std::time::Instant;
+
+use ldi_ops::fixed::Crossing;
+use ldi_ops::grid::{Axis, Grid, SumGrid};
+use ldi_ops::integrate::volume;
+use ldi_ops::ldi::Ldi;
+use ldi_ops::mesh::ClosedMesh;
+use ldi_ops::minkowski::{CullCounts, Interior, Outer, Polyhedron, SettleCounts, SumMembership, cull, settle};
+use ldi_ops::sampler::Mode;
+use ldi_ops::sampler::cpu::CpuSampler;
+use serde_json::{Value, json};
+
+use super::pairs::Pair;
+use crate::BenchError;
+use crate::clock::median;
+use crate::machine;
+
+/// LOD-C, which an exact image has none of.
+const LOD: u32 = 1024;
+
+/// What is timed, in this order.
+pub const STAGES: [&str; 8] = ["quantise", "cull", "interior", "spans_x", "spans_y", "spans_z", "settle", "retrieve"];
+
+/// A sum with all that there is to tell of it.
+struct Sum {
+    seconds: [f64; STAGES.len()],
+    rays: [u32; 3],
+    pairs: CullCounts,
+    /// Primitives that are not certainly inside.
+    sampled: usize,
+    crossings: [u64; 3],
+    settled: SettleCounts,
+    images: [Ldi; 3],
+}
+
+/// Adds a pair `runs` times after a warm-up, and tells as JSON what it took: medians, and the process's peak memory.
+pub fn run(name: &str, resolution: u32, runs: usize) -> Result<Value, BenchError> {
+    let pair = Pair::named(name)?;
+    let (a, b) = (pair.a.mesh()?, pair.b.mesh()?);
+    let mut sum = add(name, &a, &b, resolution)?;
+    let mut seconds = Vec::with_capacity(runs);
+    for _ in 0..runs {
+        drop(sum);
+        sum = add(name, &a, &b, resolution)?;
+        seconds.push(sum.seconds);
+    }
+    let mut of_stages: serde_json::Map<String, Value> = STAGES
+        .iter()
+        .enumerate()
+        .map(|(i, stage)| ((*stage).to_owned(), json!(median(seconds.iter().map(|run| run[i]).collect()))))
+        .collect();
+    of_stages.insert("whole".to_owned(), json!(median(seconds.iter().map(|run| run.iter().sum()).collect())));
+    let CullCounts { candidates, visited, kept, distinct } = sum.pairs;
+    Ok(json!({
+        "pair": name,
+        "triangles": [a.mesh().triangles.len(), b.mesh().triangles.len()],
+        "rays": sum.rays,
+        "pairs": {"candidates": candidates as u64, "visited": visited, "kept": kept, "distinct": distinct},
+        "triangles_sampled": sum.sampled,
+        "crossings": sum.crossings,
+        "components": sum.settled.components,
+        "cavities": sum.settled.cavities,
+        "gaps": sum.settled.gaps,
+        "gaps_tested": sum.settled.gaps_tested,
+        "samples": sum.images.iter().map(|image| image.depths().len() as u64).collect::<Vec<_>>(),
+        "volume": sum.images.iter().map(volume).sum::<f64>() / 3.0,
+        "seconds": of_stages,
+        "peak_memory_bytes": machine::peak_memory(),
+    }))
+}
+
+fn add(name: &str, a: &ClosedMesh, b: &ClosedMesh, resolution: u32) -> Result<Sum, BenchError> {
+    let mut clock = Clock { since: Instant::now(), seconds: Vec::with_capacity(STAGES.len()) };
+    let extent = a.bounds().extent() + b.bounds().extent();
+    let pitch = extent.max_element() / f64::from(resolution);
+    let failed = |error: &dyn std::fmt::Display| BenchError::model(name, error);
+    let SumGrid { sum: grid, a: grid_a, b: grid_b } =
+        SumGrid::with_pitch(a.bounds(), b.bounds(), pitch, LOD).map_err(|error| failed(&error))?;
+    let polyhedron = |grid: &Grid, mesh| grid.quantise(mesh).map(|solid| Polyhedron::new(&solid));
+    let a = polyhedron(&grid_a, a).map_err(|error| failed(&error))?;
+    let b = polyhedron(&grid_b, b).map_err(|error| failed(&error))?;
+    clock.lap();
+
+    let (primitives, pairs) = cull(&a, &b);
+    clock.lap();
+
+    let sampler = CpuSampler::default();
+    let primitives = primitives.outside(&Interior::new(&grid, &a, Outer::Out, &b, &sampler));
+    let sampled = primitives.triangles.len();
+    clock.lap();
+
+    let mut along = |axis| {
+        let found = primitives.spans::<Crossing>(&grid, axis, Outer::Out, &sampler).map_err(|error| failed(&error));
+        clock.lap();
+        found
+    };
+    let [(x, met_x), (y, met_y), (z, met_z)] = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
+
+    let membership = SumMembership::new(&a, Outer::Out, &b);
+    let settled = settle(&grid, [x, y, z], Outer::Out, &membership, &|_, _| ()).map_err(|error| failed(&error))?;
+    clock.lap();
+
+    let image = |axis: usize| settled.spans[axis].image(&grid, Mode::Exact, &sampler).map_err(|error| failed(&error));
+    let images = [image(0)?, image(1)?, image(2)?];
+    clock.lap();
+    let seconds = clock.seconds.try_into().expect("the clock was read once a stage");
+    let (rays, crossings) = (grid.rays(), [met_x, met_y, met_z]);
+    Ok(Sum { seconds, rays, pairs, sampled, crossings, settled: settled.counts, images })
+}
+
+/// Seconds from one reading to the next.
+struct Clock {
+    since: Instant,
+    seconds: Vec<f64>,
+}
+
+impl Clock {
+    fn lap(&mut self) {
+        self.seconds.push(self.since.elapsed().as_secs_f64());
+        self.since = Instant::now();
+    }
+}

@@ -1,0 +1,113 @@
+//! The pairs of solids whose sums are timed.
+
+use std::path::Path;
+
+use ldi_ops::mesh::{ClosedMesh, LengthUnit, io};
+
+use crate::BenchError;
+use crate::models;
+
+/// A solid of the library's by name and parameters.
+pub struct Operand {
+    kind: &'static str,
+    parameters: &'static [(&'static str, &'static str)],
+}
+
+impl Operand {
+    /// The checked mesh.
+    pub fn mesh(&self) -> Result<ClosedMesh, BenchError> {
+        models::closed(self.kind, models::build(self.kind, self.parameters)?)
+    }
+}
+
+/// What Leung and Wang published of a sum in their Table IV, on a GeForce GTX 580 at 512² rays (see
+/// [`SeedModel`](crate::models::SeedModel)).
+pub struct Published {
+    /// Primitives that were sampled.
+    pub primitives: u64,
+    /// Seconds that sampling the flooded volume took: neither culling nor flooding is in it.
+    pub retrieval: f64,
+    /// Samples of the result.
+    pub samples: u64,
+}
+
+/// Two solids to be added.
+pub struct Pair {
+    /// The name by which it is asked for, and of its files.
+    pub name: &'static str,
+    /// What it is, in tables.
+    pub title: &'static str,
+    /// The first operand.
+    pub a: Operand,
+    /// The second.
+    pub b: Operand,
+    /// What was published of such a pair.
+    pub published: Option<Published>,
+}
+
+/// Pairs like those of Table IV, and two that manifold3d ends with in reasonable time.
+pub const PAIRS: [Pair; 5] = [
+    Pair {
+        name: "organic-ball",
+        title: "organic 25 k ⊕ ball 0.5 k",
+        a: Operand { kind: "organic", parameters: &[] },
+        b: BALL,
+        published: Some(Published { primitives: 68_000, retrieval: 0.072, samples: 602_000 }),
+    },
+    Pair {
+        name: "skull-knot",
+        title: "skull 12 k ⊕ knot 1 k",
+        a: Operand { kind: "skull", parameters: &[] },
+        b: Operand {
+            kind: "knot",
+            parameters: &[("major", "2"), ("minor", "1"), ("tube", "0.4"), ("segments", "62"), ("sides", "8")],
+        },
+        published: Some(Published { primitives: 372_500, retrieval: 0.137, samples: 0 }),
+    },
+    Pair {
+        name: "star-torus",
+        title: "star ⊕ torus",
+        a: Operand { kind: "star", parameters: &[] },
+        b: Operand {
+            kind: "torus",
+            parameters: &[("major", "5"), ("minor", "2"), ("around", "160"), ("across", "60")],
+        },
+        published: Some(Published { primitives: 474_700, retrieval: 0.052, samples: 0 }),
+    },
+    Pair {
+        name: "small-organic-ball",
+        title: "organic 6.8 k ⊕ ball 0.5 k",
+        a: Operand { kind: "organic", parameters: &[("resolution", "34")] },
+        b: BALL,
+        published: None,
+    },
+    Pair {
+        name: "knot-torus",
+        title: "knot 960 ⊕ torus 96",
+        a: Operand { kind: "knot", parameters: &[] },
+        b: Operand { kind: "torus", parameters: &[("major", "2"), ("minor", "0.7"), ("around", "8"), ("across", "6")] },
+        published: None,
+    },
+];
+
+/// A geodesic sphere of 500 triangles, a tenth of the organic solid's size.
+const BALL: Operand = Operand { kind: "geodesic", parameters: &[("radius", "2"), ("frequency", "5")] };
+
+impl Pair {
+    /// The pair of a name.
+    pub fn named(name: &str) -> Result<&'static Pair, BenchError> {
+        let known = || PAIRS.iter().map(|pair| pair.name).collect::<Vec<_>>().join(", ");
+        let found = PAIRS.iter().find(|pair| pair.name == name);
+        found.ok_or_else(|| BenchError::model(name, format!("there is no such pair; the pairs are {}", known())))
+    }
+
+    /// Writes both solids to a folder, for programs that read files.
+    pub fn write(&self, folder: &Path) -> Result<(), BenchError> {
+        for (side, operand) in [("a", &self.a), ("b", &self.b)] {
+            let file = models::file(folder, &format!("{}-{side}", self.name));
+            io::write(&file, operand.mesh()?.mesh(), Some(LengthUnit::Millimetre))
+                .map_err(|error| BenchError::model(self.name, error))?;
+        }
+        Ok(())
+    }
+}
