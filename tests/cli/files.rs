@@ -35,7 +35,7 @@ fn formats_without_a_writer_are_refused_before_anything_is_read() {
 #[test]
 fn every_kind_of_model_is_a_solid() {
     let folder = Folder::new();
-    let small: [(&str, &[&str]); 21] = [
+    let small: [(&str, &[&str]); 27] = [
         ("cuboid", &["--min", "-1,-2,-3", "--max", "1,2,3"]),
         ("box", &[]),
         ("sphere", &[]),
