@@ -11,11 +11,14 @@ mod files;
 mod gpu;
 mod help;
 mod images;
+#[cfg(unix)]
+mod interrupt;
 mod json;
 mod operations;
 mod placing;
 mod render;
 mod streams;
+mod sums;
 mod surfaces;
 mod voxels;
 
