@@ -62,10 +62,10 @@ impl Windings {
         for ends in image.offsets().windows(2) {
             let mut winding = 0;
             let mut last = 0;
-            for at in ends[0] as usize..ends[1] as usize {
-                let depth = image.depths()[at];
+            let samples = ends[0] as usize..ends[1] as usize;
+            for (&depth, &triangle) in image.depths()[samples.clone()].iter().zip(&triangles[samples]) {
                 self.add(winding, i64::from(depth - last));
-                winding += winding_of(triangles[at]);
+                winding += winding_of(triangle);
                 last = depth;
             }
         }
