@@ -3,7 +3,9 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use tempfile::NamedTempFile;
 
 /// Writes a file that appears whole or not at all.
 ///
@@ -30,9 +32,8 @@ pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::
     // A temporary file is its owner's alone by default; this one will be an ordinary file, as the umask has it.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.prefix(".").suffix(".part").tempfile_in(folder)?;
-    let path = file.path().to_path_buf();
-    let unfinished = Unfinished::new(&path);
+    builder.prefix(".").suffix(".part");
+    let (mut file, unfinished) = Unfinished::make(|| builder.tempfile_in(folder))?;
     fill(file.as_file_mut())?;
     file.persist(&target)?;
     drop(unfinished);
@@ -42,14 +43,19 @@ pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::
 /// The temporary files that are being written.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Removes the temporary files of all writes under way, which then fail: for a process that is about to be ended from
-/// outside and would leave them behind.
-pub fn abandon() {
-    abandon_those(|_| true);
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn abandon_those(chosen: impl Fn(&Path) -> bool) {
-    let mut unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+/// Removes the temporary files of all writes under way, and lets no other begin or end: for a process that is about to be
+/// ended from outside and would leave them behind. It must end then, as writes wait from here on.
+pub fn abandon() {
+    let mut unfinished = unfinished();
+    abandon_those(&mut unfinished, |_| true);
+    std::mem::forget(unfinished);
+}
+
+fn abandon_those(unfinished: &mut Vec<PathBuf>, chosen: impl Fn(&Path) -> bool) {
     for path in unfinished.extract_if(.., |path| chosen(path)) {
         // A file that has just been completed or removed is none to remove.
         let _ = fs::remove_file(path);
@@ -57,18 +63,22 @@ fn abandon_those(chosen: impl Fn(&Path) -> bool) {
 }
 
 /// Keeps a temporary file among the unfinished ones for as long as it lives.
-struct Unfinished<'p>(&'p Path);
+struct Unfinished(PathBuf);
 
-impl<'p> Unfinished<'p> {
-    fn new(path: &'p Path) -> Self {
-        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_path_buf());
-        Unfinished(path)
+impl Unfinished {
+    /// Makes a temporary file; none is ever there that is not among the unfinished ones.
+    fn make(make: impl FnOnce() -> io::Result<NamedTempFile>) -> io::Result<(NamedTempFile, Unfinished)> {
+        let mut unfinished = unfinished();
+        let file = make()?;
+        let path = file.path().to_path_buf();
+        unfinished.push(path.clone());
+        Ok((file, Unfinished(path)))
     }
 }
 
-impl Drop for Unfinished<'_> {
+impl Drop for Unfinished {
     fn drop(&mut self) {
-        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| path != self.0);
+        unfinished().retain(|path| *path != self.0);
     }
 }
 
@@ -117,7 +127,7 @@ mod tests {
             file.write_all(b"half")?;
             assert_eq!(fs::read_dir(folder.path())?.count(), 1);
             // Only this test's: others write at the same time.
-            abandon_those(|path| path.starts_with(folder.path()));
+            abandon_those(&mut unfinished(), |path| path.starts_with(folder.path()));
             assert_eq!(fs::read_dir(folder.path())?.count(), 0);
             file.write_all(b"whole")
         });

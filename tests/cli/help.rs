@@ -2,12 +2,16 @@
 
 use crate::{Folder, cube};
 
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 16] = [
     "intersect",
     "union",
     "difference",
     "xor",
     "csg",
+    "minkowski",
+    "offset",
+    "open",
+    "close",
     "volume",
     "sample",
     "check",
@@ -130,7 +134,14 @@ fn wrong_usage_ends_with_two() {
         (&["sample", "a.stl"], &["--output"]),
         // What later work brings is not pretended.
         (&["volume", "a.stl", "--bounds"], &["--bounds"]),
-        (&["minkowski", "a.stl", "a.stl"], &["minkowski"]),
+        (&["minkowski", "a.stl"], &["<B>"]),
+        (&["minkowski", "a.stl", "a.stl", "--lod", "31"], &["--lod 31", "32 to 65536"]),
+        (&["minkowski", "a.stl", "a.stl", "--allow-open"], &["--allow-open"]),
+        (&["minkowski", "a.stl", "a.stl", "--axis", "x", "-o", "b.stl"], &["b.stl", "all axes"]),
+        (&["minkowski", "a.stl", "a.stl", "-o", "a.stl"], &["a.stl", "written over"]),
+        (&["offset", "a.stl"], &["--distance"]),
+        (&["open", "a.stl"], &["--radius"]),
+        (&["close", "a.stl", "--radius", "0"], &["--radius 0"]),
         (&["report", "a.stl"], &["report"]),
     ] {
         let run = folder.run(arguments).code(2);

@@ -11,11 +11,15 @@ mod files;
 mod gpu;
 mod help;
 mod images;
+#[cfg(unix)]
+mod interrupt;
 mod json;
 mod operations;
 mod placing;
 mod render;
 mod streams;
+mod sum_references;
+mod sums;
 mod surfaces;
 mod voxels;
 

@@ -1,6 +1,7 @@
 //! Arguments as they are typed. What they mean together is for [`crate::resolve`].
 
 mod render;
+mod sum;
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -13,6 +14,9 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
 pub use self::render::{BackgroundChoice, FacetChoice, PictureSize, RenderArguments, SliceAt, SlicePosition};
+pub use self::sum::{
+    BallArguments, MemorySize, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments,
+};
 use crate::bound::Bound;
 use crate::transform::{Placement, PlacementError};
 use crate::unit;
@@ -45,6 +49,8 @@ Examples:
   ldi-ops difference block.stl drill.stl --transform-b 'rotate(1,0,0,90) translate(0,5,0)'
   ldi-ops volume part.3mf --tolerance 0.1%                 refine until the estimate is below 0.1 %
   ldi-ops volume struts.stl --fill nonzero                 overlapping shells unite
+  ldi-ops minkowski part.stl ball.stl -o sum.stl           every a + b, of any two solids
+  ldi-ops offset part.stl --distance -0.2 -o thin.stl      by a true ball, inwards or outwards
   ldi-ops sample part.stl --axis z -o part.npz             the image, for numpy
   ldi-ops volume part.stl --backend gpu                    on the first GPU of `ldi-ops devices`
   ldi-ops check part.stl                                   is it a solid? exit code 1 if not
@@ -70,6 +76,14 @@ pub enum Command {
     Xor(ListArguments),
     /// Volume of what an expression makes of solids: 'a & (b | c) - d'
     Csg(CsgArguments),
+    /// Minkowski sum A ⊕ B of two solids, or their difference A ⊖ B
+    Minkowski(MinkowskiArguments),
+    /// A solid grown or shrunk by a distance
+    Offset(OffsetArguments),
+    /// Opening by a ball: what is thinner than the ball vanishes
+    Open(BallArguments),
+    /// Closing by a ball: gaps and pores narrower than the ball are filled
+    Close(BallArguments),
     /// Volume, area, centroid and inertia of solids
     Volume(VolumeArguments),
     /// The layered depth image of a solid, as .npz; or its surface, or voxels

@@ -14,8 +14,8 @@ use serde_json::{Value, json};
 use crate::exit::Failure;
 use crate::resolve::Report;
 use crate::run::{
-    Checked, Converted, Devices, Generated, GpuDevice, Measured, Outcome, Ran, Rendered, Solid, SurfaceReport,
-    Surfaced, cpu_name, peak_memory_bytes,
+    Checked, Converted, Devices, Generated, GpuDevice, Measured, Outcome, Ran, Rendered, Solid, StepReport,
+    SurfaceReport, Surfaced, cpu_name, peak_memory_bytes,
 };
 use crate::warning::Warning;
 use crate::{output, report, unit};
@@ -55,7 +55,7 @@ fn measured(results: &[Measured]) -> Value {
     let mut objects: Vec<Value> = results.iter().map(one_measured).collect();
     match objects.len() {
         1 => objects.remove(0),
-        _ => json!({ "schema": SCHEMA, "command": results[0].measurement.command(), "results": objects }),
+        _ => json!({ "schema": SCHEMA, "command": results[0].command, "results": objects }),
     }
 }
 
@@ -63,7 +63,7 @@ fn one_measured(result: &Measured) -> Value {
     let unit = result.unit.map(|unit| unit::symbol(unit, 3));
     let mut object = json!({
         "schema": SCHEMA,
-        "command": result.measurement.command(),
+        "command": result.command,
         "inputs": result.solids.iter().map(input).collect::<Vec<_>>(),
         "volume": {
             "value": result.volume.value,
@@ -85,7 +85,7 @@ fn one_measured(result: &Measured) -> Value {
         "peak_memory_bytes": peak_memory_bytes(),
         "warnings": result.warnings,
     });
-    if let Some(expression) = result.measurement.typed_expression() {
+    if let Some(expression) = &result.expression {
         object["expression"] = json!(expression);
     }
     if let Some(measures) = &result.measures {
@@ -96,6 +96,10 @@ fn one_measured(result: &Measured) -> Value {
     if let Some(refinement) = &result.refinement {
         object["tolerance"] = json!(refinement);
     }
+    if let Some(sum) = &result.sum {
+        object["memory"] = json!({ "estimate_bytes": sum.memory_estimate(), "limit_bytes": sum.memory_limit });
+        object["steps"] = sum.steps.iter().map(step).collect();
+    }
     if let Some(output) = &result.output {
         object["output"] = json!(path(output));
     }
@@ -103,6 +107,25 @@ fn one_measured(result: &Measured) -> Value {
         object["surface"] = surface(report);
     }
     object
+}
+
+/// What a step of a sum took.
+fn step(report: &StepReport) -> Value {
+    let StepReport { operation, distance, pairs, primitives, sampled, crossings, settled, .. } = report;
+    json!({
+        "operation": operation,
+        "distance": distance,
+        "pairs": pairs.map(|pairs| json!({
+            "candidates": u64::try_from(pairs.candidates).unwrap_or(u64::MAX),
+            "visited": pairs.visited,
+            "kept": pairs.kept,
+        })),
+        "primitives": primitives,
+        "sampled": sampled,
+        "crossings": crossings,
+        "components": { "tested": settled.components, "cavities": settled.cavities, "filled": settled.filled },
+        "gaps": { "found": settled.gaps, "tested": settled.gaps_tested, "kept": settled.gaps_out },
+    })
 }
 
 /// What a mesh came to.

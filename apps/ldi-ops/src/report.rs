@@ -10,8 +10,8 @@ use ldi_ops::sampler::{Estimate, Fill, Mode};
 
 use crate::number::{number, plain};
 use crate::run::{
-    Checked, Converted, Devices, Generated, Measured, Outcome, Rendered, SimplifiedReport, SurfaceReport, Surfaced,
-    peak_memory_bytes,
+    Checked, Converted, Devices, Generated, Measured, Outcome, Rendered, SimplifiedReport, StepReport, SurfaceReport,
+    Surfaced, peak_memory_bytes,
 };
 use crate::unit;
 
@@ -55,8 +55,8 @@ fn one_measured(result: &Measured) -> String {
     let mut table = Table::default();
     let (length, cubed) = (unit::suffix(result.unit, 1), unit::suffix(result.unit, 3));
     let (value, error) = estimate(result.volume.value, result.volume.error);
-    table.line(result.measurement.command(), format_args!("{value} ± {error}{cubed}"));
-    if let Some(expression) = result.measurement.typed_expression() {
+    table.line(result.command, format_args!("{value} ± {error}{cubed}"));
+    if let Some(expression) = &result.expression {
         table.line("expression", expression);
     }
     if let Some(measures) = &result.measures {
@@ -107,6 +107,9 @@ fn one_measured(result: &Measured) -> String {
     let layers = Axis::ALL.iter().filter_map(|axis| Some((axis.name(), result.layers[axis.depth()]?)));
     let layers: Vec<String> = layers.map(|(axis, layers)| format!("{layers} along {axis}")).collect();
     table.line("layers", format_args!("at most {}; {} samples in all", layers.join(", "), result.samples));
+    for step in result.sum.iter().flat_map(|sum| &sum.steps) {
+        sum_step(&mut table, step, result.unit);
+    }
     if result.unclosed > 0 {
         table.line("unclosed", format_args!("{} rays, which count as empty", result.unclosed));
     }
@@ -136,9 +139,30 @@ fn one_measured(result: &Measured) -> String {
         ),
     );
     if let Some(bytes) = peak_memory_bytes() {
-        table.line("memory", format_args!("{:.0} MB at most", bytes as f64 / 1e6));
+        let expected =
+            result.sum.as_ref().map(|sum| format!("; {:.0} MB were expected", sum.memory_estimate() as f64 / 1e6));
+        table.line("memory", format_args!("{:.0} MB at most{}", bytes as f64 / 1e6, expected.unwrap_or_default()));
     }
     table.text
+}
+
+/// What a step of a sum took, on two lines.
+fn sum_step(table: &mut Table, report: &StepReport, unit: Option<LengthUnit>) {
+    let StepReport { operation, distance, pairs, primitives, sampled, crossings, settled, .. } = report;
+    let by = distance.map(|distance| format!(" by {}{}", number(distance), unit::suffix(unit, 1)));
+    let pairs =
+        pairs.map(|pairs| format!(" of {} pairs kept, {} visited of {}", pairs.kept, pairs.visited, pairs.candidates));
+    let (by, pairs) = (by.unwrap_or_default(), pairs.unwrap_or_default());
+    table.line("step", format_args!("{operation}{by}: {primitives} primitives{pairs}"));
+    let crossings = crossings.map(|crossings| format!(" in {} crossings", crossings.iter().sum::<u64>()));
+    table.more(format_args!(
+        "{sampled} sampled{}; {} components and {} gaps tested: {} cavities, {} filled",
+        crossings.unwrap_or_default(),
+        settled.components,
+        settled.gaps_tested,
+        settled.cavities,
+        settled.filled
+    ));
 }
 
 /// A mesh that was made of images, on two lines.
@@ -333,6 +357,8 @@ fn bytes(size: u64) -> String {
 
 /// A value with as many digits as its error leaves meaning to, and the error with two.
 fn estimate(value: f64, error: f64) -> (String, String) {
+    // What is lost in the last digit of f64 is no error to speak of.
+    let error = if error <= 4.0 * f64::EPSILON * value.abs() { 0.0 } else { error };
     if !(error > 0.0 && error.is_finite() && value.is_finite()) {
         return (number(value), number(error));
     }
@@ -367,6 +393,7 @@ mod tests {
         assert_eq!(written(523_598.776, 123.0), "523599 ± 123");
         assert_eq!(written(1.5e-30, 2.5e-33), "1.5000e-30 ± 2.5e-33");
         assert_eq!(written(8.0, 0.0), "8 ± 0");
+        assert_eq!(written(27.0, 8.9e-16), "27 ± 0");
         assert_eq!(written(0.0, 0.0), "0 ± 0");
         assert_eq!(written(2.5e20, 1.0e17), "2.5000e20 ± 1.0e17");
     }

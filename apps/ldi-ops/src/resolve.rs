@@ -1,6 +1,7 @@
 //! From arguments as typed to jobs that can be run: everything that can be refused without reading an input is.
 
 mod render;
+mod sum;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -14,6 +15,7 @@ use ldi_ops::solids::Model;
 use ldi_ops::voxels;
 
 pub use self::render::{Plane, RenderJob, Scenery};
+pub use self::sum::{Operand, SumJob, SumOperation};
 use crate::args::{
     self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
 };
@@ -51,6 +53,7 @@ pub enum Job {
     Generate(GenerateJob),
     Devices(DevicesJob),
     Render(RenderJob),
+    Sum(SumJob),
 }
 
 /// Where the result goes.
@@ -305,6 +308,10 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             Ok(invocation(Job::Generate(GenerateJob { kind: a.kind, model, to: a.output, report }), &a.common))
         }
         Command::Render(a) => render::resolve(a),
+        Command::Minkowski(a) => sum::minkowski(a),
+        Command::Offset(a) => sum::offset(a),
+        Command::Open(a) => sum::ball(SumOperation::Opening, a),
+        Command::Close(a) => sum::ball(SumOperation::Closing, a),
         Command::Devices(a) => {
             let report = report(&a.common)?;
             Ok(invocation(Job::Devices(DevicesJob { report }), &a.common))
@@ -401,11 +408,8 @@ fn measure(
     common: CommonArguments,
 ) -> Result<Invocation, Failure> {
     let backend = backend(sampling.backend, sampling.adapter.clone())?;
-    let spacing = spacing(&sampling)?;
-    if !LOD_RANGE.contains(&sampling.lod) {
-        let (least, most) = (LOD_RANGE.start(), LOD_RANGE.end());
-        return Err(Failure::input(format!("--lod {} is outside {least} to {most} voxels a ray", sampling.lod)));
-    }
+    let spacing = spacing(sampling.resolution, sampling.pitch, sampling.tolerance)?;
+    let lod = lod(sampling.lod)?;
     let images = image_target(writing, sampling.axis)?;
     let report = report(&common)?;
     if let Some(target) = &images {
@@ -418,13 +422,8 @@ fn measure(
         unit: reading.unit,
         openness: if reading.allow_open { Openness::Sampled } else { Openness::Refused },
         spacing,
-        lod: sampling.lod,
-        axes: match sampling.axis {
-            AxisChoice::X => vec![Axis::X],
-            AxisChoice::Y => vec![Axis::Y],
-            AxisChoice::Z => vec![Axis::Z],
-            AxisChoice::All => Axis::ALL.to_vec(),
-        },
+        lod,
+        axes: axes(sampling.axis),
         mode: mode(sampling.mode),
         fill: fill(sampling.fill),
         backend,
@@ -432,6 +431,25 @@ fn measure(
         report,
     };
     Ok(invocation(Job::Measure(job), &common))
+}
+
+fn lod(voxels: u32) -> Result<u32, Failure> {
+    match LOD_RANGE.contains(&voxels) {
+        true => Ok(voxels),
+        false => {
+            let (least, most) = (LOD_RANGE.start(), LOD_RANGE.end());
+            Err(Failure::input(format!("--lod {voxels} is outside {least} to {most} voxels a ray")))
+        }
+    }
+}
+
+fn axes(choice: AxisChoice) -> Vec<Axis> {
+    match choice {
+        AxisChoice::X => vec![Axis::X],
+        AxisChoice::Y => vec![Axis::Y],
+        AxisChoice::Z => vec![Axis::Z],
+        AxisChoice::All => Axis::ALL.to_vec(),
+    }
 }
 
 fn mode(choice: ModeChoice) -> Mode {
@@ -464,8 +482,8 @@ fn fill(choice: FillChoice) -> Fill {
 /// Rays along the longest side where neither resolution nor pitch nor tolerance is given.
 const DEFAULT_RESOLUTION: u32 = 512;
 
-fn spacing(sampling: &SamplingArguments) -> Result<Spacing, Failure> {
-    match (sampling.resolution, sampling.pitch, sampling.tolerance) {
+fn spacing(resolution: Option<u32>, pitch: Option<f64>, tolerance: Option<args::Share>) -> Result<Spacing, Failure> {
+    match (resolution, pitch, tolerance) {
         (Some(rays), _, _) if !(1..=RAYS_MAX).contains(&rays) => {
             Err(Failure::input(format!("--resolution {rays} is outside 1 to {RAYS_MAX} rays")))
         }

@@ -93,9 +93,19 @@ pub struct Demands {
     /// The unit of files that state none.
     pub unit: Option<LengthUnit>,
     pub openness: Openness,
+    pub sides: Sides,
     pub fill: Fill,
     /// Whether hashes are wanted.
     pub provenance: Provenance,
+}
+
+/// Whether the triangles of a mesh must agree on what is outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// What is made of the mesh has no meaning otherwise.
+    Needed,
+    /// A fill rule tells what is inside.
+    NotNeeded,
 }
 
 /// Whether the files are hashed; that costs as much as reading them.
@@ -237,7 +247,9 @@ fn solid(input: &Input, demands: Demands) -> Result<(Solid, Vec<Warning>), Failu
         volume,
         sha256,
     };
-    warnings.extend(remarks(&solid, demands.fill));
+    if demands.sides == Sides::NotNeeded {
+        warnings.extend(remarks(&solid, demands.fill));
+    }
     Ok((solid, warnings))
 }
 
@@ -282,6 +294,10 @@ fn bounding(mesh: TriangleMesh, path: &Path, demands: Demands) -> Result<Surface
         Ok(closed) if closed.every_triangle_even() && !has_three_corners(closed.mesh()) => {
             Err(Failure::input(format!("{name}: no triangle has three different corners, so the mesh bounds no solid")))
         }
+        Ok(closed) if demands.sides == Sides::Needed && !closed.oriented() => Err(Failure::input(format!(
+            "{name}: the triangles do not agree on what is outside, and without that there is no sum:\n{}",
+            defects(&check(closed.mesh()))
+        ))),
         Ok(closed) => match demands.fill {
             Fill::EvenOdd if closed.every_triangle_even() => Err(Failure::input(format!(
                 "{name}: every triangle occurs an even number of times, so the even-odd rule sees nothing; use --fill \
@@ -301,11 +317,16 @@ fn bounding(mesh: TriangleMesh, path: &Path, demands: Demands) -> Result<Surface
             (Openness::Sampled, _) => {
                 Err(Failure::input(format!("{name}: the mesh cannot be sampled even so:\n{}", defects(&report))))
             }
-            (Openness::Refused, _) => Err(Failure::input(format!(
-                "{name}: the mesh is not closed, so it bounds no solid:\n{}\n  `ldi-ops check` tells more; --allow-open \
-                 samples it all the same",
-                defects(&report)
-            ))),
+            (Openness::Refused, _) => {
+                let way_out = match demands.sides {
+                    Sides::Needed => "",
+                    Sides::NotNeeded => "; --allow-open samples it all the same",
+                };
+                Err(Failure::input(format!(
+                    "{name}: the mesh is not closed, so it bounds no solid:\n{}\n  `ldi-ops check` tells more{way_out}",
+                    defects(&report)
+                )))
+            }
         },
     }
 }
@@ -326,12 +347,22 @@ fn defects(report: &MeshReport) -> String {
 
 /// Maps a solid and checks it anew, as coordinates may have become one or infinite.
 pub fn map(solid: &mut Solid, map: &DAffine3, demands: Demands) -> Result<(), Failure> {
+    remake(solid, demands, |mesh| mesh.transform(map))
+}
+
+/// Turns a solid whose triangles all face inwards.
+pub fn turn(solid: &mut Solid, demands: Demands) -> Result<(), Failure> {
+    remake(solid, demands, |mesh| mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2)))
+}
+
+/// Changes the mesh of a solid, and checks it anew.
+fn remake(solid: &mut Solid, demands: Demands, change: impl FnOnce(&mut TriangleMesh)) -> Result<(), Failure> {
     let nothing = Surface::Open { mesh: TriangleMesh::default(), bounds: solid.bounds() };
     let mut mesh = match std::mem::replace(&mut solid.surface, nothing) {
         Surface::Closed(closed) => closed.into_mesh(),
         Surface::Open { mesh, .. } => mesh,
     };
-    mesh.transform(map);
+    change(&mut mesh);
     solid.surface = bounding(mesh, &solid.path, demands)?;
     Ok(())
 }

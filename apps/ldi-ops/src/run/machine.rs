@@ -11,6 +11,11 @@ pub fn peak_memory_bytes() -> Option<u64> {
     kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 
+/// The memory that this process holds now, in bytes.
+pub fn memory_bytes() -> Option<u64> {
+    kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "VmRSS:")
+}
+
 /// The name of the processor.
 pub fn cpu_name() -> Option<String> {
     let text = fs::read_to_string("/proc/cpuinfo").ok()?;
@@ -32,7 +37,7 @@ pub fn free_memory() -> Option<u64> {
 const FEW_SAMPLES: u64 = 1 << 24;
 
 /// What a sample comes to in a mesh at most: a vertex and two triangles, and the stars by which they are checked.
-const BYTES_OF_SAMPLE: u64 = 110;
+pub const BYTES_OF_SAMPLE: u64 = 110;
 
 /// Refuses the mesh of so many samples if it would not fit, before the system ends the process for it.
 pub fn admit_mesh(samples: u64) -> Result<(), Failure> {

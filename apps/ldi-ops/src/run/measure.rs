@@ -18,7 +18,8 @@ use serde::Serialize;
 use super::backend::{Backends, Choice, Ran};
 use super::fill::FillDifference;
 use super::image::{ImageMaker, Triangles, alive_at_once};
-use super::input::{self, Demands, Provenance, Solid};
+use super::input::{self, Demands, Provenance, Sides, Solid};
+use super::sum::SumReport;
 use super::surface::{Imaged, SurfaceReport};
 use super::work::work;
 use super::{Finished, Outcome, machine, say_warnings, write};
@@ -30,7 +31,10 @@ use crate::warning::Warning;
 
 /// Everything that is known of a result.
 pub struct Measured {
-    pub measurement: Measurement,
+    /// The name of the command.
+    pub command: &'static str,
+    /// The expression that was typed.
+    pub expression: Option<String>,
     pub solids: Vec<Solid>,
     pub unit: Option<LengthUnit>,
     pub volume: VolumeEstimate,
@@ -54,6 +58,8 @@ pub struct Measured {
     pub measures: Option<SolidMeasures>,
     /// What a tolerance led to.
     pub refinement: Option<Refinement>,
+    /// What a sum took.
+    pub sum: Option<SumReport>,
 }
 
 /// Area and moments of one solid.
@@ -133,6 +139,7 @@ fn measure(
     let demands = Demands {
         unit: job.unit,
         openness: job.openness,
+        sides: Sides::NotNeeded,
         fill: job.fill,
         provenance: if job.report.has_json() { Provenance::Hashed } else { Provenance::NotWanted },
     };
@@ -197,7 +204,8 @@ fn measure(
     }
     seconds.total = start.elapsed().as_secs_f64();
     let mut measured = Measured {
-        measurement: job.measurement.clone(),
+        command: job.measurement.command(),
+        expression: job.measurement.typed_expression().map(str::to_owned),
         unit: solids[0].unit,
         volume: round.volume,
         grid: round.grid,
@@ -216,11 +224,19 @@ fn measure(
         surface,
         measures,
         refinement,
+        sum: None,
         solids,
     };
-    measured.warnings.extend(imprecise(&measured));
-    measured.warnings.extend(not_finite(&measured));
+    measured.look_over();
     Ok(measured)
+}
+
+impl Measured {
+    /// Warns of numbers that are far off or none.
+    pub fn look_over(&mut self) {
+        self.warnings.extend(imprecise(self));
+        self.warnings.extend(not_finite(self));
+    }
 }
 
 /// What the images of one grid gave.
@@ -515,9 +531,9 @@ fn imprecise(measured: &Measured) -> Option<Warning> {
     let VolumeEstimate { value, error } = measured.volume;
     let message = || {
         let much = if value > 0.0 { format!("{:.0} % of it", 100.0 * error / value) } else { "all of it".to_owned() };
+        let flags = if measured.sum.is_some() { "--resolution" } else { "--resolution or --tolerance" };
         format!(
-            "the volume may be off by {much}: at a pitch of {:.3e} too few rays meet the solid; a greater --resolution or \
-             --tolerance tells more",
+            "the volume may be off by {much}: at a pitch of {:.3e} too few rays meet the solid; a greater {flags} tells more",
             measured.grid.pitch()
         )
     };

@@ -15,6 +15,7 @@ mod input;
 mod machine;
 mod measure;
 mod render;
+mod sum;
 mod surface;
 mod work;
 mod write;
@@ -38,6 +39,7 @@ pub use input::Solid;
 pub use machine::{cpu_name, peak_memory_bytes};
 pub use measure::Measured;
 pub use render::Rendered;
+pub use sum::StepReport;
 pub use surface::{SimplifiedReport, SurfaceReport};
 
 /// A job that ran to its end.
@@ -74,6 +76,7 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Failure> 
         Job::Generate(job) => generate::run(&job, &progress),
         Job::Devices(job) => devices::run(&job),
         Job::Render(job) => render::run(&job, start, &progress),
+        Job::Sum(job) => sum::run(&job, start, &progress),
     }
 }
 

@@ -19,7 +19,7 @@ use serde::Serialize;
 use super::backend::{Backends, Choice, Ran};
 use super::fill::FillDifference;
 use super::image::first_triangles;
-use super::input::{self, Demands, Provenance, Solid};
+use super::input::{self, Demands, Provenance, Sides, Solid};
 use super::work::work;
 use super::{Finished, Outcome, machine, say_warnings};
 use crate::args::SlicePosition;
@@ -69,7 +69,8 @@ pub fn run(job: &RenderJob, start: Instant, progress: &Progress) -> Result<Finis
     let mut seconds = RenderSeconds::default();
     progress.stage("reading");
     let provenance = if job.report.has_json() { Provenance::Hashed } else { Provenance::NotWanted };
-    let demands = Demands { unit: job.unit, openness: job.openness, fill: job.fill, provenance };
+    let demands =
+        Demands { unit: job.unit, openness: job.openness, sides: Sides::NotNeeded, fill: job.fill, provenance };
     let (mut solids, mut warnings) = timed(&mut seconds.read, || input::solids(&job.inputs, demands))?;
 
     let plane = place(job, &solids)?;

@@ -1,0 +1,134 @@
+//! `minkowski`, `offset`, `open` and `close`, resolved.
+
+use ldi_ops::grid::Axis;
+use ldi_ops::mesh::LengthUnit;
+use ldi_ops::sampler::{Fill, Mode};
+
+use super::{
+    Backend, ImageTarget, Input, Invocation, Job, Report, Spacing, apart, axes, backend, fill, image_target,
+    invocation, keeps, lod, mode, report, spacing,
+};
+use crate::args::{BallArguments, MemorySize, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments};
+use crate::exit::Failure;
+
+/// A sum to be made.
+#[derive(Debug)]
+pub struct SumJob {
+    pub operation: SumOperation,
+    /// Two for sums and differences, one for all else.
+    pub inputs: Vec<Input>,
+    pub unit: Option<LengthUnit>,
+    pub spacing: Spacing,
+    pub lod: u32,
+    /// Of the images that are measured and written.
+    pub axes: Vec<Axis>,
+    pub mode: Mode,
+    pub fill: Fill,
+    /// Whether the CPU was asked for or came of itself.
+    pub backend: Backend,
+    /// The bytes that the process may hold, where they were given.
+    pub memory: Option<u64>,
+    /// Where the images go.
+    pub images: Option<ImageTarget>,
+    pub report: Report,
+}
+
+/// What is made of the inputs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SumOperation {
+    /// A ⊕ B.
+    Sum(Operand),
+    /// A ⊖ B.
+    Difference(Operand),
+    /// A grown by a distance, or shrunk by one below zero.
+    Offset(f64),
+    /// Shrunk by a radius and grown again.
+    Opening(f64),
+    /// Grown by a radius and shrunk again.
+    Closing(f64),
+}
+
+/// How the second input goes into a sum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Operand {
+    AsItIs,
+    /// Through the origin.
+    Reflected,
+}
+
+impl SumOperation {
+    /// The name of the command.
+    pub fn command(self) -> &'static str {
+        match self {
+            SumOperation::Sum(_) | SumOperation::Difference(_) => "minkowski",
+            SumOperation::Offset(_) => "offset",
+            SumOperation::Opening(_) => "open",
+            SumOperation::Closing(_) => "close",
+        }
+    }
+}
+
+pub fn minkowski(arguments: MinkowskiArguments) -> Result<Invocation, Failure> {
+    let MinkowskiArguments { a, b, difference, reflect, placing, transform_b, rest } = arguments;
+    let SumPlacingArguments { unit, transform_a } = placing;
+    let operand = if reflect { Operand::Reflected } else { Operand::AsItIs };
+    let operation = if difference { SumOperation::Difference(operand) } else { SumOperation::Sum(operand) };
+    let inputs = [(a, transform_a), (b, transform_b)];
+    let inputs = inputs.map(|(path, placement)| Input { name: None, path, placement });
+    sum(operation, inputs.into(), unit, rest)
+}
+
+pub fn offset(arguments: OffsetArguments) -> Result<Invocation, Failure> {
+    let OffsetArguments { a, distance, placing: SumPlacingArguments { unit, transform_a }, rest } = arguments;
+    if !distance.is_finite() || distance == 0.0 {
+        return Err(Failure::input(format!("--distance {distance} is no length to move a surface by")));
+    }
+    let input = Input { name: None, path: a, placement: transform_a };
+    sum(SumOperation::Offset(distance), vec![input], unit, rest)
+}
+
+pub fn ball(operation: fn(f64) -> SumOperation, arguments: BallArguments) -> Result<Invocation, Failure> {
+    let BallArguments { a, radius, placing: SumPlacingArguments { unit, transform_a }, rest } = arguments;
+    if !(radius.is_finite() && radius > 0.0) {
+        return Err(Failure::input(format!("--radius {radius} is not a positive length")));
+    }
+    let input = Input { name: None, path: a, placement: transform_a };
+    sum(operation(radius), vec![input], unit, rest)
+}
+
+fn sum(
+    operation: SumOperation,
+    inputs: Vec<Input>,
+    unit: Option<LengthUnit>,
+    rest: SumArguments,
+) -> Result<Invocation, Failure> {
+    let SumArguments { sampling, writing, common } = rest;
+    let backend = backend(sampling.backend, None)?;
+    if let Backend::Gpu(_) = backend {
+        return Err(Failure::machine(format!(
+            "--backend gpu: {} runs on the CPU alone; leave the flag away",
+            operation.command()
+        )));
+    }
+    let images = image_target(writing, sampling.axis)?;
+    let report = report(&common)?;
+    if let Some(target) = &images {
+        apart(&report, &target.path)?;
+        keeps(inputs.iter().map(|input| input.path.as_path()), &target.path)?;
+    }
+    let job = SumJob {
+        operation,
+        inputs,
+        unit,
+        spacing: spacing(sampling.resolution, sampling.pitch, None)?,
+        lod: lod(sampling.lod)?,
+        axes: axes(sampling.axis),
+        mode: mode(sampling.mode),
+        fill: fill(sampling.fill),
+        backend,
+        memory: sampling.memory.map(|MemorySize(bytes)| bytes),
+        images,
+        report,
+    };
+    Ok(invocation(Job::Sum(job), &common))
+}

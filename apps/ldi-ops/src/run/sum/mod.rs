@@ -1,0 +1,286 @@
+//! `minkowski`, `offset`, `open` and `close`: images of what no mesh bounds, in one step or two, and what they integrate to.
+//!
+//! The volume's error estimate is that of the images on one raster ([`VolumeEstimate::from_axes`]), and counts what an over-
+//! or under-estimate adds or leaves out. A second raster, as other commands have, would cost nearly as much again as the sum;
+//! what repeats with the rays may be further off than told.
+
+mod budget;
+mod forecast;
+mod shells;
+mod steps;
+
+use std::time::Instant;
+
+use glam::{DAffine3, DVec3};
+use ldi_ops::grid::Axis;
+use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
+use ldi_ops::mesh::{Aabb, ClosedMesh};
+use ldi_ops::sampler::{Fill, Mode};
+
+use self::budget::Limit;
+use self::shells::{Shells, Windings};
+use self::steps::{Keep, Made, Setting, Step};
+use super::backend::{Auto, Ran};
+use super::input::{self, Demands, Provenance, Sides, Solid};
+use super::measure::{Measured, Seconds};
+use super::surface::{self, Imaged};
+use super::{Finished, Outcome, say_warnings, write};
+use crate::exit::{Exit, Failure};
+use crate::number::number;
+use crate::progress::Progress;
+use crate::resolve::{Backend, Content, Finish, Openness, Operand, Spacing, SumJob, SumOperation};
+use crate::warning::Warning;
+
+pub use self::steps::StepReport;
+
+/// What a sum took.
+pub struct SumReport {
+    /// Two of an opening or a closing, one of all else; the first alone if it left nothing.
+    pub steps: Vec<StepReport>,
+    /// The bytes that it might hold, where anything is known of them.
+    pub memory_limit: Option<u64>,
+}
+
+impl SumReport {
+    /// The bytes that it was expected to hold at most.
+    pub fn memory_estimate(&self) -> u64 {
+        self.steps.iter().map(|step| step.memory_estimate).max().unwrap_or(0)
+    }
+}
+
+/// Runs a job; `start` is when the process began.
+pub fn run(job: &SumJob, start: Instant, progress: &Progress) -> Result<Finished, Failure> {
+    let measured = measure(job, start, progress)?;
+    progress.finish();
+    say_warnings(&measured.warnings, progress);
+    let outcome = Outcome::Measured(vec![measured]);
+    Ok(Finished { outcome, report: job.report.clone(), exit: Exit::Done })
+}
+
+fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured, Failure> {
+    let mut seconds = Seconds::default();
+    progress.stage("reading");
+    let demands = Demands {
+        unit: job.unit,
+        openness: Openness::Refused,
+        sides: Sides::Needed,
+        fill: job.fill,
+        provenance: if job.report.has_json() { Provenance::Hashed } else { Provenance::NotWanted },
+    };
+    let (mut solids, mut warnings) = input::solids(&job.inputs, demands)?;
+    for (i, solid) in solids.iter_mut().enumerate() {
+        let side = if i == 0 { first_side(job.operation) } else { Side::Inside };
+        warnings.extend(face_outwards(solid, side, demands)?);
+    }
+    seconds.read = start.elapsed().as_secs_f64();
+    progress.detail(format_args!("read in {:.4} s", seconds.read));
+
+    // A difference is the complement of a sum with the reflected.
+    if let SumOperation::Sum(Operand::Reflected) | SumOperation::Difference(Operand::AsItIs) = job.operation {
+        input::map(&mut solids[1], &DAffine3::from_scale(DVec3::NEG_ONE), demands)?;
+    }
+    let operated = operate(job, &solids, &mut seconds, progress)?;
+    let Made { grid, summaries, images, normals, bias, .. } = operated.last;
+    let mut volume = VolumeEstimate::from_axes(&summaries.iter().map(AxisVolume::from_summary).collect::<Vec<_>>());
+    volume.error = volume.error.max(bias);
+    warnings.extend(operated.warnings);
+    if volume.value == 0.0 {
+        warnings.push(empty(job, grid.pitch()));
+    }
+
+    let mut surface = None;
+    if let Some(target) = &job.images {
+        let writing = Instant::now();
+        let imaged = Imaged { images: &images, normals: Some(&normals), mode: job.mode, unit: solids[0].unit };
+        let (report, said) = write::images(target, &imaged, progress)?;
+        surface = report;
+        warnings.extend(said);
+        seconds.write += writing.elapsed().as_secs_f64();
+    }
+    seconds.total = start.elapsed().as_secs_f64();
+    let mut layers = [None; 3];
+    for summary in &summaries {
+        layers[summary.axis().depth()] = Some(summary.layers());
+    }
+    let mut measured = Measured {
+        command: job.operation.command(),
+        expression: None,
+        unit: solids[0].unit,
+        volume,
+        grid,
+        layers,
+        samples: summaries.iter().map(|summary| summary.samples()).sum(),
+        unclosed: 0,
+        mode: job.mode,
+        fill: job.fill,
+        ran: ran(&job.backend),
+        seconds,
+        warnings,
+        output: match &surface {
+            Some(surface) => surface.path.clone(),
+            None => job.images.as_ref().map(|target| target.path.clone()),
+        },
+        surface,
+        measures: None,
+        refinement: None,
+        sum: Some(operated.report),
+        solids,
+    };
+    measured.look_over();
+    Ok(measured)
+}
+
+/// What was made, and what there is to say of it.
+struct Operated {
+    last: Made,
+    report: SumReport,
+    warnings: Vec<Warning>,
+}
+
+/// Goes all steps.
+fn operate(job: &SumJob, solids: &[Solid], seconds: &mut Seconds, progress: &Progress) -> Result<Operated, Failure> {
+    let limit = Limit::new(job.memory);
+    let longest = counted_side(job.operation, solids);
+    let pitch = match job.spacing {
+        Spacing::Resolution(rays) => longest / f64::from(rays),
+        Spacing::Pitch(pitch) => pitch,
+        Spacing::Tolerance(_) => unreachable!("sums have no tolerance"),
+    };
+    let keep = match job.images.as_ref().map(|target| target.content) {
+        None => Keep::Summaries,
+        Some(Content::Voxels(_)) => Keep::Images,
+        Some(Content::Images) => Keep::ImagesWithTriangles,
+        Some(Content::Mesh(_)) => Keep::Mesh,
+    };
+    let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
+    let names = names.join(", ");
+    let (axes, mode, lod, names) = (&job.axes[..], job.mode, job.lod, &names[..]);
+    let setting = Setting { pitch, longest, lod, limit, axes, mode, keep, names, progress };
+    let a = closed(&solids[0]);
+    let (step, next) = match job.operation {
+        SumOperation::Sum(_) => (Step::Sum(closed(&solids[1])), None),
+        SumOperation::Difference(_) => (Step::DifferenceOfReflected(closed(&solids[1])), None),
+        SumOperation::Offset(distance) => (Step::Offset(distance), None),
+        SumOperation::Opening(radius) => (Step::Offset(-radius), Some(Step::Offset(radius))),
+        SumOperation::Closing(radius) => (Step::Offset(radius), Some(Step::Offset(-radius))),
+    };
+    let Some(next) = next else {
+        let last = setting.make(a, &step, seconds)?;
+        let report = SumReport { steps: vec![last.report.clone()], memory_limit: limit.bytes() };
+        return Ok(Operated { last, report, warnings: Vec::new() });
+    };
+    let whole = Setting { axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Mesh, ..setting };
+    let between = whole.make(a, &step, seconds)?;
+    let mut steps = vec![between.report.clone()];
+    let imaged = Imaged { images: &between.images, normals: Some(&between.normals), mode: Mode::Exact, unit: None };
+    let (mesh, found) = surface::mesh(&imaged, Finish::default(), progress)?;
+    let warnings = surface::warnings(&found, true);
+    let last = match mesh.triangles.is_empty() {
+        // Nothing grows to nothing.
+        true => setting.nothing(between)?,
+        false => {
+            drop(between);
+            let mesh = ClosedMesh::check(mesh).map_err(Failure::input)?;
+            let last = setting.make(&mesh, &next, seconds)?;
+            steps.push(last.report.clone());
+            last
+        }
+    };
+    Ok(Operated { last, report: SumReport { steps, memory_limit: limit.bytes() }, warnings })
+}
+
+fn closed(solid: &Solid) -> &ClosedMesh {
+    match &solid.surface {
+        input::Surface::Closed(closed) => closed,
+        input::Surface::Open { .. } => unreachable!("open meshes are refused"),
+    }
+}
+
+/// The side that a resolution counts along: the longest of the result's box, or of that of A where nothing else is known of
+/// the result than that it lies within.
+fn counted_side(operation: SumOperation, solids: &[Solid]) -> f64 {
+    let a = solids[0].bounds();
+    let bounds = match operation {
+        SumOperation::Sum(_) => {
+            let b = solids[1].bounds();
+            Aabb { min: a.min + b.min, max: a.max + b.max }
+        }
+        SumOperation::Offset(distance) if distance > 0.0 => {
+            Aabb { min: a.min - DVec3::splat(distance), max: a.max + DVec3::splat(distance) }
+        }
+        _ => a,
+    };
+    bounds.extent().max_element()
+}
+
+/// What of a solid goes into a sum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Side {
+    Inside,
+    /// The complement, as of what shrinks.
+    Outside,
+}
+
+/// What of the first input goes into a sum.
+fn first_side(operation: SumOperation) -> Side {
+    match operation {
+        SumOperation::Difference(_) | SumOperation::Opening(_) => Side::Outside,
+        SumOperation::Offset(distance) if distance < 0.0 => Side::Outside,
+        SumOperation::Sum(_) | SumOperation::Offset(_) | SumOperation::Closing(_) => Side::Inside,
+    }
+}
+
+/// Turns a solid whose triangles all face inwards, and refuses what has no sum.
+fn face_outwards(solid: &mut Solid, side: Side, demands: Demands) -> Result<Option<Warning>, Failure> {
+    let windings = Windings::of(solid)?;
+    let name = solid.name().to_string();
+    if let Some(share) = windings.overlap() {
+        let overlap = format!("{name}: shells overlap in {:.2} % of the solid", 100.0 * share);
+        match (demands.fill, side) {
+            (Fill::NonZero, Side::Inside) => {}
+            (Fill::EvenOdd, Side::Inside) => {
+                return Err(Failure::input(format!(
+                    "{overlap}, and what cancels there, as even-odd has it, has no sum; --fill nonzero unites them"
+                )));
+            }
+            // A wall between two shells that overlap bounds nothing, but a complement would have it as its surface.
+            (_, Side::Outside) => {
+                return Err(Failure::input(format!(
+                    "{overlap}, and a solid that shrinks must be bounded by each of its shells; make them one first, as with \
+                     `ldi-ops sample {name} --fill nonzero --mode exact -o one.stl`"
+                )));
+            }
+        }
+    }
+    match windings.shells(solid.volume) {
+        Shells::Outwards => Ok(None),
+        Shells::Inwards => {
+            input::turn(solid, demands)?;
+            let volume = number(solid.volume);
+            let message = format!(
+                "{name}: the mesh is inside out (its signed volume is {volume}); it is taken the right way round"
+            );
+            Ok(Some(Warning::new("inside-out", message)))
+        }
+        Shells::Mixed => Err(Failure::input(format!(
+            "{name}: some shells face outwards and others inwards with nothing around them, so it is not known on which side \
+             of them the solid lies"
+        ))),
+    }
+}
+
+/// Says that nothing is left.
+fn empty(job: &SumJob, pitch: f64) -> Warning {
+    let why = match job.operation {
+        SumOperation::Difference(_) => "B fits nowhere into A".to_owned(),
+        SumOperation::Offset(distance) => format!("no ball of radius {} fits into the solid", number(-distance)),
+        SumOperation::Opening(radius) => format!("no ball of radius {} fits into the solid", number(radius)),
+        SumOperation::Sum(_) | SumOperation::Closing(_) => "the solid is thinner than that".to_owned(),
+    };
+    Warning::new("empty", format!("the result is empty as far as rays at a pitch of {pitch:.3e} tell: {why}"))
+}
+
+fn ran(backend: &Backend) -> Ran {
+    let reason = || Auto { reason: "sums are made on the CPU alone".to_owned(), warning: None };
+    Ran { gpu: None, auto: (*backend == Backend::Auto).then(reason) }
+}

@@ -1,0 +1,418 @@
+//! One step: from closed meshes to the images of their sum, their difference or an offset.
+
+use std::fmt::Display;
+use std::time::Instant;
+
+use ldi_ops::fixed::{Crossing, Hit, TriangleHit};
+use ldi_ops::grid::{Axis, Grid, SumGrid, offset_grid};
+use ldi_ops::integrate;
+use ldi_ops::ldi::{Ldi, Summary, TooManySamples};
+use ldi_ops::mesh::ClosedMesh;
+use ldi_ops::minkowski::ball::{BallMembership, BallPatches, PatchCounts};
+use ldi_ops::minkowski::{
+    CullCounts, Interior, Membership, Outer, Polyhedron, RaySpans, SettleCounts, Settled, SumMembership, cull, settle,
+};
+use ldi_ops::sampler::Mode;
+use ldi_ops::sampler::cpu::CpuSampler;
+
+use super::budget::{self, Cost, Limit};
+use super::forecast::Forecast;
+use crate::exit::Failure;
+use crate::progress::Progress;
+use crate::run::machine;
+use crate::run::measure::Seconds;
+
+/// What a solid is to become.
+#[derive(Clone, Copy)]
+pub enum Step<'m> {
+    /// Its sum with another.
+    Sum(&'m ClosedMesh),
+    /// Where the reflection of this one, moved, fits in: the complement of the sum of this one and its complement.
+    DifferenceOfReflected(&'m ClosedMesh),
+    /// Grown by a distance, or shrunk by one below zero.
+    Offset(f64),
+}
+
+/// What is kept of images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    Summaries,
+    Images,
+    /// With the primitive of each sample.
+    ImagesWithTriangles,
+    /// Those, and a mesh is made of them.
+    Mesh,
+}
+
+impl Keep {
+    fn has_triangles(self) -> bool {
+        matches!(self, Keep::ImagesWithTriangles | Keep::Mesh)
+    }
+}
+
+/// So many triangles are sampled before it is known which of them lie inside.
+const FEW: usize = 1 << 15;
+
+/// Bytes that settling remembers of a gap: its place, and what set of nodes it belongs to.
+const BYTES_OF_GAP: f64 = 12.0;
+
+/// Bytes that finding the closest triangle takes for each.
+const BYTES_OF_CLOSEST: f64 = 150.0;
+
+/// Bytes of a sample's own normal, and of its number.
+const BYTES_OF_NORMAL: f64 = 16.0;
+
+/// Bytes beside spans and images.
+#[derive(Clone, Copy, Debug, Default)]
+struct Beside {
+    /// Whatever the pitch.
+    fixed: f64,
+    /// Grows with the number of rays.
+    of_rays: f64,
+}
+
+/// Bits that settling remembers of a node: two planes of each slab are kept.
+const BITS_OF_NODE: f64 = 0.5;
+
+/// What all steps of a job share.
+#[derive(Clone, Copy)]
+pub struct Setting<'s> {
+    pub pitch: f64,
+    /// The side that a resolution counts along.
+    pub longest: f64,
+    pub lod: u32,
+    pub limit: Limit,
+    /// Of the images that are wanted.
+    pub axes: &'s [Axis],
+    pub mode: Mode,
+    pub keep: Keep,
+    /// Of the inputs, for messages.
+    pub names: &'s str,
+    pub progress: &'s Progress,
+}
+
+/// What a step made.
+pub struct Made {
+    pub grid: Grid,
+    /// Along the axes that are wanted.
+    pub summaries: Vec<Summary>,
+    /// Those, if they are kept.
+    pub images: Vec<Ldi>,
+    /// Of the primitives that the images' triangles are.
+    pub normals: Vec<[f32; 3]>,
+    /// What an over- or under-estimate adds or leaves out, in cubic world units; the mean of the axes.
+    pub bias: f64,
+    pub report: StepReport,
+}
+
+/// What a step took.
+#[derive(Clone, Debug)]
+pub struct StepReport {
+    /// `sum`, `difference` or `offset`.
+    pub operation: &'static str,
+    /// Of an offset.
+    pub distance: Option<f64>,
+    /// Of features; an offset has none.
+    pub pairs: Option<CullCounts>,
+    /// Triangles that cover the surface, or parts of planes, tubes and spheres.
+    pub primitives: u64,
+    /// Triangles or parts that are sampled: those that may lie at the surface.
+    pub sampled: u64,
+    /// Crossings of rays along x, y and z with those that are sampled; not counted for an offset.
+    pub crossings: Option<[u64; 3]>,
+    pub settled: SettleCounts,
+    pub memory_estimate: u64,
+}
+
+impl Setting<'_> {
+    /// Goes a step from a solid.
+    pub fn make(&self, a: &ClosedMesh, step: &Step, seconds: &mut Seconds) -> Result<Made, Failure> {
+        match self.keep.has_triangles() {
+            true => self.made::<TriangleHit>(a, step, seconds),
+            false => self.made::<Crossing>(a, step, seconds),
+        }
+    }
+
+    fn made<H: Hit + Sync>(&self, a: &ClosedMesh, step: &Step, seconds: &mut Seconds) -> Result<Made, Failure> {
+        match *step {
+            Step::Sum(b) => self.of_pair::<H>(a, b, Outer::Out, seconds),
+            Step::DifferenceOfReflected(b) => self.of_pair::<H>(a, b, Outer::In, seconds),
+            Step::Offset(distance) => self.of_ball::<H>(a, distance, seconds),
+        }
+    }
+
+    /// A sum, or with [`Outer::In`] a difference of the reflected.
+    fn of_pair<H: Hit + Sync>(
+        &self,
+        a: &ClosedMesh,
+        b: &ClosedMesh,
+        outer: Outer,
+        seconds: &mut Seconds,
+    ) -> Result<Made, Failure> {
+        let start = Instant::now();
+        self.progress.stage("culling");
+        let grids = SumGrid::with_pitch(a.bounds(), b.bounds(), self.pitch, self.lod);
+        let SumGrid { sum: grid, a: grid_a, b: grid_b } = grids.map_err(|error| self.refused(&error))?;
+        let (a, b) = (self.polyhedron(&grid_a, a, outer)?, self.polyhedron(&grid_b, b, Outer::Out)?);
+        let (mut primitives, pairs) = cull(&a, &b);
+        let sampler = CpuSampler::default();
+        if primitives.triangles.len() > FEW {
+            primitives = primitives.outside(&Interior::new(&grid, &a, outer, &b, &sampler));
+        }
+        let culled = start.elapsed().as_secs_f64();
+        let CullCounts { candidates, visited, kept, distinct } = pairs;
+        self.progress.detail(format_args!(
+            "culled in {culled:.4} s: {candidates} pairs, {visited} of them visited, {kept} kept; {distinct} primitives, {} \
+             triangles to sample",
+            primitives.triangles.len()
+        ));
+
+        self.progress.stage("looking ahead");
+        let membership = SumMembership::new(&a, outer, &b);
+        let forecast = Forecast::of(
+            &grid,
+            |grid, axis| Ok(primitives.spans(grid, axis, outer, &sampler)?.0),
+            |grid, spans| Ok(self.settled_spans(grid, spans, outer, &membership)?.spans),
+            // Of crossings in any order half are the ends of what may be a gap.
+            (&primitives.positions, &primitives.triangles, 0.5),
+        )?;
+        let memory_estimate = self.admit::<H>(&grid, &forecast, Beside::default())?;
+        seconds.operate += start.elapsed().as_secs_f64();
+
+        let (spans, crossings) =
+            self.sampled(seconds, &grid, |axis| primitives.spans::<H>(&grid, axis, outer, &sampler))?;
+        let normals = if self.keep.has_triangles() { primitives.normals(&grid) } else { Vec::new() };
+        let sampled = primitives.triangles.len() as u64;
+        drop(primitives);
+        let Settled { spans, counts: settled } = self.settled(seconds, &grid, spans, outer, &membership)?;
+        let operation = match outer {
+            Outer::Out => "sum",
+            Outer::In => "difference",
+        };
+        let report = StepReport {
+            operation,
+            distance: None,
+            pairs: Some(pairs),
+            primitives: pairs.distinct,
+            sampled,
+            crossings: Some(crossings),
+            settled,
+            memory_estimate,
+        };
+        let mut made = self.images(seconds, grid, &spans, report)?;
+        made.normals = normals;
+        Ok(made)
+    }
+
+    /// An offset.
+    fn of_ball<H: Hit + Sync>(&self, a: &ClosedMesh, distance: f64, seconds: &mut Seconds) -> Result<Made, Failure> {
+        let start = Instant::now();
+        self.progress.stage("finding edges");
+        let grid = offset_grid(a.bounds(), distance, self.pitch, self.lod).map_err(|error| self.refused(&error))?;
+        let outer = if distance > 0.0 { Outer::Out } else { Outer::In };
+        let solid = self.polyhedron(&grid, a, outer)?;
+        let radius = distance.abs() / grid.step();
+        let patches = BallPatches::new(&solid, radius);
+        let PatchCounts { facets, tubes, caps } = patches.counts();
+        self.progress.detail(format_args!(
+            "{facets} facets, {tubes} parts of tubes and {caps} of spheres, found in {:.4} s",
+            start.elapsed().as_secs_f64()
+        ));
+
+        self.progress.stage("looking ahead");
+        let forecast = Forecast::of(
+            &grid,
+            |grid, axis| patches.spans(grid, axis, outer),
+            // Most gaps are the result's.
+            |_, spans| Ok(spans),
+            (solid.positions(), solid.triangles(), 1.0),
+        )?;
+        let normals = if self.keep.has_triangles() { BYTES_OF_NORMAL * forecast.samples } else { 0.0 };
+        // Membership has exact images of the solid, which has about as many samples.
+        let images = 4.0 * (budget::rays(&grid) + forecast.samples);
+        let beside = Beside { fixed: BYTES_OF_CLOSEST * facets as f64, of_rays: images.max(normals) };
+        let memory_estimate = self.admit::<H>(&grid, &forecast, beside)?;
+        let membership = BallMembership::new(&grid, &solid, radius, outer)?;
+        seconds.operate += start.elapsed().as_secs_f64();
+
+        let (spans, crossings) = self.sampled(seconds, &grid, |axis| patches.counted_spans::<H>(&grid, axis, outer))?;
+        let Settled { spans, counts: settled } = self.settled(seconds, &grid, spans, outer, &membership)?;
+        drop(membership);
+        let primitives = (facets + tubes + caps) as u64;
+        let report = StepReport {
+            operation: "offset",
+            distance: Some(distance),
+            pairs: None,
+            primitives,
+            sampled: primitives,
+            crossings: Some(crossings),
+            settled,
+            memory_estimate,
+        };
+        let mut made = self.images(seconds, grid, &spans, report)?;
+        if self.keep.has_triangles() {
+            let start = Instant::now();
+            // What no image is wanted of has none to number.
+            let mut all = Axis::ALL.map(|axis| empty_image(&grid, axis));
+            for image in made.images.drain(..) {
+                let axis = image.axis();
+                all[axis.depth()] = Ok(image);
+            }
+            let [x, y, z] = all;
+            let (images, normals) = patches.sample_normals([x?, y?, z?]).map_err(Failure::input)?;
+            made.images = images.into_iter().filter(|image| self.axes.contains(&image.axis())).collect();
+            made.normals = normals;
+            seconds.operate += start.elapsed().as_secs_f64();
+        }
+        Ok(made)
+    }
+
+    /// A mesh on the lattice, seen from the side that goes into a sum.
+    fn polyhedron(&self, grid: &Grid, mesh: &ClosedMesh, outer: Outer) -> Result<Polyhedron, Failure> {
+        let solid = Polyhedron::new(&grid.quantise(mesh).map_err(|error| self.refused(&error))?);
+        Ok(match outer {
+            Outer::Out => solid,
+            Outer::In => solid.complement(),
+        })
+    }
+
+    /// Finds what rays cross along all axes.
+    fn sampled<H: Hit>(
+        &self,
+        seconds: &mut Seconds,
+        grid: &Grid,
+        spans: impl Fn(Axis) -> Result<(RaySpans<H>, u64), TooManySamples>,
+    ) -> Result<([RaySpans<H>; 3], [u64; 3]), Failure> {
+        let start = Instant::now();
+        self.progress.expect(Axis::ALL.len() + self.axes.len());
+        let [x, y, z] = grid.rays();
+        let along = |axis: Axis| {
+            self.progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()));
+            let found = spans(axis).map_err(Failure::machine);
+            self.progress.step();
+            found
+        };
+        let [(along_x, met_x), (along_y, met_y), (along_z, met_z)] =
+            [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
+        let took = start.elapsed().as_secs_f64();
+        seconds.sample += took;
+        let kept = along_x.hits.len() + along_y.hits.len() + along_z.hits.len();
+        self.progress.detail(format_args!("sampled in {took:.4} s: {kept} crossings that may bound the result"));
+        Ok(([along_x, along_y, along_z], [met_x, met_y, met_z]))
+    }
+
+    /// Removes gaps that are none.
+    fn settled<H: Hit + Sync>(
+        &self,
+        seconds: &mut Seconds,
+        grid: &Grid,
+        spans: [RaySpans<H>; 3],
+        outer: Outer,
+        membership: &impl Membership,
+    ) -> Result<Settled<H>, Failure> {
+        let start = Instant::now();
+        self.progress.stage("flooding");
+        let settled = self.settled_spans(grid, spans, outer, membership)?;
+        let took = start.elapsed().as_secs_f64();
+        seconds.operate += took;
+        let SettleCounts { components, gaps, gaps_tested, gaps_out, .. } = settled.counts;
+        self.progress.detail(format_args!(
+            "settled in {took:.4} s: {components} components and {gaps_tested} of {gaps} gaps tested, {gaps_out} gaps stay"
+        ));
+        Ok(settled)
+    }
+
+    fn settled_spans<H: Hit + Sync>(
+        &self,
+        grid: &Grid,
+        spans: [RaySpans<H>; 3],
+        outer: Outer,
+        membership: &impl Membership,
+    ) -> Result<Settled<H>, Failure> {
+        let progress = self.progress;
+        let tell = move |done: u64, all: u64| progress.stage(format!("testing what no flood reached: {done} of {all}"));
+        settle(grid, spans, outer, membership, &tell).map_err(|error| {
+            self.refused(&format_args!(
+                "{error}; shells that are folded over or inside out may do that, and `ldi-ops check` tells more"
+            ))
+        })
+    }
+
+    /// Makes the images that are wanted of settled spans.
+    fn images<H: Hit + Sync>(
+        &self,
+        seconds: &mut Seconds,
+        grid: Grid,
+        spans: &[RaySpans<H>; 3],
+        report: StepReport,
+    ) -> Result<Made, Failure> {
+        let sampler = CpuSampler::default();
+        let mut made = Made { grid, summaries: Vec::new(), images: Vec::new(), normals: Vec::new(), bias: 0.0, report };
+        for &axis in self.axes {
+            let start = Instant::now();
+            self.progress.stage(format!("the image along {}", axis.name()));
+            let spans = &spans[axis.depth()];
+            let mut image = spans.image(&grid, self.mode, &sampler).map_err(Failure::machine)?;
+            if self.mode != Mode::Exact {
+                let exact = spans.image(&grid, Mode::Exact, &sampler).map_err(Failure::machine)?;
+                let difference = integrate::volume(&image) - integrate::volume(&exact);
+                made.bias += difference.abs() / self.axes.len() as f64;
+                if self.keep.has_triangles() {
+                    image = image.with_triangles_of(&[(&exact, 0)]).map_err(Failure::input)?;
+                }
+            }
+            seconds.operate += start.elapsed().as_secs_f64();
+            let start = Instant::now();
+            made.summaries.push(image.summary());
+            seconds.integrate += start.elapsed().as_secs_f64();
+            if self.keep != Keep::Summaries {
+                made.images.push(image);
+            }
+            self.progress.step();
+        }
+        Ok(made)
+    }
+
+    /// Refuses a step that will not fit; returns the bytes that it will hold at most. `beside` is what will be there
+    /// besides.
+    fn admit<H>(&self, grid: &Grid, forecast: &Forecast, beside: Beside) -> Result<u64, Failure> {
+        let Forecast { kept, samples } = *forecast;
+        let rays = budget::rays(grid);
+        // Those of one axis are put together from bands while these are still there.
+        let spans = 4.0 * rays + size_of::<H>() as f64 * kept;
+        let settling = spans + (spans / 3.0).max(BYTES_OF_GAP * 0.5 * kept);
+        let of_sample = if self.keep.has_triangles() { 8.0 } else { 4.0 };
+        let image = (4.0 * rays + of_sample * samples) / 3.0;
+        let images = if self.keep == Keep::Summaries { 0.0 } else { image * self.axes.len() as f64 };
+        let mesh = if self.keep == Keep::Mesh { machine::BYTES_OF_SAMPLE as f64 * samples } else { 0.0 };
+        // An image of an estimate is made beside the exact one.
+        let retrieving = spans + images + 2.0 * image;
+        let cost = Cost {
+            fixed: machine::memory_bytes().unwrap_or(0) as f64 + beside.fixed,
+            of_rays: settling.max(retrieving).max(images + mesh) + beside.of_rays,
+            of_nodes: BITS_OF_NODE / 8.0 * budget::nodes(grid),
+        };
+        budget::admit(&cost, self.limit, grid, self.longest)?;
+        self.progress.detail(format_args!("{kept:.0} crossings are expected, and {} bytes", cost.bytes()));
+        Ok(cost.bytes())
+    }
+
+    /// Nothing at all, on the grid of what was made.
+    pub fn nothing(&self, made: Made) -> Result<Made, Failure> {
+        let Made { grid, report, .. } = made;
+        let images = self.axes.iter().map(|&axis| empty_image(&grid, axis)).collect::<Result<Vec<Ldi>, Failure>>()?;
+        let summaries = images.iter().map(Ldi::summary).collect();
+        Ok(Made { grid, summaries, images, normals: Vec::new(), bias: 0.0, report })
+    }
+
+    fn refused(&self, error: &dyn Display) -> Failure {
+        Failure::input(format!("{}: {error}", self.names))
+    }
+}
+
+/// An image of nothing.
+fn empty_image(grid: &Grid, axis: Axis) -> Result<Ldi, Failure> {
+    let (columns, rows) = grid.image_size(axis);
+    let offsets = vec![0; columns as usize * rows as usize + 1];
+    Ldi::from_parts(*grid, axis, offsets, Vec::new(), Vec::new()).map_err(Failure::input)
+}

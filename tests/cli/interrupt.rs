@@ -1,0 +1,71 @@
+//! Whoever interrupts a job finds nothing of it.
+
+use std::os::unix::process::ExitStatusExt;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::{Folder, cube};
+
+/// Nothing here takes longer, even on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn spawn(folder: &Folder, arguments: &[&str]) -> Child {
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("ldi-ops"));
+    command.current_dir(folder.folder.path()).args(arguments).stdout(Stdio::null()).stderr(Stdio::null());
+    command.spawn().unwrap()
+}
+
+fn interrupt(mut child: Child) -> ExitStatus {
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    child.wait().unwrap()
+}
+
+#[test]
+fn a_job_that_is_interrupted_while_it_writes_leaves_nothing() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    // A hundred megabytes take a while; still, a write may be done before the signal comes.
+    for _ in 0..10 {
+        let mut child = spawn(&folder, &["sample", "a.stl", "--resolution", "480", "--axis", "z", "-o", "out.npy"]);
+        let start = Instant::now();
+        while folder.names().len() == 1 && child.try_wait().unwrap().is_none() {
+            assert!(start.elapsed() < PATIENCE, "nothing was written");
+            sleep(Duration::from_micros(200));
+        }
+        let was_writing = folder.names().iter().any(|name| name.ends_with(".part"));
+        let status = interrupt(child);
+        if was_writing && status.code() == Some(130) {
+            assert_eq!(folder.names(), ["a.stl"]);
+            return;
+        }
+        assert_eq!((status.code(), status.signal()), (Some(0), None), "neither interrupted nor done");
+        std::fs::remove_file(folder.path("out.npy")).unwrap();
+    }
+    panic!("no write could be interrupted");
+}
+
+#[test]
+fn a_sum_that_is_interrupted_leaves_nothing() {
+    let folder = Folder::new();
+    folder.run(&["generate", "gyroid", "--cells", "2", "-o", "a.stl"]).code(0);
+    let job = [
+        "minkowski",
+        "a.stl",
+        "a.stl",
+        "--memory",
+        "1T",
+        "--resolution",
+        "2000",
+        "-o",
+        "out.npz",
+        "--json",
+        "out.json",
+    ];
+    let mut child = spawn(&folder, &job);
+    sleep(Duration::from_millis(500));
+    assert!(child.try_wait().unwrap().is_none(), "the job was to take longer");
+    assert_eq!(interrupt(child).code(), Some(130));
+    assert_eq!(folder.names(), ["a.stl"]);
+}

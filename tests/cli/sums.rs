@@ -1,0 +1,369 @@
+//! `minkowski`, `offset`, `open` and `close`: volumes that are known, what does not change a sum, and what is refused.
+
+use serde_json::Value;
+
+use crate::{Folder, Triangle, assert_near, cube, cuboid, inside_out, warning_codes};
+
+/// A box with a smaller one left out of it.
+fn hollow(outer: f64, inner: f64) -> Vec<Triangle> {
+    let margin = 0.5 * (outer - inner);
+    [cube(0.0, outer), inside_out(&cube(margin, inner))].concat()
+}
+
+/// An L of three squares, a quarter of one high, its inner edge along z.
+fn ell(scale: f64) -> Vec<Triangle> {
+    let section = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+    let at = |i: usize, z: f64| [section[i % 6][0] * scale, section[i % 6][1] * scale, 0.25 * z * scale];
+    let mut triangles = Vec::new();
+    for i in 0..6 {
+        triangles.push([at(i, 0.0), at(i + 1, 0.0), at(i, 1.0)]);
+        triangles.push([at(i + 1, 0.0), at(i + 1, 1.0), at(i, 1.0)]);
+    }
+    // A fan from the inner edge sees every side from within.
+    for i in [4, 5, 0, 1] {
+        triangles.push([at(3, 1.0), at(i, 1.0), at(i + 1, 1.0)]);
+        triangles.push([at(3, 0.0), at(i + 1, 0.0), at(i, 0.0)]);
+    }
+    triangles
+}
+
+/// A sum of two files, whose rays fall on the lattice of its faces.
+fn sum(folder: &Folder, flags: &[&str]) -> Value {
+    folder.json(&[&["minkowski", "--unit", "mm"], flags].concat())
+}
+
+fn volume(result: &Value) -> f64 {
+    result["volume"]["value"].as_f64().unwrap()
+}
+
+fn numbers(value: &Value) -> Vec<u64> {
+    value.as_array().unwrap().iter().map(|number| number.as_u64().unwrap()).collect()
+}
+
+#[test]
+fn sums_of_boxes_are_boxes_in_every_mode() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cuboid([0.0; 3], [2.0, 1.0, 3.0]));
+    folder.stl("b.stl", &cuboid([-0.5, 0.0, 4.0], [0.5, 1.0, 5.0]));
+    for mode in ["over", "under", "exact"] {
+        for axis in ["x", "y", "z", "all"] {
+            let result = sum(&folder, &["a.stl", "b.stl", "--mode", mode, "--axis", axis, "--resolution", "64"]);
+            assert_near(volume(&result), 3.0 * 2.0 * 4.0, 1e-6);
+            assert_eq!(result["grid"]["rays"], serde_json::json!([48, 32, 64]));
+        }
+    }
+}
+
+#[test]
+fn the_json_has_the_schema_and_what_the_sum_took() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    folder.stl("b.stl", &cube(1.0, 1.0));
+    let result = sum(&folder, &["a.stl", "b.stl", "--resolution", "30"]);
+    for (key, value) in [("schema", "ldi-ops/1"), ("command", "minkowski"), ("backend", "cpu"), ("fill", "even-odd")] {
+        assert_eq!(result[key], value, "{key}");
+    }
+    let keys: Vec<&String> = result.as_object().unwrap().keys().collect();
+    for key in ["device", "mode", "seconds", "peak_memory_bytes", "warnings", "samples", "unclosed_rays", "layers_max"]
+    {
+        assert!(keys.iter().any(|known| *known == key), "no {key} in {keys:?}");
+    }
+    assert_eq!(result["inputs"].as_array().unwrap().len(), 2);
+    assert_eq!((&result["layers_max"], &result["volume"]["unit"]), (&serde_json::json!([2, 2, 2]), &"mm^3".into()));
+    assert_eq!(result["warnings"], serde_json::json!([]));
+    let step = &result["steps"][0];
+    assert_eq!((&step["operation"], &step["distance"]), (&"sum".into(), &Value::Null));
+    // 12 facets and 8 vertices of each, 18 edges.
+    assert_eq!(step["pairs"]["candidates"], 2 * 12 * 8 + 18 * 18);
+    let [visited, kept] = ["visited", "kept"].map(|key| step["pairs"][key].as_u64().unwrap());
+    let primitives = step["primitives"].as_u64().unwrap();
+    assert!(visited >= kept && kept > 0 && primitives >= 12, "{step:#}");
+    // Each of six faces is seen by 900 rays, and by none from the side.
+    assert!(numbers(&step["crossings"]).iter().all(|&crossings| crossings >= 1800), "{step:#}");
+    assert_eq!(step["components"], serde_json::json!({ "tested": 0, "cavities": 0, "filled": 0 }));
+    let memory = &result["memory"];
+    assert!(memory["estimate_bytes"].as_u64().unwrap() > 1 << 20 && memory["limit_bytes"].is_u64(), "{memory}");
+    let text = folder.run(&["minkowski", "a.stl", "b.stl", "--resolution", "30"]).code(0).stdout();
+    for words in ["minkowski   27", "step        sum: ", "components", "were expected"] {
+        assert!(text.contains(words), "no `{words}` in:\n{text}");
+    }
+}
+
+#[test]
+fn the_origin_may_lie_anywhere() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 1.0));
+    folder.stl("b.stl", &cube(10.0, 1.0));
+    let result = sum(&folder, &["a.stl", "b.stl", "--resolution", "64"]);
+    assert_near(volume(&result), 8.0, 1e-6);
+    for (a, b) in [("translate(0,0,0)", "translate(-10,-10,-10)"), ("translate(3,-5,0.25)", "translate(64,0,-1)")] {
+        let flags = ["a.stl", "b.stl", "--resolution", "64", "--transform-a", a, "--transform-b", b];
+        let moved = sum(&folder, &flags);
+        for key in ["volume", "samples", "layers_max", "steps"] {
+            assert_eq!(moved[key], result[key], "{key} with {a} and {b}");
+        }
+    }
+}
+
+#[test]
+fn two_ells_either_way_round() {
+    let folder = Folder::new();
+    folder.stl("l.stl", &ell(1.0));
+    folder.stl("l10.stl", &ell(10.0));
+    let flags = ["--resolution", "176", "--mode", "exact"];
+    for files in [["l.stl", "l10.stl"], ["l10.stl", "l.stl"]] {
+        let result = sum(&folder, &[&files[..], &flags].concat());
+        // The sections make stairs of 11, 1, 9 and 1 that are 22, 21, 12 and 11 high.
+        assert_near(volume(&result), 2.75 * (242.0 + 21.0 + 108.0 + 11.0), 1e-6);
+    }
+}
+
+#[test]
+fn a_hollow_cube_keeps_its_cavity_or_is_filled() {
+    let folder = Folder::new();
+    folder.stl("hollow.stl", &hollow(4.0, 2.0));
+    folder.stl("small.stl", &cube(7.0, 1.0));
+    folder.stl("large.stl", &cube(-3.0, 2.5));
+    for resolution in ["50", "64", "101"] {
+        let result = sum(&folder, &["hollow.stl", "small.stl", "--resolution", resolution]);
+        let half_layer = 5.0f64.powi(3) / resolution.parse::<f64>().unwrap();
+        assert_near(volume(&result), 125.0 - 1.0, 0.02 * half_layer);
+        assert_eq!(result["steps"][0]["components"], serde_json::json!({ "tested": 1, "cavities": 1, "filled": 0 }));
+        let filled = sum(&folder, &["hollow.stl", "large.stl", "--resolution", resolution]);
+        assert_near(volume(&filled), 6.5f64.powi(3), 1e-5);
+        assert_eq!(filled["steps"][0]["components"]["cavities"], 0);
+    }
+}
+
+#[test]
+fn differences_are_where_the_second_fits_in() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 4.0));
+    folder.stl("b.stl", &cuboid([0.0; 3], [1.0, 2.0, 3.0]));
+    let difference = ["a.stl", "b.stl", "--difference", "--mode", "exact", "--resolution", "64"];
+    let result = sum(&folder, &difference);
+    assert_near(volume(&result), 3.0 * 2.0 * 1.0, 1e-6);
+    // The resolution counts along A.
+    assert_eq!(result["grid"]["pitch"], 0.0625);
+    assert_eq!(result["steps"][0]["operation"], "difference");
+    // B reflected fits into as much, but elsewhere: from (1, 2, 3) to (4, 4, 4) against from 0 to (3, 2, 1).
+    for (flags, least) in [(&[][..], [0.0; 3]), (&["--reflect"], [1.0, 2.0, 3.0])] {
+        sum(&folder, &[&difference[..], flags, &["-o", "out.ply"]].concat());
+        let checked = folder.json(&["check", "out.ply"]);
+        let bounds = &checked["results"][0]["bounds"];
+        for i in 0..3 {
+            assert_near(bounds["min"][i].as_f64().unwrap(), least[i], 1e-6);
+            assert_near(bounds["max"][i].as_f64().unwrap(), least[i] + [3.0, 2.0, 1.0][i], 1e-6);
+        }
+    }
+    // What does not fit in leaves nothing.
+    let flags = ["b.stl", "a.stl", "--difference", "--resolution", "32", "-o", "none.stl"];
+    let result = sum(&folder, &flags);
+    assert_eq!(result["volume"]["value"], 0.0);
+    assert_eq!(warning_codes(&result), ["empty", "empty-surface"]);
+    assert!(!folder.path("none.stl").exists());
+    folder.run(&[&["minkowski"], &flags[..]].concat()).code(0).warns(&["empty", "B fits nowhere into A"]);
+}
+
+#[test]
+fn the_reflected_lies_on_the_other_side_of_the_origin() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 1.0));
+    folder.stl("b.stl", &cuboid([2.0, 4.0, 8.0], [3.0, 5.0, 9.0]));
+    for (flags, least) in [(&[][..], [2.0, 4.0, 8.0]), (&["--reflect"], [-3.0, -5.0, -9.0])] {
+        let all = [&["a.stl", "b.stl", "--mode", "exact", "--resolution", "16", "-o", "out.stl"], flags].concat();
+        assert_near(volume(&sum(&folder, &all)), 8.0, 1e-6);
+        let checked = folder.json(&["check", "out.stl"]);
+        for i in 0..3 {
+            assert_near(checked["results"][0]["bounds"]["min"][i].as_f64().unwrap(), least[i], 1e-6);
+        }
+    }
+}
+
+#[test]
+fn sums_are_written_as_whatever_is_asked_for() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &hollow(4.0, 2.0));
+    folder.run(&["generate", "geodesic", "--radius", "0.5", "--frequency", "3", "-o", "b.stl"]).code(0);
+    let of = |name| sum(&folder, &["a.stl", "b.stl", "--mode", "exact", "--resolution", "40", "-o", name]);
+    let volume = volume(&of("sum.npz"));
+    for name in ["sum.stl", "sum.3mf", "sum.glb", "sum.npz"] {
+        let result = of(name);
+        assert_eq!(result["output"], name);
+        if name == "sum.npz" {
+            let again = folder.json(&["surface", name, "-o", "again.ply"]);
+            assert_near(again["surface"]["volume"].as_f64().unwrap(), volume, 0.02 * volume);
+            continue;
+        }
+        assert_eq!((&result["surface"]["components"], &result["surface"]["crossing_pairs"]), (&2.into(), &0.into()));
+        let checked = &folder.json(&["check", name])["results"][0];
+        assert_eq!((&checked["solid"], &checked["shells"]), (&true.into(), &2.into()));
+        assert_near(result["surface"]["volume"].as_f64().unwrap(), volume, 0.02 * volume);
+    }
+    let simplified = sum(
+        &folder,
+        &["a.stl", "b.stl", "--mode", "exact", "--resolution", "40", "--simplify", "0.1h", "-o", "small.ply"],
+    );
+    assert!(simplified["surface"]["simplified"]["triangles_before"].is_u64());
+    // Images are read where meshes are.
+    let of_images = sum(&folder, &["sum.npz", "b.stl", "--resolution", "40"]);
+    assert!(self::volume(&of_images) > volume, "{of_images:#}");
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let folder = Folder::new();
+    folder.run(&["generate", "gyroid", "--cells", "1", "--resolution", "16", "-o", "a.stl"]).code(0);
+    folder.run(&["generate", "torus", "--major", "2", "--minor", "0.5", "-o", "b.stl"]).code(0);
+    let of = |threads, name| {
+        let result = sum(&folder, &["a.stl", "b.stl", "--threads", threads, "--resolution", "48", "-o", name]);
+        (result["volume"].clone(), result["steps"].clone(), std::fs::read(folder.path(name)).unwrap())
+    };
+    assert!(of("1", "one.npz") == of("3", "three.npz"));
+}
+
+#[test]
+fn a_job_above_the_memory_is_refused_with_what_would_fit() {
+    let folder = Folder::new();
+    folder.run(&["generate", "gyroid", "--cells", "1", "--resolution", "16", "-o", "a.stl"]).code(0);
+    folder.run(&["generate", "geodesic", "--radius", "0.5", "--frequency", "3", "-o", "b.stl"]).code(0);
+    let job = ["minkowski", "a.stl", "b.stl", "--memory", "60M"];
+    let run = folder.run(&[&job[..], &["--resolution", "2000"]].concat()).code(3);
+    let run = run.says(&["MB are needed", "--memory allows 60 MB", "would fit"]);
+    let stderr = run.stderr();
+    let rays = stderr.split("--resolution ").nth(1).unwrap().split(',').next().unwrap();
+    assert!((50..2000).contains(&rays.parse::<u32>().unwrap()), "{stderr}");
+    let result = folder.json(&[&job[..], &["--resolution", rays]].concat());
+    assert_eq!(result["memory"]["limit_bytes"], 60_000_000);
+    assert!(result["memory"]["estimate_bytes"].as_u64().unwrap() <= 60_000_000);
+    // What is there whatever the raster is too much.
+    folder.run(&["minkowski", "a.stl", "b.stl", "--memory", "1M"]).code(3).says(&["no raster would fit"]);
+    folder.run(&["minkowski", "a.stl", "b.stl", "--memory", "much"]).code(2).says(&["800M, 2G or 1.5GiB"]);
+}
+
+/// What is expected is held to what was needed.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_memory_is_about_what_was_expected() {
+    let folder = Folder::new();
+    folder.run(&["generate", "gyroid", "--cells", "2", "--resolution", "16", "-o", "a.stl"]).code(0);
+    folder.run(&["generate", "geodesic", "--radius", "0.5", "--frequency", "3", "-o", "b.stl"]).code(0);
+    for flags in [&["--mode", "exact"][..], &["--mode", "exact", "-o", "out.npz"]] {
+        let job = [&["a.stl", "b.stl", "--resolution", "512"], flags].concat();
+        let result = sum(&folder, &job);
+        let [expected, peak] =
+            [&result["memory"]["estimate_bytes"], &result["peak_memory_bytes"]].map(|v| v.as_f64().unwrap());
+        assert!(peak < 2.0 * expected && expected < 2.0 * peak, "{flags:?}: {expected} expected, {peak} at most");
+    }
+}
+
+#[test]
+fn overlapping_shells_unite_where_that_is_asked_for() {
+    let folder = Folder::new();
+    let overlapping = [cuboid([0.0; 3], [2.0, 1.0, 1.0]), cuboid([1.0, 0.0, 0.0], [3.0, 1.0, 1.0])].concat();
+    folder.stl("a.stl", &overlapping);
+    folder.stl("b.stl", &cube(0.0, 1.0));
+    let job = ["a.stl", "b.stl", "--resolution", "64"];
+    let run = folder.run(&[&["minkowski"], &job[..]].concat()).code(2);
+    run.says(&["a.stl", "shells overlap in 33", "--fill nonzero unites them"]);
+    let united = [&job[..], &["--fill", "nonzero"]].concat();
+    assert_near(volume(&sum(&folder, &united)), 4.0 * 2.0 * 2.0, 1e-6);
+    let shrunk = [&["minkowski"], &united[..], &["--difference"]].concat();
+    folder.run(&shrunk).code(2).says(&["a.stl", "shells overlap", "`ldi-ops sample a.stl --fill nonzero"]);
+}
+
+#[test]
+fn solids_that_are_inside_out_are_turned_and_others_refused() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    folder.stl("turned.stl", &inside_out(&cube(0.0, 1.0)));
+    for files in [["a.stl", "turned.stl"], ["turned.stl", "a.stl"]] {
+        let result = sum(&folder, &[&files[..], &["--resolution", "32"]].concat());
+        assert_near(volume(&result), 27.0, 1e-6);
+        assert_eq!(warning_codes(&result), ["inside-out"]);
+    }
+    folder.stl("mixed.stl", &[cube(0.0, 1.0), inside_out(&cube(2.0, 1.0))].concat());
+    let run = folder.run(&["minkowski", "mixed.stl", "a.stl"]).code(2);
+    run.says(&["mixed.stl", "some shells face outwards and others inwards"]);
+    let mut open = cube(0.0, 1.0);
+    open.pop();
+    folder.stl("open.stl", &open);
+    let run = folder.run(&["minkowski", "a.stl", "open.stl"]).code(2).says(&["open.stl", "not closed"]);
+    assert!(!run.stderr().contains("--allow-open"), "{}", run.stderr());
+    // Two faces of a cube turned around: closed, but not of one mind.
+    let mut torn = cube(0.0, 1.0);
+    torn[0].swap(1, 2);
+    torn[1].swap(1, 2);
+    folder.stl("torn.stl", &torn);
+    folder.run(&["minkowski", "a.stl", "torn.stl"]).code(2).says(&["torn.stl", "do not agree on what is outside"]);
+}
+
+#[test]
+fn offsets_go_both_ways() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 4.0));
+    let of = |distance: &str, flags: &[&str]| {
+        folder.json(
+            &[
+                &["offset", "a.stl", "--distance", distance, "--resolution", "100", "--mode", "exact", "--unit", "mm"],
+                flags,
+            ]
+            .concat(),
+        )
+    };
+    // Steiner: V + S r + M r² + 4 π r³ / 3, with M = ½ Σ edge length × exterior angle.
+    let pi = std::f64::consts::PI;
+    let grown = of("1", &["-o", "grown.stl"]);
+    assert_near(volume(&grown), 64.0 + 96.0 + 12.0 * 4.0 * pi / 4.0 + 4.0 * pi / 3.0, 0.1);
+    assert_eq!(grown["grid"]["pitch"], 0.06);
+    assert_eq!((&grown["steps"][0]["operation"], &grown["steps"][0]["distance"]), (&"offset".into(), &1.0.into()));
+    assert_eq!(folder.json(&["check", "grown.stl"])["results"][0]["solid"], true);
+    let shrunk = of("-1", &[]);
+    assert_near(volume(&shrunk), 8.0, 1e-3);
+    assert_eq!(shrunk["grid"]["pitch"], 0.04);
+    let nothing = of("-2.5", &[]);
+    assert_eq!(nothing["volume"]["value"], 0.0);
+    assert_eq!(warning_codes(&nothing), ["empty"]);
+    for wrong in ["0", "nan", "inf"] {
+        folder.run(&["offset", "a.stl", "--distance", wrong]).code(2).says(&["--distance", "no length"]);
+    }
+}
+
+#[test]
+fn opening_takes_away_what_is_thin_and_closing_fills_it() {
+    let folder = Folder::new();
+    // A cube with a fin, and one with a slot.
+    let fin = cuboid([3.0, 1.0, 1.0], [6.0, 1.5, 3.0]);
+    folder.stl("cube.stl", &cube(0.0, 4.0));
+    folder.stl("fin.stl", &fin);
+    let flags = ["--mode", "exact", "--resolution", "96", "--unit", "mm"];
+    folder.run(&[&["union", "cube.stl", "fin.stl", "-o", "finned.stl"], &flags[..]].concat()).code(0);
+    folder.run(&[&["difference", "cube.stl", "fin.stl", "-o", "slotted.stl"], &flags[..]].concat()).code(0);
+    let of = |command, file| folder.json(&[&[command, file, "--radius", "0.5"], &flags[..]].concat());
+    let pi = std::f64::consts::PI;
+    // A rounded cube: as if grown from one of side 3.
+    let rounded = 27.0 + 54.0 * 0.5 + 12.0 * 3.0 * pi / 16.0 + 4.0 * pi / 3.0 / 8.0;
+    let opened = of("open", "finned.stl");
+    assert_near(volume(&opened), rounded, 0.02 * rounded);
+    let operations = |result: &Value| {
+        let steps = result["steps"].as_array().unwrap().iter();
+        steps.map(|step| step["distance"].as_f64().unwrap()).collect::<Vec<f64>>()
+    };
+    assert_eq!(operations(&opened), [-0.5, 0.5]);
+    let closed = of("close", "slotted.stl");
+    assert_near(volume(&closed), 64.0, 0.02 * 64.0);
+    assert_eq!(operations(&closed), [0.5, -0.5]);
+    let nothing =
+        folder.json(&["open", "cube.stl", "--radius", "3", "--resolution", "32", "--unit", "mm", "-o", "none.npz"]);
+    assert_eq!((&nothing["volume"]["value"], &nothing["samples"]), (&0.0.into(), &0.into()));
+    assert_eq!(warning_codes(&nothing), ["empty"]);
+    folder.run(&["open", "cube.stl", "--radius", "-1"]).code(2).says(&["--radius -1"]);
+}
+
+#[test]
+fn a_gpu_is_not_pretended() {
+    let folder = Folder::with_two_cubes();
+    folder.run(&["minkowski", "a.stl", "b.stl", "--backend", "gpu"]).code(3).says(&["--backend gpu", "minkowski"]);
+    let result = sum(&folder, &["a.stl", "b.stl", "--backend", "cpu", "--resolution", "16"]);
+    assert_eq!((&result["backend"], &result["auto"]), (&"cpu".into(), &Value::Null));
+}
