@@ -118,7 +118,7 @@ pub struct StepReport {
     pub primitives: u64,
     /// Triangles or parts that are sampled: those that may lie at the surface.
     pub sampled: u64,
-    /// Crossings of rays along x, y and z with those that are sampled; not counted for an offset.
+    /// Crossings of rays along x, y and z with those that are sampled.
     pub crossings: Option<[u64; 3]>,
     pub settled: SettleCounts,
     pub memory_estimate: u64,
