@@ -118,7 +118,7 @@ pub struct StepReport {
     pub primitives: u64,
     /// Triangles or parts that are sampled: those that may lie at the surface.
     pub sampled: u64,
-    /// Crossings of rays along x, y and z with those that are sampled; not counted for an offset.
+    /// Crossings of rays along x, y and z with those that are sampled.
     pub crossings: Option<[u64; 3]>,
     pub settled: SettleCounts,
     pub memory_estimate: u64,
@@ -235,8 +235,7 @@ impl Setting<'_> {
         let membership = BallMembership::new(&grid, &solid, radius, outer)?;
         seconds.operate += start.elapsed().as_secs_f64();
 
-        let (spans, _) =
-            self.sampled(seconds, &grid, |axis| patches.spans::<H>(&grid, axis, outer).map(|spans| (spans, 0)))?;
+        let (spans, crossings) = self.sampled(seconds, &grid, |axis| patches.counted_spans::<H>(&grid, axis, outer))?;
         let Settled { spans, counts: settled } = self.settled(seconds, &grid, spans, outer, &membership)?;
         drop(membership);
         let primitives = (facets + tubes + caps) as u64;
@@ -246,7 +245,7 @@ impl Setting<'_> {
             pairs: None,
             primitives,
             sampled: primitives,
-            crossings: None,
+            crossings: Some(crossings),
             settled,
             memory_estimate,
         };
