@@ -11,9 +11,9 @@
 //!    edge on another spans the half space behind their common plane. So an interval is in unless the crossing before it
 //!    leaves and the one after it enters. What is left are the **gaps**.
 //! 3. **Settling** (`settle`): gaps of the three axes that share a lattice node are in or out together, and neighbouring
-//!    nodes without a crossing between them are, too: a flood on bit masks, 64 nodes at a time, from outside and from
-//!    what is in. What neither reaches is a cavity or none: one exact test of one point decides each component, and each
-//!    gap between two nodes.
+//!    nodes without a crossing between them are, too. Sets of such nodes are found on bit masks, 64 nodes at a time; a set
+//!    that touches neither what is certainly out nor what is certainly in is a cavity or none: one exact test of one point
+//!    decides each, and each gap between two nodes.
 //! 4. **Retrieval**: the spans that are left are crossings like those of any solid, and give its exact, over- or
 //!    under-estimated image by the sampler's own stages.
 //!

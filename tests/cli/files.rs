@@ -35,7 +35,7 @@ fn formats_without_a_writer_are_refused_before_anything_is_read() {
 #[test]
 fn every_kind_of_model_is_a_solid() {
     let folder = Folder::new();
-    let small: [(&str, &[&str]); 21] = [
+    let small: [(&str, &[&str]); 27] = [
         ("cuboid", &["--min", "-1,-2,-3", "--max", "1,2,3"]),
         ("box", &[]),
         ("sphere", &[]),
@@ -57,6 +57,12 @@ fn every_kind_of_model_is_a_solid() {
         ("hyperboloid-frame", &["--bars", "12", "--crossings", "4"]),
         ("weave", &["--yarns", "3,2", "--layers", "2"]),
         ("chain-mail", &["--columns", "2", "--rows", "2"]),
+        ("ell", &["--notch", "0.5,0.25"]),
+        ("hollow-box", &["--hollow", "5,6,7"]),
+        ("star", &[]),
+        ("knot", &["--sides", "5"]),
+        ("organic", &["--resolution", "30"]),
+        ("skull", &["--resolution", "30"]),
     ];
     for (kind, parameters) in small {
         let arguments = [&["generate", kind, "-o", "a.stl"], parameters].concat();

@@ -93,6 +93,7 @@ impl Case {
     }
 }
 
+/// By how much a volume may be off, as the head of this file derives.
 fn tolerance(pitch: f64, area: f64) -> f64 {
     let pixels = area / pitch.powi(2);
     assert!(pixels >= 5000.0, "{pixels} pixels are too few");

@@ -60,7 +60,7 @@ fn random_piece(random: &mut Random, size: i32) -> Piece {
             let centre: [i32; 3] = std::array::from_fn(|_| random.even(radius, size - radius));
             let corner = |k: usize| {
                 let mut corner = centre;
-                corner[k / 2] += if k % 2 == 0 { radius } else { -radius };
+                corner[k / 2] += if k.is_multiple_of(2) { radius } else { -radius };
                 corner
             };
             Piece { corners: (0..6).map(corner).collect(), triangles: OCTAHEDRON.to_vec() }

@@ -17,7 +17,7 @@ from cgal_reference import write_off
 PROGRAM = sums.pairs.ROOT / "target" / "cgal_reference" / "cgal_sum"
 
 
-def result(case, program, seconds=600):
+def result(case, program, seconds=1800):
     """What CGAL says of a case."""
     command = f"python3 data/reference/minkowski/cgal_sums.py {case.name}"
     version = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout.strip()

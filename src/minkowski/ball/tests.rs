@@ -76,7 +76,7 @@ impl Offset {
                 let ends = self.spans[axis.depth()][ray as usize].iter().flatten();
                 let near_ends = ends.flat_map(|&end| [-4001, -13, 13, 4001].map(|by: i32| end + by));
                 let mut depths: Vec<i32> = near_ends.collect();
-                for _ in 0..6 {
+                for _ in 0..3 {
                     random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
                     depths.push(((random >> 33) % length as u64) as i32);
                 }
@@ -172,7 +172,7 @@ fn steiner(mesh: &TriangleMesh, radius: f64) -> f64 {
     let area: f64 = normals.iter().map(|n| 0.5 * n.length()).sum();
     let mut facet_of = std::collections::HashMap::new();
     for (&[a, b, c], normal) in mesh.triangles.iter().zip(&normals) {
-        [[a, b], [b, c], [c, a]].map(|edge| facet_of.insert(edge, *normal));
+        facet_of.extend([[a, b], [b, c], [c, a]].map(|edge| (edge, *normal)));
     }
     let curvature: f64 = facet_of
         .iter()
@@ -282,9 +282,9 @@ fn an_l_is_the_union_of_two_round_boxes() {
 
 #[test]
 fn the_hole_of_a_torus_closes() {
-    let torus = || solids::torus(3.0, 1.0, 40, 24).unwrap();
+    let torus = || solids::torus(3.0, 1.0, 20, 12).unwrap();
     for (distance, is_closed) in [(1.7, false), (2.1, true)] {
-        let offset = Offset::new(torus(), distance, 0.25);
+        let offset = Offset::new(torus(), distance, 0.34);
         let (columns, rows) = offset.grid.image_size(Axis::Z);
         let middle = offset.grid.length(2) / 2;
         assert_eq!(offset.is_in(Axis::Z, rows / 2 * columns + columns / 2, middle), is_closed);
@@ -305,12 +305,14 @@ fn thin_walls_vanish() {
 #[test]
 fn cavities_shrink_and_vanish() {
     let round = |distance| steiner(&cube(DVec3::ZERO, 4.0), distance);
-    Offset::new(hollow(4.0, 1.0), 0.5, 0.07).each_volume_is(round(0.5) - 1.0, 2e-3);
+    Offset::new(hollow(4.0, 1.0), 0.5, 0.0625).each_volume_is(round(0.5) - 1.0, 2e-3);
     Offset::new(hollow(4.0, 1.0), 1.01, 0.07).each_volume_is(round(1.01), 2e-3);
     // Inwards the cavity grows round.
     let grown = steiner(&cube(DVec3::ZERO, 2.0), 0.25);
-    Offset::new(hollow(4.0, 1.0), -0.25, 0.05).each_volume_is(3.5f64.powi(3) - grown, 3e-3);
-    assert_eq!(Offset::new(hollow(4.0, 1.0), -0.51, 0.05).volumes(), [0.0; 3]);
+    Offset::new(hollow(4.0, 1.0), -0.25, 0.0625).each_volume_is(3.5f64.powi(3) - grown, 3e-3);
+    // Walls go first, then what is left of edges and corners.
+    assert!(Offset::new(hollow(4.0, 1.0), -0.51, 0.0625).volumes()[0] > 0.0);
+    assert_eq!(Offset::new(hollow(4.0, 1.0), -0.7, 0.0625).volumes(), [0.0; 3]);
 }
 
 #[test]
@@ -346,7 +348,7 @@ fn samples_have_normals_of_length_one() {
 }
 
 /// Tetrahedra that overlap, share vertices and lie in planes of the lattice.
-fn tetrahedra() -> impl Strategy<Value = TriangleMesh> {
+fn tetrahedra() -> impl Strategy<Value = Vec<TriangleMesh>> {
     let corner = || (0..7u8, 0..7u8, 0..7u8).prop_map(|(x, y, z)| DVec3::new(x.into(), y.into(), z.into()));
     let one = [corner(), corner(), corner(), corner()].prop_filter_map("flat", |positions| {
         let [a, b, c, d] = positions;
@@ -354,15 +356,17 @@ fn tetrahedra() -> impl Strategy<Value = TriangleMesh> {
         let mesh = TriangleMesh { positions: positions.to_vec(), ..tetrahedron() };
         (volume != 0.0).then(|| if volume > 0.0 { mesh } else { reversed(&mesh) })
     });
-    prop::collection::vec(one, 1..4).prop_map(|all| together(&all))
+    prop::collection::vec(one, 1..4)
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn tetrahedra_grow_and_shrink(mesh in tetrahedra(), distance in -1.5..2.5f64, angle in prop::option::of(0.0..2.0)) {
+    fn tetrahedra_grow_and_shrink(all in tetrahedra(), distance in -0.5..2.5f64, angle in prop::option::of(0.0..2.0)) {
         prop_assume!(distance.abs() > 1e-3);
+        // What overlaps can only grow.
+        let mesh = if distance > 0.0 { together(&all) } else { all[0].clone() };
         let mesh = match angle {
             Some(angle) => turned(mesh, DVec3::new(2.0, 1.0, 3.0), angle),
             None => mesh,

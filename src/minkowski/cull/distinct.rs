@@ -1,11 +1,11 @@
 //! Primitives that differ, and their triangles.
 
-use std::collections::HashSet;
+use rayon::prelude::*;
 
 use super::Primitives;
 
 /// A primitive: the same for the same positions in the same sense of rotation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Shape {
     /// Beginning with the least of its corners.
     Triangle([[i32; 3]; 3]),
@@ -31,6 +31,15 @@ impl Shape {
             Shape::Parallelogram(corners) => corners,
         }
     }
+
+    /// The same for shapes that are the same.
+    fn hash(&self) -> u64 {
+        const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
+        let mixed = self.corners().iter().flatten().fold(0_u64, |hash, &coordinate| {
+            (hash.rotate_left(23) ^ u64::from(coordinate.cast_unsigned())).wrapping_mul(FACTOR)
+        });
+        (mixed ^ mixed >> 29).wrapping_mul(FACTOR) ^ mixed >> 32
+    }
 }
 
 fn least_first<const N: usize>(mut corners: [[i32; 3]; N]) -> [[i32; 3]; N] {
@@ -39,23 +48,106 @@ fn least_first<const N: usize>(mut corners: [[i32; 3]; N]) -> [[i32; 3]; N] {
     corners
 }
 
-/// The first of each that are the same.
-pub fn distinct(mut shapes: Vec<Shape>) -> Vec<Shape> {
-    let mut seen = HashSet::with_capacity(shapes.len());
-    shapes.retain(|shape| seen.insert(*shape));
-    shapes
+/// Tables among which shapes are shared out by their hashes, so that several can be filled at once.
+const TABLES: u64 = 8;
+
+/// Takes out every shape that is the same as one before it.
+pub fn keep_distinct(lists: &mut [Vec<Shape>]) {
+    let hashes: Vec<u64> = lists.par_iter().flat_map_iter(|list| list.iter().map(Shape::hash)).collect();
+    let starts = starts(lists.iter().map(Vec::len));
+    let at = |index: u32| {
+        let list = starts.partition_point(|&start| start <= index as usize) - 1;
+        &lists[list][index as usize - starts[list]]
+    };
+    let repeated: Vec<Vec<u32>> =
+        (0..TABLES).into_par_iter().map(|table| repeated(&hashes, table, |a, b| at(a) == at(b))).collect();
+    if repeated.iter().all(Vec::is_empty) {
+        return;
+    }
+    let mut keep = vec![true; hashes.len()];
+    repeated.into_iter().flatten().for_each(|index| keep[index as usize] = false);
+    lists.par_iter_mut().zip(&starts).for_each(|(list, &start)| {
+        let mut keep = keep[start..].iter();
+        list.retain(|_| keep.next().is_some_and(|&keep| keep));
+    });
 }
 
-/// Their triangles, which share the positions of their primitive.
-pub fn primitives(shapes: &[Shape]) -> Primitives {
-    let mut primitives = Primitives::default();
-    for shape in shapes {
-        let first = primitives.positions.len() as u32;
-        primitives.positions.extend(shape.corners());
-        primitives.triangles.push([first, first + 1, first + 2]);
-        if let Shape::Parallelogram(_) = shape {
-            primitives.triangles.push([first, first + 2, first + 3]);
+/// Those of one table that are the same as one before them: an open hash table of indices, with the upper halves of hashes.
+fn repeated(hashes: &[u64], table: u64, same: impl Fn(u32, u32) -> bool) -> Vec<u32> {
+    const EMPTY: u64 = u64::MAX;
+    let mine = || hashes.iter().enumerate().filter(|&(_, hash)| (hash >> 32) % TABLES == table);
+    let mask = (2 * mine().count()).next_power_of_two() - 1;
+    let mut slots = vec![EMPTY; mask + 1];
+    let mut found = Vec::new();
+    for (index, &hash) in mine() {
+        let entry = hash >> 32 << 32 | index as u64;
+        let mut slot = hash as usize & mask;
+        loop {
+            let other = slots[slot];
+            if other == EMPTY {
+                slots[slot] = entry;
+                break;
+            }
+            if other >> 32 == hash >> 32 && same(other as u32, index as u32) {
+                found.push(index as u32);
+                break;
+            }
+            slot = (slot + 1) & mask;
         }
     }
+    found
+}
+
+/// Triangles of all shapes, which share the positions of their shape.
+///
+/// # Panics
+/// If there are 2^32 positions or more, which take 50 GB.
+pub fn primitives(lists: &[Vec<Shape>]) -> Primitives {
+    let counts = |of: fn(&Shape) -> usize| {
+        let counts: Vec<usize> = lists.par_iter().map(|list| list.iter().map(of).sum()).collect();
+        starts(counts.into_iter())
+    };
+    let (corners, triangles) = (counts(|shape| shape.corners().len()), counts(|shape| shape.corners().len() - 2));
+    let [position_count, triangle_count] = [&corners, &triangles].map(|starts| starts[lists.len()]);
+    assert!(u32::try_from(position_count).is_ok(), "{position_count} positions of primitives are more than 2^32");
+    let mut primitives =
+        Primitives { positions: vec![[0; 3]; position_count], triangles: vec![[0; 3]; triangle_count] };
+    let (mut positions, mut indices) = (&mut primitives.positions[..], &mut primitives.triangles[..]);
+    let mut parts = Vec::with_capacity(lists.len());
+    for (i, list) in lists.iter().enumerate() {
+        let of_list = |starts: &[usize]| starts[i + 1] - starts[i];
+        let part = (
+            list,
+            corners[i] as u32,
+            positions.split_off_mut(..of_list(&corners)).expect("they add up"),
+            indices.split_off_mut(..of_list(&triangles)).expect("they add up"),
+        );
+        parts.push(part);
+    }
+    parts.into_par_iter().for_each(|(list, first, positions, triangles)| write(list, first, positions, triangles));
     primitives
+}
+
+/// Fills the part of a list of shapes, whose positions begin at `first` among all.
+fn write(list: &[Shape], first: u32, positions: &mut [[i32; 3]], triangles: &mut [[u32; 3]]) {
+    let (mut next, mut triangles) = (0, triangles.iter_mut());
+    for shape in list {
+        let corners = shape.corners();
+        positions[next..next + corners.len()].copy_from_slice(corners);
+        let base = first + next as u32;
+        for (last, triangle) in (base + 2..base + corners.len() as u32).zip(&mut triangles) {
+            *triangle = [base, last - 1, last];
+        }
+        next += corners.len();
+    }
+}
+
+/// Where each of many parts begins, and where the last one ends.
+fn starts(counts: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut starts = vec![0];
+    starts.extend(counts.scan(0, |end, count| {
+        *end += count;
+        Some(*end)
+    }));
+    starts
 }

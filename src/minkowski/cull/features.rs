@@ -52,12 +52,20 @@ pub struct Edge {
     /// Where its sides begin, where those of facets that run from the second end to the first do, and where they end. These
     /// are the normals of their facets, and those before are the opposite ones.
     pub sides: [u32; 3],
-    /// Directions on the unit sphere, at most a right angle from one to the next, between which all outward normals lie.
-    pub arc: Arc,
+    /// What its outward normals lie between.
+    pub bounds: Bounds,
+}
+
+/// What the outward normals of an edge lie between.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bounds {
+    /// The normals of its two facets.
+    TwoFacets,
+    /// The normal of its first side and the opposite one.
+    OneFacet,
 }
 
 /// Two or three directions.
-#[derive(Clone, Copy)]
 pub struct Arc {
     points: [DVec3; 3],
     count: usize,
@@ -93,7 +101,7 @@ impl Features<'_> {
             Facet { vertices: [a, b, c], normal: Direction::between(pa, pb).cross(&Direction::between(pa, pc)) }
         };
         let mut facets: Vec<Facet> = solid.triangles().par_iter().map(facet).collect();
-        let half_edges = half_edges(solid.triangles());
+        let half_edges = half_edges(solid.triangles(), positions.len());
         let mut features = Features {
             positions,
             facets: Vec::new(),
@@ -103,7 +111,9 @@ impl Features<'_> {
             sides: Vec::new(),
             all_edges: 0,
         };
-        let mut rims = Vec::new();
+        let mut rims = Vec::with_capacity(half_edges.len() / 2);
+        features.edges.reserve(half_edges.len() / 2);
+        features.sides.reserve(half_edges.len());
         for around in half_edges.chunk_by(|a, b| a.ends == b.ends) {
             features.add_edge(around, &facets);
             rims.push(around[0].ends);
@@ -146,15 +156,15 @@ impl Features<'_> {
         self.sides.extend(around.iter().filter(real).map(side));
         let forward = around.iter().filter(real).filter(|half| half.runs == Runs::Forward).count() as u32;
         let sides = [first, first + forward, self.sides.len() as u32];
-        let arc = match &self.sides[first as usize..] {
-            // Facets without area lie along edges of others.
-            [] => return,
-            [one, other] if around.len() == 2 && around[0].runs != around[1].runs => {
-                between(&along, &one.reversed(), other)
-            }
-            [one, ..] => half_circle(&along, one),
+        // Facets without area lie along edges of others.
+        if sides[0] == sides[2] {
+            return;
+        }
+        let bounds = match around {
+            [one, other] if real(&one) && real(&other) && one.runs != other.runs => Bounds::TwoFacets,
+            _ => Bounds::OneFacet,
         };
-        self.edges.push(Edge { ends, along, sides, arc });
+        self.edges.push(Edge { ends, along, sides, bounds });
     }
 
     /// A corner has three edges at the least that are convex.
@@ -199,14 +209,33 @@ impl Features<'_> {
         forward.iter().any(|side| side.faces(&turned)) || backward.iter().any(|side| side.faces(normal))
     }
 
+    /// Directions on the unit sphere, a right angle at most from one to the next: all outward normals of an edge lie between.
+    pub fn arc(&self, edge: &Edge) -> Arc {
+        let sides = self.sides_of(edge);
+        let unit = |v: [f64; 3]| DVec3::from(v).normalize();
+        let (along, first) = (unit(edge.along.rounded), unit(sides[0].rounded));
+        // From the edge into a facet; the middle of the arc is where all facets lie behind.
+        let inward = along.cross(first);
+        match edge.bounds {
+            Bounds::OneFacet => Arc { points: [first, -inward, -first], count: 3 },
+            Bounds::TwoFacets => {
+                let last = unit(sides[1].rounded);
+                match -first.dot(last) >= 0.0 {
+                    true => Arc { points: [-first, last, last], count: 2 },
+                    false => Arc { points: [-first, -(inward + along.cross(last)).normalize(), last], count: 3 },
+                }
+            }
+        }
+    }
+
     /// The sides of an edge.
     pub fn sides_of(&self, edge: &Edge) -> &[Normal] {
         &self.sides[edge.sides[0] as usize..edge.sides[2] as usize]
     }
 }
 
-/// All facets at all edges, those of an edge next to one another.
-fn half_edges(triangles: &[[u32; 3]]) -> Vec<HalfEdge> {
+/// All facets at all edges, in the order of their ends, first that runs forward.
+fn half_edges(triangles: &[[u32; 3]], vertices: usize) -> Vec<HalfEdge> {
     let of_facet = |(facet, &[a, b, c]): (usize, &[u32; 3])| {
         let facet = facet as u32;
         [[a, b], [b, c], [c, a]].map(|[from, to]| match from < to {
@@ -214,26 +243,20 @@ fn half_edges(triangles: &[[u32; 3]]) -> Vec<HalfEdge> {
             false => HalfEdge { ends: [to, from], facet, runs: Runs::Backward },
         })
     };
-    let mut half_edges: Vec<HalfEdge> = triangles.par_iter().enumerate().flat_map_iter(of_facet).collect();
-    half_edges.par_sort_unstable_by_key(|half| (half.ends, half.runs, half.facet));
-    half_edges
-}
-
-/// The outward normals of a convex edge, from that of the facet which runs forward to that of the other.
-fn between(along: &Direction, forward: &Normal, backward: &Normal) -> Arc {
-    let [u, first, last] = [along.rounded, forward.rounded, backward.rounded].map(|v| DVec3::from(v).normalize());
-    if first.dot(last) >= 0.0 {
-        return Arc { points: [first, last, last], count: 2 };
+    let all = || triangles.iter().enumerate().flat_map(of_facet);
+    let mut next = vec![0_u32; vertices + 1];
+    all().for_each(|half| next[half.ends[0] as usize + 1] += 1);
+    for vertex in 0..vertices {
+        next[vertex + 1] += next[vertex];
     }
-    // From the edge into each facet: the middle of the arc is where both lie behind.
-    let inward = first.cross(u) + u.cross(last);
-    Arc { points: [first, -inward.normalize(), last], count: 3 }
-}
-
-/// All normals behind which a facet lies that has the given side at an edge.
-fn half_circle(along: &Direction, side: &Normal) -> Arc {
-    let [u, side] = [along.rounded, side.rounded].map(|v| DVec3::from(v).normalize());
-    // A side is inward × along.
-    let inward = u.cross(side);
-    Arc { points: [side, -inward, -side], count: 3 }
+    let mut half_edges = vec![HalfEdge { ends: [0; 2], facet: 0, runs: Runs::Forward }; 3 * triangles.len()];
+    for half in all() {
+        let place = &mut next[half.ends[0] as usize];
+        half_edges[*place as usize] = half;
+        *place += 1;
+    }
+    for from_vertex in half_edges.chunk_by_mut(|a, b| a.ends[0] == b.ends[0]) {
+        from_vertex.sort_unstable_by_key(|half| (half.ends[1], half.runs, half.facet));
+    }
+    half_edges
 }

@@ -13,8 +13,9 @@
 //! inequalities alone the inner edge of an L would pass), and where they lie in one plane, vertices where fewer than three
 //! of the other edges end. For the latter, let x be a point of the boundary of A ⊕ B. What A and x − B share is in the
 //! boundaries of both. Let a be the end of it in some general direction. If A near a is a half space, and x − B is one, or a
-//! wedge, then near a both share the plane, or a line at the least, and a is no end. Then x − B has a true corner there,
-//! which with the facet of A through a makes a primitive. If both are wedges with different directions, their edges make one.
+//! wedge, then near a both share the plane, or a line at the least, and a is no end. Then x − B has a true corner there, which
+//! with the facet of A through a makes a primitive; its directions span a pointed cone, which has three rays at the least,
+//! all of them convex edges. If both are wedges with different directions, their edges make one.
 //! So the primitives cover the boundary without those of points and edges within planes, and of points within edges.
 //!
 //! An edge with more than two facets is kept, as is one at a facet without area, which constrains nothing. Where n·(o − p) is
@@ -24,6 +25,11 @@
 //! Signs are exact (`sign`). Few of all pairs are looked at: those whose outward normals lie in boxes that meet on the Gauss
 //! map (`gauss`), which a hierarchy of boxes finds (`pairs`). A pair that meets on several faces of the map counts on the
 //! one that its normal points to.
+//!
+//! Of 44 million pairs of a bone of 27 k triangles and a ball of 500, 62 thousand are looked at and 38 thousand kept, in 14 ms
+//! of one core; of 272 million of two trabecular blocks of 11 k and 8 k triangles, 963 and 679 thousand in 116 ms. The search
+//! for boxes that meet is a sixth to a fifth of that, which is all that another index than a hierarchy, such as a grid on
+//! each face, could gain.
 //!
 //! The result is the same for any number of threads. Primitives of the same positions and orientation, which parallel edges
 //! and copies within a solid bring about, are kept once (`distinct`).
@@ -58,15 +64,16 @@ pub fn cull(a: &Polyhedron, b: &Polyhedron) -> (Primitives, CullCounts) {
     let of_b = facets_on_corners(&b_features, &b_map, &a_features, &a_map);
     let of_edges = edges_on_edges(&a_features, &a_map, &b_features, &b_map);
     let visited = of_a.visited + of_b.visited + of_edges.visited;
-    let shapes = [of_a.kept, of_b.kept, of_edges.kept].concat();
-    let kept = shapes.len() as u64;
-    let shapes = distinct::distinct(shapes);
+    let mut lists: Vec<Vec<Shape>> = [of_a.kept, of_b.kept, of_edges.kept].into_iter().flatten().collect();
+    let count = |lists: &[Vec<Shape>]| lists.iter().map(|list| list.len() as u64).sum();
+    let kept = count(&lists);
+    distinct::keep_distinct(&mut lists);
     let times = |a: usize, b: usize| a as u128 * b as u128;
     let candidates = times(a.triangles().len(), b.positions().len())
         + times(a.positions().len(), b.triangles().len())
         + times(a_features.all_edges, b_features.all_edges);
-    let counts = CullCounts { candidates, visited, kept, distinct: shapes.len() as u64 };
-    (distinct::primitives(&shapes), counts)
+    let counts = CullCounts { candidates, visited, kept, distinct: count(&lists) };
+    (distinct::primitives(&lists), counts)
 }
 
 /// Where the outward normals of a solid's features lie.
@@ -95,7 +102,7 @@ impl Map {
         let edges = |task: (usize, &[Edge])| {
             let mut patches = Vec::with_capacity(task.1.len() * 5 / 4);
             for (index, edge) in task.1.iter().enumerate() {
-                gauss::arc(edge.arc.points(), (task.0 * FEATURES_PER_TASK + index) as u32, &mut patches);
+                gauss::arc(features.arc(edge).points(), (task.0 * FEATURES_PER_TASK + index) as u32, &mut patches);
             }
             patches
         };

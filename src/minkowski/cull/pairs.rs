@@ -10,8 +10,8 @@ const PATCHES_PER_TASK: usize = 512;
 
 /// What a visitor made of pairs of features, and how many pairs it was shown.
 pub struct Found<T> {
-    /// In an order that only the patches determine.
-    pub kept: Vec<T>,
+    /// In lists whose order only the patches determine, as that in each.
+    pub kept: Vec<Vec<T>>,
     /// Pairs of patches that meet.
     pub visited: u64,
 }
@@ -29,25 +29,20 @@ fn look_up<T: Send>(queries: &[Patch], held: &[Patch], visit: impl Fn(&Patch, &P
     let indices = (0..held.len() as u32).collect();
     let hierarchy = PlocBuilder::new().build(PlocSearchDistance::Low, held, indices, SortPrecision::U64, 0);
     let of_task = |queries: &[Patch]| {
-        let mut found = Found { kept: Vec::new(), visited: 0 };
+        let (mut kept, mut visited) = (Vec::new(), 0);
         for query in queries {
             hierarchy.aabb_traverse(query.bounds, |hierarchy, node| {
                 let node = &hierarchy.nodes[node as usize];
                 let first = node.first_index as usize;
                 for &index in &hierarchy.primitive_indices[first..first + node.prim_count as usize] {
-                    found.visited += 1;
-                    visit(query, &held[index as usize], &mut found.kept);
+                    visited += 1;
+                    visit(query, &held[index as usize], &mut kept);
                 }
                 true
             });
         }
-        found
+        (kept, visited)
     };
-    let tasks: Vec<Found<T>> = queries.par_chunks(PATCHES_PER_TASK).map(of_task).collect();
-    let mut all = Found { kept: Vec::with_capacity(tasks.iter().map(|task| task.kept.len()).sum()), visited: 0 };
-    for task in tasks {
-        all.kept.extend(task.kept);
-        all.visited += task.visited;
-    }
-    all
+    let (kept, visited): (Vec<Vec<T>>, Vec<u64>) = queries.par_chunks(PATCHES_PER_TASK).map(of_task).unzip();
+    Found { kept, visited: visited.into_iter().sum() }
 }

@@ -53,6 +53,21 @@ fn exact_moved_sign(normal: Vector, difference: Vector) -> i32 {
     }
 }
 
+/// Whether a triangle may come within a lattice step of a box: false only if its plane passes by.
+#[inline]
+pub fn may_reach(corners: &Corners, bounds: &LatticeBox) -> bool {
+    let normal = normal(corners).map(|n| n as f64);
+    let along = |i: usize| {
+        let (low, high) = (f64::from(bounds.min[i]), f64::from(bounds.max[i]));
+        // From the corner to the middle of the box, along the normal; what the box adds to it, and two steps.
+        let middle = 0.5 * (low + high) - f64::from(corners[0][i]);
+        (normal[i] * middle, normal[i].abs() * (0.5 * (high - low) + 2.0), (normal[i] * middle).abs())
+    };
+    let terms = [along(0), along(1), along(2)];
+    let sum = |part: fn(&(f64, f64, f64)) -> f64| terms.iter().map(part).sum::<f64>();
+    sum(|term| term.0).abs() <= sum(|term| term.1) + sum(|term| term.2) * DOUBT
+}
+
 /// On which sides of the plane of a fixed triangle the corners of a movable one lie; all 0 if the former has no area.
 #[inline]
 fn sides_of_moved(normal: Vector, corner: [i32; 3], [a, b, c]: &Corners) -> [i32; 3] {

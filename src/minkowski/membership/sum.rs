@@ -2,7 +2,7 @@
 
 use std::ops::{ControlFlow, Range};
 
-use super::predicates::{Corners, Ray, Way, do_cross, winding};
+use super::predicates::{Corners, Ray, Way, do_cross, may_reach, winding};
 use super::shells::vertex_of_each_shell;
 use super::tree::{PairStack, Stack, Tree, do_meet};
 use crate::grid::{Axis, LatticeBox};
@@ -66,7 +66,15 @@ impl SumMembership {
 
     fn any_crossing(&self, point: [i32; 3], memory: &mut SumMemory) -> bool {
         let SumMemory { crossing, pairs, .. } = memory;
-        let found = self.a.tree.visit_pairs(&self.b.tree, point, pairs, |of_a, of_b| {
+        // The box of B's is reflected and moved to the point, and so are the triangles of B.
+        let any_of_a = |of_a: Range<usize>, around_b: &LatticeBox| {
+            let moved = LatticeBox { min: minus(point, around_b.max), max: minus(point, around_b.min) };
+            self.a.triangles[of_a].iter().any(|corners| may_reach(corners, &moved))
+        };
+        let any_of_b = |around_a: &LatticeBox, of_b: Range<usize>| {
+            self.b.triangles[of_b].iter().any(|corners| may_reach(&moved_to(point, corners), around_a))
+        };
+        let found = self.a.tree.visit_pairs(&self.b.tree, point, pairs, any_of_a, any_of_b, |of_a, of_b| {
             for j in of_b {
                 let moved = moved_to(point, &self.b.triangles[j]);
                 for i in of_a.clone() {

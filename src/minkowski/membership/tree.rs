@@ -117,12 +117,15 @@ impl Tree {
     }
 
     /// Asks pairs of ranges of items, of this tree and of another one that was reflected and moved to a movable point, whose
-    /// boxes meet, until an answer is to break.
+    /// boxes meet, until an answer is to break. Before the boxes of one tree are opened about a leaf of the other, `may_meet`
+    /// or `may_meet_reflected` is asked about the leaf's items and the box: what lies far from large items is left out.
     pub fn visit_pairs(
         &self,
         reflected: &Tree,
         point: [i32; 3],
         stack: &mut PairStack,
+        may_meet: impl Fn(Range<usize>, &LatticeBox) -> bool,
+        may_meet_reflected: impl Fn(&LatticeBox, Range<usize>) -> bool,
         mut ask: impl FnMut(Range<usize>, Range<usize>) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         stack.clear();
@@ -136,6 +139,11 @@ impl Tree {
             let (one, other) = (&self.nodes[i as usize], &reflected.nodes[j as usize]);
             if one.is_leaf() && other.is_leaf() {
                 ask(one.items(), other.items())?;
+                continue;
+            }
+            if one.is_leaf() && !may_meet(one.items(), &other.bounds)
+                || other.is_leaf() && !may_meet_reflected(&one.bounds, other.items())
+            {
                 continue;
             }
             // The larger of the two is opened.

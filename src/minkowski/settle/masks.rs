@@ -85,13 +85,10 @@ impl<'a, H: Hit> Rays<'a, H> {
         Some((passed, ends))
     }
 
-    /// The nodes of one ray along x, whose masks are given cleared.
+    /// The nodes of one ray along x, whose masks are given cleared. What the last word has beyond the last node is as what
+    /// lies outside of everything; if that node is not, there is a crossing between them.
     pub fn row(&self, ray: u32, masks: [&mut [u64]; 3], gap: impl FnMut(RayGap)) {
         let [inside, hull, walls] = masks;
-        // Nothing is joined to what the last word has beyond the last node.
-        if let Some(word) = walls.get_mut(self.nodes / 64) {
-            *word |= 1 << (self.nodes % 64);
-        }
         let wall = |node: usize| {
             if let Some(word) = walls.get_mut(node / 64) {
                 *word |= 1 << (node % 64);

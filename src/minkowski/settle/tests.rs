@@ -361,7 +361,7 @@ fn bent_tunnel(order: [usize; 3]) -> Union {
     let rays = [40; 3];
     let cells = pixel_cells(rays, 4, |node| {
         let [a, b, c] = order.map(|axis| node[axis]);
-        let tunnel = (29..35).contains(&a) && (4..8).contains(&b) || (32..35).contains(&a) && b >= 4;
+        let tunnel = (29..35).contains(&a) && b == 5 || (32..35).contains(&a) && b > 5;
         (20..38).contains(&a) && b < 12 && c < 12 && !(tunnel && (4..8).contains(&c))
     });
     Union::new(rays, 4, vec![cells])
@@ -389,12 +389,22 @@ fn crossings_that_contradict_one_another_are_an_error() {
             let Err(SettleError::Contradiction { node }) = settled else { panic!("{order:?} {a}: {settled:?}") };
             let [at_a, at_b, at_c] = order.map(|axis| node[axis]);
             let expected = if a == 33 { 33..34 } else { 29..33 };
-            assert!(
-                expected.contains(&at_a) && (4..8).contains(&at_b) && (4..8).contains(&at_c),
-                "{order:?} {a} {node:?}"
-            );
+            assert!(expected.contains(&at_a) && at_b == 5 && (4..8).contains(&at_c), "{order:?} {a} {node:?}");
         }
     }
+}
+
+#[test]
+fn a_node_that_two_rays_contradict_is_an_error_even_by_itself() {
+    // One node at a corner is the solid, and its ray along y has all of its crossings behind it.
+    let union = Union::new([3; 3], 4, vec![cuboid([0; 3], [16; 3])]);
+    let mut spans = Axis::ALL.map(|axis| union.spans(axis)[0].clone());
+    assert_eq!(spans[1].of_ray(0).len(), 2);
+    for (hit, position) in spans[1].hits.iter_mut().zip([16, 18]) {
+        hit.0 = hit.0 & 7 | (position / 2) << 3;
+    }
+    let settled = settle(&union.grid, spans, Outer::Out, &union, &|_, _| {});
+    assert_eq!(settled, Err(SettleError::Contradiction { node: [0; 3] }));
 }
 
 #[test]

@@ -124,9 +124,8 @@ fn primitives(rows: &[Row]) -> Table {
         "published",
     ]);
     for row in rows {
-        let published = |of: fn(&pairs::Published) -> u64| {
-            let value = row.pair.published.as_ref().map_or(0, of);
-            if value == 0 { "–".to_owned() } else { count(value) }
+        let published = |of: fn(&pairs::Published) -> Option<u64>| {
+            row.pair.published.as_ref().and_then(of).map_or("–".to_owned(), count)
         };
         table.row(vec![
             row.pair.title.to_owned(),
@@ -136,7 +135,7 @@ fn primitives(rows: &[Row]) -> Table {
             count_at(row, "/pairs/visited"),
             count_at(row, "/pairs/kept"),
             count_at(row, "/pairs/distinct"),
-            published(|p| p.primitives),
+            published(|p| Some(p.primitives)),
             count_at(row, "/triangles_sampled"),
             count(total(row, "/crossings")),
             count_at(row, "/gaps"),

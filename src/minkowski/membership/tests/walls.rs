@@ -49,7 +49,7 @@ fn a_cube_as_large_as_the_cavity_fills_it() {
 #[test]
 fn shells_within_shells_are_each_asked() {
     // A grain in the cavity of a hollow cube, which B holds whole without touching a wall; only the grain is met.
-    let grain = cuboid([9; 3].map(|c| c + 1), [12; 3]);
+    let grain = cuboid([10; 3], [12; 3]);
     let solid = together(&[hollow([0, 40], [2, 38]), grain]);
     let sum = SumMembership::new(&solid, Outer::Out, &cuboid([0; 3], [8; 3]));
     assert!(is_in(&sum, [15, 15, 15]));
@@ -79,7 +79,7 @@ fn the_complement_of_a_hollow_cube_is_within_and_without() {
 
 #[test]
 fn facets_without_area_close_a_surface() {
-    // The edge from 2 to 6 of a cube has a vertex in its middle for the facets on one side of it only.
+    // An edge of a cube has a vertex in its middle for the facets on one side of it only.
     let cube = cuboid([0; 3], [8; 3]);
     let (mut positions, mut triangles) = (cube.positions().to_vec(), cube.triangles().to_vec());
     let (split, from, to) = triangles
