@@ -40,11 +40,12 @@ fn is_in_spans<H: Hit>(grid: &Grid, spans: &RaySpans<H>, outer: Outer, [x, y, z]
 /// Some node, always the same for one number: splitmix64.
 fn node(grid: &Grid, at: u64) -> [u32; 3] {
     let mut bits = (at + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     bits ^= bits >> 31;
-    let [x, y, z] = grid.rays();
-    [(bits & 0xffff) as u32 * x >> 16, (bits >> 16 & 0xffff) as u32 * y >> 16, (bits >> 32 & 0xffff) as u32 * z >> 16]
+    // Sixteen bits for each axis.
+    let rays = grid.rays();
+    std::array::from_fn(|i| (((bits >> (16 * i)) & 0xffff) as u32 * rays[i]) >> 16)
 }
 
 #[cfg(test)]
@@ -71,7 +72,7 @@ mod tests {
     fn differences_are_found() -> Result<(), TooManySamples> {
         let bounds = Aabb { min: glam::DVec3::ZERO, max: glam::DVec3::ONE };
         let grid = Grid::with_resolution(bounds, 50, 1024).unwrap();
-        let [x, y, top] = [grid.length(0), grid.length(1), grid.length(2) / 2 & !1];
+        let [x, y, top] = [grid.length(0), grid.length(1), (grid.length(2) / 2) & !1];
         let floor_and_lid = [0, top].map(|z| [[0, 0, z], [x, 0, z], [x, y, z], [0, y, z]]);
         let primitives = Primitives {
             positions: floor_and_lid.concat(),
