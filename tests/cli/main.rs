@@ -18,6 +18,7 @@ mod operations;
 mod placing;
 mod render;
 mod streams;
+mod sum_references;
 mod sums;
 mod surfaces;
 mod voxels;
