@@ -341,7 +341,8 @@ impl Setting<'_> {
         let tell = move |done: u64, all: u64| progress.stage(format!("testing what no flood reached: {done} of {all}"));
         settle(grid, spans, outer, membership, &tell).map_err(|error| {
             self.refused(&format_args!(
-                "{error}; shells that are folded over or inside out may do that, and `ldi-ops check` tells more"
+                "{error}; a surface that crosses itself may do that, and `ldi-ops sample FILE --fill nonzero --mode exact -o one.stl` \
+                 makes one that does not"
             ))
         })
     }
