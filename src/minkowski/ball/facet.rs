@@ -5,16 +5,19 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::view::{Footprint, View};
-use super::{LEAST_WIDENED, WIDENED};
+use super::{LEAST_WIDENED, WIDENED, difference};
 use crate::grid::Axis;
 
-/// The unit normal of a triangle, zero where it has no area. The cross product is an exact integer, so that its components
-/// have the right signs, and are zero where they should be.
-pub fn unit_normal(a: [i32; 3], b: [i32; 3], c: [i32; 3]) -> DVec3 {
+/// The unit normal of a triangle, zero where it has no area, and its least height. The cross product is an exact integer,
+/// so that its components have the right signs, and are zero where they should be.
+pub fn normal_and_height(a: [i32; 3], b: [i32; 3], c: [i32; 3]) -> (DVec3, f64) {
     let to = |p: [i32; 3]| -> [i64; 3] { std::array::from_fn(|i| i64::from(p[i]) - i64::from(a[i])) };
     let (u, v) = (to(b), to(c));
     let minor = |i: usize, j: usize| (u[i] * v[j] - u[j] * v[i]) as f64;
-    DVec3::new(minor(1, 2), minor(2, 0), minor(0, 1)).normalize_or_zero()
+    let cross = DVec3::new(minor(1, 2), minor(2, 0), minor(0, 1));
+    let longest = [(a, b), (b, c), (c, a)].map(|(from, to)| difference(from, to).length_squared());
+    let height = cross.length() / longest.into_iter().fold(1.0, f64::max).sqrt();
+    (cross.normalize_or_zero(), height)
 }
 
 /// A triangle and its unit normal, not zero.
@@ -25,6 +28,12 @@ pub struct Facet {
 }
 
 impl Facet {
+    /// The facet seen from its other side.
+    pub fn turned(self) -> Facet {
+        let [a, b, c] = self.corners;
+        Facet { corners: [a, c, b], normal: -self.normal }
+    }
+
     /// How far the facet is widened in the plane of the view.
     fn widened(across: f64) -> f64 {
         (WIDENED * across.abs()).max(LEAST_WIDENED)

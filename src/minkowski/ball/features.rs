@@ -14,25 +14,31 @@ use crate::minkowski::Polyhedron;
 /// dozens of them meet.
 const NARROW: f64 = WIDENED / 64.0;
 
+/// The cosine between the normals of facets that are folded onto each other, rather than meeting in a corner of a room.
+const FOLDED: f64 = -1e-3;
+
 /// Vertices that are looked at together.
 const CHUNK: usize = 1 << 11;
 
 /// Tubes and caps, in the order of vertices.
 #[derive(Debug, Default)]
 pub struct Features {
+    /// Triangles that are to be shifted to their other side, too, ascending.
+    pub turned: Vec<u32>,
     pub tubes: Vec<Tube>,
     pub caps: Vec<Cap>,
     pub spokes: Vec<DVec3>,
 }
 
-/// The tubes and caps of a solid whose triangles have the given unit normals, or zero.
-pub fn find(solid: &Polyhedron, normals: &[DVec3], radius: f64) -> Features {
+/// The tubes and caps of a solid whose triangles have the given unit normals, or zero, and are so thin or not that
+/// their normals may be anything.
+pub fn find(solid: &Polyhedron, normals: &[DVec3], is_thin: &[bool], radius: f64) -> Features {
     let fans = Fans::new(solid);
     let vertices = solid.positions().len();
     let chunks: Vec<Features> = (0..vertices.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
-            let mut found = Around { solid, normals, radius, spokes: Vec::new(), all: Features::default() };
+            let mut found = Around { solid, normals, is_thin, radius, spokes: Vec::new(), all: Features::default() };
             for vertex in chunk * CHUNK..vertices.min((chunk + 1) * CHUNK) {
                 found.add_vertex(vertex as u32, fans.of(vertex));
             }
@@ -42,10 +48,13 @@ pub fn find(solid: &Polyhedron, normals: &[DVec3], radius: f64) -> Features {
     let mut all = Features::default();
     for chunk in chunks {
         let first = all.spokes.len() as u32;
+        all.turned.extend_from_slice(&chunk.turned);
         all.tubes.extend_from_slice(&chunk.tubes);
         all.spokes.extend_from_slice(&chunk.spokes);
         all.caps.extend(chunk.caps.iter().map(|cap| Cap { spokes: (first + cap.spokes.0, cap.spokes.1), ..*cap }));
     }
+    all.turned.sort_unstable();
+    all.turned.dedup();
     all
 }
 
@@ -88,7 +97,24 @@ struct Spoke {
     to: u32,
     /// Whether the facet has the edge on its way from the vertex.
     leads_away: bool,
+    triangle: u32,
     normal: DVec3,
+}
+
+impl Spoke {
+    /// The unit vector away from the facet, in its plane and at right angles to the edge.
+    fn away(&self, direction: DVec3) -> DVec3 {
+        let across = direction.cross(self.normal);
+        if self.leads_away { across } else { -across }
+    }
+}
+
+/// Whether the normals of facets can be trusted to say where the solid is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Trust {
+    Sides,
+    /// Facets are thin or folded: which of their sides is out may be an effect of rounding.
+    Doubtful,
 }
 
 /// Unit normals across an edge, from one border to the other.
@@ -101,6 +127,7 @@ struct Arc {
 struct Around<'s> {
     solid: &'s Polyhedron,
     normals: &'s [DVec3],
+    is_thin: &'s [bool],
     radius: f64,
     spokes: Vec<Spoke>,
     all: Features,
@@ -120,11 +147,12 @@ impl Around<'_> {
                 (a, b)
             };
             let normal = self.normals[triangle as usize];
-            spokes.push(Spoke { to: next, leads_away: true, normal });
-            spokes.push(Spoke { to: last, leads_away: false, normal });
+            spokes.push(Spoke { to: next, leads_away: true, triangle, normal });
+            spokes.push(Spoke { to: last, leads_away: false, triangle, normal });
         }
         spokes.sort_unstable_by_key(|spoke| (spoke.to, !spoke.leads_away));
         let first = self.all.spokes.len();
+        let trust = self.trust(vertex, fan, &spokes);
         let mut convex = 0;
         for edge in spokes.chunk_by(|a, b| a.to == b.to) {
             let [from, to] = [vertex, edge[0].to].map(|v| self.solid.positions()[v as usize]);
@@ -132,19 +160,41 @@ impl Around<'_> {
             let length = along.length();
             let direction = along / length;
             self.all.spokes.push(direction);
-            let arcs = arcs(edge, direction, self.radius);
+            let arcs = arcs(edge, direction, self.radius, trust);
             convex += usize::from(!arcs.is_empty());
-            if vertex < edge[0].to {
+            // The other end may have no doubts.
+            if vertex < edge[0].to || trust == Trust::Doubtful {
                 let tube = |borders: [DVec3; 2]| Tube { start: from, direction, length, borders };
                 let parts = arcs.iter().flat_map(|arc| arc.parts());
                 self.all.tubes.extend(parts.map(tube));
             }
         }
         // A cap has three sides at the least, each of which is that of a convex edge.
-        if convex < 3 || !self.add_cap(vertex, first) {
+        if (convex < 3 && trust == Trust::Sides) || !self.add_cap(vertex, first) {
             self.all.spokes.truncate(first);
         }
         self.spokes = spokes;
+    }
+
+    /// Whether the facets around a vertex tell which side is out; those that do not are to be shifted to both.
+    fn trust(&mut self, vertex: u32, fan: &[u32], spokes: &[Spoke]) -> Trust {
+        let mut trust = Trust::Sides;
+        for &triangle in fan.iter().filter(|&&triangle| self.is_thin[triangle as usize]) {
+            self.all.turned.push(triangle);
+            trust = Trust::Doubtful;
+        }
+        for edge in spokes.chunk_by(|a, b| a.to == b.to) {
+            let [a, b] = edge else { continue };
+            if a.normal.dot(b.normal) < FOLDED {
+                let [from, to] = [vertex, a.to].map(|v| self.solid.positions()[v as usize]);
+                // By exactly half a turn or inwards.
+                if b.normal.dot(a.away(difference(from, to).normalize())) < 1e-12 {
+                    self.all.turned.extend([a.triangle, b.triangle]);
+                    trust = Trust::Doubtful;
+                }
+            }
+        }
+        trust
     }
 
     /// Adds the cap of the edge directions from `first` on, of which only those stay that bound it, if there is one.
@@ -170,25 +220,24 @@ impl Around<'_> {
     }
 }
 
-/// Unit normals away from the solid across an edge with the given facets, if it is convex.
-fn arcs(edge: &[Spoke], direction: DVec3, radius: f64) -> Vec<Arc> {
-    // Away from each facet, in its plane.
-    let away = |spoke: &Spoke| {
-        let across = direction.cross(spoke.normal);
-        if spoke.leads_away { across } else { -across }
-    };
+/// Unit normals away from the solid across an edge with the given facets: if it is convex, or where nobody knows, those that
+/// lead away from the facets.
+fn arcs(edge: &[Spoke], direction: DVec3, radius: f64, trust: Trust) -> Vec<Arc> {
     match edge {
         [a, b] if a.leads_away && !b.leads_away && a.normal != DVec3::ZERO && b.normal != DVec3::ZERO => {
-            let (sine, cosine) = (b.normal.dot(away(a)), b.normal.dot(a.normal));
+            let (sine, cosine) = (b.normal.dot(a.away(direction)), b.normal.dot(a.normal));
+            let is_wide = cosine <= 0.0 || radius * sine.abs() > NARROW;
             // Of two facets that are folded onto each other nobody knows on which side the solid is.
-            let is_convex = if cosine > 0.0 { radius * sine > NARROW } else { sine > -1e-12 };
-            let middle = if cosine > 0.0 { a.normal + b.normal } else { away(a) + away(b) };
-            let arc = || Arc { borders: [a.normal, b.normal], middle: middle.normalize_or_zero() };
-            is_convex.then(arc).into_iter().collect()
+            let is_convex = sine > if cosine > 0.0 { 0.0 } else { -1e-12 };
+            let side = if is_convex { 1.0 } else { -1.0 };
+            let middle =
+                if cosine > 0.0 { side * (a.normal + b.normal) } else { a.away(direction) + b.away(direction) };
+            let arc = || Arc { borders: [side * a.normal, side * b.normal], middle: middle.normalize_or_zero() };
+            (is_wide && (is_convex || trust == Trust::Doubtful)).then(arc).into_iter().collect()
         }
         _ => {
             let known = edge.iter().filter(|spoke| spoke.normal != DVec3::ZERO);
-            unbound_arcs(&known.map(away).collect::<Vec<_>>(), direction)
+            unbound_arcs(&known.map(|spoke| spoke.away(direction)).collect::<Vec<_>>(), direction)
         }
     }
 }

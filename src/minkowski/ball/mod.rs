@@ -14,6 +14,13 @@
 //! nor on a shifted facet whose unit normal is rational, and no ray runs within a facet: what is regular does not meet the rays
 //! in ties, and the three axes agree about nodes.
 //!
+//! Rounding to the lattice can turn a triangle over that is only a few steps high, as surfaces made of cells have them by the
+//! dozen. The edges on both of its sides are reflex then by their facets' normals, though what is nearest to points that
+//! are out are these very edges: a tube is missing, and through the gap goes a ray. Around such **doubtful** vertices nothing is
+//! concluded from which side of a facet is out. Every edge carries the tube of the normals that lead away from both of its
+//! facets, and thin or folded facets are shifted to either side. That is more than is needed and does no harm,
+//! for the same reason as widening.
+//!
 //! What was tried first was to round shifted facets to the lattice and cover them exactly, as meshes are. The facets on two
 //! sides of an edge are rounded by different amounts then, and through slits of one lattice step there went one ray in a
 //! million: one for every few passes over a fine mesh, and one is enough to spoil a flood.
@@ -40,6 +47,8 @@ use super::Polyhedron;
 use crate::fixed::Pixels;
 use crate::ldi::{Ldi, LdiError};
 use cap::Cap;
+use facet::Facet;
+use features::Features;
 pub use membership::BallMembership;
 use tube::Tube;
 
@@ -49,6 +58,10 @@ const WIDENED: f64 = 1.0 / 256.0;
 /// The least widening where a patch is seen so obliquely that calculation is no better.
 const LEAST_WIDENED: f64 = 1e-6;
 
+/// The height, in lattice steps, below which the normal of a triangle may be anything: rounding has moved its corners by a
+/// step or two, and where a file had them in `f32`, by dozens.
+const THIN: f64 = 256.0;
+
 /// A radius as it is used: an even number of lattice steps, and not zero.
 pub fn rounded_radius(steps: f64) -> f64 {
     (2.0 * (0.5 * steps).round()).max(2.0)
@@ -56,23 +69,33 @@ pub fn rounded_radius(steps: f64) -> f64 {
 
 /// The patches that cover the boundary of a polyhedron ⊕ a ball.
 ///
-/// They are numbered: the facets as triangles of the polyhedron, then tubes, then caps.
+/// They are numbered: the facets as triangles of the polyhedron, then those on the other side of some of them, then tubes,
+/// then caps.
 #[derive(Debug)]
 pub struct BallPatches<'s> {
     radius: f64,
     solid: &'s Polyhedron,
     /// By triangle; zero for one without area.
     normals: Vec<DVec3>,
+    /// Triangles that are shifted to their other side, too.
+    turned: Vec<u32>,
     tubes: Vec<Tube>,
     caps: Vec<Cap>,
     /// Edge directions of caps.
     spokes: Vec<DVec3>,
 }
 
+/// A patch of any kind.
+enum Patch<'p> {
+    Facet(Facet),
+    Tube(&'p Tube),
+    Cap(&'p Cap),
+}
+
 /// How many patches there are of each kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PatchCounts {
-    /// Facets, shifted.
+    /// Facets, shifted; some of them to both sides.
     pub facets: usize,
     /// Parts of cylinders about convex edges.
     pub tubes: usize,
@@ -86,11 +109,14 @@ impl<'s> BallPatches<'s> {
         let radius = rounded_radius(radius_steps);
         let normal = |&[a, b, c]: &[u32; 3]| {
             let [a, b, c] = [a, b, c].map(|vertex| solid.positions()[vertex as usize]);
-            facet::unit_normal(a, b, c)
+            let (normal, height) = facet::normal_and_height(a, b, c);
+            (normal, height < THIN)
         };
-        let normals: Vec<DVec3> = solid.triangles().par_iter().with_min_len(1 << 12).map(normal).collect();
-        let features = features::find(solid, &normals, radius);
-        BallPatches { radius, solid, normals, tubes: features.tubes, caps: features.caps, spokes: features.spokes }
+        let (mut normals, mut is_thin) = (Vec::new(), Vec::new());
+        let found = solid.triangles().par_iter().with_min_len(1 << 12).map(normal);
+        found.unzip_into_vecs(&mut normals, &mut is_thin);
+        let Features { turned, tubes, caps, spokes } = features::find(solid, &normals, &is_thin, radius);
+        BallPatches { radius, solid, normals, turned, tubes, caps, spokes }
     }
 
     /// The radius, in lattice steps.
@@ -100,19 +126,35 @@ impl<'s> BallPatches<'s> {
 
     /// How many patches there are.
     pub fn counts(&self) -> PatchCounts {
-        PatchCounts { facets: self.normals.len(), tubes: self.tubes.len(), caps: self.caps.len() }
+        let facets = self.normals.len() + self.turned.len();
+        PatchCounts { facets, tubes: self.tubes.len(), caps: self.caps.len() }
     }
 
     /// The unit normal, away from the polyhedron, of a patch at a lattice position on it.
     pub fn normal(&self, patch: u32, point: DVec3) -> DVec3 {
-        let (patch, facets) = (patch as usize, self.normals.len());
-        match patch.checked_sub(facets) {
-            None => self.normals[patch],
-            Some(tube) => match tube.checked_sub(self.tubes.len()) {
-                None => self.tubes[tube].normal(point),
-                Some(cap) => self.caps[cap].normal(point),
-            },
+        match self.patch(patch) {
+            Patch::Facet(facet) => facet.normal,
+            Patch::Tube(tube) => tube.normal(point),
+            Patch::Cap(cap) => cap.normal(point),
         }
+    }
+
+    /// The patch of a number.
+    fn patch(&self, number: u32) -> Patch<'_> {
+        let number = number as usize;
+        let Some(after) = number.checked_sub(self.normals.len()) else { return Patch::Facet(self.facet(number)) };
+        let Some(tube) = after.checked_sub(self.turned.len()) else {
+            return Patch::Facet(self.facet(self.turned[after] as usize).turned());
+        };
+        match tube.checked_sub(self.tubes.len()) {
+            None => Patch::Tube(&self.tubes[tube]),
+            Some(cap) => Patch::Cap(&self.caps[cap]),
+        }
+    }
+
+    fn facet(&self, triangle: usize) -> Facet {
+        let corners = self.solid.triangles()[triangle].map(|vertex| self.solid.positions()[vertex as usize]);
+        Facet { corners, normal: self.normals[triangle] }
     }
 
     /// Normals for the samples of images whose [`triangles`](Ldi::triangles) are patches: each sample gets a number of its

@@ -1,5 +1,7 @@
 //! Settled offsets of solids whose offsets are known, and of random ones against distances from all their triangles.
 
+mod slivers;
+
 use std::f64::consts::PI;
 
 use glam::{DMat3, DQuat, DVec3};
