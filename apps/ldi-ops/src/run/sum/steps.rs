@@ -75,6 +75,37 @@ struct Beside {
 /// Bits that settling remembers of a node: two planes of each slab are kept.
 const BITS_OF_NODE: f64 = 0.5;
 
+/// On which sides of its facets a solid may lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sides {
+    /// Behind them.
+    Behind,
+    /// Anywhere: there are folds.
+    Both,
+}
+
+/// Why a step could not be made.
+enum Unmade {
+    /// Rays contradict one another, or exact tests.
+    Contradiction(Failure),
+    /// All else.
+    Failed(Failure),
+}
+
+impl From<Failure> for Unmade {
+    fn from(failure: Failure) -> Unmade {
+        Unmade::Failed(failure)
+    }
+}
+
+impl From<Unmade> for Failure {
+    fn from(unmade: Unmade) -> Failure {
+        match unmade {
+            Unmade::Contradiction(failure) | Unmade::Failed(failure) => failure,
+        }
+    }
+}
+
 /// What all steps of a job share.
 #[derive(Clone, Copy)]
 pub struct Setting<'s> {
@@ -142,7 +173,8 @@ impl Setting<'_> {
         }
     }
 
-    /// A sum, or with [`Outer::In`] a difference of the reflected.
+    /// A sum, or with [`Outer::In`] a difference of the reflected. Where the facets of a sum contradict one another, one of
+    /// the solids has folds, in which it lies before its facets; the sum is then made with both sides of all.
     fn of_pair<H: Hit + Sync>(
         &self,
         a: &ClosedMesh,
@@ -150,12 +182,32 @@ impl Setting<'_> {
         outer: Outer,
         seconds: &mut Seconds,
     ) -> Result<Made, Failure> {
+        match (self.of_sides::<H>(a, b, outer, Sides::Behind, seconds), outer) {
+            (Err(Unmade::Contradiction(_)), Outer::Out) => {
+                self.progress.detail(format_args!("facets contradict one another: taken from both sides"));
+                Ok(self.of_sides::<H>(a, b, outer, Sides::Both, seconds)?)
+            }
+            (made, _) => Ok(made?),
+        }
+    }
+
+    fn of_sides<H: Hit + Sync>(
+        &self,
+        a: &ClosedMesh,
+        b: &ClosedMesh,
+        outer: Outer,
+        sides: Sides,
+        seconds: &mut Seconds,
+    ) -> Result<Made, Unmade> {
         let start = Instant::now();
         self.progress.stage("culling");
         let grids = SumGrid::with_pitch(a.bounds(), b.bounds(), self.pitch, self.lod);
         let SumGrid { sum: grid, a: grid_a, b: grid_b } = grids.map_err(|error| self.refused(&error))?;
         let (a, b) = (self.polyhedron(&grid_a, a, outer)?, self.polyhedron(&grid_b, b, Outer::Out)?);
-        let (mut primitives, pairs) = cull(&a, &b);
+        let (mut primitives, pairs) = match sides {
+            Sides::Behind => cull(&a, &b),
+            Sides::Both => cull(&a.two_sided(), &b.two_sided()),
+        };
         let sampler = CpuSampler::default();
         if primitives.triangles.len() > FEW {
             primitives = primitives.outside(&Interior::new(&grid, &a, outer, &b, &sampler));
@@ -170,7 +222,7 @@ impl Setting<'_> {
 
         self.progress.stage("looking ahead");
         let membership = SumMembership::new(&a, outer, &b);
-        let forecast = Forecast::of(
+        let forecast = Forecast::of::<Unmade>(
             &grid,
             |grid, axis| Ok(primitives.spans(grid, axis, outer, &sampler)?.0),
             |grid, spans| Ok(self.settled_spans(grid, spans, outer, &membership)?.spans),
@@ -221,7 +273,7 @@ impl Setting<'_> {
         ));
 
         self.progress.stage("looking ahead");
-        let forecast = Forecast::of(
+        let forecast = Forecast::of::<Failure>(
             &grid,
             |grid, axis| patches.spans(grid, axis, outer),
             // Most gaps are the result's.
@@ -310,15 +362,15 @@ impl Setting<'_> {
         spans: [RaySpans<H>; 3],
         outer: Outer,
         membership: &impl Membership,
-    ) -> Result<Settled<H>, Failure> {
+    ) -> Result<Settled<H>, Unmade> {
         let start = Instant::now();
         self.progress.stage("flooding");
         let settled = self.settled_spans(grid, spans, outer, membership)?;
         if let Some(node) = first_difference(grid, &settled.spans, outer, membership) {
-            return Err(self.refused(&format_args!(
+            return Err(Unmade::Contradiction(self.refused(&format_args!(
                 "at lattice node {node:?} the result is not what an exact test says: a ray has slipped through the surface, \
                  which must not happen; another --resolution may do"
-            )));
+            ))));
         }
         let took = start.elapsed().as_secs_f64();
         seconds.operate += took;
@@ -335,14 +387,14 @@ impl Setting<'_> {
         spans: [RaySpans<H>; 3],
         outer: Outer,
         membership: &impl Membership,
-    ) -> Result<Settled<H>, Failure> {
+    ) -> Result<Settled<H>, Unmade> {
         let progress = self.progress;
         let tell = move |done: u64, all: u64| progress.stage(format!("testing what no flood reached: {done} of {all}"));
         settle(grid, spans, outer, membership, &tell).map_err(|error| {
-            self.refused(&format_args!(
+            Unmade::Contradiction(self.refused(&format_args!(
                 "{error}; a surface that crosses itself may do that, and `ldi-ops sample FILE --fill nonzero --mode exact -o one.stl` \
                  makes one that does not"
-            ))
+            )))
         })
     }
 
