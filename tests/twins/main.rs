@@ -20,6 +20,7 @@ mod open;
 mod rasters;
 #[path = "../oracle/soups.rs"]
 mod soups;
+mod spans;
 mod stages;
 mod summaries;
 mod triangles;
