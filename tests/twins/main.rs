@@ -18,6 +18,7 @@ mod manifest;
 mod models;
 mod open;
 mod rasters;
+mod settle;
 #[path = "../oracle/soups.rs"]
 mod soups;
 mod spans;
