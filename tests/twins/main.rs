@@ -7,6 +7,7 @@ mod arithmetic;
 mod bands;
 mod comparison;
 mod corpus;
+mod cull;
 mod device;
 mod history;
 mod images;
