@@ -25,5 +25,6 @@ mod soups;
 mod spans;
 mod stages;
 mod summaries;
+mod sums;
 mod triangles;
 mod twin;
