@@ -7,6 +7,7 @@
 mod budget;
 mod forecast;
 mod shells;
+mod spot_check;
 mod steps;
 
 use std::time::Instant;

@@ -17,6 +17,7 @@ use ldi_ops::sampler::cpu::CpuSampler;
 
 use super::budget::{self, Cost, Limit};
 use super::forecast::Forecast;
+use super::spot_check::first_difference;
 use crate::exit::Failure;
 use crate::progress::Progress;
 use crate::run::machine;
@@ -118,7 +119,7 @@ pub struct StepReport {
     pub primitives: u64,
     /// Triangles or parts that are sampled: those that may lie at the surface.
     pub sampled: u64,
-    /// Crossings of rays along x, y and z with those that are sampled; not counted for an offset.
+    /// Crossings of rays along x, y and z with those that are sampled.
     pub crossings: Option<[u64; 3]>,
     pub settled: SettleCounts,
     pub memory_estimate: u64,
@@ -235,8 +236,7 @@ impl Setting<'_> {
         let membership = BallMembership::new(&grid, &solid, radius, outer)?;
         seconds.operate += start.elapsed().as_secs_f64();
 
-        let (spans, _) =
-            self.sampled(seconds, &grid, |axis| patches.spans::<H>(&grid, axis, outer).map(|spans| (spans, 0)))?;
+        let (spans, crossings) = self.sampled(seconds, &grid, |axis| patches.counted_spans::<H>(&grid, axis, outer))?;
         let Settled { spans, counts: settled } = self.settled(seconds, &grid, spans, outer, &membership)?;
         drop(membership);
         let primitives = (facets + tubes + caps) as u64;
@@ -246,7 +246,7 @@ impl Setting<'_> {
             pairs: None,
             primitives,
             sampled: primitives,
-            crossings: None,
+            crossings: Some(crossings),
             settled,
             memory_estimate,
         };
@@ -314,6 +314,12 @@ impl Setting<'_> {
         let start = Instant::now();
         self.progress.stage("flooding");
         let settled = self.settled_spans(grid, spans, outer, membership)?;
+        if let Some(node) = first_difference(grid, &settled.spans, outer, membership) {
+            return Err(self.refused(&format_args!(
+                "at lattice node {node:?} the result is not what an exact test says: a ray has slipped through the surface, \
+                 which must not happen; another --resolution may do"
+            )));
+        }
         let took = start.elapsed().as_secs_f64();
         seconds.operate += took;
         let SettleCounts { components, gaps, gaps_tested, gaps_out, .. } = settled.counts;
@@ -334,7 +340,8 @@ impl Setting<'_> {
         let tell = move |done: u64, all: u64| progress.stage(format!("testing what no flood reached: {done} of {all}"));
         settle(grid, spans, outer, membership, &tell).map_err(|error| {
             self.refused(&format_args!(
-                "{error}; shells that are folded over or inside out may do that, and `ldi-ops check` tells more"
+                "{error}; a surface that crosses itself may do that, and `ldi-ops sample FILE --fill nonzero --mode exact -o one.stl` \
+                 makes one that does not"
             ))
         })
     }
