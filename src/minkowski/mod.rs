@@ -49,7 +49,7 @@
 //!
 //! let (primitives, _) = cull(&a, &b);
 //! let sampler = CpuSampler::default();
-//! let along = |axis| primitives.spans::<Crossing>(&grids.sum, axis, Outer::Out, &sampler);
+//! let along = |axis| primitives.spans::<Crossing, _>(&grids.sum, axis, Outer::Out, &sampler);
 //! let spans = [along(Axis::X)?.0, along(Axis::Y)?.0, along(Axis::Z)?.0];
 //! let membership = SumMembership::new(&a, Outer::Out, &b);
 //! let settled = settle(&grids.sum, spans, Outer::Out, &membership, &|_, _| ())?;
