@@ -233,7 +233,7 @@ impl Setting<'_> {
         seconds.operate += start.elapsed().as_secs_f64();
 
         let (spans, crossings) =
-            self.sampled(seconds, &grid, |axis| primitives.spans::<H>(&grid, axis, outer, &sampler))?;
+            self.sampled(seconds, &grid, |axis| primitives.spans::<H, _>(&grid, axis, outer, &sampler))?;
         let normals = if self.keep.has_triangles() { primitives.normals(&grid) } else { Vec::new() };
         let sampled = primitives.triangles.len() as u64;
         drop(primitives);
