@@ -144,6 +144,8 @@ pub struct StepReport {
     pub operation: &'static str,
     /// Of an offset.
     pub distance: Option<f64>,
+    /// Whether the facets of the inputs contradict one another, so that they count from both sides.
+    pub is_folded: bool,
     /// Of features; an offset has none.
     pub pairs: Option<CullCounts>,
     /// Triangles that cover the surface, or parts of planes, tubes and spheres.
@@ -245,6 +247,7 @@ impl Setting<'_> {
         let report = StepReport {
             operation,
             distance: None,
+            is_folded: sides == Sides::Both,
             pairs: Some(pairs),
             primitives: pairs.distinct,
             sampled,
@@ -295,6 +298,7 @@ impl Setting<'_> {
         let report = StepReport {
             operation: "offset",
             distance: Some(distance),
+            is_folded: false,
             pairs: None,
             primitives,
             sampled: primitives,
