@@ -274,7 +274,8 @@ impl Setting<'_> {
         let solid = Polyhedron::new(&grid.quantise(mesh).map_err(|error| self.refused(&error))?);
         if solid.triangles().is_empty() {
             return Err(self.refused(&format_args!(
-                "every triangle of a solid {} long is thinner than the lattice is fine, whose steps are {} here; that leaves                  nothing of it to add or to take away",
+                "every triangle of a solid {} long is thinner than a lattice step, {} here, which leaves nothing of it to add \
+                 or to take away",
                 number(mesh.bounds().extent().max_element()),
                 number(2.0 * grid.step())
             )));
