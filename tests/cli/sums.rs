@@ -204,6 +204,24 @@ fn slivers_open_no_boundary() {
     }
 }
 
+/// A pyramid on each face of a cube, whose tip lies far beyond an edge of the face: its sides are folded over one another.
+#[test]
+fn folds_are_walls() {
+    let folder = Folder::new();
+    let mut folded = Vec::new();
+    for (i, &[a, b, c]) in cube(0.0, 1.0).iter().enumerate() {
+        let tip = [0, 1, 2].map(|k| a[k] + (1.0 + 0.01 * i as f64) * (b[k] - a[k]) - 0.03 * (c[k] - a[k]) + 0.001);
+        folded.extend([[a, b, tip], [b, c, tip], [c, a, tip]]);
+    }
+    folder.stl("a.stl", &folded);
+    folder.stl("b.stl", &cube(0.0, 1.0));
+    for turn in ["rotate(1,2,3,20)", "rotate(3,2,1,50)"] {
+        let flags = ["a.stl", "b.stl", "--fill", "nonzero", "--transform-a", turn, "--transform-b", turn];
+        let result = sum(&folder, &[&flags[..], &["--resolution", "48"]].concat());
+        assert_near(volume(&result), 8.89, 0.02);
+    }
+}
+
 #[test]
 fn the_reflected_lies_on_the_other_side_of_the_origin() {
     let folder = Folder::new();

@@ -316,7 +316,7 @@ fn sheets_grow_round() {
     let expected = 2.0 * radius * 12.0 + 7.0 * PI * radius * radius + 4.0 / 3.0 * PI * radius.powi(3);
     for angle in [0.0, 0.3] {
         let grown = Offset::new(turned(sheet([4.0, 3.0]), DVec3::new(1.0, 2.0, 0.5), angle), radius, 0.0625);
-        grown.each_volume_is(expected, 3e-3);
+        grown.each_volume_is(expected, 1e-2);
         grown.agrees_with_all_triangles();
     }
 }
