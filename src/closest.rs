@@ -8,6 +8,9 @@ use glam::DVec3;
 /// Triangles in a leaf, at most.
 const LEAF: usize = 4;
 
+/// Halves of more triangles than this are split on two threads.
+const APART: usize = 1 << 12;
+
 /// A set of triangles, by boxes.
 pub struct ClosestTriangle {
     /// Depth first: the left child of a node comes right after it.
@@ -18,10 +21,13 @@ pub struct ClosestTriangle {
     indices: Vec<u32>,
 }
 
+/// A triangle's centroid, and its index in the set.
+type Place = (DVec3, u32);
+
 struct Node {
     min: DVec3,
     max: DVec3,
-    /// Of a leaf, the first triangle; of another node, its right child.
+    /// Of a leaf, the first triangle; of another node, how far after it its right child comes.
     at: u32,
     /// Triangles of a leaf; 0 for another node.
     count: u32,
@@ -41,10 +47,9 @@ pub struct Closest {
 impl ClosestTriangle {
     /// The tree of a set that is not empty.
     pub fn new(set: &[[DVec3; 3]]) -> ClosestTriangle {
-        let mut order: Vec<(DVec3, u32)> =
+        let mut order: Vec<Place> =
             set.iter().zip(0..).map(|([a, b, c], index)| ((*a + *b + *c) / 3.0, index)).collect();
-        let mut nodes = Vec::with_capacity(2 * set.len() / LEAF + 1);
-        grow(&mut nodes, set, &mut order, 0);
+        let nodes = grow_apart(set, &mut order, 0);
         let indices: Vec<u32> = order.into_iter().map(|(_, index)| index).collect();
         let corners = indices.iter().map(|&index| set[index as usize]).collect();
         ClosestTriangle { nodes, corners, indices }
@@ -73,7 +78,7 @@ impl ClosestTriangle {
                 continue;
             }
             let bound = |child: u32| (child, self.nodes[child as usize].squared_distance(point));
-            let (left, right) = (bound(index + 1), bound(node.at));
+            let (left, right) = (bound(index + 1), bound(index + node.at));
             let (near, far) = if left.1 <= right.1 { (left, right) } else { (right, left) };
             stack[depth] = far;
             stack[depth + 1] = near;
@@ -99,7 +104,7 @@ impl ClosestTriangle {
                 continue;
             }
             let bound = |child: u32| (child, self.nodes[child as usize].squared_distance(point));
-            let (left, right) = (bound(index + 1), bound(node.at));
+            let (left, right) = (bound(index + 1), bound(index + node.at));
             let (near, far) = if left.1 <= right.1 { (left, right) } else { (right, left) };
             // The nearer one is looked at first.
             for (child, bound) in [far, near] {
@@ -121,7 +126,7 @@ impl ClosestTriangle {
                 continue;
             }
             if node.count == 0 {
-                open.extend([index + 1, node.at]);
+                open.extend([index + 1, index + node.at]);
                 continue;
             }
             let leaf = (node.at..node.at + node.count).filter(|&at| {
@@ -135,30 +140,58 @@ impl ClosestTriangle {
 }
 
 impl Node {
+    /// The node above a left child, which comes right after it, and a right one.
+    fn above(left: &Node, right: &Node, at: usize) -> Node {
+        Node { min: left.min.min(right.min), max: left.max.max(right.max), at: at as u32, count: 0 }
+    }
+
     fn squared_distance(&self, point: DVec3) -> f64 {
         (point.clamp(self.min, self.max) - point).length_squared()
     }
 }
 
-/// Adds the node of some triangles, the first of which is number `first` in the order, and all below it.
-fn grow(nodes: &mut Vec<Node>, set: &[[DVec3; 3]], order: &mut [(DVec3, u32)], first: u32) {
-    let box_of = |points: &mut dyn Iterator<Item = DVec3>| {
-        points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), point| (min.min(point), max.max(point)))
-    };
-    let (min, max) = box_of(&mut order.iter().flat_map(|(_, index)| set[*index as usize]));
-    let node = nodes.len();
-    if order.len() <= LEAF {
-        nodes.push(Node { min, max, at: first, count: order.len() as u32 });
-        return;
+/// The nodes of some triangles, the first of which is number `first` in the order: large halves on two threads.
+fn grow_apart(set: &[[DVec3; 3]], order: &mut [Place], first: u32) -> Vec<Node> {
+    let mut nodes = Vec::new();
+    if order.len() <= APART {
+        grow(&mut nodes, set, order, first);
+        return nodes;
     }
-    nodes.push(Node { min, max, at: 0, count: 0 });
-    let (least, most) = box_of(&mut order.iter().map(|(centroid, _)| *centroid));
+    let (low, high) = halves(order);
+    let right = first + low.len() as u32;
+    let (low, high) = rayon::join(|| grow_apart(set, low, first), || grow_apart(set, high, right));
+    nodes.reserve(1 + low.len() + high.len());
+    nodes.push(Node::above(&low[0], &high[0], 1 + low.len()));
+    nodes.extend(low);
+    nodes.extend(high);
+    nodes
+}
+
+/// Adds the node of some triangles, the first of which is number `first` in the order, and all below it.
+fn grow(nodes: &mut Vec<Node>, set: &[[DVec3; 3]], order: &mut [Place], first: u32) {
+    if order.len() <= LEAF {
+        let (min, max) = box_of(order.iter().flat_map(|(_, index)| set[*index as usize]));
+        return nodes.push(Node { min, max, at: first, count: order.len() as u32 });
+    }
+    let node = nodes.len();
+    nodes.push(Node { min: DVec3::ZERO, max: DVec3::ZERO, at: 0, count: 0 });
+    let (low, high) = halves(order);
+    grow(nodes, set, low, first);
+    let right = nodes.len();
+    grow(nodes, set, high, first + low.len() as u32);
+    nodes[node] = Node::above(&nodes[node + 1], &nodes[right], right - node);
+}
+
+/// Triangles with their centroids in halves along the longest side of the box of these.
+fn halves(order: &mut [Place]) -> (&mut [Place], &mut [Place]) {
+    let (least, most) = box_of(order.iter().map(|(centroid, _)| *centroid));
     let (axis, half) = (longest(most - least), order.len() / 2);
     order.select_nth_unstable_by(half, |a, b| a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1)));
-    let (low, high) = order.split_at_mut(half);
-    grow(nodes, set, low, first);
-    nodes[node].at = nodes.len() as u32;
-    grow(nodes, set, high, first + half as u32);
+    order.split_at_mut(half)
+}
+
+fn box_of(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
+    points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), point| (min.min(point), max.max(point)))
 }
 
 /// The axis along which a box is longest.
@@ -255,6 +288,20 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn trees_that_grow_apart_are_those_that_grow_together() {
+        let place = |i: usize| DVec3::new((i * 7919 % 1009) as f64, (i * 104_729 % 997) as f64, (i * 31 % 83) as f64);
+        let set: Vec<[DVec3; 3]> = (0..3 * APART).map(|i| [place(i), place(i + 1), place(i + 7)]).collect();
+        let order = || (0..).zip(&set).map(|(index, [a, b, c])| ((*a + *b + *c) / 3.0, index)).collect::<Vec<_>>();
+        let mut together = Vec::new();
+        grow(&mut together, &set, &mut order(), 0);
+        let apart = grow_apart(&set, &mut order(), 0);
+        assert_eq!(apart.len(), together.len());
+        for (a, b) in apart.iter().zip(&together) {
+            assert_eq!((a.min, a.max, a.at, a.count), (b.min, b.max, b.at, b.count));
         }
     }
 

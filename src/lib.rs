@@ -7,6 +7,7 @@
 //! # The way data flows
 //! ```text
 //! files → mesh → grid (quantise once) → sampler (crossings → masks → classes → samples) → Ldi
+//!         two solids → minkowski (primitives → spans → settled spans) → Ldi
 //!         Ldi → boolean | integrate | surface | voxels | picture → numbers, files
 //! ```
 //! - [`mesh`] reads files and checks them: a [`mesh::ClosedMesh`] is the way into a sampler.
@@ -14,6 +15,7 @@
 //! - [`sampler`] states what an image is, to the bit; [`sampler::cpu`] and, with the feature `gpu`, `sampler::gpu` make it.
 //! - [`gpu`] finds and opens the devices that the latter runs on.
 //! - [`ldi`] holds the image; [`boolean`] combines any number; [`integrate`] finds volume, area and moments.
+//! - [`minkowski`] makes the images of sums, differences and offsets of solids, which no mesh bounds.
 //! - [`surface`] makes a mesh of three images again, says what it must satisfy, and makes it of fewer triangles.
 //! - [`voxels`] writes which lattice nodes are inside, for programs that know no images.
 //! - [`picture`] draws what images show.

@@ -5,7 +5,8 @@
 //! work on crossings instead of voxels, so that nothing finer than a voxel is lost and nothing leaks:
 //!
 //! 1. **Primitives** (`cull`): facet + vertex and edge + edge whose supporting planes agree, by exact signs. Together they
-//!    cover the boundary of the sum, and more: parts of them lie inside.
+//!    cover the boundary of the sum, and more: parts of them lie inside. Those that lie in what is coarsely known to be
+//!    inside (`interior`) are not sampled.
 //! 2. **Certain spans** (`spans`): the rays meet the primitives in crossings, which cut them into intervals, each wholly in
 //!    or wholly out of the sum. *Behind every primitive lies the sum*: a facet has its own solid behind it, and a convex
 //!    edge on another spans the half space behind their common plane. So an interval is in unless the crossing before it
@@ -21,11 +22,41 @@
 //! that the sampler uses (`membership`), so that no component and no gap stays undecided. Gaps shorter than four lattice
 //! steps, a few millionths of a pitch, are closed unless a node lies in them.
 //!
+//! A GPU does the first three steps, too, with the same results: `cull::gpu` looks at every pair, [`Primitives::spans`] takes
+//! either sampler, and `settle::gpu` floods masks of all nodes.
+//!
 //! The difference A ⊖ B = {x : x + B ⊆ A} is the complement of complement(A) ⊕ (−B): the same steps with A turned inside
 //! out and what lies outside of everything counted as in.
 //!
 //! Overlapping shells unite: the sum of a heap of struts is the union of their sums. Shells whose overlaps are to cancel, as
 //! even-odd has them, have no sum of this kind.
+//!
+//! # Two boxes
+//! ```
+//! use glam::DVec3;
+//! use ldi_ops::fixed::Crossing;
+//! use ldi_ops::grid::{Axis, SumGrid};
+//! use ldi_ops::integrate;
+//! use ldi_ops::mesh::ClosedMesh;
+//! use ldi_ops::minkowski::{Outer, Polyhedron, SumMembership, cull, settle};
+//! use ldi_ops::sampler::{Mode, cpu::CpuSampler};
+//! use ldi_ops::solids;
+//!
+//! let a = ClosedMesh::check(solids::cuboid(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0))?)?;
+//! let b = ClosedMesh::check(solids::cuboid(DVec3::splat(9.0), DVec3::splat(10.0))?)?;
+//! let grids = SumGrid::with_pitch(a.bounds(), b.bounds(), 0.0625, 1024)?;
+//! let (a, b) = (Polyhedron::new(&grids.a.quantise(&a)?), Polyhedron::new(&grids.b.quantise(&b)?));
+//!
+//! let (primitives, _) = cull(&a, &b);
+//! let sampler = CpuSampler::default();
+//! let along = |axis| primitives.spans::<Crossing, _>(&grids.sum, axis, Outer::Out, &sampler);
+//! let spans = [along(Axis::X)?.0, along(Axis::Y)?.0, along(Axis::Z)?.0];
+//! let membership = SumMembership::new(&a, Outer::Out, &b);
+//! let settled = settle(&grids.sum, spans, Outer::Out, &membership, &|_, _| ())?;
+//! let image = settled.spans[2].image(&grids.sum, Mode::Exact, &sampler)?;
+//! assert!((integrate::volume(&image) - 2.0 * 3.0 * 4.0).abs() < 1e-4);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod ball;
 pub mod cull;

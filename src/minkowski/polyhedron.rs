@@ -64,6 +64,15 @@ impl Polyhedron {
         self
     }
 
+    /// Every facet, and the same seen from the other side. The sum of such a surface with a solid covers the boundary of what
+    /// the surface and all that it winds around have for a sum, also where the solid lies before a facet and not behind it:
+    /// where folds cross themselves. No edge is reflex then, so that there are some times more primitives.
+    pub fn two_sided(&self) -> Polyhedron {
+        let reversed = self.triangles.iter().map(|&[a, b, c]| [a, c, b]);
+        let triangles = self.triangles.iter().copied().chain(reversed).collect();
+        Polyhedron { positions: self.positions.clone(), triangles }
+    }
+
     /// Lattice positions, no two the same.
     pub fn positions(&self) -> &[[i32; 3]] {
         &self.positions

@@ -23,6 +23,7 @@ const CHUNK: usize = 1 << 13;
 struct BandSpans<H> {
     ends: Vec<u32>,
     hits: Vec<H>,
+    crossings: u64,
 }
 
 impl BallPatches<'_> {
@@ -31,11 +32,21 @@ impl BallPatches<'_> {
     /// With [`Outer::Out`] the sum must lie in the grid, but for rounding. With [`Outer::In`] what lies outside of the
     /// grid must be in.
     pub fn spans<H: Hit + Sync>(&self, grid: &Grid, axis: Axis, outer: Outer) -> Result<RaySpans<H>, TooManySamples> {
+        Ok(self.counted_spans(grid, axis, outer)?.0)
+    }
+
+    /// The [`spans`](Self::spans), and the number of crossings that they were found from.
+    pub fn counted_spans<H: Hit + Sync>(
+        &self,
+        grid: &Grid,
+        axis: Axis,
+        outer: Outer,
+    ) -> Result<(RaySpans<H>, u64), TooManySamples> {
         let view = View::new(grid, axis);
         let (columns, rows) = grid.image_size(axis);
         let length = f64::from(grid.length(axis.depth()));
         let bands = rows.div_ceil(BAND_ROWS);
-        let sorted = self.by_band(&view, bands as usize);
+        let sorted = if self.covers_all(outer) { Vec::new() } else { self.by_band(&view, bands as usize) };
         let pixels = Pixels::new(grid.shift());
         let of_band = |crossings: &mut BandCrossings<H>, band: u32| {
             let rows = band * BAND_ROWS..rows.min((band + 1) * BAND_ROWS);
@@ -54,7 +65,7 @@ impl BallPatches<'_> {
                 });
             }
             crossings.sort_by_ray();
-            let mut spans = BandSpans { ends: Vec::new(), hits: Vec::new() };
+            let mut spans = BandSpans { ends: Vec::new(), hits: Vec::new(), crossings: crossings.count() as u64 };
             for ray in 0..rows.len() as u32 * columns {
                 let hits = crossings.on_ray(ray);
                 sort(hits);
@@ -65,6 +76,7 @@ impl BallPatches<'_> {
         };
         let bands: Vec<BandSpans<H>> =
             (0..bands).into_par_iter().map_init(BandCrossings::<H>::default, of_band).collect();
+        let crossings = bands.iter().map(|band| band.crossings).sum();
         let (mut offsets, mut hits) = (vec![0], Vec::new());
         for band in bands {
             let first = u32::try_from(hits.len()).map_err(|_| TooManySamples { axis })?;
@@ -72,7 +84,15 @@ impl BallPatches<'_> {
             hits.extend_from_slice(&band.hits);
         }
         u32::try_from(hits.len()).map_err(|_| TooManySamples { axis })?;
-        Ok(RaySpans { axis, offsets, hits })
+        Ok((RaySpans { axis, offsets, hits }, crossings))
+    }
+
+    /// Whether the ball is too large to leave anything out: no point is farther than half the shortest side from what lies
+    /// around a box.
+    fn covers_all(&self, outer: Outer) -> bool {
+        let bounds = self.solid.bounds();
+        let shortest = (0..3).map(|i| i64::from(bounds.max[i]) - i64::from(bounds.min[i])).min().unwrap_or(0);
+        outer == Outer::In && 2.0 * self.radius >= shortest as f64
     }
 
     /// The patches that each band may meet, in chunks.

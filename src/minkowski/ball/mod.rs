@@ -10,8 +10,9 @@
 //! lattice step. They are widened by a small part of a step, so that no ray slips through between two of them. That does no
 //! harm: the whole tube and the whole sphere belong to the closed sum, and behind every one of their points lies the sum. What
 //! a widened facet may stick out by is the square of that part over twice the radius. The radius is a whole even number of
-//! lattice steps, as positions are, so that no ray runs within a patch: facets that are parallel to the rays stay off them,
-//! and no ray touches a sphere, since odd squares do not add up to one that four divides.
+//! lattice steps, as positions are. So no node lies on a sphere, since three odd squares do not add up to one that four divides,
+//! nor on a shifted facet whose unit normal is rational, and no ray runs within a facet: what is regular does not meet the rays
+//! in ties, and the three axes agree about nodes.
 //!
 //! What was tried first was to round shifted facets to the lattice and cover them exactly, as meshes are. The facets on two
 //! sides of an edge are rounded by different amounts then, and through slits of one lattice step there went one ray in a
@@ -21,7 +22,8 @@
 //! every facet there, as do edges at facets without area; see [`cull`](super::cull). Behind all of that lies the sum, too.
 //!
 //! Shrinking by a ball is growing the complement: patches of [`Polyhedron::complement`], with
-//! [`Outer::In`](super::Outer::In).
+//! [`Outer::In`](super::Outer::In). Shells that overlap unite as they grow, but cannot be shrunk: what of one lies inside
+//! another has no complement behind it.
 
 mod cap;
 mod cone;

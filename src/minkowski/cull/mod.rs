@@ -44,6 +44,8 @@
 mod distinct;
 mod features;
 mod gauss;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod pairs;
 mod sign;
 
@@ -57,7 +59,7 @@ use rayon::prelude::*;
 
 use super::{CullCounts, Polyhedron, Primitives};
 use distinct::Shape;
-use features::{Edge, Features};
+use features::{Corner, Edge, Facet, Features};
 use gauss::Patch;
 use pairs::{Found, meeting};
 use sign::Normal;
@@ -71,7 +73,17 @@ pub fn cull(a: &Polyhedron, b: &Polyhedron) -> (Primitives, CullCounts) {
     let of_b = facets_on_corners(&b_features, &b_map, &a_features, &a_map);
     let of_edges = edges_on_edges(&a_features, &a_map, &b_features, &b_map);
     let visited = of_a.visited + of_b.visited + of_edges.visited;
-    let mut lists: Vec<Vec<Shape>> = [of_a.kept, of_b.kept, of_edges.kept].into_iter().flatten().collect();
+    let lists = [of_a.kept, of_b.kept, of_edges.kept].into_iter().flatten().collect();
+    assemble([a, b], [&a_features, &b_features], lists, visited)
+}
+
+/// The primitives among the shapes that were kept, and what they were found among.
+fn assemble(
+    [a, b]: [&Polyhedron; 2],
+    [a_features, b_features]: [&Features; 2],
+    mut lists: Vec<Vec<Shape>>,
+    visited: u64,
+) -> (Primitives, CullCounts) {
     let count = |lists: &[Vec<Shape>]| lists.iter().map(|list| list.len() as u64).sum();
     let kept = count(&lists);
     distinct::keep_distinct(&mut lists);
@@ -132,9 +144,22 @@ fn facets_on_corners(of: &Features, of_map: &Map, on: &Features, on_map: &Map) -
         if on.spokes_of(corner).iter().any(|spoke| facet.normal.sign(spoke) == Ordering::Greater) {
             return;
         }
-        let by = on.positions[corner.vertex as usize];
-        kept.push(Shape::triangle(facet.vertices.map(|vertex| sum(of.positions[vertex as usize], by))));
+        kept.push(facet_on_corner(of, facet, on, corner));
     })
+}
+
+/// A facet moved by a corner.
+fn facet_on_corner(of: &Features, facet: &Facet, on: &Features, corner: &Corner) -> Shape {
+    let by = on.positions[corner.vertex as usize];
+    Shape::triangle(facet.vertices.map(|vertex| sum(of.positions[vertex as usize], by)))
+}
+
+/// The parallelograms of two edges: as their directions turn, and the other way round.
+fn edge_on_edge(a: &Features, of_a: &Edge, b: &Features, of_b: &Edge) -> [[[i32; 3]; 4]; 2] {
+    let [a0, a1] = of_a.ends.map(|vertex| a.positions[vertex as usize]);
+    let [b0, b1] = of_b.ends.map(|vertex| b.positions[vertex as usize]);
+    let corners = [sum(a0, b0), sum(a1, b0), sum(a1, b1), sum(a0, b1)];
+    [corners, [corners[0], corners[3], corners[2], corners[1]]]
 }
 
 /// Parallelograms of two edges.
@@ -152,10 +177,7 @@ fn edges_on_edges(a: &Features, a_map: &Map, b: &Features, b_map: &Map) -> Found
         if normal.is_zero() {
             return;
         }
-        let [a0, a1] = of_a.ends.map(|vertex| a.positions[vertex as usize]);
-        let [b0, b1] = of_b.ends.map(|vertex| b.positions[vertex as usize]);
-        let corners = [sum(a0, b0), sum(a1, b0), sum(a1, b1), sum(a0, b1)];
-        let turned = [corners[0], corners[3], corners[2], corners[1]];
+        let [corners, turned] = edge_on_edge(a, of_a, b, of_b);
         for (outward, corners, below) in
             [(normal, corners, Ordering::Less), (normal.reversed(), turned, Ordering::Greater)]
         {

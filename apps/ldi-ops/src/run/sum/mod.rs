@@ -7,6 +7,7 @@
 mod budget;
 mod forecast;
 mod shells;
+mod spot_check;
 mod steps;
 
 use std::time::Instant;
@@ -84,6 +85,15 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
     let mut volume = VolumeEstimate::from_axes(&summaries.iter().map(AxisVolume::from_summary).collect::<Vec<_>>());
     volume.error = volume.error.max(bias);
     warnings.extend(operated.warnings);
+    if operated.report.steps.iter().any(|step| step.is_folded) {
+        let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
+        let message = format!(
+            "{}: a surface folds over itself, so that the solid lies before some of its facets; all facets were taken from both \
+             sides, as a sheet of no thickness each",
+            names.join(", ")
+        );
+        warnings.push(Warning::new("folded", message));
+    }
     if volume.value == 0.0 {
         warnings.push(empty(job, grid.pitch()));
     }

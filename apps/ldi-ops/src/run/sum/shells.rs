@@ -60,10 +60,9 @@ impl Windings {
     fn add_image(&mut self, image: &Ldi, winding_of: impl Fn(u32) -> i64) {
         let triangles = image.triangles().expect("the image was sampled with triangles");
         for ends in image.offsets().windows(2) {
-            let mut winding = 0;
-            let mut last = 0;
-            let samples = ends[0] as usize..ends[1] as usize;
-            for (&depth, &triangle) in image.depths()[samples.clone()].iter().zip(&triangles[samples]) {
+            let ray = ends[0] as usize..ends[1] as usize;
+            let (mut winding, mut last) = (0, 0);
+            for (&depth, &triangle) in image.depths()[ray.clone()].iter().zip(&triangles[ray]) {
                 self.add(winding, i64::from(depth - last));
                 winding += winding_of(triangle);
                 last = depth;

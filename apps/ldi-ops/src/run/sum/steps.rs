@@ -17,6 +17,7 @@ use ldi_ops::sampler::cpu::CpuSampler;
 
 use super::budget::{self, Cost, Limit};
 use super::forecast::Forecast;
+use super::spot_check::first_difference;
 use crate::exit::Failure;
 use crate::number::number;
 use crate::progress::Progress;
@@ -75,6 +76,37 @@ struct Beside {
 /// Bits that settling remembers of a node: two planes of each slab are kept.
 const BITS_OF_NODE: f64 = 0.5;
 
+/// On which sides of its facets a solid may lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sides {
+    /// Behind them.
+    Behind,
+    /// Anywhere: there are folds.
+    Both,
+}
+
+/// Why a step could not be made.
+enum Unmade {
+    /// Rays contradict one another, or exact tests.
+    Contradiction(Failure),
+    /// All else.
+    Failed(Failure),
+}
+
+impl From<Failure> for Unmade {
+    fn from(failure: Failure) -> Unmade {
+        Unmade::Failed(failure)
+    }
+}
+
+impl From<Unmade> for Failure {
+    fn from(unmade: Unmade) -> Failure {
+        match unmade {
+            Unmade::Contradiction(failure) | Unmade::Failed(failure) => failure,
+        }
+    }
+}
+
 /// What all steps of a job share.
 #[derive(Clone, Copy)]
 pub struct Setting<'s> {
@@ -113,13 +145,15 @@ pub struct StepReport {
     pub operation: &'static str,
     /// Of an offset.
     pub distance: Option<f64>,
+    /// Whether the facets of the inputs contradict one another, so that they count from both sides.
+    pub is_folded: bool,
     /// Of features; an offset has none.
     pub pairs: Option<CullCounts>,
     /// Triangles that cover the surface, or parts of planes, tubes and spheres.
     pub primitives: u64,
     /// Triangles or parts that are sampled: those that may lie at the surface.
     pub sampled: u64,
-    /// Crossings of rays along x, y and z with those that are sampled; not counted for an offset.
+    /// Crossings of rays along x, y and z with those that are sampled.
     pub crossings: Option<[u64; 3]>,
     pub settled: SettleCounts,
     pub memory_estimate: u64,
@@ -142,7 +176,8 @@ impl Setting<'_> {
         }
     }
 
-    /// A sum, or with [`Outer::In`] a difference of the reflected.
+    /// A sum, or with [`Outer::In`] a difference of the reflected. Where the facets of a sum contradict one another, one of
+    /// the solids has folds, in which it lies before its facets; the sum is then made with both sides of all.
     fn of_pair<H: Hit + Sync>(
         &self,
         a: &ClosedMesh,
@@ -150,12 +185,32 @@ impl Setting<'_> {
         outer: Outer,
         seconds: &mut Seconds,
     ) -> Result<Made, Failure> {
+        match (self.of_sides::<H>(a, b, outer, Sides::Behind, seconds), outer) {
+            (Err(Unmade::Contradiction(_)), Outer::Out) => {
+                self.progress.detail(format_args!("facets contradict one another: taken from both sides"));
+                Ok(self.of_sides::<H>(a, b, outer, Sides::Both, seconds)?)
+            }
+            (made, _) => Ok(made?),
+        }
+    }
+
+    fn of_sides<H: Hit + Sync>(
+        &self,
+        a: &ClosedMesh,
+        b: &ClosedMesh,
+        outer: Outer,
+        sides: Sides,
+        seconds: &mut Seconds,
+    ) -> Result<Made, Unmade> {
         let start = Instant::now();
         self.progress.stage("culling");
         let grids = SumGrid::with_pitch(a.bounds(), b.bounds(), self.pitch, self.lod);
         let SumGrid { sum: grid, a: grid_a, b: grid_b } = grids.map_err(|error| self.refused(&error))?;
         let (a, b) = (self.polyhedron(&grid_a, a, outer)?, self.polyhedron(&grid_b, b, Outer::Out)?);
-        let (mut primitives, pairs) = cull(&a, &b);
+        let (mut primitives, pairs) = match sides {
+            Sides::Behind => cull(&a, &b),
+            Sides::Both => cull(&a.two_sided(), &b.two_sided()),
+        };
         let sampler = CpuSampler::default();
         if primitives.triangles.len() > FEW {
             primitives = primitives.outside(&Interior::new(&grid, &a, outer, &b, &sampler));
@@ -170,7 +225,7 @@ impl Setting<'_> {
 
         self.progress.stage("looking ahead");
         let membership = SumMembership::new(&a, outer, &b);
-        let forecast = Forecast::of(
+        let forecast = Forecast::of::<Unmade>(
             &grid,
             |grid, axis| Ok(primitives.spans(grid, axis, outer, &sampler)?.0),
             |grid, spans| Ok(self.settled_spans(grid, spans, outer, &membership)?.spans),
@@ -181,7 +236,7 @@ impl Setting<'_> {
         seconds.operate += start.elapsed().as_secs_f64();
 
         let (spans, crossings) =
-            self.sampled(seconds, &grid, |axis| primitives.spans::<H>(&grid, axis, outer, &sampler))?;
+            self.sampled(seconds, &grid, |axis| primitives.spans::<H, _>(&grid, axis, outer, &sampler))?;
         let normals = if self.keep.has_triangles() { primitives.normals(&grid) } else { Vec::new() };
         let sampled = primitives.triangles.len() as u64;
         drop(primitives);
@@ -193,6 +248,7 @@ impl Setting<'_> {
         let report = StepReport {
             operation,
             distance: None,
+            is_folded: sides == Sides::Both,
             pairs: Some(pairs),
             primitives: pairs.distinct,
             sampled,
@@ -221,7 +277,7 @@ impl Setting<'_> {
         ));
 
         self.progress.stage("looking ahead");
-        let forecast = Forecast::of(
+        let forecast = Forecast::of::<Failure>(
             &grid,
             |grid, axis| patches.spans(grid, axis, outer),
             // Most gaps are the result's.
@@ -236,18 +292,18 @@ impl Setting<'_> {
         let membership = BallMembership::new(&grid, &solid, radius, outer)?;
         seconds.operate += start.elapsed().as_secs_f64();
 
-        let (spans, _) =
-            self.sampled(seconds, &grid, |axis| patches.spans::<H>(&grid, axis, outer).map(|spans| (spans, 0)))?;
+        let (spans, crossings) = self.sampled(seconds, &grid, |axis| patches.counted_spans::<H>(&grid, axis, outer))?;
         let Settled { spans, counts: settled } = self.settled(seconds, &grid, spans, outer, &membership)?;
         drop(membership);
         let primitives = (facets + tubes + caps) as u64;
         let report = StepReport {
             operation: "offset",
             distance: Some(distance),
+            is_folded: false,
             pairs: None,
             primitives,
             sampled: primitives,
-            crossings: None,
+            crossings: Some(crossings),
             settled,
             memory_estimate,
         };
@@ -319,10 +375,16 @@ impl Setting<'_> {
         spans: [RaySpans<H>; 3],
         outer: Outer,
         membership: &impl Membership,
-    ) -> Result<Settled<H>, Failure> {
+    ) -> Result<Settled<H>, Unmade> {
         let start = Instant::now();
         self.progress.stage("flooding");
         let settled = self.settled_spans(grid, spans, outer, membership)?;
+        if let Some(node) = first_difference(grid, &settled.spans, outer, membership) {
+            return Err(Unmade::Contradiction(self.refused(&format_args!(
+                "at lattice node {node:?} the result is not what an exact test says: a ray has slipped through the surface, \
+                 which must not happen; another --resolution may do"
+            ))));
+        }
         let took = start.elapsed().as_secs_f64();
         seconds.operate += took;
         let SettleCounts { components, gaps, gaps_tested, gaps_out, .. } = settled.counts;
@@ -338,13 +400,14 @@ impl Setting<'_> {
         spans: [RaySpans<H>; 3],
         outer: Outer,
         membership: &impl Membership,
-    ) -> Result<Settled<H>, Failure> {
+    ) -> Result<Settled<H>, Unmade> {
         let progress = self.progress;
         let tell = move |done: u64, all: u64| progress.stage(format!("testing what no flood reached: {done} of {all}"));
         settle(grid, spans, outer, membership, &tell).map_err(|error| {
-            self.refused(&format_args!(
-                "{error}; shells that are folded over or inside out may do that, and `ldi-ops check` tells more"
-            ))
+            Unmade::Contradiction(self.refused(&format_args!(
+                "{error}; a surface that crosses itself may do that, and `ldi-ops sample FILE --fill nonzero --mode exact -o one.stl` \
+                 makes one that does not"
+            )))
         })
     }
 
