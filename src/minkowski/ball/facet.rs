@@ -25,6 +25,12 @@ pub struct Facet {
 }
 
 impl Facet {
+    /// The same facet seen from behind.
+    pub fn reversed(self) -> Facet {
+        let [a, b, c] = self.corners;
+        Facet { corners: [a, c, b], normal: -self.normal }
+    }
+
     /// How far the facet is widened in the plane of the view.
     fn widened(across: f64) -> f64 {
         (WIDENED * across.abs()).max(LEAST_WIDENED)

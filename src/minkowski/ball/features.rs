@@ -25,14 +25,15 @@ pub struct Features {
     pub spokes: Vec<DVec3>,
 }
 
-/// The tubes and caps of a solid whose triangles have the given unit normals, or zero.
-pub fn find(solid: &Polyhedron, normals: &[DVec3], radius: f64) -> Features {
+/// The tubes and caps of a solid whose triangles have the given unit normals, or zero; those of `backs`, ascending, may have
+/// been turned over.
+pub fn find(solid: &Polyhedron, normals: &[DVec3], backs: &[u32], radius: f64) -> Features {
     let fans = Fans::new(solid);
     let vertices = solid.positions().len();
     let chunks: Vec<Features> = (0..vertices.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
-            let mut found = Around { solid, normals, radius, spokes: Vec::new(), all: Features::default() };
+            let mut found = Around { solid, normals, backs, radius, spokes: Vec::new(), all: Features::default() };
             for vertex in chunk * CHUNK..vertices.min((chunk + 1) * CHUNK) {
                 found.add_vertex(vertex as u32, fans.of(vertex));
             }
@@ -89,6 +90,8 @@ struct Spoke {
     /// Whether the facet has the edge on its way from the vertex.
     leads_away: bool,
     normal: DVec3,
+    /// Whether rounding may have turned the facet over.
+    may_be_turned: bool,
 }
 
 /// Unit normals across an edge, from one border to the other.
@@ -97,10 +100,19 @@ struct Arc {
     middle: DVec3,
 }
 
+/// What an edge carries.
+struct Tubes {
+    /// Nothing where it is not convex.
+    arcs: Vec<Arc>,
+    /// How many of the three edges that a cap needs it stands for: all, if it may be of a sheet or a needle.
+    counts: usize,
+}
+
 /// The features around one vertex after another.
 struct Around<'s> {
     solid: &'s Polyhedron,
     normals: &'s [DVec3],
+    backs: &'s [u32],
     radius: f64,
     spokes: Vec<Spoke>,
     all: Features,
@@ -120,8 +132,9 @@ impl Around<'_> {
                 (a, b)
             };
             let normal = self.normals[triangle as usize];
-            spokes.push(Spoke { to: next, leads_away: true, normal });
-            spokes.push(Spoke { to: last, leads_away: false, normal });
+            let may_be_turned = self.backs.binary_search(&triangle).is_ok();
+            spokes.push(Spoke { to: next, leads_away: true, normal, may_be_turned });
+            spokes.push(Spoke { to: last, leads_away: false, normal, may_be_turned });
         }
         spokes.sort_unstable_by_key(|spoke| (spoke.to, !spoke.leads_away));
         let first = self.all.spokes.len();
@@ -132,15 +145,16 @@ impl Around<'_> {
             let length = along.length();
             let direction = along / length;
             self.all.spokes.push(direction);
-            let arcs = arcs(edge, direction, self.radius);
-            convex += usize::from(!arcs.is_empty());
+            let Tubes { arcs, counts } = tubes(edge, direction, self.radius);
+            convex += counts;
             if vertex < edge[0].to {
                 let tube = |borders: [DVec3; 2]| Tube { start: from, direction, length, borders };
                 let parts = arcs.iter().flat_map(|arc| arc.parts());
                 self.all.tubes.extend(parts.map(tube));
             }
         }
-        // A cap has three sides at the least, each of which is that of a convex edge.
+        // A cap has three sides at the least, each of which is that of a convex edge; but two at the corner of a sheet, and one at
+        // the end of a needle.
         if convex < 3 || !self.add_cap(vertex, first) {
             self.all.spokes.truncate(first);
         }
@@ -170,25 +184,29 @@ impl Around<'_> {
     }
 }
 
-/// Unit normals away from the solid across an edge with the given facets, if it is convex.
-fn arcs(edge: &[Spoke], direction: DVec3, radius: f64) -> Vec<Arc> {
+/// The tubes of an edge with the given facets.
+fn tubes(edge: &[Spoke], direction: DVec3, radius: f64) -> Tubes {
     // Away from each facet, in its plane.
     let away = |spoke: &Spoke| {
         let across = direction.cross(spoke.normal);
         if spoke.leads_away { across } else { -across }
     };
+    let is_known = |spoke: &Spoke| spoke.normal != DVec3::ZERO && !spoke.may_be_turned;
     match edge {
-        [a, b] if a.leads_away && !b.leads_away && a.normal != DVec3::ZERO && b.normal != DVec3::ZERO => {
+        [a, b] if a.leads_away && !b.leads_away && is_known(a) && is_known(b) => {
             let (sine, cosine) = (b.normal.dot(away(a)), b.normal.dot(a.normal));
             // Of two facets that are folded onto each other nobody knows on which side the solid is.
             let is_convex = if cosine > 0.0 { radius * sine > NARROW } else { sine > -1e-12 };
+            let is_folded = cosine < 0.0 && sine <= 1e-12;
             let middle = if cosine > 0.0 { a.normal + b.normal } else { away(a) + away(b) };
             let arc = || Arc { borders: [a.normal, b.normal], middle: middle.normalize_or_zero() };
-            is_convex.then(arc).into_iter().collect()
+            let counts = if is_folded { 3 } else { 1 };
+            Tubes { arcs: is_convex.then(arc).into_iter().collect(), counts: if is_convex { counts } else { 0 } }
         }
         _ => {
-            let known = edge.iter().filter(|spoke| spoke.normal != DVec3::ZERO);
-            unbound_arcs(&known.map(away).collect::<Vec<_>>(), direction)
+            let known: Vec<DVec3> = edge.iter().filter(|spoke| spoke.normal != DVec3::ZERO).map(away).collect();
+            let arcs = unbound_arcs(&known, direction);
+            Tubes { counts: if arcs.is_empty() { 0 } else { 3 }, arcs }
         }
     }
 }

@@ -4,9 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::BallPatches;
-use super::facet::Facet;
 use super::view::{Footprint, View};
+use super::{BallPatches, Patch};
 use crate::fixed::{Crossing, Hit, Pixels};
 use crate::grid::{Axis, Grid};
 use crate::ldi::TooManySamples;
@@ -114,39 +113,27 @@ impl BallPatches<'_> {
         (0..patches.div_ceil(CHUNK)).into_par_iter().map_init(Vec::new, sort_chunk).collect()
     }
 
-    fn facet(&self, triangle: usize) -> Facet {
-        let corners = self.solid.triangles()[triangle].map(|vertex| self.solid.positions()[vertex as usize]);
-        Facet { corners, normal: self.normals[triangle] }
-    }
-
     fn footprint(&self, patch: u32, view: &View) -> Option<Footprint> {
-        let (patch, facets) = (patch as usize, self.normals.len());
-        let Some(tube) = patch.checked_sub(facets) else {
-            let facet = self.facet(patch);
-            return (facet.normal != DVec3::ZERO).then(|| facet.footprint(view, self.radius));
-        };
-        match tube.checked_sub(self.tubes.len()) {
-            None => Some(self.tubes[tube].seen(view, self.radius)?.footprint(view)),
-            Some(cap) => Some(self.caps[cap].seen(view, self.radius).footprint(view)),
+        match self.kind(patch) {
+            Patch::Facet(facet) => (facet.normal != DVec3::ZERO).then(|| facet.footprint(view, self.radius)),
+            Patch::Tube(tube) => Some(tube.seen(view, self.radius)?.footprint(view)),
+            Patch::Cap(cap) => Some(cap.seen(view, self.radius).footprint(view)),
         }
     }
 
     #[inline]
     fn sweep(&self, patch: u32, view: &View, rows: Range<i32>, meet: impl FnMut(i32, i32, f64, i32)) {
         let within = |found: Range<i32>| found.start.max(rows.start)..found.end.min(rows.end);
-        let (patch, facets) = (patch as usize, self.normals.len());
-        let Some(tube) = patch.checked_sub(facets) else {
-            let facet = self.facet(patch);
-            return facet.sweep(view, self.radius, within(facet.footprint(view, self.radius).rows), meet);
-        };
-        match tube.checked_sub(self.tubes.len()) {
-            None => {
-                if let Some(seen) = self.tubes[tube].seen(view, self.radius) {
+        match self.kind(patch) {
+            Patch::Facet(facet) => {
+                facet.sweep(view, self.radius, within(facet.footprint(view, self.radius).rows), meet);
+            }
+            Patch::Tube(tube) => {
+                if let Some(seen) = tube.seen(view, self.radius) {
                     seen.sweep(view, rows, meet);
                 }
             }
-            Some(cap) => {
-                let cap = &self.caps[cap];
+            Patch::Cap(cap) => {
                 let seen = cap.seen(view, self.radius);
                 let (first, count) = (cap.spokes.0 as usize, cap.spokes.1 as usize);
                 seen.sweep(view, &self.spokes[first..first + count], within(seen.footprint(view).rows), meet);

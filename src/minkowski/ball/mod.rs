@@ -18,6 +18,9 @@
 //! sides of an edge are rounded by different amounts then, and through slits of one lattice step there went one ray in a
 //! million: one for every few passes over a fine mesh, and one is enough to spoil a flood.
 //!
+//! Facets that rounding may have turned over are shifted to both sides, and edges at them carry all of the tube that supports
+//! every facet there, as do edges at facets without area; see [`cull`](super::cull). Behind all of that lies the sum, too.
+//!
 //! Shrinking by a ball is growing the complement: patches of [`Polyhedron::complement`], with
 //! [`Outer::In`](super::Outer::In). Shells that overlap unite as they grow, but cannot be shrunk: what of one lies inside
 //! another has no complement behind it.
@@ -37,9 +40,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Polyhedron;
+use super::polyhedron::may_be_turned;
 use crate::fixed::Pixels;
 use crate::ldi::{Ldi, LdiError};
 use cap::Cap;
+use facet::Facet;
 pub use membership::BallMembership;
 use tube::Tube;
 
@@ -56,7 +61,8 @@ pub fn rounded_radius(steps: f64) -> f64 {
 
 /// The patches that cover the boundary of a polyhedron ⊕ a ball.
 ///
-/// They are numbered: the facets as triangles of the polyhedron, then tubes, then caps.
+/// They are numbered: the facets as triangles of the polyhedron, then tubes, then caps, then facets once more that are seen
+/// from behind.
 #[derive(Debug)]
 pub struct BallPatches<'s> {
     radius: f64,
@@ -67,12 +73,21 @@ pub struct BallPatches<'s> {
     caps: Vec<Cap>,
     /// Edge directions of caps.
     spokes: Vec<DVec3>,
+    /// Triangles that count from behind, too, since rounding may have turned them over; ascending.
+    backs: Vec<u32>,
+}
+
+/// A patch by what it is.
+enum Patch<'p> {
+    Facet(Facet),
+    Tube(&'p Tube),
+    Cap(&'p Cap),
 }
 
 /// How many patches there are of each kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PatchCounts {
-    /// Facets, shifted.
+    /// Facets, shifted; some to both sides.
     pub facets: usize,
     /// Parts of cylinders about convex edges.
     pub tubes: usize,
@@ -89,8 +104,13 @@ impl<'s> BallPatches<'s> {
             facet::unit_normal(a, b, c)
         };
         let normals: Vec<DVec3> = solid.triangles().par_iter().with_min_len(1 << 12).map(normal).collect();
-        let features = features::find(solid, &normals, radius);
-        BallPatches { radius, solid, normals, tubes: features.tubes, caps: features.caps, spokes: features.spokes }
+        let is_back = |&triangle: &u32| {
+            may_be_turned(solid.triangles()[triangle as usize].map(|vertex| solid.positions()[vertex as usize]))
+        };
+        let triangles = (0..solid.triangles().len() as u32).into_par_iter().with_min_len(1 << 12);
+        let backs: Vec<u32> = triangles.filter(is_back).collect();
+        let features::Features { tubes, caps, spokes } = features::find(solid, &normals, &backs, radius);
+        BallPatches { radius, solid, normals, tubes, caps, spokes, backs }
     }
 
     /// The radius, in lattice steps.
@@ -100,19 +120,33 @@ impl<'s> BallPatches<'s> {
 
     /// How many patches there are.
     pub fn counts(&self) -> PatchCounts {
-        PatchCounts { facets: self.normals.len(), tubes: self.tubes.len(), caps: self.caps.len() }
+        PatchCounts { facets: self.normals.len() + self.backs.len(), tubes: self.tubes.len(), caps: self.caps.len() }
     }
 
     /// The unit normal, away from the polyhedron, of a patch at a lattice position on it.
     pub fn normal(&self, patch: u32, point: DVec3) -> DVec3 {
-        let (patch, facets) = (patch as usize, self.normals.len());
-        match patch.checked_sub(facets) {
-            None => self.normals[patch],
-            Some(tube) => match tube.checked_sub(self.tubes.len()) {
-                None => self.tubes[tube].normal(point),
-                Some(cap) => self.caps[cap].normal(point),
-            },
+        match self.kind(patch) {
+            Patch::Facet(facet) => facet.normal,
+            Patch::Tube(tube) => tube.normal(point),
+            Patch::Cap(cap) => cap.normal(point),
         }
+    }
+
+    /// The patch of a number.
+    #[inline]
+    fn kind(&self, patch: u32) -> Patch<'_> {
+        let patch = patch as usize;
+        let Some(tube) = patch.checked_sub(self.normals.len()) else { return Patch::Facet(self.facet(patch)) };
+        let Some(cap) = tube.checked_sub(self.tubes.len()) else { return Patch::Tube(&self.tubes[tube]) };
+        match cap.checked_sub(self.caps.len()) {
+            None => Patch::Cap(&self.caps[cap]),
+            Some(back) => Patch::Facet(self.facet(self.backs[back] as usize).reversed()),
+        }
+    }
+
+    fn facet(&self, triangle: usize) -> Facet {
+        let corners = self.solid.triangles()[triangle].map(|vertex| self.solid.positions()[vertex as usize]);
+        Facet { corners, normal: self.normals[triangle] }
     }
 
     /// Normals for the samples of images whose [`triangles`](Ldi::triangles) are patches: each sample gets a number of its

@@ -15,11 +15,18 @@
 //! boundaries of both. Let a be the end of it in some general direction. If A near a is a half space, and x − B is one, or a
 //! wedge, then near a both share the plane, or a line at the least, and a is no end. Then x − B has a true corner there, which
 //! with the facet of A through a makes a primitive; its directions span a pointed cone, which has three rays at the least,
-//! all of them convex edges. If both are wedges with different directions, their edges make one.
+//! all of them convex edges. If both are wedges with different directions, their edges make one. A cone without thickness has
+//! fewer rays, two of a sheet and one of a needle, so the end of an edge that may belong to one is always taken for a corner.
 //! So the primitives cover the boundary without those of points and edges within planes, and of points within edges.
 //!
 //! An edge with more than two facets is kept, as is one at a facet without area, which constrains nothing. Where n·(o − p) is
-//! zero throughout at an edge, it takes a facet there that n points out of.
+//! zero throughout at an edge, it takes a facet there that n points out of, if any of its facets has an area at all: an edge
+//! between facets without area is a needle, or lies along others and adds nothing.
+//!
+//! Rounding to the lattice turns some of the thinnest facets over, such as the slivers that fill T-junctions. At a convex edge
+//! that leaves two edges in place of one, both reflex by their normals, and the boundary would be open there; so a facet that
+//! may have been turned over is a wall: it counts from both sides, and its edges are left out on no account. That is no
+//! loss of certainty, since behind a wall moved by a vertex of a solid there lies the sum whichever way the wall is seen.
 //!
 //! # Practice
 //! Signs are exact (`sign`). Few of all pairs are looked at: those whose outward normals lie in boxes that meet on the Gauss

@@ -19,6 +19,7 @@ use super::budget::{self, Cost, Limit};
 use super::forecast::Forecast;
 use super::spot_check::first_difference;
 use crate::exit::Failure;
+use crate::number::number;
 use crate::progress::Progress;
 use crate::run::machine;
 use crate::run::measure::Seconds;
@@ -327,6 +328,14 @@ impl Setting<'_> {
     /// A mesh on the lattice, seen from the side that goes into a sum.
     fn polyhedron(&self, grid: &Grid, mesh: &ClosedMesh, outer: Outer) -> Result<Polyhedron, Failure> {
         let solid = Polyhedron::new(&grid.quantise(mesh).map_err(|error| self.refused(&error))?);
+        if solid.triangles().is_empty() {
+            return Err(self.refused(&format_args!(
+                "every triangle of a solid {} long is thinner than a lattice step, {} here, which leaves nothing of it to add \
+                 or to take away",
+                number(mesh.bounds().extent().max_element()),
+                number(2.0 * grid.step())
+            )));
+        }
         Ok(match outer {
             Outer::Out => solid,
             Outer::In => solid.complement(),
