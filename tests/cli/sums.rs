@@ -5,13 +5,13 @@ use serde_json::Value;
 use crate::{Folder, Triangle, assert_near, cube, cuboid, inside_out, warning_codes};
 
 /// A box with a smaller one left out of it.
-fn hollow(outer: f64, inner: f64) -> Vec<Triangle> {
+pub fn hollow(outer: f64, inner: f64) -> Vec<Triangle> {
     let margin = 0.5 * (outer - inner);
     [cube(0.0, outer), inside_out(&cube(margin, inner))].concat()
 }
 
 /// An L of three squares, a quarter of one high, its inner edge along z.
-fn ell(scale: f64) -> Vec<Triangle> {
+pub fn ell(scale: f64) -> Vec<Triangle> {
     let section = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
     let at = |i: usize, z: f64| [section[i % 6][0] * scale, section[i % 6][1] * scale, 0.25 * z * scale];
     let mut triangles = Vec::new();
@@ -418,9 +418,13 @@ fn opening_takes_away_what_is_thin_and_closing_fills_it() {
 }
 
 #[test]
-fn a_gpu_is_not_pretended() {
+fn auto_stays_on_the_cpu_and_says_why() {
     let folder = Folder::with_two_cubes();
-    folder.run(&["minkowski", "a.stl", "b.stl", "--backend", "gpu"]).code(3).says(&["--backend gpu", "minkowski"]);
-    let result = sum(&folder, &["a.stl", "b.stl", "--backend", "cpu", "--resolution", "16"]);
-    assert_eq!((&result["backend"], &result["auto"]), (&"cpu".into(), &Value::Null));
+    let flags = ["a.stl", "b.stl", "--resolution", "16"];
+    let result = sum(&folder, &flags);
+    assert_eq!((&result["backend"], &result["auto"]["backend"]), (&"cpu".into(), &"cpu".into()));
+    let reason = result["auto"]["reason"].as_str().unwrap();
+    assert!(reason.contains("no GPU has been measured for sums"), "{reason}");
+    let asked = sum(&folder, &[&flags[..], &["--backend", "cpu"]].concat());
+    assert_eq!((&asked["backend"], &asked["auto"]), (&"cpu".into(), &Value::Null));
 }

@@ -52,6 +52,17 @@ struct Flood<'a> {
     views: [NodeView; 3],
 }
 
+/// How many words a mask of all nodes has on the device, if there is room for one.
+pub fn admit(device: &Device, raster: &Raster) -> Result<u64, DeviceError> {
+    let words = u64::from(device_words(raster)) * raster.nodes[1] as u64 * raster.nodes[2] as u64;
+    if bytes_of(words) > device.largest_binding() {
+        return Err(device.too_large("masks of nodes", bytes_of(words), device.largest_binding()));
+    }
+    let longest = raster.nodes[1].max(raster.nodes[2]).max(raster.words);
+    device.admit_rounds(longest as u32)?;
+    Ok(words)
+}
+
 /// Runs the flood; gives nothing where some node is reached from both sides.
 pub fn flood<H: Hit + Sync>(
     device: &Device,
@@ -60,12 +71,7 @@ pub fn flood<H: Hit + Sync>(
     spans: &[RaySpans<H>; 3],
     outer: Outer,
 ) -> Result<Option<Reached>, DeviceError> {
-    let words = u64::from(device_words(raster)) * raster.nodes[1] as u64 * raster.nodes[2] as u64;
-    if bytes_of(words) > device.largest_binding() {
-        return Err(device.too_large("masks of nodes", bytes_of(words), device.largest_binding()));
-    }
-    let longest = raster.nodes[1].max(raster.nodes[2]).max(raster.words);
-    device.admit_rounds(longest as u32)?;
+    let words = admit(device, raster)?;
     let state = &mut *held(state);
     let views = Axis::ALL.map(|axis| NodeView::new(raster, axis, outer));
     Flood { device, state, views }.run(words, spans)

@@ -60,6 +60,12 @@ impl GpuSettler {
         GpuSettler { device: Arc::clone(device), state: Mutex::new(State::new(Some(word))) }
     }
 
+    /// Refuses a grid whose masks of nodes no binding of the device holds, or whose sweeps need longer loops than it goes
+    /// through for certain. To be asked before spans are made.
+    pub fn admit(&self, grid: &Grid) -> Result<(), DeviceError> {
+        flood::admit(&self.device, &Raster::new(grid)).map(drop)
+    }
+
     /// Decides every gap of the spans along x, y and z, and removes those that are in; the same as
     /// [`settle`](super::settle()), point by point that is tested. Takes seven bits for each node of the grid on the device, in
     /// buffers of one bit each, and up to seven on the host.

@@ -6,15 +6,16 @@ use std::time::Instant;
 use ldi_ops::fixed::{Crossing, Hit, TriangleHit};
 use ldi_ops::grid::{Axis, Grid, SumGrid, offset_grid};
 use ldi_ops::integrate;
-use ldi_ops::ldi::{Ldi, Summary, TooManySamples};
+use ldi_ops::ldi::{Ldi, Summary};
 use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::minkowski::ball::{BallMembership, BallPatches, PatchCounts};
 use ldi_ops::minkowski::{
-    CullCounts, Interior, Membership, Outer, Polyhedron, RaySpans, SettleCounts, Settled, SumMembership, cull, settle,
+    CullCounts, Interior, Membership, Outer, Polyhedron, RaySpans, SettleCounts, Settled, SumMembership, cull,
 };
 use ldi_ops::sampler::Mode;
 use ldi_ops::sampler::cpu::CpuSampler;
 
+use super::backend::SumBackend;
 use super::budget::{self, Cost, Limit};
 use super::forecast::Forecast;
 use super::spot_check::first_difference;
@@ -73,9 +74,6 @@ struct Beside {
     of_rays: f64,
 }
 
-/// Bits that settling remembers of a node: two planes of each slab are kept.
-const BITS_OF_NODE: f64 = 0.5;
-
 /// On which sides of its facets a solid may lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sides {
@@ -115,6 +113,7 @@ pub struct Setting<'s> {
     pub longest: f64,
     pub lod: u32,
     pub limit: Limit,
+    pub backend: &'s SumBackend,
     /// Of the images that are wanted.
     pub axes: &'s [Axis],
     pub mode: Mode,
@@ -228,7 +227,7 @@ impl Setting<'_> {
         let forecast = Forecast::of::<Unmade>(
             &grid,
             |grid, axis| Ok(primitives.spans(grid, axis, outer, &sampler)?.0),
-            |grid, spans| Ok(self.settled_spans(grid, spans, outer, &membership)?.spans),
+            |grid, spans| Ok(self.settled_spans(&SumBackend::Cpu, grid, spans, outer, &membership)?.spans),
             // Of crossings in any order half are the ends of what may be a gap.
             (&primitives.positions, &primitives.triangles, 0.5),
         )?;
@@ -236,7 +235,7 @@ impl Setting<'_> {
         seconds.operate += start.elapsed().as_secs_f64();
 
         let (spans, crossings) =
-            self.sampled(seconds, &grid, |axis| primitives.spans::<H, _>(&grid, axis, outer, &sampler))?;
+            self.sampled::<H>(seconds, &grid, |axis| self.backend.spans(&primitives, &grid, axis, outer))?;
         let normals = if self.keep.has_triangles() { primitives.normals(&grid) } else { Vec::new() };
         let sampled = primitives.triangles.len() as u64;
         drop(primitives);
@@ -292,7 +291,8 @@ impl Setting<'_> {
         let membership = BallMembership::new(&grid, &solid, radius, outer)?;
         seconds.operate += start.elapsed().as_secs_f64();
 
-        let (spans, crossings) = self.sampled(seconds, &grid, |axis| patches.counted_spans::<H>(&grid, axis, outer))?;
+        let spans = |axis| patches.counted_spans::<H>(&grid, axis, outer).map_err(Failure::machine);
+        let (spans, crossings) = self.sampled(seconds, &grid, spans)?;
         let Settled { spans, counts: settled } = self.settled(seconds, &grid, spans, outer, &membership)?;
         drop(membership);
         let primitives = (facets + tubes + caps) as u64;
@@ -347,14 +347,14 @@ impl Setting<'_> {
         &self,
         seconds: &mut Seconds,
         grid: &Grid,
-        spans: impl Fn(Axis) -> Result<(RaySpans<H>, u64), TooManySamples>,
+        spans: impl Fn(Axis) -> Result<(RaySpans<H>, u64), Failure>,
     ) -> Result<([RaySpans<H>; 3], [u64; 3]), Failure> {
         let start = Instant::now();
         self.progress.expect(Axis::ALL.len() + self.axes.len());
         let [x, y, z] = grid.rays();
         let along = |axis: Axis| {
             self.progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()));
-            let found = spans(axis).map_err(Failure::machine);
+            let found = spans(axis);
             self.progress.step();
             found
         };
@@ -378,7 +378,7 @@ impl Setting<'_> {
     ) -> Result<Settled<H>, Unmade> {
         let start = Instant::now();
         self.progress.stage("flooding");
-        let settled = self.settled_spans(grid, spans, outer, membership)?;
+        let settled = self.settled_spans(self.backend, grid, spans, outer, membership)?;
         if let Some(node) = first_difference(grid, &settled.spans, outer, membership) {
             return Err(Unmade::Contradiction(self.refused(&format_args!(
                 "at lattice node {node:?} the result is not what an exact test says: a ray has slipped through the surface, \
@@ -396,6 +396,7 @@ impl Setting<'_> {
 
     fn settled_spans<H: Hit + Sync>(
         &self,
+        backend: &SumBackend,
         grid: &Grid,
         spans: [RaySpans<H>; 3],
         outer: Outer,
@@ -403,7 +404,8 @@ impl Setting<'_> {
     ) -> Result<Settled<H>, Unmade> {
         let progress = self.progress;
         let tell = move |done: u64, all: u64| progress.stage(format!("testing what no flood reached: {done} of {all}"));
-        settle(grid, spans, outer, membership, &tell).map_err(|error| {
+        let settled = backend.settle(grid, spans, outer, membership, &tell).map_err(Failure::from)?;
+        settled.map_err(|error| {
             Unmade::Contradiction(self.refused(&format_args!(
                 "{error}; a surface that crosses itself may do that, and `ldi-ops sample FILE --fill nonzero --mode exact -o one.stl` \
                  makes one that does not"
@@ -463,9 +465,10 @@ impl Setting<'_> {
         let cost = Cost {
             fixed: machine::memory_bytes().unwrap_or(0) as f64 + beside.fixed,
             of_rays: settling.max(retrieving).max(images + mesh) + beside.of_rays,
-            of_nodes: BITS_OF_NODE / 8.0 * budget::nodes(grid),
+            of_nodes: self.backend.bits_of_node() / 8.0 * budget::nodes(grid),
         };
         budget::admit(&cost, self.limit, grid, self.longest)?;
+        self.backend.admit(grid)?;
         self.progress.detail(format_args!("{kept:.0} crossings are expected, and {} bytes", cost.bytes()));
         Ok(cost.bytes())
     }
