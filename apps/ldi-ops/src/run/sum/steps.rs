@@ -1,5 +1,6 @@
 //! One step: from closed meshes to the images of their sum, their difference or an offset.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::time::Instant;
 
@@ -167,33 +168,25 @@ impl Setting<'_> {
         }
     }
 
+    /// Where facets contradict one another, one of the solids has folds, in which it lies before its facets, or came by them
+    /// when it was rounded to the lattice; the step is then made with both sides of all.
     fn made<H: Hit + Sync>(&self, a: &ClosedMesh, step: &Step, seconds: &mut Seconds) -> Result<Made, Failure> {
-        match *step {
-            Step::Sum(b) => self.of_pair::<H>(a, b, Outer::Out, seconds),
-            Step::DifferenceOfReflected(b) => self.of_pair::<H>(a, b, Outer::In, seconds),
-            Step::Offset(distance) => self.of_ball::<H>(a, distance, seconds),
-        }
-    }
-
-    /// A sum, or with [`Outer::In`] a difference of the reflected. Where the facets of a sum contradict one another, one of
-    /// the solids has folds, in which it lies before its facets; the sum is then made with both sides of all.
-    fn of_pair<H: Hit + Sync>(
-        &self,
-        a: &ClosedMesh,
-        b: &ClosedMesh,
-        outer: Outer,
-        seconds: &mut Seconds,
-    ) -> Result<Made, Failure> {
-        match (self.of_sides::<H>(a, b, outer, Sides::Behind, seconds), outer) {
-            (Err(Unmade::Contradiction(_)), Outer::Out) => {
+        let mut of_sides = |sides| match *step {
+            Step::Sum(b) => self.of_pair::<H>(a, b, Outer::Out, sides, seconds),
+            Step::DifferenceOfReflected(b) => self.of_pair::<H>(a, b, Outer::In, sides, seconds),
+            Step::Offset(distance) => self.of_ball::<H>(a, distance, sides, seconds),
+        };
+        match of_sides(Sides::Behind) {
+            Err(Unmade::Contradiction(_)) => {
                 self.progress.detail(format_args!("facets contradict one another: taken from both sides"));
-                Ok(self.of_sides::<H>(a, b, outer, Sides::Both, seconds)?)
+                Ok(of_sides(Sides::Both)?)
             }
-            (made, _) => Ok(made?),
+            made => Ok(made?),
         }
     }
 
-    fn of_sides<H: Hit + Sync>(
+    /// A sum, or with [`Outer::In`] a difference of the reflected.
+    fn of_pair<H: Hit + Sync>(
         &self,
         a: &ClosedMesh,
         b: &ClosedMesh,
@@ -261,14 +254,24 @@ impl Setting<'_> {
     }
 
     /// An offset.
-    fn of_ball<H: Hit + Sync>(&self, a: &ClosedMesh, distance: f64, seconds: &mut Seconds) -> Result<Made, Failure> {
+    fn of_ball<H: Hit + Sync>(
+        &self,
+        a: &ClosedMesh,
+        distance: f64,
+        sides: Sides,
+        seconds: &mut Seconds,
+    ) -> Result<Made, Unmade> {
         let start = Instant::now();
         self.progress.stage("finding edges");
         let grid = offset_grid(a.bounds(), distance, self.pitch, self.lod).map_err(|error| self.refused(&error))?;
         let outer = if distance > 0.0 { Outer::Out } else { Outer::In };
         let solid = self.polyhedron(&grid, a, outer)?;
         let radius = distance.abs() / grid.step();
-        let patches = BallPatches::new(&solid, radius);
+        let covered = match sides {
+            Sides::Behind => Cow::Borrowed(&solid),
+            Sides::Both => Cow::Owned(solid.two_sided()),
+        };
+        let patches = BallPatches::new(&covered, radius);
         let PatchCounts { facets, tubes, caps } = patches.counts();
         self.progress.detail(format_args!(
             "{facets} facets, {tubes} parts of tubes and {caps} of spheres, found in {:.4} s",
@@ -276,19 +279,19 @@ impl Setting<'_> {
         ));
 
         self.progress.stage("looking ahead");
-        let forecast = Forecast::of::<Failure>(
+        let forecast = Forecast::of::<Unmade>(
             &grid,
             |grid, axis| patches.spans(grid, axis, outer),
             // Most gaps are the result's.
             |_, spans| Ok(spans),
-            (solid.positions(), solid.triangles(), 1.0),
+            (covered.positions(), covered.triangles(), 1.0),
         )?;
         let normals = if self.keep.has_triangles() { BYTES_OF_NORMAL * forecast.samples } else { 0.0 };
         // Membership has exact images of the solid, which has about as many samples.
         let images = 4.0 * (budget::rays(&grid) + forecast.samples);
         let beside = Beside { fixed: BYTES_OF_CLOSEST * facets as f64, of_rays: images.max(normals) };
         let memory_estimate = self.admit::<H>(&grid, &forecast, beside)?;
-        let membership = BallMembership::new(&grid, &solid, radius, outer)?;
+        let membership = BallMembership::new(&grid, &solid, radius, outer).map_err(Failure::from)?;
         seconds.operate += start.elapsed().as_secs_f64();
 
         let spans = |axis| patches.counted_spans::<H>(&grid, axis, outer).map_err(Failure::machine);
@@ -299,7 +302,7 @@ impl Setting<'_> {
         let report = StepReport {
             operation: "offset",
             distance: Some(distance),
-            is_folded: false,
+            is_folded: sides == Sides::Both,
             pairs: None,
             primitives,
             sampled: primitives,
