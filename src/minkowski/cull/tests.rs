@@ -224,8 +224,13 @@ impl Plain<'_> {
     /// How many convex edges an edge counts for: all that a corner needs, if it may belong to a sheet or a needle.
     fn counts(&self, edge: &[u32; 2]) -> usize {
         match self.edges[edge][..] {
-            [(_, n), (third, m)] if n != [0; 3] && m != [0; 3] && !self.has_turned(*edge) => {
-                if dot(n, less(self.at(third), self.at(edge[0]))) < 0 { 1 } else { 3 }
+            [(_, n), (third, m)]
+                if n != [0; 3]
+                    && m != [0; 3]
+                    && !self.has_turned(*edge)
+                    && dot(n, less(self.at(third), self.at(edge[0]))) < 0 =>
+            {
+                1
             }
             _ => 3,
         }
