@@ -114,26 +114,6 @@ fn plane_crossing(plane: DepthPlane, column: i32, row: i32) -> u32 {
     return ((bitcast<u32>(depth) >> 1u) << 3u) | (above << 1u) | plane.leaves;
 }
 
-// The largest even lattice position that is not above the true depth.
-fn crossing_floor(crossing: u32) -> i32 {
-    return bitcast<i32>((crossing >> 3u) << 1u);
-}
-
-// The least even lattice position that is not below the true depth.
-fn crossing_ceil(crossing: u32) -> i32 {
-    return crossing_floor(crossing) + select(0, 2, (crossing & 6u) != 0u);
-}
-
-// The even lattice position nearest to the true depth.
-fn crossing_nearest(crossing: u32) -> i32 {
-    return crossing_floor(crossing) + bitcast<i32>((crossing >> 1u) & 2u);
-}
-
-// +1 where the ray enters, -1 where it leaves.
-fn crossing_winding(crossing: u32) -> i32 {
-    return 1 - 2 * bitcast<i32>(crossing & 1u);
-}
-
 // Which voxel a crossing belongs to: min(floor / V, LOD-C - 1).
 fn crossing_voxel(crossing: u32) -> u32 {
     return min((crossing >> 3u) / view.half_voxel, view.last_voxel);

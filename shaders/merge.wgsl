@@ -9,21 +9,6 @@
 @group(0) @binding(4) var<storage, read_write> merged: array<u32>;
 @group(0) @binding(5) var<storage, read_write> merged_crossed: array<u32>;
 
-// The ray of a crossing: the last that does not begin behind it.
-fn ray_of(crossing: u32) -> u32 {
-    var least = 0u;
-    var most = view.rays - 1u;
-    while least < most {
-        let middle = (least + most + 1u) / 2u;
-        if starts[middle] <= crossing {
-            least = middle;
-        } else {
-            most = middle - 1u;
-        }
-    }
-    return least;
-}
-
 // Whether the crossing at `a` comes before that at `b`; of equal ones, which are the same in all, the first.
 fn comes_before(a: u32, b: u32, a_is_first: bool) -> bool {
     if crossings[a] != crossings[b] {

@@ -65,6 +65,8 @@ impl Crossing {
 /// A crossing that may or may not remember its triangle; samplers are generic over it, so that images without
 /// triangles pay nothing for them.
 pub trait Hit: Copy + Ord + Default + Send {
+    /// Whether it remembers its triangle.
+    const KEEPS_TRIANGLE: bool;
     /// The hit of a crossing with the triangle of the given index.
     fn new(crossing: Crossing, triangle: u32) -> Self;
     /// Where and in which direction.
@@ -74,6 +76,8 @@ pub trait Hit: Copy + Ord + Default + Send {
 }
 
 impl Hit for Crossing {
+    const KEEPS_TRIANGLE: bool = false;
+
     #[inline]
     fn new(crossing: Crossing, _: u32) -> Crossing {
         crossing
@@ -99,6 +103,8 @@ pub struct TriangleHit {
 }
 
 impl Hit for TriangleHit {
+    const KEEPS_TRIANGLE: bool = true;
+
     #[inline]
     fn new(crossing: Crossing, triangle: u32) -> TriangleHit {
         TriangleHit { crossing, triangle }

@@ -91,20 +91,24 @@ run_python() {
 }
 # Each may be the only stage asked for.
 run_reference() {
-  run_python && .venv/bin/python tests/reference/live_manifold.py && .venv/bin/python tests/reference/live_sums.py
+  run_python && .venv/bin/python tests/reference/live_manifold.py && .venv/bin/python tests/reference/live_sums.py &&
+    build_program && .venv/bin/python tests/reference/offsets.py --program "$program"
 }
 # Files that are written, read by others.
 run_files() {
   run_python && build_program && .venv/bin/python tests/reference/live_numpy.py "$program" &&
     .venv/bin/python tests/reference/reread.py --program "$program" &&
-    .venv/bin/python tests/reference/outputs.py --program "$program"
+    .venv/bin/python tests/reference/outputs.py --program "$program" &&
+    .venv/bin/python tests/reference/sum_outputs.py --program "$program"
 }
 run_self-test() {
   run_python && .venv/bin/python tests/reference/live_manifold.py --self-test &&
     .venv/bin/python tests/reference/live_sums.py --self-test &&
     .venv/bin/python tests/reference/live_numpy.py --self-test &&
     build_program && .venv/bin/python tests/reference/reread.py --program "$program" --self-test &&
-    .venv/bin/python tests/reference/outputs.py --program "$program" --self-test
+    .venv/bin/python tests/reference/offsets.py --program "$program" --self-test &&
+    .venv/bin/python tests/reference/outputs.py --program "$program" --self-test &&
+    .venv/bin/python tests/reference/sum_outputs.py --program "$program" --self-test
 }
 program=${CARGO_TARGET_DIR:-target}/checked/ldi-ops
 build_program() { cargo build --profile checked --package ldi-ops; }

@@ -74,6 +74,24 @@ pub(crate) enum Workgroups<'b> {
     Indirect(&'b wgpu::Buffer),
 }
 
+/// Invocations of a workgroup of most kernels.
+pub(crate) const WORKGROUP: u32 = 64;
+
+/// Workgroups along the first dimension of a dispatch; more go along the second. Every adapter allows 65 535.
+pub(crate) const MOST_WORKGROUPS: u32 = 32_768;
+
+/// Workgroups for one invocation an item.
+pub(crate) fn workgroups(items: u32) -> Workgroups<'static> {
+    counted(items.div_ceil(WORKGROUP))
+}
+
+/// So many workgroups, or a few more.
+pub(crate) fn counted(count: u32) -> Workgroups<'static> {
+    let count = count.max(1);
+    let across = count.min(MOST_WORKGROUPS);
+    Workgroups::Counted(across, count.div_ceil(across))
+}
+
 /// Commands on their way to the device: dispatches, clears and copies, in order.
 pub(crate) struct Recorder<'d> {
     device: &'d Device,

@@ -15,6 +15,12 @@ mod error;
 mod kernel;
 #[cfg(feature = "gpu")]
 mod pool;
+#[cfg(feature = "gpu")]
+mod shared;
+#[cfg(feature = "gpu")]
+mod stage;
+#[cfg(all(test, feature = "gpu"))]
+pub(crate) mod validation;
 
 #[cfg(feature = "gpu")]
 pub use adapter::{Adapter, AdapterKind, AdapterLimits, adapters, choose};
@@ -24,6 +30,10 @@ pub(crate) use device::held;
 pub use device::{Device, Needs, StageTime};
 pub use error::DeviceError;
 #[cfg(feature = "gpu")]
-pub(crate) use kernel::{Access, Kernel, Recorder, Workgroups};
+pub(crate) use kernel::{Access, Kernel, MOST_WORKGROUPS, Recorder, WORKGROUP, Workgroups, counted, workgroups};
 #[cfg(feature = "gpu")]
 pub(crate) use pool::{Pool, bytes_of};
+#[cfg(feature = "gpu")]
+pub(crate) use shared::shared_struct;
+#[cfg(feature = "gpu")]
+pub(crate) use stage::{Stage, StageKernels};

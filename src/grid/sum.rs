@@ -25,14 +25,44 @@ impl SumGrid {
         // The raster is a little longer than the box, by the same on both sides, of which each operand takes half.
         let margin = 0.5 * (around_sum.origin() - bounds.min);
         let (origin_a, origin_b) = (a.min + margin, b.min + margin);
+        let rays = around_sum.rays();
+        // A raster of an operand has room for its margin, and is no longer than that of the sum, which holds both margins.
         let rays_of = |bounds: Aabb| {
-            let rays = bounds.extent() / pitch;
-            [rays.x, rays.y, rays.z].map(|rays| rays.ceil() as u32 + 1)
+            let along = bounds.extent() / pitch;
+            std::array::from_fn(|i| (along[i].ceil() as u32 + 1).min(rays[i]))
         };
-        let (rays_a, rays_b, rays) = (rays_of(a), rays_of(b), around_sum.rays());
-        let most = [rays, rays_a, rays_b].into_iter().flatten().max().unwrap_or(1);
+        let (rays_a, rays_b) = (rays_of(a), rays_of(b));
+        let most = rays.into_iter().max().unwrap_or(1);
         let shift = (LATTICE_MAX as u32 / most).ilog2().min(29);
         let grid = |origin, rays| Grid::from_parts(origin, pitch, rays, shift, lod);
         Ok(SumGrid { sum: grid(origin_a + origin_b, rays)?, a: grid(origin_a, rays_a)?, b: grid(origin_b, rays_b)? })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::RAYS_MAX;
+    use glam::DVec3;
+
+    /// Operands of which one is all but as long as their sum, at the most rays that there are.
+    #[test]
+    fn operands_have_no_more_rays_than_the_sum() {
+        let long = Aabb { min: DVec3::splat(-3.0), max: DVec3::new(7.0, -2.99, -2.99) };
+        for size in [1e-9, 1e-5, 1e-3] {
+            let short = Aabb { min: DVec3::ZERO, max: DVec3::splat(size) };
+            let pitch = (10.0 + size) / f64::from(RAYS_MAX);
+            for [a, b] in [[long, short], [short, long]] {
+                let grids = SumGrid::with_pitch(a, b, pitch, 1024).unwrap();
+                assert_eq!(grids.sum.rays()[0], RAYS_MAX);
+                for (grid, bounds) in [(grids.a, a), (grids.b, b)] {
+                    assert_eq!(grid.shift(), grids.sum.shift());
+                    for i in 0..3 {
+                        let [first, last] = [bounds.min, bounds.max].map(|p| (p[i] - grid.origin()[i]) / grid.step());
+                        assert!(first > -0.5 && last < f64::from(grid.length(i)) + 0.5, "{first} to {last} along {i}");
+                    }
+                }
+            }
+        }
     }
 }

@@ -22,6 +22,9 @@
 //! that the sampler uses (`membership`), so that no component and no gap stays undecided. Gaps shorter than four lattice
 //! steps, a few millionths of a pitch, are closed unless a node lies in them.
 //!
+//! A GPU does the first three steps, too, with the same results: `cull::gpu` looks at every pair, [`Primitives::spans`] takes
+//! either sampler, and `settle::gpu` floods masks of all nodes.
+//!
 //! The difference A ⊖ B = {x : x + B ⊆ A} is the complement of complement(A) ⊕ (−B): the same steps with A turned inside
 //! out and what lies outside of everything counted as in.
 //!
@@ -46,7 +49,7 @@
 //!
 //! let (primitives, _) = cull(&a, &b);
 //! let sampler = CpuSampler::default();
-//! let along = |axis| primitives.spans::<Crossing>(&grids.sum, axis, Outer::Out, &sampler);
+//! let along = |axis| primitives.spans::<Crossing, _>(&grids.sum, axis, Outer::Out, &sampler);
 //! let spans = [along(Axis::X)?.0, along(Axis::Y)?.0, along(Axis::Z)?.0];
 //! let membership = SumMembership::new(&a, Outer::Out, &b);
 //! let settled = settle(&grids.sum, spans, Outer::Out, &membership, &|_, _| ())?;

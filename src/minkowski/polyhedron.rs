@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use glam::DVec3;
+
 use crate::grid::{LatticeBox, LatticeSolid};
 
 /// A solid by its facets, welded on the lattice: vertices of one position are one, and facets whose vertices coincide are
@@ -10,6 +12,19 @@ use crate::grid::{LatticeBox, LatticeSolid};
 pub struct Polyhedron {
     positions: Vec<[i32; 3]>,
     triangles: Vec<[u32; 3]>,
+}
+
+/// The height in lattice steps below which a facet may have been turned over by rounding, which moved each of its vertices by
+/// √3 at most.
+const TURNED: f64 = 4.0;
+
+/// Whether a facet is so thin, though it has an area, that rounding to the lattice may have turned it over: nobody knows on
+/// which side of it the solid is.
+pub(super) fn may_be_turned([a, b, c]: [[i32; 3]; 3]) -> bool {
+    let along = |from: [i32; 3], to: [i32; 3]| DVec3::from_array([0, 1, 2].map(|i| f64::from(to[i] - from[i])));
+    let (u, v, w) = (along(a, b), along(a, c), along(b, c));
+    let doubled_area = u.cross(v).length();
+    doubled_area > 0.0 && doubled_area < TURNED * u.length().max(v.length()).max(w.length())
 }
 
 impl Polyhedron {
@@ -47,6 +62,15 @@ impl Polyhedron {
     pub fn complement(mut self) -> Polyhedron {
         self.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
         self
+    }
+
+    /// Every facet, and the same seen from the other side. The sum of such a surface with a solid covers the boundary of what
+    /// the surface and all that it winds around have for a sum, also where the solid lies before a facet and not behind it:
+    /// where folds cross themselves. No edge is reflex then, so that there are some times more primitives.
+    pub fn two_sided(&self) -> Polyhedron {
+        let reversed = self.triangles.iter().map(|&[a, b, c]| [a, c, b]);
+        let triangles = self.triangles.iter().copied().chain(reversed).collect();
+        Polyhedron { positions: self.positions.clone(), triangles }
     }
 
     /// Lattice positions, no two the same.

@@ -2,6 +2,7 @@
 
 use crate::fixed::{Hit, Pixels};
 use crate::grid::Axis;
+use crate::sampler::lists::Keep;
 
 /// What lies outside of everything: before the first and after the last crossing of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,19 +42,14 @@ impl Outer {
     /// Appends the ends of what may be gaps on a ray, and of the ray's whole span if it has an end. A gap with a node in it
     /// is kept however short it is: gaps of the two other rays through that node may be long.
     pub fn keep_gaps<H: Hit>(self, pixels: Pixels, sorted: &[H], kept: &mut Vec<H>) {
-        let (Some(&first), Some(&last)) = (sorted.first(), sorted.last()) else { return };
-        if self == Outer::Out {
-            kept.push(first);
-        }
-        for pair in sorted.windows(2) {
-            let [before, after] = [pair[0].crossing(), pair[1].crossing()];
-            let holds_node = || pixels.index_from(before.nearest()) < pixels.index_from(after.nearest());
-            if before.winding() < 0 && after.winding() > 0 && (before.ceil() < after.floor() || holds_node()) {
-                kept.extend_from_slice(pair);
-            }
-        }
-        if self == Outer::Out {
-            kept.push(last);
+        self.keep().append(pixels, sorted, kept);
+    }
+
+    /// Which crossings of a ray are ends of what may be gaps, or of its whole span if it has an end.
+    pub fn keep(self) -> Keep {
+        match self {
+            Outer::Out => Keep::GapsAndEnds,
+            Outer::In => Keep::Gaps,
         }
     }
 }

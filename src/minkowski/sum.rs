@@ -1,23 +1,25 @@
 //! From primitives to certain spans, and from settled spans to images.
 
 use super::{Outer, Primitives, RaySpans};
-use crate::fixed::{Hit, Pixels};
+use crate::fixed::Hit;
 use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::ldi::{Ldi, TooManySamples};
 use crate::sampler::Mode;
-use crate::sampler::cpu::{CpuSampler, RayLists};
+use crate::sampler::cpu::CpuSampler;
+use crate::sampler::lists::{ListSampler, RayLists};
 
 impl Primitives {
-    /// What the rays along an axis cross: spans that are certain, with all that may be gaps, and the number of crossings.
-    pub fn spans<H: Hit>(
+    /// What the rays along an axis cross: spans that are certain, with all that may be gaps, and the number of crossings. The
+    /// same by every sampler.
+    pub fn spans<H: Hit, S: ListSampler>(
         &self,
         grid: &Grid,
         axis: Axis,
         outer: Outer,
-        sampler: &CpuSampler,
-    ) -> Result<(RaySpans<H>, u64), TooManySamples> {
-        let pixels = Pixels::new(grid.shift());
-        let lists = self.lists(grid, axis, sampler, |sorted, kept| outer.keep_gaps(pixels, sorted, kept))?;
+        sampler: &S,
+    ) -> Result<(RaySpans<H>, u64), S::Error> {
+        let triangles = LatticeSolid::of_primitives(grid, &self.positions, &self.triangles);
+        let lists = sampler.crossings(&triangles, axis, outer.keep())?;
         Ok((RaySpans { axis, offsets: lists.offsets, hits: lists.hits }, lists.crossings))
     }
 

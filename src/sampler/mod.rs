@@ -84,6 +84,7 @@ pub mod cpu;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod layout;
+pub mod lists;
 pub mod stages;
 
 use crate::gpu::DeviceError;

@@ -46,6 +46,7 @@ fn a_build_without_a_gpu_sampler_says_so() {
     let absent = "this build has no GPU sampler";
     // Before a file is read, so that nobody waits for a refusal.
     folder.run(&["volume", "absent.stl", "--backend", "gpu"]).code(3).says(&["--backend gpu", absent]);
+    folder.run(&["minkowski", "absent.stl", "a.stl", "--backend", "gpu"]).code(3).says(&["--backend gpu", absent]);
     folder.run(&["volume", "a.stl", "--adapter", "Any"]).code(3).says(&["--adapter Any", absent]);
     let text = folder.run(&["devices"]).code(0).stdout();
     assert!(text.contains(&format!("gpu         none: {absent}\nauto        cpu: {absent}\n")), "{text}");

@@ -7,7 +7,8 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::{Folder, Run, cube};
+use crate::sums::{ell, hollow};
+use crate::{Folder, Run, cube, cuboid};
 
 /// Arguments that ask for the adapter of these tests.
 fn on_gpu() -> Vec<String> {
@@ -22,8 +23,9 @@ fn model(name: &str) -> String {
     models.join(name).into_os_string().into_string().unwrap()
 }
 
-/// Runs a command on the CPU and on the GPU and asserts that both say the same, but for where and how long it ran.
-fn same_on_both(folder: &Folder, arguments: &[&str]) {
+/// Runs a command on the CPU and on the GPU and asserts that both say the same, but for where and how long it ran and the
+/// memory that it took. Returns that.
+fn same_on_both(folder: &Folder, arguments: &[&str]) -> Value {
     let gpu_arguments = on_gpu();
     let gpu_arguments: Vec<&str> = gpu_arguments.iter().map(String::as_str).collect();
     let written = ["image.npz", "image.png", "mesh.ply"].map(|name| folder.path(name));
@@ -39,8 +41,11 @@ fn same_on_both(folder: &Folder, arguments: &[&str]) {
         for key in ["backend", "device", "auto", "seconds", "peak_memory_bytes"] {
             assert!(result.as_object_mut().unwrap().remove(key).is_some());
         }
+        // Of sums alone.
+        result.as_object_mut().unwrap().remove("memory");
     }
     assert_eq!(cpu, gpu, "{arguments:?}");
+    cpu
 }
 
 const MODES: [&str; 3] = ["over", "under", "exact"];
@@ -115,6 +120,51 @@ fn pictures_are_the_same_on_both() {
     for more in [&["--view", "iso"][..], &["--slice", "x=40%"], &["--fill", "nonzero", "--csg", "b - a"]] {
         let arguments = ["render", &gyroid, &bone, "--size", "120x90", "-o", "image.png"];
         same_on_both(&folder, &[&arguments, more].concat());
+    }
+}
+
+#[test]
+fn sums_give_the_same_on_both() {
+    let folder = Folder::new();
+    folder.stl("ell.stl", &ell(1.0));
+    folder.stl("hollow.stl", &hollow(4.0, 2.0));
+    folder.stl("small.stl", &cuboid([0.0; 3], [0.5, 0.25, 1.0]));
+    let turned = ["--transform-b", "rotate(1,2,3,25)"];
+    // Over- and under-estimates are summed as they are; images and meshes have the primitive of every sample.
+    for more in [&["--mode", "under"][..], &["--mode", "exact", "-o", "image.npz"], &["-o", "mesh.ply", "--reflect"]] {
+        let arguments = [&["minkowski", "ell.stl", "ell.stl", "--resolution", "70"], &turned[..], more].concat();
+        assert!(same_on_both(&folder, &arguments)["volume"]["value"].as_f64().unwrap() > 0.0);
+    }
+    let hollow = [&["minkowski", "hollow.stl", "small.stl", "--resolution", "65"], &turned[..]].concat();
+    let sum = same_on_both(&folder, &[&hollow[..], &["-o", "image.npz"]].concat());
+    assert_eq!(sum["steps"][0]["components"]["cavities"], 1, "{sum:#}");
+    let difference = same_on_both(&folder, &[&hollow[..], &["--difference", "-o", "mesh.ply"]].concat());
+    assert!(difference["volume"]["value"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn offsets_give_the_same_on_both() {
+    let folder = Folder::new();
+    folder.stl("ell.stl", &ell(4.0));
+    for [command, flag, distance] in
+        [["offset", "--distance", "0.5"], ["offset", "--distance", "-0.3"], ["close", "--radius", "0.4"]]
+    {
+        same_on_both(&folder, &[command, "ell.stl", flag, distance, "--resolution", "60", "-o", "image.npz"]);
+    }
+}
+
+#[test]
+fn a_gpu_that_has_no_room_for_a_sum_refuses_it() {
+    let folder = Folder::new();
+    folder.stl("needle.stl", &cuboid([0.0; 3], [0.01, 1.0, 0.01]));
+    let name = adapters(&folder)[0]["name"].as_str().unwrap().to_owned();
+    folder
+        .run(&["minkowski", "absent.stl", "needle.stl", "--adapter", "nonsense"])
+        .code(3)
+        .says(&["`nonsense`", &name]);
+    if adapters(&folder)[0]["kind"] == "software" {
+        let long = ["minkowski", "needle.stl", "needle.stl", "--resolution", "2500"];
+        folder.run(&[&long[..], &["--adapter", &name]].concat()).code(3).says(&[&name, "rounds", "2500"]);
     }
 }
 

@@ -5,13 +5,13 @@ use serde_json::Value;
 use crate::{Folder, Triangle, assert_near, cube, cuboid, inside_out, warning_codes};
 
 /// A box with a smaller one left out of it.
-fn hollow(outer: f64, inner: f64) -> Vec<Triangle> {
+pub fn hollow(outer: f64, inner: f64) -> Vec<Triangle> {
     let margin = 0.5 * (outer - inner);
     [cube(0.0, outer), inside_out(&cube(margin, inner))].concat()
 }
 
 /// An L of three squares, a quarter of one high, its inner edge along z.
-fn ell(scale: f64) -> Vec<Triangle> {
+pub fn ell(scale: f64) -> Vec<Triangle> {
     let section = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
     let at = |i: usize, z: f64| [section[i % 6][0] * scale, section[i % 6][1] * scale, 0.25 * z * scale];
     let mut triangles = Vec::new();
@@ -163,6 +163,63 @@ fn differences_are_where_the_second_fits_in() {
     assert_eq!(warning_codes(&result), ["empty", "empty-surface"]);
     assert!(!folder.path("none.stl").exists());
     folder.run(&[&["minkowski"], &flags[..]].concat()).code(0).warns(&["empty", "B fits nowhere into A"]);
+}
+
+#[test]
+fn what_rounding_leaves_nothing_of_is_refused() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 1.0));
+    let scaled = |scale| ["minkowski", "a.stl", "a.stl", "--unit", "mm", "--resolution", "32", "--transform-b", scale];
+    for flags in [&[][..], &["--difference"]] {
+        folder
+            .run(&[&scaled("scale(1e-10)")[..], flags].concat())
+            .code(2)
+            .says(&["a solid 1.000000e-10 long", "a.stl"]);
+        folder.run(&[&scaled("scale(1,1e-10,1e-10)")[..], flags].concat()).code(2).says(&["a solid 1 long"]);
+    }
+    folder.run(&["offset", "a.stl", "--unit", "mm", "--distance", "1e10"]).code(2).says(&["a solid 1 long"]);
+    assert_near(volume(&folder.json(&scaled("scale(1e-8)"))), 1.0 + 3e-8, 1e-9);
+}
+
+/// The triangles of a cube, each with a point on one side of it and a sliver beyond, as T-junctions are filled.
+fn with_slivers(triangles: &[Triangle]) -> Vec<Triangle> {
+    let split = |(i, &[a, b, c]): (usize, &Triangle)| {
+        let share = 0.2 + 0.05 * i as f64;
+        let middle = [0, 1, 2].map(|k| a[k] + share * (b[k] - a[k]));
+        [[a, middle, c], [middle, b, c], [a, b, middle]]
+    };
+    triangles.iter().enumerate().flat_map(split).collect()
+}
+
+/// Rounding turns some of the slivers over, so that both of their edges at an edge of the cube are reflex.
+#[test]
+fn slivers_open_no_boundary() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &with_slivers(&cube(0.0, 1.0)));
+    for degrees in 1..8 {
+        let turn = format!("rotate(1,2,3,{})", 11 * degrees);
+        let operands = ["a.stl", "a.stl", "--mode", "exact", "--transform-a", &turn, "--transform-b", &turn];
+        let result = sum(&folder, &[&operands[..], &["--resolution", "48"]].concat());
+        assert_near(volume(&result), 8.0, 0.04);
+    }
+}
+
+/// A pyramid on each face of a cube, whose tip lies far beyond an edge of the face: its sides are folded over one another.
+#[test]
+fn folds_are_walls() {
+    let folder = Folder::new();
+    let mut folded = Vec::new();
+    for (i, &[a, b, c]) in cube(0.0, 1.0).iter().enumerate() {
+        let tip = [0, 1, 2].map(|k| a[k] + (1.0 + 0.01 * i as f64) * (b[k] - a[k]) - 0.03 * (c[k] - a[k]) + 0.001);
+        folded.extend([[a, b, tip], [b, c, tip], [c, a, tip]]);
+    }
+    folder.stl("a.stl", &folded);
+    folder.stl("b.stl", &cube(0.0, 1.0));
+    for turn in ["rotate(1,2,3,20)", "rotate(3,2,1,50)"] {
+        let flags = ["a.stl", "b.stl", "--fill", "nonzero", "--transform-a", turn, "--transform-b", turn];
+        let result = sum(&folder, &[&flags[..], &["--resolution", "48"]].concat());
+        assert_near(volume(&result), 8.89, 0.02);
+    }
 }
 
 #[test]
@@ -361,9 +418,13 @@ fn opening_takes_away_what_is_thin_and_closing_fills_it() {
 }
 
 #[test]
-fn a_gpu_is_not_pretended() {
+fn auto_stays_on_the_cpu_and_says_why() {
     let folder = Folder::with_two_cubes();
-    folder.run(&["minkowski", "a.stl", "b.stl", "--backend", "gpu"]).code(3).says(&["--backend gpu", "minkowski"]);
-    let result = sum(&folder, &["a.stl", "b.stl", "--backend", "cpu", "--resolution", "16"]);
-    assert_eq!((&result["backend"], &result["auto"]), (&"cpu".into(), &Value::Null));
+    let flags = ["a.stl", "b.stl", "--resolution", "16"];
+    let result = sum(&folder, &flags);
+    assert_eq!((&result["backend"], &result["auto"]["backend"]), (&"cpu".into(), &"cpu".into()));
+    let reason = result["auto"]["reason"].as_str().unwrap();
+    assert!(reason.contains("no GPU has been measured for sums"), "{reason}");
+    let asked = sum(&folder, &[&flags[..], &["--backend", "cpu"]].concat());
+    assert_eq!((&asked["backend"], &asked["auto"]), (&"cpu".into(), &Value::Null));
 }

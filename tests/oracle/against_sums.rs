@@ -123,7 +123,7 @@ fn grid(size: i32, shift: u32, lod: u32) -> Grid {
 fn images(grid: &Grid, a: &Polyhedron, outer: Outer, b: &Polyhedron, mode: Mode) -> [Ldi; 3] {
     let sampler = CpuSampler::default();
     let (primitives, _) = cull(a, b);
-    let spans = Axis::ALL.map(|axis| primitives.spans::<Crossing>(grid, axis, outer, &sampler).unwrap().0);
+    let spans = Axis::ALL.map(|axis| primitives.spans::<Crossing, _>(grid, axis, outer, &sampler).unwrap().0);
     let membership = SumMembership::new(a, outer, b);
     let settled = settle(grid, spans, outer, &membership, &|_, _| ()).unwrap();
     settled.spans.map(|spans| spans.image(grid, mode, &sampler).unwrap())

@@ -2,7 +2,9 @@
 
 use std::fmt::Display;
 
+use ldi_ops::fixed::Hit;
 use ldi_ops::ldi::{Ldi, Summary, Windings};
+use ldi_ops::minkowski::RaySpans;
 use ldi_ops::sampler::SampleError;
 use ldi_ops::sampler::stages::{ListStages, MaskStages};
 
@@ -77,6 +79,18 @@ impl From<&ListStages> for Parts {
     fn from(stages: &ListStages) -> Parts {
         let ListStages { starts, crossings } = stages;
         Parts(vec![("starts", starts.clone()), ("crossings", crossings.clone())])
+    }
+}
+
+impl<H: Hit> From<&(RaySpans<H>, u64)> for Parts {
+    fn from((spans, crossings): &(RaySpans<H>, u64)) -> Parts {
+        Parts(vec![
+            ("axis", vec![spans.axis.depth() as u32]),
+            ("offsets", spans.offsets.clone()),
+            ("hits", spans.hits.iter().map(|hit| hit.crossing().0).collect()),
+            ("triangles", spans.hits.iter().filter_map(|hit| hit.triangle()).collect()),
+            ("crossings", words(*crossings).to_vec()),
+        ])
     }
 }
 

@@ -143,6 +143,9 @@ enum Benchmark {
         /// Timed rounds of each sum after the warm-up; medians are printed
         #[arg(long, default_value_t = 5)]
         runs: usize,
+        /// A GPU that culls, crosses and settles, by its name or part of it; the CPU where none is named
+        #[arg(long, value_name = "NAME")]
+        adapter: Option<String>,
         /// A Python that has apps/ldi-bench/peers/requirements.txt; without it ldi-ops runs alone
         #[arg(long, value_name = "PATH")]
         python: Option<PathBuf>,
@@ -165,6 +168,8 @@ enum Benchmark {
         resolution: u32,
         #[arg(long)]
         runs: usize,
+        #[arg(long)]
+        adapter: Option<String>,
     },
     /// The GPU's sampler by stages, over solids like those of Leung and Wang, beside what its memory allows and their table.
     ///
@@ -214,12 +219,12 @@ fn main() -> ExitCode {
         }
         Benchmark::Process(contest) => contest.run(process::run),
         Benchmark::Meshes(contest) => contest.run(meshes::run),
-        Benchmark::Minkowski { pairs, resolution, runs, python, peers, peer_timeout, json } => {
-            let plan = minkowski::Plan { pairs, resolution, runs: runs.max(1), python, peers, peer_timeout };
+        Benchmark::Minkowski { pairs, resolution, runs, adapter, python, peers, peer_timeout, json } => {
+            let plan = minkowski::Plan { pairs, resolution, runs: runs.max(1), adapter, python, peers, peer_timeout };
             minkowski::run(&plan, json.as_deref())
         }
-        Benchmark::MinkowskiCase { pair, resolution, runs } => {
-            minkowski::run_case(&pair, resolution, runs.max(1)).map(|told| println!("{told}"))
+        Benchmark::MinkowskiCase { pair, resolution, runs, adapter } => {
+            minkowski::run_case(&pair, resolution, runs.max(1), adapter.as_deref()).map(|told| println!("{told}"))
         }
         #[cfg(feature = "gpu")]
         Benchmark::Gpu { adapter, models, resolution, rounds, json } => {

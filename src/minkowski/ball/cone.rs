@@ -7,11 +7,14 @@ use glam::DVec3;
 pub fn polygon(directions: &[DVec3]) -> Vec<DVec3> {
     let Some((first, rest)) = directions.split_first() else { return Vec::new() };
     let by_slant = |a: &&DVec3, b: &&DVec3| first.dot(**a).abs().total_cmp(&first.dot(**b).abs());
-    let Some(second) = rest.iter().min_by(by_slant) else { return Vec::new() };
-    let mut corners = lune(*first, *second);
+    let second = rest.iter().min_by(by_slant).copied().unwrap_or(*first);
+    let mut corners = match directions.iter().all(|direction| first.distance(*direction) < PARALLEL) {
+        true => return hemisphere(*first),
+        false => lune(*first, second),
+    };
     let mut clipped = Vec::with_capacity(8);
     for &direction in directions {
-        if direction != *first && direction != *second {
+        if direction != *first && direction != second {
             clip(&corners, direction, &mut clipped);
             std::mem::swap(&mut corners, &mut clipped);
         }
@@ -20,6 +23,15 @@ pub fn polygon(directions: &[DVec3]) -> Vec<DVec3> {
         }
     }
     corners
+}
+
+/// Unit vectors are the same if they are nearer than this: those of edges on one line differ by rounding.
+const PARALLEL: f64 = 1e-14;
+
+/// A half-space.
+fn hemisphere(away_from: DVec3) -> Vec<DVec3> {
+    let (u, v) = away_from.any_orthonormal_pair();
+    vec![u, v, -u, -v]
 }
 
 /// What two half-spaces have in common.

@@ -290,6 +290,53 @@ fn thin_walls_vanish() {
     assert_eq!(Offset::new(wall(), -9.0, 0.05).volumes(), [0.0; 3]);
 }
 
+/// A rectangle with two sides and nothing between, whose diagonals differ.
+fn sheet(sides: [f64; 2]) -> TriangleMesh {
+    let [x, y] = sides;
+    let positions = vec![DVec3::ZERO, DVec3::X * x, DVec3::new(x, y, 0.0), DVec3::Y * y];
+    TriangleMesh { positions, triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]] }
+}
+
+#[test]
+fn sheets_grow_round() {
+    let radius = 0.5;
+    let expected = 2.0 * radius * 12.0 + 7.0 * PI * radius * radius + 4.0 / 3.0 * PI * radius.powi(3);
+    for angle in [0.0, 0.3] {
+        let grown = Offset::new(turned(sheet([4.0, 3.0]), DVec3::new(1.0, 2.0, 0.5), angle), radius, 0.0625);
+        grown.each_volume_is(expected, 1e-2);
+        grown.agrees_with_all_triangles();
+    }
+}
+
+#[test]
+fn needles_grow_round() {
+    let mut mesh = cube(DVec3::ZERO, 1.0);
+    mesh.positions.extend([DVec3::splat(2.0), DVec3::splat(3.0)]);
+    mesh.triangles.extend([[7, 8, 9], [7, 9, 8]]);
+    Offset::new(mesh, 0.4, 0.07).agrees_with_all_triangles();
+}
+
+/// A cube with a sliver at each of its edges, which rounding turns over or not.
+#[test]
+fn slivers_at_edges_open_no_boundary() {
+    for seed in 0..4 {
+        let mut mesh = cube(DVec3::ZERO, 2.0);
+        for i in 0..mesh.triangles.len() {
+            let [a, b, c] = mesh.triangles[i];
+            let middle = mesh.positions.len() as u32;
+            let share = 0.3 + 0.03 * i as f64;
+            mesh.positions.push(mesh.positions[a as usize].lerp(mesh.positions[b as usize], share));
+            mesh.triangles[i] = [a, middle, c];
+            mesh.triangles.extend([[middle, b, c], [a, b, middle]]);
+        }
+        let mesh = turned(mesh, DVec3::new(1.0, 2.0, -1.0), 0.4 + 0.3 * f64::from(seed));
+        let expected = steiner(&cube(DVec3::ZERO, 2.0), 0.5);
+        let grown = Offset::new(mesh, 0.5, 0.07);
+        grown.each_volume_is(expected, 2e-3);
+        grown.agrees_with_all_triangles();
+    }
+}
+
 #[test]
 fn cavities_shrink_and_vanish() {
     let round = |distance| steiner(&cube(DVec3::ZERO, 4.0), distance);

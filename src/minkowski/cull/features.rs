@@ -7,16 +7,17 @@ use rayon::prelude::*;
 
 use super::sign::{Direction, Normal};
 use crate::minkowski::Polyhedron;
+use crate::minkowski::polyhedron::may_be_turned;
 
 /// The features of a polyhedron that may meet those of another one.
 pub struct Features<'p> {
     /// Lattice positions of all vertices.
     pub positions: &'p [[i32; 3]],
-    /// Facets that have an area.
+    /// Facets that have an area; those that may have been turned over come once for each side.
     pub facets: Vec<Facet>,
     /// Vertices that are no points of a plane or of an edge.
     pub corners: Vec<Corner>,
-    /// Edges that are not certainly reflex or flat.
+    /// Edges that are not certainly reflex or flat; needles among them, which have no sides.
     pub edges: Vec<Edge>,
     /// From each corner to its neighbours, corner by corner.
     pub spokes: Vec<Direction>,
@@ -33,6 +34,17 @@ pub struct Facet {
     pub vertices: [u32; 3],
     /// Its outward normal.
     pub normal: Normal,
+    /// Whether that is known.
+    facing: Facing,
+}
+
+/// Which side of a facet the solid is on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Facing {
+    /// Behind it.
+    Outwards,
+    /// Nobody knows: it is so thin that rounding to the lattice may have turned it over.
+    Either,
 }
 
 /// A vertex that may support a plane.
@@ -63,11 +75,15 @@ pub enum Bounds {
     TwoFacets,
     /// The normal of its first side and the opposite one.
     OneFacet,
+    /// Those too; nobody knows on which side of one of its facets the solid is.
+    TurnedFacet,
+    /// Nothing: none of its facets has an area.
+    NoFacet,
 }
 
-/// Two or three directions.
+/// Two to five directions.
 pub struct Arc {
-    points: [DVec3; 3],
+    points: [DVec3; 5],
     count: usize,
 }
 
@@ -92,14 +108,26 @@ enum Runs {
     Backward,
 }
 
+impl Facet {
+    fn new(vertices: [u32; 3], positions: &[[i32; 3]]) -> Facet {
+        let corners = vertices.map(|vertex| positions[vertex as usize]);
+        let [a, b, c] = corners;
+        let facing = if may_be_turned(corners) { Facing::Either } else { Facing::Outwards };
+        Facet { vertices, normal: Direction::between(a, b).cross(&Direction::between(a, c)), facing }
+    }
+
+    /// The same facet seen from the other side.
+    fn reversed(&self) -> Facet {
+        let [a, b, c] = self.vertices;
+        Facet { vertices: [a, c, b], normal: self.normal.reversed(), facing: self.facing }
+    }
+}
+
 impl Features<'_> {
     /// Finds them.
     pub fn new(solid: &Polyhedron) -> Features<'_> {
         let positions = solid.positions();
-        let facet = |&[a, b, c]: &[u32; 3]| {
-            let [pa, pb, pc] = [a, b, c].map(|vertex| positions[vertex as usize]);
-            Facet { vertices: [a, b, c], normal: Direction::between(pa, pb).cross(&Direction::between(pa, pc)) }
-        };
+        let facet = |&vertices: &[u32; 3]| Facet::new(vertices, positions);
         let mut facets: Vec<Facet> = solid.triangles().par_iter().map(facet).collect();
         let half_edges = half_edges(solid.triangles(), positions.len());
         let mut features = Features {
@@ -121,6 +149,9 @@ impl Features<'_> {
         features.all_edges = rims.len();
         features.add_corners(&rims);
         facets.retain(|facet| !facet.normal.is_zero());
+        let turned: Vec<Facet> =
+            facets.iter().filter(|facet| facet.facing == Facing::Either).map(Facet::reversed).collect();
+        facets.extend(turned);
         features.facets = facets;
         features
     }
@@ -139,10 +170,13 @@ impl Features<'_> {
         let [p, q] = ends.map(|vertex| self.positions[vertex as usize]);
         let along = Direction::between(p, q);
         let real = |half: &&HalfEdge| !facets[half.facet as usize].normal.is_zero();
+        let is_turned = around.iter().any(|half| facets[half.facet as usize].facing == Facing::Either);
+        let mut bounds = if is_turned { Bounds::TurnedFacet } else { Bounds::OneFacet };
         if let [one, other] = around
             && real(&one)
             && real(&other)
             && one.runs != other.runs
+            && !is_turned
         {
             let [forward, backward] = [one, other].map(|half| &facets[half.facet as usize].normal);
             let opposite = facets[other.facet as usize].vertices.into_iter().find(|vertex| !ends.contains(vertex));
@@ -150,28 +184,28 @@ impl Features<'_> {
             match forward.sign(&Direction::between(p, opposite)) {
                 Ordering::Greater => return,
                 Ordering::Equal if forward.faces(backward) => return,
-                _ => {}
+                Ordering::Equal => {}
+                Ordering::Less => bounds = Bounds::TwoFacets,
             }
         }
         self.sides.extend(around.iter().filter(real).map(side));
         let forward = around.iter().filter(real).filter(|half| half.runs == Runs::Forward).count() as u32;
         let sides = [first, first + forward, self.sides.len() as u32];
-        // Facets without area lie along edges of others.
         if sides[0] == sides[2] {
-            return;
+            bounds = Bounds::NoFacet;
         }
-        let bounds = match around {
-            [one, other] if real(&one) && real(&other) && one.runs != other.runs => Bounds::TwoFacets,
-            _ => Bounds::OneFacet,
-        };
         self.edges.push(Edge { ends, along, sides, bounds });
     }
 
-    /// A corner has three edges at the least that are convex.
+    /// A corner has three edges at the least that are convex, or one that may be of a part without thickness.
     fn add_corners(&mut self, rims: &[[u32; 2]]) {
         let mut convex = vec![0_u32; self.positions.len()];
-        for end in self.edges.iter().flat_map(|edge| edge.ends) {
-            convex[end as usize] += 1;
+        for edge in &self.edges {
+            let counts = match edge.bounds {
+                Bounds::TwoFacets => 1,
+                Bounds::OneFacet | Bounds::TurnedFacet | Bounds::NoFacet => 3,
+            };
+            edge.ends.into_iter().for_each(|end| convex[end as usize] += counts);
         }
         let mut starts = vec![0_u32; self.positions.len() + 1];
         let is_corner = |vertex: u32| convex[vertex as usize] >= 3;
@@ -201,8 +235,12 @@ impl Features<'_> {
         &self.spokes[corner.spokes[0] as usize..corner.spokes[1] as usize]
     }
 
-    /// Whether a normal which is, up to its sign and length, that of all facets at an edge points out of one of them.
+    /// Whether a normal which is, up to its sign and length, that of all facets at an edge points out of one of them, as far
+    /// as that is known, or the edge has none and is all that there is.
     pub fn has_facet_towards(&self, edge: &Edge, normal: &Normal) -> bool {
+        if let Bounds::NoFacet | Bounds::TurnedFacet = edge.bounds {
+            return true;
+        }
         let [first, turn, end] = edge.sides.map(|index| index as usize);
         let (forward, backward) = (&self.sides[first..turn], &self.sides[turn..end]);
         let turned = normal.reversed();
@@ -213,16 +251,21 @@ impl Features<'_> {
     pub fn arc(&self, edge: &Edge) -> Arc {
         let sides = self.sides_of(edge);
         let unit = |v: [f64; 3]| DVec3::from(v).normalize();
-        let (along, first) = (unit(edge.along.rounded), unit(sides[0].rounded));
+        let along = unit(edge.along.rounded);
+        let Some(first) = sides.first().map(|side| unit(side.rounded)) else {
+            let (u, v) = along.any_orthonormal_pair();
+            return Arc { points: [u, v, -u, -v, u], count: 5 };
+        };
         // From the edge into a facet; the middle of the arc is where all facets lie behind.
         let inward = along.cross(first);
+        let of_three = |a, b, c| Arc { points: [a, b, c, c, c], count: 3 };
         match edge.bounds {
-            Bounds::OneFacet => Arc { points: [first, -inward, -first], count: 3 },
+            Bounds::OneFacet | Bounds::TurnedFacet | Bounds::NoFacet => of_three(first, -inward, -first),
             Bounds::TwoFacets => {
                 let last = unit(sides[1].rounded);
                 match -first.dot(last) >= 0.0 {
-                    true => Arc { points: [-first, last, last], count: 2 },
-                    false => Arc { points: [-first, -(inward + along.cross(last)).normalize(), last], count: 3 },
+                    true => Arc { points: [-first, last, last, last, last], count: 2 },
+                    false => of_three(-first, -(inward + along.cross(last)).normalize(), last),
                 }
             }
         }

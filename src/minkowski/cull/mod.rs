@@ -15,11 +15,18 @@
 //! boundaries of both. Let a be the end of it in some general direction. If A near a is a half space, and x − B is one, or a
 //! wedge, then near a both share the plane, or a line at the least, and a is no end. Then x − B has a true corner there, which
 //! with the facet of A through a makes a primitive; its directions span a pointed cone, which has three rays at the least,
-//! all of them convex edges. If both are wedges with different directions, their edges make one.
+//! all of them convex edges. If both are wedges with different directions, their edges make one. A cone without thickness has
+//! fewer rays, two of a sheet and one of a needle, so the end of an edge that may belong to one is always taken for a corner.
 //! So the primitives cover the boundary without those of points and edges within planes, and of points within edges.
 //!
 //! An edge with more than two facets is kept, as is one at a facet without area, which constrains nothing. Where n·(o − p) is
-//! zero throughout at an edge, it takes a facet there that n points out of.
+//! zero throughout at an edge, it takes a facet there that n points out of, if any of its facets has an area at all: an edge
+//! between facets without area is a needle, or lies along others and adds nothing.
+//!
+//! Rounding to the lattice turns some of the thinnest facets over, such as the slivers that fill T-junctions. At a convex edge
+//! that leaves two edges in place of one, both reflex by their normals, and the boundary would be open there; so a facet that
+//! may have been turned over is a wall: it counts from both sides, and its edges are left out on no account. That is no
+//! loss of certainty, since behind a wall moved by a vertex of a solid there lies the sum whichever way the wall is seen.
 //!
 //! # Practice
 //! Signs are exact (`sign`). Few of all pairs are looked at: those whose outward normals lie in boxes that meet on the Gauss
@@ -37,6 +44,8 @@
 mod distinct;
 mod features;
 mod gauss;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod pairs;
 mod sign;
 
@@ -50,7 +59,7 @@ use rayon::prelude::*;
 
 use super::{CullCounts, Polyhedron, Primitives};
 use distinct::Shape;
-use features::{Edge, Features};
+use features::{Corner, Edge, Facet, Features};
 use gauss::Patch;
 use pairs::{Found, meeting};
 use sign::Normal;
@@ -64,7 +73,17 @@ pub fn cull(a: &Polyhedron, b: &Polyhedron) -> (Primitives, CullCounts) {
     let of_b = facets_on_corners(&b_features, &b_map, &a_features, &a_map);
     let of_edges = edges_on_edges(&a_features, &a_map, &b_features, &b_map);
     let visited = of_a.visited + of_b.visited + of_edges.visited;
-    let mut lists: Vec<Vec<Shape>> = [of_a.kept, of_b.kept, of_edges.kept].into_iter().flatten().collect();
+    let lists = [of_a.kept, of_b.kept, of_edges.kept].into_iter().flatten().collect();
+    assemble([a, b], [&a_features, &b_features], lists, visited)
+}
+
+/// The primitives among the shapes that were kept, and what they were found among.
+fn assemble(
+    [a, b]: [&Polyhedron; 2],
+    [a_features, b_features]: [&Features; 2],
+    mut lists: Vec<Vec<Shape>>,
+    visited: u64,
+) -> (Primitives, CullCounts) {
     let count = |lists: &[Vec<Shape>]| lists.iter().map(|list| list.len() as u64).sum();
     let kept = count(&lists);
     distinct::keep_distinct(&mut lists);
@@ -125,9 +144,22 @@ fn facets_on_corners(of: &Features, of_map: &Map, on: &Features, on_map: &Map) -
         if on.spokes_of(corner).iter().any(|spoke| facet.normal.sign(spoke) == Ordering::Greater) {
             return;
         }
-        let by = on.positions[corner.vertex as usize];
-        kept.push(Shape::triangle(facet.vertices.map(|vertex| sum(of.positions[vertex as usize], by))));
+        kept.push(facet_on_corner(of, facet, on, corner));
     })
+}
+
+/// A facet moved by a corner.
+fn facet_on_corner(of: &Features, facet: &Facet, on: &Features, corner: &Corner) -> Shape {
+    let by = on.positions[corner.vertex as usize];
+    Shape::triangle(facet.vertices.map(|vertex| sum(of.positions[vertex as usize], by)))
+}
+
+/// The parallelograms of two edges: as their directions turn, and the other way round.
+fn edge_on_edge(a: &Features, of_a: &Edge, b: &Features, of_b: &Edge) -> [[[i32; 3]; 4]; 2] {
+    let [a0, a1] = of_a.ends.map(|vertex| a.positions[vertex as usize]);
+    let [b0, b1] = of_b.ends.map(|vertex| b.positions[vertex as usize]);
+    let corners = [sum(a0, b0), sum(a1, b0), sum(a1, b1), sum(a0, b1)];
+    [corners, [corners[0], corners[3], corners[2], corners[1]]]
 }
 
 /// Parallelograms of two edges.
@@ -145,10 +177,7 @@ fn edges_on_edges(a: &Features, a_map: &Map, b: &Features, b_map: &Map) -> Found
         if normal.is_zero() {
             return;
         }
-        let [a0, a1] = of_a.ends.map(|vertex| a.positions[vertex as usize]);
-        let [b0, b1] = of_b.ends.map(|vertex| b.positions[vertex as usize]);
-        let corners = [sum(a0, b0), sum(a1, b0), sum(a1, b1), sum(a0, b1)];
-        let turned = [corners[0], corners[3], corners[2], corners[1]];
+        let [corners, turned] = edge_on_edge(a, of_a, b, of_b);
         for (outward, corners, below) in
             [(normal, corners, Ordering::Less), (normal.reversed(), turned, Ordering::Greater)]
         {

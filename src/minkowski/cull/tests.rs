@@ -97,6 +97,36 @@ fn pinch() -> Polyhedron {
     on_lattice(&positions, &triangles, 7.0)
 }
 
+/// A rectangle with two sides and nothing between; its diagonals are one edge or two.
+fn sheet(diagonals: usize) -> Polyhedron {
+    let positions = [[0.0; 3], [4.0, 1.0, 0.5], [3.0, 4.0, 1.5], [-1.0, 3.0, 1.0]];
+    let back = if diagonals == 1 { [[0, 2, 1], [0, 3, 2]] } else { [[0, 3, 1], [1, 3, 2]] };
+    on_lattice(&positions, &[&[[0, 1, 2], [0, 2, 3]], &back[..]].concat(), 5.0)
+}
+
+/// A tetrahedron with a needle at one of its corners.
+fn spike() -> Polyhedron {
+    let positions = [[0.0; 3], [3.0, 1.0, 0.0], [0.0, 4.0, 1.0], [1.0, 0.0, 5.0], [2.0, -1.0, 7.0], [4.0, -3.0, 11.0]];
+    let triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3], [3, 4, 5], [3, 5, 4]];
+    on_lattice(&positions, &triangles, 6.0)
+}
+
+/// A cube with slivers between its faces that rounding has turned over in all ways.
+fn slivers() -> Polyhedron {
+    let mesh = crate::mesh::testing::cube(DVec3::ZERO, 1.0);
+    let (mut positions, mut triangles) = (mesh.positions, mesh.triangles);
+    let mut seed = 5;
+    for i in 0..triangles.len() {
+        let [a, b, c] = triangles[i];
+        let middle = positions.len() as u32;
+        positions.push(positions[a as usize].lerp(positions[b as usize], 0.2 + 0.6 * random(&mut seed)));
+        triangles[i] = [a, middle, c];
+        triangles.extend([[middle, b, c], [a, b, middle]]);
+    }
+    let turn = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 0.9, 0.2);
+    on_lattice(&positions.iter().map(|&p| (turn * p).to_array()).collect::<Vec<_>>(), &triangles, 1e6)
+}
+
 /// Solids without ties, with many, and with features that few solids have.
 fn zoo() -> Vec<(&'static str, Polyhedron)> {
     vec![
@@ -110,6 +140,10 @@ fn zoo() -> Vec<(&'static str, Polyhedron)> {
             cells(&[[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0], [2, 2, 0], [1, 2, 0], [0, 2, 0], [0, 1, 0]]),
         ),
         ("pinch", pinch()),
+        ("sheet", sheet(1)),
+        ("sheet of two diagonals", sheet(2)),
+        ("spike", spike()),
+        ("slivers", slivers()),
         ("cube inside out", cells(&[[0, 0, 0]]).complement()),
         ("torus", solid!(solids::torus(3.0, 1.0, 7, 6), 1e6)),
         ("coarse torus", solid!(solids::torus(3.0, 1.0, 8, 4), 2.0)),
@@ -153,11 +187,11 @@ impl Plain<'_> {
         }
         for (&[p, q], around) in &plain.edges {
             let out = match around[..] {
-                [(_, n), (third, m)] if n != [0; 3] && m != [0; 3] => {
+                [(_, n), (third, m)] if n != [0; 3] && m != [0; 3] && !plain.has_turned([p, q]) => {
                     let height = dot(n, less(plain.at(third), plain.at(p)));
                     height > 0 || height == 0 && dot(n, m) > 0
                 }
-                _ => around.iter().all(|&(_, n)| n == [0; 3]),
+                _ => false,
             };
             if !out {
                 plain.kept.insert([p, q]);
@@ -174,9 +208,37 @@ impl Plain<'_> {
         cross(less(self.at(b), self.at(a)), less(self.at(c), self.at(a)))
     }
 
+    /// Whether a facet at an edge has an area, but less than 4 steps of height.
+    fn has_turned(&self, edge: [u32; 2]) -> bool {
+        self.edges[&edge].iter().any(|&(third, n)| self.is_turned([edge[0], edge[1], third], n))
+    }
+
+    fn is_turned(&self, corners: [u32; 3], n: [i128; 3]) -> bool {
+        let squared = |i: usize| {
+            let along = less(self.at(corners[i]), self.at(corners[(i + 1) % 3]));
+            dot(along, along)
+        };
+        n != [0; 3] && dot(n, n) < 16 * squared(0).max(squared(1)).max(squared(2))
+    }
+
+    /// How many convex edges an edge counts for: all that a corner needs, if it may belong to a sheet or a needle.
+    fn counts(&self, edge: &[u32; 2]) -> usize {
+        match self.edges[edge][..] {
+            [(_, n), (third, m)]
+                if n != [0; 3]
+                    && m != [0; 3]
+                    && !self.has_turned(*edge)
+                    && dot(n, less(self.at(third), self.at(edge[0]))) < 0 =>
+            {
+                1
+            }
+            _ => 3,
+        }
+    }
+
     fn supports_at_vertex(&self, n: [i128; 3], vertex: u32) -> bool {
         let at = |edge: &&[u32; 2]| edge.contains(&vertex);
-        self.kept.iter().filter(at).count() >= 3
+        self.kept.iter().filter(at).map(|edge| self.counts(edge)).sum::<usize>() >= 3
             && self.edges.keys().filter(at).flatten().all(|&u| dot(n, less(self.at(u), self.at(vertex))) <= 0)
     }
 
@@ -184,7 +246,10 @@ impl Plain<'_> {
         let around = &self.edges[&edge];
         let height = |third: u32| dot(n, less(self.at(third), self.at(edge[0])));
         around.iter().all(|&(third, _)| height(third) <= 0)
-            && (around.iter().any(|&(third, _)| height(third) < 0) || around.iter().any(|&(_, m)| dot(n, m) > 0))
+            && (around.iter().any(|&(third, _)| height(third) < 0)
+                || around.iter().any(|&(_, m)| dot(n, m) > 0)
+                || around.iter().all(|&(_, m)| m == [0; 3])
+                || self.has_turned(edge))
     }
 }
 
@@ -193,7 +258,8 @@ fn brute_force(a: &Polyhedron, b: &Polyhedron) -> (BTreeSet<Shape>, u64) {
     let (a, b) = (Plain::new(a), Plain::new(b));
     let mut found = Vec::new();
     for (of, on) in [(&a, &b), (&b, &a)] {
-        for &facet in of.solid.triangles() {
+        let turned = |&[a, b, c]: &[u32; 3]| of.is_turned([a, b, c], of.normal([a, b, c])).then_some([a, c, b]);
+        for facet in of.solid.triangles().iter().copied().chain(of.solid.triangles().iter().filter_map(turned)) {
             let normal = of.normal(facet);
             for vertex in 0..on.solid.positions().len() as u32 {
                 if normal != [0; 3] && on.supports_at_vertex(normal, vertex) {

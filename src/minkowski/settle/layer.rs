@@ -77,6 +77,14 @@ impl Layer<'_> {
         self.elements[word] + (self.starts[word] & (u64::MAX >> (63 - bit))).count_ones()
     }
 
+    /// The word and the bit that a run begins at.
+    pub fn start_of(&self, element: u32) -> (usize, u32) {
+        let word = self.elements.partition_point(|&before| before < element) - 1;
+        let mut starts = self.starts[word];
+        (self.elements[word] + 1..element).for_each(|_| starts &= starts - 1);
+        (word, starts.trailing_zeros())
+    }
+
     /// The element that a node belongs to.
     pub fn element(&self, word: usize, bit: u32) -> u32 {
         match (self.open[word] >> bit & 1, self.inside[word] >> bit & 1) {

@@ -53,7 +53,7 @@ impl<'a, H: Hit> Rays<'a, H> {
     /// such a crossing. The last range has what lies behind the last node, too. If there are crossings, returns how many
     /// come before the range, and the nodes behind the first and last of all.
     #[inline]
-    fn walk(
+    pub fn walk(
         &self,
         ray: u32,
         range: &Range<usize>,

@@ -16,6 +16,8 @@
 //! where some do, that is an error and no image.
 
 mod fill;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod layer;
 mod masks;
 mod sets;

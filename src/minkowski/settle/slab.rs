@@ -91,6 +91,16 @@ struct Slab<'a, H> {
     gaps: [SlabGaps; 3],
 }
 
+/// A point in a gap between two nodes of the ray through `node`; `hit` begins the gap.
+pub fn point_between<H: Hit>(raster: &Raster, spans: &RaySpans<H>, node: [usize; 3], hit: u32) -> [i32; 3] {
+    let hits = &spans.hits[hit as usize..];
+    let [before, after] = [hits[0].crossing().ceil(), hits[1].crossing().floor()];
+    debug_assert!(before < after, "a gap from {before} to {after} has no lattice step in it");
+    let mut point = node.map(|index| raster.pixels.ray(index as i32));
+    point[spans.axis.depth()] = (before + (after - before) / 2) | 1;
+    point
+}
+
 /// Finds the sets of a slab.
 pub fn settle<H: Hit>(
     raster: &Raster,
@@ -153,11 +163,7 @@ impl<H: Hit> Slab<'_, H> {
             let word = (row * self.raster.words + x / 64) as u32;
             self.node_gaps.push(NodeGap { axis, hit, word, bit: (x % 64) as u32 });
         } else {
-            let hits = &self.spans[axis].hits[hit as usize..];
-            let [before, after] = [hits[0].crossing().ceil(), hits[1].crossing().floor()];
-            debug_assert!(before < after, "a gap from {before} to {after} has no lattice step in it");
-            let mut point = node.map(|index| self.raster.pixels.ray(index as i32));
-            point[axis] = (before + (after - before) / 2) | 1;
+            let point = point_between(self.raster, &self.spans[axis], node, hit);
             self.gaps[axis].thin.push((hit, point));
         }
     }
@@ -253,7 +259,13 @@ impl<H: Hit> Slab<'_, H> {
     fn finish(mut self) -> SlabSets {
         let (sets, least) = std::mem::replace(&mut self.sets, Sets::new(0)).number();
         let whole = self.layer(0..self.open.len());
-        let set_nodes = least.into_iter().map(|element| self.start_of(element)).collect();
+        let set_nodes = least
+            .into_iter()
+            .map(|element| {
+                let (word, bit) = whole.start_of(element);
+                self.raster.node(self.planes.start, word, bit)
+            })
+            .collect();
         let gap_count = (self.node_gaps.len() + self.gaps.iter().map(|gaps| gaps.thin.len()).sum::<usize>()) as u64;
         let mut of_sets: [SlabGaps; 3] = Default::default();
         for &NodeGap { axis, hit, word, bit } in &self.node_gaps {
@@ -274,14 +286,6 @@ impl<H: Hit> Slab<'_, H> {
             open_nodes: self.open.iter().map(|word| u64::from(word.count_ones())).sum(),
             gaps: self.gaps,
         }
-    }
-
-    /// The node that a run begins with.
-    fn start_of(&self, element: u32) -> [u32; 3] {
-        let word = self.elements.partition_point(|&before| before < element) - 1;
-        let mut starts = self.starts[word];
-        (self.elements[word] + 1..element).for_each(|_| starts &= starts - 1);
-        self.raster.node(self.planes.start, word, starts.trailing_zeros())
     }
 
     fn border(&self, z: usize, sets: &[u32]) -> Border {

@@ -9,21 +9,12 @@ use rayon::prelude::*;
 use super::bin::Bins;
 use super::raster::BandCrossings;
 use super::{CpuSampler, Estimator, exact};
-use crate::fixed::{Crossing, Hit};
+use crate::fixed::{Crossing, Hit, Pixels};
 use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::ldi::{Ldi, TooManySamples, Windings, image_from_bands};
 use crate::sampler::layout::Voxels;
+use crate::sampler::lists::{Keep, ListSampler, RayLists};
 use crate::sampler::{Fill, Mode};
-
-/// Crossings of all rays along one axis, ascending on each: those of ray `r` are `hits[offsets[r] .. offsets[r + 1]]`.
-pub struct RayLists<H> {
-    /// Where the hits of each ray begin, and where the last ones end.
-    pub offsets: Vec<u32>,
-    /// The crossings that were kept.
-    pub hits: Vec<H>,
-    /// How many there were before.
-    pub crossings: u64,
-}
 
 /// What becomes of a band of rows.
 #[derive(Default)]
@@ -110,5 +101,19 @@ impl CpuSampler {
                 }
             }
         })
+    }
+}
+
+impl ListSampler for CpuSampler {
+    type Error = TooManySamples;
+
+    fn crossings<H: Hit>(
+        &self,
+        triangles: &LatticeSolid,
+        axis: Axis,
+        keep: Keep,
+    ) -> Result<RayLists<H>, TooManySamples> {
+        let pixels = Pixels::new(triangles.grid().shift());
+        self.lists(triangles, axis, |sorted, kept| keep.append(pixels, sorted, kept))
     }
 }

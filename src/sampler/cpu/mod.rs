@@ -26,7 +26,6 @@ use bin::Bins;
 pub(crate) use bin::Sorted;
 use classify::RayClasses;
 pub(crate) use exact::sort;
-pub use lists::RayLists;
 use masks::RayMasks;
 pub(crate) use raster::BandCrossings;
 

@@ -12,6 +12,7 @@ use crate::gpu::{DeviceError, Pool, Recorder, bytes_of, held};
 use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::ldi::{BandImage, ImageBuilder, Ldi, LdiError, Windings};
 use crate::sampler::layout::Window;
+use crate::sampler::lists::Keep;
 use crate::sampler::stages::UNCLOSED;
 use crate::sampler::{Estimate, Fill, Mode, SampleError, admit, region_of_both};
 
@@ -23,6 +24,8 @@ pub(super) struct Image {
     pub fill: Fill,
     pub window: Window,
     pub keeps_triangles: bool,
+    /// Of lists, the first and the last crossing of each ray are kept.
+    pub keeps_ends: bool,
     /// Windings are sound, and wanted.
     pub counts_windings: bool,
     pub solids: usize,
@@ -41,10 +44,22 @@ impl Image {
             fill,
             window: Window::new(&grid, solid.region(), axis),
             keeps_triangles: false,
+            keeps_ends: false,
             counts_windings: solid.closure().is_oriented(),
             solids: 1,
             triangles: solid.triangles().len(),
         })
+    }
+
+    /// No image, but lists of what is kept of the crossings of triangles that bound nothing by themselves.
+    pub fn of_kept(
+        triangles: &LatticeSolid,
+        axis: Axis,
+        keep: Keep,
+        keeps_triangles: bool,
+    ) -> Result<Image, SampleError> {
+        let image = Image::of_one(triangles, axis, Mode::Exact, Fill::EvenOdd)?;
+        Ok(Image { keeps_triangles, keeps_ends: keep == Keep::GapsAndEnds, ..image })
     }
 
     /// An estimate of the intersection of two.
@@ -63,6 +78,7 @@ impl Image {
             fill,
             window: Window::new(&grid, &region_of_both(a, b), axis),
             keeps_triangles: false,
+            keeps_ends: false,
             counts_windings: false,
             solids: 2,
             triangles: a.triangles().len().max(b.triangles().len()),
@@ -77,6 +93,7 @@ impl Image {
             (Flag::NonZero, self.fill == Fill::NonZero),
             (Flag::TwoSolids, self.solids == 2),
             (Flag::KeepsTriangles, self.keeps_triangles),
+            (Flag::KeepsEnds, self.keeps_ends),
         ])
     }
 

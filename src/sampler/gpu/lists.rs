@@ -1,20 +1,21 @@
 //! The route by lists: all crossings of each ray, sorted.
 
 use super::image::{BandError, BandJob, MadeBand};
-use super::passes::workgroups;
 use super::stages::{COMPACT, COUNT, MEET, MERGE, RESOLVE, SCATTER, SORT};
 use super::view::{PLANNED_WORDS, SORTED_ALONE, TALLY_WORDS, View};
-use crate::gpu::{Recorder, bytes_of};
+use crate::gpu::{Recorder, bytes_of, workgroups};
 use crate::sampler::stages::ListStages;
 
 /// The crossings of each solid in a band, sorted.
-struct Lists {
+pub(super) struct Lists {
     /// Where those of each ray begin, solid by solid.
-    starts: Vec<wgpu::Buffer>,
+    pub starts: Vec<wgpu::Buffer>,
     /// Crossings of each solid.
-    totals: Vec<u64>,
-    crossings: wgpu::Buffer,
-    crossed: wgpu::Buffer,
+    pub totals: Vec<u64>,
+    /// The most of them on a ray.
+    greatest: u32,
+    pub crossings: wgpu::Buffer,
+    pub crossed: wgpu::Buffer,
 }
 
 impl<'a> BandJob<'a> {
@@ -24,9 +25,13 @@ impl<'a> BandJob<'a> {
         let rays = u64::from(view.rays);
         let two = self.solids.len() == 2;
         let mut recorder = Recorder::new(&self.sampler.device);
-        let Lists { starts, totals, crossings, crossed } = self.sorted_lists(&mut recorder)?;
-        let total = totals.iter().sum();
         let keeps_triangles = self.image.keeps_triangles;
+        // Samples, with gaps between them where there are two solids, and then without; and their triangles.
+        let others = (1 + u64::from(two)) * if keeps_triangles { 2 } else { 1 };
+        let Lists { starts, totals, greatest, crossings, crossed } = self.sorted_lists(&mut recorder, others)?;
+        // What resolves a ray goes over all of its crossings.
+        self.sampler.device.admit_rounds(greatest)?;
+        let total = totals.iter().sum();
         let counts = self.words("sample counts", rays)?;
         let loose = if two { self.words("loose samples", total)? } else { crossings.clone() };
         let samples = self.words("samples", total)?;
@@ -57,8 +62,9 @@ impl<'a> BandJob<'a> {
         Ok(MadeBand { recorder, counts, offsets, samples, triangles, tally, most_samples: total })
     }
 
-    /// Both geometry passes: records the second, and the sort, when the first has told how many crossings there are.
-    fn sorted_lists(&mut self, recorder: &mut Recorder) -> Result<Lists, BandError> {
+    /// Both geometry passes: records the second, and the sort, when the first has told how many crossings there are. Each is to
+    /// take `others` more words besides its lists.
+    pub(super) fn sorted_lists(&mut self, recorder: &mut Recorder, others: u64) -> Result<Lists, BandError> {
         let rays = u64::from(self.band.rays());
         let names = [("counts", "starts"), ("counts of the second", "starts of the second")];
         let mut lists = Vec::new();
@@ -77,12 +83,11 @@ impl<'a> BandJob<'a> {
         self.none_left_out(&found.pop().unwrap_or_default())?;
         let totals: Vec<u64> = found.iter().map(|words| u64::from(words[0])).collect();
         let greatest = found.iter().map(|words| words[1]).max().unwrap_or(0);
-        self.sampler.device.admit_rounds(greatest)?;
         let total: u64 = totals.iter().sum();
         let (has_long_rays, keeps_triangles) = (greatest > SORTED_ALONE, self.image.keeps_triangles);
-        // Besides the crossings themselves samples, and then those between sorts, samples with gaps between them, and triangles.
-        let buffers = 2 + u64::from(has_long_rays) + u64::from(self.solids.len() == 2);
-        self.admit("crossings", total, buffers * if keeps_triangles { 2 } else { 1 })?;
+        // The crossings themselves, those between sorts, and the triangles of both.
+        let buffers = (1 + u64::from(has_long_rays)) * if keeps_triangles { 2 } else { 1 };
+        self.admit("crossings", total, buffers + others)?;
         let lists_of = |words: u64| if keeps_triangles { words } else { 1 };
         let mut list = (self.words("crossings", total)?, self.words("crossed triangles", lists_of(total))?);
         let mut first_crossing = 0;
@@ -112,13 +117,13 @@ impl<'a> BandJob<'a> {
         }
         let starts = lists.into_iter().map(|(_, starts)| starts).collect();
         let (crossings, crossed) = list;
-        Ok(Lists { starts, totals, crossings, crossed })
+        Ok(Lists { starts, totals, greatest, crossings, crossed })
     }
 
     /// The sorted crossings of the only solid, brought back.
     pub fn list_stages(&mut self) -> Result<ListStages, BandError> {
         let mut recorder = Recorder::new(&self.sampler.device);
-        let lists = self.sorted_lists(&mut recorder)?;
+        let lists = self.sorted_lists(&mut recorder, 1)?;
         recorder.read_back(&lists.starts[0], 0, bytes_of(u64::from(self.band.rays()) + 1));
         recorder.read_back(&lists.crossings, 0, bytes_of(lists.totals[0]));
         let mut brought = recorder.finish()?.into_iter();

@@ -1,10 +1,9 @@
 //! The route by masks: Leung & Wang's method, with two masks from one geometry pass.
 
 use super::image::{BandError, BandJob, MadeBand};
-use super::passes::workgroups;
 use super::stages::{CLASSIFY, IDENTITIES, MASKS, RETRIEVE};
 use super::view::{PLANNED_WORDS, TALLY_WORDS};
-use crate::gpu::{DeviceError, Recorder, bytes_of};
+use crate::gpu::{DeviceError, Recorder, bytes_of, workgroups};
 use crate::sampler::stages::MaskStages;
 
 /// The masks of a band, which become its classes.

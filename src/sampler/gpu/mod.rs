@@ -3,7 +3,8 @@
 //! # Three routes
 //! **Masks**, the paper's method, for estimates under the even-odd rule: `masks` (the first geometry pass) → `classify` →
 //! `scan` → `identities` → `retrieve` (the second). **Lists**, for everything: `count` (the first geometry pass) → `scan` →
-//! `scatter` (the second) → `sort` (and `merge`, where rays have many) → `resolve`, of two solids `meet` → `scan` → `compact`.
+//! `scatter` (the second) → `sort` (and `merge`, where rays have many) → `resolve`, of two solids `meet` → `scan` → `compact`; of
+//! triangles that bound nothing by themselves `gaps` → `scan` → `offsets` and `keep`, in place of those.
 //! **Tiles**, for even-odd estimates of one solid: `bin` (the triangles of each tile of rays: counted, `scan`, listed) → `tiles`
 //! (masks, classes and retrieval in the memory of a workgroup) → `scan` → `compact`. The number of passes over the geometry is
 //! the same whatever the number of layers, and the host learns nothing between them but how many samples, crossings or
@@ -27,6 +28,7 @@
 //! and masks are of operations whose order does not matter, and lists are sorted.
 
 mod band;
+mod gaps;
 mod image;
 mod lists;
 mod masks;
@@ -96,7 +98,7 @@ impl Default for GpuOptions {
 
 /// Samples on one GPU. Calls from several threads take turns.
 pub struct GpuSampler {
-    device: Device,
+    device: Arc<Device>,
     options: GpuOptions,
     kernels: Kernels,
     state: Mutex<State>,
@@ -111,7 +113,7 @@ struct State {
 impl GpuSampler {
     /// Opens an adapter.
     pub fn open(adapter: &Adapter, options: GpuOptions) -> Result<GpuSampler, DeviceError> {
-        let device = Device::open(adapter, stages::needs())?;
+        let device = Arc::new(Device::open(adapter, stages::needs())?);
         // On DirectX 12 wgpu promises 64-bit integers that not every one of its shader compilers knows.
         let is_native = adapter.int64 && adapter.api != "dx12";
         let arithmetic = options.arithmetic.unwrap_or(if is_native { Arithmetic::Native } else { Arithmetic::Pairs });
@@ -119,9 +121,14 @@ impl GpuSampler {
         Ok(GpuSampler { device, options, kernels: Kernels::new(arithmetic), state: Mutex::new(state) })
     }
 
-    /// The device, to ask it for its name or for the times of its stages.
-    pub fn device(&self) -> &Device {
+    /// The device, to ask it for its name or for the times of its stages, or to do other work on.
+    pub fn device(&self) -> &Arc<Device> {
         &self.device
+    }
+
+    /// How its shaders calculate.
+    pub fn arithmetic(&self) -> Arithmetic {
+        self.kernels.arithmetic()
     }
 
     fn largest_binding(&self) -> u64 {

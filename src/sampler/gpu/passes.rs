@@ -3,28 +3,19 @@
 use super::image::{BandError, BandJob};
 use super::solid::Chunk;
 use super::stages::{GeometryPass, PLAN, SCAN, Stage};
-use super::view::{BLOCK_ROWS, MOST_WORKGROUPS, PLANNED_WORDS, Planned, SCAN_BLOCK, View, WORKGROUP};
-use crate::gpu::{DeviceError, Recorder, Workgroups, bytes_of};
+use super::view::{BLOCK_ROWS, PLANNED_WORDS, Planned, SCAN_BLOCK, View};
+use crate::gpu::{DeviceError, Recorder, Workgroups, bytes_of, workgroups};
 
 /// The most blocks that the queue of large triangles holds.
 const QUEUE_CAPACITY: u64 = 1 << 20;
+
+/// The most items that a prefix sum takes: one dimension of workgroups, of which every adapter allows 65 535.
+pub const MOST_SCANNED: u64 = 65_535 * SCAN_BLOCK as u64;
 
 /// The most rows of a band in which so many large triangles are counted in blocks without going beyond 32 bits.
 pub fn most_rows(triangles: u64) -> u32 {
     let blocks = u64::from(u32::MAX) / triangles.max(1);
     (u64::from(BLOCK_ROWS) * blocks.max(1)).min(u32::MAX.into()) as u32
-}
-
-/// Workgroups for one invocation an item.
-pub fn workgroups(items: u32) -> Workgroups<'static> {
-    counted(items.div_ceil(WORKGROUP))
-}
-
-/// So many workgroups, or a few more.
-pub fn counted(count: u32) -> Workgroups<'static> {
-    let count = count.max(1);
-    let across = count.min(MOST_WORKGROUPS);
-    Workgroups::Counted(across, count.div_ceil(across))
 }
 
 impl BandJob<'_> {

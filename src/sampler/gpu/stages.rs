@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
-use super::view::{Planned, SCAN_WORKGROUP, Tally, View, WORKGROUP, constants};
-use crate::gpu::{Access, Device, DeviceError, Kernel, Needs, held};
+use super::view::{Planned, SCAN_WORKGROUP, Tally, View, constants};
+use crate::gpu::{Access, Device, DeviceError, Kernel, Needs, WORKGROUP, held};
 
 use Access::{Read, Uniform, Write};
 
@@ -21,14 +21,17 @@ pub enum Flag {
     TwoSolids,
     /// Samples remember their triangles.
     KeepsTriangles,
+    /// Of crossings the first and the last of a ray are kept.
+    KeepsEnds,
 }
 
-const ALL_FLAGS: [(Flag, &str); 5] = [
+const ALL_FLAGS: [(Flag, &str); 6] = [
     (Flag::Over, "OVER"),
     (Flag::Exact, "EXACT"),
     (Flag::NonZero, "NON_ZERO"),
     (Flag::TwoSolids, "TWO_SOLIDS"),
     (Flag::KeepsTriangles, "KEEPS_TRIANGLES"),
+    (Flag::KeepsEnds, "KEEPS_ENDS"),
 ];
 
 /// A set of flags.
@@ -253,7 +256,7 @@ pub static SORT: Stage = Stage {
 pub static MERGE: Stage = Stage {
     name: "merge",
     entry: "merge",
-    files: &[shader!("merge")],
+    files: &[shader!("ray_of"), shader!("merge")],
     bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Write), (5, Write)],
     flags: &[Flag::KeepsTriangles],
 };
@@ -282,6 +285,30 @@ pub static COMPACT: Stage = Stage {
     flags: &[Flag::TwoSolids],
 };
 
+pub static GAPS: Stage = Stage {
+    name: "gaps",
+    entry: "gaps",
+    files: &[shader!("crossing"), shader!("ray_of"), shader!("gaps")],
+    bindings: &[VIEW, (1, Read), (2, Read), (3, Write)],
+    flags: &[Flag::KeepsEnds],
+};
+
+pub static OFFSETS: Stage = Stage {
+    name: "offsets",
+    entry: "offset_rays",
+    files: &[shader!("offsets")],
+    bindings: &[VIEW, (1, Read), (2, Read), (3, Write)],
+    flags: &[],
+};
+
+pub static KEEP: Stage = Stage {
+    name: "keep",
+    entry: "keep",
+    files: &[shader!("keep")],
+    bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Read), (5, Write), (6, Write)],
+    flags: &[Flag::KeepsTriangles],
+};
+
 pub static SUMMARY: Stage = Stage {
     name: "summary",
     entry: "summarise",
@@ -293,7 +320,21 @@ pub static SUMMARY: Stage = Stage {
 /// All stages.
 fn all() -> Vec<&'static Stage> {
     let passes = [&COUNT, &SCATTER, &MASKS, &RETRIEVE, &BIN, &FILL_BINS];
-    let single = [&PLAN, &CLASSIFY, &IDENTITIES, &SORT, &MERGE, &RESOLVE, &MEET, &COMPACT, &SUMMARY, &TILES];
+    let single = [
+        &PLAN,
+        &CLASSIFY,
+        &IDENTITIES,
+        &SORT,
+        &MERGE,
+        &RESOLVE,
+        &MEET,
+        &COMPACT,
+        &GAPS,
+        &OFFSETS,
+        &KEEP,
+        &SUMMARY,
+        &TILES,
+    ];
     passes.into_iter().flat_map(|pass| [&pass.triangles, &pass.blocks]).chain(single).chain(&SCAN).collect()
 }
 
@@ -316,6 +357,10 @@ impl Stage {
         text += Tally::WGSL;
         text += Planned::WGSL;
         text += "\n";
+        text += shader!("places");
+        text += "\n";
+        text += shader!("lattice");
+        text += "\n";
         text += shader!("view");
         text += "\n";
         if self.files.contains(&shader!("fixed")) {
@@ -323,6 +368,8 @@ impl Stage {
                 Arithmetic::Native => shader!("wide_native"),
                 Arithmetic::Pairs => shader!("wide_pair"),
             };
+            text += "\n";
+            text += shader!("crossing");
         }
         for file in self.files {
             text += "\n";
@@ -344,6 +391,11 @@ impl Kernels {
         Kernels { arithmetic, made: Mutex::default() }
     }
 
+    /// How they calculate.
+    pub fn arithmetic(&self) -> Arithmetic {
+        self.arithmetic
+    }
+
     /// The kernel of a stage in the variant that the flags ask for.
     pub fn get(&self, device: &Device, stage: &Stage, flags: Flags) -> Result<Arc<Kernel>, DeviceError> {
         let key = (stage.name, flags.among(stage.flags));
@@ -361,7 +413,7 @@ impl Kernels {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use naga::valid::{Capabilities, ValidationFlags, Validator};
+    use crate::gpu::validation::{bindings, members, validated};
 
     /// Every variant of a stage, in either arithmetic.
     fn variants(stage: &'static Stage) -> impl Iterator<Item = (String, naga::Module)> {
@@ -370,15 +422,7 @@ mod tests {
             [Arithmetic::Native, Arithmetic::Pairs].map(|arithmetic| {
                 let source = stage.source(flags, arithmetic);
                 let name = format!("{}, {flags:?}, {arithmetic:?}", stage.name);
-                let module = naga::front::wgsl::parse_str(&source)
-                    .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
-                let capabilities = match arithmetic {
-                    Arithmetic::Native => Capabilities::SHADER_INT64,
-                    Arithmetic::Pairs => Capabilities::empty(),
-                };
-                if let Err(error) = Validator::new(ValidationFlags::all(), capabilities).validate(&module) {
-                    panic!("{name}: {}", error.emit_to_string(&source));
-                }
+                let module = validated(&name, &source, arithmetic == Arithmetic::Native);
                 (name, module)
             })
         })
@@ -401,22 +445,7 @@ mod tests {
     fn shaders_see_their_buffers_as_the_host_binds_them() {
         for stage in all() {
             for (name, module) in variants(stage) {
-                let mut declared: Vec<(u32, Access)> = Vec::new();
-                for (_, global) in module.global_variables.iter() {
-                    let Some(binding) = global.binding else { continue };
-                    assert_eq!(binding.group, 0, "{name}");
-                    let access = match global.space {
-                        naga::AddressSpace::Uniform => Access::Uniform,
-                        naga::AddressSpace::Storage { access } if access.contains(naga::StorageAccess::STORE) => {
-                            Access::Write
-                        }
-                        naga::AddressSpace::Storage { .. } => Access::Read,
-                        other => panic!("{name}: a binding in {other:?}"),
-                    };
-                    declared.push((binding.binding, access));
-                }
-                declared.sort_by_key(|(binding, _)| *binding);
-                assert_eq!(declared, stage.bindings, "{name}");
+                assert_eq!(bindings(&name, &module), stage.bindings, "{name}");
                 assert!(module.entry_points.iter().any(|point| point.name == stage.entry), "{name}");
             }
         }
@@ -427,20 +456,11 @@ mod tests {
         let mut seen = 0;
         for stage in all() {
             for (name, module) in variants(stage) {
-                for (_, kind) in module.types.iter() {
-                    let naga::TypeInner::Struct { members, span } = &kind.inner else { continue };
-                    let expected: &[(&str, usize)] = match kind.name.as_deref() {
-                        Some("View") => &View::OFFSETS,
-                        Some("Tally") => &Tally::OFFSETS,
-                        Some("Planned") => &Planned::OFFSETS,
-                        _ => continue,
-                    };
-                    let found: Vec<(&str, usize)> = members
-                        .iter()
-                        .map(|member| (member.name.as_deref().unwrap_or(""), member.offset as usize))
-                        .collect();
+                for (of, expected) in
+                    [("View", &View::OFFSETS[..]), ("Tally", &Tally::OFFSETS), ("Planned", &Planned::OFFSETS)]
+                {
+                    let Some(found) = members(&module, of) else { continue };
                     assert_eq!(found, expected, "{name}");
-                    assert_eq!(*span as usize, 4 * expected.len(), "{name}");
                     seen += 1;
                 }
             }

@@ -1,11 +1,10 @@
 //! The route by tiles: masks that never leave the memory of a workgroup.
 
 use super::image::{BandError, BandJob, MadeBand};
-use super::passes::counted;
 use super::solid::Chunk;
 use super::stages::{BIN, COMPACT, FILL_BINS, TILES};
 use super::view::{PLANNED_WORDS, TALLY_WORDS, TILE_SIDE, View};
-use crate::gpu::{Recorder, bytes_of};
+use crate::gpu::{Recorder, bytes_of, counted};
 
 /// The triangles of each tile of a band.
 struct Bins {

@@ -2,19 +2,12 @@
 
 use std::fmt::Write;
 
-use bytemuck::{Pod, Zeroable};
-
 use super::band::Band;
+use crate::gpu::{MOST_WORKGROUPS, WORKGROUP, shared_struct};
 use crate::grid::{Axis, Grid};
 use crate::ldi::{ALONG_COLUMNS, ALONG_ROWS, THROUGH_NODES, level_tolerance};
 use crate::sampler::layout::{WORD_BITS, Window};
 use crate::sampler::stages::UNCLOSED;
-
-/// Invocations of a workgroup of all kernels but those of the prefix sum.
-pub const WORKGROUP: u32 = 64;
-
-/// Workgroups along the first dimension of a dispatch; more go along the second. Every adapter allows 65 535.
-pub const MOST_WORKGROUPS: u32 = 32_768;
 
 /// Rows of a block of a large triangle, of which one workgroup does all.
 pub const BLOCK_ROWS: u32 = 8;
@@ -85,34 +78,6 @@ pub fn constants() -> String {
     constant("AXIS_X", "u32", Axis::X.depth() as u32);
     constant("AXIS_Y", "u32", Axis::Y.depth() as u32);
     text
-}
-
-/// Declares a struct of 32-bit numbers in Rust and, under the same name and with the same members, in WGSL.
-macro_rules! shared_struct {
-    (@wgsl $kind:ident) => { stringify!($kind) };
-    (@wgsl $kind:ident atomic) => { concat!("atomic<", stringify!($kind), ">") };
-    ($(#[$about:meta])* $visibility:vis struct $name:ident { $($(#[$doc:meta])* $field:ident: $kind:ident $($atomic:ident)?,)* }) => {
-        $(#[$about])*
-        #[repr(C)]
-        #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-        $visibility struct $name {
-            $($(#[$doc])* pub $field: $kind,)*
-        }
-
-        impl $name {
-            /// The struct in WGSL.
-            pub const WGSL: &'static str = concat!(
-                "struct ", stringify!($name), " {\n",
-                $("    ", stringify!($field), ": ", shared_struct!(@wgsl $kind $($atomic)?), ",\n",)*
-                "}\n",
-            );
-
-            /// The members and where they lie, in bytes.
-            #[cfg(test)]
-            pub const OFFSETS: [(&'static str, usize); [$(stringify!($field)),*].len()] =
-                [$((stringify!($field), std::mem::offset_of!($name, $field))),*];
-        }
-    };
 }
 
 shared_struct! {

@@ -2,16 +2,16 @@
 
 use std::time::Instant;
 
-use ldi_ops::fixed::Crossing;
 use ldi_ops::grid::{Axis, Grid, SumGrid};
 use ldi_ops::integrate::volume;
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::ClosedMesh;
-use ldi_ops::minkowski::{CullCounts, Interior, Outer, Polyhedron, SettleCounts, SumMembership, cull, settle};
+use ldi_ops::minkowski::{CullCounts, Interior, Outer, Polyhedron, SettleCounts, SumMembership};
 use ldi_ops::sampler::Mode;
 use ldi_ops::sampler::cpu::CpuSampler;
 use serde_json::{Value, json};
 
+use super::backend::Backend;
 use super::pairs::Pair;
 use crate::BenchError;
 use crate::clock::median;
@@ -35,15 +35,17 @@ struct Sum {
     images: [Ldi; 3],
 }
 
-/// Adds a pair `runs` times after a warm-up, and tells as JSON what it took: medians, and the process's peak memory.
-pub fn run(name: &str, resolution: u32, runs: usize) -> Result<Value, BenchError> {
+/// Adds a pair `runs` times after a warm-up, and tells as JSON what it took: medians, and the process's peak memory. An adapter
+/// that is named culls, crosses and settles.
+pub fn run(name: &str, resolution: u32, runs: usize, adapter: Option<&str>) -> Result<Value, BenchError> {
     let pair = Pair::named(name)?;
     let (a, b) = (pair.a.mesh()?, pair.b.mesh()?);
-    let mut sum = add(name, &a, &b, resolution)?;
+    let backend = Backend::named(adapter)?;
+    let mut sum = add(name, &a, &b, resolution, &backend)?;
     let mut seconds = Vec::with_capacity(runs);
     for _ in 0..runs {
         drop(sum);
-        sum = add(name, &a, &b, resolution)?;
+        sum = add(name, &a, &b, resolution, &backend)?;
         seconds.push(sum.seconds);
     }
     let mut of_stages: serde_json::Map<String, Value> = STAGES
@@ -55,6 +57,7 @@ pub fn run(name: &str, resolution: u32, runs: usize) -> Result<Value, BenchError
     let CullCounts { candidates, visited, kept, distinct } = sum.pairs;
     Ok(json!({
         "pair": name,
+        "adapter": backend.name(),
         "triangles": [a.mesh().triangles.len(), b.mesh().triangles.len()],
         "rays": sum.rays,
         "pairs": {"candidates": candidates as u64, "visited": visited, "kept": kept, "distinct": distinct},
@@ -71,7 +74,7 @@ pub fn run(name: &str, resolution: u32, runs: usize) -> Result<Value, BenchError
     }))
 }
 
-fn add(name: &str, a: &ClosedMesh, b: &ClosedMesh, resolution: u32) -> Result<Sum, BenchError> {
+fn add(name: &str, a: &ClosedMesh, b: &ClosedMesh, resolution: u32, backend: &Backend) -> Result<Sum, BenchError> {
     let mut clock = Clock { since: Instant::now(), seconds: Vec::with_capacity(STAGES.len()) };
     let extent = a.bounds().extent() + b.bounds().extent();
     let pitch = extent.max_element() / f64::from(resolution);
@@ -83,7 +86,7 @@ fn add(name: &str, a: &ClosedMesh, b: &ClosedMesh, resolution: u32) -> Result<Su
     let b = polyhedron(&grid_b, b).map_err(|error| failed(&error))?;
     clock.lap();
 
-    let (primitives, pairs) = cull(&a, &b);
+    let (primitives, pairs) = backend.cull(&a, &b)?;
     clock.lap();
 
     let sampler = CpuSampler::default();
@@ -92,14 +95,14 @@ fn add(name: &str, a: &ClosedMesh, b: &ClosedMesh, resolution: u32) -> Result<Su
     clock.lap();
 
     let mut along = |axis| {
-        let found = primitives.spans::<Crossing>(&grid, axis, Outer::Out, &sampler).map_err(|error| failed(&error));
+        let found = backend.spans(name, &primitives, &grid, axis);
         clock.lap();
         found
     };
     let [(x, met_x), (y, met_y), (z, met_z)] = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
 
     let membership = SumMembership::new(&a, Outer::Out, &b);
-    let settled = settle(&grid, [x, y, z], Outer::Out, &membership, &|_, _| ()).map_err(|error| failed(&error))?;
+    let settled = backend.settle(name, &grid, [x, y, z], &membership)?;
     clock.lap();
 
     let image = |axis: usize| settled.spans[axis].image(&grid, Mode::Exact, &sampler).map_err(|error| failed(&error));

@@ -4,6 +4,7 @@
 //! with their rounding to the lattice and ends with three exact images. manifold3d begins with arrays in memory and ends with a mesh;
 //! its sum is wrong where the second solid is not convex, and is timed all the same where it ends in time.
 
+mod backend;
 mod case;
 mod pairs;
 
@@ -30,6 +31,8 @@ pub struct Plan {
     pub resolution: u32,
     /// Timed rounds of each sum.
     pub runs: usize,
+    /// The adapter that culls, crosses and settles; the CPU where none is named.
+    pub adapter: Option<String>,
     /// A Python with manifold3d; without it ldi-ops runs alone.
     pub python: Option<PathBuf>,
     /// The program that times it.
@@ -63,7 +66,11 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
         };
         rows.push(Row { pair, own, peer });
     }
-    println!("### Minkowski sums\n\n`ldi-bench minkowski --resolution {} --runs {}`\n", plan.resolution, plan.runs);
+    let adapter = plan.adapter.as_ref().map_or(String::new(), |adapter| format!(" --adapter '{adapter}'"));
+    println!(
+        "### Minkowski sums\n\n`ldi-bench minkowski --resolution {} --runs {}{adapter}`\n",
+        plan.resolution, plan.runs
+    );
     println!("{}", primitives(&rows).markdown());
     println!("{}", stages(&rows).markdown());
     println!("{}", contest(&rows).markdown());
@@ -82,6 +89,7 @@ fn own(plan: &Plan, pair: &Pair) -> Result<Value, BenchError> {
     let mut command = Command::new(&program);
     command.args(["minkowski-case", pair.name]);
     command.args(["--resolution", &plan.resolution.to_string(), "--runs", &plan.runs.to_string()]);
+    command.args(plan.adapter.iter().flat_map(|adapter| ["--adapter", adapter.as_str()]));
     parse_json(&program, &said_by(&mut command)?)
 }
 

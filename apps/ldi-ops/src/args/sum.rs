@@ -141,9 +141,14 @@ pub struct SumSamplingArguments {
     /// of them
     #[arg(long, value_enum, default_value_t = FillChoice::EvenOdd)]
     pub fill: FillChoice,
-    /// Where it runs: sums are made on the CPU alone, and gpu fails
+    /// Where it runs, which changes no bit of the result: gpu finds the crossings of sums and differences there, and which
+    /// gaps between them are none, also of offsets; all else stays on the CPU, and with auto everything, as no GPU has been
+    /// measured yet
     #[arg(long, value_enum, default_value_t = BackendChoice::Auto)]
     pub backend: BackendChoice,
+    /// GPU to use, by its name or a part of it; implies --backend gpu
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
     /// Memory that may be taken: 800M, 2G or 1.5GiB. A job that would take more is refused before it begins, with what
     /// would fit [default: 80 % of what is free]
     #[arg(long, value_name = "SIZE")]

@@ -24,7 +24,7 @@ pub struct SumJob {
     pub axes: Vec<Axis>,
     pub mode: Mode,
     pub fill: Fill,
-    /// Whether the CPU was asked for or came of itself.
+    /// Where crossings are found and gaps settled.
     pub backend: Backend,
     /// The bytes that the process may hold, where they were given.
     pub memory: Option<u64>,
@@ -103,13 +103,7 @@ fn sum(
     rest: SumArguments,
 ) -> Result<Invocation, Failure> {
     let SumArguments { sampling, writing, common } = rest;
-    let backend = backend(sampling.backend, None)?;
-    if let Backend::Gpu(_) = backend {
-        return Err(Failure::machine(format!(
-            "--backend gpu: {} runs on the CPU alone; leave the flag away",
-            operation.command()
-        )));
-    }
+    let backend = backend(sampling.backend, sampling.adapter)?;
     let images = image_target(writing, sampling.axis)?;
     let report = report(&common)?;
     if let Some(target) = &images {

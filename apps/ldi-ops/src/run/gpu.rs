@@ -12,8 +12,14 @@ pub const ABSENT: Option<&str> = None;
 
 /// Opens the adapter of a name, or the first one whatever it is: who asks for a GPU by name or by flag gets it or an error.
 pub fn open(wanted: Option<&str>) -> Result<Gpu, Failure> {
+    let (name, sampler) = sampler(wanted)?;
+    Ok(Gpu { name, sampler: Box::new(sampler) })
+}
+
+/// The sampler of such an adapter and what it is called in results, for those that do more on its device than sample.
+pub fn sampler(wanted: Option<&str>) -> Result<(String, GpuSampler), DeviceError> {
     let adapters = gpu::adapters();
-    Ok(opened(gpu::choose(&adapters, wanted)?)?)
+    opened(gpu::choose(&adapters, wanted)?)
 }
 
 /// The GPU that `auto` takes, not opened yet, with why it is that one; or why there is none.
@@ -36,7 +42,8 @@ pub struct Automatic {
 
 impl Automatic {
     pub fn open(&self) -> Result<Gpu, DeviceError> {
-        opened(&self.adapter)
+        let (name, sampler) = opened(&self.adapter)?;
+        Ok(Gpu { name, sampler: Box::new(sampler) })
     }
 }
 
@@ -60,10 +67,9 @@ fn choose(adapters: &[Adapter]) -> Result<Automatic, String> {
     }
 }
 
-fn opened(adapter: &Adapter) -> Result<Gpu, DeviceError> {
+fn opened(adapter: &Adapter) -> Result<(String, GpuSampler), DeviceError> {
     let sampler = GpuSampler::open(adapter, GpuOptions::default())?;
-    let name = format!("{}, {}, {}", adapter.name, adapter.api, adapter.driver);
-    Ok(Gpu { name, sampler: Box::new(sampler) })
+    Ok((format!("{}, {}, {}", adapter.name, adapter.api, adapter.driver), sampler))
 }
 
 fn describe(adapter: Adapter) -> GpuDevice {

@@ -11,8 +11,13 @@ const WHY: &str = "this build has no GPU sampler";
 pub const ABSENT: Option<&str> = Some(WHY);
 
 pub fn open(wanted: Option<&str>) -> Result<Gpu, Failure> {
+    Err(refused(wanted))
+}
+
+/// Tells who asks for a GPU by name or by flag that there is none.
+pub fn refused(wanted: Option<&str>) -> Failure {
     let flag = wanted.map_or("--backend gpu".to_owned(), |name| format!("--adapter {name}"));
-    Err(Failure::machine(format!("{flag}: {WHY}")))
+    Failure::machine(format!("{flag}: {WHY}"))
 }
 
 pub fn automatic() -> Result<Automatic, String> {

@@ -38,12 +38,12 @@ fn coarser(grid: &Grid) -> Option<Grid> {
 impl Forecast {
     /// Samples on a coarser raster. `settle` removes gaps that are none, as far as it can be done there; `surface` is what is
     /// sampled where there is no room for a coarser raster, and how many of its crossings are then taken to be kept.
-    pub fn of(
+    pub fn of<E: From<Failure>>(
         grid: &Grid,
         spans: impl Fn(&Grid, Axis) -> Result<RaySpans<Crossing>, TooManySamples>,
-        settle: impl FnOnce(&Grid, [RaySpans<Crossing>; 3]) -> Result<[RaySpans<Crossing>; 3], Failure>,
+        settle: impl FnOnce(&Grid, [RaySpans<Crossing>; 3]) -> Result<[RaySpans<Crossing>; 3], E>,
         surface: (&[[i32; 3]], &[[u32; 3]], f64),
-    ) -> Result<Forecast, Failure> {
+    ) -> Result<Forecast, E> {
         let Some(coarse) = coarser(grid) else {
             let (positions, triangles, share) = surface;
             let kept = share * crossings(positions, triangles, grid);

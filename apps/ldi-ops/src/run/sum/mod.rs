@@ -4,8 +4,11 @@
 //! or under-estimate adds or leaves out. A second raster, as other commands have, would cost nearly as much again as the sum;
 //! what repeats with the rays may be further off than told.
 
+mod backend;
 mod budget;
 mod forecast;
+#[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
+mod gpu;
 mod shells;
 mod spot_check;
 mod steps;
@@ -18,10 +21,10 @@ use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
 use ldi_ops::mesh::{Aabb, ClosedMesh};
 use ldi_ops::sampler::{Fill, Mode};
 
+use self::backend::SumBackend;
 use self::budget::Limit;
 use self::shells::{Shells, Windings};
 use self::steps::{Keep, Made, Setting, Step};
-use super::backend::{Auto, Ran};
 use super::input::{self, Demands, Provenance, Sides, Solid};
 use super::measure::{Measured, Seconds};
 use super::surface::{self, Imaged};
@@ -29,7 +32,7 @@ use super::{Finished, Outcome, say_warnings, write};
 use crate::exit::{Exit, Failure};
 use crate::number::number;
 use crate::progress::Progress;
-use crate::resolve::{Backend, Content, Finish, Openness, Operand, Spacing, SumJob, SumOperation};
+use crate::resolve::{Content, Finish, Openness, Operand, Spacing, SumJob, SumOperation};
 use crate::warning::Warning;
 
 pub use self::steps::StepReport;
@@ -59,6 +62,8 @@ pub fn run(job: &SumJob, start: Instant, progress: &Progress) -> Result<Finished
 }
 
 fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured, Failure> {
+    // First, so that nobody waits for a refusal.
+    let backend = SumBackend::open(&job.backend)?;
     let mut seconds = Seconds::default();
     progress.stage("reading");
     let demands = Demands {
@@ -80,11 +85,21 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
     if let SumOperation::Sum(Operand::Reflected) | SumOperation::Difference(Operand::AsItIs) = job.operation {
         input::map(&mut solids[1], &DAffine3::from_scale(DVec3::NEG_ONE), demands)?;
     }
-    let operated = operate(job, &solids, &mut seconds, progress)?;
+    let operated = operate(job, &solids, &backend, &mut seconds, progress)?;
     let Made { grid, summaries, images, normals, bias, .. } = operated.last;
     let mut volume = VolumeEstimate::from_axes(&summaries.iter().map(AxisVolume::from_summary).collect::<Vec<_>>());
     volume.error = volume.error.max(bias);
     warnings.extend(operated.warnings);
+    // The surface between two steps comes by its folds on the lattice, and nobody can mend it.
+    if operated.report.steps[0].is_folded {
+        let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
+        let message = format!(
+            "{}: a surface folds over itself, so that the solid lies before some of its facets; all facets were taken from both \
+             sides, as a sheet of no thickness each",
+            names.join(", ")
+        );
+        warnings.push(Warning::new("folded", message));
+    }
     if volume.value == 0.0 {
         warnings.push(empty(job, grid.pitch()));
     }
@@ -114,7 +129,7 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
         unclosed: 0,
         mode: job.mode,
         fill: job.fill,
-        ran: ran(&job.backend),
+        ran: backend.ran(&job.backend),
         seconds,
         warnings,
         output: match &surface {
@@ -139,7 +154,13 @@ struct Operated {
 }
 
 /// Goes all steps.
-fn operate(job: &SumJob, solids: &[Solid], seconds: &mut Seconds, progress: &Progress) -> Result<Operated, Failure> {
+fn operate(
+    job: &SumJob,
+    solids: &[Solid],
+    backend: &SumBackend,
+    seconds: &mut Seconds,
+    progress: &Progress,
+) -> Result<Operated, Failure> {
     let limit = Limit::new(job.memory);
     let longest = counted_side(job.operation, solids);
     let pitch = match job.spacing {
@@ -156,7 +177,7 @@ fn operate(job: &SumJob, solids: &[Solid], seconds: &mut Seconds, progress: &Pro
     let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
     let names = names.join(", ");
     let (axes, mode, lod, names) = (&job.axes[..], job.mode, job.lod, &names[..]);
-    let setting = Setting { pitch, longest, lod, limit, axes, mode, keep, names, progress };
+    let setting = Setting { pitch, longest, lod, limit, backend, axes, mode, keep, names, progress };
     let a = closed(&solids[0]);
     let (step, next) = match job.operation {
         SumOperation::Sum(_) => (Step::Sum(closed(&solids[1])), None),
@@ -279,9 +300,4 @@ fn empty(job: &SumJob, pitch: f64) -> Warning {
         SumOperation::Sum(_) | SumOperation::Closing(_) => "the solid is thinner than that".to_owned(),
     };
     Warning::new("empty", format!("the result is empty as far as rays at a pitch of {pitch:.3e} tell: {why}"))
-}
-
-fn ran(backend: &Backend) -> Ran {
-    let reason = || Auto { reason: "sums are made on the CPU alone".to_owned(), warning: None };
-    Ran { gpu: None, auto: (*backend == Backend::Auto).then(reason) }
 }

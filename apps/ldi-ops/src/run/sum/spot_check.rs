@@ -79,7 +79,7 @@ mod tests {
             triangles: vec![[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]],
         };
         let sampler = CpuSampler::default();
-        let along = |axis| Ok(primitives.spans::<Crossing>(&grid, axis, Outer::Out, &sampler)?.0);
+        let along = |axis| Ok(primitives.spans::<Crossing, _>(&grid, axis, Outer::Out, &sampler)?.0);
         let spans = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
         assert_eq!(first_difference(&grid, &spans, Outer::Out, &Below(top)), None);
         let found = first_difference(&grid, &spans, Outer::Out, &Below(top + top / 8)).unwrap();

@@ -1,24 +1,27 @@
 //! One step: from closed meshes to the images of their sum, their difference or an offset.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::time::Instant;
 
 use ldi_ops::fixed::{Crossing, Hit, TriangleHit};
 use ldi_ops::grid::{Axis, Grid, SumGrid, offset_grid};
 use ldi_ops::integrate;
-use ldi_ops::ldi::{Ldi, Summary, TooManySamples};
+use ldi_ops::ldi::{Ldi, Summary};
 use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::minkowski::ball::{BallMembership, BallPatches, PatchCounts};
 use ldi_ops::minkowski::{
-    CullCounts, Interior, Membership, Outer, Polyhedron, RaySpans, SettleCounts, Settled, SumMembership, cull, settle,
+    CullCounts, Interior, Membership, Outer, Polyhedron, RaySpans, SettleCounts, Settled, SumMembership, cull,
 };
 use ldi_ops::sampler::Mode;
 use ldi_ops::sampler::cpu::CpuSampler;
 
+use super::backend::SumBackend;
 use super::budget::{self, Cost, Limit};
 use super::forecast::Forecast;
 use super::spot_check::first_difference;
 use crate::exit::Failure;
+use crate::number::number;
 use crate::progress::Progress;
 use crate::run::machine;
 use crate::run::measure::Seconds;
@@ -72,8 +75,36 @@ struct Beside {
     of_rays: f64,
 }
 
-/// Bits that settling remembers of a node: two planes of each slab are kept.
-const BITS_OF_NODE: f64 = 0.5;
+/// On which sides of its facets a solid may lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sides {
+    /// Behind them.
+    Behind,
+    /// Anywhere: there are folds.
+    Both,
+}
+
+/// Why a step could not be made.
+enum Unmade {
+    /// Rays contradict one another, or exact tests.
+    Contradiction(Failure),
+    /// All else.
+    Failed(Failure),
+}
+
+impl From<Failure> for Unmade {
+    fn from(failure: Failure) -> Unmade {
+        Unmade::Failed(failure)
+    }
+}
+
+impl From<Unmade> for Failure {
+    fn from(unmade: Unmade) -> Failure {
+        match unmade {
+            Unmade::Contradiction(failure) | Unmade::Failed(failure) => failure,
+        }
+    }
+}
 
 /// What all steps of a job share.
 #[derive(Clone, Copy)]
@@ -83,6 +114,7 @@ pub struct Setting<'s> {
     pub longest: f64,
     pub lod: u32,
     pub limit: Limit,
+    pub backend: &'s SumBackend,
     /// Of the images that are wanted.
     pub axes: &'s [Axis],
     pub mode: Mode,
@@ -113,6 +145,8 @@ pub struct StepReport {
     pub operation: &'static str,
     /// Of an offset.
     pub distance: Option<f64>,
+    /// Whether the facets of the inputs contradict one another, so that they count from both sides.
+    pub is_folded: bool,
     /// Of features; an offset has none.
     pub pairs: Option<CullCounts>,
     /// Triangles that cover the surface, or parts of planes, tubes and spheres.
@@ -134,11 +168,20 @@ impl Setting<'_> {
         }
     }
 
+    /// Where facets contradict one another, one of the solids has folds, in which it lies before its facets, or came by them
+    /// when it was rounded to the lattice; the step is then made with both sides of all.
     fn made<H: Hit + Sync>(&self, a: &ClosedMesh, step: &Step, seconds: &mut Seconds) -> Result<Made, Failure> {
-        match *step {
-            Step::Sum(b) => self.of_pair::<H>(a, b, Outer::Out, seconds),
-            Step::DifferenceOfReflected(b) => self.of_pair::<H>(a, b, Outer::In, seconds),
-            Step::Offset(distance) => self.of_ball::<H>(a, distance, seconds),
+        let mut of_sides = |sides| match *step {
+            Step::Sum(b) => self.of_pair::<H>(a, b, Outer::Out, sides, seconds),
+            Step::DifferenceOfReflected(b) => self.of_pair::<H>(a, b, Outer::In, sides, seconds),
+            Step::Offset(distance) => self.of_ball::<H>(a, distance, sides, seconds),
+        };
+        match of_sides(Sides::Behind) {
+            Err(Unmade::Contradiction(_)) => {
+                self.progress.detail(format_args!("facets contradict one another: taken from both sides"));
+                Ok(of_sides(Sides::Both)?)
+            }
+            made => Ok(made?),
         }
     }
 
@@ -148,14 +191,18 @@ impl Setting<'_> {
         a: &ClosedMesh,
         b: &ClosedMesh,
         outer: Outer,
+        sides: Sides,
         seconds: &mut Seconds,
-    ) -> Result<Made, Failure> {
+    ) -> Result<Made, Unmade> {
         let start = Instant::now();
         self.progress.stage("culling");
         let grids = SumGrid::with_pitch(a.bounds(), b.bounds(), self.pitch, self.lod);
         let SumGrid { sum: grid, a: grid_a, b: grid_b } = grids.map_err(|error| self.refused(&error))?;
         let (a, b) = (self.polyhedron(&grid_a, a, outer)?, self.polyhedron(&grid_b, b, Outer::Out)?);
-        let (mut primitives, pairs) = cull(&a, &b);
+        let (mut primitives, pairs) = match sides {
+            Sides::Behind => cull(&a, &b),
+            Sides::Both => cull(&a.two_sided(), &b.two_sided()),
+        };
         let sampler = CpuSampler::default();
         if primitives.triangles.len() > FEW {
             primitives = primitives.outside(&Interior::new(&grid, &a, outer, &b, &sampler));
@@ -170,10 +217,10 @@ impl Setting<'_> {
 
         self.progress.stage("looking ahead");
         let membership = SumMembership::new(&a, outer, &b);
-        let forecast = Forecast::of(
+        let forecast = Forecast::of::<Unmade>(
             &grid,
             |grid, axis| Ok(primitives.spans(grid, axis, outer, &sampler)?.0),
-            |grid, spans| Ok(self.settled_spans(grid, spans, outer, &membership)?.spans),
+            |grid, spans| Ok(self.settled_spans(&SumBackend::Cpu, grid, spans, outer, &membership)?.spans),
             // Of crossings in any order half are the ends of what may be a gap.
             (&primitives.positions, &primitives.triangles, 0.5),
         )?;
@@ -181,7 +228,7 @@ impl Setting<'_> {
         seconds.operate += start.elapsed().as_secs_f64();
 
         let (spans, crossings) =
-            self.sampled(seconds, &grid, |axis| primitives.spans::<H>(&grid, axis, outer, &sampler))?;
+            self.sampled::<H>(seconds, &grid, |axis| self.backend.spans(&primitives, &grid, axis, outer))?;
         let normals = if self.keep.has_triangles() { primitives.normals(&grid) } else { Vec::new() };
         let sampled = primitives.triangles.len() as u64;
         drop(primitives);
@@ -193,6 +240,7 @@ impl Setting<'_> {
         let report = StepReport {
             operation,
             distance: None,
+            is_folded: sides == Sides::Both,
             pairs: Some(pairs),
             primitives: pairs.distinct,
             sampled,
@@ -206,14 +254,24 @@ impl Setting<'_> {
     }
 
     /// An offset.
-    fn of_ball<H: Hit + Sync>(&self, a: &ClosedMesh, distance: f64, seconds: &mut Seconds) -> Result<Made, Failure> {
+    fn of_ball<H: Hit + Sync>(
+        &self,
+        a: &ClosedMesh,
+        distance: f64,
+        sides: Sides,
+        seconds: &mut Seconds,
+    ) -> Result<Made, Unmade> {
         let start = Instant::now();
         self.progress.stage("finding edges");
         let grid = offset_grid(a.bounds(), distance, self.pitch, self.lod).map_err(|error| self.refused(&error))?;
         let outer = if distance > 0.0 { Outer::Out } else { Outer::In };
         let solid = self.polyhedron(&grid, a, outer)?;
         let radius = distance.abs() / grid.step();
-        let patches = BallPatches::new(&solid, radius);
+        let covered = match sides {
+            Sides::Behind => Cow::Borrowed(&solid),
+            Sides::Both => Cow::Owned(solid.two_sided()),
+        };
+        let patches = BallPatches::new(&covered, radius);
         let PatchCounts { facets, tubes, caps } = patches.counts();
         self.progress.detail(format_args!(
             "{facets} facets, {tubes} parts of tubes and {caps} of spheres, found in {:.4} s",
@@ -221,28 +279,30 @@ impl Setting<'_> {
         ));
 
         self.progress.stage("looking ahead");
-        let forecast = Forecast::of(
+        let forecast = Forecast::of::<Unmade>(
             &grid,
             |grid, axis| patches.spans(grid, axis, outer),
             // Most gaps are the result's.
             |_, spans| Ok(spans),
-            (solid.positions(), solid.triangles(), 1.0),
+            (covered.positions(), covered.triangles(), 1.0),
         )?;
         let normals = if self.keep.has_triangles() { BYTES_OF_NORMAL * forecast.samples } else { 0.0 };
         // Membership has exact images of the solid, which has about as many samples.
         let images = 4.0 * (budget::rays(&grid) + forecast.samples);
         let beside = Beside { fixed: BYTES_OF_CLOSEST * facets as f64, of_rays: images.max(normals) };
         let memory_estimate = self.admit::<H>(&grid, &forecast, beside)?;
-        let membership = BallMembership::new(&grid, &solid, radius, outer)?;
+        let membership = BallMembership::new(&grid, &solid, radius, outer).map_err(Failure::from)?;
         seconds.operate += start.elapsed().as_secs_f64();
 
-        let (spans, crossings) = self.sampled(seconds, &grid, |axis| patches.counted_spans::<H>(&grid, axis, outer))?;
+        let spans = |axis| patches.counted_spans::<H>(&grid, axis, outer).map_err(Failure::machine);
+        let (spans, crossings) = self.sampled(seconds, &grid, spans)?;
         let Settled { spans, counts: settled } = self.settled(seconds, &grid, spans, outer, &membership)?;
         drop(membership);
         let primitives = (facets + tubes + caps) as u64;
         let report = StepReport {
             operation: "offset",
             distance: Some(distance),
+            is_folded: sides == Sides::Both,
             pairs: None,
             primitives,
             sampled: primitives,
@@ -271,6 +331,14 @@ impl Setting<'_> {
     /// A mesh on the lattice, seen from the side that goes into a sum.
     fn polyhedron(&self, grid: &Grid, mesh: &ClosedMesh, outer: Outer) -> Result<Polyhedron, Failure> {
         let solid = Polyhedron::new(&grid.quantise(mesh).map_err(|error| self.refused(&error))?);
+        if solid.triangles().is_empty() {
+            return Err(self.refused(&format_args!(
+                "every triangle of a solid {} long is thinner than a lattice step, {} here, which leaves nothing of it to add \
+                 or to take away",
+                number(mesh.bounds().extent().max_element()),
+                number(2.0 * grid.step())
+            )));
+        }
         Ok(match outer {
             Outer::Out => solid,
             Outer::In => solid.complement(),
@@ -282,14 +350,14 @@ impl Setting<'_> {
         &self,
         seconds: &mut Seconds,
         grid: &Grid,
-        spans: impl Fn(Axis) -> Result<(RaySpans<H>, u64), TooManySamples>,
+        spans: impl Fn(Axis) -> Result<(RaySpans<H>, u64), Failure>,
     ) -> Result<([RaySpans<H>; 3], [u64; 3]), Failure> {
         let start = Instant::now();
         self.progress.expect(Axis::ALL.len() + self.axes.len());
         let [x, y, z] = grid.rays();
         let along = |axis: Axis| {
             self.progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()));
-            let found = spans(axis).map_err(Failure::machine);
+            let found = spans(axis);
             self.progress.step();
             found
         };
@@ -310,15 +378,15 @@ impl Setting<'_> {
         spans: [RaySpans<H>; 3],
         outer: Outer,
         membership: &impl Membership,
-    ) -> Result<Settled<H>, Failure> {
+    ) -> Result<Settled<H>, Unmade> {
         let start = Instant::now();
         self.progress.stage("flooding");
-        let settled = self.settled_spans(grid, spans, outer, membership)?;
+        let settled = self.settled_spans(self.backend, grid, spans, outer, membership)?;
         if let Some(node) = first_difference(grid, &settled.spans, outer, membership) {
-            return Err(self.refused(&format_args!(
+            return Err(Unmade::Contradiction(self.refused(&format_args!(
                 "at lattice node {node:?} the result is not what an exact test says: a ray has slipped through the surface, \
                  which must not happen; another --resolution may do"
-            )));
+            ))));
         }
         let took = start.elapsed().as_secs_f64();
         seconds.operate += took;
@@ -331,18 +399,20 @@ impl Setting<'_> {
 
     fn settled_spans<H: Hit + Sync>(
         &self,
+        backend: &SumBackend,
         grid: &Grid,
         spans: [RaySpans<H>; 3],
         outer: Outer,
         membership: &impl Membership,
-    ) -> Result<Settled<H>, Failure> {
+    ) -> Result<Settled<H>, Unmade> {
         let progress = self.progress;
         let tell = move |done: u64, all: u64| progress.stage(format!("testing what no flood reached: {done} of {all}"));
-        settle(grid, spans, outer, membership, &tell).map_err(|error| {
-            self.refused(&format_args!(
+        let settled = backend.settle(grid, spans, outer, membership, &tell).map_err(Failure::from)?;
+        settled.map_err(|error| {
+            Unmade::Contradiction(self.refused(&format_args!(
                 "{error}; a surface that crosses itself may do that, and `ldi-ops sample FILE --fill nonzero --mode exact -o one.stl` \
                  makes one that does not"
-            ))
+            )))
         })
     }
 
@@ -398,9 +468,10 @@ impl Setting<'_> {
         let cost = Cost {
             fixed: machine::memory_bytes().unwrap_or(0) as f64 + beside.fixed,
             of_rays: settling.max(retrieving).max(images + mesh) + beside.of_rays,
-            of_nodes: BITS_OF_NODE / 8.0 * budget::nodes(grid),
+            of_nodes: self.backend.bits_of_node() / 8.0 * budget::nodes(grid),
         };
         budget::admit(&cost, self.limit, grid, self.longest)?;
+        self.backend.admit(grid)?;
         self.progress.detail(format_args!("{kept:.0} crossings are expected, and {} bytes", cost.bytes()));
         Ok(cost.bytes())
     }

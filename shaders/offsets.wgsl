@@ -1,0 +1,16 @@
+// Where what is kept of each ray begins, one invocation a ray and one behind the last.
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<storage, read> starts: array<u32>;
+// Where the copies of each crossing go, and behind the last where they end.
+@group(0) @binding(2) var<storage, read> places: array<u32>;
+@group(0) @binding(3) var<storage, read_write> offsets: array<u32>;
+
+@compute @workgroup_size(WORKGROUP)
+fn offset_rays(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
+               @builtin(local_invocation_index) lane: u32) {
+    let ray = invocation_index(group, groups, lane);
+    if ray <= view.rays {
+        offsets[ray] = places[starts[ray]];
+    }
+}

@@ -1,0 +1,220 @@
+//! The flood on the device: from spans to the nodes that it reaches.
+
+use std::sync::Mutex;
+
+use rayon::prelude::*;
+
+use super::stages::{CAST, FLOOD, NodeTally, NodeView, REACHED, SEEDS, SPREAD, TALLY_WORDS, device_words, head};
+use crate::fixed::Hit;
+use crate::gpu::{Device, DeviceError, Pool, Recorder, Stage, StageKernels, Workgroups, bytes_of, held, workgroups};
+use crate::grid::Axis;
+use crate::minkowski::settle::layer::Raster;
+use crate::minkowski::{Outer, RaySpans};
+
+/// Rounds of sweeps after which it is first asked whether the last one has reached anything new; twice as many each time after.
+const FIRST_ROUNDS: u32 = 2;
+
+/// The most rounds between two such questions.
+const MOST_ROUNDS: u32 = 32;
+
+/// Where the flood of a device has come to, in bits of nodes: row after row of words along x, the last of a row filled up with
+/// zeros in `inside` and ones in `outside`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reached {
+    /// In, certainly or joined to what is.
+    pub inside: Vec<u64>,
+    /// Out, certainly or joined to what is.
+    pub outside: Vec<u64>,
+    /// Whether there is a crossing between a node and the one before it along x, y and z; nothing where all nodes are reached.
+    pub walls: [Vec<u64>; 3],
+    /// Nodes that were neither certainly in nor out.
+    pub open_nodes: u64,
+}
+
+/// What is kept from flood to flood.
+pub struct State {
+    pool: Pool,
+    kernels: StageKernels,
+}
+
+impl State {
+    /// Nothing yet; buffers are to be filled with the given word, if any, before they are used.
+    pub fn new(prefill: Option<u32>) -> State {
+        State { pool: Pool::new(prefill), kernels: StageKernels::new(head()) }
+    }
+}
+
+/// One flood.
+struct Flood<'a> {
+    device: &'a Device,
+    state: &'a mut State,
+    /// Of x, y and z.
+    views: [NodeView; 3],
+}
+
+/// How many words a mask of all nodes has on the device, if there is room for one.
+pub fn admit(device: &Device, raster: &Raster) -> Result<u64, DeviceError> {
+    let words = u64::from(device_words(raster)) * raster.nodes[1] as u64 * raster.nodes[2] as u64;
+    if bytes_of(words) > device.largest_binding() {
+        return Err(device.too_large("masks of nodes", bytes_of(words), device.largest_binding()));
+    }
+    let longest = raster.nodes[1].max(raster.nodes[2]).max(raster.words);
+    device.admit_rounds(longest as u32)?;
+    Ok(words)
+}
+
+/// Runs the flood; gives nothing where some node is reached from both sides.
+pub fn flood<H: Hit + Sync>(
+    device: &Device,
+    state: &Mutex<State>,
+    raster: &Raster,
+    spans: &[RaySpans<H>; 3],
+    outer: Outer,
+) -> Result<Option<Reached>, DeviceError> {
+    let words = admit(device, raster)?;
+    let state = &mut *held(state);
+    let views = Axis::ALL.map(|axis| NodeView::new(raster, axis, outer));
+    Flood { device, state, views }.run(words, spans)
+}
+
+impl Flood<'_> {
+    fn run<H: Hit + Sync>(&mut self, words: u64, spans: &[RaySpans<H>; 3]) -> Result<Option<Reached>, DeviceError> {
+        let device = self.device;
+        let [inside, outside] = [self.words("inside", words)?, self.words("outside", words)?];
+        let walls = [self.words("walls x", words)?, self.words("walls y", words)?, self.words("walls z", words)?];
+        let tally = self.words("tally", TALLY_WORDS)?;
+
+        let mut recorder = Recorder::new(device);
+        let uniforms = self.views.map(|view| recorder.uniform(bytemuck::bytes_of(&view)));
+        self.cast(&mut recorder, words, spans, &uniforms, &walls, [&inside, &outside])?;
+        let by_word = || workgroups(words as u32);
+        let states = [(0, &uniforms[0]), (1, &inside), (2, &outside)];
+        self.dispatch(&mut recorder, &SEEDS, &states, by_word())?;
+        recorder.clear(&tally, bytes_of(TALLY_WORDS));
+        let counted = [(0, &uniforms[0]), (1, &inside), (2, &outside), (3, &tally)];
+        self.dispatch(&mut recorder, &REACHED, &counted, by_word())?;
+        recorder.read_back(&tally, 0, bytes_of(TALLY_WORDS));
+        let seeds = tally_of(&recorder.finish()?[0]);
+
+        // Also where no node is open: what is certain may be contradictory.
+        self.spread(&uniforms, &walls, [&inside, &outside], &tally)?;
+
+        let mut recorder = Recorder::new(device);
+        recorder.clear(&tally, bytes_of(TALLY_WORDS));
+        self.dispatch(&mut recorder, &REACHED, &counted, by_word())?;
+        recorder.read_back(&tally, 0, bytes_of(TALLY_WORDS));
+        recorder.read_back(&inside, 0, bytes_of(words));
+        recorder.read_back(&outside, 0, bytes_of(words));
+        let brought = recorder.finish()?;
+        let end = tally_of(&brought[0]);
+        if end.contradictory != 0 {
+            return Ok(None);
+        }
+        let mut reached = Reached {
+            inside: host_words(&brought[1]),
+            outside: host_words(&brought[2]),
+            walls: Default::default(),
+            open_nodes: open_in(&seeds),
+        };
+        if open_in(&end) > 0 {
+            let mut recorder = Recorder::new(device);
+            walls.iter().for_each(|walls| recorder.read_back(walls, 0, bytes_of(words)));
+            for (walls, brought) in reached.walls.iter_mut().zip(recorder.finish()?) {
+                *walls = host_words(&brought);
+            }
+        }
+        Ok(Some(reached))
+    }
+
+    /// Sweeps round after round until one reaches nothing new.
+    fn spread(
+        &mut self,
+        uniforms: &[wgpu::Buffer; 3],
+        walls: &[wgpu::Buffer; 3],
+        [inside, outside]: [&wgpu::Buffer; 2],
+        tally: &wgpu::Buffer,
+    ) -> Result<(), DeviceError> {
+        let mut rounds = FIRST_ROUNDS;
+        loop {
+            let mut recorder = Recorder::new(self.device);
+            for left in (0..rounds).rev() {
+                if left == 0 {
+                    recorder.clear(tally, bytes_of(TALLY_WORDS));
+                }
+                for axis in 0..3 {
+                    let bound = [(0, &uniforms[axis]), (1, &walls[axis]), (2, inside), (3, outside), (4, tally)];
+                    self.dispatch(&mut recorder, &FLOOD[axis], &bound, workgroups(self.views[axis].lines))?;
+                }
+            }
+            recorder.read_back(tally, 0, bytes_of(TALLY_WORDS));
+            if tally_of(&recorder.finish()?[0]).changed == 0 {
+                return Ok(());
+            }
+            rounds = (2 * rounds).min(MOST_ROUNDS);
+        }
+    }
+
+    /// Records how what the rays along all axes tell comes together: what is inside, and what is within all crossings.
+    fn cast<H: Hit + Sync>(
+        &mut self,
+        recorder: &mut Recorder,
+        words: u64,
+        spans: &[RaySpans<H>; 3],
+        uniforms: &[wgpu::Buffer; 3],
+        walls: &[wgpu::Buffer; 3],
+        [inside, hull]: [&wgpu::Buffer; 2],
+    ) -> Result<(), DeviceError> {
+        let [changes, ends] = [self.words("changes", words)?, self.words("ends", words)?];
+        for (axis, spans) in spans.iter().enumerate() {
+            let (view, walls) = (&uniforms[axis], &walls[axis]);
+            let crossings: Vec<u32> = spans.hits.par_iter().map(|hit| hit.crossing().0).collect();
+            let starts = self.upload("starts of spans", &spans.offsets)?;
+            let crossings_there = self.upload("ends of spans", &crossings)?;
+            for mask in [&changes, &ends, walls] {
+                recorder.clear(mask, bytes_of(words));
+            }
+            let bound = [(0, view), (1, &starts), (2, &crossings_there), (3, &changes), (4, &ends), (5, walls)];
+            self.dispatch(recorder, &CAST, &bound, workgroups(crossings.len() as u32))?;
+            let bound = [(0, view), (1, &changes), (2, &ends), (3, inside), (4, hull)];
+            self.dispatch(recorder, &SPREAD[axis], &bound, workgroups(self.views[axis].lines))?;
+        }
+        Ok(())
+    }
+
+    fn words(&mut self, name: &'static str, words: u64) -> Result<wgpu::Buffer, DeviceError> {
+        self.state.pool.room(self.device, name, bytes_of(words))
+    }
+
+    fn upload(&self, what: &'static str, words: &[u32]) -> Result<wgpu::Buffer, DeviceError> {
+        let bytes = bytes_of(words.len() as u64);
+        if bytes > self.device.largest_binding() {
+            return Err(self.device.too_large(what, bytes, self.device.largest_binding()));
+        }
+        self.device.upload(what, bytemuck::cast_slice(words))
+    }
+
+    fn dispatch(
+        &mut self,
+        recorder: &mut Recorder,
+        stage: &'static Stage,
+        buffers: &[(u32, &wgpu::Buffer)],
+        workgroups: Workgroups,
+    ) -> Result<(), DeviceError> {
+        recorder.dispatch(self.state.kernels.get(self.device, stage)?, buffers, workgroups);
+        Ok(())
+    }
+}
+
+fn tally_of(words: &[u32]) -> NodeTally {
+    bytemuck::cast_slice(words)[0]
+}
+
+/// Nodes that no state had reached.
+fn open_in(tally: &NodeTally) -> u64 {
+    u64::from(tally.open_low) | u64::from(tally.open_high) << 32
+}
+
+/// Words of the host from those of the device, the lower half first.
+fn host_words(words: &[u32]) -> Vec<u64> {
+    words.par_chunks_exact(2).map(|pair| u64::from(pair[0]) | u64::from(pair[1]) << 32).collect()
+}

@@ -1,0 +1,280 @@
+#!/usr/bin/env python3
+"""Are the meshes of Minkowski sums, differences, offsets, openings and closings solids that other programs take?
+
+usage: sum_outputs.py --program LDI-OPS [--self-test] [--verbose]
+
+Runs `minkowski`, with `--difference` and with `--reflect`, on pairs of data/reference/minkowski, and `offset` outwards and
+inwards, `open` and `close` on models, each at two resolutions and in all `FORMATS`. What was written is held to all that
+outputs.py holds meshes of Booleans to: closed 2-manifolds by trimesh, manifold3d and their edges, and what the JSON says of
+them. Besides,
+
+- no triangles may cross, by the JSON, and every ray must have closed;
+- the volume of the mesh must be that of the images, which the JSON has with an error estimate, within what a surface of that
+  pitch may miss (`outputs.allowed_volume`);
+- and it must be that of CGAL and manifold3d, where it is pinned; boxes must be the right ones, or lie within what they can be.
+
+Exits 1 with a table of what differs. `--self-test` damages meshes and falsifies what is said of them, and exits 1 unless
+every damage is noticed.
+"""
+
+import argparse
+import concurrent.futures
+import dataclasses
+import itertools
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import outputs
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "data" / "reference" / "minkowski"))
+import sums  # noqa: E402
+
+FORMATS = ("stl", "3mf", "ply")
+RESOLUTIONS = (48, 96)
+
+# Pinned sums and differences: with cavities, with parts that meet in faces, in general position, from fine meshes.
+PINNED = (
+    "l_l10",
+    "hollow_cube_l",
+    "windowed_box_bar",
+    "square_ring_dumbbell",
+    "star_tetrahedron",
+    "star_torus",
+    "tori",
+    "torus_ball_closed",
+    "knot_cube",
+    "bone_ball",
+    "hollow_cube_less_l",
+    "pitted_cube_less_ring",
+    "star_less_tetrahedron",
+    "torus_less_ball",
+    "torus_less_l",
+    "knot_less_tetrahedron",
+)
+
+# A ⊕ (−B), which is pinned nowhere.
+REFLECTED = ("star_tetrahedron", "hollow_cube_l", "tori", "l_l10")
+
+# Models, and the share of their longest side by which they are offset, opened and closed.
+BALLS = (
+    ("data/models/gyroid_sheet.stl", 0.015),
+    ("data/models/cubic_lattice.stl", 0.02),
+    ("data/models/bone.stl", 0.02),
+    ("data/models/box.stl", 0.1),
+    ("data/reference/minkowski/models/knot.obj", 0.02),
+    ("data/reference/minkowski/models/star.obj", 0.03),
+    ("data/reference/minkowski/models/hollow_cube.obj", 0.07),
+)
+
+
+# More resolutions, by operation and model: the surface that the first step leaves has walls a hair apart there, which cross one
+# another once its vertices are on the lattice.
+FOLDED = {
+    ("open", "knot", 48),
+    ("open", "knot", 64),
+    ("close", "knot", 128),
+    ("open", "gyroid_sheet", 128),
+    ("close", "gyroid_sheet", 128),
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """A command line that writes a mesh."""
+
+    operation: str
+    words: tuple
+    suffix: str
+    resolution: int
+    # What the volume is by others, where they were asked, and the box of the result, or one that it lies within.
+    volume: float | None
+    box: tuple
+    simplified: bool = False
+
+    def arguments(self, out, told):
+        words = [*self.words, "--mode", "exact", "--resolution", self.resolution, "--quiet", "--json", told, "-o", out]
+        return [str(word) for word in words]
+
+    def describe(self):
+        names = " ".join(Path(str(word)).stem if "/" in str(word) else str(word) for word in self.words)
+        return f"{names} {self.resolution} .{self.suffix}"
+
+
+def box_of(points):
+    return tuple(map(tuple, (points.min(axis=0), points.max(axis=0))))
+
+
+def requests():
+    """(operation, words, volume, box) of all that is asked for, those of one operation one after another."""
+    pinned = {case.name: case for case in sums.load(sorted({*PINNED, *REFLECTED}))}
+
+    def words_of(case):
+        placement = ["--transform-b", case.transform_b] if case.transform_b else []
+        return ("minkowski", sums.pairs.ROOT / case.a, sums.pairs.ROOT / case.b, *placement)
+
+    for operation in sums.OPERATIONS:
+        for case in (pinned[name] for name in PINNED if pinned[name].operation == operation):
+            results = json.loads(sums.result_path(case.name).read_text())["results"]
+            box = next(result["box"] for result in results if "box" in result)
+            words = words_of(case) + (("--difference",) if operation == "difference" else ())
+            yield operation, words, results[0]["volume"], box
+    for case in (pinned[name] for name in REFLECTED):
+        (a, _), (b, _) = case.meshes()
+        box = (a.min(axis=0) - b.max(axis=0), a.max(axis=0) - b.min(axis=0))
+        yield "reflected", (*words_of(case), "--reflect"), None, box
+    for operation, outwards in (("grown", 1), ("shrunk", -1), ("open", 0), ("close", 0)):
+        for file, share in BALLS:
+            low, high = box_of(sums.pairs.read(sums.pairs.ROOT / file)[0])
+            low, high = np.array(low), np.array(high)
+            distance = float(share * (high - low).max())
+            words = (operation, sums.pairs.ROOT / file, "--radius", distance)
+            if outwards:
+                words = ("offset", sums.pairs.ROOT / file, "--distance", outwards * distance)
+            yield operation, words, None, (low - outwards * distance, high + outwards * distance)
+
+
+def cases():
+    """All requests at all resolutions, the formats in turn."""
+    suffixes = itertools.cycle(FORMATS)
+    for operation, words, volume, box in requests():
+        others = {folded[2] for folded in FOLDED if folded[:2] == (operation, Path(words[1]).stem)}
+        for resolution in sorted({*RESOLUTIONS, *others}):
+            yield Case(operation, words, next(suffixes), resolution, volume, tuple(map(tuple, box)))
+
+
+def right_of(case, mesh, told):
+    """What is right; where nobody else was asked, the mesh's own volume, which leaves its measure to `complaints`."""
+    if mesh is None:
+        return dataclasses.replace(outputs.EMPTY, volume=case.volume or 0.0)
+    volume = told["surface"]["volume"] if case.volume is None else case.volume
+    return dataclasses.replace(outputs.measure(mesh), volume=volume, bounds=np.array(case.box))
+
+
+def complaints(case, mesh, told, right):
+    """What is wrong with what was written, as (name, expected, found); `mesh` is None where no file was."""
+    rows = outputs.complaints(case, mesh, told, right)
+    surface, images = told["surface"], told["volume"]
+    volume = 0.0 if mesh is None else outputs.signed_volume(mesh)
+    allowed = outputs.allowed_volume(right, told, case) + images["estimate_error"]
+    if not abs(volume - images["value"]) <= allowed:
+        rows.append(("volume of the images", f"{volume} ± {allowed:.3g}", images["value"]))
+    for name, found in (("crossing_pairs", surface["crossing_pairs"]), ("unclosed_rays", told["unclosed_rays"])):
+        if found != 0:
+            rows.append((f"JSON {name}", 0, found))
+    return rows
+
+
+@dataclasses.dataclass
+class Finding:
+    """What came of a case: complaints, triangles (None: no file), and how far off the images' and the pinned volume are."""
+
+    case: Case
+    rows: list
+    triangles: int | None = None
+    off_images: float = 0.0
+    off_pinned: float | None = None
+    share_of_bound: float | None = None
+
+
+def examine(program, case):
+    try:
+        mesh, told = outputs.run(program, case)
+        right = right_of(case, mesh, told)
+        finding = Finding(case, complaints(case, mesh, told, right))
+    except Exception as error:  # whatever a program or a reader throws is a finding
+        return Finding(case, [("error", "", error)])
+    if mesh is not None:
+        volume = outputs.signed_volume(mesh)
+        finding.triangles = len(mesh.faces)
+        finding.off_images = volume / (told["volume"]["value"] or float("nan")) - 1
+        if case.volume:
+            finding.off_pinned = volume / case.volume - 1
+            finding.share_of_bound = abs(volume - case.volume) / outputs.allowed_volume(right, told, case)
+    return finding
+
+
+def check(program, verbose):
+    start = time.monotonic()
+    every_case = list(cases())
+    with concurrent.futures.ProcessPoolExecutor(min(4, os.cpu_count() or 1)) as pool:
+        every = list(pool.map(examine, itertools.repeat(program), every_case))
+    if verbose:
+        print(f"{'':84}{'triangles':>10}{'off images':>12}{'off pinned':>12}{'÷ bound':>9}")
+        for found in every:
+            if found.triangles is not None:
+                pinned = "" if found.off_pinned is None else f"{found.off_pinned:+12.1e}{found.share_of_bound:9.3f}"
+                print(f"{found.case.describe():84}{found.triangles:10}{found.off_images:+12.1e}{pinned}")
+    rows = [(finding.case.describe(), *row) for finding in every for row in finding.rows]
+    for row in rows:
+        print("  ".join(str(value) for value in row))
+    written = [finding for finding in every if finding.triangles is not None]
+    pinned = [found for found in written if found.off_pinned is not None]
+    worst = max((abs(found.off_pinned) for found in pinned if found.case.resolution == RESOLUTIONS[-1]), default=float("nan"))
+    share = max((found.share_of_bound for found in pinned), default=float("nan"))
+    print(
+        f"{len(every)} results, {len(rows)} complaints; pinned volumes missed by up to "
+        f"{100 * worst:.3f} % at {RESOLUTIONS[-1]} rays and {share:.2f} of their bounds; "
+        f"{time.monotonic() - start:.0f} s"
+    )
+    seen = {(finding.case.operation, finding.case.suffix) for finding in written}
+    wanted = set(itertools.product({case.operation for case in every_case}, FORMATS))
+    for operation, suffix in sorted(wanted - seen):
+        print(f"no .{suffix} of {operation} was seen")
+    return not rows and wanted == seen
+
+
+# Showing that a check can fail
+
+
+def falsehoods(case, mesh, told, right):
+    """(what, case, mesh, told, right) for all that can be wrong."""
+    yield from outputs.falsehoods(case, mesh, told, right)
+    allowed = outputs.allowed_volume(right, told, case) + told["volume"]["estimate_error"]
+    for value in (1.01 * allowed, -1.01 * allowed, float("nan")):
+        volume = {**told["volume"], "value": outputs.signed_volume(mesh) + value}
+        yield "another volume of the images", case, mesh, {**told, "volume": volume}, right
+    yield "triangles that cross", case, mesh, {**told, "surface": {**told["surface"], "crossing_pairs": 1}}, right
+    yield "a ray that did not close", case, mesh, {**told, "unclosed_rays": 1}, right
+
+
+def self_test(program):
+    """Whether every falsehood is noticed in a pinned result of each format, and a program that fails."""
+    pinned = [case for case in cases() if case.volume is not None]
+    unnoticed, count = [], 0
+    # Python takes the operation for a script that is not there.
+    count += 1
+    if not examine(Path(sys.executable), pinned[0]).rows:
+        unnoticed.append("a program that fails")
+    for suffix in FORMATS:
+        case = next(case for case in pinned if case.suffix == suffix)
+        mesh, told = outputs.run(program, case)
+        right = right_of(case, mesh, told)
+        if complaints(case, mesh, told, right):
+            print(f"a true result was called false: {case.describe()}: {complaints(case, mesh, told, right)}")
+            return False
+        for what, *false in falsehoods(case, mesh, told, right):
+            count += 1
+            if not complaints(*false):
+                unnoticed.append(f"{case.describe()}: {what}")
+    for what in unnoticed:
+        print(f"not noticed: {what}")
+    print(f"self-test: {count} falsehoods, {len(unnoticed)} not noticed")
+    return not unnoticed
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("--program", type=Path, required=True, help="the built command line")
+    arguments.add_argument("--self-test", action="store_true", help="damage results and see that it shows")
+    arguments.add_argument("--verbose", action="store_true", help="a line for every result")
+    arguments = arguments.parse_args()
+    program = arguments.program.resolve()
+    sys.exit(0 if (self_test(program) if arguments.self_test else check(program, arguments.verbose)) else 1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,74 @@
+//! Whole sums: culled, crossed and settled on the device, and on the CPU.
+
+use ldi_ops::fixed::{Crossing, TriangleHit};
+use ldi_ops::grid::{Axis, SumGrid};
+use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
+use ldi_ops::minkowski::cull::gpu::GpuCuller;
+use ldi_ops::minkowski::settle::gpu::GpuSettler;
+use ldi_ops::minkowski::{Outer, Polyhedron, RaySpans, SettleCounts, SumMembership, cull, settle};
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::gpu::Arithmetic;
+use ldi_ops::solids;
+
+use crate::twin;
+
+/// Sums both ways, with all that lies outside of A if `outer` is in.
+fn compare(what: &str, a: TriangleMesh, b: TriangleMesh, pitch: f64, outer: Outer) -> SettleCounts {
+    let [a, b] = [a, b].map(|mesh| ClosedMesh::check(mesh).unwrap());
+    let SumGrid { sum, a: grid_a, b: grid_b } = SumGrid::with_pitch(a.bounds(), b.bounds(), pitch, 256).unwrap();
+    let [mut a, b] = [(grid_a, &a), (grid_b, &b)].map(|(grid, mesh)| Polyhedron::new(&grid.quantise(mesh).unwrap()));
+    if outer == Outer::In {
+        a = a.complement();
+    }
+    let (cpu, gpu) = (CpuSampler::default(), &twin::plain()[0].gpu);
+    let membership = SumMembership::new(&a, outer, &b);
+
+    let (by_cpu, _) = cull(&a, &b);
+    let (by_gpu, _) = GpuCuller::new(gpu.device(), Arithmetic::Pairs).cull(&a, &b).unwrap();
+    let spans: [RaySpans<TriangleHit>; 3] = Axis::ALL.map(|axis| by_cpu.spans(&sum, axis, outer, &cpu).unwrap().0);
+    for axis in Axis::ALL {
+        let (found, count) = by_cpu.spans::<TriangleHit, _>(&sum, axis, outer, gpu).unwrap();
+        assert!(found == spans[axis.depth()], "{what}, {axis:?}: other spans");
+        // Triangles have other numbers where the device has culled.
+        let (found, found_count) = by_gpu.spans::<Crossing, _>(&sum, axis, outer, gpu).unwrap();
+        assert_eq!(found_count, count, "{what}, {axis:?}");
+        assert!(found == by_cpu.spans(&sum, axis, outer, &cpu).unwrap().0, "{what}, {axis:?}: other crossings");
+    }
+
+    let expected = settle(&sum, spans.clone(), outer, &membership, &|_, _| {}).unwrap();
+    let found = GpuSettler::new(gpu.device()).settle(&sum, spans, outer, &membership, &|_, _| {}).unwrap();
+    assert_eq!(found.counts, expected.counts, "{what}");
+    assert!(found.spans == expected.spans, "{what}: settled otherwise");
+    found.counts
+}
+
+#[test]
+fn sums_of_rings_and_balls_are_the_same() {
+    let ring = || solids::torus(3.0, 1.0, 24, 12).unwrap();
+    let ball = |radius: f64| solids::geodesic(radius, 2).unwrap();
+    let all = [
+        compare("a ring and a ball", ring(), ball(0.7), 0.2, Outer::Out),
+        compare("two rings", ring(), ring(), 0.25, Outer::Out),
+        compare("around a ring and a ball", ring(), ball(0.5), 0.2, Outer::In),
+    ];
+    let sum = |of: fn(&SettleCounts) -> u64| all.iter().map(of).sum::<u64>();
+    assert!(sum(|counts| counts.gaps_out) > 1000 && sum(|counts| counts.open_nodes) > 1000, "{all:?}");
+    assert!(sum(|counts| counts.gaps) > sum(|counts| counts.gaps_out) + 100, "{all:?}");
+    assert!(sum(|counts| counts.gaps_tested) > 30, "{all:?}");
+}
+
+#[test]
+fn cavities_are_the_same() {
+    let box_mesh = |from: f64, to: f64| solids::cuboid([from; 3].into(), [to; 3].into()).unwrap();
+    let hollow = |inner: f64| {
+        let (mut mesh, inside) = (box_mesh(0.0, 4.0), box_mesh(2.0 - inner, 2.0 + inner));
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(inside.positions);
+        mesh.triangles.extend(inside.triangles.iter().map(|&[a, b, c]| [a + first, c + first, b + first]));
+        mesh
+    };
+    let kept = compare("a hollow cube and a small one", hollow(1.0), box_mesh(0.0, 0.7), 0.15, Outer::Out);
+    assert_eq!((kept.components, kept.cavities), (1, 1), "{kept:?}");
+    let filled = compare("a hollow cube and a large one", hollow(0.5), box_mesh(0.0, 1.3), 0.15, Outer::Out);
+    assert_eq!(filled.cavities, 0, "{filled:?}");
+}
