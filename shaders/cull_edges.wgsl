@@ -2,7 +2,8 @@
 // `src/minkowski/cull/mod.rs`.
 
 @group(0) @binding(0) var<uniform> view: PairView;
-// Of each edge its direction, where its sides begin, where those of facets that run backwards do, and where they end.
+// Of each edge its direction, where its sides begin, where those of facets that run backwards do, and where they end. The
+// second is beyond the third where it is not known which way its facets face.
 @group(0) @binding(1) var<storage, read> edges: array<u32>;
 @group(0) @binding(2) var<storage, read> sides: array<u32>;
 @group(0) @binding(3) var<storage, read> edges_b: array<u32>;
@@ -87,6 +88,10 @@ fn minor(a: i32, b: i32, c: i32, d: i32) -> i32 {
 // Whether a facet at an edge, all of which are parallel to the plane of both edges, faces outwards. Of parallel vectors any
 // component tells, as long as it is not zero: that of `part`, in which the outward normal has the given sign.
 fn has_facet_towards(of_b: bool, edge: Edge, part: u32, outward: i32) -> bool {
+    // Nobody knows which way the facets face, or there are none.
+    if edge.turn > edge.end_side {
+        return true;
+    }
     for (var side = edge.first_side; side < edge.end_side; side++) {
         // The sides of facets that run forward are the opposites of their normals.
         let facing = wide_sign(side_part(of_b, side * NORMAL_WORDS + 2u * part)) * select(1, -1, side < edge.turn);

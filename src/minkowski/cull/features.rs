@@ -123,6 +123,13 @@ impl Facet {
     }
 }
 
+impl Edge {
+    /// Whether it is not known which way its facets face, or there are none.
+    pub fn may_face_anywhere(&self) -> bool {
+        matches!(self.bounds, Bounds::NoFacet | Bounds::TurnedFacet)
+    }
+}
+
 impl Features<'_> {
     /// Finds them.
     pub fn new(solid: &Polyhedron) -> Features<'_> {
@@ -238,7 +245,7 @@ impl Features<'_> {
     /// Whether a normal which is, up to its sign and length, that of all facets at an edge points out of one of them, as far
     /// as that is known, or the edge has none and is all that there is.
     pub fn has_facet_towards(&self, edge: &Edge, normal: &Normal) -> bool {
-        if let Bounds::NoFacet | Bounds::TurnedFacet = edge.bounds {
+        if edge.may_face_anywhere() {
             return true;
         }
         let [first, turn, end] = edge.sides.map(|index| index as usize);

@@ -7,7 +7,7 @@
 //! the components: one exact test of one node decides each. A gap is what its nodes are; a gap between two nodes is tested
 //! by itself.
 //!
-//! Nodes are bits, 64 of a row a word, as in [`nodes`](crate::ldi::nodes), but no volume of them is ever whole: they are made
+//! Nodes are bits, 64 of a row a word, as in [`NodePlanes`](crate::ldi::NodePlanes), but no volume of them is ever whole: they are made
 //! slab by slab (`slab`), and all that is kept of a slab are its two outer planes and the sets of its gaps. Within a slab
 //! the runs of open nodes along x are united with what they touch (`sets`, `layer`), then slab with slab. A flood, plane
 //! after plane until nothing changes, would do as well where cavities are simple; runs are united in one pass even in a maze.

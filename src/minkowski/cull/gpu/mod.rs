@@ -180,5 +180,7 @@ fn words_of_direction(along: &Direction) -> [u32; DIRECTION_WORDS] {
 
 fn words_of_edge(edge: &Edge) -> [u32; DIRECTION_WORDS + 3] {
     let along = words_of_direction(&edge.along);
-    std::array::from_fn(|i| if i < DIRECTION_WORDS { along[i] } else { edge.sides[i - DIRECTION_WORDS] })
+    let [first, turn, end] = edge.sides;
+    let sides = [first, if edge.may_face_anywhere() { u32::MAX } else { turn }, end];
+    std::array::from_fn(|i| if i < DIRECTION_WORDS { along[i] } else { sides[i - DIRECTION_WORDS] })
 }
