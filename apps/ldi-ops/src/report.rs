@@ -156,7 +156,7 @@ fn sum_step(table: &mut Table, report: &StepReport, unit: Option<LengthUnit>) {
     table.line("step", format_args!("{operation}{by}: {primitives} primitives{pairs}"));
     let crossings = crossings.map(|crossings| format!(" in {} crossings", crossings.iter().sum::<u64>()));
     table.more(format_args!(
-        "{sampled} sampled{}; {} components and {} gaps tested: {} cavities, {} filled",
+        "{sampled} sampled{}; {} components and {} gaps tested: {} out, {} in",
         crossings.unwrap_or_default(),
         settled.components,
         settled.gaps_tested,

@@ -149,8 +149,9 @@ pub struct SumSamplingArguments {
     /// GPU to use, by its name or a part of it; implies --backend gpu
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
-    /// Memory that may be taken: 800M, 2G or 1.5GiB. A job that would take more is refused before it begins, with what
-    /// would fit [default: 80 % of what is free]
+    /// Memory that may be taken: 800M, 2G or 1.5GiB. A job that is expected to take more is refused before its rays are
+    /// cast, with what would fit; where surfaces are large for the raster it may take two or three times what is expected
+    /// [default: 80 % of what is free]
     #[arg(long, value_name = "SIZE")]
     pub memory: Option<MemorySize>,
 }

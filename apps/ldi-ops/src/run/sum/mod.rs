@@ -275,6 +275,14 @@ fn face_outwards(solid: &mut Solid, side: Side, demands: Demands) -> Result<Opti
         }
     }
     match windings.shells(solid.volume) {
+        Shells::Outwards if side == Side::Outside && windings.share_of_overlaps() > 0.0 => {
+            let share = 100.0 * windings.share_of_overlaps();
+            let message = format!(
+                "{name}: shells overlap in about {share:.1e} % of the solid; each shrinks by itself, so that the solid comes apart \
+                 there"
+            );
+            Ok(Some(Warning::new("overlap", message)))
+        }
         Shells::Outwards => Ok(None),
         Shells::Inwards => {
             input::turn(solid, demands)?;

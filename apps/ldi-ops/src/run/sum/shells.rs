@@ -93,10 +93,15 @@ impl Windings {
         }
     }
 
-    /// The share of the solid in which shells overlap, where it is worth a word.
+    /// The share of the solid in which shells overlap, where it matters to a sum.
     pub fn overlap(&self) -> Option<f64> {
-        let share = self.multiple as f64 / (self.positive + self.negative).max(1) as f64;
+        let share = self.share_of_overlaps();
         (share > NOTEWORTHY).then_some(share)
+    }
+
+    /// The share of the solid in which shells overlap, however small.
+    pub fn share_of_overlaps(&self) -> f64 {
+        self.multiple as f64 / (self.positive + self.negative).max(1) as f64
     }
 }
 
