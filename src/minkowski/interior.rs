@@ -159,14 +159,24 @@ impl VoxelSet {
     }
 }
 
-/// Sets a range of bits.
-fn set_range(row: &mut [u64], range: std::ops::Range<usize>) {
+/// Calls `change` with each word that has bits of a range, and those bits.
+fn for_each_word(row: &mut [u64], range: std::ops::Range<usize>, change: impl Fn(&mut u64, u64)) {
     for (word, bits) in row.iter_mut().enumerate() {
         let (low, high) = (range.start.max(64 * word), range.end.min(64 * word + 64));
         if low < high {
-            *bits |= (u64::MAX >> (64 - (high - low))) << (low - 64 * word);
+            change(bits, (u64::MAX >> (64 - (high - low))) << (low - 64 * word));
         }
     }
+}
+
+/// Sets a range of bits.
+fn set_range(row: &mut [u64], range: std::ops::Range<usize>) {
+    for_each_word(row, range, |word, bits| *word |= bits);
+}
+
+/// Clears a range of bits.
+fn clear_range(row: &mut [u64], range: std::ops::Range<usize>) {
+    for_each_word(row, range, |word, bits| *word &= !bits);
 }
 
 /// Adds the bits of a row, moved up; those beyond the end are lost.
@@ -260,16 +270,6 @@ impl Occupancy {
             });
         }
         Some(Occupancy { touched, full })
-    }
-}
-
-/// Clears a range of bits.
-fn clear_range(row: &mut [u64], range: std::ops::Range<usize>) {
-    for (word, bits) in row.iter_mut().enumerate() {
-        let (low, high) = (range.start.max(64 * word), range.end.min(64 * word + 64));
-        if low < high {
-            *bits &= !((u64::MAX >> (64 - (high - low))) << (low - 64 * word));
-        }
     }
 }
 
