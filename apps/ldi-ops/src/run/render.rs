@@ -13,7 +13,7 @@ use ldi_ops::picture::{
     Camera, Canvas, Colour, Cut, Scene, Skin, View, ViewBox, outline_of, palette, png, shaded, slice,
 };
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Fill, Mode, Sampler};
+use ldi_ops::sampler::{Fill, Mode, SampleError, Sampler};
 use serde::Serialize;
 
 use super::backend::{Backends, Choice, Ran};
@@ -251,22 +251,36 @@ impl<'s> Stage<'s> {
         Ok(Stage { job, solids, camera, lattice, choice })
     }
 
+    /// The images of all solids, and what there is to say of them.
+    fn sampled(
+        &self,
+        sample: impl Fn(&LatticeSolid) -> Result<Ldi, SampleError>,
+        seconds: &mut RenderSeconds,
+        progress: &Progress,
+    ) -> Result<(Vec<Ldi>, Told), Failure> {
+        let (columns, rows) = self.camera.grid().image_size(Axis::Z);
+        progress.stage(format!("{columns} × {rows} rays"));
+        let mut told = Told::default();
+        let mut images = Vec::new();
+        for solid in &self.lattice {
+            let image = timed(&mut seconds.sample, || sample(solid))?;
+            told.look_at(&image);
+            images.push(image);
+        }
+        Ok((images, told))
+    }
+
     fn shaded(
         &self,
         cut: Option<Cut>,
         seconds: &mut RenderSeconds,
         progress: &Progress,
     ) -> Result<(Canvas, Told), Failure> {
-        let (columns, rows) = self.camera.grid().image_size(Axis::Z);
-        progress.stage(format!("{columns} × {rows} rays"));
-        let mut told = Told::default();
-        let mut images = Vec::new();
-        for solid in &self.lattice {
-            let sampler = self.choice.sampler();
-            let image = timed(&mut seconds.sample, || sampler.sample_surface(solid, Axis::Z, self.job.fill))?;
-            told.look_at(&image);
-            images.push(image);
-        }
+        let (images, mut told) = self.sampled(
+            |solid| self.choice.sampler().sample_surface(solid, Axis::Z, self.job.fill),
+            seconds,
+            progress,
+        )?;
         progress.detail(format_args!("sampled by {:.4} s; {}", seconds.sample, self.choice.ran()));
         let first_triangles: Vec<u32> = first_triangles(&self.lattice).collect();
         let result = timed(&mut seconds.operate, || combine(self.job, images, &first_triangles))?;
@@ -294,16 +308,11 @@ impl<'s> Stage<'s> {
         seconds: &mut RenderSeconds,
         progress: &Progress,
     ) -> Result<(Canvas, Told), Failure> {
-        let (columns, rows) = self.camera.grid().image_size(Axis::Z);
-        progress.stage(format!("{columns} × {rows} rays"));
-        let mut told = Told::default();
-        let mut images = Vec::new();
-        for solid in &self.lattice {
-            let sampler = self.choice.sampler();
-            let image = timed(&mut seconds.sample, || sampler.sample(solid, Axis::Z, Mode::Exact, self.job.fill))?;
-            told.look_at(&image);
-            images.push(image);
-        }
+        let (images, mut told) = self.sampled(
+            |solid| self.choice.sampler().sample(solid, Axis::Z, Mode::Exact, self.job.fill),
+            seconds,
+            progress,
+        )?;
         told.result = images.iter().map(|image| image.depths().len()).sum();
         progress.stage("drawing");
         let depth = (across(axis).rotation() * unit_vector(axis)).z * at;
