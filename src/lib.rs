@@ -8,7 +8,7 @@
 //! ```text
 //! files → mesh → grid (quantise once) → sampler (crossings → masks → classes → samples) → Ldi
 //!         two solids → minkowski (primitives → spans → settled spans) → Ldi
-//!         Ldi → boolean | integrate | surface | voxels | picture → numbers, files
+//!         Ldi → boolean | integrate | metrics | surface | voxels | picture → numbers, files
 //! ```
 //! - [`mesh`] reads files and checks them: a [`mesh::ClosedMesh`] is the way into a sampler.
 //! - [`grid`] lays a raster around the solids and rounds their vertices, once, to an integer lattice.
@@ -16,6 +16,7 @@
 //! - [`gpu`] finds and opens the devices that the latter runs on.
 //! - [`ldi`] holds the image; [`boolean`] combines any number; [`integrate`] finds volume, area and moments.
 //! - [`minkowski`] makes the images of sums, differences and offsets of solids, which no mesh bounds.
+//! - [`metrics`] measures scaffolds and their pores: thickness, access, topology, paths.
 //! - [`surface`] makes a mesh of three images again, says what it must satisfy, and makes it of fewer triangles.
 //! - [`voxels`] writes which lattice nodes are inside, for programs that know no images.
 //! - [`picture`] draws what images show.
@@ -62,6 +63,7 @@ pub mod grid;
 pub mod integrate;
 pub mod ldi;
 pub mod mesh;
+pub mod metrics;
 pub mod minkowski;
 pub mod output;
 pub mod picture;

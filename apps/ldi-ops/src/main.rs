@@ -15,6 +15,7 @@ mod progress;
 mod report;
 mod resolve;
 mod run;
+mod scaffold;
 mod transform;
 mod unit;
 mod warning;

@@ -1,0 +1,274 @@
+//! Everything that a report says of one solid, before it is said.
+//!
+//! All values are in world units (`unit` names the length, if it is known), positions in world coordinates. JSON is this
+//! structure without pictures.
+
+use serde::Serialize;
+
+/// The version of metrics.json.
+pub const SCHEMA: &str = "ldi-ops-report/1";
+
+/// A report on one solid.
+#[derive(Clone, Debug, Serialize)]
+pub struct Sheet {
+    pub schema: &'static str,
+    /// The name of the solid: that of its file.
+    pub title: String,
+    /// The unit of length, by its symbol; nothing where neither the file nor the user says.
+    pub unit: Option<String>,
+    /// What the limits come to, where any were given.
+    pub verdict: Option<Verdict>,
+    pub alerts: Vec<Alert>,
+    pub metrics: Vec<Metric>,
+    pub histograms: Vec<HistogramPlot>,
+    pub access: Option<AccessCurve>,
+    pub profiles: Vec<Profile>,
+    pub anisotropy: Option<Anisotropy>,
+    pub convergence: Vec<ConvergenceRow>,
+    pub provenance: Provenance,
+    #[serde(skip)]
+    pub pictures: Pictures,
+}
+
+/// A number, what it means and how it came about.
+#[derive(Clone, Debug, Serialize)]
+pub struct Metric {
+    /// A name that does not change, for programs: `porosity`, `solid.thickness.mean`.
+    pub id: &'static str,
+    pub group: Group,
+    /// As the field writes it: `BV/TV`, `Tb.Th`.
+    pub symbol: &'static str,
+    pub name: &'static str,
+    /// One line: what it is.
+    pub definition: &'static str,
+    /// Nothing where there is none; `status` and `warnings` say why.
+    pub value: Option<f64>,
+    /// An estimate of the error of the value, ±; not a bound.
+    pub error: Option<f64>,
+    /// What it is at least, and at most: from the inner and the outer solid.
+    pub lower: Option<f64>,
+    pub upper: Option<f64>,
+    /// `mm^2`, `1/mm`, `%`, `1` …; of a pure number, empty.
+    pub unit: String,
+    /// How it was found.
+    pub method: &'static str,
+    /// What it depends on beside the solid: names and values.
+    pub parameters: Vec<(&'static str, String)>,
+    /// Where the definition is from.
+    pub reference: &'static str,
+    pub status: Status,
+    pub warnings: Vec<String>,
+}
+
+/// The section of the table a metric is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Group {
+    Volume,
+    Surface,
+    Access,
+    Thickness,
+    Chords,
+    Anisotropy,
+    Topology,
+    Transport,
+    Moments,
+    Manufacture,
+}
+
+/// Whether there is a value, and if not, why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// There is one.
+    Measured,
+    /// There is none in this solid: the separation of a block without pores.
+    NotApplicable,
+    /// The raster is too coarse for it; a value may be there, and a warning is.
+    NotResolved,
+}
+
+/// What the user's limits come to.
+#[derive(Clone, Debug, Serialize)]
+pub struct Verdict {
+    /// Whether every limit is kept.
+    pub passed: bool,
+    pub limits: Vec<LimitVerdict>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct LimitVerdict {
+    /// The metric's id.
+    pub metric: String,
+    pub name: String,
+    pub min: Option<f64>,
+    pub max: Option<f64>,
+    pub value: Option<f64>,
+    pub lower: Option<f64>,
+    pub upper: Option<f64>,
+    pub unit: String,
+    pub outcome: LimitOutcome,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LimitOutcome {
+    /// Value and bounds keep it.
+    Kept,
+    /// The value keeps it, though a bound does not.
+    KeptWithinBounds,
+    /// The value breaks it.
+    Broken,
+    /// There is no value to hold against it; counts as broken.
+    NoValue,
+}
+
+/// Something that the reader must know before believing a number.
+#[derive(Clone, Debug, Serialize)]
+pub struct Alert {
+    /// A name that does not change, for programs.
+    pub code: &'static str,
+    pub severity: Severity,
+    pub message: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    Note,
+    Warning,
+}
+
+/// A distribution to be drawn.
+#[derive(Clone, Debug, Serialize)]
+pub struct HistogramPlot {
+    /// `solid.thickness`, `pore.size.local`, `pore.size.access`, `chords.solid.x` …
+    pub id: String,
+    pub title: String,
+    /// What its axis is in: `mm`.
+    pub unit: String,
+    pub phase: &'static str,
+    /// Lower end of the first and upper end of the last of equal bins.
+    pub range: [f64; 2],
+    /// Shares that add up to 1.
+    pub shares: Vec<f64>,
+    pub mean: f64,
+    pub deviation: f64,
+    /// Shares of weight and the values below which they lie: p1, p5, p50, p95.
+    pub quantiles: Vec<(f64, f64)>,
+    /// What it shows, and what good and bad look like.
+    pub reading: &'static str,
+}
+
+/// The share of the pore volume that a ball reaches from outside, by its diameter.
+#[derive(Clone, Debug, Serialize)]
+pub struct AccessCurve {
+    /// Diameters and shares (0 to 1), diameters ascending from 0.
+    pub points: Vec<[f64; 2]>,
+    /// The largest ball that gets from face to face along x, y and z, by its diameter.
+    pub percolation: [Option<f64>; 3],
+}
+
+/// The porosity of slices across an axis.
+#[derive(Clone, Debug, Serialize)]
+pub struct Profile {
+    /// `x`, `y` or `z`.
+    pub axis: &'static str,
+    /// Centres of the slices, in world coordinates.
+    pub positions: Vec<f64>,
+    /// From 0 to 1; not a number (null) where the region has no area.
+    pub porosity: Vec<f64>,
+}
+
+/// The ellipsoid of mean intercept lengths.
+#[derive(Clone, Debug, Serialize)]
+pub struct Anisotropy {
+    /// Degree of anisotropy, 1 − (c/a)².
+    pub degree: f64,
+    /// Half axes a ≥ b ≥ c, as lengths; infinite (null) of plates.
+    pub lengths: [f64; 3],
+    /// Their directions, of length 1.
+    pub directions: [[f64; 3]; 3],
+}
+
+/// The main metrics at one pitch.
+#[derive(Clone, Debug, Serialize)]
+pub struct ConvergenceRow {
+    /// What was changed: `pitch` or `region`.
+    pub over: &'static str,
+    /// The pitch, or the share of the region's sides.
+    pub at: f64,
+    /// Ids and values.
+    pub values: Vec<(&'static str, Option<f64>)>,
+}
+
+/// Where the numbers are from.
+#[derive(Clone, Debug, Serialize)]
+pub struct Provenance {
+    pub inputs: Vec<InputFile>,
+    /// As it was typed.
+    pub command_line: String,
+    pub version: &'static str,
+    /// ISO 8601, UTC.
+    pub made: String,
+    pub device: String,
+    pub threads: usize,
+    pub rays: [u32; 3],
+    /// In world units.
+    pub pitch: f64,
+    /// `clip`, `periodic` or `border`.
+    pub edges: &'static str,
+    /// `box`, or the file of the region of interest.
+    pub region: String,
+    /// Stages and their seconds, in order.
+    pub seconds: Vec<(&'static str, f64)>,
+    pub peak_memory_bytes: Option<u64>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct InputFile {
+    /// `solid` or `roi`.
+    pub role: &'static str,
+    pub path: String,
+    pub sha256: String,
+    pub triangles: u64,
+    pub closed: bool,
+    pub oriented: bool,
+    pub unit: Option<String>,
+}
+
+/// What is to be seen, as arrays and files.
+#[derive(Clone, Debug, Default)]
+pub struct Pictures {
+    /// A shaded view, as PNG.
+    pub view: Option<Vec<u8>>,
+    /// Slices across x, y and z through the middle.
+    pub slices: Vec<Slice>,
+}
+
+/// A plane of nodes with what is known of them.
+#[derive(Clone, Debug)]
+pub struct Slice {
+    /// `x`, `y` or `z`: the axis across the slice.
+    pub across: &'static str,
+    /// Where it lies on that axis, in world units.
+    pub position: f64,
+    /// The axes along columns and rows, by name.
+    pub along: [&'static str; 2],
+    /// Columns and rows; row 0 is the lowest coordinate.
+    pub size: [usize; 2],
+    /// Of each node, rows one after another.
+    pub nodes: Vec<SliceNode>,
+    /// The distance of nodes, in world units.
+    pub pitch: f64,
+}
+
+/// A node of a slice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SliceNode {
+    Outside,
+    /// With the local thickness, in world units.
+    Solid(f32),
+    /// With the local width of the pore, in world units.
+    Pore(f32),
+}

@@ -1,0 +1,1 @@
+//! Mean intercept lengths, their ellipsoid, the degree of anisotropy.

@@ -1,0 +1,1 @@
+//! What certainly is solid, and what may be.

@@ -1,0 +1,1 @@
+//! Chords: the stretches of rays within a phase.

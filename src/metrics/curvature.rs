@@ -1,0 +1,1 @@
+//! Integrals of curvature over a mesh.

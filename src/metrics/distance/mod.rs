@@ -1,0 +1,1 @@
+//! Distances from nodes to where rays cross the surface.

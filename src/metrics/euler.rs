@@ -1,0 +1,1 @@
+//! The Euler characteristic of a set of nodes, and what follows from it.

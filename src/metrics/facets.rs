@@ -1,0 +1,42 @@
+//! The facets of a mesh, as sums over its surface take them.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Normals and areas of the triangles of a mesh, with what they are made of.
+#[derive(Clone, Debug)]
+pub struct Facets<'a> {
+    /// Corners, in world units.
+    pub positions: &'a [DVec3],
+    /// Three corners each, counter-clockwise seen from outside.
+    pub triangles: &'a [[u32; 3]],
+    /// Outward, of length 1; zero of a triangle without area.
+    pub normals: Vec<DVec3>,
+    /// In square world units.
+    pub areas: Vec<f64>,
+}
+
+impl<'a> Facets<'a> {
+    /// # Panics
+    /// If a triangle's index is out of range.
+    pub fn of(positions: &'a [DVec3], triangles: &'a [[u32; 3]]) -> Facets<'a> {
+        let twice = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|v| positions[v as usize]);
+            (b - a).cross(c - a)
+        };
+        let (normals, areas) = triangles
+            .par_iter()
+            .with_min_len(1 << 12)
+            .map(|triangle| {
+                let twice = twice(triangle);
+                (twice.normalize_or_zero(), 0.5 * twice.length())
+            })
+            .unzip();
+        Facets { positions, triangles, normals, areas }
+    }
+
+    /// The corners of a triangle.
+    pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
+        self.triangles[triangle].map(|v| self.positions[v as usize])
+    }
+}

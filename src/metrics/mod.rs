@@ -1,0 +1,141 @@
+//! Metrics of scaffolds and of their pores: what histomorphometry and porosimetry call them, from images and nodes.
+//!
+//! # Two sources
+//! **Rays** know where on them the surface lies, to a millionth of a pitch. From them come volume, area, chords, profiles,
+//! moments and all that sums over the surface. **Nodes**, where the rays of the three axes meet, know neighbours. From them
+//! come components, the Euler characteristic, and what needs distances: thickness, access, percolation, paths. Distances
+//! are not those between nodes: they go from a node to where a ray crosses the surface ([`distance`]), and the centres of
+//! balls lie between nodes, where they fit best ([`thickness`]).
+//!
+//! # Words
+//! A [`Region`] is the volume of interest (VOI, of volume TV): the box of the solid, or what another mesh bounds. A
+//! [`Phase`] is the solid within it, or the pores: what of the region is not solid. [`Edges`] says what becomes of balls and
+//! paths where the region ends. A face of the solid that lies in a face of the box was cut there; it is no surface.
+//!
+//! # Units
+//! Positions and lengths on the raster are in pitches, node `i` of a side lying at `i`: a face of the box is at −0.5, where
+//! the box is a whole number of pitches. Whatever is a result is in world units, or a pure number; the docs of each say
+//! which. Sums run in an order that does not depend on the number of threads.
+//!
+//! # Rooms
+//! - [`NodeSet`], [`Region`], [`Facets`], [`Distribution`]: what the others work on and give.
+//! - [`components`], [`euler`]: pieces, pores, holes and cavities.
+//! - [`distance`] → [`thickness`] → [`access`]: balls that fit; what they reach from outside; what spans the region.
+//! - [`tortuosity`]: how much longer paths are, and how much slower diffusion is.
+//! - [`chords`], [`profiles`], [`anisotropy`], [`orientation`], [`curvature`], [`permeability`]: from rays and facets.
+//! - [`bounds`]: what certainly is solid, and what may be.
+
+pub mod access;
+pub mod anisotropy;
+pub mod bounds;
+pub mod chords;
+pub mod components;
+pub mod curvature;
+pub mod distance;
+mod distribution;
+pub mod euler;
+mod facets;
+mod nodes;
+pub mod orientation;
+pub mod permeability;
+pub mod profiles;
+mod region;
+pub mod thickness;
+pub mod tortuosity;
+
+pub use distribution::{Distribution, Histogram};
+pub use facets::Facets;
+pub use nodes::NodeSet;
+pub use region::{Region, RegionSpans};
+
+/// The solid within a region, or what of the region is not solid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Phase {
+    /// What the mesh bounds.
+    Solid,
+    /// The rest of the region.
+    Pore,
+}
+
+impl Phase {
+    /// Solid, pore.
+    pub const BOTH: [Phase; 2] = [Phase::Solid, Phase::Pore];
+
+    /// The nodes of this phase: those of the region that are solid, or those that are not.
+    pub fn nodes(self, solid: &NodeSet, region: &NodeSet) -> NodeSet {
+        match self {
+            Phase::Solid => solid.and(region),
+            Phase::Pore => region.minus(solid),
+        }
+    }
+
+    /// `solid` or `pore`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Phase::Solid => "solid",
+            Phase::Pore => "pore",
+        }
+    }
+}
+
+/// What becomes of balls and paths where the region ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Edges {
+    /// What lies beyond is not looked at: balls touch the surface alone and may reach beyond the region, as they do in
+    /// BoneJ and PoreSpy. Pores at the faces of a box seem wider than they are.
+    Clip,
+    /// The region is a cell that repeats: what leaves at one face enters at the opposite one. For boxes of whole numbers of
+    /// pitches.
+    Periodic,
+    /// Balls of either phase must lie within the region: its boundary is a wall.
+    Border,
+}
+
+impl Edges {
+    /// `clip`, `periodic` or `border`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Edges::Clip => "clip",
+            Edges::Periodic => "periodic",
+            Edges::Border => "border",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::{Axis, Grid};
+    use crate::ldi::Ldi;
+    use crate::mesh::ClosedMesh;
+    use crate::sampler::cpu::CpuSampler;
+    use crate::sampler::{Fill, Sampler};
+    use crate::solids;
+
+    /// The exact images of a ball of radius 10, with triangles.
+    fn ball(resolution: u32) -> [Ldi; 3] {
+        let closed = ClosedMesh::check(solids::geodesic(10.0, 24).unwrap()).unwrap();
+        let grid = Grid::with_resolution(closed.bounds(), resolution, 1024).unwrap();
+        let solid = grid.quantise(&closed).unwrap();
+        Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap())
+    }
+
+    #[test]
+    fn the_box_of_a_ball_is_a_region_and_so_is_the_ball() {
+        let images = ball(65);
+        let grid = *images[0].grid();
+        let of_ball = Region::of_solid(&images);
+        let of_box = Region::of_box(&grid, of_ball.bounds());
+        assert!((of_ball.volume() / of_box.volume() - std::f64::consts::PI / 6.0).abs() < 3e-3);
+        assert_eq!(of_box.nodes().count(), 65 * 65 * 65);
+        let [pore, solid] =
+            [Phase::Pore, Phase::Solid].map(|phase| phase.nodes(of_ball.nodes(), of_box.nodes()).count());
+        assert_eq!(pore + solid, 65 * 65 * 65);
+        assert!((solid as f64 / (65.0 * 65.0 * 65.0) - std::f64::consts::PI / 6.0).abs() < 5e-3);
+        let middle = 32 * 65 + 32;
+        assert_eq!(of_box.spans(Axis::Z, middle).collect::<Vec<_>>(), [(0, grid.length(2))]);
+        assert_eq!(of_ball.spans(Axis::Z, middle).count(), 1);
+        let [low, high] = of_box.bounds_in_pitches();
+        assert!(low.iter().zip(high).all(|(low, high)| (low + 0.5).abs() < 1e-3 && (high - 64.5).abs() < 1e-3));
+    }
+}

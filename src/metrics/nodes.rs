@@ -1,0 +1,171 @@
+//! Sets of nodes of a raster, a bit each.
+
+use rayon::prelude::*;
+
+use crate::ldi::NodePlanes;
+
+/// Which nodes of a raster belong to a set.
+///
+/// Node (x, y, z) is bit `x % 64` of word `x / 64` of row `z · size[1] + y`; rows are whole words, and the bits beyond the last
+/// node of a row are 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodeSet {
+    size: [usize; 3],
+    words: usize,
+    bits: Vec<u64>,
+}
+
+impl NodeSet {
+    /// No node of a raster of so many along x, y and z.
+    pub fn empty(size: [usize; 3]) -> NodeSet {
+        let words = size[0].div_ceil(64);
+        NodeSet { size, words, bits: vec![0; words * size[1] * size[2]] }
+    }
+
+    /// All nodes of a raster.
+    pub fn full(size: [usize; 3]) -> NodeSet {
+        NodeSet::from_fn(size, |_| true)
+    }
+
+    /// The nodes for which `belongs` says so.
+    pub fn from_fn(size: [usize; 3], belongs: impl Fn([usize; 3]) -> bool + Sync) -> NodeSet {
+        let mut set = NodeSet::empty(size);
+        let words = set.words.max(1);
+        set.bits.par_chunks_mut(words).enumerate().for_each(|(row, bits)| {
+            let (y, z) = (row % size[1], row / size[1]);
+            for x in (0..size[0]).filter(|&x| belongs([x, y, z])) {
+                bits[x / 64] |= 1 << (x % 64);
+            }
+        });
+        set
+    }
+
+    /// The nodes that images have inside.
+    pub fn of_planes(planes: &NodePlanes) -> NodeSet {
+        let size = planes.grid().rays().map(|n| n as usize);
+        let mut set = NodeSet::empty(size);
+        let mut at = 0;
+        for plane in planes.planes() {
+            set.bits[at..at + plane.len()].copy_from_slice(&plane);
+            at += plane.len();
+        }
+        set.trim();
+        set
+    }
+
+    /// The nodes whose byte is not 0, of an array whose index runs fastest along x.
+    ///
+    /// # Panics
+    /// If there is not a byte for each node.
+    pub fn from_bytes(size: [usize; 3], bytes: &[u8]) -> NodeSet {
+        assert_eq!(bytes.len(), size.iter().product::<usize>(), "a byte for each node");
+        NodeSet::from_fn(size, |[x, y, z]| bytes[(z * size[1] + y) * size[0] + x] != 0)
+    }
+
+    /// Nodes along x, y and z.
+    pub fn size(&self) -> [usize; 3] {
+        self.size
+    }
+
+    /// Nodes of the raster, in the set or not.
+    pub fn volume(&self) -> usize {
+        self.size.iter().product()
+    }
+
+    /// Words of a row.
+    pub fn words(&self) -> usize {
+        self.words
+    }
+
+    /// The words of row (y, z).
+    #[inline]
+    pub fn row(&self, y: usize, z: usize) -> &[u64] {
+        let at = (z * self.size[1] + y) * self.words;
+        &self.bits[at..at + self.words]
+    }
+
+    /// The words of row (y, z), to be changed. Bits beyond the last node stay 0.
+    pub fn row_mut(&mut self, y: usize, z: usize) -> &mut [u64] {
+        let at = (z * self.size[1] + y) * self.words;
+        &mut self.bits[at..at + self.words]
+    }
+
+    /// Whether a node belongs to the set.
+    #[inline]
+    pub fn contains(&self, [x, y, z]: [usize; 3]) -> bool {
+        self.row(y, z)[x / 64] >> (x % 64) & 1 == 1
+    }
+
+    /// Adds a node.
+    pub fn insert(&mut self, [x, y, z]: [usize; 3]) {
+        self.row_mut(y, z)[x / 64] |= 1 << (x % 64);
+    }
+
+    /// How many nodes belong to the set.
+    pub fn count(&self) -> u64 {
+        self.bits.par_chunks(1 << 14).map(|words| words.iter().map(|w| u64::from(w.count_ones())).sum::<u64>()).sum()
+    }
+
+    /// Whether no node belongs to the set.
+    pub fn is_empty(&self) -> bool {
+        self.bits.iter().all(|&word| word == 0)
+    }
+
+    /// The nodes of both sets.
+    pub fn and(&self, other: &NodeSet) -> NodeSet {
+        self.combined(other, |a, b| a & b)
+    }
+
+    /// The nodes of either set.
+    pub fn or(&self, other: &NodeSet) -> NodeSet {
+        self.combined(other, |a, b| a | b)
+    }
+
+    /// The nodes of this set that are not in the other.
+    pub fn minus(&self, other: &NodeSet) -> NodeSet {
+        self.combined(other, |a, b| a & !b)
+    }
+
+    /// # Panics
+    /// If the sets are of rasters of different sizes.
+    fn combined(&self, other: &NodeSet, combine: impl Fn(u64, u64) -> u64 + Sync) -> NodeSet {
+        assert_eq!(self.size, other.size, "sets of nodes of one raster");
+        let bits = self.bits.par_iter().zip(&other.bits).with_min_len(1 << 14).map(|(&a, &b)| combine(a, b)).collect();
+        NodeSet { bits, ..*self }
+    }
+
+    /// Clears the bits beyond the last node of each row.
+    fn trim(&mut self) {
+        let spare = self.words * 64 - self.size[0];
+        if spare > 0 {
+            for last in self.bits.iter_mut().skip(self.words - 1).step_by(self.words) {
+                *last &= u64::MAX >> spare;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_are_combined_node_by_node() {
+        let size = [70, 3, 5];
+        let threes = NodeSet::from_fn(size, |[x, y, z]| (x + y + z) % 3 == 0);
+        let low = NodeSet::from_fn(size, |[x, ..]| x < 65);
+        for z in 0..5 {
+            for y in 0..3 {
+                for x in 0..70 {
+                    let (a, b) = ((x + y + z) % 3 == 0, x < 65);
+                    assert_eq!(threes.contains([x, y, z]), a);
+                    assert_eq!(threes.and(&low).contains([x, y, z]), a && b);
+                    assert_eq!(threes.or(&low).contains([x, y, z]), a || b);
+                    assert_eq!(threes.minus(&low).contains([x, y, z]), a && !b);
+                }
+            }
+        }
+        assert_eq!(low.count(), 65 * 15);
+        assert_eq!(NodeSet::full(size).count(), 70 * 15);
+    }
+}

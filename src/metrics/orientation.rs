@@ -1,0 +1,1 @@
+//! Surface by orientation: what is cut by the region, what overhangs.

@@ -1,0 +1,1 @@
+//! Porosity, slice by slice.

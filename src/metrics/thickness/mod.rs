@@ -1,0 +1,1 @@
+//! Local thickness: the largest ball within a phase that holds a point.
