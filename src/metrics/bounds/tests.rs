@@ -1,0 +1,1 @@
+//! Bounds against points, and against volumes that are known.
