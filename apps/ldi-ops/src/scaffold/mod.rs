@@ -4,4 +4,6 @@
 //! said) → `write` (metrics.json, metrics.csv, methods.txt) and `page` (report.html). Nothing behind the sheet computes, and
 //! nothing before it formats.
 
+pub mod id;
+pub mod quantity;
 pub mod sheet;
