@@ -5,6 +5,8 @@ use std::fmt;
 use ldi_ops::mesh::LengthUnit;
 use serde::{Serialize, Serializer};
 
+use crate::unit;
+
 /// What kind of thing a value is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
@@ -55,6 +57,17 @@ impl Unit {
                 };
                 format!("{}{symbol}{exponent}", if power < 0 { "1/" } else { "" })
             }
+        }
+    }
+
+    /// What a value in this unit is multiplied by to be in another one; nothing where the two do not convert.
+    pub fn factor_to(&self, other: &Unit) -> Option<f64> {
+        match (self.quantity, self.length, other.length) {
+            _ if self.quantity != other.quantity => None,
+            (Quantity::Length(_), from, to) if from == to => Some(1.0),
+            (Quantity::Length(power), Some(from), Some(to)) => Some(unit::factor(from, to).powi(power.into())),
+            (Quantity::Length(_), ..) => None,
+            _ => Some(1.0),
         }
     }
 
@@ -116,6 +129,11 @@ mod tests {
             assert_eq!((unit.for_people().as_str(), unit.to_string().as_str()), (people, machines));
         }
         assert_eq!(serde_json::to_value(Quantity::Length(2).of(None)).unwrap(), serde_json::Value::Null);
+        let area = |unit| Quantity::Length(2).of(unit);
+        assert_eq!(area(mm).factor_to(&area(Some(LengthUnit::Micrometre))), Some(1e6));
+        assert_eq!(area(mm).factor_to(&area(None)), None);
+        assert_eq!(area(None).factor_to(&area(None)), Some(1.0));
+        assert_eq!(area(mm).factor_to(&Quantity::Length(1).of(mm)), None);
         assert_eq!(serde_json::to_value(Quantity::Share.of(None)).unwrap(), "1");
     }
 }

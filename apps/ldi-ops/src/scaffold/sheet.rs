@@ -34,6 +34,13 @@ pub struct Sheet {
     pub pictures: Pictures,
 }
 
+impl Sheet {
+    /// A metric by its id.
+    pub fn metric(&self, id: &str) -> Option<&Metric> {
+        self.metrics.iter().find(|metric| metric.id == id)
+    }
+}
+
 /// A number, what it means and how it came about.
 #[derive(Clone, Debug, Serialize)]
 pub struct Metric {
