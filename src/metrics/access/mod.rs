@@ -2,11 +2,10 @@
 //!
 //! # Bottlenecks
 //! The largest ball that gets to a place is that of the widest way there: of all paths from outside, the one whose
-//! narrowest place is widest. What is narrowest on the widest way is found for all nodes at once by a flood in which the
-//! widest node that was met goes on first (a Dijkstra search in which lengths do not add up but the least counts; the
-//! minimax path of Pollack, 1960). With radii in steps of 1/64 of a pitch each node is put into a queue and taken from it
-//! once, in O(1). No sphere is dilated and no map is thresholded radius by radius, as where porosimetry is simulated size
-//! by size.
+//! narrowest place is widest (the minimax path of M. Pollack, 1960). For all nodes at once it follows from that of the
+//! places with the most room around them, of which there are few (`basins`). No sphere is dilated and no map is thresholded
+//! radius by radius, as where porosimetry is simulated size by size. Where one way is asked for, and not what gets
+//! everywhere, a flood goes on from the widest node that it met, in levels of 1/64 of a pitch, until it is there.
 //!
 //! A node stands for its cell: its radius is that of the largest ball whose centre lies in the cell, which is what
 //! [`thickness`](super::thickness) finds, not the distance at the node. With distances at nodes a window whose middle falls
@@ -30,6 +29,7 @@
 //! What comes from outside comes through the faces of the region, so radii for [`bottlenecks`] must not take those faces for
 //! walls.
 
+mod basins;
 mod curve;
 mod ends;
 mod flood;

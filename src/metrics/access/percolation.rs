@@ -9,7 +9,7 @@ use crate::metrics::{Edges, NodeSet};
 /// What gets from one end to the other, and where it is narrowest for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Percolation {
-    /// Of the ball, in pitches.
+    /// Of the ball, in pitches; infinite where radii are, since there is no surface.
     pub diameter: f64,
     /// The node of the bottleneck: the first on the way whose room is, to 1/64 of a pitch, that of the narrowest.
     pub node: [usize; 3],
@@ -35,7 +35,7 @@ pub fn percolation(radii: &[f32], nodes: &NodeSet, ends: &Ends, edges: Edges) ->
     let room = Room { radii, walls: walls(ends, edges) };
     let mut ways = Ways { steps: &steps, from: vec![0; radii.len()] };
     // Queued by what got there; that is forgotten in between, for on the way back it is found again.
-    let mut queue = Queue::new(widest(radii));
+    let mut queue = Queue::new(widest(radii, nodes.size()));
     for source in ends.nodes_in(nodes, ends.low.clone()) {
         let index = steps.index(source);
         ways.from[index as usize] = MIDDLE as u8 + 1;
