@@ -12,6 +12,21 @@
 //! 3. *Paint*: plane by plane, largest first, each node by the first ball that comes to it ([`paint`]). What is not yet
 //!    painted is a bit, so that a ball costs a few words a row rather than its volume.
 //! 4. *Fill*: crescents that no ball came to, next to edges and to the surface, get the largest of their neighbours.
+//!
+//! # How good it is
+//! A ball of radius 2, 4, 8 or 24 pitches, wherever its centre lies, has its diameter to a thousandth. Rods and slabs have theirs
+//! to 0.05 pitches from 6 pitches on; slabs of 2 pitches seem up to 0.4 thicker, since crossings are about a pitch apart and
+//! balls dip between them (δ²/2r, see [`distance`](super::distance)). The same makes balls that touch nothing but a
+//! concave corner, as those in the nodes of strut lattices do, 0.1 to 0.8 pitches too large at any resolution: the nearest crossing is
+//! about as far from the corner as rows are from one another. Next to obtuse edges, of more than about 140°, crescents have the
+//! thickness of what is beside them.
+//!
+//! # What was tried
+//! - Nodes whose distance does not grow by one step away from their own site: on voxels, whose faces have but three directions, every
+//!   sixth node passed, most next to the surface. With the second test along the slope a quarter of them are left, and
+//!   means differ by a thousandth.
+//! - Painting balls no larger than they are: false ridges next to the surface then painted what lies between a ball and the
+//!   surface, with a tenth of the thickness here and there. Hence the margin of a quarter of a pitch in painting.
 
 mod paint;
 mod ridge;

@@ -3,15 +3,16 @@
 use rayon::prelude::*;
 
 use super::Ball;
-use super::thin::{CRESCENT, moved, thin_out};
+use super::thin::{moved, thin_out};
 use crate::metrics::{Edges, NodeSet};
 
 /// What a node has that no ball came to.
 const UNPAINTED: f32 = -1.0;
 
-/// How far beyond a ball it paints, in pitches: as much as is lost where balls are left out. Else what comes after, the false
-/// ridges of a rough surface say, would paint the crescents in between.
-const MARGIN: f32 = CRESCENT;
+/// How far beyond a ball it paints, in pitches: more than is lost where balls are left out, or were not looked for because
+/// others come as far but for that. Else what comes after, the false ridges of a rough surface say, would paint the crescents
+/// in between.
+const MARGIN: f32 = 0.25;
 
 /// For each node of a phase the greatest size of the balls that hold it, and 0 at other nodes; sizes, one for each ball, are
 /// not negative. A node that no ball came to gets the greatest of its 26 neighbours in the phase, theirs first that have

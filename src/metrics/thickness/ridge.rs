@@ -39,8 +39,8 @@ const LANES: usize = 28;
 
 /// Balls of a phase that no other one much exceeds, at most one to a cell around a node. In the order of their nodes.
 ///
-/// Nodes are looked at from which the distance does not grow in the direction away from their site as it would on a slope:
-/// those that a ridge of the field passes. The centre of a ball lies in the cell of its node, where the least distance to
+/// Nodes are looked at from which the distance does not grow as it would on a slope, neither by a step away from their site
+/// nor up the slope of the field: those that a ridge of the field passes. The centre of a ball lies in the cell of its node, where the least distance to
 /// the sites of the node and its neighbours is greatest; that distance is its radius. It is never less than the distance of
 /// the node. Nothing where distances are infinite.
 ///

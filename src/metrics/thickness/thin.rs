@@ -7,8 +7,8 @@ use crate::metrics::Edges;
 /// How much smaller than the one that covers it, in pitches, a ball that is left out may be; of sizes, twice that.
 const LESS: f32 = 0.25;
 
-/// How far within the union of those around it the outermost of a ball left out may lie beyond it, in pitches.
-pub(super) const CRESCENT: f32 = 0.25;
+/// How far the outermost of a ball left out may lie beyond those around it, in pitches.
+const CRESCENT: f32 = 0.125;
 
 /// No ball.
 const NONE: u32 = u32::MAX;
@@ -16,7 +16,7 @@ const NONE: u32 = u32::MAX;
 /// Which balls to paint, as indices, those of the largest size first.
 ///
 /// A ball is left out if one that is kept has its centre within √(2 r ε) of its own, no smaller a size, and about the same
-/// radius; of the union of balls along a ridge, crescents are lost which are ε thick at most (0.25 pitches).
+/// radius; of the union of balls along a ridge, crescents are lost about ε thick (0.125 pitches).
 pub(super) fn thin_out(balls: &[Ball], sizes: &[f32], raster: [usize; 3], edges: Edges) -> Vec<u32> {
     let mut order: Vec<u32> = (0..balls.len() as u32).collect();
     let key = |&index: &u32| {
