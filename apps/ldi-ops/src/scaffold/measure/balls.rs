@@ -81,6 +81,11 @@ pub fn access(study: &Study, record: &mut Record) -> (Option<AccessCurve>, Optio
     let PoreBalls { balls, radii } = found;
     let reached = bottlenecks(&radii, &pores, &boundary(study.region.nodes()), free);
     drop(radii);
+    // Balls get in through the faces, and where they are to lie within the region, they cover what they do there.
+    let balls = match study.settings.edges {
+        Edges::Border => largest_balls(&field_of(Edges::Border), &pores),
+        Edges::Clip | Edges::Periodic => balls,
+    };
     let open = access::reached(&reached, pores.size());
     put_open(study, &pores, &open, record);
     let lowered: Vec<Ball> = balls
