@@ -1,0 +1,441 @@
+#!/usr/bin/env python3
+"""Are metrics of voxel arrays what PoreSpy, localthickness, edt, scikit-image and scipy make of the same arrays?
+
+usage: metrics_peers.py --program LDI-BENCH [--quick | --self-test] [--speed] [--threads N] [--json FILE] [--verbose]
+
+Writes arrays (minimal surfaces, balls, struts, blobs), has `ldi-bench metrics` measure them, and gives the peers the arrays
+themselves, solid and pores alike, so that nothing but what is done with voxels is compared. Compared are
+
+- counts, which must be equal: voxels and porosity (PoreSpy), sizes of components with 26 and with 6 neighbours (scipy),
+  Euler characteristics of either (scikit-image), pores that are open (PoreSpy), and chords along each axis by length, those
+  that end at the border counted and left out (PoreSpy);
+- distances: within a pitch of edt's at every voxel, half a pitch taken off, as it measures to the middles of voxels of the
+  other phase and the library to the faces between;
+- local thickness: the mean within a pitch of the peers'. PoreSpy's takes whole numbers for radii by default ("whole radii");
+  as it can take any, it is also given all that the distance has ("all radii"), which is what the definition asks for. One of
+  the peers has to agree and the library must not lie further outside the range of the three than that;
+- balls, whose local thickness is their diameter everywhere: ours within a pitch, beside what the peers say;
+- pores that a ball can enter from outside: mean within a pitch of PoreSpy's `porosimetry`;
+- tortuosity of diffusion: within 1 % of PoreSpy's `tortuosity_fd`, and infinite where nothing gets through.
+
+With `--speed`, a gyroid of 256³ is timed on as many threads as the peers have: local thickness must be ten times as fast as
+PoreSpy's, the distance transform faster than edt's. Time on a machine with other work is no measure of either.
+
+Prints a table in Markdown, and exits 1 where anything differs. `--self-test` falsifies every result, one by one, and gives the
+program arrays that are not those of the peers; it exits 1 unless all that is noticed.
+"""
+
+import argparse
+import collections
+import dataclasses
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+if "--threads" in sys.argv[:-1]:
+    THREADS = int(sys.argv[sys.argv.index("--threads") + 1])
+# Read when numba and the libraries below numpy are loaded.
+for variable in ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ[variable] = str(THREADS)
+warnings.filterwarnings("ignore")
+
+import edt  # noqa: E402
+import localthickness  # noqa: E402
+import numpy as np  # noqa: E402
+import porespy  # noqa: E402
+import scipy.ndimage  # noqa: E402
+import skimage.measure  # noqa: E402
+
+porespy.settings.tqdm["disable"] = True
+porespy.settings.ncores = THREADS
+
+AXES = "xyz"
+PHASES = ("solid", "pore")
+# Nodes whose neighbours across faces, edges and corners are theirs.
+ALL_NEIGHBOURS = np.ones((3, 3, 3))
+
+# In pitches.
+PITCH = 1.0
+TORTUOSITY_SHARE = 0.01
+THICKNESS_SPEED = 10.0
+DISTANCE_SPEED = 1.0
+
+
+# Arrays: True where solid. They are indexed x, y, z.
+
+
+def places(shape, period):
+    """The angles of voxels' middles, 2π a period, and their places in periods from the middle of the nearest cell."""
+    sides = [(np.arange(n) + 0.5) / period for n in shape]
+    return np.meshgrid(*sides, indexing="ij", sparse=True)
+
+
+def gyroid(shape, period, level, is_sheet):
+    x, y, z = (2 * np.pi * side for side in places(shape, period))
+    f = np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
+    return np.abs(f) < level if is_sheet else f < level
+
+
+def ball(radius):
+    """A ball about the middle of an array of an even number of voxels, two layers of which are pore."""
+    middle = np.arange(2 * radius + 4) - (2 * radius + 3) / 2
+    x, y, z = np.meshgrid(middle, middle, middle, indexing="ij", sparse=True)
+    return x * x + y * y + z * z < radius * radius
+
+
+def struts(shape, period, radius):
+    """Orthogonal round struts through the middle of each cell."""
+    x, y, z = (side - np.floor(side) - 0.5 for side in places(shape, period))
+    least = np.minimum(np.minimum(x * x + y * y, y * y + z * z), z * z + x * x)
+    return least < (radius / period) ** 2
+
+
+def balls(shape, radius, count):
+    """Balls at random places, which overlap."""
+    random = np.random.default_rng(6)
+    is_solid = np.zeros(shape, dtype=bool)
+    grid = np.meshgrid(*map(np.arange, shape), indexing="ij", sparse=True)
+    for middle in random.random((count, 3)) * shape:
+        is_solid |= sum((side - at) ** 2 for side, at in zip(grid, middle, strict=True)) < radius**2
+    return is_solid
+
+
+def blobs(shape, width, share):
+    """A level of smoothed noise, with crumbs and bubbles."""
+    noise = scipy.ndimage.gaussian_filter(np.random.default_rng(7).random(shape), width)
+    return noise < np.quantile(noise, share)
+
+
+def crumbs(shape, share):
+    """Noise: pieces that touch one another at edges and corners, holes and cavities by the thousand."""
+    return np.random.default_rng(8).random(shape) < share
+
+
+@dataclasses.dataclass(frozen=True)
+class Model:
+    """An array by its name, and what of it is compared beyond what always is."""
+
+    name: str
+    is_solid: np.ndarray
+    # Of a ball, in pitches.
+    radius: float | None = None
+    # Axes along which pores are diffused through.
+    diffusion: str = ""
+    has_balls: bool = True
+
+
+def models(scale):
+    """The arrays; sides that differ, so that no axis passes for another."""
+
+    def shape(*sides):
+        return tuple(scale * side for side in sides)
+
+    cell = 24 * scale
+    return [
+        Model("gyroid sheet", gyroid(shape(48, 40, 44), cell, 0.45, True), diffusion="x"),
+        Model("gyroid network", gyroid(shape(40, 48, 36), cell, -0.2, False), diffusion="yz"),
+        Model("struts", struts(shape(48, 24, 36), cell, 0.15 * cell), diffusion="y"),
+        Model("balls", balls(shape(40, 36, 48), 6 * scale, 60), diffusion="z"),
+        Model("blobs", blobs(shape(48, 36, 40), 2.0 * scale, 0.35), diffusion="xyz"),
+        Model("crumbs", crumbs(shape(20, 16, 24), 0.3), has_balls=False),
+        *(Model(f"ball, R/h = {radius}", ball(radius), radius=radius) for radius in (4, 8, 24)),
+    ]
+
+
+# What peers say
+
+
+@dataclasses.dataclass(frozen=True)
+class Answer:
+    """What one program says, and how long it took to find out."""
+
+    value: object
+    seconds: float
+
+
+def asked(function, *arguments, **keywords):
+    start = time.perf_counter()
+    value = function(*arguments, **keywords)
+    return Answer(value, time.perf_counter() - start)
+
+
+def sizes_of_components(is_in, structure):
+    labels, _ = scipy.ndimage.label(is_in, structure)
+    return np.sort(np.bincount(labels.ravel())[1:])[::-1].tolist()
+
+
+def chords(is_in, axis, is_complete):
+    """How many chords along an axis have each length, by PoreSpy, which numbers them voxel by voxel.
+
+    Its way of trimming drops every chord that touches a face of the array, those too that run along it. A layer of the other
+    phase around the rows keeps those that only run along.
+    """
+    layer = [(0, 0) if other == axis else (1, 1) for other in range(3)]
+    wide = np.pad(is_in, layer)
+    labels = porespy.filters.apply_chords(wide, spacing=0, axis=axis, trim_edges=is_complete, label=True)
+    lengths = np.bincount(labels.ravel())[1:]
+    return dict(collections.Counter(lengths[lengths > 0].tolist()))
+
+
+def all_radii(is_in):
+    """PoreSpy's local thickness with every radius that there is."""
+    distances = edt.edt(is_in)
+    radii = np.unique(distances[is_in])
+    return porespy.filters.local_thickness(is_in, dt=distances, method="legacy", sizes=radii)
+
+
+def entered(pore):
+    """The largest ball that reaches each voxel from outside, by its radius."""
+    return porespy.filters.porosimetry(pore, method="dt")
+
+
+def diffusion(pore, axis):
+    if not porespy.metrics.is_percolating(pore, axis=axis):
+        return math.inf
+    return porespy.simulations.tortuosity_fd(pore, axis).tortuosity
+
+
+def warm_up():
+    """What is compiled, is compiled before anything is timed."""
+    small = blobs((12, 12, 12), 1.5, 0.5)
+    porespy.filters.local_thickness(small)
+    all_radii(small)
+    entered(small)
+    localthickness.local_thickness(small)
+    porespy.filters.fill_closed_pores(small)
+    chords(small, 0, True)
+    diffusion(np.ones((6, 6, 6), dtype=bool), 0)
+
+
+# Beside one another
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """One metric by the program and by a peer; it is right where both are equal, or `within` of one another."""
+
+    array: str
+    metric: str
+    peer: str
+    ours: Answer
+    theirs: Answer
+    # Nothing where values have to be equal, counts and lists of them.
+    within: float | None = None
+    # Beside the peer's value, what is right; the peer's is then not held to anything.
+    right: float | None = None
+    # How many times faster ours has to be.
+    faster: float | None = None
+    # More to say of the two.
+    note: str = ""
+
+    def is_right(self):
+        expected = self.theirs.value if self.right is None else self.right
+        if self.within is None:
+            is_right = type(self.ours.value) is type(expected) and self.ours.value == expected
+        elif math.inf in (self.ours.value, expected):
+            is_right = self.ours.value == expected
+        else:
+            is_right = abs(self.ours.value - expected) <= self.within
+        return is_right and (self.faster is None or self.theirs.seconds >= self.faster * self.ours.seconds)
+
+    def complaint(self):
+        """What is wrong, or nothing."""
+        if self.is_right():
+            return None
+        expected = told(self.theirs.value if self.right is None else self.right)
+        allowed = "" if self.within is None else f" ± {self.within:.3g}"
+        speed = "" if self.faster is None else f", in {self.ours.seconds:.3g} s, {self.faster:g} × faster than {self.theirs.seconds:.3g} s"
+        return f"{self.array}, {self.metric}: {told(self.ours.value)}, where {self.peer} has {expected}{allowed}{speed}"
+
+
+def told(value):
+    """A value in a few characters."""
+    if isinstance(value, dict):
+        count = sum(value.values())
+        return f"{count} of mean {sum(length * n for length, n in value.items()) / max(count, 1):.4f}"
+    if isinstance(value, list):
+        return f"{len(value)}, largest {max(value, default=0)}"
+    if isinstance(value, float):
+        return f"{value:.4f}" if math.isfinite(value) else str(value)
+    return str(value)
+
+
+def of_phase(is_solid, phase):
+    return is_solid if phase == "solid" else ~is_solid
+
+
+class Comparison:
+    """What the program said of one array, beside the peers; `rows` grows."""
+
+    def __init__(self, model, said, folder):
+        self.model, self.said, self.folder = model, said, folder
+        self.rows = []
+
+    def ours(self, phase, metric, value):
+        return Answer(value, self.said["phases"][phase]["seconds"].get(metric, math.nan))
+
+    def add(self, metric, peer, ours, theirs, **rest):
+        self.rows.append(Row(self.model.name, metric, peer, ours, theirs, **rest))
+
+    def map_of(self, phase, metric):
+        """A value for each voxel, as the program wrote it: x fastest."""
+        path = self.folder / f"{Path(self.said['array']).stem}.{phase}.{metric}.f32"
+        return np.fromfile(path, dtype="<f4").reshape(self.said["size"], order="F")
+
+    def whole(self):
+        is_solid, said = self.model.is_solid, self.said
+        self.add("size", "numpy", Answer(said["size"], math.nan), Answer(list(is_solid.shape), math.nan))
+        porosity = asked(porespy.metrics.porosity, ~is_solid)
+        self.add("porosity", "PoreSpy", Answer(said["porosity"], said["seconds"]), Answer(float(porosity.value), porosity.seconds))
+        for axis, name in enumerate(AXES):
+            profile = asked(porespy.metrics.porosity_profile, ~is_solid, axis)
+            off = max(abs(np.array(said["profiles"][name]) - profile.value))
+            self.add(f"porosity profile along {name}, off by", "PoreSpy", Answer(float(off), math.nan), profile, within=1e-12, right=0.0)
+
+    def topology(self, phase):
+        is_in, said = of_phase(self.model.is_solid, phase), self.said["phases"][phase]
+        for neighbours, structure, connectivity in ((6, None, 1), (26, ALL_NEIGHBOURS, 3)):
+            ours = self.ours(phase, f"components{neighbours}", said[f"components{neighbours}"])
+            self.add(f"{phase} components, {neighbours} neighbours", "scipy", ours, asked(sizes_of_components, is_in, structure))
+            euler = asked(skimage.measure.euler_number, is_in, connectivity)
+            ours = self.ours(phase, f"euler{neighbours}", said[f"euler{neighbours}"])
+            self.add(f"{phase} χ, {neighbours} neighbours", "scikit-image", ours, Answer(int(euler.value), euler.seconds))
+
+    def open_pores(self):
+        pore = ~self.model.is_solid
+        filled = asked(porespy.filters.fill_closed_pores, pore, "min")
+        ours = self.ours("pore", "open", self.said["phases"]["pore"]["open"])
+        self.add("open pore voxels", "PoreSpy", ours, Answer(int(filled.value.sum()), filled.seconds))
+
+    def chords(self, phase):
+        is_in, said = of_phase(self.model.is_solid, phase), self.said["phases"][phase]
+        for axis, name in enumerate(AXES):
+            for which, is_complete in (("all", False), ("complete", True)):
+                counts = {int(length): count for length, count in said["chords"][name][which].items()}
+                theirs = asked(chords, is_in, axis, is_complete)
+                self.add(f"{phase} chords along {name}, {which}", "PoreSpy", self.ours(phase, f"chords-{name}", counts), theirs)
+
+    def distance(self, phase, **rest):
+        is_in = of_phase(self.model.is_solid, phase)
+        theirs = asked(edt.edt, is_in, parallel=THREADS)
+        off = self.map_of(phase, "distance")[is_in] - (theirs.value[is_in] - 0.5)
+        ours = Answer(float(np.abs(off).max()), self.said["phases"][phase]["seconds"]["distance"])
+        self.add(f"{phase} distance, off by", "edt", ours, theirs, within=PITCH, right=0.0, note=f"mean {off.mean():+.3f}", **rest)
+
+    def thickness(self, phase):
+        is_in = of_phase(self.model.is_solid, phase)
+        found = self.map_of(phase, "thickness")[is_in]
+        ours = self.ours(phase, "thickness", float(found.mean(dtype=float)))
+        for peer, function in THICKNESSES.items():
+            theirs = asked(function, is_in)
+            off = found - 2.0 * theirs.value[is_in]
+            quantiles = " ".join(f"{q:+.2f}" for q in np.quantile(off, (0.05, 0.25, 0.5, 0.75, 0.95)))
+            mean = Answer(float(2.0 * theirs.value[is_in].mean(dtype=float)), theirs.seconds)
+            right = 2.0 * self.model.radius if self.model.radius and phase == "solid" else None
+            self.add(f"{phase} thickness", peer, ours, mean, within=PITCH, right=right, note=f"voxels off by {quantiles}")
+
+    def entered(self):
+        pore = ~self.model.is_solid
+        theirs = asked(entered, pore)
+        mean = Answer(float(2.0 * theirs.value[pore].mean(dtype=float)), theirs.seconds)
+        found = self.map_of("pore", "access")[pore]
+        self.add("pore entered by", "PoreSpy", self.ours("pore", "access", float(found.mean(dtype=float))), mean, within=PITCH)
+
+    def diffusion(self):
+        pore, said = ~self.model.is_solid, self.said["phases"]["pore"]
+        for name in self.model.diffusion:
+            theirs = asked(diffusion, pore, AXES.index(name))
+            value = said["diffusion"][name]
+            ours = self.ours("pore", f"diffusion-{name}", math.inf if value is None else value)
+            self.add(f"pore diffusion along {name}", "PoreSpy", ours, theirs, within=TORTUOSITY_SHARE * theirs.value)
+
+    def everything(self):
+        self.whole()
+        for phase in PHASES:
+            self.topology(phase)
+            self.chords(phase)
+            self.distance(phase)
+            if self.model.has_balls:
+                self.thickness(phase)
+        self.open_pores()
+        if self.model.has_balls:
+            self.entered()
+        self.diffusion()
+        return self.rows
+
+
+THICKNESSES = {
+    "PoreSpy, whole radii": porespy.filters.local_thickness,
+    "PoreSpy, all radii": all_radii,
+    "localthickness": localthickness.local_thickness,
+}
+
+
+# The program
+
+
+def measured(program, given, folder, only=()):
+    """What the program says of arrays, in their order, with maps in the folder."""
+    paths = []
+    for model in given:
+        paths.append(folder / f"{model.name.replace(' ', '-').replace('/', '-').replace(',', '').replace('=', '')}.npy")
+        np.save(paths[-1], np.asfortranarray(model.is_solid.astype(np.uint8)))
+    words = [program, "metrics", *paths, "--maps", folder, "--threads", THREADS]
+    words += ["--only", ",".join(only)] if only else []
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise ValueError(f"exit code {done.returncode}: {done.stderr.strip()}")
+    return json.loads(done.stdout)["arrays"]
+
+
+def compared(program, given):
+    """Every row of the arrays."""
+    with tempfile.TemporaryDirectory() as folder:
+        said = measured(program, given, Path(folder))
+        comparisons = [Comparison(model, each, Path(folder)) for model, each in zip(given, said, strict=True)]
+        return [row for comparison in comparisons for row in comparison.everything()]
+
+
+def raced(program):
+    """The rows that are held to speed."""
+    n = 256
+    given = [
+        Model("gyroid sheet 256³", gyroid((n, n, n), n / 4, 0.45, True)),
+        Model("gyroid network 256³", gyroid((n, n, n), n / 4, 0.0, False)),
+    ]
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        said = measured(program, given, Path(folder), only=("distance", "thickness", "chords"))
+        for model, each in zip(given, said, strict=True):
+            comparison = Comparison(model, each, Path(folder))
+            for phase in PHASES:
+                comparison.chords(phase)
+                comparison.distance(phase, faster=DISTANCE_SPEED)
+                comparison.thickness(phase)
+            rows += comparison.rows
+    is_raced = "PoreSpy, whole radii"
+    return [dataclasses.replace(row, faster=THICKNESS_SPEED) if row.peer == is_raced else row for row in rows]
+
+
+# Saying it
+
+
+def table(rows):
+    """The rows in Markdown."""
+    heads = ("array", "metric", "ldi-ops", "peer", "its value", "right", "seconds", "its seconds", "voxel by voxel")
+    cells = [heads]
+    for row in rows:
+        right = "" if row.right is None else told(row.right)
+        seconds = [f"{answer.seconds:.3f}" if answer.seconds == answer.seconds else "" for answer in (row.ours, row.theirs)]
+        cells.append((row.array, row.metric, told(row.ours.value), row.peer, told(row.theirs.value), right, *seconds, row.note))
+    widths = [max(len(row[i]) for row in cells) for i in range(len(heads))]
+    lines = ["| " + " | ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) + " |" for row in cells]
+    return "\n".join([lines[0], "|" + "|".join("-" * (width + 2) for width in widths) + "|", *lines[1:]])
