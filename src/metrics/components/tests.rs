@@ -1,0 +1,1 @@
+//! Pieces against floods node by node, and sets whose pieces are known.

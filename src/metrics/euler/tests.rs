@@ -1,0 +1,1 @@
+//! Characteristics against counts of cells, and solids whose numbers are known.
