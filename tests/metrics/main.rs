@@ -7,3 +7,4 @@
 mod convergence;
 mod rays;
 mod scene;
+mod topology;

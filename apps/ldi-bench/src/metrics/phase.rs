@@ -1,0 +1,162 @@
+//! What is said of one phase of an array.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+
+use ldi_ops::grid::Axis;
+use ldi_ops::metrics::access::{Ends, bottlenecks, boundary, percolation};
+use ldi_ops::metrics::chords::{Chords, Counted, Weighting};
+use ldi_ops::metrics::components::{Components, Connectivity, open_pores};
+use ldi_ops::metrics::distance::{Crossings, DistanceField};
+use ldi_ops::metrics::euler::characteristic;
+use ldi_ops::metrics::thickness::{largest_balls, local_thickness, paint, radii};
+use ldi_ops::metrics::{Distribution, Edges, NodeSet, Phase};
+use serde_json::{Map, Value, json};
+
+use super::Measure;
+use super::array::Array;
+use crate::BenchError;
+
+/// What is said, and in how many seconds, by what.
+#[derive(Default)]
+struct Said {
+    values: Map<String, Value>,
+    seconds: Map<String, Value>,
+}
+
+impl Said {
+    fn add(&mut self, name: &str, value: Value) {
+        self.values.insert(name.to_owned(), value);
+    }
+
+    fn timed<T>(&mut self, name: &str, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let made = work();
+        self.seconds.insert(name.to_owned(), json!(start.elapsed().as_secs_f64()));
+        made
+    }
+}
+
+/// Measures a phase; maps are written to files that begin with `maps`, as f32, little-endian, x fastest.
+pub fn measure(array: &Array, phase: Phase, measures: &[Measure], maps: Option<&Path>) -> Result<Value, BenchError> {
+    let region = array.region();
+    let nodes = phase.nodes(&array.nodes, region.nodes());
+    let mut said = Said::default();
+    let asked = |measure| measures.contains(&measure);
+    if asked(Measure::Topology) {
+        topology(&mut said, &nodes, array);
+    }
+    if asked(Measure::Chords) {
+        chords(&mut said, array, phase);
+    }
+    if [Measure::Distance, Measure::Thickness, Measure::Access].into_iter().any(asked) {
+        let field =
+            said.timed("distance", || DistanceField::of(&Crossings::of_nodes(&array.nodes, Edges::Clip), Edges::Clip));
+        summarise(&mut said, "distance", field.values(), &nodes, maps)?;
+        if asked(Measure::Thickness) {
+            let thickness = said.timed("thickness", || local_thickness(&field, &nodes));
+            summarise(&mut said, "thickness", &thickness, &nodes, maps)?;
+        }
+        if asked(Measure::Access) && phase == Phase::Pore {
+            access(&mut said, array, &field, &nodes, maps)?;
+        }
+    }
+    if asked(Measure::Diffusion) && phase == Phase::Pore {
+        diffusion(&mut said, array, &nodes);
+    }
+    said.values.insert("seconds".to_owned(), Value::Object(said.seconds));
+    Ok(Value::Object(said.values))
+}
+
+fn topology(said: &mut Said, nodes: &NodeSet, array: &Array) {
+    for (neighbours, connectivity) in [(6, Connectivity::Faces), (26, Connectivity::All)] {
+        let name = format!("components{neighbours}");
+        let pieces = said.timed(&name, || Components::of(nodes, connectivity, Edges::Clip));
+        let mut sizes = pieces.sizes().to_vec();
+        sizes.sort_unstable_by(|a, b| b.cmp(a));
+        said.add(&name, json!(sizes));
+        let name = format!("euler{neighbours}");
+        let euler = said.timed(&name, || characteristic(nodes, connectivity, Edges::Clip));
+        said.add(&name, json!(euler));
+    }
+    let open = said.timed("open", || open_pores(nodes, array.region().nodes(), Edges::Clip).count());
+    said.add("open", json!(open));
+}
+
+fn chords(said: &mut Said, array: &Array, phase: Phase) {
+    let mut by_axis = Map::new();
+    for (axis, image) in Axis::ALL.iter().zip(&array.images) {
+        let chords = said
+            .timed(&format!("chords-{}", axis.name()), || Chords::along(image, &array.region(), phase, Edges::Clip));
+        let counts = |counted| counts(chords.distribution(Weighting::Number, counted));
+        let counts = json!({"all": counts(Counted::All), "complete": counts(Counted::Complete)});
+        by_axis.insert(axis.name().to_owned(), counts);
+    }
+    said.add("chords", Value::Object(by_axis));
+}
+
+/// How many chords have each length, which of voxels is a whole number.
+fn counts(lengths: Option<Distribution>) -> BTreeMap<u64, u64> {
+    let Some(lengths) = lengths else { return BTreeMap::new() };
+    let from = |length: f64| (lengths.share_from(length) * lengths.weight()).round() as u64;
+    let all = (1..=lengths.max().round() as u64).map(|n| (n, from(n as f64 - 0.5) - from(n as f64 + 0.5)));
+    all.filter(|&(_, count)| count > 0).collect()
+}
+
+fn access(
+    said: &mut Said,
+    array: &Array,
+    field: &DistanceField,
+    nodes: &NodeSet,
+    maps: Option<&Path>,
+) -> Result<(), BenchError> {
+    let (rooms, sizes) = said.timed("access", || {
+        let balls = largest_balls(field, nodes);
+        let rooms = radii(field, nodes, &balls);
+        let gets_there = bottlenecks(&rooms, nodes, &boundary(&array.region()), Edges::Clip);
+        // What a ball covers, each smaller one within it covers, too.
+        let sizes: Vec<f32> = balls.iter().map(|ball| 2.0 * ball.radius.min(gets_there[ball.node as usize])).collect();
+        let sizes = paint(&balls, &sizes, nodes, Edges::Clip);
+        (rooms, sizes)
+    });
+    summarise(said, "access", &sizes, nodes, maps)?;
+    let mut spans = Map::new();
+    for axis in Axis::ALL {
+        let ends = Ends::of_raster(nodes.size(), axis);
+        let found =
+            said.timed(&format!("percolation-{}", axis.name()), || percolation(&rooms, nodes, &ends, Edges::Clip));
+        spans.insert(axis.name().to_owned(), json!(found.map(|found| found.diameter)));
+    }
+    said.add("percolation", Value::Object(spans));
+    Ok(())
+}
+
+fn diffusion(_said: &mut Said, _array: &Array, _nodes: &NodeSet) {}
+
+/// Says what values nodes have, and writes those of all voxels, 0 elsewhere.
+fn summarise(
+    said: &mut Said,
+    name: &str,
+    values: &[f32],
+    nodes: &NodeSet,
+    maps: Option<&Path>,
+) -> Result<(), BenchError> {
+    let [width, height, _] = nodes.size();
+    let is_in = |i: usize| nodes.contains([i % width, i / width % height, i / width / height]);
+    let values: Vec<f32> = values.iter().enumerate().map(|(i, &value)| if is_in(i) { value } else { 0.0 }).collect();
+    let summary = Distribution::of_map(&values, 1.0).map(|of| {
+        json!({
+            "mean": of.mean(), "deviation": of.deviation(), "min": of.min(), "max": of.max(),
+            "quantiles": [0.05, 0.25, 0.5, 0.75, 0.95].map(|share| of.quantile(share)),
+        })
+    });
+    said.add(name, json!(summary));
+    if let Some(maps) = maps {
+        let path = format!("{}.{name}.f32", maps.display());
+        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        fs::write(&path, bytes).map_err(BenchError::io(path))?;
+    }
+    Ok(())
+}
