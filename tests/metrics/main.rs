@@ -5,6 +5,7 @@
 //! how far they are off, and by which power of the pitch the error falls, which is seen with `--nocapture`.
 
 mod convergence;
+mod distances;
 mod rays;
 mod scene;
 mod topology;

@@ -11,11 +11,13 @@ themselves, solid and pores alike, so that nothing but what is done with voxels 
   that end at the border counted and left out (PoreSpy);
 - distances: within a pitch of edt's at every voxel, half a pitch taken off, as it measures to the middles of voxels of the
   other phase and the library to the faces between;
-- local thickness: the mean within a pitch of the peers'. PoreSpy's takes whole numbers for radii by default ("whole radii");
-  as it can take any, it is also given all that the distance has ("all radii"), which is what the definition asks for. One of
-  the peers has to agree and the library must not lie further outside the range of the three than that;
-- balls, whose local thickness is their diameter everywhere: ours within a pitch, beside what the peers say;
-- pores that a ball can enter from outside: mean within a pitch of PoreSpy's `porosimetry`;
+- local thickness: the mean within a pitch of PoreSpy's with all radii that the distance has ("all radii"), which is what the
+  definition asks for. What it says by default, when it rounds radii down to whole numbers ("whole radii"), and what
+  localthickness says, whose balls are polyhedra that grow too large, is said beside;
+- balls, whose local thickness is their diameter everywhere, by the program from where rays meet their meshes and by the peers
+  from the voxels of the same raster, which know less: ours within a pitch of it, theirs said beside;
+- access, the size of the largest ball that gets to a pore from outside: mean within a pitch of PoreSpy's `porosimetry`, again
+  with all radii, where its own are whole numbers;
 - tortuosity of diffusion: within 1 % of PoreSpy's `tortuosity_fd`, and infinite where nothing gets through.
 
 With `--speed`, a gyroid of 256³ is timed on as many threads as the peers have: local thickness must be ten times as fast as
@@ -56,6 +58,8 @@ import skimage.measure  # noqa: E402
 
 porespy.settings.tqdm["disable"] = True
 porespy.settings.ncores = THREADS
+# It warns of pores that do not get through.
+porespy.settings.loglevel = 50
 
 AXES = "xyz"
 PHASES = ("solid", "pore")
@@ -64,6 +68,8 @@ ALL_NEIGHBOURS = np.ones((3, 3, 3))
 
 # In pitches.
 PITCH = 1.0
+# Said, and held to nothing.
+ANY = math.inf
 TORTUOSITY_SHARE = 0.01
 THICKNESS_SPEED = 10.0
 DISTANCE_SPEED = 1.0
@@ -193,8 +199,16 @@ def all_radii(is_in):
 
 
 def entered(pore):
-    """The largest ball that reaches each voxel from outside, by its radius."""
-    return porespy.filters.porosimetry(pore, method="dt")
+    """The radius of the largest ball that gets to each voxel from outside: PoreSpy's `porosimetry` with every radius that
+    there is. Its own takes whole numbers, whatever it is asked for."""
+    distances = edt.edt(pore)
+    inlets = porespy.generators.borders(pore.shape, mode="faces")
+    sizes = np.zeros(pore.shape)
+    for radius in np.unique(distances[pore])[::-1]:
+        seeds = porespy.filters.trim_disconnected_voxels(distances >= radius, inlets=inlets)
+        if seeds.any():
+            sizes[(sizes == 0) & pore & (edt.edt(~seeds) < radius)] = radius
+    return sizes
 
 
 def diffusion(pore, axis):
@@ -209,6 +223,7 @@ def warm_up():
     porespy.filters.local_thickness(small)
     all_radii(small)
     entered(small)
+    porespy.filters.porosimetry(small)
     localthickness.local_thickness(small)
     porespy.filters.fill_closed_pores(small)
     chords(small, 0, True)
@@ -229,6 +244,8 @@ class Row:
     theirs: Answer
     # Nothing where values have to be equal, counts and lists of them.
     within: float | None = None
+    # How far the two are apart where they are furthest, of all slices or voxels.
+    off: float = 0.0
     # Beside the peer's value, what is right; the peer's is then not held to anything.
     right: float | None = None
     # How many times faster ours has to be.
@@ -243,7 +260,7 @@ class Row:
         elif math.inf in (self.ours.value, expected):
             is_right = self.ours.value == expected
         else:
-            is_right = abs(self.ours.value - expected) <= self.within
+            is_right = max(abs(self.ours.value - expected), self.off) <= self.within
         return is_right and (self.faster is None or self.theirs.seconds >= self.faster * self.ours.seconds)
 
     def complaint(self):
@@ -251,9 +268,10 @@ class Row:
         if self.is_right():
             return None
         expected = told(self.theirs.value if self.right is None else self.right)
-        allowed = "" if self.within is None else f" ± {self.within:.3g}"
+        allowed = "" if self.within in (None, ANY) else f" ± {self.within:.3g}"
         speed = "" if self.faster is None else f", in {self.ours.seconds:.3g} s, {self.faster:g} × faster than {self.theirs.seconds:.3g} s"
-        return f"{self.array}, {self.metric}: {told(self.ours.value)}, where {self.peer} has {expected}{allowed}{speed}"
+        off = f", off by up to {self.off:.3g}" if self.off else ""
+        return f"{self.array}, {self.metric}: {told(self.ours.value)}{off}, where {self.peer} has {expected}{allowed}{speed}"
 
 
 def told(value):
@@ -297,8 +315,10 @@ class Comparison:
         self.add("porosity", "PoreSpy", Answer(said["porosity"], said["seconds"]), Answer(float(porosity.value), porosity.seconds))
         for axis, name in enumerate(AXES):
             profile = asked(porespy.metrics.porosity_profile, ~is_solid, axis)
-            off = max(abs(np.array(said["profiles"][name]) - profile.value))
-            self.add(f"porosity profile along {name}, off by", "PoreSpy", Answer(float(off), math.nan), profile, within=1e-12, right=0.0)
+            theirs = Answer(float(np.mean(profile.value.porosity)), profile.seconds)
+            off = float(max(abs(np.array(said["profiles"][name]) - profile.value.porosity)))
+            ours = Answer(float(np.mean(said["profiles"][name])), math.nan)
+            self.add(f"porosity profile along {name}", "PoreSpy", ours, theirs, within=1e-12, off=off)
 
     def topology(self, phase):
         is_in, said = of_phase(self.model.is_solid, phase), self.said["phases"][phase]
@@ -326,28 +346,30 @@ class Comparison:
     def distance(self, phase, **rest):
         is_in = of_phase(self.model.is_solid, phase)
         theirs = asked(edt.edt, is_in, parallel=THREADS)
-        off = self.map_of(phase, "distance")[is_in] - (theirs.value[is_in] - 0.5)
-        ours = Answer(float(np.abs(off).max()), self.said["phases"][phase]["seconds"]["distance"])
-        self.add(f"{phase} distance, off by", "edt", ours, theirs, within=PITCH, right=0.0, note=f"mean {off.mean():+.3f}", **rest)
+        found, expected = self.map_of(phase, "distance")[is_in], theirs.value[is_in] - 0.5
+        off = float(np.abs(found - expected).max())
+        ours = self.ours(phase, "distance", float(found.mean(dtype=float)))
+        mean = Answer(float(expected.mean(dtype=float)), theirs.seconds)
+        self.add(f"{phase} distance", "edt", ours, mean, within=PITCH, off=off, note=f"voxels off by up to {off:.2f}", **rest)
 
     def thickness(self, phase):
-        is_in = of_phase(self.model.is_solid, phase)
-        found = self.map_of(phase, "thickness")[is_in]
-        ours = self.ours(phase, "thickness", float(found.mean(dtype=float)))
         for peer, function in THICKNESSES.items():
-            theirs = asked(function, is_in)
-            off = found - 2.0 * theirs.value[is_in]
-            quantiles = " ".join(f"{q:+.2f}" for q in np.quantile(off, (0.05, 0.25, 0.5, 0.75, 0.95)))
-            mean = Answer(float(2.0 * theirs.value[is_in].mean(dtype=float)), theirs.seconds)
-            right = 2.0 * self.model.radius if self.model.radius and phase == "solid" else None
-            self.add(f"{phase} thickness", peer, ours, mean, within=PITCH, right=right, note=f"voxels off by {quantiles}")
+            is_held = peer == ALL_RADII and not self.model.radius
+            self.of_balls(phase, "thickness", f"{phase} thickness", peer, function, PITCH if is_held else ANY)
 
-    def entered(self):
-        pore = ~self.model.is_solid
-        theirs = asked(entered, pore)
-        mean = Answer(float(2.0 * theirs.value[pore].mean(dtype=float)), theirs.seconds)
-        found = self.map_of("pore", "access")[pore]
-        self.add("pore entered by", "PoreSpy", self.ours("pore", "access", float(found.mean(dtype=float))), mean, within=PITCH)
+    def access(self):
+        for peer, function in ACCESSES.items():
+            self.of_balls("pore", "access", "pore access", peer, function, PITCH if peer == ALL_RADII else ANY)
+
+    def of_balls(self, phase, metric, title, peer, function, within):
+        """The mean of the diameters that a peer's radii say, and how far voxels are off."""
+        is_in = of_phase(self.model.is_solid, phase)
+        found = self.map_of(phase, metric)[is_in]
+        theirs = asked(function, is_in)
+        expected = 2.0 * theirs.value[is_in]
+        quantiles = " ".join(f"{q:+.2f}" for q in np.quantile(found - expected, (0.05, 0.25, 0.5, 0.75, 0.95)))
+        ours, mean = self.ours(phase, metric, float(found.mean(dtype=float))), float(expected.mean(dtype=float))
+        self.add(title, peer, ours, Answer(mean, theirs.seconds), within=within, note=quantiles)
 
     def diffusion(self):
         pore, said = ~self.model.is_solid, self.said["phases"]["pore"]
@@ -366,17 +388,19 @@ class Comparison:
             if self.model.has_balls:
                 self.thickness(phase)
         self.open_pores()
-        if self.model.has_balls:
-            self.entered()
+        if self.model.has_balls and not self.model.radius:
+            self.access()
         self.diffusion()
         return self.rows
 
 
+WHOLE_RADII, ALL_RADII = "PoreSpy, whole radii", "PoreSpy, all radii"
 THICKNESSES = {
-    "PoreSpy, whole radii": porespy.filters.local_thickness,
-    "PoreSpy, all radii": all_radii,
+    WHOLE_RADII: porespy.filters.local_thickness,
+    ALL_RADII: all_radii,
     "localthickness": localthickness.local_thickness,
 }
+ACCESSES = {WHOLE_RADII: porespy.filters.porosimetry, ALL_RADII: entered}
 
 
 # The program
@@ -390,10 +414,32 @@ def measured(program, given, folder, only=()):
         np.save(paths[-1], np.asfortranarray(model.is_solid.astype(np.uint8)))
     words = [program, "metrics", *paths, "--maps", folder, "--threads", THREADS]
     words += ["--only", ",".join(only)] if only else []
+    return told_by(words)["arrays"]
+
+
+def told_by(words):
+    """The JSON that a command says."""
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise ValueError(f"exit code {done.returncode}: {done.stderr.strip()}")
-    return json.loads(done.stdout)["arrays"]
+    return json.loads(done.stdout)
+
+
+def balls_beside(program, given):
+    """Balls from their meshes, by the program, beside their voxels on the same raster, by the peers."""
+    round_ones = [model for model in given if model.radius]
+    radii = ",".join(str(model.radius) for model in round_ones)
+    said = told_by([program, "metrics", "--balls", radii, "--threads", THREADS])["balls"]
+    rows = []
+    for model, each in zip(round_ones, said, strict=True):
+        for peer, function in THICKNESSES.items():
+            theirs = asked(function, model.is_solid)
+            mean = Answer(float(2.0 * theirs.value[model.is_solid].mean(dtype=float)), theirs.seconds)
+            ours = Answer(each["thickness"], each["seconds"])
+            shares = f"{each['thickness'] / (2 * model.radius):.3f} and {mean.value / (2 * model.radius):.3f} of 2R"
+            right = 2.0 * model.radius
+            rows.append(Row(model.name, "thickness, from its mesh", peer, ours, mean, PITCH, right=right, note=shares))
+    return rows
 
 
 def compared(program, given):
@@ -401,7 +447,8 @@ def compared(program, given):
     with tempfile.TemporaryDirectory() as folder:
         said = measured(program, given, Path(folder))
         comparisons = [Comparison(model, each, Path(folder)) for model, each in zip(given, said, strict=True)]
-        return [row for comparison in comparisons for row in comparison.everything()]
+        rows = [row for comparison in comparisons for row in comparison.everything()]
+    return rows + balls_beside(program, given)
 
 
 def raced(program):
@@ -421,8 +468,7 @@ def raced(program):
                 comparison.distance(phase, faster=DISTANCE_SPEED)
                 comparison.thickness(phase)
             rows += comparison.rows
-    is_raced = "PoreSpy, whole radii"
-    return [dataclasses.replace(row, faster=THICKNESS_SPEED) if row.peer == is_raced else row for row in rows]
+    return [dataclasses.replace(row, faster=THICKNESS_SPEED) if row.peer == WHOLE_RADII else row for row in rows]
 
 
 # Saying it
@@ -430,7 +476,7 @@ def raced(program):
 
 def table(rows):
     """The rows in Markdown."""
-    heads = ("array", "metric", "ldi-ops", "peer", "its value", "right", "seconds", "its seconds", "voxel by voxel")
+    heads = ("array", "metric", "ldi-ops", "peer", "its value", "right", "seconds", "its seconds", "voxels off by, 5 25 50 75 95 %")
     cells = [heads]
     for row in rows:
         right = "" if row.right is None else told(row.right)
@@ -439,3 +485,120 @@ def table(rows):
     widths = [max(len(row[i]) for row in cells) for i in range(len(heads))]
     lines = ["| " + " | ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) + " |" for row in cells]
     return "\n".join([lines[0], "|" + "|".join("-" * (width + 2) for width in widths) + "|", *lines[1:]])
+
+
+def check(program, given, is_raced, verbose, path):
+    start = time.monotonic()
+    warm_up()
+    rows = compared(program, given) + (raced(program) if is_raced else [])
+    complaints = [complaint for complaint in map(Row.complaint, rows) if complaint]
+    shown = rows if verbose else [row for row in rows if row.within is not None and "profile" not in row.metric]
+    print(table(shown))
+    print()
+    for complaint in complaints:
+        print(complaint)
+    load = f"{os.getloadavg()[0]:.2f}" if hasattr(os, "getloadavg") else "unknown"
+    print(
+        f"{len(rows)} comparisons of {len(given)} arrays, {len(complaints)} complaints; {THREADS} threads, load average {load}; "
+        f"{time.monotonic() - start:.0f} s"
+    )
+    if path:
+        path.write_text(json.dumps({"threads": THREADS, "load": load, "rows": [dataclasses.asdict(row) for row in rows]}, indent=1))
+    return not complaints and len(rows) > 0
+
+
+# Showing that a check can fail
+
+
+def falsehoods(row):
+    """(what, row) for all that can be wrong with ours."""
+
+    def ours(value):
+        return dataclasses.replace(row, ours=dataclasses.replace(row.ours, value=value))
+
+    value = row.ours.value
+    yield "nothing", ours(None)
+    yield "no number", ours(math.nan)
+    if isinstance(value, dict):
+        length = max(value, default=1)
+        yield "a chord more", ours({**value, length: value.get(length, 0) + 1})
+        yield "a chord that is longer", ours({**{k: n for k, n in value.items() if k != length}, length + 1: value.get(length, 1)})
+    elif isinstance(value, list):
+        yield "a piece more", ours([*value, 1])
+        yield "a piece that is larger", ours([value[0] + 1, *value[1:]] if value else [1])
+    elif row.within is None:
+        yield "one more", ours(value + 1)
+        yield "one less", ours(value - 1)
+        yield "next to it", ours(math.nextafter(value, math.inf) if isinstance(value, float) else str(value))
+    else:
+        expected = row.theirs.value if row.right is None else row.right
+        for sign in (1, -1):
+            yield "another value", ours(expected + sign * 1.01 * row.within if math.isfinite(expected) else 3.0)
+        yield "no way through", ours(math.inf if math.isfinite(expected) else 1.0)
+    slow = dataclasses.replace(row.ours, seconds=1.01 * row.theirs.seconds)
+    yield "one that is slow", dataclasses.replace(row, ours=slow, faster=1.0)
+
+
+def self_test(program, given):
+    """Whether every falsehood is noticed, arrays that are not those of the peers among them, and a program that fails."""
+    given = [model for model in given if model.name in ("blobs", "crumbs", "ball, R/h = 8")]
+    unnoticed, count = [], 1
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            measured(Path(sys.executable), given, Path(folder))
+        unnoticed.append("a program that fails")
+    except ValueError:
+        pass
+    rows = compared(program, given)
+    if not rows or any(row.complaint() for row in rows):
+        print(f"true results were called false: {[row.complaint() for row in rows if row.complaint()]}")
+        return False
+    for row in rows:
+        for what, false in falsehoods(row):
+            count += 1
+            if not false.complaint():
+                unnoticed.append(f"{row.array}, {row.metric}: {what}")
+    with tempfile.TemporaryDirectory() as folder:
+        blob = next(model for model in given if model.name == "blobs")
+        with_one_turned = blob.is_solid.copy()
+        with_one_turned[1, 2, 3] ^= True
+        others = {
+            "axes that are swapped": np.swapaxes(blob.is_solid, 0, 2),
+            "an array that is turned over": blob.is_solid[::-1],
+            "the other phase": ~blob.is_solid,
+            "a voxel of the other phase": with_one_turned,
+        }
+        for what, is_solid in others.items():
+            count += 1
+            said = measured(program, [dataclasses.replace(blob, is_solid=is_solid)], Path(folder))
+            comparison = Comparison(blob, said[0], Path(folder))
+            comparison.whole()
+            for phase in PHASES:
+                comparison.topology(phase)
+                comparison.chords(phase)
+            if not any(row.complaint() for row in comparison.rows):
+                unnoticed.append(what)
+    for what in unnoticed:
+        print(f"not noticed: {what}")
+    print(f"self-test: {count} falsehoods, {len(unnoticed)} not noticed")
+    return not unnoticed
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("--program", type=Path, required=True, help="the built ldi-bench")
+    arguments.add_argument("--quick", action="store_true", help="arrays of a quarter of a million voxels, as tests have them")
+    arguments.add_argument("--speed", action="store_true", help="hold the program to its speed at 256³, too")
+    arguments.add_argument("--threads", type=int, help="of the program and of the peers; all by default")
+    arguments.add_argument("--json", type=Path, help="also write every row to this file")
+    arguments.add_argument("--self-test", action="store_true", help="falsify results and see that it shows")
+    arguments.add_argument("--verbose", action="store_true", help="a line for every row, not only where values may differ")
+    arguments = arguments.parse_args()
+    program, given = arguments.program.resolve(), models(1 if arguments.quick or arguments.self_test else 2)
+    if arguments.self_test:
+        sys.exit(0 if self_test(program, given) else 1)
+    sys.exit(0 if check(program, given, arguments.speed, arguments.verbose, arguments.json) else 1)
+
+
+if __name__ == "__main__":
+    main()

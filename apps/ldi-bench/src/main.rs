@@ -197,8 +197,11 @@ enum Benchmark {
     /// Metrics of voxel arrays, as JSON on stdout, with how long each took
     Metrics {
         /// Arrays of uint8, not 0 where solid; a[i, j, k] is the voxel (x, y, z)
-        #[arg(value_name = "ARRAY.npy", required = true)]
+        #[arg(value_name = "ARRAY.npy", required_unless_present = "balls")]
         arrays: Vec<PathBuf>,
+        /// Also the thickness of balls of these radii in pitches, from where rays meet their meshes
+        #[arg(long, value_name = "RADII", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(2..=512))]
+        balls: Vec<u32>,
         /// Only these, with commas between
         #[arg(long, value_name = "MEASURES", value_delimiter = ',', value_enum)]
         only: Vec<metrics::Measure>,
@@ -247,9 +250,9 @@ fn main() -> ExitCode {
         Benchmark::Gpu { adapter, models, resolution, rounds, json } => {
             gpu::run(&gpu::Plan { adapter, models, resolution, rounds: rounds.max(1) }, json.as_deref())
         }
-        Benchmark::Metrics { arrays, only, maps, threads } => {
+        Benchmark::Metrics { arrays, balls, only, maps, threads } => {
             let measures = if only.is_empty() { metrics::Measure::ALL.to_vec() } else { only };
-            metrics::run(&metrics::Plan { arrays, measures, maps, threads }).map(|told| println!("{told}"))
+            metrics::run(&metrics::Plan { arrays, balls, measures, maps, threads }).map(|told| println!("{told}"))
         }
         Benchmark::Models { folder } => models::write_all(&folder),
         Benchmark::MeshModels { folder } => models::write_for_meshes(&folder),

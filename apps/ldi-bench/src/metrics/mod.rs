@@ -5,6 +5,7 @@
 //! beside what PoreSpy, localthickness, scikit-image and scipy say.
 
 mod array;
+mod ball;
 mod phase;
 
 use std::path::PathBuf;
@@ -53,7 +54,9 @@ impl Measure {
 pub struct Plan {
     /// Arrays, as `.npy`.
     pub arrays: Vec<PathBuf>,
-    /// What of them.
+    /// Balls of these radii in pitches, measured from their meshes.
+    pub balls: Vec<u32>,
+    /// What of arrays.
     pub measures: Vec<Measure>,
     /// Where to write values of all voxels.
     pub maps: Option<PathBuf>,
@@ -61,7 +64,7 @@ pub struct Plan {
     pub threads: Option<usize>,
 }
 
-/// Measures all arrays.
+/// Measures all arrays, and balls.
 pub fn run(plan: &Plan) -> Result<Value, BenchError> {
     let mut pool = rayon::ThreadPoolBuilder::new();
     if let Some(threads) = plan.threads {
@@ -70,7 +73,8 @@ pub fn run(plan: &Plan) -> Result<Value, BenchError> {
     let pool = pool.build().map_err(|error| BenchError::io("threads")(std::io::Error::other(error)))?;
     pool.install(|| {
         let arrays = plan.arrays.iter().map(|path| of_array(plan, path)).collect::<Result<Vec<Value>, BenchError>>()?;
-        Ok(json!({"threads": rayon::current_num_threads(), "arrays": arrays}))
+        let balls = plan.balls.iter().map(|&radius| ball::of_ball(radius)).collect::<Result<Vec<Value>, BenchError>>()?;
+        Ok(json!({"threads": rayon::current_num_threads(), "arrays": arrays, "balls": balls}))
     })
 }
 

@@ -112,10 +112,11 @@ fn access(
     nodes: &NodeSet,
     maps: Option<&Path>,
 ) -> Result<(), BenchError> {
+    let region = array.region();
     let (rooms, sizes) = said.timed("access", || {
         let balls = largest_balls(field, nodes);
         let rooms = radii(field, nodes, &balls);
-        let gets_there = bottlenecks(&rooms, nodes, &boundary(&array.region()), Edges::Clip);
+        let gets_there = bottlenecks(&rooms, nodes, &boundary(region.nodes()), Edges::Clip);
         // What a ball covers, each smaller one within it covers, too.
         let sizes: Vec<f32> = balls.iter().map(|ball| 2.0 * ball.radius.min(gets_there[ball.node as usize])).collect();
         let sizes = paint(&balls, &sizes, nodes, Edges::Clip);
@@ -147,9 +148,9 @@ fn summarise(
     let is_in = |i: usize| nodes.contains([i % width, i / width % height, i / width / height]);
     let values: Vec<f32> = values.iter().enumerate().map(|(i, &value)| if is_in(i) { value } else { 0.0 }).collect();
     let summary = Distribution::of_map(&values, 1.0).map(|of| {
+        let quantiles = [0.05, 0.25, 0.5, 0.75, 0.95].map(|share| of.quantile(share));
         json!({
-            "mean": of.mean(), "deviation": of.deviation(), "min": of.min(), "max": of.max(),
-            "quantiles": [0.05, 0.25, 0.5, 0.75, 0.95].map(|share| of.quantile(share)),
+            "mean": of.mean(), "deviation": of.deviation(), "min": of.min(), "max": of.max(), "quantiles": quantiles,
         })
     });
     said.add(name, json!(summary));
