@@ -160,3 +160,136 @@ fn directions() -> impl Iterator<Item = (DVec3, f64)> {
         (d.normalize(), weight)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::elements::tests::{Sampled, grid_of, network, order, struts, turned, turns};
+    use crate::metrics::{Facets, Region};
+    use crate::solids::{self, Surface};
+
+    /// Of a mesh in a volume of 1, nothing of it cut.
+    fn of(mesh: &crate::mesh::TriangleMesh) -> Anisotropy {
+        let bounds = mesh.bounds().unwrap();
+        let grid = grid_of(bounds.min - DVec3::ONE, bounds.max + DVec3::ONE, 8);
+        let facets = Facets::of(&mesh.positions, &mesh.triangles);
+        let region = crate::metrics::elements::tests::whole(&grid);
+        Crossings::of(&SurfaceElements::of_facets(&facets, &region).unwrap(), 1.0).ellipsoid().unwrap()
+    }
+
+    #[test]
+    fn directions_are_spread_and_have_the_symmetries_of_the_cube() {
+        let all: Vec<(DVec3, f64)> = directions().collect();
+        assert!(all.len() == DIRECTIONS && DIRECTIONS >= 500);
+        let total: f64 = all.iter().map(|(_, weight)| weight).sum();
+        let has = |d: DVec3, weight: f64| {
+            all.iter().any(|(e, w)| d.dot(*e).abs() > 1.0 - 1e-14 && (w - weight).abs() < 1e-14)
+        };
+        for &(d, weight) in &all {
+            assert!((d.length() - 1.0).abs() < 1e-15);
+            assert!(has(DVec3::new(d.y, d.z, d.x), weight) && has(DVec3::new(d.y, d.x, d.z), weight));
+            assert!(has(DVec3::new(-d.x, d.y, d.z), weight));
+        }
+        // ⟨x⁴⟩ = 1/5 and ⟨x²y²⟩ = 1/15 over the sphere.
+        let fourth: f64 = all.iter().map(|(d, weight)| weight * d.x.powi(4)).sum::<f64>() / total;
+        let mixed: f64 = all.iter().map(|(d, weight)| weight * (d.x * d.y).powi(2)).sum::<f64>() / total;
+        assert!((fourth - 0.2).abs() < 1e-3 && (mixed - 1.0 / 15.0).abs() < 1e-3, "{fourth} {mixed}");
+    }
+
+    #[test]
+    fn an_ellipsoid_has_intercepts_like_its_half_axes() {
+        let half = DVec3::new(3.0, 2.0, 1.0);
+        let turn = turns(3).last().unwrap();
+        let errors = [8, 16, 32].map(|frequency| {
+            let mut mesh = solids::geodesic(1.0, frequency).unwrap();
+            mesh.positions.iter_mut().for_each(|p| *p *= half);
+            let found = of(&turned(mesh, turn));
+            let [a, b, c] = found.half_axes;
+            println!("ellipsoid of frequency {frequency}: {:.5}:{:.5}:1, DA {:.6}", a / c, b / c, found.degree);
+            for (direction, axis) in found.directions.into_iter().zip(DVec3::AXES) {
+                assert!(direction.dot(turn * axis).abs() > 1.0 - 1e-5, "{found:?}");
+            }
+            assert!(found.misfit < 1e-2);
+            let errors = [a / c - 3.0, b / c - 2.0, found.degree - (1.0 - 1.0 / 9.0)];
+            errors.into_iter().fold(0.0, |worst: f64, error| worst.max(error.abs()))
+        });
+        println!("ellipsoid: order {:.2}", order(errors));
+        assert!(errors[2] < 1e-3 && order(errors) > 1.5, "{errors:?}");
+    }
+
+    #[test]
+    fn plates_are_wholly_anisotropic() {
+        let mut plates = solids::cuboid(DVec3::new(0.0, 0.0, 2.0), DVec3::new(10.0, 10.0, 3.0)).unwrap();
+        let other = solids::cuboid(DVec3::new(0.0, 0.0, 6.0), DVec3::new(10.0, 10.0, 7.0)).unwrap();
+        let base = plates.positions.len() as u32;
+        plates.positions.extend(other.positions);
+        plates.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
+        let plates = Sampled::on(&grid_of(DVec3::ZERO, DVec3::splat(10.0), 20), plates);
+        let facets = plates.facets();
+        let surface = SurfaceElements::within(&facets, &plates.images, &plates.whole());
+        assert!((surface.area() - 400.0).abs() < 1e-9);
+        let crossings = Crossings::of(&surface, 1000.0);
+        let found = crossings.ellipsoid().unwrap();
+        assert!((found.degree - 1.0).abs() < 1e-12, "{found:?}");
+        assert_eq!(found.half_axes[..2], [f64::INFINITY; 2]);
+        // Four surfaces in a length of 10.
+        assert!((found.half_axes[2] - 2.5).abs() < 1e-12 && found.directions[2].z.abs() > 1.0 - 1e-12);
+        assert!(found.misfit < 1e-12);
+        assert!((crossings_along(&surface, 1000.0, DVec3::Z) - 0.4).abs() < 1e-12);
+        // Half of the surface per volume, as ⟨|cos θ|⟩ = 1/2.
+        assert!((crossings.mean() - 0.2).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_slanted_plate_in_a_ball_is_wholly_anisotropic() {
+        let turn = turns(7).last().unwrap();
+        let plate = turned(solids::cuboid(DVec3::new(-3.0, -3.0, -0.2), DVec3::new(3.0, 3.0, 0.2)).unwrap(), turn);
+        let grid = grid_of(DVec3::splat(-4.5), DVec3::splat(4.5), 64);
+        let [plate, ball] = [plate, solids::geodesic(1.0, 12).unwrap()].map(|mesh| Sampled::on(&grid, mesh));
+        let (facets, region) = (plate.facets(), Region::of_solid(&ball.images));
+        let surface = SurfaceElements::within(&facets, &plate.images, &region);
+        let found = Crossings::of(&surface, region.volume()).ellipsoid().unwrap();
+        assert!((found.degree - 1.0).abs() < 1e-9, "{found:?}");
+        assert!(found.directions[2].dot(turn * DVec3::Z).abs() > 1.0 - 1e-9);
+    }
+
+    #[test]
+    fn cubic_structures_are_isotropic() {
+        for resolution in [12, 24, 48] {
+            let cell = Sampled::of(struts(1, resolution), 16);
+            let facets = cell.facets();
+            let surface = SurfaceElements::of_facets(&facets, &cell.boxed()).unwrap();
+            let found = Crossings::of(&surface, 1.0).ellipsoid().unwrap();
+            println!("struts of {resolution} to a cell: DA {:.2e}, misfit {:.3}", found.degree, found.misfit);
+            assert!(found.degree.abs() < 1e-3, "{found:?}");
+        }
+        for surface in [Surface::Gyroid, Surface::Primitive, Surface::Diamond] {
+            let cell = Sampled::of(network(surface, 1, 32), 16);
+            let facets = cell.facets();
+            let of_cell = SurfaceElements::of_facets(&facets, &cell.boxed()).unwrap();
+            let found = Crossings::of(&of_cell, 1.0).ellipsoid().unwrap();
+            println!("{surface:?}: DA {:.2e}", found.degree);
+            assert!(found.degree.abs() < 2e-3, "{surface:?} {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_cube_is_isotropic_however_it_lies() {
+        let along_the_axes = of(&crate::metrics::elements::tests::cube(1.0));
+        assert!(along_the_axes.degree.abs() < 1e-13, "{along_the_axes:?}");
+        let worst = turns(50)
+            .map(|turn| of(&turned(crate::metrics::elements::tests::cube(1.0), turn)).degree)
+            .fold(0.0, f64::max);
+        println!("turned cube: DA {worst:.5} at the worst");
+        assert!(worst < 4e-3);
+    }
+
+    #[test]
+    fn where_there_is_no_surface_there_is_no_ellipsoid() {
+        let block = Sampled::of(crate::metrics::elements::tests::cube(1.0), 8);
+        let facets = block.facets();
+        let surface = SurfaceElements::of_facets(&facets, &block.boxed()).unwrap();
+        assert!(Crossings::of(&surface, 1.0).ellipsoid().is_none());
+        assert!(Crossings::of(&surface, 0.0).ellipsoid().is_none());
+    }
+}

@@ -188,3 +188,151 @@ impl Chords {
 fn total(lengths: &[i32]) -> i64 {
     lengths.par_iter().with_min_len(1 << 16).map(|&length| i64::from(length)).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    use crate::grid::Axis;
+    use crate::integrate;
+    use crate::metrics::anisotropy::crossings_along;
+    use crate::metrics::elements::SurfaceElements;
+    use crate::metrics::elements::tests::{Sampled, grid_of, network, order, struts};
+    use crate::solids::{self, Surface};
+
+    fn of_axes(sampled: &Sampled, region: &Region, phase: Phase, edges: Edges) -> Chords {
+        Chords::together(&sampled.images.each_ref().map(|image| Chords::along(image, region, phase, edges)))
+    }
+
+    #[test]
+    fn chords_of_a_ball() {
+        let radius = 1.0;
+        let [mean, deviation] = [4.0 / 3.0 * radius, 2.0f64.sqrt() / 3.0 * radius];
+        // By length, the mean is ⟨l²⟩/⟨l⟩ = 2R²/(4R/3).
+        let by_length = 1.5 * radius;
+        let errors = [32, 64, 128].map(|resolution| {
+            let ball = Sampled::of(solids::geodesic(radius, 96).unwrap(), resolution);
+            let chords = of_axes(&ball, &ball.boxed(), Phase::Solid, Edges::Clip);
+            let number = chords.distribution(Weighting::Number, Counted::Complete).unwrap();
+            let length = chords.distribution(Weighting::Length, Counted::Complete).unwrap();
+            println!(
+                "ball of {resolution} rays: mean {:.5}, SD {:.5}, by length {:.5}",
+                number.mean(),
+                number.deviation(),
+                length.mean()
+            );
+            assert_eq!(chords.censored().count, 0);
+            assert_eq!(number.count(), chords.count());
+            assert!((chords.mean().unwrap() - number.mean()).abs() < 1e-12);
+            assert!((length.mean() / by_length - 1.0).abs() < 1e-2);
+            [number.mean() / mean - 1.0, number.deviation() / deviation - 1.0]
+        });
+        let orders = [0, 1].map(|i| order(errors.map(|error| error[i])));
+        println!("ball: orders {orders:.2?}, errors {errors:?}");
+        assert!(errors[2].iter().all(|error| error.abs() < 2e-3), "{errors:?}");
+        assert!(errors.iter().flatten().all(|error| error.abs() < 1.5e-2), "{errors:?}");
+    }
+
+    /// The mean chord is 2φ/P_L along every axis, of either phase, in cells that repeat and in clipped boxes.
+    #[test]
+    fn mean_chords_are_twice_the_share_over_the_crossings() {
+        let models = [
+            ("struts", struts(2, 24)),
+            ("gyroid", network(Surface::Gyroid, 1, 32)),
+            ("diamond", network(Surface::Diamond, 1, 32)),
+        ];
+        for (name, mesh) in models {
+            let errors = [32, 64, 128].map(|resolution| {
+                let cell = Sampled::of(mesh.clone(), resolution);
+                let (facets, region) = (cell.facets(), cell.boxed());
+                let surface = SurfaceElements::of_facets(&facets, &region).unwrap();
+                let mut worst = 0.0f64;
+                for (image, direction) in cell.images.iter().zip(DVec3::AXES) {
+                    let crossings = crossings_along(&surface, region.volume(), direction);
+                    let solid = integrate::volume(image) / region.volume();
+                    for (phase, share) in [(Phase::Solid, solid), (Phase::Pore, 1.0 - solid)] {
+                        let expected = 2.0 * share / crossings;
+                        for edges in [Edges::Clip, Edges::Periodic] {
+                            let mean = Chords::along(image, &region, phase, edges).mean().unwrap();
+                            worst = worst.max((mean / expected - 1.0).abs());
+                        }
+                    }
+                }
+                worst
+            });
+            println!("{name}: mean chord against 2φ/P_L, off by {errors:.5?}, order {:.2}", order(errors));
+            assert!(errors[2] < 1e-2, "{name}: {errors:?}");
+        }
+    }
+
+    #[test]
+    fn what_the_box_cuts_is_censored_and_what_repeats_is_joined() {
+        // Pores of 3 between plates of 1 in a box that begins in the middle of a pore: 1.5, then 3, then 1.5.
+        let plate = |z: f64| solids::cuboid(DVec3::new(0.0, 0.0, z), DVec3::new(8.0, 8.0, z + 1.0)).unwrap();
+        let (mut plates, other) = (plate(1.5), plate(5.5));
+        let base = plates.positions.len() as u32;
+        plates.positions.extend(other.positions);
+        plates.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
+        let plates = Sampled::on(&grid_of(DVec3::ZERO, DVec3::splat(8.0), 16), plates);
+        let [along_x, _, along_z] = [Axis::X, Axis::Y, Axis::Z].map(|axis| {
+            Phase::BOTH.map(|phase| {
+                [Edges::Clip, Edges::Periodic]
+                    .map(|edges| Chords::along(&plates.images[axis.depth()], &plates.whole(), phase, edges))
+            })
+        });
+        let [solid, [clipped, periodic]] = &along_z;
+        assert_eq!(solid[0], solid[1]);
+        assert!(solid[0].count() == 512 && (solid[0].mean().unwrap() - 1.0).abs() < 1e-6);
+        assert_eq!(solid[0].censored().count, 0);
+        let cut = clipped.censored();
+        assert_eq!((clipped.count(), cut.count), (768, 512));
+        assert!((cut.share - 2.0 / 3.0).abs() < 1e-12 && (cut.share_of_length - 0.5).abs() < 1e-6);
+        let mean = |counted| clipped.distribution(Weighting::Number, counted).unwrap().mean();
+        assert!((mean(Counted::Complete) - 3.0).abs() < 1e-6 && (mean(Counted::All) - 2.0).abs() < 1e-6);
+        // Ends tell the mean of all pores, whole and cut.
+        assert!((clipped.mean().unwrap() - 3.0).abs() < 1e-6);
+        assert_eq!((periodic.count(), periodic.censored().count), (512, 0));
+        let joined = periodic.distribution(Weighting::Length, Counted::Complete).unwrap();
+        assert!((joined.min() - 3.0).abs() < 1e-6 && (joined.max() - 3.0).abs() < 1e-6);
+        // Along x pores and plates go on for ever.
+        for chords in along_x.iter().flatten() {
+            assert!(chords.mean().is_none() && chords.distribution(Weighting::Number, Counted::Complete).is_none());
+            assert_eq!(chords.censored().share, 1.0);
+            assert!((chords.distribution(Weighting::Number, Counted::All).unwrap().mean() - 8.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn another_mesh_ends_chords_as_a_box_does() {
+        // A rod within a ball: solid chords along it end at the ball, those across it at its sides.
+        let grid = grid_of(DVec3::splat(-2.0), DVec3::splat(2.0), 64);
+        let rod = solids::cuboid(DVec3::new(-0.3, -0.3, -1.9), DVec3::new(0.3, 0.3, 1.9)).unwrap();
+        let [rod, ball] = [rod, solids::geodesic(1.0, 24).unwrap()].map(|mesh| Sampled::on(&grid, mesh));
+        let region = Region::of_solid(&ball.images);
+        let along = Chords::along(&rod.images[2], &region, Phase::Solid, Edges::Clip);
+        assert_eq!(along.censored().share, 1.0);
+        let across = Chords::along(&rod.images[0], &region, Phase::Solid, Edges::Clip);
+        let complete = across.distribution(Weighting::Number, Counted::Complete).unwrap();
+        assert!((complete.mean() - 0.6).abs() < 1e-6 && complete.deviation() < 1e-6);
+        assert!(across.censored().share < 0.1);
+        // The pore chords along the rod are those of the ball beside it, and cut at both ends.
+        let pores = Chords::along(&rod.images[2], &region, Phase::Pore, Edges::Clip);
+        let of_ball = integrate::length(&ball.images[2]) as f64 * grid.step();
+        assert!((pores.length() + along.length() - of_ball).abs() < 1e-9 * of_ball);
+        assert_eq!(pores.censored().share, 1.0);
+    }
+
+    #[test]
+    fn what_was_cut_with_the_region_itself_is_censored() {
+        // A rod that ends where the region does: its ends are no surface.
+        let grid = grid_of(DVec3::splat(-2.0), DVec3::splat(2.0), 32);
+        let block = |x: f64, z: f64| solids::cuboid(DVec3::new(-x, -x, -z), DVec3::new(x, x, z)).unwrap();
+        let [rod, region] = [block(0.5, 1.7), block(1.2, 1.7)].map(|mesh| Sampled::on(&grid, mesh));
+        let region = Region::of_solid(&region.images);
+        let along = Chords::along(&rod.images[2], &region, Phase::Solid, Edges::Clip);
+        assert_eq!(along.censored().share, 1.0);
+        let pores = Chords::along(&rod.images[2], &region, Phase::Pore, Edges::Clip);
+        assert!((pores.distribution(Weighting::Number, Counted::All).unwrap().min() - 3.4).abs() < 1e-6);
+    }
+}

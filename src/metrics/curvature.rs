@@ -19,7 +19,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::elements::{BoxFaces, SurfaceError};
+use super::elements::{BoxFaces, SurfaceError, cut_facets};
 use super::{Edges, Facets, Region};
 
 /// What the surface within a region is curved by.
@@ -46,8 +46,7 @@ pub struct Curvature {
 /// If the region is not a box, or does not hold the mesh.
 pub fn curvature(facets: &Facets, region: &Region, edges: Edges) -> Result<Curvature, SurfaceError> {
     let faces = BoxFaces::of(region).ok_or(SurfaceError::NotABox)?;
-    let surface = super::elements::SurfaceElements::of_facets(facets, region)?;
-    let is_cut: Vec<bool> = surface.areas().iter().zip(&facets.areas).map(|(&counts, &all)| counts < all).collect();
+    let is_cut = cut_facets(facets, region)?;
     let vertices = merged(facets.positions);
     let corners: Vec<[u32; 3]> = facets.triangles.iter().map(|t| t.map(|v| vertices[v as usize])).collect();
     let Angles { all, of_surface, is_rim } = Angles::of(facets, &corners, &is_cut);
@@ -216,4 +215,118 @@ fn exterior_of_wedges(around: &[HalfEdge], along: DVec3, normal: impl Fn(&HalfEd
         return None;
     }
     Some(pairs().filter(|(a, _)| !a.1).map(|(start, end)| PI - (end.0 - start.0).rem_euclid(TAU)).sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::TriangleMesh;
+    use crate::metrics::elements::tests::{Sampled, cube, grid_of, network, order, struts, turned, turns, whole};
+    use crate::solids::{self, Surface};
+
+    /// In a box that touches nothing of the mesh.
+    fn of(mesh: &TriangleMesh) -> Curvature {
+        let bounds = mesh.bounds().unwrap();
+        let grid = grid_of(bounds.min - DVec3::ONE, bounds.max + DVec3::ONE, 16);
+        curvature(&Facets::of(&mesh.positions, &mesh.triangles), &whole(&grid), Edges::Clip).unwrap()
+    }
+
+    #[test]
+    fn a_box_has_its_edges() {
+        let sides = DVec3::new(1.0, 2.0, 5.0);
+        let corner = solids::cuboid(DVec3::ZERO, sides).unwrap();
+        for turn in turns(10) {
+            let found = of(&turned(corner.clone(), turn));
+            assert!((found.mean - PI * sides.element_sum()).abs() < 1e-12 * found.mean);
+            assert!((found.gauss - 4.0 * PI).abs() < 1e-12 && found.gauss == found.gauss_of_mesh);
+            assert_eq!((found.characteristic, found.irregular_edges, found.degenerate_facets), (2, 0, 0));
+        }
+    }
+
+    #[test]
+    fn balls_shells_and_rings_have_what_is_known_of_them() {
+        let errors = [8, 16, 32].map(|frequency| {
+            let ball = of(&solids::geodesic(3.0, frequency).unwrap());
+            assert!((ball.gauss - 4.0 * PI).abs() < 1e-9);
+            println!("ball of frequency {frequency}: ∫H dA = {:.5} (4πR = {:.5})", ball.mean, 12.0 * PI);
+            ball.mean / (12.0 * PI) - 1.0
+        });
+        println!("ball, ∫H: order {:.2}", order(errors));
+        assert!(errors[2].abs() < 1e-3 && order(errors) > 1.8, "{errors:?}");
+        let errors = [16, 32, 64].map(|n| {
+            let ring = of(&solids::torus(3.0, 1.0, 3 * n, n).unwrap());
+            assert!(ring.gauss.abs() < 1e-9 && ring.characteristic == 0);
+            ring.mean / (2.0 * PI * PI * 3.0) - 1.0
+        });
+        println!("ring, ∫H = 2π²R: order {:.2}, off by {errors:?}", order(errors));
+        assert!(errors[2].abs() < 2e-3 && order(errors) > 1.8, "{errors:?}");
+        let hollow = of(&solids::hollow_box(DVec3::splat(3.0), DVec3::splat(1.0)).unwrap());
+        assert!((hollow.mean - PI * (9.0 - 3.0)).abs() < 1e-12 && (hollow.gauss - 8.0 * PI).abs() < 1e-12);
+        assert_eq!(hollow.characteristic, 4);
+    }
+
+    #[test]
+    fn periodic_cells_close() {
+        let networks = [(Surface::Gyroid, -4), (Surface::Primitive, -2), (Surface::Diamond, -8)];
+        let cells = networks.map(|(surface, chi)| (network(surface, 1, 24), chi)).into_iter();
+        for (mesh, chi) in cells.chain([(struts(1, 24), -2), (struts(2, 16), -16)]) {
+            let cell = Sampled::of(mesh, 16);
+            let found = curvature(&cell.facets(), &cell.boxed(), Edges::Periodic).unwrap();
+            // The surface has twice the characteristic of the solid in the cell.
+            let expected = TAU * f64::from(2 * chi);
+            println!("χ {chi}: ∫K dA = {:.6} ({expected:.6}), ∫H dA = {:.4}", found.gauss, found.mean);
+            assert!((found.gauss - expected).abs() < 1e-9, "{found:?} {expected}");
+            assert!((found.gauss_of_mesh - TAU * found.characteristic as f64).abs() < 1e-9, "{found:?}");
+            assert_eq!((found.irregular_edges, found.degenerate_facets), (0, 0));
+        }
+    }
+
+    #[test]
+    fn minimal_surfaces_have_no_mean_curvature() {
+        // Those of a half network at level 0 are nearly minimal: a ball of the same surface would have some 6.
+        for surface in [Surface::Gyroid, Surface::Primitive, Surface::Diamond] {
+            let cell = Sampled::of(network(surface, 1, 32), 16);
+            let found = curvature(&cell.facets(), &cell.boxed(), Edges::Clip).unwrap();
+            assert!(found.mean.abs() < 0.05, "{surface:?} {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_rod_through_the_box_has_only_its_side() {
+        for (height, segments) in [(2.0, 32), (4.0, 32), (4.0, 96)] {
+            let rod = solids::cylinder(0.5, height, segments).unwrap();
+            let half = DVec3::new(1.0, 1.0, 0.5 * height);
+            let rod = Sampled::on(&grid_of(-half, half, 32), rod);
+            let found = curvature(&rod.facets(), &rod.whole(), Edges::Clip).unwrap();
+            // ∫H = 2πrL/(2r), which the edges of a prism have, too.
+            assert!((found.mean - PI * height).abs() < 1e-9 && found.gauss.abs() < 1e-9, "{found:?}");
+            let periodic = curvature(&rod.facets(), &rod.whole(), Edges::Periodic).unwrap();
+            assert!(periodic.gauss.abs() < 1e-9, "{periodic:?}");
+        }
+    }
+
+    #[test]
+    fn solids_that_touch_in_an_edge_have_the_curvature_of_both() {
+        let mut pair = cube(1.0);
+        let base = pair.positions.len() as u32;
+        let other = solids::cuboid(DVec3::new(0.5, 0.5, -0.5), DVec3::new(1.5, 1.5, 0.5)).unwrap();
+        pair.positions.extend(other.positions);
+        pair.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
+        let found = of(&pair);
+        assert!((found.mean - 6.0 * PI).abs() < 1e-12, "{found:?}");
+        assert_eq!(found.irregular_edges, 0);
+        // Two vertices and an edge are shared.
+        assert_eq!(found.characteristic, 16 - 2 - (36 - 1) + 24);
+    }
+
+    #[test]
+    fn a_region_must_be_a_box_that_holds_the_mesh() {
+        let ball = Sampled::of(solids::geodesic(1.0, 4).unwrap(), 16);
+        let region = Region::of_solid(&ball.images);
+        assert_eq!(curvature(&ball.facets(), &region, Edges::Clip), Err(SurfaceError::NotABox));
+        let mut bounds = ball.bounds;
+        bounds.max[0] /= 2;
+        let half = Region::of_box(ball.grid(), bounds);
+        assert!(matches!(curvature(&ball.facets(), &half, Edges::Clip), Err(SurfaceError::Beyond { .. })));
+    }
 }

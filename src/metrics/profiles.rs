@@ -135,3 +135,86 @@ impl ImageSums {
         ImageSums { columns: by_column.into_iter().fold(none, added), rows: by_row }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use std::f64::consts::PI;
+
+    use crate::integrate;
+    use crate::metrics::elements::tests::{Sampled, grid_of, network, order};
+    use crate::solids::{self, Surface};
+
+    #[test]
+    fn a_ball_has_the_profile_of_its_sections() {
+        let errors = [32, 64, 128].map(|resolution| {
+            let ball = Sampled::on(
+                &grid_of(DVec3::splat(-1.1), DVec3::splat(1.1), resolution),
+                solids::geodesic(1.0, 96).unwrap(),
+            );
+            let pitch = ball.grid().pitch();
+            let mut worst = 0.0f64;
+            for profile in profiles(&ball.images, &ball.whole()) {
+                assert_eq!(profile.positions.len(), resolution as usize);
+                for i in 0..profile.positions.len() {
+                    let z = profile.positions[i];
+                    assert!((z - (-1.1 + (i as f64 + 0.5) * pitch)).abs() < 1e-6);
+                    assert!((profile.areas[i] - 2.2 * 2.2).abs() < 1e-6);
+                    let exact = 1.0 - PI * (1.0 - z * z).max(0.0) / (2.2 * 2.2);
+                    worst = worst.max((profile.porosities[i] - exact).abs());
+                }
+                let [low, high] = profile.range().unwrap();
+                assert!((low - (1.0 - PI / 4.84)).abs() < 1e-2 && high == 1.0);
+            }
+            worst
+        });
+        println!("ball, porosity by slice: off by {errors:.5?}, order {:.2}", order(errors));
+        assert!(errors[2] < 2e-3 && order(errors) > 1.0, "{errors:?}");
+    }
+
+    #[test]
+    fn the_mean_of_slices_is_the_porosity_of_their_images() {
+        let cell = Sampled::of(network(Surface::Gyroid, 1, 24), 40);
+        let region = cell.boxed();
+        let volumes = cell.images.each_ref().map(integrate::volume);
+        for profile in profiles(&cell.images, &region) {
+            let others = (0..3).filter(|&axis| axis != profile.axis.depth());
+            let solid = 0.5 * others.map(|axis| volumes[axis]).sum::<f64>();
+            let porosity = 1.0 - solid / region.volume();
+            assert!((profile.mean() - porosity).abs() < 1e-12, "{} {porosity}", profile.mean());
+        }
+    }
+
+    #[test]
+    fn a_step_is_seen_where_it_is() {
+        let grid = grid_of(DVec3::ZERO, DVec3::splat(4.0), 16);
+        let block = solids::cuboid(DVec3::ZERO, DVec3::new(4.0, 4.0, 1.5)).unwrap();
+        let block = Sampled::on(&grid, block);
+        let [x, y, z] = profiles(&block.images, &block.whole());
+        for (position, porosity) in z.positions.iter().zip(&z.porosities) {
+            assert_eq!(*porosity, if *position < 1.5 { 0.0 } else { 1.0 });
+        }
+        for profile in [x, y] {
+            assert!(profile.porosities.iter().all(|porosity| (porosity - 0.625).abs() < 1e-6));
+        }
+    }
+
+    #[test]
+    fn slices_beyond_the_region_are_not_numbers() {
+        let grid = grid_of(DVec3::splat(-2.0), DVec3::splat(2.0), 32);
+        let plate = solids::cuboid(DVec3::new(-2.0, -2.0, -0.25), DVec3::new(2.0, 2.0, 0.25)).unwrap();
+        let [plate, ball] = [plate, solids::geodesic(1.0, 16).unwrap()].map(|mesh| Sampled::on(&grid, mesh));
+        let region = Region::of_solid(&ball.images);
+        let [x, _, z] = profiles(&plate.images, &region);
+        for (i, &position) in z.positions.iter().enumerate() {
+            let expected = if position.abs() > 1.0 { f64::NAN } else { f64::from(u8::from(position.abs() > 0.25)) };
+            assert_eq!(z.porosities[i].to_bits(), expected.to_bits(), "{position}");
+            assert!((z.areas[i] - PI * (1.0 - position * position).max(0.0)).abs() < 0.1);
+        }
+        assert_eq!(z.range(), Some([0.0, 1.0]));
+        // Volume of the plate within the ball: π(2·0.25 − 2·0.25³/3).
+        let exact = 1.0 - PI * (0.5 - 2.0 * 0.25f64.powi(3) / 3.0) / (4.0 / 3.0 * PI);
+        assert!((x.mean() - exact).abs() < 1e-2, "{} {exact}", x.mean());
+    }
+}
