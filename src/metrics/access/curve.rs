@@ -35,7 +35,8 @@ impl AccessCurve {
         let [width, height, _] = pores.size();
         let open = open.and(pores);
         let holds = |i: usize| open.contains([i % width, i / width % height, i / width / height]);
-        let chunks = || (0..sizes.len().div_ceil(CHUNK)).into_par_iter().map(|c| c * CHUNK..sizes.len().min((c + 1) * CHUNK));
+        let chunks =
+            || (0..sizes.len().div_ceil(CHUNK)).into_par_iter().map(|c| c * CHUNK..sizes.len().min((c + 1) * CHUNK));
         let largest = chunks().map(|range| range.filter(|&i| holds(i)).fold(0.0, |most, i| sizes[i].max(most)));
         let largest = f64::from(largest.reduce(|| 0.0f32, f32::max));
         let step = if largest > 0.0 { largest / (STEPS - 1) as f64 } else { 1.0 };

@@ -48,7 +48,9 @@ impl Ends {
 
     /// The nodes of a set that are in planes of a range across the axis.
     pub(super) fn nodes_in<'a>(
-        &self, nodes: &'a NodeSet, planes: Range<usize>,
+        &self,
+        nodes: &'a NodeSet,
+        planes: Range<usize>,
     ) -> impl Iterator<Item = [usize; 3]> + use<'a> {
         let size = nodes.size();
         let mut ranges = size.map(|side| 0..side);
@@ -120,7 +122,8 @@ mod tests {
         let inner = NodeSet::from_fn(size, |[x, y, z]| x % 129 != 0 && y % 4 != 0 && z % 5 != 0);
         assert_eq!(full, NodeSet::full(size).minus(&inner));
         let block = NodeSet::from_fn(size, |[x, y, z]| (62..68).contains(&x) && y > 0 && z > 1);
-        let kept = NodeSet::from_fn(size, |[x, y, z]| (63..67).contains(&x) && (2..4).contains(&y) && (3..5).contains(&z));
+        let kept =
+            NodeSet::from_fn(size, |[x, y, z]| (63..67).contains(&x) && (2..4).contains(&y) && (3..5).contains(&z));
         assert_eq!(boundary(&block), block.minus(&kept));
         assert_eq!(extent(&block), Some([62..68, 1..5, 2..6]));
         assert_eq!(extent(&NodeSet::empty(size)), None);

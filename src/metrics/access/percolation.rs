@@ -2,7 +2,7 @@
 
 use super::ends::Ends;
 use super::flood::{LEAST, widest};
-use super::queue::Queue;
+use super::queue::{LEVELS, Queue};
 use super::steps::{MIDDLE, Steps, bits};
 use crate::metrics::{Edges, NodeSet};
 
@@ -11,7 +11,7 @@ use crate::metrics::{Edges, NodeSet};
 pub struct Percolation {
     /// Of the ball, in pitches.
     pub diameter: f64,
-    /// The node of the bottleneck.
+    /// The node of the bottleneck: the first on the way whose room is, to 1/64 of a pitch, that of the narrowest.
     pub node: [usize; 3],
 }
 
@@ -96,21 +96,24 @@ struct Ways<'a> {
 }
 
 impl Ways<'_> {
-    /// The narrowest place on the way to a node.
+    /// The narrowest place on the way to a node. Within the width of a level the flood wanders; where it first met the level
+    /// of the bottleneck there was no wider way.
     fn narrowest(&self, end: [usize; 3], room: &Room) -> Percolation {
-        let mut node = end;
-        let mut narrowest = (f32::INFINITY, end);
-        loop {
+        let radius = self.back(end, room).map(|(radius, _)| radius).fold(f32::INFINITY, f32::min);
+        let as_narrow = self.back(end, room).filter(|&(other, _)| other < radius + 1.0 / LEVELS);
+        let (_, node) = as_narrow.last().expect("the narrowest is as narrow");
+        Percolation { diameter: 2.0 * f64::from(radius), node }
+    }
+
+    /// The way from a node back to where the flood began, with the room there is.
+    fn back(&self, end: [usize; 3], room: &Room) -> impl Iterator<Item = (f32, [usize; 3])> {
+        let mut next = Some(end);
+        std::iter::from_fn(move || {
+            let node = next?;
             let index = self.steps.index(node);
-            let radius = room.radius(index, node);
-            if radius < narrowest.0 {
-                narrowest = (radius, node);
-            }
             let bit = u32::from(self.from[index as usize]) - 1;
-            if bit == MIDDLE {
-                return Percolation { diameter: 2.0 * f64::from(narrowest.0), node: narrowest.1 };
-            }
-            node = self.steps.neighbour(node, 2 * MIDDLE - bit);
-        }
+            next = (bit != MIDDLE).then(|| self.steps.neighbour(node, 2 * MIDDLE - bit));
+            Some((room.radius(index, node), node))
+        })
     }
 }

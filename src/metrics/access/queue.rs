@@ -1,7 +1,7 @@
 //! Nodes in order of how much room there is, to 1/64 of a pitch.
 
 /// Levels in a pitch.
-const LEVELS: f32 = 64.0;
+pub(super) const LEVELS: f32 = 64.0;
 
 /// Nodes of a block: with its two other words, 128 bytes.
 const BLOCK: usize = 30;

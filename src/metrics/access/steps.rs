@@ -199,7 +199,8 @@ mod tests {
         // To a corner of the cube three steps lead, and none of fewer.
         let way = [[1, 1, 1], [1, 1, 2], [1, 2, 2], [2, 2, 2]];
         let corner = |skipped: usize| {
-            let nodes = NodeSet::from_fn([3; 3], |node| way.iter().enumerate().any(|(i, &w)| i != skipped && w == node));
+            let nodes =
+                NodeSet::from_fn([3; 3], |node| way.iter().enumerate().any(|(i, &w)| i != skipped && w == node));
             Steps::new(&nodes, Edges::Clip).from([1, 1, 1]) >> 26 & 1
         };
         assert_eq!([1, 2, 9].map(corner), [0, 0, 1]);
