@@ -194,11 +194,11 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    use crate::grid::Axis;
+    use crate::grid::{Axis, LatticeBox};
     use crate::integrate;
     use crate::metrics::anisotropy::crossings_along;
     use crate::metrics::elements::SurfaceElements;
-    use crate::metrics::elements::tests::{Sampled, grid_of, network, order, struts};
+    use crate::metrics::elements::tests::{Sampled, grid_of, network, order, struts, turned, turns};
     use crate::solids::{self, Surface};
 
     fn of_axes(sampled: &Sampled, region: &Region, phase: Phase, edges: Edges) -> Chords {
@@ -207,63 +207,78 @@ mod tests {
 
     #[test]
     fn chords_of_a_ball() {
-        let radius = 1.0;
-        let [mean, deviation] = [4.0 / 3.0 * radius, 2.0f64.sqrt() / 3.0 * radius];
         // By length, the mean is ⟨l²⟩/⟨l⟩ = 2R²/(4R/3).
-        let by_length = 1.5 * radius;
+        let exact = [4.0 / 3.0, 2.0f64.sqrt() / 3.0, 1.5];
         let errors = [32, 64, 128].map(|resolution| {
-            let ball = Sampled::of(solids::geodesic(radius, 96).unwrap(), resolution);
-            let chords = of_axes(&ball, &ball.boxed(), Phase::Solid, Edges::Clip);
-            let number = chords.distribution(Weighting::Number, Counted::Complete).unwrap();
-            let length = chords.distribution(Weighting::Length, Counted::Complete).unwrap();
-            println!(
-                "ball of {resolution} rays: mean {:.5}, SD {:.5}, by length {:.5}",
-                number.mean(),
-                number.deviation(),
-                length.mean()
-            );
-            assert_eq!(chords.censored().count, 0);
-            assert_eq!(number.count(), chords.count());
-            assert!((chords.mean().unwrap() - number.mean()).abs() < 1e-12);
-            assert!((length.mean() / by_length - 1.0).abs() < 1e-2);
-            [number.mean() / mean - 1.0, number.deviation() / deviation - 1.0]
+            // Somewhere between the rays, ten times over.
+            let found: Vec<[f64; 3]> = (0..10)
+                .map(|i| {
+                    let place = DVec3::new(0.618034, 0.754878, 0.569840) * f64::from(i);
+                    let corner = DVec3::splat(-1.1) - 2.2 / f64::from(resolution) * place.fract();
+                    let grid = grid_of(corner, corner + 2.2, resolution);
+                    let ball = Sampled::on(&grid, solids::geodesic(1.0, 64).unwrap());
+                    let chords = of_axes(&ball, &ball.whole(), Phase::Solid, Edges::Clip);
+                    let number = chords.distribution(Weighting::Number, Counted::Complete).unwrap();
+                    let length = chords.distribution(Weighting::Length, Counted::Complete).unwrap();
+                    assert_eq!((chords.censored().count, number.count()), (0, chords.count()));
+                    assert!((chords.mean().unwrap() - number.mean()).abs() < 1e-12);
+                    [number.mean(), number.deviation(), length.mean()]
+                })
+                .collect();
+            let mean = [0, 1, 2].map(|k| found.iter().map(|values| values[k]).sum::<f64>() / 10.0);
+            let off = |value: f64, k: usize| (value / exact[k] - 1.0).abs();
+            let worst = [0, 1, 2].map(|k| found.iter().map(|values| off(values[k], k)).fold(0.0, f64::max));
+            println!("ball of {resolution} rays: mean, SD, mean by length {mean:.5?}, off by {worst:.5?} at most");
+            [[off(mean[0], 0), off(mean[1], 1), off(mean[2], 2)], worst]
         });
-        let orders = [0, 1].map(|i| order(errors.map(|error| error[i])));
-        println!("ball: orders {orders:.2?}, errors {errors:?}");
-        assert!(errors[2].iter().all(|error| error.abs() < 2e-3), "{errors:?}");
-        assert!(errors.iter().flatten().all(|error| error.abs() < 1.5e-2), "{errors:?}");
+        let orders = [0, 1, 2].map(|k| order(errors.map(|[_, worst]| worst[k])));
+        println!("ball, chords: orders {orders:.2?}");
+        let [mean, worst] = errors[2];
+        assert!(mean.iter().all(|&error| error < 1e-3) && worst.iter().all(|&error| error < 5e-3), "{errors:?}");
     }
 
-    /// The mean chord is 2φ/P_L along every axis, of either phase, in cells that repeat and in clipped boxes.
+    /// How far the mean chord is from 2φ/P_L, along every axis, of either phase, cut or joined.
+    fn off_from_crossings(mesh: &Sampled, region: &Region) -> f64 {
+        let facets = mesh.facets();
+        let surface = SurfaceElements::within(&facets, &mesh.images, region);
+        let mut worst = 0.0f64;
+        for (image, direction) in mesh.images.iter().zip(DVec3::AXES) {
+            let crossings = crossings_along(&surface, region.volume(), direction);
+            let [solid, pore] = Phase::BOTH.map(|phase| Chords::along(image, region, phase, Edges::Clip).length());
+            for (phase, length) in [(Phase::Solid, solid), (Phase::Pore, pore)] {
+                let expected = 2.0 * length / (solid + pore) / crossings;
+                for edges in [Edges::Clip, Edges::Periodic] {
+                    let mean = Chords::along(image, region, phase, edges).mean().unwrap();
+                    worst = worst.max((mean / expected - 1.0).abs());
+                }
+            }
+        }
+        worst
+    }
+
     #[test]
     fn mean_chords_are_twice_the_share_over_the_crossings() {
-        let models = [
-            ("struts", struts(2, 24)),
-            ("gyroid", network(Surface::Gyroid, 1, 32)),
-            ("diamond", network(Surface::Diamond, 1, 32)),
-        ];
-        for (name, mesh) in models {
+        for surface in [Surface::Gyroid, Surface::Diamond] {
+            let mesh = network(surface, 1, 32);
             let errors = [32, 64, 128].map(|resolution| {
                 let cell = Sampled::of(mesh.clone(), resolution);
-                let (facets, region) = (cell.facets(), cell.boxed());
-                let surface = SurfaceElements::of_facets(&facets, &region).unwrap();
-                let mut worst = 0.0f64;
-                for (image, direction) in cell.images.iter().zip(DVec3::AXES) {
-                    let crossings = crossings_along(&surface, region.volume(), direction);
-                    let solid = integrate::volume(image) / region.volume();
-                    for (phase, share) in [(Phase::Solid, solid), (Phase::Pore, 1.0 - solid)] {
-                        let expected = 2.0 * share / crossings;
-                        for edges in [Edges::Clip, Edges::Periodic] {
-                            let mean = Chords::along(image, &region, phase, edges).mean().unwrap();
-                            worst = worst.max((mean / expected - 1.0).abs());
-                        }
-                    }
-                }
-                worst
+                off_from_crossings(&cell, &cell.boxed())
             });
-            println!("{name}: mean chord against 2φ/P_L, off by {errors:.5?}, order {:.2}", order(errors));
-            assert!(errors[2] < 1e-2, "{name}: {errors:?}");
+            println!("{surface:?}: mean chord off 2φ/P_L by {errors:.5?}, order {:.2}", order(errors));
+            assert!(errors[2] < 1e-2, "{surface:?}: {errors:?}");
         }
+        // Struts that lie askew, in a box that cuts them anywhere: crossings are those of hits. (Those of facets, along rays
+        // that run with the struts, are 5 % off at ten rays to a strut.)
+        let mesh = turned(struts(3, 16), turns(4).last().unwrap());
+        let errors = [32, 64, 128].map(|resolution| {
+            let grid = grid_of(DVec3::splat(-2.7), DVec3::splat(2.7), resolution);
+            let lattice = Sampled::on(&grid, mesh.clone());
+            let side = grid.length(0) / 32;
+            let bounds = LatticeBox { min: [11 * side; 3], max: [21 * side; 3] };
+            off_from_crossings(&lattice, &Region::of_box(&grid, bounds))
+        });
+        println!("struts: mean chord off 2φ/P_L by {errors:.5?}, order {:.2}", order(errors));
+        assert!(errors[2] < 2e-2, "struts: {errors:?}");
     }
 
     #[test]

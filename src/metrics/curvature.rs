@@ -12,7 +12,9 @@
 //! facets, are surface. That leaves ∫K open at the rim, which turns as it likes. Where the box is a cell that repeats
 //! ([`Edges::Periodic`]) it closes: a vertex on the rim is one with its image in the opposite face, and together they have
 //! 2π; one by itself has π, or π/2 in an edge of the box. Then ∫K dA is 2πχ of the surface in a cell, exactly. Edges of the
-//! rim stay out of ∫H, since their other facet lies in another cell; they are as short, together, as the mesh is fine.
+//! rim stay out of ∫H, since their other facet lies in another cell, and with them what lies half an edge about the rim: an
+//! error that falls with the length of edges (in a primitive cell of 32 edges to a side 0.3, where a ball of as much surface
+//! has 5.4).
 
 use std::f64::consts::{PI, TAU};
 
@@ -282,12 +284,15 @@ mod tests {
     }
 
     #[test]
-    fn minimal_surfaces_have_no_mean_curvature() {
-        // Those of a half network at level 0 are nearly minimal: a ball of the same surface would have some 6.
+    fn the_two_sides_of_half_a_network_are_alike() {
+        // Pores and solid are congruent, so ∫H = 0; a ball of as much surface would have some 6. What is left is the rim's.
         for surface in [Surface::Gyroid, Surface::Primitive, Surface::Diamond] {
-            let cell = Sampled::of(network(surface, 1, 32), 16);
-            let found = curvature(&cell.facets(), &cell.boxed(), Edges::Clip).unwrap();
-            assert!(found.mean.abs() < 0.05, "{surface:?} {found:?}");
+            let found = [16, 32, 64].map(|resolution| {
+                let cell = Sampled::of(network(surface, 1, resolution), 16);
+                curvature(&cell.facets(), &cell.boxed(), Edges::Clip).unwrap().mean
+            });
+            println!("{surface:?}: ∫H dA = {found:.4?}, order {:.2}", order(found));
+            assert!(found[2].abs() < 0.2 && (found[0].abs() < 0.05 || order(found) > 0.7), "{surface:?} {found:?}");
         }
     }
 

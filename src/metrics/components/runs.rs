@@ -5,6 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::metrics::NodeSet;
+use crate::metrics::nodes::words_between;
 
 /// Nodes that follow one another in a row, from `first` to `last`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,12 +114,7 @@ impl Run {
 
     /// The words that it reaches into, with a mask of its bits in each.
     pub fn masks(self) -> impl Iterator<Item = (usize, u64)> {
-        let (low, high) = (self.first / 64, self.last / 64);
-        (low..=high).map(move |word| {
-            let from = if word == low { self.first % 64 } else { 0 };
-            let to = if word == high { self.last % 64 } else { 63 };
-            (word as usize, u64::MAX << from & u64::MAX >> (63 - to))
-        })
+        words_between(self.first as usize, self.last as usize)
     }
 }
 

@@ -3,7 +3,10 @@
 //! All values are in world units (`unit` names the length, if it is known), positions in world coordinates. JSON is this
 //! structure without pictures.
 
-use serde::Serialize;
+use ldi_ops::mesh::LengthUnit;
+use serde::{Serialize, Serializer};
+
+use super::quantity::Unit;
 
 /// The version of metrics.json.
 pub const SCHEMA: &str = "ldi-ops-report/1";
@@ -14,8 +17,9 @@ pub struct Sheet {
     pub schema: &'static str,
     /// The name of the solid: that of its file.
     pub title: String,
-    /// The unit of length, by its symbol; nothing where neither the file nor the user says.
-    pub unit: Option<String>,
+    /// The unit of length; nothing where neither the file nor the user says.
+    #[serde(serialize_with = "symbol")]
+    pub unit: Option<LengthUnit>,
     /// What the limits come to, where any were given.
     pub verdict: Option<Verdict>,
     pub alerts: Vec<Alert>,
@@ -24,16 +28,23 @@ pub struct Sheet {
     pub access: Option<AccessCurve>,
     pub profiles: Vec<Profile>,
     pub anisotropy: Option<Anisotropy>,
-    pub convergence: Vec<ConvergenceRow>,
+    pub convergence: Vec<Convergence>,
     pub provenance: Provenance,
     #[serde(skip)]
     pub pictures: Pictures,
 }
 
+impl Sheet {
+    /// A metric by its id.
+    pub fn metric(&self, id: &str) -> Option<&Metric> {
+        self.metrics.iter().find(|metric| metric.id == id)
+    }
+}
+
 /// A number, what it means and how it came about.
 #[derive(Clone, Debug, Serialize)]
 pub struct Metric {
-    /// A name that does not change, for programs: `porosity`, `solid.thickness.mean`.
+    /// A name that does not change, for programs: `porosity`, `solid.thickness.mean`; see [`super::id`].
     pub id: &'static str,
     pub group: Group,
     /// As the field writes it: `BV/TV`, `Tb.Th`.
@@ -48,8 +59,7 @@ pub struct Metric {
     /// What it is at least, and at most: from the inner and the outer solid.
     pub lower: Option<f64>,
     pub upper: Option<f64>,
-    /// `mm^2`, `1/mm`, `%`, `1` …; of a pure number, empty.
-    pub unit: String,
+    pub unit: Unit,
     /// How it was found.
     pub method: &'static str,
     /// What it depends on beside the solid: names and values.
@@ -106,7 +116,7 @@ pub struct LimitVerdict {
     pub value: Option<f64>,
     pub lower: Option<f64>,
     pub upper: Option<f64>,
-    pub unit: String,
+    pub unit: Unit,
     pub outcome: LimitOutcome,
 }
 
@@ -145,8 +155,8 @@ pub struct HistogramPlot {
     /// `solid.thickness`, `pore.size.local`, `pore.size.access`, `chords.solid.x` …
     pub id: String,
     pub title: String,
-    /// What its axis is in: `mm`.
-    pub unit: String,
+    /// What its axis is in.
+    pub unit: Unit,
     pub phase: &'static str,
     /// Lower end of the first and upper end of the last of equal bins.
     pub range: [f64; 2],
@@ -191,15 +201,31 @@ pub struct Anisotropy {
     pub directions: [[f64; 3]; 3],
 }
 
-/// The main metrics at one pitch.
+/// What the main metrics come to when something is varied that should not matter.
 #[derive(Clone, Debug, Serialize)]
-pub struct ConvergenceRow {
-    /// What was changed: `pitch` or `region`.
-    pub over: &'static str,
-    /// The pitch, or the share of the region's sides.
-    pub at: f64,
-    /// Ids and values.
-    pub values: Vec<(&'static str, Option<f64>)>,
+pub struct Convergence {
+    pub over: Varied,
+    /// Pitches in world units, descending; or shares of the region's sides, ascending.
+    pub at: Vec<f64>,
+    pub series: Vec<ConvergenceSeries>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Varied {
+    Pitch,
+    Region,
+}
+
+/// One metric of a convergence study.
+#[derive(Clone, Debug, Serialize)]
+pub struct ConvergenceSeries {
+    /// Its id.
+    pub metric: &'static str,
+    /// One for each of [`Convergence::at`].
+    pub values: Vec<Option<f64>>,
+    /// The observed order p of an error that shrinks as h^p; nothing where the values do not tell.
+    pub order: Option<f64>,
 }
 
 /// Where the numbers are from.
@@ -234,7 +260,12 @@ pub struct InputFile {
     pub triangles: u64,
     pub closed: bool,
     pub oriented: bool,
-    pub unit: Option<String>,
+    #[serde(serialize_with = "symbol")]
+    pub unit: Option<LengthUnit>,
+}
+
+fn symbol<S: Serializer>(unit: &Option<LengthUnit>, serializer: S) -> Result<S::Ok, S::Error> {
+    unit.map(LengthUnit::symbol).serialize(serializer)
 }
 
 /// What is to be seen, as arrays and files.

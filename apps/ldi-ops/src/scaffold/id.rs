@@ -1,0 +1,46 @@
+//! Names of metrics that do not change, for programs, limits and the places of a report that pick metrics by name.
+//!
+//! A name is the path from phase or subject to statistic. Statistics of a distribution are `mean`, `deviation`, `min`, `p1`,
+//! `p5`, `p50`, `p95` and `max`; directions are `x`, `y` and `z`.
+
+/// TV, the volume of the region.
+pub const TOTAL_VOLUME: &str = "volume.total";
+/// BV, the volume of the solid in the region.
+pub const SOLID_VOLUME: &str = "volume.solid";
+/// 1 − BV/TV.
+pub const POROSITY: &str = "porosity";
+/// The pores that reach the region's faces.
+pub const OPEN_POROSITY: &str = "porosity.open";
+/// The pores that do not.
+pub const CLOSED_POROSITY: &str = "porosity.closed";
+/// BS.
+pub const SURFACE: &str = "surface";
+/// BS/BV.
+pub const SURFACE_PER_SOLID: &str = "surface.per-solid";
+/// BS/TV.
+pub const SURFACE_PER_TOTAL: &str = "surface.per-total";
+/// The largest ball that passes from face to face along the hardest of the axes.
+pub const PERCOLATION: &str = "percolation";
+pub const PERCOLATION_X: &str = "percolation.x";
+pub const PERCOLATION_Y: &str = "percolation.y";
+pub const PERCOLATION_Z: &str = "percolation.z";
+/// The largest ball that fits into the pores.
+pub const LARGEST_PORE: &str = "pore.largest";
+/// Tb.Th.
+pub const THICKNESS: &str = "solid.thickness.mean";
+/// Tb.Sp.
+pub const SEPARATION: &str = "pore.separation.mean";
+/// Tb.N.
+pub const NUMBER: &str = "solid.number";
+/// The 1st percentile of the thickness.
+pub const THINNEST_WALL: &str = "solid.thickness.p1";
+/// DA.
+pub const ANISOTROPY: &str = "anisotropy.degree";
+/// χ of the solid.
+pub const EULER: &str = "topology.euler";
+/// Conn.D.
+pub const CONNECTIVITY: &str = "topology.connectivity-density";
+/// Kozeny and Carman's estimate.
+pub const PERMEABILITY: &str = "permeability";
+/// The share of the surface that overhangs.
+pub const OVERHANG: &str = "overhang";

@@ -1,0 +1,4 @@
+//! Measuring: from meshes to all that a report says.
+
+pub mod catalogue;
+mod record;

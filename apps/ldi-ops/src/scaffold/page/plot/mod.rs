@@ -1,0 +1,143 @@
+//! Plots: a frame with two axes, and what is drawn into it. Small on purpose: plotters writes its colours into the SVG as
+//! attributes, so that its drawings can follow neither a dark page nor paper, and knows no labels that keep apart.
+
+pub mod convergence;
+pub mod curve;
+pub mod ellipsoid;
+pub mod histogram;
+pub mod profile;
+pub mod scale;
+pub mod svg;
+
+use scale::{Scale, Ticks};
+use svg::{Anchor, Svg};
+
+/// As wide as a phone, so that type keeps its size there.
+pub const WIDTH: f64 = 400.0;
+const HEIGHT: f64 = 216.0;
+const LEFT: f64 = 52.0;
+const RIGHT: f64 = 12.0;
+const BOTTOM: f64 = 40.0;
+const TOP: f64 = 10.0;
+/// A line of labels of marks.
+const LABEL_LINE: f64 = 15.0;
+/// What a letter of a label takes, on the safe side.
+const LETTER: f64 = 6.3;
+
+/// What an axis shows.
+pub struct AxisOf<'t> {
+    pub title: &'t str,
+    pub range: [f64; 2],
+}
+
+/// A value on the horizontal axis that is pointed out.
+pub struct Mark {
+    pub at: f64,
+    pub label: String,
+    pub class: &'static str,
+}
+
+/// A frame to draw into, axes and marks drawn.
+pub struct Frame {
+    pub svg: Svg,
+    pub x: Scale,
+    pub y: Scale,
+}
+
+impl Frame {
+    pub fn new(x: &AxisOf, y: &AxisOf, marks: &[Mark]) -> Frame {
+        let inner = [LEFT, WIDTH - RIGHT];
+        let x_scale = Scale::new(x.range, inner);
+        let (rows, lines) = lines_of_labels(&x_scale, marks);
+        let top = TOP + LABEL_LINE * lines as f64;
+        let height = HEIGHT + LABEL_LINE * lines as f64;
+        let y_scale = Scale::new(y.range, [height - BOTTOM, top]);
+        let mut svg = Svg::new(WIDTH, height);
+        rules(&mut svg, &x_scale, &y_scale);
+        svg.text("title", Anchor::Middle, [(inner[0] + inner[1]) / 2.0, height - 5.0], x.title);
+        svg.upright("title", [12.0, (top + height - BOTTOM) / 2.0], y.title);
+        for (mark, row) in marks.iter().zip(rows) {
+            let (at, base) = (x_scale.within(mark.at), top - 4.0 - LABEL_LINE * row as f64);
+            svg.line(mark.class, [at, height - BOTTOM], [at, base + 2.0]);
+            let middle = place_of_label(at, &mark.label);
+            svg.text("mark-label", Anchor::Middle, [middle, base], &mark.label);
+        }
+        Frame { svg, x: x_scale, y: y_scale }
+    }
+
+    /// The place of a point.
+    pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [self.x.at(x), self.y.within(y)]
+    }
+
+    /// A stripe of the frame that says something where a pointer rests on it.
+    pub fn hint(&mut self, [from, to]: [f64; 2], says: &str) {
+        let (left, right) = (self.x.within(from), self.x.within(to));
+        let [bottom, top] = self.y.places();
+        self.svg.rect("hint", [left, top], [right - left, bottom - top], Some(says));
+    }
+}
+
+/// Grid lines, axes and what is written along them.
+fn rules(svg: &mut Svg, x: &Scale, y: &Scale) {
+    let ([left, right], [bottom, top]) = (x.places(), y.places());
+    let ticks: Ticks = y.ticks(4);
+    for (&value, label) in ticks.values.iter().zip(ticks.labels()) {
+        let at = y.at(value);
+        svg.line("grid", [left, at], [right, at]);
+        svg.text("tick", Anchor::End, [left - 6.0, at + 4.0], &label);
+    }
+    let ticks = x.ticks(6);
+    // Wide labels take every other tick.
+    let labels = ticks.labels();
+    let room = (right - left) / labels.len().max(1) as f64;
+    let widest = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0) as f64;
+    let every = ((widest + 1.0) * LETTER / room).ceil().max(1.0) as usize;
+    for (i, (&value, label)) in ticks.values.iter().zip(&labels).enumerate() {
+        let at = x.at(value);
+        svg.line("axis", [at, bottom], [at, bottom + 4.0]);
+        if i % every == 0 {
+            svg.text("tick", Anchor::Middle, [at, bottom + 17.0], label);
+        }
+    }
+    svg.line("axis", [left, bottom], [right, bottom]);
+    let _ = top;
+}
+
+fn place_of_label(at: f64, label: &str) -> f64 {
+    let half = label.chars().count() as f64 * LETTER / 2.0;
+    at.clamp(LEFT + half - 8.0, (WIDTH - half).max(LEFT + half - 8.0))
+}
+
+/// The line that the label of each mark is on, 0 next to the frame, such that none touch; and how many lines there are.
+fn lines_of_labels(x: &Scale, marks: &[Mark]) -> (Vec<usize>, usize) {
+    let mut order: Vec<usize> = (0..marks.len()).collect();
+    order.sort_by(|&a, &b| marks[a].at.total_cmp(&marks[b].at));
+    let mut ends: Vec<f64> = Vec::new();
+    let mut rows = vec![0; marks.len()];
+    for i in order {
+        let half = marks[i].label.chars().count() as f64 * LETTER / 2.0;
+        let middle = place_of_label(x.within(marks[i].at), &marks[i].label);
+        let row = ends.iter().position(|&end| end < middle - half - 4.0).unwrap_or(ends.len());
+        if row == ends.len() {
+            ends.push(0.0);
+        }
+        ends[row] = middle + half;
+        rows[i] = row;
+    }
+    (rows, ends.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_of_marks_do_not_touch() {
+        let mark = |at: f64| Mark { at, label: "median 0.25".to_owned(), class: "mark" };
+        let x = Scale::new([0.0, 1.0], [LEFT, WIDTH - RIGHT]);
+        let (rows, lines) = lines_of_labels(&x, &[mark(0.5), mark(0.52), mark(0.9), mark(0.51)]);
+        assert_eq!((rows, lines), (vec![0, 2, 0, 1], 3));
+        assert_eq!(lines_of_labels(&x, &[]), (vec![], 0));
+    }
+}

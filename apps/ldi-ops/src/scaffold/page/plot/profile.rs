@@ -1,0 +1,73 @@
+//! Porosity, slice by slice.
+
+use super::{AxisOf, Frame};
+use crate::scaffold::page::words;
+use crate::scaffold::quantity::{Quantity, Unit};
+use crate::scaffold::sheet::Profile;
+
+/// The profile along one axis.
+pub fn profile(profile: &Profile, length: &Unit) -> String {
+    let mut frame = frame(&[profile], length);
+    draw(&mut frame, profile, "series pore");
+    if let Some(mean) = mean(profile) {
+        let [left, right] = frame.x.places();
+        let at = frame.y.within(100.0 * mean);
+        frame.svg.line("mark mean", [left, at], [right, at]);
+    }
+    for (i, (&position, &porosity)) in profile.positions.iter().zip(&profile.porosity).enumerate() {
+        let last = profile.positions.len() - 1;
+        let ends = [i.saturating_sub(1), (i + 1).min(last)].map(|j| (profile.positions[j] + position) / 2.0);
+        let says = format!("{}: {}", words::with_unit(position, length), words::maybe(Some(porosity), &share()));
+        frame.hint(ends, &says);
+    }
+    frame.svg.finish(&finding(profile))
+}
+
+/// The profiles of two solids along the same axis.
+pub fn profiles(profiles: [&Profile; 2], length: &Unit) -> String {
+    let mut frame = frame(&profiles, length);
+    for (profile, class) in profiles.into_iter().zip(["series a", "series b"]) {
+        draw(&mut frame, profile, class);
+    }
+    frame.svg.finish(&format!("A: {} B: {}", finding(profiles[0]), finding(profiles[1])))
+}
+
+/// What a profile comes to, in a sentence.
+pub fn finding(profile: &Profile) -> String {
+    let axis = profile.axis;
+    let known = || profile.porosity.iter().copied().filter(|value| value.is_finite());
+    let (Some(mean), low, high) = (mean(profile), known().fold(f64::INFINITY, f64::min), known().fold(0.0, f64::max))
+    else {
+        return format!("Along {axis}: no slice has an area.");
+    };
+    let [mean, low, high] = [mean, low, high].map(|value| words::value(value, &share()));
+    format!("Along {axis}: mean {mean}\u{a0}%, from {low} to {high}\u{a0}%.")
+}
+
+fn share() -> Unit {
+    Quantity::Share.of(None)
+}
+
+/// The mean of the slices that have one.
+fn mean(profile: &Profile) -> Option<f64> {
+    let known: Vec<f64> = profile.porosity.iter().copied().filter(|value| value.is_finite()).collect();
+    (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+}
+
+fn frame(profiles: &[&Profile], length: &Unit) -> Frame {
+    let positions = || profiles.iter().flat_map(|profile| profile.positions.iter().copied());
+    let range = [positions().fold(f64::INFINITY, f64::min), positions().fold(f64::NEG_INFINITY, f64::max)];
+    let range = if range[0] <= range[1] { range } else { [0.0, 1.0] };
+    let title = format!("Position along {} ({})", profiles[0].axis, length.for_people());
+    Frame::new(&AxisOf { title: &title, range }, &AxisOf { title: "Porosity (%)", range: [0.0, 100.0] }, &[])
+}
+
+/// The line is broken where a slice has no value.
+fn draw(frame: &mut Frame, profile: &Profile, class: &str) {
+    let points: Vec<[f64; 2]> =
+        profile.positions.iter().copied().zip(profile.porosity.iter().copied()).map(|(x, y)| [x, y]).collect();
+    for run in points.split(|[_, porosity]| !porosity.is_finite()).filter(|run| !run.is_empty()) {
+        let places: Vec<_> = run.iter().map(|&[x, y]| frame.at([x, 100.0 * y])).collect();
+        frame.svg.polyline(class, places);
+    }
+}

@@ -1,0 +1,147 @@
+//! Several solids on one page: a row each, to be sorted.
+
+use askama::Template;
+use ldi_ops::mesh::LengthUnit;
+
+use super::verdict::Strip;
+use super::{FOOT, SORT, STYLE, words};
+use crate::scaffold::id;
+use crate::scaffold::quantity::Unit;
+use crate::scaffold::sheet::{Metric, Sheet};
+
+/// A report that was written, and where.
+pub struct Entry<'s> {
+    pub sheet: &'s Sheet,
+    /// The address of its page, relative to the summary: `NAME/report.html`.
+    pub link: String,
+}
+
+/// The columns, where any of the solids has a value.
+const COLUMNS: [&str; 12] = [
+    id::POROSITY,
+    id::OPEN_POROSITY,
+    id::PERCOLATION,
+    id::LARGEST_PORE,
+    id::THICKNESS,
+    id::THINNEST_WALL,
+    id::SEPARATION,
+    id::SURFACE_PER_SOLID,
+    id::ANISOTROPY,
+    id::CONNECTIVITY,
+    id::PERMEABILITY,
+    id::OVERHANG,
+];
+
+#[derive(Template)]
+#[template(path = "summary.html")]
+struct Page {
+    style: &'static str,
+    sort: &'static str,
+    foot: &'static str,
+    title: String,
+    headline: String,
+    state: &'static str,
+    columns: Vec<Column>,
+    rows: Vec<Row>,
+    judged: bool,
+}
+
+struct Column {
+    symbol: &'static str,
+    name: &'static str,
+    unit: String,
+}
+
+struct Row {
+    title: String,
+    link: String,
+    state: &'static str,
+    sign: &'static str,
+    verdict: String,
+    /// Broken limits come last: the number of them, then of those that are kept only by the value.
+    rank: usize,
+    alerts: usize,
+    cells: Vec<Cell>,
+}
+
+struct Cell {
+    text: String,
+    bounds: Option<String>,
+    /// What the column is sorted by; nothing sorts last.
+    key: String,
+}
+
+/// The page as one file; links to the pages of its entries.
+pub fn html(entries: &[Entry]) -> String {
+    let shown: Vec<&str> = COLUMNS
+        .into_iter()
+        .filter(|id| entries.iter().any(|entry| entry.sheet.metric(id).is_some_and(|metric| metric.value.is_some())))
+        .collect();
+    let one_unit = entries.windows(2).all(|pair| pair[0].sheet.unit == pair[1].sheet.unit);
+    let judged = entries.iter().any(|entry| entry.sheet.verdict.is_some());
+    let failing =
+        entries.iter().filter(|entry| entry.sheet.verdict.as_ref().is_some_and(|verdict| !verdict.passed)).count();
+    let (state, headline) = match (judged, failing) {
+        (false, _) => ("none", "No limits were given".to_owned()),
+        (true, 0) => ("kept", "Every solid keeps its limits".to_owned()),
+        (true, failing) => ("broken", format!("{failing} of {} solids break a limit", entries.len())),
+    };
+    let page = Page {
+        style: STYLE,
+        sort: SORT,
+        foot: FOOT,
+        title: format!("{} solids", entries.len()),
+        headline,
+        state,
+        columns: shown.iter().filter_map(|id| column(entries, id, one_unit)).collect(),
+        rows: entries.iter().map(|entry| row(entry, &shown, one_unit)).collect(),
+        judged,
+    };
+    super::rendered(&page)
+}
+
+fn column(entries: &[Entry], id: &str, one_unit: bool) -> Option<Column> {
+    let metric = entries.iter().find_map(|entry| entry.sheet.metric(id))?;
+    let unit = if one_unit { metric.unit.for_people() } else { String::new() };
+    Some(Column { symbol: metric.symbol, name: metric.name, unit })
+}
+
+fn row(entry: &Entry, columns: &[&str], one_unit: bool) -> Row {
+    let sheet = entry.sheet;
+    let strip = Strip::of(sheet.verdict.as_ref());
+    let broken = strip.limits.iter().filter(|limit| limit.state == "broken").count();
+    let within = strip.limits.iter().filter(|limit| limit.state == "within").count();
+    let verdict = match strip.state {
+        "kept" => "kept".to_owned(),
+        "within" => format!("kept; {within} within bounds"),
+        "broken" => format!("{broken} broken"),
+        _ => "no limits".to_owned(),
+    };
+    Row {
+        title: sheet.title.clone(),
+        link: entry.link.clone(),
+        state: strip.state,
+        sign: strip.sign,
+        verdict,
+        rank: 1000 * broken + within,
+        alerts: sheet.alerts.len(),
+        cells: columns.iter().map(|id| cell(sheet.metric(id), one_unit)).collect(),
+    }
+}
+
+fn cell(metric: Option<&Metric>, one_unit: bool) -> Cell {
+    let Some((metric, value)) = metric.and_then(|metric| Some((metric, super::table::finite(metric.value)?))) else {
+        return Cell { text: words::NOTHING.to_owned(), bounds: None, key: String::new() };
+    };
+    let unit: &Unit = &metric.unit;
+    Cell {
+        text: if one_unit { words::value(value, unit) } else { words::with_unit(value, unit) },
+        bounds: words::bounds(super::table::finite(metric.lower), super::table::finite(metric.upper), unit),
+        key: format!("{:e}", value * if one_unit { 1.0 } else { to_metres(unit) }),
+    }
+}
+
+/// So that lengths of several units sort; those without a unit stay as they are.
+fn to_metres(unit: &Unit) -> f64 {
+    unit.factor_to(&unit.quantity.of(Some(LengthUnit::Metre))).unwrap_or(1.0)
+}
