@@ -12,12 +12,16 @@ use ldi_ops::metrics::components::{Components, Connectivity, open_pores};
 use ldi_ops::metrics::distance::{Crossings, DistanceField};
 use ldi_ops::metrics::euler::characteristic;
 use ldi_ops::metrics::thickness::{largest_balls, local_thickness, paint, radii};
+use ldi_ops::metrics::tortuosity::{EndCondition, TortuosityError, diffusive, geodesic};
 use ldi_ops::metrics::{Distribution, Edges, NodeSet, Phase};
 use serde_json::{Map, Value, json};
 
 use super::Measure;
 use super::array::Array;
 use crate::BenchError;
+
+/// The residual at which diffusion is settled.
+const RESIDUAL: f64 = 1e-8;
 
 /// What is said, and in how many seconds, by what.
 #[derive(Default)]
@@ -64,7 +68,14 @@ pub fn measure(array: &Array, phase: Phase, measures: &[Measure], maps: Option<&
         }
     }
     if asked(Measure::Diffusion) && phase == Phase::Pore {
-        diffusion(&mut said, array, &nodes);
+        let find = |axis| diffusive(&nodes, axis, Edges::Clip, EndCondition::Nodes, RESIDUAL, &|_| ());
+        through(&mut said, "diffusion", &nodes, find, |found| {
+            json!({"formation": found.formation_factor, "tortuosity": found.tortuosity, "spanning": found.spanning_share})
+        })?;
+    }
+    if asked(Measure::Geodesic) && phase == Phase::Pore {
+        let find = |axis| geodesic(&nodes, axis, Edges::Clip);
+        through(&mut said, "geodesic", &nodes, find, |tortuosity| json!(tortuosity))?;
     }
     said.values.insert("seconds".to_owned(), Value::Object(said.seconds));
     Ok(Value::Object(said.values))
@@ -134,7 +145,23 @@ fn access(
     Ok(())
 }
 
-fn diffusion(_said: &mut Said, _array: &Array, _nodes: &NodeSet) {}
+/// Ways through along each axis; nothing where there is none.
+fn through<T>(
+    said: &mut Said,
+    name: &str,
+    nodes: &NodeSet,
+    find: impl Fn(Axis) -> Result<Option<T>, TortuosityError>,
+    show: impl Fn(T) -> Value,
+) -> Result<(), BenchError> {
+    let mut by_axis = Map::new();
+    for axis in Axis::ALL.into_iter().filter(|axis| nodes.size()[axis.depth()] > 1) {
+        let found = said.timed(&format!("{name}-{}", axis.name()), || find(axis));
+        let found = found.map_err(|error| BenchError::model(name, error))?;
+        by_axis.insert(axis.name().to_owned(), found.map_or(Value::Null, &show));
+    }
+    said.add(name, Value::Object(by_axis));
+    Ok(())
+}
 
 /// Says what values nodes have, and writes those of all voxels, 0 elsewhere.
 fn summarise(
