@@ -6,6 +6,7 @@
 
 mod convergence;
 mod distances;
+mod paths;
 mod rays;
 mod scene;
 mod topology;

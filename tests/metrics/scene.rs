@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3};
 use ldi_ops::grid::{Axis, Grid, LatticeBox};
 use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
-use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
+use ldi_ops::mesh::{Aabb, ClosedMesh, TriangleMesh};
 use ldi_ops::metrics::elements::SurfaceElements;
 use ldi_ops::metrics::{Facets, NodeSet, Region};
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -16,17 +16,28 @@ use crate::convergence::Measured;
 pub struct Scene {
     pub mesh: ClosedMesh,
     pub images: [Ldi; 3],
-    /// Of the solid.
+    /// The region.
     pub bounds: LatticeBox,
 }
 
 impl Scene {
-    /// With so many rays along the longest side of its box.
+    /// With so many rays along the longest side of its box, which is the region.
     pub fn of(mesh: TriangleMesh, resolution: u32) -> Scene {
         let mesh = ClosedMesh::check(mesh).unwrap();
         let grid = Grid::with_resolution(mesh.bounds(), resolution, 1024).unwrap();
+        let bounds = *grid.quantise(&mesh).unwrap().bounds();
+        Scene::sampled(mesh, &grid, bounds)
+    }
+
+    /// In a box, which is the region and of which each side has a whole number of rays.
+    pub fn within(mesh: TriangleMesh, bounds: Aabb, resolution: u32) -> Scene {
+        let grid = Grid::with_resolution(bounds, resolution, 1024).unwrap();
+        let max = [0, 1, 2].map(|axis| grid.length(axis));
+        Scene::sampled(ClosedMesh::check(mesh).unwrap(), &grid, LatticeBox { min: [0; 3], max })
+    }
+
+    fn sampled(mesh: ClosedMesh, grid: &Grid, bounds: LatticeBox) -> Scene {
         let solid = grid.quantise(&mesh).unwrap();
-        let bounds = *solid.bounds();
         let images = Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap());
         Scene { mesh, images, bounds }
     }
@@ -39,7 +50,6 @@ impl Scene {
         self.grid().pitch()
     }
 
-    /// The box of the solid.
     pub fn region(&self) -> Region<'static> {
         Region::of_box(self.grid(), self.bounds)
     }
@@ -49,7 +59,7 @@ impl Scene {
         NodeSet::of_planes(&NodePlanes::new(&self.images, Combine::Most).unwrap())
     }
 
-    /// What is made of the facets that are surface in the box of the solid.
+    /// What is made of the facets that are surface in the region.
     pub fn of_surface<T>(&self, of: impl FnOnce(&SurfaceElements) -> T) -> T {
         let mesh = self.mesh.mesh();
         let facets = Facets::of(&mesh.positions, &mesh.triangles);
