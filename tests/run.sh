@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs every test and says at the end which passed.
-# usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python reference files self-test; all by default
+# usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python reference files peers self-test; all by default
 #
 # A stage that cannot run has failed. All stages run, so that one run tells everything; only where what they need is
 # missing and cannot be installed does none run, and the stage that has failed is `install`. As root, what is missing is
@@ -9,7 +9,7 @@
 set -euo pipefail
 
 cd "$(dirname "$0")/.."
-stages=(fmt clippy docs test no-gpu corpus python reference files self-test)
+stages=(fmt clippy docs test no-gpu corpus python reference files peers self-test)
 
 # Functions report failure by status, each command by its own: `if` around their call switches off `set -e` inside them.
 
@@ -101,6 +101,15 @@ run_files() {
     .venv/bin/python tests/reference/outputs.py --program "$program" &&
     .venv/bin/python tests/reference/sum_outputs.py --program "$program"
 }
+# Metrics of voxel arrays, by programs that take some minutes to install.
+run_metrics_python() {
+  run_python &&
+    .venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement tests/requirements-metrics.txt
+}
+run_peers() {
+  run_metrics_python && build_bench && .venv/bin/python tests/reference/metrics_peers.py --program "$bench" --quick &&
+    .venv/bin/python tests/reference/metrics_peers.py --program "$bench" --self-test
+}
 run_self-test() {
   run_python && .venv/bin/python tests/reference/live_manifold.py --self-test &&
     .venv/bin/python tests/reference/live_sums.py --self-test &&
@@ -112,6 +121,8 @@ run_self-test() {
 }
 program=${CARGO_TARGET_DIR:-target}/checked/ldi-ops
 build_program() { cargo build --profile checked --package ldi-ops; }
+bench=${CARGO_TARGET_DIR:-target}/checked/ldi-bench
+build_bench() { cargo build --profile checked --package ldi-bench; }
 
 if [ $# = 0 ]; then set -- "${stages[@]}"; fi
 for stage in "$@"; do

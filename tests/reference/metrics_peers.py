@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Are metrics of voxel arrays what PoreSpy, localthickness, edt, scikit-image and scipy make of the same arrays?
 
-usage: metrics_peers.py --program LDI-BENCH [--quick | --self-test] [--speed] [--threads N] [--json FILE] [--verbose]
+usage: metrics_peers.py --program LDI-BENCH [--quick | --self-test] [--speed] [--threads N] [--json FILE]
 
 Writes arrays (minimal surfaces, balls, struts, blobs), has `ldi-bench metrics` measure them, and gives the peers the arrays
 themselves, solid and pores alike, so that nothing but what is done with voxels is compared. Compared are
@@ -33,12 +33,14 @@ import dataclasses
 import json
 import math
 import os
+import re
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
@@ -104,6 +106,15 @@ def struts(shape, period, radius):
     return least < (radius / period) ** 2
 
 
+def plates(shape, thickness):
+    """Plates across z, as thick as what is between them; a cut through all but the last, so that there are dead ends."""
+    is_solid = np.zeros(shape, dtype=bool)
+    for start in range(thickness, shape[2], 2 * thickness):
+        is_solid[:, :, start : start + thickness] = True
+    is_solid[3:7, :, : shape[2] - 2 * thickness] = False
+    return is_solid
+
+
 def balls(shape, radius, count):
     """Balls at random places, which overlap."""
     random = np.random.default_rng(6)
@@ -149,6 +160,8 @@ def models(scale):
         Model("gyroid sheet", gyroid(shape(48, 40, 44), cell, 0.45, True), diffusion="x"),
         Model("gyroid network", gyroid(shape(40, 48, 36), cell, -0.2, False), diffusion="yz"),
         Model("struts", struts(shape(48, 24, 36), cell, 0.15 * cell), diffusion="y"),
+        # Nothing gets along it.
+        Model("plates", plates(shape(24, 20, 28), 4 * scale), diffusion="xz"),
         Model("balls", balls(shape(40, 36, 48), 6 * scale, 60), diffusion="z"),
         Model("blobs", blobs(shape(48, 36, 40), 2.0 * scale, 0.35), diffusion="xyz"),
         Model("crumbs", crumbs(shape(20, 16, 24), 0.3), has_balls=False),
@@ -167,10 +180,14 @@ class Answer:
     seconds: float
 
 
-def asked(function, *arguments, **keywords):
-    start = time.perf_counter()
-    value = function(*arguments, **keywords)
-    return Answer(value, time.perf_counter() - start)
+def asked(function, *arguments, rounds=1, **keywords):
+    """The answer, and the median time of the rounds."""
+    seconds = []
+    for _ in range(rounds):
+        start = time.perf_counter()
+        value = function(*arguments, **keywords)
+        seconds.append(time.perf_counter() - start)
+    return Answer(value, statistics.median(seconds))
 
 
 def sizes_of_components(is_in, structure):
@@ -212,9 +229,11 @@ def entered(pore):
 
 
 def diffusion(pore, axis):
+    """The tortuosity and the share of the array that takes part."""
     if not porespy.metrics.is_percolating(pore, axis=axis):
-        return math.inf
-    return porespy.simulations.tortuosity_fd(pore, axis).tortuosity
+        return math.inf, 0.0
+    found = porespy.simulations.tortuosity_fd(pore, axis)
+    return float(found.tortuosity), float(found.effective_porosity)
 
 
 def warm_up():
@@ -255,7 +274,9 @@ class Row:
 
     def is_right(self):
         expected = self.theirs.value if self.right is None else self.right
-        if self.within is None:
+        if self.ours.value is None:
+            is_right = False
+        elif self.within is None:
             is_right = type(self.ours.value) is type(expected) and self.ours.value == expected
         elif math.inf in (self.ours.value, expected):
             is_right = self.ours.value == expected
@@ -269,7 +290,9 @@ class Row:
             return None
         expected = told(self.theirs.value if self.right is None else self.right)
         allowed = "" if self.within in (None, ANY) else f" ± {self.within:.3g}"
-        speed = "" if self.faster is None else f", in {self.ours.seconds:.3g} s, {self.faster:g} × faster than {self.theirs.seconds:.3g} s"
+        speed = ""
+        if self.faster is not None:
+            speed = f", in {self.ours.seconds:.3g} s, where {self.faster:g} times faster than {self.theirs.seconds:.3g} s is asked for"
         off = f", off by up to {self.off:.3g}" if self.off else ""
         return f"{self.array}, {self.metric}: {told(self.ours.value)}{off}, where {self.peer} has {expected}{allowed}{speed}"
 
@@ -297,8 +320,10 @@ class Comparison:
         self.model, self.said, self.folder = model, said, folder
         self.rows = []
 
-    def ours(self, phase, metric, value):
-        return Answer(value, self.said["phases"][phase]["seconds"].get(metric, math.nan))
+    def ours(self, phase, metric, value, *also):
+        """What the program says, and how long that took, and what it rests on."""
+        seconds = self.said["phases"][phase]["seconds"]
+        return Answer(value, sum(seconds[each] for each in (metric, *also)))
 
     def add(self, metric, peer, ours, theirs, **rest):
         self.rows.append(Row(self.model.name, metric, peer, ours, theirs, **rest))
@@ -312,7 +337,8 @@ class Comparison:
         is_solid, said = self.model.is_solid, self.said
         self.add("size", "numpy", Answer(said["size"], math.nan), Answer(list(is_solid.shape), math.nan))
         porosity = asked(porespy.metrics.porosity, ~is_solid)
-        self.add("porosity", "PoreSpy", Answer(said["porosity"], said["seconds"]), Answer(float(porosity.value), porosity.seconds))
+        theirs = Answer(float(porosity.value), porosity.seconds)
+        self.add("porosity", "PoreSpy", Answer(said["porosity"], said["seconds"]), theirs)
         for axis, name in enumerate(AXES):
             profile = asked(porespy.metrics.porosity_profile, ~is_solid, axis)
             theirs = Answer(float(np.mean(profile.value.porosity)), profile.seconds)
@@ -324,7 +350,8 @@ class Comparison:
         is_in, said = of_phase(self.model.is_solid, phase), self.said["phases"][phase]
         for neighbours, structure, connectivity in ((6, None, 1), (26, ALL_NEIGHBOURS, 3)):
             ours = self.ours(phase, f"components{neighbours}", said[f"components{neighbours}"])
-            self.add(f"{phase} components, {neighbours} neighbours", "scipy", ours, asked(sizes_of_components, is_in, structure))
+            theirs = asked(sizes_of_components, is_in, structure)
+            self.add(f"{phase} components, {neighbours} neighbours", "scipy", ours, theirs)
             euler = asked(skimage.measure.euler_number, is_in, connectivity)
             ours = self.ours(phase, f"euler{neighbours}", said[f"euler{neighbours}"])
             self.add(f"{phase} χ, {neighbours} neighbours", "scikit-image", ours, Answer(int(euler.value), euler.seconds))
@@ -340,44 +367,50 @@ class Comparison:
         for axis, name in enumerate(AXES):
             for which, is_complete in (("all", False), ("complete", True)):
                 counts = {int(length): count for length, count in said["chords"][name][which].items()}
+                seconds = said["seconds"][f"chords-{name}"] + said["seconds"]["images"][axis]
                 theirs = asked(chords, is_in, axis, is_complete)
-                self.add(f"{phase} chords along {name}, {which}", "PoreSpy", self.ours(phase, f"chords-{name}", counts), theirs)
+                self.add(f"{phase} chords along {name}, {which}", "PoreSpy", Answer(counts, seconds), theirs)
 
-    def distance(self, phase, **rest):
+    def distance(self, phase, rounds=1, **rest):
         is_in = of_phase(self.model.is_solid, phase)
-        theirs = asked(edt.edt, is_in, parallel=THREADS)
+        theirs = asked(edt.edt, is_in, rounds=rounds, parallel=THREADS)
         found, expected = self.map_of(phase, "distance")[is_in], theirs.value[is_in] - 0.5
         off = float(np.abs(found - expected).max())
         ours = self.ours(phase, "distance", float(found.mean(dtype=float)))
         mean = Answer(float(expected.mean(dtype=float)), theirs.seconds)
         self.add(f"{phase} distance", "edt", ours, mean, within=PITCH, off=off, note=f"voxels off by up to {off:.2f}", **rest)
 
-    def thickness(self, phase):
-        for peer, function in THICKNESSES.items():
-            is_held = peer == ALL_RADII and not self.model.radius
-            self.of_balls(phase, "thickness", f"{phase} thickness", peer, function, PITCH if is_held else ANY)
+    def thickness(self, phase, peers=None, **rest):
+        for peer in peers or THICKNESSES:
+            within = PITCH if peer == ALL_RADII and not self.model.radius else ANY
+            self.of_balls(phase, "thickness", f"{phase} thickness", peer, THICKNESSES[peer], within, **rest)
 
     def access(self):
         for peer, function in ACCESSES.items():
             self.of_balls("pore", "access", "pore access", peer, function, PITCH if peer == ALL_RADII else ANY)
 
-    def of_balls(self, phase, metric, title, peer, function, within):
+    def of_balls(self, phase, metric, title, peer, function, within, **rest):
         """The mean of the diameters that a peer's radii say, and how far voxels are off."""
         is_in = of_phase(self.model.is_solid, phase)
         found = self.map_of(phase, metric)[is_in]
         theirs = asked(function, is_in)
         expected = 2.0 * theirs.value[is_in]
         quantiles = " ".join(f"{q:+.2f}" for q in np.quantile(found - expected, (0.05, 0.25, 0.5, 0.75, 0.95)))
-        ours, mean = self.ours(phase, metric, float(found.mean(dtype=float))), float(expected.mean(dtype=float))
-        self.add(title, peer, ours, Answer(mean, theirs.seconds), within=within, note=quantiles)
+        ours, mean = self.ours(phase, metric, float(found.mean(dtype=float)), "distance"), float(expected.mean(dtype=float))
+        self.add(title, peer, ours, Answer(mean, theirs.seconds), within=within, note=quantiles, **rest)
 
     def diffusion(self):
+        """PoreSpy's tortuosity is that of pores that reach from end to end, whose share of the array is said, too."""
         pore, said = ~self.model.is_solid, self.said["phases"]["pore"]
         for name in self.model.diffusion:
-            theirs = asked(diffusion, pore, AXES.index(name))
-            value = said["diffusion"][name]
-            ours = self.ours("pore", f"diffusion-{name}", math.inf if value is None else value)
-            self.add(f"pore diffusion along {name}", "PoreSpy", ours, theirs, within=TORTUOSITY_SHARE * theirs.value)
+            (tortuosity, share), seconds = dataclasses.astuple(asked(diffusion, pore, AXES.index(name)))
+            found = said["diffusion"][name] or {"formation": math.inf, "spanning": 0.0}
+            through = f"diffusion-{name}"
+            spanning = self.ours("pore", through, found["spanning"])
+            self.add(f"pores through along {name}", "PoreSpy", spanning, Answer(share, seconds))
+            of_them = self.ours("pore", through, found["formation"] * found["spanning"] if found["spanning"] else math.inf)
+            theirs = Answer(tortuosity, seconds)
+            self.add(f"diffusion along {name}", "PoreSpy", of_them, theirs, within=TORTUOSITY_SHARE * min(tortuosity, 1e9))
 
     def everything(self):
         self.whole()
@@ -406,15 +439,14 @@ ACCESSES = {WHOLE_RADII: porespy.filters.porosimetry, ALL_RADII: entered}
 # The program
 
 
-def measured(program, given, folder, only=()):
+def measured(program, given, folder, *options):
     """What the program says of arrays, in their order, with maps in the folder."""
     paths = []
     for model in given:
         paths.append(folder / f"{model.name.replace(' ', '-').replace('/', '-').replace(',', '').replace('=', '')}.npy")
         np.save(paths[-1], np.asfortranarray(model.is_solid.astype(np.uint8)))
     words = [program, "metrics", *paths, "--maps", folder, "--threads", THREADS]
-    words += ["--only", ",".join(only)] if only else []
-    return told_by(words)["arrays"]
+    return told_by([*words, *options])["arrays"]
 
 
 def told_by(words):
@@ -460,51 +492,105 @@ def raced(program):
     ]
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        said = measured(program, given, Path(folder), only=("distance", "thickness", "chords"))
+        said = measured(program, given, Path(folder), "--only", "distance,thickness,chords", "--rounds", 3)
         for model, each in zip(given, said, strict=True):
             comparison = Comparison(model, each, Path(folder))
             for phase in PHASES:
+                comparison.distance(phase, rounds=3, faster=DISTANCE_SPEED)
+                comparison.thickness(phase, [WHOLE_RADII], faster=THICKNESS_SPEED)
+                comparison.thickness(phase, ["localthickness"])
                 comparison.chords(phase)
-                comparison.distance(phase, faster=DISTANCE_SPEED)
-                comparison.thickness(phase)
             rows += comparison.rows
-    return [dataclasses.replace(row, faster=THICKNESS_SPEED) if row.peer == WHOLE_RADII else row for row in rows]
+    return rows
 
 
 # Saying it
 
 
-def table(rows):
-    """The rows in Markdown."""
-    heads = ("array", "metric", "ldi-ops", "peer", "its value", "right", "seconds", "its seconds", "voxels off by, 5 25 50 75 95 %")
-    cells = [heads]
+def markdown(heads, rows):
+    """A table whose first column is aligned left and whose others are right."""
+    cells = [heads, *([str(cell) for cell in row] for row in rows)]
+    widths = [max(max(len(row[i]) for row in cells), 2) for i in range(len(heads))]
+    lines = [[cell.ljust(widths[0]) if i == 0 else cell.rjust(widths[i]) for i, cell in enumerate(row)] for row in cells]
+    rule = "|".join(["-" * (widths[0] + 2), *("-" * (width + 1) + ":" for width in widths[1:])])
+    return "\n".join([f"| {' | '.join(lines[0])} |", f"|{rule}|", *(f"| {' | '.join(line)} |" for line in lines[1:])]) + "\n"
+
+
+def of_counts(rows):
+    """Counts by what is counted: how many comparisons there are, how many are equal, and what all took."""
+    kinds = collections.defaultdict(list)
+    for row in rows:
+        kinds[re.sub(" along [xyz]", "", row.metric), row.peer].append(row)
+    lines = []
+    for (metric, peer), each in kinds.items():
+        times = (seconds(sum(column)) for column in zip(*map(times_of, each), strict=True))
+        lines.append((metric, peer, len(each), sum(row.is_right() for row in each), *times))
+    return markdown(("counted", "peer", "comparisons", "equal", "ldi-ops s", "peer s"), lines)
+
+
+def times_of(row):
+    return row.ours.seconds, row.theirs.seconds
+
+
+def seconds(value):
+    return "–" if math.isnan(value) else f"{value:.3f}"
+
+
+def of_values(rows):
+    """A line for each row."""
+    heads = ("array", "metric", "ldi-ops", "peer", "its value", "right", "ldi-ops s", "peer s", "voxels are off by")
+    lines = []
     for row in rows:
         right = "" if row.right is None else told(row.right)
-        seconds = [f"{answer.seconds:.3f}" if answer.seconds == answer.seconds else "" for answer in (row.ours, row.theirs)]
-        cells.append((row.array, row.metric, told(row.ours.value), row.peer, told(row.theirs.value), right, *seconds, row.note))
-    widths = [max(len(row[i]) for row in cells) for i in range(len(heads))]
-    lines = ["| " + " | ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) + " |" for row in cells]
-    return "\n".join([lines[0], "|" + "|".join("-" * (width + 2) for width in widths) + "|", *lines[1:]])
+        values = told(row.ours.value), row.peer, told(row.theirs.value), right
+        lines.append((row.array, row.metric, *values, *map(seconds, times_of(row)), row.note))
+    return markdown(heads, lines)
 
 
-def check(program, given, is_raced, verbose, path):
+def of_speed(rows):
+    """How many times faster the program is."""
+    heads = ("array", "metric", "peer", "ldi-ops s", "peer s", "times faster", "at least")
+    lines = []
+    for row in rows:
+        least = "" if row.faster is None else f"{row.faster:g}"
+        ratio = f"{row.theirs.seconds / row.ours.seconds:.2f}"
+        lines.append((row.array, row.metric, row.peer, *map(seconds, times_of(row)), ratio, least))
+    return markdown(heads, lines)
+
+
+def check(program, given, is_raced, path):
+    load = f"{os.getloadavg()[0]:.2f}" if hasattr(os, "getloadavg") else "unknown"
     start = time.monotonic()
     warm_up()
-    rows = compared(program, given) + (raced(program) if is_raced else [])
-    complaints = [complaint for complaint in map(Row.complaint, rows) if complaint]
-    shown = rows if verbose else [row for row in rows if row.within is not None and "profile" not in row.metric]
-    print(table(shown))
-    print()
+    rows = compared(program, given)
+    races = raced(program) if is_raced else []
+    counted = [row for row in rows if row.within is None]
+    # Slices of one porosity each are as good as counts.
+    valued = [row for row in rows if row.within is not None and "profile" not in row.metric]
+    print(f"### Metrics beside peers\n\nporespy {porespy.__version__}, localthickness {version('localthickness')}, ", end="")
+    print(f"edt {version('edt')}, scikit-image {version('scikit-image')}, scipy {version('scipy')}; {THREADS} threads.\n")
+    print(f"#### Counts, which are equal\n\n{of_counts(counted)}")
+    print(f"#### Values, in pitches\n\n{LEGEND}\n\n{of_values(valued)}")
+    if races:
+        print(f"#### Speed at 256³, on {THREADS} threads\n\n{of_speed(races)}")
+    complaints = [complaint for complaint in map(Row.complaint, rows + races) if complaint]
     for complaint in complaints:
-        print(complaint)
-    load = f"{os.getloadavg()[0]:.2f}" if hasattr(os, "getloadavg") else "unknown"
+        print(f"- {complaint}")
     print(
-        f"{len(rows)} comparisons of {len(given)} arrays, {len(complaints)} complaints; {THREADS} threads, load average {load}; "
+        f"{len(rows + races)} comparisons of {len(given)} arrays, {len(complaints)} complaints; load average {load} before; "
         f"{time.monotonic() - start:.0f} s"
     )
     if path:
-        path.write_text(json.dumps({"threads": THREADS, "load": load, "rows": [dataclasses.asdict(row) for row in rows]}, indent=1))
+        every = [dataclasses.asdict(row) for row in rows + races]
+        document = json.loads(json.dumps({"threads": THREADS, "load": load, "rows": every}), parse_constant=str)
+        path.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
     return not complaints and len(rows) > 0
+
+
+LEGEND = (
+    "Quantiles at the end, 5, 25, 50, 75 and 95 %, are of the program's value less the peer's, voxel by voxel. What has a "
+    "right value is held to that; PoreSpy with whole radii and localthickness are said beside and held to nothing."
+)
 
 
 # Showing that a check can fail
@@ -521,8 +607,9 @@ def falsehoods(row):
     yield "no number", ours(math.nan)
     if isinstance(value, dict):
         length = max(value, default=1)
+        shorter = {each: count for each, count in value.items() if each != length}
         yield "a chord more", ours({**value, length: value.get(length, 0) + 1})
-        yield "a chord that is longer", ours({**{k: n for k, n in value.items() if k != length}, length + 1: value.get(length, 1)})
+        yield "chords that are longer", ours({**shorter, length + 1: value.get(length, 1)})
     elif isinstance(value, list):
         yield "a piece more", ours([*value, 1])
         yield "a piece that is larger", ours([value[0] + 1, *value[1:]] if value else [1])
@@ -530,11 +617,12 @@ def falsehoods(row):
         yield "one more", ours(value + 1)
         yield "one less", ours(value - 1)
         yield "next to it", ours(math.nextafter(value, math.inf) if isinstance(value, float) else str(value))
-    else:
+    elif row.within != ANY:
         expected = row.theirs.value if row.right is None else row.right
         for sign in (1, -1):
             yield "another value", ours(expected + sign * 1.01 * row.within if math.isfinite(expected) else 3.0)
         yield "no way through", ours(math.inf if math.isfinite(expected) else 1.0)
+        yield "a voxel or a slice that is off", dataclasses.replace(row, off=1.01 * row.within)
     slow = dataclasses.replace(row.ours, seconds=1.01 * row.theirs.seconds)
     yield "one that is slow", dataclasses.replace(row, ours=slow, faster=1.0)
 
@@ -592,12 +680,11 @@ def main():
     arguments.add_argument("--threads", type=int, help="of the program and of the peers; all by default")
     arguments.add_argument("--json", type=Path, help="also write every row to this file")
     arguments.add_argument("--self-test", action="store_true", help="falsify results and see that it shows")
-    arguments.add_argument("--verbose", action="store_true", help="a line for every row, not only where values may differ")
     arguments = arguments.parse_args()
     program, given = arguments.program.resolve(), models(1 if arguments.quick or arguments.self_test else 2)
     if arguments.self_test:
         sys.exit(0 if self_test(program, given) else 1)
-    sys.exit(0 if check(program, given, arguments.speed, arguments.verbose, arguments.json) else 1)
+    sys.exit(0 if check(program, given, arguments.speed, arguments.json) else 1)
 
 
 if __name__ == "__main__":

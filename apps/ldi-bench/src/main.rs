@@ -205,6 +205,9 @@ enum Benchmark {
         /// Only these, with commas between
         #[arg(long, value_name = "MEASURES", value_delimiter = ',', value_enum)]
         only: Vec<metrics::Measure>,
+        /// Times that each is done; medians are said
+        #[arg(long, default_value_t = 1)]
+        rounds: usize,
         /// Write values of all voxels to this folder, as ARRAY.PHASE.MEASURE.f32: little-endian, x fastest
         #[arg(long, value_name = "FOLDER")]
         maps: Option<PathBuf>,
@@ -250,9 +253,10 @@ fn main() -> ExitCode {
         Benchmark::Gpu { adapter, models, resolution, rounds, json } => {
             gpu::run(&gpu::Plan { adapter, models, resolution, rounds: rounds.max(1) }, json.as_deref())
         }
-        Benchmark::Metrics { arrays, balls, only, maps, threads } => {
+        Benchmark::Metrics { arrays, balls, only, rounds, maps, threads } => {
             let measures = if only.is_empty() { metrics::Measure::ALL.to_vec() } else { only };
-            metrics::run(&metrics::Plan { arrays, balls, measures, maps, threads }).map(|told| println!("{told}"))
+            metrics::run(&metrics::Plan { arrays, balls, measures, rounds, maps, threads })
+                .map(|told| println!("{told}"))
         }
         Benchmark::Models { folder } => models::write_all(&folder),
         Benchmark::MeshModels { folder } => models::write_for_meshes(&folder),

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
+use std::time::Instant;
 
 use glam::DVec3;
 use ldi_ops::grid::{Axis, Grid, LatticeBox};
@@ -22,6 +23,8 @@ pub struct Array {
     grid: Grid,
     /// Along x, y and z.
     pub images: [Ldi; 3],
+    /// What it took to make each image.
+    pub seconds: [f64; 3],
 }
 
 impl Array {
@@ -36,8 +39,12 @@ impl Array {
     /// Of nodes, each the middle of a voxel.
     pub fn of(nodes: NodeSet) -> Result<Array, ldi_ops::grid::GridError> {
         let grid = Grid::from_parts(DVec3::ZERO, 1.0, nodes.size().map(|n| n as u32), SHIFT, 1024)?;
-        let images = Axis::ALL.map(|axis| image(&nodes, grid, axis));
-        Ok(Array { nodes, grid, images })
+        let timed = Axis::ALL.map(|axis| {
+            let start = Instant::now();
+            (image(&nodes, grid, axis), start.elapsed().as_secs_f64())
+        });
+        let seconds = timed.each_ref().map(|&(_, seconds)| seconds);
+        Ok(Array { nodes, grid, images: timed.map(|(image, _)| image), seconds })
     }
 
     /// All of the array.

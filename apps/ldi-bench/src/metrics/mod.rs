@@ -58,6 +58,8 @@ pub struct Plan {
     pub balls: Vec<u32>,
     /// What of arrays.
     pub measures: Vec<Measure>,
+    /// Times that each is done; what is said is the median.
+    pub rounds: usize,
     /// Where to write values of all voxels.
     pub maps: Option<PathBuf>,
     /// Threads; all there are by default.
@@ -73,7 +75,8 @@ pub fn run(plan: &Plan) -> Result<Value, BenchError> {
     let pool = pool.build().map_err(|error| BenchError::io("threads")(std::io::Error::other(error)))?;
     pool.install(|| {
         let arrays = plan.arrays.iter().map(|path| of_array(plan, path)).collect::<Result<Vec<Value>, BenchError>>()?;
-        let balls = plan.balls.iter().map(|&radius| ball::of_ball(radius)).collect::<Result<Vec<Value>, BenchError>>()?;
+        let balls =
+            plan.balls.iter().map(|&radius| ball::of_ball(radius)).collect::<Result<Vec<Value>, BenchError>>()?;
         Ok(json!({"threads": rayon::current_num_threads(), "arrays": arrays, "balls": balls}))
     })
 }
@@ -91,7 +94,7 @@ fn of_array(plan: &Plan, path: &PathBuf) -> Result<Value, BenchError> {
     for phase in Phase::BOTH {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let maps = plan.maps.as_ref().map(|folder| folder.join(format!("{stem}.{}", phase.name())));
-        let said = phase::measure(&array, phase, &plan.measures, maps.as_deref())?;
+        let said = phase::measure(&array, phase, plan, maps.as_deref())?;
         phases.insert(phase.name().to_owned(), said);
     }
     Ok(json!({

@@ -16,16 +16,17 @@ use ldi_ops::metrics::tortuosity::{EndCondition, TortuosityError, diffusive, geo
 use ldi_ops::metrics::{Distribution, Edges, NodeSet, Phase};
 use serde_json::{Map, Value, json};
 
-use super::Measure;
 use super::array::Array;
+use super::{Measure, Plan};
 use crate::BenchError;
+use crate::clock::median;
 
 /// The residual at which diffusion is settled.
 const RESIDUAL: f64 = 1e-8;
 
 /// What is said, and in how many seconds, by what.
-#[derive(Default)]
 struct Said {
+    rounds: usize,
     values: Map<String, Value>,
     seconds: Map<String, Value>,
 }
@@ -35,20 +36,32 @@ impl Said {
         self.values.insert(name.to_owned(), value);
     }
 
-    fn timed<T>(&mut self, name: &str, work: impl FnOnce() -> T) -> T {
-        let start = Instant::now();
-        let made = work();
-        self.seconds.insert(name.to_owned(), json!(start.elapsed().as_secs_f64()));
+    /// Does work as often as there are rounds, and says the median time.
+    fn timed<T>(&mut self, name: &str, work: impl Fn() -> T) -> T {
+        let round = || {
+            let start = Instant::now();
+            let made = work();
+            (made, start.elapsed().as_secs_f64())
+        };
+        let (mut made, first) = round();
+        let mut seconds = vec![first];
+        for _ in 1..self.rounds {
+            drop(made);
+            let (again, seconds_again) = round();
+            made = again;
+            seconds.push(seconds_again);
+        }
+        self.seconds.insert(name.to_owned(), json!(median(seconds)));
         made
     }
 }
 
 /// Measures a phase; maps are written to files that begin with `maps`, as f32, little-endian, x fastest.
-pub fn measure(array: &Array, phase: Phase, measures: &[Measure], maps: Option<&Path>) -> Result<Value, BenchError> {
+pub fn measure(array: &Array, phase: Phase, plan: &Plan, maps: Option<&Path>) -> Result<Value, BenchError> {
     let region = array.region();
     let nodes = phase.nodes(&array.nodes, region.nodes());
-    let mut said = Said::default();
-    let asked = |measure| measures.contains(&measure);
+    let mut said = Said { rounds: plan.rounds, values: Map::new(), seconds: Map::new() };
+    let asked = |measure| plan.measures.contains(&measure);
     if asked(Measure::Topology) {
         topology(&mut said, &nodes, array);
     }
@@ -69,9 +82,13 @@ pub fn measure(array: &Array, phase: Phase, measures: &[Measure], maps: Option<&
     }
     if asked(Measure::Diffusion) && phase == Phase::Pore {
         let find = |axis| diffusive(&nodes, axis, Edges::Clip, EndCondition::Nodes, RESIDUAL, &|_| ());
-        through(&mut said, "diffusion", &nodes, find, |found| {
-            json!({"formation": found.formation_factor, "tortuosity": found.tortuosity, "spanning": found.spanning_share})
-        })?;
+        through(
+            &mut said,
+            "diffusion",
+            &nodes,
+            find,
+            |found| json!({"formation": found.formation_factor, "tortuosity": found.tortuosity, "spanning": found.spanning_share}),
+        )?;
     }
     if asked(Measure::Geodesic) && phase == Phase::Pore {
         let find = |axis| geodesic(&nodes, axis, Edges::Clip);
@@ -98,6 +115,7 @@ fn topology(said: &mut Said, nodes: &NodeSet, array: &Array) {
 
 fn chords(said: &mut Said, array: &Array, phase: Phase) {
     let mut by_axis = Map::new();
+    said.seconds.insert("images".to_owned(), json!(array.seconds));
     for (axis, image) in Axis::ALL.iter().zip(&array.images) {
         let chords = said
             .timed(&format!("chords-{}", axis.name()), || Chords::along(image, &array.region(), phase, Edges::Clip));
