@@ -58,6 +58,7 @@ pub mod boolean;
 mod cell;
 mod closest;
 pub mod fixed;
+mod forest;
 pub mod gpu;
 pub mod grid;
 pub mod integrate;

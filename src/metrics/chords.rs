@@ -1,1 +1,353 @@
 //! Chords: the stretches of rays within a phase.
+//!
+//! The rays of an image are the test lines of stereology, and the stretches that the surface cuts them into are chords of
+//! the solid and of its pores. Their lengths are known to a millionth of a pitch. Drawn by number they are the chord-length
+//! distribution p(z) of Torquato (*Random Heterogeneous Materials*, Springer 2002, § 2.5), where every chord counts once; by
+//! length, each counts with its length, as it does for a point thrown into the phase at random.
+//!
+//! # Censored chords
+//! A chord that ends at the region's boundary is *censored*: it goes on beyond, and only its least length is known. Neither
+//! way out of that is right. To leave such chords out ([`Counted::Complete`]) makes the mean too short, as long chords are
+//! cut more often; to take them as long as they are seen ([`Counted::All`]) does so, too. The distribution that this module
+//! takes by default is of complete chords: each of its lengths is one that the structure has, and PoreSpy does the same.
+//! How much was left out is in [`Censored`].
+//!
+//! For the **mean** there is a right way: the length of the phase on the lines over half the number of ends that the surface
+//! makes ([`Chords::mean`]). An end is seen or not irrespective of how long its chord is, so every chord counts as often as
+//! its ends are seen, which on average is right. With the crossings by unit length P_L of
+//! [`anisotropy`](super::anisotropy), a mean over the same lines, that is 2φ/P_L for the pores of a porosity φ: each chord
+//! has two ends. In a cell that repeats nothing needs be cut ([`Edges::Periodic`]): what leaves at one face goes on at
+//! the opposite one.
+//!
+//! A ball of radius R has chords of mean 4R/3 and standard deviation √2 R/3 by number.
+
+use rayon::prelude::*;
+
+use super::stretches::{End, flush, stretches};
+use super::{Distribution, Edges, Phase, Region};
+use crate::ldi::{Ldi, Spans};
+
+/// What a chord counts with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Weighting {
+    /// Every chord once.
+    #[default]
+    Number,
+    /// Every chord with its length.
+    Length,
+}
+
+/// Which chords count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Counted {
+    /// Those that end at the surface on both sides.
+    #[default]
+    Complete,
+    /// All of them, censored ones as long as they are seen.
+    All,
+}
+
+/// Chords that end at the region's boundary.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Censored {
+    /// How many there are.
+    pub count: u64,
+    /// Their share of all chords by number.
+    pub share: f64,
+    /// What is seen of them, in world units.
+    pub length: f64,
+    /// Their share of the length of all chords.
+    pub share_of_length: f64,
+}
+
+/// The chords of a phase within a region.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chords {
+    step: f64,
+    /// In lattice steps.
+    complete: Vec<i32>,
+    /// In lattice steps, as far as they are seen.
+    censored: Vec<i32>,
+    /// Ends that the surface makes.
+    ends: u64,
+}
+
+/// Chords of a few rows, in lattice steps.
+#[derive(Default)]
+struct Found {
+    complete: Vec<i32>,
+    censored: Vec<i32>,
+    ends: u64,
+}
+
+impl Found {
+    fn add(&mut self, length: i32, ends: [End; 2]) {
+        let seen = ends.iter().filter(|&&end| end == End::Surface).count();
+        self.ends += seen as u64;
+        match seen {
+            2 => self.complete.push(length),
+            _ => self.censored.push(length),
+        }
+    }
+}
+
+impl Chords {
+    /// The chords on the rays of one exact image of the solid. Of [`Edges`], `Periodic` joins what a box cuts; the others
+    /// leave it cut, and so does every region that is not a box.
+    pub fn along(image: &Ldi, region: &Region, phase: Phase, edges: Edges) -> Chords {
+        let (columns, rows) = image.size();
+        let flush = flush(image.grid());
+        let joins = edges == Edges::Periodic && region.is_box();
+        let of_row = |row: u32| {
+            let mut found = Found::default();
+            let mut of_ray = Vec::new();
+            for ray in row * columns..(row + 1) * columns {
+                of_ray.clear();
+                let (solid, spans) = (Spans::new(image.samples(ray)), region.spans(image.axis(), ray));
+                stretches(solid, spans, phase, flush, |stretch| of_ray.push(stretch));
+                if let (true, [first, .., last]) = (joins, &of_ray[..])
+                    && (first.ends[0], last.ends[1]) == (End::Boundary, End::Boundary)
+                {
+                    found.add(first.length() + last.length(), [last.ends[0], first.ends[1]]);
+                    of_ray.pop();
+                    of_ray.swap_remove(0);
+                }
+                of_ray.iter().for_each(|stretch| found.add(stretch.length(), stretch.ends));
+            }
+            found
+        };
+        let by_row: Vec<Found> = (0..rows).into_par_iter().map(of_row).collect();
+        Chords {
+            step: image.grid().step(),
+            complete: by_row.iter().flat_map(|found| &found.complete).copied().collect(),
+            censored: by_row.iter().flat_map(|found| &found.censored).copied().collect(),
+            ends: by_row.iter().map(|found| found.ends).sum(),
+        }
+    }
+
+    /// The chords of several images of one grid together, as those along x, y and z.
+    ///
+    /// # Panics
+    /// If there are none, or their lattices differ in step.
+    pub fn together(parts: &[Chords]) -> Chords {
+        let step = parts.first().expect("chords to put together").step;
+        assert!(parts.iter().all(|part| part.step == step), "chords on lattices of different steps");
+        Chords {
+            step,
+            complete: parts.iter().flat_map(|part| &part.complete).copied().collect(),
+            censored: parts.iter().flat_map(|part| &part.censored).copied().collect(),
+            ends: parts.iter().map(|part| part.ends).sum(),
+        }
+    }
+
+    /// How many chords there are, censored ones among them.
+    pub fn count(&self) -> u64 {
+        (self.complete.len() + self.censored.len()) as u64
+    }
+
+    /// The length of all chords, censored ones as far as they are seen, in world units.
+    pub fn length(&self) -> f64 {
+        self.world(total(&self.complete) + total(&self.censored))
+    }
+
+    /// The mean chord, in world units: the length of all over half the ends that the surface makes, so that cut chords
+    /// distort nothing; see the module's docs. Nothing where the surface ends no chord.
+    pub fn mean(&self) -> Option<f64> {
+        (self.ends > 0).then(|| self.length() / (0.5 * self.ends as f64))
+    }
+
+    /// The chords that the region's boundary ends; shares are NaN where there are no chords at all.
+    pub fn censored(&self) -> Censored {
+        let length = self.world(total(&self.censored));
+        let count = self.censored.len() as u64;
+        Censored { count, share: count as f64 / self.count() as f64, length, share_of_length: length / self.length() }
+    }
+
+    /// The distribution of lengths in world units; nothing where no chord counts.
+    pub fn distribution(&self, weighting: Weighting, counted: Counted) -> Option<Distribution> {
+        let censored = match counted {
+            Counted::Complete => &[][..],
+            Counted::All => &self.censored,
+        };
+        let complete = self.complete.len();
+        Distribution::gather(complete + censored.len(), |i| {
+            let steps = if i < complete { self.complete[i] } else { censored[i - complete] };
+            let length = self.step * f64::from(steps);
+            match weighting {
+                Weighting::Number => (length, 1.0),
+                Weighting::Length => (length, length),
+            }
+        })
+    }
+
+    fn world(&self, steps: i64) -> f64 {
+        self.step * steps as f64
+    }
+}
+
+fn total(lengths: &[i32]) -> i64 {
+    lengths.par_iter().with_min_len(1 << 16).map(|&length| i64::from(length)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    use crate::grid::{Axis, LatticeBox};
+    use crate::integrate;
+    use crate::metrics::anisotropy::crossings_along;
+    use crate::metrics::elements::SurfaceElements;
+    use crate::metrics::elements::tests::{Sampled, grid_of, network, order, struts, turned, turns};
+    use crate::solids::{self, Surface};
+
+    fn of_axes(sampled: &Sampled, region: &Region, phase: Phase, edges: Edges) -> Chords {
+        Chords::together(&sampled.images.each_ref().map(|image| Chords::along(image, region, phase, edges)))
+    }
+
+    #[test]
+    fn chords_of_a_ball() {
+        // By length, the mean is ⟨l²⟩/⟨l⟩ = 2R²/(4R/3).
+        let exact = [4.0 / 3.0, 2.0f64.sqrt() / 3.0, 1.5];
+        let errors = [32, 64, 128].map(|resolution| {
+            // Somewhere between the rays, ten times over.
+            let found: Vec<[f64; 3]> = (0..10)
+                .map(|i| {
+                    let place = DVec3::new(0.618034, 0.754878, 0.569840) * f64::from(i);
+                    let corner = DVec3::splat(-1.1) - 2.2 / f64::from(resolution) * place.fract();
+                    let grid = grid_of(corner, corner + 2.2, resolution);
+                    let ball = Sampled::on(&grid, solids::geodesic(1.0, 64).unwrap());
+                    let chords = of_axes(&ball, &ball.whole(), Phase::Solid, Edges::Clip);
+                    let number = chords.distribution(Weighting::Number, Counted::Complete).unwrap();
+                    let length = chords.distribution(Weighting::Length, Counted::Complete).unwrap();
+                    assert_eq!((chords.censored().count, number.count()), (0, chords.count()));
+                    assert!((chords.mean().unwrap() - number.mean()).abs() < 1e-12);
+                    [number.mean(), number.deviation(), length.mean()]
+                })
+                .collect();
+            let mean = [0, 1, 2].map(|k| found.iter().map(|values| values[k]).sum::<f64>() / 10.0);
+            let off = |value: f64, k: usize| (value / exact[k] - 1.0).abs();
+            let worst = [0, 1, 2].map(|k| found.iter().map(|values| off(values[k], k)).fold(0.0, f64::max));
+            println!("ball of {resolution} rays: mean, SD, mean by length {mean:.5?}, off by {worst:.5?} at most");
+            [[off(mean[0], 0), off(mean[1], 1), off(mean[2], 2)], worst]
+        });
+        let orders = [0, 1, 2].map(|k| order(errors.map(|[_, worst]| worst[k])));
+        println!("ball, chords: orders {orders:.2?}");
+        let [mean, worst] = errors[2];
+        assert!(mean.iter().all(|&error| error < 1e-3) && worst.iter().all(|&error| error < 5e-3), "{errors:?}");
+    }
+
+    /// How far the mean chord is from 2φ/P_L, along every axis, of either phase, cut or joined.
+    fn off_from_crossings(mesh: &Sampled, region: &Region) -> f64 {
+        let facets = mesh.facets();
+        let surface = SurfaceElements::within(&facets, &mesh.images, region);
+        let mut worst = 0.0f64;
+        for (image, direction) in mesh.images.iter().zip(DVec3::AXES) {
+            let crossings = crossings_along(&surface, region.volume(), direction);
+            let [solid, pore] = Phase::BOTH.map(|phase| Chords::along(image, region, phase, Edges::Clip).length());
+            for (phase, length) in [(Phase::Solid, solid), (Phase::Pore, pore)] {
+                let expected = 2.0 * length / (solid + pore) / crossings;
+                for edges in [Edges::Clip, Edges::Periodic] {
+                    let mean = Chords::along(image, region, phase, edges).mean().unwrap();
+                    worst = worst.max((mean / expected - 1.0).abs());
+                }
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn mean_chords_are_twice_the_share_over_the_crossings() {
+        for surface in [Surface::Gyroid, Surface::Diamond] {
+            let mesh = network(surface, 1, 32);
+            let errors = [32, 64, 128].map(|resolution| {
+                let cell = Sampled::of(mesh.clone(), resolution);
+                off_from_crossings(&cell, &cell.boxed())
+            });
+            println!("{surface:?}: mean chord off 2φ/P_L by {errors:.5?}, order {:.2}", order(errors));
+            assert!(errors[2] < 1e-2, "{surface:?}: {errors:?}");
+        }
+        // Struts that lie askew, in a box that cuts them anywhere: crossings are those of hits. (Those of facets, along rays
+        // that run with the struts, are 5 % off at ten rays to a strut.)
+        let mesh = turned(struts(3, 16), turns(4).last().unwrap());
+        let errors = [32, 64, 128].map(|resolution| {
+            let grid = grid_of(DVec3::splat(-2.7), DVec3::splat(2.7), resolution);
+            let lattice = Sampled::on(&grid, mesh.clone());
+            let side = grid.length(0) / 32;
+            let bounds = LatticeBox { min: [11 * side; 3], max: [21 * side; 3] };
+            off_from_crossings(&lattice, &Region::of_box(&grid, bounds))
+        });
+        println!("struts: mean chord off 2φ/P_L by {errors:.5?}, order {:.2}", order(errors));
+        assert!(errors[2] < 2e-2, "struts: {errors:?}");
+    }
+
+    #[test]
+    fn what_the_box_cuts_is_censored_and_what_repeats_is_joined() {
+        // Pores of 3 between plates of 1 in a box that begins in the middle of a pore: 1.5, then 3, then 1.5.
+        let plate = |z: f64| solids::cuboid(DVec3::new(0.0, 0.0, z), DVec3::new(8.0, 8.0, z + 1.0)).unwrap();
+        let (mut plates, other) = (plate(1.5), plate(5.5));
+        let base = plates.positions.len() as u32;
+        plates.positions.extend(other.positions);
+        plates.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
+        let plates = Sampled::on(&grid_of(DVec3::ZERO, DVec3::splat(8.0), 16), plates);
+        let [along_x, _, along_z] = [Axis::X, Axis::Y, Axis::Z].map(|axis| {
+            Phase::BOTH.map(|phase| {
+                [Edges::Clip, Edges::Periodic]
+                    .map(|edges| Chords::along(&plates.images[axis.depth()], &plates.whole(), phase, edges))
+            })
+        });
+        let [solid, [clipped, periodic]] = &along_z;
+        assert_eq!(solid[0], solid[1]);
+        assert!(solid[0].count() == 512 && (solid[0].mean().unwrap() - 1.0).abs() < 1e-6);
+        assert_eq!(solid[0].censored().count, 0);
+        let cut = clipped.censored();
+        assert_eq!((clipped.count(), cut.count), (768, 512));
+        assert!((cut.share - 2.0 / 3.0).abs() < 1e-12 && (cut.share_of_length - 0.5).abs() < 1e-6);
+        let mean = |counted| clipped.distribution(Weighting::Number, counted).unwrap().mean();
+        assert!((mean(Counted::Complete) - 3.0).abs() < 1e-6 && (mean(Counted::All) - 2.0).abs() < 1e-6);
+        // Ends tell the mean of all pores, whole and cut.
+        assert!((clipped.mean().unwrap() - 3.0).abs() < 1e-6);
+        assert_eq!((periodic.count(), periodic.censored().count), (512, 0));
+        let joined = periodic.distribution(Weighting::Length, Counted::Complete).unwrap();
+        assert!((joined.min() - 3.0).abs() < 1e-6 && (joined.max() - 3.0).abs() < 1e-6);
+        // Along x pores and plates go on for ever.
+        for chords in along_x.iter().flatten() {
+            assert!(chords.mean().is_none() && chords.distribution(Weighting::Number, Counted::Complete).is_none());
+            assert_eq!(chords.censored().share, 1.0);
+            assert!((chords.distribution(Weighting::Number, Counted::All).unwrap().mean() - 8.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn another_mesh_ends_chords_as_a_box_does() {
+        // A rod within a ball: solid chords along it end at the ball, those across it at its sides.
+        let grid = grid_of(DVec3::splat(-2.0), DVec3::splat(2.0), 64);
+        let rod = solids::cuboid(DVec3::new(-0.3, -0.3, -1.9), DVec3::new(0.3, 0.3, 1.9)).unwrap();
+        let [rod, ball] = [rod, solids::geodesic(1.0, 24).unwrap()].map(|mesh| Sampled::on(&grid, mesh));
+        let region = Region::of_solid(&ball.images);
+        let along = Chords::along(&rod.images[2], &region, Phase::Solid, Edges::Clip);
+        assert_eq!(along.censored().share, 1.0);
+        let across = Chords::along(&rod.images[0], &region, Phase::Solid, Edges::Clip);
+        let complete = across.distribution(Weighting::Number, Counted::Complete).unwrap();
+        assert!((complete.mean() - 0.6).abs() < 1e-6 && complete.deviation() < 1e-6);
+        assert!(across.censored().share < 0.1);
+        // The pore chords along the rod are those of the ball beside it, and cut at both ends.
+        let pores = Chords::along(&rod.images[2], &region, Phase::Pore, Edges::Clip);
+        let of_ball = integrate::length(&ball.images[2]) as f64 * grid.step();
+        assert!((pores.length() + along.length() - of_ball).abs() < 1e-9 * of_ball);
+        assert_eq!(pores.censored().share, 1.0);
+    }
+
+    #[test]
+    fn what_was_cut_with_the_region_itself_is_censored() {
+        // A rod that ends where the region does: its ends are no surface.
+        let grid = grid_of(DVec3::splat(-2.0), DVec3::splat(2.0), 32);
+        let block = |x: f64, z: f64| solids::cuboid(DVec3::new(-x, -x, -z), DVec3::new(x, x, z)).unwrap();
+        let [rod, region] = [block(0.5, 1.7), block(1.2, 1.7)].map(|mesh| Sampled::on(&grid, mesh));
+        let region = Region::of_solid(&region.images);
+        let along = Chords::along(&rod.images[2], &region, Phase::Solid, Edges::Clip);
+        assert_eq!(along.censored().share, 1.0);
+        let pores = Chords::along(&rod.images[2], &region, Phase::Pore, Edges::Clip);
+        assert!((pores.distribution(Weighting::Number, Counted::All).unwrap().min() - 3.4).abs() < 1e-6);
+    }
+}

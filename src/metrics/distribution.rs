@@ -44,7 +44,8 @@ impl Distribution {
         })
     }
 
-    fn gather(length: usize, at: impl Fn(usize) -> (f64, f64) + Sync) -> Option<Distribution> {
+    /// Of so many values with weights, each as `at` gives it.
+    pub(super) fn gather(length: usize, at: impl Fn(usize) -> (f64, f64) + Sync) -> Option<Distribution> {
         let chunks = || (0..length.div_ceil(CHUNK)).into_par_iter().map(|c| c * CHUNK..length.min((c + 1) * CHUNK));
         let counted = |range: std::ops::Range<usize>| range.map(&at).filter(|&(_, weight)| weight > 0.0);
         let sums: Vec<[f64; 5]> = chunks()

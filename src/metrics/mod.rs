@@ -22,7 +22,8 @@
 //! - [`components`], [`euler`]: pieces, pores, holes and cavities.
 //! - [`distance`] → [`thickness`] → [`access`]: balls that fit; what they reach from outside; what spans the region.
 //! - [`tortuosity`]: how much longer paths are, and how much slower diffusion is.
-//! - [`chords`], [`profiles`], [`anisotropy`], [`orientation`], [`curvature`], [`permeability`]: from rays and facets.
+//! - [`elements`]: the surface within a region, which [`anisotropy`] and [`orientation`] sum over.
+//! - [`chords`], [`profiles`], [`inertia`], [`curvature`], [`permeability`]: what else comes from rays and facets.
 //! - [`bounds`]: what certainly is solid, and what may be.
 
 pub mod access;
@@ -33,13 +34,17 @@ pub mod components;
 pub mod curvature;
 pub mod distance;
 mod distribution;
+mod eigen;
+pub mod elements;
 pub mod euler;
 mod facets;
+pub mod inertia;
 mod nodes;
 pub mod orientation;
 pub mod permeability;
 pub mod profiles;
 mod region;
+mod stretches;
 pub mod thickness;
 pub mod tortuosity;
 

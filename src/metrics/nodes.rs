@@ -24,7 +24,10 @@ impl NodeSet {
 
     /// All nodes of a raster.
     pub fn full(size: [usize; 3]) -> NodeSet {
-        NodeSet::from_fn(size, |_| true)
+        let mut set = NodeSet::empty(size);
+        set.bits.fill(u64::MAX);
+        set.trim();
+        set
     }
 
     /// The nodes for which `belongs` says so.
@@ -143,6 +146,15 @@ impl NodeSet {
             }
         }
     }
+}
+
+/// The words that the bits from `first` to `last` reach into, with a mask of those in each.
+pub(super) fn words_between(first: usize, last: usize) -> impl Iterator<Item = (usize, u64)> {
+    (first / 64..=last / 64).map(move |word| {
+        let from = if word == first / 64 { first % 64 } else { 0 };
+        let to = if word == last / 64 { last % 64 } else { 63 };
+        (word, u64::MAX << from & u64::MAX >> (63 - to))
+    })
 }
 
 #[cfg(test)]

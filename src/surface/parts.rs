@@ -3,52 +3,26 @@
 //! Where two surfaces graze each other the solid ends in a knife edge. Thinner than the pitch it is met by a node here and
 //! there, and its mesh falls into crumbs that nobody wants to print.
 
-use std::sync::atomic::{AtomicU32, Ordering};
-
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::forest::Forest;
 use crate::mesh::TriangleMesh;
 
 /// For each vertex the lowest one of its part; for a vertex without triangles itself. Triangles with an index out of range or
 /// with one twice connect nothing.
 ///
-/// A union in parallel in which the lowest index always wins, so that the result does not depend on threads.
+/// The result does not depend on threads.
 pub fn part_of_vertices(mesh: &TriangleMesh) -> Vec<u32> {
     let vertices = mesh.positions.len();
-    let parents: Vec<AtomicU32> = (0..vertices as u32).into_par_iter().map(AtomicU32::new).collect();
-    let find = |mut vertex: u32| {
-        loop {
-            let parent = parents[vertex as usize].load(Ordering::Relaxed);
-            if parent == vertex {
-                return vertex;
-            }
-            let above = parents[parent as usize].load(Ordering::Relaxed);
-            // A parent only ever becomes lower, so another thread's step is no worse than this one, and may be kept.
-            if above != parent {
-                let _ = parents[vertex as usize].compare_exchange(parent, above, Ordering::Relaxed, Ordering::Relaxed);
-            }
-            vertex = above;
-        }
-    };
-    let join = |a: u32, b: u32| {
-        let (mut a, mut b) = (find(a), find(b));
-        while a != b {
-            let (low, high) = (a.min(b), a.max(b));
-            let hung = parents[high as usize].compare_exchange(high, low, Ordering::Relaxed, Ordering::Relaxed);
-            if hung.is_ok() {
-                return;
-            }
-            (a, b) = (find(low), find(high));
-        }
-    };
+    let forest = Forest::new(vertices as u32);
     let connects =
         |&&[a, b, c]: &&[u32; 3]| a != b && b != c && c != a && [a, b, c].iter().all(|&v| (v as usize) < vertices);
     mesh.triangles.par_iter().filter(connects).for_each(|&[a, b, c]| {
-        join(a, b);
-        join(a, c);
+        forest.join(a, b);
+        forest.join(a, c);
     });
-    (0..vertices as u32).into_par_iter().map(find).collect()
+    forest.roots()
 }
 
 /// The parts of a closed mesh.

@@ -1,1 +1,80 @@
-//! Local thickness: the largest ball within a phase that holds a point.
+//! Local thickness: at each place the diameter of the largest ball within the phase that holds it.
+//!
+//! τ(p) = 2 max { r : p ∈ B(c, r) ⊂ Ω } (Hildebrand & Rüegsegger 1997); of the solid it is trabecular thickness (Tb.Th), of
+//! the pores trabecular separation (Tb.Sp) and the pore size. Voxel programs measure to the centres of voxels and have
+//! balls around nodes alone, both of which makes a ball of radius 4 pitches 0.6 to 0.8 of its diameter. Here
+//! distances are those to the surface itself ([`distance`](super::distance)) and centres lie anywhere.
+//!
+//! # How
+//! 1. *Ridge*: nodes that the ridges of the distance pass, and for each the largest ball whose centre is in its cell
+//!    ([`largest_balls`]).
+//! 2. *Thin out*: balls that others nearby, not larger by much, cover but for a fraction of a pitch are left out.
+//! 3. *Paint*: plane by plane, largest first, each node by the first ball that comes to it ([`paint`]). What is not yet
+//!    painted is a bit, so that a ball costs a few words a row rather than its volume.
+//! 4. *Fill*: crescents that no ball came to, next to edges and to the surface, get the largest of their neighbours.
+
+mod paint;
+mod ridge;
+mod thin;
+
+pub use paint::paint;
+pub use ridge::largest_balls;
+
+use rayon::prelude::*;
+
+use super::NodeSet;
+use super::distance::DistanceField;
+
+/// A ball within a phase, in pitches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// Its centre, in the cell of its node.
+    pub centre: [f32; 3],
+    /// Its radius.
+    pub radius: f32,
+    /// The index of its node: (z · size[1] + y) · size[0] + x.
+    pub node: u32,
+}
+
+/// The local thickness of a phase at each of its nodes, in pitches, and 0 at others: a diameter, never less than twice the
+/// distance. Infinite where the field is.
+///
+/// # Panics
+/// If field and nodes are of rasters of different sizes.
+pub fn local_thickness(field: &DistanceField, nodes: &NodeSet) -> Vec<f32> {
+    let balls = largest_balls(field, nodes);
+    let sizes: Vec<f32> = balls.iter().map(|ball| 2.0 * ball.radius).collect();
+    let mut thickness = paint(&balls, &sizes, nodes, field.edges());
+    each_of(&mut thickness, nodes, |index, thickness| *thickness = thickness.max(2.0 * field.values()[index]));
+    thickness
+}
+
+/// For each node of a phase the radius of the largest ball whose centre is in its cell, in pitches: that of `balls`, or the
+/// distance where they have none there; 0 at other nodes.
+///
+/// # Panics
+/// If field and nodes are of rasters of different sizes.
+pub fn radii(field: &DistanceField, nodes: &NodeSet, balls: &[Ball]) -> Vec<f32> {
+    assert_eq!(field.size(), nodes.size(), "nodes of the field's raster");
+    let mut radii = vec![0.0; nodes.volume()];
+    each_of(&mut radii, nodes, |index, radius| *radius = field.values()[index]);
+    for ball in balls {
+        let radius = &mut radii[ball.node as usize];
+        *radius = radius.max(ball.radius);
+    }
+    radii
+}
+
+/// Changes the values of a map at nodes of a set.
+fn each_of(map: &mut [f32], nodes: &NodeSet, change: impl Fn(usize, &mut f32) + Sync) {
+    let [columns, rows, _] = nodes.size();
+    map.par_chunks_mut(columns.max(1)).enumerate().for_each(|(row, map)| {
+        let (y, z) = (row % rows, row / rows);
+        for (x, value) in map.iter_mut().enumerate().filter(|(x, _)| nodes.contains([*x, y, z])) {
+            change(row * columns + x, value);
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests;

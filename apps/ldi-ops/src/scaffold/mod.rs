@@ -8,6 +8,7 @@
 mod fixture;
 pub mod id;
 pub mod limits;
+pub mod measure;
 pub mod page;
 pub mod quantity;
 pub mod sheet;

@@ -1,0 +1,97 @@
+//! The two ends of a region along an axis.
+
+use std::ops::Range;
+
+use crate::grid::Axis;
+use crate::metrics::{NodeSet, Region};
+
+/// The share of its extent that counts as an end of a region which is no box: such a region may end in a single node.
+const END: f64 = 1.0 / 20.0;
+
+/// Where what spans a region begins and ends: the nodes of planes across an axis.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ends {
+    pub(super) axis: Axis,
+    pub(super) low: Range<usize>,
+    pub(super) high: Range<usize>,
+    /// The planes across each axis that hold nodes of the region, where it is a box.
+    pub(super) sides: Option<[Range<usize>; 3]>,
+}
+
+impl Ends {
+    /// Of a raster that is a box as a whole: its first plane and its last.
+    pub fn of_raster(size: [usize; 3], axis: Axis) -> Ends {
+        Ends::of_box(size.map(|side| 0..side), axis)
+    }
+
+    /// Of a box, the plane of nodes at either face; of another region, those in the lowest twentieth of its extent along the
+    /// axis and in the highest, at least a plane each. Nothing of a region without nodes.
+    pub fn of_region(region: &Region<'_>, axis: Axis) -> Option<Ends> {
+        let sides = extent(region.nodes())?;
+        if region.is_box() {
+            return Some(Ends::of_box(sides, axis));
+        }
+        let Range { start, end } = sides[axis.depth()];
+        let planes = (((end - start) as f64 * END).round() as usize).max(1);
+        Some(Ends { axis, low: start..start + planes, high: end - planes..end, sides: None })
+    }
+
+    fn of_box(sides: [Range<usize>; 3], axis: Axis) -> Ends {
+        let Range { start, end } = sides[axis.depth()];
+        Ends { axis, low: start..start + 1, high: end.saturating_sub(1)..end, sides: Some(sides) }
+    }
+
+    /// The axis between the ends.
+    pub fn axis(&self) -> Axis {
+        self.axis
+    }
+
+    /// The nodes of a set that are in planes of a range across the axis.
+    pub(super) fn nodes_in<'a>(
+        &self,
+        nodes: &'a NodeSet,
+        planes: Range<usize>,
+    ) -> impl Iterator<Item = [usize; 3]> + use<'a> {
+        let size = nodes.size();
+        let mut ranges = size.map(|side| 0..side);
+        ranges[self.axis.depth()] = planes;
+        let [xs, ys, zs] = ranges;
+        zs.flat_map(move |z| {
+            let xs = xs.clone();
+            ys.clone().flat_map(move |y| xs.clone().map(move |x| [x, y, z]))
+        })
+        .filter(|&node| nodes.contains(node))
+    }
+}
+
+/// The planes across x, y and z between which all nodes of a set lie; nothing of an empty set.
+fn extent(nodes: &NodeSet) -> Option<[Range<usize>; 3]> {
+    let size = nodes.size();
+    let mut columns = vec![0u64; nodes.words()];
+    let (mut rows, mut planes) = (vec![false; size[1]], vec![false; size[2]]);
+    for (z, plane) in planes.iter_mut().enumerate() {
+        for (y, row) in rows.iter_mut().enumerate() {
+            let words = nodes.row(y, z);
+            columns.iter_mut().zip(words).for_each(|(column, word)| *column |= word);
+            let holds = words.iter().any(|&word| word != 0);
+            *row |= holds;
+            *plane |= holds;
+        }
+    }
+    let columns: Vec<bool> = (0..size[0]).map(|x| columns[x / 64] >> (x % 64) & 1 == 1).collect();
+    let range = |held: &[bool]| Some(held.iter().position(|&h| h)?..held.iter().rposition(|&h| h)? + 1);
+    Some([range(&columns)?, range(&rows)?, range(&planes)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_extent_is_that_of_the_nodes() {
+        let size = [130, 5, 6];
+        let block = NodeSet::from_fn(size, |[x, y, z]| (62..68).contains(&x) && y > 0 && z > 1);
+        assert_eq!(extent(&block), Some([62..68, 1..5, 2..6]));
+        assert_eq!(extent(&NodeSet::empty(size)), None);
+    }
+}

@@ -1,0 +1,52 @@
+//! What gets to each node, and what becomes of balls by it.
+
+use rayon::prelude::*;
+
+use super::basins::Basins;
+use super::steps::Steps;
+use crate::metrics::thickness::{Ball, paint};
+use crate::metrics::{Edges, NodeSet};
+
+/// The least radius of what gets anywhere: nodes of a piece that is open are reached, however narrow it is.
+pub(super) const LEAST: f32 = f32::MIN_POSITIVE;
+
+/// For each node the radius, in pitches, of the largest ball that gets there from one of `sources`: the greatest, of all
+/// paths, of the least radius on the path. 0 of nodes that no path leads to, above 0 of all others.
+///
+/// `radii` says how large a ball has room in a node's cell, in pitches; paths go through `nodes`, and from one 6-connected
+/// piece of them to another never. With [`Edges::Periodic`] they wrap; with the others they end where the raster does.
+/// Sources outside `nodes` do not count. For access from outside, `nodes` are the open pores
+/// ([`open_pores`](crate::metrics::components::open_pores)), and sources the [`rim`](crate::metrics::components::rim) of the
+/// region.
+///
+/// The values are exact for those radii. It takes 4 bytes for each node beside the result, and the passes over the raster
+/// are parallel.
+///
+/// # Panics
+/// If there is not a radius for each node, the sets are of rasters of different sizes, or there are 2³¹ nodes or more.
+pub fn bottlenecks(radii: &[f32], nodes: &NodeSet, sources: &NodeSet, edges: Edges) -> Vec<f32> {
+    assert_eq!(radii.len(), nodes.volume(), "a radius for each node");
+    let steps = Steps::new(nodes, edges);
+    Basins::new(&steps, radii).bottlenecks(&sources.and(nodes))
+}
+
+/// The access size of each of the open nodes, a diameter in pitches: that of the largest ball from outside that covers the
+/// node. 0 of others.
+///
+/// `balls` are the largest of the pores ([`largest_balls`](crate::metrics::thickness::largest_balls)) and `bottlenecks` are
+/// those of the open nodes, from outside. Sizes are right to half a pitch, as painting is.
+///
+/// # Panics
+/// If there is not a bottleneck for each node.
+pub fn access_sizes(balls: &[Ball], bottlenecks: &[f32], open: &NodeSet, edges: Edges) -> Vec<f32> {
+    assert_eq!(bottlenecks.len(), open.volume(), "a bottleneck for each node");
+    let lowered = |ball: &Ball| 2.0 * ball.radius.min(bottlenecks[ball.node as usize]);
+    let sizes: Vec<f32> = balls.par_iter().with_min_len(1 << 12).map(lowered).collect();
+    paint(balls, &sizes, open, edges)
+}
+
+/// The largest of some radii, but no more than the sides of the raster together: where there is no surface, radii are infinite.
+pub(super) fn widest(radii: &[f32], size: [usize; 3]) -> f32 {
+    let largest = radii.par_iter().with_min_len(1 << 14).copied().reduce(|| 0.0, f32::max);
+    largest.min(size.iter().sum::<usize>() as f32)
+}

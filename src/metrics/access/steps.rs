@@ -1,0 +1,263 @@
+//! Steps from a node to those around it, of which none leaves the 6-connected piece that it starts in.
+//!
+//! A path of 6-neighbours alone is crooked: a ball that moves along a diagonal would have to go round corners of the
+//! lattice, where there is less room. So paths step to all 26 neighbours, but to one across an edge or a corner only where
+//! 6-neighbours lead there too, within the cube of the 27. Then two pieces that meet but at a corner stay two.
+
+use crate::grid::Axis;
+use crate::metrics::{Edges, NodeSet};
+
+/// Nodes of the cube around a node: bit 9·(dz + 1) + 3·(dy + 1) + dx + 1.
+pub(in crate::metrics) type Cube = u32;
+
+/// The bit of the node in the middle of the cube.
+pub(in crate::metrics) const MIDDLE: u32 = 13;
+
+const ALL: Cube = (1 << 27) - 1;
+const X_LOW: Cube = 0o111_111_111;
+const X_HIGH: Cube = X_LOW << 2;
+const Y_LOW: Cube = 0o007_007_007;
+const Y_HIGH: Cube = Y_LOW << 6;
+
+/// The steps within a set of nodes.
+pub(in crate::metrics) struct Steps<'a> {
+    nodes: &'a NodeSet,
+    size: [usize; 3],
+    wraps: [bool; 3],
+}
+
+impl<'a> Steps<'a> {
+    /// With [`Edges::Periodic`] a step over one face of the raster enters at the opposite one.
+    ///
+    /// # Panics
+    /// If the raster has 2³¹ nodes or more.
+    pub fn new(nodes: &'a NodeSet, edges: Edges) -> Steps<'a> {
+        assert!(nodes.volume() < 1 << 31, "{} nodes; fewer than 2³¹ are possible", nodes.volume());
+        Steps { nodes, size: nodes.size(), wraps: [edges == Edges::Periodic; 3] }
+    }
+
+    /// The same without wrapping along an axis.
+    pub fn between_ends(nodes: &'a NodeSet, edges: Edges, axis: Axis) -> Steps<'a> {
+        let mut steps = Steps::new(nodes, edges);
+        steps.wraps[axis.depth()] = false;
+        steps
+    }
+
+    /// Nodes along x, y and z.
+    pub fn size(&self) -> [usize; 3] {
+        self.size
+    }
+
+    /// The place of a node, of its number.
+    #[inline]
+    pub fn place(&self, index: u32) -> [usize; 3] {
+        place(self.size, index)
+    }
+
+    /// The nodes of the set in row (y, z), ascending.
+    pub fn members(&self, y: usize, z: usize) -> impl Iterator<Item = usize> + use<'a> {
+        members(self.nodes.row(y, z))
+    }
+
+    /// The number of a node: (z · size[1] + y) · size[0] + x.
+    #[inline]
+    pub fn index(&self, [x, y, z]: [usize; 3]) -> u32 {
+        ((z * self.size[1] + y) * self.size[0] + x) as u32
+    }
+
+    /// The node that bit `bit` of the cube around `node` stands for. It must be in the raster, or steps must wrap.
+    #[inline]
+    pub fn neighbour(&self, node: [usize; 3], bit: u32) -> [usize; 3] {
+        let by = [bit % 3, bit / 3 % 3, bit / 9];
+        std::array::from_fn(|axis| {
+            let (at, side) = (node[axis] + by[axis] as usize, self.size[axis]);
+            // `at` is one more than the coordinate.
+            if at == 0 {
+                side - 1
+            } else if at > side {
+                0
+            } else {
+                at - 1
+            }
+        })
+    }
+
+    /// The neighbours of a node that a step leads to.
+    #[inline]
+    pub fn from(&self, [x, y, z]: [usize; 3]) -> Cube {
+        self.row(y, z).from(x)
+    }
+
+    /// The nodes of row (y, z), with the rows around it.
+    #[inline]
+    pub fn row(&self, y: usize, z: usize) -> Row<'a> {
+        let rows = std::array::from_fn(|i| {
+            let (y, z) = (self.beside(y, i % 3, 1)?, self.beside(z, i / 3, 2)?);
+            Some((self.nodes.row(y, z), self.index([0, y, z])))
+        });
+        Row { rows, side: self.size[0], wraps: self.wraps[0] }
+    }
+
+    /// The coordinate `by` − 1 further, if it is in the raster.
+    #[inline]
+    fn beside(&self, at: usize, by: usize, axis: usize) -> Option<usize> {
+        let side = self.size[axis];
+        match at + by {
+            0 => self.wraps[axis].then(|| side - 1),
+            beyond if beyond > side => self.wraps[axis].then_some(0),
+            within => Some(within - 1),
+        }
+    }
+}
+
+/// A row of nodes and the eight around it that are in the raster, each with the number of its first node.
+pub(in crate::metrics) struct Row<'a> {
+    rows: [Option<(&'a [u64], u32)>; 9],
+    side: usize,
+    wraps: bool,
+}
+
+impl Row<'_> {
+    /// The neighbours of node x of the row that a step leads to.
+    #[inline]
+    pub fn from(&self, x: usize) -> Cube {
+        let within = self.cube(x);
+        if within == ALL {
+            return ALL & !(1 << MIDDLE);
+        }
+        let mut reached: Cube = 1 << MIDDLE;
+        for _ in 0..3 {
+            reached |= spread(reached) & within;
+        }
+        reached & !(1 << MIDDLE)
+    }
+
+    /// Which nodes of the cube around node x belong to the set.
+    #[inline]
+    pub fn cube(&self, x: usize) -> Cube {
+        let rows = self.rows.iter().enumerate();
+        rows.fold(0, |cube, (i, row)| row.map_or(cube, |(words, _)| cube | self.triple(x, words) << (3 * i)))
+    }
+
+    /// The number of the neighbour of node x that a bit of its cube stands for.
+    #[inline]
+    pub fn number(&self, x: usize, bit: u32) -> u32 {
+        let (_, first) = self.rows[bit as usize / 3].expect("a neighbour in the raster");
+        first + ((x + bit as usize % 3 + self.side - 1) % self.side) as u32
+    }
+
+    /// Nodes x − 1, x and x + 1 of a row, as three bits.
+    #[inline]
+    fn triple(&self, x: usize, row: &[u64]) -> u32 {
+        let bit = |x: usize| (row[x / 64] >> (x % 64) & 1) as u32;
+        if x > 0 && x + 1 < self.side {
+            let (word, shift) = ((x - 1) / 64, (x - 1) % 64);
+            let mut bits = row[word] >> shift;
+            if shift > 61 {
+                bits |= row[word + 1] << (64 - shift);
+            }
+            return bits as u32 & 7;
+        }
+        let beyond = |at: usize| u32::from(self.wraps) & bit(at);
+        let low = if x > 0 { bit(x - 1) } else { beyond(self.side - 1) };
+        let high = if x + 1 < self.side { bit(x + 1) } else { beyond(0) };
+        low | bit(x) << 1 | high << 2
+    }
+}
+
+/// The place of a node of a raster, of its number.
+#[inline]
+pub(in crate::metrics) fn place(size: [usize; 3], index: u32) -> [usize; 3] {
+    let (width, height) = (size[0] as u32, size[1] as u32);
+    let row = index / width;
+    [(index % width) as usize, (row % height) as usize, (row / height) as usize]
+}
+
+/// The nodes of a row of a set, ascending.
+pub(in crate::metrics) fn members(row: &[u64]) -> impl Iterator<Item = usize> + use<'_> {
+    row.iter().enumerate().flat_map(|(word, &bits)| {
+        let mut left = bits;
+        std::iter::from_fn(move || {
+            (left != 0).then(|| {
+                let x = word * 64 + left.trailing_zeros() as usize;
+                left &= left - 1;
+                x
+            })
+        })
+    })
+}
+
+/// The bits that are set in a cube, ascending.
+#[inline]
+pub(in crate::metrics) fn bits(cube: Cube) -> impl Iterator<Item = u32> {
+    let mut left = cube;
+    std::iter::from_fn(move || {
+        (left != 0).then(|| {
+            let bit = left.trailing_zeros();
+            left &= left - 1;
+            bit
+        })
+    })
+}
+
+/// The 6-neighbours of nodes of a cube that are in the cube.
+#[inline]
+fn spread(cube: Cube) -> Cube {
+    let x = (cube & !X_HIGH) << 1 | (cube & !X_LOW) >> 1;
+    let y = (cube & !Y_HIGH) << 3 | (cube & !Y_LOW) >> 3;
+    (x | y | cube << 9 | cube >> 9) & ALL
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A set that is neither dense nor sparse, the same every time.
+    fn scattered(size: [usize; 3]) -> NodeSet {
+        NodeSet::from_fn(size, |[x, y, z]| (x * 7 + y * 13 + z * 29 + x * y * z) % 5 < 3)
+    }
+
+    #[test]
+    fn the_cube_holds_what_the_set_holds() {
+        let size = [131, 4, 3];
+        let nodes = scattered(size);
+        for edges in [Edges::Clip, Edges::Periodic] {
+            let steps = Steps::new(&nodes, edges);
+            for index in 0..nodes.volume() as u32 {
+                let node = steps.place(index);
+                assert_eq!(steps.index(node), index);
+                let row = steps.row(node[1], node[2]);
+                let cube = row.cube(node[0]);
+                for bit in 0..27 {
+                    let by = [bit % 3, bit / 3 % 3, bit / 9];
+                    let inside = (0..3).all(|a| (1..=size[a]).contains(&(node[a] + by[a] as usize)));
+                    let other: [usize; 3] = std::array::from_fn(|a| (node[a] + by[a] as usize + size[a] - 1) % size[a]);
+                    let held = (inside || edges == Edges::Periodic) && nodes.contains(other);
+                    assert_eq!(cube >> bit & 1 == 1, held, "{edges:?}, {node:?}, {bit}");
+                    if held {
+                        assert_eq!(steps.neighbour(node, bit), other);
+                        assert_eq!(row.number(node[0], bit), steps.index(other));
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_step_leads_through_a_corner() {
+        // In the plane through the middle: itself, and one across an edge, first alone and then with one between them.
+        let alone = NodeSet::from_fn([3; 3], |node| node == [1, 1, 1] || node == [2, 2, 1]);
+        assert_eq!(Steps::new(&alone, Edges::Clip).from([1, 1, 1]), 0);
+        let between = NodeSet::from_fn([3; 3], |node| node == [1, 1, 1] || node == [2, 2, 1] || node == [2, 1, 1]);
+        assert_eq!(Steps::new(&between, Edges::Clip).from([1, 1, 1]).count_ones(), 2);
+        // To a corner of the cube three steps lead, and none of fewer.
+        let way = [[1, 1, 1], [1, 1, 2], [1, 2, 2], [2, 2, 2]];
+        let corner = |skipped: usize| {
+            let nodes =
+                NodeSet::from_fn([3; 3], |node| way.iter().enumerate().any(|(i, &w)| i != skipped && w == node));
+            Steps::new(&nodes, Edges::Clip).from([1, 1, 1]) >> 26 & 1
+        };
+        assert_eq!([1, 2, 9].map(corner), [0, 0, 1]);
+        assert_eq!(Steps::new(&NodeSet::full([3; 3]), Edges::Clip).from([1, 1, 1]).count_ones(), 26);
+    }
+}

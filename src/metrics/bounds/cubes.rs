@@ -1,0 +1,193 @@
+//! The cubes of a raster that the surface of a solid meets.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+use super::MARGIN;
+use crate::grid::{LatticeBox, LatticeSolid};
+use crate::metrics::nodes::words_between;
+
+/// Corners of a triangle cut by four planes: seven, and thirteen where rounding has made it less than convex, so that each
+/// plane adds half as many again.
+const CORNERS: usize = 13;
+
+/// The surface of a solid, ready to be cut to the cubes of its raster.
+pub(super) struct SurfaceCubes<'a> {
+    solid: &'a LatticeSolid<'a>,
+    cut_by: Option<LatticeBox>,
+    /// The planes of cubes that each triangle meets, the first and the last; none, an empty range, of one that does not count.
+    planes: Vec<[u32; 2]>,
+}
+
+impl<'a> SurfaceCubes<'a> {
+    /// Triangles in the faces of the box `cut_by` do not count.
+    pub fn of(solid: &'a LatticeSolid<'a>, cut_by: Option<LatticeBox>) -> SurfaceCubes<'a> {
+        let raster = Raster::of(solid);
+        let planes = |triangle: &[u32; 3]| {
+            let corners = triangle.map(|v| solid.positions()[v as usize]);
+            match cut_by.is_some_and(|cut_by| lies_in_a_face(&corners, &cut_by)) {
+                true => [1, 0],
+                false => raster.cubes(&Polygon::of(corners), 2),
+            }
+        };
+        let planes = solid.triangles().par_iter().with_min_len(1 << 12).map(planes).collect();
+        SurfaceCubes { solid, cut_by, planes }
+    }
+
+    /// The cubes met in some planes, a bit each, in words and rows as [`NodeSet`](crate::metrics::NodeSet) has them.
+    pub fn slab(&self, planes: Range<usize>) -> Vec<u64> {
+        let raster = Raster::of(self.solid);
+        let [columns, rows, _] = raster.size;
+        let words = columns.div_ceil(64);
+        let bits: Vec<AtomicU64> = (0..planes.len() * rows * words).map(|_| AtomicU64::new(0)).collect();
+        let set = |z: usize, y: usize, [first, last]: [u32; 2]| {
+            if first > last {
+                return;
+            }
+            let row = &bits[((z - planes.start) * rows + y) * words..][..words];
+            for (word, mask) in words_between(first as usize, last as usize) {
+                // Neighbouring triangles mostly meet the same cubes; reading is cheaper than writing what is there.
+                if row[word].load(Ordering::Relaxed) & mask != mask {
+                    row[word].fetch_or(mask, Ordering::Relaxed);
+                }
+            }
+        };
+        let meets =
+            |&[first, last]: &[u32; 2]| first <= last && planes.start <= last as usize && (first as usize) < planes.end;
+        self.planes
+            .par_iter()
+            .zip(self.solid.triangles())
+            .with_min_len(1 << 10)
+            .filter(|(range, _)| meets(range))
+            .for_each(|(&[low, high], triangle)| {
+                let whole = Polygon::of(triangle.map(|v| self.solid.positions()[v as usize]));
+                for z in (low as usize).max(planes.start)..(high as usize + 1).min(planes.end) {
+                    let in_plane = if low == high { whole } else { raster.cut(&whole, 2, z) };
+                    let [first, last] = raster.cubes(&in_plane, 1);
+                    for y in first..=last {
+                        let in_row = if first == last { in_plane } else { raster.cut(&in_plane, 1, y as usize) };
+                        set(z, y as usize, raster.cubes(&in_row, 0));
+                    }
+                }
+            });
+        let mut bits: Vec<u64> = bits.into_iter().map(AtomicU64::into_inner).collect();
+        self.add_cubes_without_nodes(&mut bits, planes);
+        bits
+    }
+
+    /// Where the region's box reaches into a cube and not to its node, the node says nothing of the solid within the box.
+    fn add_cubes_without_nodes(&self, bits: &mut [u64], planes: Range<usize>) {
+        let Some(cut_by) = self.cut_by else { return };
+        let Raster { size, .. } = Raster::of(self.solid);
+        let grid = self.solid.grid();
+        let is_without = |axis: usize, index: usize| {
+            let (low, node) = ((index as i32) << grid.shift(), grid.node(index as u32));
+            let high = low + (1 << grid.shift());
+            low < cut_by.max[axis] && cut_by.min[axis] < high && !(cut_by.min[axis]..=cut_by.max[axis]).contains(&node)
+        };
+        let [columns, rows, _] = size;
+        let words = columns.div_ceil(64);
+        let without =
+            [0, 1, 2].map(|axis| (0..size[axis]).filter(|&index| is_without(axis, index)).collect::<Vec<_>>());
+        let mut fill = |z: usize, y: usize, first: usize, last: usize| {
+            let row = &mut bits[((z - planes.start) * rows + y) * words..][..words];
+            words_between(first, last).for_each(|(word, mask)| row[word] |= mask);
+        };
+        for z in planes.clone() {
+            for y in 0..rows {
+                if without[2].contains(&z) || without[1].contains(&y) {
+                    fill(z, y, 0, columns - 1);
+                } else {
+                    without[0].iter().for_each(|&x| fill(z, y, x, x));
+                }
+            }
+        }
+    }
+}
+
+/// Whether a triangle lies in a face of a box.
+fn lies_in_a_face(corners: &[[i32; 3]; 3], faces: &LatticeBox) -> bool {
+    (0..3).any(|axis| {
+        [faces.min[axis], faces.max[axis]].iter().any(|face| corners.iter().all(|corner| corner[axis] == *face))
+    })
+}
+
+/// Where the cubes are.
+#[derive(Clone, Copy)]
+struct Raster {
+    size: [usize; 3],
+    /// Of a cube, in lattice steps.
+    side: f64,
+}
+
+impl Raster {
+    fn of(solid: &LatticeSolid) -> Raster {
+        let grid = solid.grid();
+        Raster { size: grid.rays().map(|n| n as usize), side: f64::from(1u32 << grid.shift()) }
+    }
+
+    /// The first and the last cube along an axis that a polygon meets; nothing, an empty range, of an empty polygon.
+    fn cubes(&self, polygon: &Polygon, axis: usize) -> [u32; 2] {
+        let corners = polygon.corners();
+        if corners.is_empty() {
+            return [1, 0];
+        }
+        let least = corners.iter().map(|corner| corner[axis]).fold(f64::INFINITY, f64::min);
+        let most = corners.iter().map(|corner| corner[axis]).fold(f64::NEG_INFINITY, f64::max);
+        let cube = |at: f64| (at / self.side) as u32;
+        let last = self.size[axis] as u32 - 1;
+        [cube((least - f64::from(MARGIN)).max(0.0)).min(last), cube(most + f64::from(MARGIN)).min(last)]
+    }
+
+    /// What of a polygon lies in a layer of cubes across an axis.
+    fn cut(&self, polygon: &Polygon, axis: usize, layer: usize) -> Polygon {
+        let low = layer as f64 * self.side;
+        polygon.above(axis, low - f64::from(MARGIN), 1.0).above(axis, low + self.side + f64::from(MARGIN), -1.0)
+    }
+}
+
+/// A convex polygon, in lattice positions.
+#[derive(Clone, Copy)]
+struct Polygon {
+    corners: [[f64; 3]; CORNERS],
+    count: usize,
+}
+
+impl Polygon {
+    fn of(triangle: [[i32; 3]; 3]) -> Polygon {
+        let mut corners = [[0.0; 3]; CORNERS];
+        for (corner, position) in corners.iter_mut().zip(triangle) {
+            *corner = position.map(f64::from);
+        }
+        Polygon { corners, count: 3 }
+    }
+
+    fn corners(&self) -> &[[f64; 3]] {
+        &self.corners[..self.count]
+    }
+
+    /// What of it lies above a plane across an axis, or below for a `sign` of −1 (Sutherland and Hodgman 1974).
+    fn above(&self, axis: usize, plane: f64, sign: f64) -> Polygon {
+        let mut kept = Polygon { corners: [[0.0; 3]; CORNERS], count: 0 };
+        let mut keep = |corner: [f64; 3]| {
+            kept.corners[kept.count] = corner;
+            kept.count += 1;
+        };
+        let height = |corner: &[f64; 3]| sign * (corner[axis] - plane);
+        let corners = self.corners();
+        for (at, corner) in corners.iter().enumerate() {
+            let next = &corners[(at + 1) % corners.len()];
+            let (here, there) = (height(corner), height(next));
+            if here >= 0.0 {
+                keep(*corner);
+            }
+            if (here >= 0.0) != (there >= 0.0) {
+                let share = here / (here - there);
+                keep(std::array::from_fn(|i| corner[i] + share * (next[i] - corner[i])));
+            }
+        }
+        kept
+    }
+}

@@ -1,1 +1,0 @@
-//! Connected pieces of a set of nodes.

@@ -1,0 +1,59 @@
+//! Which pores are open.
+
+use rayon::prelude::*;
+
+use super::{Components, Connectivity, reached};
+use crate::metrics::{Edges, NodeSet};
+
+/// The pores that a fluid gets into from outside; the rest are closed. Porosity of either is its share of the region's nodes.
+///
+/// Pores hang together by faces (6 neighbours). With [`Edges::Clip`] and [`Edges::Border`] those are open that reach the
+/// [`rim`] of the region, and a pore that the region cuts counts as open, since nothing is known of what lies beyond. A cell
+/// that repeats has no outside: there ([`Edges::Periodic`], where the region must be the whole raster) those are open that
+/// go on for ever in at least one direction. The faces of the cell would be a wrong source, as a bubble that happens to lie
+/// across one is as closed as any other.
+///
+/// `pore` are nodes of the region; those that are not do not count.
+///
+/// # Panics
+/// If the sets are of rasters of different sizes.
+pub fn open_pores(pore: &NodeSet, region: &NodeSet, edges: Edges) -> NodeSet {
+    let pore = pore.and(region);
+    match edges {
+        Edges::Clip | Edges::Border => reached(&pore, Connectivity::Faces, edges, &rim(region)),
+        Edges::Periodic => {
+            let pieces = Components::of(&pore, Connectivity::Faces, edges);
+            pieces.nodes(|piece| pieces.directions(piece) > 0)
+        }
+    }
+}
+
+/// The nodes of a region with one of their 6 neighbours outside it: of a box its outermost layers. Outside the raster is
+/// outside the region.
+pub fn rim(region: &NodeSet) -> NodeSet {
+    let size = region.size();
+    let none = vec![0; region.words()];
+    let row = |y: usize, z: usize| match y < size[1] && z < size[2] {
+        true => region.row(y, z),
+        false => &none[..],
+    };
+    let rows: Vec<u64> = (0..size[1] * size[2])
+        .into_par_iter()
+        .with_min_len(64)
+        .flat_map_iter(|at| {
+            let (y, z) = (at % size[1], at / size[1]);
+            let own = row(y, z);
+            let across = [row(y.wrapping_sub(1), z), row(y + 1, z), row(y, z.wrapping_sub(1)), row(y, z + 1)];
+            (0..own.len()).map(move |word| {
+                let below = own[word] << 1 | if word > 0 { own[word - 1] >> 63 } else { 0 };
+                let above = own[word] >> 1 | own.get(word + 1).map_or(0, |next| next << 63);
+                own[word] & !across.iter().fold(below & above, |all, row| all & row[word])
+            })
+        })
+        .collect();
+    let mut rim = NodeSet::empty(size);
+    for (at, words) in rows.chunks(region.words().max(1)).enumerate() {
+        rim.row_mut(at % size[1], at / size[1]).copy_from_slice(words);
+    }
+    rim
+}

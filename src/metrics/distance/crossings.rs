@@ -1,0 +1,265 @@
+//! Where rows of nodes cross the surface.
+
+use rayon::prelude::*;
+
+use crate::grid::Axis;
+use crate::ldi::Ldi;
+use crate::metrics::{Edges, NodeSet, Region};
+
+/// What lies so near to a face of the box, or to the surface of the region, lies in it, in lattice steps: two for the
+/// rounding of either of them.
+const FACE_STEPS: i32 = 4;
+
+/// Rows that one task makes.
+const TASK: usize = 1 << 12;
+
+/// For each axis and each row of nodes along it, where the row crosses the surface: in pitches, node `i` lying at `i`,
+/// ascending.
+///
+/// Rows are numbered as the rays of images are: row · columns + column, where the columns of rows along x run along y, and
+/// those of rows along y and z run along x.
+#[derive(Clone, Debug)]
+pub struct Crossings {
+    size: [usize; 3],
+    rows: [Rows; 3],
+    walls: Option<[[f32; 3]; 2]>,
+}
+
+/// The crossings of the rows along an axis; those of row `r` are `places[starts[r] .. starts[r + 1]]`.
+#[derive(Clone, Debug)]
+struct Rows {
+    starts: Vec<u32>,
+    places: Vec<f32>,
+}
+
+impl Crossings {
+    /// The crossings of a solid, from its exact images along x, y and z.
+    ///
+    /// With [`Edges::Clip`] and [`Edges::Periodic`], what lies in a face of the box, or in the surface of a solid that is the
+    /// region, was cut there and does not count. Surfaces beyond the region do: they are real. With [`Edges::Periodic`] the
+    /// raster repeats, and where solid meets pore at its seam, there is a crossing. With [`Edges::Border`] the boundary of
+    /// the region is surface too: the planes of a box, and the crossings of a solid.
+    ///
+    /// # Panics
+    /// If the images are not those along x, y and z of the region's grid.
+    pub fn of_images(images: &[Ldi; 3], region: &Region, edges: Edges) -> Crossings {
+        let grid = region.grid();
+        let whole = (1u64 << grid.shift()) as f64;
+        let bounds = region.bounds();
+        let rows = Axis::ALL.map(|axis| {
+            let image = &images[axis.depth()];
+            assert!(image.axis() == axis && image.grid() == grid, "images along x, y and z of the region's grid");
+            let border = region.images().map(|images| &images[axis.depth()]);
+            let faces = [bounds.min[axis.depth()], bounds.max[axis.depth()]];
+            Rows::each(image.rays() as usize, |row, places| {
+                let depths = alternating(image.samples(row as u32));
+                let of_border = border.map_or(&[][..], |border| border.samples(row as u32));
+                let in_boundary = |depth: i32| match border {
+                    None => faces.iter().any(|face| (depth - face).abs() <= FACE_STEPS),
+                    Some(_) => of_border.iter().any(|other| (depth - other).abs() <= FACE_STEPS),
+                };
+                let place = |depth: i32| (f64::from(depth - grid.node(0)) / whole) as f32;
+                if edges == Edges::Periodic && border.is_none() {
+                    let ends = [depths.first(), depths.last()].map(|end| end.is_some_and(|&depth| in_boundary(depth)));
+                    if ends[0] != ends[1] {
+                        places.push(-0.5);
+                    }
+                }
+                places.extend(depths.iter().filter(|&&depth| !in_boundary(depth)).map(|&depth| place(depth)));
+                if edges == Edges::Border && border.is_some() {
+                    places.extend(of_border.iter().map(|&depth| place(depth)));
+                    places.sort_unstable_by(f32::total_cmp);
+                }
+            })
+        });
+        let walls = (edges == Edges::Border && region.is_box())
+            .then(|| region.bounds_in_pitches().map(|corner| corner.map(|place| place as f32)));
+        Crossings { size: grid.rays().map(|n| n as usize), rows, walls }
+    }
+
+    /// The crossings of a set of nodes, halfway between neighbours along an axis of which one belongs to it: the faces of
+    /// its voxels. With [`Edges::Periodic`] the first and the last of a row are neighbours, their face lying at −0.5; with
+    /// [`Edges::Border`] the faces of the raster are walls.
+    pub fn of_nodes(solid: &NodeSet, edges: Edges) -> Crossings {
+        let size @ [columns, rows, planes] = solid.size();
+        let seam = edges == Edges::Periodic;
+        let along_x = Rows::each(rows * planes, |row, places| {
+            let bits = solid.row(row % rows, row / rows);
+            let bit = |x: usize| bits[x / 64] >> (x % 64) & 1;
+            if seam && bit(0) != bit(columns - 1) {
+                places.push(-0.5);
+            }
+            for (word, &here) in bits.iter().enumerate() {
+                let next = bits.get(word + 1).map_or(0, |next| next << 63);
+                let mut changes = here ^ (here >> 1 | next);
+                while changes != 0 {
+                    let x = word * 64 + changes.trailing_zeros() as usize;
+                    changes &= changes - 1;
+                    if x + 1 < columns {
+                        places.push(x as f32 + 0.5);
+                    }
+                }
+            }
+        });
+        let along_y = Rows::across(columns, rows, planes, seam, |z, y| solid.row(y, z));
+        let along_z = Rows::across(columns, planes, rows, seam, |y, z| solid.row(y, z));
+        let walls = (edges == Edges::Border).then(|| [[-0.5; 3], size.map(|n| n as f32 - 0.5)]);
+        Crossings { size, rows: [along_x, along_y, along_z], walls }
+    }
+
+    /// Nodes along x, y and z.
+    pub fn size(&self) -> [usize; 3] {
+        self.size
+    }
+
+    /// Where a row crosses the surface, ascending.
+    #[inline]
+    pub fn row(&self, axis: Axis, row: usize) -> &[f32] {
+        let rows = &self.rows[axis.depth()];
+        &rows.places[rows.starts[row] as usize..rows.starts[row + 1] as usize]
+    }
+
+    /// How many crossings there are along an axis.
+    pub fn count(&self, axis: Axis) -> usize {
+        self.rows[axis.depth()].places.len()
+    }
+
+    /// Which of an axis' crossings is the first of a row.
+    #[inline]
+    pub(super) fn first(&self, axis: Axis, row: usize) -> u32 {
+        self.rows[axis.depth()].starts[row]
+    }
+
+    /// The lower and upper corner of a box whose faces are walls, in pitches.
+    pub fn walls(&self) -> Option<[[f32; 3]; 2]> {
+        self.walls
+    }
+}
+
+impl Rows {
+    /// # Panics
+    /// If there are more crossings than 32 bits count.
+    fn each(rows: usize, fill: impl Fn(usize, &mut Vec<f32>) + Sync) -> Rows {
+        let tasks: Vec<(Vec<u32>, Vec<f32>)> = (0..rows.div_ceil(TASK))
+            .into_par_iter()
+            .map(|task| {
+                let mut places = Vec::new();
+                let ends = (task * TASK..rows.min((task + 1) * TASK)).map(|row| {
+                    fill(row, &mut places);
+                    places.len() as u32
+                });
+                (ends.collect(), places)
+            })
+            .collect();
+        let mut all = Rows { starts: Vec::with_capacity(rows + 1), places: Vec::new() };
+        all.places.reserve_exact(tasks.iter().map(|(_, places)| places.len()).sum());
+        all.starts.push(0);
+        for (ends, places) in tasks {
+            let before = u32::try_from(all.places.len()).expect("fewer crossings than 2^32");
+            all.starts.extend(ends.into_iter().map(|end| before + end));
+            all.places.extend(places);
+        }
+        u32::try_from(all.places.len()).expect("fewer crossings than 2^32");
+        all
+    }
+
+    /// Rows across those of words: for each of `outer`, one for each column, of `steps` nodes, whose bits are column by
+    /// column those of `words(outer, step)`.
+    fn across<'a>(
+        columns: usize,
+        steps: usize,
+        outer: usize,
+        seam: bool,
+        words: impl Fn(usize, usize) -> &'a [u64] + Sync,
+    ) -> Rows {
+        let changes = |at: usize, take: &mut dyn FnMut(usize, f32)| {
+            let mut compare = |before: usize, after: usize, place: f32| {
+                for (word, (a, b)) in words(at, before).iter().zip(words(at, after)).enumerate() {
+                    let mut changes = a ^ b;
+                    while changes != 0 {
+                        take(word * 64 + changes.trailing_zeros() as usize, place);
+                        changes &= changes - 1;
+                    }
+                }
+            };
+            if seam {
+                compare(steps - 1, 0, -0.5);
+            }
+            (1..steps).for_each(|step| compare(step - 1, step, step as f32 - 0.5));
+        };
+        let tasks: Vec<(Vec<u32>, Vec<f32>)> = (0..outer)
+            .into_par_iter()
+            .map(|at| {
+                let mut starts = vec![0; columns + 1];
+                changes(at, &mut |column, _| starts[column + 1] += 1);
+                (0..columns).for_each(|column| starts[column + 1] += starts[column]);
+                let mut places = vec![0.0; starts[columns] as usize];
+                let mut next = starts.clone();
+                changes(at, &mut |column, place| {
+                    places[next[column] as usize] = place;
+                    next[column] += 1;
+                });
+                (starts, places)
+            })
+            .collect();
+        let mut all = Rows { starts: vec![0], places: Vec::new() };
+        for (starts, places) in tasks {
+            let before = u32::try_from(all.places.len()).expect("fewer crossings than 2^32");
+            all.starts.extend(starts[1..].iter().map(|start| before + start));
+            all.places.extend(places);
+        }
+        u32::try_from(all.places.len()).expect("fewer crossings than 2^32");
+        all
+    }
+}
+
+/// The depths at which a ray does change sides: pairs at the same depth, between which there is nothing, left out.
+fn alternating(depths: &[i32]) -> Vec<i32> {
+    let mut left: Vec<i32> = Vec::with_capacity(depths.len());
+    for &depth in depths {
+        match left.last() {
+            Some(&last) if last == depth => drop(left.pop()),
+            _ => left.push(depth),
+        }
+    }
+    left
+}
+
+#[cfg(test)]
+impl Crossings {
+    /// Of the solid where a function of the position in pitches is negative, found between neighbours by halving, and its
+    /// nodes. With [`Edges::Periodic`] the function is to have the raster's periods.
+    pub(crate) fn of_function(
+        size: [usize; 3],
+        edges: Edges,
+        function: impl Fn([f64; 3]) -> f64 + Sync,
+    ) -> (Crossings, NodeSet) {
+        let rows = Axis::ALL.map(|axis| {
+            let (depth, columns) = (axis.depth(), size[axis.column()]);
+            Rows::each(columns * size[axis.row()], |row, places| {
+                let at = |place: f64| {
+                    let mut position = [0.0; 3];
+                    position[depth] = place;
+                    position[axis.column()] = (row % columns) as f64;
+                    position[axis.row()] = (row / columns) as f64;
+                    function(position) < 0.0
+                };
+                let first = if edges == Edges::Periodic { -1 } else { 0 };
+                for before in first..size[depth] as i64 - 1 {
+                    let (mut low, mut high) = (before as f64, before as f64 + 1.0);
+                    let side = at(low);
+                    if side == at(high) {
+                        continue;
+                    }
+                    for _ in 0..24 {
+                        let middle = 0.5 * (low + high);
+                        *(if at(middle) == side { &mut low } else { &mut high }) = middle;
+                    }
+                    places.push(low as f32);
+                }
+            })
+        });
+        let walls = (edges == Edges::Border).then(|| [[-0.5; 3], size.map(|n| n as f32 - 0.5)]);
+        (Crossings { size, rows, walls }, NodeSet::from_fn(size, |node| function(node.map(|i| i as f64)) < 0.0))
+    }
+}

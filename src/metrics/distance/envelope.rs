@@ -1,0 +1,110 @@
+//! The least of squared distances along a row: the lower envelope of parabolas.
+
+/// A squared distance, and the crossing that it is to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Nearest {
+    pub squared: f32,
+    pub site: u32,
+}
+
+impl Nearest {
+    /// No crossing at all.
+    pub const NONE: Nearest = Nearest { squared: f32::INFINITY, site: u32::MAX };
+}
+
+/// A parabola of the envelope: squared distance `height` at place `at`.
+#[derive(Clone, Copy, Debug, Default)]
+struct Parabola {
+    at: f32,
+    height: f32,
+    site: u32,
+}
+
+/// The parabolas that are least somewhere, kept between rows to spare allocations.
+#[derive(Debug, Default)]
+pub(super) struct Envelope {
+    parabolas: Vec<Parabola>,
+}
+
+impl Envelope {
+    /// In place of each squared distance the least of all of the row plus the square of how far off they are, and its site.
+    ///
+    /// Which parabolas are least somewhere is decided without a division: of three in a row the middle one is hidden if where
+    /// it meets the first comes after where it meets the last (Maurer, Qi & Raghavan 2003).
+    pub fn lower(&mut self, row: &mut [Nearest], repeats: bool) {
+        let length = row.len();
+        self.parabolas.resize(if repeats { 3 * length } else { length }, Parabola::default());
+        let mut count = 0;
+        let mut push = |at: f32, nearest: &Nearest| {
+            if nearest.squared == f32::INFINITY {
+                return;
+            }
+            let parabolas = &mut self.parabolas[..];
+            while count >= 2 && hides(parabolas[count - 2], parabolas[count - 1], at, nearest.squared) {
+                count -= 1;
+            }
+            parabolas[count] = Parabola { at, height: nearest.squared, site: nearest.site };
+            count += 1;
+        };
+        if repeats {
+            let period = length as f32;
+            for shift in [-period, 0.0, period] {
+                row.iter().enumerate().for_each(|(i, nearest)| push(i as f32 + shift, nearest));
+            }
+        } else {
+            row.iter().enumerate().for_each(|(i, nearest)| push(i as f32, nearest));
+        }
+        let parabolas = &self.parabolas[..count];
+        let Some(mut least) = parabolas.first() else { return };
+        let mut rest = &parabolas[1..];
+        for (i, out) in row.iter_mut().enumerate() {
+            let from = |parabola: &Parabola| parabola.height + (i as f32 - parabola.at) * (i as f32 - parabola.at);
+            let mut squared = from(least);
+            while let Some((next, others)) = rest.split_first() {
+                let of_next = from(next);
+                if of_next >= squared {
+                    break;
+                }
+                (least, squared, rest) = (next, of_next, others);
+            }
+            *out = Nearest { squared, site: least.site };
+        }
+    }
+}
+
+/// Whether the middle one of three parabolas is least nowhere.
+#[inline]
+fn hides(first: Parabola, middle: Parabola, at: f32, height: f32) -> bool {
+    let (before, after) = (middle.at - first.at, at - middle.at);
+    let both = before + after;
+    both * middle.height - after * first.height - before * height > before * after * both
+}
+
+/// The nearest crossing of a row for each of its nodes. `number` is that of the row's first crossing.
+pub(super) fn along(places: &[f32], number: u32, period: Option<f32>, row: &mut [Nearest]) {
+    let (Some(&first), Some(&last)) = (places.first(), places.last()) else {
+        row.fill(Nearest::NONE);
+        return;
+    };
+    let (mut place, mut site, mut next) = (first, number, 1);
+    if let Some(period) = period {
+        (place, site, next) = (last - period, number + places.len() as u32 - 1, 0);
+    }
+    let beyond = period.map(|period| (first + period, number));
+    for (i, out) in row.iter_mut().enumerate() {
+        let at = i as f32;
+        loop {
+            let candidate = match places.get(next) {
+                Some(&place) => Some((place, number + next as u32)),
+                None => beyond.filter(|_| next == places.len()),
+            };
+            match candidate {
+                Some((other, of_other)) if (other - at).abs() < (place - at).abs() => {
+                    (place, site, next) = (other, of_other, next + 1);
+                }
+                _ => break,
+            }
+        }
+        *out = Nearest { squared: (place - at) * (place - at), site };
+    }
+}

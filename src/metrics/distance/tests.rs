@@ -1,0 +1,121 @@
+mod images;
+
+use super::*;
+use crate::metrics::NodeSet;
+
+/// Numbers of a simple generator, from 0 to below 1.
+fn random(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+fn random_nodes(size: [usize; 3], share: f64, seed: u64) -> NodeSet {
+    let mut next = random(seed);
+    let mut set = NodeSet::empty(size);
+    for node in nodes(size) {
+        if next() < share {
+            set.insert(node);
+        }
+    }
+    set
+}
+
+fn nodes([columns, rows, planes]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+    (0..planes).flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])))
+}
+
+/// All crossings as positions.
+fn cloud(crossings: &Crossings) -> Vec<[f64; 3]> {
+    let size = crossings.size();
+    let mut all = Vec::new();
+    for axis in Axis::ALL {
+        let columns = size[axis.column()];
+        for row in 0..columns * size[axis.row()] {
+            for &place in crossings.row(axis, row) {
+                let mut position = [0.0; 3];
+                position[axis.depth()] = f64::from(place);
+                position[axis.column()] = (row % columns) as f64;
+                position[axis.row()] = (row / columns) as f64;
+                all.push(position);
+            }
+        }
+    }
+    all
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Every node's distance against that to each of the cloud, and the site against the distance.
+fn check(crossings: &Crossings, edges: Edges) -> DistanceField {
+    let field = DistanceField::of(crossings, edges);
+    let size = field.size();
+    let cloud = cloud(crossings);
+    for (index, node) in nodes(size).enumerate() {
+        let at = node.map(|i| i as f64);
+        let to = |place: &[f64; 3]| {
+            let wrapped = [0, 1, 2].map(|i| {
+                let off = place[i] - at[i];
+                let period = size[i] as f64;
+                if edges == Edges::Periodic { off - period * (off / period).round() } else { off }
+            });
+            distance(wrapped, [0.0; 3])
+        };
+        let mut expected = cloud.iter().map(to).fold(f64::INFINITY, f64::min);
+        if let Some(walls) = crossings.walls() {
+            let to_walls = walls.iter().flat_map(|corner| [0, 1, 2].map(|i| (f64::from(corner[i]) - at[i]).abs()));
+            expected = to_walls.fold(expected, f64::min);
+        }
+        let found = f64::from(field.values()[index]);
+        if expected.is_infinite() {
+            assert!(found.is_infinite() && field.site(index).is_none());
+            continue;
+        }
+        assert!((found - expected).abs() <= 1e-5 * (1.0 + expected), "{node:?}: {found}, not {expected}");
+        let site = field.site(index).unwrap().map(f64::from);
+        assert!((distance(site, at) - found).abs() <= 1e-5 * (1.0 + found), "{node:?}: {site:?} is not at {found}");
+    }
+    field
+}
+
+#[test]
+fn distances_of_random_nodes_are_those_to_the_nearest_crossing() {
+    for (seed, size) in [(1, [13, 9, 17]), (2, [70, 5, 6]), (3, [6, 67, 4]), (4, [5, 3, 41]), (5, [1, 8, 8])] {
+        for share in [0.5, 0.05, 0.002, 0.0] {
+            let solid = random_nodes(size, share, seed);
+            for edges in [Edges::Clip, Edges::Periodic, Edges::Border] {
+                check(&Crossings::of_nodes(&solid, edges), edges);
+            }
+        }
+    }
+}
+
+#[test]
+fn distances_of_formulas_are_those_to_the_nearest_crossing() {
+    let sphere = |[x, y, z]: [f64; 3]| distance([x, y, z], [9.3, 10.1, 8.8]) - 7.4;
+    let wave = |p: [f64; 3]| {
+        let [x, y, z] = p.map(|x| x * std::f64::consts::TAU / 24.0);
+        x.sin() * y.cos() + y.sin() * z.cos() + z.sin() * x.cos() + 0.3
+    };
+    for edges in [Edges::Clip, Edges::Periodic, Edges::Border] {
+        check(&Crossings::of_function([20, 21, 19], edges, sphere).0, edges);
+        check(&Crossings::of_function([24; 3], edges, wave).0, edges);
+    }
+}
+
+#[test]
+fn threads_do_not_change_a_field() {
+    let solid = random_nodes([40, 33, 37], 0.02, 9);
+    let crossings = Crossings::of_nodes(&solid, Edges::Periodic);
+    let of = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| DistanceField::of(&crossings, Edges::Periodic))
+    };
+    let (one, three) = (of(1), of(3));
+    assert_eq!(one.values, three.values);
+    assert_eq!(one.sites, three.sites);
+}

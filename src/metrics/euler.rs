@@ -1,1 +1,0 @@
-//! The Euler characteristic of a set of nodes, and what follows from it.

@@ -1,0 +1,224 @@
+//! Maps of the largest of what covers each node.
+
+use rayon::prelude::*;
+
+use super::Ball;
+use super::thin::{CRESCENT, moved, thin_out};
+use crate::metrics::{Edges, NodeSet};
+
+/// What a node has that no ball came to.
+const UNPAINTED: f32 = -1.0;
+
+/// How far beyond a ball it paints, in pitches: as much as is lost where balls are left out. Else what comes after, the false
+/// ridges of a rough surface say, would paint the crescents in between.
+const MARGIN: f32 = CRESCENT;
+
+/// For each node of a phase the greatest size of the balls that hold it, and 0 at other nodes; sizes, one for each ball, are
+/// not negative. A node that no ball came to gets the greatest of its 26 neighbours in the phase, theirs first that have
+/// some, and 0 where there is no way from a node that has. With [`Edges::Periodic`] balls leave at one face and enter at the
+/// opposite one.
+///
+/// Where balls lie close, not all are painted: sizes are right to 0.5 pitches.
+///
+/// # Panics
+/// If there is not a size for each ball.
+pub fn paint(balls: &[Ball], sizes: &[f32], nodes: &NodeSet, edges: Edges) -> Vec<f32> {
+    assert_eq!(balls.len(), sizes.len(), "a size for each ball");
+    let raster @ [columns, rows, planes] = nodes.size();
+    let order = thin_out(balls, sizes, raster, edges);
+    let by_plane = ByPlane::of(&order, balls, planes, edges);
+    let mut map = vec![0.0; nodes.volume()];
+    map.par_chunks_mut((columns * rows).max(1)).enumerate().for_each(|(z, plane)| {
+        let mut canvas = Canvas::new(nodes, z, edges);
+        for &index in by_plane.at(z) {
+            if canvas.unpainted == 0 {
+                break;
+            }
+            canvas.paint(&balls[index as usize], sizes[index as usize], plane);
+        }
+        canvas.mark_unpainted(plane);
+    });
+    fill(&mut map, nodes, edges);
+    map
+}
+
+/// For each plane the balls that meet it, those of the largest size first.
+struct ByPlane {
+    starts: Vec<usize>,
+    balls: Vec<u32>,
+}
+
+impl ByPlane {
+    fn of(order: &[u32], balls: &[Ball], planes: usize, edges: Edges) -> ByPlane {
+        let met = |index: u32| {
+            let ball = &balls[index as usize];
+            let (low, high) =
+                ((ball.centre[2] - ball.radius).ceil() as i64, (ball.centre[2] + ball.radius).floor() as i64);
+            let [low, high] = match edges {
+                Edges::Periodic => [low, high.min(low + planes as i64 - 1)],
+                Edges::Clip | Edges::Border => [low.max(0), high.min(planes as i64 - 1)],
+            };
+            (low..=high).map(move |z| z.rem_euclid(planes as i64) as usize)
+        };
+        let mut starts = vec![0; planes + 1];
+        order.iter().flat_map(|&index| met(index)).for_each(|z| starts[z + 1] += 1);
+        (0..planes).for_each(|z| starts[z + 1] += starts[z]);
+        let mut next = starts.clone();
+        let mut list = vec![0; starts[planes]];
+        for &index in order {
+            for z in met(index) {
+                list[next[z]] = index;
+                next[z] += 1;
+            }
+        }
+        ByPlane { starts, balls: list }
+    }
+
+    fn at(&self, z: usize) -> &[u32] {
+        &self.balls[self.starts[z]..self.starts[z + 1]]
+    }
+}
+
+/// A plane, and what of it is not painted yet.
+struct Canvas {
+    z: usize,
+    size: [usize; 3],
+    edges: Edges,
+    words: usize,
+    bits: Vec<u64>,
+    /// Nodes not painted yet, of each row and of all.
+    of_rows: Vec<u32>,
+    unpainted: u32,
+}
+
+impl Canvas {
+    fn new(nodes: &NodeSet, z: usize, edges: Edges) -> Canvas {
+        let size = nodes.size();
+        let bits: Vec<u64> = (0..size[1]).flat_map(|y| nodes.row(y, z)).copied().collect();
+        let words = nodes.words();
+        let of_rows: Vec<u32> = bits.chunks(words).map(|row| row.iter().map(|word| word.count_ones()).sum()).collect();
+        let unpainted = of_rows.iter().sum();
+        Canvas { z, size, edges, words, bits, of_rows, unpainted }
+    }
+
+    /// Paints what the ball covers of the plane and nothing did before.
+    fn paint(&mut self, ball: &Ball, size: f32, plane: &mut [f32]) {
+        let [x, y, z] = ball.centre;
+        let radius = ball.radius + MARGIN;
+        let squared = radius * radius;
+        match self.edges {
+            Edges::Periodic => {
+                // Once for each repetition of the plane within the ball.
+                let depth = self.size[2] as f32;
+                let first = ((z - radius - self.z as f32) / depth).ceil() as i64;
+                let last = ((z + radius - self.z as f32) / depth).floor() as i64;
+                for repetition in first..=last {
+                    let off = self.z as f32 + repetition as f32 * depth - z;
+                    self.paint_disc([x, y], squared - off * off, size, plane);
+                }
+            }
+            Edges::Clip | Edges::Border => {
+                let off = self.z as f32 - z;
+                self.paint_disc([x, y], squared - off * off, size, plane);
+            }
+        }
+    }
+
+    fn paint_disc(&mut self, [x, y]: [f32; 2], squared: f32, size: f32, plane: &mut [f32]) {
+        if squared < 0.0 {
+            return;
+        }
+        let radius = squared.sqrt();
+        let repeats = self.edges == Edges::Periodic;
+        let rows = self.size[1] as i64;
+        let (mut low, mut high) = ((y - radius).ceil() as i64, (y + radius).floor() as i64);
+        if !repeats {
+            (low, high) = (low.max(0), high.min(rows - 1));
+        }
+        for at in low..=high {
+            let row = if (0..rows).contains(&at) { at as usize } else { at.rem_euclid(rows) as usize };
+            if self.of_rows[row] == 0 {
+                continue;
+            }
+            let off = at as f32 - y;
+            let half = (squared - off * off).max(0.0).sqrt();
+            let (first, last) = ((x - half).ceil() as i64, (x + half).floor() as i64);
+            let columns = self.size[0] as i64;
+            if !repeats {
+                self.paint_span(row, first.max(0), last.min(columns - 1), size, plane);
+            } else if last - first + 1 >= columns {
+                self.paint_span(row, 0, columns - 1, size, plane);
+            } else {
+                let from = first.rem_euclid(columns);
+                let to = from + last - first;
+                self.paint_span(row, from, to.min(columns - 1), size, plane);
+                self.paint_span(row, 0, to - columns, size, plane);
+            }
+        }
+    }
+
+    /// Paints what is not painted from `first` to `last`; nothing, if `last` comes before.
+    #[inline]
+    fn paint_span(&mut self, row: usize, first: i64, last: i64, size: f32, plane: &mut [f32]) {
+        if last < first {
+            return;
+        }
+        let (first, last) = (first as usize, last as usize);
+        for word in first / 64..=last / 64 {
+            let from = if word == first / 64 { u64::MAX << (first % 64) } else { u64::MAX };
+            let to = if word == last / 64 { u64::MAX >> (63 - last % 64) } else { u64::MAX };
+            let bits = &mut self.bits[row * self.words + word];
+            let mut found = *bits & from & to;
+            if found == 0 {
+                continue;
+            }
+            *bits &= !found;
+            self.of_rows[row] -= found.count_ones();
+            self.unpainted -= found.count_ones();
+            let at = row * self.size[0] + word * 64;
+            while found != 0 {
+                plane[at + found.trailing_zeros() as usize] = size;
+                found &= found - 1;
+            }
+        }
+    }
+
+    fn mark_unpainted(&self, plane: &mut [f32]) {
+        for (row, bits) in self.bits.chunks(self.words).enumerate().filter(|(row, _)| self.of_rows[*row] > 0) {
+            for (word, &bits) in bits.iter().enumerate() {
+                let mut found = bits;
+                while found != 0 {
+                    plane[row * self.size[0] + word * 64 + found.trailing_zeros() as usize] = UNPAINTED;
+                    found &= found - 1;
+                }
+            }
+        }
+    }
+}
+
+/// Gives nodes that no ball came to the greatest of their neighbours, until there is none left that has any.
+fn fill(map: &mut [f32], nodes: &NodeSet, edges: Edges) {
+    let size @ [columns, rows, _] = nodes.size();
+    let mut left: Vec<usize> = (0..map.len()).into_par_iter().filter(|&index| map[index] == UNPAINTED).collect();
+    while !left.is_empty() {
+        let greatest = |&index: &usize| {
+            let node = [index % columns, index / columns % rows, index / columns / rows];
+            let around = (0..27).filter_map(|place: i64| {
+                let offset = [place % 3 - 1, place / 3 % 3 - 1, place / 9 - 1];
+                let mut other = [0; 3];
+                for axis in 0..3 {
+                    other[axis] = moved(node[axis], offset[axis], size[axis], edges)?;
+                }
+                nodes.contains(other).then(|| map[(other[2] * rows + other[1]) * columns + other[0]])
+            });
+            around.fold(UNPAINTED, f32::max)
+        };
+        let found: Vec<f32> = left.par_iter().with_min_len(1 << 10).map(greatest).collect();
+        if found.iter().all(|&value| value == UNPAINTED) {
+            break;
+        }
+        left.iter().zip(&found).for_each(|(&index, &value)| map[index] = value);
+        left.retain(|&index| map[index] == UNPAINTED);
+    }
+    left.into_iter().for_each(|index| map[index] = 0.0);
+}

@@ -1,0 +1,74 @@
+//! Which balls need not be painted.
+
+use super::Ball;
+use crate::allocation::vec_with_room;
+use crate::metrics::Edges;
+
+/// How much smaller than the one that covers it, in pitches, a ball that is left out may be; of sizes, twice that.
+const LESS: f32 = 0.25;
+
+/// How far within the union of those around it the outermost of a ball left out may lie beyond it, in pitches.
+pub(super) const CRESCENT: f32 = 0.25;
+
+/// No ball.
+const NONE: u32 = u32::MAX;
+
+/// Which balls to paint, as indices, those of the largest size first.
+///
+/// A ball is left out if one that is kept has its centre within √(2 r ε) of its own, no smaller a size, and about the same
+/// radius; of the union of balls along a ridge, crescents are lost which are ε thick at most (0.25 pitches).
+pub(super) fn thin_out(balls: &[Ball], sizes: &[f32], raster: [usize; 3], edges: Edges) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..balls.len() as u32).collect();
+    let key = |&index: &u32| {
+        let ball = &balls[index as usize];
+        (std::cmp::Reverse([sizes[index as usize], ball.radius].map(f32::to_bits)), ball.node)
+    };
+    order.sort_unstable_by_key(key);
+    let cells = raster.iter().product();
+    let mut kept_near = vec_with_room(cells);
+    kept_near.resize(cells, NONE);
+    order.retain(|&index| {
+        let (ball, size) = (&balls[index as usize], sizes[index as usize]);
+        let near = kept_near[ball.node as usize];
+        if near != NONE {
+            let kept = &balls[near as usize];
+            if (kept.radius - ball.radius).abs() <= LESS && sizes[near as usize] - size <= 2.0 * LESS {
+                return false;
+            }
+        }
+        stamp(&mut kept_near, raster, edges, ball, index);
+        true
+    });
+    order
+}
+
+/// Marks the nodes near a ball that is kept.
+fn stamp(kept_near: &mut [u32], [columns, rows, planes]: [usize; 3], edges: Edges, ball: &Ball, index: u32) {
+    let reach = (2.0 * ball.radius * CRESCENT).sqrt();
+    let node = ball.node as usize;
+    let [x, y, z] = [node % columns, node / columns % rows, node / columns / rows];
+    let whole = reach as i64;
+    for dz in -whole..=whole {
+        let Some(z) = moved(z, dz, planes, edges) else { continue };
+        let across = (reach * reach - (dz * dz) as f32).max(0.0).sqrt() as i64;
+        for dy in -across..=across {
+            let Some(y) = moved(y, dy, rows, edges) else { continue };
+            let along = (reach * reach - (dz * dz + dy * dy) as f32).max(0.0).sqrt() as i64;
+            let row = (z * rows + y) * columns;
+            for dx in -along..=along {
+                if let Some(x) = moved(x, dx, columns, edges) {
+                    kept_near[row + x] = index;
+                }
+            }
+        }
+    }
+}
+
+/// A coordinate that much on.
+pub(super) fn moved(from: usize, by: i64, length: usize, edges: Edges) -> Option<usize> {
+    let at = from as i64 + by;
+    match edges {
+        Edges::Periodic => Some(at.rem_euclid(length as i64) as usize),
+        Edges::Clip | Edges::Border => (0..length as i64).contains(&at).then_some(at as usize),
+    }
+}

@@ -1,0 +1,131 @@
+//! Conductances between unknowns: the matrices of all levels.
+
+use std::ops::{AddAssign, Mul, Sub};
+
+/// What vectors are made of: f32 in the multigrid, f64 around it.
+pub(super) trait Real:
+    Copy + From<f32> + AddAssign + Sub<Output = Self> + Mul<Output = Self> + Send + Sync
+{
+}
+
+impl Real for f32 {}
+impl Real for f64 {}
+
+/// A symmetric matrix whose rows are conductances to other unknowns and to the ends.
+pub(super) trait Operator: Sync {
+    /// How many unknowns there are.
+    fn count(&self) -> usize;
+
+    /// Σⱼ gᵢⱼ (xᵢ − xⱼ) + eᵢ xᵢ, of a row i.
+    fn row<T: Real>(&self, row: usize, x: &[T]) -> T;
+
+    /// What a row's element of the diagonal is the inverse of.
+    fn inverse(&self, row: usize) -> f32;
+
+    /// Calls with each other unknown of a row and the conductance to it.
+    fn links(&self, row: usize, visit: impl FnMut(u32, f32));
+
+    /// The conductance from an unknown to the two ends together.
+    fn end(&self, row: usize) -> f32;
+}
+
+/// Nodes, with conductances of 1.
+pub(super) struct Fine {
+    /// The unknowns across the six faces: itself where there is none.
+    pub neighbours: Vec<[u32; 6]>,
+    /// Conductances to the near end and the far one.
+    pub ends: Vec<[f32; 2]>,
+    pub inverses: Vec<f32>,
+}
+
+impl Fine {
+    pub fn new(neighbours: Vec<[u32; 6]>, ends: Vec<[f32; 2]>) -> Fine {
+        let inverses = neighbours.iter().zip(&ends).enumerate().map(|(row, (around, ends))| {
+            let degree = around.iter().filter(|&&other| other as usize != row).count();
+            1.0 / (degree as f32 + ends[0] + ends[1])
+        });
+        let inverses = inverses.collect();
+        Fine { neighbours, ends, inverses }
+    }
+}
+
+impl Operator for Fine {
+    fn count(&self) -> usize {
+        self.neighbours.len()
+    }
+
+    #[inline]
+    fn row<T: Real>(&self, row: usize, x: &[T]) -> T {
+        let here = x[row];
+        let mut sum = T::from(self.end(row)) * here;
+        for &other in &self.neighbours[row] {
+            sum += here - x[other as usize];
+        }
+        sum
+    }
+
+    #[inline]
+    fn inverse(&self, row: usize) -> f32 {
+        self.inverses[row]
+    }
+
+    #[inline]
+    fn links(&self, row: usize, mut visit: impl FnMut(u32, f32)) {
+        self.neighbours[row].iter().filter(|&&other| other as usize != row).for_each(|&other| visit(other, 1.0));
+    }
+
+    #[inline]
+    fn end(&self, row: usize) -> f32 {
+        self.ends[row][0] + self.ends[row][1]
+    }
+}
+
+/// Aggregates.
+pub(super) struct Coarse {
+    /// Where the links of each row begin, and where those of the last end.
+    pub starts: Vec<u32>,
+    pub others: Vec<u32>,
+    pub conductances: Vec<f32>,
+    pub ends: Vec<f32>,
+    pub inverses: Vec<f32>,
+}
+
+impl Coarse {
+    #[inline]
+    fn range(&self, row: usize) -> std::ops::Range<usize> {
+        self.starts[row] as usize..self.starts[row + 1] as usize
+    }
+}
+
+impl Operator for Coarse {
+    fn count(&self) -> usize {
+        self.ends.len()
+    }
+
+    #[inline]
+    fn row<T: Real>(&self, row: usize, x: &[T]) -> T {
+        let here = x[row];
+        let mut sum = T::from(self.ends[row]) * here;
+        let range = self.range(row);
+        for (&other, &conductance) in self.others[range.clone()].iter().zip(&self.conductances[range]) {
+            sum += T::from(conductance) * (here - x[other as usize]);
+        }
+        sum
+    }
+
+    #[inline]
+    fn inverse(&self, row: usize) -> f32 {
+        self.inverses[row]
+    }
+
+    #[inline]
+    fn links(&self, row: usize, mut visit: impl FnMut(u32, f32)) {
+        let range = self.range(row);
+        self.others[range.clone()].iter().zip(&self.conductances[range]).for_each(|(&other, &g)| visit(other, g));
+    }
+
+    #[inline]
+    fn end(&self, row: usize) -> f32 {
+        self.ends[row]
+    }
+}

@@ -1,0 +1,36 @@
+//! Loops over unknowns, in tasks of a fixed size, so that sums do not depend on the number of threads.
+
+use rayon::prelude::*;
+
+/// Unknowns of a task.
+const CHUNK: usize = 1 << 12;
+
+/// Σ of a term over 0..`count`.
+pub(super) fn sum(count: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
+    if count <= CHUNK {
+        return (0..count).map(term).sum();
+    }
+    let of_chunk = |chunk: usize| (chunk * CHUNK..count.min((chunk + 1) * CHUNK)).map(&term).sum();
+    let sums: Vec<f64> = (0..count.div_ceil(CHUNK)).into_par_iter().map(of_chunk).collect();
+    sums.into_iter().sum()
+}
+
+/// Σ aᵢ bᵢ.
+pub(super) fn dot<A, B>(a: &[A], b: &[B]) -> f64
+where
+    A: Copy + Into<f64> + Sync,
+    B: Copy + Into<f64> + Sync,
+{
+    sum(a.len(), |i| a[i].into() * b[i].into())
+}
+
+/// Sets or changes each element, of its index.
+pub(super) fn each<T: Send>(values: &mut [T], change: impl Fn(usize, &mut T) + Sync) {
+    if values.len() <= CHUNK {
+        values.iter_mut().enumerate().for_each(|(i, value)| change(i, value));
+        return;
+    }
+    values.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, values)| {
+        values.iter_mut().enumerate().for_each(|(i, value)| change(chunk * CHUNK + i, value));
+    });
+}
