@@ -292,7 +292,7 @@ class Row:
         allowed = "" if self.within in (None, ANY) else f" ± {self.within:.3g}"
         speed = ""
         if self.faster is not None:
-            speed = f", in {self.ours.seconds:.3g} s, where {self.faster:g} times faster than {self.theirs.seconds:.3g} s is asked for"
+            speed = f", in {self.ours.seconds:.3g} s, not {self.faster:g} times faster than {self.theirs.seconds:.3g} s"
         off = f", off by up to {self.off:.3g}" if self.off else ""
         return f"{self.array}, {self.metric}: {told(self.ours.value)}{off}, where {self.peer} has {expected}{allowed}{speed}"
 
@@ -341,9 +341,10 @@ class Comparison:
         self.add("porosity", "PoreSpy", Answer(said["porosity"], said["seconds"]), theirs)
         for axis, name in enumerate(AXES):
             profile = asked(porespy.metrics.porosity_profile, ~is_solid, axis)
-            theirs = Answer(float(np.mean(profile.value.porosity)), profile.seconds)
-            off = float(max(abs(np.array(said["profiles"][name]) - profile.value.porosity)))
-            ours = Answer(float(np.mean(said["profiles"][name])), math.nan)
+            ours, theirs = np.array(said["profiles"][name]), profile.value.porosity
+            off = float(np.abs(ours - theirs).max()) if ours.shape == theirs.shape else math.inf
+            theirs = Answer(float(np.mean(theirs)), profile.seconds)
+            ours = Answer(float(np.mean(ours)), math.nan)
             self.add(f"porosity profile along {name}", "PoreSpy", ours, theirs, within=1e-12, off=off)
 
     def topology(self, phase):
