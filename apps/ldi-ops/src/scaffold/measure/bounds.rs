@@ -78,11 +78,11 @@ fn nodes(image: &Ldi) -> NodePlanes<'_> {
 
 /// The largest balls that span the axes between the cubes of the outer solid, and of the inner one.
 fn percolation(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &mut Record) {
-    let spans = [(&bounds.outer, &region.inner), (&bounds.inner, &region.outer)];
-    let spans = spans.map(|(solid, region)| spans(study, solid, region));
+    let least_and_most = [(&bounds.outer, &region.inner), (&bounds.inner, &region.outer)];
+    let found = least_and_most.map(|(solid, region)| spans(study, solid, region));
     let pitch = study.region.grid().pitch();
     let diameter = |span: Option<f64>| span.map(|diameter| diameter * pitch);
-    let [lower, upper] = spans;
+    let [lower, upper] = found;
     for (axis, id) in ["percolation.x", "percolation.y", "percolation.z"].into_iter().enumerate() {
         if let Some(entry) = record.found(id) {
             // Where the outer solid leaves no way the ball may be as small as one likes.
