@@ -1,3 +1,5 @@
+//! What gets in and through, against definitions gone by node by node and against closed forms.
+
 use super::*;
 use crate::grid::{Axis, Grid};
 use crate::ldi::Ldi;

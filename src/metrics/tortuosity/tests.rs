@@ -1,3 +1,5 @@
+//! Lengths and fluxes against closed forms.
+
 use super::*;
 use crate::metrics::{Edges, NodeSet};
 
