@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs every test and says at the end which passed.
-# usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python reference files metrics browser self-test; all by
+# usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python reference files peers browser self-test; all by
 #                             default
 #
 # A stage that cannot run has failed. All stages run, so that one run tells everything; only where what they need is
@@ -10,7 +10,7 @@
 set -euo pipefail
 
 cd "$(dirname "$0")/.."
-stages=(fmt clippy docs test no-gpu corpus python reference files metrics browser self-test)
+stages=(fmt clippy docs test no-gpu corpus python reference files peers browser self-test)
 
 # Functions report failure by status, each command by its own: `if` around their call switches off `set -e` inside them.
 
@@ -101,14 +101,6 @@ run_reference() {
   run_python && .venv/bin/python tests/reference/live_manifold.py && .venv/bin/python tests/reference/live_sums.py &&
     build_program && .venv/bin/python tests/reference/offsets.py --program "$program"
 }
-# What other programs make of the same voxels.
-run_metrics() {
-  run_peers && build_bench && .venv-metrics/bin/python tests/reference/metrics_peers.py --program "$bench" --quick
-}
-run_peers() {
-  .venv-metrics/bin/python -m pip --version &>/dev/null || python3 -m venv --clear .venv-metrics || return
-  .venv-metrics/bin/python -m pip install --quiet --disable-pip-version-check --requirement tests/requirements-metrics.txt
-}
 # Pages of reports in a browser: one solid, several, two beside each other. The limits are kept, so that all exit with 0.
 run_browser() {
   build_program && install_browser || return
@@ -136,6 +128,15 @@ run_files() {
     .venv/bin/python tests/reference/outputs.py --program "$program" &&
     .venv/bin/python tests/reference/sum_outputs.py --program "$program"
 }
+# Metrics of voxel arrays, by programs that take some minutes to install.
+run_metrics_python() {
+  run_python &&
+    .venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement tests/requirements-metrics.txt
+}
+run_peers() {
+  run_metrics_python && build_bench && .venv/bin/python tests/reference/metrics_peers.py --program "$bench" --quick &&
+    .venv/bin/python tests/reference/metrics_peers.py --program "$bench" --self-test
+}
 run_self-test() {
   run_python && .venv/bin/python tests/reference/live_manifold.py --self-test &&
     .venv/bin/python tests/reference/live_sums.py --self-test &&
@@ -144,7 +145,6 @@ run_self-test() {
     .venv/bin/python tests/reference/offsets.py --program "$program" --self-test &&
     .venv/bin/python tests/reference/outputs.py --program "$program" --self-test &&
     .venv/bin/python tests/reference/sum_outputs.py --program "$program" --self-test &&
-    run_peers && build_bench && .venv-metrics/bin/python tests/reference/metrics_peers.py --program "$bench" --self-test &&
     install_browser && node tests/browser/self_test.mjs
 }
 program=${CARGO_TARGET_DIR:-target}/checked/ldi-ops

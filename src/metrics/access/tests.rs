@@ -57,8 +57,7 @@ fn between_struts_a_ball_as_wide_as_the_window_gets_through() {
     }
 }
 
-/// Twice as many cells that are shifted by half a cell: the walls of the box leave half a window at the sides, but that in
-/// the middle is whole.
+/// Radii are as if nothing was beyond the faces at the sides; with a border, they are walls.
 #[test]
 fn a_border_narrows_what_lies_at_the_sides() {
     let side = 24;

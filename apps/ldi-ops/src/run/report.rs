@@ -146,7 +146,12 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Progress)
         provenance: Provenance::Hashed,
     };
     let inputs: Vec<Input> = [Some(input.clone()), job.roi.clone()].into_iter().flatten().collect();
-    let (solids, warnings) = clock.time("read", || input::solids(&inputs, demands))?;
+    let (mut solids, warnings) = clock.time("read", || input::solids(&inputs, demands))?;
+    // What bulges and overhangs, normals say.
+    for solid in solids.iter_mut().filter(|solid| solid.is_oriented() && solid.volume < 0.0) {
+        input::turn(solid, demands)?;
+        solid.volume = -solid.volume;
+    }
     let subject = Subject { solid: &solids[0], roi: solids.get(1) };
     let mut alerts: Vec<Alert> = warnings.into_iter().map(alert).collect();
     for solid in &solids {

@@ -25,8 +25,13 @@ const FINEST: u32 = 1024;
 pub fn measure(study: &Study, sampler: &dyn Sampler, record: &mut Record) -> Result<(), Failure> {
     volumes(study, sampler, record)?;
     let bounds = SolidBounds::of(&study.images.lattice, &study.solid, study.region);
-    percolation(study, &bounds, record);
-    thinnest(study, &bounds, record);
+    let region = match study.images.roi() {
+        Some(roi) => SolidBounds::of(roi, study.region.nodes(), study.region),
+        // A box is what it is.
+        None => SolidBounds { inner: study.region.nodes().clone(), outer: study.region.nodes().clone() },
+    };
+    percolation(study, &bounds, &region, record);
+    thinnest(study, &bounds, &region, record);
     Ok(())
 }
 
@@ -72,11 +77,12 @@ fn nodes(image: &Ldi) -> NodePlanes<'_> {
 }
 
 /// The largest balls that span the axes between the cubes of the outer solid, and of the inner one.
-fn percolation(study: &Study, bounds: &SolidBounds, record: &mut Record) {
-    let spans = [&bounds.outer, &bounds.inner].map(|solid| spans(study, solid));
+fn percolation(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &mut Record) {
+    let least_and_most = [(&bounds.outer, &region.inner), (&bounds.inner, &region.outer)];
+    let found = least_and_most.map(|(solid, region)| spans(study, solid, region));
     let pitch = study.region.grid().pitch();
     let diameter = |span: Option<f64>| span.map(|diameter| diameter * pitch);
-    let [lower, upper] = spans;
+    let [lower, upper] = found;
     for (axis, id) in ["percolation.x", "percolation.y", "percolation.z"].into_iter().enumerate() {
         if let Some(entry) = record.found(id) {
             // Where the outer solid leaves no way the ball may be as small as one likes.
@@ -90,8 +96,7 @@ fn percolation(study: &Study, bounds: &SolidBounds, record: &mut Record) {
 }
 
 /// Diameters in pitches, along x, y and z.
-fn spans(study: &Study, solid: &NodeSet) -> [Option<f64>; 3] {
-    let region = study.region.nodes();
+fn spans(study: &Study, solid: &NodeSet, region: &NodeSet) -> [Option<f64>; 3] {
     let pores = region.minus(solid);
     let edges = study.settings.edges;
     let walls = match (study.region.is_box(), edges) {
@@ -107,7 +112,7 @@ fn spans(study: &Study, solid: &NodeSet) -> [Option<f64>; 3] {
 
 /// The thickness that 1 % of the solid falls below, of the inner and of the outer solid. Where the inner one has lost more than
 /// 1 % of the solid altogether, a wall may be as thin as one likes.
-fn thinnest(study: &Study, bounds: &SolidBounds, record: &mut Record) {
+fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &mut Record) {
     let Some(value) = record.value("wall.thinnest") else { return };
     let edges = study.settings.edges;
     let pitch = study.region.grid().pitch();
@@ -117,7 +122,7 @@ fn thinnest(study: &Study, bounds: &SolidBounds, record: &mut Record) {
         Some(thickness.quantile(0.01)).filter(|thickness| thickness.is_finite())
     };
     let solid = Phase::Solid.nodes(&study.solid, study.region.nodes());
-    let [inner, outer] = [&bounds.inner, &bounds.outer].map(|nodes| nodes.and(study.region.nodes()));
+    let (inner, outer) = (bounds.inner.and(&region.inner), bounds.outer.and(&region.outer));
     let lost = solid.minus(&grown(&inner)).count() as f64 / solid.count() as f64;
     let lower = if lost > 0.01 { None } else { p1(&inner) };
     let upper = p1(&outer);
