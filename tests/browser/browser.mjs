@@ -6,14 +6,15 @@ import { delimiter, join } from "node:path";
 import { chromium } from "playwright-core";
 
 const NAMES = ["chromium", "chromium-browser", "google-chrome-stable", "google-chrome"];
+const PATIENCE = 180_000;
 const FLAGS = [
   "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync",
 ];
 
-/** The path of the browser: $LDI_OPS_BROWSER, or the first of its usual names on $PATH. */
+/** The path of the browser: $CHROMIUM, or the first of its usual names on $PATH. */
 async function executable() {
-  if (process.env.LDI_OPS_BROWSER) return process.env.LDI_OPS_BROWSER;
+  if (process.env.CHROMIUM) return process.env.CHROMIUM;
   const folders = (process.env.PATH ?? "").split(delimiter).filter(Boolean);
   for (const name of NAMES) {
     for (const folder of folders) {
@@ -26,7 +27,7 @@ async function executable() {
       }
     }
   }
-  throw new Error(`no browser: install chromium, or name one with LDI_OPS_BROWSER (looked for ${NAMES.join(", ")})`);
+  throw new Error(`no browser: install chromium, or name one with CHROMIUM (looked for ${NAMES.join(", ")})`);
 }
 
 /** Gives an open browser to `use`, with an empty profile that is gone afterwards. */
@@ -46,6 +47,8 @@ export async function withBrowser(use) {
 /** Opens a page in a context of its own; gives `use` the page and what it has complained of. */
 export async function withPage(browser, url, options, use) {
   const context = await browser.newContext({ offline: true, bypassCSP: options.bypassCSP ?? false, ...options });
+  // A busy machine takes its time over a long page.
+  context.setDefaultTimeout(PATIENCE);
   const page = await context.newPage();
   const complaints = [];
   page.on("console", (message) => {

@@ -61,7 +61,7 @@ fn frame(curves: &[&AccessCurve], length: &Unit, marks: Vec<Mark>) -> Frame {
     let last = |curve: &&AccessCurve| curve.points.last().map_or(0.0, |&[d, _]| d);
     let widest = curves.iter().map(last).chain(marks.iter().map(|mark| mark.at)).fold(0.0, f64::max);
     Frame::new(
-        &AxisOf { title: &format!("Diameter of the ball ({})", length.for_people()), range: [0.0, widest] },
+        &AxisOf { title: &format!("Diameter of the ball ({})", length.for_people()), range: [0.0, 1.03 * widest] },
         &AxisOf { title: "Reached from outside (%)", range: [0.0, 100.0] },
         marks,
     )
