@@ -24,7 +24,10 @@ impl NodeSet {
 
     /// All nodes of a raster.
     pub fn full(size: [usize; 3]) -> NodeSet {
-        NodeSet::from_fn(size, |_| true)
+        let mut set = NodeSet::empty(size);
+        set.bits.fill(u64::MAX);
+        set.trim();
+        set
     }
 
     /// The nodes for which `belongs` says so.

@@ -17,6 +17,7 @@ mod json;
 mod operations;
 mod placing;
 mod render;
+mod reports;
 mod streams;
 mod sum_references;
 mod sums;

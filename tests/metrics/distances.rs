@@ -5,10 +5,10 @@ use std::f64::consts::SQRT_2;
 use glam::{DAffine3, DQuat, DVec3};
 use ldi_ops::grid::Axis;
 use ldi_ops::mesh::TriangleMesh;
-use ldi_ops::metrics::access::{AccessCurve, Ends, bottlenecks, boundary, percolation, reached};
-use ldi_ops::metrics::components::open_pores;
+use ldi_ops::metrics::access::{AccessCurve, Ends, access_sizes, bottlenecks, percolation};
+use ldi_ops::metrics::components::{open_pores, rim};
 use ldi_ops::metrics::distance::{Crossings, DistanceField};
-use ldi_ops::metrics::thickness::{largest_balls, local_thickness, paint, radii};
+use ldi_ops::metrics::thickness::{largest_balls, local_thickness, radii};
 use ldi_ops::metrics::{Distribution, Edges, NodeSet, Phase};
 use ldi_ops::solids::{self, Surface};
 
@@ -185,11 +185,13 @@ fn access_falls_from_the_open_share() {
         let region = scene.region();
         let Balls { nodes, field } = Balls::of(&scene, Phase::Pore, Edges::Clip);
         let balls = largest_balls(&field, &nodes);
-        let gets_there = bottlenecks(&radii(&field, &nodes, &balls), &nodes, &boundary(region.nodes()), Edges::Clip);
-        let open = reached(&gets_there, nodes.size());
-        assert!(open == open_pores(&nodes, region.nodes(), Edges::Clip));
-        let sizes: Vec<f32> = balls.iter().map(|ball| 2.0 * ball.radius.min(gets_there[ball.node as usize])).collect();
-        let curve = AccessCurve::of(&paint(&balls, &sizes, &nodes, Edges::Clip), &open, &nodes, scene.pitch()).unwrap();
+        let gets_there = bottlenecks(&radii(&field, &nodes, &balls), &nodes, &rim(region.nodes()), Edges::Clip);
+        let open = open_pores(&nodes, region.nodes(), Edges::Clip);
+        let [columns, rows, _] = nodes.size();
+        let is_reached = |[x, y, z]: [usize; 3]| gets_there[(z * rows + y) * columns + x] > 0.0;
+        assert!(open == NodeSet::from_fn(nodes.size(), is_reached));
+        let sizes = access_sizes(&balls, &gets_there, &open, Edges::Clip);
+        let curve = AccessCurve::of(&sizes, &open, &nodes, scene.pitch()).unwrap();
         let share = open.count() as f64 / nodes.count() as f64;
         assert!(
             curve.open_share() == share && curve.share(0.0) == share && share < 1.0,

@@ -1,6 +1,7 @@
 //! Arguments as they are typed. What they mean together is for [`crate::resolve`].
 
 mod render;
+mod report;
 mod sum;
 
 use std::num::NonZeroUsize;
@@ -14,6 +15,7 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
 pub use self::render::{BackgroundChoice, FacetChoice, PictureSize, RenderArguments, SliceAt, SlicePosition};
+pub use self::report::{BuildChoice, EdgesChoice, JudgingArguments, RasterArguments, RegionArguments, ReportArguments};
 pub use self::sum::{
     BallArguments, MemorySize, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments,
 };
@@ -51,6 +53,7 @@ Examples:
   ldi-ops volume struts.stl --fill nonzero                 overlapping shells unite
   ldi-ops minkowski part.stl ball.stl -o sum.stl           every a + b, of any two solids
   ldi-ops offset part.stl --distance -0.2 -o thin.stl      by a true ball, inwards or outwards
+  ldi-ops report scaffold.stl --unit mm -o report          pores, walls, percolation, topology: a page
   ldi-ops sample part.stl --axis z -o part.npz             the image, for numpy
   ldi-ops volume part.stl --backend gpu                    on the first GPU of `ldi-ops devices`
   ldi-ops check part.stl                                   is it a solid? exit code 1 if not
@@ -96,6 +99,8 @@ pub enum Command {
     Convert(ConvertArguments),
     /// Make a model solid
     Generate(GenerateArguments),
+    /// Metrics of scaffolds and their pores: a page, a table, and what to say of the method
+    Report(ReportArguments),
     /// A picture of solids or of a slice through them, as .png
     Render(RenderArguments),
     /// Where sampling can run, and what `--backend auto` chooses and why

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use crate::exit::Failure;
 use crate::resolve::Report;
 use crate::run::{
-    Checked, Converted, Devices, Generated, GpuDevice, Measured, Outcome, Ran, Rendered, Solid, StepReport,
+    Checked, Converted, Devices, Generated, GpuDevice, Measured, Outcome, Ran, Rendered, Reported, Solid, StepReport,
     SurfaceReport, Surfaced, cpu_name, peak_memory_bytes,
 };
 use crate::warning::Warning;
@@ -33,6 +33,7 @@ fn of(outcome: &Outcome) -> Value {
         Outcome::Generated(result) => generated(result),
         Outcome::Devices(result) => devices(result),
         Outcome::Rendered(result) => rendered(result),
+        Outcome::Reported(result) => reported(result),
     }
 }
 
@@ -47,6 +48,15 @@ pub fn deliver(report: &Report, outcome: &Outcome) -> Result<String, Failure> {
             output::replace(path, |file| file.write_all(json.as_bytes()))?;
             Ok(report::of(outcome))
         }
+    }
+}
+
+/// What is in metrics.json, or those of several in an envelope.
+fn reported(result: &Reported) -> Value {
+    let mut objects: Vec<Value> = result.sheets.iter().map(|sheet| json!(sheet)).collect();
+    match objects.len() {
+        1 => objects.remove(0),
+        _ => json!({ "schema": SCHEMA, "command": "report", "results": objects }),
     }
 }
 

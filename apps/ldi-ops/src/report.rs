@@ -10,9 +10,10 @@ use ldi_ops::sampler::{Estimate, Fill, Mode};
 
 use crate::number::{number, plain};
 use crate::run::{
-    Checked, Converted, Devices, Generated, Measured, Outcome, Rendered, SimplifiedReport, StepReport, SurfaceReport,
-    Surfaced, peak_memory_bytes,
+    Checked, Converted, Devices, Generated, Measured, Outcome, Rendered, Reported, SimplifiedReport, StepReport,
+    SurfaceReport, Surfaced, peak_memory_bytes,
 };
+use crate::scaffold::sheet::{LimitOutcome, Metric, Sheet};
 use crate::unit;
 
 /// The text of a result.
@@ -25,6 +26,7 @@ pub fn of(outcome: &Outcome) -> String {
         Outcome::Generated(result) => generated(result),
         Outcome::Devices(result) => devices(result),
         Outcome::Rendered(result) => rendered(result),
+        Outcome::Reported(result) => reported(result),
     }
 }
 
@@ -43,6 +45,83 @@ impl Table {
     fn more(&mut self, what: impl std::fmt::Display) {
         self.line("", what);
     }
+}
+
+/// The metrics that come to stdout; all are in the files.
+const KEY_METRICS: &[&str] = &[
+    "porosity",
+    "porosity.closed",
+    "surface.density",
+    "solid.thickness.mean",
+    "wall.thinnest",
+    "pore.thickness.mean",
+    "pore.largest",
+    "percolation",
+    "anisotropy",
+    "euler",
+    "tortuosity.pore.diffusive.z",
+];
+
+/// The results of `report`.
+fn reported(result: &Reported) -> String {
+    let mut tables: Vec<String> = result.sheets.iter().map(one_reported).collect();
+    let mut table = Table::default();
+    for (i, page) in result.pages.iter().enumerate() {
+        table.line(if i == 0 { "written" } else { "" }, page.display());
+    }
+    tables.push(table.text);
+    tables.join("\n")
+}
+
+fn one_reported(sheet: &Sheet) -> String {
+    let mut table = Table::default();
+    table.line("report", &sheet.title);
+    for id in KEY_METRICS {
+        let Some(metric) = sheet.metrics.iter().find(|metric| metric.id == *id) else { continue };
+        let _ = writeln!(table.text, "{:<40} {}", format!("{} ({})", metric.name, metric.symbol), metric_value(metric));
+    }
+    if let Some(verdict) = &sheet.verdict {
+        for limit in &verdict.limits {
+            let outcome = match limit.outcome {
+                LimitOutcome::Kept => "kept",
+                LimitOutcome::KeptWithinBounds => "kept, though its bounds do not keep it",
+                LimitOutcome::Broken => "BROKEN",
+                LimitOutcome::NoValue => "BROKEN: there is no value",
+            };
+            table.line("limit", format_args!("{}: {outcome}", limit.name));
+        }
+    }
+    let seconds = &sheet.provenance.seconds;
+    let total = seconds.iter().find(|(stage, _)| *stage == "total").map_or(0.0, |(_, seconds)| *seconds);
+    let [x, y, z] = sheet.provenance.rays;
+    let pitch = format!("{}{}", number(sheet.provenance.pitch), unit::suffix(sheet.unit, 1));
+    table.line("grid", format_args!("{x} × {y} × {z} rays, pitch {pitch}, edges {}", sheet.provenance.edges));
+    let memory = peak_memory_bytes().map(|bytes| format!(", {} MB at most", bytes / 1_000_000)).unwrap_or_default();
+    table.line("time", format_args!("{total:.2} s{memory}"));
+    table.text
+}
+
+/// A value with what is known of its error and its bounds.
+fn metric_value(metric: &Metric) -> String {
+    let Some(value) = metric.value else {
+        return format!("– ({})", metric.warnings.first().map_or("no value", String::as_str));
+    };
+    let scale = metric.unit.scale_for_people();
+    let unit = metric.unit.for_people();
+    let bounds = match (metric.lower, metric.upper) {
+        (Some(lower), Some(upper)) => format!(" [{}, {}]", rounded(lower * scale), rounded(upper * scale)),
+        _ => String::new(),
+    };
+    format!("{}{bounds} {unit}", rounded(value * scale)).trim_end().to_owned()
+}
+
+/// Four digits, which is more than most of these numbers are good for.
+fn rounded(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return number(value);
+    }
+    let scale = 10f64.powi(3 - value.abs().log10().floor() as i32);
+    number((value * scale).round() / scale)
 }
 
 /// The results of `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`.

@@ -1,6 +1,7 @@
 //! From arguments as typed to jobs that can be run: everything that can be refused without reading an input is.
 
 mod render;
+mod report;
 mod sum;
 
 use std::num::NonZeroUsize;
@@ -15,6 +16,7 @@ use ldi_ops::solids::Model;
 use ldi_ops::voxels;
 
 pub use self::render::{Plane, RenderJob, Scenery};
+pub use self::report::{ReportJob, Settings};
 pub use self::sum::{Operand, SumJob, SumOperation};
 use crate::args::{
     self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
@@ -54,6 +56,7 @@ pub enum Job {
     Devices(DevicesJob),
     Render(RenderJob),
     Sum(SumJob),
+    Report(ReportJob),
 }
 
 /// Where the result goes.
@@ -308,6 +311,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             Ok(invocation(Job::Generate(GenerateJob { kind: a.kind, model, to: a.output, report }), &a.common))
         }
         Command::Render(a) => render::resolve(a),
+        Command::Report(a) => report::resolve(a),
         Command::Minkowski(a) => sum::minkowski(a),
         Command::Offset(a) => sum::offset(a),
         Command::Open(a) => sum::ball(SumOperation::Opening, a),

@@ -2,17 +2,15 @@
 
 use rayon::prelude::*;
 
+use super::steps::members;
 use crate::metrics::NodeSet;
-
-/// Values that one task gathers.
-const CHUNK: usize = 1 << 16;
 
 /// Diameters at which the curve is known.
 const STEPS: usize = 512;
 
 /// A(d): the share of the pores' volume that a ball of diameter d reaches from outside and covers.
 ///
-/// It is known exactly at 0 and at equal steps up to the largest access size, and falls from each to the next or stays.
+/// It is known exactly at 0 and at equal steps up to the largest finite access size, and falls from each to the next or stays.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AccessCurve {
     step: f64,
@@ -21,7 +19,7 @@ pub struct AccessCurve {
 
 impl AccessCurve {
     /// Of the access sizes of nodes, which are diameters, each times `scale` (the pitch, for world units). `open` are the
-    /// pores' nodes that are connected with the outside ([`reached`](super::reached)): A(0) is their share, and the rest of `pores` counts as out of reach
+    /// pores' nodes that are connected with the outside: A(0) is their share, and the rest of `pores` counts as out of reach
     /// whatever its size. Nothing of no pores.
     ///
     /// # Panics
@@ -32,26 +30,25 @@ impl AccessCurve {
         if total == 0 {
             return None;
         }
-        let [width, height, _] = pores.size();
         let open = open.and(pores);
-        let holds = |i: usize| open.contains([i % width, i / width % height, i / width / height]);
-        let chunks =
-            || (0..sizes.len().div_ceil(CHUNK)).into_par_iter().map(|c| c * CHUNK..sizes.len().min((c + 1) * CHUNK));
-        let largest = chunks().map(|range| range.filter(|&i| holds(i)).fold(0.0, |most, i| sizes[i].max(most)));
-        let largest = f64::from(largest.reduce(|| 0.0f32, f32::max));
+        let [width, height, depth] = open.size();
+        // The sizes of the open nodes of a row.
+        let row = |row: usize| {
+            let sizes = &sizes[row * width..(row + 1) * width];
+            members(open.row(row % height, row / height)).map(|x| sizes[x])
+        };
+        let rows = || (0..depth * height).into_par_iter().with_min_len(64);
+        let finite = rows().map(|y| row(y).filter(|size| size.is_finite()).fold(0.0, f32::max));
+        let largest = f64::from(finite.reduce(|| 0.0, f32::max));
         let step = if largest > 0.0 { largest / (STEPS - 1) as f64 } else { 1.0 };
         // How many reach which step and no further.
-        let counts = chunks()
-            .fold(
-                || vec![0u64; STEPS],
-                |mut counts, range| {
-                    range.filter(|&i| holds(i)).for_each(|i| {
-                        counts[((f64::from(sizes[i]) / step).floor() as usize).min(STEPS - 1)] += 1;
-                    });
-                    counts
-                },
-            )
-            .reduce(|| vec![0; STEPS], |a, b| a.iter().zip(b).map(|(a, b)| a + b).collect());
+        let count = |mut counts: Vec<u64>, y: usize| {
+            row(y).for_each(|size| counts[((f64::from(size) / step) as usize).min(STEPS - 1)] += 1);
+            counts
+        };
+        let none = || vec![0u64; STEPS];
+        let add = |a: Vec<u64>, b: Vec<u64>| a.iter().zip(b).map(|(a, b)| a + b).collect();
+        let counts = rows().fold(none, count).reduce(none, add);
         let mut reached = 0;
         let mut shares: Vec<f64> = counts
             .iter()

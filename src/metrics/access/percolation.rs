@@ -9,7 +9,7 @@ use crate::metrics::{Edges, NodeSet};
 /// What gets from one end to the other, and where it is narrowest for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Percolation {
-    /// Of the ball, in pitches.
+    /// Of the ball, in pitches; infinite where radii are, since there is no surface.
     pub diameter: f64,
     /// The node of the bottleneck: the first on the way whose room is, to 1/64 of a pitch, that of the narrowest.
     pub node: [usize; 3],
@@ -22,8 +22,8 @@ pub struct Percolation {
 /// ends are open: the faces of the box are not to be walls in them. What `edges` changes is the other faces.
 /// [`Edges::Clip`]: balls may reach beyond them. [`Edges::Periodic`]: paths go on at the opposite face, and radii should
 /// come from distances that wrap. [`Edges::Border`]: they are walls. Of a box those are put in here, at half a pitch beyond
-/// its outermost nodes; of other regions `radii` should be those of balls that lie within the region, and its ends are
-/// thick enough for them to begin.
+/// its outermost nodes. Of other regions `radii` say whether the boundary is a wall; if it is, what spans the region is no
+/// larger than there is room for at its very ends.
 ///
 /// It takes a byte for each node and 4 for each that waits, in one thread, and ends as soon as the far end is met.
 ///
@@ -35,7 +35,7 @@ pub fn percolation(radii: &[f32], nodes: &NodeSet, ends: &Ends, edges: Edges) ->
     let room = Room { radii, walls: walls(ends, edges) };
     let mut ways = Ways { steps: &steps, from: vec![0; radii.len()] };
     // Queued by what got there; that is forgotten in between, for on the way back it is found again.
-    let mut queue = Queue::new(widest(radii));
+    let mut queue = Queue::new(widest(radii, nodes.size()));
     for source in ends.nodes_in(nodes, ends.low.clone()) {
         let index = steps.index(source);
         ways.from[index as usize] = MIDDLE as u8 + 1;

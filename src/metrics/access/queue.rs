@@ -29,15 +29,15 @@ pub(super) struct Queue {
 }
 
 impl Queue {
-    /// For radii of at most `widest`.
+    /// For radii up to `widest`; wider ones count as that.
     pub fn new(widest: f32) -> Queue {
-        let levels = level(widest) + 1;
+        let levels = (widest * LEVELS) as usize + 1;
         Queue { blocks: Vec::new(), spare: NONE, levels: vec![NONE; levels], top: levels - 1 }
     }
 
     /// Puts a node in, by a radius.
     pub fn push(&mut self, radius: f32, node: u32) {
-        let level = level(radius);
+        let level = ((radius * LEVELS) as usize).min(self.levels.len() - 1);
         let first = self.levels[level];
         if first != NONE && (self.blocks[first as usize].filled as usize) < BLOCK {
             let block = &mut self.blocks[first as usize];
@@ -74,10 +74,6 @@ impl Queue {
         }
         Some((self.top as f32 / LEVELS, node))
     }
-}
-
-fn level(radius: f32) -> usize {
-    (radius * LEVELS) as usize
 }
 
 #[cfg(test)]

@@ -30,9 +30,9 @@ impl<'a> Steps<'a> {
     /// With [`Edges::Periodic`] a step over one face of the raster enters at the opposite one.
     ///
     /// # Panics
-    /// If the raster has 2³² nodes or more.
+    /// If the raster has 2³¹ nodes or more.
     pub fn new(nodes: &'a NodeSet, edges: Edges) -> Steps<'a> {
-        assert!(u32::try_from(nodes.volume()).is_ok_and(|n| n < u32::MAX), "{} nodes; fewer than 2³²", nodes.volume());
+        assert!(nodes.volume() < 1 << 31, "{} nodes; fewer than 2³¹ are possible", nodes.volume());
         Steps { nodes, size: nodes.size(), wraps: [edges == Edges::Periodic; 3] }
     }
 
@@ -43,10 +43,20 @@ impl<'a> Steps<'a> {
         steps
     }
 
+    /// Nodes along x, y and z.
+    pub fn size(&self) -> [usize; 3] {
+        self.size
+    }
+
     /// The place of a node, of its number.
     #[inline]
     pub fn place(&self, index: u32) -> [usize; 3] {
         place(self.size, index)
+    }
+
+    /// The nodes of the set in row (y, z), ascending.
+    pub fn members(&self, y: usize, z: usize) -> impl Iterator<Item = usize> + use<'a> {
+        members(self.nodes.row(y, z))
     }
 
     /// The number of a node: (z · size[1] + y) · size[0] + x.
@@ -74,27 +84,18 @@ impl<'a> Steps<'a> {
 
     /// The neighbours of a node that a step leads to.
     #[inline]
-    pub fn from(&self, node: [usize; 3]) -> Cube {
-        let within = self.cube(node);
-        let mut reached: Cube = 1 << MIDDLE;
-        for _ in 0..3 {
-            reached |= spread(reached) & within;
-        }
-        reached & !(1 << MIDDLE)
+    pub fn from(&self, [x, y, z]: [usize; 3]) -> Cube {
+        self.row(y, z).from(x)
     }
 
-    /// Which nodes of the cube around a node belong to the set.
+    /// The nodes of row (y, z), with the rows around it.
     #[inline]
-    pub fn cube(&self, [x, y, z]: [usize; 3]) -> Cube {
-        let mut cube = 0;
-        for dz in 0..3 {
-            let Some(z) = self.beside(z, dz, 2) else { continue };
-            for dy in 0..3 {
-                let Some(y) = self.beside(y, dy, 1) else { continue };
-                cube |= self.triple(x, self.nodes.row(y, z)) << (9 * dz + 3 * dy);
-            }
-        }
-        cube
+    pub fn row(&self, y: usize, z: usize) -> Row<'a> {
+        let rows = std::array::from_fn(|i| {
+            let (y, z) = (self.beside(y, i % 3, 1)?, self.beside(z, i / 3, 2)?);
+            Some((self.nodes.row(y, z), self.index([0, y, z])))
+        });
+        Row { rows, side: self.size[0], wraps: self.wraps[0] }
     }
 
     /// The coordinate `by` − 1 further, if it is in the raster.
@@ -107,13 +108,49 @@ impl<'a> Steps<'a> {
             within => Some(within - 1),
         }
     }
+}
+
+/// A row of nodes and the eight around it that are in the raster, each with the number of its first node.
+pub(in crate::metrics) struct Row<'a> {
+    rows: [Option<(&'a [u64], u32)>; 9],
+    side: usize,
+    wraps: bool,
+}
+
+impl Row<'_> {
+    /// The neighbours of node x of the row that a step leads to.
+    #[inline]
+    pub fn from(&self, x: usize) -> Cube {
+        let within = self.cube(x);
+        if within == ALL {
+            return ALL & !(1 << MIDDLE);
+        }
+        let mut reached: Cube = 1 << MIDDLE;
+        for _ in 0..3 {
+            reached |= spread(reached) & within;
+        }
+        reached & !(1 << MIDDLE)
+    }
+
+    /// Which nodes of the cube around node x belong to the set.
+    #[inline]
+    pub fn cube(&self, x: usize) -> Cube {
+        let rows = self.rows.iter().enumerate();
+        rows.fold(0, |cube, (i, row)| row.map_or(cube, |(words, _)| cube | self.triple(x, words) << (3 * i)))
+    }
+
+    /// The number of the neighbour of node x that a bit of its cube stands for.
+    #[inline]
+    pub fn number(&self, x: usize, bit: u32) -> u32 {
+        let (_, first) = self.rows[bit as usize / 3].expect("a neighbour in the raster");
+        first + ((x + bit as usize % 3 + self.side - 1) % self.side) as u32
+    }
 
     /// Nodes x − 1, x and x + 1 of a row, as three bits.
     #[inline]
     fn triple(&self, x: usize, row: &[u64]) -> u32 {
-        let side = self.size[0];
         let bit = |x: usize| (row[x / 64] >> (x % 64) & 1) as u32;
-        if x > 0 && x + 1 < side {
+        if x > 0 && x + 1 < self.side {
             let (word, shift) = ((x - 1) / 64, (x - 1) % 64);
             let mut bits = row[word] >> shift;
             if shift > 61 {
@@ -121,8 +158,9 @@ impl<'a> Steps<'a> {
             }
             return bits as u32 & 7;
         }
-        let low = if x > 0 { bit(x - 1) } else { u32::from(self.wraps[0]) & bit(side - 1) };
-        let high = if x + 1 < side { bit(x + 1) } else { u32::from(self.wraps[0]) & bit(0) };
+        let beyond = |at: usize| u32::from(self.wraps) & bit(at);
+        let low = if x > 0 { bit(x - 1) } else { beyond(self.side - 1) };
+        let high = if x + 1 < self.side { bit(x + 1) } else { beyond(0) };
         low | bit(x) << 1 | high << 2
     }
 }
@@ -133,6 +171,20 @@ pub(in crate::metrics) fn place(size: [usize; 3], index: u32) -> [usize; 3] {
     let (width, height) = (size[0] as u32, size[1] as u32);
     let row = index / width;
     [(index % width) as usize, (row % height) as usize, (row / height) as usize]
+}
+
+/// The nodes of a row of a set, ascending.
+pub(in crate::metrics) fn members(row: &[u64]) -> impl Iterator<Item = usize> + use<'_> {
+    row.iter().enumerate().flat_map(|(word, &bits)| {
+        let mut left = bits;
+        std::iter::from_fn(move || {
+            (left != 0).then(|| {
+                let x = word * 64 + left.trailing_zeros() as usize;
+                left &= left - 1;
+                x
+            })
+        })
+    })
 }
 
 /// The bits that are set in a cube, ascending.
@@ -174,7 +226,8 @@ mod tests {
             for index in 0..nodes.volume() as u32 {
                 let node = steps.place(index);
                 assert_eq!(steps.index(node), index);
-                let cube = steps.cube(node);
+                let row = steps.row(node[1], node[2]);
+                let cube = row.cube(node[0]);
                 for bit in 0..27 {
                     let by = [bit % 3, bit / 3 % 3, bit / 9];
                     let inside = (0..3).all(|a| (1..=size[a]).contains(&(node[a] + by[a] as usize)));
@@ -183,6 +236,7 @@ mod tests {
                     assert_eq!(cube >> bit & 1 == 1, held, "{edges:?}, {node:?}, {bit}");
                     if held {
                         assert_eq!(steps.neighbour(node, bit), other);
+                        assert_eq!(row.number(node[0], bit), steps.index(other));
                     }
                 }
             }

@@ -100,22 +100,33 @@ pub fn finer_grid(grid: &Grid, most: u32) -> Grid {
 
 fn in_box(sampled: &Sampled, bounds: &LatticeBox) -> VolumeBounds {
     let grid = sampled.solid.grid();
-    let shrunk = LatticeBox { min: bounds.min.map(|low| low + MARGIN), max: bounds.max.map(|high| high - MARGIN) };
-    let [in_shrunk, in_box] = [shrunk, *bounds].map(|part| Cubes::in_box(grid, &part));
+    // Faces in those of the box do not count, and may lie a step from them before they are snapped: of what is as near as that
+    // to a face of the box nothing certainly is solid, and all may be.
+    let certain = LatticeBox { min: bounds.min.map(|low| low + MARGIN), max: bounds.max.map(|high| high - MARGIN) };
+    let cubes = Cubes::in_box(grid, &certain);
     let surface = SurfaceCubes::of(sampled.solid, Some(*bounds));
     let [inner, outer] = sums(grid, |slab| {
         let (nodes, met) = (sampled.inside.slab(slab.planes(), 0), surface.slab(slab.range()));
         slab.sums(|y, z| {
-            let words = row(&nodes, y, z).iter().zip(slab.row(&met, y, z));
-            let (inner, outer): (Vec<u64>, Vec<u64>) = words.map(|(&n, &met)| (n & !met, n | met)).unzip();
-            [in_shrunk.volume(&inner, y, z), in_box.volume(&outer, y, z)]
+            let mut along = [0; 2];
+            for (word, (&n, &met)) in row(&nodes, y, z).iter().zip(slab.row(&met, y, z)).enumerate() {
+                along[0] += cubes.along(word, n & !met);
+                along[1] += cubes.along(word, n | met);
+            }
+            along.map(|along| along * cubes.across(y, z))
         })
     });
-    let solid = interval(grid, inner, outer);
-    let sides = [0, 1, 2].map(|axis| i128::from(bounds.max[axis]) - i128::from(bounds.min[axis]));
-    let volume = world(grid, sides.iter().product::<i128>().max(0) as u128);
+    let [whole, within] = [bounds, &certain].map(steps);
+    let solid = interval(grid, inner, outer + (whole - within));
+    let volume = world(grid, whole);
     let pore = Interval { lower: (volume - solid.upper).max(0.0), upper: (volume - solid.lower).max(0.0) };
     VolumeBounds { solid, pore, region: Interval::exactly(volume) }
+}
+
+/// The volume of a box, in cubic lattice steps.
+fn steps(bounds: &LatticeBox) -> u128 {
+    let side = |axis: usize| i64::from(bounds.max[axis]) - i64::from(bounds.min[axis]);
+    (0..3).map(|axis| side(axis).max(0) as u128).product()
 }
 
 fn in_solid(sampled: &Sampled, region: &Sampled) -> VolumeBounds {
@@ -127,16 +138,16 @@ fn in_solid(sampled: &Sampled, region: &Sampled) -> VolumeBounds {
         let [nodes, within] = [sampled, region].map(|of| of.inside.slab(slab.planes(), 0));
         let [met, cut] = [&surface, &boundary].map(|of| of.slab(slab.range()));
         slab.sums(|y, z| {
-            let mut words = [const { Vec::new() }; 6];
+            let mut along = [0; 6];
             let of_solid = row(&nodes, y, z).iter().zip(slab.row(&met, y, z));
             let of_region = row(&within, y, z).iter().zip(slab.row(&cut, y, z));
-            for ((&n, &met), (&r, &cut)) in of_solid.zip(of_region) {
+            for (word, ((&n, &met), (&r, &cut))) in of_solid.zip(of_region).enumerate() {
                 let (inner, outer) = (n & !met, n | met);
                 let (least, most) = (r & !cut, r | cut);
                 let sets = [inner & least, outer & most, !outer & least, !inner & most, least, most];
-                words.iter_mut().zip(sets).for_each(|(words, set)| words.push(set));
+                along.iter_mut().zip(sets).for_each(|(along, set)| *along += cubes.along(word, set));
             }
-            words.map(|words| cubes.volume(&words, y, z))
+            along.map(|along| along * cubes.across(y, z))
         })
     });
     VolumeBounds {
@@ -197,10 +208,18 @@ struct Cubes {
     side: u64,
     /// Cubes along x of which all lies in the box, a bit each.
     whole: Vec<u64>,
-    /// Those of which a part does, and how long it is along x, in lattice steps.
-    partial: Vec<(usize, u64)>,
+    /// Those of which a part does.
+    partial: Vec<Partial>,
     /// How much of each row and plane of cubes lies in the box, in lattice steps.
     across: [Vec<u64>; 2],
+}
+
+/// A cube of a row that reaches out of the box.
+struct Partial {
+    word: usize,
+    bit: u64,
+    /// Of its part within, along x, in lattice steps.
+    length: u64,
 }
 
 impl Cubes {
@@ -213,26 +232,32 @@ impl Cubes {
             };
             (0..grid.rays()[axis]).map(|index| length(index).max(0) as u64).collect::<Vec<u64>>()
         });
-        let [along, rows, planes] = lengths;
+        let [columns, rows, planes] = lengths;
         let side = side as u64;
-        let mut whole = vec![0; along.len().div_ceil(64)];
+        let mut whole = vec![0; columns.len().div_ceil(64)];
         let mut partial = Vec::new();
-        for (x, &length) in along.iter().enumerate() {
-            match length {
-                0 => {}
-                length if length == side => whole[x / 64] |= 1 << (x % 64),
-                length => partial.push((x, length)),
+        for (x, &length) in columns.iter().enumerate() {
+            let (word, bit) = (x / 64, 1 << (x % 64));
+            if length == side {
+                whole[word] |= bit;
+            } else if length > 0 {
+                partial.push(Partial { word, bit, length });
             }
         }
         Cubes { side, whole, partial, across: [rows, planes] }
     }
 
-    /// The volume in the box of the cubes of a row, a bit each, in cubic lattice steps. Bits beyond the last cube do not count.
-    fn volume(&self, row: &[u64], y: usize, z: usize) -> u128 {
-        let whole: u64 = row.iter().zip(&self.whole).map(|(bits, whole)| u64::from((bits & whole).count_ones())).sum();
-        let has = |x: usize| row[x / 64] >> (x % 64) & 1;
-        let parts: u64 = self.partial.iter().map(|&(x, length)| has(x) * length).sum();
-        u128::from(whole * self.side + parts) * u128::from(self.across[0][y]) * u128::from(self.across[1][z])
+    /// How long the cubes of a word of a row are together, within the box along x, in lattice steps. Bits beyond the last cube
+    /// do not count.
+    fn along(&self, word: usize, bits: u64) -> u128 {
+        let whole = u64::from((bits & self.whole[word]).count_ones()) * self.side;
+        let partial = self.partial.iter().filter(|partial| partial.word == word && partial.bit & bits != 0);
+        u128::from(whole + partial.map(|partial| partial.length).sum::<u64>())
+    }
+
+    /// How much of a row of cubes lies in the box across x, in square lattice steps.
+    fn across(&self, y: usize, z: usize) -> u128 {
+        u128::from(self.across[0][y]) * u128::from(self.across[1][z])
     }
 }
 

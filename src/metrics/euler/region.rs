@@ -98,15 +98,27 @@ fn cut(set: &NodeSet, part: NodeBox) -> NodeSet {
 
 fn of_shape(solid: &NodeSet, region: &NodeSet) -> f64 {
     // With one layer more on every side, what is not the region closes around it.
-    let size = region.size().map(|n| n + 2);
-    let within = |set: &NodeSet, node: [usize; 3]| {
-        (0..3).all(|axis| (1..size[axis] - 1).contains(&node[axis])) && set.contains(node.map(|i| i - 1))
-    };
-    let outside = NodeSet::from_fn(size, |node| !within(region, node));
-    let either = NodeSet::from_fn(size, |node| !within(region, node) || within(solid, node));
+    let [solid, region] = [solid, region].map(widened);
+    let outside = NodeSet::full(region.size()).minus(&region);
     let of = |set: &NodeSet| characteristic(set, Connectivity::All, Edges::Clip);
     // χ of what two unions of closed cubes share is what both have together, less that of their union.
-    let whole = of(solid);
-    let shared = whole + of(&outside) - of(&either);
+    let whole = of(&solid);
+    let shared = whole + of(&outside) - of(&outside.or(&solid));
     whole as f64 - 0.5 * shared as f64
+}
+
+/// The same nodes in a raster of one layer more on every side.
+fn widened(set: &NodeSet) -> NodeSet {
+    let [_, rows, planes] = set.size();
+    let mut wide = NodeSet::empty(set.size().map(|n| n + 2));
+    for z in 0..planes {
+        for y in 0..rows {
+            let mut carry = 0;
+            for (to, &word) in wide.row_mut(y + 1, z + 1).iter_mut().zip(set.row(y, z).iter().chain([&0])) {
+                *to = word << 1 | carry;
+                carry = word >> 63;
+            }
+        }
+    }
+    wide
 }

@@ -3,11 +3,15 @@
 use rayon::prelude::*;
 
 use super::Ball;
-use super::thin::{moved, thin_out};
+use super::thin::{CRESCENT, moved, thin_out};
 use crate::metrics::{Edges, NodeSet};
 
 /// What a node has that no ball came to.
 const UNPAINTED: f32 = -1.0;
+
+/// How far beyond a ball it paints, in pitches: as much as is lost where balls are left out. Else what comes after, the false
+/// ridges of a rough surface say, would paint the crescents in between.
+const MARGIN: f32 = CRESCENT;
 
 /// For each node of a phase the greatest size of the balls that hold it, and 0 at other nodes; sizes, one for each ball, are
 /// not negative. A node that no ball came to gets the greatest of its 26 neighbours in the phase, theirs first that have
@@ -100,13 +104,14 @@ impl Canvas {
     /// Paints what the ball covers of the plane and nothing did before.
     fn paint(&mut self, ball: &Ball, size: f32, plane: &mut [f32]) {
         let [x, y, z] = ball.centre;
-        let squared = ball.radius * ball.radius;
+        let radius = ball.radius + MARGIN;
+        let squared = radius * radius;
         match self.edges {
             Edges::Periodic => {
                 // Once for each repetition of the plane within the ball.
                 let depth = self.size[2] as f32;
-                let first = ((z - ball.radius - self.z as f32) / depth).ceil() as i64;
-                let last = ((z + ball.radius - self.z as f32) / depth).floor() as i64;
+                let first = ((z - radius - self.z as f32) / depth).ceil() as i64;
+                let last = ((z + radius - self.z as f32) / depth).floor() as i64;
                 for repetition in first..=last {
                     let off = self.z as f32 + repetition as f32 * depth - z;
                     self.paint_disc([x, y], squared - off * off, size, plane);

@@ -10,6 +10,15 @@ use crate::metrics::{Edges, NodeSet};
 /// between surfaces whose nearest places are seen under an angle 2β, it grows by cos 2β at most.
 const SLACK: f32 = 0.15;
 
+/// Near the surface a neighbour tells little, since distances are to crossings and those may be a pitch apart. So where the
+/// slope, as differences tell it, is no less than this, it is followed that far, in pitches.
+const GENTLE: f32 = 0.6;
+const FAR_STEPS: [f32; 4] = [1.0, 1.5, 2.0, 3.0];
+
+/// What distances may be wrong by there, in pitches, and how much more at a distance of 1.
+const ROUGHNESS: f32 = 0.1;
+const ROUGHNESS_AT_1: f32 = 0.4;
+
 /// A component of a direction counts if it is more than this share of the greatest one: tan 22.5°.
 const DIAGONAL: f32 = 0.414;
 
@@ -79,17 +88,57 @@ impl Near<'_> {
         Some(other)
     }
 
-    /// Whether the distance does not go on growing away from the site.
+    /// Whether the distance does not go on growing away from the surface.
     fn is_ridge(&self, node: [usize; 3]) -> bool {
         let Some(site) = self.field.site_of(node) else { return false };
         let distance = self.field.values()[self.index(node)];
-        let away = [0, 1, 2].map(|axis| node[axis] as f32 - site[axis]);
-        let greatest = away.iter().fold(0.0, |most: f32, component| most.max(component.abs()));
-        let offset = away.map(|part| if part.abs() > DIAGONAL * greatest { part.signum() as i32 } else { 0 });
-        let Some(other) = self.neighbour(node, offset).filter(|&other| self.nodes.contains(other)) else { return true };
-        let length = (offset.iter().filter(|&&part| part != 0).count() as f32).sqrt();
-        let along: f32 = (0..3).map(|axis| away[axis] * offset[axis] as f32).sum();
-        self.field.values()[self.index(other)] < distance + along / distance - SLACK * length
+        if distance == 0.0 {
+            return false;
+        }
+        let away = [0, 1, 2].map(|axis| (node[axis] as f32 - site[axis]) / distance);
+        let greatest = away.iter().fold(0.0, |most: f32, part| most.max(part.abs()));
+        let next = away.map(|part| if part.abs() > DIAGONAL * greatest { part.signum() as i32 } else { 0 });
+        let length = (next.iter().filter(|&&part| part != 0).count() as f32).sqrt();
+        if self.grows(node, distance, away, next, SLACK * length) {
+            return false;
+        }
+        let slope = self.slope(node, distance);
+        let steepness = slope.iter().map(|part| part * part).sum::<f32>().sqrt();
+        if steepness < GENTLE {
+            return true;
+        }
+        let up = slope.map(|part| part / steepness);
+        let roughness = ROUGHNESS + ROUGHNESS_AT_1 / distance;
+        !FAR_STEPS.iter().any(|steps| {
+            let offset = up.map(|part| (part * steps).round() as i32);
+            self.grows(node, distance, up, offset, roughness)
+        })
+    }
+
+    /// Whether the distance grows from a node to another one of the phase as it would on a slope, but for some slack.
+    fn grows(&self, node: [usize; 3], distance: f32, up: [f32; 3], offset: [i32; 3], slack: f32) -> bool {
+        let along: f32 = (0..3).map(|axis| up[axis] * offset[axis] as f32).sum();
+        let other = self.neighbour(node, offset).filter(|&other| self.nodes.contains(other));
+        other.is_some_and(|other| self.field.values()[self.index(other)] >= distance + along - slack)
+    }
+
+    /// The slope at a node of the distance, which is negative outside of the phase.
+    fn slope(&self, node: [usize; 3], distance: f32) -> [f32; 3] {
+        [0, 1, 2].map(|axis| {
+            let beside = [-1, 1].map(|by| {
+                let mut offset = [0; 3];
+                offset[axis] = by;
+                let other = self.neighbour(node, offset)?;
+                let value = self.field.values()[self.index(other)];
+                Some(if self.nodes.contains(other) { value } else { -value })
+            });
+            match beside {
+                [Some(before), Some(after)] => 0.5 * (after - before),
+                [Some(before), None] => distance - before,
+                [None, Some(after)] => after - distance,
+                [None, None] => 0.0,
+            }
+        })
     }
 
     /// The largest ball around a place in the cell of a node, as far as the sites nearby tell.
@@ -114,7 +163,7 @@ impl Near<'_> {
         Ball { centre, radius: most.sqrt(), node: self.index(node) as u32 }
     }
 
-    /// Sites of a node and its neighbours of the phase, as seen from it.
+    /// Sites of a node and its neighbours, of the other phase too, as seen from it.
     fn sites_nearby(&self, node: [usize; 3]) -> Sites {
         let mut sites = Sites { lanes: [[FAR; LANES]; 3] };
         for place in 0..NEIGHBOURHOOD {

@@ -8,7 +8,7 @@ use crate::metrics::Edges;
 const LESS: f32 = 0.25;
 
 /// How far within the union of those around it the outermost of a ball left out may lie beyond it, in pitches.
-const CRESCENT: f32 = 0.25;
+pub(super) const CRESCENT: f32 = 0.25;
 
 /// No ball.
 const NONE: u32 = u32::MAX;

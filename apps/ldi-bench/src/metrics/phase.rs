@@ -6,12 +6,12 @@ use std::path::Path;
 use std::time::Instant;
 
 use ldi_ops::grid::Axis;
-use ldi_ops::metrics::access::{Ends, bottlenecks, boundary, percolation};
+use ldi_ops::metrics::access::{Ends, access_sizes, bottlenecks, percolation};
 use ldi_ops::metrics::chords::{Chords, Counted, Weighting};
-use ldi_ops::metrics::components::{Components, Connectivity, open_pores};
+use ldi_ops::metrics::components::{Components, Connectivity, open_pores, rim};
 use ldi_ops::metrics::distance::{Crossings, DistanceField};
 use ldi_ops::metrics::euler::characteristic;
-use ldi_ops::metrics::thickness::{largest_balls, local_thickness, paint, radii};
+use ldi_ops::metrics::thickness::{largest_balls, local_thickness, radii};
 use ldi_ops::metrics::tortuosity::{EndCondition, TortuosityError, diffusive, geodesic};
 use ldi_ops::metrics::{Distribution, Edges, NodeSet, Phase};
 use serde_json::{Map, Value, json};
@@ -145,10 +145,9 @@ fn access(
     let (rooms, sizes) = said.timed("access", || {
         let balls = largest_balls(field, nodes);
         let rooms = radii(field, nodes, &balls);
-        let gets_there = bottlenecks(&rooms, nodes, &boundary(region.nodes()), Edges::Clip);
-        // What a ball covers, each smaller one within it covers, too.
-        let sizes: Vec<f32> = balls.iter().map(|ball| 2.0 * ball.radius.min(gets_there[ball.node as usize])).collect();
-        let sizes = paint(&balls, &sizes, nodes, Edges::Clip);
+        let gets_there = bottlenecks(&rooms, nodes, &rim(region.nodes()), Edges::Clip);
+        let open = open_pores(nodes, region.nodes(), Edges::Clip);
+        let sizes = access_sizes(&balls, &gets_there, &open, Edges::Clip);
         (rooms, sizes)
     });
     summarise(said, "access", &sizes, nodes, maps)?;

@@ -15,6 +15,7 @@ mod input;
 mod machine;
 mod measure;
 mod render;
+mod report;
 mod sum;
 mod surface;
 mod work;
@@ -39,6 +40,7 @@ pub use input::Solid;
 pub use machine::{cpu_name, peak_memory_bytes};
 pub use measure::Measured;
 pub use render::Rendered;
+pub use report::Reported;
 pub use sum::StepReport;
 pub use surface::{SimplifiedReport, SurfaceReport};
 
@@ -59,6 +61,7 @@ pub enum Outcome {
     Generated(Generated),
     Devices(Devices),
     Rendered(Box<Rendered>),
+    Reported(Reported),
 }
 
 /// Runs a job; `start` is when the process began.
@@ -77,6 +80,7 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Failure> 
         Job::Devices(job) => devices::run(&job),
         Job::Render(job) => render::run(&job, start, &progress),
         Job::Sum(job) => sum::run(&job, start, &progress),
+        Job::Report(job) => report::run(&job, &progress),
     }
 }
 

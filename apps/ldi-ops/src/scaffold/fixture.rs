@@ -26,7 +26,7 @@ fn metric(
         name,
         definition: "What it is, in a line that says enough to tell it from its neighbours & is <not> markup.",
         value: Some(value),
-        error: Some(value.abs() * 0.004),
+        error: (group != Group::Topology).then_some(value.abs() * 0.004),
         lower: None,
         upper: None,
         unit: quantity.of(MM),

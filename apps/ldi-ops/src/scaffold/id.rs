@@ -14,11 +14,11 @@ pub const OPEN_POROSITY: &str = "porosity.open";
 /// The pores that do not.
 pub const CLOSED_POROSITY: &str = "porosity.closed";
 /// BS.
-pub const SURFACE: &str = "surface";
+pub const SURFACE: &str = "surface.area";
 /// BS/BV.
-pub const SURFACE_PER_SOLID: &str = "surface.per-solid";
+pub const SURFACE_PER_SOLID: &str = "surface.specific";
 /// BS/TV.
-pub const SURFACE_PER_TOTAL: &str = "surface.per-total";
+pub const SURFACE_PER_TOTAL: &str = "surface.density";
 /// The largest ball that passes from face to face along the hardest of the axes.
 pub const PERCOLATION: &str = "percolation";
 pub const PERCOLATION_X: &str = "percolation.x";
@@ -29,17 +29,17 @@ pub const LARGEST_PORE: &str = "pore.largest";
 /// Tb.Th.
 pub const THICKNESS: &str = "solid.thickness.mean";
 /// Tb.Sp.
-pub const SEPARATION: &str = "pore.separation.mean";
+pub const SEPARATION: &str = "pore.thickness.mean";
 /// Tb.N.
-pub const NUMBER: &str = "solid.number";
+pub const NUMBER: &str = "number";
 /// The 1st percentile of the thickness.
-pub const THINNEST_WALL: &str = "solid.thickness.p1";
+pub const THINNEST_WALL: &str = "wall.thinnest";
 /// DA.
-pub const ANISOTROPY: &str = "anisotropy.degree";
+pub const ANISOTROPY: &str = "anisotropy";
 /// χ of the solid.
-pub const EULER: &str = "topology.euler";
+pub const EULER: &str = "euler";
 /// Conn.D.
-pub const CONNECTIVITY: &str = "topology.connectivity-density";
+pub const CONNECTIVITY: &str = "connectivity";
 /// Kozeny and Carman's estimate.
 pub const PERMEABILITY: &str = "permeability";
 /// The share of the surface that overhangs.

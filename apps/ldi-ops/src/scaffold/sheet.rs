@@ -63,6 +63,7 @@ pub struct Metric {
     /// How it was found.
     pub method: &'static str,
     /// What it depends on beside the solid: names and values.
+    #[serde(serialize_with = "object")]
     pub parameters: Vec<(&'static str, String)>,
     /// Where the definition is from.
     pub reference: &'static str,
@@ -247,6 +248,7 @@ pub struct Provenance {
     /// `box`, or the file of the region of interest.
     pub region: String,
     /// Stages and their seconds, in order.
+    #[serde(serialize_with = "object")]
     pub seconds: Vec<(&'static str, f64)>,
     pub peak_memory_bytes: Option<u64>,
 }
@@ -262,6 +264,11 @@ pub struct InputFile {
     pub oriented: bool,
     #[serde(serialize_with = "symbol")]
     pub unit: Option<LengthUnit>,
+}
+
+/// Pairs as an object with their names as keys.
+fn object<S: Serializer, V: Serialize>(pairs: &[(&'static str, V)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(pairs.iter().map(|(name, value)| (name, value)))
 }
 
 fn symbol<S: Serializer>(unit: &Option<LengthUnit>, serializer: S) -> Result<S::Ok, S::Error> {

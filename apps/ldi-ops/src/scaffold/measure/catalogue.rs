@@ -190,7 +190,7 @@ const fn length(power: i8) -> Quantity {
 #[rustfmt::skip]
 pub const CATALOGUE: &[&[Definition]] = &[
     &[
-        definition!("volume.total", Volume, "TV", "Volume of the region", length(3), "product of the box's sides; of a region of interest, the divergence sum over its mesh", BOUXSEIN, "The volume within which all else is measured: the solid's box, or the region of interest."),
+        definition!("volume.total", Volume, "TV", "Volume of the region", length(3), "product of the box's sides; of a region of interest, integral along rays of three directions", BOUXSEIN, "The volume within which all else is measured: the solid's box, or the region of interest."),
         definition!("volume.solid", Volume, "BV", "Volume of the solid", length(3), RAYS, BOUXSEIN, "The volume of the solid within the region."),
         definition!("volume.mesh", Volume, "V mesh", "Volume of the whole mesh", length(3), "divergence sum over the facets, f64", MIRTICH, "What the triangles themselves enclose, in or out of the region: a check on BV."),
         definition!("volume.fraction", Volume, "BV/TV", "Solid volume fraction", SHARE, RAYS, BOUXSEIN, "The share of the region that is solid."),
@@ -200,8 +200,8 @@ pub const CATALOGUE: &[&[Definition]] = &[
         definition!("surface.area", Surface, "BS", "Surface", length(2), FACETS, BOUXSEIN, "The surface between solid and pore within the region, without faces that the region cuts."),
         definition!("surface.specific", Surface, "BS/BV", "Specific surface", length(-1), FACETS, BOUXSEIN, "Surface by volume of solid."),
         definition!("surface.density", Surface, "BS/TV", "Surface density", length(-1), FACETS, BOUXSEIN, "Surface by volume of the region."),
-        definition!("surface.curvature.mean", Surface, "∫H", "Integral of mean curvature", length(1), "half the sum of edge lengths times exterior angles, over the edges of the whole mesh", SANTALO, "The integral over the surface of the mean of the principal curvatures: positive where the solid bulges."),
-        definition!("surface.curvature.gauss", Surface, "∫K", "Integral of Gaussian curvature", NUMBER, "sum of angle deficits at the vertices of the whole mesh", SANTALO, "Equals 2π times the Euler characteristic of the surface, which checks both."),
+        definition!("surface.curvature.mean", Surface, "∫H", "Integral of mean curvature", length(1), "half the sum of edge lengths times exterior angles, over the edges of the mesh, without those in faces of the box", SANTALO, "The integral over the surface of the mean of the principal curvatures: positive where the solid bulges."),
+        definition!("surface.curvature.gauss", Surface, "∫K", "Integral of Gaussian curvature", NUMBER, "sum of angle deficits at the vertices of the mesh, without those in faces of the box", SANTALO, "Of a closed surface that nothing cuts, 2π times its Euler characteristic."),
     ],
     &[
         definition!("percolation", Access, "d perc", "Percolation diameter", length(1), FLOOD, MOORE, "The largest ball that gets through the pores from face to opposite face along each of the axes, the hardest included."),

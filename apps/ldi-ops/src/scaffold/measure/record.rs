@@ -57,6 +57,11 @@ impl Record {
         self.entries.entry(catalogue::definition(id).id).or_default()
     }
 
+    /// What is known of a metric that has a value.
+    pub fn found(&mut self, id: &str) -> Option<&mut Entry> {
+        self.entries.get_mut(id).filter(|entry| entry.value.is_some())
+    }
+
     /// The value of a metric, where there is one.
     pub fn value(&self, id: &str) -> Option<f64> {
         self.entries.get(id)?.value

@@ -22,6 +22,8 @@ struct Page<'s> {
     designs: Vec<Design<'s>>,
     groups: Vec<GroupTable>,
     pictures: Vec<Picture>,
+    /// What the colours of the pictures mean, and the colours.
+    colour_bar: Option<(String, String)>,
     figures: Vec<Figure>,
     /// Why there are no plots of both.
     apart: bool,
@@ -42,7 +44,8 @@ struct GroupTable {
 }
 
 struct Row {
-    symbol: &'static str,
+    /// As HTML.
+    symbol: String,
     name: &'static str,
     values: [String; 2],
     bounds: [Option<String>; 2],
@@ -71,6 +74,10 @@ pub fn html(a: &Entry, b: &Entry) -> String {
         designs: LETTERS.into_iter().zip([a, b]).map(|(letter, entry)| design(letter, entry)).collect(),
         groups: GROUPS.into_iter().map(|group| table(sheets, group)).filter(|table| !table.rows.is_empty()).collect(),
         pictures: if same_unit { pictures(sheets, &length) } else { Vec::new() },
+        colour_bar: thickest(sheets).filter(|_| same_unit).map(|largest| {
+            let title = format!("Thickness ({})", length.for_people());
+            (title, slices::colour_bar(Shown::Solid, largest, &length))
+        }),
         figures: if same_unit { figures(sheets, &length) } else { Vec::new() },
         apart: !same_unit,
     };
@@ -131,7 +138,7 @@ fn row(a: Option<&Metric>, b: Option<&Metric>) -> Option<Row> {
         _ => false,
     };
     Some(Row {
-        symbol: shown.symbol,
+        symbol: words::symbol(shown.symbol),
         name: shown.name,
         values: [text(a), text(b)],
         bounds: [ends(a), ends(b)],
@@ -153,13 +160,15 @@ fn signed(text: String, value: f64) -> String {
     if value > 0.0 { format!("+{text}") } else { text }
 }
 
+/// The value of the brightest colour.
+fn thickest(sheets: [&Sheet; 2]) -> Option<f64> {
+    let largest = sheets.iter().filter_map(|sheet| slices::largest(&sheet.pictures.slices, Shown::Solid));
+    largest.reduce(f64::max)
+}
+
 /// Slices of both across the same axes, in the same colours.
 fn pictures(sheets: [&Sheet; 2], length: &Unit) -> Vec<Picture> {
-    let largest =
-        sheets.iter().filter_map(|sheet| slices::largest(&sheet.pictures.slices, Shown::Solid)).fold(0.0, f64::max);
-    if largest == 0.0 {
-        return Vec::new();
-    }
+    let Some(largest) = thickest(sheets) else { return Vec::new() };
     let of_axis = |axis: &str| {
         let drawings: Vec<_> = LETTERS
             .into_iter()

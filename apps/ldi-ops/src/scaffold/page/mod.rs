@@ -12,7 +12,7 @@ mod slices;
 pub mod summary;
 mod table;
 mod verdict;
-mod words;
+pub mod words;
 
 use askama::Template;
 

@@ -121,7 +121,7 @@ pub fn html(sheet: &Sheet) -> String {
                 good: cells, nutrients and powder get everywhere. One that falls early has throats much narrower than its \
                 pores; one that begins below 100 % has closed pores.",
         }),
-        profiles: sheet.profiles.iter().filter(|profile| profile.positions.len() > 1).map(|of| profiles(of, &length)).collect(),
+        profiles: profiles(sheet, &length),
         anisotropy: sheet.anisotropy.as_ref().map(|of| anisotropy(of, &length)),
         topology: table::rows(sheet, Group::Topology),
         studies: sheet.convergence.iter().map(|of| study(sheet, of, &length)).collect(),
@@ -206,13 +206,14 @@ fn distributions(sheet: &Sheet) -> Vec<Figure> {
         .collect()
 }
 
-fn profiles(of: &Profile, length: &Unit) -> Figure {
-    Figure {
+fn profiles(sheet: &Sheet, length: &Unit) -> Vec<Figure> {
+    let figure = |of: &Profile| Figure {
         title: format!("Porosity along {}", of.axis),
-        drawing: profile::profile(of, length),
+        drawing: profile::profile(of, &sheet.profiles, length),
         finding: profile::finding(of),
         reading: "",
-    }
+    };
+    sheet.profiles.iter().filter(|profile| profile.positions.len() > 1).map(figure).collect()
 }
 
 fn anisotropy(of: &Anisotropy, length: &Unit) -> AnisotropyFigure {

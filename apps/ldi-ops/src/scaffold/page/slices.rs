@@ -64,7 +64,7 @@ pub fn drawing(slice: &Slice, shown: Shown, largest: f64, length: &Unit) -> Stri
     svg.rect("scale-bar", [left, height + 10.0], [pixels, 4.0], None);
     svg.text("tick", Anchor::Start, [left, height + 29.0], &words::with_unit(bar, length));
     let [across, up] = slice.along;
-    svg.text("tick", Anchor::End, [left + width, height + 16.0], &format!("{across} → , {up} ↑"));
+    svg.text("tick", Anchor::End, [left + width, height + 16.0], &format!("{across} →  {up} ↑"));
     svg.finish(&finding(slice, shown, length))
 }
 
@@ -89,7 +89,7 @@ pub fn finding(slice: &Slice, shown: Shown, length: &Unit) -> String {
 pub fn colour_bar(shown: Shown, largest: f64, length: &Unit) -> String {
     const STEPS: usize = 64;
     let mut svg = Svg::new(WIDTH, 46.0);
-    let scale = Scale::new([0.0, largest], [8.0, WIDTH - 8.0]);
+    let scale = Scale::new([0.0, largest], [14.0, WIDTH - 14.0]);
     let [from, to] = scale.places();
     let step = (to - from) / STEPS as f64;
     let pixels: Vec<[u8; 3]> =

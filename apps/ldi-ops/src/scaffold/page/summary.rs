@@ -47,7 +47,8 @@ struct Page {
 }
 
 struct Column {
-    symbol: &'static str,
+    /// As HTML.
+    symbol: String,
     name: &'static str,
     unit: String,
 }
@@ -103,7 +104,7 @@ pub fn html(entries: &[Entry]) -> String {
 fn column(entries: &[Entry], id: &str, one_unit: bool) -> Option<Column> {
     let metric = entries.iter().find_map(|entry| entry.sheet.metric(id))?;
     let unit = if one_unit { metric.unit.for_people() } else { String::new() };
-    Some(Column { symbol: metric.symbol, name: metric.name, unit })
+    Some(Column { symbol: words::symbol(metric.symbol), name: metric.name, unit })
 }
 
 fn row(entry: &Entry, columns: &[&str], one_unit: bool) -> Row {

@@ -13,7 +13,8 @@ pub struct GroupTable {
 
 /// One metric.
 pub struct Row {
-    pub symbol: &'static str,
+    /// As HTML.
+    pub symbol: String,
     pub name: &'static str,
     pub definition: &'static str,
     /// With its error, without its unit; `–` where there is none.
@@ -32,7 +33,8 @@ pub struct Row {
 
 /// A metric that is shown large.
 pub struct KeyFigure {
-    pub symbol: &'static str,
+    /// As HTML.
+    pub symbol: String,
     pub name: &'static str,
     pub value: String,
     pub unit: String,
@@ -104,7 +106,7 @@ impl Row {
         let value = finite(metric.value);
         let parameters: Vec<String> = metric.parameters.iter().map(|(name, value)| format!("{name} {value}")).collect();
         Row {
-            symbol: metric.symbol,
+            symbol: words::symbol(metric.symbol),
             name: metric.name,
             definition: metric.definition,
             value: value
@@ -127,7 +129,7 @@ pub fn key_figures(sheet: &Sheet) -> Vec<KeyFigure> {
         .map(|metric| {
             let value = finite(metric.value);
             KeyFigure {
-                symbol: metric.symbol,
+                symbol: words::symbol(metric.symbol),
                 name: metric.name,
                 value: value.map_or(words::NOTHING.to_owned(), |value| words::value(value, &metric.unit)),
                 unit: if value.is_some() { metric.unit.for_people() } else { String::new() },

@@ -1,5 +1,6 @@
 //! Numbers and missing values as a page says them.
 
+use super::plot::svg::escaped;
 use crate::number;
 use crate::scaffold::quantity::{Quantity, Unit};
 use crate::scaffold::sheet::{Metric, Status};
@@ -30,7 +31,8 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{} × 10{}", minus(mantissa), exponent.chars().map(superscript).collect::<String>())
 }
 
-fn minus(text: &str) -> String {
+/// With the sign that is as wide as a digit.
+pub fn minus(text: &str) -> String {
     text.replace('-', "−")
 }
 
@@ -118,6 +120,14 @@ pub fn reason(metric: &Metric) -> String {
     }
 }
 
+/// A symbol as HTML: what follows `_` stands below the line.
+pub fn symbol(symbol: &str) -> String {
+    match symbol.split_once('_') {
+        Some((base, below)) => format!("{}<sub>{}</sub>", escaped(base), escaped(below)),
+        None => escaped(symbol),
+    }
+}
+
 /// A value that may be there, with its unit.
 pub fn maybe(value: Option<f64>, unit: &Unit) -> String {
     match value {
@@ -165,6 +175,12 @@ mod tests {
         assert_eq!(with_error(0.5, Some(1e-9), &mm), "0.500000 ± 1 × 10⁻⁹");
         assert_eq!(with_error(0.5, Some(0.0), &mm), "0.5");
         assert_eq!(with_error(2.5e-7, Some(1.2e-8), &mm), "2.5 × 10⁻⁷ ± 1.2 × 10⁻⁸");
+    }
+
+    #[test]
+    fn symbols_have_subscripts() {
+        assert_eq!(symbol("φ_open"), "φ<sub>open</sub>");
+        assert_eq!(symbol("a<b"), "a&lt;b");
     }
 
     #[test]

@@ -29,11 +29,15 @@ pub fn convergence(study: &Convergence, length: &Unit) -> Option<String> {
         Varied::Region => "Side of the region (% of the whole)".to_owned(),
     };
     let scale = scale(study.over);
-    let reach = if largest > 0.0 { largest * 1.08 } else { 1.0 };
+    let reach = |sign: f64| {
+        let furthest = curves.iter().flat_map(|(_, curve)| curve).map(|[_, change]| sign * change).fold(0.0, f64::max);
+        // A line of nothing but zeros still needs a frame; room is left for the numbers of the curves.
+        if largest > 0.0 { sign * (furthest + 0.15 * largest) } else { sign }
+    };
     let mut frame = Frame::new(
         &AxisOf { title: &title, range: [0.0, scale * widest * 1.04] },
-        &AxisOf { title: "Difference from the last (%)", range: [-reach, reach] },
-        &[],
+        &AxisOf { title: "Difference from the last (%)", range: [reach(-1.0), reach(1.0)] },
+        Vec::new(),
     );
     let [left, right] = frame.x.places();
     let zero = frame.y.at(0.0);
@@ -57,7 +61,7 @@ pub fn convergence(study: &Convergence, length: &Unit) -> Option<String> {
         }
     }
     Some(
-        frame.svg.finish(&format!(
+        frame.finish(&format!(
             "The largest difference from the last value is {}\u{a0}%.",
             words::significant(largest, 2)
         )),

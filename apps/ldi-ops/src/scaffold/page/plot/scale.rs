@@ -63,30 +63,36 @@ impl Ticks {
             return self.values.iter().map(|&value| words::significant(value, 3)).collect();
         }
         let decimals = (-power).max(0) as usize;
-        self.values.iter().map(|value| format!("{:.decimals$}", value + 0.0)).collect()
+        self.values.iter().map(|value| words::minus(&format!("{:.decimals$}", value + 0.0))).collect()
     }
 }
 
-/// The least of 1, 2 and 5 times powers of ten that is not below `step`.
-pub fn round_step(step: f64) -> f64 {
+/// The nearest of 1, 2 and 5 times powers of ten.
+fn round_step(step: f64) -> f64 {
     if !(step > 0.0 && step.is_finite()) {
         return 1.0;
     }
-    let power = 10f64.powi(step.log10().floor() as i32);
-    let factor = [1.0, 2.0, 5.0].into_iter().find(|factor| factor * power >= step * (1.0 - 1e-9)).unwrap_or(10.0);
-    // Division by a whole power of ten is exact to the nearest, multiplication by 0.001 is not.
-    if power < 1.0 { factor / (1.0 / power).round() } else { factor * power }
+    let power = step.log10().floor() as i32;
+    let mantissa = step / 10f64.powi(power);
+    // Half way between two steps as factors, not as differences.
+    let factor =
+        [(2f64.sqrt(), 1.0), (10f64.sqrt(), 2.0), (50f64.sqrt(), 5.0)].into_iter().find(|(end, _)| mantissa < *end);
+    round(factor.map_or(10.0, |(_, factor)| factor), power)
 }
 
 /// The largest of 1, 2 and 5 times powers of ten that is at most `length`.
 pub fn round_length(length: f64) -> f64 {
-    let step = round_step(length);
-    match step <= length * (1.0 + 1e-9) {
-        true => step,
-        // 2 → 1, 5 → 2, 10 → 5.
-        false if (step / 5.0).log10().fract().abs() < 1e-9 => step * 0.4,
-        false => step / 2.0,
+    if !(length > 0.0 && length.is_finite()) {
+        return 1.0;
     }
+    let power = length.log10().floor() as i32;
+    let lengths = (power - 1..=power).flat_map(|power| [1.0, 2.0, 5.0].map(|factor| round(factor, power)));
+    lengths.filter(|&round| round <= length * (1.0 + 1e-9)).fold(0.0, f64::max)
+}
+
+/// `factor`·10^`power`; dividing by a whole number is exact to the nearest, multiplying by 0.001 is not.
+fn round(factor: f64, power: i32) -> f64 {
+    if power < 0 { factor / 10f64.powi(-power) } else { factor * 10f64.powi(power) }
 }
 
 #[cfg(test)]

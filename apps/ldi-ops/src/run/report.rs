@@ -1,0 +1,217 @@
+//! `report`: measures solids one after another, and writes what there is to say of each.
+//!
+//! A solid's files are written as soon as it is measured, so that of many none is lost when a later one fails.
+
+use std::collections::HashSet;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::slice;
+use std::time::{Instant, SystemTime};
+
+use ldi_ops::grid::Axis;
+
+use super::backend::Backends;
+use super::fill::FillDifference;
+use super::input::{self, Demands, Provenance, Sides};
+use super::work::work;
+use super::{Finished, Outcome, Solid, machine};
+use crate::exit::{Exit, Failure};
+use crate::output;
+use crate::progress::Progress;
+use crate::resolve::{Input, ReportJob};
+use crate::scaffold::limits::Limits;
+use crate::scaffold::measure::{Clock, Measurements, Subject, measure};
+use crate::scaffold::page::summary::Entry;
+use crate::scaffold::page::{self, compare, summary};
+use crate::scaffold::sheet::{self, Alert, InputFile, Severity, Sheet};
+use crate::scaffold::write;
+use crate::warning::Warning;
+
+/// What was reported.
+pub struct Reported {
+    pub sheets: Vec<Sheet>,
+    /// Files to open, the first of them first.
+    pub pages: Vec<PathBuf>,
+}
+
+/// Runs a job.
+pub fn run(job: &ReportJob, progress: &Progress) -> Result<Finished, Failure> {
+    let limits = job.limits.as_deref().map(limits).transpose()?;
+    let backends = Backends::open(&job.settings.backend)?;
+    let places = places(job);
+    let mut sheets = Vec::new();
+    for (place, input) in places.iter().zip(job.solids.iter().chain(&job.compare)) {
+        let mut sheet = one(job, input, &backends, progress)?;
+        if let Some(limits) = &limits {
+            sheet.verdict = Some(limits.judge(&sheet).map_err(Failure::input)?);
+        }
+        say(&sheet, progress);
+        write_sheet(&sheet, &job.folder.join(place))?;
+        sheets.push(sheet);
+    }
+    let mut pages: Vec<PathBuf> = places.iter().map(|place| job.folder.join(place).join("report.html")).collect();
+    if let Some((name, text)) = overview(job, &places, &sheets) {
+        let path = job.folder.join(name);
+        output::replace(&path, |file| file.write_all(text.as_bytes()))?;
+        pages.insert(0, path);
+    }
+    if job.compare.is_none() && sheets.len() > 1 {
+        let path = job.folder.join("metrics.csv");
+        let table = write::csv(&sheets.iter().collect::<Vec<_>>());
+        output::replace(&path, |file| file.write_all(table.as_bytes()))?;
+    }
+    progress.finish();
+    let passed = sheets.iter().filter_map(|sheet| sheet.verdict.as_ref()).all(|verdict| verdict.passed);
+    Ok(Finished {
+        outcome: Outcome::Reported(Reported { sheets, pages }),
+        report: job.report.clone(),
+        exit: if passed { Exit::Done } else { Exit::CheckFalse },
+    })
+}
+
+/// Reads limits.
+fn limits(path: &Path) -> Result<Limits, Failure> {
+    let text = fs::read_to_string(path).map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+    Limits::parse(path, &text).map_err(Failure::input)
+}
+
+/// The page over several, and its name.
+fn overview(job: &ReportJob, places: &[PathBuf], sheets: &[Sheet]) -> Option<(&'static str, String)> {
+    let entries: Vec<Entry> = places
+        .iter()
+        .zip(sheets)
+        .map(|(place, sheet)| Entry { sheet, link: place.join("report.html").to_string_lossy().replace('\\', "/") })
+        .collect();
+    match (&entries[..], &job.compare) {
+        ([a, b], Some(_)) => Some(("compare.html", compare::html(a, b))),
+        ([_], _) => None,
+        _ => Some(("index.html", summary::html(&entries))),
+    }
+}
+
+/// Where the files of each solid go, within the folder: that of the first design itself, and a folder for each of several.
+fn places(job: &ReportJob) -> Vec<PathBuf> {
+    if job.compare.is_some() {
+        return vec![PathBuf::new(), PathBuf::from("compare")];
+    }
+    if job.solids.len() == 1 {
+        return vec![PathBuf::new()];
+    }
+    let mut taken = HashSet::new();
+    let place = |input: &Input| {
+        let stem = input.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let names = std::iter::once(stem.clone()).chain((2..).map(|n| format!("{stem}-{n}")));
+        // Some file systems do not tell small letters from large.
+        let free = |name: &String| taken.insert(name.to_lowercase());
+        let mut names = names;
+        PathBuf::from(names.find(free).expect("names do not end"))
+    };
+    let mut place = place;
+    job.solids.iter().map(|input| place(input)).collect()
+}
+
+/// Writes the files of one solid.
+fn write_sheet(sheet: &Sheet, folder: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(folder).map_err(|error| Failure::output(folder, &error))?;
+    let files = [
+        ("metrics.json", write::json(sheet)),
+        ("metrics.csv", write::csv(&[sheet])),
+        ("methods.txt", write::methods(sheet)),
+        ("report.html", page::html(sheet)),
+    ];
+    for (name, text) in files {
+        output::replace(&folder.join(name), |file| file.write_all(text.as_bytes()))?;
+    }
+    Ok(())
+}
+
+/// Says on stderr what must not be missed.
+fn say(sheet: &Sheet, progress: &Progress) {
+    for alert in sheet.alerts.iter().filter(|alert| alert.severity == Severity::Warning) {
+        progress.warn(&alert.message);
+    }
+}
+
+/// Reads and measures one solid.
+fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Progress) -> Result<Sheet, Failure> {
+    let start = Instant::now();
+    let mut clock = Clock::default();
+    progress.stage(format!("{}: reading", input.path.display()));
+    let demands = Demands {
+        unit: job.unit,
+        openness: job.openness,
+        sides: Sides::NotNeeded,
+        fill: job.settings.fill,
+        provenance: Provenance::Hashed,
+    };
+    let inputs: Vec<Input> = [Some(input.clone()), job.roi.clone()].into_iter().flatten().collect();
+    let (mut solids, warnings) = clock.time("read", || input::solids(&inputs, demands))?;
+    // What bulges and overhangs, normals say.
+    for solid in solids.iter_mut().filter(|solid| solid.is_oriented() && solid.volume < 0.0) {
+        input::turn(solid, demands)?;
+        solid.volume = -solid.volume;
+    }
+    let subject = Subject { solid: &solids[0], roi: solids.get(1) };
+    let mut alerts: Vec<Alert> = warnings.into_iter().map(alert).collect();
+    for solid in &solids {
+        let difference = FillDifference::of(solid)?;
+        alerts.extend(difference.and_then(|difference| difference.warning(solid, job.settings.fill)).map(alert));
+    }
+    let grid = subject.grid(job.settings.spacing, job.settings.edges)?;
+    let lattice = subject.solid.quantise(&grid)?;
+    let choice = backends.choose(|| work(slice::from_ref(&lattice), &Axis::ALL));
+    drop(lattice);
+    let measured = measure(subject, &job.settings, choice.sampler(), &mut clock, progress)?;
+    let ran = choice.ran();
+    alerts.extend(ran.auto.iter().filter_map(|auto| auto.warning.clone()).map(alert));
+    let Measurements { metrics, histograms, access, profiles, anisotropy, convergence, pictures, alerts: found } =
+        measured;
+    alerts.extend(found);
+    let mut seconds = clock.stages();
+    seconds.push(("total", start.elapsed().as_secs_f64()));
+    Ok(Sheet {
+        schema: sheet::SCHEMA,
+        title: input.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        unit: solids[0].unit,
+        verdict: None,
+        alerts,
+        metrics,
+        histograms,
+        access,
+        profiles,
+        anisotropy,
+        convergence,
+        provenance: sheet::Provenance {
+            inputs: ["solid", "roi"].into_iter().zip(&solids).map(|(role, solid)| file(role, solid)).collect(),
+            command_line: std::env::args().collect::<Vec<_>>().join(" "),
+            version: env!("CARGO_PKG_VERSION"),
+            made: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+            device: ran.to_string(),
+            threads: rayon::current_num_threads(),
+            rays: grid.rays(),
+            pitch: grid.pitch(),
+            edges: job.settings.edges.name(),
+            region: solids.get(1).map_or_else(|| "box".to_owned(), |roi| roi.name().to_string()),
+            seconds,
+            peak_memory_bytes: machine::peak_memory_bytes(),
+        },
+        pictures,
+    })
+}
+
+fn alert(warning: Warning) -> Alert {
+    Alert { code: warning.code, severity: Severity::Warning, message: warning.message }
+}
+
+fn file(role: &'static str, solid: &Solid) -> InputFile {
+    InputFile {
+        role,
+        path: solid.name().to_string(),
+        sha256: solid.sha256.clone().expect("hashes were asked for"),
+        triangles: solid.mesh().triangles.len() as u64,
+        closed: solid.is_closed(),
+        oriented: solid.is_oriented(),
+        unit: solid.unit,
+    }
+}

@@ -1,0 +1,79 @@
+//! What the reader must know before believing a number.
+
+use super::Study;
+use super::record::Record;
+use crate::number::number;
+use crate::scaffold::sheet::{Alert, Convergence, Severity, Varied};
+
+/// Chords that the region cuts, above which chord metrics are doubtful.
+const CENSORED: f64 = 0.05;
+
+/// A change of a metric from twice the pitch, above which it is doubtful.
+const CHANGE: f64 = 0.01;
+
+/// Everything that the metrics themselves give reason to say.
+pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Alert> {
+    let pitch = study.region.grid().pitch();
+    let mut alerts = Vec::new();
+    let mut say = |code, severity, message: String| alerts.push(Alert { code, severity, message });
+    if !study.subject.solid.is_closed() {
+        let (name, rays) = (study.subject.solid.name(), study.images.unclosed());
+        let message = format!("{name}: the mesh is not closed; {rays} rays did not close and count as empty");
+        say("open", Severity::Warning, message);
+    }
+    if let Some(thin) = record.value("solid.thickness.p5").filter(|thin| *thin < 3.0 * pitch) {
+        say(
+            "thin-walls",
+            Severity::Warning,
+            format!(
+                "fewer than 3 rays a wall: 5 % of the solid is thinner than {} pitches; more rays (--resolution) tell more",
+                number((thin / pitch * 100.0).round() / 100.0)
+            ),
+        );
+    }
+    if let Some(narrow) = record.value("pore.thickness.p5").filter(|narrow| *narrow < 3.0 * pitch) {
+        let pitches = number((narrow / pitch * 100.0).round() / 100.0);
+        say(
+            "narrow-pores",
+            Severity::Note,
+            format!("fewer than 3 rays a pore: 5 % of the pore volume is narrower than {pitches} pitches"),
+        );
+    }
+    let cut = [("chord.censored.x", "x"), ("chord.censored.y", "y"), ("chord.censored.z", "z")];
+    let cut: Vec<String> = cut
+        .into_iter()
+        .filter_map(|(id, axis)| Some((record.value(id).filter(|share| *share > CENSORED)?, axis)))
+        .map(|(share, axis)| format!("{} % along {axis}", number((share * 1000.0).round() / 10.0)))
+        .collect();
+    if !cut.is_empty() {
+        let message = format!("chords cut by the region and left out of the distributions: {}", cut.join(", "));
+        say("censored-chords", Severity::Note, message);
+    }
+    for study in convergence.iter().filter(|study| study.over == Varied::Pitch) {
+        for series in &study.series {
+            let [.., Some(coarse), Some(fine)] = series.values[..] else { continue };
+            let change = (fine - coarse).abs() / fine.abs().max(f64::MIN_POSITIVE);
+            if change > CHANGE {
+                let percent = number((change * 1000.0).round() / 10.0);
+                say(
+                    "not-converged",
+                    Severity::Note,
+                    format!("{} changes by {percent} % from twice the pitch to the pitch", series.metric),
+                );
+            }
+        }
+    }
+    let pieces = record.value("betti.0").unwrap_or(0.0);
+    if pieces > 1.0 {
+        let largest = record.value("piece.largest").unwrap_or(0.0);
+        say(
+            "loose-pieces",
+            Severity::Note,
+            format!(
+                "the solid within the region is in {pieces} pieces; the largest has {} % of it",
+                number(100.0 * largest)
+            ),
+        );
+    }
+    alerts
+}

@@ -1,0 +1,302 @@
+//! What balls tell: thickness, widths of pores, access from outside, percolation.
+
+use glam::DVec3;
+use ldi_ops::grid::Axis;
+use ldi_ops::metrics::access::{self, Ends, access_sizes, bottlenecks, percolation};
+use ldi_ops::metrics::components::{open_pores, rim};
+use ldi_ops::metrics::distance::{Crossings, DistanceField};
+use ldi_ops::metrics::thickness::{Ball, largest_balls, local_thickness, radii};
+use ldi_ops::metrics::{Distribution, Edges, NodeSet, Phase};
+
+use super::Study;
+use super::growth::Growth;
+use super::plots::{self, Plot};
+use super::record::Record;
+use super::slices::{SliceMaker, position};
+use crate::number::number;
+use crate::scaffold::sheet::{AccessCurve, HistogramPlot};
+
+/// Points that the curve of access is drawn through.
+const POINTS: usize = 128;
+
+const NO_PORES: &str = "there are no pores in the region";
+const NO_SOLID: &str = "there is no solid in the region";
+const NO_SURFACE: &str = "there is no surface in the region for a ball to touch";
+
+/// How balls meet the ends of the region when they come from outside: its faces are no walls.
+pub fn from_outside(edges: Edges) -> Edges {
+    match edges {
+        Edges::Periodic => Edges::Periodic,
+        Edges::Clip | Edges::Border => Edges::Clip,
+    }
+}
+
+/// The largest balls of the pores, and how large a ball has room in each node's cell.
+pub struct PoreBalls {
+    balls: Vec<Ball>,
+    radii: Vec<f32>,
+}
+
+impl PoreBalls {
+    /// Of pores in a field; nothing where no ball is held back by anything.
+    pub fn of(field: &DistanceField, pores: &NodeSet) -> Option<PoreBalls> {
+        let balls = largest_balls(field, pores);
+        let is_held = !balls.is_empty() && balls.iter().all(|ball| ball.radius.is_finite());
+        is_held.then(|| PoreBalls { radii: radii(field, pores, &balls), balls })
+    }
+
+    /// The diameters of the largest balls that span the axes, in pitches, and the nodes where they are stopped.
+    pub fn percolation(&self, study: &Study, pores: &NodeSet) -> [Option<access::Percolation>; 3] {
+        Axis::ALL.map(|axis| {
+            let ends = Ends::of_region(study.region, axis)?;
+            percolation(&self.radii, pores, &ends, study.settings.edges)
+        })
+    }
+}
+
+/// Puts on record what balls reach from outside; gives the curve and the distribution of sizes.
+pub fn access(study: &Study, record: &mut Record) -> (Option<AccessCurve>, Option<HistogramPlot>) {
+    let pores = Phase::Pore.nodes(&study.solid, study.region.nodes());
+    let free = from_outside(study.settings.edges);
+    let field_of = |edges| DistanceField::of(&Crossings::of_images(&study.images.solid, study.region, edges), edges);
+    let found = match pores.is_empty() {
+        true => Err(NO_PORES),
+        false => PoreBalls::of(&field_of(free), &pores).ok_or(NO_SURFACE),
+    };
+    let found = match found {
+        Ok(found) => found,
+        Err(why) => {
+            lacks_access(record, why);
+            return (None, None);
+        }
+    };
+    let spans = match (study.region.is_box(), study.settings.edges) {
+        (false, Edges::Border) => {
+            let within = PoreBalls::of(&field_of(Edges::Border), &pores);
+            within.map_or([None; 3], |within| within.percolation(study, &pores))
+        }
+        _ => found.percolation(study, &pores),
+    };
+    put_percolation(study, spans, record);
+
+    let PoreBalls { balls, radii } = found;
+    let reached = bottlenecks(&radii, &pores, &rim(study.region.nodes()), free);
+    drop(radii);
+    let open = open_pores(&pores, study.region.nodes(), study.settings.edges);
+    put_open(study, &pores, &open, record);
+    // Balls get in through the faces, and where they are to lie within the region, they cover what they do there.
+    let balls = match study.settings.edges {
+        Edges::Border => largest_balls(&field_of(Edges::Border), &pores),
+        Edges::Clip | Edges::Periodic => balls,
+    };
+    let map = access_sizes(&balls, &reached, &open, free);
+    drop(reached);
+    let pitch = study.region.grid().pitch();
+    let curve = access::AccessCurve::of(&map, &open, &pores, pitch).map(|curve| {
+        let half = curve.points().filter(|&(_, share)| share >= 0.5).map(|(diameter, _)| diameter).last();
+        record.put_or("access.half", half, "less than half of the pores is open");
+        let every = curve.points().count().div_ceil(POINTS).max(1);
+        AccessCurve {
+            points: curve.points().step_by(every).map(|(diameter, share)| [diameter, share]).collect(),
+            percolation: spans.map(|span| span.map(|span| span.diameter * pitch)),
+        }
+    });
+    let plot = Plot {
+        id: "pore.access",
+        title: "Access-limited pore size",
+        reading: "The largest ball that gets to each place from outside, as mercury would in porosimetry. Much of it far left of \
+                  the pore widths means that wide pores lie behind narrow throats.",
+    };
+    let histogram = Distribution::of_map(&map, pitch).map(|sizes| {
+        put_spread(Spread::Access, &sizes, record);
+        plots::histogram(plot, Phase::Pore, &sizes, study.subject.solid.unit)
+    });
+    if histogram.is_none() {
+        lacks_spread(Spread::Access, "no pore is open", record);
+    }
+    (curve, histogram)
+}
+
+fn lacks_access(record: &mut Record, why: &str) {
+    for id in ["percolation", "percolation.x", "percolation.y", "percolation.z", "access.half"] {
+        record.lacks(id, why);
+    }
+    lacks_spread(Spread::Access, why, record);
+    match why {
+        NO_PORES => ["porosity.open", "porosity.closed"].into_iter().for_each(|id| {
+            record.put(id, 0.0);
+        }),
+        // Nothing walls anything in.
+        _ => {
+            record.put("porosity.open", 1.0);
+            record.put("porosity.closed", 0.0);
+        }
+    }
+}
+
+fn put_percolation(study: &Study, spans: [Option<access::Percolation>; 3], record: &mut Record) {
+    let grid = study.region.grid();
+    let edges = study.settings.edges;
+    let mut closed = Vec::new();
+    for (axis, span) in Axis::ALL.into_iter().zip(spans) {
+        let id = ["percolation.x", "percolation.y", "percolation.z"][axis.depth()];
+        let none = "no path through the pores leads from face to face";
+        let entry = record.put_or(id, span.map(|span| span.diameter * grid.pitch()), none);
+        entry.with("edges", edges.name());
+        match span {
+            Some(span) => {
+                let place = Axis::ALL.map(|axis| number(position(grid, axis, span.node[axis.depth()])));
+                entry.with("narrowest at", place.join(", "));
+            }
+            None => closed.push(axis.name()),
+        }
+    }
+    let least = spans.iter().flatten().map(|span| span.diameter).fold(f64::INFINITY, f64::min);
+    let all = closed.is_empty().then_some(least * grid.pitch());
+    let why = format!("no path through the pores spans {}", closed.join(" and "));
+    record.put_or("percolation", all, &why).with("edges", edges.name());
+}
+
+/// The shares of the region that are open and closed pores.
+fn put_open(study: &Study, pores: &NodeSet, open: &NodeSet, record: &mut Record) {
+    let porosity = record.value("porosity").unwrap_or(f64::NAN);
+    let share = open.count() as f64 / pores.count() as f64;
+    let nodes = study.region.nodes().count() as f64;
+    let closed = (pores.count() - open.count()) as f64;
+    // Rays know the porosity better than nodes do; nodes know which of it is open.
+    record.put("porosity.open", porosity * share).with("nodes", open.count());
+    record.put("porosity.closed", porosity * (1.0 - share)).with("nodes", closed);
+    debug_assert!(closed <= nodes);
+}
+
+/// Puts thickness and pore widths on record, colours slices with them, follows their means through the region, and gives their
+/// distributions.
+pub fn thickness(
+    study: &Study,
+    slices: &mut [SliceMaker],
+    growth: &mut Growth,
+    record: &mut Record,
+) -> Vec<HistogramPlot> {
+    let edges = study.settings.edges;
+    let field = DistanceField::of(&Crossings::of_images(&study.images.solid, study.region, edges), edges);
+    let pitch = study.region.grid().pitch();
+    let mut plots = Vec::new();
+    for phase in Phase::BOTH {
+        let nodes = phase.nodes(&study.solid, study.region.nodes());
+        let (spread, plot, nothing) = match phase {
+            Phase::Solid => (Spread::Thickness, THICKNESS, NO_SOLID),
+            Phase::Pore => (Spread::Width, WIDTH, NO_PORES),
+        };
+        let map = match nodes.is_empty() {
+            true => Err(nothing),
+            false => Ok(local_thickness(&field, &nodes)),
+        };
+        let values = map.as_ref().ok().and_then(|map| Distribution::of_map(map, pitch));
+        let (map, values) = match (map, values) {
+            (Ok(map), Some(values)) if values.max().is_finite() => (map, values),
+            (map, _) => {
+                lacks_spread(spread, map.err().unwrap_or(NO_SURFACE), record);
+                continue;
+            }
+        };
+        put_spread(spread, &values, record);
+        if phase == Phase::Solid {
+            put_thinnest(study, &map, values.quantile(0.01), record);
+        }
+        slices.iter_mut().for_each(|slice| slice.fill(phase, &map, nodes.size()));
+        growth.take(phase, &map, &nodes, pitch);
+        plots.push(plots::histogram(plot, phase, &values, study.subject.solid.unit));
+    }
+    let largest = record.value("pore.thickness.max");
+    record.put_or("pore.largest", largest, NO_PORES).with("edges", edges.name());
+    let sum = record.value("solid.thickness.mean").zip(record.value("pore.thickness.mean"));
+    record.put_or("number", sum.map(|(wall, pore)| 1.0 / (wall + pore)), "there are not both walls and pores");
+    if record.value("solid.thickness.mean").is_none() {
+        record.lacks("wall.thinnest", NO_SOLID);
+    }
+    plots
+}
+
+const THICKNESS: Plot = Plot {
+    id: "solid.thickness",
+    title: "Thickness of the solid",
+    reading: "How much of the solid is how thick. A narrow peak is one wall or strut thickness throughout; a tail to the left \
+              is thin spots that may not print, a second peak to the right nodes where struts meet.",
+};
+
+const WIDTH: Plot = Plot {
+    id: "pore.thickness",
+    title: "Width of the pores",
+    reading: "How much of the pores is how wide, whether or not anything gets there. Compare with the access-limited size: what \
+              is wide here and narrow there lies behind throats.",
+};
+
+/// The thinnest wall, and one place that is so thin.
+fn put_thinnest(study: &Study, map: &[f32], thinnest: f64, record: &mut Record) {
+    let grid = study.region.grid();
+    let [columns, rows, _] = study.solid.size();
+    let wanted = (thinnest / grid.pitch()) as f32;
+    let nearest = map.iter().enumerate().filter(|&(_, &value)| value > 0.0).min_by(|a, b| {
+        let miss = |value: f32| (value - wanted).abs();
+        miss(*a.1).total_cmp(&miss(*b.1))
+    });
+    let entry = record.put("wall.thinnest", thinnest);
+    if let Some((index, _)) = nearest {
+        let node = [index % columns, index / columns % rows, index / (columns * rows)];
+        let place = DVec3::from_array(Axis::ALL.map(|axis| position(grid, axis, node[axis.depth()])));
+        entry.with("for example at", place.to_array().map(number).join(", "));
+    }
+    if thinnest < 3.0 * grid.pitch() {
+        entry.unresolved(format!("fewer than 3 rays a wall: {} pitches", number(thinnest / grid.pitch())));
+    }
+}
+
+/// Distributions of which mean, spread and percentiles are metrics.
+#[derive(Clone, Copy)]
+enum Spread {
+    Thickness,
+    Width,
+    Access,
+}
+
+impl Spread {
+    /// Mean, standard deviation, least, percentiles 1, 5, 50 and 95, largest.
+    const fn ids(self) -> [&'static str; 8] {
+        macro_rules! ids {
+            ($id:literal) => {
+                [
+                    concat!($id, ".mean"),
+                    concat!($id, ".sd"),
+                    concat!($id, ".min"),
+                    concat!($id, ".p1"),
+                    concat!($id, ".p5"),
+                    concat!($id, ".p50"),
+                    concat!($id, ".p95"),
+                    concat!($id, ".max"),
+                ]
+            };
+        }
+        match self {
+            Spread::Thickness => ids!("solid.thickness"),
+            Spread::Width => ids!("pore.thickness"),
+            Spread::Access => ids!("pore.access"),
+        }
+    }
+}
+
+fn put_spread(spread: Spread, values: &Distribution, record: &mut Record) {
+    let [mean, deviation, min, p1, p5, p50, p95, max] = spread.ids();
+    record.put(mean, values.mean());
+    record.put(deviation, values.deviation());
+    record.put(min, values.min());
+    for (id, share) in [(p1, 0.01), (p5, 0.05), (p50, 0.5), (p95, 0.95)] {
+        record.put(id, values.quantile(share));
+    }
+    record.put(max, values.max());
+}
+
+fn lacks_spread(spread: Spread, why: &str, record: &mut Record) {
+    spread.ids().into_iter().for_each(|id| {
+        record.lacks(id, why);
+    });
+}

@@ -1,0 +1,84 @@
+//! How far the main metrics change with the raster, and with the size of the region.
+
+use ldi_ops::grid::Grid;
+use ldi_ops::ldi::{Combine, NodePlanes};
+use ldi_ops::metrics::distance::{Crossings, DistanceField};
+use ldi_ops::metrics::elements::SurfaceElements;
+use ldi_ops::metrics::thickness::local_thickness;
+use ldi_ops::metrics::{Distribution, Facets, NodeSet, Phase};
+use ldi_ops::sampler::Sampler;
+
+use super::Study;
+use super::balls::{PoreBalls, from_outside};
+use super::raster::Subject;
+use super::record::Record;
+use crate::exit::Failure;
+use crate::resolve::Settings;
+use crate::scaffold::sheet::{Convergence, ConvergenceSeries, Varied};
+
+/// The metrics that are found again on coarser rasters.
+const WATCHED: [&str; 5] =
+    ["porosity", "surface.density", "solid.thickness.mean", "pore.thickness.mean", "percolation"];
+
+/// The watched metrics at twice and four times the pitch, beside those at the pitch itself.
+pub fn over_pitch(
+    subject: Subject,
+    settings: &Settings,
+    grid: &Grid,
+    sampler: &dyn Sampler,
+    record: &Record,
+) -> Result<Convergence, Failure> {
+    let pitches = [4.0, 2.0].map(|times| times * grid.pitch());
+    let mut columns = Vec::new();
+    for pitch in pitches {
+        columns.push(watched(subject, settings, pitch, sampler)?);
+    }
+    columns.push(WATCHED.map(|id| record.value(id)));
+    let series = WATCHED.iter().enumerate().map(|(i, &metric)| {
+        let values: Vec<Option<f64>> = columns.iter().map(|column| column[i]).collect();
+        ConvergenceSeries { metric, order: order(&values), values }
+    });
+    Ok(Convergence { over: Varied::Pitch, at: vec![pitches[0], pitches[1], grid.pitch()], series: series.collect() })
+}
+
+/// The observed order of convergence of values at 4, 2 and 1 pitches: log₂ of the ratio of their differences. Nothing where
+/// they turn back, or do not differ.
+fn order(values: &[Option<f64>]) -> Option<f64> {
+    let [Some(coarse), Some(middle), Some(fine)] = values else { return None };
+    let ratio = (coarse - middle) / (middle - fine);
+    (ratio.is_finite() && ratio > 0.0).then(|| ratio.log2())
+}
+
+/// The watched metrics at another pitch.
+fn watched(
+    subject: Subject,
+    settings: &Settings,
+    pitch: f64,
+    sampler: &dyn Sampler,
+) -> Result<[Option<f64>; 5], Failure> {
+    let grid = subject.grid_of_pitch(pitch)?;
+    let images = subject.sample(&grid, settings.fill, sampler)?;
+    let region = images.region();
+    let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
+    let study = Study { subject, settings, images: &images, region: &region, solid: NodeSet::of_planes(&planes) };
+    let mesh = subject.solid.mesh();
+    let facets = Facets::of(&mesh.positions, &mesh.triangles);
+    let surface = SurfaceElements::within(&facets, &images.solid, &region).area();
+    let porosity = 1.0 - images.volume().value / region.volume();
+    let [walls, pores] = Phase::BOTH.map(|phase| phase.nodes(&study.solid, region.nodes()));
+    let edges = settings.edges;
+    let field = DistanceField::of(&Crossings::of_images(&images.solid, &region, edges), edges);
+    let mean = |nodes: &NodeSet| {
+        let widths = Distribution::of_map(&local_thickness(&field, nodes), pitch)?;
+        widths.mean().is_finite().then(|| widths.mean())
+    };
+    let means = [&walls, &pores].map(mean);
+    let free = from_outside(edges);
+    let field = match (region.is_box(), free == edges) {
+        (true, false) => DistanceField::of(&Crossings::of_images(&images.solid, &region, free), free),
+        _ => field,
+    };
+    let spans = PoreBalls::of(&field, &pores).map(|balls| balls.percolation(&study, &pores));
+    let percolation = spans.and_then(|[x, y, z]| Some(pitch * x?.diameter.min(y?.diameter).min(z?.diameter)));
+    Ok([Some(porosity), Some(surface / region.volume()), means[0], means[1], percolation])
+}

@@ -1,0 +1,74 @@
+//! The picture of a solid from the side.
+
+use glam::DAffine3;
+use ldi_ops::boolean::{BooleanOperation, Expression, Images, Operand, Plan};
+use ldi_ops::grid::Axis;
+use ldi_ops::ldi::Ldi;
+use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
+use ldi_ops::picture::annotate::{Annotator, ScaleBar};
+use ldi_ops::picture::{Background, Camera, Facets, Format, Scene, Skin, View, ViewBox, palette, png, shaded};
+use ldi_ops::sampler::{Fill, Sampler};
+
+use super::raster::Subject;
+use crate::exit::Failure;
+use crate::number::number;
+use crate::unit;
+
+const FORMAT: Format = Format { width: 1000, height: 760, supersampling: 2 };
+
+/// A shaded view of the solid, or of what of it lies in the region of interest, as PNG.
+pub fn view(subject: Subject, fill: Fill, sampler: &dyn Sampler) -> Result<Vec<u8>, Failure> {
+    let length = subject.solid.unit;
+    let rotation = DAffine3::from_mat3(View::Isometric.rotation());
+    let solids: Vec<_> = [Some(subject.solid), subject.roi].into_iter().flatten().collect();
+    let turned: Vec<TriangleMesh> = solids
+        .iter()
+        .map(|solid| {
+            let mut mesh = solid.mesh().clone();
+            mesh.transform(&rotation);
+            mesh
+        })
+        .collect();
+    let boxes: Vec<ViewBox> = turned
+        .iter()
+        .filter_map(TriangleMesh::bounds)
+        .map(|bounds| ViewBox { min: bounds.min, max: bounds.max })
+        .collect();
+    let subject = *boxes.last().expect("a solid has a box");
+    let all = boxes.iter().copied().reduce(|a, b| ViewBox { min: a.min.min(b.min), max: a.max.max(b.max) });
+    let camera = Camera::aim(FORMAT, subject, all.expect("a solid has a box")).map_err(Failure::input)?;
+    let closed: Vec<Result<ClosedMesh, TriangleMesh>> =
+        turned.into_iter().map(|mesh| ClosedMesh::check(mesh).map_err(|open| open.mesh)).collect();
+    let lattice = closed.iter().map(|mesh| match mesh {
+        Ok(closed) => camera.grid().quantise(closed),
+        Err(open) => camera.grid().quantise_open(open),
+    });
+    let lattice = lattice.collect::<Result<Vec<_>, _>>().map_err(Failure::input)?;
+    let images = lattice.iter().map(|solid| sampler.sample_surface(solid, Axis::Z, fill));
+    let images = images.collect::<Result<Vec<Ldi>, _>>()?;
+    let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Intersection, images.len()), Images::Exact);
+    let firsts = [0, lattice[0].triangles().len() as u32];
+    let operands: Vec<Operand> = plan
+        .leaves()
+        .iter()
+        .map(|leaf| Operand { image: &images[leaf.input], first_triangle: firsts[leaf.input] })
+        .collect();
+    let image = plan.sweep(&operands)?;
+    let skins: Vec<Skin> = lattice
+        .iter()
+        .enumerate()
+        .map(|(i, solid)| Skin {
+            positions: solid.positions(),
+            triangles: solid.triangles(),
+            tint: if lattice.len() == 1 { palette::alone() } else { palette::tint(i) },
+        })
+        .collect();
+    let scene = Scene { camera: &camera, image: &image, skins: &skins, cut: None, cut_tint: palette::cut() };
+    let mut canvas = shaded(&scene, Facets::Smooth, Background::Transparent);
+    let bar = ScaleBar::of(&camera);
+    Annotator::new(&mut canvas).scale_bar(bar, &format!("{}{}", number(bar.length), unit::suffix(length, 1)));
+    let mut bytes = Vec::new();
+    png::write(&canvas, &mut bytes)
+        .map_err(|error| Failure::machine(format!("a picture could not be encoded: {error}")))?;
+    Ok(bytes)
+}

@@ -1,0 +1,9 @@
+//! The files beside a page: for programs (metrics.json), for spreadsheets (metrics.csv) and for papers (methods.txt).
+
+mod csv;
+mod json;
+mod methods;
+
+pub use csv::csv;
+pub use json::json;
+pub use methods::methods;

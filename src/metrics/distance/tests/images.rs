@@ -1,0 +1,101 @@
+//! Crossings of images, of what regions cut.
+
+use glam::DVec3;
+
+use super::*;
+use crate::grid::{Grid, LatticeBox};
+use crate::ldi::Ldi;
+use crate::mesh::{Aabb, ClosedMesh, TriangleMesh};
+use crate::metrics::Region;
+use crate::sampler::cpu::CpuSampler;
+use crate::sampler::{Fill, Sampler};
+use crate::solids;
+
+/// The raster of the cube from 0 to 1.
+fn unit_grid(resolution: u32) -> Grid {
+    Grid::with_resolution(Aabb { min: DVec3::ZERO, max: DVec3::ONE }, resolution, 1024).unwrap()
+}
+
+fn whole(grid: &Grid) -> LatticeBox {
+    LatticeBox { min: [0; 3], max: [0, 1, 2].map(|axis| grid.length(axis)) }
+}
+
+fn images(mesh: TriangleMesh, grid: &Grid) -> [Ldi; 3] {
+    let closed = ClosedMesh::check(mesh).unwrap();
+    let solid = grid.quantise(&closed).unwrap();
+    Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap())
+}
+
+/// A ball of radius 0.4 in the middle of the cube.
+fn ball(grid: &Grid) -> [Ldi; 3] {
+    let mut mesh = solids::geodesic(0.4, 40).unwrap();
+    mesh.positions.iter_mut().for_each(|position| *position += DVec3::splat(0.5));
+    images(mesh, grid)
+}
+
+fn total(crossings: &Crossings) -> usize {
+    Axis::ALL.map(|axis| crossings.count(axis)).iter().sum()
+}
+
+#[test]
+fn faces_cut_by_the_box_are_no_surface_unless_it_is_a_wall() {
+    let grid = unit_grid(20);
+    let region = Region::of_box(&grid, whole(&grid));
+    let block = images(solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap(), &grid);
+    for edges in [Edges::Clip, Edges::Periodic, Edges::Border] {
+        let crossings = Crossings::of_images(&block, &region, edges);
+        assert_eq!(total(&crossings), 0, "{edges:?}");
+        assert_eq!(crossings.walls().is_some(), edges == Edges::Border);
+        let field = DistanceField::of(&crossings, edges);
+        let middle = (10 * 20 + 10) * 20 + 10;
+        match edges {
+            Edges::Border => assert!((field.values()[middle] - 9.5).abs() < 1e-3),
+            Edges::Clip | Edges::Periodic => assert!(field.values()[middle].is_infinite()),
+        }
+    }
+}
+
+#[test]
+fn a_seam_between_solid_and_pore_is_surface() {
+    let grid = unit_grid(20);
+    let region = Region::of_box(&grid, whole(&grid));
+    let half = images(solids::cuboid(DVec3::ZERO, DVec3::new(0.5, 1.0, 1.0)).unwrap(), &grid);
+    for (edges, expected) in [(Edges::Clip, &[9.5][..]), (Edges::Periodic, &[-0.5, 9.5]), (Edges::Border, &[9.5])] {
+        let crossings = Crossings::of_images(&half, &region, edges);
+        let row = crossings.row(Axis::X, 7 * 20 + 3);
+        assert_eq!(row.len(), expected.len(), "{edges:?}: {row:?}");
+        assert!(
+            row.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-3),
+            "{edges:?}: {row:?}"
+        );
+        assert_eq!(crossings.count(Axis::Y) + crossings.count(Axis::Z), 0);
+    }
+}
+
+#[test]
+fn a_solid_that_is_the_region_bounds_balls_with_border_alone() {
+    let grid = unit_grid(30);
+    let of_ball = ball(&grid);
+    let region = Region::of_solid(&of_ball);
+    assert_eq!(total(&Crossings::of_images(&of_ball, &region, Edges::Clip)), 0);
+    let block = images(solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap(), &grid);
+    let bordered = Crossings::of_images(&block, &region, Edges::Border);
+    let field = DistanceField::of(&bordered, Edges::Border);
+    let middle = (15 * 30 + 15) * 30 + 15;
+    let expected = 12.0 - 0.75f64.sqrt();
+    assert!((f64::from(field.values()[middle]) - expected).abs() < 0.05, "{}", field.values()[middle]);
+}
+
+#[test]
+fn distances_of_images_are_those_to_the_nearest_crossing_and_little_above_the_true_ones() {
+    let grid = unit_grid(30);
+    let region = Region::of_box(&grid, whole(&grid));
+    let crossings = Crossings::of_images(&ball(&grid), &region, Edges::Clip);
+    let field = check(&crossings, Edges::Clip);
+    for (index, node) in nodes([30; 3]).enumerate() {
+        let exact = (distance(node.map(|i| i as f64), [14.5; 3]) - 12.0).abs();
+        let found = f64::from(field.values()[index]);
+        let most = (exact * exact + 0.75).sqrt();
+        assert!(found > exact - 0.05 && found < most + 0.05, "{node:?}: {found}, and {exact} in truth");
+    }
+}

@@ -1,0 +1,201 @@
+//! `report`: metrics that are known, the files that say them, limits, several solids, and what is refused.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::sums::hollow;
+use crate::{Folder, Triangle, assert_near, cube, cuboid};
+
+/// A block with two square channels of side 1 through it along z.
+fn channels() -> Vec<Triangle> {
+    // Slabs and bars that share no face: the channels' walls are made of boxes merged by the fill rule.
+    [
+        cuboid([0.0, 0.0, 0.0], [5.0, 1.0, 3.0]),
+        cuboid([0.0, 2.0, 0.0], [5.0, 3.0, 3.0]),
+        cuboid([0.0, 1.0, 0.0], [1.0, 2.0, 3.0]),
+        cuboid([2.0, 1.0, 0.0], [3.0, 2.0, 3.0]),
+        cuboid([4.0, 1.0, 0.0], [5.0, 2.0, 3.0]),
+    ]
+    .concat()
+}
+
+fn report(folder: &Folder, flags: &[&str]) -> Value {
+    folder.json(&[&["report", "--unit", "mm", "-o", "out"], flags].concat())
+}
+
+fn metric<'s>(sheet: &'s Value, id: &str) -> &'s Value {
+    let metrics = sheet["metrics"].as_array().unwrap();
+    metrics.iter().find(|metric| metric["id"] == id).unwrap_or_else(|| panic!("no metric {id}"))
+}
+
+fn value(sheet: &Value, id: &str) -> f64 {
+    metric(sheet, id)["value"].as_f64().unwrap_or_else(|| panic!("{}", metric(sheet, id)))
+}
+
+#[test]
+fn a_hollow_box_has_the_metrics_that_it_has() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &hollow(3.0, 1.0));
+    let sheet = report(&folder, &["a.stl", "--resolution", "48"]);
+    let pitch = 3.0 / 48.0;
+    assert_near(value(&sheet, "volume.solid"), 26.0, 1e-6);
+    assert_near(value(&sheet, "volume.total"), 27.0, 1e-6);
+    assert_near(value(&sheet, "volume.mesh"), 26.0, 1e-6);
+    assert_near(value(&sheet, "porosity"), 1.0 / 27.0, 1e-6);
+    assert_near(value(&sheet, "porosity.closed"), 1.0 / 27.0, 1e-9);
+    assert_eq!(value(&sheet, "porosity.open"), 0.0);
+    // The faces of the outer box lie in the region's faces: they are cut, not surface.
+    assert_near(value(&sheet, "surface.area"), 6.0, 1e-6);
+    assert_near(value(&sheet, "pore.largest"), 1.0, pitch);
+    for (id, exact) in [("euler", 2.0), ("euler.mesh", 2.0), ("betti.0", 1.0), ("betti.1", 0.0), ("betti.2", 1.0)] {
+        assert_eq!(value(&sheet, id), exact, "{id}");
+    }
+    for id in ["percolation", "percolation.x", "tortuosity.pore.diffusive.z"] {
+        let metric = metric(&sheet, id);
+        assert_eq!((&metric["value"], &metric["status"]), (&Value::Null, &"not-applicable".into()), "{id}");
+        assert!(!metric["warnings"].as_array().unwrap().is_empty(), "{id} says nothing of why");
+    }
+    for id in ["volume.solid", "porosity"] {
+        let metric = metric(&sheet, id);
+        let [lower, upper] = ["lower", "upper"].map(|key| metric[key].as_f64().unwrap());
+        assert!(lower <= value(&sheet, id) && value(&sheet, id) <= upper, "{metric}");
+    }
+    assert_near(value(&sheet, "centroid.solid.x"), 1.5, 1e-6);
+    assert_near(value(&sheet, "inertia.zz"), 27.0 * 18.0 / 12.0 - 2.0 / 12.0, 1e-6);
+}
+
+#[test]
+fn channels_are_found_along_their_axis_alone() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &channels());
+    let sheet = report(&folder, &["a.stl", "--fill", "nonzero", "--resolution", "50"]);
+    assert_near(value(&sheet, "porosity"), 6.0 / 45.0, 1e-6);
+    assert_near(value(&sheet, "percolation.z"), 1.0, 0.1);
+    assert_near(value(&sheet, "tortuosity.pore.diffusive.z"), 1.0, 1e-6);
+    assert_near(value(&sheet, "tortuosity.pore.geodesic.z"), 1.0, 1e-6);
+    assert_eq!(metric(&sheet, "percolation.x")["value"], Value::Null);
+    assert_eq!((value(&sheet, "betti.0"), value(&sheet, "betti.1")), (1.0, 2.0));
+}
+
+#[test]
+fn the_files_say_what_stdout_says() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &channels());
+    let sheet = report(&folder, &["a.stl", "--fill", "nonzero", "--resolution", "30"]);
+    let names = |path: &str| {
+        let mut names: Vec<String> =
+            fs::read_dir(folder.path(path)).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names("out"), ["methods.txt", "metrics.csv", "metrics.json", "report.html"]);
+    let written: Value = serde_json::from_slice(&fs::read(folder.path("out/metrics.json")).unwrap()).unwrap();
+    assert_eq!(written, sheet);
+    assert_eq!(sheet["schema"], "ldi-ops-report/1");
+    let provenance = &sheet["provenance"];
+    assert_eq!(provenance["inputs"][0]["sha256"].as_str().unwrap().len(), 64);
+    assert_eq!(provenance["rays"], serde_json::json!([30, 18, 18]));
+    for metric in sheet["metrics"].as_array().unwrap() {
+        for key in ["id", "symbol", "name", "definition", "unit", "method", "reference", "status"] {
+            assert!(metric[key].is_string(), "{key} of {metric}");
+        }
+        let has_reason = !metric["warnings"].as_array().unwrap().is_empty();
+        assert!(metric["value"].is_number() || has_reason, "no value and no reason: {metric}");
+    }
+    let table = fs::read_to_string(folder.path("out/metrics.csv")).unwrap();
+    assert_eq!(table.lines().count(), 1 + sheet["metrics"].as_array().unwrap().len());
+    let page = fs::read_to_string(folder.path("out/report.html")).unwrap();
+    assert!(page.contains("a.stl") && page.contains("Tb.Th") && !page.contains("NaN"));
+    let methods = fs::read_to_string(folder.path("out/methods.txt")).unwrap();
+    assert!(methods.contains("ldi-ops") && methods.contains("border"), "{methods}");
+}
+
+#[test]
+fn limits_are_kept_or_broken() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &channels());
+    let run = |limits: &str| {
+        fs::write(folder.path("limits.toml"), limits).unwrap();
+        let flags = ["report", "a.stl", "--fill", "nonzero", "--unit", "mm", "--resolution", "30", "-o", "out"];
+        folder.run(&[&flags[..], &["--limits", "limits.toml"]].concat())
+    };
+    run("porosity = { min = \"13 %\", max = 0.14 }\n\"percolation.z\" = { min = \"500 um\" }\n").code(0);
+    let broken = run("porosity = { min = \"60 %\" }\n").code(1);
+    assert!(broken.stdout().contains("BROKEN"), "{}", broken.stdout());
+    // What has no value keeps no limit.
+    run("\"percolation.x\" = { min = \"1 um\" }\n").code(1);
+    let unknown = run("porosty = { min = 0.5 }\n").code(2);
+    assert!(unknown.stderr().contains("limits.toml") && unknown.stderr().contains("porosity"), "{}", unknown.stderr());
+    for wrong in ["porosity = {}", "porosity = { min = \"3 mm\" }", "porosity = [", "porosity = { least = 1 }"] {
+        run(wrong).code(2);
+    }
+}
+
+#[test]
+fn a_region_of_interest_is_all_that_counts() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cuboid([0.0; 3], [4.0, 4.0, 1.0]));
+    folder.stl("roi.stl", &cuboid([1.0, 1.0, -1.0], [3.0, 3.0, 3.0]));
+    let sheet = report(&folder, &["a.stl", "--roi", "roi.stl", "--resolution", "32"]);
+    assert_near(value(&sheet, "volume.total"), 16.0, 1e-6);
+    assert_near(value(&sheet, "volume.solid"), 4.0, 1e-6);
+    assert_near(value(&sheet, "surface.area"), 8.0, 0.05);
+    assert_eq!(sheet["provenance"]["region"], "roi.stl");
+    assert_eq!(sheet["provenance"]["inputs"][1]["role"], "roi");
+}
+
+#[test]
+fn several_solids_share_a_table_and_have_a_page_each() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &channels());
+    fs::create_dir(folder.path("other")).unwrap();
+    folder.stl("other/a.stl", &hollow(3.0, 1.0));
+    let flags =
+        ["report", "a.stl", "other/a.stl", "--fill", "nonzero", "--unit", "mm", "--resolution", "24", "-o", "out"];
+    folder.run(&flags).code(0);
+    for path in
+        ["out/index.html", "out/metrics.csv", "out/a/report.html", "out/a-2/report.html", "out/a-2/metrics.json"]
+    {
+        assert!(folder.path(path).is_file(), "{path}");
+    }
+    let compared =
+        ["report", "a.stl", "--compare", "other/a.stl", "--fill", "nonzero", "--resolution", "24", "-o", "two"];
+    folder.run(&compared).code(0);
+    for path in ["two/compare.html", "two/report.html", "two/compare/report.html"] {
+        assert!(folder.path(path).is_file(), "{path}");
+    }
+}
+
+#[test]
+fn what_cannot_be_reported_is_refused_before_it_is_measured() {
+    let folder = Folder::with_two_cubes();
+    folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
+    folder.stl("odd.stl", &cuboid([0.0; 3], [1.0, 0.33, 1.0]));
+    let refused = |flags: &[&str], part: &str| {
+        let run = folder.run(&[&["report"], flags].concat()).code(2);
+        assert!(run.stderr().contains(part), "{}", run.stderr());
+    };
+    refused(&["a.stl", "-o", "b.stl"], "is a file");
+    refused(&["a.stl", "-o", "no/such/folder"], "no folder");
+    refused(&["open.stl", "-o", "out"], "not closed");
+    refused(&["odd.stl", "-o", "out", "--edges", "periodic", "--resolution", "10"], "whole numbers of pitches");
+    refused(&["a.stl", "--roi", "b.stl", "-o", "out", "--edges", "periodic"], "--roi");
+    refused(&["a.stl", "b.stl", "--compare", "a.stl", "-o", "out"], "--compare");
+    refused(&["a.stl", "-o", "out", "--kozeny", "0"], "--kozeny");
+    refused(&["a.stl", "-o", "out", "--overhang-angle", "91"], "--overhang-angle");
+    refused(&["a.stl", "-o", "out", "--limits", "no.toml"], "no.toml");
+    assert!(!folder.path("out").exists());
+}
+
+#[test]
+fn a_unit_that_nobody_states_is_an_alert() {
+    let folder = Folder::with_two_cubes();
+    let sheet = folder.json(&["report", "a.stl", "--resolution", "16", "-o", "out"]);
+    assert!(
+        sheet["alerts"].as_array().unwrap().iter().any(|alert| alert["code"] == "unit-assumed"),
+        "{}",
+        sheet["alerts"]
+    );
+    assert_eq!(sheet["unit"], Value::Null);
+}
