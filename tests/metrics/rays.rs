@@ -99,7 +99,7 @@ fn chords_of_a_ball() {
         let (scene, lengths) = lengths(n);
         scene.measured(lengths.mean())
     });
-    converges("SD of a ball's chords", SQRT_2 / 3.0, Within::Share(1e-2), [32, 64, 128], |n| {
+    converges("SD of a ball's chords", SQRT_2 / 3.0, Within::Share(2e-2), [32, 64, 128], |n| {
         let (scene, lengths) = lengths(n);
         scene.measured(lengths.deviation())
     });
