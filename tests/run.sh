@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Runs every test and says at the end which passed.
-# usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python reference files self-test; all by default
+# usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python reference files peers browser self-test; all by
+#                             default
 #
 # A stage that cannot run has failed. All stages run, so that one run tells everything; only where what they need is
 # missing and cannot be installed does none run, and the stage that has failed is `install`. As root, what is missing is
@@ -9,7 +10,7 @@
 set -euo pipefail
 
 cd "$(dirname "$0")/.."
-stages=(fmt clippy docs test no-gpu corpus python reference files self-test)
+stages=(fmt clippy docs test no-gpu corpus python reference files peers browser self-test)
 
 # Functions report failure by status, each command by its own: `if` around their call switches off `set -e` inside them.
 
@@ -24,6 +25,8 @@ has_vulkan() {
   compgen -G '/usr/share/vulkan/icd.d/*.json' >/dev/null || compgen -G '/etc/vulkan/icd.d/*.json' >/dev/null
 }
 
+has_chromium() { [ -n "${CHROMIUM:-}" ] || command -v chromium >/dev/null || command -v chromium-browser >/dev/null; }
+
 install_missing() {
   local packages=()
   # meshoptimizer is C++.
@@ -33,6 +36,10 @@ install_missing() {
   python3 -c 'import ensurepip, venv' 2>/dev/null || packages+=(python3-venv)
   # Mesa's drivers hold a software adapter, which any machine can test with.
   has_vulkan || packages+=(libvulkan1 mesa-vulkan-drivers)
+  # What opens the pages of reports.
+  has_chromium || packages+=(chromium)
+  command -v node >/dev/null || packages+=(nodejs)
+  command -v npm >/dev/null || packages+=(npm)
   if [ ${#packages[@]} != 0 ]; then
     local install=(apt-get install -y --no-install-recommends "${packages[@]}")
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
@@ -94,12 +101,41 @@ run_reference() {
   run_python && .venv/bin/python tests/reference/live_manifold.py && .venv/bin/python tests/reference/live_sums.py &&
     build_program && .venv/bin/python tests/reference/offsets.py --program "$program"
 }
+# Pages of reports in a browser: one solid, several, two beside each other. The limits are kept, so that all exit with 0.
+run_browser() {
+  build_program && install_browser || return
+  local pages
+  pages=$(mktemp -d)
+  make_pages "$pages" &&
+    node tests/browser/check.mjs report="$pages/one/report.html" report="$pages/roi/report.html" \
+      summary="$pages/many/index.html" comparison="$pages/two/compare.html"
+  local status=$?
+  rm -r "$pages"
+  return "$status"
+}
+install_browser() { npm ci --silent --no-audit --no-fund --prefix tests/browser; }
+make_pages() {
+  local models=data/models report=("$program" report --unit mm --quiet --resolution 64)
+  "${report[@]}" "$models/gyroid_sheet.stl" --limits data/limits.toml -o "$1/one" >/dev/null &&
+    "${report[@]}" "$models/gyroid_sheet.stl" --roi "$models/bone.stl" -o "$1/roi" >/dev/null &&
+    "${report[@]}" "$models/bcc_lattice.stl" "$models/sphere.stl" "$models/primitive_sheet.stl" -o "$1/many" >/dev/null &&
+    "${report[@]}" "$models/cubic_lattice.stl" --compare "$models/bcc_lattice.stl" -o "$1/two" >/dev/null
+}
 # Files that are written, read by others.
 run_files() {
   run_python && build_program && .venv/bin/python tests/reference/live_numpy.py "$program" &&
     .venv/bin/python tests/reference/reread.py --program "$program" &&
     .venv/bin/python tests/reference/outputs.py --program "$program" &&
     .venv/bin/python tests/reference/sum_outputs.py --program "$program"
+}
+# Metrics of voxel arrays, by programs that take some minutes to install.
+run_metrics_python() {
+  run_python &&
+    .venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement tests/requirements-metrics.txt
+}
+run_peers() {
+  run_metrics_python && build_bench && .venv/bin/python tests/reference/metrics_peers.py --program "$bench" --quick &&
+    .venv/bin/python tests/reference/metrics_peers.py --program "$bench" --self-test
 }
 run_self-test() {
   run_python && .venv/bin/python tests/reference/live_manifold.py --self-test &&
@@ -108,10 +144,13 @@ run_self-test() {
     build_program && .venv/bin/python tests/reference/reread.py --program "$program" --self-test &&
     .venv/bin/python tests/reference/offsets.py --program "$program" --self-test &&
     .venv/bin/python tests/reference/outputs.py --program "$program" --self-test &&
-    .venv/bin/python tests/reference/sum_outputs.py --program "$program" --self-test
+    .venv/bin/python tests/reference/sum_outputs.py --program "$program" --self-test &&
+    install_browser && node tests/browser/self_test.mjs
 }
 program=${CARGO_TARGET_DIR:-target}/checked/ldi-ops
 build_program() { cargo build --profile checked --package ldi-ops; }
+bench=${CARGO_TARGET_DIR:-target}/checked/ldi-bench
+build_bench() { cargo build --profile checked --package ldi-bench; }
 
 if [ $# = 0 ]; then set -- "${stages[@]}"; fi
 for stage in "$@"; do

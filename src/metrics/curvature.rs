@@ -141,7 +141,7 @@ impl Angles {
 }
 
 /// An edge as one facet has it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug)]
 struct HalfEdge {
     /// Vertices, the lesser first.
     ends: [u32; 2],
@@ -161,7 +161,8 @@ impl HalfEdge {
         };
         let triangles = corners.par_iter().enumerate().filter(|&(_, &corners)| is_triangle(corners));
         let mut all: Vec<HalfEdge> = triangles.flat_map_iter(of_facet).collect();
-        all.par_sort_unstable();
+        let edge = |[lesser, greater]: [u32; 2]| u64::from(lesser) << 32 | u64::from(greater);
+        all.par_sort_unstable_by_key(|half| (edge(half.ends), half.facet));
         all
     }
 }

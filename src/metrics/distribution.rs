@@ -2,8 +2,6 @@
 
 use rayon::prelude::*;
 
-use super::NodeSet;
-
 /// Bins that weights are gathered in: a percentile is known to a bin's width, the largest value's 1/65 536.
 const BINS: usize = 1 << 16;
 
@@ -43,19 +41,6 @@ impl Distribution {
         Distribution::gather(values.len(), |i| {
             let value = values[i];
             (f64::from(value) * scale, f64::from(u8::from(value > 0.0)))
-        })
-    }
-
-    /// Of the values of a map at the nodes of a set, each times `scale` and of weight 1; values of 0 count, too.
-    ///
-    /// # Panics
-    /// If there is not a value for each node of the raster.
-    pub fn of_map_at(values: &[f32], nodes: &NodeSet, scale: f64) -> Option<Distribution> {
-        assert_eq!(values.len(), nodes.volume(), "a value for each node");
-        let [columns, rows, _] = nodes.size();
-        Distribution::gather(values.len(), |i| {
-            let node = [i % columns, i / columns % rows, i / columns / rows];
-            (f64::from(values[i]) * scale, f64::from(u8::from(nodes.contains(node))))
         })
     }
 
@@ -181,7 +166,5 @@ mod tests {
         assert_eq!((d.count(), d.mean(), d.min(), d.max()), (2, 2.0, 1.0, 5.0));
         assert!(Distribution::of_weighted(&[(1.0, 0.0)]).is_none());
         assert_eq!(Distribution::of_map(&[0.0, 2.0, 4.0], 0.5).unwrap().mean(), 1.5);
-        let first = NodeSet::from_fn([3, 1, 1], |[x, ..]| x < 2);
-        assert_eq!(Distribution::of_map_at(&[0.0, 2.0, 4.0], &first, 0.5).unwrap().mean(), 0.5);
     }
 }

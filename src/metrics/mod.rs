@@ -109,6 +109,10 @@ impl Edges {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
+    use super::distance::{Crossings, DistanceField};
+    use super::thickness::local_thickness;
     use super::*;
     use crate::grid::{Axis, Grid};
     use crate::ldi::Ldi;
@@ -142,5 +146,26 @@ mod tests {
         assert_eq!(of_ball.spans(Axis::Z, middle).count(), 1);
         let [low, high] = of_box.bounds_in_pitches();
         assert!(low.iter().zip(high).all(|(low, high)| (low + 0.5).abs() < 1e-3 && (high - 64.5).abs() < 1e-3));
+    }
+
+    /// A plate of height 1 that a box of 2 × 2 × 4 cuts a piece from: what balls have room in the piece, above and below.
+    #[test]
+    fn the_walls_of_a_region_hold_balls() {
+        let closed = |min, max| ClosedMesh::check(solids::cuboid(min, max).unwrap()).unwrap();
+        let plate = closed(DVec3::ZERO, DVec3::new(4.0, 4.0, 1.0));
+        let roi = closed(DVec3::new(1.0, 1.0, -1.0), DVec3::new(3.0, 3.0, 3.0));
+        let grid = Grid::with_resolution(plate.bounds().union(roi.bounds()), 41, 1024).unwrap();
+        let images = |mesh| {
+            let solid = grid.quantise(mesh).unwrap();
+            Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap())
+        };
+        let (plate, roi) = (images(&plate), images(&roi));
+        let (solid, region) = (Region::of_solid(&plate), Region::of_solid(&roi));
+        let field = DistanceField::of(&Crossings::of_images(&plate, &region, Edges::Border), Edges::Border);
+        for (phase, exact) in [(Phase::Solid, 1.0), (Phase::Pore, 2.0)] {
+            let widths = local_thickness(&field, &phase.nodes(solid.nodes(), region.nodes()));
+            let widest = Distribution::of_map(&widths, grid.pitch()).unwrap().max();
+            assert!((widest - exact).abs() < grid.pitch(), "{}: {widest} for {exact}", phase.name());
+        }
     }
 }

@@ -3,12 +3,18 @@
 //!
 //! It stands in Fortran's order, x fastest, as planes along z come one after another. The format has no place for where the
 //! voxels lie: voxel (i, j, k) is the cube of one pitch around `origin + (i + ½, j + ½, k + ½) · pitch + step` of the grid.
+//!
+//! Arrays of other programs are read in either order, by what numpy's indices say and not by where bytes lie: `a[i, j, k]` is
+//! the voxel (i, j, k) of both.
 
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
+
+use rayon::prelude::*;
 
 use super::{Written, each_plane};
 use crate::ldi::NodePlanes;
-use crate::ldi::npz::npy::{Order, write_header};
+use crate::ldi::npz::HeaderError;
+use crate::ldi::npz::npy::{Class, Header, Kind, Order, Scalar, write_header};
 
 /// Writes all voxels.
 pub fn write_npy(nodes: &NodePlanes, mut to: impl Write) -> io::Result<Written> {
@@ -19,12 +25,82 @@ pub fn write_npy(nodes: &NodePlanes, mut to: impl Write) -> io::Result<Written> 
     Ok(written)
 }
 
+/// Voxels that were read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Voxels {
+    /// Voxels along x, y and z.
+    pub size: [usize; 3],
+    /// A byte for each, x fastest: as the array has it.
+    pub bytes: Vec<u8>,
+}
+
+/// Why an array could not be read as voxels.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The header is not understood.
+    #[error("the array {0}")]
+    Header(#[from] HeaderError),
+    /// Elements are not bytes.
+    #[error("the array has elements {found}; voxels are of type uint8 or int8")]
+    Kind {
+        /// Their type in numpy's words.
+        found: String,
+    },
+    /// The array has not three dimensions, or a side of nothing, or more elements than can be counted.
+    #[error("the array has shape {shape:?}; voxels have three sides, none of them 0")]
+    Shape {
+        /// Its shape.
+        shape: Vec<u64>,
+    },
+    /// There are fewer or more elements than the header says.
+    #[error("the array has {found} elements{}, where its shape asks for {expected}", if *.found > *.expected { " or more" } else { "" })]
+    Length {
+        /// How many follow the header; one more than expected where there are too many.
+        found: u64,
+        /// How many there should be.
+        expected: u64,
+    },
+    /// The elements could not be read.
+    #[error("the array cannot be read: {0}")]
+    Io(#[from] io::Error),
+}
+
+/// Reads voxels; takes as many bytes as there are elements, twice where they stand in C's order.
+pub fn read_npy(mut from: impl Read) -> Result<Voxels, ReadError> {
+    let header = Header::read(&mut from)?;
+    match &header.kind {
+        Kind::Plain(Scalar { class: Class::Signed | Class::Unsigned, bytes: 1 }) => {}
+        other => return Err(ReadError::Kind { found: other.to_string() }),
+    }
+    let wrong_shape = || ReadError::Shape { shape: header.shape.clone() };
+    let sides: [u64; 3] = header.shape.as_slice().try_into().map_err(|_| wrong_shape())?;
+    let expected = sides.iter().try_fold(1u64, |product, &side| product.checked_mul(side));
+    let expected = expected.filter(|&product| product > 0 && product < usize::MAX as u64).ok_or_else(wrong_shape)?;
+    let mut bytes = Vec::new();
+    from.take(expected + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 != expected {
+        return Err(ReadError::Length { found: bytes.len() as u64, expected });
+    }
+    let size = sides.map(|side| side as usize);
+    let bytes = if header.order == Order::C { x_fastest(size, &bytes) } else { bytes };
+    Ok(Voxels { size, bytes })
+}
+
+/// Elements in the order x, y, z from those in the order z, y, x.
+fn x_fastest([nx, ny, nz]: [usize; 3], bytes: &[u8]) -> Vec<u8> {
+    let mut turned = vec![0; bytes.len()];
+    turned.par_chunks_mut(nx).enumerate().for_each(|(row, turned)| {
+        let (y, z) = (row % ny, row / ny);
+        turned.iter_mut().enumerate().for_each(|(x, byte)| *byte = bytes[(x * ny + y) * nz + z]);
+    });
+    turned
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::testing::{torus, voxels};
     use super::*;
     use crate::ldi::Combine;
-    use crate::ldi::npz::npy::{Header, Kind};
     use crate::sampler::{Estimate, Mode};
 
     #[test]
@@ -57,5 +133,52 @@ mod tests {
         let (any, all) = (write(Combine::Any), write(Combine::All));
         assert!(any.disagreements > 0);
         assert_eq!(any.inside - all.inside, any.disagreements);
+    }
+
+    /// An array of bytes that count up in the order they stand in.
+    fn counting(descr: &str, order: Order, shape: &[usize], elements: u8) -> Vec<u8> {
+        let mut file = Vec::new();
+        write_header(&mut file, descr, order, shape).unwrap();
+        file.extend(0..elements);
+        file
+    }
+
+    #[test]
+    fn indices_and_not_bytes_say_which_voxel_is_which() {
+        let of = |order| read_npy(counting("'|u1'", order, &[2, 3, 4], 24).as_slice()).unwrap();
+        let (fortran, c) = (of(Order::Fortran), of(Order::C));
+        assert_eq!((fortran.size, c.size), ([2, 3, 4], [2, 3, 4]));
+        assert_eq!(fortran.bytes, (0..24).collect::<Vec<u8>>());
+        for (i, byte) in c.bytes.iter().enumerate() {
+            let (x, y, z) = (i % 2, i / 2 % 3, i / 6);
+            assert_eq!(usize::from(*byte), (x * 3 + y) * 4 + z, "{x} {y} {z}");
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let images = torus(70, Mode::Exact);
+        let mut file = Vec::new();
+        write_npy(&NodePlanes::new(&images, Combine::Most).unwrap(), &mut file).unwrap();
+        let read = read_npy(file.as_slice()).unwrap();
+        assert_eq!(read.size, images[0].grid().rays().map(|n| n as usize));
+        assert!(read.bytes == voxels(&images[2]));
+    }
+
+    #[test]
+    fn other_arrays_are_refused() {
+        let refused = |file: Vec<u8>| read_npy(file.as_slice()).unwrap_err().to_string();
+        for (descr, shape, elements, says) in [
+            ("'<f4'", &[2, 3, 4][..], 24, "elements <f4"),
+            ("'|u1'", &[6, 4], 24, "shape [6, 4]"),
+            ("'|u1'", &[6, 0, 4], 24, "shape [6, 0, 4]"),
+            ("'|u1'", &[1 << 40, 1 << 40, 4], 24, "three sides"),
+            ("'|u1'", &[2, 3, 4], 23, "23 elements, where its shape asks for 24"),
+            ("'|u1'", &[2, 3, 4], 25, "25 elements or more"),
+        ] {
+            let said = refused(counting(descr, Order::C, shape, elements));
+            assert!(said.contains(says), "{said}");
+        }
+        assert!(refused(b"PK\x03\x04\0\0\0\0".to_vec()).contains("mark of a .npy"));
     }
 }

@@ -1,6 +1,7 @@
 //! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, whole [`process`]es and the [`meshes`]
-//! that they write beside those of other programs, [`minkowski`] sums, and the [`gpu`]'s sampler by stages. What is printed
-//! are medians; all of it goes to a JSON file too where one is asked for.
+//! that they write beside those of other programs, [`minkowski`] sums, the [`gpu`]'s sampler by stages, and [`metrics`] of
+//! voxel arrays that other programs are given, too. What is printed are medians; all of it goes to a JSON file too where one
+//! is asked for.
 
 #![expect(clippy::print_stdout, reason = "tables on stdout, as each is done, are what this program is for")]
 
@@ -10,6 +11,7 @@ mod fit;
 mod gpu;
 mod machine;
 mod meshes;
+mod metrics;
 mod minkowski;
 mod models;
 mod process;
@@ -192,6 +194,27 @@ enum Benchmark {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Metrics of voxel arrays, as JSON on stdout, with how long each took
+    Metrics {
+        /// Arrays of uint8, not 0 where solid; a[i, j, k] is the voxel (x, y, z)
+        #[arg(value_name = "ARRAY.npy", required_unless_present = "balls")]
+        arrays: Vec<PathBuf>,
+        /// Also the thickness of balls of these radii in pitches, from where rays meet their meshes
+        #[arg(long, value_name = "RADII", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(2..=512))]
+        balls: Vec<u32>,
+        /// Only these, with commas between
+        #[arg(long, value_name = "MEASURES", value_delimiter = ',', value_enum)]
+        only: Vec<metrics::Measure>,
+        /// Times that each is done; medians are said
+        #[arg(long, default_value_t = 1)]
+        rounds: usize,
+        /// Write values of all voxels to this folder, as ARRAY.PHASE.MEASURE.f32: little-endian, x fastest
+        #[arg(long, value_name = "FOLDER")]
+        maps: Option<PathBuf>,
+        /// Threads; all that there are by default
+        #[arg(long)]
+        threads: Option<usize>,
+    },
     /// Write the models of `process` to a folder
     #[command(hide = true)]
     Models {
@@ -229,6 +252,11 @@ fn main() -> ExitCode {
         #[cfg(feature = "gpu")]
         Benchmark::Gpu { adapter, models, resolution, rounds, json } => {
             gpu::run(&gpu::Plan { adapter, models, resolution, rounds: rounds.max(1) }, json.as_deref())
+        }
+        Benchmark::Metrics { arrays, balls, only, rounds, maps, threads } => {
+            let measures = if only.is_empty() { metrics::Measure::ALL.to_vec() } else { only };
+            metrics::run(&metrics::Plan { arrays, balls, measures, rounds, maps, threads })
+                .map(|told| println!("{told}"))
         }
         Benchmark::Models { folder } => models::write_all(&folder),
         Benchmark::MeshModels { folder } => models::write_for_meshes(&folder),

@@ -56,7 +56,7 @@ pub enum Job {
     Devices(DevicesJob),
     Render(RenderJob),
     Sum(SumJob),
-    Report(ReportJob),
+    Report(Box<ReportJob>),
 }
 
 /// Where the result goes.

@@ -19,7 +19,7 @@ pub struct AccessCurve {
 
 impl AccessCurve {
     /// Of the access sizes of nodes, which are diameters, each times `scale` (the pitch, for world units). `open` are the
-    /// pores' nodes that are connected with the outside ([`reached`](super::reached)): A(0) is their share, and the rest of `pores` counts as out of reach
+    /// pores' nodes that are connected with the outside: A(0) is their share, and the rest of `pores` counts as out of reach
     /// whatever its size. Nothing of no pores.
     ///
     /// # Panics

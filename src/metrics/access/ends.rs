@@ -1,4 +1,4 @@
-//! The two ends of a region along an axis, and its boundary.
+//! The two ends of a region along an axis.
 
 use std::ops::Range;
 
@@ -69,15 +69,13 @@ fn extent(nodes: &NodeSet) -> Option<[Range<usize>; 3]> {
     let size = nodes.size();
     let mut columns = vec![0u64; nodes.words()];
     let (mut rows, mut planes) = (vec![false; size[1]], vec![false; size[2]]);
-    for z in 0..size[2] {
-        for y in 0..size[1] {
-            let mut any = 0;
-            for (column, &word) in columns.iter_mut().zip(nodes.row(y, z)) {
-                *column |= word;
-                any |= word;
-            }
-            rows[y] |= any != 0;
-            planes[z] |= any != 0;
+    for (z, plane) in planes.iter_mut().enumerate() {
+        for (y, row) in rows.iter_mut().enumerate() {
+            let words = nodes.row(y, z);
+            columns.iter_mut().zip(words).for_each(|(column, word)| *column |= word);
+            let holds = words.iter().any(|&word| word != 0);
+            *row |= holds;
+            *plane |= holds;
         }
     }
     let columns: Vec<bool> = (0..size[0]).map(|x| columns[x / 64] >> (x % 64) & 1 == 1).collect();
@@ -85,46 +83,14 @@ fn extent(nodes: &NodeSet) -> Option<[Range<usize>; 3]> {
     Some([range(&columns)?, range(&rows)?, range(&planes)?])
 }
 
-/// The nodes of a region that touch what is not of the region, or the end of the raster, with one of their six faces: where
-/// the outside begins.
-pub fn boundary(region: &NodeSet) -> NodeSet {
-    let size = region.size();
-    let words = region.words();
-    let none = vec![0u64; words];
-    let mut boundary = NodeSet::empty(size);
-    for z in 0..size[2] {
-        for y in 0..size[1] {
-            let row = region.row(y, z);
-            let lower = if z > 0 { region.row(y, z - 1) } else { &none };
-            let upper = if z + 1 < size[2] { region.row(y, z + 1) } else { &none };
-            let front = if y > 0 { region.row(y - 1, z) } else { &none };
-            let back = if y + 1 < size[1] { region.row(y + 1, z) } else { &none };
-            let into = boundary.row_mut(y, z);
-            for word in 0..words {
-                let before = if word > 0 { row[word - 1] >> 63 } else { 0 };
-                let after = if word + 1 < words { row[word + 1] << 63 } else { 0 };
-                let along = (row[word] << 1 | before) & (row[word] >> 1 | after);
-                into[word] = row[word] & !(along & lower[word] & upper[word] & front[word] & back[word]);
-            }
-        }
-    }
-    boundary
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn the_boundary_of_a_box_is_its_faces() {
+    fn an_extent_is_that_of_the_nodes() {
         let size = [130, 5, 6];
-        let full = boundary(&NodeSet::full(size));
-        let inner = NodeSet::from_fn(size, |[x, y, z]| x % 129 != 0 && y % 4 != 0 && z % 5 != 0);
-        assert_eq!(full, NodeSet::full(size).minus(&inner));
         let block = NodeSet::from_fn(size, |[x, y, z]| (62..68).contains(&x) && y > 0 && z > 1);
-        let kept =
-            NodeSet::from_fn(size, |[x, y, z]| (63..67).contains(&x) && (2..4).contains(&y) && (3..5).contains(&z));
-        assert_eq!(boundary(&block), block.minus(&kept));
         assert_eq!(extent(&block), Some([62..68, 1..5, 2..6]));
         assert_eq!(extent(&NodeSet::empty(size)), None);
     }

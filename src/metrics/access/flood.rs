@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::basins::Basins;
 use super::steps::Steps;
+use crate::metrics::thickness::{Ball, paint};
 use crate::metrics::{Edges, NodeSet};
 
 /// The least radius of what gets anywhere: nodes of a piece that is open are reached, however narrow it is.
@@ -14,7 +15,9 @@ pub(super) const LEAST: f32 = f32::MIN_POSITIVE;
 ///
 /// `radii` says how large a ball has room in a node's cell, in pitches; paths go through `nodes`, and from one 6-connected
 /// piece of them to another never. With [`Edges::Periodic`] they wrap; with the others they end where the raster does.
-/// Sources outside `nodes` do not count. From outside, they are the [`boundary`](super::boundary) of the region.
+/// Sources outside `nodes` do not count. For access from outside, `nodes` are the open pores
+/// ([`open_pores`](crate::metrics::components::open_pores)), and sources the [`rim`](crate::metrics::components::rim) of the
+/// region.
 ///
 /// The values are exact for those radii. It takes 4 bytes for each node beside the result, and the passes over the raster
 /// are parallel.
@@ -27,23 +30,19 @@ pub fn bottlenecks(radii: &[f32], nodes: &NodeSet, sources: &NodeSet, edges: Edg
     Basins::new(&steps, radii).bottlenecks(&sources.and(nodes))
 }
 
-/// The nodes that something gets to: those with a bottleneck. Of pores and the boundary of the region, the open pores.
+/// The access size of each of the open nodes, a diameter in pitches: that of the largest ball from outside that covers the
+/// node. 0 of others.
+///
+/// `balls` are the largest of the pores ([`largest_balls`](crate::metrics::thickness::largest_balls)) and `bottlenecks` are
+/// those of the open nodes, from outside. Sizes are right to half a pitch, as painting is.
 ///
 /// # Panics
-/// If there is not a bottleneck for each node of a raster of that size.
-pub fn reached(bottlenecks: &[f32], size: [usize; 3]) -> NodeSet {
-    assert_eq!(bottlenecks.len(), size.iter().product::<usize>(), "a bottleneck for each node");
-    NodeSet::from_fn(size, |[x, y, z]| bottlenecks[(z * size[1] + y) * size[0] + x] > 0.0)
-}
-
-/// Lowers the radii of balls to what gets to their centres, both in pitches and one for each node. Painted, they give
-/// access sizes: of a point, 2 · max { b(c) : |p − c| ≤ b(c) } over centres c with bottlenecks b.
-///
-/// # Panics
-/// If there are more or fewer of one than of the other.
-pub fn lower(radii: &mut [f32], bottlenecks: &[f32]) {
-    assert_eq!(radii.len(), bottlenecks.len(), "a bottleneck for each ball");
-    radii.par_iter_mut().zip(bottlenecks).with_min_len(1 << 14).for_each(|(radius, &most)| *radius = radius.min(most));
+/// If there is not a bottleneck for each node.
+pub fn access_sizes(balls: &[Ball], bottlenecks: &[f32], open: &NodeSet, edges: Edges) -> Vec<f32> {
+    assert_eq!(bottlenecks.len(), open.volume(), "a bottleneck for each node");
+    let lowered = |ball: &Ball| 2.0 * ball.radius.min(bottlenecks[ball.node as usize]);
+    let sizes: Vec<f32> = balls.par_iter().with_min_len(1 << 12).map(lowered).collect();
+    paint(balls, &sizes, open, edges)
 }
 
 /// The largest of some radii, but no more than the sides of the raster together: where there is no surface, radii are infinite.

@@ -16,9 +16,11 @@
 //! M. J. Moore, E. Jabbari, E. L. Ritman, L. Lu, B. L. Currier, A. J. Windebank, M. J. Yaszemski, Quantitative analysis of
 //! interconnectivity of porous biodegradable scaffolds with micro-computed tomography, J. Biomed. Mater. Res. A 71 (2004)
 //! 258–267: the share of the pores' volume that a ball of diameter d, moving in from outside, sweeps over, as a curve A(d).
-//! Here each point of the pores has an access size, the diameter of the largest ball from outside that covers it: the
-//! balls of the local thickness are [lowered](lower) to what gets to their centres, painted again, and A(d) is the share of
-//! sizes that are at least d. So it falls monotonically by its making, and A(0) is the open share of the pores.
+//! Here each point of the pores has an access size, the diameter of the largest ball from outside that covers it:
+//! 2 · max { b(c) : |p − c| ≤ b(c) } over centres c with bottlenecks b. What gets to the centre of one of the balls of the local
+//! thickness can go wherever in it there is a place; so those balls are painted again, as large as they are, but for a
+//! size of no more than what gets to their centres ([`access_sizes`]). A(d) is the share of sizes that are at least d
+//! ([`AccessCurve`]): it falls monotonically by its making, and A(0) is the open share of the pores.
 //!
 //! # Percolation
 //! The largest ball that gets from one end of the region to the other (the percolation diameter of bone research: M. Nair,
@@ -40,6 +42,6 @@ pub(in crate::metrics) mod steps;
 mod tests;
 
 pub use curve::AccessCurve;
-pub use ends::{Ends, boundary};
-pub use flood::{bottlenecks, lower, reached};
+pub use ends::Ends;
+pub use flood::{access_sizes, bottlenecks};
 pub use percolation::{Percolation, percolation};

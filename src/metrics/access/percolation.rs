@@ -22,8 +22,8 @@ pub struct Percolation {
 /// ends are open: the faces of the box are not to be walls in them. What `edges` changes is the other faces.
 /// [`Edges::Clip`]: balls may reach beyond them. [`Edges::Periodic`]: paths go on at the opposite face, and radii should
 /// come from distances that wrap. [`Edges::Border`]: they are walls. Of a box those are put in here, at half a pitch beyond
-/// its outermost nodes; of other regions `radii` should be those of balls that lie within the region, and its ends are
-/// thick enough for them to begin.
+/// its outermost nodes. Of other regions `radii` say whether the boundary is a wall; if it is, what spans the region is no
+/// larger than there is room for at its very ends.
 ///
 /// It takes a byte for each node and 4 for each that waits, in one thread, and ends as soon as the far end is met.
 ///

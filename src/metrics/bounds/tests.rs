@@ -185,7 +185,7 @@ fn points_inside_are_in_outer_cubes_and_points_outside_in_none_that_are_inner() 
             seen[2] += usize::from(!outer.contains(cube));
         }
     }
-    assert!(seen.iter().all(|&seen| seen > 1000), "{seen:?}");
+    assert!(seen.iter().all(|&seen| seen > 300), "{seen:?}");
 }
 
 /// Whether a triangle meets a closed box, exactly: no axis separates them (Akenine-Möller 2001).
@@ -238,7 +238,7 @@ fn cubes_are_those_of_exact_overlaps_but_for_the_margin() {
             }
         }
     }
-    assert!(met_cubes > 5000, "{met_cubes}");
+    assert!(met_cubes > 1000, "{met_cubes}");
 }
 
 #[test]

@@ -54,6 +54,8 @@ impl Crossings {
             Rows::each(image.rays() as usize, |row, places| {
                 let depths = alternating(image.samples(row as u32));
                 let of_border = border.map_or(&[][..], |border| border.samples(row as u32));
+                // Rows before this one are in it already.
+                let first = places.len();
                 let in_boundary = |depth: i32| match border {
                     None => faces.iter().any(|face| (depth - face).abs() <= FACE_STEPS),
                     Some(_) => of_border.iter().any(|other| (depth - other).abs() <= FACE_STEPS),
@@ -68,7 +70,7 @@ impl Crossings {
                 places.extend(depths.iter().filter(|&&depth| !in_boundary(depth)).map(|&depth| place(depth)));
                 if edges == Edges::Border && border.is_some() {
                     places.extend(of_border.iter().map(|&depth| place(depth)));
-                    places.sort_unstable_by(f32::total_cmp);
+                    places[first..].sort_unstable_by(f32::total_cmp);
                 }
             })
         });

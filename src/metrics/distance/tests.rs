@@ -1,3 +1,5 @@
+//! Distances against all crossings, one by one.
+
 mod images;
 
 use super::*;

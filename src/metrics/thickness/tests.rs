@@ -1,3 +1,5 @@
+//! Thickness against closed forms, and against balls around the nodes of coarser and of finer rasters.
+
 use std::f64::consts::TAU;
 
 use super::*;

@@ -15,8 +15,8 @@ use crate::metrics::{Edges, NodeSet};
 /// Nodes of the last plane that no path leads to do not count.
 ///
 /// With [`Edges::Periodic`] paths go on at the opposite lateral face; the others are walls. Lengths are found by fast marching
-/// to first order: too long by some hundredths of a pitch where paths bend around an edge. It takes 4 bytes for each node and
-/// 8 for each place in the queue, in one thread; which of nodes at the same distance comes first makes no difference.
+/// to first order: too long by a fraction of a pitch where paths bend around an edge. It takes 4 bytes for each node and 8
+/// for each place in the queue, in one thread; which of nodes at the same distance comes first makes no difference.
 ///
 /// # Errors
 /// Fewer than two nodes along the axis.

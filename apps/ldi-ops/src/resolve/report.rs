@@ -105,7 +105,7 @@ pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Failure> {
         settings,
         report: report(&common)?,
     };
-    Ok(invocation(Job::Report(job), &common))
+    Ok(invocation(Job::Report(Box::new(job)), &common))
 }
 
 fn direction(choice: BuildChoice) -> DVec3 {

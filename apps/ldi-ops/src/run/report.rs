@@ -10,6 +10,7 @@ use std::slice;
 use std::time::{Instant, SystemTime};
 
 use ldi_ops::grid::Axis;
+use ldi_ops::mesh::LengthUnit;
 
 use super::backend::Backends;
 use super::fill::FillDifference;
@@ -21,7 +22,7 @@ use crate::output;
 use crate::progress::Progress;
 use crate::resolve::{Input, ReportJob};
 use crate::scaffold::limits::Limits;
-use crate::scaffold::measure::{Clock, Measurements, Subject, measure};
+use crate::scaffold::measure::{Clock, Measurements, Subject, measure, unmeasured};
 use crate::scaffold::page::summary::Entry;
 use crate::scaffold::page::{self, compare, summary};
 use crate::scaffold::sheet::{self, Alert, InputFile, Severity, Sheet};
@@ -37,14 +38,14 @@ pub struct Reported {
 
 /// Runs a job.
 pub fn run(job: &ReportJob, progress: &Progress) -> Result<Finished, Failure> {
-    let limits = job.limits.as_deref().map(limits).transpose()?;
+    let limits = job.limits.as_deref().map(|path| limits(path, job.unit)).transpose()?;
     let backends = Backends::open(&job.settings.backend)?;
     let places = places(job);
     let mut sheets = Vec::new();
     for (place, input) in places.iter().zip(job.solids.iter().chain(&job.compare)) {
         let mut sheet = one(job, input, &backends, progress)?;
         if let Some(limits) = &limits {
-            sheet.verdict = Some(limits.judge(&sheet).map_err(Failure::input)?);
+            sheet.verdict = Some(limits.judge(&sheet.metrics, sheet.unit).map_err(Failure::input)?);
         }
         say(&sheet, progress);
         write_sheet(&sheet, &job.folder.join(place))?;
@@ -70,10 +71,14 @@ pub fn run(job: &ReportJob, progress: &Progress) -> Result<Finished, Failure> {
     })
 }
 
-/// Reads limits.
-fn limits(path: &Path) -> Result<Limits, Failure> {
+/// Reads limits, and holds them against metrics without values: nobody should wait for a misspelt name.
+fn limits(path: &Path, unit: Option<LengthUnit>) -> Result<Limits, Failure> {
     let text = fs::read_to_string(path).map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
-    Limits::parse(path, &text).map_err(Failure::input)
+    let limits = Limits::parse(path, &text).map_err(Failure::input)?;
+    // Files may state a unit of their own, and what that is does not matter yet.
+    let unit = unit.or(Some(LengthUnit::Millimetre));
+    limits.judge(&unmeasured(unit), unit).map_err(Failure::input)?;
+    Ok(limits)
 }
 
 /// The page over several, and its name.
@@ -146,7 +151,12 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Progress)
         provenance: Provenance::Hashed,
     };
     let inputs: Vec<Input> = [Some(input.clone()), job.roi.clone()].into_iter().flatten().collect();
-    let (solids, warnings) = clock.time("read", || input::solids(&inputs, demands))?;
+    let (mut solids, warnings) = clock.time("read", || input::solids(&inputs, demands))?;
+    // What bulges and overhangs, normals say.
+    for solid in solids.iter_mut().filter(|solid| solid.is_oriented() && solid.volume < 0.0) {
+        input::turn(solid, demands)?;
+        solid.volume = -solid.volume;
+    }
     let subject = Subject { solid: &solids[0], roi: solids.get(1) };
     let mut alerts: Vec<Alert> = warnings.into_iter().map(alert).collect();
     for solid in &solids {

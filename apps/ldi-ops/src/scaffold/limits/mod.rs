@@ -22,7 +22,7 @@ use toml::de::{DeTable, DeValue};
 pub use amount::{Amount, AmountError};
 
 use super::id;
-use super::sheet::{LimitOutcome, LimitVerdict, Metric, Sheet, Verdict};
+use super::sheet::{LimitOutcome, LimitVerdict, Metric, Verdict};
 
 /// Other names of metrics, for people.
 pub const ALIASES: [(&str, &str); 22] = [
@@ -121,22 +121,22 @@ impl Limits {
         Ok(Limits { file: file.to_owned(), limits })
     }
 
-    /// Holds a sheet against the limits.
+    /// Holds the metrics of a solid in a unit against the limits.
     ///
     /// # Errors
-    /// Where a key is no metric of the sheet, or an amount does not fit its metric.
-    pub fn judge(&self, sheet: &Sheet) -> Result<Verdict, LimitsError> {
+    /// Where a key is none of the metrics, or an amount does not fit its metric.
+    pub fn judge(&self, metrics: &[Metric], unit: Option<LengthUnit>) -> Result<Verdict, LimitsError> {
         let fault = |line, problem| LimitsError { file: self.file.clone(), line: Some(line), problem };
         let mut limits: Vec<LimitVerdict> = Vec::new();
         let mut seen: Vec<(&str, usize)> = Vec::new();
         for limit in &self.limits {
-            let metric = find(&limit.key, sheet).map_err(|problem| fault(limit.line, problem))?;
+            let metric = find(&limit.key, metrics).map_err(|problem| fault(limit.line, problem))?;
             if let Some(&(_, before)) = seen.iter().find(|(id, _)| *id == metric.id) {
                 let key = limit.key.clone();
                 return Err(fault(limit.line, Problem::Twice { key, id: metric.id, before }));
             }
             seen.push((metric.id, limit.line));
-            limits.push(judged(limit, metric, sheet.unit).map_err(|problem| fault(limit.line, problem))?);
+            limits.push(judged(limit, metric, unit).map_err(|problem| fault(limit.line, problem))?);
         }
         let kept = |limit: &LimitVerdict| matches!(limit.outcome, LimitOutcome::Kept | LimitOutcome::KeptWithinBounds);
         Ok(Verdict { passed: limits.iter().all(kept), limits })
@@ -197,11 +197,12 @@ fn amount_of(value: &Spanned<DeValue>) -> Result<Amount, AmountError> {
 }
 
 /// The metric that a key names.
-fn find<'s>(key: &str, sheet: &'s Sheet) -> Result<&'s Metric, Problem> {
+fn find<'s>(key: &str, metrics: &'s [Metric]) -> Result<&'s Metric, Problem> {
+    let called = |id: &str| metrics.iter().find(|metric| metric.id == id);
     let id = ALIASES.iter().find(|(alias, _)| alias.eq_ignore_ascii_case(key)).map_or(key, |(_, id)| id);
-    sheet.metric(id).ok_or_else(|| {
-        let aliases = ALIASES.iter().filter(|(_, id)| sheet.metric(id).is_some()).map(|(alias, _)| *alias);
-        let mut known: Vec<&str> = sheet.metrics.iter().map(|metric| metric.id).chain(aliases).collect();
+    called(id).ok_or_else(|| {
+        let aliases = ALIASES.iter().filter(|(_, id)| called(id).is_some()).map(|(alias, _)| *alias);
+        let mut known: Vec<&str> = metrics.iter().map(|metric| metric.id).chain(aliases).collect();
         let near = |name: &str| strsim::jaro_winkler(&key.to_lowercase(), &name.to_lowercase());
         known.sort_by(|a, b| near(b).total_cmp(&near(a)));
         let others = known.len().saturating_sub(NAMED);
@@ -252,7 +253,7 @@ mod tests {
     use crate::scaffold::fixture;
 
     fn judge(text: &str) -> Result<Verdict, LimitsError> {
-        Limits::parse(Path::new("limits.toml"), text)?.judge(&fixture::rich())
+        Limits::parse(Path::new("limits.toml"), text)?.judge(&fixture::rich().metrics, fixture::rich().unit)
     }
 
     fn refusal(text: &str) -> String {
@@ -268,8 +269,8 @@ mod tests {
         // `"BS/BV"` stands in the table `solid`.
         assert!(verdict.unwrap_err().to_string().starts_with("limits.toml:8: solid.BS/BV: there is no such metric"));
         let verdict = judge(
-            "porosity = { min = 0.6, max = \"80 %\" }\npercolation.min = \"410 µm\"\n\"solid.thickness.p1\" = { min = \"0.2 mm\" }\n\
-             \"BS/BV\".min = \"10 1/mm\"\nTb.Th = { max = 0.3 }\ntopology.euler = { max = -1 }\n[tortuosity.diffusive.z]\nmax = 2",
+            "porosity = { min = 0.6, max = \"80 %\" }\npercolation.min = \"410 µm\"\n\"wall.thinnest\" = { min = \"0.2 mm\" }\n\
+             \"BS/BV\".min = \"10 1/mm\"\nTb.Th = { max = 0.3 }\neuler = { max = -1 }\n[tortuosity.diffusive.z]\nmax = 2",
         )
         .unwrap();
         let outcomes: Vec<_> = verdict.limits.iter().map(|limit| (limit.metric.as_str(), limit.outcome)).collect();
@@ -306,7 +307,7 @@ mod tests {
             ("porosity = { min = 0.8, max = 0.6 }", "limits.toml:1: porosity: min 0.8 is above max 0.6"),
             (
                 "wall.min = 0.2\nthinnest-wall.min = 0.2",
-                "limits.toml:2: thinnest-wall: this is solid.thickness.p1, which line 1",
+                "limits.toml:2: thinnest-wall: this is wall.thinnest, which line 1",
             ),
             (
                 "porosity.min = 60",
@@ -324,9 +325,9 @@ mod tests {
     #[test]
     fn a_unit_needs_a_solid_with_one() {
         let limits = Limits::parse(Path::new("limits.toml"), "volume.total.min = \"3 mm³\"").unwrap();
-        let text = limits.judge(&fixture::poor()).unwrap_err().to_string();
+        let text = limits.judge(&fixture::poor().metrics, fixture::poor().unit).unwrap_err().to_string();
         assert!(text.contains("--unit"), "{text}");
         let plain = Limits::parse(Path::new("limits.toml"), "volume.solid.min = 3").unwrap();
-        assert!(plain.judge(&fixture::poor()).unwrap().passed);
+        assert!(plain.judge(&fixture::poor().metrics, fixture::poor().unit).unwrap().passed);
     }
 }

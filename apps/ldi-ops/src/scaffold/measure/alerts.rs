@@ -39,17 +39,15 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
             format!("fewer than 3 rays a pore: 5 % of the pore volume is narrower than {pitches} pitches"),
         );
     }
-    for (id, axis) in [("chord.censored.x", "x"), ("chord.censored.y", "y"), ("chord.censored.z", "z")] {
-        if let Some(share) = record.value(id).filter(|share| *share > CENSORED) {
-            let percent = number((share * 1000.0).round() / 10.0);
-            say(
-                "censored-chords",
-                Severity::Note,
-                format!(
-                    "{percent} % of the chords along {axis} are cut by the region and left out of the distributions"
-                ),
-            );
-        }
+    let cut = [("chord.censored.x", "x"), ("chord.censored.y", "y"), ("chord.censored.z", "z")];
+    let cut: Vec<String> = cut
+        .into_iter()
+        .filter_map(|(id, axis)| Some((record.value(id).filter(|share| *share > CENSORED)?, axis)))
+        .map(|(share, axis)| format!("{} % along {axis}", number((share * 1000.0).round() / 10.0)))
+        .collect();
+    if !cut.is_empty() {
+        let message = format!("chords cut by the region and left out of the distributions: {}", cut.join(", "));
+        say("censored-chords", Severity::Note, message);
     }
     for study in convergence.iter().filter(|study| study.over == Varied::Pitch) {
         for series in &study.series {

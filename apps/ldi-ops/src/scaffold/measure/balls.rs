@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 use ldi_ops::grid::Axis;
-use ldi_ops::metrics::access::{self, Ends, bottlenecks, boundary, percolation};
+use ldi_ops::metrics::access::{self, Ends, access_sizes, bottlenecks, percolation};
+use ldi_ops::metrics::components::{open_pores, rim};
 use ldi_ops::metrics::distance::{Crossings, DistanceField};
-use ldi_ops::metrics::thickness::{Ball, largest_balls, local_thickness, paint, radii};
+use ldi_ops::metrics::thickness::{Ball, largest_balls, local_thickness, radii};
 use ldi_ops::metrics::{Distribution, Edges, NodeSet, Phase};
 
 use super::Study;
@@ -79,18 +80,17 @@ pub fn access(study: &Study, record: &mut Record) -> (Option<AccessCurve>, Optio
     put_percolation(study, spans, record);
 
     let PoreBalls { balls, radii } = found;
-    let reached = bottlenecks(&radii, &pores, &boundary(study.region.nodes()), free);
+    let reached = bottlenecks(&radii, &pores, &rim(study.region.nodes()), free);
     drop(radii);
-    let open = access::reached(&reached, pores.size());
+    let open = open_pores(&pores, study.region.nodes(), study.settings.edges);
     put_open(study, &pores, &open, record);
-    let lowered: Vec<Ball> = balls
-        .into_iter()
-        .map(|ball| Ball { radius: ball.radius.min(reached[ball.node as usize]), ..ball })
-        .filter(|ball| ball.radius > 0.0)
-        .collect();
+    // Balls get in through the faces, and where they are to lie within the region, they cover what they do there.
+    let balls = match study.settings.edges {
+        Edges::Border => largest_balls(&field_of(Edges::Border), &pores),
+        Edges::Clip | Edges::Periodic => balls,
+    };
+    let map = access_sizes(&balls, &reached, &open, free);
     drop(reached);
-    let sizes: Vec<f32> = lowered.iter().map(|ball| 2.0 * ball.radius).collect();
-    let map = paint(&lowered, &sizes, &open, free);
     let pitch = study.region.grid().pitch();
     let curve = access::AccessCurve::of(&map, &open, &pores, pitch).map(|curve| {
         let half = curve.points().filter(|&(_, share)| share >= 0.5).map(|(diameter, _)| diameter).last();

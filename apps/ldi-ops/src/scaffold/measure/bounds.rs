@@ -11,7 +11,6 @@ use ldi_ops::metrics::distance::{Crossings, DistanceField};
 use ldi_ops::metrics::thickness::local_thickness;
 use ldi_ops::metrics::{Distribution, Edges, NodeSet, Phase};
 use ldi_ops::sampler::{Fill, Mode, Sampler};
-use rayon::prelude::*;
 
 use super::Study;
 use super::balls::{PoreBalls, from_outside};
@@ -26,8 +25,13 @@ const FINEST: u32 = 1024;
 pub fn measure(study: &Study, sampler: &dyn Sampler, record: &mut Record) -> Result<(), Failure> {
     volumes(study, sampler, record)?;
     let bounds = SolidBounds::of(&study.images.lattice, &study.solid, study.region);
-    percolation(study, &bounds, record);
-    thinnest(study, &bounds, record);
+    let region = match study.images.roi() {
+        Some(roi) => SolidBounds::of(roi, study.region.nodes(), study.region),
+        // A box is what it is.
+        None => SolidBounds { inner: study.region.nodes().clone(), outer: study.region.nodes().clone() },
+    };
+    percolation(study, &bounds, &region, record);
+    thinnest(study, &bounds, &region, record);
     Ok(())
 }
 
@@ -37,7 +41,6 @@ fn volumes(study: &Study, sampler: &dyn Sampler, record: &mut Record) -> Result<
     let solid = study.subject.solid.quantise(&grid)?;
     let image = sampler.sample(&solid, Axis::X, Mode::Exact, fill)?;
     let sampled = Sampled { solid: &solid, inside: nodes(&image) };
-    let total = study.region.volume();
     let found = match study.subject.roi {
         None => VolumeBounds::of(&sampled, &Within::Box(*solid.bounds())),
         Some(roi) => of_region(&sampled, roi, &grid, fill, sampler)?,
@@ -52,7 +55,6 @@ fn volumes(study: &Study, sampler: &dyn Sampler, record: &mut Record) -> Result<
     let porosity = found.porosity();
     put(record, "porosity", porosity);
     put(record, "volume.fraction", Interval { lower: 1.0 - porosity.upper, upper: 1.0 - porosity.lower });
-    debug_assert!(found.region.contains(total) || study.subject.roi.is_some() || total == 0.0);
     Ok(())
 }
 
@@ -73,11 +75,12 @@ fn nodes(image: &Ldi) -> NodePlanes<'_> {
 }
 
 /// The largest balls that span the axes between the cubes of the outer solid, and of the inner one.
-fn percolation(study: &Study, bounds: &SolidBounds, record: &mut Record) {
-    let spans = [&bounds.outer, &bounds.inner].map(|solid| spans(study, solid));
+fn percolation(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &mut Record) {
+    let least_and_most = [(&bounds.outer, &region.inner), (&bounds.inner, &region.outer)];
+    let found = least_and_most.map(|(solid, region)| spans(study, solid, region));
     let pitch = study.region.grid().pitch();
     let diameter = |span: Option<f64>| span.map(|diameter| diameter * pitch);
-    let [lower, upper] = spans;
+    let [lower, upper] = found;
     for (axis, id) in ["percolation.x", "percolation.y", "percolation.z"].into_iter().enumerate() {
         if let Some(entry) = record.found(id) {
             // Where the outer solid leaves no way the ball may be as small as one likes.
@@ -91,8 +94,7 @@ fn percolation(study: &Study, bounds: &SolidBounds, record: &mut Record) {
 }
 
 /// Diameters in pitches, along x, y and z.
-fn spans(study: &Study, solid: &NodeSet) -> [Option<f64>; 3] {
-    let region = study.region.nodes();
+fn spans(study: &Study, solid: &NodeSet, region: &NodeSet) -> [Option<f64>; 3] {
     let pores = region.minus(solid);
     let edges = study.settings.edges;
     let walls = match (study.region.is_box(), edges) {
@@ -106,49 +108,81 @@ fn spans(study: &Study, solid: &NodeSet) -> [Option<f64>; 3] {
     found.map_or([None; 3], |spans| spans.map(|span| span.map(|span| span.diameter)))
 }
 
-/// The thickness that 1 % of the solid falls below, in the inner and in the outer solid.
-fn thinnest(study: &Study, bounds: &SolidBounds, record: &mut Record) {
-    let solid = Phase::Solid.nodes(&study.solid, study.region.nodes());
+/// The thickness that 1 % of the solid falls below, of the inner and of the outer solid. Where the inner one has lost more than
+/// 1 % of the solid altogether, a wall may be as thin as one likes.
+fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &mut Record) {
+    let Some(value) = record.value("wall.thinnest") else { return };
     let edges = study.settings.edges;
-    let thickness = |nodes: &NodeSet| {
-        let field = DistanceField::of(&Crossings::of_nodes(nodes, edges), edges);
-        local_thickness(&field, nodes)
-    };
     let pitch = study.region.grid().pitch();
-    let p1 = |map: &[f32]| Some(Distribution::of_map_at(map, &solid, pitch)?.quantile(0.01)).filter(|t| t.is_finite());
-    if record.value("wall.thinnest").is_none() {
-        return;
-    }
-    let inner = bounds.inner.and(study.region.nodes());
-    let mut map = thickness(&inner);
-    widen(&mut map, inner.size());
-    let lower = p1(&map);
-    drop(map);
-    let upper = p1(&thickness(&bounds.outer.and(study.region.nodes())));
+    let p1 = |nodes: &NodeSet| {
+        let field = DistanceField::of(&Crossings::of_nodes(nodes, edges), edges);
+        let thickness = Distribution::of_map(&local_thickness(&field, nodes), pitch)?;
+        Some(thickness.quantile(0.01)).filter(|thickness| thickness.is_finite())
+    };
+    let solid = Phase::Solid.nodes(&study.solid, study.region.nodes());
+    let (inner, outer) = (bounds.inner.and(&region.inner), bounds.outer.and(&region.outer));
+    let lost = solid.minus(&grown(&inner)).count() as f64 / solid.count() as f64;
+    let lower = if lost > 0.01 { None } else { p1(&inner) };
+    let upper = p1(&outer);
     if let Some(entry) = record.found("wall.thinnest") {
-        entry.bounds(lower, upper);
+        // The 1 % are not the same nodes in each.
+        entry.bounds(Some(lower.unwrap_or(0.0).min(value)), upper.map(|upper| upper.max(value)));
     }
 }
 
-/// How far the inner solid ends within the solid, in pitches: a cube that the surface meets, and its diagonal.
+/// How far the inner solid ends within the solid, in nodes: a cube that the surface meets, and its diagonal.
 const RIND: usize = 2;
 
-/// Gives every node the largest value within [`RIND`] nodes along each axis: what of the solid lies next to a ball of the inner
-/// one is as thick, and what lies next to none may be as thin as one likes.
-fn widen(map: &mut Vec<f32>, size: [usize; 3]) {
-    let [columns, rows, planes] = size;
-    let (length, stride) = ([columns, rows, planes], [1, columns, columns * rows]);
+/// A set with all nodes that are [`RIND`] nodes or less from it along each axis.
+fn grown(nodes: &NodeSet) -> NodeSet {
+    let [columns, rows, planes] = nodes.size();
+    let words = nodes.words();
+    let mut grown = nodes.clone();
+    let (mut along, none) = (nodes.clone(), vec![0; words]);
     for axis in 0..3 {
-        let from = std::mem::take(map);
-        *map = vec![0.0; from.len()];
-        map.par_chunks_mut(columns.max(1)).enumerate().for_each(|(row, into)| {
-            for (x, into) in into.iter_mut().enumerate() {
-                let at = row * columns + x;
-                let place = at / stride[axis] % length[axis];
-                let (low, high) = (place.min(RIND), (length[axis] - 1 - place).min(RIND));
-                let near = (at - low * stride[axis]..=at + high * stride[axis]).step_by(stride[axis]);
-                *into = near.map(|i| from[i]).fold(0.0, f32::max);
+        for z in 0..planes {
+            for y in 0..rows {
+                let mut row = along.row(y, z).to_vec();
+                for step in 1..=RIND {
+                    let from = |set: &NodeSet, y: Option<usize>, z: Option<usize>| match (y, z) {
+                        (Some(y), Some(z)) if y < rows && z < planes => set.row(y, z).to_vec(),
+                        _ => none.clone(),
+                    };
+                    let beside = match axis {
+                        0 => [shifted_up(along.row(y, z), step), shifted_down(along.row(y, z), step)],
+                        1 => [from(&along, y.checked_sub(step), Some(z)), from(&along, Some(y + step), Some(z))],
+                        _ => [from(&along, Some(y), z.checked_sub(step)), from(&along, Some(y), Some(z + step))],
+                    };
+                    row.iter_mut().enumerate().for_each(|(i, word)| *word |= beside[0][i] | beside[1][i]);
+                }
+                grown.row_mut(y, z).copy_from_slice(&row);
             }
+        }
+        along = grown.clone();
+    }
+    grown.and(&NodeSet::full([columns, rows, planes]))
+}
+
+fn shifted_up(row: &[u64], step: usize) -> Vec<u64> {
+    (0..row.len()).map(|i| row[i] << step | if i > 0 { row[i - 1] >> (64 - step) } else { 0 }).collect()
+}
+
+fn shifted_down(row: &[u64], step: usize) -> Vec<u64> {
+    (0..row.len()).map(|i| row[i] >> step | row.get(i + 1).map_or(0, |next| next << (64 - step))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_grow_to_all_sides_and_not_beyond() {
+        let size = [130, 7, 9];
+        let near = |a: usize, b: usize| a.abs_diff(b) <= RIND;
+        let grown = grown(&NodeSet::from_fn(size, |node| node == [63, 1, 4] || node == [129, 6, 8]));
+        let expected = NodeSet::from_fn(size, |[x, y, z]| {
+            (near(x, 63) && near(y, 1) && near(z, 4)) || (near(x, 129) && near(y, 6) && near(z, 8))
         });
+        assert_eq!(grown, expected);
     }
 }

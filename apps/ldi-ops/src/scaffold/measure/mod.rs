@@ -22,6 +22,7 @@ mod transport;
 mod view;
 
 use ldi_ops::ldi::{Combine, NodePlanes};
+use ldi_ops::mesh::LengthUnit;
 use ldi_ops::metrics::{NodeSet, Region};
 use ldi_ops::sampler::Sampler;
 
@@ -57,6 +58,15 @@ pub struct Measurements {
     pub convergence: Vec<Convergence>,
     pub alerts: Vec<Alert>,
     pub pictures: Pictures,
+}
+
+/// All metrics there are, without values.
+pub fn unmeasured(unit: Option<LengthUnit>) -> Vec<Metric> {
+    let mut record = Record::default();
+    catalogue::all().for_each(|definition| {
+        record.lacks(definition.id, "not measured");
+    });
+    record.into_metrics(unit)
 }
 
 /// Stages that progress is told of.

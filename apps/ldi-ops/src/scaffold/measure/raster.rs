@@ -81,7 +81,7 @@ impl Subject<'_> {
                     let axis = axis.depth();
                     Ok(merge(BooleanOperation::Intersection, &solid[axis], &roi[axis])?)
                 })?;
-                Some(Within { roi, common })
+                Some(Within { lattice: roi_lattice, roi, common })
             }
         };
         Ok(Images { bounds: *lattice.bounds(), lattice, solid, within })
@@ -98,17 +98,23 @@ pub struct Images<'s> {
     bounds: LatticeBox,
     /// Of the solid, in the region or not, with triangles.
     pub solid: [Ldi; 3],
-    within: Option<Within>,
+    within: Option<Within<'s>>,
 }
 
 /// What there is where a region of interest is given.
-struct Within {
+struct Within<'s> {
+    lattice: LatticeSolid<'s>,
     roi: [Ldi; 3],
     /// What of the solid lies in it.
     common: [Ldi; 3],
 }
 
-impl Images<'_> {
+impl<'s> Images<'s> {
+    /// The region of interest on the lattice, where there is one.
+    pub fn roi(&self) -> Option<&LatticeSolid<'s>> {
+        self.within.as_ref().map(|within| &within.lattice)
+    }
+
     /// The region.
     pub fn region(&self) -> Region<'_> {
         match &self.within {

@@ -5,16 +5,20 @@ use ldi_ops::boolean::{BooleanOperation, Expression, Images, Operand, Plan};
 use ldi_ops::grid::Axis;
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
+use ldi_ops::picture::annotate::{Annotator, ScaleBar};
 use ldi_ops::picture::{Background, Camera, Facets, Format, Scene, Skin, View, ViewBox, palette, png, shaded};
 use ldi_ops::sampler::{Fill, Sampler};
 
 use super::raster::Subject;
 use crate::exit::Failure;
+use crate::number::number;
+use crate::unit;
 
 const FORMAT: Format = Format { width: 1000, height: 760, supersampling: 2 };
 
 /// A shaded view of the solid, or of what of it lies in the region of interest, as PNG.
 pub fn view(subject: Subject, fill: Fill, sampler: &dyn Sampler) -> Result<Vec<u8>, Failure> {
+    let length = subject.solid.unit;
     let rotation = DAffine3::from_mat3(View::Isometric.rotation());
     let solids: Vec<_> = [Some(subject.solid), subject.roi].into_iter().flatten().collect();
     let turned: Vec<TriangleMesh> = solids
@@ -60,7 +64,9 @@ pub fn view(subject: Subject, fill: Fill, sampler: &dyn Sampler) -> Result<Vec<u
         })
         .collect();
     let scene = Scene { camera: &camera, image: &image, skins: &skins, cut: None, cut_tint: palette::cut() };
-    let canvas = shaded(&scene, Facets::Smooth, Background::Transparent);
+    let mut canvas = shaded(&scene, Facets::Smooth, Background::Transparent);
+    let bar = ScaleBar::of(&camera);
+    Annotator::new(&mut canvas).scale_bar(bar, &format!("{}{}", number(bar.length), unit::suffix(length, 1)));
     let mut bytes = Vec::new();
     png::write(&canvas, &mut bytes)
         .map_err(|error| Failure::machine(format!("a picture could not be encoded: {error}")))?;

@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::plot::{curve, histogram, profile};
 use super::report::Figure;
 use super::slices::{self, Shown};
-use super::summary::Entry;
+use super::summary::{Entry, address};
 use super::table::{GROUPS, finite, named};
 use super::verdict::Strip;
 use super::{FOOT, STYLE, words};
@@ -32,7 +32,7 @@ struct Page<'s> {
 struct Design<'s> {
     letter: &'static str,
     title: &'s str,
-    link: &'s str,
+    link: String,
     strip: Strip,
     view: Option<String>,
     facts: String,
@@ -74,9 +74,9 @@ pub fn html(a: &Entry, b: &Entry) -> String {
         designs: LETTERS.into_iter().zip([a, b]).map(|(letter, entry)| design(letter, entry)).collect(),
         groups: GROUPS.into_iter().map(|group| table(sheets, group)).filter(|table| !table.rows.is_empty()).collect(),
         pictures: if same_unit { pictures(sheets, &length) } else { Vec::new() },
-        colour_bar: thickest(sheets).filter(|_| same_unit).map(|largest| {
+        colour_bar: thicknesses(sheets).filter(|_| same_unit).map(|range| {
             let title = format!("Thickness ({})", length.for_people());
-            (title, slices::colour_bar(Shown::Solid, largest, &length))
+            (title, slices::colour_bar(Shown::Solid, range, &length))
         }),
         figures: if same_unit { figures(sheets, &length) } else { Vec::new() },
         apart: !same_unit,
@@ -90,7 +90,7 @@ fn design<'s>(letter: &'static str, entry: &'s Entry) -> Design<'s> {
     Design {
         letter,
         title: &sheet.title,
-        link: &entry.link,
+        link: address(&entry.link),
         strip: Strip::of(sheet.verdict.as_ref()),
         view: sheet.pictures.view.as_ref().map(|png| format!("data:image/png;base64,{}", STANDARD.encode(png))),
         facts: format!(
@@ -160,22 +160,21 @@ fn signed(text: String, value: f64) -> String {
     if value > 0.0 { format!("+{text}") } else { text }
 }
 
-/// The value of the brightest colour.
-fn thickest(sheets: [&Sheet; 2]) -> Option<f64> {
-    let largest = sheets.iter().filter_map(|sheet| slices::largest(&sheet.pictures.slices, Shown::Solid));
-    largest.reduce(f64::max)
+/// The values that colours of both go from and to.
+fn thicknesses(sheets: [&Sheet; 2]) -> Option<[f64; 2]> {
+    slices::range(sheets.into_iter().flat_map(|sheet| &sheet.pictures.slices), Shown::Solid)
 }
 
 /// Slices of both across the same axes, in the same colours.
 fn pictures(sheets: [&Sheet; 2], length: &Unit) -> Vec<Picture> {
-    let Some(largest) = thickest(sheets) else { return Vec::new() };
+    let Some(range) = thicknesses(sheets) else { return Vec::new() };
     let of_axis = |axis: &str| {
         let drawings: Vec<_> = LETTERS
             .into_iter()
             .zip(sheets)
             .filter_map(|(letter, sheet)| {
                 let slice = sheet.pictures.slices.iter().find(|slice| slice.across == axis)?;
-                let drawing = slices::drawing(slice, Shown::Solid, largest, length);
+                let drawing = slices::drawing(slice, Shown::Solid, range, length);
                 Some((letter, drawing, slices::finding(slice, Shown::Solid, length)))
             })
             .collect();

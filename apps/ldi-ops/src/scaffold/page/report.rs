@@ -166,7 +166,7 @@ fn alerts(sheet: &Sheet) -> Vec<AlertItem<'_>> {
 fn slice_rows(sheet: &Sheet, length: &Unit) -> Vec<SliceRow> {
     let slices = &sheet.pictures.slices;
     let row = |shown| {
-        let largest = slices::largest(slices, shown)?;
+        let range = slices::range(slices, shown)?;
         let (title, reading) = match shown {
             Shown::Solid => (
                 "Local thickness of the solid",
@@ -183,11 +183,11 @@ fn slice_rows(sheet: &Sheet, length: &Unit) -> Vec<SliceRow> {
         Some(SliceRow {
             title,
             reading,
-            colour_bar: slices::colour_bar(shown, largest, length),
+            colour_bar: slices::colour_bar(shown, range, length),
             colours: format!("{name} ({})", length.for_people()),
             figures: slices
                 .iter()
-                .map(|slice| (slices::drawing(slice, shown, largest, length), slices::finding(slice, shown, length)))
+                .map(|slice| (slices::drawing(slice, shown, range, length), slices::finding(slice, shown, length)))
                 .collect(),
         })
     };

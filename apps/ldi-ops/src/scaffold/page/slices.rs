@@ -40,15 +40,18 @@ impl Shown {
     }
 }
 
-/// The values that colours go to: from nought to the largest of all slices.
-pub fn largest(slices: &[Slice], shown: Shown) -> Option<f64> {
-    let values = slices.iter().flat_map(|slice| &slice.nodes).filter_map(|&node| shown.of(node));
-    let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
-    (largest > 0.0).then_some(largest)
+/// The values that colours go from and to: the least and the largest of all slices. Colours from nought would leave an even
+/// scaffold with one.
+pub fn range<'s>(slices: impl IntoIterator<Item = &'s Slice>, shown: Shown) -> Option<[f64; 2]> {
+    let values = slices.into_iter().flat_map(|slice| &slice.nodes).filter_map(|&node| shown.of(node));
+    let finite = values.filter(|value| value.is_finite());
+    let [low, high] =
+        finite.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], value| [low.min(value), high.max(value)]);
+    (high > 0.0).then(|| if low < high { [low, high] } else { [0.0, high] })
 }
 
 /// One slice with axes and scale bar.
-pub fn drawing(slice: &Slice, shown: Shown, largest: f64, length: &Unit) -> String {
+pub fn drawing(slice: &Slice, shown: Shown, range: [f64; 2], length: &Unit) -> String {
     let [columns, rows] = slice.size.map(|side| side.max(1) as f64);
     // The longer side fills the square.
     let pixel = WIDTH / columns.max(rows);
@@ -56,7 +59,7 @@ pub fn drawing(slice: &Slice, shown: Shown, largest: f64, length: &Unit) -> Stri
     let left = (WIDTH - width) / 2.0;
     let mut svg = Svg::new(WIDTH, height + BELOW);
     svg.rect("paper", [left, 0.0], [width, height], None);
-    let address = format!("data:image/png;base64,{}", STANDARD.encode(png(slice, shown, largest)));
+    let address = format!("data:image/png;base64,{}", STANDARD.encode(png(slice, shown, range)));
     svg.image([left, 0.0], [width, height], &address);
     svg.rect("frame", [left, 0.0], [width, height], None);
     let bar = round_length(columns * slice.pitch * 0.3);
@@ -85,11 +88,11 @@ pub fn finding(slice: &Slice, shown: Shown, length: &Unit) -> String {
     format!("Slice at {place}: {share}\u{a0}% {what}, of mean {measure} {}.", words::with_unit(mean, length))
 }
 
-/// The colours of values from nought to the largest.
-pub fn colour_bar(shown: Shown, largest: f64, length: &Unit) -> String {
+/// The colours of values of a range.
+pub fn colour_bar(shown: Shown, range: [f64; 2], length: &Unit) -> String {
     const STEPS: usize = 64;
     let mut svg = Svg::new(WIDTH, 46.0);
-    let scale = Scale::new([0.0, largest], [14.0, WIDTH - 14.0]);
+    let scale = Scale::new(range, [14.0, WIDTH - 14.0]);
     let [from, to] = scale.places();
     let step = (to - from) / STEPS as f64;
     let pixels: Vec<[u8; 3]> =
@@ -106,7 +109,8 @@ pub fn colour_bar(shown: Shown, largest: f64, length: &Unit) -> String {
         Shown::Solid => "thickness",
         Shown::Pore => "width",
     };
-    svg.finish(&format!("Colours of the local {name}: dark is 0, bright is {}.", words::with_unit(largest, length)))
+    let [least, largest] = range.map(|end| words::with_unit(end, length));
+    svg.finish(&format!("Colours of the local {name}: dark is {least}, bright is {largest}."))
 }
 
 /// Indices of colours: what is outside, the other phase, and values above them.
@@ -117,12 +121,12 @@ const GREY: u8 = 128;
 const TINT: u8 = 40;
 
 /// A slice as a PNG file of indexed colours, row 0 of the nodes at the bottom.
-fn png(slice: &Slice, shown: Shown, largest: f64) -> Vec<u8> {
+fn png(slice: &Slice, shown: Shown, [least, largest]: [f64; 2]) -> Vec<u8> {
     let [columns, rows] = slice.size;
     let times = LEAST_SIDE.div_ceil(columns.max(rows).max(1));
     let levels = f64::from(u8::MAX - FIRST);
     let index = |node: SliceNode| match (shown.of(node), node) {
-        (Some(value), _) => FIRST + (value / largest * levels).clamp(0.0, levels).round() as u8,
+        (Some(value), _) => FIRST + ((value - least) / (largest - least) * levels).clamp(0.0, levels).round() as u8,
         (None, SliceNode::Outside) => OUTSIDE,
         (None, _) => OTHER,
     };

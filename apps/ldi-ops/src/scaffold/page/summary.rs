@@ -12,7 +12,7 @@ use crate::scaffold::sheet::{Metric, Sheet};
 /// A report that was written, and where.
 pub struct Entry<'s> {
     pub sheet: &'s Sheet,
-    /// The address of its page, relative to the summary: `NAME/report.html`.
+    /// The path of its page from the summary: `NAME/report.html`.
     pub link: String,
 }
 
@@ -120,7 +120,7 @@ fn row(entry: &Entry, columns: &[&str], one_unit: bool) -> Row {
     };
     Row {
         title: sheet.title.clone(),
-        link: entry.link.clone(),
+        link: address(&entry.link),
         state: strip.state,
         sign: strip.sign,
         verdict,
@@ -145,4 +145,27 @@ fn cell(metric: Option<&Metric>, one_unit: bool) -> Cell {
 /// So that lengths of several units sort; those without a unit stay as they are.
 fn to_metres(unit: &Unit) -> f64 {
     unit.factor_to(&unit.quantity.of(Some(LengthUnit::Metre))).unwrap_or(1.0)
+}
+
+/// A path as the address of a link: signs that mean something in addresses are written as their bytes.
+pub fn address(path: &str) -> String {
+    let mut address = String::with_capacity(path.len());
+    for byte in path.bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' | b'/' => address.push(byte.into()),
+            byte => address += &format!("%{byte:02X}"),
+        }
+    }
+    address
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_lead_to_files_of_any_name() {
+        assert_eq!(address("a b/50% #1?/report.html"), "a%20b/50%25%20%231%3F/report.html");
+        assert_eq!(address("javascript:µ/report.html"), "javascript%3A%C2%B5/report.html");
+    }
 }

@@ -120,9 +120,9 @@ pub fn reason(metric: &Metric) -> String {
     }
 }
 
-/// A symbol as HTML: what follows `_` stands below the line.
+/// A symbol as HTML: what follows the first space or `_` stands below the line.
 pub fn symbol(symbol: &str) -> String {
-    match symbol.split_once('_') {
+    match symbol.split_once([' ', '_']) {
         Some((base, below)) => format!("{}<sub>{}</sub>", escaped(base), escaped(below)),
         None => escaped(symbol),
     }
@@ -180,6 +180,7 @@ mod tests {
     #[test]
     fn symbols_have_subscripts() {
         assert_eq!(symbol("φ_open"), "φ<sub>open</sub>");
+        assert_eq!(symbol("Tb.Th p1"), "Tb.Th<sub>p1</sub>");
         assert_eq!(symbol("a<b"), "a&lt;b");
     }
 

@@ -6,6 +6,8 @@ use crate::scaffold::page::words;
 use crate::scaffold::quantity::Quantity;
 use crate::scaffold::sheet::{InputFile, Metric, Sheet, Status};
 
+/// Parameters that were chosen; others tell of what was found.
+const SETTINGS: [&str; 5] = ["pitch", "edges", "angle from the horizontal, degrees", "build direction", "K"];
 /// Lines end before this column.
 const COLUMNS: usize = 100;
 
@@ -90,10 +92,11 @@ fn edges(sheet: &Sheet) -> String {
 
 /// One sentence for all metrics that were found alike.
 fn how(measured: &[&Metric], sources: &[&str]) -> Vec<String> {
-    let mut ways: Vec<(String, Vec<String>)> = Vec::new();
+    let mut ways: Vec<(String, Vec<&Metric>)> = Vec::new();
     for metric in measured {
         let mut way = metric.method.to_owned();
-        let parameters: Vec<String> = metric.parameters.iter().map(|(name, value)| format!("{name} {value}")).collect();
+        let settings = metric.parameters.iter().filter(|(name, _)| SETTINGS.contains(name));
+        let parameters: Vec<String> = settings.map(|(name, value)| format!("{name} {value}")).collect();
         if !parameters.is_empty() {
             let _ = write!(way, " ({})", parameters.join(", "));
         }
@@ -101,11 +104,11 @@ fn how(measured: &[&Metric], sources: &[&str]) -> Vec<String> {
             let _ = write!(way, " [{}]", i + 1);
         }
         match ways.iter_mut().find(|(known, _)| *known == way) {
-            Some((_, names)) => names.push(named(metric)),
-            None => ways.push((way, vec![named(metric)])),
+            Some((_, metrics)) => metrics.push(metric),
+            None => ways.push((way, vec![metric])),
         }
     }
-    ways.into_iter().map(|(way, names)| format!("{}: {way}.", capital(&listed(&names)))).collect()
+    ways.into_iter().map(|(way, metrics)| format!("{}: {way}.", capital(&listed(&together(&metrics))))).collect()
 }
 
 fn bounds(measured: &[&Metric]) -> Option<String> {
@@ -126,6 +129,35 @@ fn resolution(sheet: &Sheet) -> Option<String> {
     let unresolved: Vec<String> =
         sheet.metrics.iter().filter(|metric| metric.status == Status::NotResolved).map(named).collect();
     (!unresolved.is_empty()).then(|| format!("The raster did not resolve {}.", listed(&unresolved)))
+}
+
+/// The names of metrics, those of one quantity at one place: `thickness (mean, median)`, `percolation diameter along x, y
+/// and z`.
+fn together(metrics: &[&Metric]) -> Vec<String> {
+    let mut quantities: Vec<(&str, &str, Vec<&Metric>)> = Vec::new();
+    for &metric in metrics {
+        let (base, joint) = [", ", " along "]
+            .into_iter()
+            .find_map(|joint| Some((metric.name.rsplit_once(joint)?.0, joint)))
+            .unwrap_or((metric.name, ""));
+        match quantities.iter_mut().find(|(known, with, _)| *known == base && *with == joint && !joint.is_empty()) {
+            Some((_, _, metrics)) => metrics.push(metric),
+            None => quantities.push((base, joint, vec![metric])),
+        }
+    }
+    let say = |(base, joint, metrics): (&str, &str, Vec<&Metric>)| match metrics.as_slice() {
+        [one] => named(one),
+        several => {
+            let each: Vec<String> =
+                several.iter().map(|metric| metric.name[base.len() + joint.len()..].to_owned()).collect();
+            if joint == ", " {
+                format!("{base} ({})", each.join(", "))
+            } else {
+                format!("{base} along {}", listed(&each))
+            }
+        }
+    };
+    quantities.into_iter().map(say).collect()
 }
 
 /// `mean thickness (Tb.Th)`.

@@ -37,7 +37,7 @@ pub fn convergence(study: &Convergence, length: &Unit) -> Option<String> {
     let mut frame = Frame::new(
         &AxisOf { title: &title, range: [0.0, scale * widest * 1.04] },
         &AxisOf { title: "Difference from the last (%)", range: [reach(-1.0), reach(1.0)] },
-        &[],
+        Vec::new(),
     );
     let [left, right] = frame.x.places();
     let zero = frame.y.at(0.0);
@@ -61,7 +61,7 @@ pub fn convergence(study: &Convergence, length: &Unit) -> Option<String> {
         }
     }
     Some(
-        frame.svg.finish(&format!(
+        frame.finish(&format!(
             "The largest difference from the last value is {}\u{a0}%.",
             words::significant(largest, 2)
         )),

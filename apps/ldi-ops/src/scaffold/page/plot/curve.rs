@@ -9,7 +9,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// The curve of one solid, with the largest balls that pass along the axes.
 pub fn access(curve: &AccessCurve, length: &Unit) -> String {
-    let mut frame = frame(&[curve], length, &marks(curve, length));
+    let mut frame = frame(&[curve], length, marks(curve, length));
     let points: Vec<_> = curve.points.iter().map(|&[d, share]| frame.at([d, 100.0 * share])).collect();
     let floor = frame.y.places()[0];
     if let (Some(first), Some(last)) = (points.first(), points.last()) {
@@ -19,19 +19,19 @@ pub fn access(curve: &AccessCurve, length: &Unit) -> String {
     frame.svg.polyline("series pore", points.iter().copied());
     for (i, &[d, share]) in curve.points.iter().enumerate() {
         let ends = [i.saturating_sub(1), (i + 1).min(curve.points.len() - 1)].map(|j| (curve.points[j][0] + d) / 2.0);
-        frame.hint(ends, &says(d, share, length));
+        frame.hint(ends, says(d, share, length));
     }
-    frame.svg.finish(&finding(curve, length))
+    frame.finish(&finding(curve, length))
 }
 
 /// The curves of two solids.
 pub fn accesses(curves: [&AccessCurve; 2], length: &Unit) -> String {
-    let mut frame = frame(&curves, length, &[]);
+    let mut frame = frame(&curves, length, Vec::new());
     for (curve, class) in curves.into_iter().zip(["series a", "series b"]) {
         let points: Vec<_> = curve.points.iter().map(|&[d, share]| frame.at([d, 100.0 * share])).collect();
         frame.svg.polyline(class, points);
     }
-    frame.svg.finish(&format!("A: {} B: {}", finding(curves[0], length), finding(curves[1], length)))
+    frame.finish(&format!("A: {} B: {}", finding(curves[0], length), finding(curves[1], length)))
 }
 
 /// What the curve comes to, in a sentence.
@@ -57,11 +57,11 @@ fn says(d: f64, share: f64, length: &Unit) -> String {
     format!("{}: {}\u{a0}%", words::with_unit(d, length), words::significant(100.0 * share, 3))
 }
 
-fn frame(curves: &[&AccessCurve], length: &Unit, marks: &[Mark]) -> Frame {
+fn frame(curves: &[&AccessCurve], length: &Unit, marks: Vec<Mark>) -> Frame {
     let last = |curve: &&AccessCurve| curve.points.last().map_or(0.0, |&[d, _]| d);
     let widest = curves.iter().map(last).chain(marks.iter().map(|mark| mark.at)).fold(0.0, f64::max);
     Frame::new(
-        &AxisOf { title: &format!("Diameter of the ball ({})", length.for_people()), range: [0.0, widest] },
+        &AxisOf { title: &format!("Diameter of the ball ({})", length.for_people()), range: [0.0, 1.03 * widest] },
         &AxisOf { title: "Reached from outside (%)", range: [0.0, 100.0] },
         marks,
     )

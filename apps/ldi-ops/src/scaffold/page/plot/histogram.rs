@@ -12,7 +12,7 @@ pub fn histogram(plot: &HistogramPlot) -> String {
     let mut frame = Frame::new(
         &AxisOf { title: &x, range: plot.range },
         &AxisOf { title: "Share (%)", range: [0.0, 100.0 * largest * 1.04] },
-        &marks,
+        marks,
     );
     let class = if plot.phase == "pore" { "bar pore" } else { "bar solid" };
     for (i, &share) in plot.shares.iter().enumerate() {
@@ -20,9 +20,9 @@ pub fn histogram(plot: &HistogramPlot) -> String {
         let says = format!("{}: {}\u{a0}%", span(plot, [from, to]), words::significant(100.0 * share, 3));
         let ([left, top], [right, bottom]) = (frame.at([from, 100.0 * share]), frame.at([to, 0.0]));
         frame.svg.rect(class, [left, top], [right - left, bottom - top], None);
-        frame.hint([from, to], &says);
+        frame.hint([from, to], says);
     }
-    frame.svg.finish(&finding(plot))
+    frame.finish(&finding(plot))
 }
 
 /// Two distributions as outlines, in shares per unit, so that bins of different widths compare.
@@ -41,12 +41,7 @@ pub fn histograms(plots: [&HistogramPlot; 2]) -> String {
             title: &if unit.is_empty() { "Density (%)".to_owned() } else { format!("% per {unit}") },
             range: [0.0, largest * 1.04],
         },
-        &["A", "B"]
-            .into_iter()
-            .zip(plots)
-            .zip(["mark a", "mark b"])
-            .map(|((name, plot), class)| Mark { at: plot.mean, label: format!("mean {name}"), class })
-            .collect::<Vec<_>>(),
+        means(plots),
     );
     for ((plot, heights), class) in plots.into_iter().zip(&heights).zip(["series a", "series b"]) {
         let mut points = vec![frame.at([plot.range[0], 0.0])];
@@ -57,7 +52,7 @@ pub fn histograms(plots: [&HistogramPlot; 2]) -> String {
         points.push(frame.at([plot.range[1], 0.0]));
         frame.svg.polyline(class, points);
     }
-    frame.svg.finish(&format!("A: {} B: {}", finding(plots[0]), finding(plots[1])))
+    frame.finish(&format!("A: {} B: {}", finding(plots[0]), finding(plots[1])))
 }
 
 /// What a distribution comes to, in a sentence.
@@ -83,6 +78,12 @@ fn marks(plot: &HistogramPlot) -> Vec<Mark> {
         class: "mark quantile",
     });
     std::iter::once(mean).chain(quantiles).filter(|mark| mark.at.is_finite()).collect()
+}
+
+fn means(plots: [&HistogramPlot; 2]) -> Vec<Mark> {
+    let named = plots.into_iter().zip([("mean A", "mark a"), ("mean B", "mark b")]);
+    let marks = named.map(|(plot, (label, class))| Mark { at: plot.mean, label: label.to_owned(), class });
+    marks.filter(|mark| mark.at.is_finite()).collect()
 }
 
 fn bin(plot: &HistogramPlot, i: usize) -> [f64; 2] {

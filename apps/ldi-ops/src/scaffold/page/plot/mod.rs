@@ -37,18 +37,29 @@ pub struct Mark {
     pub class: &'static str,
 }
 
-/// A frame to draw into, axes and marks drawn.
+/// A frame to draw into. Marks and hints come on top of what is drawn, whenever they are made.
 pub struct Frame {
     pub svg: Svg,
     pub x: Scale,
     pub y: Scale,
+    marks: Vec<PlacedMark>,
+    hints: Vec<([f64; 2], String)>,
+}
+
+/// A mark, the top of its line and the place of its label.
+struct PlacedMark {
+    class: &'static str,
+    x: f64,
+    top: f64,
+    label_at: [f64; 2],
+    label: String,
 }
 
 impl Frame {
-    pub fn new(x: &AxisOf, y: &AxisOf, marks: &[Mark]) -> Frame {
+    pub fn new(x: &AxisOf, y: &AxisOf, marks: Vec<Mark>) -> Frame {
         let inner = [LEFT, WIDTH - RIGHT];
         let x_scale = Scale::new(x.range, inner);
-        let (rows, lines) = lines_of_labels(&x_scale, marks);
+        let (rows, lines) = lines_of_labels(&x_scale, &marks);
         let top = TOP + LABEL_LINE * lines as f64;
         let height = HEIGHT + LABEL_LINE * lines as f64;
         let y_scale = Scale::new(y.range, [height - BOTTOM, top]);
@@ -56,13 +67,12 @@ impl Frame {
         rules(&mut svg, &x_scale, &y_scale);
         svg.text("title", Anchor::Middle, [(inner[0] + inner[1]) / 2.0, height - 5.0], x.title);
         svg.upright("title", [12.0, (top + height - BOTTOM) / 2.0], y.title);
-        for (mark, row) in marks.iter().zip(rows) {
-            let (at, base) = (x_scale.within(mark.at), top - 4.0 - LABEL_LINE * row as f64);
-            svg.line(mark.class, [at, height - BOTTOM], [at, base + 2.0]);
-            let middle = place_of_label(at, &mark.label);
-            svg.text("mark-label", Anchor::Middle, [middle, base], &mark.label);
-        }
-        Frame { svg, x: x_scale, y: y_scale }
+        let placed = marks.into_iter().zip(rows).map(|(mark, row)| {
+            let (x, base) = (x_scale.within(mark.at), top - 4.0 - LABEL_LINE * row as f64);
+            let label_at = [place_of_label(x, &mark.label), base];
+            PlacedMark { class: mark.class, x, top: base + 2.0, label_at, label: mark.label }
+        });
+        Frame { svg, x: x_scale, y: y_scale, marks: placed.collect(), hints: Vec::new() }
     }
 
     /// The place of a point.
@@ -71,16 +81,30 @@ impl Frame {
     }
 
     /// A stripe of the frame that says something where a pointer rests on it.
-    pub fn hint(&mut self, [from, to]: [f64; 2], says: &str) {
-        let (left, right) = (self.x.within(from), self.x.within(to));
-        let [bottom, top] = self.y.places();
-        self.svg.rect("hint", [left, top], [right - left, bottom - top], Some(says));
+    pub fn hint(&mut self, ends: [f64; 2], says: String) {
+        self.hints.push((ends.map(|end| self.x.within(end)), says));
+    }
+
+    /// The element; `says` is what those hear who cannot see it.
+    pub fn finish(self, says: &str) -> String {
+        let Frame { mut svg, y, marks, hints, .. } = self;
+        let [bottom, top] = y.places();
+        for mark in &marks {
+            svg.line(mark.class, [mark.x, bottom], [mark.x, mark.top]);
+        }
+        for mark in &marks {
+            svg.text("mark-label", Anchor::Middle, mark.label_at, &mark.label);
+        }
+        for ([left, right], says) in &hints {
+            svg.rect("hint", [*left, top], [right - left, bottom - top], Some(says));
+        }
+        svg.finish(says)
     }
 }
 
 /// Grid lines, axes and what is written along them.
 fn rules(svg: &mut Svg, x: &Scale, y: &Scale) {
-    let ([left, right], [bottom, top]) = (x.places(), y.places());
+    let ([left, right], [bottom, _]) = (x.places(), y.places());
     let ticks: Ticks = y.ticks(4);
     for (&value, label) in ticks.values.iter().zip(ticks.labels()) {
         let at = y.at(value);
@@ -101,7 +125,6 @@ fn rules(svg: &mut Svg, x: &Scale, y: &Scale) {
         }
     }
     svg.line("axis", [left, bottom], [right, bottom]);
-    let _ = top;
 }
 
 fn place_of_label(at: f64, label: &str) -> f64 {

@@ -18,9 +18,9 @@ pub fn profile(profile: &Profile, profiles: &[Profile], length: &Unit) -> String
         let last = profile.positions.len() - 1;
         let ends = [i.saturating_sub(1), (i + 1).min(last)].map(|j| (profile.positions[j] + position) / 2.0);
         let says = format!("{}: {}", words::with_unit(position, length), words::maybe(Some(porosity), &share()));
-        frame.hint(ends, &says);
+        frame.hint(ends, says);
     }
-    frame.svg.finish(&finding(profile))
+    frame.finish(&finding(profile))
 }
 
 /// The profiles of two solids along the same axis.
@@ -29,7 +29,7 @@ pub fn profiles(profiles: [&Profile; 2], length: &Unit) -> String {
     for (profile, class) in profiles.into_iter().zip(["series a", "series b"]) {
         draw(&mut frame, profile, class);
     }
-    frame.svg.finish(&format!("A: {} B: {}", finding(profiles[0]), finding(profiles[1])))
+    frame.finish(&format!("A: {} B: {}", finding(profiles[0]), finding(profiles[1])))
 }
 
 /// What a profile comes to, in a sentence.
@@ -69,7 +69,11 @@ fn frame(profiles: &[&Profile], range_of_porosity: [f64; 2], length: &Unit) -> F
     let range = [positions().fold(f64::INFINITY, f64::min), positions().fold(f64::NEG_INFINITY, f64::max)];
     let range = if range[0] <= range[1] { range } else { [0.0, 1.0] };
     let title = format!("Position along {} ({})", profiles[0].axis, length.for_people());
-    Frame::new(&AxisOf { title: &title, range }, &AxisOf { title: "Porosity (%)", range: range_of_porosity }, &[])
+    Frame::new(
+        &AxisOf { title: &title, range },
+        &AxisOf { title: "Porosity (%)", range: range_of_porosity },
+        Vec::new(),
+    )
 }
 
 /// The line is broken where a slice has no value.

@@ -1,0 +1,41 @@
+//! The thickness of balls, from where rays meet their meshes: what voxels no longer know.
+
+use std::time::Instant;
+
+use ldi_ops::grid::{Axis, Grid};
+use ldi_ops::ldi::{Combine, NodePlanes};
+use ldi_ops::mesh::ClosedMesh;
+use ldi_ops::metrics::distance::{Crossings, DistanceField};
+use ldi_ops::metrics::thickness::local_thickness;
+use ldi_ops::metrics::{Distribution, Edges, NodeSet, Region};
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::{Fill, Mode, Sampler};
+use ldi_ops::solids;
+use serde_json::{Value, json};
+
+use crate::BenchError;
+
+/// Parts of an edge of the icosahedron that a ball's mesh is made from: it is flat by less than 10⁻⁴ of the radius.
+const FREQUENCY: u32 = 96;
+
+/// The local thickness of a ball whose radius is a whole number of pitches, on the raster of the array that has it in the
+/// middle of an even number of voxels.
+pub fn of_ball(radius: u32) -> Result<Value, BenchError> {
+    let name = format!("ball of {radius}");
+    let wrong = |reason: &dyn std::fmt::Display| BenchError::model(&name, reason);
+    let mesh = solids::geodesic(f64::from(radius), FREQUENCY).map_err(|error| wrong(&error))?;
+    let mesh = ClosedMesh::check(mesh).map_err(|error| wrong(&error))?;
+    let grid = Grid::with_resolution(mesh.bounds(), 2 * radius, 1024).map_err(|error| wrong(&error))?;
+    let solid = grid.quantise(&mesh).map_err(|error| wrong(&error))?;
+    let start = Instant::now();
+    let image = |axis| CpuSampler::default().sample(&solid, axis, Mode::Exact, Fill::EvenOdd);
+    let [x, y, z] = Axis::ALL.map(image);
+    let images = [x, y, z].into_iter().collect::<Result<Vec<_>, _>>().map_err(|error| wrong(&error))?;
+    let images = images.try_into().expect("an image for each of three axes");
+    let nodes = NodeSet::of_planes(&NodePlanes::new(&images, Combine::Most).map_err(|error| wrong(&error))?);
+    let crossings = Crossings::of_images(&images, &Region::of_box(&grid, *solid.bounds()), Edges::Clip);
+    let thickness = local_thickness(&DistanceField::of(&crossings, Edges::Clip), &nodes);
+    let seconds = start.elapsed().as_secs_f64();
+    let mean = Distribution::of_map(&thickness, grid.pitch()).map(|of| of.mean());
+    Ok(json!({"radius": radius, "thickness": mean, "seconds": seconds}))
+}

@@ -1,0 +1,107 @@
+//! How much longer ways through a phase are than straight ones, and how much slower diffusion.
+
+use std::f64::consts::PI;
+
+use glam::{DAffine3, DVec3};
+use ldi_ops::grid::Axis;
+use ldi_ops::mesh::{Aabb, TriangleMesh};
+use ldi_ops::metrics::tortuosity::{EndCondition, diffusive, geodesic};
+use ldi_ops::metrics::{Edges, Phase};
+use ldi_ops::solids;
+
+use crate::convergence::{Within, converges};
+use crate::scene::{Scene, moved, together};
+
+const RESOLUTIONS: [u32; 3] = [32, 64, 128];
+
+/// In the cube of side 1 about the origin.
+fn scene(mesh: TriangleMesh, resolution: u32) -> Scene {
+    Scene::within(mesh, Aabb { min: DVec3::splat(-0.5), max: DVec3::splat(0.5) }, resolution)
+}
+
+fn diffusion(scene: &Scene, phase: Phase, axis: Axis, edges: Edges) -> Option<f64> {
+    let nodes = phase.nodes(&scene.nodes(), scene.region().nodes());
+    diffusive(&nodes, axis, edges, EndCondition::Faces, 1e-8, &|_| ()).unwrap().map(|found| found.tortuosity)
+}
+
+fn shortest(scene: &Scene, phase: Phase, axis: Axis, edges: Edges) -> Option<f64> {
+    geodesic(&phase.nodes(&scene.nodes(), scene.region().nodes()), axis, edges).unwrap()
+}
+
+/// A plate through the cube that rises along x, cut by its faces.
+fn slit(thickness: f64, slope: f64) -> TriangleMesh {
+    let rise = 0.5 * thickness / slope.cos();
+    let mut mesh = solids::cuboid(DVec3::splat(-0.5), DVec3::splat(0.5)).unwrap();
+    for p in &mut mesh.positions {
+        p.z = p.x * slope.tan() + 2.0 * p.z * rise;
+    }
+    mesh
+}
+
+#[test]
+fn a_tube_is_straight() {
+    let tube = || solids::cylinder(0.3, 1.0, 64).unwrap();
+    converges("diffusion along a tube", 1.0, Within::Difference(1e-6), RESOLUTIONS, |n| {
+        let scene = scene(tube(), n);
+        scene.measured(diffusion(&scene, Phase::Solid, Axis::Z, Edges::Clip).unwrap())
+    });
+    converges("shortest way along a tube", 1.0, Within::Difference(1e-6), RESOLUTIONS, |n| {
+        let scene = scene(tube(), n);
+        scene.measured(shortest(&scene, Phase::Solid, Axis::Z, Edges::Clip).unwrap())
+    });
+}
+
+#[test]
+fn a_slit_is_as_long_as_it_is_tilted() {
+    let slope = 30.0f64.to_radians();
+    // Exact of a slit that is long: its ends are not at right angles to what flows. And 32 rays see but 9 across it.
+    converges("diffusion in a slit at 30°", 1.0 / slope.cos().powi(2), Within::Share(0.05), RESOLUTIONS, |n| {
+        let scene = scene(slit(0.25, slope), n);
+        scene.measured(diffusion(&scene, Phase::Solid, Axis::X, Edges::Clip).unwrap())
+    });
+    // Ways start at the upper edge of the entrance, as far as the slit is wide above where one would follow it.
+    let width = 0.25 / slope.cos();
+    let steps = (0..1000).map(|i| 1.0f64.hypot(slope.tan() - width * (f64::from(i) + 0.5) / 1000.0));
+    converges("shortest way in a slit at 30°", steps.sum::<f64>() / 1000.0, Within::Share(0.02), RESOLUTIONS, |n| {
+        let scene = scene(slit(0.25, slope), n);
+        scene.measured(shortest(&scene, Phase::Solid, Axis::X, Edges::Clip).unwrap())
+    });
+}
+
+#[test]
+fn a_dead_end_leads_nowhere() {
+    for resolution in RESOLUTIONS {
+        let stub = |z| {
+            let stub = solids::cylinder(0.2, 0.45, 32).unwrap();
+            moved(stub, DAffine3::from_translation(DVec3::new(0.0, 0.0, z)))
+        };
+        let scene = scene(together([stub(-0.275), stub(0.275)]), resolution);
+        for edges in [Edges::Clip, Edges::Periodic] {
+            assert_eq!(diffusion(&scene, Phase::Solid, Axis::Z, edges), None);
+            assert_eq!(shortest(&scene, Phase::Solid, Axis::Z, edges), None);
+            assert!(diffusion(&scene, Phase::Pore, Axis::Z, edges).is_some());
+        }
+        println!("| dead end | ∞ | ∞ at {resolution} |");
+    }
+}
+
+/// A square array of cylinders, across them: Rayleigh has it as a series in their share f (Phil. Mag. 34, 1892).
+#[test]
+fn diffusion_round_cylinders() {
+    let f = PI * 0.04;
+    let series = 1.0 - 2.0 * f / (1.0 + f - 0.305827 * f.powi(4));
+    let exact = (1.0 - f) / series;
+    assert!((exact - 1.1257).abs() < 1e-4);
+    for axis in [Axis::X, Axis::Y] {
+        converges(
+            &format!("diffusion round cylinders, along {}", axis.name()),
+            exact,
+            Within::Share(0.01),
+            RESOLUTIONS,
+            |n| {
+                let scene = scene(solids::cylinder(0.2, 1.0, 96).unwrap(), n);
+                scene.measured(diffusion(&scene, Phase::Pore, axis, Edges::Periodic).unwrap())
+            },
+        );
+    }
+}

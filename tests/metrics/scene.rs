@@ -1,0 +1,119 @@
+//! Models, and what is sampled of them.
+
+use glam::{DAffine3, DVec3};
+use ldi_ops::grid::{Axis, Grid, LatticeBox};
+use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
+use ldi_ops::mesh::{Aabb, ClosedMesh, TriangleMesh};
+use ldi_ops::metrics::elements::SurfaceElements;
+use ldi_ops::metrics::{Facets, NodeSet, Region};
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::{Fill, Sampler};
+use ldi_ops::solids::{self, LatticeForm, MinimalSurface, Part, StrutLattice, StrutPattern, Surface};
+
+use crate::convergence::Measured;
+
+/// A solid and its exact images along x, y and z.
+pub struct Scene {
+    pub mesh: ClosedMesh,
+    pub images: [Ldi; 3],
+    /// The region.
+    pub bounds: LatticeBox,
+}
+
+impl Scene {
+    /// With so many rays along the longest side of its box, which is the region.
+    pub fn of(mesh: TriangleMesh, resolution: u32) -> Scene {
+        let mesh = ClosedMesh::check(mesh).unwrap();
+        let grid = Grid::with_resolution(mesh.bounds(), resolution, 1024).unwrap();
+        let bounds = *grid.quantise(&mesh).unwrap().bounds();
+        Scene::sampled(mesh, &grid, bounds)
+    }
+
+    /// In a box, which is the region and of which each side has a whole number of rays.
+    pub fn within(mesh: TriangleMesh, bounds: Aabb, resolution: u32) -> Scene {
+        let grid = Grid::with_resolution(bounds, resolution, 1024).unwrap();
+        let max = [0, 1, 2].map(|axis| grid.length(axis));
+        Scene::sampled(ClosedMesh::check(mesh).unwrap(), &grid, LatticeBox { min: [0; 3], max })
+    }
+
+    fn sampled(mesh: ClosedMesh, grid: &Grid, bounds: LatticeBox) -> Scene {
+        let solid = grid.quantise(&mesh).unwrap();
+        let images = Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap());
+        Scene { mesh, images, bounds }
+    }
+
+    pub fn grid(&self) -> &Grid {
+        self.images[0].grid()
+    }
+
+    pub fn pitch(&self) -> f64 {
+        self.grid().pitch()
+    }
+
+    pub fn region(&self) -> Region<'static> {
+        Region::of_box(self.grid(), self.bounds)
+    }
+
+    /// The nodes inside.
+    pub fn nodes(&self) -> NodeSet {
+        NodeSet::of_planes(&NodePlanes::new(&self.images, Combine::Most).unwrap())
+    }
+
+    /// What is made of the facets that are surface in the region.
+    pub fn of_surface<T>(&self, of: impl FnOnce(&SurfaceElements) -> T) -> T {
+        let mesh = self.mesh.mesh();
+        let facets = Facets::of(&mesh.positions, &mesh.triangles);
+        of(&SurfaceElements::within(&facets, &self.images, &self.region()))
+    }
+
+    pub fn measured(&self, value: f64) -> Measured {
+        Measured { value, pitch: self.pitch() }
+    }
+}
+
+/// Cubic cells of side 1 with struts through their middles; the mesh has `resolution` edges a cell.
+pub fn struts(cells: u32, radius: f64, resolution: u32) -> TriangleMesh {
+    let form = LatticeForm::Union { resolution };
+    StrutLattice { pattern: StrutPattern::Cubic, form, cells: [cells; 3], cell_size: 1.0, radius }.build().unwrap()
+}
+
+/// The half of a cell of side 1 on one side of a minimal surface.
+pub fn network(surface: Surface, cells: u32, resolution: u32) -> TriangleMesh {
+    let part = Part::Network { fraction: 0.5 };
+    MinimalSurface { surface, part, cells: [cells; 3], cell_size: 1.0, resolution }.build().unwrap()
+}
+
+/// A ball about the origin that is round to some 10⁻⁵ of its radius.
+pub fn ball(radius: f64) -> TriangleMesh {
+    solids::geodesic(radius, 96).unwrap()
+}
+
+/// A solid with a hollow, whose mesh is turned inside out.
+pub fn hollowed(mut outer: TriangleMesh, inner: &TriangleMesh) -> TriangleMesh {
+    let first = outer.positions.len() as u32;
+    outer.positions.extend(&inner.positions);
+    outer.triangles.extend(inner.triangles.iter().map(|&[a, b, c]| [first + a, first + c, first + b]));
+    outer
+}
+
+/// Several solids that do not meet, as one.
+pub fn together(parts: impl IntoIterator<Item = TriangleMesh>) -> TriangleMesh {
+    parts
+        .into_iter()
+        .reduce(|mut all, part| {
+            let first = all.positions.len() as u32;
+            all.positions.extend(part.positions);
+            all.triangles.extend(part.triangles.iter().map(|triangle| triangle.map(|v| first + v)));
+            all
+        })
+        .unwrap()
+}
+
+pub fn moved(mut mesh: TriangleMesh, by: DAffine3) -> TriangleMesh {
+    mesh.transform(&by);
+    mesh
+}
+
+pub fn cuboid(size: DVec3) -> TriangleMesh {
+    solids::cuboid(-0.5 * size, 0.5 * size).unwrap()
+}
