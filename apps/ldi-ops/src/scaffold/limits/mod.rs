@@ -264,7 +264,7 @@ mod tests {
     fn every_way_to_write_a_limit_is_read() {
         let verdict = judge(
             "# What we ask\nporosity = { min = 0.6, max = \"80 %\" }\n\n[percolation]\nmin = \"410 um\"\n\
-             [solid]\nthickness.p1 = { min = \"0.2 mm\" }\n\"BS/BV\".min = \"10 1/mm\"\n[topology]\neuler = { max = -1 }\n",
+             [solid]\nthickness.mean = { min = \"0.2 mm\" }\n\"BS/BV\".min = \"10 1/mm\"\n[topology]\neuler = { max = -1 }\n",
         );
         // `"BS/BV"` stands in the table `solid`.
         assert!(verdict.unwrap_err().to_string().starts_with("limits.toml:8: solid.BS/BV: there is no such metric"));
