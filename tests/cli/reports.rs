@@ -199,3 +199,77 @@ fn a_unit_that_nobody_states_is_an_alert() {
     );
     assert_eq!(sheet["unit"], Value::Null);
 }
+
+/// What must hold in any report of a solid: bounds about values, shares that add up, sizes in their order.
+fn faults(sheet: &Value) -> Vec<String> {
+    let mut faults = Vec::new();
+    let known = |id: &str| metric(sheet, id)["value"].as_f64();
+    for metric in sheet["metrics"].as_array().unwrap() {
+        let [lower, value, upper] = ["lower", "value", "upper"].map(|key| metric[key].as_f64());
+        if lower.zip(value).is_some_and(|(lower, value)| lower > value * (1.0 + 1e-9))
+            || value.zip(upper).is_some_and(|(value, upper)| value > upper * (1.0 + 1e-9))
+        {
+            faults.push(format!("{} is {value:?} and not within {lower:?} to {upper:?}", metric["id"]));
+        }
+        if metric["value"].is_null() && metric["warnings"].as_array().unwrap().is_empty() {
+            faults.push(format!("{} has neither value nor reason", metric["id"]));
+        }
+    }
+    let mut ask = |what: &str, holds: bool| {
+        if !holds {
+            faults.push(what.to_owned());
+        }
+    };
+    let sum = known("porosity.open").zip(known("porosity.closed")).map(|(open, closed)| open + closed);
+    ask("open and closed pores are the pores", sum.zip(known("porosity")).is_none_or(|(a, b)| (a - b).abs() < 1e-9));
+    let pitch = sheet["provenance"]["pitch"].as_f64().unwrap();
+    for (least, most) in [("pore.access.max", "pore.thickness.max"), ("percolation", "pore.largest")] {
+        ask(&format!("{least} is at most {most}"), known(least).zip(known(most)).is_none_or(|(a, b)| a <= b + pitch));
+    }
+    ask("χ is β₀ − β₁ + β₂", {
+        let [chi, zero, one, two] = ["euler", "betti.0", "betti.1", "betti.2"].map(|id| known(id).unwrap());
+        chi == zero - one + two
+    });
+    faults
+}
+
+#[test]
+fn the_faults_of_a_report_are_noticed() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &channels());
+    let sheet = report(&folder, &["a.stl", "--fill", "nonzero", "--resolution", "20"]);
+    assert_eq!(faults(&sheet), Vec::<String>::new());
+    for (id, key, value) in [("porosity", "lower", 0.9), ("porosity.open", "value", 0.5), ("betti.1", "value", 7.0)] {
+        let mut wrong = sheet.clone();
+        let metrics = wrong["metrics"].as_array_mut().unwrap();
+        metrics.iter_mut().find(|metric| metric["id"] == id).unwrap()[key] = value.into();
+        assert_eq!(faults(&wrong).len(), 1, "{id}: {:?}", faults(&wrong));
+    }
+}
+
+/// Scaffolds and a bone of other people, and a scaffold within a bone.
+#[test]
+#[ignore = "needs LDI_CORPUS"]
+fn scaffolds_and_bones_of_a_corpus_are_reported() {
+    let meshes =
+        std::path::PathBuf::from(std::env::var_os("LDI_CORPUS").expect("LDI_CORPUS names a folder")).join("meshes");
+    let mesh = |name: &str| meshes.join(name).to_str().unwrap().to_owned();
+    let folder = Folder::new();
+    for name in ["gyroid.stl", "lattice_k.stl", "TP_BCC-2.5mm.stl", "femur_human.stl", "veins.stl"] {
+        let sheet = report(&folder, &[&mesh(name), "--resolution", "64"]);
+        assert_eq!(faults(&sheet), Vec::<String>::new(), "{name}");
+    }
+    // A block of gyroid around a metacarpal.
+    let bone = mesh("human_metacarpal2.stl");
+    let sheet = report(&folder, &[&bone, "--resolution", "16"]);
+    let at = |axis| value(&sheet, ["centroid.solid.x", "centroid.solid.y", "centroid.solid.z"][axis]);
+    let place = format!("translate({},{},{})", at(0), at(1), at(2));
+    let side = value(&sheet, "volume.total").cbrt();
+    let (cell, wall) = (format!("{}", side / 3.0), format!("{}", side / 20.0));
+    let block = ["generate", "gyroid", "--cells", "9", "--cell-size", &cell, "--wall", &wall, "--resolution", "12"];
+    folder.run(&[&block[..], &["-o", "block.stl"]].concat()).code(0);
+    let within = ["block.stl", "--transform-a", &place, "--roi", &bone, "--resolution", "96"];
+    let sheet = report(&folder, &within);
+    assert_eq!(faults(&sheet), Vec::<String>::new());
+    assert!((0.3..0.95).contains(&value(&sheet, "porosity")), "{}", value(&sheet, "porosity"));
+}
