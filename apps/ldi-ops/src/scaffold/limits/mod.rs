@@ -5,7 +5,7 @@
 //! percolation.min = "300 um"
 //!
 //! [solid.thickness]
-//! p1 = { min = "0.2 mm" }
+//! mean = { min = "0.2 mm" }
 //! ```
 //! A key is the id of a metric or one of [`ALIASES`]; dots lead into tables, as TOML has it. Plain numbers are in the unit of
 //! the solid, shares from 0 to 1; texts carry their unit and are converted.
@@ -25,7 +25,7 @@ use super::id;
 use super::sheet::{LimitOutcome, LimitVerdict, Metric, Verdict};
 
 /// Other names of metrics, for people.
-pub const ALIASES: [(&str, &str); 22] = [
+pub const ALIASES: [(&str, &str); 20] = [
     ("open-porosity", id::OPEN_POROSITY),
     ("closed-porosity", id::CLOSED_POROSITY),
     ("percolation-diameter", id::PERCOLATION),
@@ -44,9 +44,7 @@ pub const ALIASES: [(&str, &str); 22] = [
     ("BS", id::SURFACE),
     ("BS/BV", id::SURFACE_PER_SOLID),
     ("BS/TV", id::SURFACE_PER_TOTAL),
-    ("anisotropy", id::ANISOTROPY),
     ("DA", id::ANISOTROPY),
-    ("connectivity", id::CONNECTIVITY),
     ("Conn.D", id::CONNECTIVITY),
 ];
 
@@ -264,7 +262,7 @@ mod tests {
     fn every_way_to_write_a_limit_is_read() {
         let verdict = judge(
             "# What we ask\nporosity = { min = 0.6, max = \"80 %\" }\n\n[percolation]\nmin = \"410 um\"\n\
-             [solid]\nthickness.mean = { min = \"0.2 mm\" }\n\"BS/BV\".min = \"10 1/mm\"\n[topology]\neuler = { max = -1 }\n",
+             [solid]\nthickness.mean = { min = \"0.2 mm\" }\n\"BS/BV\".min = \"10 1/mm\"\n",
         );
         // `"BS/BV"` stands in the table `solid`.
         assert!(verdict.unwrap_err().to_string().starts_with("limits.toml:8: solid.BS/BV: there is no such metric"));
@@ -290,6 +288,14 @@ mod tests {
         assert!(!verdict.passed);
         assert_eq!((verdict.limits[0].max, verdict.limits[1].min), (Some(0.8), Some(0.41)));
         assert!(judge("porosity.min = 0.6").unwrap().passed);
+    }
+
+    #[test]
+    fn aliases_lead_to_metrics_and_hide_none() {
+        let sheet = fixture::rich();
+        for (alias, id) in ALIASES {
+            assert!(sheet.metric(id).is_some() && sheet.metric(alias).is_none(), "{alias}: {id}");
+        }
     }
 
     #[test]
