@@ -21,6 +21,9 @@
 //! about as far from the corner as rows are from one another. Next to obtuse edges, of more than about 140°, crescents have the
 //! thickness of what is beside them.
 //!
+//! On shapes that are bumpy within a few pitches, single nodes have up to a pitch less than the balls around all nodes would
+//! give them, where a ball that was left out reached farther than those around it.
+//!
 //! # What was tried
 //! - Nodes whose distance does not grow by one step away from their own site: on voxels, whose faces have but three directions, every
 //!   sixth node passed, most next to the surface. With the second test along the slope a quarter of them are left, and

@@ -1,4 +1,4 @@
-//! Thickness against closed forms, and against balls around the nodes of coarser and of finer rasters.
+//! Thickness against closed forms.
 
 use std::f64::consts::TAU;
 
@@ -186,70 +186,6 @@ fn thickness_is_at_least_twice_the_distance_and_moves_along() {
             let mean = differences.iter().sum::<f32>() / nodes.count() as f32;
             println!("moved by whole nodes: {mean:.4} on average, {worst:.3} at worst");
             assert!(mean < 0.02 && worst < 2.0);
-        }
-    }
-}
-
-/// At each node the greatest diameter of a ball of the field around any node of the phase that holds it.
-fn of_all_balls(field: &DistanceField, nodes: &NodeSet) -> Vec<f32> {
-    let [columns, rows, planes] = field.size();
-    let at = |index: usize| [index % columns, index / columns % rows, index / columns / rows];
-    let mut map = vec![0.0f32; columns * rows * planes];
-    for (index, &radius) in field.values().iter().enumerate().filter(|(index, _)| nodes.contains(at(*index))) {
-        for (other, value) in map.iter_mut().enumerate().filter(|(other, _)| nodes.contains(at(*other))) {
-            let off: usize = (0..3).map(|i| at(index)[i].abs_diff(at(other)[i]).pow(2)).sum();
-            if off as f32 <= radius * radius {
-                *value = value.max(2.0 * radius);
-            }
-        }
-    }
-    map
-}
-
-#[test]
-fn thickness_lies_between_what_coarse_and_what_fine_nodes_have() {
-    // Bumps of random places and sizes, rough but no less than a few pitches wide.
-    let mut state = 7u64;
-    let mut next = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f64 / f64::from(1 << 24)
-    };
-    for share in [0.35, 0.5] {
-        let bumps: Vec<[f64; 4]> =
-            (0..12).map(|_| [14.0 * next(), 14.0 * next(), 14.0 * next(), 3.0 + 3.0 * next()]).collect();
-        let function = |p: [f64; 3]| {
-            let heights =
-                bumps.iter().map(|b| (-(0..3).map(|i| (p[i] - b[i]).powi(2)).sum::<f64>() / (b[3] * b[3])).exp());
-            share - heights.sum::<f64>()
-        };
-        for phase in Phase::BOTH {
-            let (nodes, field, map) = thickness_of([14; 3], Edges::Border, phase, function);
-            let coarse = of_all_balls(&field, &nodes);
-            // Of cells half as large, whose nodes 2i + 0.5 are the coarse ones.
-            let finer = |p: [f64; 3]| function(p.map(|x| 0.5 * (x - 0.5)));
-            let (crossings, solid) = Crossings::of_function([28; 3], Edges::Border, finer);
-            let fine_nodes = phase.nodes(&solid, &NodeSet::full([28; 3]));
-            let fine = of_all_balls(&DistanceField::of(&crossings, Edges::Border), &fine_nodes);
-            let (mut below, mut above) = (Vec::new(), Vec::new());
-            for (index, &value) in map.iter().enumerate().filter(|(_, value)| **value > 0.0) {
-                let [x, y, z] = [index % 14, index / 14 % 14, index / 196].map(|i| 2 * i);
-                let around =
-                    [0, 1].map(|dz| [0, 1].map(|dy| [0, 1].map(|dx| fine[((z + dz) * 28 + y + dy) * 28 + x + dx])));
-                let of_fine = around.as_flattened().as_flattened().iter().copied().fold(0.0, f32::max) / 2.0;
-                below.push(coarse[index] - value);
-                above.push(value - of_fine);
-            }
-            let at = |values: &mut Vec<f32>, share: f64| {
-                values.sort_by(f32::total_cmp);
-                values[((values.len() - 1) as f64 * share) as usize]
-            };
-            let mean = above.iter().sum::<f32>() / above.len() as f32;
-            let [usual, worst] = [0.99, 1.0].map(|share| at(&mut below, share));
-            let [low, high, most] = [0.01, 0.99, 1.0].map(|share| at(&mut above, share));
-            println!(
-                "{share} {phase:?}: below coarse by {usual:.2}, {worst:.2}; above fine by {low:.2} to {high:.2}, {most:.2}, mean {mean:+.3}"
-            );
-            assert!(usual < 0.5 && mean.abs() < 0.5);
         }
     }
 }
