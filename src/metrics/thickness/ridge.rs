@@ -56,7 +56,7 @@ pub fn largest_balls(field: &DistanceField, nodes: &NodeSet) -> Vec<Ball> {
         .flat_map_iter(|row| {
             let (y, z) = (row % rows, row / rows);
             let in_row = (0..columns).filter(move |&x| nodes.contains([x, y, z]));
-            in_row.filter_map(move |x| near.is_ridge([x, y, z]).then(|| near.ball([x, y, z])))
+            in_row.filter(move |&x| near.is_ridge([x, y, z])).map(move |x| near.ball([x, y, z]))
         })
         .collect()
 }
