@@ -106,14 +106,11 @@ fn places(job: &ReportJob) -> Vec<PathBuf> {
     let mut taken = HashSet::new();
     let place = |input: &Input| {
         let stem = input.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let names = std::iter::once(stem.clone()).chain((2..).map(|n| format!("{stem}-{n}")));
+        let mut names = std::iter::once(stem.clone()).chain((2..).map(|n| format!("{stem}-{n}")));
         // Some file systems do not tell small letters from large.
-        let free = |name: &String| taken.insert(name.to_lowercase());
-        let mut names = names;
-        PathBuf::from(names.find(free).expect("names do not end"))
+        PathBuf::from(names.find(|name| taken.insert(name.to_lowercase())).expect("names do not end"))
     };
-    let mut place = place;
-    job.solids.iter().map(|input| place(input)).collect()
+    job.solids.iter().map(place).collect()
 }
 
 /// Writes the files of one solid.

@@ -73,7 +73,7 @@ pub fn rich() -> Sheet {
         metric(id::NUMBER, Thickness, "Tb.N", "Trabecular number", Length(-1), 1.536),
         spread,
         metric(id::ANISOTROPY, Anisotropy, "DA", "Degree of anisotropy", Number, 0.2143),
-        metric(id::EULER, Topology, "χ", "Euler characteristic", Number, -4001.0),
+        metric("euler", Topology, "χ", "Euler characteristic", Number, -4001.0),
         metric("topology.solid.components", Topology, "β₀", "Pieces of the solid", Number, 1.0),
         metric("topology.tunnels", Topology, "β₁", "Tunnels", Number, 4002.0),
         metric("topology.cavities", Topology, "β₂", "Closed cavities", Number, 0.0),

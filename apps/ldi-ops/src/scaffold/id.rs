@@ -21,9 +21,6 @@ pub const SURFACE_PER_SOLID: &str = "surface.specific";
 pub const SURFACE_PER_TOTAL: &str = "surface.density";
 /// The largest ball that passes from face to face along the hardest of the axes.
 pub const PERCOLATION: &str = "percolation";
-pub const PERCOLATION_X: &str = "percolation.x";
-pub const PERCOLATION_Y: &str = "percolation.y";
-pub const PERCOLATION_Z: &str = "percolation.z";
 /// The largest ball that fits into the pores.
 pub const LARGEST_PORE: &str = "pore.largest";
 /// Tb.Th.
@@ -36,8 +33,6 @@ pub const NUMBER: &str = "number";
 pub const THINNEST_WALL: &str = "wall.thinnest";
 /// DA.
 pub const ANISOTROPY: &str = "anisotropy";
-/// χ of the solid.
-pub const EULER: &str = "euler";
 /// Conn.D.
 pub const CONNECTIVITY: &str = "connectivity";
 /// Kozeny and Carman's estimate.

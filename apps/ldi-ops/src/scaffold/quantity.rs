@@ -1,4 +1,4 @@
-//! What the values of a report are in: pure numbers, shares, angles and powers of a length.
+//! What the values of a report are in: pure numbers, shares and powers of a length.
 
 use std::fmt;
 
@@ -14,8 +14,6 @@ pub enum Quantity {
     Number,
     /// A part of a whole, from 0 to 1; people read it in percent.
     Share,
-    /// Degrees.
-    Angle,
     /// A power of a length: 1, 2 for areas, −3 for a density of connections.
     Length(i8),
 }
@@ -35,13 +33,12 @@ impl Quantity {
 }
 
 impl Unit {
-    /// As people write it: `mm²`, `1/µm`, `%`, `°`; nothing for pure numbers. What is in coordinates of an unknown unit is
+    /// As people write it: `mm²`, `1/µm`, `%`; nothing for pure numbers. What is in coordinates of an unknown unit is
     /// in `units`.
     pub fn for_people(&self) -> String {
         match self.quantity {
             Quantity::Number => String::new(),
             Quantity::Share => "%".to_owned(),
-            Quantity::Angle => "°".to_owned(),
             Quantity::Length(power) => {
                 let symbol = match self.length {
                     Some(LengthUnit::Micrometre) => "µm",
@@ -85,7 +82,6 @@ impl fmt::Display for Unit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.quantity, self.length) {
             (Quantity::Number | Quantity::Share, _) => f.write_str("1"),
-            (Quantity::Angle, _) => f.write_str("deg"),
             (Quantity::Length(_), None) => Ok(()),
             (Quantity::Length(power), Some(unit)) => {
                 let over = if power < 0 { "1/" } else { "" };
@@ -118,7 +114,6 @@ mod tests {
         let cases = [
             (Quantity::Number.of(mm), "", "1"),
             (Quantity::Share.of(mm), "%", "1"),
-            (Quantity::Angle.of(mm), "°", "deg"),
             (Quantity::Length(1).of(mm), "mm", "mm"),
             (Quantity::Length(2).of(mm), "mm²", "mm^2"),
             (Quantity::Length(-1).of(Some(LengthUnit::Micrometre)), "1/µm", "1/um"),

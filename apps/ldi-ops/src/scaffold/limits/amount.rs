@@ -21,7 +21,6 @@ enum TypedUnit {
     /// None: that of the metric.
     None,
     Percent,
-    Degrees,
     Length(LengthUnit, i8),
 }
 
@@ -71,7 +70,7 @@ impl Amount {
             (TypedUnit::None, Quantity::Share) if !(0.0..=1.0).contains(&self.value) => {
                 Err(AmountError::Share { text: text() })
             }
-            (TypedUnit::None, _) | (TypedUnit::Degrees, Quantity::Angle) => Ok(self.value),
+            (TypedUnit::None, _) => Ok(self.value),
             (TypedUnit::Percent, Quantity::Share) => Ok(self.value / 100.0),
             (TypedUnit::Length(unit, typed), Quantity::Length(power)) if typed == power => {
                 let solid = solid.ok_or_else(|| AmountError::NoUnit { text: text() })?;
@@ -94,7 +93,6 @@ fn wanted(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::Number => "pure number",
         Quantity::Share => "share: shares are from 0 to 1, or in %",
-        Quantity::Angle => "angle: angles are in degrees",
         Quantity::Length(1) => "length",
         Quantity::Length(2) => "area",
         Quantity::Length(3) => "volume",
@@ -108,7 +106,6 @@ fn typed_unit(text: &str) -> Result<TypedUnit, String> {
     match text {
         "" => return Ok(TypedUnit::None),
         "%" => return Ok(TypedUnit::Percent),
-        "°" | "deg" => return Ok(TypedUnit::Degrees),
         _ => {}
     }
     let (over, text) = match text.strip_prefix("1/").or_else(|| text.strip_prefix('/')) {
@@ -156,7 +153,6 @@ mod tests {
             assert_eq!(in_mm(text, power), Ok(value), "{text}");
         }
         assert_eq!(Amount::parse("60 %").unwrap().in_unit(Quantity::Share, None), Ok(0.6));
-        assert_eq!(Amount::parse("45°").unwrap().in_unit(Quantity::Angle, None), Ok(45.0));
     }
 
     #[test]

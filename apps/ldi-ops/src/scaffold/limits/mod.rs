@@ -75,7 +75,7 @@ pub struct LimitsError {
     pub file: PathBuf,
     /// From 1.
     pub line: Option<usize>,
-    pub problem: Problem,
+    pub problem: Box<Problem>,
 }
 
 #[derive(Debug, Error)]
@@ -105,7 +105,7 @@ impl Limits {
     pub fn parse(file: &Path, text: &str) -> Result<Limits, LimitsError> {
         let line_of =
             |at: usize| 1 + text.as_bytes()[..at.min(text.len())].iter().filter(|&&byte| byte == b'\n').count();
-        let fault = |line, problem| LimitsError { file: file.to_owned(), line, problem };
+        let fault = |line, problem| LimitsError { file: file.to_owned(), line, problem: Box::new(problem) };
         let table = DeTable::parse(text).map_err(|error| {
             fault(error.span().map(|span| line_of(span.start)), Problem::Syntax(error.message().to_owned()))
         })?;
@@ -124,7 +124,8 @@ impl Limits {
     /// # Errors
     /// Where a key is none of the metrics, or an amount does not fit its metric.
     pub fn judge(&self, metrics: &[Metric], unit: Option<LengthUnit>) -> Result<Verdict, LimitsError> {
-        let fault = |line, problem| LimitsError { file: self.file.clone(), line: Some(line), problem };
+        let fault =
+            |line, problem| LimitsError { file: self.file.clone(), line: Some(line), problem: Box::new(problem) };
         let mut limits: Vec<LimitVerdict> = Vec::new();
         let mut seen: Vec<(&str, usize)> = Vec::new();
         for limit in &self.limits {
@@ -281,7 +282,7 @@ mod tests {
                 (id::THINNEST_WALL, Broken),
                 (id::SURFACE_PER_SOLID, Kept),
                 (id::THICKNESS, Kept),
-                (id::EULER, Kept),
+                ("euler", Kept),
                 ("tortuosity.diffusive.z", NoValue),
             ]
         );

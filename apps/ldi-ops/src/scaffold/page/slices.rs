@@ -47,7 +47,7 @@ pub fn range<'s>(slices: impl IntoIterator<Item = &'s Slice>, shown: Shown) -> O
     let finite = values.filter(|value| value.is_finite());
     let [low, high] =
         finite.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], value| [low.min(value), high.max(value)]);
-    (high > 0.0).then(|| if low < high { [low, high] } else { [0.0, high] })
+    (high > 0.0).then_some(if low < high { [low, high] } else { [0.0, high] })
 }
 
 /// One slice with axes and scale bar.

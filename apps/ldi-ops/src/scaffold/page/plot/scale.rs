@@ -28,10 +28,6 @@ impl Scale {
         self.at(value.clamp(self.values[0], self.values[1]))
     }
 
-    pub fn values(&self) -> [f64; 2] {
-        self.values
-    }
-
     pub fn places(&self) -> [f64; 2] {
         self.places
     }
