@@ -88,7 +88,14 @@ fn one_reported(sheet: &Sheet) -> String {
                 LimitOutcome::Broken => "BROKEN",
                 LimitOutcome::NoValue => "BROKEN: there is no value",
             };
-            table.line("limit", format_args!("{}: {outcome}", limit.name));
+            let scale = limit.unit.scale_for_people();
+            let end = |word: &str, end: Option<f64>| end.map(|end| format!("{word} {}", rounded(end * scale)));
+            let asked: Vec<String> =
+                [end("at least", limit.min), end("at most", limit.max)].into_iter().flatten().collect();
+            let value = limit.value.map_or("–".to_owned(), |value| rounded(value * scale));
+            let unit = limit.unit.for_people();
+            let said = format!("{}: {outcome}; {value} {unit}, asked {} {unit}", limit.name, asked.join(" and "));
+            table.line("limit", said.replace(" ,", ",").trim_end());
         }
     }
     let seconds = &sheet.provenance.seconds;

@@ -79,8 +79,7 @@ impl<'a> SurfaceElements<'a> {
     /// # Panics
     /// As [`of_hits`](Self::of_hits).
     pub fn within(facets: &'a Facets<'a>, images: &[Ldi; 3], region: &Region) -> SurfaceElements<'a> {
-        let shows_all = |image: &Ldi| image.windings().is_some_and(|windings| windings.fill_rules_agree());
-        match images.iter().all(shows_all) {
+        match show_every_facet(images) {
             true => SurfaceElements::of_facets(facets, region)
                 .unwrap_or_else(|_| SurfaceElements::of_hits(facets, images, region, Scale::ToMesh)),
             false => SurfaceElements::of_hits(facets, images, region, Scale::Counted),
@@ -140,6 +139,17 @@ impl<'a> SurfaceElements<'a> {
     pub fn source(&self) -> Source {
         self.source
     }
+}
+
+/// Whether every facet that rays meet bounds the solid, from its exact images: no shells overlap on any ray, and none touch so
+/// that two facets lie at one depth, with solid on both sides or on neither.
+pub fn show_every_facet(images: &[Ldi; 3]) -> bool {
+    let shows = |image: &Ldi| {
+        let agree = image.windings().is_some_and(|windings| windings.fill_rules_agree());
+        let rays = (0..image.rays()).into_par_iter().with_min_len(CHUNK);
+        agree && rays.all(|ray| image.samples(ray).windows(2).all(|pair| pair[0] < pair[1]))
+    };
+    images.iter().all(shows)
 }
 
 /// A sum over facets, in an order that does not depend on the number of threads.

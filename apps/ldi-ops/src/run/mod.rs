@@ -12,7 +12,7 @@ mod generate;
 mod gpu;
 mod image;
 mod input;
-mod machine;
+pub mod machine;
 mod measure;
 mod render;
 mod report;

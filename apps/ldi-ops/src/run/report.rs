@@ -51,6 +51,7 @@ pub fn run(job: &ReportJob, progress: &Progress) -> Result<Finished, Failure> {
         write_sheet(&sheet, &job.folder.join(place))?;
         sheets.push(sheet);
     }
+    tell_apart(&mut sheets);
     let mut pages: Vec<PathBuf> = places.iter().map(|place| job.folder.join(place).join("report.html")).collect();
     if let Some((name, text)) = overview(job, &places, &sheets) {
         let path = job.folder.join(name);
@@ -111,6 +112,16 @@ fn places(job: &ReportJob) -> Vec<PathBuf> {
         PathBuf::from(names.find(|name| taken.insert(name.to_lowercase())).expect("names do not end"))
     };
     job.solids.iter().map(place).collect()
+}
+
+/// Gives solids of one file name the names of their paths, where they stand side by side.
+fn tell_apart(sheets: &mut [Sheet]) {
+    let titles: Vec<String> = sheets.iter().map(|sheet| sheet.title.clone()).collect();
+    for sheet in sheets {
+        if titles.iter().filter(|title| **title == sheet.title).count() > 1 {
+            sheet.title = sheet.provenance.inputs[0].path.clone();
+        }
+    }
 }
 
 /// Writes the files of one solid.

@@ -1,6 +1,7 @@
 //! What the reader must know before believing a number.
 
 use super::Study;
+use super::catalogue::definition;
 use super::record::Record;
 use crate::number::number;
 use crate::scaffold::sheet::{Alert, Convergence, Severity, Varied};
@@ -20,6 +21,11 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
         let (name, rays) = (study.subject.solid.name(), study.images.unclosed());
         let message = format!("{name}: the mesh is not closed; {rays} rays did not close and count as empty");
         say("open", Severity::Warning, message);
+    }
+    if study.subject.roi.is_some() && record.value("volume.solid") == Some(0.0) {
+        let message =
+            "nothing of the solid lies within the region of interest: are both in one unit and one place?".to_owned();
+        say("outside", Severity::Warning, message);
     }
     if let Some(thin) = record.value("solid.thickness.p5").filter(|thin| *thin < 3.0 * pitch) {
         say(
@@ -52,13 +58,18 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
     for study in convergence.iter().filter(|study| study.over == Varied::Pitch) {
         for series in &study.series {
             let [.., Some(coarse), Some(fine)] = series.values[..] else { continue };
-            let change = (fine - coarse).abs() / fine.abs().max(f64::MIN_POSITIVE);
+            // Of a share, as a share of all.
+            let whole = if series.metric == "porosity" { 1.0 } else { fine.abs().max(f64::MIN_POSITIVE) };
+            let change = (fine - coarse).abs() / whole;
             if change > CHANGE {
                 let percent = number((change * 1000.0).round() / 10.0);
                 say(
                     "not-converged",
-                    Severity::Note,
-                    format!("{} changes by {percent} % from twice the pitch to the pitch", series.metric),
+                    if change > 0.1 { Severity::Warning } else { Severity::Note },
+                    format!(
+                        "{} changes by {percent} % from twice the pitch to the pitch",
+                        definition(series.metric).name
+                    ),
                 );
             }
         }

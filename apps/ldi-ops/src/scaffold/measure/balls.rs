@@ -7,6 +7,7 @@ use ldi_ops::metrics::components::{open_pores, rim};
 use ldi_ops::metrics::distance::{Crossings, DistanceField};
 use ldi_ops::metrics::thickness::{Ball, largest_balls, local_thickness, radii};
 use ldi_ops::metrics::{Distribution, Edges, NodeSet, Phase};
+use rayon::prelude::*;
 
 use super::Study;
 use super::growth::Growth;
@@ -31,26 +32,89 @@ pub fn from_outside(edges: Edges) -> Edges {
     }
 }
 
+/// The largest balls of the pores: those that come in from outside, and those that lie within the region.
+pub struct Ways {
+    free: PoreBalls,
+    /// Where balls are to lie within the region.
+    within: Option<PoreBalls>,
+}
+
 /// The largest balls of the pores, and how large a ball has room in each node's cell.
-pub struct PoreBalls {
+struct PoreBalls {
     balls: Vec<Ball>,
     radii: Vec<f32>,
 }
 
 impl PoreBalls {
     /// Of pores in a field; nothing where no ball is held back by anything.
-    pub fn of(field: &DistanceField, pores: &NodeSet) -> Option<PoreBalls> {
+    fn of(study: &Study, pores: &NodeSet, edges: Edges) -> Option<PoreBalls> {
+        let field = DistanceField::of(&Crossings::of_images(&study.images.solid, study.region, edges), edges);
+        PoreBalls::in_field(&field, pores)
+    }
+
+    fn in_field(field: &DistanceField, pores: &NodeSet) -> Option<PoreBalls> {
         let balls = largest_balls(field, pores);
         let is_held = !balls.is_empty() && balls.iter().all(|ball| ball.radius.is_finite());
         is_held.then(|| PoreBalls { radii: radii(field, pores, &balls), balls })
     }
+}
+
+impl Ways {
+    /// Of the pores of a study; nothing where no ball is held back by anything.
+    pub fn of(study: &Study, pores: &NodeSet) -> Option<Ways> {
+        let free = PoreBalls::of(study, pores, from_outside(study.settings.edges))?;
+        let within = match study.settings.edges {
+            Edges::Border => PoreBalls::of(study, pores, Edges::Border),
+            Edges::Clip | Edges::Periodic => None,
+        };
+        Some(Ways { free, within })
+    }
+
+    /// Of the pores of another solid, between the cubes of its nodes.
+    pub fn between_cubes(study: &Study, solid: &NodeSet, pores: &NodeSet) -> Option<Ways> {
+        let field = |edges| DistanceField::of(&Crossings::of_nodes(solid, edges), edges);
+        let free = PoreBalls::in_field(&field(from_outside(study.settings.edges)), pores)?;
+        Some(Ways { free, within: None })
+    }
 
     /// The diameters of the largest balls that span the axes, in pitches, and the nodes where they are stopped.
+    ///
+    /// The ends are open. With [`Edges::Border`] the other faces of a box are walls; a region that is no box has no other
+    /// faces, and balls are held by what solid there is.
     pub fn percolation(&self, study: &Study, pores: &NodeSet) -> [Option<access::Percolation>; 3] {
         Axis::ALL.map(|axis| {
             let ends = Ends::of_region(study.region, axis)?;
-            percolation(&self.radii, pores, &ends, study.settings.edges)
+            let edges = match (study.region.is_box(), study.settings.edges) {
+                (false, Edges::Border) => Edges::Clip,
+                (_, edges) => edges,
+            };
+            match &self.within {
+                Some(within) if study.region.is_box() => {
+                    percolation(&self.between_walls(within, study, axis), pores, &ends, Edges::Clip)
+                }
+                _ => percolation(&self.free.radii, pores, &ends, edges),
+            }
         })
+    }
+
+    /// Radii with walls around the axis and none across it: those within the region, but next to the ends those from outside,
+    /// to as far as the walls around are away.
+    fn between_walls(&self, within: &PoreBalls, study: &Study, axis: Axis) -> Vec<f32> {
+        let [low, high] = study.region.bounds_in_pitches();
+        let [columns, rows, _] = study.solid.size();
+        let to_face =
+            |coordinate: usize, at: usize| (at as f64 - low[coordinate]).min(high[coordinate] - at as f64) as f32;
+        let around = [axis.column(), axis.row()];
+        let radius = |(index, (&within, &free)): (usize, (&f32, &f32))| {
+            let node = [index % columns, index / columns % rows, index / (columns * rows)];
+            if to_face(axis.depth(), node[axis.depth()]) > free {
+                return within;
+            }
+            let walls = around.map(|coordinate| to_face(coordinate, node[coordinate]));
+            within.max(free.min(walls[0]).min(walls[1]))
+        };
+        let both = within.radii.par_iter().zip(&self.free.radii).enumerate();
+        both.with_min_len(1 << 12).map(radius).collect()
     }
 }
 
@@ -58,37 +122,27 @@ impl PoreBalls {
 pub fn access(study: &Study, record: &mut Record) -> (Option<AccessCurve>, Option<HistogramPlot>) {
     let pores = Phase::Pore.nodes(&study.solid, study.region.nodes());
     let free = from_outside(study.settings.edges);
-    let field_of = |edges| DistanceField::of(&Crossings::of_images(&study.images.solid, study.region, edges), edges);
     let found = match pores.is_empty() {
         true => Err(NO_PORES),
-        false => PoreBalls::of(&field_of(free), &pores).ok_or(NO_SURFACE),
+        false => Ways::of(study, &pores).ok_or(NO_SURFACE),
     };
-    let found = match found {
-        Ok(found) => found,
+    let ways = match found {
+        Ok(ways) => ways,
         Err(why) => {
             lacks_access(record, why);
             return (None, None);
         }
     };
-    let spans = match (study.region.is_box(), study.settings.edges) {
-        (false, Edges::Border) => {
-            let within = PoreBalls::of(&field_of(Edges::Border), &pores);
-            within.map_or([None; 3], |within| within.percolation(study, &pores))
-        }
-        _ => found.percolation(study, &pores),
-    };
+    let spans = ways.percolation(study, &pores);
     put_percolation(study, spans, record);
 
-    let PoreBalls { balls, radii } = found;
+    let Ways { free: PoreBalls { balls, radii }, within } = ways;
+    // Balls get in through the faces, and where they are to lie within the region, they cover what they do there.
+    let balls = within.map_or(balls, |within| within.balls);
     let reached = bottlenecks(&radii, &pores, &rim(study.region.nodes()), free);
     drop(radii);
     let open = open_pores(&pores, study.region.nodes(), study.settings.edges);
     put_open(study, &pores, &open, record);
-    // Balls get in through the faces, and where they are to lie within the region, they cover what they do there.
-    let balls = match study.settings.edges {
-        Edges::Border => largest_balls(&field_of(Edges::Border), &pores),
-        Edges::Clip | Edges::Periodic => balls,
-    };
     let map = access_sizes(&balls, &reached, &open, free);
     drop(reached);
     let pitch = study.region.grid().pitch();
@@ -147,6 +201,9 @@ fn put_percolation(study: &Study, spans: [Option<access::Percolation>; 3], recor
             Some(span) => {
                 let place = Axis::ALL.map(|axis| number(position(grid, axis, span.node[axis.depth()])));
                 entry.with("narrowest at", place.join(", "));
+                if span.diameter < 3.0 {
+                    entry.unresolved("narrower than 3 pitches: a wall thinner than the raster might close it");
+                }
             }
             None => closed.push(axis.name()),
         }

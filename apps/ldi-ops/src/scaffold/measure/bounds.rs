@@ -9,12 +9,12 @@ use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
 use ldi_ops::metrics::bounds::{Interval, Sampled, SolidBounds, VolumeBounds, Within, finer_grid};
 use ldi_ops::metrics::distance::{Crossings, DistanceField};
 use ldi_ops::metrics::thickness::local_thickness;
-use ldi_ops::metrics::{Distribution, Edges, NodeSet, Phase};
+use ldi_ops::metrics::{Distribution, NodeSet, Phase};
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 
-use super::Study;
-use super::balls::{PoreBalls, from_outside};
+use super::balls::Ways;
 use super::record::Record;
+use super::{Clock, Study};
 use crate::exit::Failure;
 use crate::run::Solid;
 
@@ -22,16 +22,17 @@ use crate::run::Solid;
 const FINEST: u32 = 1024;
 
 /// Bounds of volume, porosity, percolation and the thinnest wall, put beside their values.
-pub fn measure(study: &Study, sampler: &dyn Sampler, record: &mut Record) -> Result<(), Failure> {
-    volumes(study, sampler, record)?;
-    let bounds = SolidBounds::of(&study.images.lattice, &study.solid, study.region);
+pub fn measure(study: &Study, sampler: &dyn Sampler, clock: &mut Clock, record: &mut Record) -> Result<(), Failure> {
+    clock.time("bounds of volume", || volumes(study, sampler, record))?;
+    let bounds =
+        clock.time("inner and outer solid", || SolidBounds::of(&study.images.lattice, &study.solid, study.region));
     let region = match study.images.roi() {
         Some(roi) => SolidBounds::of(roi, study.region.nodes(), study.region),
         // A box is what it is.
         None => SolidBounds { inner: study.region.nodes().clone(), outer: study.region.nodes().clone() },
     };
-    percolation(study, &bounds, &region, record);
-    thinnest(study, &bounds, &region, record);
+    clock.time("bounds of percolation", || percolation(study, &bounds, &region, record));
+    clock.time("bounds of thickness", || thinnest(study, &bounds, &region, record));
     Ok(())
 }
 
@@ -45,9 +46,17 @@ fn volumes(study: &Study, sampler: &dyn Sampler, record: &mut Record) -> Result<
         None => VolumeBounds::of(&sampled, &Within::Box(*solid.bounds())),
         Some(roi) => of_region(&sampled, roi, &grid, fill, sampler)?,
     };
+    if !study.subject.solid.is_closed() {
+        // What rays that do not close leave open is not known.
+        return Ok(());
+    }
     let put = |record: &mut Record, id, Interval { lower, upper }: Interval| {
+        let value = record.value(id);
         if let Some(entry) = record.found(id) {
             entry.bounds(Some(lower), Some(upper));
+            if value.is_some_and(|value| value < lower || value > upper) {
+                entry.unresolved("the value from rays is beyond its bounds: the raster is too coarse");
+            }
         }
     };
     put(record, "volume.solid", found.solid);
@@ -80,7 +89,10 @@ fn percolation(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record
     let found = least_and_most.map(|(solid, region)| spans(study, solid, region));
     let pitch = study.region.grid().pitch();
     let diameter = |span: Option<f64>| span.map(|diameter| diameter * pitch);
+    // Centres of balls at a wall of the region are at nodes, half a pitch from where they might be.
     let [lower, upper] = found;
+    let lower = lower.map(|span| span.map(|diameter| (diameter - 1.0).max(0.0)));
+    let upper = upper.map(|span| span.map(|diameter| diameter + 1.0));
     for (axis, id) in ["percolation.x", "percolation.y", "percolation.z"].into_iter().enumerate() {
         if let Some(entry) = record.found(id) {
             // Where the outer solid leaves no way the ball may be as small as one likes.
@@ -96,19 +108,11 @@ fn percolation(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record
 /// Diameters in pitches, along x, y and z.
 fn spans(study: &Study, solid: &NodeSet, region: &NodeSet) -> [Option<f64>; 3] {
     let pores = region.minus(solid);
-    let edges = study.settings.edges;
-    let walls = match (study.region.is_box(), edges) {
-        // Beyond a region that is no box there is nowhere to go.
-        (false, Edges::Border) => solid.or(&NodeSet::full(solid.size()).minus(region)),
-        _ => solid.clone(),
-    };
-    let free = from_outside(edges);
-    let field = DistanceField::of(&Crossings::of_nodes(&walls, free), free);
-    let found = PoreBalls::of(&field, &pores).map(|balls| balls.percolation(study, &pores));
+    let found = Ways::between_cubes(study, solid, &pores).map(|ways| ways.percolation(study, &pores));
     found.map_or([None; 3], |spans| spans.map(|span| span.map(|span| span.diameter)))
 }
 
-/// The thickness that 1 % of the solid falls below, of the inner and of the outer solid. Where the inner one has lost more than
+/// The thickness that 1 % of the solid falls below, of the inner and of the outer solid, and a pitch more either way. Where the inner one has lost more than
 /// 1 % of the solid altogether, a wall may be as thin as one likes.
 fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &mut Record) {
     let Some(value) = record.value("wall.thinnest") else { return };
@@ -121,17 +125,22 @@ fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &
     };
     let solid = Phase::Solid.nodes(&study.solid, study.region.nodes());
     let (inner, outer) = (bounds.inner.and(&region.inner), bounds.outer.and(&region.outer));
-    let lost = solid.minus(&grown(&inner)).count() as f64 / solid.count() as f64;
+    // What no node sees is lost, too.
+    let lost = outer.minus(&grown(&inner)).count() as f64 / solid.count() as f64;
     let lower = if lost > 0.01 { None } else { p1(&inner) };
     let upper = p1(&outer);
     if let Some(entry) = record.found("wall.thinnest") {
-        // The 1 % are not the same nodes in each.
-        entry.bounds(Some(lower.unwrap_or(0.0).min(value)), upper.map(|upper| upper.max(value)));
+        // The 1 % are not the same nodes in each, and are known to a pitch.
+        let least = lower.map_or(0.0, |lower| (lower.min(value) - pitch).max(0.0));
+        entry.bounds(Some(least), upper.map(|upper| upper.max(value) + pitch));
+        if lower.is_none() {
+            entry.unresolved("part of the solid is thinner than the raster shows");
+        }
     }
 }
 
 /// How far the inner solid ends within the solid, in nodes: a cube that the surface meets, and its diagonal.
-const RIND: usize = 2;
+const RIND: usize = 3;
 
 /// A set with all nodes that are [`RIND`] nodes or less from it along each axis.
 fn grown(nodes: &NodeSet) -> NodeSet {

@@ -34,7 +34,9 @@ const FACETS: &str =
     "sum over the facets of the mesh; in a region of interest, over the hits of rays of three directions";
 const BALLS: &str = "largest balls between exact ray crossings, their centres not bound to the raster";
 const FLOOD: &str = "flood of the largest balls' radii from the faces of the region";
-const CHORDS: &str = "stretches of rays along this axis; stretches that the region cuts are left out";
+const CHORDS: &str = "length of the phase on rays along this axis over half the ends that the surface makes; what the region cuts distorts nothing";
+const WHOLE_CHORDS: &str =
+    "stretches of rays along this axis that end at the surface on both sides; cut ones are left out";
 const CUBES: &str = "V − E + F − C of the cubes around solid nodes";
 const POISSON: &str = "Laplace's equation on raster nodes, conjugate gradients with multigrid";
 const MARCHING: &str = "fast marching on raster nodes";
@@ -216,12 +218,12 @@ pub const CATALOGUE: &[&[Definition]] = &[
     &spread!("pore.thickness", Thickness, "Tb.Sp", "Width of the pores", BALLS, HILDEBRAND, "The diameter of the largest ball in the pores that holds a point, averaged over their volume."),
     &[
         definition!("number", Thickness, "Tb.N", "Trabecular number", length(-1), BALLS, HILDEBRAND, "Walls met on a length: 1 / (Tb.Th + Tb.Sp)."),
-        definition!("wall.thinnest", Thickness, "Th min", "Thinnest wall", length(1), BALLS, HILDEBRAND, "The thickness that 1 % of the solid falls below; the report says where."),
+        definition!("wall.thinnest", Thickness, "Th p1", "Thinnest wall (1st percentile)", length(1), BALLS, HILDEBRAND, "The thickness that 1 % of the solid falls below; sharp edges, also those where the region cuts, are thin."),
     ],
     &along_axes!("chord.solid", Chords, "ℓ solid", "Mean solid chord", length(1), CHORDS, TORQUATO, "Mean length of the stretches of lines along this axis within the solid."),
     &along_axes!("chord.pore", Chords, "ℓ pore", "Mean pore chord", length(1), CHORDS, TORQUATO, "Mean length of the stretches of lines along this axis within the pores."),
-    &along_axes!("chord.solid.weighted", Chords, "ℓ solid, by length", "Length-weighted solid chord", length(1), CHORDS, TORQUATO, "The same, each chord counted by its length: what a random point of the solid lies on."),
-    &along_axes!("chord.pore.weighted", Chords, "ℓ pore, by length", "Length-weighted pore chord", length(1), CHORDS, TORQUATO, "The same, each chord counted by its length: what a random point of the pores lies on."),
+    &along_axes!("chord.solid.weighted", Chords, "ℓL solid", "Length-weighted solid chord", length(1), WHOLE_CHORDS, TORQUATO, "Of whole chords, each counted by its length: what a random point of the solid lies on."),
+    &along_axes!("chord.pore.weighted", Chords, "ℓL pore", "Length-weighted pore chord", length(1), WHOLE_CHORDS, TORQUATO, "Of whole chords, each counted by its length: what a random point of the pores lies on."),
     &along_axes!("chord.censored", Chords, "cut", "Chords cut by the region", SHARE, "stretches of rays along this axis", TORQUATO, "The share of chords, of both phases, that end at the region's boundary and not at a surface."),
     &[
         definition!("anisotropy", Anisotropy, "DA", "Degree of anisotropy", NUMBER, FACETS, HARRIGAN, "1 − (c/a)² of the mean intercept lengths' ellipsoid: 0 of an isotropic solid, 1 of parallel plates."),
@@ -242,8 +244,8 @@ pub const CATALOGUE: &[&[Definition]] = &[
     &[
         definition!("permeability", Transport, "k", "Permeability, Kozeny–Carman", length(2), "estimate φ³/(K·(BS/TV)²); no flow is computed", CARMAN, "A rule of thumb for granular beds; of scaffolds, an order of magnitude."),
     ],
-    &along_axes!("centroid.solid", Moments, "centroid", "Centroid of the solid", length(1), RAYS, MIRTICH, "The centre of mass of the solid within the region, in the file's coordinates."),
-    &along_axes!("centroid.pore", Moments, "centroid pore", "Centroid of the pores", length(1), RAYS, MIRTICH, "The centre of mass of the pores."),
+    &along_axes!("centroid.solid", Moments, "c solid", "Centroid of the solid", length(1), RAYS, MIRTICH, "The centre of mass of the solid within the region, in the file's coordinates."),
+    &along_axes!("centroid.pore", Moments, "c pore", "Centroid of the pores", length(1), RAYS, MIRTICH, "The centre of mass of the pores."),
     &[
         definition!("inertia.xx", Moments, "I xx", "Moment of inertia about x", length(5), RAYS, MIRTICH, "Of the solid, of unit density, about its centroid."),
         definition!("inertia.yy", Moments, "I yy", "Moment of inertia about y", length(5), RAYS, MIRTICH, "Of the solid, of unit density, about its centroid."),

@@ -5,13 +5,13 @@ use ldi_ops::ldi::{Combine, NodePlanes};
 use ldi_ops::metrics::distance::{Crossings, DistanceField};
 use ldi_ops::metrics::elements::SurfaceElements;
 use ldi_ops::metrics::thickness::local_thickness;
-use ldi_ops::metrics::{Distribution, Facets, NodeSet, Phase};
+use ldi_ops::metrics::{Distribution, Edges, Facets, NodeSet, Phase};
 use ldi_ops::sampler::Sampler;
 
-use super::Study;
-use super::balls::{PoreBalls, from_outside};
+use super::balls::Ways;
 use super::raster::Subject;
 use super::record::Record;
+use super::{Shells, Study};
 use crate::exit::Failure;
 use crate::resolve::Settings;
 use crate::scaffold::sheet::{Convergence, ConvergenceSeries, Varied};
@@ -28,17 +28,20 @@ pub fn over_pitch(
     sampler: &dyn Sampler,
     record: &Record,
 ) -> Result<Convergence, Failure> {
-    let pitches = [4.0, 2.0].map(|times| times * grid.pitch());
+    // A cell that repeats is to fit onto itself.
+    let fits = |times: &u32| settings.edges != Edges::Periodic || grid.rays().iter().all(|rays| rays % times == 0);
+    let mut at: Vec<f64> = [4, 2].into_iter().filter(fits).map(|times| f64::from(times) * grid.pitch()).collect();
     let mut columns = Vec::new();
-    for pitch in pitches {
+    for &pitch in &at {
         columns.push(watched(subject, settings, pitch, sampler)?);
     }
+    at.push(grid.pitch());
     columns.push(WATCHED.map(|id| record.value(id)));
     let series = WATCHED.iter().enumerate().map(|(i, &metric)| {
         let values: Vec<Option<f64>> = columns.iter().map(|column| column[i]).collect();
         ConvergenceSeries { metric, order: order(&values), values }
     });
-    Ok(Convergence { over: Varied::Pitch, at: vec![pitches[0], pitches[1], grid.pitch()], series: series.collect() })
+    Ok(Convergence { over: Varied::Pitch, at, series: series.collect() })
 }
 
 /// The observed order of convergence of values at 4, 2 and 1 pitches: log₂ of the ratio of their differences. Nothing where
@@ -60,11 +63,12 @@ fn watched(
     let images = subject.sample(&grid, settings.fill, sampler)?;
     let region = images.region();
     let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
-    let study = Study { subject, settings, images: &images, region: &region, solid: NodeSet::of_planes(&planes) };
+    let (solid, shells) = (NodeSet::of_planes(&planes), Shells::of(&images));
+    let study = Study { subject, settings, images: &images, region: &region, solid, shells };
     let mesh = subject.solid.mesh();
     let facets = Facets::of(&mesh.positions, &mesh.triangles);
     let surface = SurfaceElements::within(&facets, &images.solid, &region).area();
-    let porosity = 1.0 - images.volume().value / region.volume();
+    let porosity = 1.0 - images.volume(&region).value / region.volume();
     let [walls, pores] = Phase::BOTH.map(|phase| phase.nodes(&study.solid, region.nodes()));
     let edges = settings.edges;
     let field = DistanceField::of(&Crossings::of_images(&images.solid, &region, edges), edges);
@@ -73,12 +77,7 @@ fn watched(
         widths.mean().is_finite().then(|| widths.mean())
     };
     let means = [&walls, &pores].map(mean);
-    let free = from_outside(edges);
-    let field = match (region.is_box(), free == edges) {
-        (true, false) => DistanceField::of(&Crossings::of_images(&images.solid, &region, free), free),
-        _ => field,
-    };
-    let spans = PoreBalls::of(&field, &pores).map(|balls| balls.percolation(&study, &pores));
+    let spans = Ways::of(&study, &pores).map(|ways| ways.percolation(&study, &pores));
     let percolation = spans.and_then(|[x, y, z]| Some(pitch * x?.diameter.min(y?.diameter).min(z?.diameter)));
     Ok([Some(porosity), Some(surface / region.volume()), means[0], means[1], percolation])
 }

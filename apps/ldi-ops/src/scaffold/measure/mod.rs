@@ -23,6 +23,7 @@ mod view;
 
 use ldi_ops::ldi::{Combine, NodePlanes};
 use ldi_ops::mesh::LengthUnit;
+use ldi_ops::metrics::elements::show_every_facet;
 use ldi_ops::metrics::{NodeSet, Region};
 use ldi_ops::sampler::Sampler;
 
@@ -46,7 +47,28 @@ pub struct Study<'s> {
     pub region: &'s Region<'s>,
     /// Nodes of the solid, in the region or not.
     pub solid: NodeSet,
+    pub shells: Shells,
 }
+
+/// Whether every facet of the mesh is surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shells {
+    /// It is.
+    Apart,
+    /// Shells overlap or touch, and facets lie within the solid, or face it from the wrong side.
+    Meeting,
+}
+
+impl Shells {
+    /// As the exact images show them.
+    pub fn of(images: &Images) -> Shells {
+        if show_every_facet(&images.solid) { Shells::Apart } else { Shells::Meeting }
+    }
+}
+
+/// Why there is no value where shells meet.
+pub const SHELLS_MEET: &str =
+    "shells of the mesh overlap or touch, and facets within the solid cannot be told from its surface";
 
 /// What was measured of one solid.
 pub struct Measurements {
@@ -89,7 +111,8 @@ pub fn measure(
     let region = images.region();
     let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
     let solid = clock.time("sampling", || NodeSet::of_planes(&planes));
-    let study = Study { subject, settings, images: &images, region: &region, solid };
+    let shells = Shells::of(&images);
+    let study = Study { subject, settings, images: &images, region: &region, solid, shells };
     progress.step();
 
     stage("rays and facets");
@@ -107,7 +130,7 @@ pub fn measure(
     let of_thickness = clock.time("thickness", || balls::thickness(&study, &mut slices, &mut growth, &mut record));
     progress.step();
     stage("bounds");
-    clock.time("bounds", || bounds::measure(&study, sampler, &mut record))?;
+    bounds::measure(&study, sampler, clock, &mut record)?;
     progress.step();
     stage("convergence");
     let over_pitch =

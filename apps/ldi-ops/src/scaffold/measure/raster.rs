@@ -2,15 +2,25 @@
 
 use ldi_ops::boolean::{BooleanOperation, merge};
 use ldi_ops::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
-use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
-use ldi_ops::ldi::Ldi;
+use ldi_ops::integrate::{AxisVolume, VolumeEstimate, volume};
+use ldi_ops::ldi::{Ldi, Spans};
 use ldi_ops::metrics::{Edges, Region};
 use ldi_ops::sampler::{Fill, Sampler};
+use rayon::prelude::*;
 
 use crate::exit::Failure;
 use crate::number::number;
 use crate::resolve::Spacing;
-use crate::run::Solid;
+use crate::run::{Solid, machine};
+
+/// What a node takes where most arrays are alive: a distance, its site, two maps, and change.
+const BYTES_OF_NODE: u64 = 20;
+
+/// Rasters of fewer nodes are never the reason for which memory runs out.
+const FEW_NODES: u64 = 1 << 24;
+
+/// Nodes are numbered in 31 bits.
+const NODES_MAX: u64 = 1 << 31;
 
 /// A solid, and what it is measured in.
 #[derive(Clone, Copy)]
@@ -36,10 +46,38 @@ impl Subject<'_> {
         if edges == Edges::Periodic {
             self.whole(&of_region)?;
         }
-        match self.roi {
-            None => Ok(of_region),
-            Some(_) => self.grid_of_pitch(of_region.pitch()),
+        let grid = match self.roi {
+            None => of_region,
+            Some(_) => self.grid_of_pitch(of_region.pitch())?,
+        };
+        self.admit(&grid)?;
+        Ok(grid)
+    }
+
+    /// Refuses rasters whose fields would not fit, before the system ends the process for them.
+    fn admit(&self, grid: &Grid) -> Result<(), Failure> {
+        let nodes: u64 = grid.rays().into_iter().map(u64::from).product();
+        let needed = nodes * BYTES_OF_NODE;
+        let free = machine::free_memory().unwrap_or(u64::MAX);
+        if nodes < NODES_MAX && (needed < free || nodes < FEW_NODES) {
+            return Ok(());
         }
+        let [x, y, z] = grid.rays();
+        let fits = (free.min(NODES_MAX * BYTES_OF_NODE) as f64 / needed as f64).cbrt();
+        let region = self.roi.unwrap_or(self.solid);
+        let longest = region.bounds().extent().max_element() / grid.pitch();
+        let sizes = self.roi.map(|roi| {
+            let [solid, roi] = [self.solid, roi].map(|solid| number(solid.bounds().extent().max_element()));
+            format!("; the solid is {solid} long and the region of interest {roi}: are both in one unit?")
+        });
+        Err(Failure::machine(format!(
+            "{}: {x} × {y} × {z} nodes need about {} GB, and {} GB are free; about --resolution {} fits{}",
+            self.solid.name(),
+            number((needed as f64 / 1e8).round() / 10.0),
+            number((free as f64 / 1e8).round() / 10.0),
+            (0.95 * fits * longest).floor().max(1.0),
+            sizes.unwrap_or_default(),
+        )))
     }
 
     /// A grid of another pitch that holds all there is.
@@ -75,13 +113,13 @@ impl Subject<'_> {
         let within = match self.roi {
             None => None,
             Some(roi) => {
-                let roi_lattice = roi.quantise(grid)?;
+                let (roi_lattice, volume) = (roi.quantise(grid)?, roi.volume);
                 let roi = along_axes(|axis| Ok(sampler.sample_surface(&roi_lattice, axis, fill)?))?;
                 let common = along_axes(|axis| {
                     let axis = axis.depth();
                     Ok(merge(BooleanOperation::Intersection, &solid[axis], &roi[axis])?)
                 })?;
-                Some(Within { lattice: roi_lattice, roi, common })
+                Some(Within { lattice: roi_lattice, volume, roi, common })
             }
         };
         Ok(Images { bounds: *lattice.bounds(), lattice, solid, within })
@@ -104,9 +142,26 @@ pub struct Images<'s> {
 /// What there is where a region of interest is given.
 struct Within<'s> {
     lattice: LatticeSolid<'s>,
+    /// Of its mesh.
+    volume: f64,
     roi: [Ldi; 3],
     /// What of the solid lies in it.
     common: [Ldi; 3],
+}
+
+impl Within<'_> {
+    /// Whether the region is an axis-parallel box, but for the lattice: then its rays all have its length, and its columns and
+    /// rows are those of its bounds.
+    fn is_box(&self) -> bool {
+        let bounds = self.lattice.bounds();
+        let step = self.roi[0].grid().step();
+        let sides = [0, 1, 2].map(|axis| step * f64::from(bounds.max[axis] - bounds.min[axis]));
+        let is_full = |image: &Ldi| {
+            let axis = image.axis().depth();
+            image.depths().chunks_exact(2).all(|span| span == [bounds.min[axis], bounds.max[axis]])
+        };
+        self.roi.iter().all(is_full) && (self.volume.abs() / sides.iter().product::<f64>() - 1.0).abs() < 1e-6
+    }
 }
 
 impl<'s> Images<'s> {
@@ -115,10 +170,11 @@ impl<'s> Images<'s> {
         self.within.as_ref().map(|within| &within.lattice)
     }
 
-    /// The region.
+    /// The region; a box where the region of interest is one.
     pub fn region(&self) -> Region<'_> {
         match &self.within {
             None => Region::of_box(self.solid[0].grid(), self.bounds),
+            Some(within) if within.is_box() => Region::of_box(self.solid[0].grid(), *within.lattice.bounds()),
             Some(within) => Region::of_solid(&within.roi),
         }
     }
@@ -133,8 +189,42 @@ impl<'s> Images<'s> {
         self.solid.iter().map(|image| image.unclosed().len()).sum()
     }
 
-    /// The volume of the solid within the region.
-    pub fn volume(&self) -> VolumeEstimate {
-        VolumeEstimate::from_axes(&self.common().each_ref().map(AxisVolume::of))
+    /// The volume of the solid within the region. Of a box whose sides are no whole pitches, the rays at its faces stand for
+    /// columns that the box cuts.
+    pub fn volume(&self, region: &Region) -> VolumeEstimate {
+        let estimate = VolumeEstimate::from_axes(&self.common().each_ref().map(AxisVolume::of));
+        if !region.is_box() {
+            return estimate;
+        }
+        let cut = |axis: Axis| {
+            let whole = volume(&self.common()[axis.depth()]);
+            volume_in_box(&self.solid[axis.depth()], &region.bounds()) - whole
+        };
+        let correction = Axis::ALL.into_iter().map(cut).sum::<f64>() / 3.0;
+        VolumeEstimate { value: (estimate.value + correction).clamp(0.0, region.volume()), ..estimate }
     }
+}
+
+/// The volume of a solid within a box, each ray standing for what of its column lies in the box.
+fn volume_in_box(image: &Ldi, bounds: &LatticeBox) -> f64 {
+    let (grid, axis) = (image.grid(), image.axis());
+    let pixel = 1i64 << grid.shift();
+    let width = |coordinate: usize, index: u32| {
+        let low = i64::from(index) * pixel;
+        let (from, to) = (i64::from(bounds.min[coordinate]), i64::from(bounds.max[coordinate]));
+        ((low + pixel).min(to) - low.max(from)).max(0)
+    };
+    let (near, far) = (bounds.min[axis.depth()], bounds.max[axis.depth()]);
+    let (columns, rows) = image.size();
+    let of_row = |row: u32| -> f64 {
+        let height = width(axis.row(), row);
+        let of_ray = |column: u32| {
+            let spans = Spans::new(image.samples(row * columns + column));
+            let length: i64 = spans.map(|(from, to)| i64::from((to.min(far) - from.max(near)).max(0))).sum();
+            width(axis.column(), column) as f64 * length as f64
+        };
+        if height == 0 { 0.0 } else { height as f64 * (0..columns).map(of_ray).sum::<f64>() }
+    };
+    let by_row: Vec<f64> = (0..rows).into_par_iter().map(of_row).collect();
+    by_row.iter().sum::<f64>() * grid.step().powi(3)
 }

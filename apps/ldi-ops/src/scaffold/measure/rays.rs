@@ -11,10 +11,11 @@ use ldi_ops::metrics::orientation::{Plate, overhang};
 use ldi_ops::metrics::permeability::kozeny_carman;
 use ldi_ops::metrics::profiles::profiles;
 use ldi_ops::metrics::{Facets, Phase};
+use ldi_ops::sampler::Fill;
 
-use super::Study;
 use super::plots::{self, Plot};
 use super::record::Record;
+use super::{SHELLS_MEET, Shells, Study};
 use crate::scaffold::sheet::{Anisotropy, HistogramPlot, Profile};
 
 /// What is drawn of it.
@@ -51,7 +52,7 @@ pub fn measure(study: &Study, record: &mut Record) -> Drawn {
 
 /// The shares of the region that are solid and pore.
 fn volume(study: &Study, record: &mut Record) {
-    let solid = study.images.volume();
+    let solid = study.images.volume(study.region);
     let total = study.region.volume();
     record.put("volume.total", total);
     record.put("volume.solid", solid.value).error(solid.error);
@@ -69,7 +70,11 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
     record.put("surface.density", area / total);
     let settings = study.settings;
     let overhang = overhang(surface, settings.build, settings.overhang_angle, Plate::Counted);
-    let entry = record.put_or("overhang", overhang.map(|overhang| overhang.share), NO_SURFACE);
+    let entry = match (study.shells, settings.fill) {
+        // Parity turns facets over that wind does not.
+        (Shells::Meeting, Fill::EvenOdd) => record.lacks("overhang", SHELLS_MEET),
+        _ => record.put_or("overhang", overhang.map(|overhang| overhang.share), NO_SURFACE),
+    };
     entry.with("angle from the horizontal, degrees", settings.overhang_angle);
     entry.with("build direction", settings.build);
     let porosity = record.value("porosity").unwrap_or(f64::NAN);
@@ -97,6 +102,12 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
 /// What the mesh is curved by.
 fn of_mesh(study: &Study, facets: &Facets, record: &mut Record) {
     let ids = ["surface.curvature.mean", "surface.curvature.gauss"];
+    if study.shells == Shells::Meeting {
+        ids.into_iter().for_each(|id| {
+            record.lacks(id, SHELLS_MEET);
+        });
+        return;
+    }
     match curvature(facets, study.region, study.settings.edges) {
         Ok(curvature) => {
             let entry = record.put(ids[0], curvature.mean);

@@ -4,15 +4,22 @@ use ldi_ops::metrics::Phase;
 use ldi_ops::metrics::components::{Components, Connectivity};
 use ldi_ops::metrics::euler::{SurfaceCharacteristic, Topology};
 
-use super::Study;
 use super::record::Record;
+use super::{SHELLS_MEET, Shells, Study};
 
 /// Puts it on record.
 pub fn measure(study: &Study, record: &mut Record) {
     let edges = study.settings.edges;
     let mesh = study.subject.solid.mesh();
     let surface = SurfaceCharacteristic::of(&mesh.positions, &mesh.triangles);
-    let entry = record.put_or("euler.mesh", surface.of_solid(), "edges of the mesh have not two facets each");
+    let of_mesh = match study.shells {
+        Shells::Apart => surface.of_solid().ok_or("edges of the mesh have not two facets each"),
+        Shells::Meeting => Err(SHELLS_MEET),
+    };
+    let entry = match of_mesh {
+        Ok(characteristic) => record.put("euler.mesh", characteristic),
+        Err(why) => record.lacks("euler.mesh", why),
+    };
     entry.with("edges with other than two facets", surface.irregular_edges);
     let solid = Phase::Solid.nodes(&study.solid, study.region.nodes());
     let topology = Topology::of(&solid, study.region, edges);

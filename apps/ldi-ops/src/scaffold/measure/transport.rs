@@ -6,11 +6,12 @@
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::ldi::{Combine, NodePlanes};
 use ldi_ops::metrics::tortuosity::{EndCondition, diffusive, geodesic};
-use ldi_ops::metrics::{Edges, NodeSet, Phase};
+use ldi_ops::metrics::{Edges, NodeSet, Phase, Region};
 use ldi_ops::sampler::Sampler;
 
 use super::Study;
 use super::record::Record;
+use super::slices::node_ranges;
 use crate::exit::Failure;
 use crate::number::number;
 use crate::progress::Progress;
@@ -38,7 +39,7 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Progress, record
     let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
     let (solid, region) = (NodeSet::of_planes(&planes), images.region());
     let edges = study.settings.edges;
-    let phases = Phase::BOTH.map(|phase| phase.nodes(&solid, region.nodes()));
+    let phases = Phase::BOTH.map(|phase| cropped(&phase.nodes(&solid, region.nodes()), &region));
     progress.expect(phases.len() * 3);
     for (phase, nodes) in Phase::BOTH.into_iter().zip(&phases) {
         for axis in Axis::ALL {
@@ -70,6 +71,13 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Progress, record
         }
     }
     Ok(())
+}
+
+/// The nodes of a box, as a raster of its own.
+fn cropped(nodes: &NodeSet, region: &Region) -> NodeSet {
+    let ranges = node_ranges(region);
+    let size = [0, 1, 2].map(|axis| ranges[axis].len());
+    NodeSet::from_fn(size, |node| nodes.contains([0, 1, 2].map(|axis| ranges[axis].start + node[axis])))
 }
 
 /// The raster for equations: that of the report, or one of a whole multiple of its pitch. A cell that repeats must be whole

@@ -16,6 +16,9 @@ use crate::unit;
 
 const FORMAT: Format = Format { width: 1000, height: 760, supersampling: 2 };
 
+/// How many times larger than the region of interest all there is may be for the picture to be filled by the region.
+const NEAR: f64 = 3.0;
+
 /// A shaded view of the solid, or of what of it lies in the region of interest, as PNG.
 pub fn view(subject: Subject, fill: Fill, sampler: &dyn Sampler) -> Result<Vec<u8>, Failure> {
     let length = subject.solid.unit;
@@ -34,9 +37,12 @@ pub fn view(subject: Subject, fill: Fill, sampler: &dyn Sampler) -> Result<Vec<u
         .filter_map(TriangleMesh::bounds)
         .map(|bounds| ViewBox { min: bounds.min, max: bounds.max })
         .collect();
-    let subject = *boxes.last().expect("a solid has a box");
+    let region = *boxes.last().expect("a solid has a box");
     let all = boxes.iter().copied().reduce(|a, b| ViewBox { min: a.min.min(b.min), max: a.max.max(b.max) });
-    let camera = Camera::aim(FORMAT, subject, all.expect("a solid has a box")).map_err(Failure::input)?;
+    let all = all.expect("a solid has a box");
+    // Rays are as far apart everywhere as the picture has them, be it in the picture or not.
+    let is_near = (all.max - all.min).max_element() <= NEAR * (region.max - region.min).max_element();
+    let camera = Camera::aim(FORMAT, if is_near { region } else { all }, all).map_err(Failure::input)?;
     let closed: Vec<Result<ClosedMesh, TriangleMesh>> =
         turned.into_iter().map(|mesh| ClosedMesh::check(mesh).map_err(|open| open.mesh)).collect();
     let lattice = closed.iter().map(|mesh| match mesh {
