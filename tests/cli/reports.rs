@@ -111,7 +111,7 @@ fn the_files_say_what_stdout_says() {
         page.split("base64,").map(|part| part.split_once('"').map_or(part, |(_, rest)| rest)).collect::<String>();
     assert!(words.contains("a.stl") && words.contains("Tb.Th") && !words.contains("NaN"));
     let methods = fs::read_to_string(folder.path("out/methods.txt")).unwrap();
-    assert!(methods.contains("ldi-ops") && methods.contains("border"), "{methods}");
+    assert!(methods.contains("ldi-ops") && methods.contains("taken as a wall"), "{methods}");
 }
 
 #[test]
@@ -209,6 +209,9 @@ fn faults(sheet: &Value) -> Vec<String> {
     let known = |id: &str| metric(sheet, id)["value"].as_f64();
     for metric in sheet["metrics"].as_array().unwrap() {
         let [lower, value, upper] = ["lower", "value", "upper"].map(|key| metric[key].as_f64());
+        if metric["status"] == "not-resolved" {
+            continue;
+        }
         if lower.zip(value).is_some_and(|(lower, value)| lower > value * (1.0 + 1e-9))
             || value.zip(upper).is_some_and(|(value, upper)| value > upper * (1.0 + 1e-9))
         {

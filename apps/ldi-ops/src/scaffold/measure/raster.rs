@@ -2,11 +2,10 @@
 
 use ldi_ops::boolean::{BooleanOperation, merge};
 use ldi_ops::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
-use ldi_ops::integrate::{AxisVolume, VolumeEstimate, volume};
-use ldi_ops::ldi::{Ldi, Spans};
+use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
+use ldi_ops::ldi::Ldi;
 use ldi_ops::metrics::{Edges, Region};
 use ldi_ops::sampler::{Fill, Sampler};
-use rayon::prelude::*;
 
 use crate::exit::Failure;
 use crate::number::number;
@@ -189,42 +188,9 @@ impl<'s> Images<'s> {
         self.solid.iter().map(|image| image.unclosed().len()).sum()
     }
 
-    /// The volume of the solid within the region. Of a box whose sides are no whole pitches, the rays at its faces stand for
-    /// columns that the box cuts.
+    /// The volume of the solid within the region. On rasters of a few rays the estimate may be beyond what there is room for.
     pub fn volume(&self, region: &Region) -> VolumeEstimate {
         let estimate = VolumeEstimate::from_axes(&self.common().each_ref().map(AxisVolume::of));
-        if !region.is_box() {
-            return estimate;
-        }
-        let cut = |axis: Axis| {
-            let whole = volume(&self.common()[axis.depth()]);
-            volume_in_box(&self.solid[axis.depth()], &region.bounds()) - whole
-        };
-        let correction = Axis::ALL.into_iter().map(cut).sum::<f64>() / 3.0;
-        VolumeEstimate { value: (estimate.value + correction).clamp(0.0, region.volume()), ..estimate }
+        VolumeEstimate { value: estimate.value.clamp(0.0, region.volume()), ..estimate }
     }
-}
-
-/// The volume of a solid within a box, each ray standing for what of its column lies in the box.
-fn volume_in_box(image: &Ldi, bounds: &LatticeBox) -> f64 {
-    let (grid, axis) = (image.grid(), image.axis());
-    let pixel = 1i64 << grid.shift();
-    let width = |coordinate: usize, index: u32| {
-        let low = i64::from(index) * pixel;
-        let (from, to) = (i64::from(bounds.min[coordinate]), i64::from(bounds.max[coordinate]));
-        ((low + pixel).min(to) - low.max(from)).max(0)
-    };
-    let (near, far) = (bounds.min[axis.depth()], bounds.max[axis.depth()]);
-    let (columns, rows) = image.size();
-    let of_row = |row: u32| -> f64 {
-        let height = width(axis.row(), row);
-        let of_ray = |column: u32| {
-            let spans = Spans::new(image.samples(row * columns + column));
-            let length: i64 = spans.map(|(from, to)| i64::from((to.min(far) - from.max(near)).max(0))).sum();
-            width(axis.column(), column) as f64 * length as f64
-        };
-        if height == 0 { 0.0 } else { height as f64 * (0..columns).map(of_ray).sum::<f64>() }
-    };
-    let by_row: Vec<f64> = (0..rows).into_par_iter().map(of_row).collect();
-    by_row.iter().sum::<f64>() * grid.step().powi(3)
 }
