@@ -1,6 +1,6 @@
 //! The scaffold report: what is measured of a solid and its pores, and the files that say so.
 //!
-//! `measure` (the lead of all: images, fields, metrics) → [`sheet`] (everything that is known, in world units, ready to be
+//! `measure` (images, fields, metrics) → [`sheet`] (everything that is known, in world units, ready to be
 //! said) → [`write`] (metrics.json, metrics.csv, methods.txt) and [`page`] (report.html). Nothing behind the sheet computes, and
 //! nothing before it formats.
 
