@@ -59,7 +59,7 @@ impl<'a> Steps<'a> {
         members(self.nodes.row(y, z))
     }
 
-    /// The number of a node: (z · size[1] + y) · size[0] + x.
+    /// The number of a node, `(z · size[1] + y) · size[0] + x`.
     #[inline]
     pub fn index(&self, [x, y, z]: [usize; 3]) -> u32 {
         ((z * self.size[1] + y) * self.size[0] + x) as u32

@@ -50,7 +50,7 @@ pub struct Ball {
     pub centre: [f32; 3],
     /// Its radius.
     pub radius: f32,
-    /// The index of its node: (z · size[1] + y) · size[0] + x.
+    /// The index of its node, `(z · size[1] + y) · size[0] + x`.
     pub node: u32,
 }
 

@@ -50,6 +50,12 @@ fn missing(mut metric: Metric, why: &str) -> Metric {
     metric
 }
 
+/// A metric with a parameter more.
+fn with(mut metric: Metric, name: &'static str, value: &str) -> Metric {
+    metric.parameters.push((name, value.to_owned()));
+    metric
+}
+
 /// Everything that a sheet can hold.
 pub fn rich() -> Sheet {
     use Group::*;
@@ -82,9 +88,13 @@ pub fn rich() -> Sheet {
             metric("tortuosity.diffusive.z", Transport, "τ_D,z", "Diffusive tortuosity along z", Number, 1.0),
             "no pore leads through",
         ),
-        metric(id::PERMEABILITY, Transport, "k", "Permeability (Kozeny–Carman)", Length(2), 7.13e-6),
+        with(metric(id::PERMEABILITY, Transport, "k", "Permeability (Kozeny–Carman)", Length(2), 7.13e-6), "K", "5"),
         metric("moments.centroid.x", Moments, "x̄", "Centroid, x", Length(1), -4.998),
-        metric(id::OVERHANG, Manufacture, "–", "Overhanging surface", Share, 0.1464),
+        with(
+            metric(id::OVERHANG, Manufacture, "–", "Overhanging surface", Share, 0.1464),
+            "angle from the horizontal, degrees",
+            "45",
+        ),
     ];
     Sheet {
         schema: SCHEMA,
