@@ -197,7 +197,7 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Progress)
         convergence,
         provenance: sheet::Provenance {
             inputs: ["solid", "roi"].into_iter().zip(&solids).map(|(role, solid)| file(role, solid)).collect(),
-            command_line: std::env::args().collect::<Vec<_>>().join(" "),
+            command_line: command_line(),
             version: env!("CARGO_PKG_VERSION"),
             made: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
             device: ran.to_string(),
@@ -213,6 +213,13 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Progress)
     })
 }
 
+/// The command as it was typed, but for where the program lies.
+fn command_line() -> String {
+    let arguments = std::env::args().skip(1);
+    let quoted = arguments.map(|word| if word.contains(char::is_whitespace) { format!("'{word}'") } else { word });
+    std::iter::once("ldi-ops".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
+}
+
 fn alert(warning: Warning) -> Alert {
     Alert { code: warning.code, severity: Severity::Warning, message: warning.message }
 }
@@ -225,6 +232,6 @@ fn file(role: &'static str, solid: &Solid) -> InputFile {
         triangles: solid.mesh().triangles.len() as u64,
         closed: solid.is_closed(),
         oriented: solid.is_oriented(),
-        unit: solid.unit,
+        unit: solid.stated_unit,
     }
 }
