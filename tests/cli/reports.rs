@@ -5,7 +5,7 @@ use std::fs;
 use serde_json::Value;
 
 use crate::sums::hollow;
-use crate::{Folder, Triangle, assert_near, cube, cuboid};
+use crate::{Folder, Triangle, assert_near, cube, cuboid, inside_out};
 
 /// A block with two square channels of side 1 through it along z.
 fn channels() -> Vec<Triangle> {
@@ -71,11 +71,46 @@ fn channels_are_found_along_their_axis_alone() {
     folder.stl("a.stl", &channels());
     let sheet = report(&folder, &["a.stl", "--fill", "nonzero", "--resolution", "50"]);
     assert_near(value(&sheet, "porosity"), 6.0 / 45.0, 1e-6);
+    // The boxes touch: what lies between two of them is no surface, and what facets alone could tell is not told.
+    assert_near(value(&sheet, "surface.area"), 24.0, 0.3);
+    assert_eq!(metric(&sheet, "surface.curvature.mean")["value"], Value::Null);
     assert_near(value(&sheet, "percolation.z"), 1.0, 0.1);
     assert_near(value(&sheet, "tortuosity.pore.diffusive.z"), 1.0, 1e-6);
     assert_near(value(&sheet, "tortuosity.pore.geodesic.z"), 1.0, 1e-6);
     assert_eq!(metric(&sheet, "percolation.x")["value"], Value::Null);
     assert_eq!((value(&sheet, "betti.0"), value(&sheet, "betti.1")), (1.0, 2.0));
+}
+
+#[test]
+fn a_mesh_that_is_inside_out_is_turned() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &hollow(3.0, 1.0));
+    folder.stl("b.stl", &inside_out(&hollow(3.0, 1.0)));
+    for name in ["a.stl", "b.stl"] {
+        let sheet = report(&folder, &[name, "--resolution", "24"]);
+        // Of the six faces of the hollow the ceiling faces down.
+        assert_near(value(&sheet, "overhang"), 1.0 / 6.0, 1e-9);
+        assert_near(value(&sheet, "surface.curvature.mean"), -3.0 * std::f64::consts::PI, 1e-6);
+    }
+}
+
+#[test]
+fn a_box_as_a_region_of_interest_is_a_box() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &channels());
+    folder.stl("roi.stl", &cuboid([0.5, 0.5, 0.5], [4.5, 2.5, 2.5]));
+    let sheet = report(&folder, &["a.stl", "--fill", "nonzero", "--roi", "roi.stl", "--resolution", "40"]);
+    assert_near(value(&sheet, "percolation.z"), 1.0, 0.1);
+    assert_near(value(&sheet, "tortuosity.pore.diffusive.z"), 1.0, 1e-6);
+    assert_near(value(&sheet, "porosity"), 4.0 / 16.0, 1e-6);
+}
+
+#[test]
+fn rasters_that_do_not_fit_are_refused_with_one_that_does() {
+    let folder = Folder::with_two_cubes();
+    let run = folder.run(&["report", "a.stl", "--resolution", "60000", "-o", "out"]).code(3);
+    assert!(run.stderr().contains("GB") && run.stderr().contains("--resolution"), "{}", run.stderr());
+    assert!(!folder.path("out").exists());
 }
 
 #[test]

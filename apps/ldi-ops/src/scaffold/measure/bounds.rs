@@ -32,12 +32,12 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, clock: &mut Clock, record: 
         between_cubes(study, clock, record);
         return Ok(());
     }
-    let Study { subject, settings, shells, .. } = *study;
+    let Study { subject, settings, .. } = *study;
     let images = subject.sample(&subject.grid_of_pitch(2.0 * grid.pitch())?, settings.fill, sampler)?;
     let region = images.region();
     let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
     let solid = NodeSet::of_planes(&planes);
-    between_cubes(&Study { subject, settings, images: &images, region: &region, solid, shells }, clock, record);
+    between_cubes(&Study { subject, settings, images: &images, region: &region, solid }, clock, record);
     Ok(())
 }
 

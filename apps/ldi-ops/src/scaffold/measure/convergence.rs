@@ -3,15 +3,14 @@
 use ldi_ops::grid::Grid;
 use ldi_ops::ldi::{Combine, NodePlanes};
 use ldi_ops::metrics::distance::{Crossings, DistanceField};
-use ldi_ops::metrics::elements::SurfaceElements;
 use ldi_ops::metrics::thickness::local_thickness;
 use ldi_ops::metrics::{Distribution, Edges, Facets, NodeSet, Phase};
 use ldi_ops::sampler::Sampler;
 
+use super::Study;
 use super::balls::Ways;
 use super::raster::Subject;
 use super::record::Record;
-use super::{Shells, Study};
 use crate::exit::Failure;
 use crate::resolve::Settings;
 use crate::scaffold::sheet::{Convergence, ConvergenceSeries, Varied};
@@ -63,11 +62,10 @@ fn watched(
     let images = subject.sample(&grid, settings.fill, sampler)?;
     let region = images.region();
     let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
-    let (solid, shells) = (NodeSet::of_planes(&planes), Shells::of(&images));
-    let study = Study { subject, settings, images: &images, region: &region, solid, shells };
+    let study = Study { subject, settings, images: &images, region: &region, solid: NodeSet::of_planes(&planes) };
     let mesh = subject.solid.mesh();
     let facets = Facets::of(&mesh.positions, &mesh.triangles);
-    let surface = SurfaceElements::within(&facets, &images.solid, &region).area();
+    let surface = images.surface(&facets, &region).area();
     let porosity = 1.0 - images.volume(&region).value / region.volume();
     let [walls, pores] = Phase::BOTH.map(|phase| phase.nodes(&study.solid, region.nodes()));
     let edges = settings.edges;

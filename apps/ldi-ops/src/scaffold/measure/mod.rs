@@ -21,7 +21,7 @@ mod topology;
 mod transport;
 mod view;
 
-use ldi_ops::ldi::{Combine, NodePlanes};
+use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::metrics::elements::show_every_facet;
 use ldi_ops::metrics::{NodeSet, Region};
@@ -47,7 +47,6 @@ pub struct Study<'s> {
     pub region: &'s Region<'s>,
     /// Nodes of the solid, in the region or not.
     pub solid: NodeSet,
-    pub shells: Shells,
 }
 
 /// Whether every facet of the mesh is surface.
@@ -60,9 +59,9 @@ pub enum Shells {
 }
 
 impl Shells {
-    /// As the exact images show them.
-    pub fn of(images: &Images) -> Shells {
-        if show_every_facet(&images.solid) { Shells::Apart } else { Shells::Meeting }
+    /// As exact images under the even-odd rule show them, which keep every crossing.
+    pub fn of(images: &[Ldi; 3]) -> Shells {
+        if show_every_facet(images) { Shells::Apart } else { Shells::Meeting }
     }
 }
 
@@ -111,8 +110,7 @@ pub fn measure(
     let region = images.region();
     let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
     let solid = clock.time("sampling", || NodeSet::of_planes(&planes));
-    let shells = Shells::of(&images);
-    let study = Study { subject, settings, images: &images, region: &region, solid, shells };
+    let study = Study { subject, settings, images: &images, region: &region, solid };
     progress.step();
 
     stage("rays and facets");

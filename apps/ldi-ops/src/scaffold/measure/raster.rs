@@ -4,9 +4,12 @@ use ldi_ops::boolean::{BooleanOperation, merge};
 use ldi_ops::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
 use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
 use ldi_ops::ldi::Ldi;
-use ldi_ops::metrics::{Edges, Region};
+use ldi_ops::metrics::elements::{Scale, SurfaceElements};
+use ldi_ops::metrics::{Edges, Facets, Region};
+
 use ldi_ops::sampler::{Fill, Sampler};
 
+use super::Shells;
 use crate::exit::Failure;
 use crate::number::number;
 use crate::resolve::Spacing;
@@ -121,7 +124,14 @@ impl Subject<'_> {
                 Some(Within { lattice: roi_lattice, volume, roi, common })
             }
         };
-        Ok(Images { bounds: *lattice.bounds(), lattice, solid, within })
+        let shells = match fill {
+            Fill::EvenOdd => Shells::of(&solid),
+            // The non-zero rule leaves out what lies within.
+            Fill::NonZero => {
+                Shells::of(&along_axes(|axis| Ok(sampler.sample_surface(&lattice, axis, Fill::EvenOdd)?))?)
+            }
+        };
+        Ok(Images { bounds: *lattice.bounds(), lattice, solid, shells, within })
     }
 }
 
@@ -135,6 +145,8 @@ pub struct Images<'s> {
     bounds: LatticeBox,
     /// Of the solid, in the region or not, with triangles.
     pub solid: [Ldi; 3],
+    /// Of the solid.
+    pub shells: Shells,
     within: Option<Within<'s>>,
 }
 
@@ -181,6 +193,14 @@ impl<'s> Images<'s> {
     /// Of the solid within the region.
     pub fn common(&self) -> &[Ldi; 3] {
         self.within.as_ref().map_or(&self.solid, |within| &within.common)
+    }
+
+    /// The surface of the solid within the region.
+    pub fn surface<'f>(&self, facets: &'f Facets<'f>, region: &Region) -> SurfaceElements<'f> {
+        match self.shells {
+            Shells::Apart => SurfaceElements::within(facets, &self.solid, region),
+            Shells::Meeting => SurfaceElements::of_hits(facets, &self.solid, region, Scale::Counted),
+        }
     }
 
     /// Rays of the solid that did not close, along all axes.

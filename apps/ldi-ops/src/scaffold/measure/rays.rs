@@ -32,7 +32,7 @@ const NO_SURFACE: &str = "there is no surface within the region";
 pub fn measure(study: &Study, record: &mut Record) -> Drawn {
     let mesh = study.subject.solid.mesh();
     let facets = Facets::of(&mesh.positions, &mesh.triangles);
-    let surface = SurfaceElements::within(&facets, &study.images.solid, study.region);
+    let surface = study.images.surface(&facets, study.region);
     volume(study, record);
     let mut drawn = Drawn { anisotropy: of_surface(study, &surface, record), ..Drawn::default() };
     of_mesh(study, &facets, record);
@@ -70,7 +70,7 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
     record.put("surface.density", area / total);
     let settings = study.settings;
     let overhang = overhang(surface, settings.build, settings.overhang_angle, Plate::Counted);
-    let entry = match (study.shells, settings.fill) {
+    let entry = match (study.images.shells, settings.fill) {
         // Parity turns facets over that wind does not.
         (Shells::Meeting, Fill::EvenOdd) => record.lacks("overhang", SHELLS_MEET),
         _ => record.put_or("overhang", overhang.map(|overhang| overhang.share), NO_SURFACE),
@@ -102,7 +102,7 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
 /// What the mesh is curved by.
 fn of_mesh(study: &Study, facets: &Facets, record: &mut Record) {
     let ids = ["surface.curvature.mean", "surface.curvature.gauss"];
-    if study.shells == Shells::Meeting {
+    if study.images.shells == Shells::Meeting {
         ids.into_iter().for_each(|id| {
             record.lacks(id, SHELLS_MEET);
         });

@@ -12,7 +12,7 @@ pub fn measure(study: &Study, record: &mut Record) {
     let edges = study.settings.edges;
     let mesh = study.subject.solid.mesh();
     let surface = SurfaceCharacteristic::of(&mesh.positions, &mesh.triangles);
-    let of_mesh = match study.shells {
+    let of_mesh = match study.images.shells {
         Shells::Apart => surface.of_solid().ok_or("edges of the mesh have not two facets each"),
         Shells::Meeting => Err(SHELLS_MEET),
     };
