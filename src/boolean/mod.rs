@@ -27,11 +27,13 @@ mod region;
 mod sweep;
 #[cfg(test)]
 mod tests;
+mod volume_bounds;
 
 pub use expression::Expression;
 pub use parse::{ExpressionError, Found};
 pub use plan::{Images, Leaf, Plan, Role};
 pub use sweep::Operand;
+pub use volume_bounds::VolumeBounds;
 
 use crate::grid::Axis;
 use crate::ldi::{Ldi, TooManySamples};

@@ -112,7 +112,7 @@ impl VolumeEstimate {
     /// **Both** count the bias of an over- or under-estimate as an error, where it is known.
     ///
     /// What repeats with the raster — the cells of a lattice, a stack of plates — may err alike everywhere, and no look at
-    /// one raster tells. [`beside`](Self::beside) takes a second one into account.
+    /// one raster tells. [`from_rasters`](Self::from_rasters) takes a second one into account.
     ///
     /// # Panics
     /// If there is neither one axis nor all three.
@@ -129,12 +129,35 @@ impl VolumeEstimate {
         VolumeEstimate { value, error: error.max(bias) }
     }
 
-    /// The same value with an error of at least half the distance to the volume found on another raster, best a coarser
-    /// one whose pitch is no simple multiple.
-    pub fn beside(self, other: &VolumeEstimate) -> VolumeEstimate {
-        VolumeEstimate { value: self.value, error: self.error.max(0.5 * (self.value - other.value).abs()) }
+    /// The volume from images along one axis or all three, its error held against coarser images along all three.
+    ///
+    /// What repeats with the raster — the cells of a lattice, a stack of plates, faces along the rays — may err alike
+    /// everywhere, and no look at one raster tells. `coarser` are the exact images on a raster whose pitch is no simple
+    /// multiple of the first, best [`SECOND_PITCH`] times as large. The error is [`ERROR_FACTOR`] times the largest of the
+    /// error that [`from_axes`](Self::from_axes) gives, the distance to the volume of the coarser images, and for one axis
+    /// the distance to the coarser image along it.
+    ///
+    /// It is empirical: `tests/reference/estimates.py` holds it against known volumes, and prints a table.
+    ///
+    /// # Panics
+    /// If there is neither one axis nor all three, of either raster, or the coarser lacks the axis of the first.
+    pub fn from_rasters(axes: &[AxisVolume], coarser: &[AxisVolume]) -> VolumeEstimate {
+        let VolumeEstimate { value, error } = VolumeEstimate::from_axes(axes);
+        let mut apart = (value - VolumeEstimate::from_axes(coarser).value).abs();
+        if let [only] = axes {
+            let same = coarser.iter().find(|axis| axis.axis == only.axis).expect("the coarser raster has the axis");
+            apart = apart.max((value - same.volume).abs());
+        }
+        VolumeEstimate { value, error: ERROR_FACTOR * error.max(apart) }
     }
 }
+
+/// The pitch of the raster that a volume is held against, in pitches of its own: the square of the golden ratio, so that what
+/// repeats with the one does not repeat with the other.
+pub const SECOND_PITCH: f64 = 2.618;
+
+/// How much larger than the signs of it an error is taken to be.
+const ERROR_FACTOR: f64 = 1.25;
 
 fn from_three(axes: [&AxisVolume; 3]) -> VolumeEstimate {
     let mean = axes.iter().map(|axis| axis.volume).sum::<f64>() / 3.0;

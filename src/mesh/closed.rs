@@ -35,7 +35,7 @@ use rayon::prelude::*;
 
 use super::check::{MeshReport, Severity, check};
 use super::measure::{EMPTY, include};
-use super::{Aabb, TriangleMesh};
+use super::{Aabb, MassProperties, TriangleMesh};
 
 /// A mesh that bounds a solid: every edge has an even number of uses once identical coordinates are one vertex.
 ///
@@ -97,6 +97,12 @@ impl ClosedMesh {
     /// See [`TriangleMesh::signed_volume`]. It is summed anew at each call.
     pub fn signed_volume(&self) -> f64 {
         self.mesh.signed_volume_within(self.bounds)
+    }
+
+    /// Returns volume, area, centroid and inertia by sums over the triangles; those of the solid where
+    /// [`prove_simple`](super::prove_simple) holds. They are summed anew at each call.
+    pub fn mass_properties(&self) -> MassProperties {
+        MassProperties::of(&self.mesh, self.bounds)
     }
 
     /// Whether every triangle, as a set of three positions, occurs an even number of times.

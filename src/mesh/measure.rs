@@ -73,23 +73,32 @@ impl TriangleMesh {
 
     /// The sum of `term` over the triangles with indices in range, in an order that the thread count does not touch.
     fn sum(&self, term: impl Fn(DVec3, DVec3, DVec3) -> f64 + Sync) -> f64 {
-        let totals: Vec<Sum> = self
+        self.sums(|[a, b, c]| [term(a, b, c)])[0]
+    }
+
+    /// The sums of several terms.
+    pub(super) fn sums<const N: usize>(&self, terms: impl Fn([DVec3; 3]) -> [f64; N] + Sync) -> [f64; N] {
+        let totals: Vec<[Sum; N]> = self
             .triangles
             .par_chunks(CHUNK)
             .map(|chunk| {
-                let mut sum = Sum::default();
-                for [a, b, c] in chunk.iter().filter_map(|triangle| self.corners(triangle)) {
-                    sum.add(term(a, b, c));
+                let mut sums = [Sum::default(); N];
+                for corners in chunk.iter().filter_map(|triangle| self.corners(triangle)) {
+                    for (sum, term) in sums.iter_mut().zip(terms(corners)) {
+                        sum.add(term);
+                    }
                 }
-                sum
+                sums
             })
             .collect();
-        let mut total = Sum::default();
+        let mut total = [Sum::default(); N];
         for part in totals {
-            total.add(part.value);
-            total.add(part.lost);
+            for (total, part) in total.iter_mut().zip(part) {
+                total.add(part.value);
+                total.add(part.lost);
+            }
         }
-        total.value + total.lost
+        total.map(|total| total.value + total.lost)
     }
 
     fn frame(&self) -> Frame {
@@ -99,7 +108,7 @@ impl TriangleMesh {
 
 impl Frame {
     /// The frame of a mesh with these bounds.
-    fn of(bounds: Option<Aabb>) -> Frame {
+    pub(super) fn of(bounds: Option<Aabb>) -> Frame {
         let Some(Aabb { min, max }) = bounds else { return Frame { centre: DVec3::ZERO, unit: 1.0 } };
         let farthest = min.abs().max(max.abs()).max_element();
         // The power of two at or below the farthest coordinate; the clamp keeps it and its reciprocal normal numbers.
@@ -110,7 +119,7 @@ impl Frame {
 }
 
 /// Local coordinates in which sums are taken: centred on the box, in a unit that brings all of it near 1.
-struct Frame {
+pub(super) struct Frame {
     /// Centre of the box, in `unit`.
     centre: DVec3,
     /// A power of two, so that scaling by it is exact.
@@ -119,8 +128,18 @@ struct Frame {
 
 impl Frame {
     #[inline]
-    fn local(&self, position: DVec3) -> DVec3 {
+    pub(super) fn local(&self, position: DVec3) -> DVec3 {
         position / self.unit - self.centre
+    }
+
+    /// The position of local coordinates.
+    pub(super) fn world(&self, local: DVec3) -> DVec3 {
+        (local + self.centre) * self.unit
+    }
+
+    /// The length of a local unit.
+    pub(super) fn unit(&self) -> f64 {
+        self.unit
     }
 }
 

@@ -7,16 +7,21 @@ pub mod check;
 pub mod closed;
 mod compact;
 pub mod io;
+mod mass;
 mod measure;
+pub(crate) mod meet;
 #[cfg(test)]
 pub(crate) mod testing;
 mod transform;
 mod weld;
+mod winding;
 
 use glam::DVec3;
 
 pub use check::{Defect, MeshReport, Severity, check};
 pub use closed::{ClosedMesh, NotClosed};
+pub use mass::MassProperties;
+pub use winding::{Unproved, prove_simple};
 
 /// Triangles over shared positions, as a reader or a generator produced them; nothing about it has been checked.
 ///

@@ -29,9 +29,10 @@ use rayon::prelude::*;
 use super::cells::{MARGIN, world_from_cells};
 use super::edges::Bits;
 use super::features::{CellFilter, Feature, Features};
-use super::intersect::{Candidate, meet, pairs};
+use super::intersect::{Candidate, pairs};
 use super::quads::Cut;
 use crate::grid::Grid;
+use crate::mesh::meet::meet;
 
 /// The most rounds; more than four steps of a chain of neighbours are rare.
 const ROUNDS: usize = 32;

@@ -41,7 +41,21 @@ fn every_key_of_the_schema_is_there() {
         assert_eq!(result["command"], command);
         assert_eq!(result["inputs"].as_array().unwrap().len(), files.len());
         assert_eq!(keys(&result["inputs"][0]), ["path", "sha256", "triangles", "closed", "oriented", "volume"]);
-        assert_eq!(keys(&result["volume"]), ["value", "estimate_error", "lower", "upper", "unit"]);
+        const VOLUME: [&str; 11] = [
+            "value",
+            "estimate_error",
+            "method",
+            "exact",
+            "proof",
+            "unproved",
+            "rays",
+            "at_least",
+            "at_most",
+            "lower",
+            "upper",
+        ];
+        assert_eq!(keys(&result["volume"]), [&VOLUME[..], &["unit"]].concat());
+        assert_eq!(result["volume"]["method"], if command == "volume" { "exact" } else { "estimate" });
         assert_eq!(keys(&result["grid"]), ["pitch", "rays", "lod", "quantisation"]);
         assert_eq!(keys(&result["seconds"]), ["read", "sample", "operate", "integrate", "write", "total"]);
         assert!(result["volume"]["lower"].is_null() && result["volume"]["upper"].is_null());

@@ -22,6 +22,7 @@ mod streams;
 mod sum_references;
 mod sums;
 mod surfaces;
+mod volumes;
 mod voxels;
 
 use std::fs;

@@ -144,7 +144,7 @@ fn the_tolerance_is_met_and_told() {
         assert_eq!(result["tolerance"]["reached"], true);
         assert_eq!(result["tolerance"]["asked"], 1e-4);
     }
-    let stderr = folder.run(&["volume", "a.stl", "--tolerance", "1%"]).code(0).stderr();
+    let stderr = folder.run(&["intersect", "a.stl", "a.stl", "--tolerance", "3%"]).code(0).stderr();
     assert!(stderr.contains("reached with 128 rays"), "{stderr}");
 }
 

@@ -14,8 +14,8 @@ use serde_json::{Value, json};
 use crate::exit::Failure;
 use crate::resolve::Report;
 use crate::run::{
-    Checked, Converted, Devices, Generated, GpuDevice, Measured, Outcome, Ran, Rendered, Reported, Solid, StepReport,
-    SurfaceReport, Surfaced, cpu_name, peak_memory_bytes,
+    Checked, Converted, Devices, Generated, GpuDevice, Measured, Method, Outcome, Ran, Rendered, Reported, Solid,
+    StepReport, SurfaceReport, Surfaced, Volume, cpu_name, peak_memory_bytes,
 };
 use crate::warning::Warning;
 use crate::{output, report, unit};
@@ -75,20 +75,14 @@ fn one_measured(result: &Measured) -> Value {
         "schema": SCHEMA,
         "command": result.command,
         "inputs": result.solids.iter().map(input).collect::<Vec<_>>(),
-        "volume": {
-            "value": result.volume.value,
-            "estimate_error": result.volume.error,
-            "lower": null,
-            "upper": null,
-            "unit": unit,
-        },
+        "volume": volume(&result.volume, unit),
         "grid": grid(&result.grid),
         "layers_max": result.layers,
         "samples": result.samples,
         "unclosed_rays": result.unclosed,
-        "backend": result.ran.backend(),
-        "device": device(&result.ran),
-        "auto": result.ran.auto.as_ref().map(|auto| json!({ "backend": result.ran.backend(), "reason": auto.reason })),
+        "backend": result.ran.as_ref().map(Ran::backend),
+        "device": result.ran.as_ref().map(device),
+        "auto": result.ran.as_ref().and_then(auto),
         "mode": mode(result.mode),
         "fill": fill(result.fill),
         "seconds": result.seconds,
@@ -118,6 +112,33 @@ fn one_measured(result: &Measured) -> Value {
     }
     object
 }
+
+/// A volume, how it was found, and what is known beside it.
+fn volume(volume: &Volume, unit: Option<String>) -> Value {
+    let (method, unproved) = match volume.method {
+        Method::Exact => ("exact", None),
+        Method::Estimate(unproved) => ("estimate", unproved),
+    };
+    let [at_least, at_most] = volume.possible;
+    json!({
+        "value": volume.value,
+        "estimate_error": volume.error,
+        "method": method,
+        "exact": (volume.method == Method::Exact).then_some(volume.value),
+        "proof": (volume.method == Method::Exact).then_some(PROOF),
+        "unproved": unproved.map(|why| why.to_string()),
+        "rays": volume.rays.map(|rays| json!({ "value": rays.value, "estimate_error": rays.error })),
+        "at_least": at_least,
+        "at_most": at_most,
+        "lower": null,
+        "upper": null,
+        "unit": unit,
+    })
+}
+
+/// How it is known that the triangles give the volume.
+const PROOF: &str = "no two triangles touch or cross but in shared corners and sides, and every shell faces the right way, so that \
+                     every winding number is 0 or 1";
 
 /// What a step of a sum took.
 fn step(report: &StepReport) -> Value {
@@ -179,6 +200,11 @@ fn input(solid: &Solid) -> Value {
 
 fn path(path: &Path) -> String {
     path.to_string_lossy().into_owned()
+}
+
+/// What `auto` chose, and why.
+fn auto(ran: &Ran) -> Option<Value> {
+    ran.auto.as_ref().map(|auto| json!({ "backend": ran.backend(), "reason": auto.reason }))
 }
 
 /// The GPU, or the processor and the threads that are used of it.
@@ -324,7 +350,7 @@ fn rendered(result: &Rendered) -> Value {
         "unclosed_rays": result.unclosed,
         "backend": result.ran.backend(),
         "device": device(&result.ran),
-        "auto": result.ran.auto.as_ref().map(|auto| json!({ "backend": result.ran.backend(), "reason": auto.reason })),
+        "auto": auto(&result.ran),
         "fill": fill(result.fill),
         "seconds": result.seconds,
         "peak_memory_bytes": peak_memory_bytes(),

@@ -76,9 +76,14 @@ impl Progress {
 
     /// Says something that was asked for with `-v`.
     pub fn detail(&self, message: impl Display) {
-        if self.verbosity == Verbosity::Verbose {
+        if self.is_verbose() {
             self.line(message);
         }
+    }
+
+    /// Whether details were asked for with `-v`.
+    pub fn is_verbose(&self) -> bool {
+        self.verbosity == Verbosity::Verbose
     }
 
     fn line(&self, message: impl Display) {

@@ -10,8 +10,8 @@ use ldi_ops::sampler::{Estimate, Fill, Mode};
 
 use crate::number::{number, plain};
 use crate::run::{
-    Checked, Converted, Devices, Generated, Measured, Outcome, Rendered, Reported, SimplifiedReport, StepReport,
-    SurfaceReport, Surfaced, peak_memory_bytes,
+    Checked, Converted, Devices, Generated, Measured, Method, Outcome, Ran, Rendered, Reported, SimplifiedReport,
+    StepReport, SurfaceReport, Surfaced, Volume, peak_memory_bytes,
 };
 use crate::scaffold::sheet::{LimitOutcome, Metric, Sheet};
 use crate::unit;
@@ -137,11 +137,24 @@ fn measured(results: &[Measured]) -> String {
     tables.join("\n")
 }
 
+/// A volume and how well it is known.
+fn volume(volume: &Volume, unit: &str) -> String {
+    if volume.is_unresolved() {
+        return format!("0{unit}, at most {}{unit}: not resolved", number(volume.possible[1]));
+    }
+    match volume.method {
+        Method::Exact => format!("{}{unit} (exact)", number(volume.value)),
+        Method::Estimate(_) => {
+            let (value, error) = estimate(volume.value, volume.error);
+            format!("{value} ± {error}{unit}")
+        }
+    }
+}
+
 fn one_measured(result: &Measured) -> String {
     let mut table = Table::default();
     let (length, cubed) = (unit::suffix(result.unit, 1), unit::suffix(result.unit, 3));
-    let (value, error) = estimate(result.volume.value, result.volume.error);
-    table.line(result.command, format_args!("{value} ± {error}{cubed}"));
+    table.line(result.command, volume(&result.volume, &cubed));
     if let Some(expression) = &result.expression {
         table.line("expression", expression);
     }
@@ -179,20 +192,9 @@ fn one_measured(result: &Measured) -> String {
             grid.quantisation()
         ),
     );
-    let image = match result.mode {
-        Mode::Exact => "exact".to_owned(),
-        Mode::Estimate(Estimate::Over) => format!("over-estimate with LOD-C {}", grid.lod()),
-        Mode::Estimate(Estimate::Under) => format!("under-estimate with LOD-C {}", grid.lod()),
-    };
-    let fill = match result.fill {
-        Fill::EvenOdd => "even-odd",
-        Fill::NonZero => "non-zero",
-    };
-    table.line("image", format_args!("{image}, {fill}"));
-    table.line("backend", &result.ran);
-    let layers = Axis::ALL.iter().filter_map(|axis| Some((axis.name(), result.layers[axis.depth()]?)));
-    let layers: Vec<String> = layers.map(|(axis, layers)| format!("{layers} along {axis}")).collect();
-    table.line("layers", format_args!("at most {}; {} samples in all", layers.join(", "), result.samples));
+    if let Some(ran) = &result.ran {
+        images(&mut table, result, ran);
+    }
     for step in result.sum.iter().flat_map(|sum| &sum.steps) {
         sum_step(&mut table, step, result.unit);
     }
@@ -230,6 +232,24 @@ fn one_measured(result: &Measured) -> String {
         table.line("memory", format_args!("{:.0} MB at most{}", bytes as f64 / 1e6, expected.unwrap_or_default()));
     }
     table.text
+}
+
+/// The images that were made.
+fn images(table: &mut Table, result: &Measured, ran: &Ran) {
+    let image = match result.mode {
+        Mode::Exact => "exact".to_owned(),
+        Mode::Estimate(Estimate::Over) => format!("over-estimate with LOD-C {}", result.grid.lod()),
+        Mode::Estimate(Estimate::Under) => format!("under-estimate with LOD-C {}", result.grid.lod()),
+    };
+    let fill = match result.fill {
+        Fill::EvenOdd => "even-odd",
+        Fill::NonZero => "non-zero",
+    };
+    table.line("image", format_args!("{image}, {fill}"));
+    table.line("backend", ran);
+    let layers = Axis::ALL.iter().filter_map(|axis| Some((axis.name(), result.layers[axis.depth()]?)));
+    let layers: Vec<String> = layers.map(|(axis, layers)| format!("{layers} along {axis}")).collect();
+    table.line("layers", format_args!("at most {}; {} samples in all", layers.join(", "), result.samples));
 }
 
 /// What a step of a sum took, on two lines.

@@ -120,6 +120,14 @@ impl Measurement {
         }
     }
 
+    /// What is made of the inputs; nothing where one is measured by itself.
+    pub fn expression(&self) -> Option<&Expression> {
+        match self {
+            Measurement::Boolean(Boolean { expression, .. }) => Some(expression),
+            Measurement::Volume | Measurement::Sample => None,
+        }
+    }
+
     /// The expression that was typed.
     pub fn typed_expression(&self) -> Option<&str> {
         match self {

@@ -69,7 +69,14 @@ impl Solid {
     }
 
     pub fn is_closed(&self) -> bool {
-        matches!(self.surface, Surface::Closed(_))
+        self.closed().is_some()
+    }
+
+    pub fn closed(&self) -> Option<&ClosedMesh> {
+        match &self.surface {
+            Surface::Closed(closed) => Some(closed),
+            Surface::Open { .. } => None,
+        }
     }
 
     /// An open mesh is not oriented: its open edges are used in one direction alone.

@@ -8,10 +8,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use glam::{DMat3, DVec3};
+use ldi_ops::boolean::VolumeBounds;
 use ldi_ops::grid::{Axis, Grid, LatticeBox, LatticeSolid};
-use ldi_ops::integrate::{self, AxisVolume, Moments, SurfaceHits, VolumeEstimate};
+use ldi_ops::integrate::{self, AxisVolume, Moments, SECOND_PITCH, SurfaceHits, VolumeEstimate};
 use ldi_ops::ldi::Ldi;
-use ldi_ops::mesh::LengthUnit;
+use ldi_ops::mesh::{self, Aabb, LengthUnit, MassProperties, Unproved};
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 use serde::Serialize;
 
@@ -27,6 +28,7 @@ use crate::exit::{Exit, Failure};
 use crate::number::number;
 use crate::progress::Progress;
 use crate::resolve::{Backend, Boolean, Input, MeasureJob, Measurement, Spacing};
+use crate::unit;
 use crate::warning::Warning;
 
 /// Everything that is known of a result.
@@ -37,7 +39,7 @@ pub struct Measured {
     pub expression: Option<String>,
     pub solids: Vec<Solid>,
     pub unit: Option<LengthUnit>,
-    pub volume: VolumeEstimate,
+    pub volume: Volume,
     pub grid: Grid,
     /// The most samples on a ray along x, y and z; nothing for axes that were not sampled.
     pub layers: [Option<u32>; 3],
@@ -47,7 +49,8 @@ pub struct Measured {
     pub unclosed: u64,
     pub mode: Mode,
     pub fill: Fill,
-    pub ran: Ran,
+    /// Where the images were made, if any were.
+    pub ran: Option<Ran>,
     pub seconds: Seconds,
     pub warnings: Vec<Warning>,
     /// The file that the images, or what is made of them, were written to.
@@ -60,6 +63,49 @@ pub struct Measured {
     pub refinement: Option<Refinement>,
     /// What a sum took.
     pub sum: Option<SumReport>,
+}
+
+/// The volume of a result, and how well it is known.
+#[derive(Clone, Copy, Debug)]
+pub struct Volume {
+    pub value: f64,
+    /// Of an exact value the bound of its rounding, else an estimate.
+    pub error: f64,
+    pub method: Method,
+    /// What the images alone say, if any were made.
+    pub rays: Option<VolumeEstimate>,
+    /// The least and the greatest volume that the inputs allow.
+    pub possible: [f64; 2],
+}
+
+/// How a volume was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// By sums over the triangles of a mesh whose winding numbers are proved to be 0 and 1.
+    Exact,
+    /// From images. Of a solid by itself: why its triangles do not do.
+    Estimate(Option<Unproved>),
+}
+
+impl Volume {
+    /// What images say, held to what the inputs allow.
+    pub fn estimate(rays: VolumeEstimate, possible: [f64; 2], unproved: Option<Unproved>) -> Volume {
+        let [least, greatest] = possible;
+        // NaN stays what it is.
+        let value = rays.value.max(least).min(greatest);
+        let farthest = (greatest - value).max(value - least);
+        let error = match value == 0.0 {
+            // Whatever lies between the rays.
+            true => farthest,
+            false => (rays.error + (value - rays.value).abs()).min(farthest),
+        };
+        Volume { value, error, method: Method::Estimate(unproved), rays: Some(rays), possible }
+    }
+
+    /// Whether no ray met anything, so that all that is known is what the inputs allow.
+    pub fn is_unresolved(&self) -> bool {
+        self.method != Method::Exact && self.value == 0.0 && self.possible[1] > 0.0
+    }
 }
 
 /// Area and moments of one solid.
@@ -147,54 +193,104 @@ fn measure(
     seconds.read = reading.elapsed().as_secs_f64();
     progress.detail(format_args!("read in {:.4} s", seconds.read));
 
-    let mut round = |spacing| sample_round(job, &solids, backends, spacing, &mut seconds, progress);
-    let (round, refinement) = match job.spacing {
-        Spacing::Tolerance(tolerance) => {
-            let (round, refinement) = refine(tolerance, &mut round)?;
-            let words = format!(
-                "--tolerance {} %: {} with {} rays along the longest side, where the estimate is {} % of the volume",
-                number(100.0 * tolerance),
-                if refinement.reached { "reached" } else { "not reached" },
-                refinement.resolution,
-                number(100.0 * refinement.came_to),
-            );
-            match refinement.reached {
-                true => progress.note(words),
-                false => warnings.push(Warning::new("tolerance-not-reached", words)),
-            }
-            (round, Some(refinement))
+    // A solid by itself has its exact volume from its triangles, where it is proved that they enclose no point twice.
+    let mut exact = None;
+    let mut unproved = None;
+    if job.measurement == Measurement::Volume {
+        progress.stage("looking for triangles that meet");
+        let proving = Instant::now();
+        match solids[0].closed().map(|closed| (mesh::prove_simple(closed), closed)) {
+            Some((Ok(()), closed)) => exact = Some(closed.mass_properties()),
+            Some((Err(why), _)) => unproved = Some(why),
+            None => {}
         }
-        spacing => (round(spacing)?, None),
-    };
-
-    let comparing = Instant::now();
-    for (solid, _) in solids.iter().zip(&round.rules_agree).filter(|(_, agree)| **agree != Some(true)) {
-        let difference = FillDifference::of(solid)?;
-        warnings.extend(difference.and_then(|difference| difference.warning(solid, job.fill)));
+        seconds.integrate += proving.elapsed().as_secs_f64();
+        let said = unproved.map_or("0 and 1 everywhere".to_owned(), |why| format!("not proved to be 0 and 1: {why}"));
+        progress.detail(format_args!("winding numbers {said}; found in {:.4} s", proving.elapsed().as_secs_f64()));
     }
-    let compared = comparing.elapsed().as_secs_f64();
-    seconds.sample += compared;
-    progress.detail(format_args!("fill rules compared in {compared:.4} s"));
-
-    let measures = match job.measurement {
-        Measurement::Volume => {
-            let (centroid, inertia) = mean_moments(&round.moments);
-            let measuring = Instant::now();
-            let area = surface_area(job, &solids[0], &round.grid, round.choice.sampler(), progress)?;
-            seconds.integrate += measuring.elapsed().as_secs_f64();
-            Some(SolidMeasures { area, centroid, inertia })
-        }
-        _ => None,
+    // The images of what is known exactly are but a check.
+    let needs_images = exact.is_none() || job.report.has_json() || progress.is_verbose();
+    let mut refinement = None;
+    let mut round = None;
+    if needs_images {
+        let mut sample = |spacing| sample_round(job, &solids, backends, spacing, &mut seconds, progress);
+        round = Some(match job.spacing {
+            Spacing::Tolerance(_) if exact.is_some() => sample(Spacing::Resolution(COARSEST))?,
+            Spacing::Tolerance(tolerance) => {
+                let (round, found) = refine(tolerance, &mut sample)?;
+                let words = format!(
+                    "--tolerance {} %: {} with {} rays along the longest side, where the estimate is {} % of the volume",
+                    number(100.0 * tolerance),
+                    if found.reached { "reached" } else { "not reached" },
+                    found.resolution,
+                    number(100.0 * found.came_to),
+                );
+                match found.reached {
+                    true => progress.note(words),
+                    false => warnings.push(Warning::new("tolerance-not-reached", words)),
+                }
+                refinement = Some(found);
+                round
+            }
+            spacing => sample(spacing)?,
+        });
+    }
+    let grid = match (&round, job.spacing) {
+        (Some(round), _) => round.grid,
+        (None, Spacing::Tolerance(_)) => lay(job, &solids, Spacing::Resolution(COARSEST))?,
+        (None, spacing) => lay(job, &solids, spacing)?,
     };
-    let ran = round.choice.ran();
-    warnings.extend(ran.auto.iter().filter_map(|auto| auto.warning.clone()));
-    warnings.extend(open_warning(&solids, &round));
-    warnings.extend(solids.iter().filter_map(|solid| thin(solid, &round.grid, &job.axes)));
-    warnings.extend(coarse_voxels(job, &round.grid));
+
+    if let Some(round) = &round
+        && exact.is_none()
+    {
+        let comparing = Instant::now();
+        for (solid, _) in solids.iter().zip(&round.rules_agree).filter(|(_, agree)| **agree != Some(true)) {
+            let difference = FillDifference::of(solid)?;
+            warnings.extend(difference.and_then(|difference| difference.warning(solid, job.fill)));
+        }
+        let compared = comparing.elapsed().as_secs_f64();
+        seconds.sample += compared;
+        progress.detail(format_args!("fill rules compared in {compared:.4} s"));
+    }
+
+    let (mut volume, mut measures) = match (&exact, &round) {
+        (Some(exact), _) => exactly(exact, round.as_ref().map(|round| round.volume)),
+        (None, Some(round)) => {
+            (Volume::estimate(round.volume, possible(job, &solids, &round.rules_agree), unproved), None)
+        }
+        (None, None) => unreachable!("what is not known exactly is sampled"),
+    };
+    if let (Spacing::Tolerance(asked), Some(_)) = (job.spacing, &exact) {
+        let came_to = volume.error / volume.value;
+        refinement = Some(Refinement { asked, came_to, reached: came_to <= asked, resolution: COARSEST });
+    }
+    if let (Some(round), None, Measurement::Volume) = (&round, &exact, &job.measurement) {
+        let (centroid, inertia) = mean_moments(&round.moments);
+        let measuring = Instant::now();
+        let area = surface_area(job, &solids[0], &round.grid, round.choice.sampler(), progress)?;
+        seconds.integrate += measuring.elapsed().as_secs_f64();
+        measures = Some(SolidMeasures { area, centroid, inertia });
+    }
+    // As far as the rays see, the mesh's own volume is that of the solid, which then is not farther off than that.
+    if let (Some(round), None, None) = (&round, &exact, job.measurement.expression())
+        && round.rules_agree[0] == Some(true)
+    {
+        volume.error = volume.error.max((volume.value - solids[0].volume.abs()).abs());
+    }
+    if let Some(round) = &round {
+        warnings.extend(round.choice.ran().auto.iter().filter_map(|auto| auto.warning.clone()));
+        warnings.extend(open_warning(&solids, round));
+    }
+    if exact.is_none() {
+        warnings.extend(solids.iter().filter_map(|solid| thin(solid, &grid, &job.axes)));
+    }
+    warnings.extend(coarse_voxels(job, &grid));
 
     let mut surface = None;
     if let Some(target) = &job.images {
         let writing = Instant::now();
+        let Some(round) = &round else { unreachable!("images that are written were made") };
         let imaged =
             Imaged { images: &round.images, normals: Some(&round.normals), mode: job.mode, unit: solids[0].unit };
         let (report, said) = write::images(target, &imaged, progress)?;
@@ -207,14 +303,14 @@ fn measure(
         command: job.measurement.command(),
         expression: job.measurement.typed_expression().map(str::to_owned),
         unit: solids[0].unit,
-        volume: round.volume,
-        grid: round.grid,
-        layers: round.layers,
-        samples: round.samples,
-        unclosed: round.unclosed.iter().map(|(_, rays)| rays).sum(),
+        volume,
+        grid,
+        layers: round.as_ref().map_or([None; 3], |round| round.layers),
+        samples: round.as_ref().map_or(0, |round| round.samples),
+        unclosed: round.iter().flat_map(|round| &round.unclosed).map(|(_, rays)| rays).sum(),
         mode: job.mode,
         fill: job.fill,
-        ran,
+        ran: round.map(|round| round.choice.ran()),
         seconds,
         warnings,
         output: match &surface {
@@ -236,6 +332,33 @@ impl Measured {
     pub fn look_over(&mut self) {
         self.warnings.extend(imprecise(self));
         self.warnings.extend(not_finite(self));
+    }
+}
+
+/// The volume and the measures of a solid from sums over its triangles. An inside-out mesh has the same solid.
+fn exactly(sums: &MassProperties, rays: Option<VolumeEstimate>) -> (Volume, Option<SolidMeasures>) {
+    let &MassProperties { volume, volume_rounding, area, centroid, inertia } = sums;
+    let sign = volume.signum();
+    let value = sign * volume;
+    let volume = Volume { value, error: volume_rounding, method: Method::Exact, rays, possible: [value, value] };
+    (volume, Some(SolidMeasures { area, centroid, inertia: sign * inertia }))
+}
+
+/// The least and the greatest volume that the inputs allow: no solid exceeds its box, and the volume of a closed mesh is known
+/// where the fill rules agree on all rays.
+fn possible(job: &MeasureJob, solids: &[Solid], rules_agree: &[Option<bool>]) -> [f64; 2] {
+    let known = |i: usize| {
+        let (solid, Aabb { min, max }) = (&solids[i], solids[i].bounds());
+        let volume = match rules_agree[i] == Some(true) && solid.is_oriented() {
+            true => [solid.volume.abs(); 2],
+            false => [0.0, (max - min).element_product()],
+        };
+        VolumeBounds { volume, corners: [min, max] }
+    };
+    match job.measurement.expression() {
+        Some(expression) => expression.volume_bounds(known).volume,
+        // The solid whose volume is asked for bounds nothing but itself.
+        None => [0.0, solids[0].bounds().extent().element_product()],
     }
 }
 
@@ -280,37 +403,25 @@ fn quantise<'s>(job: &MeasureJob, solids: &'s [Solid], grid: &Grid) -> Result<Ve
     Ok(lattice)
 }
 
-/// The pitch of the raster that an estimate is held against, in pitches of its own: about the golden ratio, so that what
-/// repeats with the one raster does not repeat with the other.
-const SECOND_PITCH: f64 = 1.618;
-
-/// The volume on a coarser raster.
-fn second_opinion(
+/// The exact images along all axes on a coarser raster, which an estimate is held against.
+fn second_raster(
     job: &MeasureJob,
     solids: &[Solid],
     first: &Grid,
     sampler: &dyn Sampler,
+    rules_agree: &mut [Option<bool>],
     seconds: &mut Seconds,
-) -> Result<VolumeEstimate, Failure> {
+) -> Result<Vec<AxisVolume>, Failure> {
     let quantising = Instant::now();
     let grid = lay(job, solids, Spacing::Pitch(SECOND_PITCH * first.pitch()))?;
     let lattice = quantise(job, solids, &grid)?;
     seconds.sample += quantising.elapsed().as_secs_f64();
-    let mut volumes = Vec::new();
-    for &axis in &job.axes {
-        let mut agree = vec![None; solids.len()];
-        let mut maker = ImageMaker {
-            sampler,
-            axis,
-            mode: job.mode,
-            fill: job.fill,
-            triangles: Triangles::NotWanted,
-            seconds,
-            rules_agree: &mut agree,
-        };
-        volumes.push(AxisVolume::from_summary(&maker.summary(&job.measurement, &lattice)?));
-    }
-    Ok(VolumeEstimate::from_axes(&volumes))
+    let (mode, fill) = (Mode::Exact, job.fill);
+    let along = |axis| {
+        let mut maker = ImageMaker { sampler, axis, mode, fill, triangles: Triangles::NotWanted, seconds, rules_agree };
+        Ok(AxisVolume::from_summary(&maker.summary(&job.measurement, &lattice)?))
+    };
+    Axis::ALL.into_iter().map(along).collect()
 }
 
 /// Lays a grid and samples along every axis that was asked for.
@@ -386,12 +497,10 @@ fn sample_round<'b>(
         round.unclosed.push((axis, summary.unclosed()));
         progress.step();
     }
-    round.volume = VolumeEstimate::from_axes(&volumes);
-    // Who asks for one axis asks for speed, and has an estimate that says how blind one axis is.
-    if job.axes.len() == 3 {
-        progress.stage("a second raster".to_owned());
-        round.volume = round.volume.beside(&second_opinion(job, solids, &grid, round.choice.sampler(), seconds)?);
-    }
+    progress.stage("a second raster");
+    let Round { choice, rules_agree, .. } = &mut round;
+    let coarser = second_raster(job, solids, &grid, choice.sampler(), rules_agree, seconds)?;
+    round.volume = VolumeEstimate::from_rasters(&volumes, &coarser);
     progress.detail(format_args!("{x} × {y} × {z} rays: sampled by {:.4} s; {}", seconds.sample, round.choice.ran()));
     Ok(round)
 }
@@ -528,7 +637,17 @@ const IMPRECISE: f64 = 0.1;
 
 /// Says that the rays are too few to tell the volume, as for a solid that is thin beside their distance.
 fn imprecise(measured: &Measured) -> Option<Warning> {
-    let VolumeEstimate { value, error } = measured.volume;
+    let Volume { value, error, possible: [_, greatest], .. } = measured.volume;
+    if measured.volume.is_unresolved() {
+        let unit = unit::suffix(measured.unit, 3);
+        let message = format!(
+            "no ray at a pitch of {:.3e} meets the result: all that is known is that its volume is at most {}{unit}; raise \
+             --resolution to resolve it",
+            measured.grid.pitch(),
+            number(greatest),
+        );
+        return Some(Warning::new("not-resolved", message));
+    }
     let message = || {
         let much = if value > 0.0 { format!("{:.0} % of it", 100.0 * error / value) } else { "all of it".to_owned() };
         let flags = if measured.sum.is_some() { "--resolution" } else { "--resolution or --tolerance" };

@@ -38,7 +38,7 @@ pub use from_images::Surfaced;
 pub use generate::Generated;
 pub use input::Solid;
 pub use machine::{cpu_name, peak_memory_bytes};
-pub use measure::Measured;
+pub use measure::{Measured, Method, Volume};
 pub use render::Rendered;
 pub use report::Reported;
 pub use sum::StepReport;

@@ -1,8 +1,7 @@
 //! `minkowski`, `offset`, `open` and `close`: images of what no mesh bounds, in one step or two, and what they integrate to.
 //!
-//! The volume's error estimate is that of the images on one raster ([`VolumeEstimate::from_axes`]), and counts what an over-
-//! or under-estimate adds or leaves out. A second raster, as other commands have, would cost nearly as much again as the sum;
-//! what repeats with the rays may be further off than told.
+//! The volume's error estimate comes from a second, coarser raster, as for all images; what is smaller than the pitch of both
+//! may be further off than the ± says.
 
 mod backend;
 mod budget;
@@ -17,7 +16,8 @@ use std::time::Instant;
 
 use glam::{DAffine3, DVec3};
 use ldi_ops::grid::Axis;
-use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
+use ldi_ops::integrate::{AxisVolume, SECOND_PITCH, VolumeEstimate};
+use ldi_ops::ldi::Summary;
 use ldi_ops::mesh::{Aabb, ClosedMesh};
 use ldi_ops::sampler::{Fill, Mode};
 
@@ -26,7 +26,7 @@ use self::budget::Limit;
 use self::shells::{Shells, Windings};
 use self::steps::{Keep, Made, Setting, Step};
 use super::input::{self, Demands, Provenance, Sides, Solid};
-use super::measure::{Measured, Seconds};
+use super::measure::{Measured, Seconds, Volume};
 use super::surface::{self, Imaged};
 use super::{Finished, Outcome, say_warnings, write};
 use crate::exit::{Exit, Failure};
@@ -85,10 +85,17 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
     if let SumOperation::Sum(Operand::Reflected) | SumOperation::Difference(Operand::AsItIs) = job.operation {
         input::map(&mut solids[1], &DAffine3::from_scale(DVec3::NEG_ONE), demands)?;
     }
-    let operated = operate(job, &solids, &backend, &mut seconds, progress)?;
+    let raster = Raster::of(job, &solids);
+    let operated = operate(job, raster, &solids, &backend, &mut seconds, progress)?;
     let Made { grid, summaries, images, normals, bias, .. } = operated.last;
-    let mut volume = VolumeEstimate::from_axes(&summaries.iter().map(AxisVolume::from_summary).collect::<Vec<_>>());
-    volume.error = volume.error.max(bias);
+    let of = |summaries: &[Summary]| summaries.iter().map(AxisVolume::from_summary).collect::<Vec<_>>();
+    progress.stage("a second raster");
+    let coarser =
+        Raster { pitch: SECOND_PITCH * grid.pitch(), axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Summaries };
+    let coarser = operate(job, coarser, &solids, &backend, &mut seconds, progress)?.last;
+    let mut rays = VolumeEstimate::from_rasters(&of(&summaries), &of(&coarser.summaries));
+    rays.error = rays.error.max(bias);
+    let volume = Volume::estimate(rays, [0.0, result_box(job.operation, &solids).extent().element_product()], None);
     warnings.extend(operated.warnings);
     // The surface between two steps comes by its folds on the lattice, and nobody can mend it.
     if operated.report.steps[0].is_folded {
@@ -100,7 +107,7 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
         );
         warnings.push(Warning::new("folded", message));
     }
-    if volume.value == 0.0 {
+    if summaries.iter().all(|summary| summary.samples() == 0) {
         warnings.push(empty(job, grid.pitch()));
     }
 
@@ -129,7 +136,7 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
         unclosed: 0,
         mode: job.mode,
         fill: job.fill,
-        ran: backend.ran(&job.backend),
+        ran: Some(backend.ran(&job.backend)),
         seconds,
         warnings,
         output: match &surface {
@@ -153,9 +160,37 @@ struct Operated {
     warnings: Vec<Warning>,
 }
 
+/// The images that are to be made, and what is kept of them.
+#[derive(Clone, Copy)]
+struct Raster<'j> {
+    pitch: f64,
+    axes: &'j [Axis],
+    mode: Mode,
+    keep: Keep,
+}
+
+impl Raster<'_> {
+    /// The raster that a job asks for.
+    fn of<'j>(job: &'j SumJob, solids: &[Solid]) -> Raster<'j> {
+        let pitch = match job.spacing {
+            Spacing::Resolution(rays) => counted_side(job.operation, solids) / f64::from(rays),
+            Spacing::Pitch(pitch) => pitch,
+            Spacing::Tolerance(_) => unreachable!("sums have no tolerance"),
+        };
+        let keep = match job.images.as_ref().map(|target| target.content) {
+            None => Keep::Summaries,
+            Some(Content::Voxels(_)) => Keep::Images,
+            Some(Content::Images) => Keep::ImagesWithTriangles,
+            Some(Content::Mesh(_)) => Keep::Mesh,
+        };
+        Raster { pitch, axes: &job.axes, mode: job.mode, keep }
+    }
+}
+
 /// Goes all steps.
 fn operate(
     job: &SumJob,
+    raster: Raster,
     solids: &[Solid],
     backend: &SumBackend,
     seconds: &mut Seconds,
@@ -163,20 +198,10 @@ fn operate(
 ) -> Result<Operated, Failure> {
     let limit = Limit::new(job.memory);
     let longest = counted_side(job.operation, solids);
-    let pitch = match job.spacing {
-        Spacing::Resolution(rays) => longest / f64::from(rays),
-        Spacing::Pitch(pitch) => pitch,
-        Spacing::Tolerance(_) => unreachable!("sums have no tolerance"),
-    };
-    let keep = match job.images.as_ref().map(|target| target.content) {
-        None => Keep::Summaries,
-        Some(Content::Voxels(_)) => Keep::Images,
-        Some(Content::Images) => Keep::ImagesWithTriangles,
-        Some(Content::Mesh(_)) => Keep::Mesh,
-    };
+    let Raster { pitch, axes, mode, keep } = raster;
     let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
     let names = names.join(", ");
-    let (axes, mode, lod, names) = (&job.axes[..], job.mode, job.lod, &names[..]);
+    let (lod, names) = (job.lod, &names[..]);
     let setting = Setting { pitch, longest, lod, limit, backend, axes, mode, keep, names, progress };
     let a = closed(&solids[0]);
     let (step, next) = match job.operation {
@@ -218,11 +243,10 @@ fn closed(solid: &Solid) -> &ClosedMesh {
     }
 }
 
-/// The side that a resolution counts along: the longest of the result's box, or of that of A where nothing else is known of
-/// the result than that it lies within.
-fn counted_side(operation: SumOperation, solids: &[Solid]) -> f64 {
+/// A box that the result lies in: for what is shrunk that of A.
+fn result_box(operation: SumOperation, solids: &[Solid]) -> Aabb {
     let a = solids[0].bounds();
-    let bounds = match operation {
+    match operation {
         SumOperation::Sum(_) => {
             let b = solids[1].bounds();
             Aabb { min: a.min + b.min, max: a.max + b.max }
@@ -230,9 +254,14 @@ fn counted_side(operation: SumOperation, solids: &[Solid]) -> f64 {
         SumOperation::Offset(distance) if distance > 0.0 => {
             Aabb { min: a.min - DVec3::splat(distance), max: a.max + DVec3::splat(distance) }
         }
+        // A closing stays within the convex hull.
         _ => a,
-    };
-    bounds.extent().max_element()
+    }
+}
+
+/// The side that a resolution counts along: the longest of the result's box.
+fn counted_side(operation: SumOperation, solids: &[Solid]) -> f64 {
+    result_box(operation, solids).extent().max_element()
 }
 
 /// What of a solid goes into a sum.

@@ -1,0 +1,110 @@
+//! Bounds of the volume of an expression from the volumes and boxes of its inputs, after Fréchet.
+
+use glam::DVec3;
+
+use super::{BooleanOperation, Expression};
+
+/// What is known of the volume of a solid and of where it lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeBounds {
+    /// The least and the greatest volume that the solid may have.
+    pub volume: [f64; 2],
+    /// The least and the greatest corner of a box that the solid lies in.
+    pub corners: [DVec3; 2],
+}
+
+impl Expression {
+    /// Bounds the volume of the result by what is known of the inputs.
+    ///
+    /// Where nothing more is known than the volumes a and b of the operands and that of the box around both, no bounds are
+    /// narrower: max(0, a + b − box) ≤ |A ∩ B| ≤ min(a, b), max(a, b) ≤ |A ∪ B| ≤ min(box, a + b), and so on. No volume
+    /// exceeds that of its box.
+    pub fn volume_bounds(&self, inputs: impl Fn(usize) -> VolumeBounds) -> VolumeBounds {
+        self.fold(inputs, |operation, operands| {
+            let (first, others) = operands.split_first().expect("an operation has operands");
+            others.iter().fold(*first, |a, &b| of_two(operation, a, b))
+        })
+    }
+}
+
+fn box_volume([least, greatest]: [DVec3; 2]) -> f64 {
+    (greatest - least).max(DVec3::ZERO).element_product()
+}
+
+fn of_two(operation: BooleanOperation, a: VolumeBounds, b: VolumeBounds) -> VolumeBounds {
+    let around = [a.corners[0].min(b.corners[0]), a.corners[1].max(b.corners[1])];
+    let common = [a.corners[0].max(b.corners[0]), a.corners[1].min(b.corners[1])];
+    let (space, shared) = (box_volume(around), box_volume(common));
+    let ([a_least, a_most], [b_least, b_most]) = (a.volume, b.volume);
+    let in_both = [(a_least + b_least - space).max(0.0), a_most.min(b_most).min(shared)];
+    let (volume, corners) = match operation {
+        BooleanOperation::Intersection => (in_both, common),
+        BooleanOperation::Union => {
+            ([a_least.max(b_least).max(a_least + b_least - in_both[1]), (a_most + b_most).min(space)], around)
+        }
+        BooleanOperation::Difference => {
+            ([(a_least - in_both[1]).max(a_least - b_most).max(0.0), a_most.min(space - b_least)], a.corners)
+        }
+        // What is in one alone: both less twice what is in both, and at most what both leave of the box.
+        BooleanOperation::Xor => {
+            let least = (a_least - b_most).max(b_least - a_most).max(a_least + b_least - 2.0 * in_both[1]).max(0.0);
+            ([least, (a_most + b_most).min(2.0 * space - a_least - b_least).min(space)], around)
+        }
+    };
+    VolumeBounds { volume, corners }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OPERATIONS: [BooleanOperation; 4] =
+        [BooleanOperation::Intersection, BooleanOperation::Union, BooleanOperation::Difference, BooleanOperation::Xor];
+
+    /// A solid of some of six unit cells in a row.
+    fn of_cells(cells: f64) -> VolumeBounds {
+        VolumeBounds { volume: [cells; 2], corners: [DVec3::ZERO, DVec3::new(6.0, 1.0, 1.0)] }
+    }
+
+    #[test]
+    fn bounds_hold_the_volumes_of_all_sets_of_cells_and_are_reached() {
+        for operation in OPERATIONS {
+            let expression = Expression::of_inputs(operation, 2);
+            let mut reached = std::collections::BTreeMap::new();
+            for (a, b) in (0u32..64).flat_map(|a| (0u32..64).map(move |b| (a, b))) {
+                let sizes = [a.count_ones(), b.count_ones()].map(f64::from);
+                let bounds = expression.volume_bounds(|i| of_cells(sizes[i])).volume;
+                let cells = (0..6).filter(|cell| operation.holds(a >> cell & 1 == 1, b >> cell & 1 == 1)).count();
+                let volume = cells as f64;
+                assert!(
+                    (bounds[0]..=bounds[1]).contains(&volume),
+                    "{operation:?} {a:b} {b:b}: {volume} not in {bounds:?}"
+                );
+                let seen = reached.entry(sizes.map(f64::to_bits)).or_insert((bounds, volume, volume));
+                (seen.1, seen.2) = (seen.1.min(volume), seen.2.max(volume));
+            }
+            assert!(reached.values().all(|&(bounds, least, most)| bounds == [least, most]), "{operation:?}");
+        }
+    }
+
+    #[test]
+    fn boxes_that_barely_overlap_leave_little_room() {
+        let solid = |from: f64, volume: f64| VolumeBounds {
+            volume: [volume; 2],
+            corners: [DVec3::new(from, 0.0, 0.0), DVec3::new(from + 1.0, 1.0, 1.0)],
+        };
+        let of = |operation| Expression::of_inputs(operation, 2).volume_bounds(|i| solid(0.875 * i as f64, 0.5)).volume;
+        assert_eq!(of(BooleanOperation::Intersection), [0.0, 0.125]);
+        assert_eq!(of(BooleanOperation::Union), [0.875, 1.0]);
+        assert_eq!(of(BooleanOperation::Difference), [0.375, 0.5]);
+        assert_eq!(of(BooleanOperation::Xor), [0.75, 1.0]);
+    }
+
+    #[test]
+    fn three_operands_are_taken_from_left_to_right() {
+        let inputs = [[4.0, 5.0], [1.0, 2.0], [0.0, 1.0]];
+        let bounds = Expression::of_inputs(BooleanOperation::Difference, 3)
+            .volume_bounds(|i| VolumeBounds { volume: inputs[i], ..of_cells(0.0) });
+        assert_eq!(bounds.volume, [1.0, 5.0]);
+    }
+}

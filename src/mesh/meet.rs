@@ -1,0 +1,182 @@
+//! Decides whether two triangles meet elsewhere than in corners and sides that they share.
+//!
+//! Two triangles that share no corner meet in a point of a side of one of them, so six tests of a segment against a triangle
+//! decide. Two that share a corner meet beyond it only if the side opposite to it, of one, meets the other. Two that share a
+//! side meet beyond it only if they are folded flat. In one plane the same is asked of their outlines. All of this rests on
+//! signs of volumes and areas alone, and those are exact (Shewchuk, Adaptive precision floating-point arithmetic, 1997).
+
+use glam::DVec3;
+use robust::{Coord, Coord3D, orient2d, orient3d};
+
+/// Returns true if a line parts two triangles, seen along an axis, but for corners that they share; false where none was
+/// found. `shared` holds the corner of `a` that each corner of `b` is, or 3.
+///
+/// Such a line stands for a plane, so that the triangles meet in what they share alone. Most triangles that share a corner or
+/// a side lie nearly in one plane, where this is much faster than exact volumes.
+pub(crate) fn are_parted(a: &[DVec3; 3], b: &[DVec3; 3], shared: [usize; 3], axis: usize) -> bool {
+    let seen = |p: &DVec3| match axis {
+        0 => [p.y, p.z],
+        1 => [p.z, p.x],
+        _ => [p.x, p.y],
+    };
+    let (a, b) = ([seen(&a[0]), seen(&a[1]), seen(&a[2])], [seen(&b[0]), seen(&b[1]), seen(&b[2])]);
+    let mut back = [3; 3];
+    for (j, &i) in shared.iter().enumerate() {
+        if i < 3 {
+            back[i] = j;
+        }
+    }
+    a_side_parts(&a, &b, shared) || a_side_parts(&b, &a, back)
+}
+
+/// Returns true if the line of a side of `a` parts the two.
+fn a_side_parts(a: &[[f64; 2]; 3], b: &[[f64; 2]; 3], shared: [usize; 3]) -> bool {
+    for (i, j, k) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+        let own = certain_turn(a[i], a[j], a[k]);
+        if own == 0.0 {
+            return false;
+        }
+        let is_beyond = |(corner, &place): (&[f64; 2], &usize)| match place {
+            3 => certain_turn(a[i], a[j], *corner) * own < 0.0,
+            _ => place != k,
+        };
+        if b.iter().zip(&shared).all(is_beyond) {
+            return true;
+        }
+    }
+    false
+}
+
+/// Twice the area of a triangle, with the right sign; 0 where rounding might have changed it.
+#[inline]
+fn certain_turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    // The bound of stage A of Shewchuk's adaptive orient2d, (3 + 16 ε) ε, ε = 2^-53.
+    const BOUND: f64 = 3.330_669_073_875_471_6e-16;
+    let (left, right) = ((a[0] - c[0]) * (b[1] - c[1]), (a[1] - c[1]) * (b[0] - c[0]));
+    let turn = left - right;
+    if turn.abs() > BOUND * (left.abs() + right.abs()) { turn } else { 0.0 }
+}
+
+/// Returns whether two triangles, by their vertices, meet elsewhere than in vertices and sides that they share.
+pub(crate) fn meet(one: [u32; 3], other: [u32; 3], place_of: impl Fn(u32) -> DVec3) -> bool {
+    let at = |triangle: [u32; 3]| triangle.map(&place_of);
+    let shared = |vertex: &u32, triangle: &[u32; 3]| triangle.contains(vertex);
+    match one.iter().filter(|vertex| shared(vertex, &other)).count() {
+        0 => apart_meet(at(one), at(other)),
+        1 => {
+            let first = |triangle: [u32; 3], than: [u32; 3]| {
+                let turn = triangle.iter().position(|vertex| shared(vertex, &than)).unwrap_or(0);
+                [0, 1, 2].map(|i| triangle[(turn + i) % 3])
+            };
+            corner_meet(at(first(one, other)), at(first(other, one)))
+        }
+        2 => {
+            let last = |triangle: [u32; 3], than: [u32; 3]| {
+                let turn = triangle.iter().position(|vertex| !shared(vertex, &than)).unwrap_or(0);
+                [1, 2, 0].map(|i| triangle[(turn + i) % 3])
+            };
+            side_meet(at(last(one, other)), at(last(other, one))[2])
+        }
+        _ => true,
+    }
+}
+
+/// The sign of the volume of a tetrahedron.
+fn side(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
+    let [a, b, c, d] = [a, b, c, d].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
+    orient3d(a, b, c, d)
+}
+
+/// The sides of a plane that the corners of a triangle lie on.
+fn sides(plane: [DVec3; 3], of: [DVec3; 3]) -> [f64; 3] {
+    of.map(|point| side(plane[0], plane[1], plane[2], point))
+}
+
+fn apart_meet(a: [DVec3; 3], b: [DVec3; 3]) -> bool {
+    let b_of_a = sides(a, b);
+    if one_sided(&b_of_a) {
+        return false;
+    }
+    let a_of_b = sides(b, a);
+    if one_sided(&a_of_b) {
+        return false;
+    }
+    if b_of_a == [0.0; 3] && a_of_b == [0.0; 3] {
+        return flat_meet(a, b);
+    }
+    (0..3).any(|i| {
+        let j = (i + 1) % 3;
+        crosses(b[i], b[j], b_of_a[i], b_of_a[j], a) || crosses(a[i], a[j], a_of_b[i], a_of_b[j], b)
+    })
+}
+
+fn one_sided(sides: &[f64]) -> bool {
+    sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0)
+}
+
+/// Whether a segment, of whose ends the sides of a triangle's plane are known, meets the triangle; a segment in its plane
+/// does not.
+fn crosses(p: DVec3, q: DVec3, of_p: f64, of_q: f64, [a, b, c]: [DVec3; 3]) -> bool {
+    if one_sided(&[of_p, of_q]) || (of_p == 0.0 && of_q == 0.0) {
+        return false;
+    }
+    let turns = [side(p, q, a, b), side(p, q, b, c), side(p, q, c, a)];
+    turns.iter().all(|&turn| turn >= 0.0) || turns.iter().all(|&turn| turn <= 0.0)
+}
+
+/// Of triangles that share their first corner.
+fn corner_meet(a: [DVec3; 3], b: [DVec3; 3]) -> bool {
+    let of = |plane: [DVec3; 3], p, q| [side(plane[0], plane[1], plane[2], p), side(plane[0], plane[1], plane[2], q)];
+    let b_of_a = of(a, b[1], b[2]);
+    if one_sided(&b_of_a) {
+        return false;
+    }
+    let a_of_b = of(b, a[1], a[2]);
+    if one_sided(&a_of_b) {
+        return false;
+    }
+    if b_of_a == [0.0; 2] && a_of_b == [0.0; 2] {
+        let (a, b) = flat(a, b);
+        let [a, b] = [a, b].map(counter_clockwise);
+        let within = |[tip, from, to]: [Coord<f64>; 3], p| orient2d(tip, from, p) >= 0.0 && orient2d(tip, p, to) >= 0.0;
+        return within(a, b[1]) || within(a, b[2]) || within(b, a[1]) || within(b, a[2]);
+    }
+    crosses(b[1], b[2], b_of_a[0], b_of_a[1], a) || crosses(a[1], a[2], a_of_b[0], a_of_b[1], b)
+}
+
+/// Of two triangles on one side, the second given by its third corner.
+fn side_meet(a: [DVec3; 3], other: DVec3) -> bool {
+    if side(a[0], a[1], a[2], other) != 0.0 {
+        return false;
+    }
+    let (a, b) = flat(a, [a[0], a[1], other]);
+    orient2d(a[0], a[1], a[2]) * orient2d(b[0], b[1], b[2]) >= 0.0
+}
+
+/// Of triangles in one plane: whether no side of either parts them.
+fn flat_meet(a: [DVec3; 3], b: [DVec3; 3]) -> bool {
+    let (a, b) = flat(a, b);
+    let [a, b] = [a, b].map(counter_clockwise);
+    let parts = |a: [Coord<f64>; 3], b: [Coord<f64>; 3]| {
+        (0..3).any(|i| b.iter().all(|&p| orient2d(a[i], a[(i + 1) % 3], p) < 0.0))
+    };
+    !parts(a, b) && !parts(b, a)
+}
+
+fn counter_clockwise([a, b, c]: [Coord<f64>; 3]) -> [Coord<f64>; 3] {
+    if orient2d(a, b, c) < 0.0 { [a, c, b] } else { [a, b, c] }
+}
+
+/// Triangles of one plane, seen along the axis that shows the first largest.
+fn flat(a: [DVec3; 3], b: [DVec3; 3]) -> ([Coord<f64>; 3], [Coord<f64>; 3]) {
+    let normal = (a[1] - a[0]).cross(a[2] - a[0]).abs();
+    let axis = if normal.x >= normal.y.max(normal.z) {
+        0
+    } else if normal.y >= normal.z {
+        1
+    } else {
+        2
+    };
+    let seen = |p: DVec3| Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] };
+    (a.map(seen), b.map(seen))
+}

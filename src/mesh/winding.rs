@@ -1,0 +1,467 @@
+//! Proves that the winding number of a closed mesh is 0 or 1 everywhere, so that its divergence sums are those of the solid.
+//!
+//! The divergence theorem gives ∫ w dV, w being the winding number. That is the volume of the solid, under either fill rule,
+//! exactly where w takes no values but 0 and 1.
+//!
+//! # The argument
+//! 1. No two triangles meet elsewhere than in corners and sides that they share (exact signs, [`super::meet`]). So the
+//!    surface is embedded, and w is constant on either side of each sheet of it.
+//! 2. Where every side is shared by exactly two triangles, which use it in opposite directions, w on the outer side is the
+//!    same on all triangles that sides connect.
+//! 3. If that connects all triangles, the outer side of one is the unbounded part of space, where w = 0; so w is 0 or 1
+//!    where the signed volume is positive, and 0 or −1, all triangles facing inwards, where it is negative.
+//! 4. Otherwise [`check`] finds the shells and how many others each lies in. Where those at even depth face
+//!    outwards and those at odd depth inwards, w alternates between 0 and 1.
+//!
+//! A mesh may have windings 0 and 1 and no such proof: shells that touch, T-junctions and flat triangles all count as
+//! triangles that meet.
+
+use std::fmt;
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::meet::{are_parted, meet};
+use super::{Aabb, ClosedMesh, TriangleMesh, check};
+use crate::forest::Forest;
+
+/// Why the winding number of a mesh is not proved to be 0 or 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Unproved {
+    /// The triangles do not agree on what is outside.
+    NotOriented,
+    /// Two triangles meet elsewhere than in corners and sides that they share.
+    TrianglesMeet {
+        /// The triangles, in ascending order.
+        triangles: [u32; 2],
+    },
+    /// A shell faces the wrong way for the number of shells around it.
+    ShellFacing {
+        /// A triangle of it.
+        triangle: usize,
+    },
+    /// The mesh encloses no volume.
+    NoVolume,
+}
+
+impl fmt::Display for Unproved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Unproved::NotOriented => write!(f, "its triangles do not agree on what is outside"),
+            Unproved::TrianglesMeet { triangles: [a, b] } => write!(f, "triangles {a} and {b} touch or cross"),
+            Unproved::ShellFacing { triangle } => write!(f, "the shell of triangle {triangle} faces the wrong way"),
+            Unproved::NoVolume => write!(f, "it encloses no volume"),
+        }
+    }
+}
+
+/// Proves that the winding number of a mesh is 0 or 1 everywhere, or 0 or −1 everywhere, which the sign of
+/// [`ClosedMesh::signed_volume`] tells; see the module's docs.
+///
+/// It takes about 0.2 s for a million triangles on two threads. The answer, a reason among it, does not depend on threads.
+pub fn prove_simple(mesh: &ClosedMesh) -> Result<(), Unproved> {
+    if !mesh.oriented() {
+        return Err(Unproved::NotOriented);
+    }
+    let triangles = mesh.mesh();
+    let surface = Surface::new(triangles, mesh.bounds());
+    surface.embed()?;
+    let is_manifold = 2 * surface.shared_sides.load(Ordering::Relaxed) == 3 * triangles.triangles.len();
+    let is_connected = || (0..triangles.triangles.len() as u32).into_par_iter().all(|t| surface.parts.find(t) == 0);
+    if is_manifold && is_connected() {
+        return if mesh.signed_volume() == 0.0 { Err(Unproved::NoVolume) } else { Ok(()) };
+    }
+    let report = check(triangles);
+    match report.inside_out.first.first().or(report.solids_in_solids.first.first()) {
+        Some(shell) => Err(Unproved::ShellFacing { triangle: shell.triangle }),
+        None => Ok(()),
+    }
+}
+
+/// The box of a triangle, relative to that of the mesh, rounded outwards.
+#[derive(Clone, Copy)]
+struct Extent {
+    min: Vec3,
+    max: Vec3,
+}
+
+impl Extent {
+    fn of([a, b, c]: [DVec3; 3]) -> Extent {
+        let (min, max) = (a.min(b).min(c), a.max(b).max(c));
+        let down = |x: f64| (x as f32).next_down();
+        let up = |x: f64| (x as f32).next_up();
+        Extent {
+            min: Vec3::new(down(min.x), down(min.y), down(min.z)),
+            max: Vec3::new(up(max.x), up(max.y), up(max.z)),
+        }
+    }
+
+    #[inline]
+    fn touches(&self, other: &Extent) -> bool {
+        (self.min.cmple(other.max) & other.min.cmple(self.max)).all()
+    }
+}
+
+/// Cells of one size and the triangles that touch each.
+struct Level {
+    /// 1 / side of a cell.
+    scale: f32,
+    cells: [u32; 3],
+    /// Where the triangles of each cell begin, and the end of the last.
+    starts: Vec<u32>,
+    triangles: Vec<u32>,
+}
+
+impl Level {
+    /// Puts the triangles of a level into cells.
+    fn new(side: f32, size: Vec3, members: &[u32], extents: &[Extent]) -> Level {
+        let scale = 1.0 / side;
+        let cells = (size * scale).to_array().map(|c| c as u32 + 1);
+        let mut level = Level { scale, cells, starts: Vec::new(), triangles: Vec::new() };
+        let counts: Vec<AtomicU32> =
+            (0..cells.iter().product::<u32>() + 1).into_par_iter().map(|_| AtomicU32::new(0)).collect();
+        members.par_iter().with_min_len(CHUNK).for_each(|&triangle| {
+            level.each_cell(&extents[triangle as usize], |cell| {
+                counts[cell as usize].fetch_add(1, Ordering::Relaxed);
+            });
+        });
+        let mut end = 0;
+        for count in &counts {
+            end += count.load(Ordering::Relaxed);
+            count.store(end, Ordering::Relaxed);
+        }
+        let slots: Vec<AtomicU32> = (0..end).into_par_iter().map(|_| AtomicU32::new(0)).collect();
+        members.par_iter().with_min_len(CHUNK).for_each(|&triangle| {
+            level.each_cell(&extents[triangle as usize], |cell| {
+                let slot = counts[cell as usize].fetch_sub(1, Ordering::Relaxed) - 1;
+                slots[slot as usize].store(triangle, Ordering::Relaxed);
+            });
+        });
+        level.starts = counts.into_iter().map(AtomicU32::into_inner).collect();
+        level.triangles = slots.into_iter().map(AtomicU32::into_inner).collect();
+        level
+    }
+
+    /// The cell that a coordinate lies in; it never falls where the coordinate rises.
+    #[inline]
+    fn cell(&self, point: Vec3) -> [u32; 3] {
+        let cell = (point * self.scale).to_array();
+        [0, 1, 2].map(|i| (cell[i] as u32).min(self.cells[i] - 1))
+    }
+
+    #[inline]
+    fn number(&self, [x, y, z]: [u32; 3]) -> u32 {
+        (z * self.cells[1] + y) * self.cells[0] + x
+    }
+
+    #[inline]
+    fn each_cell(&self, extent: &Extent, mut visit: impl FnMut(u32)) {
+        let (low, high) = (self.cell(extent.min), self.cell(extent.max));
+        for z in low[2]..=high[2] {
+            for y in low[1]..=high[1] {
+                for x in low[0]..=high[0] {
+                    visit(self.number([x, y, z]));
+                }
+            }
+        }
+    }
+
+    fn members(&self, cell: u32) -> &[u32] {
+        &self.triangles[self.starts[cell as usize] as usize..self.starts[cell as usize + 1] as usize]
+    }
+
+    /// Whether a cell is the lowest that both boxes touch: the one in which a pair is looked at.
+    #[inline]
+    fn is_first(&self, cell: u32, one: &Extent, other: &Extent) -> bool {
+        self.number(self.cell(one.min.max(other.min))) == cell
+    }
+}
+
+/// Triangles or cells that one task takes.
+const CHUNK: usize = 4096;
+
+/// The most cells of the finest level.
+const MOST_CELLS: f64 = 4e6;
+
+/// A mesh whose triangles are being held against one another.
+struct Surface<'m> {
+    mesh: &'m TriangleMesh,
+    extents: Vec<Extent>,
+    /// From fine to coarse, each with cells twice the side of those before it.
+    levels: Vec<Level>,
+    /// The level that each triangle belongs to.
+    level_of: Vec<u8>,
+    /// The triangles that sides connect.
+    parts: Forest,
+    /// Pairs of triangles that share a side, in opposite directions.
+    shared_sides: AtomicUsize,
+}
+
+impl<'m> Surface<'m> {
+    fn new(mesh: &'m TriangleMesh, bounds: Aabb) -> Surface<'m> {
+        // In parts of the longest side, so that no coordinate leaves the range of f32.
+        let unit = bounds.extent().max_element();
+        let local = |index: u32| (mesh.positions[index as usize] - bounds.min) / unit;
+        let extents: Vec<Extent> = mesh.triangles.par_iter().map(|t| Extent::of(t.map(local))).collect();
+        let size = (bounds.extent() / unit).as_vec3();
+
+        let width = |extent: &Extent| (extent.max - extent.min).max_element();
+        let mean = extents.par_iter().map(|extent| f64::from(width(extent))).sum::<f64>() / extents.len() as f64;
+        let volume = |side: f64| size.to_array().iter().map(|&c| f64::from(c) / side + 1.0).product::<f64>();
+        let mut finest = 1.5 * mean;
+        while volume(finest) > MOST_CELLS {
+            finest *= 1.2;
+        }
+        let finest = finest as f32;
+        let level_of: Vec<u8> =
+            extents.par_iter().map(|extent| (width(extent) / finest).log2().ceil().clamp(0.0, 30.0) as u8).collect();
+        let coarsest = level_of.par_iter().copied().max().unwrap_or(0);
+        let levels = (0..=coarsest).map(|k| {
+            let members: Vec<u32> =
+                (0..extents.len() as u32).into_par_iter().filter(|&t| level_of[t as usize] == k).collect();
+            Level::new(finest * f32::from(k).exp2(), size, &members, &extents)
+        });
+        let levels = levels.collect();
+        let parts = Forest::new(extents.len() as u32);
+        Surface { mesh, extents, levels, level_of, parts, shared_sides: AtomicUsize::new(0) }
+    }
+
+    /// Looks at every pair of triangles whose boxes touch.
+    fn embed(&self) -> Result<(), Unproved> {
+        for level in &self.levels {
+            let cells = (0..level.starts.len() as u32 - 1).into_par_iter().with_min_len(64);
+            first(cells.filter_map(|cell| self.within_cell(level, cell)))?;
+        }
+        if self.levels.len() > 1 {
+            let triangles = (0..self.extents.len() as u32).into_par_iter().with_min_len(CHUNK);
+            first(triangles.filter_map(|triangle| self.with_larger(triangle)))?;
+        }
+        Ok(())
+    }
+
+    /// Looks at the pairs of a cell; gives the least one that meets.
+    fn within_cell(&self, level: &Level, cell: u32) -> Option<[u32; 2]> {
+        let members = level.members(cell);
+        if members.len() < 2 {
+            return None;
+        }
+        // Side by side, as each is read as often as the cell has members.
+        let facets: Vec<Facet> = members.iter().map(|&triangle| self.facet(triangle)).collect();
+        let mut found = None;
+        for (i, one) in facets.iter().enumerate() {
+            for other in &facets[i + 1..] {
+                if one.extent.touches(&other.extent) && level.is_first(cell, &one.extent, &other.extent) {
+                    found = lesser(found, self.look_at(one, other));
+                }
+            }
+        }
+        found
+    }
+
+    /// Looks at the pairs of a triangle with those of coarser levels.
+    fn with_larger(&self, triangle: u32) -> Option<[u32; 2]> {
+        let one = self.facet(triangle);
+        let mut found = None;
+        for level in &self.levels[usize::from(self.level_of[triangle as usize]) + 1..] {
+            level.each_cell(&one.extent, |cell| {
+                for &other in level.members(cell) {
+                    let extent = &self.extents[other as usize];
+                    if one.extent.touches(extent) && level.is_first(cell, &one.extent, extent) {
+                        found = lesser(found, self.look_at(&one, &self.facet(other)));
+                    }
+                }
+            });
+        }
+        found
+    }
+
+    fn facet(&self, triangle: u32) -> Facet {
+        let [a, b, c] = self.mesh.triangles[triangle as usize].map(|index| self.mesh.positions[index as usize]);
+        let normal = (b - a).cross(c - a).abs();
+        let axis = if normal.x >= normal.y.max(normal.z) {
+            0
+        } else if normal.y >= normal.z {
+            1
+        } else {
+            2
+        };
+        Facet { triangle, axis, corners: [a, b, c], extent: self.extents[triangle as usize] }
+    }
+
+    /// Gives a pair back if it meets; joins the parts of triangles that share a side.
+    fn look_at(&self, one: &Facet, other: &Facet) -> Option<[u32; 2]> {
+        let (a, b) = (&one.corners, &other.corners);
+        // Corners in the same place are one, whatever their indices.
+        let mut shared = [3; 3];
+        for (place, corner) in shared.iter_mut().zip(b) {
+            for (i, own) in a.iter().enumerate() {
+                if own.x == corner.x && own == corner {
+                    *place = i;
+                }
+            }
+        }
+        if !are_parted(a, b, shared, one.axis) {
+            let numbers = [0, 1, 2].map(|j| if shared[j] < 3 { shared[j] as u32 } else { 3 + j as u32 });
+            let place_of = |number: u32| if number < 3 { a[number as usize] } else { b[number as usize - 3] };
+            if meet([0, 1, 2], numbers, place_of) {
+                return Some([one.triangle.min(other.triangle), one.triangle.max(other.triangle)]);
+            }
+        }
+        // A side from corner i to i + 1 is shared in the opposite direction if the other goes from i + 1 to i.
+        let [p, q, r] = shared;
+        let is_opposite = |from: usize, to: usize| from < 3 && to < 3 && from == (to + 1) % 3;
+        if is_opposite(p, q) || is_opposite(q, r) || is_opposite(r, p) {
+            self.shared_sides.fetch_add(1, Ordering::Relaxed);
+            self.parts.join(one.triangle, other.triangle);
+        }
+        None
+    }
+}
+
+/// A triangle at hand.
+struct Facet {
+    triangle: u32,
+    /// The axis along which it is seen largest.
+    axis: usize,
+    corners: [DVec3; 3],
+    extent: Extent,
+}
+
+/// The lesser of two pairs, so that it does not depend on threads which is found.
+fn lesser(a: Option<[u32; 2]>, b: Option<[u32; 2]>) -> Option<[u32; 2]> {
+    a.into_iter().chain(b).min()
+}
+
+/// Fails with the first pair of the first cell or triangle that has one.
+fn first(found: impl ParallelIterator<Item = [u32; 2]>) -> Result<(), Unproved> {
+    match found.find_first(|_| true) {
+        Some(triangles) => Err(Unproved::TrianglesMeet { triangles }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::mesh::testing::{cube, reversed, soup, tetrahedron, together};
+    use crate::solids;
+
+    fn proof(mesh: &TriangleMesh) -> Result<(), Unproved> {
+        let of = |mesh| prove_simple(&ClosedMesh::check(mesh).unwrap());
+        let found = of(mesh.clone());
+        assert_eq!(of(soup(mesh)), found);
+        found
+    }
+
+    #[test]
+    fn embedded_surfaces_are_proved() {
+        let torus = solids::torus(3.0, 1.0, 60, 30).unwrap();
+        for mesh in [cube(DVec3::ZERO, 1.0), tetrahedron(), torus.clone(), reversed(&torus)] {
+            assert_eq!(proof(&mesh), Ok(()));
+        }
+        // A small triangle beside large ones: two levels of cells.
+        let mixed = together(&[cube(DVec3::ZERO, 1000.0), cube(DVec3::splat(1001.0), 0.01)]);
+        assert_eq!(proof(&mixed), Ok(()));
+    }
+
+    #[test]
+    fn shells_must_alternate() {
+        let nested = |inner: TriangleMesh| together(&[cube(DVec3::ZERO, 4.0), inner]);
+        let hollow = reversed(&cube(DVec3::ONE, 2.0));
+        assert_eq!(proof(&nested(hollow.clone())), Ok(()));
+        assert_eq!(proof(&together(&[nested(hollow.clone()), cube(DVec3::splat(1.5), 1.0)])), Ok(()));
+        for wrong in [
+            nested(cube(DVec3::ONE, 2.0)),
+            together(&[cube(DVec3::ZERO, 4.0), reversed(&cube(DVec3::splat(9.0), 1.0))]),
+        ] {
+            assert!(matches!(proof(&wrong), Err(Unproved::ShellFacing { .. })), "{:?}", proof(&wrong));
+        }
+    }
+
+    #[test]
+    fn what_crosses_touches_or_is_folded_is_not_proved() {
+        let pair = |by: DVec3| together(&[cube(DVec3::ZERO, 1.0), cube(by, 1.0)]);
+        let skewed = together(&[cube(DVec3::ZERO, 1.0), tetrahedron()]);
+        let doubled = together(&[tetrahedron(), tetrahedron(), tetrahedron()]);
+        for mesh in [pair(DVec3::splat(0.5)), pair(DVec3::X), pair(DVec3::new(1.0, 0.25, 0.25)), skewed, doubled] {
+            assert!(matches!(proof(&mesh), Err(Unproved::TrianglesMeet { .. })), "{:?}", proof(&mesh));
+        }
+        let mut flipped = cube(DVec3::ZERO, 1.0);
+        flipped.triangles[3].swap(0, 1);
+        assert_eq!(prove_simple(&ClosedMesh::check(flipped).unwrap()), Err(Unproved::NotOriented));
+        let flat = together(&[
+            TriangleMesh { triangles: vec![[0, 1, 2], [0, 2, 1]], ..tetrahedron() },
+            cube(DVec3::splat(3.0), 1.0),
+        ]);
+        assert!(proof(&flat).is_err());
+    }
+
+    #[test]
+    fn a_corner_pushed_through_the_far_side_is_found_wherever_it_is() {
+        let torus = solids::torus(3.0, 1.0, 24, 12).unwrap();
+        for vertex in (0..torus.positions.len()).step_by(7) {
+            let mut mesh = torus.clone();
+            mesh.positions[vertex] = -mesh.positions[vertex];
+            assert!(matches!(proof(&mesh), Err(Unproved::TrianglesMeet { .. })), "{vertex}");
+        }
+    }
+
+    #[test]
+    fn the_answer_does_not_depend_on_threads() {
+        let balls: Vec<TriangleMesh> = (0..8)
+            .map(|i| {
+                let mut ball = solids::geodesic(1.0, 12).unwrap();
+                ball.positions.iter_mut().for_each(|p| p.x += 1.9 * f64::from(i));
+                ball
+            })
+            .collect();
+        let mesh = ClosedMesh::check(together(&balls)).unwrap();
+        let with = |threads| {
+            rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| prove_simple(&mesh))
+        };
+        assert!(matches!(with(1), Err(Unproved::TrianglesMeet { .. })));
+        assert!((0..10).all(|_| with(4) == with(1)));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(500))]
+
+        /// Boxes on a lattice, some facing inwards: the winding number of a unit cell is the sum over the boxes around it.
+        #[test]
+        fn a_proof_means_that_cells_have_windings_of_0_and_1(
+            boxes in prop::collection::vec(((0..6i32, 0..6i32, 0..6i32), (1..5i32, 1..5i32, 1..5i32), any::<bool>()), 1..4),
+        ) {
+            let mut meshes = Vec::new();
+            for &((x, y, z), (a, b, c), inwards) in &boxes {
+                let corner = DVec3::new(x.into(), y.into(), z.into());
+                let mesh = solids::cuboid(corner, corner + DVec3::new(a.into(), b.into(), c.into())).unwrap();
+                meshes.push(if inwards { reversed(&mesh) } else { mesh });
+            }
+            let found = proof(&together(&meshes));
+            let winding = |cell: [i32; 3]| -> i32 {
+                let around = boxes.iter().filter(|((x, y, z), (a, b, c), _)| {
+                    (*x..x + a).contains(&cell[0]) && (*y..y + b).contains(&cell[1]) && (*z..z + c).contains(&cell[2])
+                });
+                around.map(|(_, _, inwards)| if *inwards { -1 } else { 1 }).sum()
+            };
+            let cells = (0..1000).map(|i| winding([i % 10, i / 10 % 10, i / 100]));
+            let (mut least, mut greatest) = (0, 0);
+            cells.for_each(|w| (least, greatest) = (least.min(w), greatest.max(w)));
+            if found.is_ok() {
+                prop_assert!((least, greatest) == (0, 1) || (boxes.len() == 1 && (least, greatest) == (-1, 0)));
+            }
+            let is_apart = |i: usize, j: usize| {
+                let (((x, y, z), (a, b, c), _), ((u, v, w), (d, e, f), _)) = (boxes[i], boxes[j]);
+                x + a < u || u + d < x || y + b < v || v + e < y || z + c < w || w + f < z
+            };
+            let all_apart = (0..boxes.len()).all(|i| (0..i).all(|j| is_apart(i, j)));
+            if all_apart && boxes.iter().all(|(_, _, inwards)| !inwards) {
+                prop_assert_eq!(found, Ok(()));
+            }
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! Volumes that are known exactly, and errors that are as large as they are said to be.
+
+use serde_json::Value;
+
+use crate::{Folder, assert_near, cuboid, inside_out, warning_codes};
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap()
+}
+
+/// Asserts that the true volume lies within the error that a result states, and that the error is no excuse.
+#[track_caller]
+fn assert_honest(result: &Value, exact: f64, largest_error: f64) {
+    let (value, error) = (number(&result["volume"]["value"]), number(&result["volume"]["estimate_error"]));
+    assert!((value - exact).abs() <= error, "{value} ± {error} is not {exact}");
+    assert!(error <= largest_error, "{value} ± {error} says less than it could of {exact}");
+}
+
+#[test]
+fn a_thin_plate_has_its_exact_volume_and_inertia_on_any_axis() {
+    let folder = Folder::new();
+    folder.stl("plate.stl", &cuboid([0.0; 3], [100.0, 1.1, 100.0]));
+    for (axis, rays) in [("z", "128"), ("z", "512"), ("all", "64")] {
+        let arguments = ["volume", "plate.stl", "--axis", axis, "--resolution", rays];
+        let result = folder.json(&arguments);
+        assert_honest(&result, 11000.0, 1e-9);
+        assert_eq!(result["volume"]["method"], "exact");
+        assert_eq!(result["volume"]["exact"], result["volume"]["value"]);
+        assert!(result["volume"]["proof"].as_str().unwrap().contains("touch or cross"));
+        let rays = &result["volume"]["rays"];
+        assert!((number(&rays["value"]) - 11000.0).abs() <= number(&rays["estimate_error"]), "{rays}");
+        for (i, [a, b]) in [[1.1, 100.0], [100.0, 100.0], [1.1, 100.0]].into_iter().enumerate() {
+            let exact = 11000.0 * (a * a + b * b) / 12.0;
+            assert_near(number(&result["inertia"][i][i]), exact, 1e-9 * exact);
+        }
+        let text = folder.run(&arguments).code(0).stdout();
+        assert!(text.starts_with("volume      11000 (exact)\n"), "{text}");
+    }
+}
+
+#[test]
+fn a_mesh_that_is_inside_out_or_hollow_has_its_exact_volume() {
+    let folder = Folder::new();
+    let (outer, inner) = (cuboid([0.0; 3], [4.0, 5.0, 6.0]), cuboid([1.0; 3], [2.0, 2.0, 2.0]));
+    folder.stl("inside_out.stl", &inside_out(&outer));
+    folder.stl("hollow.stl", &[outer.clone(), inside_out(&inner)].concat());
+    for (file, exact) in [("inside_out.stl", 120.0), ("hollow.stl", 119.0)] {
+        let result = folder.json(&["volume", file, "--resolution", "20"]);
+        assert_eq!((number(&result["volume"]["value"]), &result["volume"]["method"]), (exact, &"exact".into()));
+        assert!((0..3).all(|i| number(&result["inertia"][i][i]) > 0.0));
+    }
+}
+
+#[test]
+fn shells_that_overlap_or_touch_are_estimated_and_the_reason_is_given() {
+    let folder = Folder::new();
+    let first = cuboid([0.0; 3], [2.0; 3]);
+    folder.stl("overlapping.stl", &[first.clone(), cuboid([1.0; 3], [3.0; 3])].concat());
+    folder.stl("touching.stl", &[first, cuboid([2.0, 0.5, 0.5], [3.0, 1.5, 1.5])].concat());
+    // Even-odd takes the common cube away, which counts twice in the mesh's own 16.
+    for (file, exact) in [("overlapping.stl", 14.0), ("touching.stl", 9.0)] {
+        let result = folder.json(&["volume", file, "--resolution", "64"]);
+        assert_honest(&result, exact, 0.1);
+        let volume = &result["volume"];
+        assert_eq!((&volume["method"], &volume["exact"]), (&"estimate".into(), &Value::Null));
+        assert!(volume["unproved"].as_str().unwrap().contains("touch or cross"), "{volume}");
+    }
+}
+
+#[test]
+fn no_union_exceeds_the_sum_and_no_difference_the_whole() {
+    let folder = Folder::new();
+    // Plates thinner than the pitch, far apart: their boxes share nothing.
+    folder.stl("a.stl", &cuboid([0.0; 3], [100.0, 1.1, 100.0]));
+    folder.stl("b.stl", &cuboid([0.0, 50.0, 0.0], [100.0, 51.3, 100.0]));
+    for mode in ["over", "exact", "under"] {
+        let of = |command: &str| {
+            folder.json(&[command, "a.stl", "b.stl", "--axis", "z", "--mode", mode, "--resolution", "128"])
+        };
+        assert_honest(&of("union"), 24000.0, 1e-3);
+        assert_honest(&of("difference"), 11000.0, 1e-3);
+        assert_honest(&of("xor"), 24000.0, 1e-3);
+        assert_honest(&of("intersect"), 0.0, 0.0);
+    }
+}
+
+#[test]
+fn an_overlap_that_no_ray_meets_is_bounded_not_denied() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cuboid([0.0; 3], [100.0; 3]));
+    folder.stl("b.stl", &cuboid([99.9, 0.0, 0.0], [199.9, 100.0, 100.0]));
+    let arguments = ["intersect", "a.stl", "b.stl", "--axis", "z", "--unit", "mm"];
+    let result = folder.json(&arguments);
+    assert_honest(&result, 1000.0, 1000.1);
+    assert!((number(&result["volume"]["at_most"]) - 1000.0).abs() < 1e-6);
+    assert!(warning_codes(&result).contains(&"not-resolved"));
+    let text = folder.run(&arguments).code(0).stdout();
+    assert!(text.starts_with("intersect   0 mm³, at most 1000 mm³: not resolved\n"), "{text}");
+    // Three axes see it.
+    assert_honest(&folder.json(&arguments[..3]), 1000.0, 500.0);
+}
+
+#[test]
+fn struts_in_step_with_the_rays_are_within_the_error_of_one_axis() {
+    let folder = Folder::new();
+    folder.run(&["generate", "cubic", "--cells", "8", "--radius", "0.8", "--resolution", "16", "-o", "l.stl"]).code(0);
+    folder.stl("box.stl", &cuboid([-60.0; 3], [60.0; 3]));
+    let exact = number(&folder.json(&["volume", "l.stl", "--resolution", "16"])["volume"]["value"]);
+    for axis in ["x", "all"] {
+        // The box is half as long again as the lattice, so that a cell has 32 rays.
+        let result = folder.json(&["intersect", "l.stl", "box.stl", "--axis", axis, "--resolution", "384"]);
+        assert_honest(&result, exact, 0.02 * exact);
+    }
+}
+
+#[test]
+fn sums_and_offsets_are_within_their_error() {
+    let folder = Folder::new();
+    folder.stl("needle.stl", &cuboid([0.0; 3], [5.0, 0.01, 0.01]));
+    folder.stl("cube.stl", &cuboid([0.0; 3], [1.0; 3]));
+    folder.stl("rod.stl", &cuboid([0.0; 3], [0.3, 0.2, 0.7]));
+    let pi = std::f64::consts::PI;
+    // Steiner: V + A r + (half the lengths of the edges times their angle) r² + 4/3 π r³.
+    let grown = |[a, b, c]: [f64; 3], r: f64| {
+        a * b * c + 2.0 * (a * b + b * c + c * a) * r + pi * (a + b + c) * r * r + 4.0 / 3.0 * pi * r.powi(3)
+    };
+    let needle = folder.json(&["offset", "needle.stl", "--distance", "0.1", "--resolution", "128"]);
+    assert_honest(&needle, grown([5.0, 0.01, 0.01], 0.1), 0.1);
+    for (axis, rays) in [("all", "64"), ("y", "100")] {
+        let options = ["--axis", axis, "--resolution", rays];
+        let cube = folder.json(&[&["offset", "cube.stl", "--distance", "0.1"], &options[..]].concat());
+        assert_honest(&cube, grown([1.0; 3], 0.1), 0.2);
+        let sum = folder.json(&[&["minkowski", "cube.stl", "rod.stl"], &options[..]].concat());
+        assert_honest(&sum, 1.3 * 1.2 * 1.7, 0.2);
+        let left = folder.json(&[&["minkowski", "cube.stl", "rod.stl", "--difference"], &options[..]].concat());
+        assert_honest(&left, 0.7 * 0.8 * 0.3, 0.05);
+    }
+}
