@@ -18,6 +18,7 @@ use std::time::Instant;
 use glam::{DAffine3, DVec3};
 use ldi_ops::grid::Axis;
 use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
+use ldi_ops::ldi::Summary;
 use ldi_ops::mesh::{Aabb, ClosedMesh};
 use ldi_ops::sampler::{Fill, Mode};
 
@@ -29,7 +30,7 @@ use super::input::{self, Demands, Provenance, Sides, Solid};
 use super::measure::{Measured, Seconds};
 use super::surface::{self, Imaged};
 use super::{Finished, Outcome, say_warnings, write};
-use crate::exit::{Exit, Failure};
+use crate::exit::Failure;
 use crate::number::number;
 use crate::progress::Progress;
 use crate::resolve::{Content, Finish, Openness, Operand, Spacing, SumJob, SumOperation};
@@ -57,8 +58,8 @@ pub fn run(job: &SumJob, start: Instant, progress: &Progress) -> Result<Finished
     let measured = measure(job, start, progress)?;
     progress.finish();
     say_warnings(&measured.warnings, progress);
-    let outcome = Outcome::Measured(vec![measured]);
-    Ok(Finished { outcome, report: job.report.clone(), exit: Exit::Done })
+    let exit = surface::exit(measured.surface.as_ref());
+    Ok(Finished { outcome: Outcome::Measured(vec![measured]), report: job.report.clone(), exit })
 }
 
 fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured, Failure> {
@@ -87,7 +88,7 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
     }
     let operated = operate(job, &solids, &backend, &mut seconds, progress)?;
     let Made { grid, summaries, images, normals, bias, .. } = operated.last;
-    let mut volume = VolumeEstimate::from_axes(&summaries.iter().map(AxisVolume::from_summary).collect::<Vec<_>>());
+    let mut volume = estimate(&summaries);
     volume.error = volume.error.max(bias);
     warnings.extend(operated.warnings);
     // The surface between two steps comes by its folds on the lattice, and nobody can mend it.
@@ -107,7 +108,8 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
     let mut surface = None;
     if let Some(target) = &job.images {
         let writing = Instant::now();
-        let imaged = Imaged { images: &images, normals: Some(&normals), mode: job.mode, unit: solids[0].unit };
+        let (mode, unit, volume) = (job.mode, solids[0].unit, Some(volume));
+        let imaged = Imaged { images: &images, normals: Some(&normals), mode, unit, volume };
         let (report, said) = write::images(target, &imaged, progress)?;
         surface = report;
         warnings.extend(said);
@@ -194,9 +196,13 @@ fn operate(
     let whole = Setting { axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Mesh, ..setting };
     let between = whole.make(a, &step, seconds)?;
     let mut steps = vec![between.report.clone()];
-    let imaged = Imaged { images: &between.images, normals: Some(&between.normals), mode: Mode::Exact, unit: None };
+    let (images, normals, volume) = (&between.images, Some(&between.normals[..]), Some(estimate(&between.summaries)));
+    let imaged = Imaged { images, normals, mode: Mode::Exact, unit: None, volume };
     let (mesh, found) = surface::mesh(&imaged, Finish::default(), progress)?;
-    let warnings = surface::warnings(&found, true);
+    let mut warnings = surface::warnings(&found, true);
+    warnings.extend(surface::far_from_volume(&imaged, &found).map(|Warning { code, message }| {
+        Warning::new(code, format!("between the two steps {message}; the result lacks what the mesh lacks"))
+    }));
     let last = match mesh.triangles.is_empty() {
         // Nothing grows to nothing.
         true => setting.nothing(between)?,
@@ -209,6 +215,11 @@ fn operate(
         }
     };
     Ok(Operated { last, report: SumReport { steps, memory_limit: limit.bytes() }, warnings })
+}
+
+/// The volume of images by their summaries.
+fn estimate(summaries: &[Summary]) -> VolumeEstimate {
+    VolumeEstimate::from_axes(&summaries.iter().map(AxisVolume::from_summary).collect::<Vec<_>>())
 }
 
 fn closed(solid: &Solid) -> &ClosedMesh {
