@@ -3,6 +3,7 @@
 //! A mesh is converted about as fast as memory can be written, so that most of the time would go into the page faults of
 //! its first touch: one for every 4 KiB, against one for every 2 MiB here.
 
+use std::cell::Cell;
 use std::collections::TryReserveError;
 
 /// Arrays smaller than this have too few pages to matter.
@@ -20,10 +21,28 @@ pub fn vec_with_room<T>(count: usize) -> Vec<T> {
 /// The same, for a count that there may be no memory for.
 pub fn try_vec_with_room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
     let mut vec = Vec::new();
-    vec.try_reserve_exact(count)?;
+    handled(|| vec.try_reserve_exact(count))?;
     #[cfg(target_os = "linux")]
     advise_huge_pages(&vec);
     Ok(vec)
+}
+
+thread_local! {
+    static IS_HANDLED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs an allocation whose failure the caller handles, as [`Vec::try_reserve`] tells of it.
+pub fn handled<R>(allocate: impl FnOnce() -> R) -> R {
+    IS_HANDLED.set(true);
+    let result = allocate();
+    IS_HANDLED.set(false);
+    result
+}
+
+/// Returns whether this thread is in [`handled`]. An allocator that ends the process where there is no memory does not do
+/// so then.
+pub fn is_handled() -> bool {
+    IS_HANDLED.try_with(Cell::get).unwrap_or(false)
 }
 
 #[cfg(target_os = "linux")]

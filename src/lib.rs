@@ -53,7 +53,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod allocation;
+pub mod allocation;
 pub mod boolean;
 mod cell;
 mod closest;
@@ -61,6 +61,7 @@ pub mod fixed;
 mod forest;
 pub mod gpu;
 pub mod grid;
+pub mod input;
 pub mod integrate;
 pub mod ldi;
 pub mod mesh;

@@ -1,16 +1,20 @@
 //! Files that appear whole or not at all.
 
+#[cfg(unix)]
+use std::fs::TryLockError;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError as TryLock};
+use std::thread;
+use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
 /// Writes a file that appears whole or not at all.
 ///
-/// `fill` writes to a temporary file beside the target, which takes the target's place once it is complete. A symbolic
-/// link stays a link, and the file that it leads to is replaced. A target that is there and is no ordinary file (a
+/// `fill` writes to a temporary file beside the target, which takes the target's place once it is complete. What a process
+/// that was killed left there is removed at the next write. A symbolic link stays a link, and the file that it leads to is replaced. A target that is there and is no ordinary file (a
 /// device, a pipe, what a process has open) is never replaced: all is written into it at once.
 pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
     let fill = |file: &mut File| {
@@ -28,17 +32,54 @@ pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::
     }
     let target = link_target(path);
     let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    remove_left_behind(folder);
     let mut builder = tempfile::Builder::new();
-    // A temporary file is its owner's alone by default; this one will be an ordinary file, as the umask has it.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.prefix(".").suffix(".part");
-    let (mut file, unfinished) = Unfinished::make(|| builder.tempfile_in(folder))?;
+    builder.prefix(PREFIX).suffix(SUFFIX);
+    let (mut file, unfinished) = Unfinished::make(|| builder.make_in(folder, make_locked))?;
     fill(file.as_file_mut())?;
     file.persist(&target)?;
     drop(unfinished);
     Ok(())
 }
+
+/// What the names of temporary files begin and end with.
+const PREFIX: &str = ".ldi-ops-";
+const SUFFIX: &str = ".part";
+
+/// Makes a temporary file and locks it for as long as it is open, by which other processes know that it is being written.
+/// It is an ordinary file, as the umask has it.
+fn make_locked(path: &Path) -> io::Result<File> {
+    let file = OpenOptions::new().read(true).write(true).create_new(true).open(path)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        // Between making and locking another process may take the file for one that was left behind, and remove it. With
+        // this error another name is tried.
+        let is_taken = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+        if is_taken || file.metadata()?.nlink() == 0 {
+            return Err(io::ErrorKind::AlreadyExists.into());
+        }
+    }
+    Ok(file)
+}
+
+/// Removes the temporary files in a folder that nobody has locked: their processes were killed. Where files cannot be
+/// locked, or may not be removed, they stay.
+#[cfg(unix)]
+fn remove_left_behind(folder: &Path) {
+    let is_ours = |name: &str| name.starts_with(PREFIX) && name.ends_with(SUFFIX);
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    for entry in entries.filter(|entry| entry.file_name().to_str().is_some_and(is_ours)) {
+        let path = entry.path();
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if is_file && OpenOptions::new().write(true).open(&path).is_ok_and(|file| file.try_lock().is_ok()) {
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
+#[cfg(not(unix))]
+fn remove_left_behind(_folder: &Path) {}
 
 /// The temporary files that are being written.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -48,12 +89,27 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
 }
 
 /// Removes the temporary files of all writes under way, and lets no other begin or end: for a process that is about to be
-/// ended from outside and would leave them behind. It must end then, as writes wait from here on.
+/// ended and would leave them behind. It must end then, as writes wait from here on.
 pub fn abandon() {
-    let mut unfinished = unfinished();
-    abandon_those(&mut unfinished, |_| true);
-    std::mem::forget(unfinished);
+    // The thread that calls this for want of memory may itself be beginning or ending a write, for which nobody waits long.
+    for _ in 0..PATIENCE_STEPS {
+        let mut unfinished = match UNFINISHED.try_lock() {
+            Err(TryLock::WouldBlock) => {
+                thread::sleep(PATIENCE_STEP);
+                continue;
+            }
+            Err(TryLock::Poisoned(poisoned)) => poisoned.into_inner(),
+            Ok(unfinished) => unfinished,
+        };
+        abandon_those(&mut unfinished, |_| true);
+        std::mem::forget(unfinished);
+        return;
+    }
 }
+
+/// A second, in steps.
+const PATIENCE_STEPS: u32 = 100;
+const PATIENCE_STEP: Duration = Duration::from_millis(10);
 
 fn abandon_those(unfinished: &mut Vec<PathBuf>, chosen: impl Fn(&Path) -> bool) {
     for path in unfinished.extract_if(.., |path| chosen(path)) {
@@ -91,8 +147,8 @@ fn is_stream(path: &Path) -> bool {
 /// Links are followed this often, as a circle of them has no end.
 const LINKS: usize = 40;
 
-/// What a path leads to when it is a symbolic link, whether that is there or not.
-fn link_target(path: &Path) -> PathBuf {
+/// Returns the path that a symbolic link leads to, whether that is there or not; any other path as it is.
+pub fn link_target(path: &Path) -> PathBuf {
     let mut target = path.to_path_buf();
     for _ in 0..LINKS {
         let Ok(next) = fs::read_link(&target) else { break };
@@ -132,6 +188,35 @@ mod tests {
             file.write_all(b"whole")
         });
         assert!(abandoned.is_err() && fs::read_dir(folder.path()).unwrap().count() == 0);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_a_killed_process_left_is_removed_and_what_a_live_one_writes_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in [".ldi-ops-killed.part", ".foreign.part", ".ldi-ops-killed.txt"] {
+            fs::write(at(name), "half").unwrap();
+        }
+        std::os::unix::fs::symlink(".foreign.part", at(".ldi-ops-link.part")).unwrap();
+        let names = || {
+            let names = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+            let mut names: Vec<String> = names.map(|name| name.into_string().unwrap()).collect();
+            names.sort();
+            names
+        };
+        let kept = [".foreign.part", ".ldi-ops-killed.txt", ".ldi-ops-link.part"];
+        replace(&at("a"), |file| {
+            let first: Vec<String> = names().into_iter().filter(|name| !kept.contains(&name.as_str())).collect();
+            assert!(matches!(&first[..], [name] if name.ends_with(".part") && name != ".ldi-ops-killed.part"));
+            // A second write leaves the first its file.
+            replace(&at("b"), |file| file.write_all(b"b"))?;
+            assert!(names().contains(&first[0]));
+            file.write_all(b"a")
+        })
+        .unwrap();
+        assert_eq!(names(), [&kept[..], &["a", "b"]].concat());
+        assert_eq!((fs::read(at("a")).unwrap(), fs::read(at("b")).unwrap()), (b"a".to_vec(), b"b".to_vec()));
     }
 
     #[cfg(unix)]

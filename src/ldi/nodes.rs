@@ -104,6 +104,33 @@ impl<'a> NodePlanes<'a> {
         })
     }
 
+    /// Counts the nodes about which the images disagree, and finds the first, z before y before x; nothing where there is
+    /// none.
+    pub fn disagreements(&self) -> Option<(u64, [u32; 3])> {
+        let count = self.grid.rays()[2] as i32;
+        let (mut sum, mut first) = (0, None);
+        for start in (0..count).step_by(SLAB as usize) {
+            let planes = start..count.min(start + SLAB);
+            let slab = self.slab(planes.clone(), 0);
+            let here = slab.disagreements(planes.clone());
+            if here > 0 && first.is_none() {
+                first = self.first_disagreement(&slab, &planes);
+            }
+            sum += here;
+        }
+        first.map(|node| (sum, node))
+    }
+
+    fn first_disagreement(&self, slab: &NodeSlab, planes: &Range<i32>) -> Option<[u32; 3]> {
+        let parts: Vec<Vec<u64>> = self.images.iter().flatten().map(|image| slab.of_image(image, planes)).collect();
+        (0..slab.bits.len()).find_map(|at| {
+            let differing = parts.iter().fold(0, |bits, part| bits | (part[at] ^ parts[0][at]));
+            let (row, word) = (at / slab.words, at % slab.words);
+            let node = [64 * word as u32 + differing.trailing_zeros(), (row % slab.rows) as u32];
+            (differing != 0).then(|| [node[0], node[1], planes.start as u32 + (row / slab.rows) as u32])
+        })
+    }
+
     /// The nodes of a range of planes, with `margin` more nodes on every side of a plane, which are outside; so are those of
     /// planes beyond the grid.
     pub fn slab(&self, planes: Range<i32>, margin: usize) -> NodeSlab {
@@ -341,6 +368,7 @@ mod tests {
             }
         }
         let planes = NodePlanes::new(&exact, Combine::Most).unwrap();
+        assert_eq!(planes.disagreements(), None);
         let slab = planes.slab(0..rays[2], 0);
         assert_eq!(planes.planes().collect::<Vec<_>>().concat(), slab.bits);
     }
@@ -353,7 +381,12 @@ mod tests {
         let rays = over[0].grid().rays();
         let slab = |combine| NodePlanes::new(&over, combine).unwrap().slab(0..rays[2] as i32, 0);
         let [any, all, most] = [Combine::Any, Combine::All, Combine::Most].map(slab);
-        assert!(any.disagreements(0..rays[2] as i32) > 0);
+        let sum = any.disagreements(0..rays[2] as i32);
+        assert!(sum > 0);
+        let (count, first) = NodePlanes::new(&over, Combine::Any).unwrap().disagreements().unwrap();
+        let disagree = |node| over.iter().any(|image| is_inside(image, node) != is_inside(&over[0], node));
+        let nodes = (0..rays[2]).flat_map(|z| (0..rays[1]).flat_map(move |y| (0..rays[0]).map(move |x| [x, y, z])));
+        assert_eq!((count, Some(first)), (sum, nodes.into_iter().find(|node| disagree(*node))));
         for z in 0..rays[2] {
             for y in 0..rays[1] {
                 for x in 0..rays[0] {

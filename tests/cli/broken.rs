@@ -135,6 +135,40 @@ fn a_file_larger_than_memory_is_refused() {
     }
 }
 
+/// Nobody writes into the pipe, so that whoever opened it would wait.
+#[cfg(unix)]
+#[test]
+fn inputs_that_are_no_ordinary_files_are_refused() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    for name in ["pipe.stl", "pipe.npz", "pipe.toml"] {
+        assert!(std::process::Command::new("mkfifo").arg(folder.path(name)).status().unwrap().success());
+    }
+    std::os::unix::fs::symlink("/dev/zero", folder.path("zero.stl")).unwrap();
+    for (arguments, words) in [
+        (&["volume", "pipe.stl"][..], ["pipe.stl", "is a pipe"]),
+        (&["volume", "pipe.npz"], ["pipe.npz", "is a pipe"]),
+        (&["surface", "pipe.npz", "-o", "b.stl"], ["pipe.npz", "is a pipe"]),
+        (&["report", "a.stl", "-o", "out", "--limits", "pipe.toml"], ["pipe.toml", "is a pipe"]),
+        (&["check", "zero.stl"], ["zero.stl", "is a device"]),
+    ] {
+        let run = folder.command(arguments).timeout(std::time::Duration::from_secs(60)).output().unwrap();
+        crate::Run { output: run }.code(2).says(&words);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_that_ends_in_zeros_is_refused_before_it_is_read() {
+    let folder = Folder::new();
+    folder.stl("text.stl", &cube(0.0, 2.0));
+    folder.run(&["convert", "text.stl", "-o", "binary.stl"]).code(0);
+    for (name, words) in [("text.stl", "the text ends in bytes 0"), ("binary.stl", "counts 684 bytes")] {
+        std::fs::File::options().write(true).open(folder.path(name)).unwrap().set_len(1 << 43).unwrap();
+        folder.run(&["volume", name]).code(2).says(&[name, words]);
+    }
+}
+
 #[test]
 fn files_that_cannot_be_read_are_named() {
     let folder = Folder::new();

@@ -38,7 +38,7 @@ fn an_image_holds_what_the_volume_is_made_of() {
     folder.run(&["sample", "a.stl", "--axis", "z", "--resolution", "16", "-o", "a.npz"]).code(0);
     let arrays = arrays(&folder.path("a.npz"));
     let names: Vec<&str> = arrays.keys().map(String::as_str).collect();
-    assert_eq!(names, ["axis", "depths", "grid", "normals", "offsets", "unclosed"]);
+    assert_eq!(names, ["axis", "depths", "grid", "mode", "normals", "offsets", "unclosed"]);
     assert!(arrays["normals"].0.contains("'<f4'") && arrays["normals"].0.contains("'shape': (512,3,)"));
     assert!(arrays["depths"].0.contains("'<i4'") && arrays["offsets"].0.contains("'shape': (257,)"));
     assert!(arrays["axis"].0.contains("'<U1'") && arrays["axis"].1 == [b'z', 0, 0, 0]);
@@ -86,4 +86,61 @@ fn equal_images_are_equal_files() {
         folder.run(&["sample", "a.stl", "--resolution", "64", "-o", name, "--threads", threads]).code(0);
     }
     assert_eq!(std::fs::read(folder.path("one.npz")).unwrap(), std::fs::read(folder.path("two.npz")).unwrap());
+}
+
+#[test]
+fn images_keep_their_mode_and_surfaces_use_it() {
+    let folder = Folder::new();
+    // Long voxels, so that over-estimates along the three axes disagree.
+    folder.stl("a.stl", &cube(0.03, 2.0));
+    folder.stl("b.stl", &cube(1.01, 2.0));
+    for mode in ["exact", "over", "under"] {
+        let operation =
+            ["union", "a.stl", "b.stl", "--resolution", "150", "--lod", "32", "--mode", mode, "--unit", "mm"];
+        folder.run(&[&operation[..], &["-o", "c.npz"]].concat()).code(0);
+        let written = &arrays(&folder.path("c.npz"))["mode"];
+        let letters: String = words(&written.1).into_iter().map(|c| char::from_u32(c).unwrap()).collect();
+        assert_eq!(letters, mode);
+        folder.run(&[&operation[..], &["-o", "direct.ply"]].concat()).code(0);
+        folder.run(&["surface", "c.npz", "-o", "again.ply"]).code(0);
+        let read = |name| std::fs::read(folder.path(name)).unwrap();
+        assert!(read("again.ply") == read("direct.ply"), "{mode}");
+        folder.run(&["surface", "c.npz", "--mode", mode, "-o", "again.ply"]).code(0);
+        let other = if mode == "over" { "exact" } else { "over" };
+        let run = folder.run(&["surface", "c.npz", "--mode", other, "-o", "again.ply"]);
+        run.code(2).says(&["c.npz", &format!("`{mode}`"), &format!("--mode {other} contradicts")]);
+    }
+}
+
+#[test]
+fn images_of_every_kind_are_read_back() {
+    let folder = Folder::with_two_cubes();
+    folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
+    folder.run(&["generate", "torus", "-o", "t.stl"]).code(0);
+    for command in [
+        &["sample", "t.stl", "--fill", "nonzero"][..],
+        &["sample", "open.stl", "--allow-open"],
+        &["difference", "a.stl", "b.stl"],
+        &["minkowski", "a.stl", "b.stl"],
+        &["offset", "t.stl", "--distance", "1"],
+        &["offset", "t.stl", "--distance", "-1"],
+        &["close", "t.stl", "--radius", "1"],
+    ] {
+        for mode in ["exact", "over", "under"] {
+            let arguments = [command, &["--mode", mode, "--resolution", "40", "-o", "c.npz"]].concat();
+            folder.run(&arguments).code(0);
+            folder.run(&["surface", "c.npz", "-o", "c.npy"]).code(0);
+        }
+    }
+}
+
+/// As files were before they stated their mode.
+#[test]
+fn images_without_a_mode_are_taken_as_exact() {
+    let folder = Folder::new();
+    let images = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/images/compressed.npz");
+    let run = folder.run(&["surface", images, "-o", "out.stl"]).code(0);
+    assert!(run.stderr().contains("states no mode"), "{}", run.stderr());
+    let run = folder.run(&["surface", images, "--mode", "over", "-o", "out.stl"]).code(0);
+    assert!(!run.stderr().contains("states no mode"), "{}", run.stderr());
 }

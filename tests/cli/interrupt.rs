@@ -16,14 +16,14 @@ fn spawn(folder: &Folder, arguments: &[&str]) -> Child {
     command.spawn().unwrap()
 }
 
-fn interrupt(mut child: Child) -> ExitStatus {
-    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+fn end(mut child: Child, signal: &str) -> ExitStatus {
+    let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
     assert!(sent.success());
     child.wait().unwrap()
 }
 
-#[test]
-fn a_job_that_is_interrupted_while_it_writes_leaves_nothing() {
+/// Ends a job by a signal while it writes, and returns the names of the files it leaves.
+fn end_while_it_writes(signal: &str, is_ended: impl Fn(ExitStatus) -> bool) -> (Folder, Vec<String>) {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     // A hundred megabytes take a while; still, a write may be done before the signal comes.
@@ -35,15 +35,45 @@ fn a_job_that_is_interrupted_while_it_writes_leaves_nothing() {
             sleep(Duration::from_micros(200));
         }
         let was_writing = folder.names().iter().any(|name| name.ends_with(".part"));
-        let status = interrupt(child);
-        if was_writing && status.code() == Some(130) {
-            assert_eq!(folder.names(), ["a.stl"]);
-            return;
+        let status = end(child, signal);
+        if was_writing && is_ended(status) {
+            let names = folder.names();
+            return (folder, names);
         }
-        assert_eq!((status.code(), status.signal()), (Some(0), None), "neither interrupted nor done");
+        assert_eq!((status.code(), status.signal()), (Some(0), None), "neither ended nor done");
         std::fs::remove_file(folder.path("out.npy")).unwrap();
     }
     panic!("no write could be interrupted");
+}
+
+#[test]
+fn a_job_that_is_interrupted_while_it_writes_leaves_nothing() {
+    for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
+        let (_, names) = end_while_it_writes(signal, |status| status.code() == Some(code));
+        assert_eq!(names, ["a.stl"], "{signal}");
+    }
+}
+
+#[test]
+fn what_a_killed_job_left_goes_with_the_next_write() {
+    let (folder, names) = end_while_it_writes("-KILL", |status| status.signal() == Some(9));
+    assert!(names.iter().any(|name| name.ends_with(".part")), "{names:?}");
+    folder.run(&["convert", "a.stl", "-o", "b.stl"]).code(0);
+    assert_eq!(folder.names(), ["a.stl", "b.stl"]);
+}
+
+#[test]
+fn a_job_that_is_to_ignore_hangups_goes_on() {
+    let folder = Folder::new();
+    folder.run(&["generate", "gyroid", "--cells", "2", "-o", "a.stl"]).code(0);
+    let program = assert_cmd::cargo::cargo_bin!("ldi-ops").display().to_string();
+    let script = format!("trap '' HUP; exec '{program}' volume a.stl --resolution 700 --mode exact");
+    let mut command = Command::new("sh");
+    command.current_dir(folder.folder.path()).args(["-c", &script]).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = command.spawn().unwrap();
+    sleep(Duration::from_millis(300));
+    assert!(child.try_wait().unwrap().is_none(), "the job was to take longer");
+    assert_eq!(end(child, "-HUP").code(), Some(0));
 }
 
 #[test]
@@ -66,6 +96,6 @@ fn a_sum_that_is_interrupted_leaves_nothing() {
     let mut child = spawn(&folder, &job);
     sleep(Duration::from_millis(500));
     assert!(child.try_wait().unwrap().is_none(), "the job was to take longer");
-    assert_eq!(interrupt(child).code(), Some(130));
+    assert_eq!(end(child, "-INT").code(), Some(130));
     assert_eq!(folder.names(), ["a.stl"]);
 }

@@ -14,7 +14,10 @@ mod images;
 #[cfg(unix)]
 mod interrupt;
 mod json;
+#[cfg(target_os = "linux")]
+mod memory;
 mod operations;
+mod overwriting;
 mod placing;
 mod render;
 mod reports;

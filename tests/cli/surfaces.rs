@@ -1,8 +1,10 @@
 //! Meshes of results: `-o out.stl`, `surface`, `--simplify`.
 
+use std::fs;
+
 use serde_json::Value;
 
-use crate::{Folder, assert_near, cube, warning_codes};
+use crate::{Folder, assert_near, cube, cuboid, read, warning_codes};
 
 /// What `check` says of a mesh.
 fn checked(folder: &Folder, path: &str) -> Value {
@@ -76,25 +78,51 @@ fn images_of_a_file_give_the_mesh_that_the_operation_gives() {
 }
 
 #[test]
-fn an_empty_result_is_told_and_no_mesh_is_written() {
+fn an_empty_result_fails_and_leaves_the_old_file() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 1.0));
     folder.stl("b.stl", &cube(2.0, 1.0));
-    let result = folder.json(&["intersect", "a.stl", "b.stl", "--resolution", "16", "-o", "none.stl"]);
+    let command = ["intersect", "a.stl", "b.stl", "--resolution", "16", "-o", "none.stl"];
+    let result = folder.run(&[&command[..], &["--json", "-"]].concat()).code(1).json();
     assert_eq!((result["volume"]["value"].as_f64(), &result["surface"]["triangles"]), (Some(0.0), &0.into()));
     assert!(warning_codes(&result).contains(&"empty-surface"));
     assert!(result.get("output").is_none() && !folder.path("none.stl").exists());
+    assert!(!folder.run(&command).code(1).stderr().contains("earlier run"));
+    fs::write(folder.path("none.stl"), "yesterday's").unwrap();
+    let words = ["no mesh was written", "none.stl is from an earlier run and was left as it was"];
+    folder.run(&command).code(1).warns(&words);
+    folder.run(&["intersect", "a.stl", "b.stl", "--resolution", "16", "-o", "none.npz"]).code(0);
+    folder.run(&["surface", "none.npz", "-o", "none.stl"]).code(1).warns(&words);
+    assert_eq!(read(&folder.path("none.stl")), "yesterday's");
 }
 
 #[test]
-fn what_is_thinner_than_the_pitch_is_told() {
+fn a_mesh_that_lacks_what_was_measured_is_not_written() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.stl("b.stl", &cube(0.001, 3.0));
-    // A wall of a thousandth is left of each of three faces.
-    let result = folder.json(&["difference", "a.stl", "b.stl", "--resolution", "16", "-o", "thin.stl"]);
+    // A wall of a thousandth is left of each of three faces, and no node lies in them.
+    let command = ["difference", "a.stl", "b.stl", "--resolution", "16", "-o", "thin.stl"];
+    let result = folder.run(&[&command[..], &["--json", "-"]].concat()).code(1).json();
     assert!(warning_codes(&result).contains(&"below-resolution"));
     assert!(result["surface"]["sub_resolution"]["walls"].as_u64().unwrap() > 100, "{:#}", result["surface"]);
+    // A plate of a thousandth beside a cube of a thousandth of its volume.
+    folder.stl("a.stl", &[cuboid([0.0; 3], [2.0, 2.0, 0.001]), cube(3.0, 0.1)].concat());
+    fs::write(folder.path("plate.stl"), "yesterday's").unwrap();
+    let command = ["sample", "a.stl", "--resolution", "64", "-o", "plate.stl"];
+    let words = ["plate.stl", "no mesh was written", "walls", "earlier run"];
+    let result = folder.run(&[&command[..], &["--json", "-"]].concat()).code(1).warns(&words).json();
+    assert_eq!((&result["surface"]["path"], result.get("output")), (&Value::Null, None));
+    assert!(
+        result["surface"]["triangles"].as_u64().unwrap() > 0 && result["volume"]["value"].as_f64().unwrap() > 0.004
+    );
+    assert_eq!(read(&folder.path("plate.stl")), "yesterday's");
+    folder.run(&["sample", "a.stl", "--resolution", "64", "-o", "plate.npz"]).code(0);
+    folder.run(&["surface", "plate.npz", "-o", "plate.stl"]).code(1).warns(&words);
+    folder.run(&["volume", "plate.npz"]).code(0).warns(&["plate.npz", "encloses"]);
+    // The mesh is held against the volume before parts are dropped as asked.
+    folder.stl("a.stl", &[cube(0.0, 2.0), cube(3.0, 1.0)].concat());
+    folder.run(&["sample", "a.stl", "--resolution", "64", "--drop-parts", "20%", "-o", "one.stl"]).code(0);
 }
 
 #[test]

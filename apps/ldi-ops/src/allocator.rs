@@ -2,8 +2,19 @@
 //!
 //! A job touches each of its large arrays a few times, so that the page faults of the first touch, one for every 4 KiB,
 //! cost an eighth of all its time; with pages of 2 MiB they cost next to nothing. The system's allocator stays in charge.
+//!
+//! Where it has no memory, the program ends with a sentence and the exit code of the machine, and removes its temporary files.
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use ldi_ops::allocation;
+
+use crate::exit::Exit;
 
 /// Blocks smaller than this have too few pages to matter.
 const LARGE: usize = 4 << 20;
@@ -37,10 +48,54 @@ unsafe impl GlobalAlloc for LargePages {
 /// The block that was given, after advice about the whole pages in it.
 #[inline]
 fn advised(block: *mut u8, size: usize) -> *mut u8 {
-    if size >= LARGE && !block.is_null() {
+    if block.is_null() {
+        refused(size);
+    } else if size >= LARGE {
         advise(block, size);
     }
     block
+}
+
+/// Ends the program for want of memory, unless the failure is handled.
+#[cold]
+fn refused(size: usize) {
+    thread_local! {
+        static IS_ENDING: Cell<bool> = const { Cell::new(false) };
+    }
+    static ENDS: AtomicBool = AtomicBool::new(false);
+    if allocation::is_handled() {
+        return;
+    }
+    let is_again = IS_ENDING.try_with(|ending| ending.replace(true)).unwrap_or(true);
+    if !is_again {
+        // One thread ends the program, and others that have no memory either wait for that.
+        while ENDS.swap(true, Ordering::Relaxed) {
+            thread::sleep(Duration::from_secs(1));
+        }
+        let mut text = [0u8; 256];
+        let mut rest = &mut text[..];
+        let _ = writeln!(
+            rest,
+            "ldi-ops: error: out of memory: {size} bytes more are not to be had; ask for fewer rays (a smaller --resolution), \
+             or allow the program more memory"
+        );
+        let length = 256 - rest.len();
+        say(&text[..length]);
+        ldi_ops::output::abandon();
+    }
+    Exit::Machine.at_once()
+}
+
+/// Writes to stderr without its lock, which a thread that waits may hold.
+#[cfg(unix)]
+fn say(text: &[u8]) {
+    // SAFETY: the bytes are there, and so many.
+    unsafe { libc::write(2, text.as_ptr().cast(), text.len()) };
+}
+
+#[cfg(not(unix))]
+fn say(text: &[u8]) {
+    let _ = std::io::stderr().write_all(text);
 }
 
 #[cfg(target_os = "linux")]

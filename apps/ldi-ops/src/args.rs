@@ -259,9 +259,9 @@ pub struct SurfaceArguments {
     #[command(flatten)]
     pub finish: FinishArguments,
     /// What the images are: where they disagree about a node, it is inside if any of over-estimates says so, if all of
-    /// under-estimates do, if most of exact images do
-    #[arg(long, value_enum, default_value_t = ModeChoice::Exact)]
-    pub mode: ModeChoice,
+    /// under-estimates do, if most of exact images do [default: what the file states, exact where it states nothing]
+    #[arg(long, value_enum)]
+    pub mode: Option<ModeChoice>,
     /// Unit of images that state none: mm, um (µm), cm, m, in, ft
     #[arg(long, value_parser = unit::parse)]
     pub unit: Option<LengthUnit>,
@@ -272,7 +272,7 @@ pub struct SurfaceArguments {
 const SURFACE_EXAMPLES: &str = "\
 Examples:
   ldi-ops sample part.stl --mode exact -o part.npz && ldi-ops surface part.npz -o again.stl
-  ldi-ops intersect lattice.stl bone.stl -o common.npz && ldi-ops surface common.npz --mode over -o common.3mf
+  ldi-ops intersect lattice.stl bone.stl -o common.npz && ldi-ops surface common.npz -o common.3mf
   ldi-ops surface part.npz --simplify 0.1h -o small.stl
 
 The mesh is a closed, oriented 2-manifold. With normals, which `sample` and the operations write, its
@@ -292,6 +292,7 @@ Arrays of .npz, for one axis:
                              [depths[2i], depths[2i+1]) is inside
   normals   float32 (…, 3)   of the surface at each depth: of length 1, outwards, in world axes
   unclosed  uint32           rays that did not close; they have no depths
+  mode      '<U5' ()         which image is kept: exact, over or under
   unit      '<U2' ()         of lengths: um, mm, cm, m, in or ft; absent where it is not known
   grid      record ()        origin: world position of the grid's corner; pitch: distance of
                              neighbouring rays, of which ray i lies at origin + (i + 0.5) · pitch

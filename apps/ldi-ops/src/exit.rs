@@ -26,6 +26,17 @@ impl Exit {
     pub fn now(self) -> ! {
         process::exit(self as i32)
     }
+
+    /// Ends the process without anything more being run.
+    pub fn at_once(self) -> ! {
+        #[cfg(unix)]
+        // SAFETY: this needs nothing.
+        unsafe {
+            libc::_exit(self as i32)
+        }
+        #[cfg(not(unix))]
+        self.now()
+    }
 }
 
 /// Why a command gave no result.

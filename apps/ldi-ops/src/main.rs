@@ -8,6 +8,7 @@ mod args;
 mod bound;
 mod excerpt;
 mod exit;
+mod interrupt;
 mod json;
 mod number;
 mod output;
@@ -33,9 +34,6 @@ use crate::resolve::resolve;
 #[global_allocator]
 static ALLOCATOR: allocator::LargePages = allocator::LargePages;
 
-/// What shells report of a program that was interrupted.
-const INTERRUPTED: i32 = 130;
-
 fn main() {
     let start = Instant::now();
     choose_adapters_ourselves();
@@ -56,11 +54,7 @@ fn main() {
             Exit::Done.now()
         }
     };
-    // Whoever interrupts a long job should not have to tidy up after it. Without a handler the job is only less tidy.
-    let _ = ctrlc::set_handler(|| {
-        ldi_ops::output::abandon();
-        std::process::exit(INTERRUPTED);
-    });
+    interrupt::handle();
     let result = resolve(arguments.command).and_then(|invocation| run::run(invocation, start)).and_then(|finished| {
         say(&json::deliver(&finished.report, &finished.outcome)?)?;
         Ok(finished.exit)

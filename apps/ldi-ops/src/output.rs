@@ -16,15 +16,58 @@ pub fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Whether two paths lead to the same file, be it there yet or not.
-pub fn is_same(a: &Path, b: &Path) -> bool {
-    place(a) == place(b)
+/// A file, whatever path leads to it.
+#[derive(Debug, PartialEq, Eq, Hash)]
+pub enum Identity {
+    /// A file that is there: its device and its number on it, which symbolic and hard links share.
+    #[cfg(unix)]
+    Existing(u64, u64),
+    /// A path without links, `.` and `..`, as far as the file system knows it.
+    Place(PathBuf),
 }
 
-/// A path without links, `.` and `..`, as far as the file system knows it.
-fn place(path: &Path) -> PathBuf {
-    fs::canonicalize(path).unwrap_or_else(|_| {
-        let folder = fs::canonicalize(folder(path)).unwrap_or_default();
-        folder.join(path.file_name().unwrap_or_default())
-    })
+/// Returns which file a path leads to, be it there yet or not.
+pub fn identity(path: &Path) -> Identity {
+    #[cfg(unix)]
+    if let Ok(metadata) = fs::metadata(path) {
+        use std::os::unix::fs::MetadataExt;
+        return Identity::Existing(metadata.dev(), metadata.ino());
+    }
+    let target = ldi_ops::output::link_target(path);
+    let known = target.ancestors().find_map(|known| {
+        let place = fs::canonicalize(if known.as_os_str().is_empty() { Path::new(".") } else { known }).ok()?;
+        Some(place.join(target.strip_prefix(known).ok()?))
+    });
+    Identity::Place(known.unwrap_or(target))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_path_to_a_file_has_its_identity() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("a"), "a").unwrap();
+        fs::write(at("b"), "a").unwrap();
+        fs::create_dir(at("inner")).unwrap();
+        assert_eq!(identity(&at("a")), identity(&at("./inner/../a")));
+        assert_ne!(identity(&at("a")), identity(&at("b")));
+        // Files, and folders, that are not there yet.
+        assert_eq!(identity(&at("c")), identity(&at("inner/../c")));
+        assert_eq!(identity(&at("new/x/c")), identity(&at("inner/../new/x/c")));
+        assert_ne!(identity(&at("new/x/c")), identity(&at("new/y/c")));
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::symlink;
+            fs::hard_link(at("a"), at("hard")).unwrap();
+            symlink("a", at("soft")).unwrap();
+            symlink("../c", at("inner/dangling")).unwrap();
+            symlink("inner", at("linked")).unwrap();
+            assert_eq!(identity(&at("a")), identity(&at("hard")));
+            assert_eq!(identity(&at("a")), identity(&at("soft")));
+            assert_eq!(identity(&at("c")), identity(&at("linked/dangling")));
+        }
+    }
 }

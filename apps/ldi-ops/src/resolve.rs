@@ -232,8 +232,8 @@ pub struct SurfaceJob {
     /// The file of the images.
     pub images: PathBuf,
     pub unit: Option<LengthUnit>,
-    /// What kind of images they are.
-    pub mode: Mode,
+    /// What kind of images they are, where it was given.
+    pub mode: Option<Mode>,
     pub target: ImageTarget,
     pub report: Report,
 }
@@ -292,9 +292,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             let report = report(&a.common)?;
             let writing = args::ImageArguments { output: Some(a.output), finish: a.finish };
             let target = image_target(writing, AxisChoice::All)?.expect("an output is given");
-            apart(&report, &target.path)?;
-            keeps([a.images.as_path()].into_iter(), &target.path)?;
-            let job = SurfaceJob { images: a.images, unit: a.unit, mode: mode(a.mode), target, report };
+            let job = SurfaceJob { images: a.images, unit: a.unit, mode: a.mode.map(mode), target, report };
             Ok(invocation(Job::Surface(job), &a.common))
         }
         Command::Check(a) => {
@@ -304,15 +302,12 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
         Command::Convert(a) => {
             let report = report(&a.common)?;
             mesh_target(&a.output)?;
-            apart(&report, &a.output)?;
-            keeps([a.from.as_path()].into_iter(), &a.output)?;
             let from = Input { name: None, path: a.from, placement: a.transform_a };
             Ok(invocation(Job::Convert(ConvertJob { from, to: a.output, unit: a.unit, report }), &a.common))
         }
         Command::Generate(a) => {
             let report = report(&a.common)?;
             mesh_target(&a.output)?;
-            apart(&report, &a.output)?;
             let parameters: Vec<(&str, &str)> =
                 a.parameters.iter().map(|(name, text)| (*name, text.as_str())).collect();
             let model = Model::from_parameters(&a.kind, &parameters).map_err(Failure::input)?;
@@ -424,10 +419,6 @@ fn measure(
     let lod = lod(sampling.lod)?;
     let images = image_target(writing, sampling.axis)?;
     let report = report(&common)?;
-    if let Some(target) = &images {
-        apart(&report, &target.path)?;
-        keeps(inputs.iter().map(|input| input.path.as_path()), &target.path)?;
-    }
     let job = MeasureJob {
         measurement,
         inputs,
@@ -530,26 +521,6 @@ fn writable(path: &Path) -> Result<(), Failure> {
         return Err(Failure::input(format!("{}: there is no folder {}", path.display(), folder.display())));
     }
     Ok(())
-}
-
-/// The JSON and the other output go to different files, as one would take the place of the other.
-fn apart(report: &Report, other: &Path) -> Result<(), Failure> {
-    match report {
-        Report::TextAndJson(json) if output::is_same(json, other) => Err(Failure::input(format!(
-            "--json {} and -o {} are the same file; each needs its own",
-            json.display(),
-            other.display()
-        ))),
-        _ => Ok(()),
-    }
-}
-
-/// No input is written over, as what goes wrong afterwards could not be made good.
-fn keeps<'p>(mut inputs: impl Iterator<Item = &'p Path>, target: &Path) -> Result<(), Failure> {
-    match inputs.any(|input| output::is_same(input, target)) {
-        true => Err(Failure::input(format!("-o {}: is an input, which would be written over", target.display()))),
-        false => Ok(()),
-    }
 }
 
 /// A mesh file of a format that can be written.

@@ -54,6 +54,36 @@ pub enum NpzError {
         /// Its length; perhaps not a number.
         length: f64,
     },
+    /// Normals point into the solid.
+    #[error(
+        "{array}: {count} normals point into the solid (first: sample {sample}); where a ray enters they point against it, \
+         where it leaves along it"
+    )]
+    NormalSide {
+        /// The array that they are in.
+        array: String,
+        /// Samples with such a normal.
+        count: usize,
+        /// The first of them.
+        sample: usize,
+    },
+    /// Exact images disagree about what is inside.
+    #[error(
+        "the images are said to be exact, and along different axes they disagree about {count} lattice nodes (first: node \
+         {node:?}); they are not of one solid on one grid, or not exact"
+    )]
+    NodesDisagree {
+        /// The nodes.
+        count: u64,
+        /// The indices of the first, along x, y and z.
+        node: [u32; 3],
+    },
+    /// A text names no mode.
+    #[error("mode: {text:?} is none of exact, over and under")]
+    Mode {
+        /// The text.
+        text: String,
+    },
     /// A unit is no short word of letters.
     #[error("unit: {text:?} is no unit of length; a word of up to {limit} letters is", limit = super::UNIT_LETTERS)]
     Unit {

@@ -9,6 +9,7 @@
 //! | `unclosed` | uint32 | (k,) | rays that did not close; they have no samples |
 //! | `grid` | record | () | the raster and lattice: fields below |
 //! | `unit` | text | () | what one unit of length is: `mm`; absent where it is not known |
+//! | `mode` | text | () | which image of the solid is kept: `exact`, `over` or `under`; absent where it is not known |
 //!
 //! | field of `grid` | type | meaning |
 //! |---|---|---|
@@ -46,6 +47,31 @@ use super::Ldi;
 /// not known.
 pub type Normals = Vec<[f32; 3]>;
 
+/// Which image of a solid a file holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ImageMode {
+    /// Every crossing. Images along several axes then agree about every lattice node.
+    Exact,
+    /// An over-estimate, which encloses the solid on every ray.
+    Over,
+    /// An under-estimate, which lies inside the solid on every ray.
+    Under,
+}
+
+impl ImageMode {
+    /// Every mode.
+    pub const ALL: [ImageMode; 3] = [ImageMode::Exact, ImageMode::Over, ImageMode::Under];
+
+    /// Its name in files: `exact`, `over` or `under`.
+    pub fn name(self) -> &'static str {
+        match self {
+            ImageMode::Exact => "exact",
+            ImageMode::Over => "over",
+            ImageMode::Under => "under",
+        }
+    }
+}
+
 /// What a file may hold beside the images.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Extras {
@@ -53,6 +79,8 @@ pub struct Extras {
     pub normals: Vec<Option<Normals>>,
     /// What one unit of length is: a short word of letters, as `mm`.
     pub unit: Option<String>,
+    /// Which image of the solid is kept.
+    pub mode: Option<ImageMode>,
 }
 
 /// What a file held.

@@ -25,6 +25,26 @@ pub fn normals_of_samples(image: &Ldi, of_triangles: &[[f32; 3]]) -> Option<Norm
     Some(image.offsets().par_windows(2).with_min_len(1 << 12).flat_map_iter(each).collect())
 }
 
+/// Normals may be rounded; a component below this has no sign.
+const NO_SIDE: f32 = 1e-3;
+
+/// Counts the samples whose normal points into the solid, and finds the first: along the ray where it enters, against it
+/// where it leaves.
+pub(super) fn turned_inwards(image: &Ldi, normals: &[[f32; 3]]) -> Option<(usize, usize)> {
+    let depth = image.axis().depth();
+    let of_ray = |ends: &[u32]| {
+        let samples = ends[0] as usize..ends[1] as usize;
+        let is_wrong = move |(i, sample): (usize, usize)| {
+            let along = normals[sample][depth];
+            let inwards = if i % 2 == 0 { along } else { -along };
+            (inwards > NO_SIDE).then_some(sample)
+        };
+        samples.enumerate().filter_map(is_wrong)
+    };
+    let wrong = image.offsets().par_windows(2).with_min_len(1 << 12).flat_map_iter(of_ray);
+    wrong.map(|sample| (1, sample)).reduce_with(|(n, a), (m, b)| (n + m, a.min(b)))
+}
+
 impl Images {
     /// The images with triangles that stand for their samples, and the normals of those triangles: what a surface is made
     /// from. Images whose normals are not known have no triangles.
@@ -92,8 +112,11 @@ mod tests {
     fn samples_stand_for_triangles() {
         let images = Axis::ALL.map(image).to_vec();
         let normals: Normals = (0..8).map(|i| [i as f32, 0.0, 0.0]).collect();
-        let with =
-            |normals| Images { images: images.clone(), extras: Extras { normals, unit: None }, ignored: Vec::new() };
+        let with = |normals| Images {
+            images: images.clone(),
+            extras: Extras { normals, ..Extras::default() },
+            ignored: Vec::new(),
+        };
         let (numbered, table) =
             with(vec![Some(normals[..4].to_vec()), None, Some(normals[4..].to_vec())]).with_triangles().unwrap();
         let triangles: Vec<Option<&[u32]>> = numbered.iter().map(Ldi::triangles).collect();

@@ -10,11 +10,12 @@ use zip::ZipArchive;
 use zip::read::ZipFile;
 use zip::result::ZipError;
 
+use super::normals::turned_inwards;
 use super::npy::{Class, Field, Header, Kind, Order, Scalar};
-use super::{Extras, Images, Normals, NpzError, UNIT_LETTERS, is_unit, not_normal};
-use crate::allocation::try_vec_with_room;
+use super::{Extras, ImageMode, Images, Normals, NpzError, UNIT_LETTERS, is_unit, not_normal};
+use crate::allocation::{handled, try_vec_with_room};
 use crate::grid::{Axis, Grid};
-use crate::ldi::Ldi;
+use crate::ldi::{Combine, Ldi, NodePlanes};
 
 /// Compressed arrays may take so much memory, whatever the file.
 const COMPRESSED_BYTES: u64 = 256 << 20;
@@ -41,13 +42,21 @@ pub fn read(mut from: impl Read + Seek) -> Result<Images, NpzError> {
     let axes = archive.axes()?;
     let grid = archive.grid()?;
     let unit = archive.unit()?;
+    let mode = archive.mode()?;
     let (mut images, mut normals) = (Vec::new(), Vec::new());
     for &axis in &axes {
         let (image, of_image) = archive.image(grid, axis, axes.len())?;
         images.push(image);
         normals.push(of_image);
     }
-    Ok(Images { images, extras: Extras { normals, unit }, ignored: archive.unread })
+    // A ray that did not close is empty, whatever other rays say of its nodes.
+    if mode == Some(ImageMode::Exact) && images.iter().all(|image| image.unclosed().is_empty()) {
+        let nodes = NodePlanes::new(&images, Combine::Most).expect("they share a grid and differ in their axes");
+        if let Some((count, node)) = nodes.disagreements() {
+            return Err(NpzError::NodesDisagree { count, node });
+        }
+    }
+    Ok(Images { images, extras: Extras { normals, unit, mode }, ignored: archive.unread })
 }
 
 /// The name under which numpy lists an entry.
@@ -121,12 +130,25 @@ impl<R: Read + Seek> Archive<R> {
         if !self.has("unit") {
             return Ok(None);
         }
-        let array = self.open("unit")?;
+        let text = self.text("unit")?;
+        if is_unit(&text) { Ok(Some(text)) } else { Err(NpzError::Unit { text }) }
+    }
+
+    fn mode(&mut self) -> Result<Option<ImageMode>, NpzError> {
+        if !self.has("mode") {
+            return Ok(None);
+        }
+        let text = self.text("mode")?;
+        let mode = ImageMode::ALL.into_iter().find(|mode| mode.name() == text);
+        mode.map(Some).ok_or(NpzError::Mode { text })
+    }
+
+    fn text(&mut self, name: &str) -> Result<String, NpzError> {
+        let array = self.open(name)?;
         if !array.header.shape.is_empty() {
             return Err(array.wrong_shape("()"));
         }
-        let text = array.texts()?.concat();
-        if is_unit(&text) { Ok(Some(text)) } else { Err(NpzError::Unit { text }) }
+        Ok(array.texts()?.concat())
     }
 
     fn grid(&mut self) -> Result<Grid, NpzError> {
@@ -171,7 +193,7 @@ impl<R: Read + Seek> Archive<R> {
         }
         let depths = array.integers()?;
 
-        let mut of_image = None;
+        let mut found_normals = None;
         if self.has(&normals) {
             let array = self.open(&normals)?;
             if array.header.shape != [samples, 3] {
@@ -181,7 +203,7 @@ impl<R: Read + Seek> Archive<R> {
             if let Some((sample, length)) = not_normal(&found) {
                 return Err(NpzError::NormalLength { array: normals, sample, length });
             }
-            of_image = Some(found);
+            found_normals = Some(found);
         }
 
         let mut unclosed_rays = Vec::new();
@@ -194,7 +216,11 @@ impl<R: Read + Seek> Archive<R> {
         }
         let image = Ldi::from_parts(grid, axis, offsets, depths, unclosed_rays);
         let image = image.map_err(|source| NpzError::Image { axis: axis.name(), source })?;
-        Ok((image, of_image))
+        let inwards = found_normals.as_ref().and_then(|found| turned_inwards(&image, found));
+        match inwards {
+            Some((count, sample)) => Err(NpzError::NormalSide { array: normals, count, sample }),
+            None => Ok((image, found_normals)),
+        }
     }
 }
 
@@ -357,7 +383,7 @@ impl<R: Read + ?Sized> Array<'_, R> {
 
 /// Appends a value, where there is memory; else tells the failure that was prepared.
 fn push<T>(values: &mut Vec<T>, value: T, failure: &mut Option<NpzError>) -> Result<(), NpzError> {
-    if values.len() == values.capacity() && values.try_reserve(values.len().max(1)).is_err() {
+    if values.len() == values.capacity() && handled(|| values.try_reserve(values.len().max(1))).is_err() {
         return Err(failure.take().unwrap_or_else(|| io::Error::from(io::ErrorKind::OutOfMemory).into()));
     }
     values.push(value);

@@ -19,8 +19,15 @@ fn image(axis: Axis) -> Ldi {
     Ldi::from_parts(grid, axis, offsets, vec![4, 20, 6, 6], vec![rays as u32 - 1]).unwrap()
 }
 
-fn normals() -> Normals {
-    vec![[0.6, 0.0, -0.8], [0.0, 1.0, 0.0], [-0.36, 0.48, 0.8], [1.0, 0.0, 0.0]]
+/// Outwards: against the ray, across it, against it and along it.
+fn normals(axis: Axis) -> Normals {
+    let along_z = [[0.6f32, 0.0, -0.8], [1.0, 0.0, 0.0], [-0.36, 0.48, -0.8], [0.0, 0.0, 1.0]];
+    along_z
+        .map(|mut normal| {
+            normal.rotate_right((axis.depth() + 1) % 3);
+            normal
+        })
+        .to_vec()
 }
 
 fn written(images: &[Ldi], extras: &Extras) -> Vec<u8> {
@@ -66,7 +73,8 @@ fn bytes<T: Copy, const N: usize>(values: &[T], to_le: fn(T) -> [u8; N]) -> Vec<
 /// What reading says of the image along z with one array replaced, or left out.
 #[track_caller]
 fn with(name: &str, replacement: Option<Vec<u8>>) -> Result<Images, NpzError> {
-    let extras = Extras { normals: vec![Some(normals())], unit: Some("mm".to_owned()) };
+    let extras =
+        Extras { normals: vec![Some(normals(Axis::Z))], unit: Some("mm".to_owned()), mode: Some(ImageMode::Over) };
     let mut entries = entries(&written(&[image(Axis::Z)], &extras));
     let place = entries.iter().position(|(entry, _)| entry == &format!("{name}.npy")).unwrap();
     match replacement {
@@ -87,12 +95,23 @@ fn refuses(name: &str, replacement: Vec<u8>, words: &[&str]) {
 #[test]
 fn what_is_written_is_read() {
     let three = Axis::ALL.map(image);
-    let all = Extras { normals: vec![Some(normals()), None, Some(normals())], unit: Some("mm".to_owned()) };
-    let none = Extras { normals: vec![None; 3], unit: None };
+    let all = Extras {
+        normals: vec![Some(normals(Axis::X)), None, Some(normals(Axis::Z))],
+        unit: Some("mm".to_owned()),
+        mode: Some(ImageMode::Under),
+    };
+    let none = Extras { normals: vec![None; 3], ..Extras::default() };
     for (images, extras) in [
         (&three[..], &all),
         (&three[..], &none),
-        (&three[1..2], &Extras { normals: vec![Some(normals())], unit: Some("µm".to_owned()) }),
+        (
+            &three[1..2],
+            &Extras {
+                normals: vec![Some(normals(Axis::Y))],
+                unit: Some("µm".to_owned()),
+                mode: Some(ImageMode::Exact),
+            },
+        ),
     ] {
         let file = written(images, extras);
         let expected = Images { images: images.to_vec(), extras: extras.clone(), ignored: Vec::new() };
@@ -123,7 +142,7 @@ fn images_that_numpy_wrote_are_read() {
     assert_eq!(compressed.images.iter().map(Ldi::axis).collect::<Vec<_>>(), Axis::ALL);
     assert_eq!(compressed.images[2], *z);
     assert_eq!(compressed.images[0].samples(3), [16, 48]);
-    assert_eq!(compressed.extras, Extras { normals: vec![None; 3], unit: None });
+    assert_eq!(compressed.extras, Extras { normals: vec![None; 3], ..Extras::default() });
 }
 
 #[test]
@@ -139,7 +158,7 @@ fn arrays_have_headers_of_whole_blocks_and_the_numbers_after_them() {
 
 #[test]
 fn several_images_carry_their_axes() {
-    let extras = Extras { normals: vec![None, Some(normals())], unit: None };
+    let extras = Extras { normals: vec![None, Some(normals(Axis::Y))], ..Extras::default() };
     let entries = entries(&written(&[image(Axis::X), image(Axis::Y)], &extras));
     let names: Vec<&str> = entries.iter().map(|(name, _)| name.trim_end_matches(".npy")).collect();
     let of_x = ["offsets_x", "depths_x", "unclosed_x"];
@@ -223,7 +242,7 @@ fn wrong_types_and_shapes_are_named() {
 #[test]
 fn normals_are_normals() {
     let with_normal = |normal: [f32; 3]| {
-        let mut all = normals();
+        let mut all = normals(Axis::Z);
         all[2] = normal;
         array("'<f4'", &[4, 3], &bytes(all.as_flattened(), f32::to_le_bytes))
     };
@@ -233,9 +252,9 @@ fn normals_are_normals() {
     refuses("normals", with_normal([1.0, 1.0, 0.0]), &["sample 2", "1.41"]);
     refuses("normals", with_normal([f32::NAN, 1.0, 0.0]), &["sample 2", "NaN"]);
     refuses("normals", with_normal([f32::INFINITY, 0.0, 0.0]), &["sample 2", "inf"]);
-    let wide: Vec<f64> = normals().as_flattened().iter().map(|&n| f64::from(n)).collect();
+    let wide: Vec<f64> = normals(Axis::Z).as_flattened().iter().map(|&n| f64::from(n)).collect();
     let read = with("normals", Some(array("'<f8'", &[4, 3], &bytes(&wide, f64::to_le_bytes)))).unwrap();
-    assert_eq!(read.extras.normals, [Some(normals())]);
+    assert_eq!(read.extras.normals, [Some(normals(Axis::Z))]);
     let mut fortran = Vec::new();
     npy::write_header(&mut fortran, "'<f4'", npy::Order::Fortran, &[4, 3]).unwrap();
     refuses("normals", [fortran, vec![0; 48]].concat(), &["normals", "Fortran"]);
@@ -288,8 +307,69 @@ fn arrays_that_are_no_image_are_refused() {
 }
 
 #[test]
+fn a_mode_is_one_of_three() {
+    let text = |text: &str| {
+        array(
+            "'<U5'",
+            &[],
+            &bytes(&[0, 1, 2, 3, 4].map(|i| text.as_bytes().get(i).map_or(0, |&b| u32::from(b))), u32::to_le_bytes),
+        )
+    };
+    assert_eq!(with("mode", Some(text("exact"))).unwrap().extras.mode, Some(ImageMode::Exact));
+    assert_eq!(with("mode", None).unwrap().extras.mode, None);
+    refuses("mode", text("Exact"), &["mode", "Exact", "exact, over and under"]);
+    refuses("mode", array("'<U5'", &[1], &bytes(&[0; 5], u32::to_le_bytes)), &["mode", "shape"]);
+}
+
+#[test]
+fn normals_that_point_into_the_solid_are_refused() {
+    let mut turned = normals(Axis::Z);
+    turned.iter_mut().for_each(|normal| *normal = normal.map(|n| -n));
+    let of = |normals: &Normals| array("'<f4'", &[4, 3], &bytes(normals.as_flattened(), f32::to_le_bytes));
+    // The second lies across its ray, whichever way it points.
+    refuses("normals", of(&turned), &["normals: 3 normals point into the solid", "sample 0"]);
+    let mut one = normals(Axis::Z);
+    one[3] = [0.0, 0.6, -0.8];
+    refuses("normals", of(&one), &["normals: 1 normals point into the solid", "sample 3"]);
+    let error =
+        write(&[image(Axis::Z)], &Extras { normals: vec![Some(one)], ..Extras::default() }, Cursor::new(vec![]));
+    assert!(matches!(error, Err(NpzError::NormalSide { count: 1, sample: 3, .. })));
+    // What rounding made of a normal across the ray.
+    let mut rounded = normals(Axis::Z);
+    rounded[1] = [1.0, 0.0, -1e-4];
+    assert!(with("normals", Some(of(&rounded))).is_ok());
+}
+
+#[test]
+fn exact_images_agree_about_every_node() {
+    let grid = Grid::from_parts(DVec3::ZERO, 1.0, [2, 2, 2], 4, 64).unwrap();
+    // Node (0, 0, 0) is inside; nodes lie half a pixel, 8 lattice steps, from the sides of pixels.
+    let of =
+        |axis, depths: [i32; 2]| Ldi::from_parts(grid, axis, vec![0, 2, 2, 2, 2], depths.to_vec(), vec![]).unwrap();
+    let agreeing = Axis::ALL.map(|axis| of(axis, [4, 20]));
+    let other = [of(Axis::X, [4, 20]), of(Axis::Y, [4, 20]), of(Axis::Z, [4, 32])];
+    let read_as = |images: &[Ldi], mode| {
+        let extras = Extras { mode, ..Extras::default() };
+        read(Cursor::new(written(images, &extras)))
+    };
+    for mode in ImageMode::ALL {
+        assert_eq!(read_as(&agreeing, Some(mode)).unwrap().extras.mode, Some(mode));
+    }
+    let error = read_as(&other, Some(ImageMode::Exact)).unwrap_err();
+    assert!(matches!(error, NpzError::NodesDisagree { count: 1, node: [0, 0, 1] }), "{error}");
+    let error = read_as(&other[1..], Some(ImageMode::Exact)).unwrap_err();
+    assert!(matches!(error, NpzError::NodesDisagree { count: 1, .. }), "{error}");
+    for mode in [None, Some(ImageMode::Over), Some(ImageMode::Under)] {
+        assert!(read_as(&other, mode).is_ok());
+    }
+    // A ray that did not close has no samples, whatever the others have.
+    let open = Ldi::from_parts(grid, Axis::Z, vec![0; 5], vec![], vec![0]).unwrap();
+    assert!(read_as(&[agreeing[0].clone(), agreeing[1].clone(), open], Some(ImageMode::Exact)).is_ok());
+}
+
+#[test]
 fn damaged_files_are_refused() {
-    let file = written(&[image(Axis::Z)], &Extras { normals: vec![Some(normals())], unit: None });
+    let file = written(&[image(Axis::Z)], &Extras { normals: vec![Some(normals(Axis::Z))], ..Extras::default() });
     assert!(matches!(read(Cursor::new(&b""[..])), Err(NpzError::Zip(_))));
     for length in 0..file.len() {
         assert!(read(Cursor::new(&file[..length])).is_err(), "cut to {length} bytes");
@@ -363,15 +443,15 @@ fn what_does_not_belong_together_is_not_written() {
     assert!(matches!(write(&[], &none), Err(NpzError::NoImage)));
     let twice = [image(Axis::X), image(Axis::X)];
     assert!(matches!(write(&twice, &none), Err(NpzError::Mismatch { first: 0, second: 1 })));
-    let of = |normals| Extras { normals, unit: None };
+    let of = |normals| Extras { normals, ..Extras::default() };
     let error = write(&one, &of(vec![None, None]));
     assert!(matches!(error, Err(NpzError::NormalLists { found: 2, images: 1 })));
-    let error = write(&one, &of(vec![Some(normals()[1..].to_vec())]));
+    let error = write(&one, &of(vec![Some(normals(Axis::Z)[1..].to_vec())]));
     assert!(matches!(error, Err(NpzError::NormalCount { found: 3, samples: 4, .. })));
     let error = write(&one, &of(vec![Some(vec![[0.5; 3]; 4])]));
     assert!(matches!(error, Err(NpzError::NormalLength { sample: 0, .. })));
     for unit in ["", "1 mm", "a very long unit of length", "m\0"] {
-        let error = write(&one, &Extras { normals: Vec::new(), unit: Some(unit.to_owned()) });
+        let error = write(&one, &Extras { unit: Some(unit.to_owned()), ..Extras::default() });
         assert!(matches!(error, Err(NpzError::Unit { .. })), "{unit}");
     }
 }

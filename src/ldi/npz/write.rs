@@ -5,6 +5,7 @@ use std::io::{Seek, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
+use super::normals::turned_inwards;
 use super::npy::{self, Order};
 use super::{Extras, NpzError, is_unit, key, not_normal};
 use crate::grid::Grid;
@@ -24,6 +25,9 @@ pub fn write(images: &[Ldi], extras: &Extras, to: impl Write + Seek) -> Result<(
     archive.array("grid", GRID_RECORD, &[], &grid_record(first.grid()))?;
     if let Some(unit) = &extras.unit {
         archive.text("unit", unit.chars().count(), &[], unit)?;
+    }
+    if let Some(mode) = extras.mode {
+        archive.text("mode", mode.name().len(), &[], mode.name())?;
     }
     for (i, image) in images.iter().enumerate() {
         let key = |name| key(name, image.axis().name(), images.len());
@@ -67,6 +71,9 @@ fn check_extras(images: &[Ldi], extras: &Extras) -> Result<(), NpzError> {
         }
         if let Some((sample, length)) = not_normal(normals) {
             return Err(NpzError::NormalLength { array: array(), sample, length });
+        }
+        if let Some((count, sample)) = turned_inwards(image, normals) {
+            return Err(NpzError::NormalSide { array: array(), count, sample });
         }
     }
     Ok(())

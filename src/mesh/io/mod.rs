@@ -23,11 +23,11 @@ mod threemf;
 mod write;
 
 use std::fmt;
-use std::fs::File;
-use std::io::{self, Read};
-use std::path::Path;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
 
 use super::{LengthUnit, TriangleMesh};
+use crate::input;
 use error::Fault;
 pub use error::{FormatError, Place, Problem, ReadError, WriteError};
 pub use note::{ReadNote, WriteNote};
@@ -143,18 +143,83 @@ impl MeshFile {
 /// Reads a mesh file, by its extension.
 pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
     let format = Format::from_path(path)?;
+    examine(path, format)?;
     let bytes = load(path).map_err(|source| ReadError::Io { path: path.to_path_buf(), source })?;
     parse(&bytes, format, path)
 }
 
+/// Files below this size are read whatever they hold.
+const SMALL: u64 = 4 << 20;
+
+/// Refuses a large file by its first and last bytes, before what lies between takes memory: text that ends in bytes 0, and
+/// a binary file of more than twice the bytes that its header counts.
+pub fn examine(path: &Path, format: Format) -> Result<(), ReadError> {
+    let failure = |source| ReadError::Io { path: path.to_path_buf(), source };
+    let mut file = input::open(path).map_err(failure)?;
+    let length = file.metadata().map_err(failure)?.len();
+    if length < SMALL {
+        return Ok(());
+    }
+    let (mut start, mut end) = ([0; 1024], [0; 64]);
+    let at = length - end.len() as u64;
+    file.read_exact(&mut start).map_err(failure)?;
+    file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(&mut end)).map_err(failure)?;
+    let fault = match format {
+        _ if is_text(format, &start) && end.iter().all(|&byte| byte == 0) => {
+            Fault::invalid(Place::File, "the text ends in bytes 0; cut them off")
+        }
+        _ => match binary_length(format, &start) {
+            Some(counted) if length - SMALL > 2 * counted => {
+                let sentence =
+                    format!("the header counts {counted} bytes, and the file has {length}; cut it off there");
+                Fault::invalid(Place::File, sentence)
+            }
+            _ => return Ok(()),
+        },
+    };
+    Err(fault.in_file(path))
+}
+
+/// Whether a file is text, by its first bytes and its format.
+fn is_text(format: Format, start: &[u8]) -> bool {
+    // UTF-16 is full of bytes 0.
+    let is_wide = [&[0xFF, 0xFE], &[0xFE, 0xFF]].iter().any(|mark| start.starts_with(*mark));
+    !is_wide
+        && match format {
+            Format::Obj | Format::Off => true,
+            Format::Gltf => !start.starts_with(b"glTF"),
+            Format::Stl => stl::is_text(start),
+            Format::Ply => ply::is_text(start),
+            Format::Glb | Format::ThreeMf => false,
+        }
+}
+
+/// The bytes that a binary file has by its header, where the format says it at the start.
+fn binary_length(format: Format, start: &[u8]) -> Option<u64> {
+    match format {
+        Format::Stl => stl::binary_length(start),
+        Format::Gltf | Format::Glb => gltf::binary_length(start),
+        _ => None,
+    }
+}
+
 /// All bytes of a file.
 fn load(path: &Path) -> io::Result<Vec<u8>> {
-    let mut file = File::open(path)?;
-    let length = usize::try_from(file.metadata()?.len()).unwrap_or_default();
+    let file = input::open(path)?;
+    let length = file.metadata()?.len();
     // One byte more, so that the end is seen without growing.
-    let mut bytes = crate::allocation::try_vec_with_room(length.saturating_add(1))?;
-    file.read_to_end(&mut bytes)?;
+    let room = usize::try_from(length).unwrap_or_default().saturating_add(1);
+    let mut bytes = crate::allocation::try_vec_with_room(room)?;
+    file.take(length).read_to_end(&mut bytes)?;
     Ok(bytes)
+}
+
+/// Returns the files that a mesh file refers to: buffers and images of glTF. None where the file cannot be read.
+pub fn side_files(path: &Path) -> Vec<PathBuf> {
+    match Format::from_path(path) {
+        Ok(Format::Gltf | Format::Glb) => load(path).map_or(Vec::new(), |bytes| gltf::side_files(&bytes, path)),
+        _ => Vec::new(),
+    }
 }
 
 /// Reads a mesh from the bytes of a file. The path names the file in errors, and buffers that a glTF file refers to are

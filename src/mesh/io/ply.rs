@@ -26,6 +26,11 @@ use crate::mesh::{LengthUnit, TriangleMesh};
 /// Elements that one task converts: enough to be worth handing over, few enough to share out evenly.
 const ELEMENTS_PER_TASK: usize = 1 << 14;
 
+/// Whether a file is in text, by its first bytes.
+pub(super) fn is_text(start: &[u8]) -> bool {
+    memchr::memmem::find(start, b"format ascii").is_some()
+}
+
 pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
     let text = decode(bytes);
     let header = Header::parse(&text)?;

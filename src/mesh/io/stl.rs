@@ -46,10 +46,17 @@ pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
 /// Whether the file begins as text does: with `solid` or `facet`, and without a byte 0.
 ///
 /// In a binary file the last byte of the count is 0, unless it counts more than 16 million triangles.
-fn is_text(bytes: &[u8]) -> bool {
+pub(super) fn is_text(bytes: &[u8]) -> bool {
     let start = &bytes[..bytes.len().min(1024)];
     let word = Words::new(start).next().unwrap_or_default();
     !start.contains(&0) && ["solid", "facet"].iter().any(|keyword| word.eq_ignore_ascii_case(keyword.as_bytes()))
+}
+
+/// The bytes of a binary file by the count in its header, unless it counts nothing.
+pub(super) fn binary_length(start: &[u8]) -> Option<u64> {
+    let count = start.get(80..84)?;
+    let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]);
+    (count > 0 && !is_text(start)).then_some(HEADER_BYTES as u64 + TRIANGLE_BYTES as u64 * u64::from(count))
 }
 
 fn parse_binary(bytes: &[u8], promised: u32) -> Result<MeshFile, Fault> {

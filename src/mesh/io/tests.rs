@@ -264,3 +264,36 @@ fn every_file_read_as_every_format() {
         }
     }
 }
+
+#[test]
+fn files_that_end_in_zeros_are_refused_before_they_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    // Larger than any memory, of which the disk holds nothing.
+    let padded = |name: &str, start: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, start).unwrap();
+        std::fs::File::options().write(true).open(&path).unwrap().set_len(1 << 42).unwrap();
+        crate::mesh::io::read(&path).unwrap_err().to_string()
+    };
+    let text =
+        b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+    for (name, start) in [
+        ("a.stl", &text[..]),
+        ("a.obj", b"v 0 0 0\n"),
+        ("a.off", b"OFF\n"),
+        ("a.ply", b"ply\nformat ascii 1.0\n"),
+        ("a.gltf", b"{}"),
+    ] {
+        let message = padded(name, start);
+        assert!(message.contains(name) && message.contains("the text ends in bytes 0"), "{message}");
+    }
+    let binary = [&[0; 80][..], &12u32.to_le_bytes(), &[0; 600]].concat();
+    let message = padded("b.stl", &binary);
+    assert!(message.contains("counts 684 bytes, and the file has 4398046511104"), "{message}");
+    let message = padded("b.glb", b"glTF\x02\0\0\0\x0C\0\0\0");
+    assert!(message.contains("counts 12 bytes, and the file has 4398046511104"), "{message}");
+    // A little more than is counted is a note, not an error.
+    let path = folder.path().join("c.stl");
+    std::fs::write(&path, [&binary[..], &[0; 5 << 20]].concat()).unwrap();
+    assert!(crate::mesh::io::examine(&path, Format::Stl).is_ok());
+}

@@ -9,8 +9,8 @@ use ldi_ops::picture::{Background, Facets, Format, INPUTS_MAX, View};
 use ldi_ops::sampler::Fill;
 
 use super::{
-    Backend, Input, Invocation, Job, Openness, Report, apart, backend, fill, invocation, letters, parsed, place,
-    report, writable,
+    Backend, Input, Invocation, Job, Openness, Report, backend, fill, invocation, letters, parsed, place, report,
+    writable,
 };
 use crate::args::{
     BackgroundChoice, FacetChoice, ListPlacingArguments, PictureSize, PlacingArguments, RenderArguments, SliceAt,
@@ -62,7 +62,6 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Failure> {
     }
     writable(&output)?;
     let report = report(&common)?;
-    apart(&report, &output)?;
     let scenery = match (picture.view, picture.slice) {
         (None, Some(plane)) => Scenery::Slice(plane),
         (view, cut) => Scenery::Shaded { view: view.unwrap_or(View::Isometric), cut },

@@ -5,8 +5,8 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::sampler::{Fill, Mode};
 
 use super::{
-    Backend, ImageTarget, Input, Invocation, Job, Report, Spacing, apart, axes, backend, fill, image_target,
-    invocation, keeps, lod, mode, report, spacing,
+    Backend, ImageTarget, Input, Invocation, Job, Report, Spacing, axes, backend, fill, image_target, invocation, lod,
+    mode, report, spacing,
 };
 use crate::args::{BallArguments, MemorySize, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments};
 use crate::exit::Failure;
@@ -106,10 +106,6 @@ fn sum(
     let backend = backend(sampling.backend, sampling.adapter)?;
     let images = image_target(writing, sampling.axis)?;
     let report = report(&common)?;
-    if let Some(target) = &images {
-        apart(&report, &target.path)?;
-        keeps(inputs.iter().map(|input| input.path.as_path()), &target.path)?;
-    }
     let job = SumJob {
         operation,
         inputs,

@@ -1,8 +1,11 @@
 //! The bytes of a file.
 
-use std::fs::File;
 use std::io;
 use std::path::Path;
+
+#[cfg(unix)]
+use ldi_ops::allocation::handled;
+use ldi_ops::input;
 
 #[cfg(unix)]
 use super::machine;
@@ -19,12 +22,11 @@ pub fn of_file(path: &Path) -> io::Result<Vec<u8>> {
     use rayon::prelude::*;
 
     const PIECE: usize = 1 << 22;
-    let mut file = File::open(path)?;
+    let file = input::open(path)?;
     let metadata = file.metadata()?;
-    // Pipes and devices have no size to go by.
-    if !metadata.is_file() || metadata.len() < PIECE as u64 {
+    if metadata.len() < PIECE as u64 {
         let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes)?;
+        file.take(metadata.len()).read_to_end(&mut bytes)?;
         return Ok(bytes);
     }
     let length = usize::try_from(metadata.len()).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
@@ -32,7 +34,7 @@ pub fn of_file(path: &Path) -> io::Result<Vec<u8>> {
         return Err(io::Error::new(io::ErrorKind::OutOfMemory, format!("its {length} bytes do not fit into memory")));
     }
     // Room that the system would not give is refused here; only then are zeros asked for, which nobody has to write.
-    Vec::<u8>::new().try_reserve_exact(length)?;
+    handled(|| Vec::<u8>::new().try_reserve_exact(length))?;
     let mut bytes = vec![0; length];
     bytes
         .par_chunks_mut(PIECE)
@@ -47,6 +49,6 @@ pub fn of_file(path: &Path) -> io::Result<Vec<u8>> {
     use std::io::Read;
 
     let mut bytes = Vec::new();
-    File::open(path)?.read_to_end(&mut bytes)?;
+    input::open(path)?.read_to_end(&mut bytes)?;
     Ok(bytes)
 }

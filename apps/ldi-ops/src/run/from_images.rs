@@ -1,20 +1,21 @@
 //! `surface`: from images in a file back to a mesh.
 
-use std::fs::File;
 use std::io::{self, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use ldi_ops::grid::Grid;
+use ldi_ops::input;
+use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
 use ldi_ops::ldi::Ldi;
-use ldi_ops::ldi::npz::{self, Normals, NpzError};
+use ldi_ops::ldi::npz::{self, ImageMode, Normals, NpzError};
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::io::Format;
 use ldi_ops::sampler::Mode;
 
-use super::surface::{Imaged, SurfaceReport};
+use super::surface::{self, Imaged, SurfaceReport};
 use super::{Finished, Outcome, peak_memory_bytes, say_warnings, write};
-use crate::exit::{Exit, Failure};
+use crate::exit::Failure;
 use crate::progress::Progress;
 use crate::resolve::{Content, SurfaceJob};
 use crate::unit;
@@ -43,6 +44,8 @@ pub struct ImageFile {
     pub normals: Option<Normals>,
     /// The unit that the file states.
     pub unit: Option<LengthUnit>,
+    /// The mode that the file states.
+    pub mode: Option<ImageMode>,
     pub warnings: Vec<Warning>,
 }
 
@@ -58,9 +61,23 @@ impl ImageFile {
             warnings.push(Warning::new("arrays-ignored", message));
         }
         let unit = read.extras.unit.take().and_then(|unit| unit::parse(&unit).ok());
+        let mode = read.extras.mode;
         let has_normals = read.extras.normals.iter().any(Option::is_some);
         let (images, normals) = read.with_triangles().map_err(failure)?;
-        Ok(ImageFile { images, normals: has_normals.then_some(normals), unit, warnings })
+        Ok(ImageFile { images, normals: has_normals.then_some(normals), unit, mode, warnings })
+    }
+
+    /// The mode of the images: what the file states, or else what was asked for, or else exact.
+    pub fn mode(&self, path: &Path, asked: Option<Mode>) -> Result<Mode, Failure> {
+        match (self.mode, asked) {
+            (Some(stated), Some(asked)) if write::image_mode(asked) != stated => Err(Failure::input(format!(
+                "{}: the images are stated to be `{}`, and --mode {} contradicts that; leave --mode away",
+                path.display(),
+                stated.name(),
+                write::image_mode(asked).name()
+            ))),
+            (stated, asked) => Ok(stated.map(write::mode).or(asked).unwrap_or(Mode::Exact)),
+        }
     }
 
     /// What a mesh is made of, if all three images are there.
@@ -73,11 +90,12 @@ impl ImageFile {
                 axes.join(" and ")
             )));
         }
-        Ok(self.as_they_are(mode))
+        let volume = VolumeEstimate::from_axes(&self.images.iter().map(AxisVolume::of).collect::<Vec<_>>());
+        Ok(Imaged { volume: Some(volume), ..self.as_they_are(mode) })
     }
 
     fn as_they_are(&self, mode: Mode) -> Imaged<'_> {
-        Imaged { images: &self.images, normals: self.normals.as_deref(), mode, unit: self.unit }
+        Imaged { images: &self.images, normals: self.normals.as_deref(), mode, unit: self.unit, volume: None }
     }
 }
 
@@ -92,18 +110,26 @@ pub fn run(job: &SurfaceJob, start: Instant, progress: &Progress) -> Result<Fini
         return Err(Failure::input(message));
     }
     let failure = |error: io::Error| Failure::input(format!("{}: {error}", job.images.display()));
-    let file = BufReader::new(File::open(&job.images).map_err(failure)?);
+    let file = BufReader::new(input::open(&job.images).map_err(failure)?);
     let mut file = ImageFile::read(file, &job.images)?;
     file.unit = file.unit.or(job.unit);
     let reading = start.elapsed().as_secs_f64();
+    let mode = file.mode(&job.images, job.mode)?;
+    if file.mode.is_none() && job.mode.is_none() {
+        progress.note(format_args!(
+            "{}: the file states no mode, so its images are taken as exact; --mode says otherwise",
+            job.images.display()
+        ));
+    }
     let imaged = match job.target.content {
-        Content::Mesh(_) => file.imaged(&job.images, job.mode)?,
-        _ => file.as_they_are(job.mode),
+        Content::Mesh(_) => file.imaged(&job.images, mode)?,
+        _ => file.as_they_are(mode),
     };
     let (surface, said) = write::images(&job.target, &imaged, progress)?;
     let ImageFile { images, unit, mut warnings, .. } = file;
     let grid = *images[0].grid();
     warnings.extend(said);
+    warnings.extend(surface.as_ref().and_then(|report| images_disagree(&job.images, mode, report)));
     progress.finish();
     let surfaced = Surfaced {
         from: job.images.clone(),
@@ -120,5 +146,17 @@ pub fn run(job: &SurfaceJob, start: Instant, progress: &Progress) -> Result<Fini
         warnings,
     };
     say_warnings(&surfaced.warnings, progress);
-    Ok(Finished { outcome: Outcome::Surfaced(Box::new(surfaced)), report: job.report.clone(), exit: Exit::Done })
+    let exit = surface::exit(surfaced.surface.as_ref());
+    Ok(Finished { outcome: Outcome::Surfaced(Box::new(surfaced)), report: job.report.clone(), exit })
+}
+
+/// Says that images are not exact although they are taken so: of exact ones all agree about every node.
+fn images_disagree(path: &Path, mode: Mode, report: &SurfaceReport) -> Option<Warning> {
+    let message = format!(
+        "{}: the images along different axes disagree about {} lattice nodes, which exact images of one closed solid do not; \
+         of two that agree the mesh has what they say",
+        path.display(),
+        report.disagreements
+    );
+    (mode == Mode::Exact && report.disagreements > 0).then(|| Warning::new("images-disagree", message))
 }

@@ -8,7 +8,7 @@ use ldi_ops::grid::{Grid, LatticeSolid};
 use ldi_ops::mesh::check::{MeshReport, check};
 use ldi_ops::mesh::io::{self, Format, MeshFile, ReadError, ReadNote, WriteNote};
 use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, NotClosed, TriangleMesh};
-use ldi_ops::sampler::{Fill, Mode};
+use ldi_ops::sampler::Fill;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
@@ -134,6 +134,9 @@ pub struct ReadMesh {
 pub fn read(path: &Path, provenance: Provenance) -> Result<ReadMesh, Failure> {
     let is_images = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz"));
     let format = if is_images { None } else { Some(Format::from_path(path).map_err(Failure::input)?) };
+    if let Some(format) = format {
+        io::examine(path, format).map_err(Failure::input)?;
+    }
     let bytes = bytes::of_file(path).map_err(|source| {
         let error = ReadError::Io { path: path.to_path_buf(), source };
         match &error {
@@ -162,12 +165,13 @@ pub fn read(path: &Path, provenance: Provenance) -> Result<ReadMesh, Failure> {
 /// The surface of images in a file.
 fn surface_of_images(bytes: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning>), Failure> {
     let file = ImageFile::read(Cursor::new(bytes), path)?;
-    let imaged = file.imaged(path, Mode::Exact)?;
+    let imaged = file.imaged(path, file.mode(path, None)?)?;
     let (mesh, report) = surface::mesh(&imaged, Finish::default(), &Progress::new(Verbosity::Quiet))?;
     if mesh.triangles.is_empty() {
         return Err(Failure::input(format!("{}: no lattice node lies inside the images", path.display())));
     }
     let mut warnings = surface::warnings(&report, imaged.normals.is_some());
+    warnings.extend(surface::far_from_volume(&imaged, &report));
     for warning in &mut warnings {
         warning.message = format!("{}: {}", path.display(), warning.message);
     }

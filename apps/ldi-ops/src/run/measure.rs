@@ -21,13 +21,13 @@ use super::fill::FillDifference;
 use super::image::{ImageMaker, Triangles, alive_at_once};
 use super::input::{self, Demands, Provenance, Sides, Solid};
 use super::sum::SumReport;
-use super::surface::{Imaged, SurfaceReport};
+use super::surface::{self, Imaged, SurfaceReport};
 use super::work::work;
-use super::{Finished, Outcome, machine, say_warnings, write};
+use super::{Finished, Outcome, machine, memory, say_warnings, write};
 use crate::exit::{Exit, Failure};
 use crate::number::number;
 use crate::progress::Progress;
-use crate::resolve::{Backend, Boolean, Input, MeasureJob, Measurement, Spacing};
+use crate::resolve::{Backend, Boolean, Content, Input, MeasureJob, Measurement, Spacing};
 use crate::unit;
 use crate::warning::Warning;
 
@@ -164,10 +164,11 @@ pub fn run(job: &MeasureJob, start: Instant, progress: &Progress) -> Result<Fini
         say_warnings(&measured.warnings, progress);
     }
     let reached = results.iter().all(|measured| measured.refinement.is_none_or(|refinement| refinement.reached));
+    let exit = surface::exit(results[0].surface.as_ref());
     Ok(Finished {
         outcome: Outcome::Measured(results),
         report: job.report.clone(),
-        exit: if reached { Exit::Done } else { Exit::CheckFalse },
+        exit: if reached { exit } else { Exit::CheckFalse },
     })
 }
 
@@ -291,8 +292,13 @@ fn measure(
     if let Some(target) = &job.images {
         let writing = Instant::now();
         let Some(round) = &round else { unreachable!("images that are written were made") };
-        let imaged =
-            Imaged { images: &round.images, normals: Some(&round.normals), mode: job.mode, unit: solids[0].unit };
+        let imaged = Imaged {
+            images: &round.images,
+            normals: Some(&round.normals),
+            mode: job.mode,
+            unit: solids[0].unit,
+            volume: Some(round.volume),
+        };
         let (report, said) = write::images(target, &imaged, progress)?;
         surface = report;
         warnings.extend(said);
@@ -387,11 +393,22 @@ fn lay(job: &MeasureJob, solids: &[Solid], spacing: Spacing) -> Result<Grid, Fai
         Spacing::Tolerance(_) => unreachable!("refinement asks for resolutions"),
     };
     let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
-    let grid = grid.map_err(|error| Failure::input(format!("{}: {error}", names.join(", "))))?;
-    // Images that are to be written are kept while the next is made.
-    let kept = if job.images.is_some() { job.axes.len() as u64 - 1 } else { 0 };
-    machine::admit(&grid, &job.axes, alive_at_once(&job.measurement, job.mode) + kept)?;
-    Ok(grid)
+    grid.map_err(|error| Failure::input(format!("{}: {error}", names.join(", "))))
+}
+
+/// Refuses images that would not fit into memory, before the system ends the process for them.
+fn admit(job: &MeasureJob, solids: &[Solid], lattice: &[LatticeSolid], grid: &Grid) -> Result<(), Failure> {
+    let content = job.images.as_ref().map(|target| target.content);
+    let images = memory::Images {
+        axes: &job.axes,
+        at_once: alive_at_once(&job.measurement, job.mode),
+        have_triangles: content.is_some_and(Content::has_normals),
+        are_kept: content.is_some(),
+        have_normals: content == Some(Content::Images),
+    };
+    let bounds = solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("a job has an input");
+    let way_out = |share| memory::coarser(share, bounds.extent().max_element(), grid);
+    memory::admit(images, grid, lattice, machine::free_memory(), way_out)
 }
 
 /// The solids on a grid, restricted to the rays that can matter.
@@ -436,6 +453,7 @@ fn sample_round<'b>(
     let quantising = Instant::now();
     let grid = lay(job, solids, spacing)?;
     let lattice = quantise(job, solids, &grid)?;
+    admit(job, solids, &lattice, &grid)?;
     seconds.sample += quantising.elapsed().as_secs_f64();
     let choice = backends.choose(|| work(&lattice, &job.axes));
 

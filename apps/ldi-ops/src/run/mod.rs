@@ -5,6 +5,7 @@ mod bytes;
 mod check;
 mod convert;
 mod devices;
+mod files;
 mod fill;
 mod from_images;
 mod generate;
@@ -14,6 +15,7 @@ mod image;
 mod input;
 pub mod machine;
 mod measure;
+mod memory;
 mod render;
 mod report;
 mod sum;
@@ -21,6 +23,7 @@ mod surface;
 mod work;
 mod write;
 
+use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use ldi_ops::mesh::io::WriteError;
@@ -66,10 +69,11 @@ pub enum Outcome {
 
 /// Runs a job; `start` is when the process began.
 pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Failure> {
-    if let Some(threads) = invocation.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global();
-        pool.map_err(|error| Failure::machine(format!("--threads {threads}: {error}")))?;
-    }
+    files::keep_apart(&invocation.job)?;
+    // Zero stands for one thread for each processor.
+    let threads = invocation.threads.map_or(0, NonZeroUsize::get);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    pool.map_err(|error| Failure::machine(format!("no threads could be started ({error}); try fewer --threads")))?;
     let progress = Progress::new(invocation.verbosity);
     match invocation.job {
         Job::Measure(job) => measure::run(&job, start, &progress),

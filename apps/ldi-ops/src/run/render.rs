@@ -21,7 +21,7 @@ use super::fill::FillDifference;
 use super::image::first_triangles;
 use super::input::{self, Demands, Provenance, Sides, Solid};
 use super::work::work;
-use super::{Finished, Outcome, machine, say_warnings};
+use super::{Finished, Outcome, machine, memory, say_warnings};
 use crate::args::SlicePosition;
 use crate::exit::{Exit, Failure};
 use crate::number::number;
@@ -234,7 +234,6 @@ impl<'s> Stage<'s> {
         let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
         let camera = Camera::aim(job.format, subject, all)
             .map_err(|error| Failure::input(format!("{}: {error}", names.join(", "))))?;
-        machine::admit(camera.grid(), &[Axis::Z], solids.len() as u64 + 1)?;
         let mut lattice: Vec<LatticeSolid> =
             solids.iter().map(|solid| solid.quantise(camera.grid())).collect::<Result<_, _>>()?;
         if solids.iter().all(Solid::is_closed) {
@@ -247,6 +246,15 @@ impl<'s> Stage<'s> {
             lattice =
                 lattice.into_iter().zip(regions).map(|(s, region)| s.within(&region.intersection(&window))).collect();
         }
+        let images = memory::Images {
+            axes: &[Axis::Z],
+            at_once: solids.len() as u64 + 1,
+            have_triangles: true,
+            are_kept: true,
+            have_normals: false,
+        };
+        let way_out = |_| "a smaller --size, or fewer --samples, needs less".to_owned();
+        memory::admit(images, camera.grid(), &lattice, machine::free_memory(), way_out)?;
         let choice = backends.choose(|| work(&lattice, &[Axis::Z]));
         Ok(Stage { job, solids, camera, lattice, choice })
     }

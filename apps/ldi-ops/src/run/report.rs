@@ -4,7 +4,7 @@
 
 use std::collections::HashSet;
 use std::fs;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::slice;
 use std::time::{Instant, SystemTime};
@@ -74,7 +74,9 @@ pub fn run(job: &ReportJob, progress: &Progress) -> Result<Finished, Failure> {
 
 /// Reads limits, and holds them against metrics without values: nobody should wait for a misspelt name.
 fn limits(path: &Path, unit: Option<LengthUnit>) -> Result<Limits, Failure> {
-    let text = fs::read_to_string(path).map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+    let text = ldi_ops::input::open(path)
+        .and_then(io::read_to_string)
+        .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
     let limits = Limits::parse(path, &text).map_err(Failure::input)?;
     // Files may state a unit of their own, and what that is does not matter yet.
     let unit = unit.or(Some(LengthUnit::Millimetre));
@@ -124,16 +126,24 @@ fn tell_apart(sheets: &mut [Sheet]) {
     }
 }
 
+/// The files of each solid.
+const FILES: [&str; 4] = ["metrics.json", "metrics.csv", "methods.txt", "report.html"];
+
+/// Every file that a report may write.
+pub fn files(job: &ReportJob) -> Vec<PathBuf> {
+    let each = places(job).into_iter().flat_map(|place| FILES.map(|name| job.folder.join(&place).join(name)));
+    let over_all = ["index.html", "compare.html", "metrics.csv"].map(|name| job.folder.join(name));
+    let mut files: Vec<PathBuf> = each.chain(over_all).collect();
+    files.sort();
+    files.dedup();
+    files
+}
+
 /// Writes the files of one solid.
 fn write_sheet(sheet: &Sheet, folder: &Path) -> Result<(), Failure> {
     fs::create_dir_all(folder).map_err(|error| Failure::output(folder, &error))?;
-    let files = [
-        ("metrics.json", write::json(sheet)),
-        ("metrics.csv", write::csv(&[sheet])),
-        ("methods.txt", write::methods(sheet)),
-        ("report.html", page::html(sheet)),
-    ];
-    for (name, text) in files {
+    let texts = [write::json(sheet), write::csv(&[sheet]), write::methods(sheet), page::html(sheet)];
+    for (name, text) in FILES.into_iter().zip(texts) {
         output::replace(&folder.join(name), |file| file.write_all(text.as_bytes()))?;
     }
     Ok(())

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use ldi_ops::grid::{Axis, Grid};
+use ldi_ops::integrate::VolumeEstimate;
 use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
 use ldi_ops::mesh::{ClosedMesh, LengthUnit, TriangleMesh, io};
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -16,7 +17,8 @@ use ldi_ops::surface::{Surface, SurfaceMode, contour};
 use super::input::write_notes;
 use super::machine;
 use super::write_failure;
-use crate::exit::Failure;
+use crate::exit::{Exit, Failure};
+use crate::number::number;
 use crate::progress::Progress;
 use crate::resolve::Finish;
 use crate::warning::Warning;
@@ -24,7 +26,7 @@ use crate::warning::Warning;
 /// What is known of a mesh that was made of images.
 #[derive(Clone, Debug)]
 pub struct SurfaceReport {
-    /// Where it was written; nothing where there was nothing to write.
+    /// Where it was written; nothing where it was not, being empty or far from the volume.
     pub path: Option<PathBuf>,
     pub vertices: usize,
     pub triangles: usize,
@@ -33,6 +35,8 @@ pub struct SurfaceReport {
     pub genus: usize,
     /// The volume that the mesh encloses.
     pub volume: f64,
+    /// The same before parts were dropped and triangles removed.
+    pub contoured_volume: f64,
     /// Ray crossings of walls and gaps that are finer than the lattice, which the mesh does not have.
     pub walls: u64,
     pub gaps: u64,
@@ -69,9 +73,11 @@ pub struct Imaged<'a> {
     pub normals: Option<&'a [[f32; 3]]>,
     pub mode: Mode,
     pub unit: Option<LengthUnit>,
+    /// The volume that a mesh of them is held against.
+    pub volume: Option<VolumeEstimate>,
 }
 
-/// Makes a mesh of images and writes it; says what is noteworthy.
+/// Makes a mesh of images and writes it, unless it is empty or far from the volume; says what is noteworthy.
 pub fn write(
     imaged: &Imaged,
     path: &Path,
@@ -80,10 +86,17 @@ pub fn write(
 ) -> Result<(SurfaceReport, Vec<Warning>), Failure> {
     let (mesh, mut report) = mesh(imaged, finish, progress)?;
     let mut warnings = warnings(&report, imaged.normals.is_some());
-    if mesh.triangles.is_empty() {
-        let old = if path.exists() { "; the file of that name is an older one" } else { "" };
-        let message = format!("{}: not written, as no lattice node lies inside the result{old}", path.display());
-        warnings.push(Warning::new("empty-surface", message));
+    let refusal = match mesh.triangles.is_empty() {
+        true => Some(Warning::new("empty-surface", "no lattice node lies inside the result".to_owned())),
+        false => far_from_volume(imaged, &report),
+    };
+    if let Some(Warning { code, message }) = refusal {
+        let name = path.display();
+        let old = match path.is_file() {
+            true => format!("; {name} is from an earlier run and was left as it was"),
+            false => String::new(),
+        };
+        warnings.push(Warning::new(code, format!("{name}: no mesh was written: {message}{old}")));
     } else {
         progress.stage("writing");
         let written = io::write(path, &mesh, imaged.unit).map_err(write_failure)?;
@@ -91,6 +104,39 @@ pub fn write(
         report.path = Some(path.to_path_buf());
     }
     Ok((report, warnings))
+}
+
+/// Returns whether a job ends as done: where a mesh was asked for, it was written.
+pub fn exit(report: Option<&SurfaceReport>) -> Exit {
+    match report {
+        Some(SurfaceReport { path: None, .. }) => Exit::CheckFalse,
+        _ => Exit::Done,
+    }
+}
+
+/// Says that a mesh is not one of the solid whose volume was measured.
+pub fn far_from_volume(imaged: &Imaged, report: &SurfaceReport) -> Option<Warning> {
+    let VolumeEstimate { value, error } = imaged.volume?;
+    let mesh = report.contoured_volume;
+    let message = || {
+        format!(
+            "the mesh encloses {} of a volume of {} ± {}: {} walls and {} gaps are thinner than the pitch, which a mesh \
+             cannot hold; a greater --resolution keeps more",
+            number(mesh),
+            number(value),
+            number(error),
+            report.walls,
+            report.gaps
+        )
+    };
+    is_far(value, error, mesh).then(|| Warning::new("mesh-far-from-volume", message()))
+}
+
+/// Returns whether the volume of a mesh is far beyond the error of the volume that was measured. An error as large as
+/// the volume excuses no mesh that has less than half of it.
+fn is_far(value: f64, error: f64, mesh: f64) -> bool {
+    let distance = (mesh - value).abs();
+    distance > (10.0 * error).max(0.01 * value) || distance > (2.0 * error).max(0.5 * value)
 }
 
 /// Makes a mesh of images.
@@ -103,6 +149,7 @@ pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(Tri
     let mode = surface_mode(imaged.mode);
     let surface = contour([a, b, c], imaged.normals, mode).map_err(Failure::input)?;
     let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
+    let contoured_volume = mesh.signed_volume();
     let parts = Parts::of(&mesh);
     let mut largest_share = parts.largest_share();
     let (mesh, dropped) = parts.without_small(mesh, finish.least_part.unwrap_or(0.0));
@@ -131,6 +178,7 @@ pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(Tri
         components: gates.components,
         genus: gates.genus.unwrap_or(0),
         volume: gates.signed_volume,
+        contoured_volume,
         walls: sub_resolution.walls,
         gaps: sub_resolution.gaps,
         disagreements,
@@ -229,4 +277,17 @@ pub fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
         warnings.push(Warning::new("no-normals", message));
     }
     warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mesh_is_far_beyond_ten_errors_or_a_hundredth_or_half_of_the_volume() {
+        assert!(!is_far(100.0, 0.0, 100.9) && is_far(100.0, 0.0, 101.1));
+        assert!(!is_far(100.0, 1.0, 90.5) && is_far(100.0, 1.0, 89.5));
+        assert!(!is_far(100.0, 17.0, 55.0) && is_far(100.0, 17.0, 0.005));
+        assert!(!is_far(100.0, 60.0, 0.005) && !is_far(0.0, 0.0, 0.0));
+    }
 }

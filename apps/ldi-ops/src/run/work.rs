@@ -8,14 +8,19 @@ const LOOKED_AT: usize = 1 << 13;
 /// Triangles and expected crossings of all solids, along all axes: what the time of sampling goes with.
 pub fn work(solids: &[LatticeSolid], axes: &[Axis]) -> f64 {
     let each = |solid: &LatticeSolid| {
-        let all = solid.triangles().len();
-        let stride = all.div_ceil(LOOKED_AT).max(1);
-        let looked_at = all.div_ceil(stride).max(1);
-        let triangles = solid.triangles().iter().step_by(stride);
-        let found: f64 = triangles.map(|&t| axes.iter().map(|&axis| crossings(solid, t, axis)).sum::<f64>()).sum();
-        all as f64 * (axes.len() as f64 + found / looked_at as f64)
+        let crossings: f64 = axes.iter().map(|&axis| expected_crossings(solid, axis)).sum();
+        solid.triangles().len() as f64 * axes.len() as f64 + crossings
     };
     solids.iter().map(each).sum()
+}
+
+/// Expected crossings of a solid and the rays along an axis.
+pub fn expected_crossings(solid: &LatticeSolid, axis: Axis) -> f64 {
+    let all = solid.triangles().len();
+    let stride = all.div_ceil(LOOKED_AT).max(1);
+    let looked_at = all.div_ceil(stride).max(1);
+    let found: f64 = solid.triangles().iter().step_by(stride).map(|&triangle| crossings(solid, triangle, axis)).sum();
+    all as f64 * found / looked_at as f64
 }
 
 /// The rays of the solid's region that cross a triangle, by its area in the image. Of a triangle that reaches beyond the

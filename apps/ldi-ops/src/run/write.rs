@@ -2,7 +2,7 @@
 
 use std::io;
 
-use ldi_ops::ldi::npz::{self, Extras};
+use ldi_ops::ldi::npz::{self, Extras, ImageMode};
 use ldi_ops::ldi::{Combine, NodePlanes};
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::sampler::{Estimate, Mode};
@@ -30,7 +30,8 @@ pub fn images(
         }
         Content::Images => {
             let normals = imaged.images.iter().map(|image| npz::normals_of_samples(image, imaged.normals?));
-            let extras = Extras { normals: normals.collect(), unit: unit.map(str::to_owned) };
+            let (unit, mode) = (unit.map(str::to_owned), Some(image_mode(imaged.mode)));
+            let extras = Extras { normals: normals.collect(), unit, mode };
             output::replace(&target.path, |file| npz::write(imaged.images, &extras, file).map_err(io::Error::from))?;
         }
         Content::Voxels(format) => {
@@ -51,6 +52,24 @@ pub fn images(
         }
     }
     Ok((None, Vec::new()))
+}
+
+/// What files call a mode.
+pub fn image_mode(mode: Mode) -> ImageMode {
+    match mode {
+        Mode::Exact => ImageMode::Exact,
+        Mode::Estimate(Estimate::Over) => ImageMode::Over,
+        Mode::Estimate(Estimate::Under) => ImageMode::Under,
+    }
+}
+
+/// The mode that files call so.
+pub fn mode(mode: ImageMode) -> Mode {
+    match mode {
+        ImageMode::Exact => Mode::Exact,
+        ImageMode::Over => Mode::Estimate(Estimate::Over),
+        ImageMode::Under => Mode::Estimate(Estimate::Under),
+    }
 }
 
 /// What holds of a node about which images disagree: an over-estimate stays one, and so does an under-estimate.

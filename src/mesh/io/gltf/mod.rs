@@ -14,9 +14,8 @@ mod write;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use gltf::json::accessor::{Accessor, ComponentType, Type};
@@ -31,8 +30,12 @@ use super::note::ReadNote;
 use super::placement::{Placement, TRIANGLES_MAX, assemble, drop_unused};
 use super::polygon::Strip;
 use super::text::{decode, quote, sentence};
+use crate::input;
 use crate::mesh::{LengthUnit, TriangleMesh};
 pub(super) use write::Glb;
+
+/// What the URIs of data within the document begin with.
+const DATA: &str = "data:";
 
 const DRACO: &str = "KHR_draco_mesh_compression";
 const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
@@ -52,6 +55,29 @@ pub(super) fn parse_text(bytes: &[u8], path: &Path) -> Result<MeshFile, Fault> {
 }
 
 pub(super) fn parse_binary(bytes: &[u8], path: &Path) -> Result<MeshFile, Fault> {
+    let Chunks { json, blob, end } = chunks(bytes)?;
+    let mut file = parse_document(json, blob, path)?;
+    if bytes.len() > end {
+        file.notes.push(ReadNote::TrailingBytes { count: bytes.len() - end });
+    }
+    Ok(file)
+}
+
+/// The bytes of a GLB file by its header.
+pub(super) fn binary_length(start: &[u8]) -> Option<u64> {
+    let length = start.get(8..12).filter(|_| start.starts_with(b"glTF"))?;
+    Some(u32::from_le_bytes([length[0], length[1], length[2], length[3]]).into())
+}
+
+/// The parts of a GLB file.
+struct Chunks<'b> {
+    json: &'b [u8],
+    blob: Option<&'b [u8]>,
+    /// Where the last chunk ends.
+    end: usize,
+}
+
+fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, Fault> {
     let word = |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     let truncated = |at: usize| {
         Fault::Malformed(
@@ -92,11 +118,31 @@ pub(super) fn parse_binary(bytes: &[u8], path: &Path) -> Result<MeshFile, Fault>
         at += 8 + length;
     }
     let json = json.ok_or_else(|| Fault::invalid(Place::Byte(12), "there is no chunk `JSON`"))?;
-    let mut file = parse_document(json, blob, path)?;
-    if bytes.len() > at {
-        file.notes.push(ReadNote::TrailingBytes { count: bytes.len() - at });
+    Ok(Chunks { json, blob, end: at })
+}
+
+/// The files that a document refers to, buffers and images, as far as it can be read.
+pub(super) fn side_files(bytes: &[u8], path: &Path) -> Vec<PathBuf> {
+    #[derive(Deserialize)]
+    struct Referring<'b> {
+        #[serde(borrow)]
+        uri: Option<Cow<'b, str>>,
     }
-    Ok(file)
+    #[derive(Default, Deserialize)]
+    struct References<'b> {
+        #[serde(borrow, default)]
+        buffers: Vec<Referring<'b>>,
+        #[serde(borrow, default)]
+        images: Vec<Referring<'b>>,
+    }
+    let text = if bytes.starts_with(b"glTF") {
+        Cow::Borrowed(chunks(bytes).map_or(&[][..], |c| c.json))
+    } else {
+        decode(bytes)
+    };
+    let References { buffers, images } = serde_json::from_slice(&text).unwrap_or_default();
+    let uris = buffers.into_iter().chain(images).filter_map(|referring| referring.uri);
+    uris.filter(|uri| !uri.starts_with(DATA)).map(|uri| beside(path, &file_name(&uri))).collect()
 }
 
 fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshFile, Fault> {
@@ -534,7 +580,7 @@ fn coordinate(component: ComponentType, is_normalized: bool, bytes: &[u8]) -> f6
 /// The bytes that a buffer's URI stands for: inside it, or in a file beside the document, of which no more than `length`
 /// bytes are read.
 fn load(uri: &str, path: &Path, length: u64, place: &Place) -> Result<Vec<u8>, Fault> {
-    if let Some(data) = uri.strip_prefix("data:") {
+    if let Some(data) = uri.strip_prefix(DATA) {
         let (media_type, data) =
             data.split_once(',').ok_or_else(|| Fault::invalid(place.clone(), "the data URI has no comma"))?;
         let decoded = percent_decode(data);
@@ -544,22 +590,40 @@ fn load(uri: &str, path: &Path, length: u64, place: &Place) -> Result<Vec<u8>, F
             false => Ok(decoded),
         };
     }
-    let name = String::from_utf8(percent_decode(uri)).unwrap_or_else(|_| uri.to_owned());
+    let name = file_name(uri);
+    let refused = |why| Fault::Unsupported(place.clone(), format!("the buffer `{}` {why}", quote(name.as_bytes())));
     if Path::new(&name).is_absolute() || name.contains("://") {
-        let feature = format!("the buffer `{}` is not a file beside this one", quote(name.as_bytes()));
-        return Err(Fault::Unsupported(place.clone(), feature));
+        return Err(refused("is not a file beside this one"));
     }
-    let side: PathBuf = path.parent().unwrap_or(Path::new("")).join(name);
+    let side = beside(path, &name);
+    let stays = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+    // Links are followed, as one may lead elsewhere.
+    let folder = std::fs::canonicalize(folder(path));
+    let is_linked_out =
+        || folder.is_ok_and(|folder| std::fs::canonicalize(&side).is_ok_and(|side| !side.starts_with(folder)));
+    if !Path::new(&name).components().all(stays) || is_linked_out() {
+        return Err(refused("lies outside the folder of this file, from which buffers are read; copy it there"));
+    }
     read_at_most(&side, length).map_err(|source| Fault::Io(side, source))
 }
 
+/// The name of a file that a URI stands for.
+fn file_name(uri: &str) -> String {
+    String::from_utf8(percent_decode(uri)).unwrap_or_else(|_| uri.to_owned())
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A file that is sought from the folder of another.
+fn beside(path: &Path, name: &str) -> PathBuf {
+    path.parent().unwrap_or(Path::new("")).join(name)
+}
+
 fn read_at_most(path: &Path, length: u64) -> io::Result<Vec<u8>> {
-    // Opening a pipe could wait for ever.
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "not an ordinary file"));
-    }
     let mut bytes = Vec::new();
-    File::open(path)?.take(length).read_to_end(&mut bytes)?;
+    input::open(path)?.take(length).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -718,6 +782,42 @@ mod tests {
         let mut long = chunk.clone();
         long.extend([0; 6]);
         assert_eq!(parsed(&long, Format::Glb).notes, [ReadNote::TrailingBytes { count: 6 }]);
+    }
+
+    #[test]
+    fn buffers_stay_in_the_folder_of_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir_all(at("inner/below")).unwrap();
+        for name in ["a.bin", "inner/a.bin", "inner/below/a.bin"] {
+            std::fs::write(at(name), blob()).unwrap();
+        }
+        let parse = |uri: &str| {
+            let text = document(ONE, INDEXED, &format!(r#","uri":"{uri}""#));
+            crate::mesh::io::parse(text.as_bytes(), FORMAT, &at("inner/a.gltf"))
+        };
+        for uri in ["a.bin", "./a.bin", "below/a.bin"] {
+            assert!(parse(uri).is_ok(), "{uri}");
+        }
+        let refuses = |uri: &str, name: &str| {
+            let message = parse(uri).unwrap_err().to_string();
+            assert!(message.contains(&format!("buffer 0: the buffer `{name}` lies outside the folder")), "{message}");
+        };
+        for uri in ["../a.bin", "%2e%2e/a.bin", "..%2Fa.bin", "%2E%2E%2fa.bin"] {
+            refuses(uri, "../a.bin");
+        }
+        refuses("below/../../a.bin", "below/../../a.bin");
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("../a.bin", at("inner/out.bin")).unwrap();
+            std::os::unix::fs::symlink("..", at("inner/up")).unwrap();
+            std::os::unix::fs::symlink("a.bin", at("inner/in.bin")).unwrap();
+            refuses("out.bin", "out.bin");
+            refuses("up/a.bin", "up/a.bin");
+            assert!(parse("in.bin").is_ok());
+        }
+        let message = parse("%2Fetc%2Fhosts").unwrap_err().to_string();
+        assert!(message.ends_with("the buffer `/etc/hosts` is not a file beside this one"), "{message}");
     }
 
     #[test]

@@ -29,7 +29,7 @@ use super::input::{self, Demands, Provenance, Sides, Solid};
 use super::measure::{Measured, Seconds, Volume};
 use super::surface::{self, Imaged};
 use super::{Finished, Outcome, say_warnings, write};
-use crate::exit::{Exit, Failure};
+use crate::exit::Failure;
 use crate::number::number;
 use crate::progress::Progress;
 use crate::resolve::{Content, Finish, Openness, Operand, Spacing, SumJob, SumOperation};
@@ -57,8 +57,8 @@ pub fn run(job: &SumJob, start: Instant, progress: &Progress) -> Result<Finished
     let measured = measure(job, start, progress)?;
     progress.finish();
     say_warnings(&measured.warnings, progress);
-    let outcome = Outcome::Measured(vec![measured]);
-    Ok(Finished { outcome, report: job.report.clone(), exit: Exit::Done })
+    let exit = surface::exit(measured.surface.as_ref());
+    Ok(Finished { outcome: Outcome::Measured(vec![measured]), report: job.report.clone(), exit })
 }
 
 fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured, Failure> {
@@ -88,12 +88,11 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
     let raster = Raster::of(job, &solids);
     let operated = operate(job, raster, &solids, &backend, &mut seconds, progress)?;
     let Made { grid, summaries, images, normals, bias, .. } = operated.last;
-    let of = |summaries: &[Summary]| summaries.iter().map(AxisVolume::from_summary).collect::<Vec<_>>();
     progress.stage("a second raster");
     let coarser =
         Raster { pitch: SECOND_PITCH * grid.pitch(), axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Summaries };
     let coarser = operate(job, coarser, &solids, &backend, &mut seconds, progress)?.last;
-    let mut rays = VolumeEstimate::from_rasters(&of(&summaries), &of(&coarser.summaries));
+    let mut rays = VolumeEstimate::from_rasters(&axis_volumes(&summaries), &axis_volumes(&coarser.summaries));
     rays.error = rays.error.max(bias);
     let volume = Volume::estimate(rays, [0.0, result_box(job.operation, &solids).extent().element_product()], None);
     warnings.extend(operated.warnings);
@@ -114,7 +113,8 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
     let mut surface = None;
     if let Some(target) = &job.images {
         let writing = Instant::now();
-        let imaged = Imaged { images: &images, normals: Some(&normals), mode: job.mode, unit: solids[0].unit };
+        let (mode, unit, volume) = (job.mode, solids[0].unit, Some(rays));
+        let imaged = Imaged { images: &images, normals: Some(&normals), mode, unit, volume };
         let (report, said) = write::images(target, &imaged, progress)?;
         surface = report;
         warnings.extend(said);
@@ -219,9 +219,17 @@ fn operate(
     let whole = Setting { axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Mesh, ..setting };
     let between = whole.make(a, &step, seconds)?;
     let mut steps = vec![between.report.clone()];
-    let imaged = Imaged { images: &between.images, normals: Some(&between.normals), mode: Mode::Exact, unit: None };
+    let (images, normals, volume) = (
+        &between.images,
+        Some(&between.normals[..]),
+        Some(VolumeEstimate::from_axes(&axis_volumes(&between.summaries))),
+    );
+    let imaged = Imaged { images, normals, mode: Mode::Exact, unit: None, volume };
     let (mesh, found) = surface::mesh(&imaged, Finish::default(), progress)?;
-    let warnings = surface::warnings(&found, true);
+    let mut warnings = surface::warnings(&found, true);
+    warnings.extend(surface::far_from_volume(&imaged, &found).map(|Warning { code, message }| {
+        Warning::new(code, format!("between the two steps {message}; the result lacks what the mesh lacks"))
+    }));
     let last = match mesh.triangles.is_empty() {
         // Nothing grows to nothing.
         true => setting.nothing(between)?,
@@ -234,6 +242,10 @@ fn operate(
         }
     };
     Ok(Operated { last, report: SumReport { steps, memory_limit: limit.bytes() }, warnings })
+}
+
+fn axis_volumes(summaries: &[Summary]) -> Vec<AxisVolume> {
+    summaries.iter().map(AxisVolume::from_summary).collect()
 }
 
 fn closed(solid: &Solid) -> &ClosedMesh {

@@ -1,0 +1,82 @@
+//! Keeps the files of a job apart: no output overwrites an input or another output.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use ldi_ops::mesh::io;
+
+use super::report;
+use crate::exit::Failure;
+use crate::output::{Identity, identity};
+use crate::resolve::{Input, Job, Report};
+
+/// Refuses a job whose outputs would overwrite an input, a file that an input refers to, or one another.
+pub fn keep_apart(job: &Job) -> Result<(), Failure> {
+    let mut outputs: HashMap<Identity, String> = HashMap::new();
+    let mut is_replaced = false;
+    for (name, path) in files_written(job) {
+        is_replaced |= path.exists();
+        if let Some(other) = outputs.insert(identity(&path), name.clone()) {
+            return Err(Failure::input(format!("{other} and {name} are the same file; each needs its own")));
+        }
+    }
+    let refuse = |path: &Path, role: String| match outputs.get(&identity(path)) {
+        Some(name) => Err(Failure::input(format!("{name}: {role} would be written over; choose another name"))),
+        None => Ok(()),
+    };
+    for input in files_read(job) {
+        refuse(input, format!("the input {}", input.display()))?;
+        // Only outputs that are there already can be files that an input refers to; to look costs reading the input.
+        let side_files = if is_replaced { io::side_files(input) } else { Vec::new() };
+        for file in side_files {
+            refuse(&file, format!("{}, which {} refers to,", file.display(), input.display()))?;
+        }
+    }
+    Ok(())
+}
+
+/// The files that the command line names to be read.
+fn files_read(job: &Job) -> Vec<&Path> {
+    match job {
+        Job::Measure(job) => paths(&job.inputs),
+        Job::Render(job) => paths(&job.inputs),
+        Job::Sum(job) => paths(&job.inputs),
+        Job::Surface(job) => vec![&job.images],
+        Job::Check(job) => job.meshes.iter().map(PathBuf::as_path).collect(),
+        Job::Convert(job) => vec![&job.from.path],
+        Job::Report(job) => {
+            let solids = job.solids.iter().chain(&job.roi).chain(&job.compare);
+            solids.map(|input| input.path.as_path()).chain(job.limits.as_deref()).collect()
+        }
+        Job::Generate(_) | Job::Devices(_) => Vec::new(),
+    }
+}
+
+fn paths(inputs: &[Input]) -> Vec<&Path> {
+    inputs.iter().map(|input| input.path.as_path()).collect()
+}
+
+/// The files that are to be written, each with what names it.
+fn files_written(job: &Job) -> Vec<(String, PathBuf)> {
+    let (output, report) = match job {
+        Job::Measure(job) => (job.images.as_ref().map(|target| &target.path), &job.report),
+        Job::Sum(job) => (job.images.as_ref().map(|target| &target.path), &job.report),
+        Job::Surface(job) => (Some(&job.target.path), &job.report),
+        Job::Convert(job) => (Some(&job.to), &job.report),
+        Job::Generate(job) => (Some(&job.to), &job.report),
+        Job::Render(job) => (Some(&job.to), &job.report),
+        Job::Check(job) => (None, &job.report),
+        Job::Devices(job) => (None, &job.report),
+        Job::Report(job) => (None, &job.report),
+    };
+    let mut files: Vec<(String, PathBuf)> = Vec::new();
+    if let Report::TextAndJson(path) = report {
+        files.push((format!("--json {}", path.display()), path.clone()));
+    }
+    files.extend(output.map(|path| (format!("-o {}", path.display()), path.clone())));
+    if let Job::Report(job) = job {
+        let of_report = |path: PathBuf| (format!("{}, a file of the report,", path.display()), path);
+        files.extend(report::files(job).into_iter().map(of_report));
+    }
+    files
+}

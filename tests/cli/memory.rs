@@ -1,0 +1,56 @@
+//! Jobs for which there is not enough memory: refused before it is taken, and ended with a sentence where it fails.
+
+use std::process::Command;
+
+use crate::{Folder, Run, Triangle, cuboid};
+
+/// Plates that each ray along z crosses, in a cube of side 100.
+fn plates(count: usize) -> Vec<Triangle> {
+    let plate = |i: usize| {
+        let z = 100.0 * i as f64 / count as f64;
+        cuboid([0.0, 0.0, z], [100.0, 100.0, z + 50.0 / count as f64])
+    };
+    (0..count).flat_map(plate).collect()
+}
+
+/// Runs ldi-ops with so many kilobytes of addresses.
+fn run_within(folder: &Folder, kilobytes: u32, arguments: &str) -> Run {
+    let program = assert_cmd::cargo::cargo_bin!("ldi-ops").display().to_string();
+    let script = format!("ulimit -v {kilobytes}; exec '{program}' {arguments} --threads 2");
+    let mut command = Command::new("sh");
+    command.current_dir(folder.folder.path()).args(["-c", &script]).env("RUST_BACKTRACE", "1");
+    Run { output: command.output().unwrap() }
+}
+
+#[test]
+fn images_that_do_not_fit_are_refused_with_a_resolution_that_fits() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &plates(100));
+    for job in ["volume a.stl --axis z --resolution 20000", "sample a.stl --resolution 1500 -o a.npz"] {
+        let run = run_within(&folder, 1_000_000, job).code(3).says(&["MB of memory", "--resolution", "would fit"]);
+        let stderr = run.stderr();
+        let proposed: u32 = stderr.split("--resolution ").nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
+        assert!((100..1500).contains(&proposed), "{stderr}");
+        assert_eq!(folder.names(), ["a.stl"]);
+        let (job, _) = job.split_once(" --resolution").unwrap();
+        let output = if job.starts_with("sample") { "-o a.npz" } else { "" };
+        run_within(&folder, 1_000_000, &format!("{job} --resolution {proposed} {output}")).code(0);
+    }
+    run_within(&folder, 1_000_000, "render a.stl -o a.png --size 8192x8192 --samples 4").code(3).says(&["--size"]);
+}
+
+#[test]
+fn an_allocation_that_fails_ends_with_a_sentence() {
+    let folder = Folder::new();
+    let run = run_within(&folder, 300_000, "generate gyroid --cells 20 -o a.stl").code(3).says(&["out of memory"]);
+    assert!(!run.stderr().contains("backtrace"), "{}", run.stderr());
+    assert!(folder.names().is_empty());
+}
+
+#[test]
+fn files_larger_than_the_limit_are_refused() {
+    let folder = Folder::new();
+    // Nothing is written, so that the file takes no room on the disk.
+    std::fs::File::create(folder.path("big.stl")).unwrap().set_len(1 << 30).unwrap();
+    run_within(&folder, 800_000, "check big.stl").code(3).says(&["big.stl", "do not fit into memory"]);
+}
