@@ -95,7 +95,7 @@ fn an_overlap_that_no_ray_meets_is_bounded_not_denied() {
     assert!((number(&result["volume"]["at_most"]) - 1000.0).abs() < 1e-6);
     assert!(warning_codes(&result).contains(&"not-resolved"));
     let text = folder.run(&arguments).code(0).stdout();
-    assert!(text.starts_with("intersect   0 mm³, at most 1000 mm³: not resolved\n"), "{text}");
+    assert!(text.starts_with("intersect   at least 0 and at most 1000 mm³: not resolved\n"), "{text}");
     // Three axes see it.
     assert_honest(&folder.json(&arguments[..3]), 1000.0, 500.0);
 }

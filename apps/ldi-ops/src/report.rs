@@ -140,7 +140,8 @@ fn measured(results: &[Measured]) -> String {
 /// A volume and how well it is known.
 fn volume(volume: &Volume, unit: &str) -> String {
     if volume.is_unresolved() {
-        return format!("0{unit}, at most {}{unit}: not resolved", number(volume.possible[1]));
+        let [least, greatest] = volume.possible.map(number);
+        return format!("at least {least} and at most {greatest}{unit}: not resolved");
     }
     match volume.method {
         Method::Exact => format!("{}{unit} (exact)", number(volume.value)),

@@ -94,8 +94,8 @@ impl Volume {
         // NaN stays what it is.
         let value = rays.value.max(least).min(greatest);
         let farthest = (greatest - value).max(value - least);
-        let error = match value == 0.0 {
-            // Whatever lies between the rays.
+        // Where the rays contradict the inputs, or meet nothing, all that is known is what the inputs allow.
+        let error = match rays.value == 0.0 || (value - rays.value).abs() > rays.error {
             true => farthest,
             false => (rays.error + (value - rays.value).abs()).min(farthest),
         };
@@ -104,7 +104,7 @@ impl Volume {
 
     /// Whether no ray met anything, so that all that is known is what the inputs allow.
     pub fn is_unresolved(&self) -> bool {
-        self.method != Method::Exact && self.value == 0.0 && self.possible[1] > 0.0
+        self.rays.is_some_and(|rays| rays.value == 0.0) && self.method != Method::Exact && self.error > 0.0
     }
 }
 
@@ -655,13 +655,14 @@ const IMPRECISE: f64 = 0.1;
 
 /// Says that the rays are too few to tell the volume, as for a solid that is thin beside their distance.
 fn imprecise(measured: &Measured) -> Option<Warning> {
-    let Volume { value, error, possible: [_, greatest], .. } = measured.volume;
+    let Volume { value, error, possible: [least, greatest], .. } = measured.volume;
     if measured.volume.is_unresolved() {
         let unit = unit::suffix(measured.unit, 3);
         let message = format!(
-            "no ray at a pitch of {:.3e} meets the result: all that is known is that its volume is at most {}{unit}; raise \
-             --resolution to resolve it",
+            "no ray at a pitch of {:.3e} meets the result: all that is known is that its volume is at least {} and at most \
+             {}{unit}; raise --resolution to resolve it",
             measured.grid.pitch(),
+            number(least),
             number(greatest),
         );
         return Some(Warning::new("not-resolved", message));
