@@ -9,6 +9,7 @@ mod bound;
 mod excerpt;
 mod exit;
 mod json;
+mod length;
 mod number;
 mod output;
 mod progress;

@@ -148,7 +148,7 @@ fn measure(
     progress.detail(format_args!("read in {:.4} s", seconds.read));
 
     let mut round = |spacing| sample_round(job, &solids, backends, spacing, &mut seconds, progress);
-    let (round, refinement) = match job.spacing {
+    let (round, refinement) = match job.spacing.in_unit(solids[0].unit)? {
         Spacing::Tolerance(tolerance) => {
             let (round, refinement) = refine(tolerance, &mut round)?;
             let words = format!(

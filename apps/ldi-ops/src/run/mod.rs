@@ -16,6 +16,7 @@ pub mod machine;
 mod measure;
 mod render;
 mod report;
+mod size;
 mod sum;
 mod surface;
 mod work;

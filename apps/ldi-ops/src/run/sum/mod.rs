@@ -74,18 +74,20 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
         provenance: if job.report.has_json() { Provenance::Hashed } else { Provenance::NotWanted },
     };
     let (mut solids, mut warnings) = input::solids(&job.inputs, demands)?;
+    let operation = job.operation.in_unit(solids[0].unit)?;
+    let spacing = job.spacing.in_unit(solids[0].unit)?;
     for (i, solid) in solids.iter_mut().enumerate() {
-        let side = if i == 0 { first_side(job.operation) } else { Side::Inside };
+        let side = if i == 0 { first_side(operation) } else { Side::Inside };
         warnings.extend(face_outwards(solid, side, demands)?);
     }
     seconds.read = start.elapsed().as_secs_f64();
     progress.detail(format_args!("read in {:.4} s", seconds.read));
 
     // A difference is the complement of a sum with the reflected.
-    if let SumOperation::Sum(Operand::Reflected) | SumOperation::Difference(Operand::AsItIs) = job.operation {
+    if let SumOperation::Sum(Operand::Reflected) | SumOperation::Difference(Operand::AsItIs) = operation {
         input::map(&mut solids[1], &DAffine3::from_scale(DVec3::NEG_ONE), demands)?;
     }
-    let operated = operate(job, &solids, &backend, &mut seconds, progress)?;
+    let operated = operate(job, (operation, spacing), &solids, &backend, &mut seconds, progress)?;
     let Made { grid, summaries, images, normals, bias, .. } = operated.last;
     let mut volume = VolumeEstimate::from_axes(&summaries.iter().map(AxisVolume::from_summary).collect::<Vec<_>>());
     volume.error = volume.error.max(bias);
@@ -101,7 +103,7 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
         warnings.push(Warning::new("folded", message));
     }
     if volume.value == 0.0 {
-        warnings.push(empty(job, grid.pitch()));
+        warnings.push(empty(operation, grid.pitch()));
     }
 
     let mut surface = None;
@@ -153,17 +155,18 @@ struct Operated {
     warnings: Vec<Warning>,
 }
 
-/// Goes all steps.
+/// Goes all steps; the lengths of what is made and of the raster are in the unit of the solids.
 fn operate(
     job: &SumJob,
+    (operation, spacing): (SumOperation, Spacing),
     solids: &[Solid],
     backend: &SumBackend,
     seconds: &mut Seconds,
     progress: &Progress,
 ) -> Result<Operated, Failure> {
     let limit = Limit::new(job.memory);
-    let longest = counted_side(job.operation, solids);
-    let pitch = match job.spacing {
+    let longest = counted_side(operation, solids);
+    let pitch = match spacing {
         Spacing::Resolution(rays) => longest / f64::from(rays),
         Spacing::Pitch(pitch) => pitch,
         Spacing::Tolerance(_) => unreachable!("sums have no tolerance"),
@@ -179,7 +182,7 @@ fn operate(
     let (axes, mode, lod, names) = (&job.axes[..], job.mode, job.lod, &names[..]);
     let setting = Setting { pitch, longest, lod, limit, backend, axes, mode, keep, names, progress };
     let a = closed(&solids[0]);
-    let (step, next) = match job.operation {
+    let (step, next) = match operation {
         SumOperation::Sum(_) => (Step::Sum(closed(&solids[1])), None),
         SumOperation::Difference(_) => (Step::DifferenceOfReflected(closed(&solids[1])), None),
         SumOperation::Offset(distance) => (Step::Offset(distance), None),
@@ -300,8 +303,8 @@ fn face_outwards(solid: &mut Solid, side: Side, demands: Demands) -> Result<Opti
 }
 
 /// Says that nothing is left.
-fn empty(job: &SumJob, pitch: f64) -> Warning {
-    let why = match job.operation {
+fn empty(operation: SumOperation, pitch: f64) -> Warning {
+    let why = match operation {
         SumOperation::Difference(_) => "B fits nowhere into A".to_owned(),
         SumOperation::Offset(distance) => format!("no ball of radius {} fits into the solid", number(-distance)),
         SumOperation::Opening(radius) => format!("no ball of radius {} fits into the solid", number(radius)),
