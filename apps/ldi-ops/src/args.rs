@@ -236,8 +236,9 @@ Examples:
   ldi-ops volume part.stl --tolerance 0.1%
   ldi-ops volume *.stl --json volumes.json
 
-JSON: for one file the object of the schema, for several {\"schema\", \"command\", \"results\": [object,
-…]}. `volume` adds to the common keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3
+JSON: {\"schema\", \"command\", \"inputs\", \"results\": [object, …], \"warnings\"}, with the object of the schema
+for each file, and for one file its keys at the top as well. A file that cannot be measured does not keep
+the others from it; in its place stands {\"path\", \"error\"}, and the exit code is 2 or 3. `volume` adds to the common keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3
 tensor about the centroid, unit density). The area is that of the mesh's triangles, times
 the share of the hits of rays along all three axes that bound the solid: triangles inside it do not
 count, and where there are none the area is the mesh's own.";
@@ -351,7 +352,9 @@ Examples:
 
 Exit code 1 if any of the meshes has a defect that is an error. To be sampled a mesh need only be
 closed: every edge has an even number of uses, identical coordinates being one vertex.
-JSON: {\"schema\", \"command\", \"results\": [{\"path\", \"solid\", …}]}, in the order of the files.";
+JSON: {\"schema\", \"command\", \"inputs\", \"results\": [{\"path\", \"solid\", …}], \"warnings\"}, in the order of
+the files. A file that cannot be read does not keep the others from being checked: {\"path\", \"error\"}
+stands in its place, and the exit code is 2.";
 
 #[derive(Debug, Args)]
 #[command(after_help = CONVERT_EXAMPLES)]
@@ -492,10 +495,10 @@ pub struct CommonArguments {
     /// Threads to use [default: one for each processor]
     #[arg(long, value_name = "N")]
     pub threads: Option<NonZeroUsize>,
-    /// No progress on stderr; warnings and errors stay
+    /// The value alone, and no progress on stderr; warnings and errors stay
     #[arg(short, long, conflicts_with = "verbose")]
     pub quiet: bool,
-    /// More detail on stderr
+    /// More detail: raster, backend, mesh, time and memory, and on stderr what is decided on the way
     #[arg(short, long)]
     pub verbose: bool,
 }

@@ -40,11 +40,11 @@ pub struct Invocation {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verbosity {
-    /// Warnings and errors alone.
+    /// The value alone on stdout, and on stderr warnings and errors.
     Quiet,
-    /// Also a progress bar on a terminal.
+    /// Also inputs and files that were written, and a progress bar on a terminal.
     Normal,
-    /// Also what was decided and how long it took.
+    /// Also the raster, the backend, time and memory, and on stderr what was decided.
     Verbose,
 }
 

@@ -190,6 +190,9 @@ impl Reader<'_> {
         match text.parse::<Length>() {
             Ok(length) if length.value.is_finite() => Ok(length),
             _ if text.is_empty() => Err((start, format!("expected a number, found {}", self.found()))),
+            Err(problem) if text.starts_with(|c: char| c.is_ascii_digit()) => {
+                Err((start, format!("`{text}`: {problem}")))
+            }
             _ => Err((start, format!("`{text}` is not a finite number"))),
         }
     }
@@ -312,6 +315,8 @@ mod tests {
         };
         assert_eq!(fault("translate(1,0,x)"), (14, "`x` is not a finite number".into()));
         assert_eq!(fault("translate(1,0"), (13, "expected `,` or `)`, found the end".into()));
+        let furlong = "`1furlong`: units are mm, um (or µm), cm, m, in and ft";
+        assert_eq!(fault("translate(0,1furlong,0)"), (12, furlong.into()));
         assert_eq!(fault("scale(1) spin(3)").0, 9);
         assert_eq!(fault("scale(0)").0, 0);
         assert_eq!(fault("scale(1,2)"), (0, "scale takes one number or three, and 2 are given".into()));

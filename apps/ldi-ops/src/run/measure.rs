@@ -22,7 +22,7 @@ use super::input::{self, Demands, Provenance, Sides, Solid};
 use super::sum::SumReport;
 use super::surface::{Imaged, SurfaceReport};
 use super::work::work;
-use super::{Finished, Outcome, machine, say_warnings, write};
+use super::{Each, Finished, Outcome, Refused, machine, say_warnings, write};
 use crate::exit::{Exit, Failure};
 use crate::number::number;
 use crate::progress::Progress;
@@ -103,26 +103,26 @@ pub fn run(job: &MeasureJob, start: Instant, progress: &Progress) -> Result<Fini
     if let Backend::Gpu(_) = job.backend {
         progress.detail(format_args!("opened the GPU in {:.4} s", opening.elapsed().as_secs_f64()));
     }
-    let mut results = match job.measurement {
+    let results: Vec<Each<Measured>> = match job.measurement {
         Measurement::Volume => {
             let each = job.inputs.iter().enumerate().map(|(i, input)| {
                 let start = if i == 0 { start } else { Instant::now() };
-                measure(job, std::slice::from_ref(input), &backends, start, progress)
+                let measured = measure(job, std::slice::from_ref(input), &backends, start, progress);
+                measured.map_err(|failure| Refused::new(&input.path, failure))
             });
-            each.collect::<Result<Vec<Measured>, Failure>>()?
+            each.collect()
         }
-        _ => vec![measure(job, &job.inputs, &backends, start, progress)?],
+        _ => vec![Ok(measure(job, &job.inputs, &backends, start, progress)?)],
     };
     progress.finish();
-    for measured in &mut results {
+    for measured in results.iter().flatten() {
         say_warnings(&measured.warnings, progress);
     }
-    let reached = results.iter().all(|measured| measured.refinement.is_none_or(|refinement| refinement.reached));
-    Ok(Finished {
-        outcome: Outcome::Measured(results),
-        report: job.report.clone(),
-        exit: if reached { Exit::Done } else { Exit::CheckFalse },
-    })
+    let exit = super::worst(&results, |measured| match measured.refinement {
+        Some(refinement) if !refinement.reached => Exit::CheckFalse,
+        _ => Exit::Done,
+    });
+    Ok(Finished { outcome: Outcome::Measured(results), report: job.report.clone(), exit })
 }
 
 /// Measures what the inputs make together.

@@ -57,7 +57,7 @@ pub fn run(job: &SumJob, start: Instant, progress: &Progress) -> Result<Finished
     let measured = measure(job, start, progress)?;
     progress.finish();
     say_warnings(&measured.warnings, progress);
-    let outcome = Outcome::Measured(vec![measured]);
+    let outcome = Outcome::Measured(vec![Ok(measured)]);
     Ok(Finished { outcome, report: job.report.clone(), exit: Exit::Done })
 }
 
