@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::contour::{Block, Implicit, contour};
-use super::{SolidError, check_length, check_range};
+use super::{SolidError, check_length, check_range, rounded};
 use crate::mesh::TriangleMesh;
 
 /// Bristles of a smaller radius, in grid spacings, would tear.
@@ -48,7 +48,12 @@ impl Brush {
         check_range("radius", self.radius, least, most).map_err(|_| SolidError::OutOfRange {
             parameter: "radius",
             value: self.radius,
-            allowed: format!("from {least} (a grid cell at resolution {}) to {most}", self.resolution),
+            allowed: format!(
+                "from {} (a grid cell at resolution {}) to {}",
+                rounded(least),
+                self.resolution,
+                rounded(most)
+            ),
         })?;
         // The top of the plate lies half way between grid planes, where it is found as one plane.
         let halves = |length: f64| (length / step - 0.5).ceil().max(0.0) + 0.5;

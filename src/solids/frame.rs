@@ -10,7 +10,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{SolidError, check_length, check_range, check_triangles, geodesic};
+use super::{SolidError, check_length, check_range, check_triangles, geodesic, rounded};
 use crate::mesh::TriangleMesh;
 
 /// The range of the windows' share: bars neither touch nor vanish.
@@ -128,7 +128,7 @@ fn check_depth(depth: f64, limit: f64) -> Result<(), SolidError> {
     if depth < limit {
         return Ok(());
     }
-    let allowed = format!("below {limit}, at which bars would meet behind a window");
+    let allowed = format!("below {}, at which bars would meet behind a window", rounded(limit));
     Err(SolidError::OutOfRange { parameter: "depth", value: depth, allowed })
 }
 

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::{SolidError, check_length, check_range, check_triangles};
+use super::{SolidError, check_length, check_range, check_triangles, rounded};
 use crate::mesh::TriangleMesh;
 
 /// The tube's radius as a share of the curve's thickness: what is left is for the tessellation.
@@ -87,10 +87,11 @@ impl TorusKnot {
         check_triangles("segments", self.segments, 2 * u64::from(self.segments) * u64::from(self.sides))?;
         check_length("tube", self.tube)?;
         let most = SHARE_OF_THICKNESS * self.thickness();
-        if self.tube > most {
-            let allowed = format!("at most {most}, or the tube would meet itself");
-            return Err(SolidError::OutOfRange { parameter: "tube", value: self.tube, allowed });
-        }
+        check_range("tube", self.tube, 0.0, most).map_err(|_| SolidError::OutOfRange {
+            parameter: "tube",
+            value: self.tube,
+            allowed: format!("at most {}, or the tube would meet itself", rounded(most)),
+        })?;
         Ok(())
     }
 

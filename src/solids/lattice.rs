@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::contour::{Implicit, contour};
 use super::primitives::cylinder;
-use super::{SolidError, check_length, check_range, check_triangles, periodic_block};
+use super::{SolidError, check_length, check_range, check_triangles, periodic_block, rounded};
 use crate::mesh::TriangleMesh;
 
 /// Struts of a smaller radius, in grid spacings, would tear.
@@ -85,7 +85,11 @@ impl StrutLattice {
         check_range("radius", self.radius, least, most).map_err(|_| SolidError::OutOfRange {
             parameter: "radius",
             value: self.radius,
-            allowed: format!("from {least} (a grid spacing at resolution {resolution}) to {most} (half a cell)"),
+            allowed: format!(
+                "from {} (a grid spacing at resolution {resolution}) to {} (half a cell)",
+                rounded(least),
+                rounded(most)
+            ),
         })?;
         let solid = Struts { pattern: self.pattern, radius: self.radius, cell_size: self.cell_size, corner: block.min };
         contour(&solid, &block, ("resolution", resolution.into()))

@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::contour::{Implicit, contour};
-use super::{SolidError, check_length, check_range, periodic_block};
+use super::{SolidError, check_length, check_range, periodic_block, rounded};
 use crate::mesh::TriangleMesh;
 
 /// Sheets whose walls are thinner than this many grid spacings would tear where they are thinnest.
@@ -154,8 +154,10 @@ impl MinimalSurface {
                     parameter: "wall",
                     value: wall,
                     allowed: format!(
-                        "from {least} ({SPACINGS_PER_WALL} grid spacings at resolution {}) to {most} (95 % solid)",
-                        self.resolution
+                        "from {} ({SPACINGS_PER_WALL} grid spacings at resolution {}) to {} (95 % solid)",
+                        rounded(least),
+                        self.resolution,
+                        rounded(most)
                     ),
                 })?;
                 self.surface.level(self.surface.area() * wall / self.cell_size, f64::abs)
@@ -414,6 +416,12 @@ mod tests {
             thin.starts_with("wall is 0.2, but must be from 0.3125 (1.5 grid spacings at resolution 24)"),
             "{thin}"
         );
+        // 1.5 · (5 / 25) is 0.30000000000000004 in binary.
+        let wall =
+            |wall| MinimalSurface { part: Part::Sheet { wall }, cells: [1; 3], cell_size: 5.0, resolution: 25, ..good };
+        assert_solid(&wall(0.3).build().unwrap());
+        let thin = text(wall(0.299));
+        assert!(thin.starts_with("wall is 0.299, but must be from 0.3 (1.5 grid"), "{thin}");
         let full = text(MinimalSurface { part: Part::Network { fraction: 1.0 }, ..good });
         assert_eq!(full, "fraction is 1, but must be from 0.02 to 0.98");
         let many = text(MinimalSurface { cells: [1000; 3], ..good });

@@ -136,13 +136,22 @@ fn check_length(parameter: &'static str, value: f64) -> Result<(), SolidError> {
     check_range(parameter, value, 1e-9, 1e9)
 }
 
-/// Checks that `low <= value <= high`.
+/// The relative rounding error of a limit that is computed. Values are typed: 0.3 is within a limit of 1.5 · 0.2.
+const ROUNDING: f64 = 1e-10;
+
+/// Checks that `low <= value <= high`, where the limits may be off by [`ROUNDING`].
 fn check_range(parameter: &'static str, value: f64, low: f64, high: f64) -> Result<(), SolidError> {
-    if value >= low && value <= high {
+    if value >= low - ROUNDING * low.abs() && value <= high + ROUNDING * high.abs() {
         Ok(())
     } else {
-        Err(SolidError::OutOfRange { parameter, value, allowed: format!("from {low} to {high}") })
+        let allowed = format!("from {} to {}", rounded(low), rounded(high));
+        Err(SolidError::OutOfRange { parameter, value, allowed })
     }
+}
+
+/// Rounds a limit to eleven digits for a message: [`check_range`] accepts every limit that is shown.
+fn rounded(limit: f64) -> f64 {
+    format!("{limit:.10e}").parse().expect("a float that was printed is one")
 }
 
 /// Checks a number of triangles against [`MAX_TRIANGLES`] before memory is taken for them.
@@ -167,4 +176,21 @@ fn periodic_block(cells: [u32; 3], cell_size: f64, resolution: u32) -> Result<co
         spacing: cell_size / f64::from(resolution),
         cells: cells.map(|n| n as usize * resolution as usize),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_that_are_shown_are_accepted() {
+        for low in [1.5 * (5.0 / 25.0), 0.1 + 0.2, 1.0 / 3.0, 2.0f64.sqrt(), 0.95 * 10.0 / 3.0917] {
+            assert_eq!(check_range("x", rounded(low), low, 10.0), Ok(()), "{low}");
+            assert_eq!(check_range("x", rounded(low), 0.0, low), Ok(()), "{low}");
+            assert!(check_range("x", low * (1.0 - 1e-9), low, 10.0).is_err());
+            assert!(check_range("x", f64::NAN, 0.0, low).is_err());
+        }
+        let error = check_range("x", 0.2, 0.1 + 0.2, 0.1 + 0.6).unwrap_err();
+        assert_eq!(error.to_string(), "x is 0.2, but must be from 0.3 to 0.7");
+    }
 }

@@ -150,6 +150,8 @@ pub struct Parameter {
     pub default: &'static str,
     /// What it is, in a line.
     pub meaning: &'static str,
+    /// Whether its values are lengths, in millimetres.
+    pub is_length: bool,
 }
 
 /// A model with its name, as a help text shows it.
@@ -165,18 +167,22 @@ pub struct ModelKind {
 }
 
 const fn parameter(name: &'static str, default: &'static str, meaning: &'static str) -> Parameter {
-    Parameter { name, default, meaning }
+    Parameter { name, default, meaning, is_length: false }
 }
 
-const RADIUS: Parameter = parameter("radius", "10", "radius, mm");
+const fn length(name: &'static str, default: &'static str, meaning: &'static str) -> Parameter {
+    Parameter { name, default, meaning, is_length: true }
+}
+
+const RADIUS: Parameter = length("radius", "10", "radius, mm");
 const SEGMENTS: Parameter = parameter("segments", "64", "segments round the axis");
-const CELL_SIZE: Parameter = parameter("cell-size", "10", "side of a cell, mm");
+const CELL_SIZE: Parameter = length("cell-size", "10", "side of a cell, mm");
 const WINDOW: Parameter = parameter("window", "0.8", "sides of a window as a share of those of its face");
 const CELLS: Parameter = parameter("cells", "4", "cells along the axes: one number, or three with commas");
 
 const MINIMAL_SURFACE: &[Parameter] = &[
     parameter("part", "sheet", "sheet: a wall along the surface; network: the solid on one side of it"),
-    parameter("wall", "1", "mean thickness of a sheet, mm"),
+    length("wall", "1", "mean thickness of a sheet, mm"),
     parameter("fraction", "0.5", "share of volume of a network"),
     CELLS,
     CELL_SIZE,
@@ -185,7 +191,7 @@ const MINIMAL_SURFACE: &[Parameter] = &[
 
 const LATTICE: &[Parameter] = &[
     parameter("form", "union", "union: one surface; overlapping: a closed cylinder for each strut"),
-    parameter("radius", "1", "radius of a strut, mm"),
+    length("radius", "1", "radius of a strut, mm"),
     CELLS,
     CELL_SIZE,
     parameter("resolution", "32", "grid cells along the side of a cell of a union"),
@@ -197,8 +203,8 @@ const KINDS: &[ModelKind] = &[
         name: "cuboid",
         summary: "box between two corners",
         parameters: &[
-            parameter("min", "-10,-10,-10", "least coordinates, mm"),
-            parameter("max", "10,10,10", "greatest coordinates, mm"),
+            length("min", "-10,-10,-10", "least coordinates, mm"),
+            length("max", "10,10,10", "greatest coordinates, mm"),
         ],
         build: |a| Ok(Model::Cuboid { min: a.vector("min")?, max: a.vector("max")? }),
     },
@@ -206,8 +212,8 @@ const KINDS: &[ModelKind] = &[
         name: "ell",
         summary: "L along z: a box that lacks one edge",
         parameters: &[
-            parameter("size", "1,1,1", "sides of the box, mm"),
-            parameter("notch", "0.5,0.5", "sides of what it lacks along x and y, mm: one number, or two with a comma"),
+            length("size", "1,1,1", "sides of the box, mm"),
+            length("notch", "0.5,0.5", "sides of what it lacks along x and y, mm: one number, or two with a comma"),
         ],
         build: |a| {
             let expected = "a number, or two with a comma between them";
@@ -217,10 +223,7 @@ const KINDS: &[ModelKind] = &[
     ModelKind {
         name: "hollow-box",
         summary: "box with a closed box-shaped hollow",
-        parameters: &[
-            parameter("size", "20,20,20", "sides, mm"),
-            parameter("hollow", "10,10,10", "sides of the hollow, mm"),
-        ],
+        parameters: &[length("size", "20,20,20", "sides, mm"), length("hollow", "10,10,10", "sides of the hollow, mm")],
         build: |a| Ok(Model::HollowBox { size: a.vector("size")?, hollow: a.vector("hollow")? }),
     },
     ModelKind {
@@ -242,7 +245,7 @@ const KINDS: &[ModelKind] = &[
             RADIUS,
             parameter("frequency", "6", "parts into which an edge of the icosahedron is cut"),
             WINDOW,
-            parameter("depth", "0.5", "depth of the bars towards the middle, mm"),
+            length("depth", "0.5", "depth of the bars towards the middle, mm"),
         ],
         build: |a| {
             Ok(Model::GeodesicFrame(GeodesicFrame {
@@ -257,8 +260,8 @@ const KINDS: &[ModelKind] = &[
         name: "star",
         summary: "geodesic sphere with a spike on every face",
         parameters: &[
-            parameter("radius", "10", "radius of the tips, mm"),
-            parameter("valley", "4", "radius of the sphere between the spikes, mm"),
+            length("radius", "10", "radius of the tips, mm"),
+            length("valley", "4", "radius of the sphere between the spikes, mm"),
             parameter("frequency", "1", "parts into which an edge of the icosahedron is cut"),
         ],
         build: |a| {
@@ -273,8 +276,8 @@ const KINDS: &[ModelKind] = &[
         name: "torus",
         summary: "ring with a round section",
         parameters: &[
-            parameter("major", "10", "radius of the middle line, mm"),
-            parameter("minor", "3", "radius of the section, mm"),
+            length("major", "10", "radius of the middle line, mm"),
+            length("minor", "3", "radius of the section, mm"),
             parameter("around", "96", "segments along the ring"),
             parameter("across", "32", "segments round the section"),
         ],
@@ -290,7 +293,7 @@ const KINDS: &[ModelKind] = &[
     ModelKind {
         name: "cylinder",
         summary: "round cylinder along z",
-        parameters: &[RADIUS, parameter("height", "20", "height, mm"), SEGMENTS],
+        parameters: &[RADIUS, length("height", "20", "height, mm"), SEGMENTS],
         build: |a| {
             Ok(Model::Cylinder {
                 radius: a.number("radius")?,
@@ -303,9 +306,9 @@ const KINDS: &[ModelKind] = &[
         name: "hyperboloid",
         summary: "solid inside a hyperboloid of one sheet, saddle-shaped on its side",
         parameters: &[
-            parameter("waist", "5", "radius in the middle, mm"),
-            parameter("rim", "10", "radius at the ends, mm"),
-            parameter("height", "20", "height, mm"),
+            length("waist", "5", "radius in the middle, mm"),
+            length("rim", "10", "radius at the ends, mm"),
+            length("height", "20", "height, mm"),
             SEGMENTS,
             parameter("zones", "32", "zones along the height"),
         ],
@@ -323,12 +326,12 @@ const KINDS: &[ModelKind] = &[
         name: "hyperboloid-frame",
         summary: "hyperboloid of two families of straight bars, with windows between them",
         parameters: &[
-            parameter("waist", "5", "radius in the middle, mm"),
-            parameter("height", "20", "height, mm"),
+            length("waist", "5", "radius in the middle, mm"),
+            length("height", "20", "height, mm"),
             parameter("bars", "24", "bars of either family"),
             parameter("crossings", "8", "crossings of a bar on either side of the waist, which set the rims"),
             WINDOW,
-            parameter("depth", "0.4", "depth of the bars across the surface, mm"),
+            length("depth", "0.4", "depth of the bars across the surface, mm"),
         ],
         build: |a| {
             Ok(Model::HyperboloidFrame(HyperboloidFrame {
@@ -347,9 +350,9 @@ const KINDS: &[ModelKind] = &[
         parameters: &[
             parameter("p", "2", "turns round the axis"),
             parameter("q", "3", "turns round the section of the torus"),
-            parameter("major", "8", "radius of the torus' middle line, mm"),
-            parameter("minor", "4", "radius of its section, mm"),
-            parameter("tube", "1.6", "radius of the tube, mm"),
+            length("major", "8", "radius of the torus' middle line, mm"),
+            length("minor", "4", "radius of its section, mm"),
+            length("tube", "1.6", "radius of the tube, mm"),
             parameter("segments", "60", "segments along the tube"),
             parameter("sides", "8", "segments round the tube"),
         ],
@@ -370,8 +373,8 @@ const KINDS: &[ModelKind] = &[
         summary: "interlocked rings along x that do not touch",
         parameters: &[
             parameter("links", "5", "number of rings"),
-            parameter("major", "5", "radius of a ring's middle line, mm"),
-            parameter("minor", "1", "radius of a ring's section, mm"),
+            length("major", "5", "radius of a ring's middle line, mm"),
+            length("minor", "1", "radius of a ring's section, mm"),
             parameter("around", "64", "segments along a ring"),
             parameter("across", "24", "segments round its section"),
         ],
@@ -391,8 +394,8 @@ const KINDS: &[ModelKind] = &[
         parameters: &[
             parameter("columns", "4", "flat rings along x"),
             parameter("rows", "3", "flat rings along y"),
-            parameter("major", "5", "radius of a ring's middle line, mm"),
-            parameter("minor", "1", "radius of a ring's section, mm"),
+            length("major", "5", "radius of a ring's middle line, mm"),
+            length("minor", "1", "radius of a ring's section, mm"),
             parameter("around", "64", "segments along a ring"),
             parameter("across", "24", "segments round its section"),
         ],
@@ -413,9 +416,9 @@ const KINDS: &[ModelKind] = &[
         parameters: &[
             parameter("yarns", "8", "yarns side by side in x and in y: one number, or two with a comma"),
             parameter("layers", "1", "cloths one above the other"),
-            parameter("spacing", "2", "distance between neighbouring yarns, mm"),
-            parameter("radius", "0.3", "radius of a yarn, mm"),
-            parameter("gap", "0.2", "least distance between crossing yarns, mm"),
+            length("spacing", "2", "distance between neighbouring yarns, mm"),
+            length("radius", "0.3", "radius of a yarn, mm"),
+            length("gap", "0.2", "least distance between crossing yarns, mm"),
             parameter("segments", "16", "segments round a yarn"),
             parameter("steps", "8", "segments of a yarn from crossing to crossing"),
         ],
@@ -437,10 +440,10 @@ const KINDS: &[ModelKind] = &[
         summary: "round bristles along z on a plate, one surface",
         parameters: &[
             parameter("bristles", "8", "bristles along x and y: one number, or two with a comma"),
-            parameter("spacing", "2", "distance between neighbouring bristles, mm"),
-            parameter("radius", "0.5", "radius of a bristle, mm"),
-            parameter("length", "8", "length of a bristle, mm"),
-            parameter("plate", "1", "thickness of the plate, mm"),
+            length("spacing", "2", "distance between neighbouring bristles, mm"),
+            length("radius", "0.5", "radius of a bristle, mm"),
+            length("length", "8", "length of a bristle, mm"),
+            length("plate", "1", "thickness of the plate, mm"),
             parameter("resolution", "16", "grid cells from bristle to bristle"),
         ],
         build: |a| {
@@ -489,7 +492,7 @@ const KINDS: &[ModelKind] = &[
         name: "bone",
         summary: "long bone in the likeness of a femur, along z",
         parameters: &[
-            parameter("length", "100", "length, mm"),
+            length("length", "100", "length, mm"),
             parameter("girth", "1", "breadth in units of that of a femur of this length"),
             parameter("bow", "1", "bow of the shaft in units of that of a femur"),
             parameter("resolution", "200", "grid cells along the length"),
@@ -507,8 +510,8 @@ const KINDS: &[ModelKind] = &[
         name: "trabecular",
         summary: "block of trabecular bone, rods and plates without order, capped by its box",
         parameters: &[
-            parameter("size", "5,5,7", "sides of the block, mm"),
-            parameter("spacing", "1", "distance from one trabecula across to the next, mm"),
+            length("size", "5,5,7", "sides of the block, mm"),
+            length("spacing", "1", "distance from one trabecula across to the next, mm"),
             parameter("fraction", "0.35", "share of volume that is bone"),
             parameter("stretch", "1.5", "how much longer trabeculae are along z"),
             parameter("seed", "1", "picks one of many such bones"),
@@ -529,7 +532,7 @@ const KINDS: &[ModelKind] = &[
         name: "organic",
         summary: "likeness of a sitting hare: lobes, limbs and a wavy skin",
         parameters: &[
-            parameter("size", "20", "about its height, mm"),
+            length("size", "20", "about its height, mm"),
             parameter("bumps", "1", "height of the waves on its skin in units of the usual"),
             parameter("resolution", "65", "grid cells along the height"),
         ],
@@ -545,7 +548,7 @@ const KINDS: &[ModelKind] = &[
         name: "skull",
         summary: "likeness of a skull: a thick shell with two eye sockets, a nose and a hole below",
         parameters: &[
-            parameter("size", "20", "about its length and height, mm"),
+            length("size", "20", "about its length and height, mm"),
             parameter("wall", "0.08", "thickness of the shell as a share of the size"),
             parameter("resolution", "38", "grid cells along the size"),
         ],

@@ -10,7 +10,7 @@ use std::f64::consts::{PI, SQRT_2, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::{SolidError, check_length, check_range, check_triangles};
+use super::{SolidError, check_length, check_range, check_triangles, rounded};
 use crate::mesh::TriangleMesh;
 
 /// Layers of plain-woven cloth, one above the other along z, centred on the origin. No two yarns touch, so each yarn is
@@ -52,10 +52,11 @@ impl Weave {
         check_range("segments", self.segments.into(), 3.0, 1e6)?;
         check_range("steps", self.steps.into(), 2.0, 1e6)?;
         let most = self.spacing / (PI * SQRT_2) - self.gap / 2.0;
-        if self.radius > most {
-            let allowed = format!("at most {most} for yarns of this spacing and gap to pass each other");
-            return Err(SolidError::OutOfRange { parameter: "radius", value: self.radius, allowed });
-        }
+        check_range("radius", self.radius, 0.0, most).map_err(|_| SolidError::OutOfRange {
+            parameter: "radius",
+            value: self.radius,
+            allowed: format!("at most {} for yarns of this spacing and gap to pass each other", rounded(most)),
+        })?;
         let crossings = self.yarns.map(u64::from);
         let yarn = |crossings: u64| 2 * u64::from(self.segments) * (crossings * u64::from(self.steps) + 1);
         let layer = crossings[0] * yarn(crossings[1]) + crossings[1] * yarn(crossings[0]);

@@ -16,6 +16,36 @@ fn one_triangle_missing_is_refused_with_all_defects() {
 }
 
 #[test]
+fn one_bad_file_does_not_keep_the_others_from_being_checked() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
+    std::fs::write(folder.path("cut.stl"), "solid test\nfacet").unwrap();
+    let files = ["cut.stl", "a.stl", "missing.stl", "open.stl"];
+    let run = folder.run(&[&["check"], &files[..]].concat()).code(2);
+    for verdict in ["a.stl: a solid\n", "open.stl: NOT a solid\n"] {
+        assert!(run.stdout().contains(verdict), "{}", run.stdout());
+    }
+    let lines = run.stderr();
+    let errors: Vec<&str> = lines.lines().filter_map(|line| line.strip_prefix("ldi-ops: error: ")).collect();
+    assert!(
+        errors.len() == 3 && errors[1].starts_with("cut.stl, line 2") && errors[2].starts_with("missing.stl: "),
+        "{lines}"
+    );
+    let result = folder.run(&[&["check"], &files[..], &["--json", "-"]].concat()).code(2).json();
+    let results = result["results"].as_array().unwrap();
+    assert_eq!((&results[1]["solid"], &results[3]["solid"]), (&true.into(), &false.into()));
+    for i in [0, 2] {
+        assert_eq!((&results[i]["path"], &results[i]["error"]["kind"]), (&files[i].into(), &"input".into()));
+    }
+    assert_eq!(result["inputs"][2], serde_json::json!({ "path": "missing.stl" }));
+    assert!(result["error"].is_null() && result["warnings"].is_array());
+    let quiet = folder.run(&["check", "a.stl", "open.stl", "-q"]).code(1);
+    assert_eq!(quiet.stdout(), "a.stl: a solid\nopen.stl: NOT a solid\n");
+    assert_eq!(quiet.stderr(), "");
+}
+
+#[test]
 fn an_open_mesh_is_sampled_where_the_user_insists() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0)[1..]);

@@ -176,8 +176,9 @@ fn refusal_fault(output: &Output, file: &str, words: &[&str]) -> Option<String> 
     if output.status.code() != Some(2) {
         return Some(format!("{} instead of a refusal", output.status));
     }
-    if !output.stdout.is_empty() {
-        return Some("a refusal has no result".to_owned());
+    match serde_json::from_slice::<Value>(&output.stdout) {
+        Ok(object) if object["error"]["exit_code"] == 2 && object.get("volume").is_none() => {}
+        _ => return Some("a refusal has an error in its JSON, and no result".to_owned()),
     }
     let said = ["ldi-ops: error: ", file].into_iter().chain(words.iter().copied());
     said.into_iter().find(|word| !stderr.contains(*word)).map(|word| format!("no `{word}` in: {stderr}"))
@@ -251,13 +252,16 @@ fn the_judgement_can_fail() {
     assert!(fault(&output(0, &json(1.0, 0.0, 9, 0, &[]), ""), 1.0, &["a"]).is_some());
     assert!(fault(&output(0, &json(1.0, 0.0, 9, 0, &["a"]), ""), 1.0, &["a"]).is_some());
 
-    assert_eq!(refusal_fault(&output(2, "", "ldi-ops: error: f.stl: line 3"), "f.stl", &["line 3"]), None);
+    let error = r#"{"error": {"exit_code": 2}}"#;
+    assert_eq!(refusal_fault(&output(2, error, "ldi-ops: error: f.stl: line 3"), "f.stl", &["line 3"]), None);
     for bad in [
-        output(0, "", "ldi-ops: error: f.stl: line 3"),
+        output(0, error, "ldi-ops: error: f.stl: line 3"),
         output(2, "{}", "ldi-ops: error: f.stl: line 3"),
-        output(2, "", "ldi-ops: error: f.stl: line 4"),
-        output(2, "", "ldi-ops: error: line 3"),
-        output(101, "", "thread panicked at f.stl line 3"),
+        output(2, "", "ldi-ops: error: f.stl: line 3"),
+        output(2, r#"{"error": {"exit_code": 2}, "volume": {}}"#, "ldi-ops: error: f.stl: line 3"),
+        output(2, error, "ldi-ops: error: f.stl: line 4"),
+        output(2, error, "ldi-ops: error: line 3"),
+        output(101, error, "thread panicked at f.stl line 3"),
     ] {
         assert!(refusal_fault(&bad, "f.stl", &["line 3"]).is_some(), "{bad:?}");
     }

@@ -89,7 +89,7 @@ fn json_and_text_tell_the_expression_and_the_names() {
     assert_eq!(names, ["größe", "b", "knochen"]);
     assert_eq!(result["inputs"][0]["path"], "c.stl");
     assert_near(result["volume"]["value"].as_f64().unwrap(), 5.0, 1e-6);
-    let text = folder.run(&arguments).code(0).stdout();
+    let text = folder.run(&[&arguments[..], &["-v"]].concat()).code(0).stdout();
     for words in ["csg ", "expression  knochen & (b | größe)\n", "größe = c.stl: 12 triangles", "knochen = a.stl"] {
         assert!(text.contains(words), "no `{words}` in:\n{text}");
     }

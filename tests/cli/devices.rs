@@ -35,7 +35,8 @@ fn what_was_asked_for_is_not_autos_choice() {
     let asked = folder.json(&["volume", "a.stl", "--resolution", "8", "--backend", "cpu"]);
     assert_eq!((&asked["backend"], &asked["device"]), (&"cpu".into(), &small["device"]));
     assert!(asked["auto"].is_null());
-    let text = folder.run(&["volume", "a.stl", "--resolution", "8", "--backend", "cpu", "--threads", "2"]).stdout();
+    let arguments = ["volume", "a.stl", "--resolution", "8", "--backend", "cpu", "--threads", "2", "-v"];
+    let text = folder.run(&arguments).stdout();
     assert!(text.contains("\nbackend     cpu, 2 threads\n"), "{text}");
 }
 

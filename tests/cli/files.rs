@@ -104,7 +104,9 @@ fn nothing_is_left_of_an_output_that_failed() {
     fs::write(folder.path("old.npz"), "what was there before").unwrap();
     folder.run(&["sample", "open.stl", "-o", "old.npz"]).code(2);
     folder.run(&["sample", "open.stl", "-o", "new.npz", "--json", "new.json"]).code(2);
-    assert_eq!(folder.names(), ["old.npz", "open.stl"]);
+    // What the JSON holds is the error.
+    assert_eq!(folder.names(), ["new.json", "old.npz", "open.stl"]);
+    assert!(read(&folder.path("new.json")).contains("not closed"));
     assert_eq!(read(&folder.path("old.npz")), "what was there before");
     // An infinite coordinate has no place among the 32-bit numbers of STL.
     fs::write(folder.path("big.obj"), "v 0 0 0\nv 1e300 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();

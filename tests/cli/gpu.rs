@@ -250,6 +250,7 @@ fn a_machine_without_a_driver_refuses_a_gpu_and_nothing_else() {
         let large = ["volume", "a.stl", "--axis", "z", "--resolution", "3000", "--threads", "1", "--unit", "mm"];
         let run = without_drivers(&folder, &[&large[..], &["--backend", backend]].concat()).code(0);
         assert_eq!(run.stderr(), "");
+        let run = without_drivers(&folder, &[&large[..], &["--backend", backend, "-v"]].concat()).code(0);
         assert_eq!(run.stdout().contains("(auto: no GPU was found)"), backend == "auto", "{}", run.stdout());
     }
     let run = without_drivers(&folder, &["devices"]).code(0);

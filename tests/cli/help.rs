@@ -160,3 +160,26 @@ fn a_machine_without_what_was_asked_for_ends_with_three() {
     folder.run(&["volume", "a.stl", "--resolution", "65535"]).code(3).says(&["rays"]);
     folder.run(&["volume", "a.stl", "--resolution", "65536"]).code(2).says(&["65536 × 65536 rays"]);
 }
+
+#[test]
+fn commands_go_by_other_words_too() {
+    let folder = Folder::with_two_cubes();
+    for (word, command) in [
+        ("subtract", "difference"),
+        ("minus", "difference"),
+        ("and", "intersect"),
+        ("common", "intersect"),
+        ("or", "union"),
+        ("join", "union"),
+        ("merge", "union"),
+    ] {
+        let result = folder.json(&[word, "a.stl", "b.stl", "--resolution", "30"]);
+        assert_eq!(result["command"], command);
+    }
+    assert_eq!(folder.json(&["info", "a.stl"])["command"], "check");
+    for arguments in [&["repair", "a.stl", "-o", "b.stl"][..], &["repair"], &["fix", "--holes", "a.stl"]] {
+        let run = folder.run(arguments).code(2);
+        run.says(&["no command that repairs", "ldi-ops check", "--allow-open", "--fill nonzero", "ldi-ops sample"]);
+    }
+    assert!(!folder.run(&["--help"]).code(0).stdout().contains("repair"));
+}

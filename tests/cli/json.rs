@@ -83,6 +83,70 @@ fn every_key_of_the_schema_is_there() {
 }
 
 #[test]
+fn the_results_of_volume_have_one_shape_for_one_solid_and_several() {
+    let folder = Folder::with_two_cubes();
+    let of = |files: &[&str]| folder.json(&[&["volume"], files, &["--resolution", "32"]].concat());
+    let (one, two) = (of(&["a.stl"]), of(&["a.stl", "b.stl"]));
+    for (result, count) in [(&one, 1), (&two, 2)] {
+        assert_eq!((&result["schema"], &result["command"]), (&"ldi-ops/1".into(), &"volume".into()));
+        assert_eq!(result["inputs"].as_array().unwrap().len(), count);
+        assert_eq!(result["results"].as_array().unwrap().len(), count);
+        assert_eq!(warning_codes(result), vec!["unit-assumed"; count]);
+        for each in result["results"].as_array().unwrap() {
+            assert_eq!(each["command"], "volume");
+            for key in KEYS.iter().chain(&["area", "centroid", "inertia"]) {
+                assert!(each.get(key).is_some(), "no {key}");
+            }
+        }
+    }
+    // The keys of one result stand at the top as well.
+    for key in keys(&one["results"][0]) {
+        assert_eq!(one[key], one["results"][0][key], "{key}");
+    }
+    assert!(two.get("volume").is_none());
+    let checked = folder.json(&["check", "a.stl"]);
+    assert_eq!(keys(&checked), ["schema", "command", "inputs", "results", "warnings"]);
+}
+
+#[test]
+fn errors_have_json_too() {
+    let folder = Folder::with_two_cubes();
+    folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
+    for (arguments, command, kind, code) in [
+        (&["volume", "open.stl"][..], "volume", "input", 2),
+        (&["intersect", "a.stl", "open.stl"], "intersect", "input", 2),
+        (&["subtract", "a.stl", "missing.stl"], "difference", "input", 2),
+        (&["check", "missing.stl"], "check", "input", 2),
+        (&["volume", "a.stl", "--pitch", "-1"], "volume", "usage", 2),
+        (&["volume", "a.stl", "--nonsense"], "volume", "usage", 2),
+        (&["volume", "a.stl", "--resolution", "65535"], "volume", "machine", 3),
+    ] {
+        for json in [&["--json", "-"][..], &["--json=-"], &["--json", "e.json"]] {
+            let run = folder.run(&[arguments, json].concat()).code(code);
+            let object = if json[json.len() - 1] == "e.json" {
+                assert_eq!(run.stdout(), "");
+                serde_json::from_str(&read(&folder.path("e.json"))).unwrap()
+            } else {
+                run.json()
+            };
+            let error = &object["error"];
+            assert_eq!((&object["schema"], &object["command"]), (&"ldi-ops/1".into(), &command.into()));
+            assert_eq!((&error["kind"], &error["exit_code"]), (&kind.into(), &code.into()), "{object}");
+            let message = error["message"].as_str().unwrap();
+            assert!(run.stderr().contains(&format!("ldi-ops: error: {message}")), "{message}\n{}", run.stderr());
+            assert_eq!(object["warnings"], serde_json::json!([]));
+        }
+    }
+    let run = folder.run(&["frobnicate", "--json", "-"]).code(2);
+    assert!(run.json()["command"].is_null());
+    // No input is overwritten with an error.
+    let before = read(&folder.path("a.stl"));
+    folder.run(&["volume", "a.stl", "--nonsense", "--json", "a.stl"]).code(2);
+    folder.run(&["intersect", "open.stl", "a.stl", "--json=./a.stl"]).code(2);
+    assert_eq!(read(&folder.path("a.stl")), before);
+}
+
+#[test]
 fn hashes_are_those_of_the_files() {
     let folder = Folder::new();
     std::fs::write(

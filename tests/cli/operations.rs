@@ -1,6 +1,6 @@
 //! Each operation gives the volume that it should, in every mode.
 
-use crate::{Folder, assert_near, cube, cuboid};
+use crate::{Folder, assert_near, cube, cuboid, warning_codes};
 
 #[test]
 fn booleans_of_two_cubes_are_exact_in_every_mode() {
@@ -127,9 +127,44 @@ fn several_volumes_are_a_report_each() {
     assert_eq!(result["schema"], "ldi-ops/1");
     let results = result["results"].as_array().unwrap();
     assert_eq!(results.len(), 2);
+    let paths: Vec<&str> = (0..2).map(|i| result["inputs"][i]["path"].as_str().unwrap()).collect();
+    assert_eq!(paths, ["a.stl", "c.stl"]);
+    assert_eq!(warning_codes(&result), ["unit-assumed", "unit-assumed"]);
     assert_near(results[1]["volume"]["value"].as_f64().unwrap(), 1.0, 1e-9);
     let text = folder.run(&["volume", "a.stl", "c.stl", "--resolution", "32"]).code(0).stdout();
     assert_eq!(text.matches("volume      ").count(), 2);
+}
+
+#[test]
+fn one_bad_file_does_not_keep_the_others_from_being_measured() {
+    let folder = Folder::with_two_cubes();
+    folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
+    let files = ["a.stl", "open.stl", "missing.stl", "b.stl"];
+    let arguments = [&["volume"], &files[..], &["--resolution", "32", "--unit", "mm"]].concat();
+    let run = folder.run(&arguments).code(2);
+    assert_eq!(run.stdout().matches("volume      8.0000 ± ").count(), 2, "{}", run.stdout());
+    let stderr = run.stderr();
+    let errors: Vec<&str> = stderr.lines().filter_map(|line| line.strip_prefix("ldi-ops: error: ")).collect();
+    assert!(errors[0] == "2 inputs gave no result:" && errors.len() == 3, "{stderr}");
+    assert!(errors[1].starts_with("open.stl: the mesh is not closed") && errors[2].starts_with("missing.stl: "));
+    let result = folder.run(&[&arguments[..], &["--json", "-"]].concat()).code(2).json();
+    let results = result["results"].as_array().unwrap();
+    assert_eq!(results.len(), 4);
+    assert_eq!(
+        (&results[0]["inputs"][0]["path"], &results[3]["inputs"][0]["path"]),
+        (&"a.stl".into(), &"b.stl".into())
+    );
+    let error = &results[1]["error"];
+    assert_eq!(
+        (&results[1]["path"], &error["kind"], &error["exit_code"]),
+        (&"open.stl".into(), &"input".into(), &2.into())
+    );
+    assert!(error["message"].as_str().unwrap().contains("3 edges are open"));
+    for (i, file) in files.iter().enumerate() {
+        assert_eq!(result["inputs"][i]["path"], *file);
+    }
+    // The worst code wins: too many rays for the machine, and a file that is not there.
+    folder.run(&["volume", "a.stl", "missing.stl", "--resolution", "65535"]).code(3).says(&["a.stl", "missing.stl"]);
 }
 
 #[test]

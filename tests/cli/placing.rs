@@ -74,6 +74,76 @@ fn units_are_told_and_assumed() {
     folder.run(&["volume", "a.stl", "--unit", "furlong"]).code(2).says(&["furlong", "mm, um"]);
 }
 
+#[test]
+fn units_go_by_names_in_capitals_or_not() {
+    let folder = with_box();
+    for (given, named) in
+        [("MM", "mm^3"), ("Millimeters", "mm^3"), ("inches", "in^3"), ("IN", "in^3"), ("microns", "um^3")]
+    {
+        assert_eq!(folder.json(&["volume", "a.stl", "--resolution", "16", "--unit", given])["volume"]["unit"], named);
+    }
+}
+
+#[test]
+fn lengths_take_units() {
+    let folder = with_box();
+    let json = |arguments: &[&str]| folder.json(&[arguments, &["--resolution", "16"]].concat());
+    let pitch = |given| folder.json(&["volume", "a.stl", "--unit", "mm", "--pitch", given])["grid"]["pitch"].clone();
+    assert_eq!((pitch("0.1mm"), pitch("100um"), pitch("0.01 CM")), (0.1.into(), 0.1.into(), 0.1.into()));
+    let volume = |arguments: &[&str]| json(arguments)["volume"].clone();
+    let offset = |given| volume(&["offset", "a.stl", "--unit", "mm", "--distance", given]);
+    assert_eq!(offset("100um"), offset("0.1"));
+    assert_eq!(offset("-0.01cm"), offset("-0.1"));
+    let open = |given| volume(&["open", "a.stl", "--unit", "mm", "--radius", given]);
+    assert_eq!(open("200um"), open("0.2"));
+    let moved = |given| json(&["volume", "a.stl", "--unit", "cm", "--transform-a", given])["centroid"].clone();
+    assert_eq!(moved("scale(2) translate(1mm,0,1in)"), moved("scale(2) translate(0.1,0,2.54)"));
+    // A length in mm has no meaning in a file of unknown unit.
+    for arguments in [
+        &["volume", "a.stl", "--pitch", "0.1mm"][..],
+        &["offset", "a.stl", "--distance", "0.1mm"],
+        &["close", "a.stl", "--radius", "0.1mm"],
+        &["render", "a.stl", "--slice", "z=1mm", "-o", "a.png"],
+        &["volume", "a.stl", "--transform-a", "translate(1mm,0,0)"],
+        &["convert", "a.stl", "-o", "b.stl", "--transform-a", "translate(1mm,0,0)"],
+        &["sample", "a.stl", "--resolution", "16", "--simplify", "1mm", "-o", "b.stl"],
+    ] {
+        folder.run(arguments).code(2).says(&["mm", "the input states no unit", "--unit mm"]);
+    }
+    folder.run(&["volume", "a.stl", "--pitch", "-1mm"]).code(2).says(&["--pitch -1mm is not a positive length"]);
+    folder.run(&["volume", "a.stl", "--pitch", "1 furlong"]).code(2).says(&["furlong", "mm, um"]);
+}
+
+#[test]
+fn parts_take_the_unit_of_a_model_in_millimetres() {
+    let folder = Folder::new();
+    let size = |arguments: &[&str]| {
+        let result = folder.json(&[&["generate"], arguments, &["-o", "a.stl"]].concat());
+        result["bounds"]["max"].to_string()
+    };
+    assert_eq!(size(&["box", "--min", "0,0,0", "--max", "1cm,2mm,1in"]), "[10.0,2.0,25.4]");
+    assert_eq!(size(&["sphere", "--radius", "500um"]), size(&["sphere", "--radius", "0.5"]));
+    // 1.5 grid spacings of 0.2 are 0.30000000000000004 in binary.
+    let gyroid = ["gyroid", "--cells", "1", "--cell-size", "5", "--resolution", "25"];
+    size(&[&gyroid[..], &["--wall", "0.3mm"]].concat());
+    let thin = [&["generate"], &gyroid[..], &["--wall", "0.29", "-o", "b.stl"]].concat();
+    folder.run(&thin).code(2).says(&["wall is 0.29, but must be from 0.3 ("]);
+    folder.run(&["generate", "gyroid", "--cells", "4mm", "-o", "b.stl"]).code(2).says(&["cells is `4mm`", "whole"]);
+}
+
+#[test]
+fn sizes_that_speak_for_another_unit_are_asked_about() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cuboid([0.0; 3], [0.05, 0.02, 0.01]));
+    let run = |unit| folder.run(&["volume", "a.stl", "--resolution", "16", "--unit", unit]).code(0);
+    run("mm").warns(&["a.stl", "the model is 0.05 × 0.02 × 0.01 mm", "did you mean --unit m?"]);
+    assert!(!run("m").stderr().contains("did you mean"));
+    folder.stl("b.stl", &cube(0.0, 120.0));
+    folder.run(&["volume", "b.stl", "--resolution", "16", "--unit", "m"]).code(0).warns(&["b.stl", "--unit mm?"]);
+    folder.run(&["convert", "a.stl", "-o", "a.3mf", "--unit", "mm"]).code(0);
+    folder.run(&["volume", "a.3mf", "--resolution", "16"]).code(0).warns(&["a.3mf", "states meant?", "--unit m "]);
+}
+
 /// A tetrahedron of one unit, as glTF with its buffer inside; glTF is in metres.
 const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
@@ -104,7 +174,14 @@ fn files_of_different_units_are_brought_to_that_of_the_first() {
     // At sixteen rays their pitch exceeds the smaller cube.
     assert_eq!(warning_codes(&result), ["unit-assumed", "thinner-than-pitch"]);
     // What a file states stands.
-    folder.run(&["volume", "m.gltf", "--unit", "mm", "--resolution", "16"]).code(0).warns(&["m.gltf", "states m"]);
+    folder.run(&["volume", "m.gltf", "--unit", "mm", "--resolution", "16"]).code(0).warns(&[
+        "m.gltf",
+        "states m",
+        "the model is 1 × 1 × 1 m, and would be 1 × 1 × 1 mm",
+        "ldi-ops convert m.gltf -o FILE.stl",
+    ]);
+    let run = folder.run(&["convert", "m.gltf", "-o", "m.obj", "--unit", "mm"]).code(0);
+    run.warns(&["m.gltf", "states m", "would be 1 × 1 × 1 mm"]);
     let both = |unit| folder.json(&["intersect", "m.gltf", "m.gltf", "--unit", unit, "--resolution", "16"]);
     assert_eq!(warning_codes(&both("mm")), ["unit-ignored", "unit-ignored"]);
     assert!(warning_codes(&both("m")).is_empty());

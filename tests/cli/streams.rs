@@ -31,8 +31,8 @@ fn stdout_carries_the_result_alone() {
 #[test]
 fn the_text_tells_what_was_done() {
     let folder = with_cube();
-    let text = folder.run(&["volume", "a.stl", "--resolution", "16", "--unit", "mm"]).code(0).stdout();
-    let labels: Vec<&str> = text.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    let text = folder.run(&["volume", "a.stl", "--resolution", "16", "--unit", "mm", "-v"]).code(0).stdout();
+    let labels = labels(&text);
     for label in ["volume", "area", "centroid", "inertia", "input", "grid", "image", "backend", "layers", "time"] {
         assert!(labels.contains(&label), "no {label} in\n{text}");
     }
@@ -41,6 +41,56 @@ fn the_text_tells_what_was_done() {
     {
         assert!(text.contains(words), "no `{words}` in\n{text}");
     }
+}
+
+/// The first word of each line.
+fn labels(text: &str) -> Vec<&str> {
+    text.lines().filter_map(|line| line.split_whitespace().next()).collect()
+}
+
+#[test]
+fn by_default_there_are_the_value_the_inputs_and_the_file() {
+    let folder = Folder::with_two_cubes();
+    let run = |arguments: &[&str]| {
+        let run = folder.run(&[arguments, &["--resolution", "30", "--unit", "mm"]].concat()).code(0);
+        assert_eq!(run.stderr(), "");
+        run.stdout()
+    };
+    let text = run(&["intersect", "a.stl", "b.stl", "-o", "c.stl"]);
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines[0].starts_with("intersect   1.") && lines[0].ends_with(" mm³"), "{text}");
+    assert_eq!(lines[1], "input       a.stl: 12 triangles, mesh volume 8 mm³");
+    assert_eq!(lines[2], "            b.stl: 12 triangles, mesh volume 8 mm³");
+    assert_eq!(lines[3..], ["written     c.stl"]);
+    let text = run(&["volume", "a.stl"]);
+    assert_eq!(labels(&text), ["volume", "area", "centroid", "inertia", "(0,", "(0,", "input"], "{text}");
+    assert_eq!(labels(&run(&["offset", "a.stl", "--distance", "0.1"])), ["offset", "input"]);
+    for arguments in [&["intersect", "a.stl", "b.stl", "-q"][..], &["volume", "a.stl", "-q"]] {
+        assert_eq!(labels(&run(arguments)), [arguments[0]]);
+    }
+    // Of several values each says whose it is.
+    let text = run(&["volume", "a.stl", "b.stl", "-q"]);
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines.len() == 2 && lines[0].ends_with(" mm³  a.stl") && lines[1].ends_with(" mm³  b.stl"), "{text}");
+    folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
+    let open = ["volume", "open.stl", "--allow-open", "--resolution", "16"];
+    assert!(folder.run(&open).code(0).stdout().contains("open.stl: 11 triangles, not closed, not oriented, mesh"));
+}
+
+#[test]
+fn meshes_and_pictures_are_told_of_in_a_few_lines() {
+    let folder = with_cube();
+    folder.run(&["sample", "a.stl", "--resolution", "16", "--unit", "mm", "-o", "a.npz"]).code(0);
+    let run = |arguments: &[&str]| folder.run(arguments).code(0).stdout();
+    assert_eq!(labels(&run(&["surface", "a.npz", "-o", "b.stl"])), ["mesh", "written"]);
+    assert_eq!(run(&["surface", "a.npz", "-o", "b.stl", "-q"]), "written     b.stl\n");
+    assert_eq!(labels(&run(&["surface", "a.npz", "-o", "b.stl", "-v"]))[0], "images");
+    let render = ["render", "a.stl", "--unit", "mm", "--size", "64x48", "-o", "a.png"];
+    assert_eq!(labels(&run(&render)), ["render", "input"]);
+    assert_eq!(labels(&run(&[&render[..], &["-q"]].concat())), ["render"]);
+    assert!(labels(&run(&[&render[..], &["-v"]].concat())).contains(&"backend"));
+    assert_eq!(labels(&run(&["generate", "sphere", "-o", "c.stl"])), ["sphere", "box", "volume", "area"]);
+    assert_eq!(labels(&run(&["generate", "sphere", "-o", "c.stl", "-q"])), ["sphere"]);
 }
 
 #[test]

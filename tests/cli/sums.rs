@@ -83,7 +83,7 @@ fn the_json_has_the_schema_and_what_the_sum_took() {
     assert_eq!(step["components"], serde_json::json!({ "tested": 0, "cavities": 0, "filled": 0 }));
     let memory = &result["memory"];
     assert!(memory["estimate_bytes"].as_u64().unwrap() > 1 << 20 && memory["limit_bytes"].is_u64(), "{memory}");
-    let text = folder.run(&["minkowski", "a.stl", "b.stl", "--resolution", "30"]).code(0).stdout();
+    let text = folder.run(&["minkowski", "a.stl", "b.stl", "--resolution", "30", "-v"]).code(0).stdout();
     for words in ["minkowski   27", "step        sum: ", "components", "were expected"] {
         assert!(text.contains(words), "no `{words}` in:\n{text}");
     }

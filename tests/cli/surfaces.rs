@@ -57,7 +57,7 @@ fn a_cube_keeps_its_corners_and_loses_its_triangles() {
     assert_near(surface["simplified"]["bound"].as_f64().unwrap(), 0.01, 1e-12);
     assert!(surface["simplified"]["distance"].as_f64().unwrap() <= 0.01);
     assert_near(checked(&folder, "small.ply")["volume"].as_f64().unwrap(), 8.0, 1e-6);
-    let run = folder.run(&arguments).code(0);
+    let run = folder.run(&[&arguments[..], &["-v"]].concat()).code(0);
     assert!(run.stdout().contains("12 triangles, 8 vertices, 1 components, genus 0, simplified from 4800 within"));
 }
 
@@ -166,7 +166,7 @@ fn crumbs_are_counted_and_dropped_where_that_is_asked_for() {
     );
     assert_near(dropped["surface"]["dropped_parts"]["volume"].as_f64().unwrap(), 0.008, 1e-4);
     assert_near(checked(&folder, "large.ply")["volume"].as_f64().unwrap(), 8.0, 1e-3);
-    let run = folder.run(&dropping).code(0);
+    let run = folder.run(&[&dropping[..], &["-v"]].concat()).code(0);
     assert!(run.stdout().contains("1 small parts dropped"), "{}", run.stdout());
     folder.run(&["sample", "a.stl", "--drop-parts", "1%", "-o", "a.npz"]).code(2).says(&["--drop-parts", "meshes"]);
     folder.run(&["intersect", "a.stl", "a.stl", "--drop-parts", "1%"]).code(2).says(&["--drop-parts", "-o FILE"]);

@@ -4,6 +4,7 @@ mod render;
 mod report;
 mod sum;
 
+use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -20,6 +21,7 @@ pub use self::sum::{
     BallArguments, MemorySize, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments,
 };
 use crate::bound::Bound;
+use crate::length::Length;
 use crate::transform::{Placement, PlacementError};
 use crate::unit;
 
@@ -64,18 +66,25 @@ Meshes are read from .stl, .obj, .ply, .off, .gltf, .glb and .3mf, and from .npz
 surface is the mesh. The result goes to stdout, as
 text or with `--json -` as JSON; everything else goes to stderr.
 
+Other words for commands: intersection, common, and (intersect); join, merge, or (union); subtract, minus
+(difference); info (check). Lengths take units: --pitch 0.05mm, --distance 50um, translate(1mm,0,0).
+
 Exit codes: 0 done; 1 a check that was asked for is false; 2 usage or input; 3 machine (memory,
 device).";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Common volume of solids; -o writes the common solid, as a mesh, an image or voxels
+    #[command(aliases = ["intersection", "common", "and"])]
     Intersect(IntersectArguments),
     /// Volume of what lies in any of several solids
+    #[command(aliases = ["join", "merge", "or"])]
     Union(ListArguments),
     /// Volume of what lies in the first solid and in none of the others
+    #[command(aliases = ["subtract", "minus"])]
     Difference(ListArguments),
     /// Volume of what lies in an odd number of the solids: for two, in exactly one
+    #[command(alias = "symmetric-difference")]
     Xor(ListArguments),
     /// Volume of what an expression makes of solids: 'a & (b | c) - d'
     Csg(CsgArguments),
@@ -94,7 +103,11 @@ pub enum Command {
     /// From images in a .npz file back to a mesh
     Surface(SurfaceArguments),
     /// Is it a solid? All defects; exit code 1 if not
+    #[command(aliases = ["info", "validate"])]
     Check(CheckArguments),
+    /// There is none: the error says what to use instead
+    #[command(hide = true, aliases = ["fix", "heal"])]
+    Repair(RepairArguments),
     /// Convert between mesh formats
     Convert(ConvertArguments),
     /// Make a model solid
@@ -223,8 +236,9 @@ Examples:
   ldi-ops volume part.stl --tolerance 0.1%
   ldi-ops volume *.stl --json volumes.json
 
-JSON: for one file the object of the schema, for several {\"schema\", \"command\", \"results\": [object,
-…]}. `volume` adds to the common keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3
+JSON: {\"schema\", \"command\", \"inputs\", \"results\": [object, …], \"warnings\"}, with the object of the schema
+for each file, and for one file its keys at the top as well. A file that cannot be measured does not keep
+the others from it; in its place stands {\"path\", \"error\"}, and the exit code is 2 or 3. `volume` adds to the common keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3
 tensor about the centroid, unit density). The area is that of the mesh's triangles, times
 the share of the hits of rays along all three axes that bound the solid: triangles inside it do not
 count, and where there are none the area is the mesh's own.";
@@ -325,6 +339,13 @@ pub struct CheckArguments {
     pub common: CommonArguments,
 }
 
+/// Whatever follows a command that does not exist.
+#[derive(Debug, Args)]
+pub struct RepairArguments {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    pub rest: Vec<OsString>,
+}
+
 const CHECK_EXAMPLES: &str = "\
 Examples:
   ldi-ops check part.stl
@@ -332,7 +353,9 @@ Examples:
 
 Exit code 1 if any of the meshes has a defect that is an error. To be sampled a mesh need only be
 closed: every edge has an even number of uses, identical coordinates being one vertex.
-JSON: {\"schema\", \"command\", \"results\": [{\"path\", \"solid\", …}]}, in the order of the files.";
+JSON: {\"schema\", \"command\", \"inputs\", \"results\": [{\"path\", \"solid\", …}], \"warnings\"}, in the order of
+the files. A file that cannot be read does not keep the others from being checked: {\"path\", \"error\"}
+stands in its place, and the exit code is 2.";
 
 #[derive(Debug, Args)]
 #[command(after_help = CONVERT_EXAMPLES)]
@@ -413,9 +436,9 @@ pub struct SamplingArguments {
     /// Rays along the longest side of the box of all solids [default: 512]
     #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
     pub resolution: Option<u32>,
-    /// Distance of neighbouring rays, in file units
-    #[arg(long, value_name = "H", conflicts_with = "tolerance", allow_negative_numbers = true)]
-    pub pitch: Option<f64>,
+    /// Distance of neighbouring rays, in file units or with a unit: 0.05mm
+    #[arg(long, value_name = "H", conflicts_with = "tolerance", allow_hyphen_values = true)]
+    pub pitch: Option<Length>,
     /// Refine until the error estimate of the volume is below this share of it: 0.1% or 0.001
     #[arg(long, value_name = "P%")]
     pub tolerance: Option<Share>,
@@ -455,7 +478,8 @@ pub struct ImageArguments {
 /// What is done to a mesh before it is written.
 #[derive(Debug, Default, Args)]
 pub struct FinishArguments {
-    /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, or in file units, 0.02
+    /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, in file units, 0.02, or with a unit,
+    /// 20um
     #[arg(long, value_name = "BOUND")]
     pub simplify: Option<Bound>,
     /// Drop parts of the mesh below this share of its volume: crumbs of knife edges, and bubbles; 0.1% or 0.001
@@ -472,10 +496,10 @@ pub struct CommonArguments {
     /// Threads to use [default: one for each processor]
     #[arg(long, value_name = "N")]
     pub threads: Option<NonZeroUsize>,
-    /// No progress on stderr; warnings and errors stay
+    /// The value alone, and no progress on stderr; warnings and errors stay
     #[arg(short, long, conflicts_with = "verbose")]
     pub quiet: bool,
-    /// More detail on stderr
+    /// More detail: raster, backend, mesh, time and memory, and on stderr what is decided on the way
     #[arg(short, long)]
     pub verbose: bool,
 }

@@ -8,8 +8,8 @@ use ldi_ops::boolean::BooleanError;
 use ldi_ops::gpu::DeviceError;
 use ldi_ops::sampler::SampleError;
 
-/// The exit code of the program.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The exit code of the program; the greater, the worse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Exit {
     /// What was asked for is done.
     Done = 0,
@@ -36,6 +36,16 @@ impl Exit {
         }
         #[cfg(not(unix))]
         self.now()
+    }
+
+    /// Returns what is at fault, for programs.
+    pub fn kind(self) -> &'static str {
+        match self {
+            Exit::Done => "none",
+            Exit::CheckFalse => "check",
+            Exit::Input => "input",
+            Exit::Machine => "machine",
+        }
     }
 }
 

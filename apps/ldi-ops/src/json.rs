@@ -2,7 +2,8 @@
 //!
 //! Numbers that are not finite become null. Keys of the schema are always there.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{Read, Write};
 use std::path::Path;
 
 use ldi_ops::grid::Grid;
@@ -12,10 +13,10 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::exit::Failure;
-use crate::resolve::Report;
+use crate::resolve::{Report, Verbosity};
 use crate::run::{
-    Checked, Converted, Devices, Generated, GpuDevice, Measured, Method, Outcome, Ran, Rendered, Reported, Solid,
-    StepReport, SurfaceReport, Surfaced, Volume, cpu_name, peak_memory_bytes,
+    Checked, Converted, Devices, Each, Generated, GpuDevice, Measured, Method, Outcome, Ran, Refused, Rendered,
+    Reported, Solid, StepReport, SurfaceReport, Surfaced, Volume, cpu_name, peak_memory_bytes,
 };
 use crate::warning::Warning;
 use crate::{output, report, unit};
@@ -38,17 +39,73 @@ fn of(outcome: &Outcome) -> Value {
 }
 
 /// Puts a result where it was asked for; gives what belongs on stdout.
-pub fn deliver(report: &Report, outcome: &Outcome) -> Result<String, Failure> {
+pub fn deliver(report: &Report, outcome: &Outcome, verbosity: Verbosity) -> Result<String, Failure> {
     let serialised = || format!("{:#}\n", of(outcome));
     match report {
-        Report::Text => Ok(report::of(outcome)),
+        Report::Text => Ok(report::of(outcome, verbosity)),
         Report::Json => Ok(serialised()),
         Report::TextAndJson(path) => {
             let json = serialised();
             output::replace(path, |file| file.write_all(json.as_bytes()))?;
-            Ok(report::of(outcome))
+            Ok(report::of(outcome, verbosity))
         }
     }
+}
+
+/// Puts the object of a command that failed where JSON was asked for; gives what belongs on stdout.
+pub fn deliver_failure(path: &Path, command: Option<&str>, kind: &str, failure: &Failure) -> Result<String, Failure> {
+    let error = error(kind, failure);
+    let object = json!({ "schema": SCHEMA, "command": command, "error": error, "warnings": Vec::<Warning>::new() });
+    let text = format!("{object:#}\n");
+    if path.as_os_str() == "-" {
+        return Ok(text);
+    }
+    // What is refused may be refused because this file is not ours to overwrite.
+    if !path.exists() || is_result(path) {
+        output::replace(path, |file| file.write_all(text.as_bytes()))?;
+    }
+    Ok(String::new())
+}
+
+/// Returns whether a file holds a result of this program.
+fn is_result(path: &Path) -> bool {
+    let mut start = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(200).read_to_end(&mut start));
+    read.is_ok() && String::from_utf8_lossy(&start).contains("\"schema\": \"ldi-ops/")
+}
+
+fn error(kind: &str, failure: &Failure) -> Value {
+    json!({ "kind": kind, "message": failure.message, "exit_code": failure.exit as i32 })
+}
+
+/// The object of a command that takes each input for itself: `results` has an object for each, also for those that gave no
+/// result, and `inputs` and `warnings` are those of all.
+fn of_each<T>(command: &str, results: &[Each<T>], input: fn(&T) -> Value, one: fn(&T) -> Value) -> Value {
+    let inputs: Vec<Value> = results
+        .iter()
+        .map(|result| result.as_ref().map_or_else(|refused| json!({ "path": path(&refused.path) }), input))
+        .collect();
+    let objects: Vec<Value> = results
+        .iter()
+        .map(|result| {
+            result.as_ref().map_or_else(
+                |Refused { path: file, failure }| {
+                    json!({ "path": path(file), "error": error(failure.exit.kind(), failure) })
+                },
+                one,
+            )
+        })
+        .collect();
+    let warnings: Vec<Value> =
+        objects.iter().filter_map(|object| object["warnings"].as_array()).flatten().cloned().collect();
+    let mut whole = json!({ "schema": SCHEMA, "command": command, "inputs": inputs });
+    // What stopped the only input stopped the command.
+    if let [Err(Refused { failure, .. })] = results {
+        whole["error"] = error(failure.exit.kind(), failure);
+    }
+    whole["results"] = json!(objects);
+    whole["warnings"] = json!(warnings);
+    whole
 }
 
 /// What is in metrics.json, or those of several in an envelope.
@@ -60,12 +117,16 @@ fn reported(result: &Reported) -> Value {
     }
 }
 
-/// The object of one result, or several in an envelope.
-fn measured(results: &[Measured]) -> Value {
-    let mut objects: Vec<Value> = results.iter().map(one_measured).collect();
-    match objects.len() {
-        1 => objects.remove(0),
-        _ => json!({ "schema": SCHEMA, "command": results[0].command, "results": objects }),
+/// The object of one result; `volume` has results for each of its inputs, and that of one input alone also at the top.
+fn measured(results: &[Each<Measured>]) -> Value {
+    match results {
+        [Ok(result)] if result.measures.is_none() => one_measured(result),
+        [Ok(result)] => {
+            let mut object = one_measured(result);
+            object["results"] = json!([object.clone()]);
+            object
+        }
+        _ => of_each("volume", results, |result| input(&result.solids[0]), one_measured),
     }
 }
 
@@ -263,8 +324,9 @@ fn grid(grid: &Grid) -> Value {
 }
 
 /// What `check` found.
-fn checked(results: &[Checked]) -> Value {
-    let each = results.iter().map(|result| {
+fn checked(results: &[Each<Checked>]) -> Value {
+    let input = |result: &Checked| json!({ "path": path(&result.path), "sha256": result.sha256 });
+    of_each("check", results, input, |result| {
         let report = &result.report;
         json!({
             "path": path(&result.path),
@@ -286,8 +348,7 @@ fn checked(results: &[Checked]) -> Value {
             "defects": report.defects().iter().map(defect).collect::<Vec<_>>(),
             "warnings": result.warnings,
         })
-    });
-    json!({ "schema": SCHEMA, "command": "check", "results": each.collect::<Vec<_>>() })
+    })
 }
 
 fn defect(defect: &Defect) -> Value {

@@ -10,6 +10,7 @@ mod excerpt;
 mod exit;
 mod interrupt;
 mod json;
+mod length;
 mod number;
 mod output;
 mod progress;
@@ -20,6 +21,7 @@ mod scaffold;
 mod transform;
 mod unit;
 mod warning;
+mod words;
 
 use std::io::{self, Write};
 use std::time::Instant;
@@ -30,6 +32,8 @@ use clap::error::ErrorKind;
 use crate::args::Arguments;
 use crate::exit::{Exit, Failure};
 use crate::resolve::resolve;
+use crate::run::Outcome;
+use crate::words::Words;
 
 #[global_allocator]
 static ALLOCATOR: allocator::LargePages = allocator::LargePages;
@@ -37,6 +41,7 @@ static ALLOCATOR: allocator::LargePages = allocator::LargePages;
 fn main() {
     let start = Instant::now();
     choose_adapters_ourselves();
+    let words = Words::new(std::env::args_os().skip(1));
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
@@ -45,8 +50,8 @@ fn main() {
             Exit::Input.now()
         }
         Err(error) if error.use_stderr() => {
-            complain(error.render().to_string().trim_start_matches("error: ").trim_end());
-            Exit::Input.now()
+            let message = error.render().to_string();
+            fail(&words, USAGE, &Failure::input(message.trim_start_matches("error: ").trim_end()))
         }
         Err(help) => {
             // A reader that has seen enough of a help text is no failure.
@@ -55,18 +60,46 @@ fn main() {
         }
     };
     interrupt::handle();
-    let result = resolve(arguments.command).and_then(|invocation| run::run(invocation, start)).and_then(|finished| {
-        say(&json::deliver(&finished.report, &finished.outcome)?)?;
-        Ok(finished.exit)
-    });
-    let exit = match result {
-        Ok(exit) => exit,
-        Err(failure) => {
-            complain(&failure.message);
-            failure.exit
-        }
+    let invocation = match resolve(arguments.command) {
+        Ok(invocation) => invocation,
+        Err(failure) => fail(&words, USAGE, &failure),
     };
-    exit.now()
+    let verbosity = invocation.verbosity;
+    let result = run::run(invocation, start).and_then(|finished| {
+        say(&json::deliver(&finished.report, &finished.outcome, verbosity)?)?;
+        Ok(finished)
+    });
+    match result {
+        Ok(finished) => {
+            complain_of_each(&finished.outcome);
+            finished.exit.now()
+        }
+        Err(failure) => fail(&words, failure.exit.kind(), &failure),
+    }
+}
+
+/// What is at fault where a command line is refused before its inputs are read.
+const USAGE: &str = "usage";
+
+/// Ends the program with an error: a sentence on stderr, and an object where JSON was asked for.
+fn fail(words: &Words, kind: &str, failure: &Failure) -> ! {
+    complain(&failure.message);
+    if let Some(path) = words.json() {
+        // Where the object has nowhere to go, the sentence is all there is.
+        let _ = json::deliver_failure(&path, words.command().as_deref(), kind, failure).and_then(|text| say(&text));
+    }
+    failure.exit.now()
+}
+
+/// Lists the inputs that gave no result.
+fn complain_of_each(outcome: &Outcome) {
+    let failures = outcome.failures();
+    if failures.len() > 1 {
+        complain(&format!("{} inputs gave no result:", failures.len()));
+    }
+    for failure in failures {
+        complain(&failure.message);
+    }
 }
 
 /// Keeps Mesa's device-select layer out, which reorders adapters for desktops, and on machines without one complains on

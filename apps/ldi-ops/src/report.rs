@@ -9,23 +9,24 @@ use ldi_ops::mesh::check::Severity;
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 
 use crate::number::{number, plain};
+use crate::resolve::Verbosity;
 use crate::run::{
-    Checked, Converted, Devices, Generated, Measured, Method, Outcome, Ran, Rendered, Reported, SimplifiedReport,
+    Checked, Converted, Devices, Each, Generated, Measured, Method, Outcome, Ran, Rendered, Reported, SimplifiedReport,
     StepReport, SurfaceReport, Surfaced, Volume, peak_memory_bytes,
 };
 use crate::scaffold::sheet::{LimitOutcome, Metric, Sheet};
 use crate::unit;
 
-/// The text of a result.
-pub fn of(outcome: &Outcome) -> String {
+/// The text of a result: its value alone where quiet, and how it came about where verbose.
+pub fn of(outcome: &Outcome, verbosity: Verbosity) -> String {
     match outcome {
-        Outcome::Measured(results) => measured(results),
-        Outcome::Surfaced(result) => surfaced(result),
-        Outcome::Checked(results) => checked(results),
+        Outcome::Measured(results) => measured(results, verbosity),
+        Outcome::Surfaced(result) => surfaced(result, verbosity),
+        Outcome::Checked(results) => checked(results, verbosity),
         Outcome::Converted(result) => converted(result),
-        Outcome::Generated(result) => generated(result),
+        Outcome::Generated(result) => generated(result, verbosity),
         Outcome::Devices(result) => devices(result),
-        Outcome::Rendered(result) => rendered(result),
+        Outcome::Rendered(result) => rendered(result, verbosity),
         Outcome::Reported(result) => reported(result),
     }
 }
@@ -132,8 +133,17 @@ fn rounded(value: f64) -> String {
 }
 
 /// The results of `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`.
-fn measured(results: &[Measured]) -> String {
-    let tables: Vec<String> = results.iter().map(one_measured).collect();
+fn measured(results: &[Each<Measured>], verbosity: Verbosity) -> String {
+    if verbosity == Verbosity::Quiet {
+        let mut table = Table::default();
+        for result in results.iter().flatten() {
+            // Values alone do not say whose they are.
+            let name = if results.len() > 1 { format!("  {}", result.solids[0].name()) } else { String::new() };
+            table.line(result.command, format_args!("{}{name}", volume(&result.volume, &unit::suffix(result.unit, 3))));
+        }
+        return table.text;
+    }
+    let tables: Vec<String> = results.iter().flatten().map(|result| one_measured(result, verbosity)).collect();
     tables.join("\n")
 }
 
@@ -152,13 +162,30 @@ fn volume(volume: &Volume, unit: &str) -> String {
     }
 }
 
-fn one_measured(result: &Measured) -> String {
+fn one_measured(result: &Measured, verbosity: Verbosity) -> String {
+    let is_verbose = verbosity == Verbosity::Verbose;
     let mut table = Table::default();
-    let (length, cubed) = (unit::suffix(result.unit, 1), unit::suffix(result.unit, 3));
-    table.line(result.command, volume(&result.volume, &cubed));
-    if let Some(expression) = &result.expression {
+    table.line(result.command, volume(&result.volume, &unit::suffix(result.unit, 3)));
+    if let Some(expression) = result.expression.as_ref().filter(|_| is_verbose) {
         table.line("expression", expression);
     }
+    measures(&mut table, result);
+    inputs(&mut table, result, verbosity);
+    if is_verbose {
+        making(&mut table, result);
+    }
+    if let Some(path) = &result.output {
+        table.line("written", path.display());
+    }
+    if is_verbose {
+        cost(&mut table, result);
+    }
+    table.text
+}
+
+/// What `volume` adds.
+fn measures(table: &mut Table, result: &Measured) {
+    let length = unit::suffix(result.unit, 1);
     if let Some(measures) = &result.measures {
         table.line("area", format_args!("{}{}", number(measures.area), unit::suffix(result.unit, 2)));
         if measures.centroid.is_finite() {
@@ -169,20 +196,34 @@ fn one_measured(result: &Measured) -> String {
             }
         }
     }
+}
+
+/// The inputs, a line each; that a mesh is as it should be is said where verbose alone.
+fn inputs(table: &mut Table, result: &Measured, verbosity: Verbosity) {
+    let cubed = unit::suffix(result.unit, 3);
     for (i, solid) in result.solids.iter().enumerate() {
-        let closed = if solid.is_closed() { "closed" } else { "not closed" };
-        let oriented = if solid.is_oriented() { "oriented" } else { "not oriented" };
+        let state = |is: bool, name: &str| match (is, verbosity) {
+            (false, _) => format!(", not {name}"),
+            (true, Verbosity::Verbose) => format!(", {name}"),
+            (true, _) => String::new(),
+        };
+        let (closed, oriented) = (state(solid.is_closed(), "closed"), state(solid.is_oriented(), "oriented"));
         let triangles = solid.mesh().triangles.len();
         let volume = number(solid.volume);
         let operand = solid.operand.as_ref().map(|name| format!("{name} = ")).unwrap_or_default();
         table.line(
             if i == 0 { "input" } else { "" },
             format_args!(
-                "{operand}{}: {triangles} triangles, {closed}, {oriented}, mesh volume {volume}{cubed}",
+                "{operand}{}: {triangles} triangles{closed}{oriented}, mesh volume {volume}{cubed}",
                 solid.name()
             ),
         );
     }
+}
+
+/// How a result came about.
+fn making(table: &mut Table, result: &Measured) {
+    let length = unit::suffix(result.unit, 1);
     let grid = &result.grid;
     let [x, y, z] = grid.rays();
     table.line(
@@ -194,10 +235,10 @@ fn one_measured(result: &Measured) -> String {
         ),
     );
     if let Some(ran) = &result.ran {
-        images(&mut table, result, ran);
+        images(table, result, ran);
     }
     for step in result.sum.iter().flat_map(|sum| &sum.steps) {
-        sum_step(&mut table, step, result.unit);
+        sum_step(table, step, result.unit);
     }
     if result.unclosed > 0 {
         table.line("unclosed", format_args!("{} rays, which count as empty", result.unclosed));
@@ -216,9 +257,10 @@ fn one_measured(result: &Measured) -> String {
         table.line("mesh", mesh);
         table.more(quality);
     }
-    if let Some(path) = &result.output {
-        table.line("written", path.display());
-    }
+}
+
+/// The time and memory that a result took.
+fn cost(table: &mut Table, result: &Measured) {
     let seconds = &result.seconds;
     table.line(
         "time",
@@ -232,7 +274,6 @@ fn one_measured(result: &Measured) -> String {
             result.sum.as_ref().map(|sum| format!("; {:.0} MB were expected", sum.memory_estimate() as f64 / 1e6));
         table.line("memory", format_args!("{:.0} MB at most{}", bytes as f64 / 1e6, expected.unwrap_or_default()));
     }
-    table.text
 }
 
 /// The images that were made.
@@ -310,32 +351,42 @@ fn surface(report: &SurfaceReport, unit: Option<LengthUnit>) -> [String; 2] {
 }
 
 /// What `surface` wrote.
-fn surfaced(result: &Surfaced) -> String {
+fn surfaced(result: &Surfaced, verbosity: Verbosity) -> String {
+    let is_verbose = verbosity == Verbosity::Verbose;
     let mut table = Table::default();
-    let length = unit::suffix(result.unit, 1);
-    let [x, y, z] = result.grid.rays();
-    let pitch = number(result.grid.pitch());
-    table.line("images", format_args!("{x} × {y} × {z} rays, pitch {pitch}{length}; {} samples", result.samples));
-    if let Some(report) = &result.surface {
+    if is_verbose {
+        let length = unit::suffix(result.unit, 1);
+        let [x, y, z] = result.grid.rays();
+        let pitch = number(result.grid.pitch());
+        table.line("images", format_args!("{x} × {y} × {z} rays, pitch {pitch}{length}; {} samples", result.samples));
+    }
+    if let Some(report) = result.surface.as_ref().filter(|_| verbosity != Verbosity::Quiet) {
         let [mesh, quality] = surface(report, result.unit);
         table.line("mesh", mesh);
-        table.more(quality);
+        if is_verbose {
+            table.more(quality);
+        }
     }
     if let Some(path) = &result.output {
         table.line("written", path.display());
     }
-    let [read, total] = result.seconds;
-    table.line("time", format_args!("{total:.3} s: read {read:.3}"));
+    if is_verbose {
+        let [read, total] = result.seconds;
+        table.line("time", format_args!("{total:.3} s: read {read:.3}"));
+    }
     table.text
 }
 
 /// What `check` found.
-fn checked(results: &[Checked]) -> String {
+fn checked(results: &[Each<Checked>], verbosity: Verbosity) -> String {
     let mut table = Table::default();
-    for result in results {
+    for result in results.iter().flatten() {
         let report = &result.report;
         let verdict = if report.is_solid() { "a solid" } else { "NOT a solid" };
         let _ = writeln!(table.text, "{}: {verdict}", result.path.display());
+        if verbosity == Verbosity::Quiet {
+            continue;
+        }
         table.line(
             "  size",
             format_args!(
@@ -376,10 +427,13 @@ fn converted(result: &Converted) -> String {
 }
 
 /// What `generate` wrote.
-fn generated(result: &Generated) -> String {
+fn generated(result: &Generated, verbosity: Verbosity) -> String {
     let mut table = Table::default();
     let unit = Some(LengthUnit::Millimetre);
     table.line(&result.kind, format_args!("{}: {} triangles, in mm", result.to.display(), result.triangles));
+    if verbosity == Verbosity::Quiet {
+        return table.text;
+    }
     if let Some(bounds) = result.bounds {
         table.line("box", format_args!("{} to {} mm", vector(bounds.min), vector(bounds.max)));
     }
@@ -389,7 +443,7 @@ fn generated(result: &Generated) -> String {
 }
 
 /// What `render` drew.
-fn rendered(result: &Rendered) -> String {
+fn rendered(result: &Rendered, verbosity: Verbosity) -> String {
     let mut table = Table::default();
     let length = unit::suffix(result.unit, 1);
     let plane = result.plane.map(|(axis, at)| format!(", at {} = {}{length}", axis.name(), number(at)));
@@ -405,9 +459,15 @@ fn rendered(result: &Rendered) -> String {
             plane.unwrap_or_default(),
         ),
     );
+    if verbosity == Verbosity::Quiet {
+        return table.text;
+    }
     for (i, solid) in result.solids.iter().enumerate() {
         let triangles = solid.mesh().triangles.len();
         table.line(if i == 0 { "input" } else { "" }, format_args!("{}: {triangles} triangles", solid.name()));
+    }
+    if verbosity == Verbosity::Normal {
+        return table.text;
     }
     let [columns, rows, _] = result.grid.rays();
     table.line("image", format_args!("{columns} × {rows} rays, {} samples", result.samples));

@@ -24,8 +24,10 @@ use crate::args::{
 use crate::bound::Bound;
 use crate::excerpt;
 use crate::exit::Failure;
+use crate::length::Length;
 use crate::output;
 use crate::transform::Placement;
+use crate::unit;
 
 /// What the program is to do, and how it is to talk meanwhile.
 #[derive(Debug)]
@@ -38,11 +40,11 @@ pub struct Invocation {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verbosity {
-    /// Warnings and errors alone.
+    /// The value alone on stdout, and on stderr warnings and errors.
     Quiet,
-    /// Also a progress bar on a terminal.
+    /// Also inputs and files that were written, and a progress bar on a terminal.
     Normal,
-    /// Also what was decided and how long it took.
+    /// Also the raster, the backend, time and memory, and on stderr what was decided.
     Verbose,
 }
 
@@ -137,15 +139,26 @@ impl Measurement {
     }
 }
 
-/// How fine the raster is.
+/// How fine the raster is: lengths as they are typed, or in the unit of the inputs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Spacing {
+pub enum Spacing<L = f64> {
     /// Rays along the longest side of the common box.
     Resolution(u32),
     /// Distance of the rays.
-    Pitch(f64),
+    Pitch(L),
     /// Whatever brings the error estimate below this share of the volume.
     Tolerance(f64),
+}
+
+impl Spacing<Length> {
+    /// Returns the spacing with its length in a unit.
+    pub fn in_unit(self, unit: Option<LengthUnit>) -> Result<Spacing, Failure> {
+        Ok(match self {
+            Spacing::Resolution(rays) => Spacing::Resolution(rays),
+            Spacing::Pitch(pitch) => Spacing::Pitch(pitch.in_unit(unit, "--pitch")?),
+            Spacing::Tolerance(share) => Spacing::Tolerance(share),
+        })
+    }
 }
 
 /// What becomes of a mesh that is not closed.
@@ -181,7 +194,7 @@ pub struct MeasureJob {
     pub inputs: Vec<Input>,
     pub unit: Option<LengthUnit>,
     pub openness: Openness,
-    pub spacing: Spacing,
+    pub spacing: Spacing<Length>,
     pub lod: u32,
     pub axes: Vec<Axis>,
     pub mode: Mode,
@@ -266,6 +279,13 @@ pub struct DevicesJob {
     pub report: Report,
 }
 
+/// What to use where a mesh is not a solid.
+const NO_REPAIR: &str = "there is no command that repairs a mesh; what helps instead depends on its defects:
+  ldi-ops check A                                          names all defects
+  --allow-open                                             samples a mesh that is not closed
+  --fill nonzero                                           unites shells that overlap
+  ldi-ops sample A --fill nonzero --mode exact -o B.stl    writes a new, closed surface of the solid";
+
 /// Resolves a command line.
 pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
     use args::Command;
@@ -299,6 +319,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             let report = report(&a.common)?;
             Ok(invocation(Job::Check(CheckJob { meshes: a.meshes, unit: a.unit, report }), &a.common))
         }
+        Command::Repair(_) => Err(Failure::input(NO_REPAIR)),
         Command::Convert(a) => {
             let report = report(&a.common)?;
             mesh_target(&a.output)?;
@@ -308,9 +329,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
         Command::Generate(a) => {
             let report = report(&a.common)?;
             mesh_target(&a.output)?;
-            let parameters: Vec<(&str, &str)> =
-                a.parameters.iter().map(|(name, text)| (*name, text.as_str())).collect();
-            let model = Model::from_parameters(&a.kind, &parameters).map_err(Failure::input)?;
+            let model = model(&a)?;
             Ok(invocation(Job::Generate(GenerateJob { kind: a.kind, model, to: a.output, report }), &a.common))
         }
         Command::Render(a) => render::resolve(a),
@@ -324,6 +343,25 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             Ok(invocation(Job::Devices(DevicesJob { report }), &a.common))
         }
     }
+}
+
+/// A model, whose lengths are in millimetres or have units.
+fn model(arguments: &args::GenerateArguments) -> Result<Model, Failure> {
+    let kind = Model::kinds().iter().find(|kind| kind.name == arguments.kind);
+    let in_millimetres = |name: &str, text: &str| -> String {
+        let is_length = kind.is_some_and(|kind| kind.parameters.iter().any(|p| p.name == name && p.is_length));
+        let one = |part: &str| match part.parse::<Length>() {
+            Ok(Length { value, unit: Some(unit) }) if is_length => {
+                unit::convert(value, unit, LengthUnit::Millimetre).to_string()
+            }
+            _ => part.to_owned(),
+        };
+        text.split(',').map(one).collect::<Vec<_>>().join(",")
+    };
+    let texts: Vec<(&str, String)> =
+        arguments.parameters.iter().map(|(name, text)| (*name, in_millimetres(name, text))).collect();
+    let parameters: Vec<(&str, &str)> = texts.iter().map(|(name, text)| (*name, text.as_str())).collect();
+    Model::from_parameters(&arguments.kind, &parameters).map_err(Failure::input)
 }
 
 fn invocation(job: Job, common: &CommonArguments) -> Invocation {
@@ -485,12 +523,16 @@ fn fill(choice: FillChoice) -> Fill {
 /// Rays along the longest side where neither resolution nor pitch nor tolerance is given.
 const DEFAULT_RESOLUTION: u32 = 512;
 
-fn spacing(resolution: Option<u32>, pitch: Option<f64>, tolerance: Option<args::Share>) -> Result<Spacing, Failure> {
+fn spacing(
+    resolution: Option<u32>,
+    pitch: Option<Length>,
+    tolerance: Option<args::Share>,
+) -> Result<Spacing<Length>, Failure> {
     match (resolution, pitch, tolerance) {
         (Some(rays), _, _) if !(1..=RAYS_MAX).contains(&rays) => {
             Err(Failure::input(format!("--resolution {rays} is outside 1 to {RAYS_MAX} rays")))
         }
-        (_, Some(pitch), _) if !(pitch.is_finite() && pitch > 0.0) => {
+        (_, Some(pitch), _) if !(pitch.value.is_finite() && pitch.value > 0.0) => {
             Err(Failure::input(format!("--pitch {pitch} is not a positive length")))
         }
         (Some(rays), _, _) => Ok(Spacing::Resolution(rays)),

@@ -1,17 +1,59 @@
-//! Placements as they are typed: `translate(1,0,0) rotate(0,0,1,30) scale(2)`, applied left to right.
+//! Placements as they are typed: `translate(1,0,0) rotate(0,0,1,30) scale(2)`, applied left to right. Translations may have
+//! units: `translate(1mm,0,0)`.
 
 use std::fmt;
 use std::str::FromStr;
 
 use glam::{DAffine3, DMat3, DVec3};
+use ldi_ops::mesh::LengthUnit;
 
-use crate::excerpt;
+use crate::length::Length;
+use crate::{excerpt, length, unit};
 
-/// A placement that was typed.
+/// A placement that was typed: a map of file coordinates, and beside it the part of the translation that was typed with
+/// units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// The map from file coordinates to placed ones.
-    pub map: DAffine3,
+    map: DAffine3,
+    /// In nanometres.
+    shift: DVec3,
+    /// A unit that was typed.
+    unit: Option<LengthUnit>,
+}
+
+impl Placement {
+    const NONE: Placement = Placement { map: DAffine3::IDENTITY, shift: DVec3::ZERO, unit: None };
+
+    /// Returns the map from file coordinates to placed ones, for a file in a unit.
+    pub fn map(&self, unit: Option<LengthUnit>) -> Result<DAffine3, String> {
+        let mut map = self.map;
+        match (unit, self.unit) {
+            (_, None) => {}
+            (Some(unit), Some(_)) => map.translation += self.shift / unit::nanometres(unit),
+            (None, Some(typed)) => return Err(length::no_unit("the placement", typed)),
+        }
+        Ok(map)
+    }
+
+    /// Returns the placement followed by a step.
+    fn then(self, step: Placement) -> Placement {
+        Placement {
+            map: step.map * self.map,
+            shift: step.map.matrix3 * self.shift + step.shift,
+            unit: self.unit.or(step.unit),
+        }
+    }
+
+    fn is_finite(&self) -> bool {
+        let determinant = self.map.matrix3.determinant();
+        self.map.is_finite() && self.shift.is_finite() && determinant != 0.0 && determinant.is_finite()
+    }
+}
+
+impl From<DAffine3> for Placement {
+    fn from(map: DAffine3) -> Placement {
+        Placement { map, ..Placement::NONE }
+    }
 }
 
 /// What is wrong with a placement, and at which character.
@@ -38,7 +80,7 @@ impl FromStr for Placement {
     fn from_str(text: &str) -> Result<Placement, PlacementError> {
         let characters: Vec<char> = text.chars().collect();
         let mut reader = Reader { characters: &characters, at: 0 };
-        let mut map = DAffine3::IDENTITY;
+        let mut placement = Placement::NONE;
         let result = (|| {
             reader.skip_space();
             if reader.peek().is_none() {
@@ -46,14 +88,14 @@ impl FromStr for Placement {
             }
             while reader.peek().is_some() {
                 // What stands to the left is done first.
-                map = reader.step()? * map;
+                placement = placement.then(reader.step()?);
                 reader.skip_space();
                 if reader.peek() == Some(',') || reader.peek() == Some(';') {
                     return Err((reader.at, "steps are separated by spaces alone".to_owned()));
                 }
             }
-            match map.is_finite() && map.matrix3.determinant() != 0.0 && map.matrix3.determinant().is_finite() {
-                true => Ok(Placement { map }),
+            match placement.is_finite() {
+                true => Ok(placement),
                 false => Err((0, "the steps together are beyond the numbers that can be computed with".to_owned())),
             }
         })();
@@ -94,8 +136,8 @@ impl Reader<'_> {
         self.peek().map_or("the end".to_owned(), |c| format!("`{c}`"))
     }
 
-    /// One `name(number, …)`.
-    fn step(&mut self) -> Result<DAffine3, Fault> {
+    /// One `name(number, …)`. The numbers of a translation may have units.
+    fn step(&mut self) -> Result<Placement, Fault> {
         let start = self.at;
         let name = self.take_while(|c| c.is_alphanumeric() || c == '_');
         if !["translate", "rotate", "scale"].contains(&name.as_str()) {
@@ -107,10 +149,15 @@ impl Reader<'_> {
             return Err((self.at, format!("expected `(` after {name}, found {}", self.found())));
         }
         self.at += 1;
-        let mut numbers = Vec::new();
+        let mut lengths = Vec::new();
         loop {
             self.skip_space();
-            numbers.push(self.number()?);
+            let at = self.at;
+            let length = self.length()?;
+            if length.unit.is_some() && name != "translate" {
+                return Err((at, format!("`{length}` has a unit, and {name} takes numbers")));
+            }
+            lengths.push(length);
             self.skip_space();
             match self.peek() {
                 Some(',') => self.at += 1,
@@ -119,32 +166,49 @@ impl Reader<'_> {
             }
         }
         self.at += 1;
-        match (name.as_str(), numbers.as_slice()) {
-            ("translate", &[x, y, z]) => Ok(DAffine3::from_translation(DVec3::new(x, y, z))),
-            ("scale", &[s]) => scaling(DVec3::splat(s)).map_err(|problem| (start, problem)),
-            ("scale", &[x, y, z]) => scaling(DVec3::new(x, y, z)).map_err(|problem| (start, problem)),
-            ("rotate", &[x, y, z, degrees]) => {
-                rotation(DVec3::new(x, y, z), degrees).map_err(|problem| (start, problem))
-            }
+        let numbers: Vec<f64> = lengths.iter().map(|length| length.value).collect();
+        let map = match (name.as_str(), numbers.as_slice()) {
+            ("translate", [_, _, _]) => return Ok(translation([lengths[0], lengths[1], lengths[2]])),
+            ("scale", &[s]) => scaling(DVec3::splat(s)),
+            ("scale", &[x, y, z]) => scaling(DVec3::new(x, y, z)),
+            ("rotate", &[x, y, z, degrees]) => rotation(DVec3::new(x, y, z), degrees),
             (_, numbers) => {
                 let wanted = match name.as_str() {
-                    "translate" => "three numbers",
+                    "translate" => "three lengths",
                     "rotate" => "four numbers, an axis and degrees",
                     _ => "one number or three",
                 };
-                Err((start, format!("{name} takes {wanted}, and {} are given", numbers.len())))
+                Err(format!("{name} takes {wanted}, and {} are given", numbers.len()))
             }
-        }
+        };
+        map.map(Placement::from).map_err(|problem| (start, problem))
     }
 
-    fn number(&mut self) -> Result<f64, Fault> {
+    fn length(&mut self) -> Result<Length, Fault> {
         let start = self.at;
-        let text = self.take_while(|c| c.is_ascii_alphanumeric() || "+-._".contains(c));
-        match text.parse::<f64>() {
-            Ok(number) if number.is_finite() => Ok(number),
+        let text = self.take_while(|c| c.is_alphanumeric() || "+-._\"'".contains(c));
+        match text.parse::<Length>() {
+            Ok(length) if length.value.is_finite() => Ok(length),
             _ if text.is_empty() => Err((start, format!("expected a number, found {}", self.found()))),
+            Err(problem) if text.starts_with(|c: char| c.is_ascii_digit()) => {
+                Err((start, format!("`{text}`: {problem}")))
+            }
             _ => Err((start, format!("`{text}` is not a finite number"))),
         }
+    }
+}
+
+/// A translation by lengths in file units, and by those that have units of their own.
+fn translation(lengths: [Length; 3]) -> Placement {
+    let of = |length: Length| match length.unit {
+        None => (length.value, 0.0),
+        Some(unit) => (0.0, length.value * unit::nanometres(unit)),
+    };
+    let [x, y, z] = lengths.map(of);
+    Placement {
+        map: DAffine3::from_translation(DVec3::new(x.0, y.0, z.0)),
+        shift: DVec3::new(x.1, y.1, z.1),
+        unit: lengths.iter().find_map(|length| length.unit),
     }
 }
 
@@ -191,7 +255,28 @@ mod tests {
     use super::*;
 
     fn place(text: &str, point: [f64; 3]) -> [f64; 3] {
-        text.parse::<Placement>().unwrap().map.transform_point3(point.into()).to_array()
+        text.parse::<Placement>().unwrap().map(None).unwrap().transform_point3(point.into()).to_array()
+    }
+
+    #[test]
+    fn translations_have_units_or_those_of_the_file() {
+        let placement: Placement = "translate(1mm, 2, 0.5in) scale(2) translate(1,0,-1mm)".parse().unwrap();
+        let at = |unit| placement.map(Some(unit)).unwrap().transform_point3(DVec3::ZERO).to_array();
+        assert_eq!(at(LengthUnit::Millimetre), [3.0, 4.0, 24.4]);
+        assert_eq!(at(LengthUnit::Micrometre), [2001.0, 4.0, 24400.0]);
+        assert!(placement.map(None).unwrap_err().contains("--unit mm"));
+        assert_eq!(
+            "translate(0.1mm,0,0)"
+                .parse::<Placement>()
+                .unwrap()
+                .map(Some(LengthUnit::Millimetre))
+                .unwrap()
+                .translation
+                .x,
+            0.1
+        );
+        let error = "scale(2mm)".parse::<Placement>().unwrap_err();
+        assert_eq!((error.at, error.problem.as_str()), (6, "`2mm` has a unit, and scale takes numbers"));
     }
 
     #[test]
@@ -230,6 +315,8 @@ mod tests {
         };
         assert_eq!(fault("translate(1,0,x)"), (14, "`x` is not a finite number".into()));
         assert_eq!(fault("translate(1,0"), (13, "expected `,` or `)`, found the end".into()));
+        let furlong = "`1furlong`: units are mm, um (or µm), cm, m, in and ft";
+        assert_eq!(fault("translate(0,1furlong,0)"), (12, furlong.into()));
         assert_eq!(fault("scale(1) spin(3)").0, 9);
         assert_eq!(fault("scale(0)").0, 0);
         assert_eq!(fault("scale(1,2)"), (0, "scale takes one number or three, and 2 are given".into()));

@@ -2,16 +2,17 @@
 
 use ldi_ops::mesh::LengthUnit;
 
-/// Reads a unit: `mm`, `um`, `cm`, `m`, `in` or `ft`, and `µm` with either of the two letters that look like µ.
+/// Reads a unit by its symbol or its English name, in capitals or not; µ is either of the two letters that look like it.
 pub fn parse(text: &str) -> Result<LengthUnit, String> {
-    match text {
+    match text.to_lowercase().as_str() {
         // MICRO SIGN and GREEK SMALL LETTER MU.
-        "um" | "\u{b5}m" | "\u{3bc}m" => Ok(LengthUnit::Micrometre),
-        "mm" => Ok(LengthUnit::Millimetre),
-        "cm" => Ok(LengthUnit::Centimetre),
-        "m" => Ok(LengthUnit::Metre),
-        "in" => Ok(LengthUnit::Inch),
-        "ft" => Ok(LengthUnit::Foot),
+        "um" | "\u{b5}m" | "\u{3bc}m" | "micron" | "microns" | "micrometre" | "micrometres" | "micrometer"
+        | "micrometers" => Ok(LengthUnit::Micrometre),
+        "mm" | "millimetre" | "millimetres" | "millimeter" | "millimeters" => Ok(LengthUnit::Millimetre),
+        "cm" | "centimetre" | "centimetres" | "centimeter" | "centimeters" => Ok(LengthUnit::Centimetre),
+        "m" | "metre" | "metres" | "meter" | "meters" => Ok(LengthUnit::Metre),
+        "in" | "inch" | "inches" | "\"" => Ok(LengthUnit::Inch),
+        "ft" | "foot" | "feet" | "'" => Ok(LengthUnit::Foot),
         _ => Err("units are mm, um (or µm), cm, m, in and ft".to_owned()),
     }
 }
@@ -21,7 +22,13 @@ pub fn factor(from: LengthUnit, to: LengthUnit) -> f64 {
     nanometres(from) / nanometres(to)
 }
 
-fn nanometres(unit: LengthUnit) -> f64 {
+/// A length in another unit: rounded twice at most, and back to itself where the units are the same.
+pub fn convert(length: f64, from: LengthUnit, to: LengthUnit) -> f64 {
+    length * nanometres(from) / nanometres(to)
+}
+
+/// How many nanometres a unit is; a whole number.
+pub fn nanometres(unit: LengthUnit) -> f64 {
     match unit {
         LengthUnit::Micrometre => 1e3,
         LengthUnit::Millimetre => 1e6,
@@ -66,6 +73,20 @@ mod tests {
         assert_eq!(parse("\u{b5}m"), Ok(LengthUnit::Micrometre));
         assert_eq!(parse("\u{3bc}m"), Ok(LengthUnit::Micrometre));
         assert!(parse("miles").is_err());
+    }
+
+    #[test]
+    fn units_are_read_by_symbol_and_name_in_capitals_or_not() {
+        for text in ["mm", "MM", "Mm", "Millimeters", "millimetre"] {
+            assert_eq!(parse(text), Ok(LengthUnit::Millimetre), "{text}");
+        }
+        for text in ["in", "IN", "inch", "Inches", "\""] {
+            assert_eq!(parse(text), Ok(LengthUnit::Inch), "{text}");
+        }
+        for text in ["um", "UM", "µM", "micron", "Micrometers"] {
+            assert_eq!(parse(text), Ok(LengthUnit::Micrometre), "{text}");
+        }
+        assert_eq!((parse("M"), parse("feet")), (Ok(LengthUnit::Metre), Ok(LengthUnit::Foot)));
     }
 
     #[test]

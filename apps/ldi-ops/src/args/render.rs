@@ -8,6 +8,7 @@ use ldi_ops::grid::Axis;
 use ldi_ops::picture::View;
 
 use super::{BackendChoice, CommonArguments, FillChoice, ListPlacingArguments};
+use crate::length::Length;
 
 #[derive(Debug, Args)]
 #[command(after_help = RENDER_EXAMPLES)]
@@ -35,7 +36,7 @@ pub struct PictureArguments {
     /// [default: iso]
     #[arg(long, allow_hyphen_values = true)]
     pub view: Option<View>,
-    /// A plane through the solids, at a coordinate or a share of their box: z=0.5 or z=50%. By itself it gives a picture of
+    /// A plane through the solids, at a coordinate or a share of their box: z=0.5, z=2mm or z=50%. By itself it gives a picture of
     /// the plane; with --view what lies before it is taken away
     #[arg(long, value_name = "AXIS=AT")]
     pub slice: Option<SliceAt>,
@@ -124,8 +125,8 @@ pub struct SliceAt {
 /// Where a plane lies on its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SlicePosition {
-    /// In file units.
-    Coordinate(f64),
+    /// In file units, or in one of its own.
+    Coordinate(Length),
     /// From 0 at the lower end of the solids' box to 1 at the upper one.
     Share(f64),
 }
@@ -134,13 +135,19 @@ impl FromStr for SliceAt {
     type Err = String;
 
     fn from_str(text: &str) -> Result<SliceAt, String> {
-        let wrong = || "a slice is an axis and a place on it: z=0.5 in file units, or z=50% of the box".to_owned();
+        let wrong =
+            || "a slice is an axis and a place on it: z=0.5 in file units, z=2mm, or z=50% of the box".to_owned();
         let (axis, place) = text.split_once('=').ok_or_else(wrong)?;
         let axis = Axis::ALL.into_iter().find(|known| known.name() == axis.trim()).ok_or_else(wrong)?;
-        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|n| n.is_finite()).ok_or_else(wrong);
         let position = match place.trim().strip_suffix('%') {
-            Some(share) => SlicePosition::Share(number(share)? / 100.0),
-            None => SlicePosition::Coordinate(number(place)?),
+            Some(share) => {
+                let share = share.trim().parse::<f64>().ok().filter(|share| share.is_finite());
+                SlicePosition::Share(share.ok_or_else(wrong)? / 100.0)
+            }
+            None => {
+                let at = place.parse::<Length>().ok().filter(|length| length.value.is_finite());
+                SlicePosition::Coordinate(at.ok_or_else(wrong)?)
+            }
         };
         Ok(SliceAt { axis, position })
     }
@@ -148,13 +155,18 @@ impl FromStr for SliceAt {
 
 #[cfg(test)]
 mod tests {
+    use ldi_ops::mesh::LengthUnit;
+
     use super::*;
 
     #[test]
     fn sizes_and_slices_are_read() {
         assert_eq!("800x600".parse(), Ok(PictureSize { width: 800, height: 600 }));
         assert!("800".parse::<PictureSize>().is_err() && "ax9".parse::<PictureSize>().is_err());
-        assert_eq!("z=0.5".parse(), Ok(SliceAt { axis: Axis::Z, position: SlicePosition::Coordinate(0.5) }));
+        let coordinate = |value, unit| SlicePosition::Coordinate(Length { value, unit });
+        assert_eq!("z=0.5".parse(), Ok(SliceAt { axis: Axis::Z, position: coordinate(0.5, None) }));
+        let millimetres = Some(LengthUnit::Millimetre);
+        assert_eq!("y=-2mm".parse(), Ok(SliceAt { axis: Axis::Y, position: coordinate(-2.0, millimetres) }));
         assert_eq!("x = 25 %".parse(), Ok(SliceAt { axis: Axis::X, position: SlicePosition::Share(0.25) }));
         for wrong in ["z", "w=1", "z=", "z=nan", "z=%"] {
             assert!(wrong.parse::<SliceAt>().is_err(), "{wrong}");

@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use ldi_ops::mesh::LengthUnit;
 
 use super::{BackendChoice, CommonArguments, FillChoice};
+use crate::length::Length;
 use crate::transform::Placement;
 use crate::unit;
 
@@ -85,9 +86,9 @@ pub struct RasterArguments {
     /// Rays along the longest side of the region [default: 256]
     #[arg(long, value_name = "N", conflicts_with = "pitch")]
     pub resolution: Option<u32>,
-    /// Distance of neighbouring rays, in file units
-    #[arg(long, value_name = "H", allow_negative_numbers = true)]
-    pub pitch: Option<f64>,
+    /// Distance of neighbouring rays, in file units or with a unit: 0.05mm
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    pub pitch: Option<Length>,
     /// Rays along the longest side for tortuosity, whose equations are solved on a raster of its own
     #[arg(long, value_name = "N", default_value_t = 128)]
     pub tortuosity_resolution: u32,

@@ -7,6 +7,7 @@ use clap::Args;
 use ldi_ops::mesh::LengthUnit;
 
 use super::{AxisChoice, BackendChoice, CommonArguments, FillChoice, ImageArguments, ModeChoice};
+use crate::length::Length;
 use crate::transform::Placement;
 use crate::unit;
 
@@ -51,9 +52,9 @@ their primitives, the crossings of these, and what was filled between.";
 pub struct OffsetArguments {
     /// The solid
     pub a: PathBuf,
-    /// How far the surface moves, outwards, or inwards if below zero; in file units
-    #[arg(long, value_name = "D", allow_negative_numbers = true)]
-    pub distance: f64,
+    /// How far the surface moves, outwards, or inwards if below zero; in file units or with a unit: 0.1mm
+    #[arg(long, value_name = "D", allow_hyphen_values = true)]
+    pub distance: Length,
     #[command(flatten)]
     pub placing: SumPlacingArguments,
     #[command(flatten)]
@@ -64,6 +65,7 @@ const OFFSET_EXAMPLES: &str = "\
 Examples:
   ldi-ops offset part.stl --distance 0.5 --unit mm
   ldi-ops offset part.stl --distance -0.2 --mode exact -o shrunk.stl
+  ldi-ops offset part.stl --distance 50um --unit mm
   ldi-ops offset bone.stl --distance 1 --axis z --json -
 
 All points within the distance of the solid, or with a distance below zero those that are as far inside
@@ -75,9 +77,9 @@ which is told; the volume is then 0.";
 pub struct BallArguments {
     /// The solid
     pub a: PathBuf,
-    /// Radius of the ball, in file units
-    #[arg(long, value_name = "R", allow_negative_numbers = true)]
-    pub radius: f64,
+    /// Radius of the ball, in file units or with a unit: 500um
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    pub radius: Length,
     #[command(flatten)]
     pub placing: SumPlacingArguments,
     #[command(flatten)]
@@ -123,9 +125,9 @@ pub struct SumSamplingArguments {
     /// Rays along the longest side of the result's box, or of that of A where the result lies within A [default: 512]
     #[arg(long, value_name = "N", conflicts_with = "pitch")]
     pub resolution: Option<u32>,
-    /// Distance of neighbouring rays, in file units
-    #[arg(long, value_name = "H", allow_negative_numbers = true)]
-    pub pitch: Option<f64>,
+    /// Distance of neighbouring rays, in file units or with a unit: 0.05mm
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    pub pitch: Option<Length>,
     /// LOD-C, voxels a ray is divided into for over and under: 32 to 65536
     #[arg(long, value_name = "N", default_value_t = 1024)]
     pub lod: u32,

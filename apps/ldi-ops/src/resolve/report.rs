@@ -11,6 +11,7 @@ use ldi_ops::sampler::Fill;
 use super::{Backend, Input, Invocation, Job, Openness, Report, Spacing, backend, fill, invocation, report, spacing};
 use crate::args::{BuildChoice, EdgesChoice, JudgingArguments, RasterArguments, RegionArguments, ReportArguments};
 use crate::exit::Failure;
+use crate::length::Length;
 use crate::output;
 
 /// Reports to be made.
@@ -33,7 +34,7 @@ pub struct ReportJob {
 /// How it is measured.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    pub spacing: Spacing,
+    pub spacing: Spacing<Length>,
     /// Rays along the longest side for what equations are solved on.
     pub tortuosity_resolution: u32,
     pub edges: Edges,

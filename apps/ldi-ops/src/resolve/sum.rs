@@ -10,15 +10,16 @@ use super::{
 };
 use crate::args::{BallArguments, MemorySize, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments};
 use crate::exit::Failure;
+use crate::length::Length;
 
 /// A sum to be made.
 #[derive(Debug)]
 pub struct SumJob {
-    pub operation: SumOperation,
+    pub operation: SumOperation<Length>,
     /// Two for sums and differences, one for all else.
     pub inputs: Vec<Input>,
     pub unit: Option<LengthUnit>,
-    pub spacing: Spacing,
+    pub spacing: Spacing<Length>,
     pub lod: u32,
     /// Of the images that are measured and written.
     pub axes: Vec<Axis>,
@@ -33,19 +34,19 @@ pub struct SumJob {
     pub report: Report,
 }
 
-/// What is made of the inputs.
+/// What is made of the inputs: with lengths as they are typed, or in the unit of the inputs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SumOperation {
+pub enum SumOperation<L = f64> {
     /// A ⊕ B.
     Sum(Operand),
     /// A ⊖ B.
     Difference(Operand),
     /// A grown by a distance, or shrunk by one below zero.
-    Offset(f64),
+    Offset(L),
     /// Shrunk by a radius and grown again.
-    Opening(f64),
+    Opening(L),
     /// Grown by a radius and shrunk again.
-    Closing(f64),
+    Closing(L),
 }
 
 /// How the second input goes into a sum.
@@ -56,9 +57,22 @@ pub enum Operand {
     Reflected,
 }
 
-impl SumOperation {
+impl SumOperation<Length> {
+    /// Returns the operation with its length in a unit.
+    pub fn in_unit(self, unit: Option<LengthUnit>) -> Result<SumOperation, Failure> {
+        Ok(match self {
+            SumOperation::Sum(operand) => SumOperation::Sum(operand),
+            SumOperation::Difference(operand) => SumOperation::Difference(operand),
+            SumOperation::Offset(distance) => SumOperation::Offset(distance.in_unit(unit, "--distance")?),
+            SumOperation::Opening(radius) => SumOperation::Opening(radius.in_unit(unit, "--radius")?),
+            SumOperation::Closing(radius) => SumOperation::Closing(radius.in_unit(unit, "--radius")?),
+        })
+    }
+}
+
+impl<L> SumOperation<L> {
     /// The name of the command.
-    pub fn command(self) -> &'static str {
+    pub fn command(&self) -> &'static str {
         match self {
             SumOperation::Sum(_) | SumOperation::Difference(_) => "minkowski",
             SumOperation::Offset(_) => "offset",
@@ -80,16 +94,16 @@ pub fn minkowski(arguments: MinkowskiArguments) -> Result<Invocation, Failure> {
 
 pub fn offset(arguments: OffsetArguments) -> Result<Invocation, Failure> {
     let OffsetArguments { a, distance, placing: SumPlacingArguments { unit, transform_a }, rest } = arguments;
-    if !distance.is_finite() || distance == 0.0 {
+    if !distance.value.is_finite() || distance.value == 0.0 {
         return Err(Failure::input(format!("--distance {distance} is no length to move a surface by")));
     }
     let input = Input { name: None, path: a, placement: transform_a };
     sum(SumOperation::Offset(distance), vec![input], unit, rest)
 }
 
-pub fn ball(operation: fn(f64) -> SumOperation, arguments: BallArguments) -> Result<Invocation, Failure> {
+pub fn ball(operation: fn(Length) -> SumOperation<Length>, arguments: BallArguments) -> Result<Invocation, Failure> {
     let BallArguments { a, radius, placing: SumPlacingArguments { unit, transform_a }, rest } = arguments;
-    if !(radius.is_finite() && radius > 0.0) {
+    if !(radius.value.is_finite() && radius.value > 0.0) {
         return Err(Failure::input(format!("--radius {radius} is not a positive length")));
     }
     let input = Input { name: None, path: a, placement: transform_a };
@@ -97,7 +111,7 @@ pub fn ball(operation: fn(f64) -> SumOperation, arguments: BallArguments) -> Res
 }
 
 fn sum(
-    operation: SumOperation,
+    operation: SumOperation<Length>,
     inputs: Vec<Input>,
     unit: Option<LengthUnit>,
     rest: SumArguments,

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use glam::DVec3;
 use ldi_ops::mesh::io::Format;
-use ldi_ops::mesh::{LengthUnit, io};
+use ldi_ops::mesh::{Aabb, LengthUnit, io};
 
 use super::input::{self, Provenance};
-use super::{Finished, Outcome, say_warnings};
+use super::{Finished, Outcome, say_warnings, size};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
 use crate::resolve::ConvertJob;
@@ -31,14 +32,16 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
     let read = input::read(&job.from.path, provenance)?;
     let mut mesh = read.file.mesh;
     if let Some(placement) = &job.from.placement {
-        mesh.transform(&placement.map);
+        let map = placement.map(read.file.unit.or(job.unit));
+        mesh.transform(&map.map_err(|error| Failure::input(format!("{}: {error}", job.from.path.display())))?);
     }
     // An STL file is a soup, and readers of other formats go by indices.
     if Format::from_path(&job.from.path) == Ok(Format::Stl) {
         mesh.weld();
     }
     let mut warnings = read.warnings;
-    warnings.extend(input::unit_ignored(&job.from.path, read.file.unit, job.unit));
+    let extent = mesh.bounds().map_or(DVec3::ZERO, Aabb::extent);
+    warnings.extend(size::unit_ignored(&job.from.path, read.file.unit, job.unit, extent));
     let unit = read.file.unit.or(job.unit);
     progress.stage("writing");
     let written = io::write(&job.to, &mesh, unit).map_err(super::write_failure)?;

@@ -13,11 +13,10 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::from_images::ImageFile;
-use super::{bytes, surface};
+use super::{bytes, size, surface};
 use crate::exit::Failure;
 use crate::progress::Progress;
 use crate::resolve::{Finish, Input, Openness, Verbosity};
-use crate::transform::Placement;
 use crate::unit;
 use crate::warning::Warning;
 
@@ -184,18 +183,6 @@ pub fn write_notes(path: &Path, notes: &[WriteNote]) -> Vec<Warning> {
     notes.iter().map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect()
 }
 
-/// Says that a file's own unit stands against the one that was given.
-pub fn unit_ignored(path: &Path, own: Option<LengthUnit>, given: Option<LengthUnit>) -> Option<Warning> {
-    let (own, given) = (own?, given?);
-    let message = format!(
-        "{}: --unit{} is for files without a unit, and this one states{}",
-        path.display(),
-        unit::suffix(Some(given), 1),
-        unit::suffix(Some(own), 1)
-    );
-    (own != given).then(|| Warning::new("unit-ignored", message))
-}
-
 /// Reads, places and checks all inputs, and brings them to one unit.
 pub fn solids(inputs: &[Input], demands: Demands) -> Result<(Vec<Solid>, Vec<Warning>), Failure> {
     let loaded: Vec<_> = inputs.par_iter().map(|input| solid(input, demands)).collect();
@@ -207,8 +194,12 @@ pub fn solids(inputs: &[Input], demands: Demands) -> Result<(Vec<Solid>, Vec<War
     }
     // Where any file states no unit, the one that was given is for that file.
     if solids.iter().all(|solid| solid.stated_unit.is_some()) {
-        warnings.extend(solids.iter().filter_map(|s| unit_ignored(&s.path, s.stated_unit, demands.unit)));
+        let ignored = |s: &Solid| size::unit_ignored(&s.path, s.stated_unit, demands.unit, s.bounds().extent());
+        warnings.extend(solids.iter().filter_map(ignored));
     }
+    warnings.extend(
+        solids.iter().filter_map(|s| size::implausible(&s.path, s.unit, s.stated_unit.is_none(), s.bounds().extent())),
+    );
     let unitless: Vec<String> =
         solids.iter().filter(|solid| solid.unit.is_none()).map(|solid| solid.name().to_string()).collect();
     let common = solids.iter().find_map(|solid| solid.unit);
@@ -241,8 +232,9 @@ fn solid(input: &Input, demands: Demands) -> Result<(Solid, Vec<Warning>), Failu
     let ReadMesh { file, sha256, mut warnings } = read(&input.path, demands.provenance)?;
     let MeshFile { mut mesh, unit, notes: said } = file;
     refuse_beams(&input.path, &said, demands.fill)?;
-    if let Some(Placement { map }) = &input.placement {
-        mesh.transform(map);
+    if let Some(placement) = &input.placement {
+        let map = placement.map(unit.or(demands.unit));
+        mesh.transform(&map.map_err(|error| Failure::input(format!("{}: {error}", input.path.display())))?);
     }
     let surface = bounding(mesh, &input.path, demands)?;
     let volume = match &surface {

@@ -23,7 +23,7 @@ use super::input::{self, Demands, Provenance, Sides, Solid};
 use super::sum::SumReport;
 use super::surface::{self, Imaged, SurfaceReport};
 use super::work::work;
-use super::{Finished, Outcome, machine, memory, say_warnings, write};
+use super::{Each, Finished, Outcome, Refused, machine, memory, say_warnings, write};
 use crate::exit::{Exit, Failure};
 use crate::number::number;
 use crate::progress::Progress;
@@ -149,27 +149,26 @@ pub fn run(job: &MeasureJob, start: Instant, progress: &Progress) -> Result<Fini
     if let Backend::Gpu(_) = job.backend {
         progress.detail(format_args!("opened the GPU in {:.4} s", opening.elapsed().as_secs_f64()));
     }
-    let mut results = match job.measurement {
+    let results: Vec<Each<Measured>> = match job.measurement {
         Measurement::Volume => {
             let each = job.inputs.iter().enumerate().map(|(i, input)| {
                 let start = if i == 0 { start } else { Instant::now() };
-                measure(job, std::slice::from_ref(input), &backends, start, progress)
+                let measured = measure(job, std::slice::from_ref(input), &backends, start, progress);
+                measured.map_err(|failure| Refused::new(&input.path, failure))
             });
-            each.collect::<Result<Vec<Measured>, Failure>>()?
+            each.collect()
         }
-        _ => vec![measure(job, &job.inputs, &backends, start, progress)?],
+        _ => vec![Ok(measure(job, &job.inputs, &backends, start, progress)?)],
     };
     progress.finish();
-    for measured in &mut results {
+    for measured in results.iter().flatten() {
         say_warnings(&measured.warnings, progress);
     }
-    let reached = results.iter().all(|measured| measured.refinement.is_none_or(|refinement| refinement.reached));
-    let exit = surface::exit(results[0].surface.as_ref());
-    Ok(Finished {
-        outcome: Outcome::Measured(results),
-        report: job.report.clone(),
-        exit: if reached { exit } else { Exit::CheckFalse },
-    })
+    let exit = super::worst(&results, |measured| match measured.refinement {
+        Some(refinement) if !refinement.reached => Exit::CheckFalse,
+        _ => surface::exit(measured.surface.as_ref()),
+    });
+    Ok(Finished { outcome: Outcome::Measured(results), report: job.report.clone(), exit })
 }
 
 /// Measures what the inputs make together.
@@ -209,13 +208,14 @@ fn measure(
         let said = unproved.map_or("0 and 1 everywhere".to_owned(), |why| format!("not proved to be 0 and 1: {why}"));
         progress.detail(format_args!("winding numbers {said}; found in {:.4} s", proving.elapsed().as_secs_f64()));
     }
+    let spacing = job.spacing.in_unit(solids[0].unit)?;
     // The images of what is known exactly are but a check.
     let needs_images = exact.is_none() || job.report.has_json() || progress.is_verbose();
     let mut refinement = None;
     let mut round = None;
     if needs_images {
         let mut sample = |spacing| sample_round(job, &solids, backends, spacing, &mut seconds, progress);
-        round = Some(match job.spacing {
+        round = Some(match spacing {
             Spacing::Tolerance(_) if exact.is_some() => sample(Spacing::Resolution(COARSEST))?,
             Spacing::Tolerance(tolerance) => {
                 let (round, found) = refine(tolerance, &mut sample)?;
@@ -236,7 +236,7 @@ fn measure(
             spacing => sample(spacing)?,
         });
     }
-    let grid = match (&round, job.spacing) {
+    let grid = match (&round, spacing) {
         (Some(round), _) => round.grid,
         (None, Spacing::Tolerance(_)) => lay(job, &solids, Spacing::Resolution(COARSEST))?,
         (None, spacing) => lay(job, &solids, spacing)?,
@@ -262,7 +262,7 @@ fn measure(
         }
         (None, None) => unreachable!("what is not known exactly is sampled"),
     };
-    if let (Spacing::Tolerance(asked), Some(_)) = (job.spacing, &exact) {
+    if let (Spacing::Tolerance(asked), Some(_)) = (spacing, &exact) {
         let came_to = volume.error / volume.value;
         refinement = Some(Refinement { asked, came_to, reached: came_to <= asked, resolution: COARSEST });
     }

@@ -18,12 +18,14 @@ mod measure;
 mod memory;
 mod render;
 mod report;
+mod size;
 mod sum;
 mod surface;
 mod work;
 mod write;
 
 use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use ldi_ops::mesh::io::WriteError;
@@ -57,14 +59,55 @@ pub struct Finished {
 
 /// The result of a job.
 pub enum Outcome {
-    Measured(Vec<Measured>),
+    Measured(Vec<Each<Measured>>),
     Surfaced(Box<Surfaced>),
-    Checked(Vec<Checked>),
+    Checked(Vec<Each<Checked>>),
     Converted(Converted),
     Generated(Generated),
     Devices(Devices),
     Rendered(Box<Rendered>),
     Reported(Reported),
+}
+
+impl Outcome {
+    /// Why inputs gave no result while others did.
+    pub fn failures(&self) -> Vec<&Failure> {
+        fn of<T>(results: &[Each<T>]) -> Vec<&Failure> {
+            results.iter().filter_map(|result| Some(&result.as_ref().err()?.failure)).collect()
+        }
+        match self {
+            Outcome::Measured(results) => of(results),
+            Outcome::Checked(results) => of(results),
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// What one of several independent inputs gave.
+pub type Each<T> = Result<T, Refused>;
+
+/// An input that gave no result.
+pub struct Refused {
+    pub path: PathBuf,
+    /// Its message names the path.
+    pub failure: Failure,
+}
+
+impl Refused {
+    fn new(path: &Path, failure: Failure) -> Refused {
+        let name = path.display().to_string();
+        let message = match failure.message.contains(&name) {
+            true => failure.message,
+            false => format!("{name}: {}", failure.message),
+        };
+        Refused { path: path.to_path_buf(), failure: Failure { message, ..failure } }
+    }
+}
+
+/// The worst of the exits of several inputs; `of` is that of a result.
+fn worst<T>(results: &[Each<T>], of: impl Fn(&T) -> Exit) -> Exit {
+    let each = results.iter().map(|result| result.as_ref().map_or_else(|refused| refused.failure.exit, &of));
+    each.max().unwrap_or(Exit::Done)
 }
 
 /// Runs a job; `start` is when the process began.

@@ -167,7 +167,7 @@ fn place(job: &RenderJob, solids: &[Solid]) -> Result<Option<(Axis, f64)>, Failu
     let bounds = solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("a job has an input");
     let (low, high) = (bounds.min[axis.depth()], bounds.max[axis.depth()]);
     let at = match position {
-        SlicePosition::Coordinate(at) => at,
+        SlicePosition::Coordinate(at) => at.in_unit(solids[0].unit, "--slice")?,
         SlicePosition::Share(share) => low + share * (high - low),
     };
     if (low..=high).contains(&at) {

@@ -181,7 +181,7 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Progress)
         let difference = FillDifference::of(solid)?;
         alerts.extend(difference.and_then(|difference| difference.warning(solid, job.settings.fill)).map(alert));
     }
-    let grid = subject.grid(job.settings.spacing, job.settings.edges)?;
+    let grid = subject.grid(job.settings.spacing.in_unit(subject.solid.unit)?, job.settings.edges)?;
     let lattice = subject.solid.quantise(&grid)?;
     let choice = backends.choose(|| work(slice::from_ref(&lattice), &Axis::ALL));
     drop(lattice);

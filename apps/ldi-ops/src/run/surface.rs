@@ -160,7 +160,7 @@ pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(Tri
     let (mesh, simplified) = match finish.simplify {
         Some(bound) if !mesh.triangles.is_empty() => {
             progress.stage("simplifying");
-            let (mesh, simplified) = simplified(mesh, imaged, bound.length(a.grid().pitch()))?;
+            let (mesh, simplified) = simplified(mesh, imaged, bound.length(a.grid().pitch(), imaged.unit)?)?;
             (mesh, Some(simplified))
         }
         _ => (mesh, None),

@@ -58,7 +58,7 @@ pub fn run(job: &SumJob, start: Instant, progress: &Progress) -> Result<Finished
     progress.finish();
     say_warnings(&measured.warnings, progress);
     let exit = surface::exit(measured.surface.as_ref());
-    Ok(Finished { outcome: Outcome::Measured(vec![measured]), report: job.report.clone(), exit })
+    Ok(Finished { outcome: Outcome::Measured(vec![Ok(measured)]), report: job.report.clone(), exit })
 }
 
 fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured, Failure> {
@@ -74,27 +74,29 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
         provenance: if job.report.has_json() { Provenance::Hashed } else { Provenance::NotWanted },
     };
     let (mut solids, mut warnings) = input::solids(&job.inputs, demands)?;
+    let operation = job.operation.in_unit(solids[0].unit)?;
+    let spacing = job.spacing.in_unit(solids[0].unit)?;
     for (i, solid) in solids.iter_mut().enumerate() {
-        let side = if i == 0 { first_side(job.operation) } else { Side::Inside };
+        let side = if i == 0 { first_side(operation) } else { Side::Inside };
         warnings.extend(face_outwards(solid, side, demands)?);
     }
     seconds.read = start.elapsed().as_secs_f64();
     progress.detail(format_args!("read in {:.4} s", seconds.read));
 
     // A difference is the complement of a sum with the reflected.
-    if let SumOperation::Sum(Operand::Reflected) | SumOperation::Difference(Operand::AsItIs) = job.operation {
+    if let SumOperation::Sum(Operand::Reflected) | SumOperation::Difference(Operand::AsItIs) = operation {
         input::map(&mut solids[1], &DAffine3::from_scale(DVec3::NEG_ONE), demands)?;
     }
-    let raster = Raster::of(job, &solids);
-    let operated = operate(job, raster, &solids, &backend, &mut seconds, progress)?;
+    let raster = Raster::of(job, (operation, spacing), &solids);
+    let operated = operate(job, operation, raster, &solids, &backend, &mut seconds, progress)?;
     let Made { grid, summaries, images, normals, bias, .. } = operated.last;
     progress.stage("a second raster");
     let coarser =
         Raster { pitch: SECOND_PITCH * grid.pitch(), axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Summaries };
-    let coarser = operate(job, coarser, &solids, &backend, &mut seconds, progress)?.last;
+    let coarser = operate(job, operation, coarser, &solids, &backend, &mut seconds, progress)?.last;
     let mut rays = VolumeEstimate::from_rasters(&axis_volumes(&summaries), &axis_volumes(&coarser.summaries));
     rays.error = rays.error.max(bias);
-    let volume = Volume::estimate(rays, [0.0, result_box(job.operation, &solids).extent().element_product()], None);
+    let volume = Volume::estimate(rays, [0.0, result_box(operation, &solids).extent().element_product()], None);
     warnings.extend(operated.warnings);
     // The surface between two steps comes by its folds on the lattice, and nobody can mend it.
     if operated.report.steps[0].is_folded {
@@ -107,7 +109,7 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
         warnings.push(Warning::new("folded", message));
     }
     if summaries.iter().all(|summary| summary.samples() == 0) {
-        warnings.push(empty(job, grid.pitch()));
+        warnings.push(empty(operation, grid.pitch()));
     }
 
     let mut surface = None;
@@ -171,9 +173,9 @@ struct Raster<'j> {
 
 impl Raster<'_> {
     /// The raster that a job asks for.
-    fn of<'j>(job: &'j SumJob, solids: &[Solid]) -> Raster<'j> {
-        let pitch = match job.spacing {
-            Spacing::Resolution(rays) => counted_side(job.operation, solids) / f64::from(rays),
+    fn of<'j>(job: &'j SumJob, (operation, spacing): (SumOperation, Spacing), solids: &[Solid]) -> Raster<'j> {
+        let pitch = match spacing {
+            Spacing::Resolution(rays) => counted_side(operation, solids) / f64::from(rays),
             Spacing::Pitch(pitch) => pitch,
             Spacing::Tolerance(_) => unreachable!("sums have no tolerance"),
         };
@@ -187,9 +189,10 @@ impl Raster<'_> {
     }
 }
 
-/// Goes all steps.
+/// Goes all steps; the lengths of what is made and of the raster are in the unit of the solids.
 fn operate(
     job: &SumJob,
+    operation: SumOperation,
     raster: Raster,
     solids: &[Solid],
     backend: &SumBackend,
@@ -197,14 +200,14 @@ fn operate(
     progress: &Progress,
 ) -> Result<Operated, Failure> {
     let limit = Limit::new(job.memory);
-    let longest = counted_side(job.operation, solids);
+    let longest = counted_side(operation, solids);
     let Raster { pitch, axes, mode, keep } = raster;
     let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
     let names = names.join(", ");
     let (lod, names) = (job.lod, &names[..]);
     let setting = Setting { pitch, longest, lod, limit, backend, axes, mode, keep, names, progress };
     let a = closed(&solids[0]);
-    let (step, next) = match job.operation {
+    let (step, next) = match operation {
         SumOperation::Sum(_) => (Step::Sum(closed(&solids[1])), None),
         SumOperation::Difference(_) => (Step::DifferenceOfReflected(closed(&solids[1])), None),
         SumOperation::Offset(distance) => (Step::Offset(distance), None),
@@ -341,8 +344,8 @@ fn face_outwards(solid: &mut Solid, side: Side, demands: Demands) -> Result<Opti
 }
 
 /// Says that nothing is left.
-fn empty(job: &SumJob, pitch: f64) -> Warning {
-    let why = match job.operation {
+fn empty(operation: SumOperation, pitch: f64) -> Warning {
+    let why = match operation {
         SumOperation::Difference(_) => "B fits nowhere into A".to_owned(),
         SumOperation::Offset(distance) => format!("no ball of radius {} fits into the solid", number(-distance)),
         SumOperation::Opening(radius) => format!("no ball of radius {} fits into the solid", number(radius)),

@@ -103,7 +103,7 @@ pub fn measure(
 ) -> Result<Measurements, Failure> {
     progress.expect(STAGES);
     let mut record = Record::default();
-    let grid = subject.grid(settings.spacing, settings.edges)?;
+    let grid = subject.grid(settings.spacing.in_unit(subject.solid.unit)?, settings.edges)?;
     let stage = |name: &'static str| progress.stage(format!("{}: {name}", subject.solid.name()));
     stage("sampling");
     let images = clock.time("sampling", || subject.sample(&grid, settings.fill, sampler))?;
