@@ -9,7 +9,7 @@ mod volume;
 
 pub use area::{SurfaceHits, surface_hits};
 pub use moments::{Moments, moments};
-pub use volume::{AxisVolume, SECOND_PITCH, VolumeEstimate};
+pub use volume::{AxisVolume, CHECK_PITCHES, VolumeEstimate};
 
 use rayon::prelude::*;
 

@@ -132,32 +132,33 @@ impl VolumeEstimate {
     /// The volume from images along one axis or all three, its error held against coarser images along all three.
     ///
     /// What repeats with the raster — the cells of a lattice, a stack of plates, faces along the rays — may err alike
-    /// everywhere, and no look at one raster tells. `coarser` are the exact images on a raster whose pitch is no simple
-    /// multiple of the first, best [`SECOND_PITCH`] times as large. The error is [`ERROR_FACTOR`] times the largest of the
-    /// error that [`from_axes`](Self::from_axes) gives, the distance to the volume of the coarser images, and for one axis
-    /// the distance to the coarser image along it.
+    /// everywhere, and no look at one raster tells. `rasters` are exact images of the same solid whose pitches are no simple
+    /// multiples of the first, best [`CHECK_PITCHES`] times as large. The error is 1.4 times the largest of: the error that
+    /// [`from_axes`](Self::from_axes) gives; the distances to the volumes of the rasters; for one axis, the distances to their
+    /// images along it; and half the error that a raster gives of itself.
     ///
-    /// It is empirical: `tests/reference/estimates.py` holds it against known volumes, and prints a table.
+    /// It is empirical: `tests/reference/estimates.py` compares it with known volumes and prints a table.
     ///
     /// # Panics
-    /// If there is neither one axis nor all three, of either raster, or the coarser lacks the axis of the first.
-    pub fn from_rasters(axes: &[AxisVolume], coarser: &[AxisVolume]) -> VolumeEstimate {
+    /// If there is neither one axis nor all three, or a raster lacks one.
+    pub fn from_rasters(axes: &[AxisVolume], rasters: &[Vec<AxisVolume>]) -> VolumeEstimate {
+        const FACTOR: f64 = 1.4;
         let VolumeEstimate { value, error } = VolumeEstimate::from_axes(axes);
-        let mut apart = (value - VolumeEstimate::from_axes(coarser).value).abs();
-        if let [only] = axes {
-            let same = coarser.iter().find(|axis| axis.axis == only.axis).expect("the coarser raster has the axis");
-            apart = apart.max((value - same.volume).abs());
-        }
-        VolumeEstimate { value, error: ERROR_FACTOR * error.max(apart) }
+        let signs = rasters.iter().flat_map(|raster| {
+            let other = VolumeEstimate::from_axes(raster);
+            let same_axis = match axes {
+                [only] => raster.iter().find(|axis| axis.axis == only.axis).expect("a raster has all axes").volume,
+                _ => other.value,
+            };
+            [(value - other.value).abs(), (value - same_axis).abs(), 0.5 * other.error]
+        });
+        VolumeEstimate { value, error: FACTOR * signs.fold(error, f64::max) }
     }
 }
 
-/// The pitch of the raster that a volume is held against, in pitches of its own: the square of the golden ratio, so that what
-/// repeats with the one does not repeat with the other.
-pub const SECOND_PITCH: f64 = 2.618;
-
-/// How much larger than the signs of it an error is taken to be.
-const ERROR_FACTOR: f64 = 1.25;
+/// The pitches of rasters that a volume is held against, in pitches of its own: the golden ratio and its square, so that what
+/// repeats with one does not repeat with another.
+pub const CHECK_PITCHES: [f64; 2] = [1.618, 2.618];
 
 fn from_three(axes: [&AxisVolume; 3]) -> VolumeEstimate {
     let mean = axes.iter().map(|axis| axis.volume).sum::<f64>() / 3.0;

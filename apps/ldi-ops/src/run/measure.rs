@@ -10,7 +10,7 @@ use std::time::Instant;
 use glam::{DMat3, DVec3};
 use ldi_ops::boolean::VolumeBounds;
 use ldi_ops::grid::{Axis, Grid, LatticeBox, LatticeSolid};
-use ldi_ops::integrate::{self, AxisVolume, Moments, SECOND_PITCH, SurfaceHits, VolumeEstimate};
+use ldi_ops::integrate::{self, AxisVolume, CHECK_PITCHES, Moments, SurfaceHits, VolumeEstimate};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::{self, Aabb, LengthUnit, MassProperties, Unproved};
 use ldi_ops::sampler::{Fill, Mode, Sampler};
@@ -421,16 +421,16 @@ fn quantise<'s>(job: &MeasureJob, solids: &'s [Solid], grid: &Grid) -> Result<Ve
 }
 
 /// The exact images along all axes on a coarser raster, which an estimate is held against.
-fn second_raster(
+fn check_raster(
     job: &MeasureJob,
     solids: &[Solid],
-    first: &Grid,
+    pitch: f64,
     sampler: &dyn Sampler,
     rules_agree: &mut [Option<bool>],
     seconds: &mut Seconds,
 ) -> Result<Vec<AxisVolume>, Failure> {
     let quantising = Instant::now();
-    let grid = lay(job, solids, Spacing::Pitch(SECOND_PITCH * first.pitch()))?;
+    let grid = lay(job, solids, Spacing::Pitch(pitch))?;
     let lattice = quantise(job, solids, &grid)?;
     seconds.sample += quantising.elapsed().as_secs_f64();
     let (mode, fill) = (Mode::Exact, job.fill);
@@ -515,9 +515,12 @@ fn sample_round<'b>(
         round.unclosed.push((axis, summary.unclosed()));
         progress.step();
     }
-    progress.stage("a second raster");
+    progress.stage("coarser rasters");
+    // One axis is asked for where time matters: the coarsest raster is enough to show what one axis is blind to.
+    let ratios = if job.axes.len() == 3 { &CHECK_PITCHES[..] } else { &CHECK_PITCHES[1..] };
     let Round { choice, rules_agree, .. } = &mut round;
-    let coarser = second_raster(job, solids, &grid, choice.sampler(), rules_agree, seconds)?;
+    let raster = |ratio: &f64| check_raster(job, solids, ratio * grid.pitch(), choice.sampler(), rules_agree, seconds);
+    let coarser = ratios.iter().map(raster).collect::<Result<Vec<_>, Failure>>()?;
     round.volume = VolumeEstimate::from_rasters(&volumes, &coarser);
     progress.detail(format_args!("{x} × {y} × {z} rays: sampled by {:.4} s; {}", seconds.sample, round.choice.ran()));
     Ok(round)
