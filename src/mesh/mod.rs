@@ -6,6 +6,7 @@
 pub mod check;
 pub mod closed;
 mod compact;
+mod hull;
 pub mod io;
 mod measure;
 #[cfg(test)]
@@ -17,6 +18,7 @@ use glam::DVec3;
 
 pub use check::{Defect, MeshReport, Severity, check};
 pub use closed::{ClosedMesh, NotClosed};
+pub use hull::convex_hull;
 
 /// Triangles over shared positions, as a reader or a generator produced them; nothing about it has been checked.
 ///
