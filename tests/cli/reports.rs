@@ -256,9 +256,11 @@ fn walls_that_the_box_cuts_are_not_thin() {
     fs::write(folder.path("limits.toml"), "\"wall.thinnest\" = { min = \"0.3 mm\" }\n").unwrap();
     let flags = ["report", "a.stl", "--unit", "mm", "--resolution", "64", "--limits", "limits.toml", "-o", "out"];
     folder.run(&flags).code(0);
-    // A block is nothing but what its box cuts, and has the thickness that it has.
+    // A block is nothing but what its box cuts, and all of it counts.
     folder.stl("block.stl", &cuboid([0.0; 3], [4.0, 4.0, 1.0]));
-    assert_near(value(&report(&folder, &["block.stl", "--resolution", "32"]), "wall.thinnest"), 1.0, 0.13);
+    let block = report(&folder, &["block.stl", "--resolution", "32"]);
+    assert_eq!(value(&block, "wall.thinnest"), value(&block, "solid.thickness.p1"));
+    assert_near(value(&block, "solid.thickness.max"), 1.0, 0.13);
 }
 
 #[test]

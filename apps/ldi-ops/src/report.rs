@@ -499,7 +499,7 @@ mod tests {
         assert_eq!(number(0.1), "0.1");
         assert_eq!(number(123_456_789.0), "123456789");
         assert_eq!(number(-1.0 / 3.0), "-0.3333333");
-        assert_eq!(number(1e-7), "1.000000e-7");
+        assert_eq!(number(1e-7), "1e-7");
         assert_eq!(number(f64::NAN), "NaN");
     }
 }

@@ -16,11 +16,12 @@ const CENSORED: f64 = 0.05;
 const CHANGE: f64 = 0.01;
 
 /// The share of its box that the convex hull of a solid fills at least, if the box is what cut it.
-const FILLED: f64 = 0.95;
+const FILLED: f64 = 0.9;
 
 /// That the solid has a shape of its own, and what its porosity is within that.
 ///
-/// A scaffold that a box cut reaches all its faces, edges and corners but for single cells, so that its convex hull fills it.
+/// A scaffold that a box cut reaches all its faces and, but for single cells, its edges and corners, so that its convex hull
+/// fills it; even 2 × 2 × 2 cells of a primitive sheet, which have none of the corners, fill 94.7 %, and a cylinder 78.5 %.
 fn unfilled_box(study: &Study, record: &Record) -> Option<String> {
     let settings = study.settings;
     if study.subject.roi.is_some() || settings.edges == Edges::Periodic {

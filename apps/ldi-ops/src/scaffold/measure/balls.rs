@@ -281,12 +281,15 @@ pub fn thickness(
     if let Some((map, nodes)) = walls {
         let crossings = || Crossings::of_images(&study.images.solid, study.region, Edges::Clip);
         let free = free_thickness(crossings, &nodes, edges);
-        // What the region cuts is no thin place.
-        let shown = |(&within, &free): (&f32, &f32)| if is_cut(within, free) { free } else { within };
-        let shown: Option<Vec<f32>> = free.as_ref().map(|free| map.iter().zip(free).map(shown).collect());
-        let shown = shown.as_ref().unwrap_or(&map);
+        let counted = uncut(map, free.as_deref());
+        let values = Distribution::of_map(&counted, 1.0).expect("some nodes always count");
+        let most = values.quantile(0.99) as f32;
+        // What the region cuts is no thin place in a picture, nor a thicker one than the rest has.
+        let shown = |(&counted, &free): (&f32, &f32)| if counted > 0.0 { counted } else { free.min(most) };
+        let shown: Option<Vec<f32>> = free.map(|free| counted.iter().zip(&free).map(shown).collect());
+        let shown = shown.as_ref().unwrap_or(&counted);
         slices.iter_mut().for_each(|slice| slice.fill(Phase::Solid, shown, nodes.size()));
-        put_thinnest(study, &uncut(map, free.as_deref()), &nodes, record);
+        put_thinnest(study, &counted, values.quantile(0.01) * pitch, &nodes, record);
     }
     let largest = record.value("pore.thickness.max");
     let entry = record.put_or("pore.largest", largest, NO_PORES);
@@ -340,25 +343,18 @@ pub fn free_thickness(crossings: impl FnOnce() -> Crossings, nodes: &NodeSet, ed
     free.iter().all(|thickness| thickness.is_finite()).then_some(free)
 }
 
-/// Whether a node is thinner because the region ends there.
-fn is_cut(within: f32, free: f32) -> bool {
-    free > within + REPAINTED
-}
-
 /// The thickness of the nodes that are not thinner because the region ends there, and 0 of the others; of all nodes, where
 /// that are all of them.
 pub fn uncut(map: Vec<f32>, free: Option<&[f32]>) -> Vec<f32> {
     let Some(free) = free else { return map };
     let left: Vec<f32> =
-        map.iter().zip(free).map(|(&within, &free)| if is_cut(within, free) { 0.0 } else { within }).collect();
+        map.iter().zip(free).map(|(&within, &free)| if free > within + REPAINTED { 0.0 } else { within }).collect();
     if left.iter().any(|&thickness| thickness > 0.0) { left } else { map }
 }
 
 /// The thinnest wall, and one place that is so thin; from the thickness of the nodes that count.
-fn put_thinnest(study: &Study, map: &[f32], nodes: &NodeSet, record: &mut Record) {
+fn put_thinnest(study: &Study, map: &[f32], thinnest: f64, nodes: &NodeSet, record: &mut Record) {
     let grid = study.region.grid();
-    let values = Distribution::of_map(map, grid.pitch()).expect("some nodes always count");
-    let thinnest = values.quantile(0.01);
     let [columns, rows, _] = study.solid.size();
     let wanted = (thinnest / grid.pitch()) as f32;
     let nearest = map.iter().enumerate().filter(|&(_, &value)| value > 0.0).min_by(|a, b| {

@@ -98,13 +98,15 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
         }
         return None;
     };
-    record.put("anisotropy", ellipsoid.degree);
+    // What symmetry makes nothing is nothing, but for rounding.
+    let degree = if ellipsoid.degree < 1e-9 { 0.0 } else { ellipsoid.degree };
+    record.put("anisotropy", degree);
     for (id, length) in ["intercept.long", "intercept.middle", "intercept.short"].into_iter().zip(ellipsoid.half_axes) {
         let endless = "endless: lines in this direction never meet the surface";
         record.put_or(id, length.is_finite().then_some(length), endless);
     }
     Some(Anisotropy {
-        degree: ellipsoid.degree,
+        degree,
         lengths: ellipsoid.half_axes,
         directions: ellipsoid.directions.map(|direction| direction.to_array()),
     })

@@ -175,7 +175,7 @@ fn slice_rows(sheet: &Sheet, length: &Unit) -> Vec<SliceRow> {
             Shown::Solid => (
                 "Local thickness of the solid",
                 "Each point of the solid has the diameter of the largest ball within the solid that covers it. Even colour \
-                 means walls and struts of one thickness; dark spots are the thin places, where a part breaks or a printer fails. Where the region cuts the solid, balls reach beyond it.",
+                 means walls and struts of one thickness; dark spots are the thin places, where a part breaks or a printer fails. Where the region cuts the solid, balls reach beyond it and are as large as the others at most.",
             ),
             Shown::Pore => (
                 "Local width of the pores",
