@@ -6,6 +6,7 @@
 pub mod check;
 pub mod closed;
 mod compact;
+mod hull;
 pub mod io;
 mod mass;
 mod measure;
@@ -20,6 +21,7 @@ use glam::DVec3;
 
 pub use check::{Defect, MeshReport, Severity, check};
 pub use closed::{ClosedMesh, NotClosed};
+pub use hull::convex_hull;
 pub use mass::MassProperties;
 pub use winding::{Unproved, prove_simple};
 

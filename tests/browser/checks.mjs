@@ -17,6 +17,10 @@ export const SECTIONS = {
 const SCHEMES = ["light", "dark"];
 const WIDTHS = [390, 1280];
 const HEIGHT = 900;
+/** Windows from this width on show tables whole; narrower ones may scroll them. */
+const WIDE = 1280;
+/** The length in windows of that width beyond which nobody finds anything on a page. */
+const LONGEST = 10_000;
 /** The width of A4 between its margins, in CSS pixels. */
 const PAPER = 696;
 
@@ -33,6 +37,10 @@ export async function findings(browser, { kind, url, name, folder }) {
         note(where, await page.evaluate(sectionsMissing, SECTIONS[kind]));
         note(where, await page.evaluate(overflowing));
         note(where, await page.evaluate(cutTexts));
+        note(where, await page.evaluate(overlappingTexts));
+        note(where, await page.evaluate(undrawn));
+        note(where, await page.evaluate(brokenWords));
+        if (width >= WIDE) note(where, await page.evaluate(cutTables, LONGEST));
         if (folder) await page.screenshot({ path: join(folder, `${name}-${width}-${colorScheme}.png`), fullPage: true });
         await page.waitForTimeout(50);
         note(where, complaints);
@@ -44,6 +52,7 @@ export async function findings(browser, { kind, url, name, folder }) {
   }
   await withPage(browser, url, { viewport: { width: 1280, height: HEIGHT } }, async (page) => {
     note("structure", await page.evaluate(structure));
+    note("numbers", await page.evaluate(oddNumbers));
     if (kind === "summary") note("sorting", await sorting(page));
   });
   note("without scripts", await withoutScripts(browser, url, SECTIONS[kind]));
@@ -90,11 +99,127 @@ function cutTexts() {
     const frame = svg.getBoundingClientRect();
     for (const text of svg.querySelectorAll("text")) {
       const box = text.getBoundingClientRect();
-      const beyond = Math.max(frame.left - box.left, box.right - frame.right, frame.top - box.top, box.bottom - frame.bottom);
+      // The box of a text is higher than its letters, and no wider.
+      const aside = Math.max(frame.left - box.left, box.right - frame.right);
+      const beyond = Math.max(aside + 1, frame.top - box.top, box.bottom - frame.bottom);
       if (beyond > 1.5) found.push(`"${text.textContent}" is cut off by ${beyond.toFixed(1)} px in "${svg.getAttribute("aria-label")?.slice(0, 60)}"`);
     }
   }
   return found;
+}
+
+/** In the page: labels of drawings that lie on one another. */
+function overlappingTexts() {
+  const found = [];
+  for (const svg of document.querySelectorAll("svg")) {
+    const texts = [...svg.querySelectorAll("text")].map((text) => ({ text: text.textContent, box: text.getBoundingClientRect() }));
+    texts.forEach((a, i) => {
+      for (const b of texts.slice(i + 1)) {
+        const across = Math.min(a.box.right, b.box.right) - Math.max(a.box.left, b.box.left);
+        const down = Math.min(a.box.bottom, b.box.bottom) - Math.max(a.box.top, b.box.top);
+        // The boxes of texts are higher than their letters.
+        const lower = Math.min(a.box.height, b.box.height);
+        if (across > 0.5 && down > 0.4 * lower) found.push(`"${a.text}" lies on "${b.text}" in "${svg.getAttribute("aria-label")?.slice(0, 60)}"`);
+      }
+    });
+  }
+  return found;
+}
+
+/** In the page: drawings that show nothing, marks of no size, and attributes that are no lengths. */
+function undrawn() {
+  const found = [];
+  const LENGTHS = ["x", "y", "x1", "y1", "x2", "y2", "cx", "cy", "r", "rx", "ry", "width", "height"];
+  const SIZES = ["r", "rx", "ry", "width", "height"];
+  // What a chart has whether or not there is anything to show.
+  const FURNITURE = ".grid, .axis, .frame, .paper, .hint, .mark, .track, .circle, .scale-bar";
+  const painted = (element) => {
+    const { fill, stroke, fillOpacity, opacity, visibility, display } = getComputedStyle(element);
+    const clear = (paint) => paint === "none" || /^rgba\(.*, 0\)$/.test(paint);
+    if (visibility === "hidden" || display === "none" || Number(opacity) === 0) return false;
+    return element.localName === "image" || !clear(stroke) || !(clear(fill) || Number(fillOpacity) === 0);
+  };
+  for (const svg of document.querySelectorAll("svg")) {
+    const name = `"${svg.getAttribute("aria-label")?.slice(0, 60)}"`;
+    for (const element of svg.querySelectorAll("*")) {
+      for (const attribute of LENGTHS.filter((attribute) => element.hasAttribute(attribute))) {
+        const value = Number.parseFloat(element.getAttribute(attribute));
+        const bad = !Number.isFinite(value) || (value < 0 && SIZES.includes(attribute));
+        if (bad) found.push(`<${element.localName}> has ${attribute}="${element.getAttribute(attribute)}" in ${name}`);
+      }
+      const points = element.getAttribute("points")?.trim().split(/[\s,]+/) ?? [];
+      if (points.some((point) => !Number.isFinite(Number(point)))) found.push(`a curve has points that are no numbers in ${name}`);
+    }
+  }
+  for (const svg of document.querySelectorAll("figure svg")) {
+    const name = `"${svg.getAttribute("aria-label")?.slice(0, 60)}"`;
+    const frame = svg.getBoundingClientRect();
+    const axes = [...svg.querySelectorAll("line.axis")].map((line) => line.getBoundingClientRect().top);
+    const floor = axes.length > 0 ? Math.max(...axes) : Infinity;
+    const shows = (mark) => {
+      const box = mark.getBoundingClientRect();
+      const within = box.right > frame.left && box.left < frame.right && box.bottom > frame.top && box.top < frame.bottom;
+      const sized = mark.localName === "polyline" ? Math.max(box.width, box.height) > 1 : box.width > 0 && box.height > 0;
+      // A curve that nowhere leaves the axis cannot be told from it.
+      return within && sized && painted(mark) && !(mark.matches("rect, polyline, polygon") && box.top > floor - 1.5);
+    };
+    const marks = [...svg.querySelectorAll("rect, path, polyline, polygon, circle, ellipse, image")].filter((mark) => !mark.matches(FURNITURE));
+    if (!marks.some(shows)) found.push(`nothing is drawn in ${name}`);
+    for (const curve of marks.filter((mark) => mark.matches("polyline, path") && !shows(mark))) {
+      found.push(`the curve "${curve.getAttribute("class")}" is not to be seen in ${name}`);
+    }
+  }
+  return found;
+}
+
+/** In the page: symbols, names and headers that go on in the next line in mid-word. */
+function brokenWords() {
+  const found = [];
+  const TEXTS = ".symbol, .column-symbol, .column-name, .unit, .name, thead th, .card-name, .chip, summary";
+  for (const element of document.querySelectorAll(TEXTS)) {
+    const walker = document.createTreeWalker(element, NodeFilter.SHOW_TEXT);
+    for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+      for (const { 0: word, index } of node.data.matchAll(/[^\s\-–/]+/g)) {
+        const range = document.createRange();
+        range.setStart(node, index);
+        range.setEnd(node, index + word.length);
+        const lines = new Set([...range.getClientRects()].map(({ top }) => Math.round(top)));
+        if (lines.size > 1) found.push(`"${word}" is broken in "${element.textContent.trim().slice(0, 60)}"`);
+      }
+    }
+  }
+  return [...new Set(found)];
+}
+
+/** In the page: boxes that have to be scrolled sideways in a wide window, and a page of no end. */
+function cutTables(longest) {
+  const found = [];
+  for (const box of document.querySelectorAll(".scroll")) {
+    if (box.scrollWidth > box.clientWidth + 1) {
+      found.push(`"${box.innerText.trim().slice(0, 40)}" is cut off: ${box.scrollWidth} px wide in ${box.clientWidth}`);
+    }
+  }
+  const length = document.documentElement.scrollHeight;
+  if (length > longest) found.push(`the page is ${length} px long`);
+  return found;
+}
+
+/** In the page: numbers that are not for people, unfolded or not; code, paths and hashes are not. */
+function oddNumbers() {
+  const found = [];
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+    if (node.parentElement.closest("code, pre, script, style, h1, a, .hash, .path, .alerts strong")) continue;
+    const odd = node.data.match(/(?<![\d.,\p{L}])[−-]0(\.0+)?(?![\d.,⁰-⁹]|\s×)/u) ?? node.data.match(/(?<![\p{L}\d])\d+(\.\d+)?e[+-]?\d+/u);
+    if (odd) found.push(`"${odd[0]}" in "${node.data.trim().slice(0, 60)}"`);
+  }
+  return found;
+}
+
+/** In the page, on paper: what is folded and stays so. */
+function folded() {
+  const hidden = [...document.querySelectorAll("details > :not(summary)")].filter((part) => !part.checkVisibility());
+  return hidden.length === 0 ? [] : [`${hidden.length} parts are folded, first: "${hidden[0].textContent.trim().slice(0, 60)}"`];
 }
 
 /** In the page: headings in order, names for what is drawn, tables with captions and headers that say what they head. */
@@ -199,6 +324,8 @@ async function printed(browser, url, path) {
     await page.emulateMedia({ media: "print", colorScheme: "dark" });
     const found = await page.evaluate(overflowing);
     found.push(...(await page.evaluate(cutTexts)));
+    found.push(...(await page.evaluate(undrawn)));
+    found.push(...(await page.evaluate(folded)));
     const background = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
     if (background !== "rgb(255, 255, 255)") found.push(`the paper is ${background}`);
     const file = await page.pdf({ path: path || undefined, preferCSSPageSize: true, printBackground: true });

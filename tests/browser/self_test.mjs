@@ -33,6 +33,13 @@ const page = ({ style = "", more = "", id = "solids", script = SORT, title = "So
 <svg role="img" aria-label="A label" viewBox="0 0 100 20"><text x="5" y="14" font-size="10">label</text></svg>
 ${more}</section></main><script>${script}</script></body></html>`;
 
+/** A chart, with what is drawn into it and written about it. */
+const chart = (marks, texts = "") =>
+  `<figure><svg role="img" aria-label="Chart" viewBox="0 0 100 60" style="height: 60px"><line class="axis" x1="10" y1="50" x2="90" y2="50" stroke="#222"/>${marks}${texts}</svg></figure>`;
+const CURVE = '<polyline class="series a" fill="none" stroke="#222" points="10,50 50,20 90,50"/>';
+const BAR = '<rect class="bar" x="20" y="20" width="20" height="30"/>';
+const label = (x, text) => `<text x="${x}" y="10" font-size="10">${text}</text>`;
+
 /** What is broken, and a part of what must be found then. */
 const BROKEN = {
   "console error": [page({ script: `${SORT}; console.error("oh")` }), "console error: oh"],
@@ -43,6 +50,23 @@ const BROKEN = {
   "missing section": [page({ id: "others" }), "section solids is missing"],
   "empty section": [page({ style: "section { display: none }" }), "section solids is empty"],
   "cut label": [page({ more: '<svg role="img" aria-label="B" viewBox="0 0 100 20"><text x="90" y="14">label</text></svg>' }), "cut off"],
+  "label cut by a pixel": [page({ more: chart(BAR, `<text x="100.8" y="30" font-size="10" text-anchor="end">label</text>`) }), "cut off"],
+  "overlapping labels": [page({ more: chart(BAR, label(10, "mean A") + label(25, "mean B")) }), '"mean A" lies on "mean B"'],
+  "empty chart": [page({ more: chart("") }), "nothing is drawn"],
+  "curve on the axis": [page({ more: chart(CURVE + CURVE.replace("50,20", "50,50").replace("series a", "series b")) }), 'curve "series b" is not to be seen'],
+  "curve beyond the frame": [page({ more: chart(BAR + CURVE.replace("10,50 50,20 90,50", "110,50 150,20 190,50")) }), "is not to be seen"],
+  "curve without colour": [page({ more: chart(BAR + CURVE.replace("#222", "none")) }), "is not to be seen"],
+  "bars without height": [page({ more: chart(BAR.replace('height="30"', 'height="0"')) }), "nothing is drawn"],
+  "negative width": [page({ more: chart(CURVE + BAR.replace('width="20"', 'width="-20"')) }), 'width="-20"'],
+  "coordinate that is none": [page({ more: chart(CURVE + BAR.replace('x="20"', 'x="NaN"')) }), 'x="NaN"'],
+  "points that are none": [page({ more: chart(BAR + CURVE.replace("50,20", "50,NaN")) }), "points that are no numbers"],
+  "symbol broken in mid-word": [page({ more: '<p class="symbol" style="width: 30px; overflow-wrap: anywhere">overhang</p>' }), '"overhang" is broken'],
+  "cut table": [page({ more: '<div class="scroll" tabindex="0" style="overflow-x: auto"><p style="width: 1400px">wide</p></div>' }), "is cut off: 1400 px wide"],
+  "endless page": [page({ more: '<div style="height: 12000px"></div>' }), "px long"],
+  "negative zero": [page({ more: "<p>changes by −0 %</p>" }), '"−0"'],
+  "negative zero with decimals": [page({ more: "<p>-0.00 ± 0.02</p>" }), '"-0.00"'],
+  "exponent for programs": [page({ more: "<p>at 7.772000e-15, 2</p>" }), '"7.772000e-15"'],
+  "folded on paper": [page({ more: "<details><summary>More</summary><p>folded</p></details>" }), "print: 1 parts are folded"],
   "no buttons": [page({ script: "" }), "no buttons"],
   "unsorted rows": [page({ script: SORT.replace("body.append", "[].concat") }), "is not ascending"],
   "sorted as text": [page({ script: SORT.replace("key(a) - key(b)", "key(a).localeCompare(key(b))") }), "is not ascending"],
@@ -68,7 +92,10 @@ try {
       await writeFile(file, html);
       return findings(browser, { kind: "summary", url: pathToFileURL(file).href, name: "page" });
     };
-    const sound = await of(page());
+    const numbers = "<p>−0.5 %, 0 %, 1 × 10⁻⁵, A-0, 2026-01-02</p>";
+    const unfolded = "<style>@media print { details::details-content { content-visibility: visible; block-size: auto; display: block } }</style>";
+    const more = `${numbers}${chart(CURVE + BAR, label(10, "mean A") + label(55, "mean B"))}${unfolded}<details><summary>More</summary><p>folded</p></details>`;
+    const sound = await of(page({ more }));
     verdict(sound.length === 0, `a page with nothing wrong passes ${sound.join("; ")}`);
     for (const [name, [html, part]] of Object.entries(BROKEN)) {
       const found = await of(html);

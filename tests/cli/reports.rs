@@ -238,6 +238,144 @@ fn a_unit_that_nobody_states_is_an_alert() {
     assert_eq!(sheet["unit"], Value::Null);
 }
 
+#[test]
+fn walls_that_the_box_cuts_are_not_thin() {
+    let folder = Folder::new();
+    let gyroid = ["generate", "gyroid", "--cells", "2", "--cell-size", "2.5", "--wall", "0.4", "--resolution", "24"];
+    folder.run(&[&gyroid[..], &["-o", "a.stl"]].concat()).code(0);
+    let thinnest = |edges: &str| {
+        let sheet = report(&folder, &["a.stl", "--resolution", "64", "--edges", edges]);
+        let [lower, upper] = ["lower", "upper"].map(|key| metric(&sheet, "wall.thinnest")[key].as_f64().unwrap());
+        let found = value(&sheet, "wall.thinnest");
+        assert!(lower <= found && found <= upper, "{}", metric(&sheet, "wall.thinnest"));
+        found
+    };
+    let [border, clip] = ["border", "clip"].map(thinnest);
+    assert_near(border, 0.4, 0.05);
+    assert_near(border, clip, 0.05);
+    fs::write(folder.path("limits.toml"), "\"wall.thinnest\" = { min = \"0.3 mm\" }\n").unwrap();
+    let flags = ["report", "a.stl", "--unit", "mm", "--resolution", "64", "--limits", "limits.toml", "-o", "out"];
+    folder.run(&flags).code(0);
+    // A block is nothing but what its box cuts, and all of it counts.
+    folder.stl("block.stl", &cuboid([0.0; 3], [4.0, 4.0, 1.0]));
+    let block = report(&folder, &["block.stl", "--resolution", "32"]);
+    assert_eq!(value(&block, "wall.thinnest"), value(&block, "solid.thickness.p1"));
+    assert_near(value(&block, "solid.thickness.max"), 1.0, 0.13);
+}
+
+#[test]
+fn closed_pores_do_not_lengthen_the_way_through_open_ones() {
+    let folder = Folder::new();
+    // Boxes within a box are holes: six channels along z, and a cavity.
+    let channel = |i: usize| {
+        let [x, y] = [1.0 + 2.0 * (i % 3) as f64, 1.0 + 4.0 * (i / 3) as f64];
+        cuboid([x, y, 0.0], [x + 1.0, y + 1.0, 7.0])
+    };
+    let mut block = [cuboid([0.0; 3], [7.0; 3]), cuboid([1.0, 3.0, 1.0], [6.0, 4.0, 6.0])].concat();
+    block.extend((0..6).flat_map(channel));
+    folder.stl("a.stl", &block);
+    let sheet = report(&folder, &["a.stl", "--resolution", "56"]);
+    assert_near(value(&sheet, "porosity.closed"), 25.0 / 343.0, 1e-6);
+    assert_near(value(&sheet, "tortuosity.pore.diffusive.z"), 1.0, 1e-6);
+    assert_eq!(metric(&sheet, "tortuosity.pore.diffusive.x")["value"], Value::Null);
+}
+
+#[test]
+fn a_solid_that_does_not_fill_its_box_is_measured_within_its_hull() {
+    let folder = Folder::new();
+    folder.run(&["generate", "sphere", "--radius", "5", "-o", "ball.stl"]).code(0);
+    folder.stl("box.stl", &hollow(3.0, 1.0));
+    let alert = |sheet: &Value| {
+        let alerts = sheet["alerts"].as_array().unwrap();
+        alerts.iter().find(|alert| alert["code"] == "box-not-filled").map(|alert| alert["message"].to_string())
+    };
+    let ball = report(&folder, &["ball.stl", "--resolution", "48"]);
+    assert_near(value(&ball, "porosity"), 0.476, 0.01);
+    let message = alert(&ball).expect("a ball does not fill its box");
+    assert!(message.contains("--roi hull") && message.contains("porosity is 0 %"), "{message}");
+    let within = report(&folder, &["ball.stl", "--resolution", "48", "--roi", "hull"]);
+    assert_near(value(&within, "porosity"), 0.0, 1e-4);
+    assert_eq!((alert(&within), &within["provenance"]["region"]), (None, &"hull".into()));
+    let hollow = report(&folder, &["box.stl", "--resolution", "24"]);
+    assert_eq!(alert(&hollow), None);
+    let within = report(&folder, &["box.stl", "--resolution", "24", "--roi", "hull"]);
+    for id in ["porosity", "porosity.closed", "surface.area", "volume.total"] {
+        assert_near(value(&within, id), value(&hollow, id), 1e-6);
+    }
+    let refused = ["report", "ball.stl", "--roi", "hull", "--transform-roi", "scale(2)", "-o", "out"];
+    assert!(folder.run(&refused).code(2).stderr().contains("--transform-roi"));
+}
+
+#[test]
+fn the_surface_of_the_mesh_is_told_beside_that_of_the_pores() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &hollow(3.0, 1.0));
+    let sheet = report(&folder, &["a.stl", "--resolution", "24"]);
+    assert_near(value(&sheet, "surface.mesh"), 60.0, 1e-9);
+    assert_near(value(&sheet, "surface.area"), 6.0, 1e-6);
+    let why = metric(&sheet, "surface.area")["warnings"][0].as_str().unwrap();
+    assert!(why.starts_with("90 %") && why.contains("faces of the box"), "{why}");
+}
+
+#[test]
+fn what_is_thinner_than_the_raster_is_not_resolved() {
+    let folder = Folder::new();
+    folder.stl("plate.stl", &cuboid([0.0; 3], [10.0, 10.0, 0.3]));
+    folder.stl("roi.stl", &cuboid([0.0, 0.0, -5.0], [10.0, 10.0, 5.0]));
+    for flags in [&["plate.stl", "--resolution", "16"][..], &["plate.stl", "--roi", "roi.stl", "--resolution", "16"]] {
+        let sheet = report(&folder, flags);
+        for id in ["solid.thickness.mean", "solid.thickness.max", "wall.thinnest"] {
+            assert_eq!(metric(&sheet, id)["status"], "not-resolved", "{}", metric(&sheet, id));
+        }
+    }
+    let sheet = report(&folder, &["plate.stl", "--pitch", "0.05"]);
+    assert_eq!(metric(&sheet, "solid.thickness.mean")["status"], "measured");
+}
+
+#[test]
+fn the_headline_has_errors_and_no_bounds() {
+    let folder = Folder::new();
+    folder.run(&["generate", "sphere", "--radius", "5", "-o", "ball.stl"]).code(0);
+    let run = folder.run(&["report", "ball.stl", "--unit", "mm", "--resolution", "24", "-o", "out"]);
+    let run = run.code(0);
+    let porosity = run.stdout().lines().find(|line| line.starts_with("Porosity (φ)")).unwrap().to_owned();
+    assert!(porosity.contains(" ± ") && !run.stdout().contains('['), "{}", run.stdout());
+    let page = fs::read_to_string(folder.path("out/report.html")).unwrap();
+    let (_, figures) = page.split_once(r#"<section id="figures""#).unwrap();
+    let (figures, rest) = figures.split_once("</section>").unwrap();
+    assert!(figures.contains(" ± ") && !figures.contains("bounds "), "{figures}");
+    assert!(rest.contains(r#"<span class="bounds">bounds "#));
+}
+
+#[test]
+fn one_bad_file_does_not_end_a_batch() {
+    let folder = Folder::with_two_cubes();
+    folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
+    let flags = ["report", "a.stl", "open.stl", "b.stl", "no.stl", "--unit", "mm", "--resolution", "16", "-o", "out"];
+    let run = folder.run(&flags).code(2);
+    let told = run.stderr();
+    assert!(told.contains("2 of 4 solids") && told.contains("open.stl") && told.contains("no.stl"), "{told}");
+    assert!(folder.path("out/a/report.html").is_file() && folder.path("out/b/report.html").is_file());
+    assert!(!folder.path("out/open").exists());
+    let index = fs::read_to_string(folder.path("out/index.html")).unwrap();
+    let (_, failures) = index.split_once(r#"<section id="failures""#).unwrap();
+    assert!(failures.contains("open.stl") && failures.contains("not closed") && failures.contains("no.stl"));
+    assert_eq!(index.matches(r#"<img class="thumbnail""#).count(), 2);
+    let table = fs::read_to_string(folder.path("out/designs.csv")).unwrap();
+    assert!(
+        table.starts_with("\u{feff}design,length unit,limits,not measured because,volume.total [mm^3],"),
+        "{table}"
+    );
+    for name in ["a.stl,mm,", "b.stl,mm,", "open.stl,,,", "no.stl,,,"] {
+        assert!(table.lines().any(|line| line.starts_with(name)), "{name}: {table}");
+    }
+    let json = folder.run(&[&flags[..], &["--json", "-"]].concat()).code(2).json();
+    assert_eq!(["results", "failures"].map(|key| json[key].as_array().unwrap().len()), [2, 2]);
+    // Where nothing could be measured there is nothing to look at.
+    let none = folder.run(&["report", "open.stl", "no.stl", "-o", "none"]).code(2);
+    assert!(none.stderr().contains("2 of 2 solids") && !folder.path("none/index.html").exists());
+}
+
 /// What must hold in any report of a solid: bounds about values, shares that add up, sizes in their order.
 fn faults(sheet: &Value) -> Vec<String> {
     let mut faults = Vec::new();

@@ -111,9 +111,10 @@ fn of_each<T>(command: &str, results: &[Each<T>], input: fn(&T) -> Value, one: f
 /// What is in metrics.json, or those of several in an envelope.
 fn reported(result: &Reported) -> Value {
     let mut objects: Vec<Value> = result.sheets.iter().map(|sheet| json!(sheet)).collect();
-    match objects.len() {
-        1 => objects.remove(0),
-        _ => json!({ "schema": SCHEMA, "command": "report", "results": objects }),
+    match (objects.len(), result.failures.as_slice()) {
+        (1, []) => objects.remove(0),
+        (_, []) => json!({ "schema": SCHEMA, "command": "report", "results": objects }),
+        (_, failures) => json!({ "schema": SCHEMA, "command": "report", "results": objects, "failures": failures }),
     }
 }
 

@@ -109,18 +109,21 @@ fn one_reported(sheet: &Sheet) -> String {
     table.text
 }
 
-/// A value with what is known of its error and its bounds.
+/// A value with the estimate of its error; its bounds, which are worst cases, are in the files.
 fn metric_value(metric: &Metric) -> String {
     let Some(value) = metric.value else {
         return format!("– ({})", metric.warnings.first().map_or("no value", String::as_str));
     };
     let scale = metric.unit.scale_for_people();
     let unit = metric.unit.for_people();
-    let bounds = match (metric.lower, metric.upper) {
-        (Some(lower), Some(upper)) => format!(" [{}, {}]", rounded(lower * scale), rounded(upper * scale)),
-        _ => String::new(),
+    let said = match metric.error.filter(|&error| error > 0.0) {
+        Some(error) => {
+            let (value, error) = estimate(value * scale, error * scale);
+            format!("{value} ± {error} {unit}")
+        }
+        None => format!("{} {unit}", rounded(value * scale)),
     };
-    format!("{}{bounds} {unit}", rounded(value * scale)).trim_end().to_owned()
+    said.trim_end().to_owned()
 }
 
 /// Four digits, which is more than most of these numbers are good for.
@@ -577,7 +580,7 @@ mod tests {
         assert_eq!(number(0.1), "0.1");
         assert_eq!(number(123_456_789.0), "123456789");
         assert_eq!(number(-1.0 / 3.0), "-0.3333333");
-        assert_eq!(number(1e-7), "1.000000e-7");
+        assert_eq!(number(1e-7), "1e-7");
         assert_eq!(number(f64::NAN), "NaN");
     }
 }

@@ -16,7 +16,7 @@ use ldi_ops::solids::Model;
 use ldi_ops::voxels;
 
 pub use self::render::{Plane, RenderJob, Scenery};
-pub use self::report::{ReportJob, Settings};
+pub use self::report::{ReportJob, Roi, Settings};
 pub use self::sum::{Operand, SumJob, SumOperation};
 use crate::args::{
     self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,

@@ -34,15 +34,15 @@ pub enum EndCondition {
 /// What diffuses through a phase from end to end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Diffusion {
-    /// τ = φ D₀ / D_eff, at least 1.
+    /// τ = φ D₀ / D_eff, at least 1, with the share φ of what takes part: [`Diffusion::spanning_share`].
     pub tortuosity: f64,
     /// D₀ / D_eff.
     pub formation_factor: f64,
     /// D_eff / D₀.
     pub effective_diffusivity: f64,
-    /// φ: the share of the box that is of the phase, whether it takes part or not.
+    /// The share of the box that is of the phase, whether it takes part or not.
     pub share: f64,
-    /// The share of the box that is of pieces of the phase which reach from end to end. PoreSpy has this one in τ.
+    /// φ: the share of the box that is of pieces of the phase which reach from end to end.
     pub spanning_share: f64,
     /// Iterations of conjugate gradients.
     pub iterations: usize,
@@ -93,13 +93,13 @@ pub fn diffusive(
     let distance = if condition == EndCondition::Faces { side } else { side - 1 };
     let effective = flow.flux * distance as f64 / area as f64;
     let share_of = |set: &NodeSet| set.count() as f64 / nodes.volume() as f64;
-    let share = share_of(nodes);
+    let spanning_share = share_of(&spanning);
     Ok(Some(Diffusion {
-        tortuosity: share / effective,
+        tortuosity: spanning_share / effective,
         formation_factor: 1.0 / effective,
         effective_diffusivity: effective,
-        share,
-        spanning_share: share_of(&spanning),
+        share: share_of(nodes),
+        spanning_share,
         iterations: flow.iterations,
         residual: flow.residual,
     }))

@@ -10,8 +10,9 @@
 //! fronts of *every* direction are exact, and a front that enters a staircase of nodes need not walk along its steps.
 //!
 //! # Diffusive tortuosity
-//! τ = φ D₀ / D_eff, where D_eff is what diffuses through the box when its two faces are held at two concentrations and its
-//! others let nothing pass. Nodes are cells of a pitch, between which a difference of concentration of 1 drives a flux of 1.
+//! τ = φ D₀ / D_eff, where φ is the share of the box that is of pieces of the phase which reach from face to face, closed and
+//! blind pieces left out, and D_eff is what diffuses through the box when its two faces are held at two concentrations and
+//! its others let nothing pass. Nodes are cells of a pitch, between which a difference of concentration of 1 drives a flux of 1.
 //! This is the tortuosity that some call its factor or its square; for a straight duct at angle θ it is 1/cos²θ, where the
 //! geodesic one is 1/cos θ. The formation factor is D₀ / D_eff.
 //!

@@ -50,14 +50,14 @@ fn no_path_leads_through_a_dead_end() {
     let halves = NodeSet::from_fn([8; 3], |[x, _, z]| (x < 4) == (z < 4));
     assert_eq!(geodesic(&halves, Axis::Z, Edges::Clip), Ok(None));
     assert_eq!(diffusive(&halves, Axis::Z, Edges::Clip, EndCondition::Faces, TOLERANCE, &|_| ()), Ok(None));
-    // What does not reach from end to end counts in the share and in nothing else.
+    // What does not reach from end to end counts in the share of the phase and in nothing else.
     let tube = |[x, y, _]: [usize; 3]| (2..6).contains(&x) && (2..6).contains(&y);
     let both = NodeSet::from_fn([20; 3], |node| tube(node) || (node[0] > 10 && node[2] < 10));
     let found = diffusion(&both, Axis::Z, Edges::Clip);
     let alone = diffusion(&NodeSet::from_fn([20; 3], tube), Axis::Z, Edges::Clip);
     assert!((found.formation_factor / alone.formation_factor - 1.0).abs() < 1e-9);
     assert_eq!(found.spanning_share, alone.share);
-    assert!((found.tortuosity - found.share / alone.share).abs() < 1e-6, "{found:?}");
+    assert!(found.share > 1.5 * alone.share && (found.tortuosity - 1.0).abs() < 1e-6, "{found:?}");
 }
 
 #[test]

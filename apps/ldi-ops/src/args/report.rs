@@ -17,7 +17,7 @@ pub struct ReportArguments {
     #[arg(required = true, value_name = "A")]
     pub solids: Vec<PathBuf>,
     /// The folder for report.html, metrics.json, metrics.csv and methods.txt; it is made where there is none. Of several
-    /// solids each gets a folder in it, and index.html sums them up
+    /// solids each gets a folder in it, index.html sums them up, and designs.csv has a row for each
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
     #[command(flatten)]
@@ -40,9 +40,9 @@ pub struct RegionArguments {
     /// Measure meshes that are not closed too; rays that do not close count as empty, and an alert says so
     #[arg(long)]
     pub allow_open: bool,
-    /// Region of interest: a closed mesh, the bone around the scaffold, within which all is measured [default: the box of
-    /// the solid]
-    #[arg(long, value_name = "B")]
+    /// Region of interest, within which all is measured: a closed mesh, such as the bone around the scaffold, or `hull`, the
+    /// convex hull of the solid (`./hull` names a file) [default: the box of the solid]
+    #[arg(long, value_name = "B|hull")]
     pub roi: Option<PathBuf>,
     /// Place the solid before use, left to right, in its own unit: 'translate(1,0,0) rotate(0,0,1,30) scale(2)'
     #[arg(long, value_name = "PLACEMENT")]

@@ -18,8 +18,8 @@ use crate::output;
 #[derive(Debug)]
 pub struct ReportJob {
     pub solids: Vec<Input>,
-    /// The region of interest.
-    pub roi: Option<Input>,
+    /// The region of interest; the box of the solid where there is none.
+    pub roi: Option<Roi>,
     /// The design to be put beside the first.
     pub compare: Option<Input>,
     pub limits: Option<PathBuf>,
@@ -29,6 +29,14 @@ pub struct ReportJob {
     pub openness: Openness,
     pub settings: Settings,
     pub report: Report,
+}
+
+/// What bounds the region of interest.
+#[derive(Debug)]
+pub enum Roi {
+    File(Input),
+    /// The convex hull of the solid.
+    Hull,
 }
 
 /// How it is measured.
@@ -95,9 +103,17 @@ pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Failure> {
         backend: backend(backend_choice, adapter)?,
     };
     let placed = |path, placement| Input { name: None, path, placement };
+    let roi = match roi {
+        Some(path) if path == Path::new("hull") && transform_roi.is_some() => {
+            return Err(Failure::input("--transform-roi places a file, and --roi hull lies where the solid does"));
+        }
+        Some(path) if path == Path::new("hull") => Some(Roi::Hull),
+        Some(path) => Some(Roi::File(placed(path, transform_roi))),
+        None => None,
+    };
     let job = ReportJob {
         solids: solids.into_iter().map(|path| placed(path, transform_a)).collect(),
-        roi: roi.map(|path| placed(path, transform_roi)),
+        roi,
         compare: compare.map(|path| placed(path, None)),
         limits,
         folder,

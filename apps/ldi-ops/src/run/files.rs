@@ -8,7 +8,7 @@ use ldi_ops::mesh::io;
 use super::report;
 use crate::exit::Failure;
 use crate::output::{Identity, identity};
-use crate::resolve::{Input, Job, Report};
+use crate::resolve::{Input, Job, Report, Roi};
 
 /// Refuses a job whose outputs would overwrite an input, a file that an input refers to, or one another.
 pub fn keep_apart(job: &Job) -> Result<(), Failure> {
@@ -45,7 +45,11 @@ fn files_read(job: &Job) -> Vec<&Path> {
         Job::Check(job) => job.meshes.iter().map(PathBuf::as_path).collect(),
         Job::Convert(job) => vec![&job.from.path],
         Job::Report(job) => {
-            let solids = job.solids.iter().chain(&job.roi).chain(&job.compare);
+            let roi = job.roi.iter().filter_map(|roi| match roi {
+                Roi::File(input) => Some(input),
+                Roi::Hull => None,
+            });
+            let solids = job.solids.iter().chain(roi).chain(&job.compare);
             solids.map(|input| input.path.as_path()).chain(job.limits.as_deref()).collect()
         }
         Job::Generate(_) | Job::Devices(_) => Vec::new(),

@@ -10,20 +10,20 @@ use std::slice;
 use std::time::{Instant, SystemTime};
 
 use ldi_ops::grid::Axis;
-use ldi_ops::mesh::LengthUnit;
+use ldi_ops::mesh::{ClosedMesh, LengthUnit, convex_hull};
 
 use super::backend::Backends;
 use super::fill::FillDifference;
-use super::input::{self, Demands, Provenance, Sides};
+use super::input::{self, Demands, Provenance, Sides, Surface};
 use super::work::work;
 use super::{Finished, Outcome, Solid, machine};
 use crate::exit::{Exit, Failure};
 use crate::output;
 use crate::progress::Progress;
-use crate::resolve::{Input, ReportJob};
+use crate::resolve::{Input, ReportJob, Roi};
 use crate::scaffold::limits::Limits;
 use crate::scaffold::measure::{Clock, Measurements, Subject, measure, unmeasured};
-use crate::scaffold::page::summary::Entry;
+use crate::scaffold::page::summary::{Entry, Unmeasured};
 use crate::scaffold::page::{self, compare, summary};
 use crate::scaffold::sheet::{self, Alert, InputFile, Severity, Sheet};
 use crate::scaffold::write;
@@ -34,42 +34,75 @@ pub struct Reported {
     pub sheets: Vec<Sheet>,
     /// Files to open, the first of them first.
     pub pages: Vec<PathBuf>,
+    /// What of several solids could not be measured.
+    pub failures: Vec<Unmeasured>,
 }
 
 /// Runs a job.
 pub fn run(job: &ReportJob, progress: &Progress) -> Result<Finished, Failure> {
     let limits = job.limits.as_deref().map(|path| limits(path, job.unit)).transpose()?;
     let backends = Backends::open(&job.settings.backend)?;
-    let places = places(job);
-    let mut sheets = Vec::new();
-    for (place, input) in places.iter().zip(job.solids.iter().chain(&job.compare)) {
-        let mut sheet = one(job, input, &backends, progress)?;
+    let (mut places, mut sheets, mut failures) = (Vec::new(), Vec::new(), Vec::new());
+    let mut worst = None;
+    for (place, input) in self::places(job).into_iter().zip(job.solids.iter().chain(&job.compare)) {
+        let mut sheet = match one(job, input, &backends, progress) {
+            Ok(sheet) => sheet,
+            // One of many does not keep the others from being measured.
+            Err(failure) if job.solids.len() > 1 => {
+                worst = if failure.exit == Exit::Machine { Some(Exit::Machine) } else { worst.or(Some(failure.exit)) };
+                failures.push(unmeasured_solid(input, &failure));
+                continue;
+            }
+            Err(failure) => return Err(failure),
+        };
         if let Some(limits) = &limits {
             sheet.verdict = Some(limits.judge(&sheet.metrics, sheet.unit).map_err(Failure::input)?);
         }
         say(&sheet, progress);
-        write_sheet(&sheet, &job.folder.join(place))?;
+        write_sheet(&sheet, &job.folder.join(&place))?;
         sheets.push(sheet);
+        places.push(place);
+    }
+    if let (Some(exit), true) = (worst, sheets.is_empty()) {
+        return Err(Failure { exit, message: said_of(&failures, job.solids.len()) });
     }
     tell_apart(&mut sheets);
     let mut pages: Vec<PathBuf> = places.iter().map(|place| job.folder.join(place).join("report.html")).collect();
-    if let Some((name, text)) = overview(job, &places, &sheets) {
+    if let Some((name, text)) = overview(job, &places, &sheets, &failures) {
         let path = job.folder.join(name);
         output::replace(&path, |file| file.write_all(text.as_bytes()))?;
         pages.insert(0, path);
     }
-    if job.compare.is_none() && sheets.len() > 1 {
-        let path = job.folder.join("metrics.csv");
-        let table = write::csv(&sheets.iter().collect::<Vec<_>>());
-        output::replace(&path, |file| file.write_all(table.as_bytes()))?;
+    if job.solids.len() > 1 {
+        let all = sheets.iter().collect::<Vec<_>>();
+        for (name, table) in [("metrics.csv", write::csv(&all)), ("designs.csv", write::designs(&all, &failures))] {
+            output::replace(&job.folder.join(name), |file| file.write_all(table.as_bytes()))?;
+        }
     }
     progress.finish();
+    if !failures.is_empty() {
+        progress.warn(said_of(&failures, job.solids.len()));
+    }
     let passed = sheets.iter().filter_map(|sheet| sheet.verdict.as_ref()).all(|verdict| verdict.passed);
     Ok(Finished {
-        outcome: Outcome::Reported(Reported { sheets, pages }),
+        outcome: Outcome::Reported(Reported { sheets, pages, failures }),
         report: job.report.clone(),
-        exit: if passed { Exit::Done } else { Exit::CheckFalse },
+        exit: worst.unwrap_or(if passed { Exit::Done } else { Exit::CheckFalse }),
     })
+}
+
+/// A failure by the file that it is of, which its message need not name again.
+fn unmeasured_solid(input: &Input, failure: &Failure) -> Unmeasured {
+    let path = input.path.display().to_string();
+    let message = failure.message.strip_prefix(&format!("{path}: ")).unwrap_or(&failure.message).to_owned();
+    Unmeasured { path, message }
+}
+
+/// All failures, a paragraph each.
+fn said_of(failures: &[Unmeasured], all: usize) -> String {
+    let mut text = format!("{} of {all} solids could not be measured:", failures.len());
+    failures.iter().for_each(|Unmeasured { path, message }| text += &format!("\n{path}: {message}"));
+    text
 }
 
 /// Reads limits, and holds them against metrics without values: nobody should wait for a misspelt name.
@@ -85,7 +118,12 @@ fn limits(path: &Path, unit: Option<LengthUnit>) -> Result<Limits, Failure> {
 }
 
 /// The page over several, and its name.
-fn overview(job: &ReportJob, places: &[PathBuf], sheets: &[Sheet]) -> Option<(&'static str, String)> {
+fn overview(
+    job: &ReportJob,
+    places: &[PathBuf],
+    sheets: &[Sheet],
+    failures: &[Unmeasured],
+) -> Option<(&'static str, String)> {
     let entries: Vec<Entry> = places
         .iter()
         .zip(sheets)
@@ -93,8 +131,8 @@ fn overview(job: &ReportJob, places: &[PathBuf], sheets: &[Sheet]) -> Option<(&'
         .collect();
     match (&entries[..], &job.compare) {
         ([a, b], Some(_)) => Some(("compare.html", compare::html(a, b))),
-        ([_], _) => None,
-        _ => Some(("index.html", summary::html(&entries))),
+        _ if job.solids.len() == 1 => None,
+        _ => Some(("index.html", summary::html(&entries, failures))),
     }
 }
 
@@ -132,7 +170,7 @@ const FILES: [&str; 4] = ["metrics.json", "metrics.csv", "methods.txt", "report.
 /// Every file that a report may write.
 pub fn files(job: &ReportJob) -> Vec<PathBuf> {
     let each = places(job).into_iter().flat_map(|place| FILES.map(|name| job.folder.join(&place).join(name)));
-    let over_all = ["index.html", "compare.html", "metrics.csv"].map(|name| job.folder.join(name));
+    let over_all = ["index.html", "compare.html", "metrics.csv", "designs.csv"].map(|name| job.folder.join(name));
     let mut files: Vec<PathBuf> = each.chain(over_all).collect();
     files.sort();
     files.dedup();
@@ -168,12 +206,21 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Progress)
         fill: job.settings.fill,
         provenance: Provenance::Hashed,
     };
-    let inputs: Vec<Input> = [Some(input.clone()), job.roi.clone()].into_iter().flatten().collect();
+    let roi = match &job.roi {
+        Some(Roi::File(roi)) => Some(roi.clone()),
+        Some(Roi::Hull) | None => None,
+    };
+    let inputs: Vec<Input> = [Some(input.clone()), roi].into_iter().flatten().collect();
     let (mut solids, warnings) = clock.time("read", || input::solids(&inputs, demands))?;
     // What bulges and overhangs, normals say.
     for solid in solids.iter_mut().filter(|solid| solid.is_oriented() && solid.volume < 0.0) {
         input::turn(solid, demands)?;
         solid.volume = -solid.volume;
+    }
+    let files: Vec<InputFile> =
+        ["solid", "roi"].into_iter().zip(&solids).map(|(role, solid)| file(role, solid)).collect();
+    if let Some(Roi::Hull) = job.roi {
+        solids.push(hull(&solids[0])?);
     }
     let subject = Subject { solid: &solids[0], roi: solids.get(1) };
     let mut alerts: Vec<Alert> = warnings.into_iter().map(alert).collect();
@@ -206,7 +253,7 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Progress)
         anisotropy,
         convergence,
         provenance: sheet::Provenance {
-            inputs: ["solid", "roi"].into_iter().zip(&solids).map(|(role, solid)| file(role, solid)).collect(),
+            inputs: files,
             command_line: command_line(),
             version: env!("CARGO_PKG_VERSION"),
             made: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
@@ -220,6 +267,23 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Progress)
             peak_memory_bytes: machine::peak_memory_bytes(),
         },
         pictures,
+    })
+}
+
+/// The convex hull of a solid.
+fn hull(solid: &Solid) -> Result<Solid, Failure> {
+    let mesh = convex_hull(&solid.mesh().positions);
+    let closed = mesh.and_then(|mesh| ClosedMesh::check(mesh).ok());
+    let closed =
+        closed.ok_or_else(|| Failure::input(format!("{}: the solid is flat and has no hull", solid.name())))?;
+    Ok(Solid {
+        operand: None,
+        path: PathBuf::from("hull"),
+        volume: closed.signed_volume(),
+        surface: Surface::Closed(closed),
+        stated_unit: None,
+        unit: solid.unit,
+        sha256: None,
     })
 }
 

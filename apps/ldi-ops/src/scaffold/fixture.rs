@@ -88,7 +88,7 @@ pub fn rich() -> Sheet {
             metric("tortuosity.diffusive.z", Transport, "τ_D,z", "Diffusive tortuosity along z", Number, 1.0),
             "no pore leads through",
         ),
-        with(metric(id::PERMEABILITY, Transport, "k", "Permeability (Kozeny–Carman)", Length(2), 7.13e-6), "K", "5"),
+        with(metric("permeability", Transport, "k", "Permeability (Kozeny–Carman)", Length(2), 7.13e-6), "K", "5"),
         metric("moments.centroid.x", Moments, "x̄", "Centroid, x", Length(1), -4.998),
         with(
             metric(id::OVERHANG, Manufacture, "–", "Overhanging surface", Share, 0.1464),

@@ -35,7 +35,5 @@ pub const THINNEST_WALL: &str = "wall.thinnest";
 pub const ANISOTROPY: &str = "anisotropy";
 /// Conn.D.
 pub const CONNECTIVITY: &str = "connectivity";
-/// Kozeny and Carman's estimate.
-pub const PERMEABILITY: &str = "permeability";
 /// The share of the surface that overhangs.
 pub const OVERHANG: &str = "overhang";

@@ -20,6 +20,10 @@ use crate::scaffold::sheet::{AccessCurve, HistogramPlot};
 /// Points that the curve of access is drawn through.
 const POINTS: usize = 128;
 
+/// Lengths of fewer pitches are not resolved.
+const RESOLVED: f64 = 3.0;
+
+const TOO_COARSE: &str = "fewer than 3 pitches: the raster is too coarse for it";
 const NO_PORES: &str = "there are no pores in the region";
 const NO_SOLID: &str = "there is no solid in the region";
 const NO_SURFACE: &str = "there is no surface in the region for a ball to touch";
@@ -162,7 +166,7 @@ pub fn access(study: &Study, record: &mut Record) -> (Option<AccessCurve>, Optio
                   the pore widths means that wide pores lie behind narrow throats.",
     };
     let histogram = Distribution::of_map(&map, pitch).map(|sizes| {
-        put_spread(Spread::Access, &sizes, record);
+        put_spread(Spread::Access, &sizes, pitch, record);
         plots::histogram(plot, Phase::Pore, &sizes, study.subject.solid.unit)
     });
     if histogram.is_none() {
@@ -201,7 +205,7 @@ fn put_percolation(study: &Study, spans: [Option<access::Percolation>; 3], recor
             Some(span) => {
                 let place = Axis::ALL.map(|axis| number(position(grid, axis, span.node[axis.depth()])));
                 entry.with("narrowest at", place.join(", "));
-                if span.diameter < 3.0 {
+                if span.diameter < RESOLVED {
                     entry.unresolved("narrower than 3 pitches: a wall thinner than the raster might close it");
                 }
             }
@@ -238,12 +242,19 @@ pub fn thickness(
     let field = DistanceField::of(&Crossings::of_images(&study.images.solid, study.region, edges), edges);
     let pitch = study.region.grid().pitch();
     let mut plots = Vec::new();
+    let mut walls = None;
     for phase in Phase::BOTH {
         let nodes = phase.nodes(&study.solid, study.region.nodes());
-        let (spread, plot, nothing) = match phase {
-            Phase::Solid => (Spread::Thickness, THICKNESS, NO_SOLID),
-            Phase::Pore => (Spread::Width, WIDTH, NO_PORES),
+        if phase == Phase::Solid && nodes.is_empty() && record.value("volume.solid").is_some_and(|volume| volume > 0.0)
+        {
+            lost_between_rays(spread_of(phase), record);
+            continue;
+        }
+        let (plot, nothing) = match phase {
+            Phase::Solid => (THICKNESS, NO_SOLID),
+            Phase::Pore => (WIDTH, NO_PORES),
         };
+        let spread = spread_of(phase);
         let map = match nodes.is_empty() {
             true => Err(nothing),
             false => Ok(local_thickness(&field, &nodes)),
@@ -256,19 +267,43 @@ pub fn thickness(
                 continue;
             }
         };
-        put_spread(spread, &values, record);
-        if phase == Phase::Solid {
-            put_thinnest(study, &map, values.quantile(0.01), record);
+        put_spread(spread, &values, pitch, record);
+        if phase == Phase::Pore {
+            slices.iter_mut().for_each(|slice| slice.fill(phase, &map, nodes.size()));
         }
-        slices.iter_mut().for_each(|slice| slice.fill(phase, &map, nodes.size()));
         growth.take(phase, &map, &nodes, pitch);
         plots.push(plots::histogram(plot, phase, &values, study.subject.solid.unit));
+        if phase == Phase::Solid {
+            walls = Some((map, nodes));
+        }
+    }
+    drop(field);
+    if let Some((map, nodes)) = walls {
+        let crossings = || Crossings::of_images(&study.images.solid, study.region, Edges::Clip);
+        let free = free_thickness(crossings, &nodes, edges);
+        let counted = uncut(map, free.as_deref());
+        let values = Distribution::of_map(&counted, 1.0).expect("some nodes always count");
+        let most = values.quantile(0.99) as f32;
+        // What the region cuts is no thin place in a picture, nor a thicker one than the rest has.
+        let shown = |(&counted, &free): (&f32, &f32)| if counted > 0.0 { counted } else { free.min(most) };
+        let shown: Option<Vec<f32>> = free.map(|free| counted.iter().zip(&free).map(shown).collect());
+        let shown = shown.as_ref().unwrap_or(&counted);
+        slices.iter_mut().for_each(|slice| slice.fill(Phase::Solid, shown, nodes.size()));
+        put_thinnest(study, &counted, values.quantile(0.01) * pitch, &nodes, record);
     }
     let largest = record.value("pore.thickness.max");
-    record.put_or("pore.largest", largest, NO_PORES).with("edges", edges.name());
-    let sum = record.value("solid.thickness.mean").zip(record.value("pore.thickness.mean"));
-    record.put_or("number", sum.map(|(wall, pore)| 1.0 / (wall + pore)), "there are not both walls and pores");
-    if record.value("solid.thickness.mean").is_none() {
+    let entry = record.put_or("pore.largest", largest, NO_PORES);
+    entry.with("edges", edges.name());
+    if largest.is_some_and(|largest| largest < RESOLVED * pitch) {
+        entry.unresolved(TOO_COARSE);
+    }
+    let means = record.value("solid.thickness.mean").zip(record.value("pore.thickness.mean"));
+    let why = "there are not both walls and pores";
+    let entry = record.put_or("number", means.map(|(wall, pore)| 1.0 / (wall + pore)), why);
+    if means.is_some_and(|(wall, pore)| wall.min(pore) < RESOLVED * pitch) {
+        entry.unresolved(TOO_COARSE);
+    }
+    if record.value("solid.thickness.mean").is_none() && !record.is_unresolved("solid.thickness.mean") {
         record.lacks("wall.thinnest", NO_SOLID);
     }
     plots
@@ -288,8 +323,37 @@ const WIDTH: Plot = Plot {
               is wide here and narrow there lies behind throats.",
 };
 
-/// The thinnest wall, and one place that is so thin.
-fn put_thinnest(study: &Study, map: &[f32], thinnest: f64, record: &mut Record) {
+/// A solid that has a volume, but no node.
+fn lost_between_rays(spread: Spread, record: &mut Record) {
+    spread.ids().into_iter().chain(["wall.thinnest"]).for_each(|id| {
+        record.unresolved(id, "no node of the raster lies in the solid: it is thinner than a pitch");
+    });
+}
+
+/// What a ball may differ by from one map to another, in pitches, where nothing but painting does.
+const REPAINTED: f32 = 0.5;
+
+/// The thickness of a solid, in pitches, if balls may reach beyond the region; nothing where `edges` let them anyway, or where
+/// nothing would hold them.
+pub fn free_thickness(crossings: impl FnOnce() -> Crossings, nodes: &NodeSet, edges: Edges) -> Option<Vec<f32>> {
+    if edges != Edges::Border {
+        return None;
+    }
+    let free = local_thickness(&DistanceField::of(&crossings(), Edges::Clip), nodes);
+    free.iter().all(|thickness| thickness.is_finite()).then_some(free)
+}
+
+/// The thickness of the nodes that are not thinner because the region ends there, and 0 of the others; of all nodes, where
+/// that are all of them.
+pub fn uncut(map: Vec<f32>, free: Option<&[f32]>) -> Vec<f32> {
+    let Some(free) = free else { return map };
+    let left: Vec<f32> =
+        map.iter().zip(free).map(|(&within, &free)| if free > within + REPAINTED { 0.0 } else { within }).collect();
+    if left.iter().any(|&thickness| thickness > 0.0) { left } else { map }
+}
+
+/// The thinnest wall, and one place that is so thin; from the thickness of the nodes that count.
+fn put_thinnest(study: &Study, map: &[f32], thinnest: f64, nodes: &NodeSet, record: &mut Record) {
     let grid = study.region.grid();
     let [columns, rows, _] = study.solid.size();
     let wanted = (thinnest / grid.pitch()) as f32;
@@ -303,8 +367,12 @@ fn put_thinnest(study: &Study, map: &[f32], thinnest: f64, record: &mut Record) 
         let place = DVec3::from_array(Axis::ALL.map(|axis| position(grid, axis, node[axis.depth()])));
         entry.with("for example at", place.to_array().map(number).join(", "));
     }
-    if thinnest < 3.0 * grid.pitch() {
-        entry.unresolved(format!("fewer than 3 rays a wall: {} pitches", number(thinnest / grid.pitch())));
+    let counted = map.iter().filter(|&&thickness| thickness > 0.0).count();
+    let left_out = 1.0 - counted as f64 / nodes.count() as f64;
+    entry.with("left out, cut by the region", format!("{} %", number((1000.0 * left_out).round() / 10.0)));
+    if thinnest < RESOLVED * grid.pitch() {
+        let pitches = number((100.0 * thinnest / grid.pitch()).round() / 100.0);
+        entry.unresolved(format!("fewer than 3 rays a wall: {pitches} pitches"));
     }
 }
 
@@ -341,15 +409,27 @@ impl Spread {
     }
 }
 
-fn put_spread(spread: Spread, values: &Distribution, record: &mut Record) {
-    let [mean, deviation, min, p1, p5, p50, p95, max] = spread.ids();
-    record.put(mean, values.mean());
-    record.put(deviation, values.deviation());
-    record.put(min, values.min());
-    for (id, share) in [(p1, 0.01), (p5, 0.05), (p50, 0.5), (p95, 0.95)] {
-        record.put(id, values.quantile(share));
+const fn spread_of(phase: Phase) -> Spread {
+    match phase {
+        Phase::Solid => Spread::Thickness,
+        Phase::Pore => Spread::Width,
     }
-    record.put(max, values.max());
+}
+
+fn put_spread(spread: Spread, values: &Distribution, pitch: f64, record: &mut Record) {
+    let [mean, deviation, min, p1, p5, p50, p95, max] = spread.ids();
+    let lengths = [(mean, values.mean()), (min, values.min()), (max, values.max())];
+    let percentiles = [(p1, 0.01), (p5, 0.05), (p50, 0.5), (p95, 0.95)].map(|(id, share)| (id, values.quantile(share)));
+    for (id, length) in lengths.into_iter().chain(percentiles) {
+        let entry = record.put(id, length);
+        if length < RESOLVED * pitch {
+            entry.unresolved(TOO_COARSE);
+        }
+    }
+    let entry = record.put(deviation, values.deviation());
+    if values.mean() < RESOLVED * pitch {
+        entry.unresolved(TOO_COARSE);
+    }
 }
 
 fn lacks_spread(spread: Spread, why: &str, record: &mut Record) {

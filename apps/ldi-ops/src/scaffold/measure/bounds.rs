@@ -12,7 +12,7 @@ use ldi_ops::metrics::thickness::local_thickness;
 use ldi_ops::metrics::{Distribution, Edges, NodeSet, Phase};
 use ldi_ops::sampler::{Fill, Mode, Sampler};
 
-use super::balls::Ways;
+use super::balls::{Ways, free_thickness, uncut};
 use super::record::Record;
 use super::{Clock, Study};
 use crate::exit::Failure;
@@ -140,17 +140,21 @@ fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &
     let Some(value) = record.value("wall.thinnest") else { return };
     let edges = study.settings.edges;
     let pitch = study.region.grid().pitch();
-    let p1 = |nodes: &NodeSet| {
+    let p1 = |nodes: &NodeSet, beyond: &NodeSet| {
         let field = DistanceField::of(&Crossings::of_nodes(nodes, edges), edges);
-        let thickness = Distribution::of_map(&local_thickness(&field, nodes), pitch)?;
+        let map = local_thickness(&field, nodes);
+        drop(field);
+        let free = free_thickness(|| Crossings::of_nodes(beyond, Edges::Clip), nodes, edges);
+        let map = uncut(map, free.as_deref());
+        let thickness = Distribution::of_map(&map, pitch)?;
         Some(thickness.quantile(0.01)).filter(|thickness| thickness.is_finite())
     };
     let solid = Phase::Solid.nodes(&study.solid, study.region.nodes());
     let (inner, outer) = (bounds.inner.and(&region.inner), bounds.outer.and(&region.outer));
     // What no node sees is lost, too.
     let lost = outer.minus(&grown(&inner)).count() as f64 / solid.count() as f64;
-    let lower = if lost > 0.01 { None } else { p1(&inner) };
-    let upper = p1(&outer);
+    let lower = if lost > 0.01 { None } else { p1(&inner, &bounds.inner) };
+    let upper = p1(&outer, &bounds.outer);
     if let Some(entry) = record.found("wall.thinnest") {
         // The 1 % are not the same nodes in each, and are known to a pitch.
         let least = lower.map_or(0.0, |lower| (lower.min(value) - pitch).max(0.0));

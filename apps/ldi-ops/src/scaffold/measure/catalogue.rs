@@ -200,6 +200,7 @@ pub const CATALOGUE: &[&[Definition]] = &[
         definition!("porosity.open", Volume, "φ open", "Open porosity", SHARE, "flood through faces of nodes from the faces of the region", BOUXSEIN, "The share of the region that is pore and reached from outside."),
         definition!("porosity.closed", Volume, "φ closed", "Closed porosity", SHARE, "flood through faces of nodes from the faces of the region", BOUXSEIN, "The share of the region that is pore and walled in."),
         definition!("surface.area", Surface, "BS", "Surface", length(2), FACETS, BOUXSEIN, "The surface between solid and pore within the region, without faces that the region cuts."),
+        definition!("surface.mesh", Surface, "S mesh", "Surface of the whole mesh", length(2), "sum of the areas of all triangles, f64", OWN, "The area of all triangles, in or out of the region, with the faces that lie in the faces of the box: BS leaves those out, as the solid counts as cut there."),
         definition!("surface.specific", Surface, "BS/BV", "Specific surface", length(-1), FACETS, BOUXSEIN, "Surface by volume of solid."),
         definition!("surface.density", Surface, "BS/TV", "Surface density", length(-1), FACETS, BOUXSEIN, "Surface by volume of the region."),
         definition!("surface.curvature.mean", Surface, "∫H", "Integral of mean curvature", length(1), "half the sum of edge lengths times exterior angles, over the edges of the mesh, without those in faces of the box", SANTALO, "The integral over the surface of the mean of the principal curvatures: positive where the solid bulges."),
@@ -218,7 +219,7 @@ pub const CATALOGUE: &[&[Definition]] = &[
     &spread!("pore.thickness", Thickness, "Tb.Sp", "Width of the pores", BALLS, HILDEBRAND, "The diameter of the largest ball in the pores that holds a point, averaged over their volume."),
     &[
         definition!("number", Thickness, "Tb.N", "Trabecular number", length(-1), BALLS, HILDEBRAND, "Walls met on a length: 1 / (Tb.Th + Tb.Sp)."),
-        definition!("wall.thinnest", Thickness, "Th p1", "Thinnest wall (1st percentile)", length(1), BALLS, HILDEBRAND, "The thickness that 1 % of the solid falls below; sharp edges, also those where the region cuts, are thin."),
+        definition!("wall.thinnest", Thickness, "Th p1", "Thinnest wall (1st percentile)", length(1), BALLS, HILDEBRAND, "The thickness that 1 % of the solid falls below, without what the faces of the region cut thinner; sharp edges are thin."),
     ],
     &along_axes!("chord.solid", Chords, "ℓ solid", "Mean solid chord", length(1), CHORDS, TORQUATO, "Mean length of the stretches of lines along this axis within the solid."),
     &along_axes!("chord.pore", Chords, "ℓ pore", "Mean pore chord", length(1), CHORDS, TORQUATO, "Mean length of the stretches of lines along this axis within the pores."),
@@ -239,8 +240,8 @@ pub const CATALOGUE: &[&[Definition]] = &[
         definition!("connectivity", Topology, "Conn.D", "Connectivity density", length(-3), CUBES, ODGAARD, "(1 − Δχ)/TV, Δχ being the Euler characteristic without what the region's faces add."),
     ],
     &along_axes!("tortuosity.pore.geodesic", Transport, "τ geo", "Geodesic tortuosity of the pores", NUMBER, MARCHING, GHANBARIAN, "The mean shortest path through the pores from face to face, over the straight one."),
-    &along_axes!("tortuosity.pore.diffusive", Transport, "τ diff", "Diffusive tortuosity of the pores", NUMBER, POISSON, GHANBARIAN, "φ D₀/D: how much slower than through straight tubes of the same porosity diffusion is."),
-    &along_axes!("tortuosity.solid.diffusive", Transport, "τ cond", "Conductive tortuosity of the solid", NUMBER, POISSON, GHANBARIAN, "BV/TV k₀/k: how much worse than straight bars of the same volume the solid conducts."),
+    &along_axes!("tortuosity.pore.diffusive", Transport, "τ diff", "Diffusive tortuosity of the pores", NUMBER, POISSON, GHANBARIAN, "φ D₀/D: how much slower diffusion is than through straight tubes; φ is the porosity of the pores that reach from face to face along the axis, closed and blind ones left out."),
+    &along_axes!("tortuosity.solid.diffusive", Transport, "τ cond", "Conductive tortuosity of the solid", NUMBER, POISSON, GHANBARIAN, "φ k₀/k: how much worse the solid conducts than straight bars; φ is the volume fraction of the pieces that reach from face to face along the axis."),
     &[
         definition!("permeability", Transport, "k", "Permeability, Kozeny–Carman", length(2), "estimate φ³/(K·(BS/TV)²); no flow is computed", CARMAN, "A rule of thumb for granular beds; of scaffolds, an order of magnitude."),
     ],

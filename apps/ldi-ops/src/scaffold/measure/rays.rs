@@ -16,6 +16,7 @@ use ldi_ops::sampler::Fill;
 use super::plots::{self, Plot};
 use super::record::Record;
 use super::{SHELLS_MEET, Shells, Study};
+use crate::number::number;
 use crate::scaffold::sheet::{Anisotropy, HistogramPlot, Profile};
 
 /// What is drawn of it.
@@ -38,7 +39,8 @@ pub fn measure(study: &Study, record: &mut Record) -> Drawn {
     of_mesh(study, &facets, record);
     for phase in Phase::BOTH {
         drawn.histograms.extend(chords(study, phase, record));
-        moments(phase, &phase_moments(&study.images.solid, study.region, phase), record);
+        let extent = study.subject.solid.bounds().extent().max_element();
+        moments(phase, &phase_moments(&study.images.solid, study.region, phase), extent, record);
     }
     let each = profiles(&study.images.solid, study.region).into_iter();
     let profile = |p: ldi_ops::metrics::profiles::Profile| Profile {
@@ -65,7 +67,16 @@ fn volume(study: &Study, record: &mut Record) {
 fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> Option<Anisotropy> {
     let (area, total) = (surface.area(), study.region.volume());
     let solid = record.value("volume.solid").unwrap_or(f64::NAN);
-    record.put("surface.area", area);
+    let of_mesh = study.subject.solid.mesh().area();
+    record.put("surface.mesh", of_mesh);
+    let flush = of_mesh - area;
+    let entry = record.put("surface.area", area);
+    if study.subject.roi.is_none() && study.images.shells == Shells::Apart && flush > 1e-3 * of_mesh {
+        entry.warn(format!(
+            "{} % of the mesh's surface lies in the faces of the box, where the solid counts as cut",
+            number((1000.0 * flush / of_mesh).round() / 10.0)
+        ));
+    }
     record.put("surface.specific", area / solid);
     record.put("surface.density", area / total);
     let settings = study.settings;
@@ -87,13 +98,15 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
         }
         return None;
     };
-    record.put("anisotropy", ellipsoid.degree);
+    // What symmetry makes nothing is nothing, but for rounding.
+    let degree = if ellipsoid.degree < 1e-9 { 0.0 } else { ellipsoid.degree };
+    record.put("anisotropy", degree);
     for (id, length) in ["intercept.long", "intercept.middle", "intercept.short"].into_iter().zip(ellipsoid.half_axes) {
         let endless = "endless: lines in this direction never meet the surface";
         record.put_or(id, length.is_finite().then_some(length), endless);
     }
     Some(Anisotropy {
-        degree: ellipsoid.degree,
+        degree,
         lengths: ellipsoid.half_axes,
         directions: ellipsoid.directions.map(|direction| direction.to_array()),
     })
@@ -178,15 +191,16 @@ fn chord_ids(phase: Phase, axis: Axis) -> [&'static str; 2] {
 }
 
 /// Centroid of a phase, and inertia of the solid.
-fn moments(phase: Phase, moments: &Moments, record: &mut Record) {
+fn moments(phase: Phase, moments: &Moments, extent: f64, record: &mut Record) {
     let nothing = "the region has none of it";
-    let finite = |value: f64| value.is_finite().then_some(value);
+    // What cancels but for rounding is nothing.
+    let finite = |value: f64, size: f64| value.is_finite().then(|| if value.abs() < 1e-9 * size { 0.0 } else { value });
     let ids = match phase {
         Phase::Solid => ["centroid.solid.x", "centroid.solid.y", "centroid.solid.z"],
         Phase::Pore => ["centroid.pore.x", "centroid.pore.y", "centroid.pore.z"],
     };
     for (id, coordinate) in ids.into_iter().zip(moments.centroid.to_array()) {
-        record.put_or(id, finite(coordinate), nothing);
+        record.put_or(id, finite(coordinate, extent), nothing);
     }
     if phase == Phase::Solid {
         let [x, y, z] = moments.inertia.to_cols_array_2d();
@@ -199,7 +213,7 @@ fn moments(phase: Phase, moments: &Moments, record: &mut Record) {
             ("inertia.yz", y[2]),
         ];
         for (id, value) in tensor {
-            record.put_or(id, finite(value), nothing);
+            record.put_or(id, finite(value, x[0] + y[1] + z[2]), nothing);
         }
     }
 }

@@ -52,6 +52,16 @@ impl Record {
         }
     }
 
+    /// A value that the raster is too coarse for.
+    pub fn unresolved(&mut self, id: &'static str, why: impl Into<String>) {
+        self.entry(id).unresolved(why);
+    }
+
+    /// Whether the raster is too coarse for a metric.
+    pub fn is_unresolved(&self, id: &str) -> bool {
+        self.entries.get(id).is_some_and(|entry| entry.unresolved)
+    }
+
     fn entry(&mut self, id: &'static str) -> &mut Entry {
         // A name that is in no catalogue is a mistake of this program.
         self.entries.entry(catalogue::definition(id).id).or_default()

@@ -86,9 +86,10 @@ impl SliceMaker {
     }
 }
 
-/// The world coordinate of a node.
+/// The world coordinate of a node; 0 where only rounding makes it differ.
 pub fn position(grid: &Grid, axis: Axis, node: usize) -> f64 {
-    grid.origin()[axis.depth()] + grid.step() * f64::from(grid.node(node as u32))
+    let position = grid.origin()[axis.depth()] + grid.step() * f64::from(grid.node(node as u32));
+    if position.abs() < 1e-6 * grid.pitch() { 0.0 } else { position }
 }
 
 /// The nodes along each axis that may lie in the region.

@@ -8,7 +8,7 @@ use super::plot::{curve, histogram, profile};
 use super::report::Figure;
 use super::slices::{self, Shown};
 use super::summary::{Entry, address};
-use super::table::{GROUPS, finite, named};
+use super::table::{GROUPS, finite, is_open, named};
 use super::verdict::Strip;
 use super::{FOOT, STYLE, words};
 use crate::scaffold::quantity::{Quantity, Unit};
@@ -40,6 +40,7 @@ struct Design<'s> {
 
 struct GroupTable {
     name: &'static str,
+    open: bool,
     rows: Vec<Row>,
 }
 
@@ -107,7 +108,7 @@ fn table([a, b]: [&Sheet; 2], group: Group) -> GroupTable {
         a.metrics.iter().filter(|metric| metric.group == group).map(|metric| (Some(metric), b.metric(metric.id)));
     let only_b = b.metrics.iter().filter(|metric| metric.group == group && a.metric(metric.id).is_none());
     let pairs = in_a.chain(only_b.map(|metric| (None, Some(metric))));
-    GroupTable { name: named(group).0, rows: pairs.filter_map(|(a, b)| row(a, b)).collect() }
+    GroupTable { name: named(group).0, open: is_open(group), rows: pairs.filter_map(|(a, b)| row(a, b)).collect() }
 }
 
 /// The two values of a metric; those of B in the unit of A, where both units are known.
@@ -126,7 +127,13 @@ fn row(a: Option<&Metric>, b: Option<&Metric>) -> Option<Row> {
     };
     let value = |metric: Option<&Metric>| metric.and_then(|metric| finite(metric.value));
     let difference = match (value(a), value(b), factor) {
-        (Some(a), Some(b), Some(factor)) => Some((b * factor - a, a)),
+        (Some(a), Some(b), Some(factor)) => {
+            let b = b * factor;
+            let change = b - a;
+            // Rounding alone is no difference.
+            let is_rounding = change.abs() <= 1e-9 * a.abs().max(b.abs());
+            Some((if is_rounding { 0.0 } else { change }, a))
+        }
         _ => None,
     };
     let apart = match (a, b, factor) {

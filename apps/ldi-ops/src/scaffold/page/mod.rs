@@ -60,7 +60,7 @@ mod tests {
         vec![
             ("rich.html", super::html(&rich)),
             ("poor.html", super::html(&poor)),
-            ("summary.html", summary::html(&entries())),
+            ("summary.html", summary::html(&entries(), &[])),
             ("compare.html", compare::html(&entry(&rich, "rich.html"), &entry(&other, "rich.html"))),
             ("compare-poor.html", compare::html(&a, &b)),
         ]

@@ -139,7 +139,11 @@ fn facts(sheet: &Sheet, length: &Unit) -> Vec<String> {
         Some(_) => format!("lengths in {}", length.for_people()),
         None => "unit of length unknown".to_owned(),
     };
-    let region = if region == "box" { "box of the solid".to_owned() } else { region.clone() };
+    let region = match region.as_str() {
+        "box" => "box of the solid",
+        "hull" => "convex hull of the solid",
+        file => file,
+    };
     vec![
         format!("region: {region}"),
         format!("{x} × {y} × {z} rays"),
@@ -171,7 +175,7 @@ fn slice_rows(sheet: &Sheet, length: &Unit) -> Vec<SliceRow> {
             Shown::Solid => (
                 "Local thickness of the solid",
                 "Each point of the solid has the diameter of the largest ball within the solid that covers it. Even colour \
-                 means walls and struts of one thickness; dark spots are the thin places, where a part breaks or a printer fails.",
+                 means walls and struts of one thickness; dark spots are the thin places, where a part breaks or a printer fails. Where the region cuts the solid, balls reach beyond it and are as large as the others at most.",
             ),
             Shown::Pore => (
                 "Local width of the pores",

@@ -40,13 +40,14 @@ impl Shown {
     }
 }
 
-/// The values that colours go from and to: the least and the largest of all slices. Colours from nought would leave an even
-/// scaffold with one.
+/// The values that colours go from and to: the 1st and the 99th percentile of all slices. A few extremes would leave an even
+/// scaffold with one colour.
 pub fn range<'s>(slices: impl IntoIterator<Item = &'s Slice>, shown: Shown) -> Option<[f64; 2]> {
     let values = slices.into_iter().flat_map(|slice| &slice.nodes).filter_map(|&node| shown.of(node));
-    let finite = values.filter(|value| value.is_finite());
-    let [low, high] =
-        finite.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], value| [low.min(value), high.max(value)]);
+    let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let last = values.len().checked_sub(1)?;
+    let [low, high] = [0.01, 0.99].map(|share| values[(share * last as f64).round() as usize]);
     (high > 0.0).then_some(if low < high { [low, high] } else { [0.0, high] })
 }
 
@@ -110,7 +111,9 @@ pub fn colour_bar(shown: Shown, range: [f64; 2], length: &Unit) -> String {
         Shown::Pore => "width",
     };
     let [least, largest] = range.map(|end| words::with_unit(end, length));
-    svg.finish(&format!("Colours of the local {name}: dark is {least}, bright is {largest}."))
+    svg.finish(&format!(
+        "Colours of the local {name}: the darkest is {least} and less, the brightest {largest} and more."
+    ))
 }
 
 /// Indices of colours: what is outside, the other phase, and values above them.

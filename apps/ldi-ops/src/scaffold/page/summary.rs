@@ -1,7 +1,12 @@
 //! Several solids on one page: a row each, to be sorted.
 
+use std::io::Cursor;
+
 use askama::Template;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use ldi_ops::mesh::LengthUnit;
+use serde::Serialize;
 
 use super::verdict::Strip;
 use super::{FOOT, SORT, STYLE, words};
@@ -16,25 +21,30 @@ pub struct Entry<'s> {
     pub link: String,
 }
 
-/// The columns, where any of the solids has a value.
-const COLUMNS: [&str; 12] = [
+/// A solid that could not be measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Unmeasured {
+    pub path: String,
+    /// Why.
+    pub message: String,
+}
+
+/// The columns, where any of the solids has a value: as many as a window shows.
+const COLUMNS: [&str; 9] = [
     id::POROSITY,
-    id::OPEN_POROSITY,
     id::PERCOLATION,
-    id::LARGEST_PORE,
     id::THICKNESS,
     id::THINNEST_WALL,
     id::SEPARATION,
     id::SURFACE_PER_SOLID,
     id::ANISOTROPY,
     id::CONNECTIVITY,
-    id::PERMEABILITY,
     id::OVERHANG,
 ];
 
 #[derive(Template)]
 #[template(path = "summary.html")]
-struct Page {
+struct Page<'s> {
     style: &'static str,
     sort: &'static str,
     foot: &'static str,
@@ -44,6 +54,7 @@ struct Page {
     columns: Vec<Column>,
     rows: Vec<Row>,
     judged: bool,
+    failures: &'s [Unmeasured],
 }
 
 struct Column {
@@ -56,6 +67,8 @@ struct Column {
 struct Row {
     title: String,
     link: String,
+    /// The shaded view, small, as an address.
+    thumbnail: Option<String>,
     state: &'static str,
     sign: &'static str,
     verdict: String,
@@ -67,13 +80,12 @@ struct Row {
 
 struct Cell {
     text: String,
-    bounds: Option<String>,
     /// What the column is sorted by; nothing sorts last.
     key: String,
 }
 
-/// The page as one file; links to the pages of its entries.
-pub fn html(entries: &[Entry]) -> String {
+/// The page as one file; links to the pages of its entries, and names what could not be measured.
+pub fn html(entries: &[Entry], failures: &[Unmeasured]) -> String {
     let shown: Vec<&str> = COLUMNS
         .into_iter()
         .filter(|id| entries.iter().any(|entry| entry.sheet.metric(id).is_some_and(|metric| metric.value.is_some())))
@@ -97,6 +109,7 @@ pub fn html(entries: &[Entry]) -> String {
         columns: shown.iter().filter_map(|id| column(entries, id, one_unit)).collect(),
         rows: entries.iter().map(|entry| row(entry, &shown, one_unit)).collect(),
         judged,
+        failures,
     };
     super::rendered(&page)
 }
@@ -121,6 +134,7 @@ fn row(entry: &Entry, columns: &[&str], one_unit: bool) -> Row {
     Row {
         title: sheet.title.clone(),
         link: address(&entry.link),
+        thumbnail: sheet.pictures.view.as_deref().and_then(thumbnail),
         state: strip.state,
         sign: strip.sign,
         verdict,
@@ -132,14 +146,39 @@ fn row(entry: &Entry, columns: &[&str], one_unit: bool) -> Row {
 
 fn cell(metric: Option<&Metric>, one_unit: bool) -> Cell {
     let Some((metric, value)) = metric.and_then(|metric| Some((metric, super::table::finite(metric.value)?))) else {
-        return Cell { text: words::NOTHING.to_owned(), bounds: None, key: String::new() };
+        return Cell { text: words::NOTHING.to_owned(), key: String::new() };
     };
     let unit: &Unit = &metric.unit;
     Cell {
-        text: if one_unit { words::value(value, unit) } else { words::with_unit(value, unit) },
-        bounds: words::bounds(super::table::finite(metric.lower), super::table::finite(metric.upper), unit),
+        text: if one_unit { words::with_error(value, metric.error, unit) } else { words::with_unit(value, unit) },
         key: format!("{:e}", value * if one_unit { 1.0 } else { to_metres(unit) }),
     }
+}
+
+/// How many pixels of a view become one of its thumbnail, along each side.
+const SHRINK: usize = 5;
+
+/// A view, a fifth as wide and as high, as the address of an image.
+fn thumbnail(view: &[u8]) -> Option<String> {
+    let mut reader = png::Decoder::new(Cursor::new(view)).read_info().ok()?;
+    let mut pixels = vec![0; reader.output_buffer_size()?];
+    let frame = reader.next_frame(&mut pixels).ok()?;
+    let channels = frame.color_type.samples();
+    let [width, height] = [frame.width, frame.height].map(|side| side as usize / SHRINK);
+    let mean = |x: usize, y: usize, channel: usize| {
+        let block = (0..SHRINK * SHRINK).map(|i| [x * SHRINK + i % SHRINK, y * SHRINK + i / SHRINK]);
+        let sum: usize = block.map(|[x, y]| usize::from(pixels[y * frame.line_size + x * channels + channel])).sum();
+        (sum / (SHRINK * SHRINK)) as u8
+    };
+    let small: Vec<u8> = (0..width * height * channels)
+        .map(|i| mean(i / channels % width, i / channels / width, i % channels))
+        .collect();
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width as u32, height as u32);
+    encoder.set_color(frame.color_type);
+    encoder.set_compression(png::Compression::High);
+    encoder.write_header().ok()?.write_image_data(&small).ok()?;
+    Some(format!("data:image/png;base64,{}", STANDARD.encode(file)))
 }
 
 /// So that lengths of several units sort; those without a unit stay as they are.
@@ -162,6 +201,20 @@ pub fn address(path: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_thumbnail_is_a_fifth_of_its_view() {
+        let view = crate::scaffold::fixture::rich().pictures.view.unwrap();
+        let address = thumbnail(&view).unwrap();
+        let file = STANDARD.decode(address.strip_prefix("data:image/png;base64,").unwrap()).unwrap();
+        let mut reader = png::Decoder::new(Cursor::new(file)).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let frame = reader.next_frame(&mut pixels).unwrap();
+        assert_eq!((frame.width, frame.height), (64 / 5, 48 / 5));
+        // The fixture's grey rises by 3 a column.
+        assert_eq!(pixels[..3], [6, 21, 36]);
+        assert_eq!(thumbnail(b"no picture"), None);
+    }
 
     #[test]
     fn links_lead_to_files_of_any_name() {

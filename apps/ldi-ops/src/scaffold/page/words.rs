@@ -22,18 +22,17 @@ pub fn significant(value: f64, digits: usize) -> String {
     if number::plain(value) {
         return minus(&number::digits(value, digits));
     }
-    let text = format!("{value:.*e}", digits.saturating_sub(1));
+    let text = number::digits(value, digits);
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let mantissa = match mantissa.contains('.') {
-        true => mantissa.trim_end_matches('0').trim_end_matches('.'),
-        false => mantissa,
-    };
     format!("{} × 10{}", minus(mantissa), exponent.chars().map(superscript).collect::<String>())
 }
 
-/// With the sign that is as wide as a digit.
+/// With the sign that is as wide as a digit, and none before a zero.
 pub fn minus(text: &str) -> String {
-    text.replace('-', "−")
+    match text.strip_prefix('-') {
+        Some(zero) if zero.chars().all(|c| matches!(c, '0' | '.')) => zero.to_owned(),
+        _ => text.replace('-', "−"),
+    }
 }
 
 fn superscript(c: char) -> char {
@@ -102,10 +101,10 @@ pub fn with_error(value: f64, error: Option<f64>, unit: &Unit) -> String {
     format!("{} ± {error}", minus(&format!("{scaled:.decimals_shown$}")))
 }
 
-/// `[lower, upper]` without the unit; an end that is not known is left open.
+/// `bounds LOWER to UPPER` without the unit; an end that is not known is left open.
 pub fn bounds(lower: Option<f64>, upper: Option<f64>, unit: &Unit) -> Option<String> {
     let end = |end: Option<f64>| end.map_or(NOTHING.to_owned(), |end| value(end, unit));
-    (lower.is_some() || upper.is_some()).then(|| format!("[{}, {}]", end(lower), end(upper)))
+    (lower.is_some() || upper.is_some()).then(|| format!("bounds {} to {}", end(lower), end(upper)))
 }
 
 /// Why a metric has no value.
@@ -164,6 +163,8 @@ mod tests {
         assert_eq!(significant(3.2e-9, 3), "3.2 × 10⁻⁹");
         assert_eq!(significant(f64::INFINITY, 3), "∞");
         assert_eq!(significant(f64::NAN, 3), NOTHING);
+        assert_eq!([significant(-0.0, 3), value(-0.0, &number), minus("-0.00")], ["0", "0", "0.00"]);
+        assert_eq!(with_error(-1e-4, Some(0.02), &mm), "0.000 ± 0.020");
     }
 
     #[test]
@@ -187,8 +188,8 @@ mod tests {
     #[test]
     fn bounds_may_be_open() {
         let share = Quantity::Share.of(None);
-        assert_eq!(bounds(Some(0.1), Some(0.2), &share).unwrap(), "[10, 20]");
-        assert_eq!(bounds(Some(0.1), None, &share).unwrap(), "[10, –]");
+        assert_eq!(bounds(Some(0.1), Some(0.2), &share).unwrap(), "bounds 10 to 20");
+        assert_eq!(bounds(Some(0.1), None, &share).unwrap(), "bounds 10 to –");
         assert_eq!(bounds(None, None, &share), None);
     }
 }

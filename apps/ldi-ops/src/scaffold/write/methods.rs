@@ -104,6 +104,7 @@ fn what(sheet: &Sheet) -> String {
     let solid = of_role("solid").map_or(sheet.title.clone(), described);
     let region = match of_role("roi") {
         Some(roi) => format!("the volume that {} bounds", described(roi)),
+        None if sheet.provenance.region == "hull" => "the convex hull of the solid".to_owned(),
         None => "the bounding box of the solid".to_owned(),
     };
     let unit = match sheet.unit {

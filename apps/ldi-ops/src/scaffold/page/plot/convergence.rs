@@ -6,6 +6,9 @@ use crate::scaffold::page::words;
 use crate::scaffold::quantity::Unit;
 use crate::scaffold::sheet::{Convergence, ConvergenceSeries, Varied};
 
+/// The room that the number of a curve takes.
+const NUMBER: f64 = 14.0;
+
 /// So many classes of series are told apart.
 pub const SERIES: usize = 6;
 
@@ -42,6 +45,7 @@ pub fn convergence(study: &Convergence, length: &Unit) -> Option<String> {
     let [left, right] = frame.x.places();
     let zero = frame.y.at(0.0);
     frame.svg.line("axis", [left, zero], [right, zero]);
+    let mut numbers: Vec<[f64; 2]> = Vec::new();
     for (i, curve) in curves {
         let class = i % SERIES;
         let places: Vec<_> = curve.iter().map(|&[at, change]| frame.at([scale * at, change])).collect();
@@ -57,6 +61,13 @@ pub fn convergence(study: &Convergence, length: &Unit) -> Option<String> {
         }
         // Colour is not the only thing that tells them apart.
         if let Some(&[x, y]) = places.first() {
+            // A number that would lie on another one moves aside.
+            let near = |x: f64, other: &[f64; 2]| (other[0] - x).abs() < NUMBER && (other[1] - y).abs() < NUMBER;
+            let mut x = x;
+            while numbers.iter().any(|other| near(x, other)) {
+                x -= NUMBER;
+            }
+            numbers.push([x, y]);
             frame.svg.text("mark-label", Anchor::Middle, [x, y - 7.0], &(i + 1).to_string());
         }
     }

@@ -30,7 +30,8 @@ pub fn histograms(plots: [&HistogramPlot; 2]) -> String {
     let ranges = plots.map(|plot| plot.range);
     let range = [ranges[0][0].min(ranges[1][0]), ranges[0][1].max(ranges[1][1])];
     let heights = plots.map(|plot| {
-        let width = bin(plot, 0).iter().rev().fold(0.0, |width, end| end - width);
+        let [from, to] = bin(plot, 0);
+        let width = to - from;
         plot.shares.iter().map(|share| 100.0 * share / width).collect::<Vec<_>>()
     });
     let largest = heights.iter().flatten().copied().fold(0.0, f64::max);
@@ -100,5 +101,25 @@ fn axis_title(plot: &HistogramPlot) -> String {
     match plot.unit.for_people().as_str() {
         "" => plot.title.clone(),
         unit => format!("{} ({unit})", plot.title),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scaffold::fixture;
+
+    #[test]
+    fn outlines_of_two_distributions_rise_above_the_axis() {
+        let plots = fixture::rich().histograms;
+        let text = histograms([&plots[0], &plots[1]]);
+        let outlines: Vec<&str> = text.split(r#"<polyline class="series"#).skip(1).collect();
+        assert_eq!(outlines.len(), 2);
+        for outline in outlines {
+            let points = outline.split_once(r#"points=""#).unwrap().1.split_once('"').unwrap().0;
+            let heights = || points.split(' ').map(|point| point.split_once(',').unwrap().1.parse::<f64>().unwrap());
+            let (top, floor) = (heights().fold(f64::INFINITY, f64::min), heights().fold(0.0, f64::max));
+            assert!(floor - top > 20.0, "an outline of height {}: {points}", floor - top);
+        }
     }
 }

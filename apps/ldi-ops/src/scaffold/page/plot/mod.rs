@@ -21,8 +21,6 @@ const BOTTOM: f64 = 40.0;
 const TOP: f64 = 10.0;
 /// A line of labels of marks.
 const LABEL_LINE: f64 = 15.0;
-/// What a letter of a label takes, on the safe side.
-const LETTER: f64 = 6.3;
 
 /// What an axis shows.
 pub struct AxisOf<'t> {
@@ -115,8 +113,8 @@ fn rules(svg: &mut Svg, x: &Scale, y: &Scale) {
     // Wide labels take every other tick.
     let labels = ticks.labels();
     let room = (right - left) / labels.len().max(1) as f64;
-    let widest = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0) as f64;
-    let every = ((widest + 1.0) * LETTER / room).ceil().max(1.0) as usize;
+    let widest = labels.iter().map(|label| width_of(label)).fold(0.0, f64::max);
+    let every = ((widest + APART) / room).ceil().max(1.0) as usize;
     for (i, (&value, label)) in ticks.values.iter().zip(&labels).enumerate() {
         let at = x.at(value);
         svg.line("axis", [at, bottom], [at, bottom + 4.0]);
@@ -128,8 +126,22 @@ fn rules(svg: &mut Svg, x: &Scale, y: &Scale) {
 }
 
 fn place_of_label(at: f64, label: &str) -> f64 {
-    let half = label.chars().count() as f64 * LETTER / 2.0;
+    let half = width_of(label) / 2.0;
     at.clamp(LEFT + half - 8.0, (WIDTH - half).max(LEFT + half - 8.0))
+}
+
+/// How far labels stay apart.
+const APART: f64 = 8.0;
+
+/// The width of a label, on the safe side: that in DejaVu Sans, the widest of the typefaces that the style sheet names.
+fn width_of(label: &str) -> f64 {
+    const SIZE: f64 = 12.0;
+    let width = |letter: char| match letter {
+        '.' | ',' | ':' | ';' | ' ' | '\u{a0}' | 'i' | 'j' | 'l' | '\'' => 0.36,
+        'm' | 'w' | 'M' | 'W' | '%' | '×' | '−' => 1.0,
+        _ => 0.69,
+    };
+    SIZE * label.chars().map(width).sum::<f64>()
 }
 
 /// The line that the label of each mark is on, 0 next to the frame, such that none touch; and how many lines there are.
@@ -139,9 +151,9 @@ fn lines_of_labels(x: &Scale, marks: &[Mark]) -> (Vec<usize>, usize) {
     let mut ends: Vec<f64> = Vec::new();
     let mut rows = vec![0; marks.len()];
     for i in order {
-        let half = marks[i].label.chars().count() as f64 * LETTER / 2.0;
+        let half = width_of(&marks[i].label) / 2.0;
         let middle = place_of_label(x.within(marks[i].at), &marks[i].label);
-        let row = ends.iter().position(|&end| end < middle - half - 4.0).unwrap_or(ends.len());
+        let row = ends.iter().position(|&end| end < middle - half - APART).unwrap_or(ends.len());
         if row == ends.len() {
             ends.push(0.0);
         }
