@@ -133,9 +133,10 @@ impl VolumeEstimate {
     ///
     /// What repeats with the raster — the cells of a lattice, a stack of plates, faces along the rays — may err alike
     /// everywhere, and no look at one raster tells. `rasters` are exact images of the same solid whose pitches are no simple
-    /// multiples of the first, best [`CHECK_PITCHES`] times as large. The error is 1.4 times the largest of: the error that
-    /// [`from_axes`](Self::from_axes) gives; the distances to the volumes of the rasters; for one axis, the distances to their
-    /// images along it; and half the error that a raster gives of itself.
+    /// multiples of the first: the coarser, or both, of [`CHECK_PITCHES`] times as large, from fine to coarse. The error is 1.4
+    /// times the largest of: the error that [`from_axes`](Self::from_axes) gives; the distances to the volumes of the rasters;
+    /// for one axis, the distances to their images along it; and half the error that a raster gives of itself. What the
+    /// coarser of two rasters says counts half, as more of it is its own error.
     ///
     /// It is empirical: `tests/reference/estimates.py` compares it with known volumes and prints a table.
     ///
@@ -144,13 +145,14 @@ impl VolumeEstimate {
     pub fn from_rasters(axes: &[AxisVolume], rasters: &[Vec<AxisVolume>]) -> VolumeEstimate {
         const FACTOR: f64 = 1.4;
         let VolumeEstimate { value, error } = VolumeEstimate::from_axes(axes);
-        let signs = rasters.iter().flat_map(|raster| {
+        let signs = rasters.iter().enumerate().flat_map(|(i, raster)| {
             let other = VolumeEstimate::from_axes(raster);
             let same_axis = match axes {
                 [only] => raster.iter().find(|axis| axis.axis == only.axis).expect("a raster has all axes").volume,
                 _ => other.value,
             };
-            [(value - other.value).abs(), (value - same_axis).abs(), 0.5 * other.error]
+            let weight = if i > 0 { 0.5 } else { 1.0 };
+            [(value - other.value).abs(), (value - same_axis).abs(), 0.5 * other.error].map(|sign| weight * sign)
         });
         VolumeEstimate { value, error: FACTOR * signs.fold(error, f64::max) }
     }

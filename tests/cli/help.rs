@@ -157,8 +157,8 @@ fn a_machine_without_what_was_asked_for_ends_with_three() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     // Four thousand million rays, and one row more than can be counted.
-    folder.run(&["volume", "a.stl", "--resolution", "65535"]).code(3).says(&["rays"]);
-    folder.run(&["volume", "a.stl", "--resolution", "65536"]).code(2).says(&["65536 × 65536 rays"]);
+    folder.run(&["sample", "a.stl", "--resolution", "65535", "-o", "a.npz"]).code(3).says(&["rays"]);
+    folder.run(&["sample", "a.stl", "--resolution", "65536", "-o", "a.npz"]).code(2).says(&["65536 × 65536 rays"]);
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn every_key_of_the_schema_is_there() {
     folder.stl("b.stl", &cube(1.0, 2.0));
     for command in ["intersect", "union", "difference", "xor", "volume"] {
         let files: &[&str] = if command == "volume" { &["a.stl"] } else { &["a.stl", "b.stl"] };
-        let arguments = [&[command], files, &["--resolution", "32", "--unit", "mm"]].concat();
+        let arguments = [&[command], files, &["--resolution", "64", "--unit", "mm"]].concat();
         let result = folder.json(&arguments);
         for key in KEYS {
             assert!(result.get(key).is_some(), "{command} has no {key}");

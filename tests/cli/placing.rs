@@ -172,7 +172,7 @@ fn files_of_different_units_are_brought_to_that_of_the_first() {
     let result = folder.json(&["intersect", "mm.stl", "m.gltf", "--axis", "z", "--resolution", "16"]);
     assert_eq!(result["volume"]["unit"], "m^3");
     // At sixteen rays their pitch exceeds the smaller cube.
-    assert_eq!(warning_codes(&result), ["unit-assumed", "thinner-than-pitch"]);
+    assert_eq!(warning_codes(&result), ["unit-assumed", "thinner-than-pitch", "not-resolved"]);
     // What a file states stands.
     folder.run(&["volume", "m.gltf", "--unit", "mm", "--resolution", "16"]).code(0).warns(&[
         "m.gltf",

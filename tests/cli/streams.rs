@@ -71,7 +71,10 @@ fn by_default_there_are_the_value_the_inputs_and_the_file() {
     // Of several values each says whose it is.
     let text = run(&["volume", "a.stl", "b.stl", "-q"]);
     let lines: Vec<&str> = text.lines().collect();
-    assert!(lines.len() == 2 && lines[0].ends_with(" mm³  a.stl") && lines[1].ends_with(" mm³  b.stl"), "{text}");
+    assert!(
+        lines.len() == 2 && lines[0].ends_with(" mm³ (exact)  a.stl") && lines[1].ends_with(" mm³ (exact)  b.stl"),
+        "{text}"
+    );
     folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
     let open = ["volume", "open.stl", "--allow-open", "--resolution", "16"];
     assert!(folder.run(&open).code(0).stdout().contains("open.stl: 11 triangles, not closed, not oriented, mesh"));

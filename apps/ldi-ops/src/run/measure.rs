@@ -99,12 +99,16 @@ impl Volume {
             true => farthest,
             false => (rays.error + (value - rays.value).abs()).min(farthest),
         };
+        // The volumes of the inputs are rounded.
+        let error = error.max(1e-12 * greatest);
         Volume { value, error, method: Method::Estimate(unproved), rays: Some(rays), possible }
     }
 
     /// Whether no ray met anything, so that all that is known is what the inputs allow.
     pub fn is_unresolved(&self) -> bool {
-        self.rays.is_some_and(|rays| rays.value == 0.0) && self.method != Method::Exact && self.error > 0.0
+        self.rays.is_some_and(|rays| rays.value == 0.0)
+            && self.method != Method::Exact
+            && self.possible[1] > self.possible[0]
     }
 }
 
@@ -659,6 +663,10 @@ const IMPRECISE: f64 = 0.1;
 /// Says that the rays are too few to tell the volume, as for a solid that is thin beside their distance.
 fn imprecise(measured: &Measured) -> Option<Warning> {
     let Volume { value, error, possible: [least, greatest], .. } = measured.volume;
+    // An empty sum has a warning of its own.
+    if measured.volume.is_unresolved() && measured.sum.is_some() {
+        return None;
+    }
     if measured.volume.is_unresolved() {
         let unit = unit::suffix(measured.unit, 3);
         let message = format!(
