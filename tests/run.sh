@@ -107,7 +107,7 @@ run_browser() {
   local pages
   pages=$(mktemp -d)
   make_pages "$pages" &&
-    node tests/browser/check.mjs report="$pages/one/report.html" report="$pages/roi/report.html" \
+    node tests/browser/check.mjs report="$pages/one/report.html" report="$pages/roi/report.html" report="$pages/hull/report.html" \
       summary="$pages/many/index.html" comparison="$pages/two/compare.html"
   local status=$?
   rm -r "$pages"
@@ -118,6 +118,7 @@ make_pages() {
   local models=data/models report=("$program" report --unit mm --quiet --resolution 64)
   "${report[@]}" "$models/gyroid_sheet.stl" --limits data/limits.toml -o "$1/one" >/dev/null &&
     "${report[@]}" "$models/gyroid_sheet.stl" --roi "$models/bone.stl" -o "$1/roi" >/dev/null &&
+    "${report[@]}" "$models/bone.stl" --roi hull -o "$1/hull" >/dev/null &&
     "${report[@]}" "$models/bcc_lattice.stl" "$models/sphere.stl" "$models/primitive_sheet.stl" -o "$1/many" >/dev/null &&
     "${report[@]}" "$models/cubic_lattice.stl" --compare "$models/bcc_lattice.stl" -o "$1/two" >/dev/null
 }

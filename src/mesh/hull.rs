@@ -10,16 +10,17 @@ use glam::DVec3;
 
 use super::TriangleMesh;
 
-/// Steps of the lattice along the longest side: normals fit into 64 bits, distances from planes into 128.
+/// Steps of the lattice along the longest side, at most: normals fit into 64 bits, distances from planes into 128.
 const STEPS: f64 = (1u32 << 28) as f64;
 
 /// The convex hull of positions, facing outwards; nothing where all of them lie in one plane.
 ///
-/// Its corners are among the positions, which lie in it but for 2⁻²⁸ of the longest side of their box.
+/// Its corners are among the positions, which lie in it but for 2⁻²⁷ of the longest side of their box.
 pub fn convex_hull(positions: &[DVec3]) -> Option<TriangleMesh> {
     let min = positions.iter().copied().reduce(DVec3::min)?;
     let extent = positions.iter().copied().reduce(DVec3::max)? - min;
-    let scale = STEPS / extent.max_element();
+    // A power of two, so that coordinates of few digits stay exact, and what is flat stays flat.
+    let scale = (STEPS / extent.max_element()).log2().floor().exp2();
     if !scale.is_finite() {
         return None;
     }

@@ -94,7 +94,8 @@ pub fn run(job: &ReportJob, progress: &Progress) -> Result<Finished, Failure> {
 /// A failure by the file that it is of, which its message need not name again.
 fn unmeasured_solid(input: &Input, failure: &Failure) -> Unmeasured {
     let path = input.path.display().to_string();
-    let message = failure.message.strip_prefix(&format!("{path}: ")).unwrap_or(&failure.message).to_owned();
+    let rest = failure.message.strip_prefix(&path).unwrap_or(&failure.message);
+    let message = rest.trim_start_matches([':', ',', ' ']).to_owned();
     Unmeasured { path, message }
 }
 
