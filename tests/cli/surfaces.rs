@@ -143,3 +143,31 @@ fn crumbs_are_counted_and_dropped_where_that_is_asked_for() {
     folder.run(&["sample", "a.stl", "--drop-parts", "1%", "-o", "a.npz"]).code(2).says(&["--drop-parts", "meshes"]);
     folder.run(&["intersect", "a.stl", "a.stl", "--drop-parts", "1%"]).code(2).says(&["--drop-parts", "-o FILE"]);
 }
+
+/// A model of `data/models`.
+fn model(name: &str) -> String {
+    format!("{}/../../data/models/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Booleans in which vertices beyond their cells keep one another from going back, so that triangles crossed.
+#[test]
+fn meshes_of_booleans_pass_the_check_and_do_not_cross_themselves() {
+    let folder = Folder::new();
+    let cases = [
+        ("difference", "cubic_lattice.stl", "bcc_lattice.stl", "rotate(-9,-2,-9,204) scale(1.3)", "d.stl"),
+        ("xor", "gyroid_sheet.stl", "gyroid_sheet.stl", "rotate(-4,-5,-5,164) scale(0.7)", "x.ply"),
+    ];
+    for (operation, a, b, placement, target) in cases {
+        let arguments =
+            [operation, &model(a), &model(b), "--transform-b", placement, "--resolution", "40", "-o", target];
+        let made = folder.json(&arguments);
+        assert_eq!(made["surface"]["crossing_pairs"], 0, "{operation}");
+        let found = checked(&folder, target);
+        assert!(found["solid"] == true && found["defects"] == Value::Array(vec![]), "{operation}: {found:#}");
+        // Cut into four triangles a quadrilateral is still of the same surface.
+        for key in ["triangles", "components", "genus"] {
+            assert_eq!(found[key], made["surface"][key], "{operation} {key}");
+        }
+        folder.run(&["sample", target, "--resolution", "40", "-q"]).code(0);
+    }
+}

@@ -9,7 +9,7 @@ use ldi_ops::mesh::{TriangleMesh, io};
 use ldi_ops::solids;
 use ldi_ops::surface::Surface;
 
-use crate::sampled::{assert_solid, closed, nodes, surface_of};
+use crate::sampled::{assert_solid, closed, nodes, surface_of, surface_of_expression};
 
 type Point = [i128; 3];
 
@@ -123,6 +123,30 @@ fn surfaces_of_models_do_not_cross_themselves() {
         }
     }
     assert!(pulled > 0, "nothing had to be parted");
+}
+
+/// Vertices beyond their cells keep one another from going back here, until all of them do.
+#[test]
+fn surfaces_of_booleans_do_not_cross_themselves() {
+    let placed = |name: &str, axis: DVec3, degrees: f64, scale: f64| {
+        let mut mesh = model(name);
+        let turn = glam::DAffine3::from_axis_angle(axis.normalize(), degrees.to_radians());
+        mesh.transform(&(glam::DAffine3::from_scale(DVec3::splat(scale)) * turn));
+        closed(mesh)
+    };
+    let lattice =
+        (closed(model("cubic_lattice.stl")), placed("bcc_lattice.stl", DVec3::new(-9.0, -2.0, -9.0), 204.0, 1.3));
+    let gyroids =
+        (closed(model("gyroid_sheet.stl")), placed("gyroid_sheet.stl", DVec3::new(-4.0, -5.0, -5.0), 164.0, 0.7));
+    let difference: fn(u64, u64) -> u64 = |a, b| a & !b;
+    for (text, of_nodes, (a, b)) in [("a - b", difference, lattice), ("a ^ b", |a, b| a ^ b, gyroids)] {
+        let (surface, grid) = surface_of_expression(text, &[&a, &b], 40);
+        assert_uncrossed(&surface, &grid, text);
+        assert_solid(&surface.mesh);
+        let [of_a, of_b, found] = [&a, &b, &closed(surface.mesh)].map(|mesh| nodes(mesh, &grid).concat());
+        let wanted: Vec<u64> = of_a.iter().zip(&of_b).map(|(&a, &b)| of_nodes(a, b)).collect();
+        assert!(found == wanted, "{text}");
+    }
 }
 
 #[test]
