@@ -13,7 +13,7 @@
 //! (see [`Cut::is_regular`]), which is known when they are cut; for a feature it is tried. That leaves **suspects**:
 //! vertices that fail, those that share their cell, those beyond theirs, and all in cells that the triangles of the latter touch.
 //! Two triangles cross one another only where both belong to a suspect, and those are tested exactly, both as they
-//! are and as they are rounded to 32 bits in most files.
+//! are and as they are rounded in the file that they are for.
 //!
 //! # What is done
 //! First quadrilaterals in crossing pairs are cut along their other diagonal, if it fits their normals nearly as well and
@@ -38,6 +38,7 @@ use super::features::{CellFilter, Feature, Features};
 use super::intersect::{Candidate, meet, pairs};
 use super::quads::Cut;
 use crate::grid::Grid;
+use crate::mesh::Precision;
 
 /// The most rounds; more than four steps of a chain of neighbours are rare.
 const ROUNDS: usize = 32;
@@ -64,12 +65,20 @@ pub struct Parted {
     pub distances: Vec<f32>,
 }
 
+/// The world coordinates of a surface.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    pub grid: &'a Grid,
+    /// That of the file that it is for.
+    pub precision: Precision,
+}
+
 /// A surface whose triangles may cross one another.
 pub struct Tangle<'a> {
     features: &'a Features<'a>,
-    grid: &'a Grid,
+    view: View<'a>,
     rounding: f64,
-    /// How far 32 bits may move a vertex, in pitches.
+    /// How far the file's precision may move a vertex, in pitches.
     blur: f64,
     vertices: &'a mut Vec<DVec3>,
     triangles: &'a mut Vec<[u32; 3]>,
@@ -120,7 +129,7 @@ impl<'a> Tangle<'a> {
     /// lattice's rounding may move a surface, in pitches.
     pub fn new(
         features: &'a Features<'a>,
-        grid: &'a Grid,
+        view: View<'a>,
         rounding: f64,
         vertices: &'a mut Vec<DVec3>,
         triangles: &'a mut Vec<[u32; 3]>,
@@ -128,12 +137,13 @@ impl<'a> Tangle<'a> {
         let settled = features.all.iter().map(|feature| vertices[feature.vertex as usize]).collect();
         let (steps, refusals) = (vec![0; features.all.len()], vec![0; features.all.len()]);
         let unsound = Chosen::of(vertices.len());
+        let grid = view.grid;
         let size = DVec3::from_array(grid.rays().map(f64::from)) * grid.pitch();
         let furthest = grid.origin().abs().max((grid.origin() + size).abs()).max_element();
-        let blur = furthest * f64::from(f32::EPSILON) / grid.pitch();
+        let blur = furthest * view.precision.epsilon() / grid.pitch();
         Tangle {
             features,
-            grid,
+            view,
             rounding,
             blur,
             vertices,
@@ -308,10 +318,11 @@ impl<'a> Tangle<'a> {
         flipped.into_iter().collect()
     }
 
-    /// Whether two triangles cross one another, as they are or rounded to 32 bits.
+    /// Whether two triangles cross one another, as they are or rounded.
     fn do_meet(&self, one: [u32; 3], other: [u32; 3]) -> bool {
-        let exact = |vertex: u32| world_from_cells(self.grid, self.vertices[vertex as usize]);
-        meet(one, other, exact) || meet(one, other, |vertex| exact(vertex).as_vec3().as_dvec3())
+        let exact = |vertex: u32| world_from_cells(self.view.grid, self.vertices[vertex as usize]);
+        let is_rounded = self.view.precision != Precision::Double;
+        meet(one, other, exact) || (is_rounded && meet(one, other, |vertex| self.view.precision.round(exact(vertex))))
     }
 
     /// Pulls back some of the features in pairs of crossing triangles, and gives the numbers of their quadrilaterals.

@@ -18,7 +18,7 @@ use std::time::Instant;
 use glam::{DAffine3, DVec3};
 use ldi_ops::grid::Axis;
 use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
-use ldi_ops::mesh::{Aabb, ClosedMesh};
+use ldi_ops::mesh::{Aabb, ClosedMesh, Precision};
 use ldi_ops::sampler::{Fill, Mode};
 
 use self::backend::SumBackend;
@@ -195,7 +195,7 @@ fn operate(
     let between = whole.make(a, &step, seconds)?;
     let mut steps = vec![between.report.clone()];
     let imaged = Imaged { images: &between.images, normals: Some(&between.normals), mode: Mode::Exact, unit: None };
-    let (mesh, found) = surface::mesh(&imaged, Finish::default(), progress)?;
+    let (mesh, found) = surface::mesh(&imaged, Finish::default(), Precision::Double, progress)?;
     let warnings = surface::warnings(&found, true);
     let last = match mesh.triangles.is_empty() {
         // Nothing grows to nothing.
