@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
-use ldi_ops::mesh::{ClosedMesh, TriangleMesh, io};
+use ldi_ops::mesh::{ClosedMesh, Precision, TriangleMesh, io};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Fill, Sampler};
 use ldi_ops::surface::gates::Gates;
@@ -35,7 +35,7 @@ fn surfaces_pass_the_gates_and_give_their_nodes_back() {
         let Ok(mesh) = ClosedMesh::check(file.mesh) else { continue };
         let Ok(grid) = Grid::with_resolution(mesh.bounds(), 100, 1024) else { continue };
         let (images, Surface { mesh: made, disagreements, stayed, moved, .. }) = surface(&mesh, &grid);
-        let gates = Gates::of(&made);
+        let gates = Gates::of(&made, Precision::Single);
         let failures: Vec<String> = gates.failures().iter().map(|failure| failure.to_string()).collect();
         assert!(failures.is_empty(), "{}: {}", entry.name, failures.join("\n"));
         assert_eq!(disagreements, 0, "{}", entry.name);

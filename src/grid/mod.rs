@@ -234,6 +234,11 @@ impl Grid {
         }
     }
 
+    /// The same grid elsewhere.
+    pub fn translated(self, by: DVec3) -> Grid {
+        Grid { origin: self.origin + by, ..self }
+    }
+
     /// The world position of lattice position (0, 0, 0).
     pub fn origin(&self) -> DVec3 {
         self.origin

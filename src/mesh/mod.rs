@@ -58,6 +58,34 @@ impl Aabb {
     }
 }
 
+/// The floating-point numbers that coordinates are stored as.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// `f32`: 24 significant bits.
+    #[default]
+    Single,
+    /// `f64`: 53 significant bits.
+    Double,
+}
+
+impl Precision {
+    /// The distance from 1 to the next larger number.
+    pub fn epsilon(self) -> f64 {
+        match self {
+            Precision::Single => f64::from(f32::EPSILON),
+            Precision::Double => f64::EPSILON,
+        }
+    }
+
+    /// The nearest position with coordinates of this precision.
+    pub fn round(self, position: DVec3) -> DVec3 {
+        match self {
+            Precision::Single => position.as_vec3().as_dvec3(),
+            Precision::Double => position,
+        }
+    }
+}
+
 /// The length that one file unit stands for, where a file or the user says it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LengthUnit {

@@ -82,7 +82,7 @@ impl<'a> Features<'a> {
 
     /// The feature of a vertex.
     pub fn of_vertex(&self, vertex: u32) -> Option<usize> {
-        (self.marks[vertex as usize] as usize).checked_sub(1)
+        (*self.marks.get(vertex as usize)? as usize).checked_sub(1)
     }
 
     /// The features among the corners of a quadrilateral.

@@ -4,7 +4,7 @@
 //! two triangles have the same corners, no triangle has a corner twice, every vertex has one fan of triangles, and the
 //! volume is positive. Then it is a closed, oriented 2-manifold, *by its indices*. A file of triangles without indices,
 //! as STL is, has only positions, in `f32`; whoever reads it welds what is equal. So no two vertices may have the same
-//! position once rounded to `f32`, or the mesh that is read is not the mesh that was written.
+//! position once rounded to the [`Precision`] of the file, or the mesh that is read is not the mesh that was written.
 //!
 //! # How it is decided
 //! [`mesh::check`](crate::mesh::check::check) answers more questions about meshes that anybody made, and sorts all edge
@@ -24,8 +24,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::parts::part_of_vertices;
-use crate::mesh::TriangleMesh;
 use crate::mesh::check::{BadIndex, BadPosition, DuplicatePlace, EdgePlace, Findings, TrianglePlace, VertexPlace};
+use crate::mesh::{Precision, TriangleMesh};
 
 /// How many places of a kind are kept beside the count.
 const FIRST: usize = 5;
@@ -59,13 +59,15 @@ pub struct Gates {
     pub duplicates: Findings<DuplicatePlace>,
     /// Vertices with more than one fan of triangles.
     pub non_manifold_vertices: Findings<VertexPlace>,
-    /// Triangles two corners of which are different vertices with the same position in `f32`.
-    pub collapsed_in_f32: Findings<TrianglePlace>,
-    /// Vertices that have the position of a vertex of lower index in `f32`.
-    pub welded_in_f32: Findings<WeldedPlace>,
+    /// The precision that positions were rounded to for what follows.
+    pub precision: Precision,
+    /// Triangles two corners of which are different vertices with the same rounded position.
+    pub collapsed: Findings<TrianglePlace>,
+    /// Vertices that have the rounded position of a vertex of lower index.
+    pub welded: Findings<WeldedPlace>,
 }
 
-/// Two vertices that are one once their positions are rounded to `f32`.
+/// Two vertices that are one once their positions are rounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WeldedPlace {
     /// The vertex of higher index, which is the one counted.
@@ -92,10 +94,10 @@ pub enum GateFailure {
     Duplicates(Findings<DuplicatePlace>),
     /// See [`Gates::non_manifold_vertices`].
     NonManifoldVertices(Findings<VertexPlace>),
-    /// See [`Gates::collapsed_in_f32`].
-    CollapsedInF32(Findings<TrianglePlace>),
-    /// See [`Gates::welded_in_f32`].
-    WeldedInF32(Findings<WeldedPlace>),
+    /// See [`Gates::collapsed`].
+    Collapsed(Findings<TrianglePlace>, Precision),
+    /// See [`Gates::welded`].
+    Welded(Findings<WeldedPlace>, Precision),
     /// There are triangles, and they enclose nothing or less.
     NoVolume {
         /// See [`Gates::signed_volume`].
@@ -104,19 +106,20 @@ pub enum GateFailure {
 }
 
 impl Gates {
-    /// Asks everything of a mesh. The answer is the same whatever the thread count.
+    /// Asks everything of a mesh whose positions will be rounded to a precision. The answer is the same whatever the thread
+    /// count.
     ///
     /// It needs memory for 24 bytes a triangle and 8 a vertex or so, and about 0.1 s for a million triangles on one core.
     ///
     /// # Panics
     /// Where corners cannot be numbered by 32 bits: beyond 1.4 × 10⁹ triangles.
-    pub fn of(mesh: &TriangleMesh) -> Gates {
+    pub fn of(mesh: &TriangleMesh, precision: Precision) -> Gates {
         let faults = Faults::of(mesh);
         let corners = |triangle: u32| mesh.triangles[triangle as usize].map(|index| mesh.positions[index as usize]);
         let triangle_place =
             |&triangle: &u32| TrianglePlace { triangle: triangle as usize, corners: corners(triangle) };
-        let welded = welded_in_f32(mesh, &faults.used);
-        let collapsed = collapsed_in_f32(mesh);
+        let welded = welded(mesh, &faults.used, precision);
+        let collapsed = collapsed(mesh, precision);
         let used = faults.used.par_iter().filter(|used| **used).count();
         let is_manifold = faults.edges.is_empty()
             && faults.vertices.is_empty()
@@ -149,8 +152,9 @@ impl Gates {
                 position: mesh.positions[vertex as usize],
                 fans,
             }),
-            collapsed_in_f32: findings(&collapsed, triangle_place),
-            welded_in_f32: findings(&welded, |&[earlier, vertex]| WeldedPlace {
+            precision,
+            collapsed: findings(&collapsed, triangle_place),
+            welded: findings(&welded, |&[earlier, vertex]| WeldedPlace {
                 vertex,
                 earlier,
                 position: mesh.positions[vertex as usize],
@@ -165,7 +169,11 @@ impl Gates {
 
     /// The gates that are not passed.
     pub fn failures(&self) -> Vec<GateFailure> {
-        fn add<P: Clone>(failures: &mut Vec<GateFailure>, kind: fn(Findings<P>) -> GateFailure, found: &Findings<P>) {
+        fn add<P: Clone>(
+            failures: &mut Vec<GateFailure>,
+            kind: impl FnOnce(Findings<P>) -> GateFailure,
+            found: &Findings<P>,
+        ) {
             if found.count > 0 {
                 failures.push(kind(found.clone()));
             }
@@ -177,8 +185,8 @@ impl Gates {
         add(&mut failures, GateFailure::Edges, &self.edges);
         add(&mut failures, GateFailure::Duplicates, &self.duplicates);
         add(&mut failures, GateFailure::NonManifoldVertices, &self.non_manifold_vertices);
-        add(&mut failures, GateFailure::CollapsedInF32, &self.collapsed_in_f32);
-        add(&mut failures, GateFailure::WeldedInF32, &self.welded_in_f32);
+        add(&mut failures, |found| GateFailure::Collapsed(found, self.precision), &self.collapsed);
+        add(&mut failures, |found| GateFailure::Welded(found, self.precision), &self.welded);
         // Written so that a volume that is not a number fails.
         let is_positive = self.signed_volume > 0.0;
         if self.triangles > 0 && !is_positive {
@@ -225,16 +233,22 @@ impl fmt::Display for GateFailure {
                 let kinds = ["vertex joins fans that no edge joins", "vertices join fans that no edge joins"];
                 sentence(f, found, kinds, name)
             }
-            GateFailure::CollapsedInF32(found) => {
+            GateFailure::Collapsed(found, precision) => {
                 let name = |place: &TrianglePlace| format!("triangle {} at {}", place.triangle, place.corners[0]);
-                let kinds = ["triangle has no extent in f32", "triangles have no extent in f32"];
+                let kinds = match precision {
+                    Precision::Single => ["triangle has no extent in f32", "triangles have no extent in f32"],
+                    Precision::Double => ["triangle has no extent", "triangles have no extent"],
+                };
                 sentence(f, found, kinds, name)
             }
-            GateFailure::WeldedInF32(found) => {
+            GateFailure::Welded(found, precision) => {
                 let name = |place: &WeldedPlace| {
                     format!("vertex {} on vertex {} at {}", place.vertex, place.earlier, place.position)
                 };
-                let kinds = ["vertex falls on another in f32", "vertices fall on others in f32"];
+                let kinds = match precision {
+                    Precision::Single => ["vertex falls on another in f32", "vertices fall on others in f32"],
+                    Precision::Double => ["vertex falls on another", "vertices fall on others"],
+                };
                 sentence(f, found, kinds, name)
             }
             GateFailure::NoVolume { signed_volume } => {
@@ -479,32 +493,32 @@ fn components(mesh: &TriangleMesh, stars: &Stars) -> usize {
     lowest.filter(|&vertex| !stars.corners_at(vertex).is_empty()).count()
 }
 
-/// A position as `f32`s in bits; −0 and 0 are the same coordinate.
-fn rounded(position: DVec3) -> [u32; 3] {
-    position.to_array().map(|coordinate| (coordinate as f32 + 0.0).to_bits())
+/// A rounded position in bits; −0 and 0 are the same coordinate.
+fn rounded(position: DVec3, precision: Precision) -> [u64; 3] {
+    precision.round(position).to_array().map(|coordinate| (coordinate + 0.0).to_bits())
 }
 
-fn collapsed_in_f32(mesh: &TriangleMesh) -> Vec<u32> {
+fn collapsed(mesh: &TriangleMesh, precision: Precision) -> Vec<u32> {
     let collapsed = |&(_, &indices): &(usize, &[u32; 3])| {
         has_vertices(indices, mesh.positions.len()) && {
-            let [a, b, c] = indices.map(|index| rounded(mesh.positions[index as usize]));
+            let [a, b, c] = indices.map(|index| rounded(mesh.positions[index as usize], precision));
             a == b || b == c || c == a
         }
     };
     mesh.triangles.par_iter().enumerate().filter(collapsed).map(|(triangle, _)| triangle as u32).collect()
 }
 
-/// Vertices on the `f32` position of one of lower index, behind the lowest such, in the order of index.
-fn welded_in_f32(mesh: &TriangleMesh, used: &[bool]) -> Vec<[u32; 2]> {
+/// Vertices on the rounded position of one of lower index, behind the lowest such, in the order of index.
+fn welded(mesh: &TriangleMesh, used: &[bool], precision: Precision) -> Vec<[u32; 2]> {
     let vertices = (mesh.positions.par_iter(), used).into_par_iter().enumerate().filter(|(_, (_, used))| **used);
     // Half a hash above the index: the few runs that a sort brings together are compared in full.
     let mut keys: Vec<u64> =
-        vertices.map(|(i, (position, _))| hash(rounded(*position)) & !0xffff_ffff | i as u64).collect();
+        vertices.map(|(i, (position, _))| hash(rounded(*position, precision)) & !0xffff_ffff | i as u64).collect();
     keys.par_sort_unstable();
     let mut welded: Vec<[u32; 2]> = Vec::new();
     for run in keys.chunk_by(|a, b| a >> 32 == b >> 32).filter(|run| run.len() > 1) {
-        let mut positions: Vec<([u32; 3], u32)> =
-            run.iter().map(|&key| (rounded(mesh.positions[key as u32 as usize]), key as u32)).collect();
+        let mut positions: Vec<([u64; 3], u32)> =
+            run.iter().map(|&key| (rounded(mesh.positions[key as u32 as usize], precision), key as u32)).collect();
         positions.sort_unstable();
         for same in positions.chunk_by(|a, b| a.0 == b.0) {
             welded.extend(same[1..].iter().map(|later| [same[0].1, later.1]));
@@ -515,11 +529,12 @@ fn welded_in_f32(mesh: &TriangleMesh, used: &[bool]) -> Vec<[u32; 2]> {
 }
 
 /// A hash whose upper half differs for different positions, mostly.
-fn hash([x, y, z]: [u32; 3]) -> u64 {
+fn hash(position: [u64; 3]) -> u64 {
     // Multiplication by odd digits of π carries upwards, so the lower halves are brought up in between.
-    let first = (u64::from(x) << 32 | u64::from(y)).wrapping_mul(0x243f_6a88_85a3_08d3);
-    let second = (first ^ first >> 32 ^ u64::from(z) << 16).wrapping_mul(0x1319_8a2e_0370_7345);
-    (second ^ second >> 29).wrapping_mul(0xa409_3822_299f_31d1)
+    position.into_iter().fold(0, |hash: u64, bits| {
+        let mixed = (hash ^ bits).wrapping_mul(0x243f_6a88_85a3_08d3);
+        (mixed ^ mixed >> 32).wrapping_mul(0x1319_8a2e_0370_7345)
+    })
 }
 
 fn bad_positions(mesh: &TriangleMesh, used: &[bool]) -> Findings<BadPosition> {

@@ -41,13 +41,13 @@ use rayon::prelude::*;
 
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Combine, Ldi, NodePlanes, NodesError};
-use crate::mesh::TriangleMesh;
+use crate::mesh::{Precision, TriangleMesh};
 use cells::{CellLayer, JoinedFaces, world_from_cells};
 pub use edges::SubResolution;
 use edges::{EdgeSlab, Source};
 use features::{Feature, Features};
 use quads::{Cut, OpenQuad, Quad};
-use untangle::Tangle;
+use untangle::{Tangle, View};
 
 /// What kind of images a surface is made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -70,10 +70,19 @@ impl SurfaceMode {
     }
 }
 
+/// The coordinates that a mesh is made for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Coordinates {
+    /// The precision that they are stored with.
+    pub precision: Precision,
+    /// Subtracted from world coordinates.
+    pub offset: DVec3,
+}
+
 /// A mesh made from images, and what became of the samples.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    /// In world units; empty where no node is inside.
+    /// In world units, less the offset that was asked for; empty where no node is inside.
     pub mesh: TriangleMesh,
     /// Samples that are finer than the lattice, which the mesh does not have.
     pub sub_resolution: SubResolution,
@@ -119,16 +128,28 @@ const MOST_LAYERS: i32 = 32;
 /// together.
 const SLAB_WORDS: u64 = 1 << 22;
 
-/// The surface of the solid of three images.
+/// The surface of the solid of three images, fit for world coordinates in `f32`: [`contour_in`] with the default.
+pub fn contour(images: [&Ldi; 3], normals: Option<&[[f32; 3]]>, mode: SurfaceMode) -> Result<Surface, SurfaceError> {
+    contour_in(images, normals, mode, Coordinates::default())
+}
+
+/// The surface of the solid of three images, fit for the coordinates that are given: triangles do not cross one another, whether
+/// as they are or rounded.
 ///
 /// `normals` holds the unit normal of each triangle that the images' [`triangles`](Ldi::triangles) refer to, in world axes and
 /// of either sign. Without them, or without triangles in an image, vertices are the mean of their crossings, and edges are
 /// cut off.
-pub fn contour(images: [&Ldi; 3], normals: Option<&[[f32; 3]]>, mode: SurfaceMode) -> Result<Surface, SurfaceError> {
+pub fn contour_in(
+    images: [&Ldi; 3],
+    normals: Option<&[[f32; 3]]>,
+    mode: SurfaceMode,
+    coordinates: Coordinates,
+) -> Result<Surface, SurfaceError> {
     let planes = NodePlanes::new(images, mode.combine())?;
     let along = |axis| planes.image(axis).ok_or(SurfaceError::MissingAxis { axis });
     let images = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
-    let mut contour = Contour::new(Source { planes, images, normals, mode }, *planes.grid());
+    let grid = planes.grid().translated(-coordinates.offset);
+    let mut contour = Contour::new(Source { planes, images, normals, mode }, grid, coordinates.precision);
     let layers = planes.grid().rays()[2] as i32;
     let [columns, rows, _] = planes.grid().rays().map(u64::from);
     let plane = (columns + 2).div_ceil(64) * (rows + 2);
@@ -145,7 +166,9 @@ const LATTICE_STEPS: f64 = 4.0;
 /// A surface in the making.
 struct Contour<'a> {
     source: Source<'a>,
+    /// That of the mesh.
     grid: Grid,
+    precision: Precision,
     joined: JoinedFaces,
     /// The last layer of the slab before, and its first vertex.
     before: (CellLayer, u32),
@@ -173,10 +196,11 @@ struct Patch {
 }
 
 impl<'a> Contour<'a> {
-    fn new(source: Source<'a>, grid: Grid) -> Contour<'a> {
+    fn new(source: Source<'a>, grid: Grid, precision: Precision) -> Contour<'a> {
         Contour {
             source,
             grid,
+            precision,
             joined: JoinedFaces::default(),
             before: (CellLayer::default(), 0),
             vertices: Vec::new(),
@@ -262,7 +286,8 @@ impl<'a> Contour<'a> {
         let features = Features::new(&self.features, &self.marks, &self.open);
         let rounding = LATTICE_STEPS / f64::from(1u32 << self.grid.shift());
         let stayed = features.settle(rounding, &mut self.vertices);
-        let mut tangle = Tangle::new(&features, &self.grid, rounding, &mut self.vertices, &mut self.triangles);
+        let see = View { grid: &self.grid, precision: self.precision };
+        let mut tangle = Tangle::new(&features, see, rounding, &mut self.vertices, &mut self.triangles);
         let parted = tangle.part(&self.irregular);
         for (open, &distance) in self.open.iter().zip(&parted.distances) {
             if distance > self.distance {

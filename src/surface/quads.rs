@@ -59,6 +59,13 @@ impl Quad {
         crossing
     }
 
+    /// Where the edge is crossed, no nearer to its ends than a share of its length.
+    pub fn crossing_within(&self, margin: f64) -> DVec3 {
+        let mut place = DVec3::from_array(self.node.map(f64::from));
+        place[usize::from(self.axis)] += f64::from(self.crossing.at).clamp(margin, 1.0 - margin);
+        place
+    }
+
     /// The distance of the crossing from the triangles of another quadrilateral, in pitches.
     pub fn distance(&self, other: &Quad, vertices: &[DVec3]) -> f32 {
         let triangles = other.cut(vertices).triangles;

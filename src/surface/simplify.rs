@@ -43,7 +43,7 @@ use thiserror::Error;
 use self::patch::{Near, Patch, Share};
 use super::gates::{Faults, GateFailure, Gates};
 use crate::closest::longest;
-use crate::mesh::{Aabb, TriangleMesh};
+use crate::mesh::{Aabb, Precision, TriangleMesh};
 
 /// Triangles in a patch, at most.
 const PATCH: usize = 8192;
@@ -89,7 +89,7 @@ pub enum SimplifyError {
 }
 
 /// Removes triangles from a mesh while it stays within `bound` (world units) of what it was, in both directions, passes
-/// all [gates](Gates) with the same components and genus, and is acceptable.
+/// all [gates](Gates) in `f64` with the same components and genus, and is acceptable.
 ///
 /// `acceptable` returns the places (world units) at or near which a mesh is not; none where it is. It is called once a
 /// round with a mesh that passes the gates. What it finds should depend on the surface nearby alone, and the
@@ -104,7 +104,7 @@ pub fn simplify(
     if !(bound > 0.0 && bound.is_finite()) {
         return Err(SimplifyError::Bound { bound });
     }
-    let gates = Gates::of(mesh);
+    let gates = Gates::of(mesh, Precision::Double);
     if !gates.passed() {
         return Err(SimplifyError::Gates { failures: gates.failures() });
     }
@@ -254,7 +254,7 @@ fn settle(
         broken.iter_mut().for_each(|vertex| *vertex = vertices[*vertex as usize]);
         let places = if broken.is_empty() { acceptable(&mesh) } else { Vec::new() };
         if broken.is_empty() && places.is_empty() {
-            let now = Gates::of(&mesh);
+            let now = Gates::of(&mesh, Precision::Double);
             return now.passed() && (now.components, now.genus) == (gates.components, gates.genus);
         }
         drop(mesh);

@@ -13,13 +13,19 @@
 //! (see [`Cut::is_regular`]), which is known when they are cut; for a feature it is tried. That leaves **suspects**:
 //! vertices that fail, those that share their cell, those beyond theirs, and all in cells that the triangles of the latter touch.
 //! Two triangles cross one another only where both belong to a suspect, and those are tested exactly, both as they
-//! are and as they are rounded to 32 bits in most files.
+//! are and as they are rounded in the file that they are for.
 //!
 //! # What is done
 //! First quadrilaterals in crossing pairs are cut along their other diagonal, if it fits their normals nearly as well and
 //! parts the pair. Then in each round one feature of each pair goes back: one beyond its cell rather than one in it, then
 //! the one of most pairs. It goes back by half its way to where its cell held it, then all of it, then on to the mean of its crossings, if no
-//! sign of a node changes by it (see `features`). What is left when nobody can go back any more is counted.
+//! sign of a node changes by it (see `features`).
+//!
+//! What is left when nobody can go back any more is **cut finer**: all vertices around it return to their cells, whatever they
+//! lie on, and each of their quadrilaterals becomes four triangles around a new vertex on its lattice edge (Ju & Udeshi,
+//! Intersection-free contouring on an octree grid, 2006). The part of the surface within a cell is then the cone from its vertex
+//! over a closed line on the faces of the cell, and a cone over a line on the boundary of a convex body does not cross itself.
+//! Only cones of one cell with several loops can, and what of them does is counted.
 
 use std::collections::{HashMap, HashSet};
 
@@ -32,6 +38,7 @@ use super::features::{CellFilter, Feature, Features};
 use super::intersect::{Candidate, pairs};
 use super::quads::Cut;
 use crate::grid::Grid;
+use crate::mesh::Precision;
 use crate::mesh::meet::meet;
 
 /// The most rounds; more than four steps of a chain of neighbours are rare.
@@ -39,6 +46,12 @@ const ROUNDS: usize = 32;
 
 /// Steps on the way back: to the place in the cell and to the mean, each in two.
 const STEPS: u8 = 4;
+
+/// The most rounds in which what is left is cut finer; each begins where the last has come to.
+const FINE_ROUNDS: usize = 16;
+
+/// How near to the ends of its lattice edge a new vertex may come, as a share of the edge.
+const EDGE_MARGIN: f64 = 0.01;
 
 /// How often a vertex that may not go back is tried again.
 const REFUSALS: u8 = 4;
@@ -53,18 +66,30 @@ pub struct Parted {
     pub distances: Vec<f32>,
 }
 
+/// The world coordinates of a surface.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    pub grid: &'a Grid,
+    /// That of the file that it is for.
+    pub precision: Precision,
+}
+
 /// A surface whose triangles may cross one another.
 pub struct Tangle<'a> {
     features: &'a Features<'a>,
-    grid: &'a Grid,
+    view: View<'a>,
     rounding: f64,
-    /// How far 32 bits may move a vertex, in pitches.
+    /// How far the file's precision may move a vertex, in pitches.
     blur: f64,
-    vertices: &'a mut [DVec3],
-    triangles: &'a mut [[u32; 3]],
+    vertices: &'a mut Vec<DVec3>,
+    triangles: &'a mut Vec<[u32; 3]>,
     distances: Vec<f32>,
     /// Vertices whose triangles may cross one another.
     unsound: Chosen,
+    /// The quadrilaterals of features that settled beyond their cells, by number.
+    far: Vec<u32>,
+    /// Quadrilaterals that are cut finer, by number, and those that their further triangles count as.
+    fine: HashSet<u32>,
     /// For each feature where it was settled, and the steps that it has gone back.
     settled: Vec<DVec3>,
     steps: Vec<u8>,
@@ -92,7 +117,11 @@ impl Chosen {
     }
 
     fn add(&mut self, vertex: u32) {
-        self.bits[vertex as usize / 64] |= 1 << (vertex % 64);
+        let word = vertex as usize / 64;
+        if word >= self.bits.len() {
+            self.bits.resize(word + 1, 0);
+        }
+        self.bits[word] |= 1 << (vertex % 64);
     }
 }
 
@@ -101,26 +130,29 @@ impl<'a> Tangle<'a> {
     /// lattice's rounding may move a surface, in pitches.
     pub fn new(
         features: &'a Features<'a>,
-        grid: &'a Grid,
+        view: View<'a>,
         rounding: f64,
-        vertices: &'a mut [DVec3],
-        triangles: &'a mut [[u32; 3]],
+        vertices: &'a mut Vec<DVec3>,
+        triangles: &'a mut Vec<[u32; 3]>,
     ) -> Tangle<'a> {
         let settled = features.all.iter().map(|feature| vertices[feature.vertex as usize]).collect();
         let (steps, refusals) = (vec![0; features.all.len()], vec![0; features.all.len()]);
         let unsound = Chosen::of(vertices.len());
+        let grid = view.grid;
         let size = DVec3::from_array(grid.rays().map(f64::from)) * grid.pitch();
         let furthest = grid.origin().abs().max((grid.origin() + size).abs()).max_element();
-        let blur = furthest * f64::from(f32::EPSILON) / grid.pitch();
+        let blur = furthest * view.precision.epsilon() / grid.pitch();
         Tangle {
             features,
-            grid,
+            view,
             rounding,
             blur,
             vertices,
             triangles,
             distances: Vec::new(),
             unsound,
+            far: Vec::new(),
+            fine: HashSet::new(),
             settled,
             steps,
             refusals,
@@ -139,32 +171,30 @@ impl<'a> Tangle<'a> {
         self.features.all.iter().filter(|feature| !feature.is_alone).for_each(|feature| suspects.add(feature.vertex));
         let mut active = self.quads_of(&suspects);
         let beyond = (0..self.features.all.len()).filter(|&i| self.is_beyond(i));
-        let mut far: Vec<u32> = beyond
+        self.far = beyond
             .flat_map(|i| self.features.around(i))
             .map(|&at| self.features.quads[at as usize].triangle / 2)
             .collect();
-        far.sort_unstable();
-        far.dedup();
-        far.iter().for_each(|&quad| active.add(quad));
-        let mut crossing = self.crossing_among(&active, &far);
+        self.far.sort_unstable();
+        self.far.dedup();
+        self.far.iter().for_each(|&quad| active.add(quad));
+        let mut crossing = self.crossing_among(&active, &self.far);
         for round in 0..ROUNDS {
             if crossing.is_empty() {
                 break;
             }
-            let mut changed = if round == 0 { self.flip(&crossing) } else { self.pull_back(&crossing) };
+            let changed = if round == 0 { self.flip(&crossing) } else { self.pull_back(&crossing) };
             if changed.is_empty() && round > 0 {
                 break;
             }
-            changed.extend(crossing.as_flattened().iter().map(|triangle| triangle / 2));
-            changed.sort_unstable();
-            changed.dedup();
-            let mut active = Chosen::of(self.triangles.len() / 2);
-            for &quad in &changed {
-                active.add(quad);
-                let corners = &self.triangles[2 * quad as usize..][..2];
-                corners.as_flattened().iter().for_each(|&vertex| self.unsound.add(vertex));
+            crossing = self.crossing_after(changed, &crossing);
+        }
+        for _ in 0..FINE_ROUNDS {
+            let changed = self.cut_finer(&crossing);
+            if changed.is_empty() {
+                break;
             }
-            crossing = self.crossing_among(&active, &changed);
+            crossing = self.crossing_after(changed, &crossing);
         }
         Parted {
             pulled: self.steps.iter().filter(|&&steps| steps > 0).count() as u64,
@@ -218,13 +248,20 @@ impl<'a> Tangle<'a> {
     }
 
     /// The pairs of triangles that cross one another, at least one being of an `active` quadrilateral. What is not active is
-    /// looked for in the cells that the triangles of `far` touch, which are quadrilaterals by number.
-    fn crossing_among(&self, active: &Chosen, far: &[u32]) -> Vec<[u32; 2]> {
-        let mut cells = CellFilter::new(16 * far.len());
-        for triangle in far.iter().flat_map(|quad| [2 * quad, 2 * quad + 1]) {
+    /// looked for in the cells that the triangles of some quadrilaterals touch, given by number.
+    fn crossing_among(&self, active: &Chosen, touching: &[u32]) -> Vec<[u32; 2]> {
+        let mut cells = CellFilter::new(16 * touching.len());
+        for triangle in touching.iter().flat_map(|quad| [2 * quad, 2 * quad + 1]) {
             self.candidate(triangle, true).cells().for_each(|cell| cells.add(cell));
         }
         let mut quads = self.quads_of(&self.at_home_in(&cells));
+        // Those that are not at home there may reach there.
+        let reaches = |&&quad: &&u32| {
+            let mut triangles = [2 * quad, 2 * quad + 1].into_iter();
+            !active.has(quad) && triangles.any(|t| self.candidate(t, false).cells().any(|cell| cells.may_be(cell)))
+        };
+        let far: Vec<u32> = self.far.par_iter().with_min_len(64).filter(reaches).copied().collect();
+        far.into_iter().for_each(|quad| quads.add(quad));
         quads.bits.iter_mut().zip(&active.bits).for_each(|(bits, active)| *bits |= active);
         let of_quad = |quad: u32| [2 * quad, 2 * quad + 1].map(|triangle| self.candidate(triangle, active.has(quad)));
         let candidates: Vec<Candidate> = quads.all().flat_map(of_quad).collect();
@@ -240,6 +277,20 @@ impl<'a> Tangle<'a> {
     fn candidate(&self, triangle: u32, is_active: bool) -> Candidate {
         let vertices = self.triangles[triangle as usize];
         Candidate::new(triangle, is_active, vertices, vertices.map(|vertex| self.vertices[vertex as usize]))
+    }
+
+    /// The pairs that cross one another now that some quadrilaterals have changed, by number, having been `crossing` before.
+    fn crossing_after(&mut self, mut changed: Vec<u32>, crossing: &[[u32; 2]]) -> Vec<[u32; 2]> {
+        changed.extend(crossing.as_flattened().iter().map(|triangle| triangle / 2));
+        changed.sort_unstable();
+        changed.dedup();
+        let mut active = Chosen::of(self.triangles.len() / 2);
+        for &quad in &changed {
+            active.add(quad);
+            let corners = &self.triangles[2 * quad as usize..][..2];
+            corners.as_flattened().iter().for_each(|&vertex| self.unsound.add(vertex));
+        }
+        self.crossing_among(&active, &changed)
     }
 
     /// Cuts quadrilaterals of crossing triangles along the other diagonal where that parts them from one another, and gives their
@@ -268,10 +319,11 @@ impl<'a> Tangle<'a> {
         flipped.into_iter().collect()
     }
 
-    /// Whether two triangles cross one another, as they are or rounded to 32 bits.
+    /// Whether two triangles cross one another, as they are or rounded.
     fn do_meet(&self, one: [u32; 3], other: [u32; 3]) -> bool {
-        let exact = |vertex: u32| world_from_cells(self.grid, self.vertices[vertex as usize]);
-        meet(one, other, exact) || meet(one, other, |vertex| exact(vertex).as_vec3().as_dvec3())
+        let exact = |vertex: u32| world_from_cells(self.view.grid, self.vertices[vertex as usize]);
+        let is_rounded = self.view.precision != Precision::Double;
+        meet(one, other, exact) || (is_rounded && meet(one, other, |vertex| self.view.precision.round(exact(vertex))))
     }
 
     /// Pulls back some of the features in pairs of crossing triangles, and gives the numbers of their quadrilaterals.
@@ -327,15 +379,87 @@ impl<'a> Tangle<'a> {
                 }
             }
         }
-        changed.sort_unstable();
-        changed.dedup();
-        for &at in &changed {
-            let open = &features.quads[at as usize];
-            let cut = open.quad.cut(self.vertices);
-            self.triangles[open.triangle as usize..][..2].copy_from_slice(&cut.triangles);
-            self.distances[at as usize] = cut.distance;
+        self.cut_again(changed)
+    }
+
+    /// Cuts quadrilaterals of features, whose vertices have moved, and gives their numbers among all.
+    fn cut_again(&mut self, mut moved: Vec<u32>) -> Vec<u32> {
+        moved.sort_unstable();
+        moved.dedup();
+        for &at in &moved {
+            let open = &self.features.quads[at as usize];
+            if !self.fine.contains(&(open.triangle / 2)) {
+                let cut = open.quad.cut(self.vertices);
+                self.triangles[open.triangle as usize..][..2].copy_from_slice(&cut.triangles);
+                self.distances[at as usize] = cut.distance;
+            }
         }
-        changed.into_iter().map(|at| features.quads[at as usize].triangle / 2).collect()
+        moved.into_iter().map(|at| self.features.quads[at as usize].triangle / 2).collect()
+    }
+
+    /// Takes all vertices of crossing triangles and their neighbours back to their cells, cuts the quadrilaterals around the
+    /// former finer, and gives the numbers of all that changed.
+    ///
+    /// No sign of a node changes by it: the triangles of an edge whose vertices are all in its cells lie in the block of these.
+    fn cut_finer(&mut self, crossing: &[[u32; 2]]) -> Vec<u32> {
+        if crossing.is_empty() {
+            return Vec::new();
+        }
+        let features = self.features;
+        let is_of_cell = |vertex: &u32| (*vertex as usize) < features.marks.len();
+        let mut crossed = Chosen::of(self.vertices.len());
+        for triangle in crossing.as_flattened() {
+            let corners = self.triangles[*triangle as usize & !1..][..2].as_flattened();
+            corners.iter().copied().filter(is_of_cell).for_each(|vertex| crossed.add(vertex));
+        }
+        let quads: Vec<u32> = self.quads_of(&crossed).all().collect();
+        let corners = |&quad: &u32| self.triangles[2 * quad as usize..][..2].as_flattened();
+        let mut waiting: Vec<usize> =
+            quads.iter().flat_map(corners).filter_map(|&vertex| features.of_vertex(vertex)).collect();
+        // Where a vertex may not return by itself, its neighbours do so with it.
+        let mut moved = Vec::new();
+        while let Some(i) = waiting.pop() {
+            let Feature { vertex, held, mean, .. } = features.all[i];
+            let (place, steps) = if crossed.has(vertex) { (mean, STEPS) } else { (held, 2) };
+            if self.steps[i] >= steps || (!crossed.has(vertex) && !self.is_beyond(i)) {
+                continue;
+            }
+            if !features.may_go(i, place, self.rounding.min(MARGIN), self.vertices) {
+                let quads = features.around(i).iter().map(|&at| &features.quads[at as usize].quad);
+                waiting.extend(quads.flat_map(|quad| features.features_of(quad)));
+            }
+            self.vertices[vertex as usize] = place;
+            self.steps[i] = steps;
+            moved.extend_from_slice(features.around(i));
+        }
+        let mut changed = self.cut_again(moved);
+        for quad in quads {
+            if self.fine.insert(quad) {
+                let further = (self.triangles.len() / 2) as u32;
+                self.fine.insert(further);
+                changed.extend([quad, further]);
+                self.cut_to_edge(quad);
+            }
+        }
+        changed
+    }
+
+    /// Cuts a quadrilateral whose vertices are all in their cells into four triangles around a new vertex on its edge.
+    fn cut_to_edge(&mut self, quad: u32) {
+        let [one, other] = [0, 1].map(|i| self.triangles[2 * quad as usize + i]);
+        let corners @ [a, b, c, d] = match other[0] == one[0] {
+            true => [one[0], one[1], one[2], other[2]],
+            false => [one[0], one[1], other[1], one[2]],
+        };
+        let new = self.vertices.len() as u32;
+        let places = corners.map(|vertex| self.vertices[vertex as usize]);
+        let at = self.features.quads.binary_search_by_key(&(2 * quad), |open| open.triangle);
+        self.vertices.push(match at {
+            Ok(at) => self.features.quads[at].quad.crossing_within(EDGE_MARGIN),
+            Err(_) => on_edge(places),
+        });
+        self.triangles[2 * quad as usize..][..2].copy_from_slice(&[[a, b, new], [b, c, new]]);
+        self.triangles.extend([[c, d, new], [d, a, new]]);
     }
 
     /// Takes a feature to the next place on its way back that it may go to.
@@ -365,6 +489,16 @@ impl<'a> Tangle<'a> {
     fn is_beyond(&self, feature: usize) -> bool {
         self.settled[feature] != self.features.all[feature].held && self.steps[feature] < 2
     }
+}
+
+/// A place on the lattice edge that four cells have in common, as far along it as the mean of a place in each.
+fn on_edge(places: [DVec3; 4]) -> DVec3 {
+    let cells = places.map(|place| place.floor());
+    let (least, greatest) = cells.into_iter().fold((cells[0], cells[0]), |(a, b), cell| (a.min(cell), b.max(cell)));
+    let along = greatest
+        + (places.into_iter().sum::<DVec3>() / 4.0 - greatest)
+            .clamp(DVec3::splat(EDGE_MARGIN), DVec3::splat(1.0 - EDGE_MARGIN));
+    DVec3::select(least.cmpeq(greatest), along, greatest)
 }
 
 /// Whether a plane clearly parts two triangles but for vertices that they share, wherever vertices are moved by `blur`: the

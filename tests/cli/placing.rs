@@ -186,3 +186,15 @@ fn files_of_different_units_are_brought_to_that_of_the_first() {
     assert_eq!(warning_codes(&both("mm")), ["unit-ignored", "unit-ignored"]);
     assert!(warning_codes(&both("m")).is_empty());
 }
+
+#[test]
+fn a_placement_that_64_bits_cannot_hold_is_told_or_refused() {
+    let folder = with_box();
+    let run = |x: &str| {
+        let placement = format!("translate({x},0,0)");
+        folder.run(&["volume", "a.stl", "--resolution", "16", "--unit", "mm", "--transform-a", &placement])
+    };
+    assert_eq!(run("1e5").code(0).stderr(), "");
+    run("1e9").code(0).warns(&["a.stl", "64-bit", "of its size"]);
+    run("1e15").code(2).says(&["a.stl", "64-bit", "of its size", "nearer to the origin"]);
+}

@@ -171,3 +171,90 @@ fn crumbs_are_counted_and_dropped_where_that_is_asked_for() {
     folder.run(&["sample", "a.stl", "--drop-parts", "1%", "-o", "a.npz"]).code(2).says(&["--drop-parts", "meshes"]);
     folder.run(&["intersect", "a.stl", "a.stl", "--drop-parts", "1%"]).code(2).says(&["--drop-parts", "-o FILE"]);
 }
+
+/// A model of `data/models`.
+fn model(name: &str) -> String {
+    format!("{}/../../data/models/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Booleans in which vertices beyond their cells keep one another from going back, so that triangles crossed.
+#[test]
+fn meshes_of_booleans_pass_the_check_and_do_not_cross_themselves() {
+    let folder = Folder::new();
+    let cases = [
+        ("difference", "cubic_lattice.stl", "bcc_lattice.stl", "rotate(-9,-2,-9,204) scale(1.3)", "d.stl"),
+        ("xor", "gyroid_sheet.stl", "gyroid_sheet.stl", "rotate(-4,-5,-5,164) scale(0.7)", "x.ply"),
+    ];
+    for (operation, a, b, placement, target) in cases {
+        let arguments =
+            [operation, &model(a), &model(b), "--transform-b", placement, "--resolution", "40", "-o", target];
+        let made = folder.json(&arguments);
+        assert_eq!(made["surface"]["crossing_pairs"], 0, "{operation}");
+        let found = checked(&folder, target);
+        assert!(found["solid"] == true && found["defects"] == Value::Array(vec![]), "{operation}: {found:#}");
+        // Cut into four triangles a quadrilateral is still of the same surface.
+        for key in ["triangles", "components", "genus"] {
+            assert_eq!(found[key], made["surface"][key], "{operation} {key}");
+        }
+    }
+}
+
+#[test]
+fn far_from_the_origin_each_format_holds_what_it_can() {
+    let folder = Folder::new();
+    folder.run(&["generate", "sphere", "--radius", "1", "-o", "s.stl"]).code(0);
+    let near = folder.volume(&["volume", "s.stl", "--resolution", "64"]);
+    let sample = |target: &'static str| {
+        let far = ["sample", "s.stl", "--transform-a", "translate(1e6,0,0)", "--resolution", "64", "--unit", "m"];
+        [&far[..], &["-o", target]].concat()
+    };
+    for target in ["far.stl", "far.glb"] {
+        folder.run(&sample(target)).code(2).says(&["f32", ".ply", "--recentre"]);
+        assert!(!folder.path(target).exists());
+    }
+    let least_x = |found: &Value| found["bounds"]["min"][0].as_f64().unwrap();
+    for target in ["far.obj", "far.ply", "far.off", "far.3mf"] {
+        let made = folder.json(&sample(target));
+        assert_eq!((&made["surface"]["crossing_pairs"], &made["surface"]["recentred"]), (&0.into(), &Value::Null));
+        let found = checked(&folder, target);
+        assert!(found["solid"] == true && found["genus"] == 0, "{found:#}");
+        assert_near(found["volume"].as_f64().unwrap(), near, 5e-3 * near);
+        assert_near(least_x(&found), 999_999.0, 1e-3);
+    }
+    // GLB and 3MF hold the place.
+    for (target, place) in [("near.stl", 0.0), ("near.ply", 0.0), ("near.glb", 1e6), ("near.3mf", 1e6)] {
+        let made = folder.json(&[&sample(target)[..], &["--recentre"]].concat());
+        assert_eq!(made["surface"]["recentred"], serde_json::json!([1e6, 0.0, 0.0]));
+        let found = checked(&folder, target);
+        assert!(found["solid"] == true && found["genus"] == 0, "{found:#}");
+        assert_near(found["volume"].as_f64().unwrap(), near, 5e-3 * near);
+        assert_near(least_x(&found), place - 1.0, 1e-3);
+    }
+    let run = folder.run(&[&sample("near.stl")[..], &["--recentre"]].concat()).code(0);
+    assert!(run.stdout().contains("recentred by (1000000, 0, 0) m"), "{}", run.stdout());
+}
+
+#[test]
+fn conversion_to_32_bits_that_would_change_the_shape_is_refused() {
+    let folder = Folder::new();
+    folder.run(&["generate", "sphere", "--radius", "1", "-o", "s.obj"]).code(0);
+    let volume = checked(&folder, "s.obj")["volume"].as_f64().unwrap();
+    folder.run(&["convert", "s.obj", "--transform-a", "translate(1e7,0,0)", "-o", "far.obj"]).code(0);
+    for target in ["far.stl", "far.glb"] {
+        folder.run(&["convert", "far.obj", "-o", target, "--unit", "m"]).code(2).says(&[
+            "32-bit",
+            "volume",
+            "--recentre",
+        ]);
+        assert!(!folder.path(target).exists());
+        let made = folder.json(&["convert", "far.obj", "-o", target, "--unit", "m", "--recentre"]);
+        assert_eq!(made["output"]["recentred"], serde_json::json!([1e7, 0.0, 0.0]));
+        assert_near(checked(&folder, target)["volume"].as_f64().unwrap(), volume, 1e-5 * volume);
+    }
+    assert_near(checked(&folder, "far.glb")["bounds"]["min"][0].as_f64().unwrap(), 1e7 - 1.0, 1e-3);
+    // A little rounding is told, as before.
+    folder
+        .run(&["convert", "s.obj", "--transform-a", "translate(1e3,0,0)", "-o", "told.stl"])
+        .code(0)
+        .warns(&["32-bit"]);
+}

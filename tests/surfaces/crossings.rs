@@ -9,7 +9,7 @@ use ldi_ops::mesh::{TriangleMesh, io};
 use ldi_ops::solids;
 use ldi_ops::surface::Surface;
 
-use crate::sampled::{assert_solid, closed, nodes, surface_of};
+use crate::sampled::{assert_solid, closed, nodes, surface_of, surface_of_expression};
 
 type Point = [i128; 3];
 
@@ -123,6 +123,30 @@ fn surfaces_of_models_do_not_cross_themselves() {
         }
     }
     assert!(pulled > 0, "nothing had to be parted");
+}
+
+/// In the first two vertices beyond their cells keep one another from going back, until all of them do; in the last triangles
+/// meet in a cell that vertices of both came to from elsewhere.
+#[test]
+fn surfaces_of_booleans_do_not_cross_themselves() {
+    type OfNodes = fn(u64, u64) -> u64;
+    let cases: [(&str, OfNodes, [&str; 2], [f64; 5], u32); 3] = [
+        ("a - b", |a, b| a & !b, ["cubic_lattice.stl", "bcc_lattice.stl"], [-9.0, -2.0, -9.0, 204.0, 1.3], 40),
+        ("a ^ b", |a, b| a ^ b, ["gyroid_sheet.stl"; 2], [-4.0, -5.0, -5.0, 164.0, 0.7], 40),
+        ("a & b", |a, b| a & b, ["gyroid_sheet.stl", "primitive_sheet.stl"], [-1.0, 8.0, -8.0, 319.0, 1.0], 80),
+    ];
+    for (text, of_nodes, names, [x, y, z, degrees, scale], rays) in cases {
+        let [a, mut b] = names.map(model);
+        let turn = glam::DAffine3::from_axis_angle(DVec3::new(x, y, z).normalize(), degrees.to_radians());
+        b.transform(&(glam::DAffine3::from_scale(DVec3::splat(scale)) * turn));
+        let (a, b) = (closed(a), closed(b));
+        let (surface, grid) = surface_of_expression(text, &[&a, &b], rays);
+        assert_uncrossed(&surface, &grid, text);
+        assert_solid(&surface.mesh);
+        let [of_a, of_b, found] = [&a, &b, &closed(surface.mesh)].map(|mesh| nodes(mesh, &grid).concat());
+        let wanted: Vec<u64> = of_a.iter().zip(&of_b).map(|(&a, &b)| of_nodes(a, b)).collect();
+        assert!(found == wanted, "{text}");
+    }
 }
 
 #[test]

@@ -372,6 +372,9 @@ pub struct ConvertArguments {
     /// Place the mesh first, left to right
     #[arg(long, value_name = "PLACEMENT")]
     pub transform_a: Option<Placement>,
+    /// Subtract a round offset near the middle from all coordinates; .glb and .3mf hold it as a translation
+    #[arg(long)]
+    pub recentre: bool,
     #[command(flatten)]
     pub common: CommonArguments,
 }
@@ -485,6 +488,10 @@ pub struct FinishArguments {
     /// Drop parts of the mesh below this share of its volume: crumbs of knife edges, and bubbles; 0.1% or 0.001
     #[arg(long, value_name = "P%")]
     pub drop_parts: Option<Share>,
+    /// Subtract a round offset near the middle from the mesh's coordinates, which keeps the detail of a mesh far from the
+    /// origin; .glb and .3mf hold the offset as a translation
+    #[arg(long)]
+    pub recentre: bool,
 }
 
 #[derive(Debug, Args)]

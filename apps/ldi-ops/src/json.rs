@@ -236,6 +236,7 @@ fn surface(report: &SurfaceReport) -> Value {
         "blunted_vertices": report.blunted,
         "crossing_pairs": report.crossing_pairs,
         "largest_component_share": report.largest_share,
+        "recentred": report.recentred.map(|offset| offset.to_array()),
         "dropped_parts": { "count": report.dropped.parts, "volume": report.dropped.volume },
         "simplified": report.simplified.map(|simplified| json!({
             "bound": simplified.bound,
@@ -370,6 +371,7 @@ fn converted(result: &Converted) -> Value {
         "output": {
             "path": path(&result.to),
             "triangles": result.triangles,
+            "recentred": result.recentred.map(|offset| offset.to_array()),
             "unit": result.unit.map(|unit| unit::symbol(unit, 1)),
         },
         "warnings": result.warnings,

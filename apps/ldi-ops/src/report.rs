@@ -339,9 +339,10 @@ fn surface(report: &SurfaceReport, unit: Option<LengthUnit>) -> [String; 2] {
         0 => String::new(),
         parts => format!("; {parts} small parts dropped"),
     };
+    let recentred = recentred(report.recentred, unit);
     [
         format!(
-            "{triangles} triangles, {vertices} vertices, {components} components{largest}, genus {genus}{simplified}"
+            "{triangles} triangles, {vertices} vertices, {components} components{largest}, genus {genus}{simplified}{recentred}"
         ),
         format!(
             "closed 2-manifold around {}{cubed}; samples at most {}{length} away{before}; {} walls and {} gaps below the pitch dropped{dropped}{crossing}",
@@ -426,7 +427,13 @@ fn converted(result: &Converted) -> String {
         Some(unit) => format!("in{}", unit::suffix(Some(unit), 1)),
         None => "in no stated unit".to_owned(),
     };
-    format!("{}: {} triangles, {unit}\n", result.to.display(), result.triangles)
+    let recentred = recentred(result.recentred, result.unit);
+    format!("{}: {} triangles, {unit}{recentred}\n", result.to.display(), result.triangles)
+}
+
+/// What was subtracted from the coordinates of a mesh.
+fn recentred(offset: Option<DVec3>, unit: Option<LengthUnit>) -> String {
+    offset.map_or(String::new(), |offset| format!("; recentred by {}{}", vector(offset), unit::suffix(unit, 1)))
 }
 
 /// What `generate` wrote.

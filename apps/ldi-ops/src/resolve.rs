@@ -230,6 +230,8 @@ pub struct Finish {
     pub simplify: Option<Bound>,
     /// Parts of less volume are dropped, as a share of the whole.
     pub least_part: Option<f64>,
+    /// A round offset is subtracted from the coordinates.
+    pub recentre: bool,
 }
 
 impl Content {
@@ -263,6 +265,8 @@ pub struct ConvertJob {
     pub from: Input,
     pub to: PathBuf,
     pub unit: Option<LengthUnit>,
+    /// A round offset is subtracted from the coordinates.
+    pub recentre: bool,
     pub report: Report,
 }
 
@@ -324,7 +328,8 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             let report = report(&a.common)?;
             mesh_target(&a.output)?;
             let from = Input { name: None, path: a.from, placement: a.transform_a };
-            Ok(invocation(Job::Convert(ConvertJob { from, to: a.output, unit: a.unit, report }), &a.common))
+            let job = ConvertJob { from, to: a.output, unit: a.unit, recentre: a.recentre, report };
+            Ok(invocation(Job::Convert(job), &a.common))
         }
         Command::Generate(a) => {
             let report = report(&a.common)?;
@@ -580,11 +585,12 @@ const WRITTEN: &str =
 
 /// A file that is made of images.
 fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Option<ImageTarget>, Failure> {
-    let args::ImageArguments { output, finish: args::FinishArguments { simplify, drop_parts } } = writing;
-    let flag = match (simplify, drop_parts) {
-        (Some(_), _) => Some("--simplify"),
-        (None, Some(_)) => Some("--drop-parts"),
-        (None, None) => None,
+    let args::ImageArguments { output, finish: args::FinishArguments { simplify, drop_parts, recentre } } = writing;
+    let flag = match (simplify, drop_parts, recentre) {
+        (Some(_), _, _) => Some("--simplify"),
+        (None, Some(_), _) => Some("--drop-parts"),
+        (None, None, true) => Some("--recentre"),
+        (None, None, false) => None,
     };
     let Some(path) = output else {
         return match flag {
@@ -600,7 +606,7 @@ fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Optio
         ("", _) => return refuse(&format!("the name has no extension; {WRITTEN}")),
         _ if Format::from_path(&path).is_ok() => {
             mesh_target(&path)?;
-            Content::Mesh(Finish { simplify, least_part: drop_parts.map(|args::Share(share)| share) })
+            Content::Mesh(Finish { simplify, least_part: drop_parts.map(|args::Share(share)| share), recentre })
         }
         _ => return refuse(&format!("this extension is not known; {WRITTEN}")),
     };

@@ -254,6 +254,29 @@ pub enum WriteError {
         /// The coordinate.
         value: f64,
     },
+    /// Rounding to the 32-bit coordinates of the format would make another shape of the mesh.
+    #[error(
+        "{}: {format} holds 32-bit coordinates, which would move vertices by up to {moved:.1e}: {collapsed} of {triangles} \
+         triangles would collapse, and the volume would change from {before:.6e} to {after:.6e}; write .obj, .ply, .off or \
+         .3mf, which hold 64 bits, or pass --recentre",
+        .path.display()
+    )]
+    Rounded {
+        /// The target.
+        path: PathBuf,
+        /// The format its extension tells.
+        format: Format,
+        /// By how much a coordinate would move at most, in units of the mesh.
+        moved: f64,
+        /// Triangles that would lose their extent.
+        collapsed: usize,
+        /// How many triangles there are.
+        triangles: usize,
+        /// The signed volume of the mesh.
+        before: f64,
+        /// The signed volume of the rounded mesh.
+        after: f64,
+    },
     /// A coordinate is infinite or not a number, and the format has no such numbers.
     #[error("{}: position {position} has the coordinate {value}, which {format} cannot hold", .path.display())]
     NotFinite {

@@ -26,12 +26,12 @@ use std::fmt;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::{LengthUnit, TriangleMesh};
+use super::{LengthUnit, Precision, TriangleMesh};
 use crate::input;
 use error::Fault;
 pub use error::{FormatError, Place, Problem, ReadError, WriteError};
 pub use note::{ReadNote, WriteNote};
-pub use write::{Written, write};
+pub use write::{Written, write, write_at};
 
 /// A mesh file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -83,6 +83,14 @@ impl Format {
     /// Whether [`write()`] makes files of this format.
     pub fn is_written(self) -> bool {
         !matches!(self, Format::Gltf)
+    }
+
+    /// The precision of coordinates in files that [`write()`] makes.
+    pub fn precision(self) -> Precision {
+        match self {
+            Format::Stl | Format::Gltf | Format::Glb => Precision::Single,
+            Format::Obj | Format::Ply | Format::Off | Format::ThreeMf => Precision::Double,
+        }
     }
 
     /// The extensions of every format that is known, as messages list them.

@@ -112,7 +112,7 @@ fn units_that_are_assumed_and_rounding_that_shows_are_told() {
         assert_eq!(corners(&file.mesh), corners(&mesh));
         assert_eq!(written.notes, [WriteNote::UnitAssumed { format, unit }]);
     }
-    let far = tetrahedron(1.0, 1e9);
+    let far = tetrahedron(1.0, 1e3);
     let codes = |format| {
         let (_, written) = through(format, &far, Some(LengthUnit::Inch));
         written.notes.iter().map(WriteNote::code).collect::<Vec<_>>()
@@ -139,9 +139,13 @@ fn what_a_format_cannot_hold_is_refused_and_nothing_is_left() {
     let beyond = "position 0 has the coordinate 2000000000, and 3MF goes to 1000000000";
     assert_eq!(said("a.3mf", 2e9, None), beyond);
     assert!(said("a.glb", 1e39, None).ends_with("beyond the 32-bit numbers of GLB"));
+    for name in ["a.stl", "a.glb"] {
+        let refused = said(name, 1e9, Some(LengthUnit::Metre));
+        assert!(refused.contains("4 of 4 triangles would collapse") && refused.ends_with("--recentre"), "{refused}");
+    }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     // It is the number in metres that counts.
-    write(&folder.path().join("a.glb"), &tetrahedron(1e30, 1e39), Some(LengthUnit::Micrometre)).unwrap();
+    write(&folder.path().join("a.glb"), &tetrahedron(1e38, 1e39), Some(LengthUnit::Micrometre)).unwrap();
 }
 
 #[test]

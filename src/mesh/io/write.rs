@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
+use glam::DVec3;
+
 use super::error::WriteError;
 use super::gltf::Glb;
 use super::note::WriteNote;
 use super::{Format, obj, off, ply, stl, threemf};
-use crate::mesh::{LengthUnit, TriangleMesh};
+use crate::mesh::{LengthUnit, Precision, TriangleMesh};
 use crate::output;
 
 /// What a file holds of the mesh that was written to it.
@@ -35,6 +37,17 @@ pub struct Written {
 /// The file is written beside its target and renamed when it is complete, so that no one ever sees half of it. Memory for
 /// writing does not grow with the mesh, but for two words a vertex in 3MF.
 pub fn write(path: &Path, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> Result<Written, WriteError> {
+    write_at(path, mesh, unit, DVec3::ZERO)
+}
+
+/// Writes a mesh whose coordinates are relative to `place`, as [`write()`] does. GLB and 3MF files hold the place as the
+/// translation of their one node or item; the others hold the relative coordinates alone.
+pub fn write_at(
+    path: &Path,
+    mesh: &TriangleMesh,
+    unit: Option<LengthUnit>,
+    place: DVec3,
+) -> Result<Written, WriteError> {
     let format = Format::from_path(path)?;
     let target = Target { path, format, mesh };
     target.check_indices()?;
@@ -43,6 +56,7 @@ pub fn write(path: &Path, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> Resu
         Format::Stl => {
             stl::check(path, mesh)?;
             target.check_single_precision(1.0)?;
+            target.check_rounding(1.0)?;
             written.notes.extend(target.rounding());
             output::replace(path, |file| stl::write(file, mesh, unit))
         }
@@ -53,9 +67,10 @@ pub fn write(path: &Path, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> Resu
             let unit = written.unit_or(LengthUnit::Metre, format);
             target.check_finite()?;
             target.check_single_precision(unit.metres())?;
+            target.check_rounding(unit.metres())?;
             written.notes.extend(target.rounding());
             written.unit = Some(LengthUnit::Metre);
-            let file = Glb::new(mesh, unit.metres());
+            let file = Glb::new(mesh, unit.metres(), place);
             target.check_bytes(file.bytes())?;
             output::replace(path, |out| file.write(out))
         }
@@ -66,7 +81,7 @@ pub fn write(path: &Path, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> Resu
             let object = threemf::WrittenObject::new(mesh);
             let count = object.collapsed;
             written.notes.extend((count > 0).then_some(WriteNote::CollapsedLeftOut { count }));
-            output::replace(path, |file| threemf::write(file, &object, unit))
+            output::replace(path, |file| threemf::write(file, &object, unit, place))
         }
         Format::Gltf => return Err(WriteError::NoWriter { path: path.to_path_buf(), format }),
     };
@@ -93,6 +108,15 @@ struct Target<'a> {
 
 /// Rounding by more than this share of a mesh's size is told.
 const ROUNDING_TOLD: f64 = 1e-5;
+
+/// Rounding that changes the volume by more than this share is refused.
+const VOLUME_CHANGED: f64 = 1e-3;
+
+/// Rounding that leaves more than this share of the triangles without extent is refused.
+const COLLAPSED: f64 = 1e-2;
+
+/// A volume below this share of the product of area and size tells nothing: the mesh is open and flat, or encloses nothing.
+const NO_VOLUME: f64 = 1e-6;
 
 impl Target<'_> {
     fn check_indices(&self) -> Result<(), WriteError> {
@@ -146,6 +170,27 @@ impl Target<'_> {
             return Ok(());
         }
         Err(WriteError::TooManyBytes { path: self.path.to_path_buf(), format: self.format, bytes, limit })
+    }
+
+    /// Rounding to 32 bits, after scaling, must leave the mesh what it is.
+    fn check_rounding(&self, scale: f64) -> Result<(), WriteError> {
+        let Some(WriteNote::CoordinatesRounded { moved, size, .. }) = self.rounding() else { return Ok(()) };
+        let mut rounded = self.mesh.clone();
+        rounded.positions.iter_mut().for_each(|p| *p = Precision::Single.round(*p * scale) / scale);
+        let is_collapsed = |mesh: &TriangleMesh, triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|index| mesh.positions[index as usize]);
+            a == b || b == c || c == a
+        };
+        let triangles = &self.mesh.triangles;
+        let collapsed = triangles.iter().filter(|t| is_collapsed(&rounded, t) && !is_collapsed(self.mesh, t)).count();
+        let (before, after) = (self.mesh.signed_volume(), rounded.signed_volume());
+        let is_solid = before.abs() > NO_VOLUME * self.mesh.area() * size;
+        let is_changed = is_solid && (after - before).abs() > VOLUME_CHANGED * before.abs();
+        if collapsed as f64 <= COLLAPSED * triangles.len() as f64 && !is_changed {
+            return Ok(());
+        }
+        let (path, format) = (self.path.to_path_buf(), self.format);
+        Err(WriteError::Rounded { path, format, moved, collapsed, triangles: triangles.len(), before, after })
     }
 
     /// What is to be said of rounding to 32 bits, which moves the vertices of a mesh that is small beside its distance from

@@ -14,7 +14,7 @@ fn unit_cube() -> TriangleMesh {
 
 /// The sentences of the gates that a mesh fails.
 fn sentences(mesh: &TriangleMesh) -> Vec<String> {
-    Gates::of(mesh).failures().iter().map(GateFailure::to_string).collect()
+    Gates::of(mesh, Precision::Single).failures().iter().map(GateFailure::to_string).collect()
 }
 
 #[test]
@@ -25,13 +25,13 @@ fn good_meshes_pass_with_their_genus() {
         position.z += 50.0;
     }
     for (mesh, components, genus) in [(&cube, 1, 0), (&torus, 1, 1), (&apart, 3, 2)] {
-        let gates = Gates::of(mesh);
+        let gates = Gates::of(mesh, Precision::Single);
         assert!(gates.passed(), "{:?}", gates.failures());
         assert_eq!((gates.components, gates.genus), (components, Some(genus)));
         assert_eq!((gates.triangles, gates.vertices), (mesh.triangles.len(), mesh.positions.len()));
         assert_eq!(gates.signed_volume, mesh.signed_volume());
     }
-    let nothing = Gates::of(&TriangleMesh::default());
+    let nothing = Gates::of(&TriangleMesh::default(), Precision::Single);
     assert!(nothing.passed() && nothing.genus == Some(0) && nothing.components == 0);
 }
 
@@ -39,7 +39,7 @@ fn good_meshes_pass_with_their_genus() {
 fn unused_positions_do_not_count() {
     let mut mesh = unit_cube();
     mesh.positions.extend([DVec3::ZERO, DVec3::NAN]);
-    let gates = Gates::of(&mesh);
+    let gates = Gates::of(&mesh, Precision::Single);
     assert!(gates.passed(), "{:?}", gates.failures());
     assert_eq!((gates.vertices, gates.components, gates.genus), (8, 1, Some(0)));
 }
@@ -48,13 +48,13 @@ fn unused_positions_do_not_count() {
 fn a_flipped_face_and_a_missing_one_spoil_their_three_edges() {
     let mut flipped = unit_cube();
     flipped.triangles[3].swap(0, 1);
-    let gates = Gates::of(&flipped);
+    let gates = Gates::of(&flipped, Precision::Single);
     assert_eq!((gates.edges.count, gates.genus), (3, None));
     assert!(gates.edges.first.iter().all(|edge| edge.uses == 2 && edge.forward != 1 && edge.triangles.contains(&3)));
 
     let mut missing = unit_cube();
     missing.triangles.remove(3);
-    let gates = Gates::of(&missing);
+    let gates = Gates::of(&missing, Precision::Single);
     assert_eq!((gates.edges.count, gates.non_manifold_vertices.count), (3, 0));
     assert!(gates.edges.first.iter().all(|edge| edge.uses == 1));
     assert_eq!(gates.failures().len(), 1);
@@ -66,14 +66,14 @@ fn a_doubled_triangle_is_one_in_any_rotation_and_order() {
     for copy in [[a, b, c], [b, c, a], [c, a, b], [b, a, c], [a, c, b], [c, b, a]] {
         let mut mesh = unit_cube();
         mesh.triangles.push(copy);
-        let gates = Gates::of(&mesh);
+        let gates = Gates::of(&mesh, Precision::Single);
         assert_eq!((gates.duplicates.count, gates.edges.count), (1, 3));
         let place = gates.duplicates.first[0];
         assert_eq!((place.earlier, place.triangle), (5, 12));
     }
     // Two triangles back to back border each other properly and are no solid.
     let flat = TriangleMesh { positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y], triangles: vec![[0, 1, 2], [0, 2, 1]] };
-    let gates = Gates::of(&flat);
+    let gates = Gates::of(&flat, Precision::Single);
     assert_eq!((gates.edges.count, gates.duplicates.count, gates.non_manifold_vertices.count), (0, 1, 0));
     assert_eq!(gates.failures().len(), 2, "{:?}", gates.failures());
 }
@@ -82,7 +82,7 @@ fn a_doubled_triangle_is_one_in_any_rotation_and_order() {
 fn bad_and_repeated_indices_are_counted_for_themselves() {
     let mut mesh = unit_cube();
     mesh.triangles.extend([[0, 1, 8], [9, 9, 3], [2, 2, 5]]);
-    let gates = Gates::of(&mesh);
+    let gates = Gates::of(&mesh, Precision::Single);
     assert_eq!(gates.bad_indices.count, 3);
     assert_eq!(gates.bad_indices.first[0], BadIndex { triangle: 12, index: 8 });
     assert_eq!((gates.repeated_indices.count, gates.repeated_indices.first[0].triangle), (1, 14));
@@ -99,14 +99,14 @@ fn two_cubes_that_share_an_edge_or_a_vertex_by_index() {
         12 => *index = 7,
         _ => {}
     });
-    let gates = Gates::of(&by_edge);
+    let gates = Gates::of(&by_edge, Precision::Single);
     assert_eq!((gates.edges.count, gates.edges.first[0].uses, gates.edges.first[0].forward), (1, 4, 2));
     assert_eq!((gates.components, gates.vertices, gates.genus), (1, 14, None));
-    assert_eq!((gates.non_manifold_vertices.count, gates.welded_in_f32.count), (0, 0));
+    assert_eq!((gates.non_manifold_vertices.count, gates.welded.count), (0, 0));
 
     let mut by_vertex = together(&[a, cube(DVec3::ONE, 1.0)]);
     by_vertex.triangles.as_flattened_mut().iter_mut().filter(|index| **index == 8).for_each(|index| *index = 7);
-    let gates = Gates::of(&by_vertex);
+    let gates = Gates::of(&by_vertex, Precision::Single);
     assert_eq!((gates.edges.count, gates.non_manifold_vertices.count), (0, 1));
     let place = gates.non_manifold_vertices.first[0];
     assert_eq!((place.position, place.fans, gates.components), (DVec3::ONE, 2, 1));
@@ -117,30 +117,30 @@ fn what_a_reader_of_f32_would_weld() {
     // By position alone two cubes that touch in a corner are welded there, however near they only seem to touch.
     for gap in [0.0, 1e-9] {
         let mesh = together(&[unit_cube(), cube(DVec3::splat(1.0 + gap), 1.0)]);
-        let gates = Gates::of(&mesh);
-        assert_eq!((gates.welded_in_f32.count, gates.collapsed_in_f32.count), (1, 0));
+        let gates = Gates::of(&mesh, Precision::Single);
+        assert_eq!((gates.welded.count, gates.collapsed.count), (1, 0));
         let place = WeldedPlace { vertex: 8, earlier: 7, position: DVec3::splat(1.0 + gap) };
-        assert_eq!(gates.welded_in_f32.first, [place]);
+        assert_eq!(gates.welded.first, [place]);
     }
-    assert!(Gates::of(&together(&[unit_cube(), cube(DVec3::splat(1.001), 1.0)])).passed());
+    assert!(Gates::of(&together(&[unit_cube(), cube(DVec3::splat(1.001), 1.0)]), Precision::Single).passed());
     // A thin cube far from the origin: its four long edges remain.
-    let gates = Gates::of(&cube(DVec3::new(1e6, 0.0, 0.0), 1e-3));
-    assert_eq!((gates.welded_in_f32.count, gates.collapsed_in_f32.count), (4, 8));
+    let gates = Gates::of(&cube(DVec3::new(1e6, 0.0, 0.0), 1e-3), Precision::Single);
+    assert_eq!((gates.welded.count, gates.collapsed.count), (4, 8));
     // Three in one place weld two; minus zero is zero.
     let mut three = unit_cube();
     three.positions[1] = DVec3::new(-0.0, 1e-60, 0.0);
     three.positions[2] = DVec3::ZERO;
-    assert_eq!(Gates::of(&three).welded_in_f32.count, 2);
-    assert_eq!(Gates::of(&soup(&unit_cube())).welded_in_f32.count, 36 - 8);
+    assert_eq!(Gates::of(&three, Precision::Single).welded.count, 2);
+    assert_eq!(Gates::of(&soup(&unit_cube()), Precision::Single).welded.count, 36 - 8);
 }
 
 #[test]
 fn inside_out_and_nowhere() {
-    let gates = Gates::of(&reversed(&tetrahedron()));
+    let gates = Gates::of(&reversed(&tetrahedron()), Precision::Single);
     assert!(matches!(gates.failures()[..], [GateFailure::NoVolume { signed_volume }] if signed_volume < 0.0));
     let mut mesh = unit_cube();
     mesh.positions[5].y = f64::NAN;
-    let gates = Gates::of(&mesh);
+    let gates = Gates::of(&mesh, Precision::Single);
     assert_eq!((gates.bad_positions.count, gates.bad_positions.first[0].index), (1, 5));
     assert_eq!(gates.failures().len(), 2);
 }
@@ -164,10 +164,10 @@ fn sentences_count_and_name_the_first() {
 fn long_stars_are_sorted_out() {
     // A double cone whose two tips have stars longer than the quick way takes.
     let mut mesh = solids::cylinder(1.0, 2.0, 100).unwrap();
-    let gates = Gates::of(&mesh);
+    let gates = Gates::of(&mesh, Precision::Single);
     assert!(gates.passed() && gates.genus == Some(0), "{:?}", gates.failures());
     mesh.triangles.remove(7);
-    assert_eq!(Gates::of(&mesh).edges.count, 3);
+    assert_eq!(Gates::of(&mesh, Precision::Single).edges.count, 3);
 }
 
 #[test]
@@ -179,7 +179,7 @@ fn the_thread_count_does_not_show() {
     mesh.triangles.extend_from_within(300..400);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| format!("{:?}", Gates::of(&mesh)))
+        pool.install(|| format!("{:?}", Gates::of(&mesh, Precision::Single)))
     };
     assert_eq!(with(1), with(4));
 }
@@ -200,7 +200,7 @@ proptest! {
             let solid = if facing_in { reversed(&solid) } else { solid };
             mesh.triangles.extend(solid.triangles.iter().map(|indices| indices.map(|index| index + 2 * first)));
         }
-        let (gates, report) = (Gates::of(&mesh), check(&mesh));
+        let (gates, report) = (Gates::of(&mesh, Precision::Single), check(&mesh));
         prop_assert_eq!(gates.repeated_indices.count, report.repeated_corners.count);
         prop_assert_eq!(gates.duplicates.count, report.duplicates.count + report.opposed_duplicates.count);
         prop_assert_eq!(&gates.non_manifold_vertices.count, &report.non_manifold_vertices.count);

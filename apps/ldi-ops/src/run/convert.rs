@@ -7,7 +7,7 @@ use ldi_ops::mesh::io::Format;
 use ldi_ops::mesh::{Aabb, LengthUnit, io};
 
 use super::input::{self, Provenance};
-use super::{Finished, Outcome, say_warnings, size};
+use super::{Finished, Outcome, say_warnings, size, surface};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
 use crate::resolve::ConvertJob;
@@ -20,6 +20,8 @@ pub struct Converted {
     pub sha256: Option<String>,
     pub to: PathBuf,
     pub triangles: usize,
+    /// What was subtracted from the coordinates.
+    pub recentred: Option<DVec3>,
     /// The unit of the numbers in the written file.
     pub unit: Option<LengthUnit>,
     pub warnings: Vec<Warning>,
@@ -39,12 +41,16 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
     if Format::from_path(&job.from.path) == Ok(Format::Stl) {
         mesh.weld();
     }
+    let recentred = mesh.bounds().filter(|_| job.recentre).map(surface::middle);
+    if let Some(offset) = recentred {
+        mesh.positions.iter_mut().for_each(|position| *position -= offset);
+    }
     let mut warnings = read.warnings;
     let extent = mesh.bounds().map_or(DVec3::ZERO, Aabb::extent);
     warnings.extend(size::unit_ignored(&job.from.path, read.file.unit, job.unit, extent));
     let unit = read.file.unit.or(job.unit);
     progress.stage("writing");
-    let written = io::write(&job.to, &mesh, unit).map_err(super::write_failure)?;
+    let written = io::write_at(&job.to, &mesh, unit, recentred.unwrap_or_default()).map_err(super::write_failure)?;
     warnings.extend(input::write_notes(&job.to, &written.notes));
     warnings.extend(unit_not_kept(job, read.file.unit));
     let converted = Converted {
@@ -52,6 +58,7 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
         sha256: read.sha256,
         to: job.to.clone(),
         triangles: mesh.triangles.len(),
+        recentred,
         unit: written.unit,
         warnings,
     };

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use ldi_ops::grid::{Grid, LatticeSolid};
 use ldi_ops::mesh::check::{MeshReport, check};
 use ldi_ops::mesh::io::{self, Format, MeshFile, ReadError, ReadNote, WriteNote};
-use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, NotClosed, TriangleMesh};
+use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, NotClosed, Precision, TriangleMesh};
 use ldi_ops::sampler::Fill;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -165,7 +165,8 @@ pub fn read(path: &Path, provenance: Provenance) -> Result<ReadMesh, Failure> {
 fn surface_of_images(bytes: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning>), Failure> {
     let file = ImageFile::read(Cursor::new(bytes), path)?;
     let imaged = file.imaged(path, file.mode(path, None)?)?;
-    let (mesh, report) = surface::mesh(&imaged, Finish::default(), &Progress::new(Verbosity::Quiet))?;
+    let (mesh, report) =
+        surface::mesh(&imaged, Finish::default(), Precision::Double, &Progress::new(Verbosity::Quiet))?;
     if mesh.triangles.is_empty() {
         return Err(Failure::input(format!("{}: no lattice node lies inside the images", path.display())));
     }
@@ -235,6 +236,7 @@ fn solid(input: &Input, demands: Demands) -> Result<(Solid, Vec<Warning>), Failu
     if let Some(placement) = &input.placement {
         let map = placement.map(unit.or(demands.unit));
         mesh.transform(&map.map_err(|error| Failure::input(format!("{}: {error}", input.path.display())))?);
+        warnings.extend(placed_exactly(&mesh, &input.path)?);
     }
     let surface = bounding(mesh, &input.path, demands)?;
     let volume = match &surface {
@@ -254,6 +256,34 @@ fn solid(input: &Input, demands: Demands) -> Result<(Solid, Vec<Warning>), Failu
         warnings.extend(remarks(&solid, demands.fill));
     }
     Ok((solid, warnings))
+}
+
+/// A placement may round coordinates by this share of the mesh's size and nothing is said.
+const PLACED_EXACTLY: f64 = 1e-9;
+
+/// A placement that rounds coordinates by more than this share of the mesh's size is refused.
+const PLACED_BADLY: f64 = 1e-4;
+
+/// What the numbers of a computer make of a mesh that was placed far from the origin.
+fn placed_exactly(mesh: &TriangleMesh, path: &Path) -> Result<Option<Warning>, Failure> {
+    let Some(bounds) = mesh.bounds() else { return Ok(None) };
+    let (size, farthest) = (bounds.extent().max_element(), bounds.min.abs().max(bounds.max.abs()).max_element());
+    let moved = farthest * f64::EPSILON / 2.0;
+    // Sizes that are no numbers are left to the check.
+    let is_told = moved > PLACED_EXACTLY * size;
+    if !is_told {
+        return Ok(None);
+    }
+    let message = format!(
+        "{}: the transform places the mesh at coordinates of {farthest:.1e}, where 64-bit numbers round by up to {moved:.1e}, \
+         {:.2e} of its size; place it nearer to the origin",
+        path.display(),
+        moved / size
+    );
+    if moved > PLACED_BADLY * size {
+        return Err(Failure::input(message));
+    }
+    Ok(Some(Warning::new("placement-rounded", message)))
 }
 
 /// The shells of beams overlap wherever beams meet, and the even-odd rule would take each node for a hole.

@@ -6,13 +6,14 @@ use glam::DVec3;
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::integrate::VolumeEstimate;
 use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
-use ldi_ops::mesh::{ClosedMesh, LengthUnit, TriangleMesh, io};
+use ldi_ops::mesh::io::Format;
+use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, Precision, TriangleMesh, io};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
-use ldi_ops::surface::gates::Gates;
+use ldi_ops::surface::gates::{GateFailure, Gates};
 use ldi_ops::surface::parts::{Dropped, Parts};
 use ldi_ops::surface::simplify::simplify;
-use ldi_ops::surface::{Surface, SurfaceMode, contour};
+use ldi_ops::surface::{Coordinates, Surface, SurfaceMode, contour_in};
 
 use super::input::write_notes;
 use super::machine;
@@ -53,6 +54,8 @@ pub struct SurfaceReport {
     pub largest_share: f64,
     /// Small parts that were dropped.
     pub dropped: Dropped,
+    /// What was subtracted from the coordinates.
+    pub recentred: Option<DVec3>,
 }
 
 /// What simplification did.
@@ -84,7 +87,8 @@ pub fn write(
     finish: Finish,
     progress: &Progress,
 ) -> Result<(SurfaceReport, Vec<Warning>), Failure> {
-    let (mesh, mut report) = mesh(imaged, finish, progress)?;
+    let precision = Format::from_path(path).map_err(Failure::input)?.precision();
+    let (mesh, mut report) = mesh(imaged, finish, precision, progress)?;
     let mut warnings = warnings(&report, imaged.normals.is_some());
     let refusal = match mesh.triangles.is_empty() {
         true => Some(Warning::new("empty-surface", "no lattice node lies inside the result".to_owned())),
@@ -99,7 +103,8 @@ pub fn write(
         warnings.push(Warning::new(code, format!("{name}: no mesh was written: {message}{old}")));
     } else {
         progress.stage("writing");
-        let written = io::write(path, &mesh, imaged.unit).map_err(write_failure)?;
+        let written = io::write_at(path, &mesh, imaged.unit, report.recentred.unwrap_or_default());
+        let written = written.map_err(write_failure)?;
         warnings.extend(write_notes(path, &written.notes));
         report.path = Some(path.to_path_buf());
     }
@@ -139,15 +144,32 @@ fn is_far(value: f64, error: f64, mesh: f64) -> bool {
     distance > (10.0 * error).max(0.01 * value) || distance > (2.0 * error).max(0.5 * value)
 }
 
-/// Makes a mesh of images.
-pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(TriangleMesh, SurfaceReport), Failure> {
+/// A round offset near the middle of a box: a multiple of the power of ten next above its longest side.
+pub fn middle(bounds: Aabb) -> DVec3 {
+    let unit = 10f64.powi(bounds.extent().max_element().log10().ceil() as i32);
+    let offset = (0.5 * (bounds.min + bounds.max) / unit).round() * unit;
+    // Adding 0 makes 0 of −0.
+    if offset.is_finite() { offset + DVec3::ZERO } else { DVec3::ZERO }
+}
+
+/// Makes a mesh of images for a file of a precision.
+pub fn mesh(
+    imaged: &Imaged,
+    finish: Finish,
+    precision: Precision,
+    progress: &Progress,
+) -> Result<(TriangleMesh, SurfaceReport), Failure> {
     let [a, b, c] = imaged.images else {
         return Err(Failure::input("a mesh needs images along all three axes, x, y and z"));
     };
     machine::admit_mesh(imaged.images.iter().map(|image| image.depths().len() as u64).sum())?;
     progress.stage("contouring");
     let mode = surface_mode(imaged.mode);
-    let surface = contour([a, b, c], imaged.normals, mode).map_err(Failure::input)?;
+    let grid = a.grid();
+    let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));
+    let recentred = finish.recentre.then(|| middle(Aabb { min: grid.origin(), max: grid.origin() + size }));
+    let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
+    let surface = contour_in([a, b, c], imaged.normals, mode, coordinates).map_err(Failure::input)?;
     let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
     let contoured_volume = mesh.signed_volume();
     let parts = Parts::of(&mesh);
@@ -160,16 +182,23 @@ pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(Tri
     let (mesh, simplified) = match finish.simplify {
         Some(bound) if !mesh.triangles.is_empty() => {
             progress.stage("simplifying");
-            let (mesh, simplified) = simplified(mesh, imaged, bound.length(a.grid().pitch(), imaged.unit)?)?;
+            let (mesh, simplified) =
+                simplified(mesh, &grid.translated(-coordinates.offset), bound.length(grid.pitch(), imaged.unit)?)?;
             (mesh, Some(simplified))
         }
         _ => (mesh, None),
     };
     progress.stage("checking the mesh");
-    let gates = Gates::of(&mesh);
+    let gates = Gates::of(&mesh, precision);
     if let Some(failure) = gates.failures().first() {
-        // Coordinates that fall together in 32 bits are the model's; all else would be a fault of this program.
-        return Err(Failure::input(format!("the mesh of the result is not fit to be written: {failure}")));
+        // Coordinates that fall together are the model's; all else would be a fault of this program.
+        let way_out = match failure {
+            GateFailure::Collapsed(_, Precision::Single) | GateFailure::Welded(_, Precision::Single) => {
+                " Write .obj, .ply, .off or .3mf, which hold 64 bits, or pass --recentre."
+            }
+            _ => "",
+        };
+        return Err(Failure::input(format!("the mesh of the result is not fit to be written: {failure}{way_out}")));
     }
     let report = SurfaceReport {
         path: None,
@@ -188,6 +217,7 @@ pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(Tri
         simplified,
         largest_share,
         dropped,
+        recentred,
     };
     Ok((mesh, report))
 }
@@ -198,16 +228,15 @@ const FIRST_STEP: f64 = 0.1;
 
 /// Removes triangles within a bound; the mesh sampled again gives the same nodes. A bound that is large beside the pitch is
 /// used in steps, each twice as long as the one before; their distances add up.
-fn simplified(mesh: TriangleMesh, imaged: &Imaged, bound: f64) -> Result<(TriangleMesh, SimplifiedReport), Failure> {
-    let grid = imaged.images[0].grid();
-    let wanted = planes_of(&mesh, imaged)?;
+fn simplified(mesh: TriangleMesh, grid: &Grid, bound: f64) -> Result<(TriangleMesh, SimplifiedReport), Failure> {
+    let wanted = planes_of(&mesh, grid)?;
     let mut report = SimplifiedReport { bound, distance: 0.0, triangles: mesh.triangles.len() };
     let (mut mesh, mut step) = (mesh, FIRST_STEP * grid.pitch());
     while report.distance < bound {
         let rest = bound - report.distance;
         let made = simplify(&mesh, step.min(rest), |mesh| {
             // A mesh that cannot be sampled on this grid is acceptable nowhere.
-            let Ok(found) = planes_of(mesh, imaged) else { return mesh.positions.clone() };
+            let Ok(found) = planes_of(mesh, grid) else { return mesh.positions.clone() };
             differences(grid, &wanted, &found)
         });
         let made = made.map_err(Failure::input)?;
@@ -222,8 +251,7 @@ fn simplified(mesh: TriangleMesh, imaged: &Imaged, bound: f64) -> Result<(Triang
 }
 
 /// The nodes inside a mesh, plane after plane.
-fn planes_of(mesh: &TriangleMesh, imaged: &Imaged) -> Result<Vec<Vec<u64>>, Failure> {
-    let grid = imaged.images[0].grid();
+fn planes_of(mesh: &TriangleMesh, grid: &Grid) -> Result<Vec<Vec<u64>>, Failure> {
     let closed = ClosedMesh::check(mesh.clone()).map_err(Failure::input)?;
     let solid = grid.quantise(&closed).map_err(Failure::input)?;
     // All three images of one mesh say the same of nodes.

@@ -25,9 +25,10 @@ pub(in super::super) struct Glb<'m> {
 }
 
 impl<'m> Glb<'m> {
-    /// Lays out a mesh of which a unit is so many metres. All coordinates are finite, also as 32-bit metres.
-    pub(in super::super) fn new(mesh: &'m TriangleMesh, metres: f64) -> Glb<'m> {
-        let mut document = document(mesh, metres).to_string().into_bytes();
+    /// Lays out a mesh of which a unit is so many metres, relative to a place. All coordinates are finite, also as 32-bit
+    /// metres.
+    pub(in super::super) fn new(mesh: &'m TriangleMesh, metres: f64, place: DVec3) -> Glb<'m> {
+        let mut document = document(mesh, metres, place).to_string().into_bytes();
         // Chunks are whole words long.
         document.resize(document.len().next_multiple_of(4), b' ');
         Glb { mesh, metres, document }
@@ -75,12 +76,16 @@ pub(in super::super) fn in_metres(position: DVec3, metres: f64) -> Vec3 {
     (position * metres).as_vec3()
 }
 
-fn document(mesh: &TriangleMesh, metres: f64) -> Value {
+fn document(mesh: &TriangleMesh, metres: f64, place: DVec3) -> Value {
     let asset = json!({ "version": "2.0", "generator": "ldi-ops" });
     if mesh.triangles.is_empty() {
         return json!({ "asset": asset });
     }
     let positions = || mesh.positions.iter().map(|&position| in_metres(position, metres));
+    let node = match place == DVec3::ZERO {
+        true => json!({ "mesh": 0 }),
+        false => json!({ "mesh": 0, "translation": (place * metres).to_array() }),
+    };
     // The bounds are those of the rounded numbers, to the bit.
     let bound = |bound: Vec3| json!(bound.as_dvec3().to_array());
     let (triangles, vertices) = (mesh.triangles.len(), mesh.positions.len());
@@ -89,7 +94,7 @@ fn document(mesh: &TriangleMesh, metres: f64) -> Value {
         "asset": asset,
         "scene": 0,
         "scenes": [{ "nodes": [0] }],
-        "nodes": [{ "mesh": 0 }],
+        "nodes": [node],
         "meshes": [{ "primitives": [{ "attributes": { "POSITION": 1 }, "indices": 0, "mode": 4 }] }],
         "accessors": [
             { "bufferView": 0, "componentType": UNSIGNED_INT, "count": 3 * triangles, "type": "SCALAR" },

@@ -6,6 +6,7 @@
 
 use std::io::{self, Seek, Write};
 
+use glam::DVec3;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
@@ -58,11 +59,12 @@ impl<'m> Object<'m> {
     }
 }
 
-/// Writes a package. Coordinates have been checked to be finite.
+/// Writes a package, its one item moved to `place`. Coordinates have been checked to be finite.
 pub(in super::super) fn write(
     out: &mut (impl Write + Seek + Send),
     object: &Object<'_>,
     unit: LengthUnit,
+    place: DVec3,
 ) -> io::Result<()> {
     let mut zip = ZipWriter::new(out);
     // Nothing in a file tells when it was made, so that the same mesh makes the same bytes.
@@ -76,12 +78,12 @@ pub(in super::super) fn write(
     }
     let most_bytes = LONGEST_LINE * (object.weld.kept.len() + object.mesh.triangles.len() + 16) as u64;
     zip.start_file("3D/3dmodel.model", options.large_file(most_bytes > u64::from(u32::MAX)))?;
-    write_model(&mut zip, object, unit)?;
+    write_model(&mut zip, object, unit, place)?;
     zip.finish()?;
     Ok(())
 }
 
-fn write_model(out: &mut (impl Write + Send), object: &Object<'_>, unit: LengthUnit) -> io::Result<()> {
+fn write_model(out: &mut (impl Write + Send), object: &Object<'_>, unit: LengthUnit, place: DVec3) -> io::Result<()> {
     write!(
         out,
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"{}\" xml:lang=\"en-US\" \
@@ -107,6 +109,13 @@ fn write_model(out: &mut (impl Write + Send), object: &Object<'_>, unit: LengthU
         })?;
         out.write_all(b"</triangles>\n</mesh>\n</object>\n")?;
     }
-    let item = if has_object { "<item objectid=\"1\"/>\n" } else { "" };
-    write!(out, "</resources>\n<build>\n{item}</build>\n</model>\n")
+    out.write_all(b"</resources>\n<build>\n")?;
+    if has_object {
+        let DVec3 { x, y, z } = place;
+        match place == DVec3::ZERO {
+            true => out.write_all(b"<item objectid=\"1\"/>\n")?,
+            false => writeln!(out, "<item objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 {x} {y} {z}\"/>")?,
+        }
+    }
+    out.write_all(b"</build>\n</model>\n")
 }

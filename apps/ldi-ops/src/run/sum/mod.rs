@@ -18,7 +18,7 @@ use glam::{DAffine3, DVec3};
 use ldi_ops::grid::Axis;
 use ldi_ops::integrate::{AxisVolume, CHECK_PITCHES, VolumeEstimate};
 use ldi_ops::ldi::Summary;
-use ldi_ops::mesh::{Aabb, ClosedMesh};
+use ldi_ops::mesh::{Aabb, ClosedMesh, Precision};
 use ldi_ops::sampler::{Fill, Mode};
 
 use self::backend::SumBackend;
@@ -229,7 +229,7 @@ fn operate(
         Some(VolumeEstimate::from_axes(&axis_volumes(&between.summaries))),
     );
     let imaged = Imaged { images, normals, mode: Mode::Exact, unit: None, volume };
-    let (mesh, found) = surface::mesh(&imaged, Finish::default(), progress)?;
+    let (mesh, found) = surface::mesh(&imaged, Finish::default(), Precision::Double, progress)?;
     let mut warnings = surface::warnings(&found, true);
     warnings.extend(surface::far_from_volume(&imaged, &found).map(|Warning { code, message }| {
         Warning::new(code, format!("between the two steps {message}; the result lacks what the mesh lacks"))
