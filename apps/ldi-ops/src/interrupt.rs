@@ -10,13 +10,13 @@ pub fn handle() {
     let signals = unsafe {
         let mut signals: libc::sigset_t = mem::zeroed();
         libc::sigemptyset(&mut signals);
-        for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP] {
-            let mut action: libc::sigaction = mem::zeroed();
-            libc::sigaction(signal, ptr::null(), &mut action);
-            // `nohup` has them ignored, and so do shells for jobs in the background.
-            if action.sa_sigaction != libc::SIG_IGN {
-                libc::sigaddset(&mut signals, signal);
-            }
+        libc::sigaddset(&mut signals, libc::SIGINT);
+        libc::sigaddset(&mut signals, libc::SIGTERM);
+        // `nohup` has hangups ignored.
+        let mut action: libc::sigaction = mem::zeroed();
+        libc::sigaction(libc::SIGHUP, ptr::null(), &mut action);
+        if action.sa_sigaction != libc::SIG_IGN {
+            libc::sigaddset(&mut signals, libc::SIGHUP);
         }
         // Every thread inherits the mask, so that the one below alone takes them.
         libc::pthread_sigmask(libc::SIG_BLOCK, &signals, ptr::null_mut());

@@ -217,7 +217,9 @@ fn load(path: &Path) -> io::Result<Vec<u8>> {
 /// Returns the files that a mesh file refers to: buffers and images of glTF. None where the file cannot be read.
 pub fn side_files(path: &Path) -> Vec<PathBuf> {
     match Format::from_path(path) {
-        Ok(Format::Gltf | Format::Glb) => load(path).map_or(Vec::new(), |bytes| gltf::side_files(&bytes, path)),
+        Ok(format @ (Format::Gltf | Format::Glb)) if examine(path, format).is_ok() => {
+            load(path).map_or(Vec::new(), |bytes| gltf::side_files(&bytes, path))
+        }
         _ => Vec::new(),
     }
 }

@@ -37,6 +37,8 @@ pub struct SurfaceReport {
     pub volume: f64,
     /// The same before parts were dropped and triangles removed.
     pub contoured_volume: f64,
+    /// What may be missing of it where edges are cut off for want of normals: a pitch of its whole surface.
+    pub cut_off: f64,
     /// Ray crossings of walls and gaps that are finer than the lattice, which the mesh does not have.
     pub walls: u64,
     pub gaps: u64,
@@ -129,7 +131,7 @@ pub fn far_from_volume(imaged: &Imaged, report: &SurfaceReport) -> Option<Warnin
             report.gaps
         )
     };
-    is_far(value, error, mesh).then(|| Warning::new("mesh-far-from-volume", message()))
+    is_far(value, error + report.cut_off, mesh).then(|| Warning::new("mesh-far-from-volume", message()))
 }
 
 /// Returns whether the volume of a mesh is far beyond the error of the volume that was measured. An error as large as
@@ -150,6 +152,7 @@ pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(Tri
     let surface = contour([a, b, c], imaged.normals, mode).map_err(Failure::input)?;
     let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
     let contoured_volume = mesh.signed_volume();
+    let cut_off = if imaged.normals.is_some() { 0.0 } else { a.grid().pitch() * mesh.area() };
     let parts = Parts::of(&mesh);
     let mut largest_share = parts.largest_share();
     let (mesh, dropped) = parts.without_small(mesh, finish.least_part.unwrap_or(0.0));
@@ -179,6 +182,7 @@ pub fn mesh(imaged: &Imaged, finish: Finish, progress: &Progress) -> Result<(Tri
         genus: gates.genus.unwrap_or(0),
         volume: gates.signed_volume,
         contoured_volume,
+        cut_off,
         walls: sub_resolution.walls,
         gaps: sub_resolution.gaps,
         disagreements,
