@@ -235,9 +235,15 @@ fn beams_need_the_non_zero_rule() {
 #[test]
 fn coordinates_that_a_format_cannot_hold_are_told() {
     let folder = Folder::new();
-    let corners = (0..8).map(|i| format!("v {} {} {}\n", 1e9 + f64::from(i & 1), i >> 1 & 1, i >> 2));
-    let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
-    std::fs::write(folder.path("far.obj"), corners.collect::<String>() + faces).unwrap();
+    let cube_at = |name: &str, x: f64| {
+        let corners = (0..8).map(|i| format!("v {} {} {}\n", x + f64::from(i & 1), i >> 1 & 1, i >> 2));
+        let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+        std::fs::write(folder.path(name), corners.collect::<String>() + faces).unwrap();
+    };
+    // What rounding moves is told, what it spoils is refused.
+    cube_at("far.obj", 1e5 + 0.3);
+    cube_at("farthest.obj", 1e9);
+    folder.run(&["convert", "farthest.obj", "-o", "farthest.stl"]).code(2).says(&["farthest.stl", "32"]);
     folder.run(&["convert", "far.obj", "-o", "far.stl"]).code(0).warns(&["far.stl", "32-bit coordinates"]);
     let run = folder.run(&["convert", "far.obj", "-o", "same.obj"]).code(0);
     assert!(!run.stderr().contains("32-bit"), "{}", run.stderr());

@@ -164,7 +164,10 @@ fn one_bad_file_does_not_keep_the_others_from_being_measured() {
         assert_eq!(result["inputs"][i]["path"], *file);
     }
     // The worst code wins: too many rays for the machine, and a file that is not there.
-    folder.run(&["volume", "a.stl", "missing.stl", "--resolution", "65535"]).code(3).says(&["a.stl", "missing.stl"]);
+    folder
+        .run(&["volume", "a.stl", "missing.stl", "-v", "--resolution", "65535"])
+        .code(3)
+        .says(&["a.stl", "missing.stl"]);
 }
 
 #[test]

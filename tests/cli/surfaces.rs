@@ -230,7 +230,7 @@ fn far_from_the_origin_each_format_holds_what_it_can() {
         assert_near(found["volume"].as_f64().unwrap(), near, 5e-3 * near);
         assert_near(least_x(&found), place - 1.0, 1e-3);
     }
-    let run = folder.run(&[&sample("near.stl")[..], &["--recentre"]].concat()).code(0);
+    let run = folder.run(&[&sample("near.stl")[..], &["--recentre", "-v"]].concat()).code(0);
     assert!(run.stdout().contains("recentred by (1000000, 0, 0) m"), "{}", run.stdout());
 }
 

@@ -4,6 +4,7 @@
 //! One axis is done after another, and of each image only numbers are kept unless it is to be written, so that memory is
 //! bounded by the images of one axis.
 
+use std::fmt;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -135,6 +136,19 @@ pub struct Refinement {
     pub resolution: u32,
 }
 
+impl fmt::Display for Refinement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "--tolerance {} %: {} with {} rays along the longest side, where the estimate is {} % of the volume",
+            number(100.0 * self.asked),
+            if self.reached { "reached" } else { "not reached" },
+            self.resolution,
+            number(100.0 * self.came_to),
+        )
+    }
+}
+
 /// Where the time went.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Seconds {
@@ -197,42 +211,24 @@ fn measure(
     seconds.read = reading.elapsed().as_secs_f64();
     progress.detail(format_args!("read in {:.4} s", seconds.read));
 
-    // A solid by itself has its exact volume from its triangles, where it is proved that they enclose no point twice.
-    let mut exact = None;
-    let mut unproved = None;
-    if job.measurement == Measurement::Volume {
-        progress.stage("looking for triangles that meet");
-        let proving = Instant::now();
-        match solids[0].closed().map(|closed| (mesh::prove_simple(closed), closed)) {
-            Some((Ok(()), closed)) => exact = Some(closed.mass_properties()),
-            Some((Err(why), _)) => unproved = Some(why),
-            None => {}
-        }
-        seconds.integrate += proving.elapsed().as_secs_f64();
-        let said = unproved.map_or("0 and 1 everywhere".to_owned(), |why| format!("not proved to be 0 and 1: {why}"));
-        progress.detail(format_args!("winding numbers {said}; found in {:.4} s", proving.elapsed().as_secs_f64()));
-    }
+    let exact = match job.measurement {
+        Measurement::Volume => exact_sums(&solids[0], &mut seconds, progress),
+        _ => Err(None),
+    };
     let spacing = job.spacing.in_unit(solids[0].unit)?;
     // The images of what is known exactly are but a check.
-    let needs_images = exact.is_none() || job.report.has_json() || progress.is_verbose();
+    let needs_images = exact.is_err() || job.report.has_json() || progress.is_verbose();
     let mut refinement = None;
     let mut round = None;
     if needs_images {
         let mut sample = |spacing| sample_round(job, &solids, backends, spacing, &mut seconds, progress);
         round = Some(match spacing {
-            Spacing::Tolerance(_) if exact.is_some() => sample(Spacing::Resolution(COARSEST))?,
+            Spacing::Tolerance(_) if exact.is_ok() => sample(Spacing::Resolution(COARSEST))?,
             Spacing::Tolerance(tolerance) => {
                 let (round, found) = refine(tolerance, &mut sample)?;
-                let words = format!(
-                    "--tolerance {} %: {} with {} rays along the longest side, where the estimate is {} % of the volume",
-                    number(100.0 * tolerance),
-                    if found.reached { "reached" } else { "not reached" },
-                    found.resolution,
-                    number(100.0 * found.came_to),
-                );
                 match found.reached {
-                    true => progress.note(words),
-                    false => warnings.push(Warning::new("tolerance-not-reached", words)),
+                    true => progress.note(found),
+                    false => warnings.push(Warning::new("tolerance-not-reached", found.to_string())),
                 }
                 refinement = Some(found);
                 round
@@ -246,49 +242,29 @@ fn measure(
         (None, spacing) => lay(job, &solids, spacing)?,
     };
 
-    if let Some(round) = &round
-        && exact.is_none()
-    {
-        let comparing = Instant::now();
-        for (solid, _) in solids.iter().zip(&round.rules_agree).filter(|(_, agree)| **agree != Some(true)) {
-            let difference = FillDifference::of(solid)?;
-            warnings.extend(difference.and_then(|difference| difference.warning(solid, job.fill)));
+    let (volume, measures) = match (&exact, &round) {
+        (Ok(sums), round) => {
+            let (volume, measures) = exactly(sums, round.as_ref().map(|round| round.volume));
+            if let Spacing::Tolerance(asked) = spacing {
+                let came_to = volume.error / volume.value;
+                refinement = Some(Refinement { asked, came_to, reached: came_to <= asked, resolution: COARSEST });
+            }
+            (volume, Some(measures))
         }
-        let compared = comparing.elapsed().as_secs_f64();
-        seconds.sample += compared;
-        progress.detail(format_args!("fill rules compared in {compared:.4} s"));
-    }
-
-    let (mut volume, mut measures) = match (&exact, &round) {
-        (Some(exact), _) => exactly(exact, round.as_ref().map(|round| round.volume)),
-        (None, Some(round)) => {
-            (Volume::estimate(round.volume, possible(job, &solids, &round.rules_agree), unproved), None)
+        (Err(unproved), Some(round)) => {
+            warnings.extend(fill_differences(job, &solids, &round.rules_agree, &mut seconds, progress)?);
+            warnings.extend(solids.iter().filter_map(|solid| thin(solid, &grid, &job.axes)));
+            let measures = match job.measurement {
+                Measurement::Volume => Some(estimated_measures(job, &solids[0], round, &mut seconds, progress)?),
+                _ => None,
+            };
+            (estimated(job, &solids, round, *unproved), measures)
         }
-        (None, None) => unreachable!("what is not known exactly is sampled"),
+        (Err(_), None) => unreachable!("what is not known exactly is sampled"),
     };
-    if let (Spacing::Tolerance(asked), Some(_)) = (spacing, &exact) {
-        let came_to = volume.error / volume.value;
-        refinement = Some(Refinement { asked, came_to, reached: came_to <= asked, resolution: COARSEST });
-    }
-    if let (Some(round), None, Measurement::Volume) = (&round, &exact, &job.measurement) {
-        let (centroid, inertia) = mean_moments(&round.moments);
-        let measuring = Instant::now();
-        let area = surface_area(job, &solids[0], &round.grid, round.choice.sampler(), progress)?;
-        seconds.integrate += measuring.elapsed().as_secs_f64();
-        measures = Some(SolidMeasures { area, centroid, inertia });
-    }
-    // As far as the rays see, the mesh's own volume is that of the solid, which then is not farther off than that.
-    if let (Some(round), None, None) = (&round, &exact, job.measurement.expression())
-        && round.rules_agree[0] == Some(true)
-    {
-        volume.error = volume.error.max((volume.value - solids[0].volume.abs()).abs());
-    }
     if let Some(round) = &round {
         warnings.extend(round.choice.ran().auto.iter().filter_map(|auto| auto.warning.clone()));
         warnings.extend(open_warning(&solids, round));
-    }
-    if exact.is_none() {
-        warnings.extend(solids.iter().filter_map(|solid| thin(solid, &grid, &job.axes)));
     }
     warnings.extend(coarse_voxels(job, &grid));
 
@@ -345,13 +321,73 @@ impl Measured {
     }
 }
 
+/// Sums over the triangles of a solid, where it is proved that they enclose no point twice; else the reason, if the mesh is
+/// closed.
+fn exact_sums(solid: &Solid, seconds: &mut Seconds, progress: &Progress) -> Result<MassProperties, Option<Unproved>> {
+    let closed = solid.closed().ok_or(None)?;
+    progress.stage("looking for triangles that meet");
+    let proving = Instant::now();
+    let proof = mesh::prove_simple(closed);
+    let sums = proof.map(|()| closed.mass_properties());
+    let took = proving.elapsed().as_secs_f64();
+    seconds.integrate += took;
+    let found = proof.map_or_else(|why| format!("not proved to be 0 and 1: {why}"), |()| "0 and 1".to_owned());
+    progress.detail(format_args!("{}: winding numbers {found}, in {took:.4} s", solid.name()));
+    sums.map_err(Some)
+}
+
 /// The volume and the measures of a solid from sums over its triangles. An inside-out mesh has the same solid.
-fn exactly(sums: &MassProperties, rays: Option<VolumeEstimate>) -> (Volume, Option<SolidMeasures>) {
+fn exactly(sums: &MassProperties, rays: Option<VolumeEstimate>) -> (Volume, SolidMeasures) {
     let &MassProperties { volume, volume_rounding, area, centroid, inertia } = sums;
     let sign = volume.signum();
     let value = sign * volume;
     let volume = Volume { value, error: volume_rounding, method: Method::Exact, rays, possible: [value, value] };
-    (volume, Some(SolidMeasures { area, centroid, inertia: sign * inertia }))
+    (volume, SolidMeasures { area, centroid, inertia: sign * inertia })
+}
+
+/// The volume that images give, held to what the inputs allow.
+fn estimated(job: &MeasureJob, solids: &[Solid], round: &Round, unproved: Option<Unproved>) -> Volume {
+    let mut volume = Volume::estimate(round.volume, possible(job, solids, &round.rules_agree), unproved);
+    // As far as the rays see, a mesh's own volume is that of the solid, and the estimate is off by the difference.
+    if job.measurement.expression().is_none() && round.rules_agree[0] == Some(true) {
+        volume.error = volume.error.max((volume.value - solids[0].volume.abs()).abs());
+    }
+    volume
+}
+
+/// Area and moments of a solid from images.
+fn estimated_measures(
+    job: &MeasureJob,
+    solid: &Solid,
+    round: &Round,
+    seconds: &mut Seconds,
+    progress: &Progress,
+) -> Result<SolidMeasures, Failure> {
+    let measuring = Instant::now();
+    let (centroid, inertia) = mean_moments(&round.moments);
+    let area = surface_area(job, solid, &round.grid, round.choice.sampler(), progress)?;
+    seconds.integrate += measuring.elapsed().as_secs_f64();
+    Ok(SolidMeasures { area, centroid, inertia })
+}
+
+/// Warns of solids in which the fill rules see different volumes.
+fn fill_differences(
+    job: &MeasureJob,
+    solids: &[Solid],
+    rules_agree: &[Option<bool>],
+    seconds: &mut Seconds,
+    progress: &Progress,
+) -> Result<Vec<Warning>, Failure> {
+    let comparing = Instant::now();
+    let mut warnings = Vec::new();
+    for (solid, _) in solids.iter().zip(rules_agree).filter(|(_, agree)| **agree != Some(true)) {
+        let difference = FillDifference::of(solid)?;
+        warnings.extend(difference.and_then(|difference| difference.warning(solid, job.fill)));
+    }
+    let compared = comparing.elapsed().as_secs_f64();
+    seconds.sample += compared;
+    progress.detail(format_args!("fill rules compared in {compared:.4} s"));
+    Ok(warnings)
 }
 
 /// The least and the greatest volume that the inputs allow: no solid exceeds its box, and the volume of a closed mesh is known
@@ -422,6 +458,12 @@ fn quantise<'s>(job: &MeasureJob, solids: &'s [Solid], grid: &Grid) -> Result<Ve
         restrict(&job.measurement, &mut lattice);
     }
     Ok(lattice)
+}
+
+/// The pitches of the rasters that images along so many axes are held against. One axis is asked for where time matters, and
+/// the coarser raster is enough to show what it is blind to.
+pub fn check_pitches(axes: &[Axis]) -> &'static [f64] {
+    if axes.len() == 3 { &CHECK_PITCHES } else { &CHECK_PITCHES[1..] }
 }
 
 /// The exact images along all axes on a coarser raster, which an estimate is held against.
@@ -520,11 +562,9 @@ fn sample_round<'b>(
         progress.step();
     }
     progress.stage("coarser rasters");
-    // One axis is asked for where time matters: the coarsest raster is enough to show what one axis is blind to.
-    let ratios = if job.axes.len() == 3 { &CHECK_PITCHES[..] } else { &CHECK_PITCHES[1..] };
     let Round { choice, rules_agree, .. } = &mut round;
     let raster = |ratio: &f64| check_raster(job, solids, ratio * grid.pitch(), choice.sampler(), rules_agree, seconds);
-    let coarser = ratios.iter().map(raster).collect::<Result<Vec<_>, Failure>>()?;
+    let coarser = check_pitches(&job.axes).iter().map(raster).collect::<Result<Vec<_>, Failure>>()?;
     round.volume = VolumeEstimate::from_rasters(&volumes, &coarser);
     progress.detail(format_args!("{x} × {y} × {z} rays: sampled by {:.4} s; {}", seconds.sample, round.choice.ran()));
     Ok(round)
@@ -625,8 +665,8 @@ fn thin(solid: &Solid, grid: &Grid, axes: &[Axis]) -> Option<Warning> {
     Some(Warning::new("thinner-than-pitch", message))
 }
 
-/// Estimates of Booleans whose voxels are longer than the pitch: what an estimate of one solid adds or leaves out is known,
-/// and counts as an error; of a Boolean it is not.
+/// Estimates of Booleans whose voxels are longer than the pitch: what an estimate of one solid adds or leaves out is known; of
+/// a Boolean it shows in the distance to exact coarser images alone.
 fn coarse_voxels(job: &MeasureJob, grid: &Grid) -> Option<Warning> {
     let voxel = |axis: &Axis| f64::from(grid.voxel(*axis)) * grid.step();
     let longest = job.axes.iter().map(voxel).fold(0.0, f64::max);
@@ -635,8 +675,8 @@ fn coarse_voxels(job: &MeasureJob, grid: &Grid) -> Option<Warning> {
         return None;
     }
     let message = format!(
-        "a ray is divided into voxels of {longest:.3e}, longer than the pitch of {:.3e}: what an estimate adds or leaves out in \
-         them is not counted in the ±; a greater --lod, or --mode exact, leaves nothing of it",
+        "a ray is divided into voxels of {longest:.3e}, longer than the pitch of {:.3e}: an estimate may add or leave out as \
+         much at each surface; a greater --lod makes it less, and --mode exact leaves nothing of it",
         grid.pitch(),
     );
     Some(Warning::new("coarse-voxels", message))

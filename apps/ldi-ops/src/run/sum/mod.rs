@@ -16,7 +16,7 @@ use std::time::Instant;
 
 use glam::{DAffine3, DVec3};
 use ldi_ops::grid::Axis;
-use ldi_ops::integrate::{AxisVolume, CHECK_PITCHES, VolumeEstimate};
+use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
 use ldi_ops::ldi::Summary;
 use ldi_ops::mesh::{Aabb, ClosedMesh, Precision};
 use ldi_ops::sampler::{Fill, Mode};
@@ -26,7 +26,7 @@ use self::budget::Limit;
 use self::shells::{Shells, Windings};
 use self::steps::{Keep, Made, Setting, Step};
 use super::input::{self, Demands, Provenance, Sides, Solid};
-use super::measure::{Measured, Seconds, Volume};
+use super::measure::{Measured, Seconds, Volume, check_pitches};
 use super::surface::{self, Imaged};
 use super::{Finished, Outcome, say_warnings, write};
 use crate::exit::Failure;
@@ -90,12 +90,14 @@ fn measure(job: &SumJob, start: Instant, progress: &Progress) -> Result<Measured
     let raster = Raster::of(job, (operation, spacing), &solids);
     let operated = operate(job, operation, raster, &solids, &backend, &mut seconds, progress)?;
     let Made { grid, summaries, images, normals, bias, .. } = operated.last;
-    progress.stage("a coarser raster");
-    // One is enough where each costs nearly as much again as the sum.
-    let [.., ratio] = CHECK_PITCHES;
-    let coarser = Raster { pitch: ratio * grid.pitch(), axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Summaries };
-    let coarser = operate(job, operation, coarser, &solids, &backend, &mut seconds, progress)?.last;
-    let mut rays = VolumeEstimate::from_rasters(&axis_volumes(&summaries), &[axis_volumes(&coarser.summaries)]);
+    progress.stage("coarser rasters");
+    let mut coarser = Vec::new();
+    for ratio in check_pitches(&job.axes) {
+        let raster = Raster { pitch: ratio * grid.pitch(), axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Summaries };
+        let made = operate(job, operation, raster, &solids, &backend, &mut seconds, progress)?.last;
+        coarser.push(axis_volumes(&made.summaries));
+    }
+    let mut rays = VolumeEstimate::from_rasters(&axis_volumes(&summaries), &coarser);
     rays.error = rays.error.max(bias);
     let volume = Volume::estimate(rays, [0.0, result_box(operation, &solids).extent().element_product()], None);
     warnings.extend(operated.warnings);
