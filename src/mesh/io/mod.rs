@@ -172,8 +172,10 @@ pub fn examine(path: &Path, format: Format) -> Result<(), ReadError> {
     let at = length - end.len() as u64;
     file.read_exact(&mut start).map_err(failure)?;
     file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(&mut end)).map_err(failure)?;
+    // The zeros may begin early.
+    let head = &start[..start.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1)];
     let fault = match format {
-        _ if is_text(format, &start) && end.iter().all(|&byte| byte == 0) => {
+        _ if is_text(format, head) && end.iter().all(|&byte| byte == 0) => {
             Fault::invalid(Place::File, "the text ends in bytes 0; cut them off")
         }
         _ => match binary_length(format, &start) {
