@@ -125,12 +125,14 @@ fn surfaces_of_models_do_not_cross_themselves() {
     assert!(pulled > 0, "nothing had to be parted");
 }
 
+/// A name, what is made of the nodes, the files, a turn and a place, and the rays.
+type Case<'a> = (&'a str, fn(u64, u64) -> u64, [&'a str; 2], [f64; 5], u32);
+
 /// In the first two vertices beyond their cells keep one another from going back, until all of them do; in the last triangles
 /// meet in a cell that vertices of both came to from elsewhere.
 #[test]
 fn surfaces_of_booleans_do_not_cross_themselves() {
-    type OfNodes = fn(u64, u64) -> u64;
-    let cases: [(&str, OfNodes, [&str; 2], [f64; 5], u32); 3] = [
+    let cases: [Case; 3] = [
         ("a - b", |a, b| a & !b, ["cubic_lattice.stl", "bcc_lattice.stl"], [-9.0, -2.0, -9.0, 204.0, 1.3], 40),
         ("a ^ b", |a, b| a ^ b, ["gyroid_sheet.stl"; 2], [-4.0, -5.0, -5.0, 164.0, 0.7], 40),
         ("a & b", |a, b| a & b, ["gyroid_sheet.stl", "primitive_sheet.stl"], [-1.0, 8.0, -8.0, 319.0, 1.0], 80),
