@@ -101,7 +101,7 @@ impl Volume {
             false => (rays.error + (value - rays.value).abs()).min(farthest),
         };
         // The volumes of the inputs are rounded.
-        let error = error.max(1e-12 * greatest);
+        let error = error + 1e-12 * greatest;
         Volume { value, error, method: Method::Estimate(unproved), rays: Some(rays), possible }
     }
 
