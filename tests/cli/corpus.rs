@@ -65,8 +65,9 @@ const FILES: &[(&str, Expected)] = &[
     ("Cray_right.obj", same(1.5760799710533451e116, &[])),
     ("FLYWIRE_whole_brain.ply", same(2.7837581710287556e16, &[])),
     // Walls a thirteenth of a pixel thick.
-    ("Generic_Twin_7081_left.obj", same(101590.8775582339, &[])),
-    ("Generic_Twin_7081_right.obj", same(43004.36805158224, &[])),
+    // Sheets of 1 and 2 units at a pitch of 15, whose triangles touch: estimated, and far from sure.
+    ("Generic_Twin_7081_left.obj", same(101590.8775582339, &["imprecise"])),
+    ("Generic_Twin_7081_right.obj", same(43004.36805158224, &["imprecise"])),
     ("IndexOutOfRange.gltf", Refused(&["accessor 0", "vertex 255 is out of range"])),
     ("Offset1.obj", same(1614716.5045550906, &[])),
     ("OutOfMemory.off", Refused(&["line 2", "353535235358 vertices are promised"])),
@@ -106,8 +107,8 @@ const FILES: &[(&str, Expected)] = &[
     ("openscad-nonmanifold-crash.obj", overlapping(348.964, 389.517, &["fill-rules-differ"])),
     ("polygonfaces.obj", Refused(&["5 edges are open", "of triangle 0"])),
     ("pond.0.ply", Refused(&["70051 elements `vertex` are promised", "70048"])),
-    // A sliver of 1.5e-8 of its box, far below a pixel.
-    ("rounding.glb", same(8.029641044085545e-8, &["imprecise"])),
+    // A sliver of 1.5e-8 of its box, far below a pixel, whose triangles do not touch: exact.
+    ("rounding.glb", same(8.029641044085545e-8, &[])),
     ("seam_test_object.3mf", same(15550.53099740922, &[])),
     ("self_intersectA.obj", overlapping(0.13737112, 0.14266238, &["fill-rules-differ"])),
     ("self_intersectB.obj", overlapping(0.13737317, 0.14266454, &["fill-rules-differ"])),
