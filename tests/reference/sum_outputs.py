@@ -146,13 +146,6 @@ def cases():
             yield Case(operation, words, next(suffixes), resolution, volume, tuple(map(tuple, box)))
 
 
-def is_refused(mesh, told):
-    """Whether nothing was written because the mesh is far from the volume, and says so: the rays are too few for it."""
-    surface, volume = told["surface"], told["volume"]["value"]
-    said = any(warning["code"] == "mesh-far-from-volume" for warning in told["warnings"])
-    return mesh is None and said and surface["path"] is None and abs(surface["volume"] - volume) > 0.01 * volume
-
-
 def right_of(case, mesh, told):
     """What is right; where nobody else was asked, the mesh's own volume, which leaves its measure to `complaints`."""
     if mesh is None:
@@ -191,7 +184,7 @@ class Finding:
 def examine(program, case):
     try:
         mesh, told = outputs.run(program, case)
-        if is_refused(mesh, told):
+        if outputs.is_refused(mesh, told):
             return Finding(case, [], is_refused=True)
         right = right_of(case, mesh, told)
         finding = Finding(case, complaints(case, mesh, told, right))
