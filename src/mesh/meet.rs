@@ -167,16 +167,22 @@ fn counter_clockwise([a, b, c]: [Coord<f64>; 3]) -> [Coord<f64>; 3] {
     if orient2d(a, b, c) < 0.0 { [a, c, b] } else { [a, b, c] }
 }
 
-/// Triangles of one plane, seen along the axis that shows the first largest.
-fn flat(a: [DVec3; 3], b: [DVec3; 3]) -> ([Coord<f64>; 3], [Coord<f64>; 3]) {
-    let normal = (a[1] - a[0]).cross(a[2] - a[0]).abs();
-    let axis = if normal.x >= normal.y.max(normal.z) {
+/// Returns the axis along which a triangle is seen largest.
+#[inline]
+pub(crate) fn widest_axis([a, b, c]: [DVec3; 3]) -> usize {
+    let normal = (b - a).cross(c - a).abs();
+    if normal.x >= normal.y.max(normal.z) {
         0
     } else if normal.y >= normal.z {
         1
     } else {
         2
-    };
+    }
+}
+
+/// Triangles of one plane, seen along the axis that shows the first largest.
+fn flat(a: [DVec3; 3], b: [DVec3; 3]) -> ([Coord<f64>; 3], [Coord<f64>; 3]) {
+    let axis = widest_axis(a);
     let seen = |p: DVec3| Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] };
     (a.map(seen), b.map(seen))
 }

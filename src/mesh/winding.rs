@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::meet::{are_parted, meet};
+use super::meet::{are_parted, meet, widest_axis};
 use super::{Aabb, ClosedMesh, TriangleMesh, check};
 use crate::forest::Forest;
 
@@ -278,16 +278,8 @@ impl<'m> Surface<'m> {
     }
 
     fn facet(&self, triangle: u32) -> Facet {
-        let [a, b, c] = self.mesh.triangles[triangle as usize].map(|index| self.mesh.positions[index as usize]);
-        let normal = (b - a).cross(c - a).abs();
-        let axis = if normal.x >= normal.y.max(normal.z) {
-            0
-        } else if normal.y >= normal.z {
-            1
-        } else {
-            2
-        };
-        Facet { triangle, axis, corners: [a, b, c], extent: self.extents[triangle as usize] }
+        let corners = self.mesh.triangles[triangle as usize].map(|index| self.mesh.positions[index as usize]);
+        Facet { triangle, axis: widest_axis(corners), corners, extent: self.extents[triangle as usize] }
     }
 
     /// Gives a pair back if it meets; joins the parts of triangles that share a side.
