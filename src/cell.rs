@@ -15,18 +15,25 @@
 //! # Numbering
 //! A **corner** is its place in bits: 1 for x, 2 for y, 4 for z. An **edge** along `axis` that has the places u and v (0 or 1)
 //! on the two axes that follow cyclically is `4 · axis + u + 2 · v`. The **face** on `side` of `axis` is `2 · axis + side`.
-//! Signs of corners and joined faces are bits by these numbers.
+//! Signs of corners, joined faces and cut edges are bits by these numbers.
+//!
+//! # Cut edges
+//! An edge between two inside corners may be *cut*: the surface crosses it twice, around a gap. The **crossing** at its lower end
+//! has the number of the edge, as that of an edge whose ends differ, and the one at its upper end [`UPPER`] more.
 
 use std::sync::LazyLock;
 
 /// The loops that the surface leaves on the faces of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Loops {
-    /// How many there are, at most four.
+    /// How many there are: at most four, or eight where edges are cut.
     pub count: u8,
-    /// For each of the twelve edges the loop that crosses it, or [`NO_LOOP`].
-    pub of_edge: [u8; 12],
+    /// For each crossing the loop that it belongs to, or [`NO_LOOP`].
+    pub of_crossing: [u8; 24],
 }
+
+/// The number of a cut edge's crossing at its upper end, less that of the edge.
+pub const UPPER: usize = 12;
 
 /// The entry of an edge that no loop crosses.
 pub const NO_LOOP: u8 = u8::MAX;
@@ -59,94 +66,165 @@ const fn face_corners(axis: usize, side: usize) -> [usize; 4] {
     if side == 1 { [s, s | u, s | u | v, s | v] } else { [s, s | v, s | u | v, s | u] }
 }
 
-/// The loops of a cell, given which of its corners are inside and which of its faces are joined: inside corners on a diagonal
-/// of a face are joined there, and cut off on all other faces.
-pub fn loops(inside: u8, joined: u8) -> Loops {
-    static UNJOINED: LazyLock<Vec<Loops>> = LazyLock::new(|| (0..=255).map(|inside| follow(inside, 0)).collect());
-    if joined == 0 { UNJOINED[usize::from(inside)] } else { follow(inside, joined) }
+/// What the loops of a cell follow from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Signs {
+    /// Corners that are inside.
+    pub inside: u8,
+    /// Faces that are joined: inside corners on a diagonal of a face are joined there, and cut off on all other faces.
+    pub joined: u8,
+    /// Edges that are cut; both ends of each are inside.
+    pub cut: u16,
+}
+
+/// The loops of a cell.
+pub fn loops(signs: Signs) -> Loops {
+    static PLAIN: LazyLock<Vec<Loops>> =
+        LazyLock::new(|| (0..=255).map(|inside| follow(Signs { inside, ..Signs::default() })).collect());
+    if signs.joined == 0 && signs.cut == 0 { PLAIN[usize::from(signs.inside)] } else { follow(signs) }
+}
+
+/// Around a face, edge by edge from each of its corners to the next, the crossing where that walk leaves the inside, and the one
+/// where it comes back.
+fn around(Signs { inside, cut, .. }: Signs, axis: usize, side: usize) -> [[Option<usize>; 2]; 4] {
+    let corners = face_corners(axis, side);
+    [0, 1, 2, 3].map(|i| {
+        let ends = [corners[i], corners[(i + 1) % 4]];
+        let edge = edge_between(ends[0], ends[1]);
+        let is_cut = cut >> edge & 1 == 1;
+        let is_inside = ends.map(|corner| inside >> corner & 1 == 1);
+        let at = |end: usize| {
+            let is_upper = is_cut && ends[end] > ends[1 - end];
+            (is_inside[end] && (is_cut || !is_inside[1 - end])).then_some(if is_upper { edge + UPPER } else { edge })
+        };
+        [at(0), at(1)]
+    })
 }
 
 /// Follows the arcs on the faces of a cell.
-fn follow(inside: u8, joined: u8) -> Loops {
-    // Two faces run along an edge in opposite directions, so each crossed edge has one arc that leaves it.
-    let is_inside = |corner: usize| inside >> corner & 1 == 1;
-    let mut next = [NO_LOOP; 12];
+fn follow(signs: Signs) -> Loops {
+    // Two faces run along an edge in opposite directions, so each crossing has one arc that leaves it.
+    let mut next = [NO_LOOP; 24];
     for axis in 0..3 {
         for side in 0..2 {
-            let corners = face_corners(axis, side);
-            let [a, b, c, d] = corners.map(is_inside);
-            if a == b && b == c && c == d {
-                continue;
-            }
-            let edge = |i: usize| edge_between(corners[i % 4], corners[(i + 1) % 4]);
-            let ambiguous = a == c && b == d;
-            let join = ambiguous && joined >> (2 * axis + side) & 1 == 1;
-            for i in 0..4 {
-                if !is_inside(corners[i]) || is_inside(corners[(i + 1) % 4]) {
-                    continue;
-                }
-                // The arc leaves where the walk round the face goes outside and arrives where it comes back in: on an
-                // ambiguous face just before, which cuts off the inside corner, or just after, which joins.
-                let arrival = match (ambiguous, join) {
-                    (true, false) => i + 3,
-                    (true, true) => i + 1,
-                    (false, _) => (i + 1..i + 4)
-                        .find(|&j| !is_inside(corners[j % 4]) && is_inside(corners[(j + 1) % 4]))
-                        .expect("a walk that goes outside comes back"),
-                };
-                next[edge(i)] = edge(arrival) as u8;
+            for [from, to] in arcs(signs, axis, side).into_iter().flatten() {
+                next[from] = to as u8;
             }
         }
     }
-    let mut loops = Loops { count: 0, of_edge: [NO_LOOP; 12] };
-    for start in 0..12 {
-        if next[start] == NO_LOOP || loops.of_edge[start] != NO_LOOP {
+    let mut loops = Loops { count: 0, of_crossing: [NO_LOOP; 24] };
+    for start in 0..24 {
+        if next[start] == NO_LOOP || loops.of_crossing[start] != NO_LOOP {
             continue;
         }
-        let mut edge = start;
-        while loops.of_edge[edge] == NO_LOOP {
-            loops.of_edge[edge] = loops.count;
-            edge = usize::from(next[edge]);
+        let mut crossing = start;
+        while loops.of_crossing[crossing] == NO_LOOP {
+            loops.of_crossing[crossing] = loops.count;
+            crossing = usize::from(next[crossing]);
         }
         loops.count += 1;
     }
     loops
 }
 
-/// Whether the ambiguous face across `axis` between the cells `below` and `above`, each as corners inside and faces joined,
-/// lies in one loop of either; then it must be joined.
-pub fn at_fault(axis: usize, below: (u8, u8), above: (u8, u8)) -> bool {
-    let one_loop = |(inside, joined): (u8, u8), side: usize| {
-        let loops = loops(inside, joined);
-        let corners = face_corners(axis, side);
-        let first = loops.of_edge[edge_between(corners[0], corners[1])];
-        (1..4).all(|i| loops.of_edge[edge_between(corners[i], corners[(i + 1) % 4])] == first)
-    };
-    one_loop(below, 1) && one_loop(above, 0)
+/// Whether the inside corners of a face are those on one diagonal.
+pub fn is_ambiguous(inside: u8, axis: usize, side: usize) -> bool {
+    let corners = face_corners(axis, side).map(|corner| inside >> corner & 1);
+    corners[0] == corners[2] && corners[1] == corners[3] && corners[0] != corners[1]
+}
+
+/// The arcs on a face, from crossing to crossing.
+fn arcs(signs: Signs, axis: usize, side: usize) -> [Option<[usize; 2]>; 4] {
+    let around = around(signs, axis, side);
+    let joins = is_ambiguous(signs.inside, axis, side) && signs.joined >> (2 * axis + side) & 1 == 1;
+    // The arc leaves where the walk round the face goes outside and arrives where it came in, which cuts off what lies between,
+    // or, on a joined face, where it comes back in.
+    [0, 1, 2, 3].map(|i| {
+        let [leaves, _] = around[i];
+        let arrival = match joins {
+            true => around[(i + 1) % 4][1],
+            false => (0..4).find_map(|back| around[(i + 3 - back) % 4][1]),
+        };
+        leaves.zip(arrival).map(|(from, to)| [from, to])
+    })
+}
+
+/// Whether two arcs on the face across `axis` between the cells `below` and `above` belong to one loop in either, so that four
+/// quadrilaterals would meet in one edge; an ambiguous face must be joined then.
+pub fn at_fault(axis: usize, below: Signs, above: Signs) -> bool {
+    let loops = [(below, 1), (above, 0)].map(|(signs, side)| {
+        let loops = loops(signs).of_crossing;
+        // From crossing to crossing an arc runs one way on the one side and the other way on the other.
+        let mut of_arcs: Vec<([usize; 2], u8)> = arcs(signs, axis, side)
+            .into_iter()
+            .flatten()
+            .map(|[from, to]| ([from.min(to), from.max(to)], loops[from]))
+            .collect();
+        // By where they are on the face, whichever cell sees it.
+        of_arcs.iter_mut().for_each(|(arc, _)| *arc = arc.map(|crossing| on_face(axis, crossing)));
+        of_arcs.iter_mut().for_each(|(arc, _)| arc.sort_unstable());
+        of_arcs.sort_unstable();
+        of_arcs
+    });
+    let pairs: Vec<(u8, u8)> = loops[0].iter().zip(&loops[1]).map(|(below, above)| (below.1, above.1)).collect();
+    (1..pairs.len()).any(|i| pairs[..i].contains(&pairs[i]))
+}
+
+/// A crossing on a face across `axis`, by a number that both cells beside the face give it.
+fn on_face(axis: usize, crossing: usize) -> usize {
+    let (edge, upper) = (crossing % UPPER, crossing / UPPER);
+    let along = edge / 4;
+    // Of the places u and v the one on `axis` tells the cell, and not the edge.
+    let place = if (along + 1) % 3 == axis { edge >> 1 & 1 } else { edge & 1 };
+    4 * along + 2 * place + upper
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn plain(inside: u8, joined: u8) -> Signs {
+        Signs { inside, joined, cut: 0 }
+    }
+
     #[test]
-    fn each_crossed_edge_is_in_one_loop_and_no_other_is() {
-        for inside in 0..=255u8 {
-            for joined in 0..64 {
-                let loops = loops(inside, joined);
-                assert!(loops.count <= 4);
-                let mut seen = [false; 4];
-                for (edge, &of_edge) in loops.of_edge.iter().enumerate() {
-                    let (a, b) = edge_ends(edge);
-                    let crossed = (inside >> a ^ inside >> b) & 1 == 1;
-                    assert_eq!(of_edge != NO_LOOP, crossed, "{inside:08b} {joined:06b} edge {edge}");
-                    if crossed {
-                        seen[usize::from(of_edge)] = true;
-                    }
+    fn each_crossing_is_in_one_loop_and_nothing_else_is() {
+        let check = |signs: Signs| {
+            let loops = loops(signs);
+            assert!(loops.count <= if signs.cut == 0 { 4 } else { 8 });
+            let mut seen = [false; 8];
+            for (crossing, &of_crossing) in loops.of_crossing.iter().enumerate() {
+                let (a, b) = edge_ends(crossing % UPPER);
+                let is_cut = signs.cut >> (crossing % UPPER) & 1 == 1;
+                let is_crossed = (signs.inside >> a ^ signs.inside >> b) & 1 == 1;
+                assert_eq!(of_crossing != NO_LOOP, is_cut || (is_crossed && crossing < UPPER), "{signs:?} {crossing}");
+                if of_crossing != NO_LOOP {
+                    seen[usize::from(of_crossing)] = true;
                 }
-                assert!(seen.iter().enumerate().all(|(i, &seen)| seen == (i < usize::from(loops.count))));
+            }
+            assert!(seen.iter().enumerate().all(|(i, &seen)| seen == (i < usize::from(loops.count))), "{signs:?}");
+        };
+        for inside in 0..=255u8 {
+            (0..64).for_each(|joined| check(plain(inside, joined)));
+            let both = (0..12).filter(|&edge| {
+                let (a, b) = edge_ends(edge);
+                inside >> a & inside >> b & 1 == 1
+            });
+            let both = both.fold(0, |bits: u16, edge| bits | 1 << edge);
+            // All subsets of the edges that may be cut.
+            let mut cut = both;
+            while cut > 0 {
+                check(Signs { inside, joined: 0, cut });
+                cut = (cut - 1) & both;
             }
         }
+    }
+
+    #[test]
+    fn a_cell_all_of_whose_edges_are_cut_has_a_loop_for_each_corner() {
+        assert_eq!(loops(Signs { inside: 255, joined: 0, cut: 0xfff }).count, 8);
+        // The four edges along x part the cell in two.
+        assert_eq!(loops(Signs { inside: 255, joined: 0, cut: 0xf }).count, 2);
     }
 
     #[test]
@@ -166,8 +244,9 @@ mod tests {
                         let edges: Vec<usize> = (0..4)
                             .map(|i| edge_between(face_corners(axis, side)[i], face_corners(axis, side)[(i + 1) % 4]))
                             .collect();
-                        let one = |loops: Loops| edges.iter().all(|&e| loops.of_edge[e] == loops.of_edge[edges[0]]);
-                        let (before, after) = (loops(inside, joined), loops(inside, joined | face));
+                        let one =
+                            |loops: Loops| edges.iter().all(|&e| loops.of_crossing[e] == loops.of_crossing[edges[0]]);
+                        let (before, after) = (loops(plain(inside, joined)), loops(plain(inside, joined | face)));
                         if one(before) {
                             faults += 1;
                             assert!(!one(after) && after.count == before.count + 1, "{inside:08b} {joined:06b}");

@@ -151,9 +151,10 @@ run_self-test() {
     install_browser && node tests/browser/self_test.mjs
 }
 program=${CARGO_TARGET_DIR:-target}/checked/ldi-ops
-build_program() { cargo build --profile checked --package ldi-ops; }
+# With the tests, whose features the dependencies are built with already.
+build_program() { cargo build --profile checked --workspace --bins --tests; }
 bench=${CARGO_TARGET_DIR:-target}/checked/ldi-bench
-build_bench() { cargo build --profile checked --package ldi-bench; }
+build_bench() { build_program; }
 
 if [ $# = 0 ]; then set -- "${stages[@]}"; fi
 for stage in "$@"; do

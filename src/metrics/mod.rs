@@ -25,6 +25,7 @@
 //! - [`elements`]: the surface within a region, which [`anisotropy`] and [`orientation`] sum over.
 //! - [`chords`], [`profiles`], [`inertia`], [`curvature`], [`permeability`]: what else comes from rays and facets.
 //! - [`bounds`]: what certainly is solid, and what may be.
+//! - [`wrap`]: the shape of a porous solid, a region to measure it in.
 
 pub mod access;
 pub mod anisotropy;
@@ -47,6 +48,7 @@ mod region;
 mod stretches;
 pub mod thickness;
 pub mod tortuosity;
+pub mod wrap;
 
 pub use distribution::{Distribution, Histogram};
 pub use facets::Facets;

@@ -20,7 +20,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{MAX_TRIANGLES, SolidError};
-use crate::cell::{Loops, at_fault, edge_at, edge_ends, loops};
+use crate::cell::{Loops, Signs, at_fault, edge_at, edge_ends, loops};
 use crate::mesh::TriangleMesh;
 
 /// The most grid nodes that are sampled; each takes a byte.
@@ -248,7 +248,8 @@ impl<'a, S: Implicit> Grid<'a, S> {
         for (above, axis) in ambiguous {
             let mut below = above;
             below[axis] -= 1;
-            let of_cell = |cell| (self.corners_inside(cell), self.faces_joined(cell, &joined));
+            let of_cell =
+                |cell| Signs { inside: self.corners_inside(cell), joined: self.faces_joined(cell, &joined), cut: 0 };
             if at_fault(axis, of_cell(below), of_cell(above)) {
                 joined.insert(3 * self.node(above) + axis);
             }
@@ -277,7 +278,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
                         if inside == 0 || inside == u8::MAX {
                             continue;
                         }
-                        let loops = loops(inside, self.faces_joined(cell, joined));
+                        let loops = loops(Signs { inside, joined: self.faces_joined(cell, joined), cut: 0 });
                         let first_vertex = layer.vertices.len() as u32;
                         layer.cells.push(SurfaceCell { place: y * cx + x, first_vertex, loops });
                         self.place_in_cell(cell, inside, &loops, &mut layer.vertices);
@@ -311,7 +312,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
         };
         for this in 0..loops.count {
             let (mut sum, mut count, mut anchors) = (DVec3::ZERO, 0, [0; 2]);
-            for edge in (0..12).filter(|&edge| loops.of_edge[edge] == this && free[edge / 4] > 0.0) {
+            for edge in (0..12).filter(|&edge| loops.of_crossing[edge] == this && free[edge / 4] > 0.0) {
                 let (a, b) = edge_ends(edge);
                 let (fa, fb) = (value_at(a), value_at(b));
                 let t = (fa / (fa - fb)).clamp(0.0, 1.0);
@@ -393,7 +394,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
                 let rising_into = (z == 1).then(|| self.crossings(0)).into_iter().flatten();
                 let vertex = move |cell: Index, edge: usize| {
                     let cell_of = &layers[cell[2]].cells[near[cell[2] + 1 - z][cell[1] * cx + cell[0]] as usize];
-                    cell_of.first_vertex + u32::from(cell_of.loops.of_edge[edge])
+                    cell_of.first_vertex + u32::from(cell_of.loops.of_crossing[edge])
                 };
                 let quads: Vec<[u32; 4]> = rising_into
                     .chain(above)

@@ -5,10 +5,11 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::cuts::Cuts;
 use super::edges::{Bits, EdgeSlab};
 use super::features::Feature;
 use super::qef::{Bounds, Loop};
-use crate::cell::{at_fault, edge_ends, loops};
+use crate::cell::{Signs, UPPER, at_fault, edge_ends, loops};
 use crate::grid::Grid;
 
 /// Faces that are joined lest the surface be no manifold, by cell; see [`cell`](crate::cell).
@@ -26,7 +27,7 @@ impl JoinedFaces {
     ///
     /// Faces are taken plane after plane: those across z below a layer, then those across x and y in it. So what is decided
     /// does not depend on where slabs begin.
-    pub fn decide(&mut self, slab: &EdgeSlab) {
+    pub fn decide(&mut self, slab: &EdgeSlab, cuts: &Cuts) {
         let layers = slab.layers();
         // Of older layers nothing will be asked again.
         self.of_cell.retain(|cell, _| cell[2] >= layers.start);
@@ -35,7 +36,8 @@ impl JoinedFaces {
         for (above, axis) in ambiguous.into_iter().flatten() {
             let mut below = above;
             below[axis] -= 1;
-            let of_cell = |cell| (corners_inside(slab, cell), self.of(cell));
+            let of_cell =
+                |cell| Signs { inside: corners_inside(slab, cell), joined: self.of(cell), cut: cuts.in_cell(cell) };
             if at_fault(axis, of_cell(below), of_cell(above)) {
                 *self.of_cell.entry(below).or_default() |= 2 << (2 * axis);
                 *self.of_cell.entry(above).or_default() |= 1 << (2 * axis);
@@ -83,8 +85,7 @@ fn corners_inside(slab: &EdgeSlab, [x, y, z]: [i32; 3]) -> u8 {
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     first_vertex: u32,
-    inside: u8,
-    joined: u8,
+    signs: Signs,
 }
 
 /// The cells of one layer that the surface passes, and their vertices.
@@ -119,7 +120,7 @@ const APART: f64 = 1e-2;
 
 impl CellLayer {
     /// The cells of layer `k` and their vertices.
-    pub fn new(slab: &EdgeSlab, joined: &JoinedFaces, grid: &Grid, k: i32) -> CellLayer {
+    pub fn new(slab: &EdgeSlab, joined: &JoinedFaces, cuts: &Cuts, grid: &Grid, k: i32) -> CellLayer {
         let nodes = &slab.nodes;
         let mut layer = CellLayer { words: nodes.words(), ..CellLayer::default() };
         for y in 0..nodes.rows() - 1 {
@@ -136,29 +137,41 @@ impl CellLayer {
                 for bit in Bits(passed) {
                     let corners = |i: usize| (lower[i] >> bit & 1) | (upper[i] >> bit & 1) << 1;
                     let inside = corners(0) | corners(1) << 2 | corners(2) << 4 | corners(3) << 6;
-                    layer.add_cell(slab, joined, grid, [(64 * word + bit) as i32, y as i32, k], inside as u8);
+                    let cell = [(64 * word + bit) as i32, y as i32, k];
+                    let signs = Signs { inside: inside as u8, joined: joined.of(cell), cut: cuts.in_cell(cell) };
+                    layer.add_cell(slab, cuts, grid, cell, signs);
                 }
             }
         }
         layer
     }
 
-    fn add_cell(&mut self, slab: &EdgeSlab, joined: &JoinedFaces, grid: &Grid, cell: [i32; 3], inside: u8) {
-        let joined = joined.of(cell);
+    fn add_cell(&mut self, slab: &EdgeSlab, cuts: &Cuts, grid: &Grid, cell: [i32; 3], signs: Signs) {
         let first_vertex = self.vertices.len() as u32;
-        self.cells.push(Cell { first_vertex, inside, joined });
-        let loops = loops(inside, joined);
-        let mut of_cell = [Loop::default(); 4];
-        for (edge, of_edge) in loops.of_edge.into_iter().enumerate().filter(|(_, of_edge)| *of_edge < loops.count) {
+        self.cells.push(Cell { first_vertex, signs });
+        let loops = loops(signs);
+        let (mut few, mut many) = ([Loop::default(); 4], Vec::new());
+        let of_cell = match usize::from(loops.count) {
+            count @ 0..=4 => &mut few[..count],
+            count => {
+                many.resize(count, Loop::default());
+                &mut many[..]
+            }
+        };
+        for (number, of_crossing) in loops.of_crossing.into_iter().enumerate().filter(|(_, of)| *of < loops.count) {
+            let edge = number % UPPER;
             let (low, _) = edge_ends(edge);
             let corner = [low & 1, low >> 1 & 1, low >> 2].map(|i| i as i32);
             let node = [cell[0] + corner[0], cell[1] + corner[1], cell[2] + corner[2]];
-            let crossing = slab.crossing(edge / 4, node);
-            of_cell[usize::from(of_edge)].add(DVec3::from_array(corner.map(f64::from)), edge / 4, &crossing);
+            let crossing = match signs.cut >> edge & 1 {
+                0 => slab.crossing(edge / 4, node),
+                _ => cuts.crossings(cell, edge)[number / UPPER],
+            };
+            of_cell[usize::from(of_crossing)].add(DVec3::from_array(corner.map(f64::from)), edge / 4, &crossing);
         }
         let base = DVec3::from_array(cell.map(f64::from));
         let (bounds, grid) = (bounds_of(cell, grid), grid_bounds(grid, base));
-        for of_loop in &of_cell[..usize::from(loops.count)] {
+        for of_loop in of_cell.iter() {
             let place = of_loop.place(&bounds, REACH);
             let beyond = place.beyond.map(|p| (p, p.clamp(grid.least, grid.greatest)));
             // At the end of the grid what is held may be where it belongs.
@@ -178,10 +191,11 @@ impl CellLayer {
             }
             self.vertices.push(base + place.held);
         }
-        // Two sheets that meet in a point, as where the planes of both pass through it.
+        // Two sheets that meet in a point, as where the planes of both pass through it, or along a line where solids touch.
         let range = first_vertex as usize..self.vertices.len();
         let near = |i: usize, j: usize| self.vertices[i].distance(self.vertices[j]) < APART;
-        if range.clone().any(|i| (range.start..i).any(|j| near(i, j))) {
+        let is_parted = signs.cut != 0 && loops.count > 1;
+        if is_parted || range.clone().any(|i| (range.start..i).any(|j| near(i, j))) {
             // All of several loops are features.
             let first = self.features.len() - range.len();
             for (vertex, feature) in self.vertices[range].iter_mut().zip(&mut self.features[first..]) {
@@ -191,12 +205,12 @@ impl CellLayer {
         }
     }
 
-    /// The vertex, by its number in the layer, of the loop that crosses an edge of a cell.
-    pub fn vertex(&self, x: i32, y: i32, edge: usize) -> u32 {
+    /// The vertex, by its number in the layer, of the loop that a crossing of a cell belongs to.
+    pub fn vertex(&self, x: i32, y: i32, crossing: usize) -> u32 {
         let word = y as usize * self.words + x as usize / 64;
         let below = self.passed[word] & ((1 << (x % 64)) - 1);
         let cell = self.cells[(self.ranks[word] + below.count_ones()) as usize];
-        cell.first_vertex + u32::from(loops(cell.inside, cell.joined).of_edge[edge])
+        cell.first_vertex + u32::from(loops(cell.signs).of_crossing[crossing])
     }
 }
 

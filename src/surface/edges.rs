@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::SurfaceMode;
 use crate::fixed::Pixels;
-use crate::ldi::{Ldi, NodePlanes, NodeSlab};
+use crate::ldi::{Combine, Ldi, NodePlanes, NodeSlab};
 
 /// Where the surface crosses a lattice edge, and its direction there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -246,7 +246,6 @@ fn along_z(source: &Source, nodes: &NodeSlab, row: usize, layers: &Range<i32>) -
 /// Fills the crossings of rows, ray by ray.
 struct Filler<'a> {
     image: &'a Ldi,
-    triangles: Option<&'a [u32]>,
     normals: Option<&'a [[f32; 3]]>,
     mode: SurfaceMode,
     pixels: Pixels,
@@ -259,7 +258,6 @@ impl<'a> Filler<'a> {
     fn new(source: &Source<'a>, image: &'a Ldi, rows: EdgeRows) -> Filler<'a> {
         Filler {
             image,
-            triangles: image.triangles(),
             normals: source.normals,
             mode: source.mode,
             pixels: Pixels::new(image.grid().shift()),
@@ -301,7 +299,7 @@ impl<'a> Filler<'a> {
                 let place = self.rows.place(row, bit);
                 self.rows.crossings[place] = Crossing {
                     at: (samples[kept] - below) as f32 / (1i64 << self.pixels.shift) as f32,
-                    normal: self.normal(first + kept, enters),
+                    normal: normal_at(self.image, self.normals, first + kept, enters),
                 };
                 self.filled += 1;
                 dropped -= 1;
@@ -331,12 +329,103 @@ impl<'a> Filler<'a> {
             }
         }
     }
+}
 
-    /// The outward normal at a sample: a triangle may face either way, but the ray knows whether it enters.
-    fn normal(&self, sample: usize, enters: bool) -> [f32; 3] {
-        let triangle = self.triangles.map(|triangles| triangles[sample] as usize);
-        let Some(&normal) = triangle.and_then(|triangle| self.normals?.get(triangle)) else { return [0.0; 3] };
-        let against = normal[self.image.axis().depth()] < 0.0;
-        if against == enters { normal } else { normal.map(|n| -n) }
+/// The outward normal at a sample of an image: a triangle may face either way, but the ray knows whether it enters.
+fn normal_at(image: &Ldi, normals: Option<&[[f32; 3]]>, sample: usize, enters: bool) -> [f32; 3] {
+    let triangle = image.triangles().map(|triangles| triangles[sample] as usize);
+    let Some(&normal) = triangle.and_then(|triangle| normals?.get(triangle)) else { return [0.0; 3] };
+    let against = normal[image.axis().depth()] < 0.0;
+    if against == enters { normal } else { normal.map(|n| -n) }
+}
+
+impl Source<'_> {
+    /// The lattice edges within which a ray leaves the solid and comes back: axis, lower node, and the two crossings.
+    pub fn gaps(&self) -> Vec<(usize, [i32; 3], [Crossing; 2])> {
+        let of_image = |axis: usize| {
+            let image = self.images[axis];
+            let (columns, rows) = image.size();
+            let pixels = Pixels::new(image.grid().shift());
+            let of_ray = move |ray: u32| {
+                let (column, row) = ((ray % columns) as i32, (ray / columns) as i32);
+                let samples = image.samples(ray);
+                let first = image.offsets()[ray as usize] as usize;
+                let mut found = Vec::new();
+                let mut from = 1;
+                while from + 1 < samples.len() {
+                    let edge = pixels.index_from(samples[from]);
+                    let count = samples[from..].iter().take_while(|&&depth| pixels.index_from(depth) == edge).count();
+                    let enters_before = pixels.index_from(samples[from - 1]) == edge;
+                    if count % 2 == 0 && !enters_before {
+                        let crossing = |at: usize, enters: bool| Crossing {
+                            at: (samples[at] - pixels.ray(edge - 1)) as f32 / (1i64 << pixels.shift) as f32,
+                            normal: normal_at(image, self.normals, first + at, enters),
+                        };
+                        let node = match axis {
+                            0 => [edge, column + 1, row],
+                            1 => [column + 1, edge, row],
+                            _ => [column + 1, row + 1, edge - 1],
+                        };
+                        found.push((axis, node, [crossing(from, false), crossing(from + count - 1, true)]));
+                    }
+                    // On to the next sample at which the ray leaves.
+                    from += count + usize::from(count % 2 == 1);
+                }
+                found
+            };
+            (0..columns * rows).into_par_iter().with_min_len(1024).flat_map_iter(of_ray)
+        };
+        (0..3).flat_map(|axis| of_image(axis).collect::<Vec<_>>()).collect()
+    }
+
+    /// Whether a node is inside.
+    pub fn is_inside(&self, node: [i32; 3]) -> bool {
+        let inside = (0..3).filter(|&axis| self.before(axis, node).is_some_and(|before| before % 2 == 1)).count();
+        match self.mode.combine() {
+            Combine::Any => inside > 0,
+            Combine::All => inside == 3,
+            Combine::Most => inside > 1,
+        }
+    }
+
+    /// How many samples of the ray along `axis` through a node lie before it; nothing beyond the grid.
+    fn before(&self, axis: usize, [x, y, z]: [i32; 3]) -> Option<usize> {
+        let (image, at) = (self.images[axis], [x - 1, y - 1, z]);
+        let rays = image.grid().rays();
+        if (0..3).any(|i| at[i] < 0 || at[i] >= rays[i] as i32) {
+            return None;
+        }
+        let place = image.grid().node(at[axis] as u32);
+        Some(image.samples(self.ray(axis, at)).partition_point(|&depth| depth < place))
+    }
+
+    /// The ray along `axis` through a node of the grid.
+    fn ray(&self, axis: usize, at: [i32; 3]) -> u32 {
+        let image = self.images[axis];
+        at[image.axis().row()] as u32 * image.size().0 + at[image.axis().column()] as u32
+    }
+
+    /// How far from a node, along `axis` or against it, the planes end that the surface has beside the node, in pitches, and the
+    /// normal of the one that does first. Nothing where none does.
+    pub fn tip(&self, axis: usize, node: [i32; 3], is_along: bool) -> Option<(f32, [f32; 3])> {
+        let at = [node[0] - 1, node[1] - 1, node[2]];
+        let mut tip: Option<(f32, [f32; 3])> = None;
+        for beside in [(axis + 1) % 3, (axis + 2) % 3] {
+            let image = self.images[beside];
+            let before = self.before(beside, node).filter(|before| before % 2 == 1)?;
+            let ray = self.ray(beside, at);
+            let place = image.grid().node(at[beside] as u32);
+            for (sample, enters) in [(before - 1, true), (before, false)] {
+                let depth = image.samples(ray).get(sample)?;
+                let away = (depth - place) as f32 / (1i64 << image.grid().shift()) as f32;
+                let normal = normal_at(image, self.normals, image.offsets()[ray as usize] as usize + sample, enters);
+                let rise = if is_along { normal[axis] } else { -normal[axis] };
+                let end = away * normal[beside] / rise;
+                if rise > 0.0 && tip.is_none_or(|(least, _)| end < least) {
+                    tip = Some((end, normal));
+                }
+            }
+        }
+        tip
     }
 }

@@ -16,7 +16,8 @@
 //! - Sampled again on the same lattice it gives the same nodes: the surface has the topology of the lattice's signs.
 //! - Faces that all cross the lattice where they meet keep their edges and corners, to rounding.
 //!
-//! What is finer than the lattice is lost: several crossings between two nodes vanish in pairs. They are counted.
+//! What is finer than the lattice is lost: several crossings between two nodes vanish in pairs. They are counted. Kept are
+//! gaps that part two solids that touch or nearly do (`cuts`), which would have handles otherwise that are not theirs.
 //! Triangles that cross one another are parted as far as vertices that go back can part them; what is left is counted, and
 //! was none in all that was tried: models, random nodes, walls thinner than a pitch.
 //!
@@ -26,6 +27,7 @@
 //! held, nor does the result depend on the height of slabs or on threads.
 
 mod cells;
+mod cuts;
 mod edges;
 mod features;
 pub mod gates;
@@ -43,6 +45,7 @@ use crate::grid::{Axis, Grid};
 use crate::ldi::{Combine, Ldi, NodePlanes, NodesError};
 use crate::mesh::{Precision, TriangleMesh};
 use cells::{CellLayer, JoinedFaces, world_from_cells};
+use cuts::Cuts;
 pub use edges::SubResolution;
 use edges::{EdgeSlab, Source};
 use features::{Feature, Features};
@@ -170,6 +173,7 @@ struct Contour<'a> {
     grid: Grid,
     precision: Precision,
     joined: JoinedFaces,
+    cuts: Cuts,
     /// The last layer of the slab before, and its first vertex.
     before: (CellLayer, u32),
     /// In coordinates of cells.
@@ -183,6 +187,8 @@ struct Contour<'a> {
     irregular: Vec<u32>,
     distance: f32,
     sub_resolution: SubResolution,
+    /// Gaps finer than the lattice that the mesh has.
+    kept: u64,
     disagreements: u64,
 }
 
@@ -197,11 +203,16 @@ struct Patch {
 
 impl<'a> Contour<'a> {
     fn new(source: Source<'a>, grid: Grid, precision: Precision) -> Contour<'a> {
+        let cuts = Cuts::of_gaps(&source);
+        // Gaps that are kept are none that the mesh lacks.
+        let kept = cuts.len() as u64;
         Contour {
             source,
             grid,
             precision,
             joined: JoinedFaces::default(),
+            cuts,
+            kept,
             before: (CellLayer::default(), 0),
             vertices: Vec::new(),
             triangles: Vec::new(),
@@ -220,9 +231,13 @@ impl<'a> Contour<'a> {
         let slab = EdgeSlab::new(&self.source, range.clone());
         self.sub_resolution = self.sub_resolution.plus(slab.sub_resolution);
         self.disagreements += slab.nodes.disagreements(range.start + 1..range.end + 1);
-        self.joined.decide(&slab);
-        let layers: Vec<CellLayer> =
-            range.clone().into_par_iter().map(|k| CellLayer::new(&slab, &self.joined, &self.grid, k)).collect();
+        self.cuts.add_necks(&self.source, &slab);
+        self.joined.decide(&slab, &self.cuts);
+        let layers: Vec<CellLayer> = range
+            .clone()
+            .into_par_iter()
+            .map(|k| CellLayer::new(&slab, &self.joined, &self.cuts, &self.grid, k))
+            .collect();
         let mut firsts = Vec::with_capacity(layers.len());
         for layer in &layers {
             let first = u32::try_from(self.vertices.len()).map_err(|_| SurfaceError::TooLarge { limit: u32::MAX })?;
@@ -247,6 +262,11 @@ impl<'a> Contour<'a> {
                 for axis in 0..3 {
                     for node in slab.crossed_in(axis, k) {
                         self.add_quad(&mut patch, Quad::around(&slab, axis, node, layer_of));
+                    }
+                    for (node, crossings) in self.cuts.in_layer(axis, k) {
+                        for quad in Quad::around_cut(axis, node, crossings, layer_of) {
+                            self.add_quad(&mut patch, quad);
+                        }
                     }
                 }
                 patch
@@ -297,9 +317,10 @@ impl<'a> Contour<'a> {
         let grid = self.grid;
         self.vertices.par_iter_mut().for_each(|vertex| *vertex = world_from_cells(&grid, *vertex));
         let movers = self.features.iter().filter(|feature| feature.target.is_some()).count() as u64;
+        let SubResolution { gaps, .. } = self.sub_resolution;
         Surface {
             mesh: TriangleMesh { positions: self.vertices, triangles: self.triangles },
-            sub_resolution: self.sub_resolution,
+            sub_resolution: SubResolution { gaps: gaps.saturating_sub(self.kept), ..self.sub_resolution },
             disagreements: self.disagreements,
             distance: f64::from(self.distance) * grid.pitch(),
             moved: movers - stayed,

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::cells::CellLayer;
 use super::edges::{Crossing, EdgeSlab};
-use crate::cell::edge_at;
+use crate::cell::{UPPER, edge_at};
 
 /// A quadrilateral of which at least one vertex may still move: it is cut when all are where they stay.
 #[derive(Clone, Copy, Debug)]
@@ -25,12 +25,35 @@ pub struct Quad {
 }
 
 impl Quad {
-    /// The quadrilateral around an edge along `axis` from `node`. `layer_of` gives the cells of a layer and their first
-    /// vertex.
+    /// The quadrilateral around an edge along `axis` from `node`, whose ends differ. `layer_of` gives the cells of a layer and
+    /// their first vertex.
     pub fn around<'l>(
         slab: &EdgeSlab,
         axis: usize,
         node: [i32; 3],
+        layer_of: impl Fn(i32) -> (&'l CellLayer, u32),
+    ) -> Quad {
+        Quad::at(axis, node, slab.crossing(axis, node), slab.is_inside(node), 0, layer_of)
+    }
+
+    /// The quadrilaterals around the two crossings of a cut edge.
+    pub fn around_cut<'l>(
+        axis: usize,
+        node: [i32; 3],
+        [lower, upper]: [Crossing; 2],
+        layer_of: impl Fn(i32) -> (&'l CellLayer, u32),
+    ) -> [Quad; 2] {
+        let lower = Quad::at(axis, node, lower, true, 0, &layer_of);
+        [lower, Quad::at(axis, node, upper, false, UPPER, &layer_of)]
+    }
+
+    /// The quadrilateral around a crossing, the solid lying below it or above; `number` is the crossing's less the edge's.
+    fn at<'l>(
+        axis: usize,
+        node: [i32; 3],
+        crossing: Crossing,
+        is_below: bool,
+        number: usize,
         layer_of: impl Fn(i32) -> (&'l CellLayer, u32),
     ) -> Quad {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -39,12 +62,12 @@ impl Quad {
             cell[u] -= 1 - du;
             cell[v] -= 1 - dv;
             let (layer, first) = layer_of(cell[2]);
-            first + layer.vertex(cell[0], cell[1], edge_at(axis, 1 - du as usize, 1 - dv as usize))
+            first + layer.vertex(cell[0], cell[1], edge_at(axis, 1 - du as usize, 1 - dv as usize) + number)
         });
-        if !slab.is_inside(node) {
+        if !is_below {
             corners.reverse();
         }
-        Quad { corners, node, axis: axis as u8, crossing: slab.crossing(axis, node) }
+        Quad { corners, node, axis: axis as u8, crossing }
     }
 
     /// Corners of another quadrilateral from the lower end of the edge: near it 32 bits are plenty.

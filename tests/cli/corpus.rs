@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 use assert_cmd::Command;
 use serde_json::Value;
 
+use crate::Folder;
+
 /// What must become of a file.
 #[derive(Clone, Copy)]
 enum Expected {
@@ -215,6 +217,22 @@ fn nasty_files_give_a_right_answer_or_a_refusal_that_names_the_place() {
     let missing = FILES.iter().filter(|(name, _)| nasty.iter().all(|entry| entry.name != *name));
     wrong.extend(missing.map(|(name, _)| format!("{name}: not in the corpus")));
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Thousands of crumbs, of which one was inside out.
+#[test]
+#[ignore = "needs LDI_CORPUS"]
+fn a_scaffold_in_the_shape_of_a_bone_passes_the_check() {
+    let bone = manifest::entries().into_iter().find(|entry| entry.name == "human_metacarpal2.stl").unwrap();
+    let bone = bone.path.canonicalize().unwrap();
+    let folder = Folder::new();
+    let scaffold = ["generate", "gyroid", "--cells", "12,34,11", "--cell-size", "2", "--wall", "0.4"];
+    folder.run(&[&scaffold[..], &["--resolution", "10", "-o", "g.stl"]].concat()).code(0);
+    let bone = ["intersect", "g.stl", bone.to_str().unwrap(), "--transform-b", "scale(1000)", "--unit", "mm"];
+    let made = folder.json(&[&bone[..], &["-o", "out.stl"]].concat());
+    assert_eq!(made["surface"]["crossing_pairs"], 0);
+    let found = &folder.json(&["check", "out.stl"])["results"][0];
+    assert!(found["solid"] == true && found["defects"] == Value::Array(vec![]), "{found:#}");
 }
 
 #[cfg(unix)]

@@ -62,38 +62,36 @@ fn what_a_killed_job_left_goes_with_the_next_write() {
     assert_eq!(folder.names(), ["a.stl", "b.stl"]);
 }
 
-#[test]
-fn a_job_that_is_to_ignore_hangups_goes_on() {
+/// A sum that takes minutes.
+const LONG_JOB: [&str; 11] =
+    ["minkowski", "a.stl", "a.stl", "--memory", "1T", "--resolution", "2000", "-o", "out.npz", "--json", "out.json"];
+
+fn folder_with_gyroid() -> Folder {
     let folder = Folder::new();
     folder.run(&["generate", "gyroid", "--cells", "2", "-o", "a.stl"]).code(0);
+    folder
+}
+
+#[test]
+fn a_job_that_ignores_hangups_runs_on() {
+    let folder = folder_with_gyroid();
     let program = assert_cmd::cargo::cargo_bin!("ldi-ops").display().to_string();
-    let script = format!("trap '' HUP; exec '{program}' volume a.stl --resolution 700 --mode exact");
+    let script = format!("trap '' HUP; exec '{program}' {}", LONG_JOB.join(" "));
     let mut command = Command::new("sh");
     command.current_dir(folder.folder.path()).args(["-c", &script]).stdout(Stdio::null()).stderr(Stdio::null());
     let mut child = command.spawn().unwrap();
-    sleep(Duration::from_millis(300));
-    assert!(child.try_wait().unwrap().is_none(), "the job was to take longer");
-    assert_eq!(end(child, "-HUP").code(), Some(0));
+    sleep(Duration::from_millis(500));
+    let sent = Command::new("kill").args(["-HUP", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    sleep(Duration::from_millis(500));
+    assert!(child.try_wait().unwrap().is_none(), "the hangup ended the job");
+    assert_eq!(end(child, "-TERM").code(), Some(143));
 }
 
 #[test]
 fn a_sum_that_is_interrupted_leaves_nothing() {
-    let folder = Folder::new();
-    folder.run(&["generate", "gyroid", "--cells", "2", "-o", "a.stl"]).code(0);
-    let job = [
-        "minkowski",
-        "a.stl",
-        "a.stl",
-        "--memory",
-        "1T",
-        "--resolution",
-        "2000",
-        "-o",
-        "out.npz",
-        "--json",
-        "out.json",
-    ];
-    let mut child = spawn(&folder, &job);
+    let folder = folder_with_gyroid();
+    let mut child = spawn(&folder, &LONG_JOB);
     sleep(Duration::from_millis(500));
     assert!(child.try_wait().unwrap().is_none(), "the job was to take longer");
     assert_eq!(end(child, "-INT").code(), Some(130));

@@ -306,6 +306,27 @@ fn a_solid_that_does_not_fill_its_box_is_measured_within_its_hull() {
     assert!(folder.run(&refused).code(2).stderr().contains("--transform-roi"));
 }
 
+/// A ball of radius 5 with a channel of radius 1 through it.
+#[test]
+fn a_solid_is_measured_within_what_a_ball_cannot_enter() {
+    let folder = Folder::new();
+    folder.run(&["generate", "sphere", "--radius", "5", "-o", "ball.stl"]).code(0);
+    folder.run(&["generate", "cylinder", "--radius", "1", "--height", "12", "-o", "rod.stl"]).code(0);
+    let drill = ["subtract", "ball.stl", "rod.stl", "--unit", "mm"];
+    folder.run(&[&drill[..], &["--resolution", "128", "-o", "drilled.3mf"]].concat()).code(0);
+    let within = |roi: &str| report(&folder, &["drilled.3mf", "--resolution", "64", "--roi", roi]);
+    let channel = 1.0 - (1.0 - 1.0_f64 / 25.0).powf(1.5);
+    let wrapped = within("wrap:3mm");
+    assert_near(value(&wrapped, "porosity"), channel, 0.004);
+    assert_eq!(wrapped["provenance"]["region"], "wrap:3 mm");
+    assert_near(value(&within("wrap:1500um"), "porosity"), 0.0, 0.004);
+    assert_eq!(within("wrap")["provenance"]["region"].as_str().unwrap().split(':').next(), Some("wrap"));
+    for (roi, why) in [("wrap:0.01", "least: 0.1"), ("wrap:-1", "positive"), ("wrap:wide", "a length is a number")] {
+        let refused = folder.run(&["report", "drilled.3mf", "--roi", roi, "-o", "out"]).code(2).stderr();
+        assert!(refused.contains(why), "{refused}");
+    }
+}
+
 #[test]
 fn the_surface_of_the_mesh_is_told_beside_that_of_the_pores() {
     let folder = Folder::new();

@@ -3,10 +3,13 @@
 use glam::DVec3;
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::ldi::Ldi;
+use ldi_ops::mesh::{Precision, TriangleMesh};
+use ldi_ops::solids;
+use ldi_ops::surface::gates::Gates;
 use ldi_ops::surface::{SurfaceMode, contour};
 
 use crate::crossings::assert_uncrossed;
-use crate::sampled::{assert_solid, closed, nodes};
+use crate::sampled::{assert_solid, closed, nodes, surface_of_expression};
 
 /// A source of numbers that are the same everywhere.
 struct Noise(u64);
@@ -105,4 +108,47 @@ fn the_order_of_images_and_the_number_of_threads_do_not_show() {
     let one = with(1, [0, 1, 2]);
     assert!(one == with(3, [2, 0, 1]) && !one.triangles.is_empty());
     assert!(contour([&images[0], &images[1], &images[1]], None, SurfaceMode::Exact).is_err());
+}
+
+/// The union of two solids that touch along an edge: two parts, or one, without handles, and the nodes of both.
+fn assert_no_handles(a: TriangleMesh, b: TriangleMesh, rays: u32, what: &str) {
+    let (a, b) = (closed(a), closed(b));
+    let (surface, grid) = surface_of_expression("a | b", &[&a, &b], rays);
+    let gates = Gates::of(&surface.mesh, Precision::Single);
+    assert!(gates.passed() && gates.genus == Some(0), "{what}: genus {:?}, {:?}", gates.genus, gates.failures());
+    assert_uncrossed(&surface, &grid, what);
+    assert_solid(&surface.mesh);
+    let [of_a, of_b, found] = [&a, &b, &closed(surface.mesh)].map(|mesh| nodes(mesh, &grid).concat());
+    assert!(found.iter().zip(of_a.iter().zip(&of_b)).all(|(&found, (&a, &b))| found == a | b), "{what}");
+}
+
+#[test]
+fn boxes_that_touch_along_an_oblique_edge_have_no_handles() {
+    for (degrees, rays) in [(10.0, 40), (10.0, 64), (30.0, 40), (30.0, 64), (44.0, 40), (44.0, 64)] {
+        for axis in [DVec3::Z, DVec3::new(1.0, 2.0, 3.0)] {
+            let turn = glam::DAffine3::from_axis_angle(axis.normalize(), f64::to_radians(degrees));
+            let turned = |from: DVec3| {
+                let mut mesh = solids::cuboid(from, from + 1.0).unwrap();
+                mesh.transform(&turn);
+                mesh
+            };
+            let what = format!("{degrees} degrees about {axis}, {rays} rays");
+            assert_no_handles(turned(DVec3::ZERO), turned(DVec3::new(1.0, 1.0, 0.0)), rays, &what);
+        }
+    }
+}
+
+/// The solids of EdgeUnion2, a test of manifold3d.
+#[test]
+fn tetrahedra_that_touch_along_a_diagonal_edge_have_no_handles() {
+    let corners = [[-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [1.0, 1.0, 1.0]].map(DVec3::from_array);
+    let triangles = vec![[2, 0, 1], [0, 3, 1], [2, 3, 0], [3, 2, 1]];
+    let mesh = |place: fn(DVec3) -> DVec3| TriangleMesh {
+        positions: corners.map(place).to_vec(),
+        triangles: triangles.clone(),
+    };
+    for rays in [32, 64, 65] {
+        let (below, above) = (mesh(|p| p - DVec3::Z), mesh(|p| DVec3::new(-p.y, p.x, p.z + 1.0)));
+        assert_no_handles(below, above, rays, &format!("{rays} rays"));
+    }
 }

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use crate::grid::Axis;
-use crate::ldi::Ldi;
+use crate::grid::{Axis, Grid};
+use crate::ldi::{Ldi, LdiError};
 use crate::metrics::{Edges, NodeSet, Region};
 
 /// What lies so near to a face of the box, or to the surface of the region, lies in it, in lattice steps: two for the
@@ -107,6 +107,45 @@ impl Crossings {
         let along_z = Rows::across(columns, planes, rows, seam, |y, z| solid.row(y, z));
         let walls = (edges == Edges::Border).then(|| [[-0.5; 3], size.map(|n| n as f32 - 0.5)]);
         Crossings { size, rows: [along_x, along_y, along_z], walls }
+    }
+
+    /// The crossings between neighbours of which one satisfies `belongs`, interpolated linearly from `value`, whose sign differs
+    /// there.
+    pub(in crate::metrics) fn between(
+        size: [usize; 3],
+        belongs: impl Fn([usize; 3]) -> bool + Sync,
+        value: impl Fn([usize; 3]) -> f64 + Sync,
+    ) -> Crossings {
+        let rows = Axis::ALL.map(|axis| {
+            let columns = size[axis.column()];
+            Rows::each(columns * size[axis.row()], |row, places| {
+                let node = |depth: usize| {
+                    let mut node = [0; 3];
+                    (node[axis.depth()], node[axis.column()], node[axis.row()]) = (depth, row % columns, row / columns);
+                    node
+                };
+                for next in 1..size[axis.depth()] {
+                    let ends = [node(next - 1), node(next)];
+                    if belongs(ends[0]) != belongs(ends[1]) {
+                        let [a, b] = ends.map(&value);
+                        places.push((next as f64 - b / (b - a)) as f32);
+                    }
+                }
+            })
+        });
+        Crossings { size, rows, walls: None }
+    }
+
+    /// The image along an axis of a grid of as many nodes, strictly between its nodes.
+    pub(in crate::metrics) fn image(&self, grid: &Grid, axis: Axis) -> Result<Ldi, LdiError> {
+        let rows = &self.rows[axis.depth()];
+        let whole = f64::from(1u32 << grid.shift());
+        let depth = |&place: &f32| {
+            let node = place.floor().min(self.size[axis.depth()] as f32 - 2.0);
+            let within = (f64::from(place - node) * whole).round().clamp(1.0, whole - 1.0);
+            grid.node(node as u32) + within as i32
+        };
+        Ldi::from_parts(*grid, axis, rows.starts.clone(), rows.places.iter().map(depth).collect(), Vec::new())
     }
 
     /// Nodes along x, y and z.

@@ -40,9 +40,10 @@ pub struct RegionArguments {
     /// Measure meshes that are not closed too; rays that do not close count as empty, and an alert says so
     #[arg(long)]
     pub allow_open: bool,
-    /// Region of interest, within which all is measured: a closed mesh, such as the bone around the scaffold, or `hull`, the
-    /// convex hull of the solid (`./hull` names a file) [default: the box of the solid]
-    #[arg(long, value_name = "B|hull")]
+    /// Region of interest, within which all is measured: a closed mesh, such as the bone around the scaffold; `hull`, the
+    /// convex hull of the solid; or `wrap:D`, the solid with all pores filled that a ball of diameter D from outside cannot enter
+    /// (`wrap`: a quarter of the longest side; `./hull` names a file) [default: the box of the solid]
+    #[arg(long, value_name = "B|hull|wrap[:D]")]
     pub roi: Option<PathBuf>,
     /// Place the solid before use, left to right, in its own unit: 'translate(1,0,0) rotate(0,0,1,30) scale(2)'
     #[arg(long, value_name = "PLACEMENT")]

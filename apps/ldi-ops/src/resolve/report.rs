@@ -13,6 +13,7 @@ use crate::args::{BuildChoice, EdgesChoice, JudgingArguments, RasterArguments, R
 use crate::exit::Failure;
 use crate::length::Length;
 use crate::output;
+use crate::transform::Placement;
 
 /// Reports to be made.
 #[derive(Debug)]
@@ -37,6 +38,34 @@ pub enum Roi {
     File(Input),
     /// The convex hull of the solid.
     Hull,
+    /// The solid with everything filled that a ball from outside cannot reach; its diameter, or a default.
+    Wrap(Option<Length>),
+}
+
+impl Roi {
+    /// Reads `hull`, `wrap`, `wrap:LENGTH` or a file.
+    fn parse(text: &Path, placement: Option<Placement>) -> Result<Roi, Failure> {
+        let shape = match text.to_str() {
+            Some("hull") => Roi::Hull,
+            Some("wrap") => Roi::Wrap(None),
+            Some(text) if text.starts_with("wrap:") => {
+                let diameter = text["wrap:".len()..].parse::<Length>();
+                let diameter = diameter.map_err(|error| Failure::input(format!("--roi {text}: {error}")))?;
+                if !(diameter.value.is_finite() && diameter.value > 0.0) {
+                    return Err(Failure::input(format!("--roi {text}: the diameter is not a positive number")));
+                }
+                Roi::Wrap(Some(diameter))
+            }
+            _ => return Ok(Roi::File(Input { name: None, path: text.to_owned(), placement })),
+        };
+        match placement {
+            None => Ok(shape),
+            Some(_) => Err(Failure::input(format!(
+                "--transform-roi places a file, and --roi {} lies where the solid does",
+                text.display()
+            ))),
+        }
+    }
 }
 
 /// How it is measured.
@@ -103,14 +132,7 @@ pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Failure> {
         backend: backend(backend_choice, adapter)?,
     };
     let placed = |path, placement| Input { name: None, path, placement };
-    let roi = match roi {
-        Some(path) if path == Path::new("hull") && transform_roi.is_some() => {
-            return Err(Failure::input("--transform-roi places a file, and --roi hull lies where the solid does"));
-        }
-        Some(path) if path == Path::new("hull") => Some(Roi::Hull),
-        Some(path) => Some(Roi::File(placed(path, transform_roi))),
-        None => None,
-    };
+    let roi = roi.map(|roi| Roi::parse(&roi, transform_roi)).transpose()?;
     let job = ReportJob {
         solids: solids.into_iter().map(|path| placed(path, transform_a)).collect(),
         roi,

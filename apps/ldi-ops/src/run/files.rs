@@ -47,7 +47,7 @@ fn files_read(job: &Job) -> Vec<&Path> {
         Job::Report(job) => {
             let roi = job.roi.iter().filter_map(|roi| match roi {
                 Roi::File(input) => Some(input),
-                Roi::Hull => None,
+                Roi::Hull | Roi::Wrap(_) => None,
             });
             let solids = job.solids.iter().chain(roi).chain(&job.compare);
             solids.map(|input| input.path.as_path()).chain(job.limits.as_deref()).collect()

@@ -3,14 +3,21 @@
 //! A solid's files are written as soon as it is measured, so that of many none is lost when a later one fails.
 
 use std::collections::HashSet;
+use std::fmt::Display;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::slice;
 use std::time::{Instant, SystemTime};
 
-use ldi_ops::grid::Axis;
-use ldi_ops::mesh::{ClosedMesh, LengthUnit, convex_hull};
+use glam::DVec3;
+use ldi_ops::grid::{Axis, Grid, LOD_RANGE};
+use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, Precision, convex_hull};
+use ldi_ops::metrics;
+use ldi_ops::metrics::wrap::RADIUS_MIN;
+use ldi_ops::sampler::cpu::CpuSampler;
+use ldi_ops::sampler::{Fill, Sampler};
+use ldi_ops::surface::{Coordinates, SurfaceMode, contour_in};
 
 use super::backend::Backends;
 use super::fill::FillDifference;
@@ -18,6 +25,8 @@ use super::input::{self, Demands, Provenance, Sides, Surface};
 use super::work::work;
 use super::{Finished, Outcome, Solid, machine};
 use crate::exit::{Exit, Failure};
+use crate::length::Length;
+use crate::number::number;
 use crate::output;
 use crate::progress::Progress;
 use crate::resolve::{Input, ReportJob, Roi};
@@ -209,7 +218,7 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Progress)
     };
     let roi = match &job.roi {
         Some(Roi::File(roi)) => Some(roi.clone()),
-        Some(Roi::Hull) | None => None,
+        Some(Roi::Hull | Roi::Wrap(_)) | None => None,
     };
     let inputs: Vec<Input> = [Some(input.clone()), roi].into_iter().flatten().collect();
     let (mut solids, warnings) = clock.time("read", || input::solids(&inputs, demands))?;
@@ -220,8 +229,14 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Progress)
     }
     let files: Vec<InputFile> =
         ["solid", "roi"].into_iter().zip(&solids).map(|(role, solid)| file(role, solid)).collect();
-    if let Some(Roi::Hull) = job.roi {
-        solids.push(hull(&solids[0])?);
+    match &job.roi {
+        Some(Roi::Hull) => solids.push(hull(&solids[0])?),
+        Some(Roi::Wrap(diameter)) => {
+            progress.stage(format!("{}: wrapping", input.path.display()));
+            let wrap = clock.time("wrapping", || wrap(&solids[0], *diameter, job.settings.fill))?;
+            solids.push(wrap);
+        }
+        Some(Roi::File(_)) | None => {}
     }
     let subject = Subject { solid: &solids[0], roi: solids.get(1) };
     let mut alerts: Vec<Alert> = warnings.into_iter().map(alert).collect();
@@ -271,21 +286,67 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Progress)
     })
 }
 
-/// The convex hull of a solid.
+/// Returns the convex hull of a solid.
 fn hull(solid: &Solid) -> Result<Solid, Failure> {
     let mesh = convex_hull(&solid.mesh().positions);
     let closed = mesh.and_then(|mesh| ClosedMesh::check(mesh).ok());
     let closed =
         closed.ok_or_else(|| Failure::input(format!("{}: the solid is flat and has no hull", solid.name())))?;
-    Ok(Solid {
+    Ok(region_of(solid, closed, "hull".to_owned()))
+}
+
+/// Rays along the longest side of the raster that a solid is wrapped on.
+const WRAP_RAYS: f64 = 256.0;
+
+/// The diameter of the ball that wraps a solid, as a share of the longest side, where none is given.
+const WRAP_SHARE: f64 = 0.25;
+
+/// Returns the shape of a solid: everything filled that a ball of a diameter cannot enter from outside.
+fn wrap(solid: &Solid, diameter: Option<Length>, fill: Fill) -> Result<Solid, Failure> {
+    let bounds = solid.bounds();
+    let longest = bounds.extent().max_element();
+    let diameter = match diameter {
+        Some(diameter) => diameter.in_unit(solid.unit, "--roi wrap:")?,
+        None => WRAP_SHARE * longest,
+    };
+    // Two pitches around the ball are room for the rounding to the lattice.
+    let pitch = (longest + diameter) / (WRAP_RAYS - 4.0);
+    let radius = 0.5 * diameter / pitch;
+    let refused = |error: &dyn Display| Failure::input(format!("{}: {error}", solid.name()));
+    if radius < RADIUS_MIN {
+        let least = 2.0 * RADIUS_MIN * longest / (WRAP_RAYS - 4.0 - 2.0 * RADIUS_MIN);
+        return Err(refused(&format_args!(
+            "--roi wrap: a ball of diameter {} is too small for a solid {} long (least: {})",
+            number(diameter),
+            number(longest),
+            number(least)
+        )));
+    }
+    let margin = DVec3::splat(0.5 * diameter + 2.0 * pitch);
+    let bounds = Aabb { min: bounds.min - margin, max: bounds.max + margin };
+    let grid = Grid::with_pitch(bounds, pitch, *LOD_RANGE.start()).map_err(|error| refused(&error))?;
+    let lattice = solid.quantise(&grid)?;
+    let image = |axis| CpuSampler::default().sample_surface(&lattice, axis, fill);
+    let images = [image(Axis::X)?, image(Axis::Y)?, image(Axis::Z)?];
+    let [x, y, z] = &metrics::wrap::wrap(&images, radius).map_err(|error| refused(&error))?;
+    let coordinates = Coordinates { precision: Precision::Double, ..Coordinates::default() };
+    let surface = contour_in([x, y, z], None, SurfaceMode::Exact, coordinates).map_err(|error| refused(&error))?;
+    let closed = ClosedMesh::check(surface.mesh).map_err(|error| refused(&error))?;
+    let unit = solid.unit.map_or_else(String::new, |unit| format!(" {}", unit.symbol()));
+    Ok(region_of(solid, closed, format!("wrap:{}{unit}", number(diameter))))
+}
+
+/// A region of interest that was made from a solid.
+fn region_of(solid: &Solid, closed: ClosedMesh, name: String) -> Solid {
+    Solid {
         operand: None,
-        path: PathBuf::from("hull"),
+        path: PathBuf::from(name),
         volume: closed.signed_volume(),
         surface: Surface::Closed(closed),
         stated_unit: None,
         unit: solid.unit,
         sha256: None,
-    })
+    }
 }
 
 /// The command as it was typed, but for where the program lies.

@@ -245,7 +245,7 @@ pub struct Provenance {
     pub pitch: f64,
     /// `clip`, `periodic` or `border`.
     pub edges: &'static str,
-    /// `box`, `hull`, or the file of the region of interest.
+    /// `box`, `hull`, `wrap:` and a diameter, or the file of the region of interest.
     pub region: String,
     /// Stages and their seconds, in order.
     #[serde(serialize_with = "object")]

@@ -34,7 +34,7 @@ fn unfilled_box(study: &Study, record: &Record) -> Option<String> {
     (share < FILLED).then(|| {
         format!(
             "the convex hull of the solid fills {} % of its box, and all of the box that is not solid counts as pores; within the \
-             hull the porosity is {} %: measure there with --roi hull, or within another solid with --roi FILE",
+             hull the porosity is {} %: measure there with --roi hull, within its outline with --roi wrap:D, or within another solid with --roi FILE",
             percent(share),
             percent(porosity)
         )

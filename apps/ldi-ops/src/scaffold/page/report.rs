@@ -140,9 +140,12 @@ fn facts(sheet: &Sheet, length: &Unit) -> Vec<String> {
         None => "unit of length unknown".to_owned(),
     };
     let region = match region.as_str() {
-        "box" => "box of the solid",
-        "hull" => "convex hull of the solid",
-        file => file,
+        "box" => "box of the solid".to_owned(),
+        "hull" => "convex hull of the solid".to_owned(),
+        region => match region.strip_prefix("wrap:") {
+            Some(diameter) => format!("solid wrapped by a ball of diameter {diameter}"),
+            None => region.to_owned(),
+        },
     };
     vec![
         format!("region: {region}"),

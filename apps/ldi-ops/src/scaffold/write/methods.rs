@@ -102,10 +102,15 @@ fn what(sheet: &Sheet) -> String {
         format!("{path} ({} triangles, SHA-256 {sha256})", words::count(*triangles))
     };
     let solid = of_role("solid").map_or(sheet.title.clone(), described);
-    let region = match of_role("roi") {
-        Some(roi) => format!("the volume that {} bounds", described(roi)),
-        None if sheet.provenance.region == "hull" => "the convex hull of the solid".to_owned(),
-        None => "the bounding box of the solid".to_owned(),
+    let region = match (of_role("roi"), sheet.provenance.region.as_str()) {
+        (Some(roi), _) => format!("the volume that {} bounds", described(roi)),
+        (None, "hull") => "the convex hull of the solid".to_owned(),
+        (None, region) => match region.strip_prefix("wrap:") {
+            Some(diameter) => {
+                format!("the closing of the solid by a ball of diameter {diameter}, its enclosed pores filled")
+            }
+            None => "the bounding box of the solid".to_owned(),
+        },
     };
     let unit = match sheet.unit {
         Some(unit) => format!("Lengths are in {}.", unit.symbol()),
