@@ -15,15 +15,15 @@ use clap::{Arg, ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand,
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
-pub use self::render::{BackgroundChoice, FacetChoice, PictureSize, RenderArguments, SliceAt, SlicePosition};
+pub use self::render::{BackgroundChoice, FacetChoice, PictureSize, RenderArguments, SliceAt};
 pub use self::report::{BuildChoice, EdgesChoice, JudgingArguments, RasterArguments, RegionArguments, ReportArguments};
 pub use self::sum::{
     BallArguments, MemorySize, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments,
 };
-use crate::bound::Bound;
-use crate::length::Length;
-use crate::transform::{Placement, PlacementError};
-use crate::unit;
+use ldi_ops::driver::Bound;
+use ldi_ops::length::Length;
+use ldi_ops::placement::{Placement, PlacementError};
+use ldi_ops::unit;
 
 const STYLES: Styles =
     Styles::styled().header(AnsiColor::Green.on_default().bold()).literal(AnsiColor::Cyan.on_default().bold());

@@ -1,12 +1,8 @@
-//! How the program ends: exit codes, and the failures that carry them.
+//! Exit codes of the program.
 
-use std::fmt::Display;
-use std::io;
 use std::process;
 
-use ldi_ops::boolean::BooleanError;
-use ldi_ops::gpu::DeviceError;
-use ldi_ops::sampler::SampleError;
+use ldi_ops::{Error, ErrorKind};
 
 /// The exit code of the program; the greater, the worse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -49,56 +45,11 @@ impl Exit {
     }
 }
 
-/// Why a command gave no result.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Failure {
-    /// How the program ends.
-    pub exit: Exit,
-    /// What to say on stderr, without the program's name.
-    pub message: String,
-}
-
-impl Failure {
-    /// The command line or an input is at fault.
-    pub fn input(message: impl Display) -> Failure {
-        Failure { exit: Exit::Input, message: message.to_string() }
-    }
-
-    /// The machine is at fault.
-    pub fn machine(message: impl Display) -> Failure {
-        Failure { exit: Exit::Machine, message: message.to_string() }
-    }
-
-    /// A file could not be written: a full disk is the machine's fault, a wrong path is the command line's.
-    pub fn output(path: &std::path::Path, error: &io::Error) -> Failure {
-        let exit = match error.kind() {
-            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::OutOfMemory => Exit::Machine,
+impl From<&Error> for Exit {
+    fn from(error: &Error) -> Exit {
+        match error.kind() {
+            ErrorKind::Machine => Exit::Machine,
             _ => Exit::Input,
-        };
-        Failure { exit, message: format!("{}: {error}", path.display()) }
-    }
-}
-
-impl From<DeviceError> for Failure {
-    fn from(error: DeviceError) -> Failure {
-        Failure::machine(error)
-    }
-}
-
-impl From<SampleError> for Failure {
-    fn from(error: SampleError) -> Failure {
-        match error {
-            SampleError::TooManySamples(_) | SampleError::Device(_) => Failure::machine(error),
-            SampleError::NotOriented | SampleError::GridsDiffer { .. } => Failure::input(error),
-        }
-    }
-}
-
-impl From<BooleanError> for Failure {
-    fn from(error: BooleanError) -> Failure {
-        match error {
-            BooleanError::TooManySamples(_) => Failure::machine(error),
-            BooleanError::RaysDiffer { .. } | BooleanError::TooManyTriangles { .. } => Failure::input(error),
         }
     }
 }

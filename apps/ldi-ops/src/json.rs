@@ -9,17 +9,23 @@ use std::path::Path;
 use ldi_ops::grid::Grid;
 use ldi_ops::mesh::check::{Defect, Severity};
 use ldi_ops::sampler::{Estimate, Fill, Mode};
-use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::exit::Failure;
+use crate::exit::Exit;
 use crate::resolve::{Report, Verbosity};
-use crate::run::{
-    Checked, Converted, Devices, Each, Generated, GpuDevice, Measured, Method, Outcome, Ran, Refused, Rendered,
-    Reported, Solid, StepReport, SurfaceReport, Surfaced, Volume, cpu_name, peak_memory_bytes,
-};
-use crate::warning::Warning;
-use crate::{output, report, unit};
+use crate::run::{Checked, Converted, Devices, Each, Generated, GpuDevice, Outcome, Refused, Surfaced};
+use crate::{output, report};
+use ldi_ops::Error;
+use ldi_ops::Warning;
+use ldi_ops::driver::backend::Ran;
+use ldi_ops::driver::input::Solid;
+use ldi_ops::driver::machine::{cpu_name, peak_memory_bytes};
+use ldi_ops::driver::measure::{Measured, Method, Volume};
+use ldi_ops::driver::render::Rendered;
+use ldi_ops::driver::sum::StepReport;
+use ldi_ops::driver::surface::SurfaceReport;
+use ldi_ops::report::files::Reported;
+use ldi_ops::unit;
 
 /// The name and version of the schema.
 const SCHEMA: &str = "ldi-ops/1";
@@ -39,7 +45,7 @@ fn of(outcome: &Outcome) -> Value {
 }
 
 /// Puts a result where it was asked for; gives what belongs on stdout.
-pub fn deliver(report: &Report, outcome: &Outcome, verbosity: Verbosity) -> Result<String, Failure> {
+pub fn deliver(report: &Report, outcome: &Outcome, verbosity: Verbosity) -> Result<String, Error> {
     let serialised = || format!("{:#}\n", of(outcome));
     match report {
         Report::Text => Ok(report::of(outcome, verbosity)),
@@ -53,7 +59,7 @@ pub fn deliver(report: &Report, outcome: &Outcome, verbosity: Verbosity) -> Resu
 }
 
 /// Puts the object of a command that failed where JSON was asked for; gives what belongs on stdout.
-pub fn deliver_failure(path: &Path, command: Option<&str>, kind: &str, failure: &Failure) -> Result<String, Failure> {
+pub fn deliver_failure(path: &Path, command: Option<&str>, kind: &str, failure: &Error) -> Result<String, Error> {
     let error = error(kind, failure);
     let object = json!({ "schema": SCHEMA, "command": command, "error": error, "warnings": Vec::<Warning>::new() });
     let text = format!("{object:#}\n");
@@ -74,8 +80,8 @@ fn is_result(path: &Path) -> bool {
     read.is_ok() && String::from_utf8_lossy(&start).contains("\"schema\": \"ldi-ops/")
 }
 
-fn error(kind: &str, failure: &Failure) -> Value {
-    json!({ "kind": kind, "message": failure.message, "exit_code": failure.exit as i32 })
+fn error(kind: &str, failure: &Error) -> Value {
+    json!({ "kind": kind, "message": failure.to_string(), "exit_code": Exit::from(failure) as i32 })
 }
 
 /// The object of a command that takes each input for itself: `results` has an object for each, also for those that gave no
@@ -90,7 +96,7 @@ fn of_each<T>(command: &str, results: &[Each<T>], input: fn(&T) -> Value, one: f
         .map(|result| {
             result.as_ref().map_or_else(
                 |Refused { path: file, failure }| {
-                    json!({ "path": path(file), "error": error(failure.exit.kind(), failure) })
+                    json!({ "path": path(file), "error": error(Exit::from(failure).kind(), failure) })
                 },
                 one,
             )
@@ -101,7 +107,7 @@ fn of_each<T>(command: &str, results: &[Each<T>], input: fn(&T) -> Value, one: f
     let mut whole = json!({ "schema": SCHEMA, "command": command, "inputs": inputs });
     // What stopped the only input stopped the command.
     if let [Err(Refused { failure, .. })] = results {
-        whole["error"] = error(failure.exit.kind(), failure);
+        whole["error"] = error(Exit::from(failure).kind(), failure);
     }
     whole["results"] = json!(objects);
     whole["warnings"] = json!(warnings);
@@ -453,10 +459,4 @@ fn gpu_device(gpu: &GpuDevice) -> Value {
         "int64": gpu.int64,
         "timestamps": gpu.timestamps,
     })
-}
-
-impl Serialize for Warning {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        json!({ "code": self.code, "message": self.message }).serialize(serializer)
-    }
 }

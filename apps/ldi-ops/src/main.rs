@@ -5,22 +5,14 @@
 
 mod allocator;
 mod args;
-mod bound;
-mod excerpt;
 mod exit;
 mod interrupt;
 mod json;
-mod length;
-mod number;
 mod output;
 mod progress;
 mod report;
 mod resolve;
 mod run;
-mod scaffold;
-mod transform;
-mod unit;
-mod warning;
 mod words;
 
 use std::io::{self, Write};
@@ -30,10 +22,11 @@ use clap::Parser;
 use clap::error::ErrorKind;
 
 use crate::args::Arguments;
-use crate::exit::{Exit, Failure};
+use crate::exit::Exit;
 use crate::resolve::resolve;
 use crate::run::Outcome;
 use crate::words::Words;
+use ldi_ops::Error;
 
 #[global_allocator]
 static ALLOCATOR: allocator::LargePages = allocator::LargePages;
@@ -51,7 +44,7 @@ fn main() {
         }
         Err(error) if error.use_stderr() => {
             let message = error.render().to_string();
-            fail(&words, USAGE, &Failure::input(message.trim_start_matches("error: ").trim_end()))
+            fail(&words, USAGE, &Error::input(message.trim_start_matches("error: ").trim_end()))
         }
         Err(help) => {
             // A reader that has seen enough of a help text is no failure.
@@ -74,7 +67,7 @@ fn main() {
             complain_of_each(&finished.outcome);
             finished.exit.now()
         }
-        Err(failure) => fail(&words, failure.exit.kind(), &failure),
+        Err(failure) => fail(&words, Exit::from(&failure).kind(), &failure),
     }
 }
 
@@ -82,13 +75,13 @@ fn main() {
 const USAGE: &str = "usage";
 
 /// Ends the program with an error: a sentence on stderr, and an object where JSON was asked for.
-fn fail(words: &Words, kind: &str, failure: &Failure) -> ! {
-    complain(&failure.message);
+fn fail(words: &Words, kind: &str, failure: &Error) -> ! {
+    complain(&failure.to_string());
     if let Some(path) = words.json() {
         // Where the object has nowhere to go, the sentence is all there is.
         let _ = json::deliver_failure(&path, words.command().as_deref(), kind, failure).and_then(|text| say(&text));
     }
-    failure.exit.now()
+    Exit::from(failure).now()
 }
 
 /// Lists the inputs that gave no result.
@@ -98,7 +91,7 @@ fn complain_of_each(outcome: &Outcome) {
         complain(&format!("{} inputs gave no result:", failures.len()));
     }
     for failure in failures {
-        complain(&failure.message);
+        complain(&failure.to_string());
     }
 }
 
@@ -113,10 +106,10 @@ fn choose_adapters_ourselves() {
 }
 
 /// Writes the result. A reader that has gone away is no failure.
-fn say(text: &str) -> Result<(), Failure> {
+fn say(text: &str) -> Result<(), Error> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::output("stdout".as_ref(), &error)),
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Error::output("stdout".as_ref(), &error)),
         _ => Ok(()),
     }
 }

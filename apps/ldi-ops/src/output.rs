@@ -4,11 +4,11 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
-use crate::exit::Failure;
+use ldi_ops::Error;
 
 /// Puts a new file in place of `path` once `fill` has written all of it.
-pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> Result<(), Failure> {
-    ldi_ops::output::replace(path, fill).map_err(|error| Failure::output(path, &error))
+pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> Result<(), Error> {
+    ldi_ops::output::replace(path, fill).map_err(|error| Error::output(path, &error))
 }
 
 /// The folder that a path lies in.

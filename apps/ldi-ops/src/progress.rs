@@ -2,10 +2,13 @@
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
+use std::ops::ControlFlow;
 use std::thread;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use ldi_ops::Monitor;
 
 use crate::resolve::Verbosity;
 
@@ -41,25 +44,9 @@ impl Progress {
         Progress { verbosity, bar }
     }
 
-    /// Says what is being done.
-    pub fn stage(&self, stage: impl Into<String>) {
-        if let Some(bar) = &self.bar {
-            bar.set_message(stage.into());
-        }
-    }
-
-    /// More steps will come.
-    pub fn expect(&self, steps: usize) {
-        if let Some(bar) = &self.bar {
-            bar.inc_length(steps as u64);
-        }
-    }
-
-    /// One of the expected steps is done.
-    pub fn step(&self) {
-        if let Some(bar) = &self.bar {
-            bar.inc(1);
-        }
+    /// Returns the library's end of the bar.
+    pub fn monitor(&self) -> Monitor<'_> {
+        Monitor::new(Some(self))
     }
 
     /// Says something that the user must not miss.
@@ -70,13 +57,6 @@ impl Progress {
     /// Says what was decided for the user, unless they want to hear of nothing.
     pub fn note(&self, message: impl Display) {
         if self.verbosity != Verbosity::Quiet {
-            self.line(message);
-        }
-    }
-
-    /// Says something that was asked for with `-v`.
-    pub fn detail(&self, message: impl Display) {
-        if self.is_verbose() {
             self.line(message);
         }
     }
@@ -99,6 +79,23 @@ impl Progress {
     pub fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
+        }
+    }
+}
+
+impl ldi_ops::Progress for Progress {
+    fn update(&self, stage: &str, done: u64, total: u64) -> ControlFlow<()> {
+        if let Some(bar) = &self.bar {
+            bar.set_length(total);
+            bar.set_position(done);
+            bar.set_message(stage.to_owned());
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn detail(&self, line: &str) {
+        if self.is_verbose() {
+            self.line(line);
         }
     }
 }

@@ -8,14 +8,18 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::check::Severity;
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 
-use crate::number::{number, plain};
 use crate::resolve::Verbosity;
-use crate::run::{
-    Checked, Converted, Devices, Each, Generated, Measured, Method, Outcome, Ran, Rendered, Reported, SimplifiedReport,
-    StepReport, SurfaceReport, Surfaced, Volume, peak_memory_bytes,
-};
-use crate::scaffold::sheet::{LimitOutcome, Metric, Sheet};
-use crate::unit;
+use crate::run::{Checked, Converted, Devices, Each, Generated, Outcome, Surfaced};
+use ldi_ops::driver::backend::Ran;
+use ldi_ops::driver::machine::peak_memory_bytes;
+use ldi_ops::driver::measure::{Measured, Method, Volume};
+use ldi_ops::driver::render::Rendered;
+use ldi_ops::driver::sum::StepReport;
+use ldi_ops::driver::surface::{SimplifiedReport, SurfaceReport};
+use ldi_ops::number::{number, plain};
+use ldi_ops::report::files::Reported;
+use ldi_ops::report::sheet::{LimitOutcome, Metric, Sheet};
+use ldi_ops::unit;
 
 /// The text of a result: its value alone where quiet, and how it came about where verbose.
 pub fn of(outcome: &Outcome, verbosity: Verbosity) -> String {

@@ -11,23 +11,24 @@ use ldi_ops::boolean::{BooleanOperation, Expression};
 use ldi_ops::grid::{Axis, LOD_RANGE, RAYS_MAX};
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::io::{Format, WriteError};
+use ldi_ops::report::ReportJob;
 use ldi_ops::sampler::{Estimate, Fill, Mode};
 use ldi_ops::solids::Model;
 use ldi_ops::voxels;
 
-pub use self::render::{Plane, RenderJob, Scenery};
-pub use self::report::{ReportJob, Roi, Settings};
-pub use self::sum::{Operand, SumJob, SumOperation};
 use crate::args::{
     self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
 };
-use crate::bound::Bound;
-use crate::excerpt;
-use crate::exit::Failure;
-use crate::length::Length;
 use crate::output;
-use crate::transform::Placement;
-use crate::unit;
+use ldi_ops::Error;
+use ldi_ops::driver::job::{
+    Backend, Boolean, Content, Finish, ImageTarget, Input, Keep, MeasureJob, Measurement, Openness, RenderJob, Spacing,
+    SumJob, SumOperation, Wording,
+};
+use ldi_ops::excerpt;
+use ldi_ops::length::Length;
+use ldi_ops::placement::Placement;
+use ldi_ops::unit;
 
 /// What the program is to do, and how it is to talk meanwhile.
 #[derive(Debug)]
@@ -50,15 +51,25 @@ pub enum Verbosity {
 
 #[derive(Debug)]
 pub enum Job {
-    Measure(MeasureJob),
+    Measure(Command<MeasureJob>),
     Surface(SurfaceJob),
     Check(CheckJob),
     Convert(ConvertJob),
     Generate(GenerateJob),
     Devices(DevicesJob),
-    Render(RenderJob),
-    Sum(SumJob),
-    Report(Box<ReportJob>),
+    Render(Command<RenderJob>),
+    Sum(Command<SumJob>),
+    Report(Box<ReportJob>, Report),
+}
+
+/// An operation of the library, its inputs, and where its results go.
+#[derive(Debug)]
+pub struct Command<J> {
+    pub job: J,
+    pub inputs: Vec<Input>,
+    /// The file made of the images.
+    pub target: Option<ImageTarget>,
+    pub report: Report,
 }
 
 /// Where the result goes.
@@ -76,168 +87,6 @@ impl Report {
     /// Whether any JSON is made.
     pub fn has_json(&self) -> bool {
         *self != Report::Text
-    }
-}
-
-/// What is measured of the inputs.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Measurement {
-    /// The volume of what an expression makes of all inputs.
-    Boolean(Boolean),
-    /// Volume, area and moments of each input on its own.
-    Volume,
-    /// The image of the one input.
-    Sample,
-}
-
-/// What is made of the inputs, and how it was asked for.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Boolean {
-    pub expression: Expression,
-    pub wording: Wording,
-}
-
-/// How a Boolean was asked for.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Wording {
-    /// By the command of an operation, for a list of inputs.
-    Operation(BooleanOperation),
-    /// By an expression, as it was typed.
-    Typed(String),
-}
-
-impl Measurement {
-    /// The name of the command.
-    pub fn command(&self) -> &'static str {
-        match self {
-            Measurement::Boolean(Boolean { wording, .. }) => match wording {
-                Wording::Operation(BooleanOperation::Intersection) => "intersect",
-                Wording::Operation(BooleanOperation::Union) => "union",
-                Wording::Operation(BooleanOperation::Difference) => "difference",
-                Wording::Operation(BooleanOperation::Xor) => "xor",
-                Wording::Typed(_) => "csg",
-            },
-            Measurement::Volume => "volume",
-            Measurement::Sample => "sample",
-        }
-    }
-
-    /// What is made of the inputs; nothing where one is measured by itself.
-    pub fn expression(&self) -> Option<&Expression> {
-        match self {
-            Measurement::Boolean(Boolean { expression, .. }) => Some(expression),
-            Measurement::Volume | Measurement::Sample => None,
-        }
-    }
-
-    /// The expression that was typed.
-    pub fn typed_expression(&self) -> Option<&str> {
-        match self {
-            Measurement::Boolean(Boolean { wording: Wording::Typed(text), .. }) => Some(text),
-            _ => None,
-        }
-    }
-}
-
-/// How fine the raster is: lengths as they are typed, or in the unit of the inputs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Spacing<L = f64> {
-    /// Rays along the longest side of the common box.
-    Resolution(u32),
-    /// Distance of the rays.
-    Pitch(L),
-    /// Whatever brings the error estimate below this share of the volume.
-    Tolerance(f64),
-}
-
-impl Spacing<Length> {
-    /// Returns the spacing with its length in a unit.
-    pub fn in_unit(self, unit: Option<LengthUnit>) -> Result<Spacing, Failure> {
-        Ok(match self {
-            Spacing::Resolution(rays) => Spacing::Resolution(rays),
-            Spacing::Pitch(pitch) => Spacing::Pitch(pitch.in_unit(unit, "--pitch")?),
-            Spacing::Tolerance(share) => Spacing::Tolerance(share),
-        })
-    }
-}
-
-/// What becomes of a mesh that is not closed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Openness {
-    Refused,
-    Sampled,
-}
-
-/// Where sampling is to run. Whether there is such a device is found out when the job is run.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Backend {
-    /// Wherever it is likely to be done first.
-    Auto,
-    Cpu,
-    /// On the adapter of this name, or of which it is a part; without a name on the first.
-    Gpu(Option<String>),
-}
-
-/// A file to read, and where to place what it holds.
-#[derive(Clone, Debug)]
-pub struct Input {
-    /// What an expression calls it.
-    pub name: Option<String>,
-    pub path: PathBuf,
-    pub placement: Option<Placement>,
-}
-
-/// `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`.
-#[derive(Debug)]
-pub struct MeasureJob {
-    pub measurement: Measurement,
-    pub inputs: Vec<Input>,
-    pub unit: Option<LengthUnit>,
-    pub openness: Openness,
-    pub spacing: Spacing<Length>,
-    pub lod: u32,
-    pub axes: Vec<Axis>,
-    pub mode: Mode,
-    pub fill: Fill,
-    pub backend: Backend,
-    /// Where the images go.
-    pub images: Option<ImageTarget>,
-    pub report: Report,
-}
-
-/// A file that is made of images.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ImageTarget {
-    pub path: PathBuf,
-    pub content: Content,
-}
-
-/// What is written of images.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Content {
-    /// The images themselves, as `.npz`.
-    Images,
-    /// The lattice nodes that they have inside.
-    Voxels(voxels::Format),
-    /// The surface of the solid.
-    Mesh(Finish),
-}
-
-/// What is done to a mesh before it is written.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Finish {
-    /// Triangles are removed within this bound.
-    pub simplify: Option<Bound>,
-    /// Parts of less volume are dropped, as a share of the whole.
-    pub least_part: Option<f64>,
-    /// A round offset is subtracted from the coordinates.
-    pub recentre: bool,
-}
-
-impl Content {
-    /// Whether normals go into it.
-    pub fn has_normals(self) -> bool {
-        !matches!(self, Content::Voxels(_))
     }
 }
 
@@ -291,7 +140,7 @@ const NO_REPAIR: &str = "there is no command that repairs a mesh; what helps ins
   ldi-ops sample A --fill nonzero --mode exact -o B.stl    writes a new, closed surface of the solid";
 
 /// Resolves a command line.
-pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
+pub fn resolve(command: args::Command) -> Result<Invocation, Error> {
     use args::Command;
     match command {
         Command::Intersect(a) => list(BooleanOperation::Intersection, a.list),
@@ -301,7 +150,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
         Command::Csg(a) => csg(a),
         Command::Volume(a) => {
             if a.solids.len() > 1 && a.placing.transform_a.is_some() {
-                return Err(Failure::input("--transform-a places one solid, and several are given"));
+                return Err(Error::input("--transform-a places one solid, and several are given"));
             }
             let PlacingArguments { reading, transform_a: placement } = a.placing;
             let inputs = a.solids.into_iter().map(|path| Input { name: None, path, placement }).collect();
@@ -323,7 +172,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
             let report = report(&a.common)?;
             Ok(invocation(Job::Check(CheckJob { meshes: a.meshes, unit: a.unit, report }), &a.common))
         }
-        Command::Repair(_) => Err(Failure::input(NO_REPAIR)),
+        Command::Repair(_) => Err(Error::input(NO_REPAIR)),
         Command::Convert(a) => {
             let report = report(&a.common)?;
             mesh_target(&a.output)?;
@@ -351,7 +200,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Failure> {
 }
 
 /// A model, whose lengths are in millimetres or have units.
-fn model(arguments: &args::GenerateArguments) -> Result<Model, Failure> {
+fn model(arguments: &args::GenerateArguments) -> Result<Model, Error> {
     let kind = Model::kinds().iter().find(|kind| kind.name == arguments.kind);
     let in_millimetres = |name: &str, text: &str| -> String {
         let is_length = kind.is_some_and(|kind| kind.parameters.iter().any(|p| p.name == name && p.is_length));
@@ -366,7 +215,7 @@ fn model(arguments: &args::GenerateArguments) -> Result<Model, Failure> {
     let texts: Vec<(&str, String)> =
         arguments.parameters.iter().map(|(name, text)| (*name, in_millimetres(name, text))).collect();
     let parameters: Vec<(&str, &str)> = texts.iter().map(|(name, text)| (*name, text.as_str())).collect();
-    Model::from_parameters(&arguments.kind, &parameters).map_err(Failure::input)
+    Model::from_parameters(&arguments.kind, &parameters).map_err(Error::input)
 }
 
 fn invocation(job: Job, common: &CommonArguments) -> Invocation {
@@ -379,7 +228,7 @@ fn invocation(job: Job, common: &CommonArguments) -> Invocation {
 }
 
 /// An operation on a list of inputs, which go by letters.
-fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<Invocation, Failure> {
+fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<Invocation, Error> {
     let args::ListOfSolids { a, others, placing, operation: rest } = arguments;
     let args::ListPlacingArguments { first: PlacingArguments { reading, transform_a }, transform_b, named } = placing;
     let paths: Vec<PathBuf> = [a].into_iter().chain(others).collect();
@@ -395,7 +244,7 @@ fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<In
 }
 
 /// What an expression makes of inputs.
-fn csg(arguments: args::CsgArguments) -> Result<Invocation, Failure> {
+fn csg(arguments: args::CsgArguments) -> Result<Invocation, Error> {
     let args::CsgArguments { expression: text, solids, reading, named, operation } = arguments;
     let (names, paths): (Vec<String>, Vec<PathBuf>) = solids.into_iter().map(|solid| (solid.name, solid.path)).unzip();
     let expression = parsed(&text, &names)?;
@@ -409,14 +258,14 @@ fn csg(arguments: args::CsgArguments) -> Result<Invocation, Failure> {
 }
 
 /// An expression as it is typed.
-fn parsed(text: &str, names: &[String]) -> Result<Expression, Failure> {
+fn parsed(text: &str, names: &[String]) -> Result<Expression, Error> {
     Expression::parse(text, names).map_err(|error| match error.at() {
-        Some(at) => Failure::input(format!(
+        Some(at) => Error::input(format!(
             "the expression, at character {}: {error}\n{}",
             at + 1,
             excerpt::pointing_at(text, at)
         )),
-        None => Failure::input(error),
+        None => Error::input(error),
     })
 }
 
@@ -436,14 +285,14 @@ fn place(
     names: &[String],
     placements: &mut [Option<Placement>],
     transforms: Vec<args::NamedPlacement>,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     for args::NamedPlacement { name, placement } in transforms {
         let Some(i) = names.iter().position(|known| *known == name) else {
             let names = names.join(", ");
-            return Err(Failure::input(format!("--transform {name}=…: no input is named `{name}`; there are {names}")));
+            return Err(Error::input(format!("--transform {name}=…: no input is named `{name}`; there are {names}")));
         };
         if placements[i].replace(placement).is_some() {
-            return Err(Failure::input(format!("--transform {name}=…: the input `{name}` is placed already")));
+            return Err(Error::input(format!("--transform {name}=…: the input `{name}` is placed already")));
         }
     }
     Ok(())
@@ -456,15 +305,14 @@ fn measure(
     sampling: SamplingArguments,
     writing: args::ImageArguments,
     common: CommonArguments,
-) -> Result<Invocation, Failure> {
+) -> Result<Invocation, Error> {
     let backend = backend(sampling.backend, sampling.adapter.clone())?;
     let spacing = spacing(sampling.resolution, sampling.pitch, sampling.tolerance)?;
     let lod = lod(sampling.lod)?;
-    let images = image_target(writing, sampling.axis)?;
+    let target = image_target(writing, sampling.axis)?;
     let report = report(&common)?;
     let job = MeasureJob {
         measurement,
-        inputs,
         unit: reading.unit,
         openness: if reading.allow_open { Openness::Sampled } else { Openness::Refused },
         spacing,
@@ -473,18 +321,19 @@ fn measure(
         mode: mode(sampling.mode),
         fill: fill(sampling.fill),
         backend,
-        images,
-        report,
+        check_rays: report.has_json() || common.verbose,
+        hashes: report.has_json(),
+        keep: Keep::from(target.as_ref()),
     };
-    Ok(invocation(Job::Measure(job), &common))
+    Ok(invocation(Job::Measure(Command { job, inputs, target, report }), &common))
 }
 
-fn lod(voxels: u32) -> Result<u32, Failure> {
+fn lod(voxels: u32) -> Result<u32, Error> {
     match LOD_RANGE.contains(&voxels) {
         true => Ok(voxels),
         false => {
             let (least, most) = (LOD_RANGE.start(), LOD_RANGE.end());
-            Err(Failure::input(format!("--lod {voxels} is outside {least} to {most} voxels a ray")))
+            Err(Error::input(format!("--lod {voxels} is outside {least} to {most} voxels a ray")))
         }
     }
 }
@@ -506,12 +355,12 @@ fn mode(choice: ModeChoice) -> Mode {
     }
 }
 
-fn backend(backend: BackendChoice, adapter: Option<String>) -> Result<Backend, Failure> {
+fn backend(backend: BackendChoice, adapter: Option<String>) -> Result<Backend, Error> {
     match (backend, adapter) {
         (BackendChoice::Auto, None) => Ok(Backend::Auto),
         (BackendChoice::Cpu, None) => Ok(Backend::Cpu),
         (BackendChoice::Cpu, Some(name)) => {
-            Err(Failure::input(format!("--adapter {name} asks for a GPU, and --backend cpu for none")))
+            Err(Error::input(format!("--adapter {name} asks for a GPU, and --backend cpu for none")))
         }
         // Who names an adapter leaves no choice to auto.
         (BackendChoice::Auto | BackendChoice::Gpu, name) => Ok(Backend::Gpu(name)),
@@ -532,13 +381,13 @@ fn spacing(
     resolution: Option<u32>,
     pitch: Option<Length>,
     tolerance: Option<args::Share>,
-) -> Result<Spacing<Length>, Failure> {
+) -> Result<Spacing<Length>, Error> {
     match (resolution, pitch, tolerance) {
         (Some(rays), _, _) if !(1..=RAYS_MAX).contains(&rays) => {
-            Err(Failure::input(format!("--resolution {rays} is outside 1 to {RAYS_MAX} rays")))
+            Err(Error::input(format!("--resolution {rays} is outside 1 to {RAYS_MAX} rays")))
         }
         (_, Some(pitch), _) if !(pitch.value.is_finite() && pitch.value > 0.0) => {
-            Err(Failure::input(format!("--pitch {pitch} is not a positive length")))
+            Err(Error::input(format!("--pitch {pitch} is not a positive length")))
         }
         (Some(rays), _, _) => Ok(Spacing::Resolution(rays)),
         (_, Some(pitch), _) => Ok(Spacing::Pitch(pitch)),
@@ -547,7 +396,7 @@ fn spacing(
     }
 }
 
-fn report(common: &CommonArguments) -> Result<Report, Failure> {
+fn report(common: &CommonArguments) -> Result<Report, Error> {
     match &common.json {
         None => Ok(Report::Text),
         Some(path) if path.as_os_str() == "-" => Ok(Report::Json),
@@ -559,22 +408,22 @@ fn report(common: &CommonArguments) -> Result<Report, Failure> {
 }
 
 /// A target whose folder is there, so that nobody waits for a result that has nowhere to go.
-fn writable(path: &Path) -> Result<(), Failure> {
+fn writable(path: &Path) -> Result<(), Error> {
     let folder = output::folder(path);
     if path.is_dir() {
-        return Err(Failure::input(format!("{}: is a folder, and a file is to be written", path.display())));
+        return Err(Error::input(format!("{}: is a folder, and a file is to be written", path.display())));
     }
     if !folder.is_dir() {
-        return Err(Failure::input(format!("{}: there is no folder {}", path.display(), folder.display())));
+        return Err(Error::input(format!("{}: there is no folder {}", path.display(), folder.display())));
     }
     Ok(())
 }
 
 /// A mesh file of a format that can be written.
-fn mesh_target(path: &Path) -> Result<(), Failure> {
-    let format = Format::from_path(path).map_err(Failure::input)?;
+fn mesh_target(path: &Path) -> Result<(), Error> {
+    let format = Format::from_path(path).map_err(Error::input)?;
     if !format.is_written() {
-        return Err(Failure::input(WriteError::NoWriter { path: path.to_path_buf(), format }));
+        return Err(Error::input(WriteError::NoWriter { path: path.to_path_buf(), format }));
     }
     writable(path)
 }
@@ -584,7 +433,7 @@ const WRITTEN: &str =
     "-o takes .npz, the image; .stl, .obj, .ply, .off, .glb or .3mf, its surface; .vti or .npy, voxels";
 
 /// A file that is made of images.
-fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Option<ImageTarget>, Failure> {
+fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Option<ImageTarget>, Error> {
     let args::ImageArguments { output, finish: args::FinishArguments { simplify, drop_parts, recentre } } = writing;
     let flag = match (simplify, drop_parts, recentre) {
         (Some(_), _, _) => Some("--simplify"),
@@ -594,12 +443,12 @@ fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Optio
     };
     let Some(path) = output else {
         return match flag {
-            Some(flag) => Err(Failure::input(format!("{flag} is for a mesh, and there is no -o FILE to write one to"))),
+            Some(flag) => Err(Error::input(format!("{flag} is for a mesh, and there is no -o FILE to write one to"))),
             None => Ok(None),
         };
     };
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let refuse = |why: &str| Err(Failure::input(format!("{}: {why}", path.display())));
+    let refuse = |why: &str| Err(Error::input(format!("{}: {why}", path.display())));
     let content = match (extension.as_str(), voxels::Format::from_extension(&extension)) {
         (_, Some(format)) => Content::Voxels(format),
         ("npz", _) => Content::Images,

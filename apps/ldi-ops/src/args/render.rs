@@ -4,11 +4,12 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
+use ldi_ops::driver::job::{Plane, SlicePosition};
 use ldi_ops::grid::Axis;
 use ldi_ops::picture::View;
 
 use super::{BackendChoice, CommonArguments, FillChoice, ListPlacingArguments};
-use crate::length::Length;
+use ldi_ops::length::Length;
 
 #[derive(Debug, Args)]
 #[command(after_help = RENDER_EXAMPLES)]
@@ -117,19 +118,7 @@ impl FromStr for PictureSize {
 
 /// A plane across an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SliceAt {
-    pub axis: Axis,
-    pub position: SlicePosition,
-}
-
-/// Where a plane lies on its axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SlicePosition {
-    /// In file units, or in one of its own.
-    Coordinate(Length),
-    /// From 0 at the lower end of the solids' box to 1 at the upper one.
-    Share(f64),
-}
+pub struct SliceAt(pub Plane);
 
 impl FromStr for SliceAt {
     type Err = String;
@@ -149,7 +138,7 @@ impl FromStr for SliceAt {
                 SlicePosition::Coordinate(at.ok_or_else(wrong)?)
             }
         };
-        Ok(SliceAt { axis, position })
+        Ok(SliceAt(Plane { axis, position }))
     }
 }
 
@@ -164,10 +153,10 @@ mod tests {
         assert_eq!("800x600".parse(), Ok(PictureSize { width: 800, height: 600 }));
         assert!("800".parse::<PictureSize>().is_err() && "ax9".parse::<PictureSize>().is_err());
         let coordinate = |value, unit| SlicePosition::Coordinate(Length { value, unit });
-        assert_eq!("z=0.5".parse(), Ok(SliceAt { axis: Axis::Z, position: coordinate(0.5, None) }));
+        assert_eq!("z=0.5".parse(), Ok(SliceAt(Plane { axis: Axis::Z, position: coordinate(0.5, None) })));
         let millimetres = Some(LengthUnit::Millimetre);
-        assert_eq!("y=-2mm".parse(), Ok(SliceAt { axis: Axis::Y, position: coordinate(-2.0, millimetres) }));
-        assert_eq!("x = 25 %".parse(), Ok(SliceAt { axis: Axis::X, position: SlicePosition::Share(0.25) }));
+        assert_eq!("y=-2mm".parse(), Ok(SliceAt(Plane { axis: Axis::Y, position: coordinate(-2.0, millimetres) })));
+        assert_eq!("x = 25 %".parse(), Ok(SliceAt(Plane { axis: Axis::X, position: SlicePosition::Share(0.25) })));
         for wrong in ["z", "w=1", "z=", "z=nan", "z=%"] {
             assert!(wrong.parse::<SliceAt>().is_err(), "{wrong}");
         }

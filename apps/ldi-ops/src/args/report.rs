@@ -6,9 +6,9 @@ use clap::{Args, ValueEnum};
 use ldi_ops::mesh::LengthUnit;
 
 use super::{BackendChoice, CommonArguments, FillChoice};
-use crate::length::Length;
-use crate::transform::Placement;
-use crate::unit;
+use ldi_ops::length::Length;
+use ldi_ops::placement::Placement;
+use ldi_ops::unit;
 
 #[derive(Debug, Args)]
 #[command(after_help = REPORT_EXAMPLES)]

@@ -7,9 +7,9 @@ use clap::Args;
 use ldi_ops::mesh::LengthUnit;
 
 use super::{AxisChoice, BackendChoice, CommonArguments, FillChoice, ImageArguments, ModeChoice};
-use crate::length::Length;
-use crate::transform::Placement;
-use crate::unit;
+use ldi_ops::length::Length;
+use ldi_ops::placement::Placement;
+use ldi_ops::unit;
 
 #[derive(Debug, Args)]
 #[command(after_help = MINKOWSKI_EXAMPLES)]

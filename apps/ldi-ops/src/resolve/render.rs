@@ -1,84 +1,43 @@
 //! `render`, resolved.
 
-use std::path::PathBuf;
-
+use ldi_ops::Error;
 use ldi_ops::boolean::{BooleanOperation, Expression};
-use ldi_ops::mesh::LengthUnit;
+use ldi_ops::driver::job::{Input, Openness, RenderJob, Scenery};
 use ldi_ops::picture::camera::{SIDES, SUPERSAMPLING};
 use ldi_ops::picture::{Background, Facets, Format, INPUTS_MAX, View};
-use ldi_ops::sampler::Fill;
 
-use super::{
-    Backend, Input, Invocation, Job, Openness, Report, backend, fill, invocation, letters, parsed, place, report,
-    writable,
-};
+use super::{Command, Invocation, Job, backend, fill, invocation, letters, parsed, place, report, writable};
 use crate::args::{
     BackgroundChoice, FacetChoice, ListPlacingArguments, PictureSize, PlacingArguments, RenderArguments, SliceAt,
 };
-use crate::exit::Failure;
 
-/// A picture to be made.
-#[derive(Debug)]
-pub struct RenderJob {
-    pub inputs: Vec<Input>,
-    /// What the inputs are called in expressions.
-    pub names: Vec<String>,
-    pub unit: Option<LengthUnit>,
-    pub openness: Openness,
-    pub fill: Fill,
-    pub backend: Backend,
-    /// What is seen of the inputs.
-    pub expression: Expression,
-    /// The expression as it was typed.
-    pub typed: Option<String>,
-    pub scenery: Scenery,
-    pub format: Format,
-    pub background: Background,
-    pub facets: Facets,
-    pub to: PathBuf,
-    pub report: Report,
-}
-
-/// What a picture shows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Scenery {
-    /// The solid, perhaps opened by a plane.
-    Shaded { view: View, cut: Option<Plane> },
-    /// A plane through it.
-    Slice(Plane),
-}
-
-/// A plane across an axis.
-pub type Plane = SliceAt;
-
-pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Failure> {
+pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
     let RenderArguments { solids, output, picture, placing, sampling, common } = arguments;
     let names: Vec<String> = (0..solids.len()).map(letters).collect();
     let expression = expression(&names, picture.csg.as_deref())?;
     let format = format(picture.size, picture.samples)?;
     let backend = backend(sampling.backend, sampling.adapter)?;
     if output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("png")) {
-        return Err(Failure::input(format!("{}: pictures are written as .png", output.display())));
+        return Err(Error::input(format!("{}: pictures are written as .png", output.display())));
     }
     writable(&output)?;
     let report = report(&common)?;
     let scenery = match (picture.view, picture.slice) {
-        (None, Some(plane)) => Scenery::Slice(plane),
-        (view, cut) => Scenery::Shaded { view: view.unwrap_or(View::Isometric), cut },
+        (None, Some(SliceAt(plane))) => Scenery::Slice(plane),
+        (view, cut) => Scenery::Shaded { view: view.unwrap_or(View::Isometric), cut: cut.map(|SliceAt(plane)| plane) },
     };
     let ListPlacingArguments { first: PlacingArguments { reading, transform_a }, transform_b, named } = placing;
     let mut placements = vec![None; solids.len()];
     placements[0] = transform_a;
     match (placements.get_mut(1), transform_b) {
         (Some(second), placement) => *second = placement,
-        (None, Some(_)) => return Err(Failure::input("--transform-b places a second solid, and one is given")),
+        (None, Some(_)) => return Err(Error::input("--transform-b places a second solid, and one is given")),
         (None, None) => {}
     }
     place(&names, &mut placements, named.transforms)?;
     let inputs = solids.into_iter().zip(placements);
     let inputs = inputs.map(|(path, placement)| Input { name: None, path, placement }).collect();
     let job = RenderJob {
-        inputs,
         names,
         unit: reading.unit,
         openness: if reading.allow_open { Openness::Sampled } else { Openness::Refused },
@@ -99,15 +58,15 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Failure> {
             FacetChoice::Flat => Facets::Flat,
         },
         to: output,
-        report,
+        hashes: report.has_json(),
     };
-    Ok(invocation(Job::Render(job), &common))
+    Ok(invocation(Job::Render(Command { job, inputs, target: None, report }), &common))
 }
 
 /// What is seen of the inputs; what they have in common, if nothing is typed.
-fn expression(names: &[String], typed: Option<&str>) -> Result<Expression, Failure> {
+fn expression(names: &[String], typed: Option<&str>) -> Result<Expression, Error> {
     if names.len() > INPUTS_MAX {
-        return Err(Failure::input(format!("{} solids; a picture holds {INPUTS_MAX}", names.len())));
+        return Err(Error::input(format!("{} solids; a picture holds {INPUTS_MAX}", names.len())));
     }
     match typed {
         Some(typed) => parsed(typed, names),
@@ -115,15 +74,15 @@ fn expression(names: &[String], typed: Option<&str>) -> Result<Expression, Failu
     }
 }
 
-fn format(size: PictureSize, supersampling: u32) -> Result<Format, Failure> {
+fn format(size: PictureSize, supersampling: u32) -> Result<Format, Error> {
     let PictureSize { width, height } = size;
     let (least, most) = (SIDES.start(), SIDES.end());
     if !(SIDES.contains(&width) && SIDES.contains(&height)) {
-        return Err(Failure::input(format!("--size {width}x{height} is outside {least} to {most} pixels a side")));
+        return Err(Error::input(format!("--size {width}x{height} is outside {least} to {most} pixels a side")));
     }
     if !SUPERSAMPLING.contains(&supersampling) {
         let (least, most) = (SUPERSAMPLING.start(), SUPERSAMPLING.end());
-        return Err(Failure::input(format!("--samples {supersampling} is outside {least} to {most} rays")));
+        return Err(Error::input(format!("--samples {supersampling} is outside {least} to {most} rays")));
     }
     Ok(Format { width, height, supersampling })
 }

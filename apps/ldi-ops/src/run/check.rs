@@ -6,12 +6,14 @@ use glam::DVec3;
 use ldi_ops::mesh::check::{MeshReport, check};
 use ldi_ops::mesh::{Aabb, LengthUnit};
 
-use super::input::{self, Provenance};
-use super::{Each, Finished, Outcome, Refused, say_warnings, size};
-use crate::exit::{Exit, Failure};
+use super::{Each, Finished, Outcome, Refused, say_warnings};
+use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::resolve::CheckJob;
-use crate::warning::Warning;
+use ldi_ops::Error;
+use ldi_ops::Warning;
+use ldi_ops::driver::input;
+use ldi_ops::driver::size;
 
 /// What was found out about one mesh.
 pub struct Checked {
@@ -24,13 +26,14 @@ pub struct Checked {
 }
 
 /// Checks all meshes, one after another; a file that cannot be read does not keep the others from being checked.
-pub fn run(job: &CheckJob, progress: &Progress) -> Result<Finished, Failure> {
-    progress.expect(job.meshes.len());
+pub fn run(job: &CheckJob, progress: &Progress) -> Result<Finished, Error> {
+    let monitor = progress.monitor();
+    monitor.expect(job.meshes.len())?;
     let mut results: Vec<Each<Checked>> = Vec::new();
     for path in &job.meshes {
-        progress.stage(path.display().to_string());
+        monitor.stage(path.display().to_string())?;
         results.push(check_file(path, job).map_err(|failure| Refused::new(path, failure)));
-        progress.step();
+        monitor.step()?;
     }
     progress.finish();
     for checked in results.iter().flatten() {
@@ -43,9 +46,8 @@ pub fn run(job: &CheckJob, progress: &Progress) -> Result<Finished, Failure> {
     Ok(Finished { outcome: Outcome::Checked(results), report: job.report.clone(), exit })
 }
 
-fn check_file(path: &Path, job: &CheckJob) -> Result<Checked, Failure> {
-    let provenance = if job.report.has_json() { Provenance::Hashed } else { Provenance::NotWanted };
-    let read = input::read(path, provenance)?;
+fn check_file(path: &Path, job: &CheckJob) -> Result<Checked, Error> {
+    let read = input::read(path, job.report.has_json())?;
     let report = check(&read.file.mesh);
     let mut warnings = read.warnings;
     let extent = report.bounds.map_or(DVec3::ZERO, Aabb::extent);

@@ -6,13 +6,15 @@ use glam::DVec3;
 use ldi_ops::mesh::io::Format;
 use ldi_ops::mesh::{Aabb, LengthUnit, io};
 
-use super::input::{self, Provenance};
-use super::{Finished, Outcome, say_warnings, size, surface};
-use crate::exit::{Exit, Failure};
+use super::{Finished, Outcome, say_warnings};
+use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::resolve::ConvertJob;
-use crate::unit;
-use crate::warning::Warning;
+use ldi_ops::Error;
+use ldi_ops::Warning;
+use ldi_ops::driver::input;
+use ldi_ops::driver::{size, surface};
+use ldi_ops::unit;
 
 /// What was written.
 pub struct Converted {
@@ -28,14 +30,14 @@ pub struct Converted {
 }
 
 /// Converts a mesh as it is, solid or not. Coordinates stay as they are, but for GLB, which has no unit but the metre.
-pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
-    let provenance = if job.report.has_json() { Provenance::Hashed } else { Provenance::NotWanted };
-    progress.stage("reading");
-    let read = input::read(&job.from.path, provenance)?;
+pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Error> {
+    let monitor = progress.monitor();
+    monitor.stage("reading")?;
+    let read = input::read(&job.from.path, job.report.has_json())?;
     let mut mesh = read.file.mesh;
     if let Some(placement) = &job.from.placement {
         let map = placement.map(read.file.unit.or(job.unit));
-        mesh.transform(&map.map_err(|error| Failure::input(format!("{}: {error}", job.from.path.display())))?);
+        mesh.transform(&map.map_err(|error| Error::input(format!("{}: {error}", job.from.path.display())))?);
     }
     // An STL file is a soup, and readers of other formats go by indices.
     if Format::from_path(&job.from.path) == Ok(Format::Stl) {
@@ -49,8 +51,8 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Failure> {
     let extent = mesh.bounds().map_or(DVec3::ZERO, Aabb::extent);
     warnings.extend(size::unit_ignored(&job.from.path, read.file.unit, job.unit, extent));
     let unit = read.file.unit.or(job.unit);
-    progress.stage("writing");
-    let written = io::write_at(&job.to, &mesh, unit, recentred.unwrap_or_default()).map_err(super::write_failure)?;
+    monitor.stage("writing")?;
+    let written = io::write_at(&job.to, &mesh, unit, recentred.unwrap_or_default()).map_err(surface::write_error)?;
     warnings.extend(input::write_notes(&job.to, &written.notes));
     warnings.extend(unit_not_kept(job, read.file.unit));
     let converted = Converted {

@@ -2,10 +2,14 @@
 
 use ldi_ops::gpu::DeviceError;
 
-use super::backend::{LARGE_WORK, crossings};
-use super::{Finished, Outcome, gpu, machine};
-use crate::exit::{Exit, Failure};
+use ldi_ops::driver::backend::{LARGE_WORK, crossings};
+use ldi_ops::driver::{gpu, machine};
+use ldi_ops::gpu::Adapter;
+
+use super::{Finished, Outcome};
+use crate::exit::Exit;
 use crate::resolve::DevicesJob;
+use ldi_ops::Error;
 
 /// What there is to run on.
 pub struct Devices {
@@ -46,7 +50,7 @@ pub struct AutoChoice {
     pub reason: String,
 }
 
-pub fn run(job: &DevicesJob) -> Result<Finished, Failure> {
+pub fn run(job: &DevicesJob) -> Result<Finished, Error> {
     let threads = rayon::current_num_threads();
     let (gpus, automatic) = gpu::list();
     let why_none = || gpu::ABSENT.map_or_else(|| DeviceError::NoAdapter.to_string(), str::to_owned);
@@ -59,6 +63,23 @@ pub fn run(job: &DevicesJob) -> Result<Finished, Failure> {
         }
         Err(reason) => AutoChoice { backend: "cpu", reason },
     };
+    let gpus = gpus.into_iter().map(describe).collect();
     let devices = Devices { cpu: machine::cpu_name(), threads, gpu_built: gpu::ABSENT.is_none(), gpus, no_gpu, auto };
     Ok(Finished { outcome: Outcome::Devices(devices), report: job.report.clone(), exit: Exit::Done })
+}
+
+fn describe(adapter: Adapter) -> GpuDevice {
+    GpuDevice {
+        kind: adapter.kind.name(),
+        api: adapter.api,
+        driver: adapter.driver,
+        largest_buffer: adapter.limits.buffer,
+        largest_binding: adapter.limits.binding,
+        bindings: adapter.limits.bindings,
+        workgroup: adapter.limits.workgroup,
+        workgroup_memory: adapter.limits.workgroup_memory,
+        int64: adapter.int64,
+        timestamps: adapter.timestamps,
+        name: adapter.name,
+    }
 }

@@ -5,23 +5,25 @@ use std::path::{Path, PathBuf};
 
 use ldi_ops::mesh::io;
 
-use super::report;
-use crate::exit::Failure;
 use crate::output::{Identity, identity};
-use crate::resolve::{Input, Job, Report, Roi};
+use crate::resolve::{Job, Report};
+use ldi_ops::Error;
+use ldi_ops::driver::job::Input;
+use ldi_ops::report::Roi;
+use ldi_ops::report::files;
 
 /// Refuses a job whose outputs would overwrite an input, a file that an input refers to, or one another.
-pub fn keep_apart(job: &Job) -> Result<(), Failure> {
+pub fn keep_apart(job: &Job) -> Result<(), Error> {
     let mut outputs: HashMap<Identity, String> = HashMap::new();
     let mut is_replaced = false;
     for (name, path) in files_written(job) {
         is_replaced |= path.exists();
         if let Some(other) = outputs.insert(identity(&path), name.clone()) {
-            return Err(Failure::input(format!("{other} and {name} are the same file; each needs its own")));
+            return Err(Error::input(format!("{other} and {name} are the same file; each needs its own")));
         }
     }
     let refuse = |path: &Path, role: String| match outputs.get(&identity(path)) {
-        Some(name) => Err(Failure::input(format!("{name}: {role} would be written over; choose another name"))),
+        Some(name) => Err(Error::input(format!("{name}: {role} would be written over; choose another name"))),
         None => Ok(()),
     };
     for input in files_read(job) {
@@ -44,7 +46,7 @@ fn files_read(job: &Job) -> Vec<&Path> {
         Job::Surface(job) => vec![&job.images],
         Job::Check(job) => job.meshes.iter().map(PathBuf::as_path).collect(),
         Job::Convert(job) => vec![&job.from.path],
-        Job::Report(job) => {
+        Job::Report(job, _) => {
             let roi = job.roi.iter().filter_map(|roi| match roi {
                 Roi::File(input) => Some(input),
                 Roi::Hull | Roi::Wrap(_) => None,
@@ -63,24 +65,24 @@ fn paths(inputs: &[Input]) -> Vec<&Path> {
 /// The files that are to be written, each with what names it.
 fn files_written(job: &Job) -> Vec<(String, PathBuf)> {
     let (output, report) = match job {
-        Job::Measure(job) => (job.images.as_ref().map(|target| &target.path), &job.report),
-        Job::Sum(job) => (job.images.as_ref().map(|target| &target.path), &job.report),
+        Job::Measure(job) => (job.target.as_ref().map(|target| &target.path), &job.report),
+        Job::Sum(job) => (job.target.as_ref().map(|target| &target.path), &job.report),
         Job::Surface(job) => (Some(&job.target.path), &job.report),
         Job::Convert(job) => (Some(&job.to), &job.report),
         Job::Generate(job) => (Some(&job.to), &job.report),
-        Job::Render(job) => (Some(&job.to), &job.report),
+        Job::Render(job) => (Some(&job.job.to), &job.report),
         Job::Check(job) => (None, &job.report),
         Job::Devices(job) => (None, &job.report),
-        Job::Report(job) => (None, &job.report),
+        Job::Report(_, report) => (None, report),
     };
     let mut files: Vec<(String, PathBuf)> = Vec::new();
     if let Report::TextAndJson(path) = report {
         files.push((format!("--json {}", path.display()), path.clone()));
     }
     files.extend(output.map(|path| (format!("-o {}", path.display()), path.clone())));
-    if let Job::Report(job) = job {
+    if let Job::Report(job, _) = job {
         let of_report = |path: PathBuf| (format!("{}, a file of the report,", path.display()), path);
-        files.extend(report::files(job).into_iter().map(of_report));
+        files.extend(files::files(job).into_iter().map(of_report));
     }
     files
 }

@@ -4,11 +4,13 @@ use std::path::PathBuf;
 
 use ldi_ops::mesh::{Aabb, LengthUnit, io};
 
-use super::{Finished, Outcome, input, say_warnings};
-use crate::exit::{Exit, Failure};
+use super::{Finished, Outcome, say_warnings};
+use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::resolve::GenerateJob;
-use crate::warning::Warning;
+use ldi_ops::Error;
+use ldi_ops::Warning;
+use ldi_ops::driver::{input, surface};
 
 /// What was written.
 pub struct Generated {
@@ -22,11 +24,12 @@ pub struct Generated {
 }
 
 /// Builds a model, in millimetres, and writes it.
-pub fn run(job: &GenerateJob, progress: &Progress) -> Result<Finished, Failure> {
-    progress.stage("building");
-    let mesh = job.model.build().map_err(Failure::input)?;
-    progress.stage("writing");
-    let written = io::write(&job.to, &mesh, Some(LengthUnit::Millimetre)).map_err(super::write_failure)?;
+pub fn run(job: &GenerateJob, progress: &Progress) -> Result<Finished, Error> {
+    let monitor = progress.monitor();
+    monitor.stage("building")?;
+    let mesh = job.model.build().map_err(Error::input)?;
+    monitor.stage("writing")?;
+    let written = io::write(&job.to, &mesh, Some(LengthUnit::Millimetre)).map_err(surface::write_error)?;
     let generated = Generated {
         kind: job.kind.clone(),
         to: job.to.clone(),

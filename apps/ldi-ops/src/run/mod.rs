@@ -1,53 +1,35 @@
-//! Jobs, one module a kind, and what they share: reading inputs ([`input`]) and measuring images ([`image`]).
+//! Commands, one module a kind: each calls the library and says what came of it.
 
-mod backend;
-mod bytes;
 mod check;
 mod convert;
 mod devices;
 mod files;
-mod fill;
 mod from_images;
 mod generate;
-#[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
-mod gpu;
-mod image;
-mod input;
-pub mod machine;
 mod measure;
-mod memory;
 mod render;
 mod report;
-mod size;
 mod sum;
-mod surface;
-mod work;
-mod write;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use ldi_ops::mesh::io::WriteError;
+use ldi_ops::driver::measure::Measured;
+use ldi_ops::driver::render::Rendered;
+use ldi_ops::driver::surface::SurfaceReport;
+use ldi_ops::report::files::Reported;
+use ldi_ops::{Error, Warning};
 
-use crate::exit::{Exit, Failure};
+use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::resolve::{Invocation, Job, Report};
-use crate::warning::Warning;
 
-pub use backend::Ran;
 pub use check::Checked;
 pub use convert::Converted;
 pub use devices::{Devices, GpuDevice};
 pub use from_images::Surfaced;
 pub use generate::Generated;
-pub use input::Solid;
-pub use machine::{cpu_name, peak_memory_bytes};
-pub use measure::{Measured, Method, Volume};
-pub use render::Rendered;
-pub use report::Reported;
-pub use sum::StepReport;
-pub use surface::{SimplifiedReport, SurfaceReport};
 
 /// A job that ran to its end.
 pub struct Finished {
@@ -71,8 +53,8 @@ pub enum Outcome {
 
 impl Outcome {
     /// Why inputs gave no result while others did.
-    pub fn failures(&self) -> Vec<&Failure> {
-        fn of<T>(results: &[Each<T>]) -> Vec<&Failure> {
+    pub fn failures(&self) -> Vec<&Error> {
+        fn of<T>(results: &[Each<T>]) -> Vec<&Error> {
             results.iter().filter_map(|result| Some(&result.as_ref().err()?.failure)).collect()
         }
         match self {
@@ -90,33 +72,34 @@ pub type Each<T> = Result<T, Refused>;
 pub struct Refused {
     pub path: PathBuf,
     /// Its message names the path.
-    pub failure: Failure,
+    pub failure: Error,
 }
 
 impl Refused {
-    fn new(path: &Path, failure: Failure) -> Refused {
-        let name = path.display().to_string();
-        let message = match failure.message.contains(&name) {
-            true => failure.message,
-            false => format!("{name}: {}", failure.message),
+    fn new(path: &Path, failure: Error) -> Refused {
+        let (name, message) = (path.display().to_string(), failure.to_string());
+        let failure = match (message.contains(&name), &failure) {
+            (true, _) => failure,
+            (false, Error::Machine(_)) => Error::machine(format!("{name}: {message}")),
+            (false, _) => Error::input(format!("{name}: {message}")),
         };
-        Refused { path: path.to_path_buf(), failure: Failure { message, ..failure } }
+        Refused { path: path.to_path_buf(), failure }
     }
 }
 
 /// The worst of the exits of several inputs; `of` is that of a result.
 fn worst<T>(results: &[Each<T>], of: impl Fn(&T) -> Exit) -> Exit {
-    let each = results.iter().map(|result| result.as_ref().map_or_else(|refused| refused.failure.exit, &of));
+    let each = results.iter().map(|result| result.as_ref().map_or_else(|refused| Exit::from(&refused.failure), &of));
     each.max().unwrap_or(Exit::Done)
 }
 
 /// Runs a job; `start` is when the process began.
-pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Failure> {
+pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Error> {
     files::keep_apart(&invocation.job)?;
     // Zero stands for one thread for each processor.
     let threads = invocation.threads.map_or(0, NonZeroUsize::get);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
-    pool.map_err(|error| Failure::machine(format!("no threads could be started ({error}); try fewer --threads")))?;
+    pool.map_err(|error| Error::machine(format!("no threads could be started ({error}); try fewer --threads")))?;
     let progress = Progress::new(invocation.verbosity);
     match invocation.job {
         Job::Measure(job) => measure::run(&job, start, &progress),
@@ -127,7 +110,7 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Failure> 
         Job::Devices(job) => devices::run(&job),
         Job::Render(job) => render::run(&job, start, &progress),
         Job::Sum(job) => sum::run(&job, start, &progress),
-        Job::Report(job) => report::run(&job, &progress),
+        Job::Report(job, report) => report::run(&job, &report, &progress),
     }
 }
 
@@ -138,10 +121,10 @@ fn say_warnings(warnings: &[Warning], progress: &Progress) {
     }
 }
 
-/// A mesh could not be written.
-fn write_failure(error: WriteError) -> Failure {
-    match &error {
-        WriteError::Io { path, source } => Failure::output(path, source),
-        _ => Failure::input(error),
+/// Returns whether a job ends as done: where a mesh was asked for, it was written.
+fn surface_exit(report: Option<&SurfaceReport>) -> Exit {
+    match report {
+        Some(SurfaceReport { path: None, .. }) => Exit::CheckFalse,
+        _ => Exit::Done,
     }
 }

@@ -1,0 +1,21 @@
+//! `minkowski`, `offset`, `open` and `close`.
+
+use std::time::Instant;
+
+use ldi_ops::Error;
+use ldi_ops::driver::job::SumJob;
+use ldi_ops::driver::sum::sum_files;
+
+use super::{Finished, Outcome, say_warnings, surface_exit};
+use crate::progress::Progress;
+use crate::resolve::Command;
+
+/// Runs a command; `start` is when the process began.
+pub fn run(command: &Command<SumJob>, start: Instant, progress: &Progress) -> Result<Finished, Error> {
+    let Command { job, inputs, target, report } = command;
+    let measured = sum_files(job, inputs, target.as_ref(), start, &progress.monitor())?;
+    progress.finish();
+    say_warnings(&measured.warnings, progress);
+    let exit = surface_exit(measured.surface.as_ref());
+    Ok(Finished { outcome: Outcome::Measured(vec![Ok(measured)]), report: report.clone(), exit })
+}

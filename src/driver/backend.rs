@@ -1,0 +1,343 @@
+//! Where images are made: where it was asked for, or where `auto` chooses, and why there.
+
+use std::cell::OnceCell;
+use std::fmt;
+
+use crate::gpu::DeviceError;
+use crate::grid::{Axis, LatticeSolid};
+use crate::ldi::{Ldi, Summary};
+use crate::sampler::cpu::CpuSampler;
+use crate::sampler::{Estimate, Fill, Mode, SampleError, Sampler};
+
+use super::gpu;
+use super::job::Backend;
+use crate::Error;
+use crate::Warning;
+
+/// Triangles and expected crossings for each thread of the CPU from which on `auto` looks for a GPU.
+///
+/// It follows from two figures and was not measured on a GPU: opening a device and compiling its shaders takes 0.1 to 0.3 s,
+/// in which each thread of the CPU goes through 15 million crossings of 20 ns.
+pub const LARGE_WORK: f64 = 15e6;
+
+/// A GPU that is open.
+pub struct Gpu {
+    /// What it is called in results.
+    pub name: String,
+    /// The sampler of its device.
+    pub sampler: Box<dyn Sampler>,
+}
+
+/// The samplers of one run. A device is opened once, whatever the number of images.
+pub struct Backends {
+    cpu: CpuSampler,
+    asked: Asked,
+}
+
+enum Asked {
+    Cpu,
+    Gpu(Gpu),
+    /// What `auto` found when it looked for a GPU; it looks when the first large work comes, as looking takes time.
+    Auto(OnceCell<Found>),
+}
+
+/// What `auto` found.
+enum Found {
+    Gpu {
+        gpu: WithCpu,
+        reason: String,
+    },
+    /// No GPU, and why.
+    Nothing(String),
+    /// A GPU that could not be opened.
+    Broken(DeviceError),
+}
+
+impl Backends {
+    /// Opens the device that was asked for. `auto` opens none yet.
+    pub fn open(backend: &Backend) -> Result<Backends, Error> {
+        let asked = match backend {
+            Backend::Auto => Asked::Auto(OnceCell::new()),
+            Backend::Cpu => Asked::Cpu,
+            Backend::Gpu(wanted) => Asked::Gpu(gpu::open(wanted.as_deref())?),
+        };
+        Ok(Backends { cpu: CpuSampler::default(), asked })
+    }
+
+    /// The sampler for work of a size; `work` counts triangles and crossings.
+    pub fn choose(&self, work: impl FnOnce() -> f64) -> Choice<'_> {
+        match &self.asked {
+            Asked::Cpu => Choice::Cpu { cpu: &self.cpu, auto: None },
+            Asked::Gpu(gpu) => Choice::Gpu(gpu),
+            Asked::Auto(found) => {
+                if let Some(absent) = gpu::ABSENT {
+                    return self.auto_cpu(absent.to_owned());
+                }
+                let work = work();
+                if work < LARGE_WORK * rayon::current_num_threads() as f64 {
+                    return self.auto_cpu(format!("{} are too few to open a GPU for", crossings(work)));
+                }
+                match found.get_or_init(look) {
+                    Found::Gpu { gpu, reason } => Choice::AutoGpu { gpu, reason },
+                    Found::Nothing(reason) => self.auto_cpu(reason.clone()),
+                    Found::Broken(fault) => Choice::Cpu { cpu: &self.cpu, auto: Some(Auto::after(fault)) },
+                }
+            }
+        }
+    }
+
+    fn auto_cpu(&self, reason: String) -> Choice<'_> {
+        Choice::Cpu { cpu: &self.cpu, auto: Some(Auto { reason, warning: None }) }
+    }
+}
+
+/// A size of work, for people.
+pub fn crossings(work: f64) -> String {
+    format!("{:.1} million triangles and crossings", work / 1e6)
+}
+
+fn look() -> Found {
+    match gpu::automatic() {
+        Err(reason) => Found::Nothing(reason),
+        Ok(automatic) => match automatic.open() {
+            Ok(gpu) => Found::Gpu { gpu: WithCpu { gpu, fault: OnceCell::new() }, reason: automatic.reason },
+            Err(fault) => Found::Broken(fault),
+        },
+    }
+}
+
+/// What some images are to be made by.
+pub enum Choice<'b> {
+    /// The processor.
+    Cpu {
+        /// Its sampler.
+        cpu: &'b CpuSampler,
+        /// Absent where the CPU was asked for.
+        auto: Option<Auto>,
+    },
+    /// The GPU that was asked for.
+    Gpu(&'b Gpu),
+    /// The GPU that `auto` chose.
+    AutoGpu {
+        /// The GPU, with the CPU behind it.
+        gpu: &'b WithCpu,
+        /// The reason, for people.
+        reason: &'b str,
+    },
+}
+
+impl Choice<'_> {
+    /// Returns the sampler.
+    pub fn sampler(&self) -> &dyn Sampler {
+        match self {
+            Choice::Cpu { cpu, .. } => *cpu,
+            Choice::Gpu(gpu) => gpu.sampler.as_ref(),
+            Choice::AutoGpu { gpu, .. } => *gpu,
+        }
+    }
+
+    /// Whether images are made where it takes time to bring them back, so that sums are better made there, too.
+    pub fn is_gpu(&self) -> bool {
+        !matches!(self, Choice::Cpu { .. })
+    }
+
+    /// Where the images were made, as far as they have been.
+    pub fn ran(&self) -> Ran {
+        match self {
+            Choice::Cpu { auto, .. } => Ran { gpu: None, auto: auto.clone() },
+            Choice::Gpu(gpu) => Ran { gpu: Some(gpu.name.clone()), auto: None },
+            Choice::AutoGpu { gpu, reason } => match gpu.fault.get() {
+                None => {
+                    let auto = Auto { reason: (*reason).to_owned(), warning: None };
+                    Ran { gpu: Some(gpu.gpu.name.clone()), auto: Some(auto) }
+                }
+                Some(fault) => Ran { gpu: None, auto: Some(Auto::after(fault)) },
+            },
+        }
+    }
+}
+
+/// Where the images of a result were made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ran {
+    /// The GPU's name; nothing for the CPU.
+    pub gpu: Option<String>,
+    /// Absent where it was asked for.
+    pub auto: Option<Auto>,
+}
+
+impl Ran {
+    /// The name of the backend, as the flag takes it.
+    pub fn backend(&self) -> &'static str {
+        if self.gpu.is_some() { "gpu" } else { "cpu" }
+    }
+}
+
+/// For people.
+impl fmt::Display for Ran {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match &self.gpu {
+            Some(name) => write!(f, "gpu, {name}")?,
+            None => write!(f, "cpu, {} threads", rayon::current_num_threads())?,
+        }
+        match &self.auto {
+            Some(Auto { reason, .. }) => write!(f, " (auto: {reason})"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Why `auto` chose what it chose.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Auto {
+    /// The reason, for people.
+    pub reason: String,
+    /// Said where a GPU was chosen and did not serve.
+    pub warning: Option<Warning>,
+}
+
+impl Auto {
+    /// The CPU, after a GPU that was chosen could not be opened or gave up.
+    fn after(fault: &DeviceError) -> Auto {
+        let warning = Warning::new("gpu-failed", format!("{fault}; --backend auto went on with the CPU"));
+        Auto { reason: format!("the GPU failed: {fault}"), warning: Some(warning) }
+    }
+}
+
+/// A GPU that nobody insists on: when it fails, the CPU makes the image, and all later ones. The bits are the same.
+pub struct WithCpu {
+    gpu: Gpu,
+    fault: OnceCell<DeviceError>,
+}
+
+impl WithCpu {
+    fn make<T>(&self, make: impl Fn(&dyn Sampler) -> Result<T, SampleError>) -> Result<T, SampleError> {
+        if self.fault.get().is_none() {
+            match make(self.gpu.sampler.as_ref()) {
+                Err(SampleError::Device(fault)) => self.fault.set(fault).expect("there was none a moment ago"),
+                made => return made,
+            }
+        }
+        make(&CpuSampler::default())
+    }
+}
+
+impl Sampler for WithCpu {
+    fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError> {
+        self.make(|sampler| sampler.sample(solid, axis, mode, fill))
+    }
+
+    fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: Fill) -> Result<Ldi, SampleError> {
+        self.make(|sampler| sampler.sample_surface(solid, axis, fill))
+    }
+
+    fn sample_intersection(
+        &self,
+        a: &LatticeSolid,
+        b: &LatticeSolid,
+        axis: Axis,
+        estimate: Estimate,
+        fill: Fill,
+    ) -> Result<Ldi, SampleError> {
+        self.make(|sampler| sampler.sample_intersection(a, b, axis, estimate, fill))
+    }
+
+    fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Summary, SampleError> {
+        self.make(|sampler| sampler.summarise(solid, axis, mode, fill))
+    }
+
+    fn summarise_intersection(
+        &self,
+        a: &LatticeSolid,
+        b: &LatticeSolid,
+        axis: Axis,
+        estimate: Estimate,
+        fill: Fill,
+    ) -> Result<Summary, SampleError> {
+        self.make(|sampler| sampler.summarise_intersection(a, b, axis, estimate, fill))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::rc::Rc;
+
+    use crate::grid::Grid;
+    use crate::mesh::ClosedMesh;
+    use crate::solids;
+    use glam::DVec3;
+
+    use super::*;
+
+    /// Does some images and is lost then.
+    struct Faltering {
+        left: Rc<Cell<u32>>,
+    }
+
+    impl Faltering {
+        fn image(&self, image: Result<Ldi, SampleError>) -> Result<Ldi, SampleError> {
+            let Some(left) = self.left.get().checked_sub(1) else {
+                return Err(DeviceError::Lost { adapter: "A card".to_owned(), reason: "pulled out".to_owned() }.into());
+            };
+            self.left.set(left);
+            image
+        }
+    }
+
+    impl Sampler for Faltering {
+        fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError> {
+            self.image(CpuSampler::default().sample(solid, axis, mode, fill))
+        }
+
+        fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: Fill) -> Result<Ldi, SampleError> {
+            self.image(CpuSampler::default().sample_surface(solid, axis, fill))
+        }
+
+        fn sample_intersection(
+            &self,
+            a: &LatticeSolid,
+            b: &LatticeSolid,
+            axis: Axis,
+            estimate: Estimate,
+            fill: Fill,
+        ) -> Result<Ldi, SampleError> {
+            self.image(CpuSampler::default().sample_intersection(a, b, axis, estimate, fill))
+        }
+    }
+
+    #[test]
+    fn the_cpu_takes_over_from_a_gpu_of_autos_choice_that_gives_up() {
+        let closed = ClosedMesh::check(solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap()).unwrap();
+        let grid = Grid::with_resolution(closed.bounds(), 8, 1024).unwrap();
+        let solid = grid.quantise(&closed).unwrap();
+        let left = Rc::new(Cell::new(1));
+        let gpu = Gpu { name: "A card".to_owned(), sampler: Box::new(Faltering { left: Rc::clone(&left) }) };
+        let gpu = WithCpu { gpu, fault: OnceCell::new() };
+        let choice = Choice::AutoGpu { gpu: &gpu, reason: "it is there" };
+        let image = || choice.sampler().sample(&solid, Axis::Z, Mode::Exact, Fill::EvenOdd).unwrap();
+        let first = image();
+        assert_eq!(choice.ran().to_string(), "gpu, A card (auto: it is there)");
+        assert!(image() == first && image() == first);
+        let ran = choice.ran();
+        assert_eq!((ran.backend(), left.get()), ("cpu", 0));
+        let warning = ran.auto.and_then(|auto| auto.warning).unwrap();
+        assert!(warning.message.contains("A card was lost: pulled out"), "{}", warning.message);
+        assert!(warning.message.contains("went on with the CPU"), "{}", warning.message);
+    }
+
+    #[test]
+    fn small_work_stays_on_the_cpu_without_a_look_at_adapters() {
+        let backends = Backends::open(&Backend::Auto).unwrap();
+        let ran = backends.choose(|| 1.26e6).ran();
+        assert_eq!(ran.backend(), "cpu");
+        let reason = ran.auto.unwrap().reason;
+        assert_eq!(
+            reason.contains("1.3 million triangles and crossings are too few"),
+            gpu::ABSENT.is_none(),
+            "{reason}"
+        );
+        let Asked::Auto(found) = &backends.asked else { panic!("nothing else was asked for") };
+        assert!(found.get().is_none());
+    }
+}

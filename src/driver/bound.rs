@@ -1,0 +1,64 @@
+//! How far a simplified mesh may lie from what it was, as it is typed: `0.1h`, `0.02` or `20um`.
+
+use std::str::FromStr;
+
+use crate::mesh::LengthUnit;
+
+use crate::Error;
+use crate::length::Length;
+
+/// A length above zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// In pitches.
+    Pitches(f64),
+    /// In file units, or in one of its own.
+    Length(Length),
+}
+
+impl Bound {
+    /// Returns the bound in the unit of a raster's pitch.
+    pub fn length(self, pitch: f64, unit: Option<LengthUnit>) -> Result<f64, Error> {
+        match self {
+            Bound::Pitches(share) => Ok(share * pitch),
+            Bound::Length(length) => length.in_unit(unit, "--simplify"),
+        }
+    }
+}
+
+impl FromStr for Bound {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Bound, &'static str> {
+        const WANTED: &str =
+            "a length above zero is wanted: 0.1h for a tenth of the pitch, 0.02 in file units, or 20um";
+        let is_pitches = |text: &str| text.trim_end().ends_with(|c: char| c.is_ascii_digit() || c == '.');
+        let (number, bound): (&str, fn(Length) -> Bound) = match text.trim().strip_suffix('h') {
+            Some(pitches) if is_pitches(pitches) => (pitches, |length| Bound::Pitches(length.value)),
+            _ => (text, Bound::Length),
+        };
+        let length: Length = number.parse().map_err(|_| WANTED)?;
+        let is_positive = length.value > 0.0 && length.value.is_finite();
+        if is_positive { Ok(bound(length)) } else { Err(WANTED) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_are_lengths_above_zero() {
+        assert_eq!("0.1h".parse(), Ok(Bound::Pitches(0.1)));
+        assert_eq!(" 2 h".parse(), Ok(Bound::Pitches(2.0)));
+        assert_eq!("0.02".parse(), Ok(Bound::Length(Length { value: 0.02, unit: None })));
+        let millimetres = Some(LengthUnit::Millimetre);
+        assert_eq!("20um".parse::<Bound>().unwrap().length(3.0, millimetres), Ok(0.02));
+        assert_eq!("1 inch".parse::<Bound>().unwrap().length(3.0, millimetres), Ok(25.4));
+        assert!("20um".parse::<Bound>().unwrap().length(3.0, None).is_err());
+        assert_eq!(Bound::Pitches(0.5).length(3.0, None), Ok(1.5));
+        for wrong in ["0", "-1", "h", "0h", "1hh", "0mm", "NaN", "inf", "infh"] {
+            assert!(wrong.parse::<Bound>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! The image of what a job asks for, along one axis.
+
+use std::time::Instant;
+
+use crate::boolean::{Expression, Images, Leaf, Operand, Plan, Role};
+use crate::grid::{Axis, LatticeSolid};
+use crate::ldi::{Ldi, Summary, Windings};
+use crate::sampler::{Estimate, Fill, Mode, SampleError, Sampler};
+
+use super::job::{Boolean, Measurement};
+use super::measure::Seconds;
+use crate::Error;
+
+/// Makes images along one axis, and keeps what else they tell.
+pub struct ImageMaker<'a> {
+    pub sampler: &'a dyn Sampler,
+    pub axis: Axis,
+    pub mode: Mode,
+    pub fill: Fill,
+    pub triangles: Triangles,
+    /// The time that goes into sampling and into operations is added here.
+    pub seconds: &'a mut Seconds,
+    /// Whether the fill rules agree in all images of each input alone; nothing where there was none.
+    pub rules_agree: &'a mut [Option<bool>],
+}
+
+/// Whether images are to know the triangle of each sample, counted through over all inputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Triangles {
+    Wanted,
+    NotWanted,
+}
+
+/// The most images along one axis that [`ImageMaker::image`] holds at the same time.
+pub fn alive_at_once(measurement: &Measurement, mode: Mode) -> u64 {
+    match measurement {
+        Measurement::Volume | Measurement::Sample => 1,
+        Measurement::Boolean(Boolean { expression, .. }) => match masked(expression, mode) {
+            Some(_) => 1,
+            // All that are swept, and the result.
+            None => Plan::new(expression, images(mode)).leaves().len() as u64 + 1,
+        },
+    }
+}
+
+/// The kind of images that a mode asks for.
+fn images(mode: Mode) -> Images {
+    match mode {
+        Mode::Exact => Images::Exact,
+        Mode::Estimate(_) => Images::Estimates,
+    }
+}
+
+/// The two inputs and the estimate, where the sampler itself finds the intersection, in masks.
+fn masked(expression: &Expression, mode: Mode) -> Option<([usize; 2], Estimate)> {
+    match mode {
+        Mode::Exact => None,
+        Mode::Estimate(estimate) => Some((expression.intersection_of_two()?, estimate)),
+    }
+}
+
+/// What the triangles of each input are counted from.
+pub fn first_triangles(solids: &[LatticeSolid]) -> impl Iterator<Item = u32> {
+    solids.iter().scan(0u32, |next, solid| {
+        let first = *next;
+        *next = next.saturating_add(solid.triangles().len() as u32);
+        Some(first)
+    })
+}
+
+impl ImageMaker<'_> {
+    /// The image of the measured solid.
+    pub fn image(&mut self, measurement: &Measurement, solids: &[LatticeSolid]) -> Result<Ldi, Error> {
+        let expression = match measurement {
+            Measurement::Volume | Measurement::Sample => {
+                let image = self.sample(&solids[0], 0, self.mode)?;
+                return self.with_triangles(image, solids);
+            }
+            Measurement::Boolean(Boolean { expression, .. }) => expression,
+        };
+        let image = match masked(expression, self.mode) {
+            Some(([a, b], estimate)) => self.timed(|maker| {
+                maker.sampler.sample_intersection(&solids[a], &solids[b], maker.axis, estimate, maker.fill)
+            })?,
+            None => self.sweep(expression, solids)?,
+        };
+        self.with_triangles(image, solids)
+    }
+
+    /// An image of estimates with triangles, if they are wanted: those of the exact crossings beside its samples. Exact images
+    /// have theirs from the beginning.
+    fn with_triangles(&mut self, image: Ldi, solids: &[LatticeSolid]) -> Result<Ldi, Error> {
+        if self.triangles == Triangles::NotWanted || self.mode == Mode::Exact {
+            return Ok(image);
+        }
+        // The even-odd rule alone keeps every crossing.
+        let sample = |solid| self.timed(|maker| maker.sampler.sample_surface(solid, maker.axis, Fill::EvenOdd));
+        let exact = solids.iter().map(sample).collect::<Result<Vec<Ldi>, Error>>()?;
+        let start = Instant::now();
+        let image = image.with_triangles_of(&exact.iter().zip(first_triangles(solids)).collect::<Vec<_>>());
+        self.seconds.operate += start.elapsed().as_secs_f64();
+        image.map_err(Error::input)
+    }
+
+    /// The summary of [`image`](Self::image), which the sampler makes by itself where it makes the whole image.
+    pub fn summary(&mut self, measurement: &Measurement, solids: &[LatticeSolid]) -> Result<Summary, Error> {
+        match measurement {
+            Measurement::Boolean(Boolean { expression, .. }) => {
+                if let Some(([a, b], estimate)) = masked(expression, self.mode) {
+                    return self.timed(|maker| {
+                        maker.sampler.summarise_intersection(&solids[a], &solids[b], maker.axis, estimate, maker.fill)
+                    });
+                }
+                let image = self.sweep(expression, solids)?;
+                let start = Instant::now();
+                let summary = image.summary();
+                self.seconds.integrate += start.elapsed().as_secs_f64();
+                Ok(summary)
+            }
+            Measurement::Volume | Measurement::Sample => {
+                let mode = self.mode;
+                let summary = self.timed(|maker| maker.sampler.summarise(&solids[0], maker.axis, mode, maker.fill))?;
+                self.look_at(0, summary.windings());
+                Ok(summary)
+            }
+        }
+    }
+
+    /// What an expression makes of the solids: each is sampled once for each estimate of it that is needed, and then all
+    /// images are swept together.
+    fn sweep(&mut self, expression: &Expression, solids: &[LatticeSolid]) -> Result<Ldi, Error> {
+        let plan = Plan::new(expression, images(self.mode));
+        let leaves = plan.leaves().iter().map(|leaf| {
+            let mode = match leaf.role {
+                Role::Same => self.mode,
+                Role::Opposite => self.mode.opposite(),
+            };
+            self.sample(&solids[leaf.input], leaf.input, mode)
+        });
+        let leaves = leaves.collect::<Result<Vec<Ldi>, Error>>()?;
+        let start = Instant::now();
+        let first: Vec<u32> = first_triangles(solids).collect();
+        let operand = |(image, leaf): (_, &Leaf)| Operand { image, first_triangle: first[leaf.input] };
+        let image = plan.sweep(&leaves.iter().zip(plan.leaves()).map(operand).collect::<Vec<_>>())?;
+        self.seconds.operate += start.elapsed().as_secs_f64();
+        Ok(image)
+    }
+
+    /// What the sampler makes, its time added to that of sampling.
+    fn timed<T>(&mut self, make: impl FnOnce(&Self) -> Result<T, SampleError>) -> Result<T, Error> {
+        let start = Instant::now();
+        let made = make(self)?;
+        self.seconds.sample += start.elapsed().as_secs_f64();
+        Ok(made)
+    }
+
+    /// The image of one input.
+    fn sample(&mut self, solid: &LatticeSolid, input: usize, mode: Mode) -> Result<Ldi, Error> {
+        let image = self.timed(|maker| match (maker.triangles, mode) {
+            (Triangles::Wanted, Mode::Exact) => maker.sampler.sample_surface(solid, maker.axis, maker.fill),
+            _ => maker.sampler.sample(solid, maker.axis, mode, maker.fill),
+        })?;
+        self.look_at(input, image.windings());
+        Ok(image)
+    }
+
+    /// Learns what an image of one input tells of the fill rules.
+    fn look_at(&mut self, input: usize, windings: Option<Windings>) {
+        if let Some(agree) = windings.map(Windings::fill_rules_agree) {
+            self.rules_agree[input] = Some(agree && self.rules_agree[input] != Some(false));
+        }
+    }
+}

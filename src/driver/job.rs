@@ -1,0 +1,366 @@
+//! The descriptions of operations: inputs, raster, and what is made of them.
+
+use std::path::PathBuf;
+
+use super::bound::Bound;
+use crate::Error;
+use crate::boolean::{BooleanOperation, Expression};
+use crate::grid::Axis;
+use crate::length::Length;
+use crate::mesh::LengthUnit;
+use crate::picture::{Background, Facets, Format, View};
+use crate::placement::Placement;
+use crate::sampler::{Fill, Mode};
+use crate::voxels;
+
+/// A file to read, and where to place its mesh.
+#[derive(Clone, Debug)]
+pub struct Input {
+    /// Its name in an expression.
+    pub name: Option<String>,
+    /// The file.
+    pub path: PathBuf,
+    /// Applied to its coordinates.
+    pub placement: Option<Placement>,
+}
+
+/// The treatment of meshes that are not closed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Openness {
+    /// They are an error.
+    Refused,
+    /// They are sampled; rays that do not close count as empty.
+    Sampled,
+}
+
+/// The device that samples.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Backend {
+    /// The one that is likely to be done first.
+    #[default]
+    Auto,
+    /// The processor.
+    Cpu,
+    /// The adapter whose name contains this text; the first one without a name.
+    Gpu(Option<String>),
+}
+
+/// The fineness of the raster, its lengths with a unit of their own or in the unit of the inputs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Spacing<L = f64> {
+    /// Rays along the longest side of the common box.
+    Resolution(u32),
+    /// Distance of the rays.
+    Pitch(L),
+    /// Whatever brings the error estimate below this share of the volume.
+    Tolerance(f64),
+}
+
+impl Spacing<Length> {
+    /// Returns the spacing with its length in a unit.
+    ///
+    /// # Errors
+    /// A length with a unit where that of the inputs is not known.
+    pub fn in_unit(self, unit: Option<LengthUnit>) -> Result<Spacing, Error> {
+        Ok(match self {
+            Spacing::Resolution(rays) => Spacing::Resolution(rays),
+            Spacing::Pitch(pitch) => Spacing::Pitch(pitch.in_unit(unit, "--pitch")?),
+            Spacing::Tolerance(share) => Spacing::Tolerance(share),
+        })
+    }
+}
+
+/// A solid to be measured.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Measurement {
+    /// The result of an expression over all inputs.
+    Boolean(Boolean),
+    /// The one input, with area and moments.
+    Volume,
+    /// The one input, for its image.
+    Sample,
+}
+
+/// An expression over the inputs, and how it was asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Boolean {
+    /// Over the inputs by their indices.
+    pub expression: Expression,
+    /// As it was asked for.
+    pub wording: Wording,
+}
+
+/// How a Boolean was asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Wording {
+    /// As one operation on a list of inputs.
+    Operation(BooleanOperation),
+    /// As an expression in text.
+    Typed(String),
+}
+
+impl Measurement {
+    /// Returns the name of the command.
+    pub fn command(&self) -> &'static str {
+        match self {
+            Measurement::Boolean(Boolean { wording, .. }) => match wording {
+                Wording::Operation(BooleanOperation::Intersection) => "intersect",
+                Wording::Operation(BooleanOperation::Union) => "union",
+                Wording::Operation(BooleanOperation::Difference) => "difference",
+                Wording::Operation(BooleanOperation::Xor) => "xor",
+                Wording::Typed(_) => "csg",
+            },
+            Measurement::Volume => "volume",
+            Measurement::Sample => "sample",
+        }
+    }
+
+    /// Returns the expression over the inputs; nothing where one input is measured by itself.
+    pub fn expression(&self) -> Option<&Expression> {
+        match self {
+            Measurement::Boolean(Boolean { expression, .. }) => Some(expression),
+            Measurement::Volume | Measurement::Sample => None,
+        }
+    }
+
+    /// Returns the expression as text, where it was given so.
+    pub fn typed_expression(&self) -> Option<&str> {
+        match self {
+            Measurement::Boolean(Boolean { wording: Wording::Typed(text), .. }) => Some(text),
+            _ => None,
+        }
+    }
+}
+
+/// Volumes, Booleans and images of solids.
+#[derive(Clone, Debug)]
+pub struct MeasureJob {
+    /// The solid to be measured.
+    pub measurement: Measurement,
+    /// The unit of files that state none.
+    pub unit: Option<LengthUnit>,
+    /// The treatment of meshes that are not closed.
+    pub openness: Openness,
+    /// The fineness of the raster.
+    pub spacing: Spacing<Length>,
+    /// Voxels along each ray (LOD-C) of estimates.
+    pub lod: u32,
+    /// The axes of the images.
+    pub axes: Vec<Axis>,
+    /// Exact images, over- or under-estimates.
+    pub mode: Mode,
+    /// The fill rule.
+    pub fill: Fill,
+    /// The device that samples.
+    pub backend: Backend,
+    /// Whether images check a volume that is known exactly.
+    pub check_rays: bool,
+    /// Whether the files are hashed.
+    pub hashes: bool,
+    /// What of the images is kept.
+    pub keep: Keep,
+}
+
+/// Minkowski sums and differences, offsets, openings and closings.
+#[derive(Clone, Debug)]
+pub struct SumJob {
+    /// The operation.
+    pub operation: SumOperation<Length>,
+    /// The unit of files that state none.
+    pub unit: Option<LengthUnit>,
+    /// The fineness of the raster.
+    pub spacing: Spacing<Length>,
+    /// Voxels along each ray (LOD-C) of estimates.
+    pub lod: u32,
+    /// The axes of the images that are measured and written.
+    pub axes: Vec<Axis>,
+    /// Exact images, over- or under-estimates.
+    pub mode: Mode,
+    /// The fill rule.
+    pub fill: Fill,
+    /// The device that finds crossings and resolves gaps.
+    pub backend: Backend,
+    /// The most bytes that the process may hold; a share of the free memory without it.
+    pub memory: Option<u64>,
+    /// Whether the files are hashed.
+    pub hashes: bool,
+    /// What of the images is kept.
+    pub keep: Keep,
+}
+
+/// An operation with a second solid or a ball, its lengths with a unit of their own or in the unit of the inputs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SumOperation<L = f64> {
+    /// A ⊕ B.
+    Sum(Operand),
+    /// A ⊖ B.
+    Difference(Operand),
+    /// A grown by a distance, or shrunk by one below zero.
+    Offset(L),
+    /// A shrunk by a radius and grown again.
+    Opening(L),
+    /// A grown by a radius and shrunk again.
+    Closing(L),
+}
+
+/// The second solid of a sum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Operand {
+    /// As it is.
+    AsItIs,
+    /// Reflected through the origin.
+    Reflected,
+}
+
+impl SumOperation<Length> {
+    /// Returns the operation with its length in a unit.
+    ///
+    /// # Errors
+    /// A length with a unit where that of the inputs is not known.
+    pub fn in_unit(self, unit: Option<LengthUnit>) -> Result<SumOperation, Error> {
+        Ok(match self {
+            SumOperation::Sum(operand) => SumOperation::Sum(operand),
+            SumOperation::Difference(operand) => SumOperation::Difference(operand),
+            SumOperation::Offset(distance) => SumOperation::Offset(distance.in_unit(unit, "--distance")?),
+            SumOperation::Opening(radius) => SumOperation::Opening(radius.in_unit(unit, "--radius")?),
+            SumOperation::Closing(radius) => SumOperation::Closing(radius.in_unit(unit, "--radius")?),
+        })
+    }
+}
+
+impl<L> SumOperation<L> {
+    /// Returns the name of the command.
+    pub fn command(&self) -> &'static str {
+        match self {
+            SumOperation::Sum(_) | SumOperation::Difference(_) => "minkowski",
+            SumOperation::Offset(_) => "offset",
+            SumOperation::Opening(_) => "open",
+            SumOperation::Closing(_) => "close",
+        }
+    }
+}
+
+/// The part of images that outlives their measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// Sums alone.
+    Summaries,
+    /// The images.
+    Images,
+    /// The images, with the triangle of each sample.
+    ImagesWithTriangles,
+    /// The same, and a mesh is to be made of them.
+    Mesh,
+}
+
+impl Keep {
+    /// Returns whether each sample keeps its triangle.
+    pub fn has_triangles(self) -> bool {
+        matches!(self, Keep::ImagesWithTriangles | Keep::Mesh)
+    }
+}
+
+impl From<Option<&ImageTarget>> for Keep {
+    fn from(target: Option<&ImageTarget>) -> Keep {
+        match target.map(|target| target.content) {
+            None => Keep::Summaries,
+            Some(Content::Voxels(_)) => Keep::Images,
+            Some(Content::Images) => Keep::ImagesWithTriangles,
+            Some(Content::Mesh(_)) => Keep::Mesh,
+        }
+    }
+}
+
+/// A file that is made of images.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageTarget {
+    /// The file.
+    pub path: PathBuf,
+    /// Its content.
+    pub content: Content,
+}
+
+/// The content of a file that is made of images.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Content {
+    /// The images themselves, as `.npz`.
+    Images,
+    /// The lattice nodes inside.
+    Voxels(voxels::Format),
+    /// The surface of the solid.
+    Mesh(Finish),
+}
+
+/// The steps between a mesh that was contoured and its file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Finish {
+    /// Triangles are removed within this bound.
+    pub simplify: Option<Bound>,
+    /// Parts of less volume are dropped, as a share of the whole.
+    pub least_part: Option<f64>,
+    /// A round offset is subtracted from the coordinates.
+    pub recentre: bool,
+}
+
+/// A picture.
+#[derive(Clone, Debug)]
+pub struct RenderJob {
+    /// The names of the inputs in captions.
+    pub names: Vec<String>,
+    /// The unit of files that state none.
+    pub unit: Option<LengthUnit>,
+    /// The treatment of meshes that are not closed.
+    pub openness: Openness,
+    /// The fill rule.
+    pub fill: Fill,
+    /// The device that samples.
+    pub backend: Backend,
+    /// Whether the files are hashed.
+    pub hashes: bool,
+    /// The solid that is seen, of the inputs by their indices.
+    pub expression: Expression,
+    /// The expression as text, where it was given so.
+    pub typed: Option<String>,
+    /// The view.
+    pub scenery: Scenery,
+    /// The size of the picture.
+    pub format: Format,
+    /// The colour behind the solid.
+    pub background: Background,
+    /// Smooth or flat shading.
+    pub facets: Facets,
+    /// The file.
+    pub to: PathBuf,
+}
+
+/// The view of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scenery {
+    /// The solid, shaded.
+    Shaded {
+        /// The direction of sight.
+        view: View,
+        /// A plane that opens the solid.
+        cut: Option<Plane>,
+    },
+    /// A section by a plane.
+    Slice(Plane),
+}
+
+/// A plane across an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane {
+    /// The axis.
+    pub axis: Axis,
+    /// Its place on the axis.
+    pub position: SlicePosition,
+}
+
+/// The place of a plane on its axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SlicePosition {
+    /// A coordinate in file units, or in a unit of its own.
+    Coordinate(Length),
+    /// From 0 at the lower end of the solids' box to 1 at the upper one.
+    Share(f64),
+}

@@ -1,0 +1,28 @@
+//! From solids to results: plan → grid → sample → operate → measure.
+//!
+//! [`job`] describes an operation; [`input`] reads, places and checks its solids; [`measure`](mod@measure) and [`sum`](mod@sum) run it;
+//! [`surface`] and [`write`] make files of the images. [`memory`] forecasts and admits, [`backend`] chooses the device.
+
+pub mod backend;
+mod bound;
+mod bytes;
+mod fill;
+#[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
+pub mod gpu;
+mod image;
+pub mod image_file;
+pub mod input;
+pub mod job;
+pub mod machine;
+pub mod measure;
+mod memory;
+pub(crate) mod output;
+pub mod render;
+pub mod size;
+pub mod sum;
+pub mod surface;
+pub(crate) mod work;
+pub mod write;
+
+pub use bound::Bound;
+pub use fill::FillDifference;

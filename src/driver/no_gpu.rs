@@ -1,0 +1,40 @@
+//! In the place of `gpu.rs` in builds without the feature `gpu`: there is no GPU, and that is what it says.
+
+use crate::gpu::DeviceError;
+
+use super::backend::Gpu;
+use crate::Error;
+
+const WHY: &str = "this build has no GPU sampler";
+
+pub const ABSENT: Option<&str> = Some(WHY);
+
+pub fn open(wanted: Option<&str>) -> Result<Gpu, Error> {
+    Err(refused(wanted))
+}
+
+/// Tells who asks for a GPU by name or by flag that there is none.
+pub fn refused(wanted: Option<&str>) -> Error {
+    let flag = wanted.map_or("--backend gpu".to_owned(), |name| format!("--adapter {name}"));
+    Error::machine(format!("{flag}: {WHY}"))
+}
+
+pub fn automatic() -> Result<Automatic, String> {
+    Err(WHY.to_owned())
+}
+
+pub fn list() -> (Vec<crate::gpu::Adapter>, Result<String, String>) {
+    (Vec::new(), Err(WHY.to_owned()))
+}
+
+/// A choice that is never made.
+pub struct Automatic {
+    pub reason: String,
+    never: std::convert::Infallible,
+}
+
+impl Automatic {
+    pub fn open(&self) -> Result<Gpu, DeviceError> {
+        match self.never {}
+    }
+}

@@ -1,0 +1,12 @@
+//! Files that are replaced whole, with the errors of operations.
+
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
+
+use crate::Error;
+
+/// Puts a new file in place of `path` once `fill` has written all of it.
+pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> Result<(), Error> {
+    crate::output::replace(path, fill).map_err(|error| Error::output(path, &error))
+}

@@ -1,0 +1,492 @@
+//! `render`: the image behind a picture, and the picture.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use crate::boolean::{Images, Operand, Plan};
+use crate::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
+use crate::ldi::{Ldi, Windings};
+use crate::mesh::LengthUnit;
+use crate::picture::annotate::{Annotator, CaptionLine, ScaleBar};
+use crate::picture::{
+    Camera, Canvas, Colour, Cut, Scene, Skin, View, ViewBox, outline_of, palette, png, shaded, slice,
+};
+use crate::sampler::cpu::CpuSampler;
+use crate::sampler::{Fill, Mode, SampleError, Sampler};
+use glam::{DAffine3, DVec3};
+use serde::Serialize;
+
+use super::backend::{Backends, Choice, Ran};
+use super::fill::FillDifference;
+use super::image::first_triangles;
+use super::input::{self, InputRequirements, Sides, Solid};
+use super::job::{Input, Plane, RenderJob, Scenery, SlicePosition};
+use super::work::work;
+use super::{machine, memory, output};
+use crate::Error;
+use crate::Warning;
+use crate::number::number;
+use crate::progress::Monitor;
+use crate::unit;
+
+/// Everything that is known of a picture.
+pub struct Rendered {
+    /// The inputs, turned.
+    pub solids: Vec<Solid>,
+    /// The unit of all lengths, where it is known.
+    pub unit: Option<LengthUnit>,
+    /// The file.
+    pub to: PathBuf,
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// The side of a pixel, in the unit of the solids.
+    pub pixel: f64,
+    /// The length of the scale bar, in the unit of the solids.
+    pub scale_bar: f64,
+    /// The direction of sight.
+    pub view: View,
+    /// The plane that was shown, or that opened the solid: its axis and coordinate.
+    pub plane: Option<(Axis, f64)>,
+    /// The raster behind the picture.
+    pub grid: Grid,
+    /// Samples of all images.
+    pub samples: u64,
+    /// Rays that did not close.
+    pub unclosed: u64,
+    /// The fill rule.
+    pub fill: Fill,
+    /// The device that sampled.
+    pub ran: Ran,
+    /// Times by stage.
+    pub seconds: RenderSeconds,
+    /// Remarks on inputs and picture.
+    pub warnings: Vec<Warning>,
+}
+
+/// Where the time went.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct RenderSeconds {
+    /// Reading and checking.
+    pub read: f64,
+    /// Sampling.
+    pub sample: f64,
+    /// The Boolean.
+    pub operate: f64,
+    /// Shading and captions.
+    pub shade: f64,
+    /// Writing.
+    pub write: f64,
+    /// All of it.
+    pub total: f64,
+}
+
+/// Runs a job; `start` is when the process began.
+pub fn render(job: &RenderJob, inputs: &[Input], start: Instant, progress: &Monitor) -> Result<Rendered, Error> {
+    let backends = Backends::open(&job.backend)?;
+    let mut seconds = RenderSeconds::default();
+    progress.stage("reading")?;
+    let requirements = InputRequirements {
+        unit: job.unit,
+        openness: job.openness,
+        sides: Sides::NotNeeded,
+        fill: job.fill,
+        hashes: job.hashes,
+    };
+    let (mut solids, mut warnings) = timed(&mut seconds.read, || input::solids(inputs, requirements))?;
+
+    let plane = place(job, &solids)?;
+    let view = match job.scenery {
+        Scenery::Shaded { view, .. } => view,
+        Scenery::Slice(plane) => across(plane.axis),
+    };
+    let rotation = view.rotation();
+    progress.stage("turning")?;
+    let turning = Instant::now();
+    if view != View::From(Axis::Z) {
+        for solid in &mut solids {
+            input::map(solid, &DAffine3::from_mat3(rotation), requirements)?;
+        }
+    }
+    let stage = Stage::set(job, &solids, &backends)?;
+    seconds.sample += turning.elapsed().as_secs_f64();
+    progress.detail(format_args!("turned and quantised by {:.4} s", start.elapsed().as_secs_f64()));
+
+    let (mut canvas, told) = match (job.scenery, plane) {
+        (Scenery::Slice(_), Some((axis, at))) => stage.slice(axis, at, &mut seconds, progress)?,
+        (_, plane) => {
+            let cut = plane.map(|(axis, at)| Cut::facing_the_eye(rotation * unit_vector(axis), at));
+            stage.shaded(cut, &mut seconds, progress)?
+        }
+    };
+    if told.result == 0 {
+        let message = "the picture is empty: there is nothing of what is to be seen".to_owned();
+        warnings.push(Warning::new("nothing-seen", message));
+    }
+    let bar = ScaleBar::of(&stage.camera);
+    annotate(job, &stage, plane, bar, &mut canvas);
+
+    progress.stage("writing")?;
+    timed(&mut seconds.write, || output::replace(&job.to, |file| png::write(&canvas, file)))?;
+
+    warnings.extend(fill_warnings(&solids, &told.rules_agree, job.fill)?);
+    let ran = stage.choice.ran();
+    warnings.extend(ran.auto.iter().filter_map(|auto| auto.warning.clone()));
+    warnings.extend(told.warnings(&solids));
+    seconds.total = start.elapsed().as_secs_f64();
+    let (grid, pixel) = (*stage.camera.grid(), stage.camera.pixel());
+    drop(stage);
+    Ok(Rendered {
+        unit: solids[0].unit,
+        solids,
+        to: job.to.clone(),
+        width: job.format.width,
+        height: job.format.height,
+        pixel,
+        scale_bar: bar.length,
+        view,
+        plane,
+        grid,
+        samples: told.samples,
+        unclosed: told.unclosed,
+        fill: job.fill,
+        ran,
+        seconds,
+        warnings,
+    })
+}
+
+/// What `make` gives, its time added.
+fn timed<T>(seconds: &mut f64, make: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let made = make();
+    *seconds += start.elapsed().as_secs_f64();
+    made
+}
+
+fn unit_vector(axis: Axis) -> DVec3 {
+    [DVec3::X, DVec3::Y, DVec3::Z][axis.depth()]
+}
+
+/// The side from which a plane is seen: x to the right where it can be, and z upwards.
+fn across(axis: Axis) -> View {
+    match axis {
+        Axis::X | Axis::Z => View::From(axis),
+        Axis::Y => View::FromBelow(axis),
+    }
+}
+
+/// The plane of a job, which has to pass the box of the solids.
+fn place(job: &RenderJob, solids: &[Solid]) -> Result<Option<(Axis, f64)>, Error> {
+    let (Scenery::Slice(Plane { axis, position }) | Scenery::Shaded { cut: Some(Plane { axis, position }), .. }) =
+        job.scenery
+    else {
+        return Ok(None);
+    };
+    let bounds = solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("a job has an input");
+    let (low, high) = (bounds.min[axis.depth()], bounds.max[axis.depth()]);
+    let at = match position {
+        SlicePosition::Coordinate(at) => at.in_unit(solids[0].unit, "--slice")?,
+        SlicePosition::Share(share) => low + share * (high - low),
+    };
+    if (low..=high).contains(&at) {
+        return Ok(Some((axis, at)));
+    }
+    let name = axis.name();
+    Err(Error::input(format!(
+        "--slice {name}={at}: the solids reach from {} to {} along {name}",
+        number(low),
+        number(high)
+    )))
+}
+
+/// The solids, turned, before a camera.
+struct Stage<'s> {
+    job: &'s RenderJob,
+    solids: &'s [Solid],
+    camera: Camera,
+    lattice: Vec<LatticeSolid<'s>>,
+    choice: Choice<'s>,
+}
+
+/// What sampling tells beside the picture.
+#[derive(Default)]
+struct Told {
+    samples: u64,
+    unclosed: u64,
+    /// Samples of what the picture shows.
+    result: usize,
+    /// Whether the fill rules agree in the image of each input.
+    rules_agree: Vec<Option<bool>>,
+}
+
+impl Told {
+    fn look_at(&mut self, image: &Ldi) {
+        self.samples += image.depths().len() as u64;
+        self.unclosed += image.unclosed().len() as u64;
+        self.rules_agree.push(image.windings().map(Windings::fill_rules_agree));
+    }
+
+    fn warnings(&self, solids: &[Solid]) -> Option<Warning> {
+        let open: Vec<String> = solids.iter().filter(|s| !s.is_closed()).map(|s| s.name().to_string()).collect();
+        let message = format!("{}: not closed; {} rays did not close and show nothing", open.join(", "), self.unclosed);
+        (!open.is_empty()).then(|| Warning::new("open", message))
+    }
+}
+
+fn fill_warnings(solids: &[Solid], agree: &[Option<bool>], fill: Fill) -> Result<Vec<Warning>, Error> {
+    let mut warnings = Vec::new();
+    for (solid, _) in solids.iter().zip(agree).filter(|(_, agree)| **agree != Some(true)) {
+        warnings.extend(FillDifference::of(solid)?.and_then(|difference| difference.warning(solid, fill)));
+    }
+    Ok(warnings)
+}
+
+impl<'s> Stage<'s> {
+    fn set(job: &'s RenderJob, solids: &'s [Solid], backends: &'s Backends) -> Result<Stage<'s>, Error> {
+        let boxes = solids.iter().map(|s| ViewBox { min: s.bounds().min, max: s.bounds().max });
+        let all = boxes.reduce(hull).expect("a job has an input");
+        let subject = match job.scenery {
+            Scenery::Shaded { .. } => seen(job, solids)?.unwrap_or(all),
+            Scenery::Slice(_) => all,
+        };
+        let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
+        let camera = Camera::aim(job.format, subject, all)
+            .map_err(|error| Error::input(format!("{}: {error}", names.join(", "))))?;
+        let mut lattice: Vec<LatticeSolid> =
+            solids.iter().map(|solid| solid.quantise(camera.grid())).collect::<Result<_, _>>()?;
+        if solids.iter().all(Solid::is_closed) {
+            let window = window(&camera);
+            let bounds: Vec<LatticeBox> = lattice.iter().map(|solid| *solid.bounds()).collect();
+            let regions = match job.scenery {
+                Scenery::Shaded { .. } => job.expression.regions(&bounds),
+                Scenery::Slice(_) => bounds,
+            };
+            lattice =
+                lattice.into_iter().zip(regions).map(|(s, region)| s.within(&region.intersection(&window))).collect();
+        }
+        let images = memory::Images {
+            axes: &[Axis::Z],
+            at_once: solids.len() as u64 + 1,
+            have_triangles: true,
+            are_kept: true,
+            have_normals: false,
+        };
+        let way_out = |_| "a smaller --size, or fewer --samples, needs less".to_owned();
+        memory::admit(images, camera.grid(), &lattice, machine::free_memory(), way_out)?;
+        let choice = backends.choose(|| work(&lattice, &[Axis::Z]));
+        Ok(Stage { job, solids, camera, lattice, choice })
+    }
+
+    /// The images of all solids, and what there is to say of them.
+    fn sampled(
+        &self,
+        sample: impl Fn(&LatticeSolid) -> Result<Ldi, SampleError>,
+        seconds: &mut RenderSeconds,
+        progress: &Monitor,
+    ) -> Result<(Vec<Ldi>, Told), Error> {
+        let (columns, rows) = self.camera.grid().image_size(Axis::Z);
+        progress.stage(format!("{columns} × {rows} rays"))?;
+        let mut told = Told::default();
+        let mut images = Vec::new();
+        for solid in &self.lattice {
+            let image = timed(&mut seconds.sample, || sample(solid))?;
+            told.look_at(&image);
+            images.push(image);
+        }
+        Ok((images, told))
+    }
+
+    fn shaded(
+        &self,
+        cut: Option<Cut>,
+        seconds: &mut RenderSeconds,
+        progress: &Monitor,
+    ) -> Result<(Canvas, Told), Error> {
+        let (images, mut told) = self.sampled(
+            |solid| self.choice.sampler().sample_surface(solid, Axis::Z, self.job.fill),
+            seconds,
+            progress,
+        )?;
+        progress.detail(format_args!("sampled by {:.4} s; {}", seconds.sample, self.choice.ran()));
+        let first_triangles: Vec<u32> = first_triangles(&self.lattice).collect();
+        let result = timed(&mut seconds.operate, || combine(self.job, images, &first_triangles))?;
+        told.result = result.depths().len();
+        progress.stage("shading")?;
+        let skins: Vec<Skin> = self
+            .lattice
+            .iter()
+            .enumerate()
+            .map(|(i, solid)| Skin {
+                positions: solid.positions(),
+                triangles: solid.triangles(),
+                tint: tint(self.job, i),
+            })
+            .collect();
+        let scene = Scene { camera: &self.camera, image: &result, skins: &skins, cut, cut_tint: palette::cut() };
+        let canvas = timed(&mut seconds.shade, || shaded(&scene, self.job.facets, self.job.background));
+        Ok((canvas, told))
+    }
+
+    fn slice(
+        &self,
+        axis: Axis,
+        at: f64,
+        seconds: &mut RenderSeconds,
+        progress: &Monitor,
+    ) -> Result<(Canvas, Told), Error> {
+        let (images, mut told) = self.sampled(
+            |solid| self.choice.sampler().sample(solid, Axis::Z, Mode::Exact, self.job.fill),
+            seconds,
+            progress,
+        )?;
+        told.result = images.iter().map(|image| image.depths().len()).sum();
+        progress.stage("drawing")?;
+        let depth = (across(axis).rotation() * unit_vector(axis)).z * at;
+        let images: Vec<&Ldi> = images.iter().collect();
+        let ink = self.job.background.ink();
+        let job = self.job;
+        let fills = |inputs: u32| fill_of(job, inputs);
+        let canvas = timed(&mut seconds.shade, || slice(&self.camera, &images, depth, &fills, ink, job.background));
+        Ok((canvas, told))
+    }
+}
+
+/// The tint of an input of a job.
+fn tint(job: &RenderJob, input: usize) -> Colour {
+    if job.names.len() == 1 { palette::alone() } else { palette::tint(input) }
+}
+
+/// The colour, in a slice, of what lies in some inputs: that of the result where it belongs to it, else a pale mix of their
+/// tints.
+fn fill_of(job: &RenderJob, inputs: u32) -> Colour {
+    if job.names.len() == 1 {
+        return palette::alone();
+    }
+    if job.expression.holds(|input| inputs >> input & 1 == 1) {
+        return palette::result();
+    }
+    let inside = (0..job.names.len()).filter(|input| inputs >> input & 1 == 1);
+    let background = job.background.colour();
+    inside.enumerate().fold(background, |mixed, (before, input)| mixed.mix(pale(job, input), 1.0 / (before + 1) as f32))
+}
+
+/// The colour, in a slice, of what lies in one input and not in the result.
+fn pale(job: &RenderJob, input: usize) -> Colour {
+    tint(job, input).mix(job.background.colour(), 0.45)
+}
+
+fn hull(a: ViewBox, b: ViewBox) -> ViewBox {
+    ViewBox { min: a.min.min(b.min), max: a.max.max(b.max) }
+}
+
+/// The rays of the picture, as a box on the lattice.
+fn window(camera: &Camera) -> LatticeBox {
+    let ([low, high], grid) = (camera.window(), camera.grid());
+    let steps = |rays: u32| (rays << grid.shift()) as i32;
+    LatticeBox {
+        min: [steps(low[0]), steps(low[1]), 0],
+        max: [steps(high[0]), steps(high[1]), grid.length(Axis::Z.depth())],
+    }
+}
+
+/// Rays along the longest side of all solids with which it is found where the result of several is.
+const PROBE: u32 = 160;
+
+/// The box of what is seen; that of all where nothing is.
+///
+/// It is always the CPU that looks for it: so few rays are done before a GPU has compiled its shaders for them.
+fn seen(job: &RenderJob, solids: &[Solid]) -> Result<Option<ViewBox>, Error> {
+    if solids.len() == 1 {
+        return Ok(None);
+    }
+    let bounds = solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("a job has an input");
+    let Ok(grid) = Grid::with_resolution(bounds, PROBE, *LOD_RANGE.start()) else { return Ok(None) };
+    let images = solids
+        .iter()
+        .map(|solid| Ok(CpuSampler::default().sample(&solid.quantise(&grid)?, Axis::Z, Mode::Exact, job.fill)?));
+    let image = combine(job, images.collect::<Result<_, Error>>()?, &vec![0; solids.len()])?;
+    let columns = image.size().0;
+    let hits = (0..image.rays()).filter_map(|ray| {
+        let samples = image.samples(ray);
+        let at = [ray % columns, ray / columns].map(f64::from);
+        let depth = |steps: &i32| f64::from(*steps) * grid.step();
+        // The result reaches up to a ray that misses it.
+        let low = DVec3::new((at[0] - 0.5) * grid.pitch(), (at[1] - 0.5) * grid.pitch(), depth(samples.first()?));
+        let high = DVec3::new((at[0] + 1.5) * grid.pitch(), (at[1] + 1.5) * grid.pitch(), depth(samples.last()?));
+        Some(ViewBox { min: grid.origin() + low, max: grid.origin() + high })
+    });
+    let within = |b: ViewBox| ViewBox { min: b.min.max(bounds.min), max: b.max.min(bounds.max) };
+    Ok(hits.reduce(hull).map(within))
+}
+
+/// The image of a job's expression, from an image of each input and the number of its first triangle.
+fn combine(job: &RenderJob, mut images: Vec<Ldi>, first_triangles: &[u32]) -> Result<Ldi, Error> {
+    if images.len() == 1 {
+        return Ok(images.remove(0));
+    }
+    let plan = Plan::new(&job.expression, Images::Exact);
+    let operand = |input: usize| Operand { image: &images[input], first_triangle: first_triangles[input] };
+    let operands: Vec<Operand> = plan.leaves().iter().map(|leaf| operand(leaf.input)).collect();
+    Ok(plan.sweep(&operands)?)
+}
+
+/// Draws what a figure needs beside the picture.
+fn annotate(job: &RenderJob, stage: &Stage, plane: Option<(Axis, f64)>, bar: ScaleBar, canvas: &mut Canvas) {
+    let unit_of = unit::suffix(stage.solids[0].unit, 1);
+    let mut annotator = Annotator::new(canvas);
+    let view = match job.scenery {
+        Scenery::Shaded { view, .. } => view,
+        Scenery::Slice(plane) => {
+            let bounds = stage.solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("a job has an input");
+            annotator.outline(&outline_of(bounds.min, bounds.max).map(|corner| stage.camera.place(corner)));
+            across(plane.axis)
+        }
+    };
+    annotator.scale_bar(bar, &format!("{}{unit_of}", number(bar.length)));
+    annotator.axes(view.rotation());
+    annotator.caption(&captions(job, stage, plane, &unit_of));
+}
+
+/// Which plane it is, and whose tint is which.
+fn captions(job: &RenderJob, stage: &Stage, plane: Option<(Axis, f64)>, unit_of: &str) -> Vec<CaptionLine> {
+    let mut lines = Vec::new();
+    if let Some((axis, at)) = plane {
+        let text = format!("{} = {}{unit_of}", axis.name(), rounded(at));
+        lines.push(CaptionLine { patch: None, text });
+    }
+    if stage.solids.len() == 1 {
+        return lines;
+    }
+    for (i, solid) in stage.solids.iter().enumerate() {
+        let name = solid.path.file_name().unwrap_or_default().to_string_lossy();
+        let text = match &job.typed {
+            Some(_) => format!("{}: {name}", job.names[i]),
+            None => name.into_owned(),
+        };
+        let colour = match job.scenery {
+            Scenery::Shaded { .. } => tint(job, i),
+            Scenery::Slice(_) => pale(job, i),
+        };
+        lines.push(CaptionLine { patch: Some(colour), text });
+    }
+    let patch = match job.scenery {
+        Scenery::Slice(_) => Some(palette::result()),
+        Scenery::Shaded { .. } => None,
+    };
+    match (&job.typed, patch) {
+        (None, None) => {}
+        (None, patch) => lines.push(CaptionLine { patch, text: "common part".to_owned() }),
+        (Some(typed), patch) => lines.push(CaptionLine { patch, text: typed.clone() }),
+    }
+    lines
+}
+
+/// A number with four digits that count, for a caption.
+fn rounded(value: f64) -> String {
+    let text = format!("{value:.3e}");
+    let short: f64 = text.parse().unwrap_or(value);
+    // What is next to nothing beside the other coordinates is nothing in a caption.
+    format!("{}", if short.abs() < 1e-12 { 0.0 } else { short })
+}

@@ -1,0 +1,350 @@
+//! `minkowski`, `offset`, `open` and `close`: images of what no mesh bounds, in one step or two, and what they integrate to.
+//!
+//! The volume's error estimate comes from a second, coarser raster, as for all images; what is smaller than the pitch of both
+//! may be further off than the ± says.
+
+mod backend;
+mod budget;
+mod forecast;
+#[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
+mod gpu;
+mod shells;
+mod spot_check;
+mod steps;
+
+use std::time::Instant;
+
+use crate::grid::Axis;
+use crate::integrate::{AxisVolume, VolumeEstimate};
+use crate::ldi::Summary;
+use crate::mesh::{Aabb, ClosedMesh, Precision};
+use crate::sampler::{Fill, Mode};
+use glam::{DAffine3, DVec3};
+
+use self::backend::SumBackend;
+use self::budget::Limit;
+use self::shells::{Shells, Windings};
+use self::steps::{Made, Setting, Step};
+use super::input::{self, InputRequirements, Sides, Solid};
+use super::measure::{Measured, Seconds, Volume, check_pitches};
+use super::surface::{self, Imaged};
+use crate::Error;
+use crate::Warning;
+use crate::driver::job::{Finish, ImageTarget, Input, Keep, Openness, Operand, Spacing, SumJob, SumOperation};
+use crate::number::number;
+use crate::progress::Monitor;
+
+pub use self::steps::StepReport;
+
+/// What a sum took.
+pub struct SumReport {
+    /// Two of an opening or a closing, one of all else; the first alone if it left nothing.
+    pub steps: Vec<StepReport>,
+    /// The bytes that it might hold, where anything is known of them.
+    pub memory_limit: Option<u64>,
+}
+
+impl SumReport {
+    /// The bytes that it was expected to hold at most.
+    pub fn memory_estimate(&self) -> u64 {
+        self.steps.iter().map(|step| step.memory_estimate).max().unwrap_or(0)
+    }
+}
+
+/// Reads inputs, makes their sum, difference or offset, measures it and writes what `target` asks for.
+///
+/// `start` is the time from which the total counts.
+///
+/// # Errors
+/// Inputs that cannot be read or have no sum, rasters beyond the machine, and files that cannot be written.
+pub fn sum_files(
+    job: &SumJob,
+    inputs: &[Input],
+    target: Option<&ImageTarget>,
+    start: Instant,
+    progress: &Monitor,
+) -> Result<Measured, Error> {
+    // First, so that nobody waits for a refusal.
+    let backend = SumBackend::open(&job.backend)?;
+    progress.stage("reading")?;
+    let requirements = requirements(job);
+    let (solids, warnings) = input::solids(inputs, requirements)?;
+    let read = start.elapsed().as_secs_f64();
+    progress.detail(format_args!("read in {read:.4} s"));
+    let measured = sum(job, solids, &backend, progress)?;
+    measured.finished(target, (read, warnings), start, progress)
+}
+
+/// Returns the requirements of an operation on its inputs.
+fn requirements(job: &SumJob) -> InputRequirements {
+    let (unit, fill, hashes) = (job.unit, job.fill, job.hashes);
+    InputRequirements { unit, openness: Openness::Refused, sides: Sides::Needed, fill, hashes }
+}
+
+/// Makes the sum, the difference or the offset of solids, and measures it.
+///
+/// # Errors
+/// Those of [`sum_files`], but for reading and writing.
+pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress: &Monitor) -> Result<Measured, Error> {
+    let mut seconds = Seconds::default();
+    let mut warnings = Vec::new();
+    let requirements = requirements(job);
+    let operation = job.operation.in_unit(solids[0].unit)?;
+    let spacing = job.spacing.in_unit(solids[0].unit)?;
+    for (i, solid) in solids.iter_mut().enumerate() {
+        let side = if i == 0 { first_side(operation) } else { Side::Inside };
+        warnings.extend(face_outwards(solid, side, requirements)?);
+    }
+    // A difference is the complement of a sum with the reflected.
+    if let SumOperation::Sum(Operand::Reflected) | SumOperation::Difference(Operand::AsItIs) = operation {
+        input::map(&mut solids[1], &DAffine3::from_scale(DVec3::NEG_ONE), requirements)?;
+    }
+    let raster = Raster::of(job, (operation, spacing), &solids);
+    let operated = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?;
+    let Made { grid, summaries, images, normals, bias, .. } = operated.last;
+    progress.stage("coarser rasters")?;
+    let mut coarser = Vec::new();
+    for ratio in check_pitches(&job.axes) {
+        let raster = Raster { pitch: ratio * grid.pitch(), axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Summaries };
+        let made = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?.last;
+        coarser.push(axis_volumes(&made.summaries));
+    }
+    let mut rays = VolumeEstimate::from_rasters(&axis_volumes(&summaries), &coarser);
+    rays.error = rays.error.max(bias);
+    let volume = Volume::estimate(rays, [0.0, result_box(operation, &solids).extent().element_product()], None);
+    warnings.extend(operated.warnings);
+    // The surface between two steps comes by its folds on the lattice, and nobody can mend it.
+    if operated.report.steps[0].is_folded {
+        let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
+        let message = format!(
+            "{}: a surface folds over itself, so that the solid lies before some of its facets; all facets were taken from both \
+             sides, as a sheet of no thickness each",
+            names.join(", ")
+        );
+        warnings.push(Warning::new("folded", message));
+    }
+    if summaries.iter().all(|summary| summary.samples() == 0) {
+        warnings.push(empty(operation, grid.pitch()));
+    }
+
+    let mut layers = [None; 3];
+    for summary in &summaries {
+        layers[summary.axis().depth()] = Some(summary.layers());
+    }
+    Ok(Measured {
+        command: job.operation.command(),
+        expression: None,
+        unit: solids[0].unit,
+        volume,
+        grid,
+        layers,
+        samples: summaries.iter().map(|summary| summary.samples()).sum(),
+        unclosed: 0,
+        mode: job.mode,
+        fill: job.fill,
+        ran: Some(backend.ran(&job.backend)),
+        seconds,
+        warnings,
+        images,
+        normals,
+        output: None,
+        surface: None,
+        measures: None,
+        refinement: None,
+        sum: Some(operated.report),
+        solids,
+    })
+}
+
+/// What was made, and what there is to say of it.
+struct Operated {
+    last: Made,
+    report: SumReport,
+    warnings: Vec<Warning>,
+}
+
+/// The images that are to be made, and what is kept of them.
+#[derive(Clone, Copy)]
+struct Raster<'j> {
+    pitch: f64,
+    axes: &'j [Axis],
+    mode: Mode,
+    keep: Keep,
+}
+
+impl Raster<'_> {
+    /// The raster that a job asks for.
+    fn of<'j>(job: &'j SumJob, (operation, spacing): (SumOperation, Spacing), solids: &[Solid]) -> Raster<'j> {
+        let pitch = match spacing {
+            Spacing::Resolution(rays) => counted_side(operation, solids) / f64::from(rays),
+            Spacing::Pitch(pitch) => pitch,
+            Spacing::Tolerance(_) => unreachable!("sums have no tolerance"),
+        };
+        Raster { pitch, axes: &job.axes, mode: job.mode, keep: job.keep }
+    }
+}
+
+/// Goes all steps; the lengths of what is made and of the raster are in the unit of the solids.
+fn operate(
+    job: &SumJob,
+    operation: SumOperation,
+    raster: Raster,
+    solids: &[Solid],
+    backend: &SumBackend,
+    seconds: &mut Seconds,
+    progress: &Monitor,
+) -> Result<Operated, Error> {
+    let limit = Limit::new(job.memory);
+    let longest = counted_side(operation, solids);
+    let Raster { pitch, axes, mode, keep } = raster;
+    let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
+    let names = names.join(", ");
+    let (lod, names) = (job.lod, &names[..]);
+    let setting = Setting { pitch, longest, lod, limit, backend, axes, mode, keep, names, progress };
+    let a = closed(&solids[0]);
+    let (step, next) = match operation {
+        SumOperation::Sum(_) => (Step::Sum(closed(&solids[1])), None),
+        SumOperation::Difference(_) => (Step::DifferenceOfReflected(closed(&solids[1])), None),
+        SumOperation::Offset(distance) => (Step::Offset(distance), None),
+        SumOperation::Opening(radius) => (Step::Offset(-radius), Some(Step::Offset(radius))),
+        SumOperation::Closing(radius) => (Step::Offset(radius), Some(Step::Offset(-radius))),
+    };
+    let Some(next) = next else {
+        let last = setting.make(a, &step, seconds)?;
+        let report = SumReport { steps: vec![last.report.clone()], memory_limit: limit.bytes() };
+        return Ok(Operated { last, report, warnings: Vec::new() });
+    };
+    let whole = Setting { axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Mesh, ..setting };
+    let between = whole.make(a, &step, seconds)?;
+    let mut steps = vec![between.report.clone()];
+    let (images, normals, volume) = (
+        &between.images,
+        Some(&between.normals[..]),
+        Some(VolumeEstimate::from_axes(&axis_volumes(&between.summaries))),
+    );
+    let imaged = Imaged { images, normals, mode: Mode::Exact, unit: None, volume };
+    let (mesh, found) = surface::mesh(&imaged, Finish::default(), Precision::Double, progress)?;
+    let mut warnings = surface::warnings(&found, true);
+    warnings.extend(surface::far_from_volume(&imaged, &found).map(|Warning { code, message }| {
+        Warning::new(code, format!("between the two steps {message}; the result lacks what the mesh lacks"))
+    }));
+    let last = match mesh.triangles.is_empty() {
+        // Nothing grows to nothing.
+        true => setting.nothing(between)?,
+        false => {
+            drop(between);
+            let mesh = ClosedMesh::check(mesh).map_err(Error::input)?;
+            let last = setting.make(&mesh, &next, seconds)?;
+            steps.push(last.report.clone());
+            last
+        }
+    };
+    Ok(Operated { last, report: SumReport { steps, memory_limit: limit.bytes() }, warnings })
+}
+
+fn axis_volumes(summaries: &[Summary]) -> Vec<AxisVolume> {
+    summaries.iter().map(AxisVolume::from_summary).collect()
+}
+
+fn closed(solid: &Solid) -> &ClosedMesh {
+    match &solid.surface {
+        input::Surface::Closed(closed) => closed,
+        input::Surface::Open { .. } => unreachable!("open meshes are refused"),
+    }
+}
+
+/// A box that the result lies in: for what is shrunk that of A.
+fn result_box(operation: SumOperation, solids: &[Solid]) -> Aabb {
+    let a = solids[0].bounds();
+    match operation {
+        SumOperation::Sum(_) => {
+            let b = solids[1].bounds();
+            Aabb { min: a.min + b.min, max: a.max + b.max }
+        }
+        SumOperation::Offset(distance) if distance > 0.0 => {
+            Aabb { min: a.min - DVec3::splat(distance), max: a.max + DVec3::splat(distance) }
+        }
+        // A closing stays within the convex hull.
+        _ => a,
+    }
+}
+
+/// The side that a resolution counts along: the longest of the result's box.
+fn counted_side(operation: SumOperation, solids: &[Solid]) -> f64 {
+    result_box(operation, solids).extent().max_element()
+}
+
+/// What of a solid goes into a sum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Side {
+    Inside,
+    /// The complement, as of what shrinks.
+    Outside,
+}
+
+/// What of the first input goes into a sum.
+fn first_side(operation: SumOperation) -> Side {
+    match operation {
+        SumOperation::Difference(_) | SumOperation::Opening(_) => Side::Outside,
+        SumOperation::Offset(distance) if distance < 0.0 => Side::Outside,
+        SumOperation::Sum(_) | SumOperation::Offset(_) | SumOperation::Closing(_) => Side::Inside,
+    }
+}
+
+/// Turns a solid whose triangles all face inwards, and refuses what has no sum.
+fn face_outwards(solid: &mut Solid, side: Side, requirements: InputRequirements) -> Result<Option<Warning>, Error> {
+    let windings = Windings::of(solid)?;
+    let name = solid.name().to_string();
+    if let Some(share) = windings.overlap() {
+        let overlap = format!("{name}: shells overlap in {:.2} % of the solid", 100.0 * share);
+        match (requirements.fill, side) {
+            (Fill::NonZero, Side::Inside) => {}
+            (Fill::EvenOdd, Side::Inside) => {
+                return Err(Error::input(format!(
+                    "{overlap}, and what cancels there, as even-odd has it, has no sum; --fill nonzero unites them"
+                )));
+            }
+            // A wall between two shells that overlap bounds nothing, but a complement would have it as its surface.
+            (_, Side::Outside) => {
+                return Err(Error::input(format!(
+                    "{overlap}, and a solid that shrinks must be bounded by each of its shells; make them one first, as with \
+                     `ldi-ops sample {name} --fill nonzero --mode exact -o one.stl`"
+                )));
+            }
+        }
+    }
+    match windings.shells(solid.volume) {
+        Shells::Outwards if side == Side::Outside && windings.share_of_overlaps() > 0.0 => {
+            let share = 100.0 * windings.share_of_overlaps();
+            let message = format!(
+                "{name}: shells overlap in about {share:.1e} % of the solid; each shrinks by itself, so that the solid comes apart \
+                 there"
+            );
+            Ok(Some(Warning::new("overlap", message)))
+        }
+        Shells::Outwards => Ok(None),
+        Shells::Inwards => {
+            input::turn(solid, requirements)?;
+            let volume = number(solid.volume);
+            let message = format!(
+                "{name}: the mesh is inside out (its signed volume is {volume}); it is taken the right way round"
+            );
+            Ok(Some(Warning::new("inside-out", message)))
+        }
+        Shells::Mixed => Err(Error::input(format!(
+            "{name}: some shells face outwards and others inwards with nothing around them, so it is not known on which side \
+             of them the solid lies"
+        ))),
+    }
+}
+
+/// Says that nothing is left.
+fn empty(operation: SumOperation, pitch: f64) -> Warning {
+    let why = match operation {
+        SumOperation::Difference(_) => "B fits nowhere into A".to_owned(),
+        SumOperation::Offset(distance) => format!("no ball of radius {} fits into the solid", number(-distance)),
+        SumOperation::Opening(radius) => format!("no ball of radius {} fits into the solid", number(radius)),
+        SumOperation::Sum(_) | SumOperation::Closing(_) => "the solid is thinner than that".to_owned(),
+    };
+    Warning::new("empty", format!("the result is empty as far as rays at a pitch of {pitch:.3e} tell: {why}"))
+}

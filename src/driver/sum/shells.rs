@@ -1,0 +1,133 @@
+//! Which side of a solid's shells is out, and whether they overlap: what its sums rest on.
+//!
+//! A sum takes each triangle at its word: the solid lies behind it. So where the winding number is −1, nothing a sum makes
+//! there is right; where it is 2 or more, shells overlap, and the sum has them united. Meshes of practice have folds and
+//! overlaps too small to matter, so shares of the volume decide, on a raster that is fine enough to tell a thousandth.
+
+use crate::grid::{Axis, Grid, LOD_RANGE, LatticeSolid};
+use crate::ldi::Ldi;
+use crate::sampler::cpu::CpuSampler;
+use crate::sampler::{Fill, Sampler};
+
+use crate::Error;
+use crate::driver::input::Solid;
+
+/// Rays along the longest side of the solid.
+const RESOLUTION: u32 = 192;
+
+/// Shares of the volume up to this one are let pass, as [`super::super::fill`] does.
+const NOTEWORTHY: f64 = 1e-3;
+
+/// What shells make of a solid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shells {
+    /// The solid lies behind every triangle.
+    Outwards,
+    /// The solid lies before every triangle.
+    Inwards,
+    /// Some shells face outwards with nothing in them, others inwards with nothing around them.
+    Mixed,
+}
+
+/// Lengths of rays, in lattice steps, by the winding number there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Windings {
+    positive: i64,
+    negative: i64,
+    /// Those of either sign and more than one.
+    multiple: i64,
+}
+
+impl Windings {
+    /// Finds them along all axes.
+    pub fn of(solid: &Solid) -> Result<Windings, Error> {
+        let mut windings = Windings::default();
+        // A box that no grid can be laid around is told of where the sum's own is laid.
+        let Ok(grid) = Grid::with_resolution(solid.bounds(), RESOLUTION, *LOD_RANGE.start()) else {
+            return Ok(windings);
+        };
+        let lattice = solid.quantise(&grid)?;
+        let normals = lattice.normals();
+        for axis in Axis::ALL {
+            windings.add_image(&crossings(&lattice, axis)?, |triangle| {
+                // What faces against the ray is entered.
+                if normals[triangle as usize][axis.depth()] < 0.0 { 1 } else { -1 }
+            });
+        }
+        Ok(windings)
+    }
+
+    fn add_image(&mut self, image: &Ldi, winding_of: impl Fn(u32) -> i64) {
+        let triangles = image.triangles().expect("the image was sampled with triangles");
+        for ends in image.offsets().windows(2) {
+            let ray = ends[0] as usize..ends[1] as usize;
+            let (mut winding, mut last) = (0, 0);
+            for (&depth, &triangle) in image.depths()[ray.clone()].iter().zip(&triangles[ray]) {
+                self.add(winding, i64::from(depth - last));
+                winding += winding_of(triangle);
+                last = depth;
+            }
+        }
+    }
+
+    fn add(&mut self, winding: i64, length: i64) {
+        match winding.signum() {
+            1 => self.positive += length,
+            -1 => self.negative += length,
+            _ => {}
+        }
+        if winding.abs() > 1 {
+            self.multiple += length;
+        }
+    }
+
+    /// Which way the shells face; `signed_volume` decides where no ray met any.
+    pub fn shells(&self, signed_volume: f64) -> Shells {
+        let total = self.positive + self.negative;
+        let is_noteworthy = |length: i64| length as f64 > NOTEWORTHY * total as f64;
+        match (is_noteworthy(self.positive), is_noteworthy(self.negative)) {
+            (true, true) => Shells::Mixed,
+            (false, true) => Shells::Inwards,
+            (false, false) if signed_volume < 0.0 => Shells::Inwards,
+            _ => Shells::Outwards,
+        }
+    }
+
+    /// The share of the solid in which shells overlap, where it matters to a sum.
+    pub fn overlap(&self) -> Option<f64> {
+        let share = self.share_of_overlaps();
+        (share > NOTEWORTHY).then_some(share)
+    }
+
+    /// The share of the solid in which shells overlap, however small.
+    pub fn share_of_overlaps(&self) -> f64 {
+        self.multiple as f64 / (self.positive + self.negative).max(1) as f64
+    }
+}
+
+/// The image of every crossing, whatever the fill rule.
+fn crossings(lattice: &LatticeSolid, axis: Axis) -> Result<Ldi, Error> {
+    Ok(CpuSampler::default().sample_surface(lattice, axis, Fill::EvenOdd)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_tell_which_way_shells_face() {
+        let of = |lengths: &[(i64, i64)]| {
+            let mut windings = Windings::default();
+            lengths.iter().for_each(|&(winding, length)| windings.add(winding, length));
+            windings
+        };
+        assert_eq!(of(&[(0, 500), (1, 1000), (-1, 1)]).shells(1.0), Shells::Outwards);
+        assert_eq!(of(&[(1, 1), (-1, 1000)]).shells(-1.0), Shells::Inwards);
+        assert_eq!(of(&[(1, 10), (-1, 1000)]).shells(-1.0), Shells::Mixed);
+        assert_eq!(of(&[]).shells(-1.0), Shells::Inwards);
+        assert_eq!(of(&[]).shells(0.0), Shells::Outwards);
+        assert_eq!(of(&[(1, 1000), (2, 1)]).overlap(), None);
+        assert_eq!(of(&[(1, 750), (2, 250)]).overlap(), Some(0.25));
+        assert_eq!(of(&[(-1, 750), (-2, 250)]).overlap(), Some(0.25));
+    }
+}

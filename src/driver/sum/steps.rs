@@ -1,0 +1,486 @@
+//! One step: from closed meshes to the images of their sum, their difference or an offset.
+
+use std::borrow::Cow;
+use std::fmt::Display;
+use std::time::Instant;
+
+use crate::fixed::{Crossing, Hit, TriangleHit};
+use crate::grid::{Axis, Grid, SumGrid, offset_grid};
+use crate::integrate;
+use crate::ldi::{Ldi, Summary};
+use crate::mesh::ClosedMesh;
+use crate::minkowski::ball::{BallMembership, BallPatches, PatchCounts};
+use crate::minkowski::{
+    CullCounts, Interior, Membership, Outer, Polyhedron, RaySpans, SettleCounts, Settled, SumMembership, cull,
+};
+use crate::sampler::Mode;
+use crate::sampler::cpu::CpuSampler;
+
+use super::backend::SumBackend;
+use super::budget::{self, Cost, Limit};
+use super::forecast::Forecast;
+use super::spot_check::first_difference;
+use crate::Error;
+use crate::driver::job::Keep;
+use crate::driver::machine;
+use crate::driver::measure::Seconds;
+use crate::number::number;
+use crate::progress::Monitor;
+
+/// What a solid is to become.
+#[derive(Clone, Copy)]
+pub enum Step<'m> {
+    /// Its sum with another.
+    Sum(&'m ClosedMesh),
+    /// Where the reflection of this one, moved, fits in: the complement of the sum of this one and its complement.
+    DifferenceOfReflected(&'m ClosedMesh),
+    /// Grown by a distance, or shrunk by one below zero.
+    Offset(f64),
+}
+
+/// So many triangles are sampled before it is known which of them lie inside.
+const FEW: usize = 1 << 15;
+
+/// Bytes that settling remembers of a gap: its place, and what set of nodes it belongs to.
+const BYTES_OF_GAP: f64 = 12.0;
+
+/// Bytes that finding the closest triangle takes for each.
+const BYTES_OF_CLOSEST: f64 = 150.0;
+
+/// Bytes of a sample's own normal, and of its number.
+const BYTES_OF_NORMAL: f64 = 16.0;
+
+/// Bytes beside spans and images.
+#[derive(Clone, Copy, Debug, Default)]
+struct Beside {
+    /// Whatever the pitch.
+    fixed: f64,
+    /// Grows with the number of rays.
+    of_rays: f64,
+}
+
+/// On which sides of its facets a solid may lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sides {
+    /// Behind them.
+    Behind,
+    /// Anywhere: there are folds.
+    Both,
+}
+
+/// Why a step could not be made.
+enum Unmade {
+    /// Rays contradict one another, or exact tests.
+    Contradiction(Error),
+    /// All else.
+    Failed(Error),
+}
+
+impl From<Error> for Unmade {
+    fn from(failure: Error) -> Unmade {
+        Unmade::Failed(failure)
+    }
+}
+
+impl From<Unmade> for Error {
+    fn from(unmade: Unmade) -> Error {
+        match unmade {
+            Unmade::Contradiction(failure) | Unmade::Failed(failure) => failure,
+        }
+    }
+}
+
+/// What all steps of a job share.
+#[derive(Clone, Copy)]
+pub struct Setting<'s> {
+    pub pitch: f64,
+    /// The side that a resolution counts along.
+    pub longest: f64,
+    pub lod: u32,
+    pub limit: Limit,
+    pub backend: &'s SumBackend,
+    /// Of the images that are wanted.
+    pub axes: &'s [Axis],
+    pub mode: Mode,
+    pub keep: Keep,
+    /// Of the inputs, for messages.
+    pub names: &'s str,
+    pub progress: &'s Monitor<'s>,
+}
+
+/// What a step made.
+pub struct Made {
+    pub grid: Grid,
+    /// Along the axes that are wanted.
+    pub summaries: Vec<Summary>,
+    /// Those, if they are kept.
+    pub images: Vec<Ldi>,
+    /// Of the primitives that the images' triangles are.
+    pub normals: Vec<[f32; 3]>,
+    /// What an over- or under-estimate adds or leaves out, in cubic world units; the mean of the axes.
+    pub bias: f64,
+    pub report: StepReport,
+}
+
+/// What a step took.
+#[derive(Clone, Debug)]
+pub struct StepReport {
+    /// `sum`, `difference` or `offset`.
+    pub operation: &'static str,
+    /// Of an offset.
+    pub distance: Option<f64>,
+    /// Whether the facets of the inputs contradict one another, so that they count from both sides.
+    pub is_folded: bool,
+    /// Of features; an offset has none.
+    pub pairs: Option<CullCounts>,
+    /// Triangles that cover the surface, or parts of planes, tubes and spheres.
+    pub primitives: u64,
+    /// Triangles or parts that are sampled: those that may lie at the surface.
+    pub sampled: u64,
+    /// Crossings of rays along x, y and z with those that are sampled.
+    pub crossings: Option<[u64; 3]>,
+    /// Counts of the resolution of gaps.
+    pub settled: SettleCounts,
+    /// The most bytes that the step was expected to hold.
+    pub memory_estimate: u64,
+}
+
+impl Setting<'_> {
+    /// Goes a step from a solid.
+    pub fn make(&self, a: &ClosedMesh, step: &Step, seconds: &mut Seconds) -> Result<Made, Error> {
+        match self.keep.has_triangles() {
+            true => self.made::<TriangleHit>(a, step, seconds),
+            false => self.made::<Crossing>(a, step, seconds),
+        }
+    }
+
+    /// Where facets contradict one another, one of the solids has folds, in which it lies before its facets, or came by them
+    /// when it was rounded to the lattice; the step is then made with both sides of all.
+    fn made<H: Hit + Sync>(&self, a: &ClosedMesh, step: &Step, seconds: &mut Seconds) -> Result<Made, Error> {
+        let mut of_sides = |sides| match *step {
+            Step::Sum(b) => self.of_pair::<H>(a, b, Outer::Out, sides, seconds),
+            Step::DifferenceOfReflected(b) => self.of_pair::<H>(a, b, Outer::In, sides, seconds),
+            Step::Offset(distance) => self.of_ball::<H>(a, distance, sides, seconds),
+        };
+        match of_sides(Sides::Behind) {
+            Err(Unmade::Contradiction(_)) => {
+                self.progress.detail(format_args!("facets contradict one another: taken from both sides"));
+                Ok(of_sides(Sides::Both)?)
+            }
+            made => Ok(made?),
+        }
+    }
+
+    /// A sum, or with [`Outer::In`] a difference of the reflected.
+    fn of_pair<H: Hit + Sync>(
+        &self,
+        a: &ClosedMesh,
+        b: &ClosedMesh,
+        outer: Outer,
+        sides: Sides,
+        seconds: &mut Seconds,
+    ) -> Result<Made, Unmade> {
+        let start = Instant::now();
+        self.progress.stage("culling")?;
+        let grids = SumGrid::with_pitch(a.bounds(), b.bounds(), self.pitch, self.lod);
+        let SumGrid { sum: grid, a: grid_a, b: grid_b } = grids.map_err(|error| self.refused(&error))?;
+        let (a, b) = (self.polyhedron(&grid_a, a, outer)?, self.polyhedron(&grid_b, b, Outer::Out)?);
+        let (mut primitives, pairs) = match sides {
+            Sides::Behind => cull(&a, &b),
+            Sides::Both => cull(&a.two_sided(), &b.two_sided()),
+        };
+        let sampler = CpuSampler::default();
+        if primitives.triangles.len() > FEW {
+            primitives = primitives.outside(&Interior::new(&grid, &a, outer, &b, &sampler));
+        }
+        let culled = start.elapsed().as_secs_f64();
+        let CullCounts { candidates, visited, kept, distinct } = pairs;
+        self.progress.detail(format_args!(
+            "culled in {culled:.4} s: {candidates} pairs, {visited} of them visited, {kept} kept; {distinct} primitives, {} \
+             triangles to sample",
+            primitives.triangles.len()
+        ));
+
+        self.progress.stage("looking ahead")?;
+        let membership = SumMembership::new(&a, outer, &b);
+        let forecast = Forecast::of::<Unmade>(
+            &grid,
+            |grid, axis| Ok(primitives.spans(grid, axis, outer, &sampler)?.0),
+            |grid, spans| Ok(self.settled_spans(&SumBackend::Cpu, grid, spans, outer, &membership)?.spans),
+            // Of crossings in any order half are the ends of what may be a gap.
+            (&primitives.positions, &primitives.triangles, 0.5),
+        )?;
+        let memory_estimate = self.admit::<H>(&grid, &forecast, Beside::default())?;
+        seconds.operate += start.elapsed().as_secs_f64();
+
+        let (spans, crossings) =
+            self.sampled::<H>(seconds, &grid, |axis| self.backend.spans(&primitives, &grid, axis, outer))?;
+        let normals = if self.keep.has_triangles() { primitives.normals(&grid) } else { Vec::new() };
+        let sampled = primitives.triangles.len() as u64;
+        drop(primitives);
+        let Settled { spans, counts: settled } = self.settled(seconds, &grid, spans, outer, &membership)?;
+        let operation = match outer {
+            Outer::Out => "sum",
+            Outer::In => "difference",
+        };
+        let report = StepReport {
+            operation,
+            distance: None,
+            is_folded: sides == Sides::Both,
+            pairs: Some(pairs),
+            primitives: pairs.distinct,
+            sampled,
+            crossings: Some(crossings),
+            settled,
+            memory_estimate,
+        };
+        let mut made = self.images(seconds, grid, &spans, report)?;
+        made.normals = normals;
+        Ok(made)
+    }
+
+    /// An offset.
+    fn of_ball<H: Hit + Sync>(
+        &self,
+        a: &ClosedMesh,
+        distance: f64,
+        sides: Sides,
+        seconds: &mut Seconds,
+    ) -> Result<Made, Unmade> {
+        let start = Instant::now();
+        self.progress.stage("finding edges")?;
+        let grid = offset_grid(a.bounds(), distance, self.pitch, self.lod).map_err(|error| self.refused(&error))?;
+        let outer = if distance > 0.0 { Outer::Out } else { Outer::In };
+        let solid = self.polyhedron(&grid, a, outer)?;
+        let radius = distance.abs() / grid.step();
+        let covered = match sides {
+            Sides::Behind => Cow::Borrowed(&solid),
+            Sides::Both => Cow::Owned(solid.two_sided()),
+        };
+        let patches = BallPatches::new(&covered, radius);
+        let PatchCounts { facets, tubes, caps } = patches.counts();
+        self.progress.detail(format_args!(
+            "{facets} facets, {tubes} parts of tubes and {caps} of spheres, found in {:.4} s",
+            start.elapsed().as_secs_f64()
+        ));
+
+        self.progress.stage("looking ahead")?;
+        let forecast = Forecast::of::<Unmade>(
+            &grid,
+            |grid, axis| patches.spans(grid, axis, outer),
+            // Most gaps are the result's.
+            |_, spans| Ok(spans),
+            (covered.positions(), covered.triangles(), 1.0),
+        )?;
+        let normals = if self.keep.has_triangles() { BYTES_OF_NORMAL * forecast.samples } else { 0.0 };
+        // Membership has exact images of the solid, which has about as many samples.
+        let images = 4.0 * (budget::rays(&grid) + forecast.samples);
+        let beside = Beside { fixed: BYTES_OF_CLOSEST * facets as f64, of_rays: images.max(normals) };
+        let memory_estimate = self.admit::<H>(&grid, &forecast, beside)?;
+        let membership = BallMembership::new(&grid, &solid, radius, outer).map_err(Error::from)?;
+        seconds.operate += start.elapsed().as_secs_f64();
+
+        let spans = |axis| patches.counted_spans::<H>(&grid, axis, outer).map_err(Error::machine);
+        let (spans, crossings) = self.sampled(seconds, &grid, spans)?;
+        let Settled { spans, counts: settled } = self.settled(seconds, &grid, spans, outer, &membership)?;
+        drop(membership);
+        let primitives = (facets + tubes + caps) as u64;
+        let report = StepReport {
+            operation: "offset",
+            distance: Some(distance),
+            is_folded: sides == Sides::Both,
+            pairs: None,
+            primitives,
+            sampled: primitives,
+            crossings: Some(crossings),
+            settled,
+            memory_estimate,
+        };
+        let mut made = self.images(seconds, grid, &spans, report)?;
+        if self.keep.has_triangles() {
+            let start = Instant::now();
+            // What no image is wanted of has none to number.
+            let mut all = Axis::ALL.map(|axis| empty_image(&grid, axis));
+            for image in made.images.drain(..) {
+                let axis = image.axis();
+                all[axis.depth()] = Ok(image);
+            }
+            let [x, y, z] = all;
+            let (images, normals) = patches.sample_normals([x?, y?, z?]).map_err(Error::input)?;
+            made.images = images.into_iter().filter(|image| self.axes.contains(&image.axis())).collect();
+            made.normals = normals;
+            seconds.operate += start.elapsed().as_secs_f64();
+        }
+        Ok(made)
+    }
+
+    /// A mesh on the lattice, seen from the side that goes into a sum.
+    fn polyhedron(&self, grid: &Grid, mesh: &ClosedMesh, outer: Outer) -> Result<Polyhedron, Error> {
+        let solid = Polyhedron::new(&grid.quantise(mesh).map_err(|error| self.refused(&error))?);
+        if solid.triangles().is_empty() {
+            return Err(self.refused(&format_args!(
+                "every triangle of a solid {} long is thinner than a lattice step, {} here, which leaves nothing of it to add \
+                 or to take away",
+                number(mesh.bounds().extent().max_element()),
+                number(2.0 * grid.step())
+            )));
+        }
+        Ok(match outer {
+            Outer::Out => solid,
+            Outer::In => solid.complement(),
+        })
+    }
+
+    /// Finds what rays cross along all axes.
+    fn sampled<H: Hit>(
+        &self,
+        seconds: &mut Seconds,
+        grid: &Grid,
+        spans: impl Fn(Axis) -> Result<(RaySpans<H>, u64), Error>,
+    ) -> Result<([RaySpans<H>; 3], [u64; 3]), Error> {
+        let start = Instant::now();
+        self.progress.expect(Axis::ALL.len() + self.axes.len())?;
+        let [x, y, z] = grid.rays();
+        let along = |axis: Axis| {
+            self.progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()))?;
+            let found = spans(axis);
+            self.progress.step()?;
+            found
+        };
+        let [(along_x, met_x), (along_y, met_y), (along_z, met_z)] =
+            [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
+        let took = start.elapsed().as_secs_f64();
+        seconds.sample += took;
+        let kept = along_x.hits.len() + along_y.hits.len() + along_z.hits.len();
+        self.progress.detail(format_args!("sampled in {took:.4} s: {kept} crossings that may bound the result"));
+        Ok(([along_x, along_y, along_z], [met_x, met_y, met_z]))
+    }
+
+    /// Removes gaps that are none.
+    fn settled<H: Hit + Sync>(
+        &self,
+        seconds: &mut Seconds,
+        grid: &Grid,
+        spans: [RaySpans<H>; 3],
+        outer: Outer,
+        membership: &impl Membership,
+    ) -> Result<Settled<H>, Unmade> {
+        let start = Instant::now();
+        self.progress.stage("flooding")?;
+        let settled = self.settled_spans(self.backend, grid, spans, outer, membership)?;
+        if let Some(node) = first_difference(grid, &settled.spans, outer, membership) {
+            return Err(Unmade::Contradiction(self.refused(&format_args!(
+                "at lattice node {node:?} the result is not what an exact test says: a ray has slipped through the surface, \
+                 which must not happen; another --resolution may do"
+            ))));
+        }
+        let took = start.elapsed().as_secs_f64();
+        seconds.operate += took;
+        let SettleCounts { components, gaps, gaps_tested, gaps_out, .. } = settled.counts;
+        self.progress.detail(format_args!(
+            "settled in {took:.4} s: {components} components and {gaps_tested} of {gaps} gaps tested, {gaps_out} gaps stay"
+        ));
+        Ok(settled)
+    }
+
+    fn settled_spans<H: Hit + Sync>(
+        &self,
+        backend: &SumBackend,
+        grid: &Grid,
+        spans: [RaySpans<H>; 3],
+        outer: Outer,
+        membership: &impl Membership,
+    ) -> Result<Settled<H>, Unmade> {
+        let progress = self.progress;
+        // A request to stop is remembered until the next stage.
+        let tell = move |done: u64, all: u64| {
+            let _ = progress.stage(format!("testing what no flood reached: {done} of {all}"));
+        };
+        let settled = backend.settle(grid, spans, outer, membership, &tell).map_err(Error::from)?;
+        settled.map_err(|error| {
+            Unmade::Contradiction(self.refused(&format_args!(
+                "{error}; a surface that crosses itself may do that, and `ldi-ops sample FILE --fill nonzero --mode exact -o one.stl` \
+                 makes one that does not"
+            )))
+        })
+    }
+
+    /// Makes the images that are wanted of settled spans.
+    fn images<H: Hit + Sync>(
+        &self,
+        seconds: &mut Seconds,
+        grid: Grid,
+        spans: &[RaySpans<H>; 3],
+        report: StepReport,
+    ) -> Result<Made, Error> {
+        let sampler = CpuSampler::default();
+        let mut made = Made { grid, summaries: Vec::new(), images: Vec::new(), normals: Vec::new(), bias: 0.0, report };
+        for &axis in self.axes {
+            let start = Instant::now();
+            self.progress.stage(format!("the image along {}", axis.name()))?;
+            let spans = &spans[axis.depth()];
+            let mut image = spans.image(&grid, self.mode, &sampler).map_err(Error::machine)?;
+            if self.mode != Mode::Exact {
+                let exact = spans.image(&grid, Mode::Exact, &sampler).map_err(Error::machine)?;
+                let difference = integrate::volume(&image) - integrate::volume(&exact);
+                made.bias += difference.abs() / self.axes.len() as f64;
+                if self.keep.has_triangles() {
+                    image = image.with_triangles_of(&[(&exact, 0)]).map_err(Error::input)?;
+                }
+            }
+            seconds.operate += start.elapsed().as_secs_f64();
+            let start = Instant::now();
+            made.summaries.push(image.summary());
+            seconds.integrate += start.elapsed().as_secs_f64();
+            if self.keep != Keep::Summaries {
+                made.images.push(image);
+            }
+            self.progress.step()?;
+        }
+        Ok(made)
+    }
+
+    /// Refuses a step that will not fit; returns the bytes that it will hold at most. `beside` is what will be there
+    /// besides.
+    fn admit<H>(&self, grid: &Grid, forecast: &Forecast, beside: Beside) -> Result<u64, Error> {
+        let Forecast { kept, samples } = *forecast;
+        let rays = budget::rays(grid);
+        // Those of one axis are put together from bands while these are still there.
+        let spans = 4.0 * rays + size_of::<H>() as f64 * kept;
+        let settling = spans + (spans / 3.0).max(BYTES_OF_GAP * 0.5 * kept);
+        let of_sample = if self.keep.has_triangles() { 8.0 } else { 4.0 };
+        let image = (4.0 * rays + of_sample * samples) / 3.0;
+        let images = if self.keep == Keep::Summaries { 0.0 } else { image * self.axes.len() as f64 };
+        let mesh = if self.keep == Keep::Mesh { machine::BYTES_OF_SAMPLE as f64 * samples } else { 0.0 };
+        // An image of an estimate is made beside the exact one.
+        let retrieving = spans + images + 2.0 * image;
+        let cost = Cost {
+            fixed: machine::memory_bytes().unwrap_or(0) as f64 + beside.fixed,
+            of_rays: settling.max(retrieving).max(images + mesh) + beside.of_rays,
+            of_nodes: self.backend.bits_of_node() / 8.0 * budget::nodes(grid),
+        };
+        budget::admit(&cost, self.limit, grid, self.longest)?;
+        self.backend.admit(grid)?;
+        self.progress.detail(format_args!("{kept:.0} crossings are expected, and {} bytes", cost.bytes()));
+        Ok(cost.bytes())
+    }
+
+    /// Nothing at all, on the grid of what was made.
+    pub fn nothing(&self, made: Made) -> Result<Made, Error> {
+        let Made { grid, report, .. } = made;
+        let images = self.axes.iter().map(|&axis| empty_image(&grid, axis)).collect::<Result<Vec<Ldi>, Error>>()?;
+        let summaries = images.iter().map(Ldi::summary).collect();
+        Ok(Made { grid, summaries, images, normals: Vec::new(), bias: 0.0, report })
+    }
+
+    fn refused(&self, error: &dyn Display) -> Error {
+        Error::input(format!("{}: {error}", self.names))
+    }
+}
+
+/// An image of nothing.
+fn empty_image(grid: &Grid, axis: Axis) -> Result<Ldi, Error> {
+    let (columns, rows) = grid.image_size(axis);
+    let offsets = vec![0; columns as usize * rows as usize + 1];
+    Ldi::from_parts(*grid, axis, offsets, Vec::new(), Vec::new()).map_err(Error::input)
+}

@@ -1,0 +1,332 @@
+//! From images to a mesh that is fit to be written: contoured, if asked for simplified, and held to its gates.
+
+use std::path::{Path, PathBuf};
+
+use crate::grid::{Axis, Grid};
+use crate::integrate::VolumeEstimate;
+use crate::ldi::{Combine, Ldi, NodePlanes};
+use crate::mesh::io::Format;
+use crate::mesh::{Aabb, ClosedMesh, LengthUnit, Precision, TriangleMesh, io};
+use crate::sampler::cpu::CpuSampler;
+use crate::sampler::{Estimate, Fill, Mode, Sampler};
+use crate::surface::gates::{GateFailure, Gates};
+use crate::surface::parts::{Dropped, Parts};
+use crate::surface::simplify::simplify;
+use crate::surface::{Coordinates, Surface, SurfaceMode, contour_in};
+use glam::DVec3;
+
+use super::input::write_notes;
+use super::job::Finish;
+use super::machine;
+use crate::Error;
+use crate::Warning;
+use crate::number::number;
+use crate::progress::Monitor;
+
+/// What is known of a mesh that was made of images.
+#[derive(Clone, Debug)]
+pub struct SurfaceReport {
+    /// Where it was written; nothing where it was not, being empty or far from the volume.
+    pub path: Option<PathBuf>,
+    /// Vertices of the mesh.
+    pub vertices: usize,
+    /// Triangles of the mesh.
+    pub triangles: usize,
+    /// Connected parts of the mesh.
+    pub components: usize,
+    /// Of all components together.
+    pub genus: usize,
+    /// The volume that the mesh encloses.
+    pub volume: f64,
+    /// The same before parts were dropped and triangles removed.
+    pub contoured_volume: f64,
+    /// What may be missing of it where edges are cut off for want of normals: a pitch of its whole surface.
+    pub cut_off: f64,
+    /// Ray crossings of walls and gaps that are finer than the lattice, which the mesh does not have.
+    pub walls: u64,
+    /// Gaps between two nodes, likewise.
+    pub gaps: u64,
+    /// Nodes about which the images disagree.
+    pub disagreements: u64,
+    /// The largest distance of a sample from the mesh before it was simplified.
+    pub largest_distance: f64,
+    /// Vertices of edges and corners that could not be put where they belong.
+    pub blunted: u64,
+    /// Pairs of triangles that cross; not known of a mesh that was simplified.
+    pub crossing_pairs: Option<u64>,
+    /// The simplification, where one was asked for.
+    pub simplified: Option<SimplifiedReport>,
+    /// The volume of the largest part, as a share of that of all.
+    pub largest_share: f64,
+    /// Small parts that were dropped.
+    pub dropped: Dropped,
+    /// What was subtracted from the coordinates.
+    pub recentred: Option<DVec3>,
+}
+
+/// What simplification did.
+#[derive(Clone, Copy, Debug)]
+pub struct SimplifiedReport {
+    /// What the distance was to be below.
+    pub bound: f64,
+    /// The largest distance that was measured, either way.
+    pub distance: f64,
+    /// Triangles before.
+    pub triangles: usize,
+}
+
+/// Images of one solid along all axes, and what belongs to them.
+pub struct Imaged<'a> {
+    /// The images along x, y and z.
+    pub images: &'a [Ldi],
+    /// The normals of the triangles that the images refer to; nothing where they are not known.
+    pub normals: Option<&'a [[f32; 3]]>,
+    /// The mode of the images.
+    pub mode: Mode,
+    /// The unit of lengths, where it is known.
+    pub unit: Option<LengthUnit>,
+    /// The volume that a mesh of them is held against.
+    pub volume: Option<VolumeEstimate>,
+}
+
+/// Makes a mesh of images and writes it, unless it is empty or far from the volume; says what is noteworthy.
+pub fn write(
+    imaged: &Imaged,
+    path: &Path,
+    finish: Finish,
+    progress: &Monitor,
+) -> Result<(SurfaceReport, Vec<Warning>), Error> {
+    let precision = Format::from_path(path).map_err(Error::input)?.precision();
+    let (mesh, mut report) = mesh(imaged, finish, precision, progress)?;
+    let mut warnings = warnings(&report, imaged.normals.is_some());
+    let refusal = match mesh.triangles.is_empty() {
+        true => Some(Warning::new("empty-surface", "no lattice node lies inside the result".to_owned())),
+        false => far_from_volume(imaged, &report),
+    };
+    if let Some(Warning { code, message }) = refusal {
+        let name = path.display();
+        let old = match path.is_file() {
+            true => format!("; {name} is from an earlier run and was left as it was"),
+            false => String::new(),
+        };
+        warnings.push(Warning::new(code, format!("{name}: no mesh was written: {message}{old}")));
+    } else {
+        progress.stage("writing")?;
+        let written = io::write_at(path, &mesh, imaged.unit, report.recentred.unwrap_or_default());
+        let written = written.map_err(write_error)?;
+        warnings.extend(write_notes(path, &written.notes));
+        report.path = Some(path.to_path_buf());
+    }
+    Ok((report, warnings))
+}
+
+/// Returns the error of a mesh that could not be written.
+pub fn write_error(error: io::WriteError) -> Error {
+    match &error {
+        io::WriteError::Io { path, source } => Error::output(path, source),
+        _ => Error::input(error),
+    }
+}
+
+/// Says that a mesh is not one of the solid whose volume was measured.
+pub fn far_from_volume(imaged: &Imaged, report: &SurfaceReport) -> Option<Warning> {
+    let VolumeEstimate { value, error } = imaged.volume?;
+    let mesh = report.contoured_volume;
+    let message = || {
+        format!(
+            "the mesh encloses {} of a volume of {} ± {}: {} walls and {} gaps are thinner than the pitch, which a mesh \
+             cannot hold; a greater --resolution keeps more",
+            number(mesh),
+            number(value),
+            number(error),
+            report.walls,
+            report.gaps
+        )
+    };
+    is_far(value, error + report.cut_off, mesh).then(|| Warning::new("mesh-far-from-volume", message()))
+}
+
+/// Returns whether the volume of a mesh is far beyond the error of the volume that was measured. An error as large as
+/// the volume excuses no mesh that has less than half of it.
+fn is_far(value: f64, error: f64, mesh: f64) -> bool {
+    let distance = (mesh - value).abs();
+    distance > (10.0 * error).max(0.01 * value) || distance > (2.0 * error).max(0.5 * value)
+}
+
+/// A round offset near the middle of a box: a multiple of the power of ten next above its longest side.
+pub fn middle(bounds: Aabb) -> DVec3 {
+    let unit = 10f64.powi(bounds.extent().max_element().log10().ceil() as i32);
+    let offset = (0.5 * (bounds.min + bounds.max) / unit).round() * unit;
+    // Adding 0 makes 0 of −0.
+    if offset.is_finite() { offset + DVec3::ZERO } else { DVec3::ZERO }
+}
+
+/// Makes a mesh of images for a file of a precision.
+pub fn mesh(
+    imaged: &Imaged,
+    finish: Finish,
+    precision: Precision,
+    progress: &Monitor,
+) -> Result<(TriangleMesh, SurfaceReport), Error> {
+    let [a, b, c] = imaged.images else {
+        return Err(Error::input("a mesh needs images along all three axes, x, y and z"));
+    };
+    machine::admit_mesh(imaged.images.iter().map(|image| image.depths().len() as u64).sum())?;
+    progress.stage("contouring")?;
+    let mode = surface_mode(imaged.mode);
+    let grid = a.grid();
+    let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));
+    let recentred = finish.recentre.then(|| middle(Aabb { min: grid.origin(), max: grid.origin() + size }));
+    let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
+    let surface = contour_in([a, b, c], imaged.normals, mode, coordinates).map_err(Error::input)?;
+    let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
+    let contoured_volume = mesh.signed_volume();
+    let cut_off = if imaged.normals.is_some() { 0.0 } else { a.grid().pitch() * mesh.area() };
+    let parts = Parts::of(&mesh);
+    let mut largest_share = parts.largest_share();
+    let (mesh, dropped) = parts.without_small(mesh, finish.least_part.unwrap_or(0.0));
+    drop(parts);
+    if dropped.parts > 0 {
+        largest_share = Parts::of(&mesh).largest_share();
+    }
+    let (mesh, simplified) = match finish.simplify {
+        Some(bound) if !mesh.triangles.is_empty() => {
+            progress.stage("simplifying")?;
+            let (mesh, simplified) =
+                simplified(mesh, &grid.translated(-coordinates.offset), bound.length(grid.pitch(), imaged.unit)?)?;
+            (mesh, Some(simplified))
+        }
+        _ => (mesh, None),
+    };
+    progress.stage("checking the mesh")?;
+    let gates = Gates::of(&mesh, precision);
+    if let Some(failure) = gates.failures().first() {
+        // Coordinates that fall together are the model's; all else would be a fault of this program.
+        let way_out = match failure {
+            GateFailure::Collapsed(_, Precision::Single) | GateFailure::Welded(_, Precision::Single) => {
+                " Write .obj, .ply, .off or .3mf, which hold 64 bits, or pass --recentre."
+            }
+            _ => "",
+        };
+        return Err(Error::input(format!("the mesh of the result is not fit to be written: {failure}{way_out}")));
+    }
+    let report = SurfaceReport {
+        path: None,
+        vertices: gates.vertices,
+        triangles: gates.triangles,
+        components: gates.components,
+        genus: gates.genus.unwrap_or(0),
+        volume: gates.signed_volume,
+        contoured_volume,
+        cut_off,
+        walls: sub_resolution.walls,
+        gaps: sub_resolution.gaps,
+        disagreements,
+        largest_distance: distance,
+        blunted: stayed + pulled,
+        crossing_pairs: simplified.is_none().then_some(crossing_pairs),
+        simplified,
+        largest_share,
+        dropped,
+        recentred,
+    };
+    Ok((mesh, report))
+}
+
+/// The bound of a first step, in pitches. With more at once so many nodes change sides that most places have to be restored,
+/// and more triangles stay than with less.
+const FIRST_STEP: f64 = 0.1;
+
+/// Removes triangles within a bound; the mesh sampled again gives the same nodes. A bound that is large beside the pitch is
+/// used in steps, each twice as long as the one before; their distances add up.
+fn simplified(mesh: TriangleMesh, grid: &Grid, bound: f64) -> Result<(TriangleMesh, SimplifiedReport), Error> {
+    let wanted = planes_of(&mesh, grid)?;
+    let mut report = SimplifiedReport { bound, distance: 0.0, triangles: mesh.triangles.len() };
+    let (mut mesh, mut step) = (mesh, FIRST_STEP * grid.pitch());
+    while report.distance < bound {
+        let rest = bound - report.distance;
+        let made = simplify(&mesh, step.min(rest), |mesh| {
+            // A mesh that cannot be sampled on this grid is acceptable nowhere.
+            let Ok(found) = planes_of(mesh, grid) else { return mesh.positions.clone() };
+            differences(grid, &wanted, &found)
+        });
+        let made = made.map_err(Error::input)?;
+        mesh = made.mesh;
+        report.distance += made.distance;
+        if step >= rest {
+            break;
+        }
+        step *= 2.0;
+    }
+    Ok((mesh, report))
+}
+
+/// The nodes inside a mesh, plane after plane.
+fn planes_of(mesh: &TriangleMesh, grid: &Grid) -> Result<Vec<Vec<u64>>, Error> {
+    let closed = ClosedMesh::check(mesh.clone()).map_err(Error::input)?;
+    let solid = grid.quantise(&closed).map_err(Error::input)?;
+    // All three images of one mesh say the same of nodes.
+    let image = CpuSampler::default().sample(&solid, Axis::X, Mode::Exact, Fill::EvenOdd)?;
+    Ok(NodePlanes::new([&image], Combine::Most).map_err(Error::input)?.planes().collect())
+}
+
+/// The world positions of nodes that differ.
+fn differences(grid: &Grid, wanted: &[Vec<u64>], found: &[Vec<u64>]) -> Vec<DVec3> {
+    let [columns, ..] = grid.rays().map(|n| n as usize);
+    let words = columns.div_ceil(64);
+    let mut places = Vec::new();
+    for (z, (wanted, found)) in wanted.iter().zip(found).enumerate() {
+        for (at, (wanted, found)) in wanted.iter().zip(found).enumerate() {
+            let differ = wanted ^ found;
+            for bit in (0..64).filter(|bit| differ >> bit & 1 == 1) {
+                let node = [at % words * 64 + bit, at / words, z].map(|i| f64::from(grid.node(i as u32)));
+                places.push(grid.origin() + grid.step() * DVec3::from_array(node));
+            }
+        }
+    }
+    places
+}
+
+/// What kind of images a mode makes.
+fn surface_mode(mode: Mode) -> SurfaceMode {
+    match mode {
+        Mode::Exact => SurfaceMode::Exact,
+        Mode::Estimate(Estimate::Over) => SurfaceMode::Over,
+        Mode::Estimate(Estimate::Under) => SurfaceMode::Under,
+    }
+}
+
+/// Shares of the vertices or crossings above which what was lost is told.
+const NOTEWORTHY: f64 = 1e-3;
+
+/// What was lost on the way from images to a mesh.
+pub fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let lost = report.walls + report.gaps;
+    if lost as f64 > NOTEWORTHY * report.vertices as f64 {
+        let message = format!(
+            "the mesh lacks what is thinner than the pitch: rays cross {} walls and {} gaps that lie between two neighbouring \
+             nodes; a greater --resolution keeps more",
+            report.walls, report.gaps
+        );
+        warnings.push(Warning::new("below-resolution", message));
+    }
+    if !has_normals && report.vertices > 0 {
+        let message = "the images have no normals, so edges and corners of the mesh are cut off".to_owned();
+        warnings.push(Warning::new("no-normals", message));
+    }
+    warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mesh_is_far_beyond_ten_errors_or_a_hundredth_or_half_of_the_volume() {
+        assert!(!is_far(100.0, 0.0, 100.9) && is_far(100.0, 0.0, 101.1));
+        assert!(!is_far(100.0, 1.0, 90.5) && is_far(100.0, 1.0, 89.5));
+        assert!(!is_far(100.0, 17.0, 55.0) && is_far(100.0, 17.0, 0.005));
+        assert!(!is_far(100.0, 60.0, 0.005) && !is_far(0.0, 0.0, 0.0));
+    }
+}

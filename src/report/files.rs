@@ -1,0 +1,366 @@
+//! `report`: measures solids one after another, and writes what there is to say of each.
+//!
+//! A solid's files are written as soon as it is measured, so that of many none is lost when a later one fails.
+
+use std::collections::HashSet;
+use std::fmt::Display;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::slice;
+use std::time::{Instant, SystemTime};
+
+use glam::DVec3;
+
+use super::limits::Limits;
+use super::measure::{Clock, Measurements, Subject, measure, unmeasured};
+use super::page::summary::{Entry, Unmeasured};
+use super::page::{self, compare, summary};
+use super::sheet::{self, Alert, InputFile, Severity, Sheet};
+use super::{ReportJob, Roi, write};
+use crate::driver::backend::Backends;
+use crate::driver::input::{self, InputRequirements, Sides, Solid, Surface};
+use crate::driver::job::Input;
+use crate::driver::work::work;
+use crate::driver::{FillDifference, machine, output};
+use crate::grid::{Axis, Grid, LOD_RANGE};
+use crate::length::Length;
+use crate::mesh::{Aabb, ClosedMesh, LengthUnit, Precision, convex_hull};
+use crate::metrics;
+use crate::metrics::wrap::RADIUS_MIN;
+use crate::number::number;
+use crate::sampler::cpu::CpuSampler;
+use crate::sampler::{Fill, Sampler};
+use crate::surface::{Coordinates, SurfaceMode, contour_in};
+use crate::{Error, ErrorKind, Monitor, Warning};
+
+/// What was reported.
+pub struct Reported {
+    /// The reports, in the order of the inputs.
+    pub sheets: Vec<Sheet>,
+    /// Files to open, the first of them first.
+    pub pages: Vec<PathBuf>,
+    /// What of several solids could not be measured.
+    pub failures: Vec<Unmeasured>,
+    /// All failures in one text.
+    pub failed: Option<String>,
+    /// The worst kind of failure.
+    pub worst: Option<ErrorKind>,
+}
+
+impl Reported {
+    /// Returns whether all limits are kept.
+    pub fn passed(&self) -> bool {
+        self.sheets.iter().filter_map(|sheet| sheet.verdict.as_ref()).all(|verdict| verdict.passed)
+    }
+}
+
+/// Measures solids one after another and writes the files of each as soon as it is measured, then those over all of them.
+/// `on_sheet` takes each report before it is written.
+///
+/// # Errors
+/// Limits that cannot be read, a single solid that cannot be measured, and files that cannot be written. Of several solids those
+/// that cannot be measured are listed, unless that is all of them.
+pub fn report_files(job: &ReportJob, progress: &Monitor, mut on_sheet: impl FnMut(&Sheet)) -> Result<Reported, Error> {
+    let limits = job.limits.as_deref().map(|path| limits(path, job.unit)).transpose()?;
+    let backends = Backends::open(&job.settings.backend)?;
+    let (mut places, mut sheets, mut failures) = (Vec::new(), Vec::new(), Vec::new());
+    let mut worst = None;
+    for (place, input) in self::places(job).into_iter().zip(job.solids.iter().chain(&job.compare)) {
+        let mut sheet = match one(job, input, &backends, progress) {
+            Ok(sheet) => sheet,
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            // One of many does not keep the others from being measured.
+            Err(error) if job.solids.len() > 1 => {
+                let kind = error.kind();
+                worst = if kind == ErrorKind::Machine { Some(kind) } else { worst.or(Some(kind)) };
+                failures.push(unmeasured_solid(input, &error));
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        if let Some(limits) = &limits {
+            sheet.verdict = Some(limits.judge(&sheet.metrics, sheet.unit).map_err(Error::input)?);
+        }
+        on_sheet(&sheet);
+        write_sheet(&sheet, &job.folder.join(&place))?;
+        sheets.push(sheet);
+        places.push(place);
+    }
+    let failed = (!failures.is_empty()).then(|| said_of(&failures, job.solids.len()));
+    if let (Some(kind), Some(message), true) = (worst, &failed, sheets.is_empty()) {
+        return Err(if kind == ErrorKind::Machine { Error::machine(message) } else { Error::input(message) });
+    }
+    tell_apart(&mut sheets);
+    let mut pages: Vec<PathBuf> = places.iter().map(|place| job.folder.join(place).join("report.html")).collect();
+    if let Some((name, text)) = overview(job, &places, &sheets, &failures) {
+        let path = job.folder.join(name);
+        output::replace(&path, |file| file.write_all(text.as_bytes()))?;
+        pages.insert(0, path);
+    }
+    if job.solids.len() > 1 {
+        let all = sheets.iter().collect::<Vec<_>>();
+        for (name, table) in [("metrics.csv", write::csv(&all)), ("designs.csv", write::designs(&all, &failures))] {
+            output::replace(&job.folder.join(name), |file| file.write_all(table.as_bytes()))?;
+        }
+    }
+    Ok(Reported { sheets, pages, failures, failed, worst })
+}
+
+/// A failure by the file that it is of, which its message need not name again.
+fn unmeasured_solid(input: &Input, failure: &Error) -> Unmeasured {
+    let path = input.path.display().to_string();
+    let message = failure.to_string();
+    let rest = message.strip_prefix(&path).unwrap_or(&message);
+    let message = rest.trim_start_matches([':', ',', ' ']).to_owned();
+    Unmeasured { path, message }
+}
+
+/// All failures, a paragraph each.
+fn said_of(failures: &[Unmeasured], all: usize) -> String {
+    let mut text = format!("{} of {all} solids could not be measured:", failures.len());
+    failures.iter().for_each(|Unmeasured { path, message }| text += &format!("\n{path}: {message}"));
+    text
+}
+
+/// Reads limits, and holds them against metrics without values: nobody should wait for a misspelt name.
+fn limits(path: &Path, unit: Option<LengthUnit>) -> Result<Limits, Error> {
+    let text = crate::input::open(path)
+        .and_then(io::read_to_string)
+        .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
+    let limits = Limits::parse(path, &text).map_err(Error::input)?;
+    // Files may state a unit of their own, and what that is does not matter yet.
+    let unit = unit.or(Some(LengthUnit::Millimetre));
+    limits.judge(&unmeasured(unit), unit).map_err(Error::input)?;
+    Ok(limits)
+}
+
+/// The page over several, and its name.
+fn overview(
+    job: &ReportJob,
+    places: &[PathBuf],
+    sheets: &[Sheet],
+    failures: &[Unmeasured],
+) -> Option<(&'static str, String)> {
+    let entries: Vec<Entry> = places
+        .iter()
+        .zip(sheets)
+        .map(|(place, sheet)| Entry { sheet, link: place.join("report.html").to_string_lossy().replace('\\', "/") })
+        .collect();
+    match (&entries[..], &job.compare) {
+        ([a, b], Some(_)) => Some(("compare.html", compare::html(a, b))),
+        _ if job.solids.len() == 1 => None,
+        _ => Some(("index.html", summary::html(&entries, failures))),
+    }
+}
+
+/// Where the files of each solid go, within the folder: that of the first design itself, and a folder for each of several.
+fn places(job: &ReportJob) -> Vec<PathBuf> {
+    if job.compare.is_some() {
+        return vec![PathBuf::new(), PathBuf::from("compare")];
+    }
+    if job.solids.len() == 1 {
+        return vec![PathBuf::new()];
+    }
+    let mut taken = HashSet::new();
+    let place = |input: &Input| {
+        let stem = input.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let mut names = std::iter::once(stem.clone()).chain((2..).map(|n| format!("{stem}-{n}")));
+        // Some file systems do not tell small letters from large.
+        PathBuf::from(names.find(|name| taken.insert(name.to_lowercase())).expect("names do not end"))
+    };
+    job.solids.iter().map(place).collect()
+}
+
+/// Gives solids of one file name the names of their paths, where they stand side by side.
+fn tell_apart(sheets: &mut [Sheet]) {
+    let titles: Vec<String> = sheets.iter().map(|sheet| sheet.title.clone()).collect();
+    for sheet in sheets {
+        if titles.iter().filter(|title| **title == sheet.title).count() > 1 {
+            sheet.title = sheet.provenance.inputs[0].path.clone();
+        }
+    }
+}
+
+/// The files of each solid.
+const FILES: [&str; 4] = ["metrics.json", "metrics.csv", "methods.txt", "report.html"];
+
+/// Every file that a report may write.
+pub fn files(job: &ReportJob) -> Vec<PathBuf> {
+    let each = places(job).into_iter().flat_map(|place| FILES.map(|name| job.folder.join(&place).join(name)));
+    let over_all = ["index.html", "compare.html", "metrics.csv", "designs.csv"].map(|name| job.folder.join(name));
+    let mut files: Vec<PathBuf> = each.chain(over_all).collect();
+    files.sort();
+    files.dedup();
+    files
+}
+
+/// Writes the files of one solid.
+fn write_sheet(sheet: &Sheet, folder: &Path) -> Result<(), Error> {
+    fs::create_dir_all(folder).map_err(|error| Error::output(folder, &error))?;
+    let texts = [write::json(sheet), write::csv(&[sheet]), write::methods(sheet), page::html(sheet)];
+    for (name, text) in FILES.into_iter().zip(texts) {
+        output::replace(&folder.join(name), |file| file.write_all(text.as_bytes()))?;
+    }
+    Ok(())
+}
+
+/// Reads and measures one solid.
+fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Monitor) -> Result<Sheet, Error> {
+    let start = Instant::now();
+    let mut clock = Clock::default();
+    progress.stage(format!("{}: reading", input.path.display()))?;
+    let requirements = InputRequirements {
+        unit: job.unit,
+        openness: job.openness,
+        sides: Sides::NotNeeded,
+        fill: job.settings.fill,
+        hashes: true,
+    };
+    let roi = match &job.roi {
+        Some(Roi::File(roi)) => Some(roi.clone()),
+        Some(Roi::Hull | Roi::Wrap(_)) | None => None,
+    };
+    let inputs: Vec<Input> = [Some(input.clone()), roi].into_iter().flatten().collect();
+    let (mut solids, warnings) = clock.time("read", || input::solids(&inputs, requirements))?;
+    // What bulges and overhangs, normals say.
+    for solid in solids.iter_mut().filter(|solid| solid.is_oriented() && solid.volume < 0.0) {
+        input::turn(solid, requirements)?;
+        solid.volume = -solid.volume;
+    }
+    let files: Vec<InputFile> =
+        ["solid", "roi"].into_iter().zip(&solids).map(|(role, solid)| file(role, solid)).collect();
+    match &job.roi {
+        Some(Roi::Hull) => solids.push(hull(&solids[0])?),
+        Some(Roi::Wrap(diameter)) => {
+            progress.stage(format!("{}: wrapping", input.path.display()))?;
+            let wrap = clock.time("wrapping", || wrap(&solids[0], *diameter, job.settings.fill))?;
+            solids.push(wrap);
+        }
+        Some(Roi::File(_)) | None => {}
+    }
+    let subject = Subject { solid: &solids[0], roi: solids.get(1) };
+    let mut alerts: Vec<Alert> = warnings.into_iter().map(alert).collect();
+    for solid in &solids {
+        let difference = FillDifference::of(solid)?;
+        alerts.extend(difference.and_then(|difference| difference.warning(solid, job.settings.fill)).map(alert));
+    }
+    let grid = subject.grid(job.settings.spacing.in_unit(subject.solid.unit)?, job.settings.edges)?;
+    let lattice = subject.solid.quantise(&grid)?;
+    let choice = backends.choose(|| work(slice::from_ref(&lattice), &Axis::ALL));
+    drop(lattice);
+    let measured = measure(subject, &job.settings, choice.sampler(), &mut clock, progress)?;
+    let ran = choice.ran();
+    alerts.extend(ran.auto.iter().filter_map(|auto| auto.warning.clone()).map(alert));
+    let Measurements { metrics, histograms, access, profiles, anisotropy, convergence, pictures, alerts: found } =
+        measured;
+    alerts.extend(found);
+    let mut seconds = clock.stages();
+    seconds.push(("total", start.elapsed().as_secs_f64()));
+    Ok(Sheet {
+        schema: sheet::SCHEMA,
+        title: input.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        unit: solids[0].unit,
+        verdict: None,
+        alerts,
+        metrics,
+        histograms,
+        access,
+        profiles,
+        anisotropy,
+        convergence,
+        provenance: sheet::Provenance {
+            inputs: files,
+            command_line: job.command_line.clone(),
+            version: env!("CARGO_PKG_VERSION"),
+            made: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+            device: ran.to_string(),
+            threads: rayon::current_num_threads(),
+            rays: grid.rays(),
+            pitch: grid.pitch(),
+            edges: job.settings.edges.name(),
+            region: solids.get(1).map_or_else(|| "box".to_owned(), |roi| roi.name().to_string()),
+            seconds,
+            peak_memory_bytes: machine::peak_memory_bytes(),
+        },
+        pictures,
+    })
+}
+
+/// Returns the convex hull of a solid.
+fn hull(solid: &Solid) -> Result<Solid, Error> {
+    let mesh = convex_hull(&solid.mesh().positions);
+    let closed = mesh.and_then(|mesh| ClosedMesh::check(mesh).ok());
+    let closed = closed.ok_or_else(|| Error::input(format!("{}: the solid is flat and has no hull", solid.name())))?;
+    Ok(region_of(solid, closed, "hull".to_owned()))
+}
+
+/// Rays along the longest side of the raster that a solid is wrapped on.
+const WRAP_RAYS: f64 = 256.0;
+
+/// The diameter of the ball that wraps a solid, as a share of the longest side, where none is given.
+const WRAP_SHARE: f64 = 0.25;
+
+/// Returns the shape of a solid: everything filled that a ball of a diameter cannot enter from outside.
+fn wrap(solid: &Solid, diameter: Option<Length>, fill: Fill) -> Result<Solid, Error> {
+    let bounds = solid.bounds();
+    let longest = bounds.extent().max_element();
+    let diameter = match diameter {
+        Some(diameter) => diameter.in_unit(solid.unit, "--roi wrap:")?,
+        None => WRAP_SHARE * longest,
+    };
+    // Two pitches around the ball are room for the rounding to the lattice.
+    let pitch = (longest + diameter) / (WRAP_RAYS - 4.0);
+    let radius = 0.5 * diameter / pitch;
+    let refused = |error: &dyn Display| Error::input(format!("{}: {error}", solid.name()));
+    if radius < RADIUS_MIN {
+        let least = 2.0 * RADIUS_MIN * longest / (WRAP_RAYS - 4.0 - 2.0 * RADIUS_MIN);
+        return Err(refused(&format_args!(
+            "--roi wrap: a ball of diameter {} is too small for a solid {} long (least: {})",
+            number(diameter),
+            number(longest),
+            number(least)
+        )));
+    }
+    let margin = DVec3::splat(0.5 * diameter + 2.0 * pitch);
+    let bounds = Aabb { min: bounds.min - margin, max: bounds.max + margin };
+    let grid = Grid::with_pitch(bounds, pitch, *LOD_RANGE.start()).map_err(|error| refused(&error))?;
+    let lattice = solid.quantise(&grid)?;
+    let image = |axis| CpuSampler::default().sample_surface(&lattice, axis, fill);
+    let images = [image(Axis::X)?, image(Axis::Y)?, image(Axis::Z)?];
+    let [x, y, z] = &metrics::wrap::wrap(&images, radius).map_err(|error| refused(&error))?;
+    let coordinates = Coordinates { precision: Precision::Double, ..Coordinates::default() };
+    let surface = contour_in([x, y, z], None, SurfaceMode::Exact, coordinates).map_err(|error| refused(&error))?;
+    let closed = ClosedMesh::check(surface.mesh).map_err(|error| refused(&error))?;
+    let unit = solid.unit.map_or_else(String::new, |unit| format!(" {}", unit.symbol()));
+    Ok(region_of(solid, closed, format!("wrap:{}{unit}", number(diameter))))
+}
+
+/// A region of interest that was made from a solid.
+fn region_of(solid: &Solid, closed: ClosedMesh, name: String) -> Solid {
+    Solid {
+        operand: None,
+        path: PathBuf::from(name),
+        volume: closed.signed_volume(),
+        surface: Surface::Closed(closed),
+        stated_unit: None,
+        unit: solid.unit,
+        sha256: None,
+    }
+}
+
+fn alert(warning: Warning) -> Alert {
+    Alert { code: warning.code, severity: Severity::Warning, message: warning.message }
+}
+
+fn file(role: &'static str, solid: &Solid) -> InputFile {
+    InputFile {
+        role,
+        path: solid.name().to_string(),
+        sha256: solid.sha256.clone().expect("hashes were asked for"),
+        triangles: solid.mesh().triangles.len() as u64,
+        closed: solid.is_closed(),
+        oriented: solid.is_oriented(),
+        unit: solid.stated_unit,
+    }
+}

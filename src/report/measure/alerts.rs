@@ -1,0 +1,122 @@
+//! What the reader must know before believing a number.
+
+use crate::mesh::convex_hull;
+use crate::metrics::Edges;
+
+use super::Study;
+use super::catalogue::definition;
+use super::record::Record;
+use crate::number::number;
+use crate::report::sheet::{Alert, Convergence, Severity, Varied};
+
+/// Chords that the region cuts, above which chord metrics are doubtful.
+const CENSORED: f64 = 0.05;
+
+/// A change of a metric from twice the pitch, above which it is doubtful.
+const CHANGE: f64 = 0.01;
+
+/// The share of its box that the convex hull of a solid fills at least, if the box is what cut it.
+const FILLED: f64 = 0.9;
+
+/// That the solid has a shape of its own, and what its porosity is within that.
+///
+/// A scaffold that a box cut reaches all its faces and, but for single cells, its edges and corners, so that its convex hull
+/// fills it; even 2 × 2 × 2 cells of a primitive sheet, which have none of the corners, fill 94.7 %, and a cylinder 78.5 %.
+fn unfilled_box(study: &Study, record: &Record) -> Option<String> {
+    let settings = study.settings;
+    if study.subject.roi.is_some() || settings.edges == Edges::Periodic {
+        return None;
+    }
+    let hull = convex_hull(&study.subject.solid.mesh().positions)?.signed_volume();
+    let share = hull / study.region.volume();
+    let porosity = 1.0 - record.value("volume.solid")? / hull;
+    let percent = |share: f64| number((1000.0 * share.max(0.0)).round() / 10.0);
+    (share < FILLED).then(|| {
+        format!(
+            "the convex hull of the solid fills {} % of its box, and all of the box that is not solid counts as pores; within the \
+             hull the porosity is {} %: measure there with --roi hull, within its outline with --roi wrap:D, or within another solid with --roi FILE",
+            percent(share),
+            percent(porosity)
+        )
+    })
+}
+
+/// Everything that the metrics themselves give reason to say.
+pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Alert> {
+    let pitch = study.region.grid().pitch();
+    let mut alerts = Vec::new();
+    let mut say = |code, severity, message: String| alerts.push(Alert { code, severity, message });
+    if !study.subject.solid.is_closed() {
+        let (name, rays) = (study.subject.solid.name(), study.images.unclosed());
+        let message = format!("{name}: the mesh is not closed; {rays} rays did not close and count as empty");
+        say("open", Severity::Warning, message);
+    }
+    if let Some(message) = unfilled_box(study, record) {
+        say("box-not-filled", Severity::Warning, message);
+    }
+    if study.subject.roi.is_some() && record.value("volume.solid") == Some(0.0) {
+        let message =
+            "nothing of the solid lies within the region of interest: are both in one unit and one place?".to_owned();
+        say("outside", Severity::Warning, message);
+    }
+    if let Some(thin) = record.value("solid.thickness.p5").filter(|thin| *thin < 3.0 * pitch) {
+        say(
+            "thin-walls",
+            Severity::Warning,
+            format!(
+                "fewer than 3 rays a wall: 5 % of the solid is thinner than {} pitches; more rays (--resolution) tell more",
+                number((thin / pitch * 100.0).round() / 100.0)
+            ),
+        );
+    }
+    if let Some(narrow) = record.value("pore.thickness.p5").filter(|narrow| *narrow < 3.0 * pitch) {
+        let pitches = number((narrow / pitch * 100.0).round() / 100.0);
+        say(
+            "narrow-pores",
+            Severity::Note,
+            format!("fewer than 3 rays a pore: 5 % of the pore volume is narrower than {pitches} pitches"),
+        );
+    }
+    let cut = [("chord.censored.x", "x"), ("chord.censored.y", "y"), ("chord.censored.z", "z")];
+    let cut: Vec<String> = cut
+        .into_iter()
+        .filter_map(|(id, axis)| Some((record.value(id).filter(|share| *share > CENSORED)?, axis)))
+        .map(|(share, axis)| format!("{} % along {axis}", number((share * 1000.0).round() / 10.0)))
+        .collect();
+    if !cut.is_empty() {
+        let message = format!("chords cut by the region and left out of the distributions: {}", cut.join(", "));
+        say("censored-chords", Severity::Note, message);
+    }
+    for study in convergence.iter().filter(|study| study.over == Varied::Pitch) {
+        for series in &study.series {
+            let [.., Some(coarse), Some(fine)] = series.values[..] else { continue };
+            // Of a share, as a share of all.
+            let whole = if series.metric == "porosity" { 1.0 } else { fine.abs().max(f64::MIN_POSITIVE) };
+            let change = (fine - coarse).abs() / whole;
+            if change > CHANGE {
+                let percent = number((change * 1000.0).round() / 10.0);
+                say(
+                    "not-converged",
+                    if change > 0.1 { Severity::Warning } else { Severity::Note },
+                    format!(
+                        "{} changes by {percent} % from twice the pitch to the pitch",
+                        definition(series.metric).name
+                    ),
+                );
+            }
+        }
+    }
+    let pieces = record.value("betti.0").unwrap_or(0.0);
+    if pieces > 1.0 {
+        let largest = record.value("piece.largest").unwrap_or(0.0);
+        say(
+            "loose-pieces",
+            Severity::Note,
+            format!(
+                "the solid within the region is in {pieces} pieces; the largest has {} % of it",
+                number(100.0 * largest)
+            ),
+        );
+    }
+    alerts
+}

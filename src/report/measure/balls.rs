@@ -1,0 +1,439 @@
+//! What balls tell: thickness, widths of pores, access from outside, percolation.
+
+use crate::grid::Axis;
+use crate::metrics::access::{self, Ends, access_sizes, bottlenecks, percolation};
+use crate::metrics::components::{open_pores, rim};
+use crate::metrics::distance::{Crossings, DistanceField};
+use crate::metrics::thickness::{Ball, largest_balls, local_thickness, radii};
+use crate::metrics::{Distribution, Edges, NodeSet, Phase};
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Study;
+use super::growth::Growth;
+use super::plots::{self, Plot};
+use super::record::Record;
+use super::slices::{SliceMaker, position};
+use crate::number::number;
+use crate::report::sheet::{AccessCurve, HistogramPlot};
+
+/// Points that the curve of access is drawn through.
+const POINTS: usize = 128;
+
+/// Lengths of fewer pitches are not resolved.
+const RESOLVED: f64 = 3.0;
+
+const TOO_COARSE: &str = "fewer than 3 pitches: the raster is too coarse for it";
+const NO_PORES: &str = "there are no pores in the region";
+const NO_SOLID: &str = "there is no solid in the region";
+const NO_SURFACE: &str = "there is no surface in the region for a ball to touch";
+
+/// How balls meet the ends of the region when they come from outside: its faces are no walls.
+pub fn from_outside(edges: Edges) -> Edges {
+    match edges {
+        Edges::Periodic => Edges::Periodic,
+        Edges::Clip | Edges::Border => Edges::Clip,
+    }
+}
+
+/// The largest balls of the pores: those that come in from outside, and those that lie within the region.
+pub struct Ways {
+    free: PoreBalls,
+    /// Where balls are to lie within the region.
+    within: Option<PoreBalls>,
+}
+
+/// The largest balls of the pores, and how large a ball has room in each node's cell.
+struct PoreBalls {
+    balls: Vec<Ball>,
+    radii: Vec<f32>,
+}
+
+impl PoreBalls {
+    /// Of pores in a field; nothing where no ball is held back by anything.
+    fn of(study: &Study, pores: &NodeSet, edges: Edges) -> Option<PoreBalls> {
+        let field = DistanceField::of(&Crossings::of_images(&study.images.solid, study.region, edges), edges);
+        PoreBalls::in_field(&field, pores)
+    }
+
+    fn in_field(field: &DistanceField, pores: &NodeSet) -> Option<PoreBalls> {
+        let balls = largest_balls(field, pores);
+        let is_held = !balls.is_empty() && balls.iter().all(|ball| ball.radius.is_finite());
+        is_held.then(|| PoreBalls { radii: radii(field, pores, &balls), balls })
+    }
+}
+
+impl Ways {
+    /// Of the pores of a study; nothing where no ball is held back by anything.
+    pub fn of(study: &Study, pores: &NodeSet) -> Option<Ways> {
+        let free = PoreBalls::of(study, pores, from_outside(study.settings.edges))?;
+        let within = match study.settings.edges {
+            Edges::Border => PoreBalls::of(study, pores, Edges::Border),
+            Edges::Clip | Edges::Periodic => None,
+        };
+        Some(Ways { free, within })
+    }
+
+    /// Of the pores of another solid, between the cubes of its nodes.
+    pub fn between_cubes(study: &Study, solid: &NodeSet, pores: &NodeSet) -> Option<Ways> {
+        let field = |edges| DistanceField::of(&Crossings::of_nodes(solid, edges), edges);
+        let free = PoreBalls::in_field(&field(from_outside(study.settings.edges)), pores)?;
+        Some(Ways { free, within: None })
+    }
+
+    /// The diameters of the largest balls that span the axes, in pitches, and the nodes where they are stopped.
+    ///
+    /// The ends are open. With [`Edges::Border`] the other faces of a box are walls; a region that is no box has no other
+    /// faces, and balls are held by what solid there is.
+    pub fn percolation(&self, study: &Study, pores: &NodeSet) -> [Option<access::Percolation>; 3] {
+        Axis::ALL.map(|axis| {
+            let ends = Ends::of_region(study.region, axis)?;
+            let edges = match (study.region.is_box(), study.settings.edges) {
+                (false, Edges::Border) => Edges::Clip,
+                (_, edges) => edges,
+            };
+            match &self.within {
+                Some(within) if study.region.is_box() => {
+                    percolation(&self.between_walls(within, study, axis), pores, &ends, Edges::Clip)
+                }
+                _ => percolation(&self.free.radii, pores, &ends, edges),
+            }
+        })
+    }
+
+    /// Radii with walls around the axis and none across it: those within the region, but next to the ends those from outside,
+    /// to as far as the walls around are away.
+    fn between_walls(&self, within: &PoreBalls, study: &Study, axis: Axis) -> Vec<f32> {
+        let [low, high] = study.region.bounds_in_pitches();
+        let [columns, rows, _] = study.solid.size();
+        let to_face =
+            |coordinate: usize, at: usize| (at as f64 - low[coordinate]).min(high[coordinate] - at as f64) as f32;
+        let around = [axis.column(), axis.row()];
+        let radius = |(index, (&within, &free)): (usize, (&f32, &f32))| {
+            let node = [index % columns, index / columns % rows, index / (columns * rows)];
+            if to_face(axis.depth(), node[axis.depth()]) > free {
+                return within;
+            }
+            let walls = around.map(|coordinate| to_face(coordinate, node[coordinate]));
+            within.max(free.min(walls[0]).min(walls[1]))
+        };
+        let both = within.radii.par_iter().zip(&self.free.radii).enumerate();
+        both.with_min_len(1 << 12).map(radius).collect()
+    }
+}
+
+/// Puts on record what balls reach from outside; gives the curve and the distribution of sizes.
+pub fn access(study: &Study, record: &mut Record) -> (Option<AccessCurve>, Option<HistogramPlot>) {
+    let pores = Phase::Pore.nodes(&study.solid, study.region.nodes());
+    let free = from_outside(study.settings.edges);
+    let found = match pores.is_empty() {
+        true => Err(NO_PORES),
+        false => Ways::of(study, &pores).ok_or(NO_SURFACE),
+    };
+    let ways = match found {
+        Ok(ways) => ways,
+        Err(why) => {
+            lacks_access(record, why);
+            return (None, None);
+        }
+    };
+    let spans = ways.percolation(study, &pores);
+    put_percolation(study, spans, record);
+
+    let Ways { free: PoreBalls { balls, radii }, within } = ways;
+    // Balls get in through the faces, and where they are to lie within the region, they cover what they do there.
+    let balls = within.map_or(balls, |within| within.balls);
+    let reached = bottlenecks(&radii, &pores, &rim(study.region.nodes()), free);
+    drop(radii);
+    let open = open_pores(&pores, study.region.nodes(), study.settings.edges);
+    put_open(study, &pores, &open, record);
+    let map = access_sizes(&balls, &reached, &open, free);
+    drop(reached);
+    let pitch = study.region.grid().pitch();
+    let curve = access::AccessCurve::of(&map, &open, &pores, pitch).map(|curve| {
+        let half = curve.points().filter(|&(_, share)| share >= 0.5).map(|(diameter, _)| diameter).last();
+        record.put_or("access.half", half, "less than half of the pores is open");
+        let every = curve.points().count().div_ceil(POINTS).max(1);
+        AccessCurve {
+            points: curve.points().step_by(every).map(|(diameter, share)| [diameter, share]).collect(),
+            percolation: spans.map(|span| span.map(|span| span.diameter * pitch)),
+        }
+    });
+    let plot = Plot {
+        id: "pore.access",
+        title: "Access-limited pore size",
+        reading: "The largest ball that gets to each place from outside, as mercury would in porosimetry. Much of it far left of \
+                  the pore widths means that wide pores lie behind narrow throats.",
+    };
+    let histogram = Distribution::of_map(&map, pitch).map(|sizes| {
+        put_spread(Spread::Access, &sizes, pitch, record);
+        plots::histogram(plot, Phase::Pore, &sizes, study.subject.solid.unit)
+    });
+    if histogram.is_none() {
+        lacks_spread(Spread::Access, "no pore is open", record);
+    }
+    (curve, histogram)
+}
+
+fn lacks_access(record: &mut Record, why: &str) {
+    for id in ["percolation", "percolation.x", "percolation.y", "percolation.z", "access.half"] {
+        record.lacks(id, why);
+    }
+    lacks_spread(Spread::Access, why, record);
+    match why {
+        NO_PORES => ["porosity.open", "porosity.closed"].into_iter().for_each(|id| {
+            record.put(id, 0.0);
+        }),
+        // Nothing walls anything in.
+        _ => {
+            record.put("porosity.open", 1.0);
+            record.put("porosity.closed", 0.0);
+        }
+    }
+}
+
+fn put_percolation(study: &Study, spans: [Option<access::Percolation>; 3], record: &mut Record) {
+    let grid = study.region.grid();
+    let edges = study.settings.edges;
+    let mut closed = Vec::new();
+    for (axis, span) in Axis::ALL.into_iter().zip(spans) {
+        let id = ["percolation.x", "percolation.y", "percolation.z"][axis.depth()];
+        let none = "no path through the pores leads from face to face";
+        let entry = record.put_or(id, span.map(|span| span.diameter * grid.pitch()), none);
+        entry.with("edges", edges.name());
+        match span {
+            Some(span) => {
+                let place = Axis::ALL.map(|axis| number(position(grid, axis, span.node[axis.depth()])));
+                entry.with("narrowest at", place.join(", "));
+                if span.diameter < RESOLVED {
+                    entry.unresolved("narrower than 3 pitches: a wall thinner than the raster might close it");
+                }
+            }
+            None => closed.push(axis.name()),
+        }
+    }
+    let least = spans.iter().flatten().map(|span| span.diameter).fold(f64::INFINITY, f64::min);
+    let all = closed.is_empty().then_some(least * grid.pitch());
+    let why = format!("no path through the pores spans {}", closed.join(" and "));
+    record.put_or("percolation", all, &why).with("edges", edges.name());
+}
+
+/// The shares of the region that are open and closed pores.
+fn put_open(study: &Study, pores: &NodeSet, open: &NodeSet, record: &mut Record) {
+    let porosity = record.value("porosity").unwrap_or(f64::NAN);
+    let share = open.count() as f64 / pores.count() as f64;
+    let nodes = study.region.nodes().count() as f64;
+    let closed = (pores.count() - open.count()) as f64;
+    // Rays know the porosity better than nodes do; nodes know which of it is open.
+    record.put("porosity.open", porosity * share).with("nodes", open.count());
+    record.put("porosity.closed", porosity * (1.0 - share)).with("nodes", closed);
+    debug_assert!(closed <= nodes);
+}
+
+/// Puts thickness and pore widths on record, colours slices with them, follows their means through the region, and gives their
+/// distributions.
+pub fn thickness(
+    study: &Study,
+    slices: &mut [SliceMaker],
+    growth: &mut Growth,
+    record: &mut Record,
+) -> Vec<HistogramPlot> {
+    let edges = study.settings.edges;
+    let field = DistanceField::of(&Crossings::of_images(&study.images.solid, study.region, edges), edges);
+    let pitch = study.region.grid().pitch();
+    let mut plots = Vec::new();
+    let mut walls = None;
+    for phase in Phase::BOTH {
+        let nodes = phase.nodes(&study.solid, study.region.nodes());
+        if phase == Phase::Solid && nodes.is_empty() && record.value("volume.solid").is_some_and(|volume| volume > 0.0)
+        {
+            lost_between_rays(spread_of(phase), record);
+            continue;
+        }
+        let (plot, nothing) = match phase {
+            Phase::Solid => (THICKNESS, NO_SOLID),
+            Phase::Pore => (WIDTH, NO_PORES),
+        };
+        let spread = spread_of(phase);
+        let map = match nodes.is_empty() {
+            true => Err(nothing),
+            false => Ok(local_thickness(&field, &nodes)),
+        };
+        let values = map.as_ref().ok().and_then(|map| Distribution::of_map(map, pitch));
+        let (map, values) = match (map, values) {
+            (Ok(map), Some(values)) if values.max().is_finite() => (map, values),
+            (map, _) => {
+                lacks_spread(spread, map.err().unwrap_or(NO_SURFACE), record);
+                continue;
+            }
+        };
+        put_spread(spread, &values, pitch, record);
+        if phase == Phase::Pore {
+            slices.iter_mut().for_each(|slice| slice.fill(phase, &map, nodes.size()));
+        }
+        growth.take(phase, &map, &nodes, pitch);
+        plots.push(plots::histogram(plot, phase, &values, study.subject.solid.unit));
+        if phase == Phase::Solid {
+            walls = Some((map, nodes));
+        }
+    }
+    drop(field);
+    if let Some((map, nodes)) = walls {
+        let crossings = || Crossings::of_images(&study.images.solid, study.region, Edges::Clip);
+        let free = free_thickness(crossings, &nodes, edges);
+        let counted = uncut(map, free.as_deref());
+        let values = Distribution::of_map(&counted, 1.0).expect("some nodes always count");
+        let most = values.quantile(0.99) as f32;
+        // What the region cuts is no thin place in a picture, nor a thicker one than the rest has.
+        let shown = |(&counted, &free): (&f32, &f32)| if counted > 0.0 { counted } else { free.min(most) };
+        let shown: Option<Vec<f32>> = free.map(|free| counted.iter().zip(&free).map(shown).collect());
+        let shown = shown.as_ref().unwrap_or(&counted);
+        slices.iter_mut().for_each(|slice| slice.fill(Phase::Solid, shown, nodes.size()));
+        put_thinnest(study, &counted, values.quantile(0.01) * pitch, &nodes, record);
+    }
+    let largest = record.value("pore.thickness.max");
+    let entry = record.put_or("pore.largest", largest, NO_PORES);
+    entry.with("edges", edges.name());
+    if largest.is_some_and(|largest| largest < RESOLVED * pitch) {
+        entry.unresolved(TOO_COARSE);
+    }
+    let means = record.value("solid.thickness.mean").zip(record.value("pore.thickness.mean"));
+    let why = "there are not both walls and pores";
+    let entry = record.put_or("number", means.map(|(wall, pore)| 1.0 / (wall + pore)), why);
+    if means.is_some_and(|(wall, pore)| wall.min(pore) < RESOLVED * pitch) {
+        entry.unresolved(TOO_COARSE);
+    }
+    if record.value("solid.thickness.mean").is_none() && !record.is_unresolved("solid.thickness.mean") {
+        record.lacks("wall.thinnest", NO_SOLID);
+    }
+    plots
+}
+
+const THICKNESS: Plot = Plot {
+    id: "solid.thickness",
+    title: "Thickness of the solid",
+    reading: "How much of the solid is how thick. A narrow peak is one wall or strut thickness throughout; a tail to the left \
+              is thin spots that may not print, a second peak to the right nodes where struts meet.",
+};
+
+const WIDTH: Plot = Plot {
+    id: "pore.thickness",
+    title: "Width of the pores",
+    reading: "How much of the pores is how wide, whether or not anything gets there. Compare with the access-limited size: what \
+              is wide here and narrow there lies behind throats.",
+};
+
+/// A solid that has a volume, but no node.
+fn lost_between_rays(spread: Spread, record: &mut Record) {
+    spread.ids().into_iter().chain(["wall.thinnest"]).for_each(|id| {
+        record.unresolved(id, "no node of the raster lies in the solid: it is thinner than a pitch");
+    });
+}
+
+/// What a ball may differ by from one map to another, in pitches, where nothing but painting does.
+const REPAINTED: f32 = 0.5;
+
+/// The thickness of a solid, in pitches, if balls may reach beyond the region; nothing where `edges` let them anyway, or where
+/// nothing would hold them.
+pub fn free_thickness(crossings: impl FnOnce() -> Crossings, nodes: &NodeSet, edges: Edges) -> Option<Vec<f32>> {
+    if edges != Edges::Border {
+        return None;
+    }
+    let free = local_thickness(&DistanceField::of(&crossings(), Edges::Clip), nodes);
+    free.iter().all(|thickness| thickness.is_finite()).then_some(free)
+}
+
+/// The thickness of the nodes that are not thinner because the region ends there, and 0 of the others; of all nodes, where
+/// that are all of them.
+pub fn uncut(map: Vec<f32>, free: Option<&[f32]>) -> Vec<f32> {
+    let Some(free) = free else { return map };
+    let left: Vec<f32> =
+        map.iter().zip(free).map(|(&within, &free)| if free > within + REPAINTED { 0.0 } else { within }).collect();
+    if left.iter().any(|&thickness| thickness > 0.0) { left } else { map }
+}
+
+/// The thinnest wall, and one place that is so thin; from the thickness of the nodes that count.
+fn put_thinnest(study: &Study, map: &[f32], thinnest: f64, nodes: &NodeSet, record: &mut Record) {
+    let grid = study.region.grid();
+    let [columns, rows, _] = study.solid.size();
+    let wanted = (thinnest / grid.pitch()) as f32;
+    let nearest = map.iter().enumerate().filter(|&(_, &value)| value > 0.0).min_by(|a, b| {
+        let miss = |value: f32| (value - wanted).abs();
+        miss(*a.1).total_cmp(&miss(*b.1))
+    });
+    let entry = record.put("wall.thinnest", thinnest);
+    if let Some((index, _)) = nearest {
+        let node = [index % columns, index / columns % rows, index / (columns * rows)];
+        let place = DVec3::from_array(Axis::ALL.map(|axis| position(grid, axis, node[axis.depth()])));
+        entry.with("for example at", place.to_array().map(number).join(", "));
+    }
+    let counted = map.iter().filter(|&&thickness| thickness > 0.0).count();
+    let left_out = 1.0 - counted as f64 / nodes.count() as f64;
+    entry.with("left out, cut by the region", format!("{} %", number((1000.0 * left_out).round() / 10.0)));
+    if thinnest < RESOLVED * grid.pitch() {
+        let pitches = number((100.0 * thinnest / grid.pitch()).round() / 100.0);
+        entry.unresolved(format!("fewer than 3 rays a wall: {pitches} pitches"));
+    }
+}
+
+/// Distributions of which mean, spread and percentiles are metrics.
+#[derive(Clone, Copy)]
+enum Spread {
+    Thickness,
+    Width,
+    Access,
+}
+
+impl Spread {
+    /// Mean, standard deviation, least, percentiles 1, 5, 50 and 95, largest.
+    const fn ids(self) -> [&'static str; 8] {
+        macro_rules! ids {
+            ($id:literal) => {
+                [
+                    concat!($id, ".mean"),
+                    concat!($id, ".sd"),
+                    concat!($id, ".min"),
+                    concat!($id, ".p1"),
+                    concat!($id, ".p5"),
+                    concat!($id, ".p50"),
+                    concat!($id, ".p95"),
+                    concat!($id, ".max"),
+                ]
+            };
+        }
+        match self {
+            Spread::Thickness => ids!("solid.thickness"),
+            Spread::Width => ids!("pore.thickness"),
+            Spread::Access => ids!("pore.access"),
+        }
+    }
+}
+
+const fn spread_of(phase: Phase) -> Spread {
+    match phase {
+        Phase::Solid => Spread::Thickness,
+        Phase::Pore => Spread::Width,
+    }
+}
+
+fn put_spread(spread: Spread, values: &Distribution, pitch: f64, record: &mut Record) {
+    let [mean, deviation, min, p1, p5, p50, p95, max] = spread.ids();
+    let lengths = [(mean, values.mean()), (min, values.min()), (max, values.max())];
+    let percentiles = [(p1, 0.01), (p5, 0.05), (p50, 0.5), (p95, 0.95)].map(|(id, share)| (id, values.quantile(share)));
+    for (id, length) in lengths.into_iter().chain(percentiles) {
+        let entry = record.put(id, length);
+        if length < RESOLVED * pitch {
+            entry.unresolved(TOO_COARSE);
+        }
+    }
+    let entry = record.put(deviation, values.deviation());
+    if values.mean() < RESOLVED * pitch {
+        entry.unresolved(TOO_COARSE);
+    }
+}
+
+fn lacks_spread(spread: Spread, why: &str, record: &mut Record) {
+    spread.ids().into_iter().for_each(|id| {
+        record.lacks(id, why);
+    });
+}

@@ -1,0 +1,223 @@
+//! What metrics are at least and at most: from the solid that certainly is there and the one that may be.
+//!
+//! The inner solid is all cubes of one pitch that lie in the solid, the outer one all that have part in it. Volumes are summed
+//! on a finer raster, as there cubes are counted and nothing more. Percolation and thickness are found again on either, as
+//! they grow or shrink with the solid: the pores of the outer solid let no larger ball pass than those of the solid itself.
+
+use crate::grid::{Axis, Grid};
+use crate::ldi::{Combine, Ldi, NodePlanes};
+use crate::metrics::bounds::{Interval, Sampled, SolidBounds, VolumeBounds, Within, finer_grid};
+use crate::metrics::distance::{Crossings, DistanceField};
+use crate::metrics::thickness::local_thickness;
+use crate::metrics::{Distribution, Edges, NodeSet, Phase};
+use crate::sampler::{Fill, Mode, Sampler};
+
+use super::balls::{Ways, free_thickness, uncut};
+use super::record::Record;
+use super::{Clock, Study};
+use crate::Error;
+use crate::driver::input::Solid;
+
+/// Cubes along the longest side for volumes, at most.
+const FINEST: u32 = 1024;
+
+/// Bounds of volume, porosity, percolation and the thinnest wall, put beside their values.
+pub fn measure(study: &Study, sampler: &dyn Sampler, clock: &mut Clock, record: &mut Record) -> Result<(), Error> {
+    clock.time("bounds of volume", || volumes(study, sampler, record))?;
+    let grid = study.region.grid();
+    let is_fine = grid.rays().into_iter().max().is_some_and(|rays| rays > COARSE);
+    // A cell that repeats is to fit onto itself.
+    let halves = study.settings.edges != Edges::Periodic || grid.rays().iter().all(|rays| rays % 2 == 0);
+    if !(is_fine && halves) {
+        between_cubes(study, clock, record);
+        return Ok(());
+    }
+    let Study { subject, settings, .. } = *study;
+    let images = subject.sample(&subject.grid_of_pitch(2.0 * grid.pitch())?, settings.fill, sampler)?;
+    let region = images.region();
+    let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
+    let solid = NodeSet::of_planes(&planes);
+    between_cubes(&Study { subject, settings, images: &images, region: &region, solid }, clock, record);
+    Ok(())
+}
+
+/// Rasters of more rays along the longest side have half of them for what is found between cubes: that takes longer than the
+/// values themselves do, and is good to a few cubes at any rate.
+const COARSE: u32 = 128;
+
+/// Bounds of percolation and of the thinnest wall on the raster of a study.
+fn between_cubes(study: &Study, clock: &mut Clock, record: &mut Record) {
+    let bounds =
+        clock.time("inner and outer solid", || SolidBounds::of(&study.images.lattice, &study.solid, study.region));
+    let region = match study.images.roi() {
+        Some(roi) if !study.region.is_box() => SolidBounds::of(roi, study.region.nodes(), study.region),
+        // A box is what it is.
+        _ => SolidBounds { inner: study.region.nodes().clone(), outer: study.region.nodes().clone() },
+    };
+    clock.time("bounds of percolation", || percolation(study, &bounds, &region, record));
+    clock.time("bounds of thickness", || thinnest(study, &bounds, &region, record));
+}
+
+fn volumes(study: &Study, sampler: &dyn Sampler, record: &mut Record) -> Result<(), Error> {
+    let grid = finer_grid(study.region.grid(), FINEST);
+    let fill = study.settings.fill;
+    let solid = study.subject.solid.quantise(&grid)?;
+    let image = sampler.sample(&solid, Axis::X, Mode::Exact, fill)?;
+    let sampled = Sampled { solid: &solid, inside: nodes(&image) };
+    let found = match study.subject.roi {
+        None => VolumeBounds::of(&sampled, &Within::Box(*solid.bounds())),
+        Some(roi) => of_region(&sampled, roi, &grid, fill, sampler)?,
+    };
+    if !study.subject.solid.is_closed() {
+        // What rays that do not close leave open is not known.
+        return Ok(());
+    }
+    let put = |record: &mut Record, id, Interval { lower, upper }: Interval| {
+        let value = record.value(id);
+        if let Some(entry) = record.found(id) {
+            entry.bounds(Some(lower), Some(upper));
+            if value.is_some_and(|value| value < lower || value > upper) {
+                entry.unresolved("the value from rays is beyond its bounds: the raster is too coarse");
+            }
+        }
+    };
+    put(record, "volume.solid", found.solid);
+    put(record, "volume.total", found.region);
+    let porosity = found.porosity();
+    put(record, "porosity", porosity);
+    put(record, "volume.fraction", Interval { lower: 1.0 - porosity.upper, upper: 1.0 - porosity.lower });
+    Ok(())
+}
+
+fn of_region(
+    sampled: &Sampled,
+    roi: &Solid,
+    grid: &Grid,
+    fill: Fill,
+    sampler: &dyn Sampler,
+) -> Result<VolumeBounds, Error> {
+    let roi = roi.quantise(grid)?;
+    let image = sampler.sample(&roi, Axis::X, Mode::Exact, fill)?;
+    Ok(VolumeBounds::of(sampled, &Within::Solid(Sampled { solid: &roi, inside: nodes(&image) })))
+}
+
+fn nodes(image: &Ldi) -> NodePlanes<'_> {
+    NodePlanes::new([image], Combine::Most).expect("one image is a view of its own grid")
+}
+
+/// The largest balls that span the axes between the cubes of the outer solid, and of the inner one.
+fn percolation(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &mut Record) {
+    let least_and_most = [(&bounds.outer, &region.inner), (&bounds.inner, &region.outer)];
+    let found = least_and_most.map(|(solid, region)| spans(study, solid, region));
+    let pitch = study.region.grid().pitch();
+    let diameter = |span: Option<f64>| span.map(|diameter| diameter * pitch);
+    // Centres of balls at a wall of the region are at nodes, half a pitch from where they might be.
+    let [lower, upper] = found;
+    let lower = lower.map(|span| span.map(|diameter| (diameter - 1.0).max(0.0)));
+    let upper = upper.map(|span| span.map(|diameter| diameter + 1.0));
+    for (axis, id) in ["percolation.x", "percolation.y", "percolation.z"].into_iter().enumerate() {
+        if let Some(entry) = record.found(id) {
+            // Where the outer solid leaves no way the ball may be as small as one likes.
+            entry.bounds(Some(diameter(lower[axis]).unwrap_or(0.0)), diameter(upper[axis]));
+        }
+    }
+    let least = |spans: [Option<f64>; 3]| diameter(spans.into_iter().try_fold(f64::INFINITY, |a, b| Some(a.min(b?))));
+    if let Some(entry) = record.found("percolation") {
+        entry.bounds(Some(least(lower).unwrap_or(0.0)), least(upper));
+    }
+}
+
+/// Diameters in pitches, along x, y and z.
+fn spans(study: &Study, solid: &NodeSet, region: &NodeSet) -> [Option<f64>; 3] {
+    let pores = region.minus(solid);
+    let found = Ways::between_cubes(study, solid, &pores).map(|ways| ways.percolation(study, &pores));
+    found.map_or([None; 3], |spans| spans.map(|span| span.map(|span| span.diameter)))
+}
+
+/// The thickness that 1 % of the solid falls below, of the inner and of the outer solid, and a pitch more either way. Where the inner one has lost more than
+/// 1 % of the solid altogether, a wall may be as thin as one likes.
+fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &mut Record) {
+    let Some(value) = record.value("wall.thinnest") else { return };
+    let edges = study.settings.edges;
+    let pitch = study.region.grid().pitch();
+    let p1 = |nodes: &NodeSet, beyond: &NodeSet| {
+        let field = DistanceField::of(&Crossings::of_nodes(nodes, edges), edges);
+        let map = local_thickness(&field, nodes);
+        drop(field);
+        let free = free_thickness(|| Crossings::of_nodes(beyond, Edges::Clip), nodes, edges);
+        let map = uncut(map, free.as_deref());
+        let thickness = Distribution::of_map(&map, pitch)?;
+        Some(thickness.quantile(0.01)).filter(|thickness| thickness.is_finite())
+    };
+    let solid = Phase::Solid.nodes(&study.solid, study.region.nodes());
+    let (inner, outer) = (bounds.inner.and(&region.inner), bounds.outer.and(&region.outer));
+    // What no node sees is lost, too.
+    let lost = outer.minus(&grown(&inner)).count() as f64 / solid.count() as f64;
+    let lower = if lost > 0.01 { None } else { p1(&inner, &bounds.inner) };
+    let upper = p1(&outer, &bounds.outer);
+    if let Some(entry) = record.found("wall.thinnest") {
+        // The 1 % are not the same nodes in each, and are known to a pitch.
+        let least = lower.map_or(0.0, |lower| (lower.min(value) - pitch).max(0.0));
+        entry.bounds(Some(least), upper.map(|upper| upper.max(value) + pitch));
+        if lower.is_none() {
+            entry.unresolved("part of the solid is thinner than the raster shows");
+        }
+    }
+}
+
+/// How far the inner solid ends within the solid, in nodes: a cube that the surface meets, and its diagonal.
+const RIND: usize = 3;
+
+/// A set with all nodes that are [`RIND`] nodes or less from it along each axis.
+fn grown(nodes: &NodeSet) -> NodeSet {
+    let [columns, rows, planes] = nodes.size();
+    let words = nodes.words();
+    let mut grown = nodes.clone();
+    let (mut along, none) = (nodes.clone(), vec![0; words]);
+    for axis in 0..3 {
+        for z in 0..planes {
+            for y in 0..rows {
+                let mut row = along.row(y, z).to_vec();
+                for step in 1..=RIND {
+                    let from = |set: &NodeSet, y: Option<usize>, z: Option<usize>| match (y, z) {
+                        (Some(y), Some(z)) if y < rows && z < planes => set.row(y, z).to_vec(),
+                        _ => none.clone(),
+                    };
+                    let beside = match axis {
+                        0 => [shifted_up(along.row(y, z), step), shifted_down(along.row(y, z), step)],
+                        1 => [from(&along, y.checked_sub(step), Some(z)), from(&along, Some(y + step), Some(z))],
+                        _ => [from(&along, Some(y), z.checked_sub(step)), from(&along, Some(y), Some(z + step))],
+                    };
+                    row.iter_mut().enumerate().for_each(|(i, word)| *word |= beside[0][i] | beside[1][i]);
+                }
+                grown.row_mut(y, z).copy_from_slice(&row);
+            }
+        }
+        along = grown.clone();
+    }
+    grown.and(&NodeSet::full([columns, rows, planes]))
+}
+
+fn shifted_up(row: &[u64], step: usize) -> Vec<u64> {
+    (0..row.len()).map(|i| row[i] << step | if i > 0 { row[i - 1] >> (64 - step) } else { 0 }).collect()
+}
+
+fn shifted_down(row: &[u64], step: usize) -> Vec<u64> {
+    (0..row.len()).map(|i| row[i] >> step | row.get(i + 1).map_or(0, |next| next << (64 - step))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_grow_to_all_sides_and_not_beyond() {
+        let size = [130, 7, 9];
+        let near = |a: usize, b: usize| a.abs_diff(b) <= RIND;
+        let grown = grown(&NodeSet::from_fn(size, |node| node == [63, 1, 4] || node == [129, 6, 8]));
+        let expected = NodeSet::from_fn(size, |[x, y, z]| {
+            (near(x, 63) && near(y, 1) && near(z, 4)) || (near(x, 129) && near(y, 6) && near(z, 8))
+        });
+        assert_eq!(grown, expected);
+    }
+}

@@ -1,0 +1,81 @@
+//! How far the main metrics change with the raster, and with the size of the region.
+
+use crate::grid::Grid;
+use crate::ldi::{Combine, NodePlanes};
+use crate::metrics::distance::{Crossings, DistanceField};
+use crate::metrics::thickness::local_thickness;
+use crate::metrics::{Distribution, Edges, Facets, NodeSet, Phase};
+use crate::sampler::Sampler;
+
+use super::Study;
+use super::balls::Ways;
+use super::raster::Subject;
+use super::record::Record;
+use crate::Error;
+use crate::report::Settings;
+use crate::report::sheet::{Convergence, ConvergenceSeries, Varied};
+
+/// The metrics that are found again on coarser rasters.
+const WATCHED: [&str; 5] =
+    ["porosity", "surface.density", "solid.thickness.mean", "pore.thickness.mean", "percolation"];
+
+/// The watched metrics at twice and four times the pitch, beside those at the pitch itself.
+pub fn over_pitch(
+    subject: Subject,
+    settings: &Settings,
+    grid: &Grid,
+    sampler: &dyn Sampler,
+    record: &Record,
+) -> Result<Convergence, Error> {
+    // A cell that repeats is to fit onto itself.
+    let fits = |times: &u32| settings.edges != Edges::Periodic || grid.rays().iter().all(|rays| rays % times == 0);
+    let mut at: Vec<f64> = [4, 2].into_iter().filter(fits).map(|times| f64::from(times) * grid.pitch()).collect();
+    let mut columns = Vec::new();
+    for &pitch in &at {
+        columns.push(watched(subject, settings, pitch, sampler)?);
+    }
+    at.push(grid.pitch());
+    columns.push(WATCHED.map(|id| record.value(id)));
+    let series = WATCHED.iter().enumerate().map(|(i, &metric)| {
+        let values: Vec<Option<f64>> = columns.iter().map(|column| column[i]).collect();
+        ConvergenceSeries { metric, order: order(&values), values }
+    });
+    Ok(Convergence { over: Varied::Pitch, at, series: series.collect() })
+}
+
+/// The observed order of convergence of values at 4, 2 and 1 pitches: log₂ of the ratio of their differences. Nothing where
+/// they turn back, or do not differ.
+fn order(values: &[Option<f64>]) -> Option<f64> {
+    let [Some(coarse), Some(middle), Some(fine)] = values else { return None };
+    let ratio = (coarse - middle) / (middle - fine);
+    (ratio.is_finite() && ratio > 0.0).then(|| ratio.log2())
+}
+
+/// The watched metrics at another pitch.
+fn watched(
+    subject: Subject,
+    settings: &Settings,
+    pitch: f64,
+    sampler: &dyn Sampler,
+) -> Result<[Option<f64>; 5], Error> {
+    let grid = subject.grid_of_pitch(pitch)?;
+    let images = subject.sample(&grid, settings.fill, sampler)?;
+    let region = images.region();
+    let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
+    let study = Study { subject, settings, images: &images, region: &region, solid: NodeSet::of_planes(&planes) };
+    let mesh = subject.solid.mesh();
+    let facets = Facets::of(&mesh.positions, &mesh.triangles);
+    let surface = images.surface(&facets, &region).area();
+    let porosity = 1.0 - images.volume(&region).value / region.volume();
+    let [walls, pores] = Phase::BOTH.map(|phase| phase.nodes(&study.solid, region.nodes()));
+    let edges = settings.edges;
+    let field = DistanceField::of(&Crossings::of_images(&images.solid, &region, edges), edges);
+    let mean = |nodes: &NodeSet| {
+        let widths = Distribution::of_map(&local_thickness(&field, nodes), pitch)?;
+        widths.mean().is_finite().then(|| widths.mean())
+    };
+    let means = [&walls, &pores].map(mean);
+    let spans = Ways::of(&study, &pores).map(|ways| ways.percolation(&study, &pores));
+    let percolation = spans.and_then(|[x, y, z]| Some(pitch * x?.diameter.min(y?.diameter).min(z?.diameter)));
+    Ok([Some(porosity), Some(surface / region.volume()), means[0], means[1], percolation])
+}

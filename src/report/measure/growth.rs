@@ -1,0 +1,81 @@
+//! How the main metrics change as the region grows: whether it is large enough to stand for the structure.
+//!
+//! Parts of the region about its middle, of half its sides to all of them. Thickness and widths are those of the whole region's
+//! map, so that no part has edges of its own.
+
+use std::ops::Range;
+
+use crate::metrics::{NodeSet, Phase, Region};
+use rayon::prelude::*;
+
+use super::slices::node_ranges;
+use crate::report::sheet::{Convergence, ConvergenceSeries, Varied};
+
+/// The parts, as shares of the region's sides.
+const SHARES: [f64; 5] = [0.5, 0.625, 0.75, 0.875, 1.0];
+
+/// Values in growing parts of a region.
+pub struct Growth {
+    parts: [[Range<usize>; 3]; 5],
+    porosity: Vec<Option<f64>>,
+    thickness: Vec<Option<f64>>,
+    width: Vec<Option<f64>>,
+}
+
+impl Growth {
+    /// The parts of a region, and the porosity of their nodes.
+    pub fn of(region: &Region, solid: &NodeSet) -> Growth {
+        let ranges = node_ranges(region);
+        let parts = SHARES.map(|share| {
+            ranges.clone().map(|Range { start, end }| {
+                let cut = ((1.0 - share) * 0.5 * (end - start) as f64).round() as usize;
+                start + cut..(end - cut).max(start + cut + 1)
+            })
+        });
+        let inside = solid.and(region.nodes());
+        let porosity = parts.iter().map(|part| {
+            let [all, solid] = [region.nodes(), &inside].map(|nodes| sum(nodes, part, |_| 1.0));
+            (all > 0.0).then(|| 1.0 - solid / all)
+        });
+        Growth { porosity: porosity.collect(), parts, thickness: Vec::new(), width: Vec::new() }
+    }
+
+    /// Takes the means of a phase's map, in pitches.
+    pub fn take(&mut self, phase: Phase, map: &[f32], nodes: &NodeSet, pitch: f64) {
+        let means = self.parts.iter().map(|part| {
+            let count = sum(nodes, part, |_| 1.0);
+            (count > 0.0).then(|| pitch * sum(nodes, part, |node| f64::from(map[node])) / count)
+        });
+        let means = means.collect();
+        match phase {
+            Phase::Solid => self.thickness = means,
+            Phase::Pore => self.width = means,
+        }
+    }
+
+    /// All of it; nothing of phases that were not there.
+    pub fn finished(self) -> Convergence {
+        let series = [
+            ("porosity", self.porosity),
+            ("solid.thickness.mean", self.thickness),
+            ("pore.thickness.mean", self.width),
+        ];
+        let found = series.into_iter().filter(|(_, values)| !values.is_empty());
+        Convergence {
+            over: Varied::Region,
+            at: SHARES.to_vec(),
+            series: found.map(|(metric, values)| ConvergenceSeries { metric, values, order: None }).collect(),
+        }
+    }
+}
+
+/// The sum of a term over the nodes of a set within a part, plane by plane.
+fn sum(nodes: &NodeSet, [xs, ys, zs]: &[Range<usize>; 3], term: impl Fn(usize) -> f64 + Sync) -> f64 {
+    let [columns, rows, _] = nodes.size();
+    let of_row = |y: usize, z: usize| -> f64 {
+        let found = xs.clone().filter(|&x| nodes.contains([x, y, z]));
+        found.map(|x| term((z * rows + y) * columns + x)).sum()
+    };
+    let by_plane: Vec<f64> = zs.clone().into_par_iter().map(|z| ys.clone().map(|y| of_row(y, z)).sum()).collect();
+    by_plane.iter().sum()
+}

@@ -1,0 +1,156 @@
+//! Measuring: from meshes to all that a report says.
+//!
+//! [`raster`] samples; [`rays`], [`topology`], [`balls`], [`bounds`] and [`transport`] take the images and the region and put
+//! metrics on the [`record`], whose names and definitions are the [`catalogue`]'s; [`convergence`] does the main ones again on
+//! coarser rasters; [`alerts`] says what there is to say of it. Distance fields and maps are the large arrays (4 to 8 bytes a
+//! node each), so that one room is done with them before the next begins.
+
+mod alerts;
+mod balls;
+mod bounds;
+pub mod catalogue;
+mod clock;
+mod convergence;
+mod growth;
+mod plots;
+mod raster;
+mod rays;
+mod record;
+mod slices;
+mod topology;
+mod transport;
+mod view;
+
+use crate::ldi::{Combine, Ldi, NodePlanes};
+use crate::mesh::LengthUnit;
+use crate::metrics::elements::show_every_facet;
+use crate::metrics::{NodeSet, Region};
+use crate::sampler::Sampler;
+
+pub use clock::Clock;
+pub use raster::Subject;
+
+use self::growth::Growth;
+use self::raster::Images;
+use self::record::Record;
+use self::slices::SliceMaker;
+use super::sheet::{AccessCurve, Alert, Anisotropy, Convergence, HistogramPlot, Metric, Pictures, Profile};
+use crate::Error;
+use crate::Monitor;
+use crate::report::Settings;
+
+/// A solid on a raster, ready to be measured.
+pub struct Study<'s> {
+    pub subject: Subject<'s>,
+    pub settings: &'s Settings,
+    pub images: &'s Images<'s>,
+    pub region: &'s Region<'s>,
+    /// Nodes of the solid, in the region or not.
+    pub solid: NodeSet,
+}
+
+/// Whether every facet of the mesh is surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shells {
+    /// It is.
+    Apart,
+    /// Shells overlap or touch, and facets lie within the solid, or face it from the wrong side.
+    Meeting,
+}
+
+impl Shells {
+    /// As exact images under the even-odd rule show them, which keep every crossing.
+    pub fn of(images: &[Ldi; 3]) -> Shells {
+        if show_every_facet(images) { Shells::Apart } else { Shells::Meeting }
+    }
+}
+
+/// Why there is no value where shells meet.
+pub const SHELLS_MEET: &str =
+    "shells of the mesh overlap or touch, and facets within the solid cannot be told from its surface";
+
+/// What was measured of one solid.
+pub struct Measurements {
+    pub metrics: Vec<Metric>,
+    pub histograms: Vec<HistogramPlot>,
+    pub access: Option<AccessCurve>,
+    pub profiles: Vec<Profile>,
+    pub anisotropy: Option<Anisotropy>,
+    pub convergence: Vec<Convergence>,
+    pub alerts: Vec<Alert>,
+    pub pictures: Pictures,
+}
+
+/// All metrics there are, without values.
+pub fn unmeasured(unit: Option<LengthUnit>) -> Vec<Metric> {
+    let mut record = Record::default();
+    catalogue::all().for_each(|definition| {
+        record.lacks(definition.id, "not measured");
+    });
+    record.into_metrics(unit)
+}
+
+/// Stages that progress is told of.
+const STAGES: usize = 9;
+
+/// Measures a solid within its region.
+pub fn measure(
+    subject: Subject,
+    settings: &Settings,
+    sampler: &dyn Sampler,
+    clock: &mut Clock,
+    progress: &Monitor,
+) -> Result<Measurements, Error> {
+    progress.expect(STAGES)?;
+    let mut record = Record::default();
+    let grid = subject.grid(settings.spacing.in_unit(subject.solid.unit)?, settings.edges)?;
+    let stage = |name: &'static str| progress.stage(format!("{}: {name}", subject.solid.name()));
+    stage("sampling")?;
+    let images = clock.time("sampling", || subject.sample(&grid, settings.fill, sampler))?;
+    let region = images.region();
+    let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
+    let solid = clock.time("sampling", || NodeSet::of_planes(&planes));
+    let study = Study { subject, settings, images: &images, region: &region, solid };
+    progress.step()?;
+
+    stage("rays and facets")?;
+    let drawn = clock.time("rays and facets", || rays::measure(&study, &mut record));
+    progress.step()?;
+    stage("topology")?;
+    clock.time("topology", || topology::measure(&study, &mut record));
+    progress.step()?;
+    stage("access")?;
+    let (access, of_access) = clock.time("access", || balls::access(&study, &mut record));
+    progress.step()?;
+    stage("thickness")?;
+    let mut slices = slices::through_the_middle(&region, &study.solid);
+    let mut growth = Growth::of(&region, &study.solid);
+    let of_thickness = clock.time("thickness", || balls::thickness(&study, &mut slices, &mut growth, &mut record));
+    progress.step()?;
+    stage("bounds")?;
+    bounds::measure(&study, sampler, clock, &mut record)?;
+    progress.step()?;
+    stage("convergence")?;
+    let over_pitch =
+        clock.time("convergence", || convergence::over_pitch(subject, settings, &grid, sampler, &record))?;
+    progress.step()?;
+    stage("tortuosity")?;
+    clock.time("tortuosity", || transport::measure(&study, sampler, progress, &mut record))?;
+    progress.step()?;
+    stage("pictures")?;
+    let view = clock.time("pictures", || view::view(subject, settings.fill, sampler))?;
+    progress.step()?;
+
+    let convergence = vec![over_pitch, growth.finished()];
+    let alerts = alerts::of(&study, &record, &convergence);
+    Ok(Measurements {
+        metrics: record.into_metrics(subject.solid.unit),
+        histograms: of_thickness.into_iter().chain(of_access).chain(drawn.histograms).collect(),
+        access,
+        profiles: drawn.profiles,
+        anisotropy: drawn.anisotropy,
+        convergence,
+        alerts,
+        pictures: Pictures { view: Some(view), slices: slices.into_iter().map(SliceMaker::finished).collect() },
+    })
+}

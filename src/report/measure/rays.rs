@@ -1,0 +1,219 @@
+//! What rays and facets tell: volume, surface, chords, profiles, intercepts, curvature, moments.
+
+use crate::grid::Axis;
+use crate::integrate::Moments;
+use crate::metrics::anisotropy::Crossings;
+use crate::metrics::chords::{Chords, Counted, Weighting};
+use crate::metrics::curvature::curvature;
+use crate::metrics::elements::SurfaceElements;
+use crate::metrics::inertia::phase_moments;
+use crate::metrics::orientation::{Plate, overhang};
+use crate::metrics::permeability::kozeny_carman;
+use crate::metrics::profiles::profiles;
+use crate::metrics::{Facets, Phase};
+use crate::sampler::Fill;
+
+use super::plots::{self, Plot};
+use super::record::Record;
+use super::{SHELLS_MEET, Shells, Study};
+use crate::number::number;
+use crate::report::sheet::{Anisotropy, HistogramPlot, Profile};
+
+/// What is drawn of it.
+#[derive(Default)]
+pub struct Drawn {
+    pub histograms: Vec<HistogramPlot>,
+    pub profiles: Vec<Profile>,
+    pub anisotropy: Option<Anisotropy>,
+}
+
+const NO_SURFACE: &str = "there is no surface within the region";
+
+/// Puts all of it on record.
+pub fn measure(study: &Study, record: &mut Record) -> Drawn {
+    let mesh = study.subject.solid.mesh();
+    let facets = Facets::of(&mesh.positions, &mesh.triangles);
+    let surface = study.images.surface(&facets, study.region);
+    volume(study, record);
+    let mut drawn = Drawn { anisotropy: of_surface(study, &surface, record), ..Drawn::default() };
+    of_mesh(study, &facets, record);
+    for phase in Phase::BOTH {
+        drawn.histograms.extend(chords(study, phase, record));
+        let extent = study.subject.solid.bounds().extent().max_element();
+        moments(phase, &phase_moments(&study.images.solid, study.region, phase), extent, record);
+    }
+    let each = profiles(&study.images.solid, study.region).into_iter();
+    let profile = |p: crate::metrics::profiles::Profile| Profile {
+        axis: p.axis.name(),
+        positions: p.positions,
+        porosity: p.porosities,
+    };
+    drawn.profiles = each.map(profile).collect();
+    drawn
+}
+
+/// The shares of the region that are solid and pore.
+fn volume(study: &Study, record: &mut Record) {
+    let solid = study.images.volume(study.region);
+    let total = study.region.volume();
+    record.put("volume.total", total);
+    record.put("volume.solid", solid.value).error(solid.error);
+    record.put("volume.mesh", study.subject.solid.volume.abs());
+    record.put("volume.fraction", solid.value / total).error(solid.error / total);
+    record.put("porosity", 1.0 - solid.value / total).error(solid.error / total);
+}
+
+/// What is summed over the surface within the region.
+fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> Option<Anisotropy> {
+    let (area, total) = (surface.area(), study.region.volume());
+    let solid = record.value("volume.solid").unwrap_or(f64::NAN);
+    let of_mesh = study.subject.solid.mesh().area();
+    record.put("surface.mesh", of_mesh);
+    let flush = of_mesh - area;
+    let entry = record.put("surface.area", area);
+    if study.subject.roi.is_none() && study.images.shells == Shells::Apart && flush > 1e-3 * of_mesh {
+        entry.warn(format!(
+            "{} % of the mesh's surface lies in the faces of the box, where the solid counts as cut",
+            number((1000.0 * flush / of_mesh).round() / 10.0)
+        ));
+    }
+    record.put("surface.specific", area / solid);
+    record.put("surface.density", area / total);
+    let settings = study.settings;
+    let overhang = overhang(surface, settings.build, settings.overhang_angle, Plate::Counted);
+    let entry = match (study.images.shells, settings.fill) {
+        // Parity turns facets over that wind does not.
+        (Shells::Meeting, Fill::EvenOdd) => record.lacks("overhang", SHELLS_MEET),
+        _ => record.put_or("overhang", overhang.map(|overhang| overhang.share), NO_SURFACE),
+    };
+    entry.with("angle from the horizontal, degrees", settings.overhang_angle);
+    entry.with("build direction", settings.build);
+    let porosity = record.value("porosity").unwrap_or(f64::NAN);
+    let permeability = kozeny_carman(porosity, area / total, settings.kozeny);
+    record.put_or("permeability", permeability, "there are no pores, or no surface").with("K", settings.kozeny);
+
+    let Some(ellipsoid) = Crossings::of(surface, total).ellipsoid() else {
+        for id in ["anisotropy", "intercept.long", "intercept.middle", "intercept.short"] {
+            record.lacks(id, NO_SURFACE);
+        }
+        return None;
+    };
+    // What symmetry makes nothing is nothing, but for rounding.
+    let degree = if ellipsoid.degree < 1e-9 { 0.0 } else { ellipsoid.degree };
+    record.put("anisotropy", degree);
+    for (id, length) in ["intercept.long", "intercept.middle", "intercept.short"].into_iter().zip(ellipsoid.half_axes) {
+        let endless = "endless: lines in this direction never meet the surface";
+        record.put_or(id, length.is_finite().then_some(length), endless);
+    }
+    Some(Anisotropy {
+        degree,
+        lengths: ellipsoid.half_axes,
+        directions: ellipsoid.directions.map(|direction| direction.to_array()),
+    })
+}
+
+/// What the mesh is curved by.
+fn of_mesh(study: &Study, facets: &Facets, record: &mut Record) {
+    let ids = ["surface.curvature.mean", "surface.curvature.gauss"];
+    if study.images.shells == Shells::Meeting {
+        ids.into_iter().for_each(|id| {
+            record.lacks(id, SHELLS_MEET);
+        });
+        return;
+    }
+    match curvature(facets, study.region, study.settings.edges) {
+        Ok(curvature) => {
+            let entry = record.put(ids[0], curvature.mean);
+            if curvature.irregular_edges > 0 {
+                entry.warn(format!("{} edges are not those of two facets and are left out", curvature.irregular_edges));
+            }
+            record.put(ids[1], curvature.gauss);
+        }
+        Err(error) => ids.into_iter().for_each(|id| {
+            record.lacks(id, error.to_string());
+        }),
+    }
+}
+
+/// Chords of a phase along the axes, and their distribution.
+fn chords(study: &Study, phase: Phase, record: &mut Record) -> Option<HistogramPlot> {
+    let edges = study.settings.edges;
+    let along = |axis: Axis| Chords::along(&study.images.solid[axis.depth()], study.region, phase, edges);
+    let all = Axis::ALL.map(along);
+    for (axis, chords) in Axis::ALL.into_iter().zip(&all) {
+        let [number, length] = chord_ids(phase, axis);
+        record.put_or(number, chords.mean(), "no ray meets a surface along this axis");
+        let weighted = chords.distribution(Weighting::Length, Counted::Complete).map(|lengths| lengths.mean());
+        record.put_or(length, weighted, "no chord ends at the surface on both sides");
+    }
+    if phase == Phase::Pore {
+        let solid =
+            Axis::ALL.map(|axis| Chords::along(&study.images.solid[axis.depth()], study.region, Phase::Solid, edges));
+        for ((axis, pore), solid) in Axis::ALL.into_iter().zip(&all).zip(&solid) {
+            let censored = pore.censored().count + solid.censored().count;
+            let share = censored as f64 / (pore.count() + solid.count()) as f64;
+            let id = ["chord.censored.x", "chord.censored.y", "chord.censored.z"][axis.depth()];
+            record.put(id, share);
+        }
+    }
+    let lengths = Chords::together(&all).distribution(Weighting::Number, Counted::Complete)?;
+    let plot = match phase {
+        Phase::Solid => Plot {
+            id: "chord.solid",
+            title: "Solid chords",
+            reading: "Stretches of lines within the solid, by number. Many short ones are thin walls or grazing rays; a long tail \
+                      is solid along an axis.",
+        },
+        Phase::Pore => Plot {
+            id: "chord.pore",
+            title: "Pore chords",
+            reading: "Stretches of lines within the pores, by number. One narrow peak is a regular lattice, a falling \
+                      exponential a random one.",
+        },
+    };
+    Some(plots::histogram(plot, phase, &lengths, study.subject.solid.unit))
+}
+
+fn chord_ids(phase: Phase, axis: Axis) -> [&'static str; 2] {
+    let by_axis = match phase {
+        Phase::Solid => [
+            ["chord.solid.x", "chord.solid.weighted.x"],
+            ["chord.solid.y", "chord.solid.weighted.y"],
+            ["chord.solid.z", "chord.solid.weighted.z"],
+        ],
+        Phase::Pore => [
+            ["chord.pore.x", "chord.pore.weighted.x"],
+            ["chord.pore.y", "chord.pore.weighted.y"],
+            ["chord.pore.z", "chord.pore.weighted.z"],
+        ],
+    };
+    by_axis[axis.depth()]
+}
+
+/// Centroid of a phase, and inertia of the solid.
+fn moments(phase: Phase, moments: &Moments, extent: f64, record: &mut Record) {
+    let nothing = "the region has none of it";
+    // What cancels but for rounding is nothing.
+    let finite = |value: f64, size: f64| value.is_finite().then(|| if value.abs() < 1e-9 * size { 0.0 } else { value });
+    let ids = match phase {
+        Phase::Solid => ["centroid.solid.x", "centroid.solid.y", "centroid.solid.z"],
+        Phase::Pore => ["centroid.pore.x", "centroid.pore.y", "centroid.pore.z"],
+    };
+    for (id, coordinate) in ids.into_iter().zip(moments.centroid.to_array()) {
+        record.put_or(id, finite(coordinate, extent), nothing);
+    }
+    if phase == Phase::Solid {
+        let [x, y, z] = moments.inertia.to_cols_array_2d();
+        let tensor = [
+            ("inertia.xx", x[0]),
+            ("inertia.yy", y[1]),
+            ("inertia.zz", z[2]),
+            ("inertia.xy", x[1]),
+            ("inertia.xz", x[2]),
+            ("inertia.yz", y[2]),
+        ];
+        for (id, value) in tensor {
+            record.put_or(id, finite(value, x[0] + y[1] + z[2]), nothing);
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Metrics as they are found: values by name, put in the order of the catalogue at the end.
+
+use std::collections::HashMap;
+
+use crate::mesh::LengthUnit;
+
+use super::catalogue;
+use crate::report::sheet::{Metric, Status};
+
+/// What is known so far.
+#[derive(Default)]
+pub struct Record {
+    entries: HashMap<&'static str, Entry>,
+}
+
+/// What is known of one metric.
+#[derive(Clone, Debug, Default)]
+pub struct Entry {
+    value: Option<f64>,
+    error: Option<f64>,
+    lower: Option<f64>,
+    upper: Option<f64>,
+    parameters: Vec<(&'static str, String)>,
+    unresolved: bool,
+    warnings: Vec<String>,
+}
+
+impl Record {
+    /// A value that was found. One that is not finite is none, and says so.
+    pub fn put(&mut self, id: &'static str, value: f64) -> &mut Entry {
+        let entry = self.entry(id);
+        entry.value = value.is_finite().then_some(value);
+        if !value.is_finite() {
+            entry.warnings.push("not a finite number".to_owned());
+        }
+        entry
+    }
+
+    /// A value that there is not, and why.
+    pub fn lacks(&mut self, id: &'static str, why: impl Into<String>) -> &mut Entry {
+        let entry = self.entry(id);
+        entry.value = None;
+        entry.warnings.push(why.into());
+        entry
+    }
+
+    /// A value, or why there is none.
+    pub fn put_or(&mut self, id: &'static str, value: Option<f64>, why: &str) -> &mut Entry {
+        match value {
+            Some(value) => self.put(id, value),
+            None => self.lacks(id, why),
+        }
+    }
+
+    /// A value that the raster is too coarse for.
+    pub fn unresolved(&mut self, id: &'static str, why: impl Into<String>) {
+        self.entry(id).unresolved(why);
+    }
+
+    /// Whether the raster is too coarse for a metric.
+    pub fn is_unresolved(&self, id: &str) -> bool {
+        self.entries.get(id).is_some_and(|entry| entry.unresolved)
+    }
+
+    fn entry(&mut self, id: &'static str) -> &mut Entry {
+        // A name that is in no catalogue is a mistake of this program.
+        self.entries.entry(catalogue::definition(id).id).or_default()
+    }
+
+    /// What is known of a metric that has a value.
+    pub fn found(&mut self, id: &str) -> Option<&mut Entry> {
+        self.entries.get_mut(id).filter(|entry| entry.value.is_some())
+    }
+
+    /// The value of a metric, where there is one.
+    pub fn value(&self, id: &str) -> Option<f64> {
+        self.entries.get(id)?.value
+    }
+
+    /// All metrics that were looked at, in the order of the catalogue.
+    pub fn into_metrics(mut self, length: Option<LengthUnit>) -> Vec<Metric> {
+        let all = catalogue::all().filter_map(|definition| Some((definition, self.entries.remove(definition.id)?)));
+        all.map(|(definition, entry)| Metric {
+            id: definition.id,
+            group: definition.group,
+            symbol: definition.symbol,
+            name: definition.name,
+            definition: definition.definition,
+            value: entry.value,
+            error: entry.error,
+            lower: entry.lower,
+            upper: entry.upper,
+            unit: definition.quantity.of(length),
+            method: definition.method,
+            parameters: entry.parameters,
+            reference: definition.reference,
+            status: match (entry.value, entry.unresolved) {
+                (_, true) => Status::NotResolved,
+                (Some(_), false) => Status::Measured,
+                (None, false) => Status::NotApplicable,
+            },
+            warnings: entry.warnings,
+        })
+        .collect()
+    }
+}
+
+impl Entry {
+    /// How far the value may be off, as an estimate.
+    pub fn error(&mut self, error: f64) -> &mut Entry {
+        self.error = error.is_finite().then_some(error);
+        self
+    }
+
+    /// What the value is at least and at most.
+    pub fn bounds(&mut self, lower: Option<f64>, upper: Option<f64>) -> &mut Entry {
+        (self.lower, self.upper) = (lower, upper);
+        self
+    }
+
+    /// What the value depends on.
+    pub fn with(&mut self, name: &'static str, value: impl ToString) -> &mut Entry {
+        self.parameters.push((name, value.to_string()));
+        self
+    }
+
+    /// Something to know of the value.
+    pub fn warn(&mut self, warning: impl Into<String>) -> &mut Entry {
+        self.warnings.push(warning.into());
+        self
+    }
+
+    /// The raster is too coarse for it.
+    pub fn unresolved(&mut self, why: impl Into<String>) -> &mut Entry {
+        self.unresolved = true;
+        self.warn(why)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn metrics_come_in_the_order_of_the_catalogue_with_their_units() {
+        let mut record = Record::default();
+        record.put("connectivity", 2.0).with("edges", "clip");
+        record.put("volume.solid", 3.0).error(0.1).bounds(Some(2.0), None);
+        record.lacks("pore.largest", "there are no pores");
+        record.put("number", f64::NAN);
+        let metrics = record.into_metrics(Some(LengthUnit::Millimetre));
+        let ids: Vec<&str> = metrics.iter().map(|metric| metric.id).collect();
+        assert_eq!(ids, ["volume.solid", "pore.largest", "number", "connectivity"]);
+        assert_eq!(metrics.iter().map(|m| m.unit.to_string()).collect::<Vec<_>>(), ["mm^3", "mm", "1/mm", "1/mm^3"]);
+        assert_eq!((metrics[1].value, metrics[1].status), (None, Status::NotApplicable));
+        assert_eq!((metrics[2].value, metrics[2].warnings.len()), (None, 1));
+    }
+}

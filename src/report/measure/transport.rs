@@ -1,0 +1,93 @@
+//! How much longer ways through a phase are, and how much slower diffusion is.
+//!
+//! Equations are solved on a raster of its own, as their cost grows faster than that of all else; in a box alone, as what flows
+//! needs flat ends.
+
+use crate::grid::{Axis, Grid};
+use crate::ldi::{Combine, NodePlanes};
+use crate::metrics::tortuosity::{EndCondition, diffusive, geodesic};
+use crate::metrics::{Edges, NodeSet, Phase, Region};
+use crate::sampler::Sampler;
+
+use super::Study;
+use super::record::Record;
+use super::slices::node_ranges;
+use crate::Error;
+use crate::Monitor;
+use crate::number::number;
+
+/// The residual at which solutions are good enough.
+const TOLERANCE: f64 = 1e-8;
+
+const GEODESIC: [&str; 3] = ["tortuosity.pore.geodesic.x", "tortuosity.pore.geodesic.y", "tortuosity.pore.geodesic.z"];
+const PORE: [&str; 3] = ["tortuosity.pore.diffusive.x", "tortuosity.pore.diffusive.y", "tortuosity.pore.diffusive.z"];
+const SOLID: [&str; 3] =
+    ["tortuosity.solid.diffusive.x", "tortuosity.solid.diffusive.y", "tortuosity.solid.diffusive.z"];
+
+/// Puts tortuosities on record.
+pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record: &mut Record) -> Result<(), Error> {
+    if !study.region.is_box() {
+        let why = "tortuosity is measured between flat faces, and the region of interest is no box";
+        GEODESIC.into_iter().chain(PORE).chain(SOLID).for_each(|id| {
+            record.lacks(id, why);
+        });
+        return Ok(());
+    }
+    let grid = coarse(study)?;
+    let pitch = number(grid.pitch());
+    let images = study.subject.sample(&grid, study.settings.fill, sampler)?;
+    let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
+    let (solid, region) = (NodeSet::of_planes(&planes), images.region());
+    let edges = study.settings.edges;
+    let phases = Phase::BOTH.map(|phase| cropped(&phase.nodes(&solid, region.nodes()), &region));
+    progress.expect(phases.len() * 3)?;
+    for (phase, nodes) in Phase::BOTH.into_iter().zip(&phases) {
+        for axis in Axis::ALL {
+            progress.stage(format!("diffusion through the {} along {}", phase.name(), axis.name()))?;
+            let (id, none) = match phase {
+                Phase::Solid => (SOLID, "no piece of the solid reaches from face to face"),
+                Phase::Pore => (PORE, "no pore reaches from face to face"),
+            };
+            let id = id[axis.depth()];
+            match diffusive(nodes, axis, edges, EndCondition::Faces, TOLERANCE, &|_| {}) {
+                Ok(Some(diffusion)) => {
+                    record.put(id, diffusion.tortuosity).with("D/D₀", number(diffusion.effective_diffusivity))
+                }
+                Ok(None) => record.lacks(id, none),
+                Err(error) => record.lacks(id, error.to_string()),
+            }
+            .with("pitch", &pitch)
+            .with("edges", edges.name());
+            if phase == Phase::Pore {
+                let id = GEODESIC[axis.depth()];
+                match geodesic(nodes, axis, edges) {
+                    Ok(length) => record.put_or(id, length, none),
+                    Err(error) => record.lacks(id, error.to_string()),
+                }
+                .with("pitch", &pitch)
+                .with("edges", edges.name());
+            }
+            progress.step()?;
+        }
+    }
+    Ok(())
+}
+
+/// The nodes of a box, as a raster of its own.
+fn cropped(nodes: &NodeSet, region: &Region) -> NodeSet {
+    let ranges = node_ranges(region);
+    let size = [0, 1, 2].map(|axis| ranges[axis].len());
+    NodeSet::from_fn(size, |node| nodes.contains([0, 1, 2].map(|axis| ranges[axis].start + node[axis])))
+}
+
+/// The raster for equations: that of the report, or one of a whole multiple of its pitch. A cell that repeats must be whole
+/// pitches of it, too.
+fn coarse(study: &Study) -> Result<Grid, Error> {
+    let grid = study.region.grid();
+    let rays = grid.rays();
+    let longest = rays.into_iter().max().unwrap_or(1);
+    let most = study.settings.tortuosity_resolution;
+    let fits = |times: &u32| study.settings.edges != Edges::Periodic || rays.iter().all(|count| count % times == 0);
+    let times = (longest.div_ceil(most)..=longest).find(fits).unwrap_or(1);
+    if times == 1 { Ok(*grid) } else { study.subject.grid_of_pitch(f64::from(times) * grid.pitch()) }
+}

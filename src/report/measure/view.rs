@@ -1,0 +1,80 @@
+//! The picture of a solid from the side.
+
+use crate::boolean::{BooleanOperation, Expression, Images, Operand, Plan};
+use crate::grid::Axis;
+use crate::ldi::Ldi;
+use crate::mesh::{ClosedMesh, TriangleMesh};
+use crate::picture::annotate::{Annotator, ScaleBar};
+use crate::picture::{Background, Camera, Facets, Format, Scene, Skin, View, ViewBox, palette, png, shaded};
+use crate::sampler::{Fill, Sampler};
+use glam::DAffine3;
+
+use super::raster::Subject;
+use crate::Error;
+use crate::number::number;
+use crate::unit;
+
+const FORMAT: Format = Format { width: 1000, height: 760, supersampling: 2 };
+
+/// How many times larger than the region of interest all there is may be for the picture to be filled by the region.
+const NEAR: f64 = 3.0;
+
+/// A shaded view of the solid, or of what of it lies in the region of interest, as PNG.
+pub fn view(subject: Subject, fill: Fill, sampler: &dyn Sampler) -> Result<Vec<u8>, Error> {
+    let length = subject.solid.unit;
+    let rotation = DAffine3::from_mat3(View::Isometric.rotation());
+    let solids: Vec<_> = [Some(subject.solid), subject.roi].into_iter().flatten().collect();
+    let turned: Vec<TriangleMesh> = solids
+        .iter()
+        .map(|solid| {
+            let mut mesh = solid.mesh().clone();
+            mesh.transform(&rotation);
+            mesh
+        })
+        .collect();
+    let boxes: Vec<ViewBox> = turned
+        .iter()
+        .filter_map(TriangleMesh::bounds)
+        .map(|bounds| ViewBox { min: bounds.min, max: bounds.max })
+        .collect();
+    let region = *boxes.last().expect("a solid has a box");
+    let all = boxes.iter().copied().reduce(|a, b| ViewBox { min: a.min.min(b.min), max: a.max.max(b.max) });
+    let all = all.expect("a solid has a box");
+    // Rays are as far apart everywhere as the picture has them, be it in the picture or not.
+    let is_near = (all.max - all.min).max_element() <= NEAR * (region.max - region.min).max_element();
+    let camera = Camera::aim(FORMAT, if is_near { region } else { all }, all).map_err(Error::input)?;
+    let closed: Vec<Result<ClosedMesh, TriangleMesh>> =
+        turned.into_iter().map(|mesh| ClosedMesh::check(mesh).map_err(|open| open.mesh)).collect();
+    let lattice = closed.iter().map(|mesh| match mesh {
+        Ok(closed) => camera.grid().quantise(closed),
+        Err(open) => camera.grid().quantise_open(open),
+    });
+    let lattice = lattice.collect::<Result<Vec<_>, _>>().map_err(Error::input)?;
+    let images = lattice.iter().map(|solid| sampler.sample_surface(solid, Axis::Z, fill));
+    let images = images.collect::<Result<Vec<Ldi>, _>>()?;
+    let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Intersection, images.len()), Images::Exact);
+    let firsts = [0, lattice[0].triangles().len() as u32];
+    let operands: Vec<Operand> = plan
+        .leaves()
+        .iter()
+        .map(|leaf| Operand { image: &images[leaf.input], first_triangle: firsts[leaf.input] })
+        .collect();
+    let image = plan.sweep(&operands)?;
+    let skins: Vec<Skin> = lattice
+        .iter()
+        .enumerate()
+        .map(|(i, solid)| Skin {
+            positions: solid.positions(),
+            triangles: solid.triangles(),
+            tint: if lattice.len() == 1 { palette::alone() } else { palette::tint(i) },
+        })
+        .collect();
+    let scene = Scene { camera: &camera, image: &image, skins: &skins, cut: None, cut_tint: palette::cut() };
+    let mut canvas = shaded(&scene, Facets::Smooth, Background::Transparent);
+    let bar = ScaleBar::of(&camera);
+    Annotator::new(&mut canvas).scale_bar(bar, &format!("{}{}", number(bar.length), unit::suffix(length, 1)));
+    let mut bytes = Vec::new();
+    png::write(&canvas, &mut bytes)
+        .map_err(|error| Error::machine(format!("a picture could not be encoded: {error}")))?;
+    Ok(bytes)
+}

@@ -1,0 +1,81 @@
+//! The scaffold report: what is measured of a solid and its pores, and the files that say so.
+//!
+//! `measure` (images, fields, metrics) → [`sheet`] (everything that is known, in world units, ready to be
+//! said) → [`write`] (metrics.json, metrics.csv, methods.txt) and [`page`] (report.html). Nothing behind the sheet computes, and
+//! nothing before it formats.
+
+pub mod files;
+#[cfg(test)]
+mod fixture;
+mod id;
+mod limits;
+mod measure;
+mod page;
+mod quantity;
+pub mod sheet;
+mod write;
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+
+use crate::driver::job::{Backend, Input, Openness, Spacing};
+use crate::length::Length;
+use crate::mesh::LengthUnit;
+use crate::metrics::Edges;
+use crate::sampler::Fill;
+
+/// Reports of several solids, written to a folder.
+#[derive(Clone, Debug)]
+pub struct ReportJob {
+    /// The solids.
+    pub solids: Vec<Input>,
+    /// The region of interest; the box of each solid without it.
+    pub roi: Option<Roi>,
+    /// The design that the first solid is compared with.
+    pub compare: Option<Input>,
+    /// A file of limits that the metrics are held to.
+    pub limits: Option<PathBuf>,
+    /// The folder of all files.
+    pub folder: PathBuf,
+    /// The unit of files that state none.
+    pub unit: Option<LengthUnit>,
+    /// The treatment of meshes that are not closed.
+    pub openness: Openness,
+    /// The course of the measurement.
+    pub settings: Settings,
+    /// The command that asked for the report, for its provenance.
+    pub command_line: String,
+}
+
+/// The boundary of the region of interest.
+#[derive(Clone, Debug)]
+pub enum Roi {
+    /// A closed mesh.
+    File(Input),
+    /// The convex hull of the solid.
+    Hull,
+    /// The solid with everything filled that a ball from outside cannot reach; its diameter, or a default.
+    Wrap(Option<Length>),
+}
+
+/// The course of a measurement.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The fineness of the raster.
+    pub spacing: Spacing<Length>,
+    /// Rays along the longest side of the raster that diffusion is solved on.
+    pub tortuosity_resolution: u32,
+    /// The boundary condition at the faces of the region.
+    pub edges: Edges,
+    /// The fill rule.
+    pub fill: Fill,
+    /// The direction that is up in the printer.
+    pub build: DVec3,
+    /// The angle from the horizontal below which a facet overhangs, in degrees.
+    pub overhang_angle: f64,
+    /// K of Kozeny and Carman.
+    pub kozeny: f64,
+    /// The device that samples.
+    pub backend: Backend,
+}

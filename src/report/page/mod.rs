@@ -1,0 +1,81 @@
+//! Pages that say what a [`Sheet`] holds: HTML with everything inside it, styles, drawings and pictures, so that a page can
+//! be mailed, archived and printed, and asks no network for anything; a policy in its head forbids it to.
+//!
+//! A page reads without scripts. What script there is makes tables sortable. Templates escape what they are given;
+//! drawings escape their own texts and are let through.
+
+mod colour;
+pub mod compare;
+mod plot;
+mod report;
+mod slices;
+pub mod summary;
+mod table;
+mod verdict;
+pub mod words;
+
+use askama::Template;
+
+use super::sheet::Sheet;
+
+/// The style of all pages.
+const STYLE: &str = include_str!("../templates/style.css");
+/// What makes tables sortable.
+const SORT: &str = include_str!("../templates/sort.js");
+/// What stands below all pages.
+const FOOT: &str = concat!("Made by ldi-ops ", env!("CARGO_PKG_VERSION"));
+
+/// The report on one solid, as a file of its own.
+pub fn html(sheet: &Sheet) -> String {
+    report::html(sheet)
+}
+
+fn rendered(page: &impl Template) -> String {
+    page.render().expect("a template that compiles fails only where writing to memory does")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::compare;
+    use super::summary::{self, Entry};
+    use crate::report::fixture;
+
+    /// The pages of both fixtures, the summary and the comparison.
+    fn pages() -> Vec<(&'static str, String)> {
+        let (rich, poor) = (fixture::rich(), fixture::poor());
+        let entry = |sheet, link: &str| Entry { sheet, link: link.to_owned() };
+        let entries = || [entry(&rich, "rich.html"), entry(&poor, "poor.html")];
+        let [a, b] = entries();
+        let mut other = rich.clone();
+        other.title = "gyroid-dense.stl".to_owned();
+        other.metrics.iter_mut().for_each(|metric| {
+            [&mut metric.value, &mut metric.lower, &mut metric.upper]
+                .into_iter()
+                .flatten()
+                .for_each(|value| *value *= 1.05)
+        });
+        other.histograms.iter_mut().for_each(|plot| plot.range[1] *= 1.2);
+        vec![
+            ("rich.html", super::html(&rich)),
+            ("poor.html", super::html(&poor)),
+            ("summary.html", summary::html(&entries(), &[])),
+            ("compare.html", compare::html(&entry(&rich, "rich.html"), &entry(&other, "rich.html"))),
+            ("compare-poor.html", compare::html(&a, &b)),
+        ]
+    }
+
+    /// Where LDI_OPS_PAGES names a folder, the pages are left there to be looked at.
+    #[test]
+    fn pages_hold_no_raw_text_and_no_missing_numbers() {
+        for (name, page) in pages() {
+            if let Some(folder) = std::env::var_os("LDI_OPS_PAGES") {
+                std::fs::write(PathBuf::from(folder).join(name), &page).unwrap();
+            }
+            for bad in ["NaN", "<script>alert", "& is <not>", "inf ", "Some("] {
+                assert!(!page.contains(bad), "{name} holds {bad}: {:.200}", &page[page.find(bad).unwrap()..]);
+            }
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! How metrics change as something is varied that should not matter.
+
+use super::svg::Anchor;
+use super::{AxisOf, Frame};
+use crate::report::page::words;
+use crate::report::quantity::Unit;
+use crate::report::sheet::{Convergence, ConvergenceSeries, Varied};
+
+/// The room that the number of a curve takes.
+const NUMBER: f64 = 14.0;
+
+/// So many classes of series are told apart.
+pub const SERIES: usize = 6;
+
+/// Differences from the last value in percent, over the pitch or the size of the region; nothing where fewer than two
+/// values of a metric are known.
+pub fn convergence(study: &Convergence, length: &Unit) -> Option<String> {
+    let curves: Vec<(usize, Vec<[f64; 2]>)> = study
+        .series
+        .iter()
+        .enumerate()
+        .map(|(i, series)| (i, changes(study, series)))
+        .filter(|(_, c)| c.len() > 1)
+        .collect();
+    let largest = curves.iter().flat_map(|(_, curve)| curve).map(|[_, change]| change.abs()).fold(0.0, f64::max);
+    if curves.is_empty() {
+        return None;
+    }
+    let widest = study.at.iter().copied().fold(0.0, f64::max);
+    let title = match study.over {
+        Varied::Pitch => format!("Pitch ({})", length.for_people()),
+        Varied::Region => "Side of the region (% of the whole)".to_owned(),
+    };
+    let scale = scale(study.over);
+    let reach = |sign: f64| {
+        let furthest = curves.iter().flat_map(|(_, curve)| curve).map(|[_, change]| sign * change).fold(0.0, f64::max);
+        // A line of nothing but zeros still needs a frame; room is left for the numbers of the curves.
+        if largest > 0.0 { sign * (furthest + 0.15 * largest) } else { sign }
+    };
+    let mut frame = Frame::new(
+        &AxisOf { title: &title, range: [0.0, scale * widest * 1.04] },
+        &AxisOf { title: "Difference from the last (%)", range: [reach(-1.0), reach(1.0)] },
+        Vec::new(),
+    );
+    let [left, right] = frame.x.places();
+    let zero = frame.y.at(0.0);
+    frame.svg.line("axis", [left, zero], [right, zero]);
+    let mut numbers: Vec<[f64; 2]> = Vec::new();
+    for (i, curve) in curves {
+        let class = i % SERIES;
+        let places: Vec<_> = curve.iter().map(|&[at, change]| frame.at([scale * at, change])).collect();
+        frame.svg.polyline(&format!("series s{class}"), places.iter().copied());
+        for (place, [at, change]) in places.iter().zip(&curve) {
+            let says = format!(
+                "{} at {}: {}\u{a0}%",
+                study.series[i].metric,
+                words::significant(scale * at, 3),
+                words::significant(*change, 2)
+            );
+            frame.svg.circle(&format!("dot s{class}"), *place, 3.5, Some(&says));
+        }
+        // Colour is not the only thing that tells them apart.
+        if let Some(&[x, y]) = places.first() {
+            // A number that would lie on another one moves aside.
+            let near = |x: f64, other: &[f64; 2]| (other[0] - x).abs() < NUMBER && (other[1] - y).abs() < NUMBER;
+            let mut x = x;
+            while numbers.iter().any(|other| near(x, other)) {
+                x -= NUMBER;
+            }
+            numbers.push([x, y]);
+            frame.svg.text("mark-label", Anchor::Middle, [x, y - 7.0], &(i + 1).to_string());
+        }
+    }
+    Some(
+        frame.finish(&format!(
+            "The largest difference from the last value is {}\u{a0}%.",
+            words::significant(largest, 2)
+        )),
+    )
+}
+
+/// What places on the axis are multiplied by.
+fn scale(over: Varied) -> f64 {
+    match over {
+        Varied::Pitch => 1.0,
+        Varied::Region => 100.0,
+    }
+}
+
+/// Where a metric was found, and by how many percent it differs there from its last value.
+fn changes(study: &Convergence, series: &ConvergenceSeries) -> Vec<[f64; 2]> {
+    let Some(last) = series.values.last().copied().flatten().filter(|last| last.is_finite() && *last != 0.0) else {
+        return Vec::new();
+    };
+    let known = study.at.iter().zip(&series.values).filter_map(|(&at, value)| value.map(|value| [at, value]));
+    known.filter(|[_, value]| value.is_finite()).map(|[at, value]| [at, 100.0 * (value - last) / last.abs()]).collect()
+}
+
+/// By how many percent the last value differs from the one before.
+pub fn last_change(study: &Convergence, series: &ConvergenceSeries) -> Option<f64> {
+    match changes(study, series).as_slice() {
+        [.., [_, before], _] => Some(-before),
+        _ => None,
+    }
+}

@@ -1,0 +1,83 @@
+//! designs.csv: a row for each design and a column for each metric, for spreadsheets.
+
+use crate::mesh::LengthUnit;
+use csv::{Terminator, WriterBuilder};
+
+use crate::report::page::summary::Unmeasured;
+use crate::report::sheet::{Metric, Sheet};
+
+/// What tells spreadsheets that a file is UTF-8.
+const BYTE_ORDER_MARK: &str = "\u{feff}";
+
+/// The table; a cell is empty where there is no finite number. Lengths are in the unit of the first design, where each design
+/// has one; else in that of each, which the second column names.
+pub fn designs(sheets: &[&Sheet], failures: &[Unmeasured]) -> String {
+    let mut metrics: Vec<&Metric> = Vec::new();
+    for metric in sheets.iter().flat_map(|sheet| &sheet.metrics) {
+        if !metrics.iter().any(|known| known.id == metric.id) {
+            metrics.push(metric);
+        }
+    }
+    let common: Option<LengthUnit> =
+        sheets.first().and_then(|first| first.unit).filter(|_| sheets.iter().all(|sheet| sheet.unit.is_some()));
+    let header = |metric: &&Metric| {
+        let unit = metric.unit.quantity.of(common);
+        let name = unit.to_string();
+        format!("{} [{}]", metric.id, if name.is_empty() { unit.for_people() } else { name })
+    };
+    let value = |sheet: &Sheet, metric: &Metric| {
+        let metric = sheet.metric(metric.id)?;
+        let factor = common.and_then(|unit| metric.unit.factor_to(&metric.unit.quantity.of(Some(unit)))).unwrap_or(1.0);
+        metric.value.map(|value| value * factor).filter(|value| value.is_finite()).map(|value| value.to_string())
+    };
+    let write = || -> Result<Vec<u8>, csv::Error> {
+        let mut writer = WriterBuilder::new().terminator(Terminator::CRLF).from_writer(Vec::new());
+        let first = ["design", "length unit", "limits", "not measured because"].map(str::to_owned);
+        writer.write_record(first.into_iter().chain(metrics.iter().map(header)))?;
+        for sheet in sheets {
+            let limits = sheet.verdict.as_ref().map_or("", |verdict| if verdict.passed { "kept" } else { "broken" });
+            let unit = common.or(sheet.unit).map_or("unknown", LengthUnit::symbol);
+            let first = [sheet.title.as_str(), unit, limits, ""].map(str::to_owned);
+            let values = metrics.iter().map(|metric| value(sheet, metric).unwrap_or_default());
+            writer.write_record(first.into_iter().chain(values))?;
+        }
+        for Unmeasured { path, message } in failures {
+            let first = [path.as_str(), "", "", message.as_str()].map(str::to_owned);
+            writer.write_record(first.into_iter().chain(metrics.iter().map(|_| String::new())))?;
+        }
+        writer.into_inner().map_err(|error| error.into_error().into())
+    };
+    let table = write().expect("memory takes all that is written, and all rows have the same fields");
+    BYTE_ORDER_MARK.to_owned() + &String::from_utf8(table).expect("what was written was text")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::fixture;
+
+    #[test]
+    fn each_design_has_a_row_and_each_metric_a_column() {
+        let rich = fixture::rich();
+        let mut in_metres = fixture::rich();
+        in_metres.title = fixture::AWKWARD.to_owned();
+        in_metres.unit = Some(LengthUnit::Metre);
+        in_metres.metrics.iter_mut().for_each(|metric| metric.unit = metric.unit.quantity.of(Some(LengthUnit::Metre)));
+        let failure = Unmeasured { path: "broken.stl".to_owned(), message: "not closed:\n  12 open edges".to_owned() };
+        let text = designs(&[&rich, &in_metres], &[failure]);
+        let text = text.strip_prefix('\u{feff}').expect("a byte order mark");
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let header = reader.headers().unwrap().clone();
+        let column = |name: &str| header.iter().position(|known| known == name).unwrap_or_else(|| panic!("{name}"));
+        assert_eq!(header.len(), 4 + rich.metrics.len());
+        let rows: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().unwrap();
+        assert_eq!(rows.len(), 3);
+        assert_eq!((&rows[0][0], &rows[1][0]), (rich.title.as_str(), fixture::AWKWARD));
+        assert_eq!((&rows[0][2], &rows[0][column("porosity [1]")]), ("broken", "0.69873"));
+        assert_eq!(&rows[0][column("volume.total [mm^3]")], "1000");
+        assert_eq!(rows[1][column("volume.total [mm^3]")].parse::<f64>().unwrap().log10().round(), 12.0);
+        assert_eq!((&rows[2][0], &rows[2][3]), ("broken.stl", "not closed:\n  12 open edges"));
+        let poor = designs(&[&rich, &fixture::poor()], &[]);
+        assert!(poor.contains("volume.total [units³]") && poor.contains("unknown"));
+    }
+}
