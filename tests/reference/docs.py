@@ -3,12 +3,12 @@
 
 usage: docs.py --program LDI-OPS [--update | --self-test] [DOCUMENT …]
 
-Runs the commands in the fenced blocks of language `console`, and compares what they print with the block. A line that begins
-with `$ ` is a command; one that ends with a backslash goes on in the next line. The lines after it, up to the next command or
-the end of the block, are its output, of stdout and stderr together. The commands of a document run in order in one temporary
-folder that holds a copy of data/, so that later commands read what earlier ones wrote. They run in a shell, which finds the
-program as `ldi-ops`; `cargo run --release --` stands for the program, too. Each command must exit with 0: a command that is
-to fail ends with `; echo "exit code $?"`.
+Runs the commands in the fenced blocks of language `console`, and compares what they print with the block. A line that
+begins with `$ ` is a command; one that ends with a backslash goes on in the next line. The lines after it, up to the next
+command or the end of the block, are its output, of stdout and stderr together. The commands of a document run in order in
+one temporary folder that holds a copy of data/, so that later commands read what earlier ones wrote. They run in a shell,
+which finds the program as `ldi-ops`; `cargo run --release --` stands for the program, too. Each command must exit with 0: a
+command that is to fail ends with `; echo "exit code $?"`.
 
 Lines are compared as they are, with these exceptions:
 
@@ -16,8 +16,8 @@ Lines are compared as they are, with these exceptions:
 - numbers are not compared where they are followed by s, ms, kB, MB or GB, nor in lines that begin with `time` or `memory`.
 
 Links of the documents to files of the repository must lead to files. Exits 1 with a diff for each command whose output
-differs, after the file and the line of the command. `--update` rewrites the output in the documents, and keeps lines with `…` that
-still match. `--self-test` falsifies documents, and exits 1 unless each falsehood is found.
+differs, after the file and the line of the command. `--update` rewrites the output in the documents, and keeps lines with
+`…` that still match. `--self-test` falsifies documents, and exits 1 unless each falsehood is found.
 """
 
 import argparse
