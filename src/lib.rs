@@ -73,3 +73,8 @@ pub mod sampler;
 pub mod solids;
 pub mod surface;
 pub mod voxels;
+
+// Compiles and runs the examples of the guide with the doc tests.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/library.md")]
+struct LibraryGuide;
