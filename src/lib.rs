@@ -88,3 +88,8 @@ mod warning;
 pub use error::{Error, ErrorKind, OpenMesh};
 pub use progress::{Monitor, Progress};
 pub use warning::Warning;
+
+// Compiles and runs the examples of the guide with the doc tests.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/library.md")]
+struct LibraryGuide;

@@ -123,12 +123,13 @@ make_pages() {
     "${report[@]}" "$models/bcc_lattice.stl" "$models/sphere.stl" "$models/primitive_sheet.stl" -o "$1/many" >/dev/null &&
     "${report[@]}" "$models/cubic_lattice.stl" --compare "$models/bcc_lattice.stl" -o "$1/two" >/dev/null
 }
-# Files that are written, read by others.
+# Files that are written, read by others; and the commands of README.md and docs/.
 run_files() {
   run_python && build_program && .venv/bin/python tests/reference/live_numpy.py "$program" &&
     .venv/bin/python tests/reference/reread.py --program "$program" &&
     .venv/bin/python tests/reference/outputs.py --program "$program" &&
-    .venv/bin/python tests/reference/sum_outputs.py --program "$program"
+    .venv/bin/python tests/reference/sum_outputs.py --program "$program" &&
+    .venv/bin/python tests/reference/docs.py --program "$program"
 }
 # Metrics of voxel arrays, by programs that take some minutes to install.
 run_metrics_python() {
@@ -148,6 +149,7 @@ run_self-test() {
     .venv/bin/python tests/reference/estimates.py --program "$program" --cases 60 --self-test &&
     .venv/bin/python tests/reference/outputs.py --program "$program" --self-test &&
     .venv/bin/python tests/reference/sum_outputs.py --program "$program" --self-test &&
+    .venv/bin/python tests/reference/docs.py --program "$program" --self-test &&
     install_browser && node tests/browser/self_test.mjs
 }
 program=${CARGO_TARGET_DIR:-target}/checked/ldi-ops
