@@ -1,5 +1,5 @@
-// Sorts the crossings of each ray in place, one invocation a ray, by insertion: rays have few. Those that have more than
-// SORTED_ALONE are left to `merge.wgsl`.
+// Sorts the crossings of each ray in place, one invocation per ray, by insertion, since rays have few. Rays with more
+// than SORTED_ALONE crossings are left to `merge.wgsl`.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
