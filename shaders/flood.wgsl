@@ -57,7 +57,7 @@ fn joined_in_row(at: u32, word: u32) -> u32 {
     return ~(walls[at] | padding(word));
 }
 
-// Along x: through the bits of a row.
+// Sweeps along x, through the bits of a row.
 @compute @workgroup_size(WORKGROUP)
 fn flood_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
               @builtin(local_invocation_index) lane: u32) {
@@ -92,7 +92,7 @@ fn flood_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     tell_change();
 }
 
-// Along y or z: word after word.
+// Sweeps along y or z, word after word.
 @compute @workgroup_size(WORKGROUP)
 fn flood_lines(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
                @builtin(local_invocation_index) lane: u32) {

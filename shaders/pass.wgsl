@@ -42,7 +42,7 @@ fn cover_small(triangle: u32) {
     }
 }
 
-// One invocation per triangle.
+// Covers small triangles and queues large ones, one invocation per triangle.
 @compute @workgroup_size(WORKGROUP)
 fn cover_triangles(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
                    @builtin(local_invocation_index) lane: u32) {
@@ -53,7 +53,7 @@ fn cover_triangles(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgro
     finish(lane);
 }
 
-// One workgroup per block; the lanes are divided equally among its rows.
+// Covers queued blocks, one workgroup per block; the lanes are divided equally among its rows.
 @compute @workgroup_size(WORKGROUP)
 fn cover_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
                 @builtin(local_invocation_index) lane: u32) {

@@ -6,7 +6,8 @@
 @group(0) @binding(2) var<storage, read_write> crossings: array<u32>;
 @group(0) @binding(3) var<storage, read_write> crossed: array<u32>;
 
-// Coincident crossings sort by triangle, so that their order never depends on arrival.
+// Returns whether the crossing at `at` sorts after another. Coincident crossings sort by triangle, so that their order never
+// depends on arrival.
 fn is_behind(at: u32, crossing: u32, triangle: u32) -> bool {
     if KEEPS_TRIANGLES && crossings[at] == crossing {
         return crossed[at] > triangle;

@@ -21,7 +21,7 @@ fn tell(at: u32, parity: u32, within: u32) {
     }
 }
 
-// Rays along x: the bits of a row.
+// Spreads along x, through the bits of a row.
 @compute @workgroup_size(WORKGROUP)
 fn spread_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
                @builtin(local_invocation_index) lane: u32) {
@@ -39,7 +39,7 @@ fn spread_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups)
     }
 }
 
-// Rays along y or z, side by side: word after word.
+// Spreads along y or z, word after word.
 @compute @workgroup_size(WORKGROUP)
 fn spread_lines(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
                 @builtin(local_invocation_index) lane: u32) {

@@ -32,7 +32,8 @@ fn add_winding(crossing: u32, position: i32, changes_parity: bool, becomes_insid
     }
 }
 
-// Called by all invocations of a workgroup. Most have nothing to add where triangles lie between the rays.
+// Adds the sums of an invocation to the tally; all invocations of a workgroup must call it. Most have nothing to add where
+// triangles lie between the rays.
 fn add_to_tally(lane: u32) {
     if changes != 0u || aligned != 0 || any((wound | unpaired) != vec2(0u)) {
         let wound_before = atomicAdd(&group_wound_low, wound.x);

@@ -8,9 +8,9 @@
 //!   column*: the least column whose ray is not left of the edge, ties included. A triangle covers, in each row between
 //!   its vertices, the columns from the lesser to the greater first column of its two edges there. The first column
 //!   depends on the edge alone, so a mesh whose edges have even valence gives every ray an even count by construction.
-//! - **Depth from a residual.** Near an integer `m`, the side on which the plane passes is the sign of `n·(ray −
-//!   vertex)` at depth m. Its terms overflow `i64`, but its value is |n_depth|·|m − d| < 2^62, so wrapping arithmetic
-//!   yields it exactly.
+//! - **Depth from a residual.** Near an integer `m`, the side on which the plane passes is the sign of
+//!   `n·(ray − vertex)` at depth m. Its terms overflow `i64`, but its value is |n_depth|·|m − d| < 2^62, so wrapping
+//!   arithmetic yields it exactly.
 
 use crate::grid::Axis;
 

@@ -52,7 +52,7 @@ pub enum DeviceError {
     TooLarge {
         /// The adapter's name.
         adapter: String,
-        /// The contents of the buffer.
+        /// The contents that are too large.
         what: &'static str,
         /// Number of bytes required.
         needed: u64,

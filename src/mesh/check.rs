@@ -1488,7 +1488,7 @@ mod tests {
 
     #[test]
     fn a_cavity_that_touches_the_outside_is_a_cavity() {
-        // The cavity touches no face of the cube, one with a face of its own, two, or three.
+        // The cavity has none, one, two or three of its faces in faces of the cube.
         let outer = cube(DVec3::ZERO, 4.0);
         for i in 0..27 {
             let corner = DVec3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9));

@@ -52,7 +52,7 @@ impl Aabb {
         Aabb { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Side lengths.
+    /// Returns the side lengths.
     pub fn extent(self) -> DVec3 {
         self.max - self.min
     }
