@@ -5,10 +5,9 @@
 //!
 //! # Method
 //! The check builds no table of edges. Every undirected edge gets a 128-bit hash of its two end positions, and the
-//! hashes of all
-//! edge uses are combined by XOR. Uses of the same edge cancel in pairs whatever their order, so a closed mesh gives
-//! zero, always. A mesh that is not closed leaves the XOR of the hashes of its odd edges, which is zero with a chance of
-//! about 2⁻¹²⁸ if the hash behaves like a random function. Three folds share one pass:
+//! hashes of all edge uses are combined by XOR. Uses of the same edge cancel in pairs whatever their order, so a closed
+//! mesh gives zero, always. A mesh that is not closed leaves the XOR of the hashes of its odd edges, which is zero with
+//! a chance of about 2⁻¹²⁸ if the hash behaves like a random function. Three folds share one pass:
 //! - XOR of edge hashes: zero ⇔ closed;
 //! - wrapping sum of edge hashes, added for a use from the lower end to the higher and subtracted for the reverse:
 //!   zero ⇔ every edge is used as often in one direction as in the other;
@@ -28,8 +27,7 @@
 //!
 //! There is no proof that such a mix is random, and someone who knows the constants could construct a mesh that defeats
 //! it. Nothing depends on it alone: the sampler reports every ray whose count is odd, and [`super::check::check`]
-//! decides with
-//! exact comparisons. The hash decides only that the exact check need not run.
+//! decides with exact comparisons. The hash decides only that the exact check need not run.
 
 use std::fmt;
 

@@ -125,7 +125,7 @@ fn crosses(p: DVec3, q: DVec3, of_p: f64, of_q: f64, [a, b, c]: [DVec3; 3]) -> b
     turns.iter().all(|&turn| turn >= 0.0) || turns.iter().all(|&turn| turn <= 0.0)
 }
 
-/// Decides for triangles that share their first corner.
+/// Returns whether triangles that share their first corner meet elsewhere.
 fn corner_meet(a: [DVec3; 3], b: [DVec3; 3]) -> bool {
     let of = |plane: [DVec3; 3], p, q| [side(plane[0], plane[1], plane[2], p), side(plane[0], plane[1], plane[2], q)];
     let b_of_a = of(a, b[1], b[2]);
@@ -145,7 +145,7 @@ fn corner_meet(a: [DVec3; 3], b: [DVec3; 3]) -> bool {
     crosses(b[1], b[2], b_of_a[0], b_of_a[1], a) || crosses(a[1], a[2], a_of_b[0], a_of_b[1], b)
 }
 
-/// Decides for two triangles that share a side, the second given by its third corner.
+/// Returns whether two triangles that share a side meet elsewhere, the second given by its third corner.
 fn side_meet(a: [DVec3; 3], other: DVec3) -> bool {
     if side(a[0], a[1], a[2], other) != 0.0 {
         return false;
@@ -154,7 +154,7 @@ fn side_meet(a: [DVec3; 3], other: DVec3) -> bool {
     orient2d(a[0], a[1], a[2]) * orient2d(b[0], b[1], b[2]) >= 0.0
 }
 
-/// Decides for coplanar triangles: they meet unless a side of either separates them.
+/// Returns whether coplanar triangles meet: no side of either separates them.
 fn flat_meet(a: [DVec3; 3], b: [DVec3; 3]) -> bool {
     let (a, b) = flat(a, b);
     let [a, b] = [a, b].map(counter_clockwise);

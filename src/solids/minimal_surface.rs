@@ -1,8 +1,7 @@
 //! Triply periodic minimal surfaces as scaffolds: gyroid, primitive, diamond; as a sheet or as a network.
 //!
 //! The surfaces are approximated by their usual nodal form f = 0 (von Schnering and Nesper, Zeitschrift für Physik B
-//! 83, 1991),
-//! with x, y, z in 2π per cell:
+//! 83, 1991), with x, y, z in 2π per cell:
 //!
 //! | surface | f | area per cell, in L² |
 //! |---|---|---|
