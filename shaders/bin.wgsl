@@ -1,10 +1,10 @@
-// A geometry pass over the tiles of a band: which of them a triangle may cross a ray of. Rows and columns are those of tiles, an
-// item is a tile, and in place of a crossing stands the triangle.
+// A geometry pass over the tiles of a band: finds the tiles of which a triangle may cross a ray. Rows and columns are
+// those of tiles, an item is a tile, and the triangle takes the place of a crossing.
 
 // Triangles whose box covers more tiles are large.
 const MOST_ALONE = SMALL_BOX_IN_TILES;
 
-// The box of a triangle in tiles; nothing where it is none in rays.
+// Returns the box of a triangle in tiles; empty where it is empty in rays.
 fn seen_in_pass(triangle: u32) -> SeenTriangle {
     var seen = see(triangle);
     if seen.first_row >= seen.end_row || seen.first_column >= seen.end_column {
@@ -19,10 +19,11 @@ fn seen_in_pass(triangle: u32) -> SeenTriangle {
     return seen;
 }
 
-// The tiles of one row that a triangle may cross a ray of; of them, those that `lane` of `lanes` has to do.
+// Covers the tiles of one row of which a triangle may cross a ray; of them, those that `lane` of `lanes` has to
+// process.
 //
-// The columns of an edge's crossings change one way from row to row, so that those of all rows of a tile lie between those of
-// the first row and of the last, and of the two rows beside the middle corner.
+// The columns of an edge's crossings are monotone from row to row, so that those of all rows of a tile lie between
+// those of the first row and of the last, and of the two rows beside the middle corner.
 fn cover_row(seen: SeenTriangle, tile_row: i32, lane: i32, lanes: i32) {
     let side = i32(TILE_SIDE);
     let top = view.first_row + tile_row * side;

@@ -1,5 +1,5 @@
-// What the ends of spans along one axis tell of nodes: where the state along the ray changes, which crossings are the ray's
-// first and last, and between which neighbours there is any. One invocation a crossing.
+// Marks, for the ends of spans along one axis, the nodes where the state along the ray changes, the first and last
+// crossing of each ray, and the neighbouring nodes between which there is any crossing. One invocation per crossing.
 
 @group(0) @binding(0) var<uniform> view: NodeView;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
@@ -8,7 +8,7 @@
 @group(0) @binding(4) var<storage, read_write> ends: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> walls: array<atomic<u32>>;
 
-// The word and the bit of a node: where it is on its ray, and which column and row the ray has.
+// Returns the word and the bit of a node from its position on its ray and the column and row of the ray.
 fn place_of(node: u32, column: u32, row: u32) -> vec2<u32> {
     switch view.axis {
         case AXIS_X: {
@@ -32,7 +32,7 @@ fn cast_spans(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     }
     let ray = ray_of(index);
     let node = bitcast<u32>(index_from(crossing_nearest(crossings[index])));
-    // Behind the last node there is none to tell of.
+    // Behind the last node there is none to mark.
     if node >= view.ray_nodes {
         return;
     }

@@ -1,5 +1,6 @@
-// From masks to classes and ranks, one invocation a ray; the twin of `classify.rs`. The classes take the place of the masks:
-// `change` comes to hold the voxels of one sample, `any_in` (of an intersection: the second solid's `change`) those of two.
+// Classification: turns masks into classes and ranks, one invocation per ray; the twin of `classify.rs`. The classes
+// replace the masks: `change` then holds the voxels of one sample, `any_in` (in an intersection: the second solid's
+// `change`) those of two.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read_write> change: array<u32>;
@@ -10,7 +11,7 @@
 @group(0) @binding(6) var<storage, read_write> change_b: array<u32>;
 @group(0) @binding(7) var<storage, read_write> any_b: array<u32>;
 
-// Records a ray that did not close: no class, no sample, and a mark in place of ranks.
+// Records an unclosed ray: no class, no sample, and a mark in place of ranks.
 fn end_unclosed(ray: u32) {
     for (var word = 0u; word < view.words; word++) {
         let at = word * view.rays + ray;

@@ -1,4 +1,4 @@
-// Closes the gaps between the samples of the rays, one invocation a ray.
+// Closes the gaps between the samples of the rays, one invocation per ray.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;

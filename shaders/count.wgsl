@@ -1,4 +1,5 @@
-// The first half of a counting sort of crossings by ray; the second is `scatter.wgsl`. Both are half of `raster.rs`.
+// The first half of a counting sort of crossings by ray; the second is `scatter.wgsl`. Together they are the twin of
+// `raster.rs`.
 
 @group(0) @binding(4) var<storage, read_write> counts: array<atomic<u32>>;
 

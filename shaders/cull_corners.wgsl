@@ -1,9 +1,9 @@
-// Facets of one solid and corners of the other that can carry the boundary of a sum; one invocation a pair. The twin of
-// `facets_on_corners` in `src/minkowski/cull/mod.rs`.
+// Finds the facets of one solid and corners of the other that can carry the boundary of a sum; one invocation per pair.
+// The twin of `facets_on_corners` in `src/minkowski/cull/mod.rs`.
 
 @group(0) @binding(0) var<uniform> view: PairView;
 @group(0) @binding(1) var<storage, read> facets: array<u32>;
-// Where the spokes of each corner begin, and where they end.
+// The offset of the spokes of each corner, and their end.
 @group(0) @binding(2) var<storage, read> corners: array<u32>;
 @group(0) @binding(3) var<storage, read> spokes: array<u32>;
 @group(0) @binding(4) var<storage, read_write> kept: array<vec2<u32>>;

@@ -1,9 +1,9 @@
-// Edges of two solids that can carry the boundary of a sum; one invocation a pair. The twin of `edges_on_edges` in
-// `src/minkowski/cull/mod.rs`.
+// Finds the edges of two solids that can carry the boundary of a sum; one invocation per pair. The twin of
+// `edges_on_edges` in `src/minkowski/cull/mod.rs`.
 
 @group(0) @binding(0) var<uniform> view: PairView;
-// Of each edge its direction, where its sides begin, where those of facets that run backwards do, and where they end. The
-// second is beyond the third where it is not known which way its facets face.
+// For each edge: its direction, the offset of its sides, the offset of those of facets that run backwards, and their
+// end. The second offset is beyond the end where the facing of its facets is unknown.
 @group(0) @binding(1) var<storage, read> edges: array<u32>;
 @group(0) @binding(2) var<storage, read> sides: array<u32>;
 @group(0) @binding(3) var<storage, read> edges_b: array<u32>;
@@ -21,7 +21,7 @@ struct Edge {
     end_side: u32,
 }
 
-// The words of an edge, of either solid.
+// Returns a word of an edge, of either solid.
 fn edge_word(of_b: bool, at: u32) -> u32 {
     if of_b {
         return edges_b[at];
@@ -66,7 +66,8 @@ fn side_of(of_b: bool, index: u32) -> Normal {
     return side;
 }
 
-// On which side of the plane through an edge and another direction its facets lie: -1, in it 0, 1, or on both.
+// Returns the side of the plane through an edge and another direction on which its facets lie: -1, 0 (in it), 1, or
+// BOTH_SIDES.
 fn heights(of_b: bool, edge: Edge, other: Direction) -> i32 {
     var all = 0;
     for (var side = edge.first_side; side < edge.end_side; side++) {
@@ -85,10 +86,10 @@ fn minor(a: i32, b: i32, c: i32, d: i32) -> i32 {
     return wide_sign(wide_difference(wide_product(a, d), wide_product(b, c)));
 }
 
-// Whether a facet at an edge, all of which are parallel to the plane of both edges, faces outwards. Of parallel vectors any
-// component tells, as long as it is not zero: that of `part`, in which the outward normal has the given sign.
+// Returns whether a facet at an edge, all of which are parallel to the plane of both edges, faces outwards. For
+// parallel vectors any nonzero component decides: that of `part`, in which the outward normal has the given sign.
 fn has_facet_towards(of_b: bool, edge: Edge, part: u32, outward: i32) -> bool {
-    // Nobody knows which way the facets face, or there are none.
+    // The facing of the facets is unknown, or there are none.
     if edge.turn > edge.end_side {
         return true;
     }

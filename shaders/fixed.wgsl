@@ -1,11 +1,11 @@
-// Exact integer coverage and depth; the twin of `src/fixed.rs`, where the reasons stand.
+// Exact integer coverage and depth; the twin of `src/fixed.rs`, which gives the reasons.
 //
-// f32 guesses, and integers decide. A guess of a first column is right to an eighth of a pixel, so that the nearest ray
-// alone is in doubt; a depth is found by long division of 93 bits by 61 with quotient digits guessed to 20 bits, each made
-// good by the next.
+// f32 guesses, and integers decide. A guess of a first column is right to an eighth of a pixel, so that only the
+// nearest ray is in doubt; a depth is computed by long division of 93 bits by 61 with quotient digits guessed to 20
+// bits, each corrected by the next.
 
-// The first column in a row, given by its lattice position, of the edge from `low` up to `high`, which must cross it: the
-// least column whose ray is not left of the edge.
+// Returns the first column in a row, given by its lattice position, of the edge from `low` up to `high`, which must
+// cross it: the least column whose ray is not left of the edge.
 fn first_column(low: vec3<i32>, high: vec3<i32>, row: i32) -> i32 {
     let run = high.x - low.x;
     let rise = high.y - low.y;
@@ -15,7 +15,7 @@ fn first_column(low: vec3<i32>, high: vec3<i32>, row: i32) -> i32 {
     return column + select(0, 1, wide_sign(side) < 0);
 }
 
-// The plane of a triangle, its normal turned so that its depth component is positive.
+// The plane of a triangle, its normal oriented so that its depth component is positive.
 struct DepthPlane {
     vertex: vec3<i32>,
     by_column: Wide,
@@ -24,22 +24,23 @@ struct DepthPlane {
     per_divisor: f32,
     tie_up: bool,
     leaves: u32,
-    // The edges are so short that all there is to calculate fits 64 bits.
+    // The edges are so short that the whole computation fits 64 bits.
     is_small: bool,
 }
 
-// Edges shorter than this, in lattice steps, have normals below 2^41 and with a ray of the triangle products below 2^61.
+// Edges shorter than this, in lattice steps, have normals below 2^41 and with a ray of the triangle products below
+// 2^61.
 const SMALL_EDGE = 1 << 20u;
 
 fn minor(a: i32, b: i32, c: i32, d: i32) -> Wide {
     return wide_difference(wide_product(a, d), wide_product(b, c));
 }
 
-// The plane of a triangle that is not edge-on.
+// Returns the plane of a triangle that is not edge-on.
 fn depth_plane(a: vec3<i32>, b: vec3<i32>, c: vec3<i32>) -> DepthPlane {
     let u = b - a;
     let v = c - a;
-    // With the two edges the other way round, the depth component changes sign.
+    // With the two edges exchanged, the depth component changes sign.
     let depth_sign = wide_sign(minor(u.x, u.y, v.x, v.y));
     let first = select(v, u, depth_sign > 0);
     let second = select(u, v, depth_sign > 0);
@@ -57,8 +58,8 @@ fn depth_plane(a: vec3<i32>, b: vec3<i32>, c: vec3<i32>) -> DepthPlane {
     return plane;
 }
 
-// Whether a depth that is exactly odd counts as above: the sign of the first of the three that is not zero, in the order
-// of the axes.
+// Returns whether a depth that is exactly odd counts as above: the sign of the first of the three that is not zero, in
+// the order of the axes.
 fn tie_goes_up(by_column: i32, by_row: i32) -> bool {
     switch view.axis {
         case AXIS_X: {
@@ -73,13 +74,14 @@ fn tie_goes_up(by_column: i32, by_row: i32) -> bool {
     }
 }
 
-// A depth strictly between `below` and `below + 1`: the parity of `below` says which even neighbour is nearer.
+// Returns the crossing at a depth strictly between `below` and `below + 1`: the parity of `below` decides which even
+// neighbour is nearer.
 fn crossing_between(below: i32, leaves: u32) -> u32 {
     let depth = bitcast<u32>(below);
     return ((depth >> 1u) << 3u) | ((1u + (depth & 1u)) << 1u) | leaves;
 }
 
-// The crossing with the ray at lattice position (column, row), which must pass through the triangle.
+// Returns the crossing with the ray at lattice position (column, row), which must pass through the triangle.
 fn plane_crossing(plane: DepthPlane, column: i32, row: i32) -> u32 {
     let by_column = column - plane.vertex.x;
     let by_row = row - plane.vertex.y;
@@ -104,7 +106,7 @@ fn plane_crossing(plane: DepthPlane, column: i32, row: i32) -> u32 {
         digits += second_digit;
         left = wide_from_long(long_left);
     }
-    // What is left is less than the divisor either way.
+    // The remainder is less than the divisor in absolute value.
     let side = wide_sign(left);
     let depth = plane.vertex.z + digits;
     if side != 0 {
@@ -114,7 +116,7 @@ fn plane_crossing(plane: DepthPlane, column: i32, row: i32) -> u32 {
     return ((bitcast<u32>(depth) >> 1u) << 3u) | (above << 1u) | plane.leaves;
 }
 
-// Which voxel a crossing belongs to: min(floor / V, LOD-C - 1).
+// Returns the voxel of a crossing: min(floor / V, LOD-C - 1).
 fn crossing_voxel(crossing: u32) -> u32 {
     return min((crossing >> 3u) / view.half_voxel, view.last_voxel);
 }

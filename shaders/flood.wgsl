@@ -1,5 +1,5 @@
-// One sweep of the flood, along one axis and back: what is inside, and what is outside, spreads to neighbours that no crossing
-// parts from it. One invocation a line of words, which no other one touches.
+// One sweep of the flood, along one axis and back: the inside and the outside state spread to neighbours that no
+// crossing separates from them. One invocation per line of words, which no other one accesses.
 
 @group(0) @binding(0) var<uniform> view: NodeView;
 // Bit b: there is a crossing between the node and the one before it.
@@ -10,7 +10,7 @@
 
 var<private> is_changed: bool;
 
-// Both states of 32 nodes.
+// Returns both states of 32 nodes.
 fn states(at: u32) -> vec2<u32> {
     return vec2(inside[at], outside[at]);
 }
@@ -29,7 +29,8 @@ fn tell_change() {
     }
 }
 
-// Spreads bits upwards through a word, to each that is joined to the one below, in steps that double (Kogge & Stone 1973).
+// Spreads bits upwards through a word, to each that is joined to the one below, in steps that double (Kogge & Stone
+// 1973).
 fn spread_up(state: vec2<u32>, joined: u32) -> vec2<u32> {
     var spread = state;
     var way = vec2(joined);
@@ -51,12 +52,12 @@ fn spread_down(state: vec2<u32>, joined: u32) -> vec2<u32> {
     return spread;
 }
 
-// Which nodes of a word of a row are joined to the ones before them. What is no node is parted from the last node.
+// Returns the nodes of a word of a row that are joined to the ones before them. Padding is separate from the last node.
 fn joined_in_row(at: u32, word: u32) -> u32 {
     return ~(walls[at] | padding(word));
 }
 
-// Along x: through the bits of a row.
+// Sweeps along x, through the bits of a row.
 @compute @workgroup_size(WORKGROUP)
 fn flood_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
               @builtin(local_invocation_index) lane: u32) {
@@ -74,7 +75,7 @@ fn flood_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
         change_to(at, state, now);
         before = now;
     }
-    // Of the words behind: their states, and whether their first node is joined to the last of this word.
+    // The state of the words after this one, and whether their first node is joined to the last of this word.
     var behind = vec2(0u);
     var joined_behind = 0u;
     for (var word = view.steps; word > 0u; word--) {
@@ -91,7 +92,7 @@ fn flood_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     tell_change();
 }
 
-// Along y or z: word after word.
+// Sweeps along y or z, word after word.
 @compute @workgroup_size(WORKGROUP)
 fn flood_lines(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
                @builtin(local_invocation_index) lane: u32) {

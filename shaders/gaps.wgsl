@@ -1,12 +1,12 @@
-// How often each of the sorted crossings of all rays is kept: as an end of a gap, and as an end of its ray. One invocation a
-// crossing, so that long rays are no long loops; the twin of `Keep::append` in `src/sampler/lists.rs`.
+// Counts how often each of the sorted crossings of all rays is kept: as an end of a gap, and as an end of its ray. One
+// invocation per crossing, so that long rays cause no long loops; the twin of `Keep::append` in `src/sampler/lists.rs`.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
 @group(0) @binding(2) var<storage, read> crossings: array<u32>;
 @group(0) @binding(3) var<storage, read_write> counts: array<u32>;
 
-// Whether there may be a gap between a crossing and the next.
+// Returns whether there may be a gap between a crossing and the next.
 fn is_gap(before: u32, after: u32) -> bool {
     let has_room = crossing_ceil(before) < crossing_floor(after);
     let holds_node = index_from(crossing_nearest(before)) < index_from(crossing_nearest(after));

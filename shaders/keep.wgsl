@@ -1,4 +1,4 @@
-// Puts what is kept of all crossings side by side, each as often as it is kept; one invocation a crossing.
+// Stores the kept crossings contiguously, each as often as it is kept; one invocation per crossing.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;

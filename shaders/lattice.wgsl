@@ -1,7 +1,7 @@
-// Where a shader is on the lattice; `view` is what its stage is told.
+// Positions on the lattice; `view` is the input of the stage.
 
-// The least index whose ray lies at or above an even lattice position. May be one past the last ray. The twin of
-// `Pixels::index_from` in `src/fixed.rs`.
+// Returns the least index whose ray lies at or above an even lattice position. May be one past the last ray. The twin
+// of `Pixels::index_from` in `src/fixed.rs`.
 fn index_from(position: i32) -> i32 {
     return (position - view.first_ray + (1 << view.shift) - 1) >> view.shift;
 }

@@ -1,5 +1,6 @@
-// The masks of all rays, from one geometry pass: W (an XOR a crossing) and ANY (an OR); the twin of `masks.rs` under the
-// even-odd rule. Word w of ray r stands at w · rays + r, so that neighbouring invocations read neighbouring words.
+// Builds the masks of all rays in one geometry pass: W (one XOR per crossing) and ANY (one OR); the twin of `masks.rs`
+// under the even-odd rule. Word w of ray r is at w · rays + r, so that neighbouring invocations read neighbouring
+// words.
 
 @group(0) @binding(4) var<storage, read_write> change: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> any_in: array<atomic<u32>>;

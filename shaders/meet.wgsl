@@ -1,16 +1,16 @@
-// The estimate of the intersection of two solids from the sorted crossings of each, one invocation a ray: what masks, classes
-// and retrieval of two solids give.
+// Computes the estimate of the intersection of two solids from the sorted crossings of each, one invocation per ray:
+// the same result as masks, classes and retrieval of two solids.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
 @group(0) @binding(2) var<storage, read> starts_b: array<u32>;
-// Those of the second solid begin behind those of the first.
+// The crossings of the second solid follow those of the first.
 @group(0) @binding(3) var<storage, read> crossings: array<u32>;
 @group(0) @binding(4) var<storage, read_write> loose: array<u32>;
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(6) var<storage, read_write> tally: Tally;
 
-// The least and the greatest depth of the crossings, in a voxel, of whichever solid is touched there.
+// Returns the least and the greatest depth of the crossings, in a voxel, of each solid that is touched there.
 fn span_of(a: Voxel, b: Voxel) -> vec2<i32> {
     if !a.touched {
         return vec2(b.least, b.greatest);

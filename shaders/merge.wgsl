@@ -1,6 +1,6 @@
-// Sorts rays of many crossings: each dispatch merges sorted runs of `view.run` crossings two by two, one invocation a crossing,
-// which finds its place by counting those of the other run that come before it. All crossings pass to the other buffer, those
-// of short rays as they are.
+// Sorts rays of many crossings: each dispatch merges sorted runs of `view.run` crossings in pairs, one invocation per
+// crossing, which finds its place by counting those of the other run that precede it. All crossings move to the other
+// buffer, those of short rays in the same order.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
@@ -9,7 +9,8 @@
 @group(0) @binding(4) var<storage, read_write> merged: array<u32>;
 @group(0) @binding(5) var<storage, read_write> merged_crossed: array<u32>;
 
-// Whether the crossing at `a` comes before that at `b`; of equal ones, which are the same in all, the first.
+// Returns whether the crossing at `a` precedes that at `b`; of equal ones, which are identical in all words, the first
+// does.
 fn comes_before(a: u32, b: u32, a_is_first: bool) -> bool {
     if crossings[a] != crossings[b] {
         return crossings[a] < crossings[b];
@@ -41,7 +42,7 @@ fn merge(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
         let other_first = view.first_crossing + first + other;
         var least = 0u;
         var most = min(view.run, count - other);
-        // How many of the other run come before this one.
+        // Counts those of the other run that precede this one.
         while least < most {
             let middle = (least + most) / 2u;
             if comes_before(other_first + middle, own, !is_first) {

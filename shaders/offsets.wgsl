@@ -1,8 +1,8 @@
-// Where what is kept of each ray begins, one invocation a ray and one behind the last.
+// Computes the offset of the kept crossings of each ray, one invocation per ray and one after the last.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
-// Where the copies of each crossing go, and behind the last where they end.
+// The place of the copies of each crossing, and after the last their end.
 @group(0) @binding(2) var<storage, read> places: array<u32>;
 @group(0) @binding(3) var<storage, read_write> offsets: array<u32>;
 

@@ -1,6 +1,6 @@
 // The inside state of 32 voxels at once.
 
-// Bit z: the parity of bits 0 to z.
+// Returns the prefix parity: bit z is the parity of bits 0 to z.
 fn prefix_parity(word: u32) -> u32 {
     var parity = word;
     parity ^= parity << 1u;
@@ -11,7 +11,7 @@ fn prefix_parity(word: u32) -> u32 {
     return parity;
 }
 
-// All bits equal to the top one: the state in which a word leaves the next.
+// Returns a word with all bits equal to the top one: the state that one word passes to the next.
 fn spread_top(word: u32) -> u32 {
     return bitcast<u32>(bitcast<i32>(word) >> 31u);
 }

@@ -1,10 +1,10 @@
-// The geometry pass: what of a raster, its rays or its tiles, a triangle covers. Behind it stand `raster.wgsl` or `bin.wgsl`, which
-// say what is covered, and a stage that defines `cross`, which is called once for every item that is, and `finish`, which is
-// called once by every invocation of a workgroup, in uniform control flow.
+// The geometry pass: finds the items of a raster, rays or tiles, that a triangle covers. After it come `raster.wgsl` or
+// `bin.wgsl`, which define the items, and a stage that defines `cross`, which is called once for every covered item,
+// and `finish`, which is called once by every invocation of a workgroup, in uniform control flow.
 //
-// A thread a triangle serves the small ones. A large one is cut into blocks of BLOCK_ROWS rows that go to a queue, from which
-// a second dispatch takes them, a workgroup a block. Where the queue has no room the block is left out; `plan.wgsl` tells the
-// host, which makes smaller bands.
+// One thread processes a small triangle. A large one is divided into blocks of BLOCK_ROWS rows that go to a queue, from
+// which a second dispatch takes them, one workgroup per block. Where the queue has no room the block is left out;
+// `plan.wgsl` reports that to the host, which makes smaller bands.
 
 @group(0) @binding(3) var<storage, read_write> queue: Queue;
 
@@ -14,7 +14,7 @@ struct Queue {
     items: array<Block>,
 }
 
-// Rows of a triangle, from `first_row` on.
+// A block of rows of a triangle, starting with `first_row`.
 struct Block {
     triangle: u32,
     first_row: i32,
@@ -42,7 +42,7 @@ fn cover_small(triangle: u32) {
     }
 }
 
-// One invocation a triangle.
+// Covers small triangles and queues large ones, one invocation per triangle.
 @compute @workgroup_size(WORKGROUP)
 fn cover_triangles(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
                    @builtin(local_invocation_index) lane: u32) {
@@ -53,7 +53,7 @@ fn cover_triangles(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgro
     finish(lane);
 }
 
-// One workgroup a block; as many lanes a row.
+// Covers queued blocks, one workgroup per block; the lanes are divided equally among its rows.
 @compute @workgroup_size(WORKGROUP)
 fn cover_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
                 @builtin(local_invocation_index) lane: u32) {

@@ -1,4 +1,4 @@
-// How many workgroups take the blocks of large triangles from the queue: arguments of an indirect dispatch.
+// Computes the number of workgroups for the blocks of large triangles in the queue: arguments of an indirect dispatch.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> blocks: array<u32>;

@@ -1,6 +1,6 @@
-// The ray of a crossing, of those that lie sorted by ray.
+// The ray of a crossing in lists that are sorted by ray.
 
-// The last that does not begin behind it.
+// Returns the last ray that does not begin after the crossing.
 fn ray_of(crossing: u32) -> u32 {
     var least = 0u;
     var most = view.rays - 1u;

@@ -1,4 +1,4 @@
-// Counts the nodes that neither state has reached, and those that both have. One invocation a word.
+// Counts the nodes that neither state has reached, and detects nodes that both have. One invocation per word.
 
 @group(0) @binding(0) var<uniform> view: NodeView;
 @group(0) @binding(1) var<storage, read> inside: array<u32>;

@@ -1,6 +1,6 @@
-// From the sorted crossings of each ray to its samples, one invocation a ray; the twin of `exact.rs`, and of masks, classes
-// and retrieval where those are not made. Samples take the place of the crossings they come from, of which there are never
-// fewer; `compact.wgsl` closes the gaps.
+// Turns the sorted crossings of each ray into its samples, one invocation per ray; the twin of `exact.rs`, and of
+// masks, classes and retrieval where those are not made. Samples replace the crossings that they come from, which are
+// never fewer; `compact.wgsl` closes the gaps.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
@@ -24,8 +24,8 @@ fn emit_crossing(at: u32) {
     emit(crossing_nearest(crossings[at]));
 }
 
-// Adds a group of crossings, those of one depth or of one voxel, to the windings: `position` says which. `parity` is that
-// before the group.
+// Adds a group of crossings, those of one depth or of one voxel, to the windings: `position` is that depth or voxel.
+// `parity` is that before the group.
 fn add_group(first: u32, end: u32, position: i32, parity: u32) {
     if !counts_ray {
         return;
@@ -58,7 +58,7 @@ fn resolve_exact(first: u32, end: u32) {
                 emit_crossing(each);
             }
         } else if (winding != 0) != (winding + step != 0) {
-            // The first that goes in the direction of the sample.
+            // The first with the direction of the sample.
             var along = at;
             while crossing_winding(crossings[along]) != sign(step) {
                 along++;

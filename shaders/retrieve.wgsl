@@ -1,5 +1,5 @@
-// Retrieval, the second geometry pass: each crossing finds its rank in O(1) and leaves the least or the greatest depth there;
-// the twin of `retrieve.rs`. The samples hold what every depth replaces: `identities.wgsl`.
+// Retrieval, the second geometry pass: each crossing finds its rank in O(1) and stores the least or the greatest depth
+// there; the twin of `retrieve.rs`. The samples hold the values of `identities.wgsl`, which every depth replaces.
 
 @group(0) @binding(4) var<storage, read> single: array<u32>;
 @group(0) @binding(5) var<storage, read> pair: array<u32>;

@@ -1,11 +1,11 @@
-// The rays that a triangle crosses, row by row. What stands behind says which ray is where (`ray_at`) and takes the crossings
-// (`cross`), with or without their depths (NEEDS_DEPTH).
+// Finds the rays that a triangle crosses, row by row. The files after this one define the index of a ray (`ray_at`) and
+// take the crossings (`cross`), with or without their depths (NEEDS_DEPTH).
 
-// The plane of the triangle that this invocation is busy with; most triangles lie between the rays and never need it.
+// The plane of the triangle that this invocation is processing; most triangles lie between the rays and never need it.
 var<private> seen_plane: DepthPlane;
 var<private> plane_triangle: u32 = 0xffffffffu;
 
-// The crossings of a triangle in one row; of the columns, those that `lane` of `lanes` has to do.
+// Finds the crossings of a triangle in one row; of the columns, those that `lane` of `lanes` has to process.
 fn cover_row(seen: SeenTriangle, row: i32, lane: i32, lanes: i32) {
     let span = span_of_row(seen, row);
     let end = min(span.y, seen.end_column);

@@ -1,10 +1,10 @@
-// Where the items of each ray begin: the exclusive prefix sum of counts, in three dispatches whatever their number, followed by
-// their sum and the greatest of them. Sums that exceed 32 bits stay at the greatest number, which the host takes for what it
-// is. An unclosed ray counts as empty.
+// Computes the offset of the items of each ray: the exclusive prefix sum of counts, in three dispatches whatever their
+// number, followed by their sum and their maximum. Sums that exceed 32 bits saturate, which the host detects. An
+// unclosed ray counts as empty.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> counts: array<u32>;
-// The sum of each block, and behind those the greatest count of each.
+// The sum of each block, and after those the maximum of each.
 @group(0) @binding(2) var<storage, read_write> block_sums: array<u32>;
 @group(0) @binding(3) var<storage, read_write> starts: array<u32>;
 
@@ -16,7 +16,7 @@ fn saturating_sum(a: u32, b: u32) -> u32 {
     return select(sum, 0xffffffffu, sum < a);
 }
 
-// The sum of the values of all lanes before this one; the sum of all is left in the last of `sums`.
+// Returns the sum of the values of all lanes before this one; leaves the sum of all in the last of `sums`.
 fn exclusive_sum(lane: u32, value: u32) -> u32 {
     sums[lane] = value;
     workgroupBarrier();
@@ -46,7 +46,7 @@ fn block_count() -> u32 {
     return (view.rays + SCAN_BLOCK - 1u) / SCAN_BLOCK;
 }
 
-// The sum and the greatest of each block of SCAN_BLOCK counts.
+// Computes the sum and the maximum of each block of SCAN_BLOCK counts.
 @compute @workgroup_size(SCAN_WORKGROUP)
 fn sum_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     var sum = 0u;
@@ -64,7 +64,7 @@ fn sum_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
     }
 }
 
-// The sums of all blocks before each, and behind the last the sum of all; one workgroup.
+// Computes the sum of all blocks before each, and after the last the sum of all; one workgroup.
 @compute @workgroup_size(SCAN_WORKGROUP)
 fn scan_blocks(@builtin(local_invocation_index) lane: u32) {
     let blocks = block_count();
@@ -90,7 +90,7 @@ fn scan_blocks(@builtin(local_invocation_index) lane: u32) {
     }
 }
 
-// The sum of all counts before each.
+// Computes the sum of all counts before each.
 @compute @workgroup_size(SCAN_WORKGROUP)
 fn spread_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let first = group.x * SCAN_BLOCK + lane * SCAN_ITEMS;

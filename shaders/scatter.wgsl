@@ -1,5 +1,5 @@
-// The second half of a counting sort of crossings by ray: `counts` of each ray run down to zero. The order on a ray is that
-// of arrival; `sort.wgsl` sorts it.
+// The second half of a counting sort of crossings by ray: `counts` of each ray decrease to zero. The order on a ray is
+// that of arrival; `sort.wgsl` sorts it.
 
 @group(0) @binding(4) var<storage, read_write> counts: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read> starts: array<u32>;

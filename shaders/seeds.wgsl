@@ -1,5 +1,5 @@
-// Where the flood begins: `hull` becomes what is certainly outside, its complement. What is no node is outside. One invocation
-// a word.
+// Sets the seeds of the flood: `hull` becomes its complement, the nodes that are certainly outside. Padding is outside.
+// One invocation per word.
 
 @group(0) @binding(0) var<uniform> view: NodeView;
 @group(0) @binding(1) var<storage, read_write> inside: array<u32>;

@@ -1,12 +1,13 @@
-// Sorts the crossings of each ray in place, one invocation a ray, by insertion: rays have few. Those that have more than
-// SORTED_ALONE are left to `merge.wgsl`.
+// Sorts the crossings of each ray in place, one invocation per ray, by insertion, since rays have few. Rays with more
+// than SORTED_ALONE crossings are left to `merge.wgsl`.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
 @group(0) @binding(2) var<storage, read_write> crossings: array<u32>;
 @group(0) @binding(3) var<storage, read_write> crossed: array<u32>;
 
-// Coincident crossings sort by triangle, so that their order never depends on arrival.
+// Returns whether the crossing at `at` sorts after another. Coincident crossings sort by triangle, so that their order never
+// depends on arrival.
 fn is_behind(at: u32, crossing: u32, triangle: u32) -> bool {
     if KEEPS_TRIANGLES && crossings[at] == crossing {
         return crossed[at] > triangle;

@@ -1,5 +1,6 @@
-// From changes to states: running parities along the rays of one axis, joined with what the rays of other axes told. A node is
-// inside if a ray says so, and in the hull unless a ray says that it is beyond its crossings. One invocation a line of words.
+// Turns changes into states: running parities along the rays of one axis, combined with those of other axes. A node is
+// inside if a ray has it inside, and in the hull unless a ray has it beyond its crossings. One invocation per line of
+// words.
 
 @group(0) @binding(0) var<uniform> view: NodeView;
 @group(0) @binding(1) var<storage, read> changes: array<u32>;
@@ -7,7 +8,7 @@
 @group(0) @binding(3) var<storage, read_write> inside: array<u32>;
 @group(0) @binding(4) var<storage, read_write> hull: array<u32>;
 
-// Takes what one axis tells of the nodes of a word. The rays along x come first.
+// Combines the result of one axis for the nodes of a word. The rays along x come first.
 fn tell(at: u32, parity: u32, within: u32) {
     let now_inside = select(parity, ~parity, view.outer_is_in != 0u);
     let now_hull = select(within, 0xffffffffu, view.outer_is_in != 0u);
@@ -20,7 +21,7 @@ fn tell(at: u32, parity: u32, within: u32) {
     }
 }
 
-// Rays along x: the bits of a row.
+// Spreads along x, through the bits of a row.
 @compute @workgroup_size(WORKGROUP)
 fn spread_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
                @builtin(local_invocation_index) lane: u32) {
@@ -38,7 +39,7 @@ fn spread_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups)
     }
 }
 
-// Rays along y or z, side by side: word after word.
+// Spreads along y or z, word after word.
 @compute @workgroup_size(WORKGROUP)
 fn spread_lines(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
                 @builtin(local_invocation_index) lane: u32) {

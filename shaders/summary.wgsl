@@ -1,18 +1,18 @@
-// What an image amounts to in integers, one invocation a ray; the twin of `src/ldi/summary.rs`. Rows beside those that count
-// are there to be compared with.
+// Computes the integer sums of an image, one invocation per ray; the twin of `src/ldi/summary.rs`. Rows beside the
+// counted ones serve only for comparison.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> offsets: array<u32>;
 @group(0) @binding(2) var<storage, read> samples: array<i32>;
 @group(0) @binding(3) var<storage, read_write> levels: array<u32>;
-// SUMS sums of 64 bits in two words each, then the most samples of a ray and all samples.
+// SUMS sums of 64 bits in two words each, then the largest number of samples of a ray and the number of all samples.
 @group(0) @binding(4) var<storage, read_write> totals: array<atomic<u32>>;
 
 var<workgroup> group_low: array<atomic<u32>, SUMS>;
 var<workgroup> group_high: array<atomic<u32>, SUMS>;
 
-// Compares the samples of a ray with those of the next one, and marks those of either that lie at the same depth and go the
-// same way.
+// Compares the samples of a ray with those of the next one, and marks those of the first, or else of the second, that lie
+// at the same depth and have the same direction.
 fn mark_level(a: u32, b: u32, mark: u32, marks_first: bool) {
     let first_a = offsets[a];
     let end_a = offsets[a + 1u];
@@ -30,7 +30,7 @@ fn mark_level(a: u32, b: u32, mark: u32, marks_first: bool) {
                 }
                 reach++;
             }
-            // The first in reach that goes the same way.
+            // The first in reach with the same direction.
             j = reach + (((reach - first_b) ^ (i - first_a)) & 1u);
         }
         if j < end_b {
@@ -41,7 +41,7 @@ fn mark_level(a: u32, b: u32, mark: u32, marks_first: bool) {
     }
 }
 
-// Adds a number of 32 bits with a sign to a sum.
+// Adds a signed number of 32 bits to a sum.
 fn add(sum: u32, signed_term: i32) {
     let term = bitcast<u32>(signed_term);
     if term == 0u {

@@ -1,15 +1,16 @@
-// Even-odd estimates of one solid by tiles of TILE_SIDE × TILE_SIDE rays, a workgroup a tile and a lane a ray. The masks of a
-// tile never leave the workgroup's own memory: its triangles, which `bin.wgsl` has found, leave their marks there, the lanes
-// classify their rays, and each crossing finds its rank. The crossings of most tiles are kept from the first time to the second;
-// where there are too many, the triangles are gone through once more.
+// Even-odd estimates of one solid by tiles of TILE_SIDE × TILE_SIDE rays, one workgroup per tile and one lane per ray.
+// The masks of a tile never leave workgroup memory: its triangles, which `bin.wgsl` has found, are marked there, the
+// lanes classify their rays, and each crossing finds its rank. The crossings of most tiles are kept from the first pass
+// to the second; where there are too many, the triangles are processed once more.
 //
-// The samples of a tile take the next free place in `loose`, which of all tiles nobody can foretell. Where there is no room
-// left nothing is written; the host, which learns from the counts how much is needed, makes room and runs this again.
+// The samples of a tile take the next free place in `loose`, whose order among tiles is not predictable. Where there is
+// no room left nothing is written; the host, which learns from the counts how much is needed, makes room and runs this
+// again.
 
 @group(0) @binding(3) var<storage, read> starts: array<u32>;
 @group(0) @binding(4) var<storage, read> binned: array<u32>;
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>;
-// Where the samples of each ray begin.
+// The offset of the samples of each ray.
 @group(0) @binding(6) var<storage, read_write> places: array<u32>;
 @group(0) @binding(7) var<storage, read_write> loose: array<atomic<i32>>;
 @group(0) @binding(8) var<storage, read_write> tally: Tally;
@@ -17,19 +18,19 @@
 
 const NEEDS_DEPTH = true;
 
-// Word w of ray r of the tile stands at w · WORKGROUP + r. The masks become classes as in `classify.wgsl`.
+// Word w of ray r of the tile is at w · WORKGROUP + r. The masks become classes as in `classify.wgsl`.
 var<workgroup> change: array<atomic<u32>, WORKGROUP * TILE_WORDS>;
 var<workgroup> any_in: array<atomic<u32>, WORKGROUP * TILE_WORDS>;
-// Ranks of two words of a ray in one; there are at most 2^11.
+// Ranks of two words of a ray in one; they are at most 2^11.
 var<workgroup> ranks: array<u32, WORKGROUP * TILE_WORDS / 2u>;
 const RANK_BITS = 16u;
 
-// The crossings of the tile, in any order, and the rays they lie on, four in a word.
+// The crossings of the tile, in any order, and their rays, four in a word.
 var<workgroup> crossings: atomic<u32>;
 var<workgroup> kept: array<u32, TILE_CROSSINGS>;
 var<workgroup> kept_rays: array<atomic<u32>, TILE_CROSSINGS / 4u>;
 
-// Where the samples of each ray begin, counted from those of the tile on.
+// The offset of the samples of each ray, relative to those of the tile.
 var<workgroup> tile_places: array<u32, WORKGROUP>;
 var<workgroup> tile_samples: atomic<u32>;
 var<workgroup> tile_place: u32;
@@ -37,14 +38,14 @@ var<workgroup> tile_place: u32;
 // The first ray of the tile.
 var<private> tile_row: i32;
 var<private> tile_column: i32;
-// Crossings are gone through a second time.
+// True while crossings are processed a second time.
 var<private> is_second: bool;
 
 fn ray_at(row: i32, column: i32) -> u32 {
     return u32(row - tile_row) * TILE_SIDE + u32(column - tile_column);
 }
 
-// The ray of the band that a ray of the tile is.
+// Returns the index in the band of a ray of the tile.
 fn ray_in_band(ray: u32) -> u32 {
     let row = u32(tile_row - view.first_row) + ray / TILE_SIDE;
     return row * view.columns + u32(tile_column - view.first_column) + ray % TILE_SIDE;
@@ -101,7 +102,8 @@ fn retrieve(ray: u32, crossing: u32) {
     }
 }
 
-// The triangles from `first` to `end` within the tile: a lane a triangle, or of few triangles a lane a row.
+// Covers the triangles from `first` to `end` within the tile: one lane per triangle, or for few triangles one lane per
+// row.
 fn cover_tile(first: u32, end: u32, lane: u32) {
     let lanes = select(1u, TILE_SIDE, (end - first) * TILE_SIDE <= 2u * WORKGROUP);
     let side = i32(TILE_SIDE);
@@ -117,7 +119,7 @@ fn cover_tile(first: u32, end: u32, lane: u32) {
     }
 }
 
-// How many samples a ray has; its masks become classes.
+// Returns the number of samples of a ray; its masks become classes.
 fn classify_ray(ray: u32) -> u32 {
     var samples = 0u;
     var changed = 0u;

@@ -1,10 +1,10 @@
-// Triangles as the view sees them. What they are covered with, rays or tiles of them, is up to the files behind.
+// Triangles in view coordinates. The items that they cover, rays or tiles, are defined by the files after this one.
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> positions: array<i32>;
 @group(0) @binding(2) var<storage, read> triangles: array<u32>;
 
-// A triangle as the view sees it, its corners by row.
+// A triangle in view coordinates, its corners sorted by row.
 struct SeenTriangle {
     triangle: u32,
     low: vec3<i32>,
@@ -44,7 +44,7 @@ fn see(triangle: u32) -> SeenTriangle {
     return seen;
 }
 
-// The first column of a triangle in one row, and the one behind its last; not yet cut to the window.
+// Returns the first column of a triangle in one row, and the one after its last; not yet clipped to the window.
 fn span_of_row(seen: SeenTriangle, row: i32) -> vec2<i32> {
     let position = ray_position(row);
     let along_long = first_column(seen.low, seen.high, position);

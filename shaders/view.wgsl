@@ -1,16 +1,16 @@
-// What every shader of the sampler needs of its view.
+// Functions of the view that every shader of the sampler needs.
 
-// The lattice position of ray `index`.
+// Returns the lattice position of ray `index`.
 fn ray_position(index: i32) -> i32 {
     return (index << view.shift) + view.first_ray;
 }
 
-// Whether a ray of the band counts, or is there to be compared with.
+// Returns whether a ray of the band is counted, or serves only for comparison.
 fn is_counted(ray: u32) -> bool {
     return ray >= view.first_counted && ray < view.end_counted;
 }
 
-// The upper word of a number that has a sign.
+// Returns the upper word of a signed number.
 fn sign_word(term: i32) -> u32 {
     return select(0u, 0xffffffffu, term < 0);
 }

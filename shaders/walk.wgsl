@@ -1,10 +1,10 @@
 // A walk over the sorted crossings of a ray, voxel by voxel.
 
-// What the crossings of one solid in one voxel of a ray amount to.
+// The result of the crossings of one solid in one voxel of a ray.
 struct Voxel {
-    // The first crossing behind the voxel.
+    // The first crossing after the voxel.
     end: u32,
-    // The winding number behind it; under the even-odd rule its parity, 0 or 1.
+    // The winding number after it; under the even-odd rule its parity, 0 or 1.
     winding: i32,
     // The surface may lie in the voxel.
     touched: bool,
@@ -12,7 +12,7 @@ struct Voxel {
     greatest: i32,
 }
 
-// The crossings from `first` on that lie in `voxel`, which may be none; `winding` is that before it.
+// Takes the crossings from `first` on that lie in `voxel`, possibly none; `winding` is that before it.
 fn take_voxel(first: u32, end: u32, voxel: u32, winding: i32) -> Voxel {
     var taken = Voxel(first, winding, false, 0, 0);
     if first == end {
@@ -39,8 +39,8 @@ fn take_voxel(first: u32, end: u32, voxel: u32, winding: i32) -> Voxel {
     return taken;
 }
 
-// The crossings of equal floor from `taken.end` on. Their order is unknown, so that any winding number between all leaving
-// first and all entering first may occur.
+// Takes the crossings of equal floor from `taken.end` on. Their order is unknown, so that any winding number between
+// all leaving first and all entering first may occur.
 fn take_group(taken: ptr<function, Voxel>, end: u32) {
     let half_floor = crossings[(*taken).end] >> 3u;
     var entering = 0;
@@ -61,7 +61,7 @@ fn take_group(taken: ptr<function, Voxel>, end: u32) {
     (*taken).winding = winding + entering - leaving;
 }
 
-// Whether the crossings from `first` to `end` close.
+// Returns whether the crossings from `first` to `end` close.
 fn closes(first: u32, end: u32) -> bool {
     if !NON_ZERO {
         return ((end - first) & 1u) == 0u;

@@ -1,4 +1,4 @@
-// 64- and 96-bit integers on devices that have 64-bit integers of their own; `wide_pair.wgsl` is the same without.
+// 64- and 96-bit integers on devices with native 64-bit integers; `wide_pair.wgsl` is the same without.
 
 // A signed 64-bit integer.
 alias Wide = i64;
@@ -21,22 +21,22 @@ fn wide_difference(a: Wide, b: Wide) -> Wide {
     return a - b;
 }
 
-// -1, 0 or 1.
+// Returns -1, 0 or 1.
 fn wide_sign(a: Wide) -> i32 {
     return select(select(0, 1, a > 0li), -1, a < 0li);
 }
 
-// A product that fits.
+// Returns a product, which must fit.
 fn wide_times(a: Wide, b: i32) -> Wide {
     return a * i64(b);
 }
 
-// To 22 bits or so.
+// Converts to f32, to about 22 bits.
 fn wide_to_f32(a: Wide) -> f32 {
     return f32(a);
 }
 
-// The product of an integer below 2^61 and one below 2^31 in absolute value.
+// Returns the product of an integer below 2^61 and one below 2^31 in absolute value.
 fn long_product(a: Wide, b: i32) -> Long {
     let low = (a & 0xffffffffli) * i64(b);
     return Long((a >> 32u) * i64(b) + (low >> 32u), u32(low & 0xffffffffli));
@@ -51,7 +51,7 @@ fn long_difference(a: Long, b: Long) -> Long {
     return Long(a.high - b.high - select(0li, 1li, a.low < b.low), a.low - b.low);
 }
 
-// To 22 bits or so. By its absolute value: the words of a small negative number nearly cancel.
+// Converts to f32, to about 22 bits, by way of the absolute value: the words of a small negative number nearly cancel.
 fn long_to_f32(a: Long) -> f32 {
     let negative = a.high < 0li;
     var absolute = a;
@@ -62,18 +62,18 @@ fn long_to_f32(a: Long) -> f32 {
     return select(value, -value, negative);
 }
 
-// The lower 64 bits: the number itself where it fits.
+// Returns the lower 64 bits: the number itself where it fits.
 fn wide_from_long(a: Long) -> Wide {
-    // By way of u64: from u32 straight to i64, naga 30 extends the sign on its way to SPIR-V.
+    // By way of u64: for u32 straight to i64, naga 30 emits a sign extension in SPIR-V.
     return (a.high << 32u) | i64(u64(a.low));
 }
 
-// -1, 0 or 1.
+// Returns -1, 0 or 1.
 fn long_sign(a: Long) -> i32 {
     return select(select(0, 1, a.high > 0li || a.low > 0u), -1, a.high < 0li);
 }
 
-// The integer of two words.
+// Returns the integer of two words.
 fn wide_from_words(low: u32, high: u32) -> Wide {
     // By way of u64, as above.
     return (i64(bitcast<i32>(high)) << 32u) | i64(u64(low));

@@ -1,4 +1,5 @@
-// 64- and 96-bit integers in 32-bit words, for devices without 64-bit integers; `wide_native.wgsl` is the same with them.
+// 64- and 96-bit integers in 32-bit words, for devices without 64-bit integers; `wide_native.wgsl` is the same with
+// them.
 
 // A signed 64-bit integer, high · 2^32 + low.
 struct Wide {
@@ -13,7 +14,7 @@ struct Long {
     high: i32,
 }
 
-// The upper word of the product of two words.
+// Returns the upper word of the product of two words.
 fn upper_product(a: u32, b: u32) -> u32 {
     let al = a & 0xffffu;
     let ah = a >> 16u;
@@ -41,12 +42,12 @@ fn wide_difference(a: Wide, b: Wide) -> Wide {
     return Wide(a.low - b.low, a.high - b.high - select(0, 1, a.low < b.low));
 }
 
-// -1, 0 or 1.
+// Returns -1, 0 or 1.
 fn wide_sign(a: Wide) -> i32 {
     return select(select(0, 1, a.high > 0 || a.low > 0u), -1, a.high < 0);
 }
 
-// A product that fits.
+// Returns a product, which must fit.
 fn wide_times(a: Wide, b: i32) -> Wide {
     let product = wide_product(bitcast<i32>(a.low), b);
     // The low word counts as signed there; where its top bit is set, that is 2^32 times b too little.
@@ -54,7 +55,7 @@ fn wide_times(a: Wide, b: i32) -> Wide {
     return Wide(product.low, product.high + a.high * b + extra);
 }
 
-// To 22 bits or so. By its absolute value: the words of a small negative number nearly cancel.
+// Converts to f32, to about 22 bits, by way of the absolute value: the words of a small negative number nearly cancel.
 fn wide_to_f32(a: Wide) -> f32 {
     let negative = a.high < 0;
     var absolute = a;
@@ -65,7 +66,7 @@ fn wide_to_f32(a: Wide) -> f32 {
     return select(value, -value, negative);
 }
 
-// The product of an integer below 2^61 and one below 2^31 in absolute value.
+// Returns the product of an integer below 2^61 and one below 2^31 in absolute value.
 fn long_product(a: Wide, b: i32) -> Long {
     let ub = bitcast<u32>(b);
     let low = a.low * ub;
@@ -95,7 +96,7 @@ fn long_difference(a: Long, b: Long) -> Long {
     return Long(a.low - b.low, middle - borrow, a.high - b.high - down);
 }
 
-// To 22 bits or so. By its absolute value: the words of a small negative number nearly cancel.
+// Converts to f32, to about 22 bits, by way of the absolute value: the words of a small negative number nearly cancel.
 fn long_to_f32(a: Long) -> f32 {
     let negative = a.high < 0;
     var absolute = a;
@@ -106,17 +107,17 @@ fn long_to_f32(a: Long) -> f32 {
     return select(value, -value, negative);
 }
 
-// The lower 64 bits: the number itself where it fits.
+// Returns the lower 64 bits: the number itself where it fits.
 fn wide_from_long(a: Long) -> Wide {
     return Wide(a.low, bitcast<i32>(a.middle));
 }
 
-// -1, 0 or 1.
+// Returns -1, 0 or 1.
 fn long_sign(a: Long) -> i32 {
     return select(select(0, 1, a.high > 0 || a.middle > 0u || a.low > 0u), -1, a.high < 0);
 }
 
-// The integer of two words.
+// Returns the integer of two words.
 fn wide_from_words(low: u32, high: u32) -> Wide {
     return Wide(low, bitcast<i32>(high));
 }

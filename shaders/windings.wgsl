@@ -1,5 +1,5 @@
-// Sums of windings (`Windings` in `src/ldi/mod.rs`): by invocation, then by workgroup, then over all. Sums of 64 bits lie in two
-// words, whose carries come out the same in whatever order their terms arrive.
+// Winding sums (`Windings` in `src/ldi/mod.rs`): by invocation, then by workgroup, then over all. Sums of 64 bits are
+// in two words, whose carries do not depend on the order in which their terms arrive.
 
 var<private> wound: vec2<u32>;
 var<private> unpaired: vec2<u32>;
@@ -13,15 +13,15 @@ var<workgroup> group_unpaired_high: atomic<u32>;
 var<workgroup> group_aligned: atomic<i32>;
 var<workgroup> group_changes: atomic<u32>;
 
-// A sum in two words, low and high, and a term with a sign.
+// Adds a signed term to a sum in two words, low and high.
 fn wide_term(sum: vec2<u32>, signed_term: i32) -> vec2<u32> {
     let term = bitcast<u32>(signed_term);
     let low = sum.x + term;
     return vec2(low, sum.y + carry(sum.x, term) + sign_word(signed_term));
 }
 
-// What one crossing of a ray that closes adds. Its group, at `position`, either changes the parity, and the crossing goes the
-// way that the parity does or not, or holds an even number.
+// Adds one crossing of a closed ray. Its group, at `position`, either changes the parity, and the crossing has the
+// direction that parity implies or the opposite one, or the group has an even number of crossings.
 fn add_winding(crossing: u32, position: i32, changes_parity: bool, becomes_inside: bool) {
     let winding = crossing_winding(crossing);
     wound = wide_term(wound, -winding * crossing_nearest(crossing));
@@ -32,7 +32,8 @@ fn add_winding(crossing: u32, position: i32, changes_parity: bool, becomes_insid
     }
 }
 
-// Called by all invocations of a workgroup. Most have nothing to add where triangles lie between the rays.
+// Adds the sums of an invocation to the tally; all invocations of a workgroup must call it. Most have nothing to add where
+// triangles lie between the rays.
 fn add_to_tally(lane: u32) {
     if changes != 0u || aligned != 0 || any((wound | unpaired) != vec2(0u)) {
         let wound_before = atomicAdd(&group_wound_low, wound.x);
@@ -54,7 +55,7 @@ fn add_to_tally(lane: u32) {
             let before = atomicAdd(&tally.unpaired_low, unpaired_sum.x);
             atomicAdd(&tally.unpaired_high, unpaired_sum.y + carry(before, unpaired_sum.x));
         }
-        // Of one workgroup it fits 32 bits; of a band with many crossings in each voxel it does not.
+        // The sum of one workgroup fits 32 bits; that of a band with many crossings in each voxel does not.
         let aligned_sum = wide_term(vec2(0u), atomicLoad(&group_aligned));
         if any(aligned_sum != vec2(0u)) {
             let before = atomicAdd(&tally.aligned_low, aligned_sum.x);

@@ -1,16 +1,16 @@
-//! Room for large arrays, in large pages where the system has them.
+//! Memory for large arrays, in large pages where the system has them.
 //!
-//! A mesh is converted about as fast as memory can be written, so that most of the time would go into the page faults of
-//! its first touch: one for every 4 KiB, against one for every 2 MiB here.
+//! A mesh is converted about as fast as memory can be written, so that most of the time would go into the page faults
+//! of its first touch: one for every 4 KiB, against one for every 2 MiB here.
 
 use std::cell::Cell;
 use std::collections::TryReserveError;
 
-/// Arrays smaller than this have too few pages to matter.
+/// Smallest array for large pages, in bytes; smaller ones have too few pages to matter.
 #[cfg(target_os = "linux")]
 const LEAST_BYTES: usize = 8 << 20;
 
-/// An empty vector with room for `count` values. The caller has seen that so many are to come.
+/// Returns an empty vector with room for `count` values. The caller has checked that `count` is plausible.
 pub fn vec_with_room<T>(count: usize) -> Vec<T> {
     let vec = Vec::with_capacity(count);
     #[cfg(target_os = "linux")]
@@ -18,7 +18,7 @@ pub fn vec_with_room<T>(count: usize) -> Vec<T> {
     vec
 }
 
-/// The same, for a count that there may be no memory for.
+/// Does the same for a count for which there may be too little memory.
 pub fn try_vec_with_room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
     let mut vec = Vec::new();
     handled(|| vec.try_reserve_exact(count))?;
@@ -31,7 +31,7 @@ thread_local! {
     static IS_HANDLED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs an allocation whose failure the caller handles, as [`Vec::try_reserve`] tells of it.
+/// Runs an allocation whose failure the caller handles, as [`Vec::try_reserve`] reports it.
 pub fn handled<R>(allocate: impl FnOnce() -> R) -> R {
     IS_HANDLED.set(true);
     let result = allocate();
@@ -39,8 +39,8 @@ pub fn handled<R>(allocate: impl FnOnce() -> R) -> R {
     result
 }
 
-/// Returns whether this thread is in [`handled`]. An allocator that ends the process where there is no memory does not do
-/// so then.
+/// Returns whether this thread is in [`handled`]. An allocator that ends the process when out of memory must not do so
+/// then.
 pub fn is_handled() -> bool {
     IS_HANDLED.try_with(Cell::get).unwrap_or(false)
 }
@@ -55,8 +55,8 @@ fn advise_huge_pages<T>(vec: &Vec<T>) {
     let skipped = vec.as_ptr().addr().wrapping_neg() % PAGE;
     let length = (bytes - skipped) / PAGE * PAGE;
     let start = vec.as_ptr().cast::<u8>().wrapping_add(skipped).cast_mut();
-    // SAFETY: the range lies within the vector's allocation, and this advice changes no content. That it may fail, on
-    // systems with larger pages or without huge ones, is of no consequence.
+    // SAFETY: the range lies within the vector's allocation, and this advice changes no content. It may fail, on
+    // systems with larger pages or without huge ones, which has no effect.
     unsafe { libc::madvise(start.cast(), length, libc::MADV_HUGEPAGE) };
 }
 

@@ -1,23 +1,23 @@
-//! The triangle of a set that is closest to a point, exactly, by a tree of boxes.
+//! Exact search for the triangle of a set that is closest to a point, by a tree of boxes.
 //!
-//! Of the crates for trees of boxes in use here none asks for the closest, and their boxes are in `f32`, so the tree is
-//! our own: triangles are split at the median along the longest side of the box of their centroids, down to a few.
+//! The tree is our own because none of the box-tree crates in use here has a closest query, and their boxes are in
+//! `f32`. It splits triangles at the median along the longest side of the box of their centroids, down to a few.
 
 use glam::DVec3;
 
-/// Triangles in a leaf, at most.
+/// Largest number of triangles in a leaf.
 const LEAF: usize = 4;
 
 /// Halves of more triangles than this are split on two threads.
 const APART: usize = 1 << 12;
 
-/// A set of triangles, by boxes.
+/// A set of triangles in a tree of boxes.
 pub struct ClosestTriangle {
-    /// Depth first: the left child of a node comes right after it.
+    /// Nodes in depth-first order: the left child of a node comes directly after it.
     nodes: Vec<Node>,
     /// Corners in the order of leaves.
     corners: Vec<[DVec3; 3]>,
-    /// For each of these its index in the set as it was given.
+    /// The index of each of these in the original set.
     indices: Vec<u32>,
 }
 
@@ -27,25 +27,25 @@ type Place = (DVec3, u32);
 struct Node {
     min: DVec3,
     max: DVec3,
-    /// Of a leaf, the first triangle; of another node, how far after it its right child comes.
+    /// In a leaf, the first triangle; in another node, the offset of its right child.
     at: u32,
-    /// Triangles of a leaf; 0 for another node.
+    /// Number of triangles of a leaf; 0 for another node.
     count: u32,
 }
 
-/// What is closest to a point.
+/// The triangle closest to a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Closest {
     /// The triangle, as an index into the set.
     pub triangle: u32,
     /// The square of its distance.
     pub squared: f64,
-    /// Where the triangle is in the tree: a start for a search from a point nearby.
+    /// The index of the triangle in the tree: a start for a search from a point nearby.
     pub hint: u32,
 }
 
 impl ClosestTriangle {
-    /// The tree of a set that is not empty.
+    /// Builds the tree of a set that is not empty.
     pub fn new(set: &[[DVec3; 3]]) -> ClosestTriangle {
         let mut order: Vec<Place> =
             set.iter().zip(0..).map(|([a, b, c], index)| ((*a + *b + *c) / 3.0, index)).collect();
@@ -55,8 +55,8 @@ impl ClosestTriangle {
         ClosestTriangle { nodes, corners, indices }
     }
 
-    /// The triangle closest to a point. A good hint (0 will do) makes it faster; among triangles at the same distance it
-    /// may decide which.
+    /// Returns the triangle closest to a point. A good hint (0 is always valid) makes it faster; it may select among
+    /// triangles at the same distance.
     pub fn of(&self, point: DVec3, hint: u32) -> Closest {
         let (mut best, mut squared) = (hint, squared_distance(point, self.corners[hint as usize]));
         let mut stack = [(0u32, 0f64); 64];
@@ -87,7 +87,7 @@ impl ClosestTriangle {
         Closest { triangle: self.indices[best as usize], squared, hint: best }
     }
 
-    /// Whether any triangle is no farther from a point than this.
+    /// Returns whether any triangle is within this distance of a point.
     pub fn any_within(&self, point: DVec3, distance: f64) -> bool {
         let limit = distance * distance;
         let mut stack = [0u32; 64];
@@ -106,7 +106,7 @@ impl ClosestTriangle {
             let bound = |child: u32| (child, self.nodes[child as usize].squared_distance(point));
             let (left, right) = (bound(index + 1), bound(index + node.at));
             let (near, far) = if left.1 <= right.1 { (left, right) } else { (right, left) };
-            // The nearer one is looked at first.
+            // The nearer one is visited first.
             for (child, bound) in [far, near] {
                 if bound <= limit {
                     stack[depth] = child;
@@ -117,7 +117,7 @@ impl ClosestTriangle {
         false
     }
 
-    /// All triangles no farther from a point than this, in no order.
+    /// Returns all triangles within this distance of a point, in no particular order.
     pub fn within(&self, point: DVec3, distance: f64) -> Vec<u32> {
         let (mut found, mut open) = (Vec::new(), vec![0]);
         while let Some(index) = open.pop() {
@@ -140,7 +140,7 @@ impl ClosestTriangle {
 }
 
 impl Node {
-    /// The node above a left child, which comes right after it, and a right one.
+    /// Returns the parent of a left child, which comes directly after it, and a right one.
     fn above(left: &Node, right: &Node, at: usize) -> Node {
         Node { min: left.min.min(right.min), max: left.max.max(right.max), at: at as u32, count: 0 }
     }
@@ -150,7 +150,7 @@ impl Node {
     }
 }
 
-/// The nodes of some triangles, the first of which is number `first` in the order: large halves on two threads.
+/// Builds the nodes of some triangles, the first of which is number `first` in the order: large halves on two threads.
 fn grow_apart(set: &[[DVec3; 3]], order: &mut [Place], first: u32) -> Vec<Node> {
     let mut nodes = Vec::new();
     if order.len() <= APART {
@@ -182,7 +182,7 @@ fn grow(nodes: &mut Vec<Node>, set: &[[DVec3; 3]], order: &mut [Place], first: u
     nodes[node] = Node::above(&nodes[node + 1], &nodes[right], right - node);
 }
 
-/// Triangles with their centroids in halves along the longest side of the box of these.
+/// Splits triangles into halves by their centroids, along the longest side of the box of these.
 fn halves(order: &mut [Place]) -> (&mut [Place], &mut [Place]) {
     let (least, most) = box_of(order.iter().map(|(centroid, _)| *centroid));
     let (axis, half) = (longest(most - least), order.len() / 2);
@@ -194,15 +194,15 @@ fn box_of(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
     points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), point| (min.min(point), max.max(point)))
 }
 
-/// The axis along which a box is longest.
+/// Returns the axis along which a box is longest.
 pub fn longest(extent: DVec3) -> usize {
     if extent.x >= extent.y && extent.x >= extent.z { 0 } else { usize::from(extent.y < extent.z) + 1 }
 }
 
-/// The square of the distance of a point from a triangle, which may be degenerate.
+/// Returns the square of the distance of a point from a triangle, which may be degenerate.
 ///
-/// After Ericson, "Real-Time Collision Detection" (2005), 5.1.5; where the triangle is too thin for it, the closest of its
-/// sides.
+/// After Ericson, "Real-Time Collision Detection" (2005), 5.1.5; where the triangle is too thin for it, the distance
+/// from the closest of its sides.
 pub fn squared_distance(point: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
@@ -243,7 +243,8 @@ mod tests {
 
     use super::*;
 
-    /// The least over a fine raster of points of the triangle: never less than the truth, and not much more.
+    /// Returns the least distance over a fine raster of points of the triangle: never less than the true one, and not
+    /// much more.
     fn by_raster(point: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
         const N: u32 = 200;
         let steps = (0..=N).flat_map(|i| (0..=N - i).map(move |j| (f64::from(i), f64::from(j))));
@@ -274,7 +275,7 @@ mod tests {
                 let point = *point * 1.2 + DVec3::splat(0.3);
                 let brute = set.iter().map(|triangle| squared_distance(point, *triangle)).fold(f64::INFINITY, f64::min);
                 let found = tree.of(point, hint);
-                // Two triangles may be equally far but for the last bit.
+                // Two triangles may be equally far to within the last bit.
                 const ROUNDED: f64 = 1e-12;
                 let same = |squared: f64| (squared - brute).abs() <= ROUNDED * brute.max(1.0);
                 prop_assert!(same(found.squared), "{} {brute}", found.squared);

@@ -1,24 +1,24 @@
-//! Exact integer coverage and depth: where a triangle meets the rays of an image.
+//! Exact integer coverage and depth: the intersections of a triangle with the rays of an image.
 //!
-//! All results are those of exact rational arithmetic under the perturbation of the world stated in
-//! [`crate::sampler`]. `f64` serves as a guess only: an answer is taken from it where its error bound proves it right,
-//! and otherwise from the sign of an exact integer. Two facts make this cheap.
+//! All results are those of exact rational arithmetic under the perturbation of the world stated in [`crate::sampler`].
+//! `f64` serves only as a guess: the code uses it where its error bound proves it right, and otherwise decides by the
+//! sign of an exact integer. Two facts make this cheap.
 //!
 //! - **Coverage from edges.** With the larger perturbation on the column axis, an edge and a row have one *first
-//!   column*: the least column whose ray is not left of the edge, ties included. A triangle covers, in each row between its
-//!   vertices, the columns from the lesser to the greater first column of its two edges there. The first column depends
-//!   on the edge alone, so a mesh whose edges have even valence gives every ray an even count by construction.
+//!   column*: the least column whose ray is not left of the edge, ties included. A triangle covers, in each row between
+//!   its vertices, the columns from the lesser to the greater first column of its two edges there. The first column
+//!   depends on the edge alone, so a mesh whose edges have even valence gives every ray an even count by construction.
 //! - **Depth from a residual.** Near an integer `m`, the side on which the plane passes is the sign of
 //!   `n·(ray − vertex)` at depth m. Its terms overflow `i64`, but its value is |n_depth|·|m − d| < 2^62, so wrapping
 //!   arithmetic yields it exactly.
 
 use crate::grid::Axis;
 
-/// A position as one view sees it: column, row and depth coordinate, in lattice steps.
+/// A position in view coordinates: column, row and depth, in lattice steps.
 pub type ViewPosition = [i32; 3];
 
-/// Where one triangle meets one ray, in 32 bits: `floor / 2` above, then how far the true depth is above `floor`, then
-/// the direction. Crossings of a ray sort by depth as plain integers.
+/// The intersection of one triangle with one ray, in 32 bits: `floor / 2` in the high bits, then the position of the
+/// true depth above `floor`, then the direction. Crossings of a ray sort by depth as plain integers.
 ///
 /// Layout: bits 3–31 `floor / 2`; bits 1–2: 0 if the depth is exactly `floor`, 1 if it lies above and `nearest` is
 /// `floor`, 2 if `nearest` is `floor + 2`; bit 0: 1 where the ray leaves.
@@ -26,7 +26,7 @@ pub type ViewPosition = [i32; 3];
 pub struct Crossing(pub u32);
 
 impl Crossing {
-    /// The crossing at a depth that was calculated in floating point, in [0, 2^30), and of the given
+    /// Returns the crossing at a depth that was computed in floating point, in [0, 2^30), with the given
     /// [`winding`](Self::winding). Where the depth is an odd integer, `nearest` lies above.
     #[inline]
     pub fn at(depth: f64, winding: i32) -> Crossing {
@@ -36,42 +36,42 @@ impl Crossing {
         Crossing((below >> 1) << 3 | fraction << 1 | u32::from(winding < 0))
     }
 
-    /// The largest even lattice position that is not above the true depth.
+    /// Returns the largest even lattice position that is not above the true depth.
     pub fn floor(self) -> i32 {
         ((self.0 >> 3) << 1) as i32
     }
 
-    /// The least even lattice position that is not below the true depth.
+    /// Returns the least even lattice position that is not below the true depth.
     pub fn ceil(self) -> i32 {
         self.floor() + if self.0 & 0b110 != 0 { 2 } else { 0 }
     }
 
-    /// The even lattice position nearest to the true depth.
+    /// Returns the even lattice position nearest to the true depth.
     pub fn nearest(self) -> i32 {
         self.floor() + ((self.0 >> 1) & 2) as i32
     }
 
-    /// +1 where the ray enters the triangle's solid, −1 where it leaves.
+    /// Returns +1 where the ray enters the triangle's solid, −1 where it leaves.
     pub fn winding(self) -> i32 {
         1 - 2 * (self.0 & 1) as i32
     }
 
-    /// Half of [`floor`](Self::floor), in 29 bits.
+    /// Returns half of [`floor`](Self::floor), in 29 bits.
     pub fn half_floor(self) -> u32 {
         self.0 >> 3
     }
 }
 
-/// A crossing that may or may not remember its triangle; samplers are generic over it, so that images without
-/// triangles pay nothing for them.
+/// A crossing with or without its triangle; samplers are generic over it, so that images without triangles have no
+/// overhead.
 pub trait Hit: Copy + Ord + Default + Send {
-    /// Whether it remembers its triangle.
+    /// True if it stores its triangle.
     const KEEPS_TRIANGLE: bool;
-    /// The hit of a crossing with the triangle of the given index.
+    /// Returns the hit of a crossing with the triangle of the given index.
     fn new(crossing: Crossing, triangle: u32) -> Self;
-    /// Where and in which direction.
+    /// Returns the position and direction.
     fn crossing(self) -> Crossing;
-    /// The triangle's index, if it is remembered.
+    /// Returns the triangle's index, if it is stored.
     fn triangle(self) -> Option<u32>;
 }
 
@@ -94,7 +94,7 @@ impl Hit for Crossing {
     }
 }
 
-/// A crossing and its triangle. Coincident crossings sort by triangle, so that their order never depends on chance.
+/// A crossing and its triangle. Coincident crossings sort by triangle, so that their order is deterministic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct TriangleHit {
     crossing: Crossing,
@@ -121,7 +121,7 @@ impl Hit for TriangleHit {
     }
 }
 
-/// One edge of a triangle in a view, ready to give its first column in each row that it crosses.
+/// One edge of a triangle in a view, prepared to return its first column in each row that it crosses.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeWalk {
     column: i32,
@@ -132,9 +132,9 @@ pub struct EdgeWalk {
     slope: f64,
 }
 
-/// The integer nearest to `x`, and `x` less it. Adding 3·2^51 leaves no fraction bits, and the integer in the low ones:
-/// on plain x86-64 a tenth of the cost of a call to `round`. For |x| ≥ 2^31 the integer is meaningless, and the
-/// difference is at most |x|·2^-51.
+/// Returns the integer nearest to `x`, and `x` minus it. Adding 3·2^51 removes the fraction bits and leaves the integer
+/// in the low ones: on plain x86-64 a tenth of the cost of a call to `round`. For |x| ≥ 2^31 the integer is
+/// meaningless, and the difference is at most |x|·2^-51.
 #[inline(always)]
 fn nearest_integer(x: f64) -> (i32, f64) {
     const MAGIC: f64 = 3.0 * (1u64 << 51) as f64;
@@ -142,11 +142,11 @@ fn nearest_integer(x: f64) -> (i32, f64) {
     (shifted.to_bits() as i32, x - (shifted - MAGIC))
 }
 
-/// Positions closer than this to a ray, in pixels, are decided by integers. First columns are below 2^16 and three
-/// roundings of 2^-53 each go into one, so the error of the guess is below 2^-34.
+/// Distance from a ray, in pixels, below which integers decide. First columns are below 2^16 and three roundings of
+/// 2^-53 each enter one, so the error of the guess is below 2^-34.
 const COLUMN_DOUBT: f64 = 1.0 / (1u64 << 30) as f64;
 
-/// The pixel geometry of a view: how lattice positions relate to columns and rows.
+/// The pixel geometry of a view: the relation of lattice positions to columns and rows.
 #[derive(Clone, Copy, Debug)]
 pub struct Pixels {
     /// A pixel is 2^shift lattice steps wide.
@@ -157,26 +157,26 @@ pub struct Pixels {
 }
 
 impl Pixels {
-    /// The pixels of a grid with 2^`shift` steps each.
+    /// Returns the pixels of a grid with 2^`shift` steps each.
     pub fn new(shift: u32) -> Pixels {
         Pixels { shift, first: (1 << (shift - 1)) + 1, per_step: 1.0 / f64::from(1u32 << shift) }
     }
 
-    /// The least index whose ray lies at or above an even lattice position. May be one past the last ray.
+    /// Returns the least index whose ray lies at or above an even lattice position. May be one past the last ray.
     pub fn index_from(self, position: i32) -> i32 {
-        // Rays are odd and positions even, so "at or above" and "above" are one.
+        // Rays are odd and positions even, so "at or above" and "above" are equivalent.
         (position - self.first + (1 << self.shift) - 1) >> self.shift
     }
 
-    /// The lattice position of ray `index`.
+    /// Returns the lattice position of ray `index`.
     pub fn ray(self, index: i32) -> i32 {
         (index << self.shift) + self.first
     }
 }
 
 impl EdgeWalk {
-    /// The walk along the edge from `low` up to `high`, which lies in a higher row. It depends on the two positions
-    /// alone, so that the triangles of an edge agree about it.
+    /// Prepares the walk along the edge from `low` up to `high`, which lies in a higher row. It depends only on the two
+    /// positions, so that the triangles of an edge agree about it.
     #[inline(always)]
     pub fn upwards(low: &ViewPosition, high: &ViewPosition, pixels: Pixels) -> EdgeWalk {
         debug_assert!(low[1] < high[1], "an edge within one lattice row crosses no row of rays");
@@ -192,8 +192,8 @@ impl EdgeWalk {
         }
     }
 
-    /// The first column in a row, given by its lattice position, which the edge must cross: the least column whose ray
-    /// is not left of the edge. May lie outside the image by the edge's own extent.
+    /// Returns the first column in a row, given by its lattice position, which the edge must cross: the least column
+    /// whose ray is not left of the edge. May lie outside the image by the edge's own extent.
     #[inline(always)]
     pub fn first_column(&self, row: i32, pixels: Pixels) -> i32 {
         let guess = self.start + f64::from(row - self.row) * self.slope;
@@ -204,7 +204,7 @@ impl EdgeWalk {
         self.decide_column(column, row, pixels)
     }
 
-    /// The nearest ray against the edge: exact, since both products are below 2^61.
+    /// Compares the nearest ray with the edge: exact, since both products are below 2^61.
     #[cold]
     fn decide_column(&self, column: i32, row: i32, pixels: Pixels) -> i32 {
         let to_ray = i64::from(pixels.ray(column)) - i64::from(self.column);
@@ -213,7 +213,7 @@ impl EdgeWalk {
     }
 }
 
-/// The plane of a triangle in a view, ready to give the depth of each ray that crosses it.
+/// The plane of a triangle in a view, prepared to return the depth of each ray that crosses it.
 #[derive(Clone, Copy, Debug)]
 pub struct DepthPlane {
     vertex: ViewPosition,
@@ -225,7 +225,7 @@ pub struct DepthPlane {
 }
 
 impl DepthPlane {
-    /// The plane of a triangle seen along `axis`; the triangle must not be edge-on.
+    /// Returns the plane of a triangle seen along `axis`; the triangle must not be edge-on.
     #[inline(always)]
     pub fn new(triangle: &[ViewPosition; 3], axis: Axis) -> DepthPlane {
         let [a, b, c] = *triangle;
@@ -240,8 +240,8 @@ impl DepthPlane {
         let per_depth = -1.0 / normal[2] as f64;
         let slope = [normal[0] as f64 * per_depth, normal[1] as f64 * per_depth];
         let reach = |i: usize| f64::from(u[i].abs().max(v[i].abs()));
-        // The rays that cross the triangle are within its reach of the vertex. Seven roundings of 2^-53 go into the sum,
-        // and the sum into at most 2^30 + reach.
+        // The rays that cross the triangle are within its reach of the vertex. Seven roundings of 2^-53 enter the sum,
+        // and the sum is at most 2^30 + reach.
         let doubt = (slope[0].abs() * reach(0) + slope[1].abs() * reach(1)) * (1.0 / (1u64 << 49) as f64)
             + 1.0 / (1u64 << 20) as f64;
         DepthPlane {
@@ -254,7 +254,7 @@ impl DepthPlane {
         }
     }
 
-    /// The crossing with the ray at lattice position (`column`, `row`), which must pass through the triangle.
+    /// Returns the crossing with the ray at lattice position (`column`, `row`), which must pass through the triangle.
     #[inline(always)]
     pub fn crossing(&self, column: i32, row: i32) -> Crossing {
         let (dc, dr) = (column - self.vertex[0], row - self.vertex[1]);
@@ -266,14 +266,15 @@ impl DepthPlane {
         self.decide(dc, dr, nearest)
     }
 
-    /// A depth strictly between `below` and `below + 1`: the parity of `below` says which even neighbour is nearer.
+    /// Returns the crossing at a depth strictly between `below` and `below + 1`: the parity of `below` decides which
+    /// even neighbour is nearer.
     #[inline]
     fn between(&self, below: i32) -> Crossing {
         let below = below as u32;
         Crossing((below >> 1) << 3 | (1 + (below & 1)) << 1 | self.leaves)
     }
 
-    /// The exact answer where the guess is too close to the integer `nearest`, or too coarse to be a guess.
+    /// Computes the exact answer where the guess is too close to the integer `nearest`, or too coarse.
     #[cold]
     fn decide(&self, dc: i32, dr: i32, nearest: i32) -> Crossing {
         let across = |depth: i32| {
@@ -296,7 +297,8 @@ impl DepthPlane {
         self.between(integer - i32::from(above))
     }
 
-    /// The floor of the depth for planes so steep that `f64` cannot tell it; such triangles cover next to no rays.
+    /// Returns the floor of the depth for planes so steep that `f64` cannot determine it; such triangles cover almost
+    /// no rays.
     fn floor_by_division(&self, dc: i32, dr: i32) -> i32 {
         let numerator = -(i128::from(self.normal[0]) * i128::from(dc) + i128::from(self.normal[1]) * i128::from(dr));
         let (numerator, denominator) = match self.normal[2] > 0 {
@@ -307,8 +309,8 @@ impl DepthPlane {
     }
 }
 
-/// Whether a depth that is exactly odd counts as above: the sign of the perturbed plane's depth less the perturbed
-/// node's, to which the axis of least index contributes most.
+/// Returns whether a depth that is exactly odd counts as above: the sign of the perturbed plane's depth minus the
+/// perturbed node's, to which the axis of least index contributes most.
 fn tie_goes_up(normal: [i64; 3], axis: Axis) -> bool {
     // Depth changes by −(n_column ε_column + n_row ε_row) / n_depth, and the node by ε_depth.
     let by_column = -normal[0].signum() * normal[2].signum();

@@ -1,7 +1,7 @@
-//! Disjoint sets that many threads join at once.
+//! Disjoint sets (union–find) that many threads join at once.
 //!
-//! Elements point to a lower one of their set or to themselves, and of two sets the lower root always wins, so that whatever
-//! the order of joins, the root of a set is its lowest element: the result does not depend on threads.
+//! Elements point to a lower one of their set or to themselves, and of two sets the lower root always wins. So the root
+//! of a set is its lowest element, whatever the order of joins, and the result does not depend on threads.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -14,12 +14,12 @@ pub(crate) struct Forest {
 }
 
 impl Forest {
-    /// So many elements, each a set by itself.
+    /// Returns this many elements, each a set by itself.
     pub(crate) fn new(count: u32) -> Forest {
         Forest { parents: (0..count).into_par_iter().with_min_len(1 << 12).map(AtomicU32::new).collect() }
     }
 
-    /// The root of the set of an element: once all joins are done, its lowest element.
+    /// Returns the root of the set of an element: once all joins are done, its lowest element.
     pub(crate) fn find(&self, mut element: u32) -> u32 {
         loop {
             let parent = self.parents[element as usize].load(Ordering::Relaxed);
@@ -40,7 +40,7 @@ impl Forest {
         }
     }
 
-    /// Makes the sets of two elements one.
+    /// Merges the sets of two elements.
     pub(crate) fn join(&self, a: u32, b: u32) {
         let (mut a, mut b) = (self.find(a), self.find(b));
         while a != b {
@@ -53,7 +53,7 @@ impl Forest {
         }
     }
 
-    /// The root of each element's set.
+    /// Returns the root of each element's set.
     pub(crate) fn roots(&self) -> Vec<u32> {
         (0..self.parents.len() as u32).into_par_iter().with_min_len(1 << 12).map(|element| self.find(element)).collect()
     }

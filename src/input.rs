@@ -1,4 +1,4 @@
-//! Files that are read: ordinary ones alone, so that no read waits or goes on for ever.
+//! Opening of input files: ordinary files only, so that no read blocks or continues for ever.
 
 use std::fs::{self, File, FileType};
 use std::io;
@@ -7,8 +7,8 @@ use std::path::Path;
 /// Opens an ordinary file.
 ///
 /// # Errors
-/// If there is no such file, or if it is a folder, a pipe, a device or a socket: opening a pipe may wait for ever, and a
-/// device may have no end.
+/// Fails if there is no such file, or if it is a folder, a pipe, a device or a socket: opening a pipe may block for
+/// ever, and a device may have no end.
 pub fn open(path: &Path) -> io::Result<File> {
     let kind = fs::metadata(path)?.file_type();
     if kind.is_file() {
@@ -18,7 +18,7 @@ pub fn open(path: &Path) -> io::Result<File> {
     Err(io::Error::new(io::ErrorKind::InvalidInput, message))
 }
 
-/// What a file is that is no ordinary one.
+/// Returns the kind of a file that is not an ordinary one.
 fn name(kind: FileType) -> &'static str {
     #[cfg(unix)]
     {

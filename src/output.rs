@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all.
+//! Output files that appear whole or not at all.
 
 #[cfg(unix)]
 use std::fs::TryLockError;
@@ -13,9 +13,10 @@ use tempfile::NamedTempFile;
 
 /// Writes a file that appears whole or not at all.
 ///
-/// `fill` writes to a temporary file beside the target, which takes the target's place once it is complete. What a process
-/// that was killed left there is removed at the next write. A symbolic link stays a link, and the file that it leads to is replaced. A target that is there and is no ordinary file (a
-/// device, a pipe, what a process has open) is never replaced: all is written into it at once.
+/// `fill` writes to a temporary file beside the target, which replaces the target once it is complete. The next write
+/// removes temporary files of processes that were killed. A symbolic link stays a link, and the file that it leads to
+/// is replaced. An existing target that is not an ordinary file (a device, a pipe, a file that a process has open) is
+/// never replaced: everything is written into it at once.
 pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
     let fill = |file: &mut File| {
         let mut buffered = BufWriter::with_capacity(1 << 16, file);
@@ -23,7 +24,7 @@ pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::
         buffered.flush()
     };
     if is_stream(path) {
-        // Writers of archives go back in their file, which a stream does not let them do.
+        // Writers of archives seek backwards in their file, which a stream does not allow.
         let mut file = tempfile::tempfile()?;
         fill(&mut file)?;
         file.rewind()?;
@@ -42,19 +43,19 @@ pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::
     Ok(())
 }
 
-/// What the names of temporary files begin and end with.
+/// Prefix and suffix of the names of temporary files.
 const PREFIX: &str = ".ldi-ops-";
 const SUFFIX: &str = ".part";
 
-/// Makes a temporary file and locks it for as long as it is open, by which other processes know that it is being written.
-/// It is an ordinary file, as the umask has it.
+/// Creates a temporary file and locks it for as long as it is open, so that other processes know that it is being
+/// written. It is an ordinary file with the permissions that the umask gives.
 fn make_locked(path: &Path) -> io::Result<File> {
     let file = OpenOptions::new().read(true).write(true).create_new(true).open(path)?;
     #[cfg(unix)]
     {
         use std::os::unix::fs::MetadataExt;
-        // Between making and locking another process may take the file for one that was left behind, and remove it. With
-        // this error another name is tried.
+        // Between creation and locking another process may take the file for an abandoned one, and remove it. With this
+        // error another name is tried.
         let is_taken = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
         if is_taken || file.metadata()?.nlink() == 0 {
             return Err(io::ErrorKind::AlreadyExists.into());
@@ -63,8 +64,8 @@ fn make_locked(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// Removes the temporary files in a folder that nobody has locked: their processes were killed. Where files cannot be
-/// locked, or may not be removed, they stay.
+/// Removes the temporary files in a folder that no process has locked: their processes were killed. Where files cannot
+/// be locked, or may not be removed, they stay.
 #[cfg(unix)]
 fn remove_left_behind(folder: &Path) {
     let is_ours = |name: &str| name.starts_with(PREFIX) && name.ends_with(SUFFIX);
@@ -88,10 +89,11 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes the temporary files of all writes under way, and lets no other begin or end: for a process that is about to be
-/// ended and would leave them behind. It must end then, as writes wait from here on.
+/// Removes the temporary files of all writes in progress, and blocks all others from beginning or ending: for a process
+/// that is about to be terminated and would leave them behind. It must then exit, since writes block from here on.
 pub fn abandon() {
-    // The thread that calls this for want of memory may itself be beginning or ending a write, for which nobody waits long.
+    // The thread that calls this when out of memory may itself be beginning or ending a write, so that waiting is
+    // limited.
     for _ in 0..PATIENCE_STEPS {
         let mut unfinished = match UNFINISHED.try_lock() {
             Err(TryLock::WouldBlock) => {
@@ -107,22 +109,22 @@ pub fn abandon() {
     }
 }
 
-/// A second, in steps.
+/// One second, in steps.
 const PATIENCE_STEPS: u32 = 100;
 const PATIENCE_STEP: Duration = Duration::from_millis(10);
 
 fn abandon_those(unfinished: &mut Vec<PathBuf>, chosen: impl Fn(&Path) -> bool) {
     for path in unfinished.extract_if(.., |path| chosen(path)) {
-        // A file that has just been completed or removed is none to remove.
+        // A file that has just been completed or removed need not be removed.
         let _ = fs::remove_file(path);
     }
 }
 
-/// Keeps a temporary file among the unfinished ones for as long as it lives.
+/// Keeps a temporary file in the list of unfinished ones for as long as it lives.
 struct Unfinished(PathBuf);
 
 impl Unfinished {
-    /// Makes a temporary file; none is ever there that is not among the unfinished ones.
+    /// Creates a temporary file; every one that exists is in the list of unfinished ones.
     fn make(make: impl FnOnce() -> io::Result<NamedTempFile>) -> io::Result<(NamedTempFile, Unfinished)> {
         let mut unfinished = unfinished();
         let file = make()?;
@@ -138,16 +140,16 @@ impl Drop for Unfinished {
     }
 }
 
-/// Whether the path names something that is there and must not be replaced.
+/// Returns whether the path names something that exists and must not be replaced.
 fn is_stream(path: &Path) -> bool {
     let of_a_process = ["/dev/fd", "/dev/stdout", "/dev/stderr", "/proc"].iter().any(|folder| path.starts_with(folder));
     fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() || of_a_process)
 }
 
-/// Links are followed this often, as a circle of them has no end.
+/// Number of links that are followed, since a cycle of them has no end.
 const LINKS: usize = 40;
 
-/// Returns the path that a symbolic link leads to, whether that is there or not; any other path as it is.
+/// Returns the path that a symbolic link leads to, whether that exists or not; any other path unchanged.
 pub fn link_target(path: &Path) -> PathBuf {
     let mut target = path.to_path_buf();
     for _ in 0..LINKS {
@@ -209,7 +211,7 @@ mod tests {
         replace(&at("a"), |file| {
             let first: Vec<String> = names().into_iter().filter(|name| !kept.contains(&name.as_str())).collect();
             assert!(matches!(&first[..], [name] if name.ends_with(".part") && name != ".ldi-ops-killed.part"));
-            // A second write leaves the first its file.
+            // A second write does not touch the file of the first.
             replace(&at("b"), |file| file.write_all(b"b"))?;
             assert!(names().contains(&first[0]));
             file.write_all(b"a")
@@ -225,7 +227,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         fs::create_dir(at("inner")).unwrap();
-        // Twice: the file is first made and then replaced.
+        // Twice: the file is first created and then replaced.
         std::os::unix::fs::symlink("inner/b", at("a")).unwrap();
         for text in ["one", "two"] {
             replace(&at("a"), |file| file.write_all(text.as_bytes())).unwrap();

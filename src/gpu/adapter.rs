@@ -2,23 +2,23 @@
 
 use super::DeviceError;
 
-/// What an adapter is, as its driver says.
+/// The kind of an adapter, as reported by its driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum AdapterKind {
     /// A graphics card with memory of its own.
     Discrete,
     /// A GPU that shares the processor's memory.
     Integrated,
-    /// A GPU handed to a virtual machine.
+    /// A GPU passed through to a virtual machine.
     Virtual,
     /// Something else.
     Other,
-    /// A program on the processor that behaves like a GPU; good for tests, and slower than the CPU's own sampler.
+    /// A software implementation of a GPU; useful for tests, and slower than the CPU's own sampler.
     Software,
 }
 
 impl AdapterKind {
-    /// One word for people.
+    /// Returns the name, one word.
     pub fn name(self) -> &'static str {
         match self {
             AdapterKind::Discrete => "discrete",
@@ -30,42 +30,42 @@ impl AdapterKind {
     }
 }
 
-/// What an adapter allows.
+/// The limits of an adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AdapterLimits {
-    /// Bytes of the largest buffer.
+    /// Size of the largest buffer in bytes.
     pub buffer: u64,
-    /// Bytes of a buffer that a shader may see at once.
+    /// Size in bytes of the largest part of a buffer that a shader can bind.
     pub binding: u64,
-    /// Buffers that a shader may see at once.
+    /// Number of buffers that a shader can bind at once.
     pub bindings: u32,
-    /// Invocations of a workgroup.
+    /// Number of invocations of a workgroup.
     pub workgroup: u32,
-    /// Bytes of a workgroup's own memory.
+    /// Size of workgroup memory in bytes.
     pub workgroup_memory: u32,
 }
 
-/// One adapter, not opened yet.
+/// One adapter, not yet opened.
 #[derive(Clone, Debug)]
 pub struct Adapter {
     pub(super) inner: wgpu::Adapter,
-    /// Its name, as the driver has it.
+    /// Its name, as reported by the driver.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: AdapterKind,
-    /// The interface it is reached by: vulkan, metal or dx12.
+    /// The graphics API: vulkan, metal or dx12.
     pub api: &'static str,
     /// The driver's name and version.
     pub driver: String,
-    /// What it allows.
+    /// Its limits.
     pub limits: AdapterLimits,
-    /// Whether shaders may use 64-bit integers; where not, pairs of 32-bit ones do the same, slower.
+    /// True if shaders may use 64-bit integers; otherwise pairs of 32-bit ones give the same results more slowly.
     pub int64: bool,
-    /// Whether it can time its own stages.
+    /// True if it can time its own stages.
     pub timestamps: bool,
 }
 
-/// All adapters of this machine, the likeliest choice first; empty where there is no driver, or no loader to find one by.
+/// Returns all adapters of this machine, the preferred one first; empty where there is no driver or no loader.
 pub fn adapters() -> Vec<Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
@@ -102,7 +102,7 @@ fn describe(inner: wgpu::Adapter) -> Adapter {
     }
 }
 
-/// The adapter of the given name, of which case does not matter and a part is enough; without a name the first.
+/// Returns the adapter of the given name, case-insensitive, of which a part is enough; without a name the first.
 pub fn choose<'a>(adapters: &'a [Adapter], wanted: Option<&str>) -> Result<&'a Adapter, DeviceError> {
     let first = adapters.first().ok_or(DeviceError::NoAdapter)?;
     let Some(wanted) = wanted else { return Ok(first) };

@@ -1,20 +1,20 @@
-//! How fast a device copies its own memory: the measure for whatever is bound by memory.
+//! The bandwidth of a device's copies in its own memory: the reference for memory-bound stages.
 
 use std::time::Instant;
 
 use super::kernel::Recorder;
 use super::{Device, DeviceError};
 
-/// Copies handed over together, so that without timestamps the way there and back counts little.
+/// Number of copies submitted together, so that without timestamps the submission overhead matters little.
 const COPIES: usize = 8;
 
-/// Rounds after the first, which warms up and has the buffers cleared.
+/// Number of rounds after the first, which warms up and has the buffers cleared.
 const ROUNDS: usize = 7;
 
 impl Device {
-    /// Bytes a second, each counted as read and as written, of copies of `bytes` from one buffer to another: the median of
-    /// many. Larger buffers than the adapter allows are not asked for. By the device's own clock where it
-    /// [times transfers](Self::times_transfers), else by the host's.
+    /// Returns the bandwidth of copies of `bytes` from one buffer to another in bytes per second, each byte counted as
+    /// read and as written: the median of many. The size is limited to the largest buffer of the adapter. Measured by
+    /// the device's own clock where it [times transfers](Self::times_transfers), else by the host's.
     pub fn copy_bandwidth(&self, bytes: u64) -> Result<f64, DeviceError> {
         let bytes = bytes.clamp(4, self.adapter().limits.buffer) / 4 * 4;
         let [a, b] = ["copied", "copied too"].map(|label| {
@@ -29,7 +29,7 @@ impl Device {
         let mut seconds = Vec::new();
         for round in 0..=ROUNDS {
             let mut recorder = Recorder::timed(self, self.times_transfers());
-            // Forth and back, so that every copy waits for the one before.
+            // Alternating directions, so that every copy waits for the one before.
             for copy in 0..COPIES {
                 let (from, to) = if copy % 2 == 0 { (&a, &b) } else { (&b, &a) };
                 recorder.copy(from, to, bytes);

@@ -1,11 +1,11 @@
-//! An open device: its limits, its errors, and the way back to host memory.
+//! An open device: its limits, its errors, and read-back to host memory.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use super::{Adapter, AdapterKind, DeviceError};
 
-/// A device ready for work. Cheap to share by reference; work from several threads is taken one job after another.
+/// A device ready for work. Cheap to share by reference; work from several threads is serialised.
 pub struct Device {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
@@ -14,16 +14,16 @@ pub struct Device {
     pub(super) times: Mutex<Option<Vec<StageTime>>>,
 }
 
-/// What went wrong since the last look.
+/// The errors since the last check.
 #[derive(Default)]
 struct Faults {
-    /// The first error; those that follow from it are forgotten with it.
+    /// The first error; later ones that follow from it are discarded.
     first: Option<DeviceError>,
-    /// The loss of the device, which nothing mends.
+    /// The loss of the device, which is permanent.
     loss: Option<DeviceError>,
 }
 
-/// How long one stage ran on the device.
+/// The time that one stage took on the device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StageTime {
     /// The stage's name.
@@ -32,22 +32,23 @@ pub struct StageTime {
     pub seconds: f64,
 }
 
-/// Mesa's llvmpipe ends all loops of an invocation, and says nothing, when together they have gone round 65 535 times, and
-/// counts the rounds of eight invocations at once. Shaders have at most eight loops over the same items, and eight invocations
-/// that are not in step may go round four times as often as one; 8000 crossings on a ray were seen to be too many.
+/// Largest number of loop rounds on a software adapter. Mesa's llvmpipe silently ends all loops of an invocation after
+/// 65 535 rounds in total, and counts the rounds of eight invocations at once. Shaders have at most eight loops over
+/// the same items, and eight invocations that diverge may take four times as many rounds as one; 8000 crossings on a
+/// ray were observed to be too many.
 const SOFTWARE_ROUNDS: u32 = 65_535 / 32;
 
-/// What the shaders that a device is opened for ask of it.
+/// The requirements of the shaders for a device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Needs {
-    /// Storage buffers that the widest shader sees.
+    /// Number of storage buffers of the shader with most of them.
     pub bindings: u32,
-    /// Invocations of the largest workgroup.
+    /// Number of invocations of the largest workgroup.
     pub workgroup: u32,
 }
 
 impl Device {
-    /// Opens an adapter with all that it allows, which has to be enough.
+    /// Opens an adapter with all its limits, which must be sufficient.
     pub fn open(adapter: &Adapter, needs: Needs) -> Result<Device, DeviceError> {
         let needs = [
             ("storage buffers a shader", adapter.limits.bindings, needs.bindings),
@@ -75,7 +76,7 @@ impl Device {
         }));
         let (name, kept) = (adapter.name.clone(), Arc::clone(&faults));
         device.set_device_lost_callback(move |reason, said| {
-            // A device that is dropped is lost on purpose.
+            // A dropped device is lost on purpose.
             if reason != wgpu::DeviceLostReason::Destroyed {
                 held(&kept).loss.get_or_insert(DeviceError::Lost { adapter: name.clone(), reason: said });
             }
@@ -83,41 +84,42 @@ impl Device {
         Ok(Device { device, queue, adapter: adapter.clone(), faults, times: Mutex::new(None) })
     }
 
-    /// The adapter that was opened.
+    /// Returns the adapter that was opened.
     pub fn adapter(&self) -> &Adapter {
         &self.adapter
     }
 
-    /// The first error since the last look; errors that follow from it are forgotten with it. A device that is lost stays
-    /// lost.
+    /// Returns the first error since the last check; later errors that follow from it are discarded. A lost device
+    /// stays lost.
     pub(crate) fn check(&self) -> Result<(), DeviceError> {
         let mut faults = held(&self.faults);
         let first = faults.first.take();
         faults.loss.clone().or(first).map_or(Ok(()), Err)
     }
 
-    /// From now on the times of all stages are kept for [`take_stage_times`](Self::take_stage_times), where the adapter can
-    /// tell them. Those of clears (stage `clear`) and of copies to the host (`read back`) are among them where
-    /// [`times_transfers`](Self::times_transfers) says so.
+    /// Starts to record the times of all stages for [`take_stage_times`](Self::take_stage_times), where the adapter can
+    /// measure them. Clears (stage `clear`) and copies to the host (`read back`) are included where
+    /// [`times_transfers`](Self::times_transfers) is true.
     pub fn keep_stage_times(&self) {
         if self.adapter.timestamps {
             *held(&self.times) = Some(Vec::new());
         }
     }
 
-    /// Whether the adapter can time clears and copies, besides dispatches.
+    /// Returns whether the adapter can time clears and copies, besides dispatches.
     pub fn times_transfers(&self) -> bool {
         let needed = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
         self.device.features().contains(needed)
     }
 
-    /// The times of all stages since the last call, in the order they ran; none where they are not kept.
+    /// Returns the times of all stages since the last call, in the order of execution; none where they are not
+    /// recorded.
     pub fn take_stage_times(&self) -> Vec<StageTime> {
         let mut times = held(&self.times);
         times.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// Refuses loops of so many rounds where the adapter would end them in silence.
+    /// Refuses loops of this many rounds where the adapter would silently end them.
     pub(crate) fn admit_rounds(&self, rounds: u32) -> Result<(), DeviceError> {
         if self.adapter.kind != AdapterKind::Software || rounds <= SOFTWARE_ROUNDS {
             return Ok(());
@@ -130,17 +132,17 @@ impl Device {
         })
     }
 
-    /// The error of a buffer that would need more bytes than `limit` allows.
+    /// Returns the error for a buffer that would need more bytes than `limit` allows.
     pub(crate) fn too_large(&self, what: &'static str, needed: u64, limit: u64) -> DeviceError {
         DeviceError::TooLarge { adapter: self.adapter.name.clone(), what, needed, limit }
     }
 
-    /// Bytes of the largest buffer that a shader may see as a whole.
+    /// Returns the size in bytes of the largest buffer that a shader can bind as a whole.
     pub(crate) fn largest_binding(&self) -> u64 {
         self.adapter.limits.binding.min(self.adapter.limits.buffer)
     }
 
-    /// A new buffer with these contents, for shaders to read.
+    /// Returns a new buffer with these contents, for shaders to read.
     pub(crate) fn upload(&self, label: &'static str, contents: &[u8]) -> Result<wgpu::Buffer, DeviceError> {
         let contents = if contents.is_empty() { &[0; 4] } else { contents };
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -149,7 +151,7 @@ impl Device {
             usage: wgpu::BufferUsages::STORAGE,
             mapped_at_creation: true,
         });
-        // `create_buffer_init` panics where there was no buffer to be had.
+        // `create_buffer_init` panics where no buffer could be created.
         self.check()?;
         buffer.get_mapped_range_mut(..).map_err(|error| self.lost(error.to_string()))?.copy_from_slice(contents);
         buffer.unmap();
@@ -157,9 +159,9 @@ impl Device {
         Ok(buffer)
     }
 
-    /// Waits for all work handed over so far.
+    /// Waits for all work submitted so far.
     pub(super) fn wait(&self) -> Result<(), DeviceError> {
-        // Of a device that is lost in the meantime wgpu 30 tells the callback, and then panics.
+        // When a device is lost meanwhile, wgpu 30 calls the callback, and then panics.
         let polled = catch_unwind(AssertUnwindSafe(|| self.device.poll(wgpu::PollType::wait_indefinitely())));
         self.check()?;
         match polled {
@@ -173,7 +175,7 @@ impl Device {
     }
 }
 
-/// What a mutex guards, whoever panicked while holding it.
+/// Locks a mutex, even if another thread panicked while holding it.
 pub(crate) fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }

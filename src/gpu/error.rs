@@ -1,15 +1,15 @@
-//! What can go wrong with a device.
+//! Errors of compute devices.
 
-/// Why a GPU could not be used, or gave up.
+/// The reason why a GPU could not be used, or failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DeviceError {
-    /// No adapter at all was found.
+    /// No adapter was found.
     #[error(
         "no GPU was found: there is no graphics driver, or no Vulkan loader to find it by (Debian: libvulkan1 and the driver's \
          package); the CPU gives the same bits"
     )]
     NoAdapter,
-    /// No adapter has the name that was asked for, or several have.
+    /// No adapter has the requested name, or several have.
     #[error("no adapter, or more than one, has `{wanted}` in its name; there are {known}")]
     UnknownAdapter {
         /// The name as given.
@@ -17,26 +17,26 @@ pub enum DeviceError {
         /// All names.
         known: String,
     },
-    /// The adapter cannot do what the shaders ask for.
+    /// The adapter does not meet the requirements of the shaders.
     #[error(
         "{adapter} cannot run the shaders: it has {found} {what}, and {needed} are needed; use another adapter or the CPU"
     )]
     Inadequate {
         /// The adapter's name.
         adapter: String,
-        /// What it lacks.
+        /// The limit that is too low.
         what: &'static str,
-        /// How much of it there is.
+        /// The available amount.
         found: u64,
-        /// How much is needed.
+        /// The required amount.
         needed: u64,
     },
-    /// The driver would not open the device.
+    /// The driver failed to open the device.
     #[error("{adapter} could not be opened: {reason}")]
     NotOpened {
         /// The adapter's name.
         adapter: String,
-        /// What the driver said.
+        /// The driver's message.
         reason: String,
     },
     /// The device has no memory left.
@@ -44,7 +44,7 @@ pub enum DeviceError {
     OutOfMemory {
         /// The adapter's name.
         adapter: String,
-        /// What the driver said.
+        /// The driver's message.
         reason: String,
     },
     /// One buffer would be larger than the adapter allows.
@@ -52,19 +52,19 @@ pub enum DeviceError {
     TooLarge {
         /// The adapter's name.
         adapter: String,
-        /// What is too large.
+        /// The contents that are too large.
         what: &'static str,
-        /// Bytes needed.
+        /// Number of bytes required.
         needed: u64,
-        /// Bytes allowed.
+        /// Number of bytes allowed.
         limit: u64,
     },
-    /// The device is gone: reset, unplugged, or stopped by the driver for taking too long.
+    /// The device is lost: reset, unplugged, or stopped by the driver for taking too long.
     #[error("{adapter} was lost: {reason}; run again, with the CPU if it recurs")]
     Lost {
         /// The adapter's name.
         adapter: String,
-        /// What the driver said.
+        /// The driver's message.
         reason: String,
     },
     /// The driver rejected a shader or a command: a fault of this program, or of the driver.
@@ -72,15 +72,15 @@ pub enum DeviceError {
     Rejected {
         /// The adapter's name.
         adapter: String,
-        /// What it said.
+        /// The driver's message.
         reason: String,
     },
-    /// What the device gave back cannot be an image.
+    /// The device returned an invalid image.
     #[error("{adapter} gave back an image that is none: {reason}; please report this, and use the CPU meanwhile")]
     Unsound {
         /// The adapter's name.
         adapter: String,
-        /// What is wrong with it.
+        /// The problem with the image.
         reason: String,
     },
 }

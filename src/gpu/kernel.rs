@@ -2,7 +2,7 @@
 
 use super::{Device, DeviceError, StageTime, held};
 
-/// How a shader sees one of its buffers.
+/// The access of a shader to one of its buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Access {
     Uniform,
@@ -10,7 +10,7 @@ pub(crate) enum Access {
     Write,
 }
 
-/// One entry point of a shader, compiled, its buffers in bind group 0 at the places of their declaration.
+/// One compiled entry point of a shader, with its buffers in bind group 0 at their declared bindings.
 pub(crate) struct Kernel {
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
@@ -18,7 +18,7 @@ pub(crate) struct Kernel {
 }
 
 impl Kernel {
-    /// Compiles `entry` of a shader, whose bindings are accessed as the list says.
+    /// Compiles `entry` of a shader, with the listed access to each binding.
     pub fn new(
         device: &Device,
         name: &'static str,
@@ -68,31 +68,31 @@ impl Kernel {
     }
 }
 
-/// How many workgroups a dispatch has.
+/// The number of workgroups of a dispatch.
 pub(crate) enum Workgroups<'b> {
     Counted(u32, u32),
     Indirect(&'b wgpu::Buffer),
 }
 
-/// Invocations of a workgroup of most kernels.
+/// Number of invocations of a workgroup of most kernels.
 pub(crate) const WORKGROUP: u32 = 64;
 
-/// Workgroups along the first dimension of a dispatch; more go along the second. Every adapter allows 65 535.
+/// Number of workgroups along the first dimension of a dispatch; more go along the second. Every adapter allows 65 535.
 pub(crate) const MOST_WORKGROUPS: u32 = 32_768;
 
-/// Workgroups for one invocation an item.
+/// Returns the workgroups for one invocation per item.
 pub(crate) fn workgroups(items: u32) -> Workgroups<'static> {
     counted(items.div_ceil(WORKGROUP))
 }
 
-/// So many workgroups, or a few more.
+/// Returns this many workgroups, or a few more.
 pub(crate) fn counted(count: u32) -> Workgroups<'static> {
     let count = count.max(1);
     let across = count.min(MOST_WORKGROUPS);
     Workgroups::Counted(across, count.div_ceil(across))
 }
 
-/// Commands on their way to the device: dispatches, clears and copies, in order.
+/// A list of commands for the device: dispatches, clears and copies, in order.
 pub(crate) struct Recorder<'d> {
     device: &'d Device,
     encoder: wgpu::CommandEncoder,
@@ -101,16 +101,16 @@ pub(crate) struct Recorder<'d> {
     staged: Vec<wgpu::Buffer>,
 }
 
-/// Stages that one recording may time.
+/// Largest number of stages that one recording can time.
 const MOST_TIMED: u32 = 256;
 
 impl<'d> Recorder<'d> {
-    /// An empty recording, timed where the device keeps times.
+    /// Returns an empty recording, timed where the device records times.
     pub fn new(device: &'d Device) -> Recorder<'d> {
         Recorder::timed(device, held(&device.times).is_some())
     }
 
-    /// An empty recording, timed if `is_timed`, which the adapter must be able to.
+    /// Returns an empty recording, timed if `is_timed`, which the adapter must support.
     pub(super) fn timed(device: &'d Device, is_timed: bool) -> Recorder<'d> {
         let queries = is_timed.then(|| {
             device.device.create_query_set(&wgpu::QuerySetDescriptor {
@@ -123,7 +123,7 @@ impl<'d> Recorder<'d> {
         Recorder { device, encoder, timed: Vec::new(), queries, staged: Vec::new() }
     }
 
-    /// A small buffer of constants for the dispatches of this recording.
+    /// Returns a small buffer of constants for the dispatches of this recording.
     pub fn uniform(&self, contents: &[u8]) -> wgpu::Buffer {
         let buffer = self.device.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("uniform"),
@@ -131,7 +131,7 @@ impl<'d> Recorder<'d> {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        // Where there is no such buffer, this is one more error for `finish` to find; mapping it would panic.
+        // If the buffer could not be created, this adds an error for `finish` to find; mapping the buffer would panic.
         self.device.queue.write_buffer(&buffer, 0, contents);
         buffer
     }
@@ -167,7 +167,8 @@ impl<'d> Recorder<'d> {
         }
     }
 
-    /// Records what is no dispatch, as a stage of its own where the adapter tells the time outside of passes.
+    /// Records a command that is not a dispatch, as a stage of its own where the adapter has timestamps outside of
+    /// passes.
     fn transfer(&mut self, name: &'static str, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
         let index = self.timed.len() as u32;
         let queries = self.queries.as_ref().filter(|_| index < MOST_TIMED && self.device.times_transfers());
@@ -191,7 +192,7 @@ impl<'d> Recorder<'d> {
         self.transfer("copy", |encoder| encoder.copy_buffer_to_buffer(from, 0, to, 0, bytes));
     }
 
-    /// Has part of a buffer brought back by [`finish`](Self::finish), in the order of the calls.
+    /// Schedules part of a buffer to be read back by [`finish`](Self::finish), in the order of the calls.
     pub fn read_back(&mut self, buffer: &wgpu::Buffer, first: u64, bytes: u64) {
         let staging = self.device.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("to the host"),
@@ -205,7 +206,7 @@ impl<'d> Recorder<'d> {
         self.staged.push(staging);
     }
 
-    /// Hands all over, waits until it is done, and brings back what was asked for, as 32-bit words.
+    /// Submits all commands, waits until they are done, and returns the data to be read back, as 32-bit words.
     pub fn finish(self) -> Result<Vec<Vec<u32>>, DeviceError> {
         let device = self.device;
         let (brought, stage_times) = self.run()?;
@@ -215,7 +216,7 @@ impl<'d> Recorder<'d> {
         Ok(brought)
     }
 
-    /// As [`finish`](Self::finish), with the times of the stages where they were taken.
+    /// Does the same as [`finish`](Self::finish), and returns the times of the stages where they were measured.
     pub(super) fn run(mut self) -> Result<(Vec<Vec<u32>>, Vec<StageTime>), DeviceError> {
         let device = self.device;
         let times = self.queries.take().filter(|_| !self.timed.is_empty()).map(|queries| {
@@ -233,7 +234,7 @@ impl<'d> Recorder<'d> {
         let (sender, receiver) = std::sync::mpsc::channel();
         for staging in &self.staged {
             let sender = sender.clone();
-            // The receiver outlives the callbacks of all that is waited for.
+            // The receiver outlives the callbacks of everything that is waited for.
             staging.map_async(wgpu::MapMode::Read, .., move |mapped| drop(sender.send(mapped)));
         }
         drop(sender);

@@ -1,8 +1,8 @@
-//! Compute devices: what every GPU form of an operation stands on. It knows nothing of rays or solids.
+//! Compute devices: the basis of the GPU forms of operations. This module knows nothing of rays or solids.
 //!
-//! [`adapters`] lists what there is, [`Device::open`] opens one, a `Kernel` is one compiled entry point of a shader, a
-//! `Recorder` gathers dispatches, and a `Pool` keeps buffers from one job to the next. All errors come back as
-//! [`DeviceError`]s; nothing panics when a driver does. Without the feature `gpu` only the error type is there.
+//! [`adapters`] lists the adapters, [`Device::open`] opens one, a `Kernel` is one compiled entry point of a shader, a
+//! `Recorder` collects dispatches, and a `Pool` keeps buffers from one job to the next. All errors are returned as
+//! [`DeviceError`]s; nothing panics when a driver does. Without the feature `gpu` there is only the error type.
 
 #[cfg(feature = "gpu")]
 mod adapter;

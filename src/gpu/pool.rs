@@ -2,24 +2,24 @@
 
 use super::{Device, DeviceError};
 
-/// Bytes of so many 32-bit words.
+/// Returns the number of bytes of this many 32-bit words.
 pub(crate) fn bytes_of(words: u64) -> u64 {
     4 * words
 }
 
-/// Named buffers of a device, each as large as it ever had to be.
+/// Named buffers of a device, each of the largest size requested so far.
 pub(crate) struct Pool {
     prefill: Option<u32>,
     buffers: Vec<(&'static str, wgpu::Buffer)>,
 }
 
 impl Pool {
-    /// No buffer yet. Where a word is given, buffers are filled with it each time they are handed out.
+    /// Returns an empty pool. If a word is given, buffers are filled with it each time they are requested.
     pub fn new(prefill: Option<u32>) -> Pool {
         Pool { prefill, buffers: Vec::new() }
     }
 
-    /// The buffer of this name with room for at least `bytes`, which holds anything.
+    /// Returns the buffer of this name with room for at least `bytes` and arbitrary contents.
     pub fn room(&mut self, device: &Device, name: &'static str, bytes: u64) -> Result<wgpu::Buffer, DeviceError> {
         let buffer = self.grown(device, name, bytes)?;
         if let Some(word) = self.prefill {
@@ -28,7 +28,7 @@ impl Pool {
         Ok(buffer)
     }
 
-    /// A buffer that was handed out before stays what it was when another of its name has to be larger.
+    /// Returns the buffer, or a larger new one of the same name. A buffer returned earlier stays valid.
     fn grown(&mut self, device: &Device, name: &'static str, bytes: u64) -> Result<wgpu::Buffer, DeviceError> {
         let place = self.buffers.iter().position(|(other, _)| *other == name);
         if let Some(place) = place {
@@ -40,7 +40,7 @@ impl Pool {
         if bytes > device.largest_binding() {
             return Err(device.too_large(name, bytes, device.largest_binding()));
         }
-        // A quarter more, so that a little growth is no new buffer.
+        // A quarter more, so that slight growth needs no new buffer.
         let size = (bytes + bytes / 4).clamp(256, device.largest_binding()).next_multiple_of(4);
         let size = if size > device.largest_binding() { bytes.next_multiple_of(4) } else { size };
         let buffer = device.device.create_buffer(&wgpu::BufferDescriptor {

@@ -1,4 +1,4 @@
-//! Structs that the host and shaders share.
+//! Structs shared by the host and shaders.
 
 /// Declares a struct of 32-bit numbers in Rust and, under the same name and with the same members, in WGSL.
 macro_rules! shared_struct {
@@ -20,7 +20,7 @@ macro_rules! shared_struct {
                 "}\n",
             );
 
-            /// The members and where they lie, in bytes.
+            /// The members and their offsets in bytes.
             #[cfg(test)]
             pub const OFFSETS: [(&'static str, usize); [$(stringify!($field)),*].len()] =
                 [$((stringify!($field), std::mem::offset_of!($name, $field))),*];

@@ -1,10 +1,13 @@
-//! What shaders must be before any device sees them, for the tests of all rooms that have some.
+//! Validation of shaders without a device, for the tests of all modules that have shaders.
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 use super::Access;
 
-/// The module of a shader, which has to be valid.
+/// Returns the module of a shader.
+///
+/// # Panics
+/// Panics if the shader is not valid.
 pub fn validated(name: &str, source: &str, has_int64: bool) -> naga::Module {
     let module =
         naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(source)));
@@ -15,7 +18,7 @@ pub fn validated(name: &str, source: &str, has_int64: bool) -> naga::Module {
     module
 }
 
-/// The buffers that it declares, ascending.
+/// Returns the buffers that it declares, ascending.
 pub fn bindings(name: &str, module: &naga::Module) -> Vec<(u32, Access)> {
     let mut declared = Vec::new();
     for (_, global) in module.global_variables.iter() {
@@ -33,7 +36,8 @@ pub fn bindings(name: &str, module: &naga::Module) -> Vec<(u32, Access)> {
     declared
 }
 
-/// The members of a struct of 32-bit numbers, and where they lie in bytes; none where the shader has no such struct.
+/// Returns the members of a struct of 32-bit numbers, and their offsets in bytes; `None` where the shader has no such
+/// struct.
 pub fn members<'m>(module: &'m naga::Module, name: &str) -> Option<Vec<(&'m str, usize)>> {
     let kind = module.types.iter().map(|(_, kind)| kind).find(|kind| kind.name.as_deref() == Some(name))?;
     let naga::TypeInner::Struct { members, span } = &kind.inner else { panic!("{name} is no struct") };

@@ -1,11 +1,12 @@
-//! The one place where world coordinates become integers.
+//! The raster and the integer lattice: the only place where world coordinates become integers.
 //!
-//! A [`Grid`] is a raster of cubic pixels of side [`pitch`](Grid::pitch) around the solids of a job, and a lattice finer
-//! than the pixel by 2^[`shift`](Grid::shift) that serves the three axes and depth alike. Vertices snap to even lattice
-//! positions, rays run through odd ones, so that no ray ever meets a vertex or an axis-parallel edge. All guarantees of
-//! the toolkit hold for the solid after this one rounding, whose size is [`quantisation`](Grid::quantisation).
+//! A [`Grid`] is a raster of cubic pixels of side [`pitch`](Grid::pitch) around the solids of a job, with a lattice
+//! that is finer than the pixel by 2^[`shift`](Grid::shift) and serves the three axes and depth alike. Vertices snap to
+//! even lattice positions, rays run through odd ones, so that no ray ever meets a vertex or an axis-parallel edge. All
+//! guarantees of the toolkit hold for the solid after this one rounding, whose size is
+//! [`quantisation`](Grid::quantisation).
 //!
-//! Numbers: lattice positions lie in `[0, 2^30)`, differences fit 31 bits, edge functions fit `i64`. At 512 rays a pixel
+//! Ranges: lattice positions lie in `[0, 2^30)`, differences fit 31 bits, edge functions fit `i64`. At 512 rays a pixel
 //! holds 2^20 lattice steps.
 
 mod offset;
@@ -23,13 +24,13 @@ use crate::mesh::{Aabb, ClosedMesh, TriangleMesh};
 pub use offset::offset_grid;
 pub use sum::SumGrid;
 
-/// Lattice positions are at most this, so that a depth and its flags fit 32 bits and edge functions fit `i64`.
+/// Largest lattice position, so that a depth and its flags fit 32 bits and edge functions fit `i64`.
 pub const LATTICE_MAX: i32 = (1 << 30) - 2;
 
-/// The most rays along one side; with it a pixel still holds 2^13 lattice steps.
+/// Largest number of rays along one side; a pixel then still holds 2^13 lattice steps.
 pub const RAYS_MAX: u32 = 1 << 16;
 
-/// The least and the most voxels that a ray may be divided into (LOD-C).
+/// Range of the number of voxels that a ray may be divided into (LOD-C).
 pub const LOD_RANGE: std::ops::RangeInclusive<u32> = 32..=65_536;
 
 /// One of the three coordinate axes; the direction of the rays of an image.
@@ -47,12 +48,12 @@ impl Axis {
     /// x, y, z.
     pub const ALL: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 
-    /// The coordinate along the rays: 0, 1 or 2.
+    /// Returns the coordinate along the rays: 0, 1 or 2.
     pub const fn depth(self) -> usize {
         self as usize
     }
 
-    /// The coordinate along the columns of the image: the lesser of the other two.
+    /// Returns the coordinate along the columns of the image: the lesser of the other two.
     pub const fn column(self) -> usize {
         match self {
             Axis::X => 1,
@@ -60,7 +61,7 @@ impl Axis {
         }
     }
 
-    /// The coordinate along the rows of the image: the greater of the other two.
+    /// Returns the coordinate along the rows of the image: the greater of the other two.
     pub const fn row(self) -> usize {
         match self {
             Axis::X | Axis::Y => 2,
@@ -68,7 +69,7 @@ impl Axis {
         }
     }
 
-    /// `x`, `y` or `z`.
+    /// Returns `x`, `y` or `z`.
     pub const fn name(self) -> &'static str {
         match self {
             Axis::X => "x",
@@ -78,7 +79,7 @@ impl Axis {
     }
 }
 
-/// Why no grid can be laid around the given box.
+/// The reason why a grid cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
     /// The box has no extent, or one so small or large that f64 cannot hold its pitch or its volume.
@@ -90,10 +91,10 @@ pub enum GridError {
     /// The resolution is zero or above [`RAYS_MAX`].
     #[error("{rays} rays along the longest side; from 1 to {RAYS_MAX} are possible")]
     Resolution {
-        /// Rays along the longest side that were asked for, saturated at `u64::MAX`.
+        /// Requested rays along the longest side, saturated at `u64::MAX`.
         rays: u64,
     },
-    /// An image would have more rays than 32 bits count.
+    /// An image would have more rays than 32 bits can count.
     #[error("an image of {columns} × {rows} rays; 4294967295 are possible")]
     Rays {
         /// Columns of the image.
@@ -104,38 +105,38 @@ pub enum GridError {
     /// The pitch is not a positive finite number.
     #[error("a pitch of {pitch} is not a positive length")]
     Pitch {
-        /// The pitch that was asked for.
+        /// The requested pitch.
         pitch: f64,
     },
-    /// A pixel of so many lattice steps leaves no room between a vertex and a ray, or overflows.
+    /// The number of lattice steps in a pixel leaves no room between a vertex and a ray, or overflows.
     #[error("a pixel of 2^{shift} lattice steps; from 2^2 to 2^29 are possible")]
     Shift {
-        /// The exponent that was asked for.
+        /// The requested exponent.
         shift: u32,
     },
-    /// The origin is not a position.
+    /// The origin is not finite.
     #[error("an origin at {origin} is not finite")]
     Origin {
-        /// The position that was asked for.
+        /// The requested position.
         origin: DVec3,
     },
-    /// Rays of so many lattice steps are more than the lattice has.
+    /// Rays of this many lattice steps exceed the lattice.
     #[error("{rays} rays of 2^{shift} lattice steps; together they may have {LATTICE_MAX}")]
     Lattice {
         /// Rays along one side.
         rays: u32,
-        /// The exponent that was asked for.
+        /// The requested exponent.
         shift: u32,
     },
     /// LOD-C is outside [`LOD_RANGE`].
     #[error("LOD-C {lod} is outside 32 to 65536 voxels a ray")]
     Lod {
-        /// The value that was asked for.
+        /// The requested value.
         lod: u32,
     },
 }
 
-/// A vertex of a mesh lies outside the grid that it is to be quantised on.
+/// A vertex of a mesh lies outside the grid on which it is quantised.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("vertex {vertex} at {position} lies outside the grid")]
 pub struct OutsideGrid {
@@ -145,7 +146,7 @@ pub struct OutsideGrid {
     pub position: DVec3,
 }
 
-/// A raster of rays and the integer lattice under it. Cheap to copy; equal grids mean comparable images.
+/// A raster of rays and the integer lattice under it. Cheap to copy; images on equal grids are comparable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     origin: DVec3,
@@ -156,7 +157,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// A grid around `bounds` with `resolution` pixels along its longest side and LOD-C `lod`.
+    /// Returns a grid around `bounds` with `resolution` pixels along its longest side and LOD-C `lod`.
     pub fn with_resolution(bounds: Aabb, resolution: u32, lod: u32) -> Result<Grid, GridError> {
         if !(1..=RAYS_MAX).contains(&resolution) {
             return Err(GridError::Resolution { rays: u64::from(resolution) });
@@ -165,7 +166,7 @@ impl Grid {
         Grid::lay(bounds, longest / f64::from(resolution), lod)
     }
 
-    /// A grid around `bounds` with the given distance between rays, in world units.
+    /// Returns a grid around `bounds` with the given distance between rays, in world units.
     pub fn with_pitch(bounds: Aabb, pitch: f64, lod: u32) -> Result<Grid, GridError> {
         if !(pitch.is_finite() && pitch > 0.0) {
             return Err(GridError::Pitch { pitch });
@@ -179,7 +180,7 @@ impl Grid {
         }
         let extent = bounds.extent();
         let longest = extent.max_element();
-        // Volumes are to be numbers, too.
+        // Volumes must be normal numbers, too.
         let is_measurable = (longest * longest * longest).is_normal();
         let step_is_normal = (pitch / f64::from(1u32 << 30)).is_normal();
         if !(is_measurable && longest > 0.0 && pitch.is_finite() && step_is_normal && bounds.min.is_finite()) {
@@ -187,7 +188,7 @@ impl Grid {
         }
         let mut rays = [1u32; 3];
         for (axis, rays) in rays.iter_mut().enumerate() {
-            // A side that is a whole number of pitches but for rounding gets no extra ray.
+            // A side that is a whole number of pitches to within rounding gets no extra ray.
             let count = (extent[axis] / pitch - 1e-9).ceil().max(1.0);
             if count > f64::from(RAYS_MAX) {
                 return Err(GridError::Resolution { rays: count as u64 });
@@ -202,8 +203,8 @@ impl Grid {
         Ok(Grid { origin, pitch, rays, shift, lod })
     }
 
-    /// A grid from all its parts, as a file or a test gives them: rays of 2^`shift` lattice steps each, 2 ≤ shift ≤ 29,
-    /// with no side longer than [`LATTICE_MAX`], and of a pitch and a size that f64 can calculate volumes with.
+    /// Returns a grid from its parts, as a file or a test gives them: rays of 2^`shift` lattice steps each, 2 ≤ shift ≤
+    /// 29, with no side longer than [`LATTICE_MAX`], and of a pitch and a size for which f64 can compute volumes.
     pub fn from_parts(origin: DVec3, pitch: f64, rays: [u32; 3], shift: u32, lod: u32) -> Result<Grid, GridError> {
         if !LOD_RANGE.contains(&lod) {
             return Err(GridError::Lod { lod });
@@ -234,62 +235,62 @@ impl Grid {
         }
     }
 
-    /// The same grid elsewhere.
+    /// Returns the same grid, translated.
     pub fn translated(self, by: DVec3) -> Grid {
         Grid { origin: self.origin + by, ..self }
     }
 
-    /// The world position of lattice position (0, 0, 0).
+    /// Returns the world position of lattice position (0, 0, 0).
     pub fn origin(&self) -> DVec3 {
         self.origin
     }
 
-    /// The distance between neighbouring rays, in world units (h).
+    /// Returns the distance between neighbouring rays, in world units (h).
     pub fn pitch(&self) -> f64 {
         self.pitch
     }
 
-    /// Pixels along x, y and z.
+    /// Returns the number of pixels along x, y and z.
     pub fn rays(&self) -> [u32; 3] {
         self.rays
     }
 
-    /// A pixel is 2^shift lattice steps wide.
+    /// Returns the exponent of the pixel size: a pixel is 2^shift lattice steps wide.
     pub fn shift(&self) -> u32 {
         self.shift
     }
 
-    /// LOD-C: the number of voxels that a ray is divided into for the over- and under-estimate.
+    /// Returns LOD-C: the number of voxels that a ray is divided into for the over- and under-estimate.
     pub fn lod(&self) -> u32 {
         self.lod
     }
 
-    /// The world length of one lattice step, h / 2^shift.
+    /// Returns the world length of one lattice step, h / 2^shift.
     pub fn step(&self) -> f64 {
         self.pitch / f64::from(1u32 << self.shift)
     }
 
-    /// The most that snapping moves a vertex along one axis, in world units: one lattice step.
+    /// Returns the largest distance by which snapping moves a vertex along one axis, in world units: one lattice step.
     pub fn quantisation(&self) -> f64 {
         self.step()
     }
 
-    /// Lattice steps from one end of the grid to the other along `coordinate`.
+    /// Returns the length of the grid along `coordinate`, in lattice steps.
     pub fn length(&self, coordinate: usize) -> i32 {
         (self.rays[coordinate] << self.shift) as i32
     }
 
-    /// The lattice length of one voxel along `axis`: even, and LOD-C of them reach over the whole grid.
+    /// Returns the lattice length of one voxel along `axis`: even, and such that LOD-C of them span the whole grid.
     pub fn voxel(&self, axis: Axis) -> u32 {
         2 * (self.length(axis.depth()) as u32).div_ceil(2 * self.lod)
     }
 
-    /// The lattice position of the ray or node in pixel `index` of any axis; always odd.
+    /// Returns the lattice position of the ray or node in pixel `index` of any axis; always odd.
     pub fn node(&self, index: u32) -> i32 {
         ((index << self.shift) + (1 << (self.shift - 1)) + 1) as i32
     }
 
-    /// Columns and rows of the image along `axis`.
+    /// Returns the numbers of columns and rows of the image along `axis`.
     pub fn image_size(&self, axis: Axis) -> (u32, u32) {
         (self.rays[axis.column()], self.rays[axis.row()])
     }
@@ -302,7 +303,7 @@ impl Grid {
     /// Snaps a mesh that did not pass the check. Its rays may be unclosed; the image then lists them.
     ///
     /// # Panics
-    /// If a triangle's index is out of range.
+    /// Panics if a triangle's index is out of range.
     pub fn quantise_open<'m>(&self, mesh: &'m TriangleMesh) -> Result<LatticeSolid<'m>, OutsideGrid> {
         self.snap_mesh(mesh, mesh.bounds(), Closure::Open)
     }
@@ -330,7 +331,7 @@ impl Grid {
                 return Err(OutsideGrid { vertex, position: mesh.positions[vertex] });
             }
         }
-        // Snapping keeps order, so the box of the snapped positions is the snapped box.
+        // Snapping is monotone, so the box of the snapped positions is the snapped box.
         let corner = |world: DVec3| self.snap(world, scale).unwrap_or_default();
         let bounds = bounds.map_or_else(LatticeBox::default, |b| LatticeBox { min: corner(b.min), max: corner(b.max) });
         let identity = NEXT_IDENTITY.fetch_add(1, Ordering::Relaxed);
@@ -345,13 +346,13 @@ impl Grid {
         })
     }
 
-    /// The box of the whole grid.
+    /// Returns the box of the whole grid.
     fn whole(&self) -> LatticeBox {
         LatticeBox { min: [0; 3], max: [self.length(0), self.length(1), self.length(2)] }
     }
 
-    /// The even lattice position nearest to a world position; `None` outside the grid. `scale` is the reciprocal of the
-    /// even step.
+    /// Returns the even lattice position nearest to a world position, or `None` outside the grid. `scale` is the
+    /// reciprocal of the even step.
     #[inline]
     fn snap(&self, world: DVec3, scale: f64) -> Option<[i32; 3]> {
         // Adding 3·2^51 rounds to an integer and leaves it in the low bits; a call to `round` costs ten times that.
@@ -363,7 +364,7 @@ impl Grid {
     }
 }
 
-/// Whether the rays of every image can be counted in 32 bits.
+/// Checks that the rays of every image can be counted in 32 bits.
 fn countable(rays: [u32; 3]) -> Result<(), GridError> {
     let images = Axis::ALL.map(|axis| (rays[axis.column()], rays[axis.row()]));
     match images.into_iter().find(|&(columns, rows)| columns.checked_mul(rows).is_none()) {
@@ -382,15 +383,15 @@ pub struct LatticeBox {
 }
 
 impl LatticeBox {
-    /// A box of nothing.
+    /// The empty box.
     pub const EMPTY: LatticeBox = LatticeBox { min: [0; 3], max: [-1; 3] };
 
-    /// Whether a greatest position lies below a least.
+    /// Returns whether the box is empty: a greatest position lies below a least.
     pub fn is_empty(&self) -> bool {
         (0..3).any(|i| self.max[i] < self.min[i])
     }
 
-    /// The least box around both; an empty one adds nothing.
+    /// Returns the smallest box around both; an empty one adds nothing.
     pub fn hull(&self, other: &LatticeBox) -> LatticeBox {
         match (self.is_empty(), other.is_empty()) {
             (true, _) => *other,
@@ -402,7 +403,8 @@ impl LatticeBox {
         }
     }
 
-    /// What both boxes share; empty, with a greatest position below a least, where they share nothing.
+    /// Returns the intersection of both boxes; it is empty, with a greatest position below a least, where they are
+    /// disjoint.
     pub fn intersection(&self, other: &LatticeBox) -> LatticeBox {
         LatticeBox {
             min: std::array::from_fn(|i| self.min[i].max(other.min[i])),
@@ -411,12 +413,12 @@ impl LatticeBox {
     }
 }
 
-/// What is known about the edges of a quantised mesh.
+/// The known properties of the edges of a quantised mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Closure {
     /// Every edge has even valence, so every ray has an even count.
     Closed {
-        /// Every edge is used as often in one direction as in the other, so winding numbers are sound.
+        /// Every edge is used as often in one direction as in the other, so winding numbers are defined.
         oriented: bool,
     },
     /// Nothing is known; rays may be unclosed.
@@ -424,15 +426,15 @@ pub enum Closure {
 }
 
 impl Closure {
-    /// Whether winding numbers are known to be sound.
+    /// Returns whether winding numbers are known to be defined.
     pub fn is_oriented(self) -> bool {
         self == Closure::Closed { oriented: true }
     }
 }
 
-/// A mesh on the lattice of a [`Grid`]: what samplers take.
+/// A mesh on the lattice of a [`Grid`]: the input of samplers.
 ///
-/// Only [`Grid::quantise`] and [`Grid::quantise_open`] make one, so its positions are even, inside the grid, and
+/// Only [`Grid::quantise`] and [`Grid::quantise_open`] create one, so its positions are even, inside the grid, and
 /// identical where the input's were.
 #[derive(Clone, Debug)]
 pub struct LatticeSolid<'m> {
@@ -449,7 +451,7 @@ pub struct LatticeSolid<'m> {
 static NEXT_IDENTITY: AtomicU64 = AtomicU64::new(0);
 
 impl LatticeSolid<'_> {
-    /// Triangles that bound nothing by themselves: even positions inside `grid`, and indices into them.
+    /// Wraps triangles that bound nothing by themselves: even positions inside `grid`, and indices into them.
     pub(crate) fn of_primitives<'p>(
         grid: &Grid,
         positions: &'p [[i32; 3]],
@@ -469,39 +471,40 @@ impl LatticeSolid<'_> {
         }
     }
 
-    /// The grid it was quantised on.
+    /// Returns the grid on which it was quantised.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    /// Even lattice positions; those outside the grid belong to no triangle and read as zero.
+    /// Returns the even lattice positions; those outside the grid belong to no triangle and read as zero.
     pub fn positions(&self) -> &[[i32; 3]] {
         &self.positions
     }
 
-    /// Three indices into [`positions`](Self::positions) for each triangle.
+    /// Returns three indices into [`positions`](Self::positions) for each triangle.
     pub fn triangles(&self) -> &[[u32; 3]] {
         self.triangles
     }
 
-    /// The box of the positions that its triangles use.
+    /// Returns the box of the positions that its triangles use.
     pub fn bounds(&self) -> &LatticeBox {
         &self.bounds
     }
 
-    /// Restricts sampling to the rays that meet a box: other rays are left empty without a look at them. What is
-    /// intersected with or taken from a smaller solid need not be sampled beyond it.
+    /// Restricts sampling to the rays that meet a box; the other rays stay empty without being sampled. A solid that is
+    /// intersected with a smaller one, or subtracted from it, need not be sampled beyond that one.
     pub fn within(mut self, region: &LatticeBox) -> Self {
         self.region = self.region.intersection(region);
         self
     }
 
-    /// The box outside of which rays are left empty.
+    /// Returns the box outside of which rays stay empty.
     pub fn region(&self) -> &LatticeBox {
         &self.region
     }
 
-    /// How squarely a triangle faces the rays along `axis`: |n·axis| of its unit normal; 0 for a triangle without area.
+    /// Returns the cosine of the angle between a triangle's normal and `axis`: |n·axis| of the unit normal; 0 for a
+    /// triangle without area.
     pub fn facing(&self, triangle: u32, axis: Axis) -> f64 {
         let [a, b, c] = self.triangles[triangle as usize].map(|v| {
             let p = self.positions[v as usize];
@@ -510,7 +513,7 @@ impl LatticeSolid<'_> {
         (b - a).cross(c - a).normalize_or_zero()[axis.depth()].abs()
     }
 
-    /// The unit normal of each triangle, (b − a) × (c − a), in world axes; zero for a triangle without area.
+    /// Returns the unit normal of each triangle, (b − a) × (c − a), in world axes; zero for a triangle without area.
     pub fn normals(&self) -> Vec<[f32; 3]> {
         let normal = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(|v| self.positions[v as usize]);
@@ -520,13 +523,13 @@ impl LatticeSolid<'_> {
         self.triangles.par_iter().with_min_len(1 << 12).map(normal).collect()
     }
 
-    /// A number that only copies of this solid share, whatever region they are restricted to: who keeps its geometry
-    /// elsewhere recognises it by that.
+    /// Returns a number that only copies of this solid share, whatever region they are restricted to. A cache of its
+    /// geometry recognises the solid by that.
     pub fn identity(&self) -> u64 {
         self.identity
     }
 
-    /// What the mesh check found out about its edges.
+    /// Returns the result of the mesh check for its edges.
     pub fn closure(&self) -> Closure {
         self.closure
     }

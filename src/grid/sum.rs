@@ -1,12 +1,12 @@
-//! The lattices of a sum and of its operands: one step, and origins that add up.
+//! The lattices of a Minkowski sum and of its operands: the same step, and origins that add up.
 
 use super::{Grid, GridError, LATTICE_MAX};
 use crate::mesh::Aabb;
 
-/// The grid of A ⊕ B and those that A and B are quantised on.
+/// The grid of A ⊕ B and those on which A and B are quantised.
 ///
-/// A lattice position of A and one of B add up to one of the sum. Each operand is rounded relative to its own box, so that
-/// the sum does not depend on where the operands lie nor on which is first.
+/// A lattice position of A plus one of B is one of the sum. Each operand is rounded relative to its own box, so that
+/// the sum depends neither on where the operands lie nor on their order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SumGrid {
     /// The grid of the sum; images lie on it.
@@ -18,15 +18,17 @@ pub struct SumGrid {
 }
 
 impl SumGrid {
-    /// Grids for operands in the given boxes, with the given distance between the rays of the sum, in world units.
+    /// Returns grids for operands in the given boxes, with the given distance between the rays of the sum, in world
+    /// units.
     pub fn with_pitch(a: Aabb, b: Aabb, pitch: f64, lod: u32) -> Result<SumGrid, GridError> {
         let bounds = Aabb { min: a.min + b.min, max: a.max + b.max };
         let around_sum = Grid::with_pitch(bounds, pitch, lod)?;
-        // The raster is a little longer than the box, by the same on both sides, of which each operand takes half.
+        // The raster is slightly longer than the box, by the same on both sides; each operand takes half of that.
         let margin = 0.5 * (around_sum.origin() - bounds.min);
         let (origin_a, origin_b) = (a.min + margin, b.min + margin);
         let rays = around_sum.rays();
-        // A raster of an operand has room for its margin, and is no longer than that of the sum, which holds both margins.
+        // The raster of an operand has room for its margin, and is no longer than that of the sum, which holds both
+        // margins.
         let rays_of = |bounds: Aabb| {
             let along = bounds.extent() / pitch;
             std::array::from_fn(|i| (along[i].ceil() as u32 + 1).min(rays[i]))
@@ -45,7 +47,7 @@ mod tests {
     use crate::grid::RAYS_MAX;
     use glam::DVec3;
 
-    /// Operands of which one is all but as long as their sum, at the most rays that there are.
+    /// Operands of which one is nearly as long as their sum, at the largest possible number of rays.
     #[test]
     fn operands_have_no_more_rays_than_the_sum() {
         let long = Aabb { min: DVec3::splat(-3.0), max: DVec3::new(7.0, -2.99, -2.99) };

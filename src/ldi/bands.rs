@@ -1,4 +1,4 @@
-//! Images made band by band: the one place where parts computed in parallel become one compact image.
+//! Assembly of images from bands: the only place where parts computed in parallel become one compact image.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use super::LdiError;
 use super::{Ldi, Windings};
 use crate::grid::{Axis, Grid};
 
-/// More samples than the 32-bit offsets of an image can index.
+/// An image has more samples than its 32-bit offsets can index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the image along {axis} needs more than {limit} samples; ask for fewer rays", axis = axis.name(), limit = u32::MAX)]
 pub struct TooManySamples {
@@ -17,7 +17,7 @@ pub struct TooManySamples {
     pub axis: Axis,
 }
 
-/// The part of an image that one band of rows gives, ray after ray.
+/// The part of an image in one band of rows, ray after ray.
 #[derive(Default)]
 pub struct BandImage {
     ends: Vec<u32>,
@@ -28,29 +28,29 @@ pub struct BandImage {
 }
 
 impl BandImage {
-    /// The samples so far; those of the next ray are appended to them.
+    /// Returns the samples so far; the caller appends those of the next ray.
     pub fn depths(&mut self) -> &mut Vec<i32> {
         &mut self.depths
     }
 
-    /// The triangles of the samples: as many as depths, or none at all in the whole image.
+    /// Returns the triangles of the samples: as many as depths, or none at all in the whole image.
     pub fn triangles(&mut self) -> &mut Vec<u32> {
         &mut self.triangles
     }
 
-    /// Adds what the crossings of the band tell of windings.
+    /// Adds the winding sums of the crossings of the band.
     pub fn add_windings(&mut self, windings: Windings) {
         self.windings = Some(self.windings.unwrap_or_default().plus(windings));
     }
 
-    /// A band of rays without samples.
+    /// Returns a band of rays without samples.
     #[cfg(feature = "gpu")]
     pub fn of_empty_rays(rays: u32, windings: Option<Windings>) -> BandImage {
         BandImage { ends: vec![0; rays as usize], windings, ..BandImage::default() }
     }
 
-    /// A band from all its parts: where the samples of each ray end, the samples, their triangles or none, and the rays that
-    /// did not close, counted from the band's first.
+    /// Returns a band from its parts: the end of the samples of each ray, the samples, their triangles or none, and the
+    /// unclosed rays, counted from the band's first.
     #[cfg(feature = "gpu")]
     pub fn from_parts(
         ends: Vec<u32>,
@@ -67,18 +67,18 @@ impl BandImage {
         self.ends.push(self.depths.len() as u32);
     }
 
-    /// Ends a ray that did not close; it has no samples.
+    /// Ends an unclosed ray; it has no samples.
     pub fn end_unclosed_ray(&mut self) {
         self.unclosed.push(self.ends.len() as u32);
         self.end_ray();
     }
 }
 
-/// Bands computed before their parts are moved into the image; bounds what is held twice.
+/// Number of bands computed before their parts are moved into the image; bounds the memory that is held twice.
 const WAVE: usize = 32;
 
-/// Makes an image from bands of `band_rows` rows, in parallel. `run` appends the rays of the rows it is given; each
-/// thread hands it a stage of its own, made by `new_stage`, so that bands may share scratch memory.
+/// Builds an image from bands of `band_rows` rows, in parallel. `run` appends the rays of the rows it is given; each
+/// thread passes it its own stage, created by `new_stage`, so that bands may share scratch memory.
 pub fn image_from_bands<S>(
     grid: Grid,
     axis: Axis,
@@ -107,13 +107,13 @@ pub fn image_from_bands<S>(
     Ok(builder.finish())
 }
 
-/// An image that grows band by band, in the order of the rays.
+/// An image that is built band by band, in the order of the rays.
 pub struct ImageBuilder {
     image: Ldi,
 }
 
 impl ImageBuilder {
-    /// An image without rays yet.
+    /// Returns an image without rays.
     pub fn new(grid: Grid, axis: Axis) -> ImageBuilder {
         let (columns, rows) = grid.image_size(axis);
         let mut offsets = Vec::with_capacity(columns as usize * rows as usize + 1);
@@ -140,13 +140,13 @@ impl ImageBuilder {
         Ok(())
     }
 
-    /// The image, which has all its rays and is sound by construction.
+    /// Returns the image, which has all its rays and is valid by construction.
     pub fn finish(self) -> Ldi {
         debug_assert_eq!(self.image.check(), Ok(()));
         self.image
     }
 
-    /// The image of parts that came from elsewhere, checked.
+    /// Returns the image, after checking parts that came from elsewhere.
     #[cfg(feature = "gpu")]
     pub fn finish_checked(self) -> Result<Ldi, LdiError> {
         self.image.check()?;

@@ -1,14 +1,14 @@
-//! What can be wrong with the parts of an image.
+//! Errors in the parts of an image.
 
-/// Parts that do not make a layered depth image.
+/// Parts that do not form a layered depth image.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LdiError {
     /// The offsets do not fit the raster.
     #[error("{found} offsets where the raster needs {expected}")]
     OffsetCount {
-        /// Offsets given.
+        /// Number of offsets given.
         found: usize,
-        /// One more than the rays.
+        /// One more than the number of rays.
         expected: usize,
     },
     /// The offsets do not begin at 0 and end at the number of samples.
@@ -18,18 +18,18 @@ pub enum LdiError {
         first: u32,
         /// The last offset.
         last: u32,
-        /// Depths given.
+        /// Number of depths given.
         samples: usize,
     },
-    /// There are triangles, and not one for each sample.
+    /// The number of triangles is neither zero nor that of the samples.
     #[error("{found} triangles for {samples} samples")]
     TriangleCount {
-        /// Triangles given.
+        /// Number of triangles given.
         found: usize,
-        /// Depths given.
+        /// Number of depths given.
         samples: usize,
     },
-    /// Two images that are to be held against each other have different rays.
+    /// Two images that are to be compared have different rays.
     #[error("the images lie on different rays")]
     RaysDiffer,
     /// An offset is less than the one before it.
@@ -43,7 +43,7 @@ pub enum LdiError {
     OddCount {
         /// The ray.
         ray: usize,
-        /// Its samples.
+        /// Number of its samples.
         samples: usize,
     },
     /// The depths of a ray are not sorted, or lie outside the grid.
@@ -54,7 +54,7 @@ pub enum LdiError {
         /// The length of the grid along the rays, in lattice steps.
         length: i32,
     },
-    /// The list of unclosed rays is not ascending, or names a ray that is not there or has samples.
+    /// The list of unclosed rays is not ascending, or contains a ray that does not exist or has samples.
     #[error("ray {ray} cannot stand in the list of unclosed rays")]
     Unclosed {
         /// The ray.

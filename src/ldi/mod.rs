@@ -39,34 +39,35 @@ pub struct Ldi {
     unclosed: Vec<u32>,
 }
 
-/// What the crossings of a solid tell of the direction of its surfaces, summed over the rays that close.
+/// Sums over the crossings of a solid that describe the orientation of its surfaces, over the rays that close.
 ///
-/// Crossings that the image does not tell apart are one group: those at one lattice depth in an exact image, those in one
-/// voxel in an estimate. The contract is in the docs of [`sampler`](crate::sampler).
+/// Crossings that the image cannot distinguish form one group: those at one lattice depth in an exact image, those in
+/// one voxel in an estimate. The contract is in the docs of [`sampler`](crate::sampler).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Windings {
-    /// The length of the rays inside, in lattice steps, each point counted as often as shells wind around it: what the
-    /// divergence theorem makes of the exact crossings, in every mode.
+    /// The length of the rays inside, in lattice steps, each point weighted by its winding number: the divergence
+    /// theorem applied to the exact crossings, in every mode.
     pub wound: i64,
-    /// The windings of the groups that [`changes`](Self::changes) counts, those over which the parity becomes even negated:
-    /// +1 for each crossing that goes the way that parity has it, −1 for each that goes the other way.
+    /// The windings of the groups that [`changes`](Self::changes) counts, negated for those over which the parity
+    /// becomes even: +1 for each crossing in the direction that parity implies, −1 for each in the other direction.
     pub aligned: i64,
-    /// The groups of an odd number of crossings: how often the parity changes.
+    /// The number of groups with an odd number of crossings: how often the parity changes.
     pub changes: i64,
-    /// The length, in lattice steps in an exact image and in voxels in an estimate, of what the rays enter and leave through
-    /// groups of even count, each point counted as often as shells wind around it. Nothing, where in each such group as many
-    /// crossings enter as leave.
+    /// The length, in lattice steps in an exact image and in voxels in an estimate, that the rays enter and leave
+    /// through groups of even count, each point weighted by its winding number. Zero where each such group has as many
+    /// entries as exits.
     pub unpaired: i64,
 }
 
 impl Windings {
-    /// Whether every surface goes the way that parity has it, or every one the other way, as those of a solid turned inside
-    /// out do. Shells that overlap on the rays go against it, so that where this holds both fill rules see the same solid.
+    /// Returns whether every surface has the direction that parity implies, or every one the opposite, as in a solid
+    /// turned inside out. Shells that overlap on the rays violate this, so where it holds both fill rules give the same
+    /// solid.
     ///
-    /// It is not a proof. What is missed:
-    /// - in an estimate, overlaps that lie within one voxel;
-    /// - where overlaps and inside-out shells make up for each other: by three crossings in one group that go the same way,
-    ///   or by as much length of coinciding shells one way as the other.
+    /// It is not a proof. It misses:
+    /// - in an estimate, overlaps within one voxel;
+    /// - overlaps and inside-out shells that cancel: through three crossings in one group in the same direction, or
+    ///   through equal lengths of coinciding shells in both directions.
     pub fn fill_rules_agree(self) -> bool {
         self.aligned.abs() == self.changes && self.unpaired == 0
     }
@@ -82,9 +83,9 @@ impl Windings {
 }
 
 impl Ldi {
-    /// An image from its parts, checked: offsets start at 0, do not decrease, are one more than the rays and end at the
-    /// number of depths; each ray has an even number of non-decreasing depths within the grid; unclosed rays are
-    /// ascending and empty.
+    /// Returns an image from its parts, checked: offsets start at 0, do not decrease, are one more than the rays and
+    /// end at the number of depths; each ray has an even number of non-decreasing depths within the grid; unclosed rays
+    /// are ascending and empty.
     pub fn from_parts(
         grid: Grid,
         axis: Axis,
@@ -97,10 +98,11 @@ impl Ldi {
         Ok(image)
     }
 
-    /// The image with a triangle for each sample, parallel to [`depths`](Self::depths), in place of those that it had.
+    /// Returns the image with a triangle for each sample, parallel to [`depths`](Self::depths), in place of its
+    /// previous ones.
     ///
     /// # Errors
-    /// If there are not as many as samples.
+    /// Fails if there are not as many triangles as samples.
     pub fn with_triangles(self, triangles: Vec<u32>) -> Result<Ldi, LdiError> {
         match triangles.len() == self.depths.len() {
             true => Ok(Ldi { triangles, ..self }),
@@ -143,64 +145,65 @@ impl Ldi {
         }
     }
 
-    /// The grid under the image.
+    /// Returns the grid under the image.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    /// The direction of the rays.
+    /// Returns the direction of the rays.
     pub fn axis(&self) -> Axis {
         self.axis
     }
 
-    /// Columns and rows of the raster.
+    /// Returns the numbers of columns and rows of the raster.
     pub fn size(&self) -> (u32, u32) {
         self.grid.image_size(self.axis)
     }
 
-    /// The number of rays.
+    /// Returns the number of rays.
     pub fn rays(&self) -> u32 {
         (self.offsets.len() - 1) as u32
     }
 
-    /// Where the samples of each ray begin; one more entry than rays, the last being the number of samples.
+    /// Returns the offset of the samples of each ray; one more entry than rays, the last being the number of samples.
     pub fn offsets(&self) -> &[u32] {
         &self.offsets
     }
 
-    /// All depths, ray after ray, in lattice steps.
+    /// Returns all depths, ray after ray, in lattice steps.
     pub fn depths(&self) -> &[i32] {
         &self.depths
     }
 
-    /// The depths on ray `row · columns + column`.
+    /// Returns the depths on ray `row · columns + column`.
     pub fn samples(&self, ray: u32) -> &[i32] {
         let ray = ray as usize;
         &self.depths[self.offsets[ray] as usize..self.offsets[ray + 1] as usize]
     }
 
-    /// The triangle of each sample, where the image was sampled with them; parallel to [`depths`](Self::depths).
+    /// Returns the triangle of each sample, if the image was sampled with triangles; parallel to
+    /// [`depths`](Self::depths).
     pub fn triangles(&self) -> Option<&[u32]> {
         (self.triangles.len() == self.depths.len()).then_some(&self.triangles[..])
     }
 
-    /// What the crossings that the image was made from tell of windings; known for images of an oriented solid by itself,
-    /// in every mode, and the same under either fill rule where the mesh is closed.
+    /// Returns the winding sums of the crossings that the image was made from; known for images of an oriented solid by
+    /// itself, in every mode, and the same under either fill rule where the mesh is closed.
     pub fn windings(&self) -> Option<Windings> {
         self.windings
     }
 
-    /// The rays whose crossings did not close, ascending. Empty for every closed mesh.
+    /// Returns the rays whose crossings did not close, ascending. Empty for every closed mesh.
     pub fn unclosed(&self) -> &[u32] {
         &self.unclosed
     }
 
-    /// Whether the crossings of a ray did not close.
+    /// Returns whether the crossings of a ray did not close.
     pub fn is_unclosed(&self, ray: u32) -> bool {
         !self.unclosed.is_empty() && self.unclosed.binary_search(&ray).is_ok()
     }
 
-    /// n_max: the most samples on any ray.
+    /// Returns n_max: the largest number of samples on any ray.
     pub fn layers(&self) -> u32 {
         self.offsets.windows(2).map(|w| w[1] - w[0]).max().unwrap_or(0)
     }

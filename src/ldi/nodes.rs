@@ -1,12 +1,13 @@
-//! Which lattice nodes are inside: where the images of a solid along several axes meet.
+//! The lattice nodes that are inside a solid, from its images along several axes.
 //!
 //! A node is inside an image when an odd number of the samples of its ray lie before it. The exact images of one solid
-//! agree about every node (see [`sampler`](crate::sampler)); conservative ones may not, as each merges what lies in one voxel
-//! of *its* rays, and [`Combine`] says what holds then.
+//! agree about every node (see [`sampler`](crate::sampler)); conservative ones may not, since each merges all crossings
+//! in one voxel of *its* rays, and [`Combine`] states how they are combined then.
 //!
-//! Nodes are bits: a row of nodes along x is a few words, and a plane is its rows one after another. Each sample flips all
-//! nodes behind it, so an image is turned into nodes by flipping one bit a sample and a running parity, which goes along the
-//! words of a row for an image along x, and from row to row or plane to plane, 64 nodes at a time, for the others.
+//! Nodes are bits: a row of nodes along x is a few words, and a plane is its rows one after another. Each sample flips
+//! all nodes behind it, so an image is converted to nodes by flipping one bit per sample and taking a running parity,
+//! along the words of a row for an image along x, and from row to row or plane to plane, 64 nodes at a time, for the
+//! others.
 
 use std::ops::Range;
 
@@ -16,21 +17,21 @@ use super::Ldi;
 use crate::fixed::Pixels;
 use crate::grid::{Axis, Grid};
 
-/// What holds of a node about which images disagree.
+/// The rule for nodes about which images disagree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Combine {
-    /// Inside where any image says so; for over-estimates.
+    /// Inside if it is inside any image; for over-estimates.
     Any,
-    /// Inside where all images say so; for under-estimates.
+    /// Inside if it is inside all images; for under-estimates.
     All,
-    /// As most images say, which for the exact images of one solid is what all say; of two images both.
+    /// Inside if it is inside most images, which is unanimous for the exact images of one solid; of two images both.
     Most,
 }
 
-/// Why nodes could not be found from images.
+/// The reason why nodes could not be derived from images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NodesError {
-    /// There is no image to find them from.
+    /// There is no image.
     #[error("there is no image to find nodes from")]
     NoImage,
     /// Two images lie on different grids, or along the same axis.
@@ -43,7 +44,7 @@ pub enum NodesError {
     },
 }
 
-/// Images of one solid along different axes of one grid, ready to tell of nodes.
+/// Images of one solid along different axes of one grid, as a source of nodes.
 #[derive(Clone, Copy, Debug)]
 pub struct NodePlanes<'a> {
     images: [Option<&'a Ldi>; 3],
@@ -59,15 +60,15 @@ pub struct NodeSlab {
     rows: usize,
     words: usize,
     bits: Vec<u64>,
-    /// By plane.
+    /// Number of nodes in each plane about which the images disagree.
     disagreements: Vec<u64>,
 }
 
-/// Planes that are made at a time where one after another is asked for.
+/// Number of planes that are computed at a time where planes are requested one after another.
 const SLAB: i32 = 32;
 
 impl<'a> NodePlanes<'a> {
-    /// The nodes of one, two or three images.
+    /// Returns the nodes of one, two or three images.
     pub fn new(images: impl IntoIterator<Item = &'a Ldi>, combine: Combine) -> Result<NodePlanes<'a>, NodesError> {
         let mut by_axis: [Option<(usize, &'a Ldi)>; 3] = [None; 3];
         let mut grid: Option<(usize, &'a Grid)> = None;
@@ -84,17 +85,17 @@ impl<'a> NodePlanes<'a> {
         Ok(NodePlanes { images: by_axis.map(|image| image.map(|(_, image)| image)), grid, combine })
     }
 
-    /// The image along an axis, if there is one.
+    /// Returns the image along an axis, if there is one.
     pub fn image(&self, axis: Axis) -> Option<&'a Ldi> {
         self.images[axis.depth()]
     }
 
-    /// The grid of the images.
+    /// Returns the grid of the images.
     pub fn grid(&self) -> &'a Grid {
         self.grid
     }
 
-    /// All planes, z after z: rays along y times the words of a row.
+    /// Returns all planes, z after z: rays along y times the words of a row.
     pub fn planes(&self) -> impl Iterator<Item = Vec<u64>> + '_ {
         let count = self.grid.rays()[2] as i32;
         (0..count).step_by(SLAB as usize).flat_map(move |first| {
@@ -104,8 +105,8 @@ impl<'a> NodePlanes<'a> {
         })
     }
 
-    /// Counts the nodes about which the images disagree, and finds the first, z before y before x; nothing where there is
-    /// none.
+    /// Counts the nodes about which the images disagree, and returns the first, z before y before x, or `None` where
+    /// all agree.
     pub fn disagreements(&self) -> Option<(u64, [u32; 3])> {
         let count = self.grid.rays()[2] as i32;
         let (mut sum, mut first) = (0, None);
@@ -131,8 +132,8 @@ impl<'a> NodePlanes<'a> {
         })
     }
 
-    /// The nodes of a range of planes, with `margin` more nodes on every side of a plane, which are outside; so are those of
-    /// planes beyond the grid.
+    /// Returns the nodes of a range of planes, with `margin` more nodes on every side of a plane, which are outside; so
+    /// are those of planes beyond the grid.
     pub fn slab(&self, planes: Range<i32>, margin: usize) -> NodeSlab {
         let [columns, rows, _] = self.grid.rays().map(|n| n as usize);
         let (words, rows) = ((columns + 2 * margin).div_ceil(64), rows + 2 * margin);
@@ -176,33 +177,33 @@ impl<'a> NodePlanes<'a> {
 }
 
 impl NodeSlab {
-    /// The plane after the last.
+    /// Returns the plane after the last.
     pub fn end(&self) -> i32 {
         self.first + (self.bits.len() / (self.rows * self.words).max(1)) as i32
     }
 
-    /// Words of a row: node `x` is bit `x + margin`.
+    /// Returns the number of words of a row: node `x` is bit `x + margin`.
     pub fn words(&self) -> usize {
         self.words
     }
 
-    /// Rows of a plane: nodes at `y` are row `y + margin`.
+    /// Returns the number of rows of a plane: nodes at `y` are row `y + margin`.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// The words of a row, counted with the margin, of plane `z`.
+    /// Returns the words of a row, counted with the margin, of plane `z`.
     pub fn row(&self, row: usize, z: i32) -> &[u64] {
         let at = ((z - self.first) as usize * self.rows + row) * self.words;
         &self.bits[at..at + self.words]
     }
 
-    /// Nodes of some planes about which the images disagree.
+    /// Returns the number of nodes of some planes about which the images disagree.
     pub fn disagreements(&self, planes: Range<i32>) -> u64 {
         planes.map(|plane| self.disagreements[(plane - self.first) as usize]).sum()
     }
 
-    /// The nodes of one image, plane after plane.
+    /// Returns the nodes of one image, plane after plane.
     fn of_image(&self, image: &Ldi, planes: &Range<i32>) -> Vec<u64> {
         match image.axis() {
             Axis::X => self.of_planes(image, planes, |plane, bits| self.along_x(image, plane, bits)),
@@ -211,7 +212,7 @@ impl NodeSlab {
         }
     }
 
-    /// Fills each plane that the grid has.
+    /// Fills each plane that lies in the grid.
     fn of_planes(&self, image: &Ldi, planes: &Range<i32>, fill: impl Fn(usize, &mut [u64]) + Sync) -> Vec<u64> {
         let mut bits = vec![0; planes.len() * self.rows * self.words];
         let inside = 0..image.grid().rays()[2] as i32;
@@ -220,7 +221,7 @@ impl NodeSlab {
         bits
     }
 
-    /// Rows of an image along x are planes, and its rays are rows of nodes.
+    /// Fills a plane from an image along x, whose rows are planes and whose rays are rows of nodes.
     fn along_x(&self, image: &Ldi, plane: usize, bits: &mut [u64]) {
         let pixels = Pixels::new(image.grid().shift());
         let (columns, _) = image.size();
@@ -241,7 +242,7 @@ impl NodeSlab {
         }
     }
 
-    /// Rows of an image along y are planes, and its rays run from row to row.
+    /// Fills a plane from an image along y, whose rows are planes and whose rays run from row to row.
     fn along_y(&self, image: &Ldi, plane: usize, bits: &mut [u64]) {
         let pixels = Pixels::new(image.grid().shift());
         let (columns, _) = image.size();
@@ -256,7 +257,8 @@ impl NodeSlab {
         run_on(bits, self.words);
     }
 
-    /// Rays of an image along z run from plane to plane. Each row of it is turned into nodes by itself.
+    /// Returns the nodes of an image along z, whose rays run from plane to plane. Each of its rows is converted
+    /// separately.
     fn along_z(&self, image: &Ldi, planes: &Range<i32>) -> Vec<u64> {
         let pixels = Pixels::new(image.grid().shift());
         let (columns, rows) = image.size();
@@ -285,7 +287,7 @@ impl NodeSlab {
                 bits
             })
             .collect();
-        // Images whose samples reach to the end of the grid close behind its last node.
+        // Images whose samples reach the end of the grid close behind its last node.
         let in_grid = 0..image.grid().rays()[2] as i32;
         self.of_planes(image, planes, |plane, bits| {
             debug_assert!(in_grid.contains(&(plane as i32)));
@@ -297,14 +299,14 @@ impl NodeSlab {
     }
 }
 
-/// Flips a bit of a row, or nothing where the row has ended.
+/// Flips a bit of a row, or nothing beyond its end.
 fn flip(row: &mut [u64], bit: usize) {
     if let Some(word) = row.get_mut(bit / 64) {
         *word ^= 1 << (bit % 64);
     }
 }
 
-/// The running parity from one run of `words` to the next.
+/// Computes the running parity from one run of `words` to the next.
 fn run_on(bits: &mut [u64], words: usize) {
     for at in words..bits.len() {
         bits[at] ^= bits[at - words];
@@ -326,7 +328,7 @@ mod tests {
         Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, mode, Fill::EvenOdd).unwrap()).to_vec()
     }
 
-    /// Whether a node is inside an image, sample by sample.
+    /// Returns whether a node is inside an image, sample by sample.
     fn is_inside(image: &Ldi, node: [u32; 3]) -> bool {
         let axis = image.axis();
         let (columns, _) = image.size();
@@ -362,7 +364,7 @@ mod tests {
                         }
                     }
                 }
-                // A part of the planes says the same.
+                // A part of the planes gives the same.
                 let part = planes.slab(7..19, margin);
                 (7..19).for_each(|z| (0..part.rows()).for_each(|row| assert_eq!(part.row(row, z), slab.row(row, z))));
             }

@@ -1,26 +1,27 @@
-//! Which triangle each sample of an image lies on, where the image was made without a look at triangles.
+//! The triangle of each sample of an image that was made without triangles.
 //!
-//! The depths of conservative images, and of what is made from them, are those of crossings, rounded outwards or inwards by
-//! no more than one even lattice step. So a sample's triangle is that of the exact crossing beside it, and images need not
-//! carry triangles through masks and merges.
+//! The depths of conservative images, and of images derived from them, are those of crossings, rounded outwards or
+//! inwards by no more than one even lattice step. So a sample's triangle is that of the exact crossing beside it, and
+//! images need not carry triangles through masks and merges.
 
 use rayon::prelude::*;
 
 use super::{Ldi, LdiError};
 
-/// The reference of a sample of which no triangle is known.
+/// The index for a sample without a known triangle.
 pub const NO_TRIANGLE: u32 = u32::MAX;
 
-/// How far a sample may lie from the nearest even depth of its crossing, in lattice steps.
+/// Largest distance of a sample from its crossing, in lattice steps.
 const ROUNDED: i32 = 2;
 
-/// Rays that one task looks at.
+/// Number of rays that one task processes.
 const RAYS: usize = 1 << 12;
 
 impl Ldi {
-    /// The same image with triangles: those of the nearest samples of exact images of the same rays, which
-    /// [carry them](Ldi::triangles), each with a number that its triangles are counted from. Where none is beside a sample it
-    /// has [`NO_TRIANGLE`]; where several are equally near, that of the first image and the least depth counts.
+    /// Returns the same image with triangles: those of the nearest samples of exact images of the same rays, which
+    /// [carry them](Ldi::triangles). Each exact image comes with an offset that is added to its triangle indices. A
+    /// sample without a neighbour gets [`NO_TRIANGLE`]; of several at the same distance, that of the first image and
+    /// the least depth counts.
     pub fn with_triangles_of(mut self, exact: &[(&Ldi, u32)]) -> Result<Ldi, LdiError> {
         for (image, _) in exact {
             if image.grid() != self.grid() || image.axis() != self.axis() {
@@ -54,7 +55,7 @@ impl Ldi {
     }
 }
 
-/// The triangle of the sample that is nearest to a depth on one ray.
+/// Returns the triangle of the sample that is nearest to a depth on one ray.
 fn nearest(exact: &[(&Ldi, u32)], ray: u32, depth: i32) -> u32 {
     let mut best = (ROUNDED + 1, NO_TRIANGLE);
     for (image, first) in exact {

@@ -2,15 +2,15 @@
 
 /// The non-empty intervals `[start, end)` of one ray, touching ones merged, in ascending order.
 ///
-/// An image may hold intervals of no length (two coincident faces) and touching ones (a face between two shells); as
-/// point sets they say nothing and the same. This is the one place that says so.
+/// An image may hold intervals of zero length (two coincident faces) and touching ones (a face between two shells); as
+/// point sets these are empty and one interval. Only this type normalises them.
 #[derive(Clone, Debug)]
 pub struct Spans<'a> {
     samples: &'a [i32],
 }
 
 impl<'a> Spans<'a> {
-    /// The spans of a ray's samples: an even number of non-decreasing depths.
+    /// Returns the spans of a ray's samples: an even number of non-decreasing depths.
     pub fn new(samples: &'a [i32]) -> Spans<'a> {
         Spans { samples }
     }

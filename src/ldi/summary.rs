@@ -1,5 +1,5 @@
-//! What an image amounts to in integers: all that its volume, and the estimate of how far that is off, are made from. A
-//! summary is small where an image is not, so that a GPU need not bring the image back.
+//! The integer sums of an image from which its volume and the error estimate are computed. A summary is small where an
+//! image is not, so that a GPU need not transfer the image.
 
 use rayon::prelude::*;
 
@@ -7,7 +7,7 @@ use super::{Ldi, Windings};
 use crate::fixed::Pixels;
 use crate::grid::{Axis, Grid};
 
-/// The integers that an image amounts to.
+/// The integer sums of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Summary {
     grid: Grid,
@@ -22,17 +22,18 @@ pub struct Summary {
 /// Exact sums over rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RaySums {
-    /// Lattice steps inside, by the parity of column and row: entry `c + 2 r` for columns of parity c in rows of parity r.
+    /// Lattice steps inside, by the parity of column and row: entry `c + 2 r` for columns of parity c in rows of parity
+    /// r.
     pub steps: [i64; 4],
-    /// Nodes inside by the parity of column and row, and of the depth.
+    /// Number of nodes inside, by the parity of column and row, and of the depth.
     pub nodes: [[i64; 2]; 4],
     /// Residuals of samples that are level along both directions, along the columns only, and along the rows only. The
-    /// residual of a sample is how far it lies above the last pixel boundary before the next node, out less in.
+    /// residual of a sample is its height above the last pixel boundary before the next node, exits minus entries.
     pub level: [i64; 3],
 }
 
 impl RaySums {
-    /// The sums over both.
+    /// Returns the sums over both.
     pub fn plus(mut self, other: RaySums) -> RaySums {
         for i in 0..4 {
             self.steps[i] += other.steps[i];
@@ -47,8 +48,8 @@ impl RaySums {
 }
 
 impl Summary {
-    /// A summary of an image that was summed elsewhere: the sums, the most samples of a ray, the samples and the unclosed
-    /// rays of all.
+    /// Returns a summary of an image that was summed elsewhere: the sums, the largest number of samples of a ray, and
+    /// the total numbers of samples and of unclosed rays.
     pub fn from_parts(
         grid: Grid,
         axis: Axis,
@@ -60,52 +61,52 @@ impl Summary {
         Summary { grid, axis, sums, layers, samples, unclosed, windings }
     }
 
-    /// The grid under the image.
+    /// Returns the grid under the image.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    /// The direction of the rays.
+    /// Returns the direction of the rays.
     pub fn axis(&self) -> Axis {
         self.axis
     }
 
-    /// The sums over its rays.
+    /// Returns the sums over its rays.
     pub fn sums(&self) -> &RaySums {
         &self.sums
     }
 
-    /// The inside length of all rays together, in lattice steps.
+    /// Returns the inside length of all rays together, in lattice steps.
     pub fn length(&self) -> i64 {
         self.sums.steps.iter().sum()
     }
 
-    /// n_max: the most samples on any ray.
+    /// Returns n_max: the largest number of samples on any ray.
     pub fn layers(&self) -> u32 {
         self.layers
     }
 
-    /// Samples of all rays.
+    /// Returns the number of samples of all rays.
     pub fn samples(&self) -> u64 {
         self.samples
     }
 
-    /// Rays that did not close.
+    /// Returns the number of unclosed rays.
     pub fn unclosed(&self) -> u64 {
         self.unclosed
     }
 
-    /// What the crossings tell of windings, as [`Ldi::windings`].
+    /// Returns the winding sums, as [`Ldi::windings`] does.
     pub fn windings(&self) -> Option<Windings> {
         self.windings
     }
 }
 
-/// Rows that one task sums, one after another.
+/// Number of rows that one task sums, one after another.
 const ROWS: usize = 16;
 
-/// How far the depths of two samples of neighbouring rays may lie apart, in lattice steps, for them to be on one level
-/// surface: a tenth of a pixel of 2^`shift` steps.
+/// Returns the largest distance between the depths of two samples of neighbouring rays, in lattice steps, at which they
+/// count as one level surface: a tenth of a pixel of 2^`shift` steps.
 pub fn level_tolerance(shift: u32) -> i32 {
     ((1i64 << shift) / 10) as i32
 }
@@ -128,7 +129,7 @@ impl Ldi {
     }
 }
 
-/// The sums over consecutive rows.
+/// Returns the sums over consecutive rows.
 fn sums_of_rows(image: &Ldi, rows: &[u32]) -> RaySums {
     let (columns, all_rows) = image.size();
     let pixels = Pixels::new(image.grid().shift());
@@ -176,8 +177,8 @@ fn add_ray(samples: &[i32], levels: &[u8], parity: usize, pixels: Pixels, sums: 
             let residual = depth - (index << pixels.shift);
             match level {
                 ALONG_BOTH => sums.level[0] += i64::from(sign * residual),
-                // A diagonal surface through nodes: rounding, which differs between the modes, would decide on which side
-                // of them it lies, and on the whole it lies on neither.
+                // A diagonal surface through nodes: rounding, which differs between the modes, would decide on which
+                // side of them it lies; on average it lies on neither.
                 ALONG_COLUMNS | ALONG_ROWS if (residual.abs() - half).abs() <= THROUGH_NODES => {}
                 ALONG_COLUMNS => sums.level[1] += i64::from(sign * residual),
                 ALONG_ROWS => sums.level[2] += i64::from(sign * residual),
@@ -193,10 +194,10 @@ pub const ALONG_COLUMNS: u8 = 1;
 pub const ALONG_ROWS: u8 = 2;
 const ALONG_BOTH: u8 = ALONG_COLUMNS | ALONG_ROWS;
 
-/// A residual this close to half a pixel, in lattice steps, is that of a surface through nodes.
+/// A residual this close to half a pixel, in lattice steps, counts as that of a surface through nodes.
 pub const THROUGH_NODES: i32 = 3;
 
-/// In which directions the surface is level at each sample of one row of rays.
+/// The directions in which the surface is level at each sample of one row of rays.
 #[derive(Default)]
 struct RowLevels {
     first: usize,
@@ -204,7 +205,7 @@ struct RowLevels {
 }
 
 impl RowLevels {
-    /// Begins a row, of which nothing is known yet.
+    /// Begins a row with all flags cleared.
     fn start(&mut self, image: &Ldi, row: u32) {
         let (columns, _) = image.size();
         let [first, end] = [row, row + 1].map(|row| image.offsets()[(row * columns) as usize] as usize);
@@ -247,7 +248,7 @@ fn compare_rows(image: &Ldi, row: u32, tolerance: i32, levels: &mut RowLevels, n
     }
 }
 
-/// Marks the samples of two neighbouring rays that lie at the same depth and go the same way.
+/// Marks the samples of two neighbouring rays that lie at the same depth and have the same direction.
 fn mark_level(a: &[i32], b: &[i32], tolerance: i32, mark: u8, flags_a: &mut [u8], flags_b: &mut [u8]) {
     let mut mark_pair = |i: usize, j: usize| {
         let level = if (a[i] - b[j]).abs() <= tolerance { mark } else { 0 };
@@ -262,7 +263,7 @@ fn mark_level(a: &[i32], b: &[i32], tolerance: i32, mark: u8, flags_a: &mut [u8]
         while from < b.len() && b[from] < depth - tolerance {
             from += 1;
         }
-        // The first in reach that goes the same way; looking further would be quadratic where many lie within reach.
+        // The first in reach with the same direction; searching further would be quadratic where many lie within reach.
         if let Some(j) = (from..b.len()).find(|j| j % 2 == i % 2).filter(|&j| b[j] <= depth + tolerance) {
             mark_pair(i, j);
         }

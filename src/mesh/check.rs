@@ -1,24 +1,25 @@
 //! The exact check of a mesh: all its defects, with counts and first places.
 //!
-//! Identical coordinates are one vertex (−0 and 0 are identical). A triangle whose indices are in range and whose corners
-//! are three different vertices is a *face*; only faces have edges. Everything that follows is decided by exact
-//! comparisons of coordinates and counts, but for three questions about numbers: whether corners are collinear, which is
-//! decided exactly with expansions of floating-point numbers (Shewchuk, "Adaptive precision floating-point arithmetic and
-//! fast robust geometric predicates", 1997); and the sign of the volume of a shell and whether one shell lies inside
-//! another, where an answer too close to call is treated as no finding.
+//! Identical coordinates are one vertex (−0 and 0 are identical). A triangle whose indices are in range and whose
+//! corners are three different vertices is a *face*; only faces have edges. The check compares coordinates and counts
+//! exactly, except in three questions: whether corners are collinear, which it decides exactly with expansions of
+//! floating-point numbers (Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric
+//! predicates", 1997); and the sign of the volume of a shell and whether one shell lies inside another, where an answer
+//! too close to call counts as no finding.
 //!
 //! # Shells and components
-//! A component is a set of faces connected by shared edges. A shell is a part of one that bounds something by itself:
-//! faces are joined across every edge that has two uses. At an edge with more, the parts that meet there and do not each
-//! have as many uses in one direction as in the other are taken in the order of their angles around the edge, and two are
-//! joined where the solid lies between them. So two cubes that touch in an edge or a whole face are one component and two
-//! shells, and one that is inside out is found although it touches the other.
+//! A component is a set of faces connected by shared edges. A shell is a part of a component that bounds something by
+//! itself: faces are joined across every edge that has two uses. At an edge with more, the parts that meet there and do
+//! not each have as many uses in one direction as in the other are sorted by their angle around the edge, and two are
+//! joined where the solid lies between them. So two cubes that touch in an edge or a whole face are one component and
+//! two shells, and one that is inside out is found although it touches the other.
 //!
 //! # Inside and outside
-//! The depth of a closed shell is the number of closed shells it lies inside of, by the parity of the crossings of a ray
-//! upwards from one of its vertices. The ray is perturbed symbolically and its crossings with edges are decided exactly,
-//! so it can pass through edges and vertices; where it starts too near the other surface to call, another point of the
-//! shell is tried. At even depth a shell should face outwards; at odd depth it is a cavity and should face inwards.
+//! The depth of a closed shell is the number of closed shells that contain it, by the parity of the crossings of a ray
+//! upwards from one of its vertices. The ray is perturbed symbolically and its crossings with edges are decided
+//! exactly, so it can pass through edges and vertices; where it starts too near the other surface to call, another
+//! point of the shell is tried. At even depth a shell should face outwards; at odd depth it is a cavity and should face
+//! inwards.
 
 use std::fmt;
 
@@ -29,19 +30,19 @@ use super::closed::position_hash;
 use super::measure::{EMPTY, include};
 use super::{Aabb, TriangleMesh};
 
-/// How many places of a kind of defect are kept beside the count.
+/// Number of places of each kind of defect that are kept beside the count.
 const FIRST: usize = 5;
 
-/// All that occurred of one kind, counted, and the first few of them.
+/// All findings of one kind: their count and the first few.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Findings<Place> {
-    /// How many there are in all.
+    /// Number of findings.
     pub count: usize,
-    /// The first of them, at most five.
+    /// The first findings, at most five.
     pub first: Vec<Place>,
 }
 
-/// An index that lies beyond the positions.
+/// An index that is out of range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BadIndex {
     /// The triangle that holds it.
@@ -66,9 +67,9 @@ pub struct BadPosition {
 pub struct EdgePlace {
     /// The two ends, the one used by an earlier triangle first.
     pub ends: [DVec3; 2],
-    /// How many triangles use it.
+    /// Number of triangles that use it.
     pub uses: usize,
-    /// How many of these use it from the first end to the second.
+    /// Number of uses from the first end to the second.
     pub forward: usize,
     /// The first triangles that use it, at most five.
     pub triangles: Vec<usize>,
@@ -79,7 +80,7 @@ pub struct EdgePlace {
 pub struct VertexPlace {
     /// Where it is.
     pub position: DVec3,
-    /// How many fans of triangles, connected by edges, meet in it.
+    /// Number of fans of triangles, connected by edges, that meet in it.
     pub fans: usize,
 }
 
@@ -108,17 +109,17 @@ pub struct DuplicatePlace {
 pub struct ShellPlace {
     /// Its first triangle.
     pub triangle: usize,
-    /// How many faces it has.
+    /// Number of its faces.
     pub faces: usize,
-    /// What it encloses; negative where it faces inwards.
+    /// The enclosed volume; negative where the shell faces inwards.
     pub signed_volume: f64,
-    /// How many other shells it lies inside of.
+    /// Number of other shells that contain it.
     pub depth: usize,
     /// The box around it.
     pub bounds: Aabb,
 }
 
-/// All that [`check`] found out about a mesh.
+/// The findings of [`check`] for one mesh.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct MeshReport {
@@ -128,7 +129,7 @@ pub struct MeshReport {
     pub vertices: usize,
     /// Different edges of faces, in either direction.
     pub edges: usize,
-    /// Parts of the mesh that no edge connects.
+    /// Number of components: parts of the mesh connected by edges.
     pub components: usize,
     /// Closed parts of the mesh that bound something by themselves; see the [module](self).
     pub shells: usize,
@@ -154,7 +155,7 @@ pub struct MeshReport {
     pub duplicates: Findings<DuplicatePlace>,
     /// Faces with the corners of an earlier one, where as many have one winding as the other but for one at most.
     pub opposed_duplicates: Findings<DuplicatePlace>,
-    /// Whether every face occurs an even number of times, in any winding; true also where there are no faces.
+    /// True if every face occurs an even number of times, in any winding; true also where there are no faces.
     pub every_triangle_even: bool,
     /// Closed shells that face inwards and are not cavities.
     pub inside_out: Findings<ShellPlace>,
@@ -172,18 +173,18 @@ pub struct MeshReport {
     pub genus: Option<usize>,
 }
 
-/// How much a defect matters.
+/// The severity of a defect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
-    /// Worth knowing; results are right.
+    /// For information; results are right.
     Note,
-    /// The mesh is a solid, but perhaps not the one that was meant.
+    /// The mesh is a solid, but perhaps not the intended one.
     Warning,
     /// The mesh is not a solid.
     Error,
 }
 
-/// One kind of defect, with all that was found of it.
+/// One kind of defect, with all its findings.
 ///
 /// Displays as an English sentence that counts them and names the first.
 #[derive(Clone, Debug)]
@@ -203,9 +204,9 @@ pub enum Defect {
     UnbalancedEdges(Findings<EdgePlace>),
     /// See [`MeshReport::inside_out`].
     InsideOut(Findings<ShellPlace>),
-    /// See [`MeshReport::every_triangle_even`]. The even-odd rule sees nothing at all in such a mesh.
+    /// See [`MeshReport::every_triangle_even`]. Such a mesh is empty under the even-odd rule.
     AllDoubled,
-    /// The mesh is closed and oriented, and encloses nothing, or less.
+    /// The mesh is closed and oriented, and its signed volume is zero or negative.
     NoVolume {
         /// See [`MeshReport::signed_volume`].
         signed_volume: f64,
@@ -226,9 +227,9 @@ pub enum Defect {
     Collinear(Findings<TrianglePlace>),
 }
 
-/// Checks a mesh with exact comparisons and reports everything that is wrong with it.
+/// Checks a mesh with exact comparisons and reports all its defects.
 ///
-/// The report is the same whatever the thread count. It takes about a second for a million triangles; use
+/// The report does not depend on the thread count. It takes about a second for a million triangles; use
 /// [`super::ClosedMesh::check`] where the question is only whether the mesh is closed.
 pub fn check(mesh: &TriangleMesh) -> MeshReport {
     let mut report = MeshReport {
@@ -267,8 +268,8 @@ pub fn check(mesh: &TriangleMesh) -> MeshReport {
 }
 
 impl MeshReport {
-    /// Whether the mesh has triangles, all indices are in range, all used coordinates finite, and all edges of even
-    /// valence: what a sampler needs.
+    /// Returns whether the mesh has triangles, all indices are in range, all used coordinates finite, and all edges of
+    /// even valence: the requirements of a sampler.
     pub fn is_closed(&self) -> bool {
         self.triangles > 0
             && self.bad_indices.count == 0
@@ -277,17 +278,17 @@ impl MeshReport {
             && self.odd_edges.count == 0
     }
 
-    /// Whether every edge is used as often in one direction as in the other.
+    /// Returns whether every edge is used as often in one direction as in the other.
     pub fn is_oriented(&self) -> bool {
         self.open_edges.count == 0 && self.odd_edges.count == 0 && self.unbalanced_edges.count == 0
     }
 
-    /// Whether the mesh bounds a solid as it stands: no defect is an error.
+    /// Returns whether the mesh bounds a solid as it stands: no defect is an error.
     pub fn is_solid(&self) -> bool {
         self.defects().iter().all(|defect| defect.severity() < Severity::Error)
     }
 
-    /// All defects, errors first.
+    /// Returns all defects, errors first.
     pub fn defects(&self) -> Vec<Defect> {
         fn add<P: Clone>(defects: &mut Vec<Defect>, kind: fn(Findings<P>) -> Defect, findings: &Findings<P>) {
             if findings.count > 0 {
@@ -322,7 +323,7 @@ impl MeshReport {
 }
 
 impl Defect {
-    /// A stable name for scripts.
+    /// Returns a stable name for scripts.
     pub fn code(&self) -> &'static str {
         match self {
             Defect::NoTriangles => "no-triangles",
@@ -344,7 +345,7 @@ impl Defect {
         }
     }
 
-    /// How much it matters.
+    /// Returns the severity of the defect.
     pub fn severity(&self) -> Severity {
         match self {
             Defect::NoTriangles
@@ -364,7 +365,7 @@ impl Defect {
         }
     }
 
-    /// How often it occurs; 1 for what is said of the mesh as a whole.
+    /// Returns the number of findings; 1 for defects of the mesh as a whole.
     pub fn count(&self) -> usize {
         match self {
             Defect::NoTriangles | Defect::AllDoubled | Defect::NoVolume { .. } => 1,
@@ -480,12 +481,12 @@ impl<P> Findings<P> {
         }
     }
 
-    /// Begins a sentence with the count.
+    /// Writes the beginning of a sentence: the count.
     fn lead(&self, f: &mut fmt::Formatter<'_>, one: &str, many: &str) -> fmt::Result {
         write!(f, "{} {}", self.count, if self.count == 1 { one } else { many })
     }
 
-    /// Ends a sentence with the first place.
+    /// Writes the end of a sentence: the first place.
     fn name(
         &self,
         f: &mut fmt::Formatter<'_>,
@@ -499,7 +500,7 @@ impl<P> Findings<P> {
     }
 }
 
-/// A number as short as it can be written exactly: with an exponent where it would be all zeros without.
+/// A number in its shortest exact form: with an exponent where it would be mostly zeros without.
 struct Number(f64);
 
 impl fmt::Display for Number {
@@ -573,7 +574,8 @@ struct Face {
     corners: [u32; 3],
 }
 
-/// Makes identical positions one vertex, numbered in the order of use, and sorts out the triangles that have no edges.
+/// Welds identical positions into vertices, numbered in the order of use, and separates the triangles that have no
+/// edges.
 fn weld(mesh: &TriangleMesh, report: &mut MeshReport) -> (Vec<DVec3>, Vec<Face>) {
     const UNSEEN: u32 = u32::MAX;
     let TriangleMesh { positions, triangles } = mesh;
@@ -653,7 +655,7 @@ impl Use {
         self.corner() / 3
     }
 
-    /// Three times the face plus the corner that the side starts from.
+    /// Returns three times the face plus the corner that the side starts from.
     fn corner(self) -> usize {
         (self.at >> 1) as usize
     }
@@ -662,7 +664,7 @@ impl Use {
         self.at & 1 == 1
     }
 
-    /// Corners at the lower and the higher vertex.
+    /// Returns the corners at the lower and the higher vertex.
     fn corners(self) -> [usize; 2] {
         let from = self.corner();
         let to = if from % 3 == 2 { from - 2 } else { from + 1 };
@@ -686,16 +688,16 @@ fn edge_uses(faces: &[Face]) -> Vec<Use> {
     uses
 }
 
-/// A closed part of the surface; see the module.
+/// A closed part of the surface; see the module's docs.
 struct Shell {
     faces: Vec<usize>,
     bounds: Aabb,
     signed_volume: f64,
-    /// The sum of all products of coordinates in it without their signs, to tell a volume from its rounding.
+    /// The sum of the absolute values of all products in the volume, to tell a volume from its rounding.
     volume_scale: f64,
 }
 
-/// Finds what edges say: their defects, duplicates, components, genus. Returns the closed shells.
+/// Finds everything that edges determine: their defects, duplicates, components, genus. Returns the closed shells.
 fn connect(vertices: &[DVec3], faces: &[Face], uses: &[Use], report: &mut MeshReport) -> Vec<Shell> {
     let mut components = Sets::new(faces.len());
     let mut shells = Sets::new(faces.len());
@@ -739,7 +741,7 @@ fn connect(vertices: &[DVec3], faces: &[Face], uses: &[Use], report: &mut MeshRe
     report_duplicates(vertices, faces, duplicates, report);
     report.every_triangle_even = even == faces.len();
 
-    // Joining whole shells keeps as balanced what was, so that the runs which come earlier stay settled.
+    // Joining whole shells keeps balanced shells balanced, so that earlier runs stay settled.
     for run in uses.chunk_by(|a, b| a.edge == b.edge).filter(|run| run.len() > 2) {
         join_around(vertices, faces, run, &mut shells);
     }
@@ -752,7 +754,7 @@ fn connect(vertices: &[DVec3], faces: &[Face], uses: &[Use], report: &mut MeshRe
     }
 
     if report.bad_positions.count > 0 {
-        // What is not anywhere bounds nothing.
+        // Faces without a finite position bound nothing.
         let is_nowhere = |face: &Face| face.corners.iter().any(|&vertex| !vertices[vertex as usize].is_finite());
         for face in (0..faces.len()).filter(|&face| is_nowhere(&faces[face])) {
             closed[shells.root(face)] = false;
@@ -777,7 +779,7 @@ fn connect(vertices: &[DVec3], faces: &[Face], uses: &[Use], report: &mut MeshRe
     face_lists.into_par_iter().map(|list| Shell::new(vertices, faces, list)).collect()
 }
 
-/// Where a shell meets an edge: how often, and how much more often forward than back.
+/// The uses of an edge by a shell: their number, and the excess of forward over backward ones.
 struct Balance {
     shell: usize,
     uses: usize,
@@ -785,13 +787,13 @@ struct Balance {
 }
 
 impl Balance {
-    /// Whether the edge would be closed and balanced if there were only this shell.
+    /// Returns whether the edge would be closed and balanced if there were only this shell.
     fn is_settled(&self) -> bool {
         self.excess == 0 && self.uses.is_multiple_of(2)
     }
 }
 
-/// How each of the shells that meet in an edge uses it.
+/// Returns the balance of each shell that meets in an edge.
 fn balance(run: &[Use], shells: &mut Sets) -> Vec<Balance> {
     let mut uses: Vec<(usize, bool)> = run.iter().map(|u| (shells.root(u.face()), u.is_forward())).collect();
     uses.sort_unstable();
@@ -813,17 +815,17 @@ fn join_around(vertices: &[DVec3], faces: &[Face], run: &[Use], shells: &mut Set
     let along = (position(run[0].edge as u32) - foot).normalize_or_zero();
     let right = along.any_orthonormal_vector();
     let up = along.cross(right);
-    // A number that grows with the angle, from 0 to 4 for the whole turn. It is rounded so that coplanar faces are equal.
+    // A number that grows with the angle, from 0 to 4 for a full turn. It is rounded so that coplanar faces are equal.
     let turn = |face: &Face, corner: usize| {
         let arm = position(face.corners[(corner + 2) % 3]) - foot;
         let (x, y) = (arm.dot(right), arm.dot(up));
         let quarter = if y >= 0.0 { 1.0 - x / (x.abs() + y) } else { 3.0 + x / (x.abs() - y) };
         (quarter * f64::from(1 << 28)).round() as i64 % (4 << 28)
     };
-    // Going round, the solid begins behind a face that uses the edge backwards and ends at one that uses it forwards. Of
-    // faces at the same angle those that end a solid come first, or touching solids would be one. Of those that face the
-    // same way too, any pairing will do that is the same at all their edges, whichever way these run: the order of
-    // faces where solids begin and the reverse where they end, as brackets nest.
+    // Going round, the solid begins behind a face that uses the edge backwards and ends at one that uses it forwards.
+    // Of faces at the same angle those that end a solid come first, or touching solids would be one. Among those that
+    // also face the same way, any pairing is right that is the same at all their edges, whichever way these run: the
+    // order of faces where solids begin and the reverse where they end, as brackets nest.
     let mut around: Vec<(i64, bool, i64, Use)> = run
         .iter()
         .filter(|u| unsettled.binary_search(&shells.root(u.face())).is_ok())
@@ -845,7 +847,7 @@ fn join_around(vertices: &[DVec3], faces: &[Face], run: &[Use], shells: &mut Set
         }
     }
     for end in left {
-        // What began before the turn was over ends after its start.
+        // A solid that began before the turn was over ends after its start.
         if let Some(other) = begun.pop() {
             shells.join(end, other);
         }
@@ -860,7 +862,7 @@ struct Duplicate {
 }
 
 /// Finds the faces of an edge that have the third corner in common. Each is found at one of its edges only, the one
-/// between its two lower vertices. Returns how many faces occur an even number of times.
+/// between its two lower vertices. Returns the number of faces that occur an even number of times.
 fn find_duplicates(faces: &[Face], run: &[Use], duplicates: &mut Vec<Duplicate>) -> usize {
     let apex = |u: &Use| faces[u.face()].corners[(u.corner() + 2) % 3];
     if let [a, b] = run
@@ -875,7 +877,7 @@ fn find_duplicates(faces: &[Face], run: &[Use], duplicates: &mut Vec<Duplicate>)
     for same in sorted.chunk_by(|a, b| a.0 == b.0) {
         even += if same.len().is_multiple_of(2) { same.len() } else { 0 };
         let forward = same.iter().filter(|(_, u)| u.is_forward()).count();
-        // What is left when faces back to back have cancelled, without the one that would be right.
+        // The surplus after faces back to back have cancelled, without the one that would be right.
         let mut surplus = forward.abs_diff(same.len() - forward).saturating_sub(1);
         let is_surplus = |u: Use| u.is_forward() == (2 * forward > same.len());
         for (_, later) in same[1..].iter().rev() {
@@ -899,7 +901,7 @@ fn report_duplicates(vertices: &[DVec3], faces: &[Face], mut duplicates: Vec<Dup
     }
 }
 
-/// Counts the fans of faces at every vertex, then says what the surface is by its Euler characteristic.
+/// Counts the fans of faces at every vertex, then classifies the surface by its Euler characteristic.
 fn count_fans(vertices: &[DVec3], faces: &[Face], fans: &mut Sets, report: &mut MeshReport) {
     let mut at_vertex = vec![0; vertices.len()];
     for corner in 0..3 * faces.len() {
@@ -937,7 +939,7 @@ impl Shell {
         Shell { faces: list, bounds, signed_volume, volume_scale }
     }
 
-    /// Outwards, inwards, or neither where the volume is zero but for rounding, or not a number.
+    /// Returns outwards, inwards, or neither where the volume is zero to within rounding, or NaN.
     fn facing(&self) -> Facing {
         if self.signed_volume > 1e-12 * self.volume_scale {
             Facing::Outwards
@@ -956,7 +958,7 @@ enum Facing {
     Neither,
 }
 
-/// Finds shells that face the wrong way for where they lie.
+/// Finds shells that face the wrong way for their depth.
 fn judge(vertices: &[DVec3], faces: &[Face], shells: &[Shell], report: &mut MeshReport) {
     let cells = Cells::new(shells);
     let contents: Vec<Vec<usize>> = (0..shells.len())
@@ -967,7 +969,7 @@ fn judge(vertices: &[DVec3], faces: &[Face], shells: &[Shell], report: &mut Mesh
                 let inner = shells[shell].bounds;
                 shell != outer && inner.min.cmpge(min).all() && inner.max.cmple(max).all()
             };
-            // What lies inside a shell has its box inside the shell's box.
+            // A shell inside another has its box inside the other's box.
             let candidates = cells.near(&shells[outer].bounds).filter(nested).collect();
             contained(vertices, faces, &shells[outer], shells, candidates)
         })
@@ -990,12 +992,12 @@ fn judge(vertices: &[DVec3], faces: &[Face], shells: &[Shell], report: &mut Mesh
     }
 }
 
-/// Shells by where the lower corners of their boxes lie, in about as many cells as there are shells.
+/// Shells by the lower corners of their boxes, in about as many cells as there are shells.
 struct Cells {
     origin: DVec3,
     size: DVec3,
     side: usize,
-    /// Where the shells of each cell begin, and the end of the last.
+    /// The offset of the shells of each cell, and the end of the last.
     starts: Vec<usize>,
     shells: Vec<usize>,
 }
@@ -1020,14 +1022,14 @@ impl Cells {
         cells
     }
 
-    /// The cell of a point, or the nearest one. It never falls where the point rises, which is all that is needed.
+    /// Returns the cell of a point, or the nearest one. It is monotone in every coordinate, which is sufficient.
     fn cell(&self, point: DVec3) -> [usize; 3] {
-        // Where all lie in one plane the quotient is not a number, which becomes cell 0.
+        // Where all lie in one plane the quotient is NaN, which becomes cell 0.
         let quotient = (point - self.origin) / self.size;
         quotient.to_array().map(|q| (q as usize).min(self.side.saturating_sub(1)))
     }
 
-    /// All shells the lower corners of whose boxes lie inside the box, among others.
+    /// Returns a superset of the shells whose boxes have their lower corners inside the box.
     fn near(&self, bounds: &Aabb) -> impl Iterator<Item = usize> + '_ {
         let (low, high) = (self.cell(bounds.min), self.cell(bounds.max));
         let rows =
@@ -1036,7 +1038,7 @@ impl Cells {
     }
 }
 
-/// Those of the candidates that lie inside `outer`.
+/// Returns the candidates that lie inside `outer`.
 fn contained(
     vertices: &[DVec3],
     faces: &[Face],
@@ -1067,10 +1069,10 @@ fn contained(
     inside
 }
 
-/// How near to a surface, in parts of its size, a point is taken to lie on it.
+/// Distance, relative to the size of a surface, within which a point counts as lying on it.
 const NEAR: f64 = 1e-12;
 
-/// A point of a shell, and the crossings of the ray upwards from it with another.
+/// A point of a shell, and the crossings of the ray upwards from it with another shell.
 struct Query {
     shell: usize,
     point: DVec3,
@@ -1078,7 +1080,7 @@ struct Query {
     too_near: bool,
 }
 
-/// Counts for every query the crossings of its ray with a shell.
+/// Counts, for every query, the crossings of its ray with a shell.
 fn cast(vertices: &[DVec3], faces: &[Face], shell: &Shell, queries: &mut [Query]) {
     if queries.is_empty() {
         return;
@@ -1107,7 +1109,8 @@ fn cast(vertices: &[DVec3], faces: &[Face], shell: &Shell, queries: &mut [Query]
     }
 }
 
-/// On which side of a line an infinitesimally displaced point lies: 1 left, −1 right, 0 only if the ends are identical.
+/// Returns the side of a line on which an infinitesimally displaced point lies: 1 left, −1 right, 0 only if the ends
+/// are identical.
 ///
 /// The displacement is (ε, ε²), the same for every line, so that the sides of one point never contradict one another.
 fn side(from: DVec2, to: DVec2, point: DVec2) -> i32 {
@@ -1120,8 +1123,8 @@ fn side(from: DVec2, to: DVec2, point: DVec2) -> i32 {
         .unwrap_or(0)
 }
 
-/// Whether the plane through a, b, c is above the point: 1 if so and they turn left seen from above, −1 if it is below or
-/// they turn right, 0 if it is nearer than a small part of the size of what is looked at.
+/// Compares the plane through a, b, c with a point. Returns 1 if it is above the point and they turn left seen from
+/// above, −1 if it is below or they turn right, 0 if the distance is a negligible part of their size.
 fn above(a: DVec3, b: DVec3, c: DVec3, point: DVec3) -> i32 {
     let [a, b, c] = [a - point, b - point, c - point];
     let (bc, ca, ab) = (b.truncate(), c.truncate(), a.truncate());
@@ -1134,7 +1137,7 @@ fn above(a: DVec3, b: DVec3, c: DVec3, point: DVec3) -> i32 {
     i32::from(value > bound) - i32::from(value < -bound)
 }
 
-/// Whether three positions lie on one line, exactly.
+/// Returns whether three positions lie on one line, exactly.
 fn are_collinear([a, b, c]: [DVec3; 3]) -> bool {
     let (u, v) = (b - a, c - a);
     let products = (DVec3::new(u.y * v.z, u.z * v.x, u.x * v.y), DVec3::new(u.z * v.y, u.x * v.z, u.y * v.x));
@@ -1146,9 +1149,10 @@ fn are_collinear([a, b, c]: [DVec3; 3]) -> bool {
     flat(|p| DVec2::new(p.x, p.y)) && flat(|p| DVec2::new(p.y, p.z)) && flat(|p| DVec2::new(p.z, p.x))
 }
 
-/// A number with the sign of the turn from a by b to c: positive to the left, zero if and only if they are on one line.
+/// Returns a number with the sign of the turn from a by b to c: positive to the left, zero if and only if they are on
+/// one line.
 ///
-/// Exact unless finite coordinates along one axis differ in magnitude by a factor of more than 2⁴⁰⁰; not a number where
+/// Exact unless finite coordinates along one axis differ in magnitude by a factor of more than 2⁴⁰⁰; NaN where
 /// coordinates are not finite.
 fn orientation(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let (left, right) = ((b.x - a.x) * (c.y - a.y), (b.y - a.y) * (c.x - a.x));
@@ -1156,8 +1160,8 @@ fn orientation(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     if (left - right).abs() > bound {
         return left - right;
     }
-    // Whether points are on a line does not change when an axis is scaled. Powers of two that bring the largest
-    // coordinate near 2⁴⁵⁰ leave room for the products and for the parts that rounding takes off them.
+    // Collinearity does not change when an axis is scaled. Powers of two that bring the largest coordinate near 2⁴⁵⁰
+    // leave room for the products and for their rounding errors.
     let scale = |largest: f64| {
         let exponent = (largest.to_bits() >> 52) as i64 - 1023;
         let half = |shift: i64| f64::from_bits(((1023 + shift) as u64) << 52);
@@ -1175,7 +1179,7 @@ fn orientation(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     sum.sign()
 }
 
-/// An exact sum of up to twelve numbers, as numbers of increasing magnitude that do not overlap.
+/// An exact sum of up to twelve numbers, as non-overlapping numbers of increasing magnitude.
 #[derive(Default)]
 struct Expansion {
     parts: [f64; 12],
@@ -1208,13 +1212,13 @@ impl Expansion {
         self.len = kept;
     }
 
-    /// The largest part, which has the sign of the whole.
+    /// Returns the largest part, which has the sign of the sum.
     fn sign(&self) -> f64 {
         if self.len == 0 { 0.0 } else { self.parts[self.len - 1] }
     }
 }
 
-/// Disjoint sets of the numbers below some bound.
+/// Disjoint sets (union–find) of the numbers below some bound.
 struct Sets {
     parents: Vec<usize>,
 }
@@ -1224,7 +1228,7 @@ impl Sets {
         Sets { parents: (0..len).collect() }
     }
 
-    /// The least member of the set, so that it does not depend on the order of joining.
+    /// Returns the least member of the set, so that it does not depend on the order of joining.
     fn root(&mut self, mut member: usize) -> usize {
         while self.parents[member] != member {
             self.parents[member] = self.parents[self.parents[member]];
@@ -1374,7 +1378,7 @@ mod tests {
             for corner in [DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::ONE, DVec3::splat(9.0)] {
                 let report = check(&together(&[cube(corner, side), inside_out.clone()]));
                 assert_eq!((report.inside_out.count, report.shells), (1, 2), "{side} {corner}");
-                // Where the cubes have a face in common, its triangles face the same way and are as good for either.
+                // Where the cubes have a face in common, its triangles face the same way and fit either cube.
                 let ShellPlace { faces, signed_volume, bounds, .. } = report.inside_out.first[0];
                 assert_eq!((faces, signed_volume, bounds), (12, -1.0, inside_out.bounds().unwrap()));
             }
@@ -1484,7 +1488,7 @@ mod tests {
 
     #[test]
     fn a_cavity_that_touches_the_outside_is_a_cavity() {
-        // The cavity touches no face of the cube, one with a face of its own, two, or three.
+        // The cavity has none, one, two or three of its faces in faces of the cube.
         let outer = cube(DVec3::ZERO, 4.0);
         for i in 0..27 {
             let corner = DVec3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9));
@@ -1604,7 +1608,7 @@ mod tests {
             let float = |p: [i64; 2]| DVec2::new(p[0] as f64, p[1] as f64);
             let sign = orientation(float(a), float(b), float(p));
             prop_assert_eq!((sign > 0.0, sign < 0.0), (exact > 0, exact < 0));
-            // The filter settles most of it; the expansion alone must say the same.
+            // The filter decides most cases; the expansion alone must agree.
             let mut sum = Expansion::default();
             for (p, q) in [(a, b), (b, p), (p, a)].map(|(p, q)| (float(p), float(q))) {
                 sum.add_product(p.x, q.y);

@@ -1,20 +1,21 @@
-//! The check that makes a mesh a solid, fast enough to run on every mesh that is read.
+//! The check that a mesh bounds a solid, fast enough to run on every mesh that is read.
 //!
-//! A mesh is closed when every edge has an even number of uses, identical coordinates being one vertex. That is what
-//! gives every ray an even count of crossings; it needs neither a manifold nor an orientation.
+//! A mesh is closed when every edge has an even number of uses, identical coordinates being one vertex. Every ray then
+//! has an even count of crossings; the mesh need be neither manifold nor oriented.
 //!
-//! # How it is decided
-//! No table of edges is built. Every undirected edge gets a 128-bit hash of its two end positions, and the hashes of all
-//! edge uses are combined by XOR. Uses of the same edge cancel in pairs whatever their order, so a closed mesh gives
-//! zero, always. A mesh that is not closed leaves the XOR of the hashes of its odd edges, which is zero with a chance of
-//! about 2⁻¹²⁸ if the hash behaves like a random function. Three folds share one pass:
+//! # Method
+//! The check builds no table of edges. Every undirected edge gets a 128-bit hash of its two end positions, and the
+//! hashes of all edge uses are combined by XOR. Uses of the same edge cancel in pairs whatever their order, so a closed
+//! mesh gives zero, always. A mesh that is not closed leaves the XOR of the hashes of its odd edges, which is zero with
+//! a chance of about 2⁻¹²⁸ if the hash behaves like a random function. Three folds share one pass:
 //! - XOR of edge hashes: zero ⇔ closed;
 //! - wrapping sum of edge hashes, added for a use from the lower end to the higher and subtracted for the reverse:
 //!   zero ⇔ every edge is used as often in one direction as in the other;
 //! - XOR of a hash of the three corners of each triangle in any order: zero ⇔ every triangle occurs an even number of
 //!   times.
 //!
-//! All three are commutative and associative, so neither the thread count nor the order of triangles shows.
+//! All three are commutative and associative, so the result depends neither on the thread count nor on the order of
+//! triangles.
 //!
 //! # Why the hash may be trusted
 //! XOR and sums are linear, so the hash of an edge must not be linear in anything its triangle shares: with
@@ -24,9 +25,9 @@
 //! is multiplied by the lane of the higher, with different constants added to either side. The constants are the
 //! hexadecimal digits of π. Equality of positions is equality of their hashes, which errs with the same chance.
 //!
-//! Nobody has proved that such a mix is random, and someone who knows the constants could construct a mesh to defeat it.
-//! Nothing rests on it alone: the sampler reports every ray whose count is odd, and [`super::check::check`] decides with
-//! exact comparisons. The hash decides only that the exact check need not run.
+//! There is no proof that such a mix is random, and someone who knows the constants could construct a mesh that defeats
+//! it. Nothing depends on it alone: the sampler reports every ray whose count is odd, and [`super::check::check`]
+//! decides with exact comparisons. The hash decides only that the exact check need not run.
 
 use std::fmt;
 
@@ -49,22 +50,22 @@ pub struct ClosedMesh {
     every_triangle_even: bool,
 }
 
-/// A mesh that is not closed, given back with everything that is wrong with it.
+/// A mesh that is not closed, returned with all its defects.
 #[derive(Clone)]
 pub struct NotClosed {
-    /// The mesh as it was.
+    /// The unchanged mesh.
     pub mesh: TriangleMesh,
     /// All its defects.
     pub report: Box<MeshReport>,
 }
 
 impl ClosedMesh {
-    /// Checks a mesh; the only way to a closed one.
+    /// Checks a mesh. There is no other way to make a `ClosedMesh`.
     pub fn check(mesh: TriangleMesh) -> Result<ClosedMesh, NotClosed> {
         let fold = Fold::of_mesh(&mesh);
         if !(fold.sound && fold.edges == [0; 2]) || mesh.triangles.is_empty() {
             let report = check(&mesh);
-            // The exact check is the judge: a position that is not finite is harmless where no triangle uses it.
+            // The exact check decides: a position that is not finite is harmless where no triangle uses it.
             if !report.is_closed() {
                 return Err(NotClosed { mesh, report: Box::new(report) });
             }
@@ -73,28 +74,28 @@ impl ClosedMesh {
         Ok(ClosedMesh { mesh, bounds: fold.bounds, oriented, every_triangle_even })
     }
 
-    /// The mesh that was checked.
+    /// Returns the checked mesh.
     pub fn mesh(&self) -> &TriangleMesh {
         &self.mesh
     }
 
-    /// The mesh that was checked, free to be changed.
+    /// Returns the checked mesh by value, to be modified.
     pub fn into_mesh(self) -> TriangleMesh {
         self.mesh
     }
 
-    /// Whether every edge is used as often in one direction as in the other, so that inside and outside have sides and
-    /// [`ClosedMesh::signed_volume`] does not depend on the origin.
+    /// Returns whether every edge is used as often in one direction as in the other, so that the surface has an inner
+    /// and an outer side and [`ClosedMesh::signed_volume`] does not depend on the origin.
     pub fn oriented(&self) -> bool {
         self.oriented
     }
 
-    /// The box of the positions that triangles use.
+    /// Returns the box of the positions that triangles use.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    /// See [`TriangleMesh::signed_volume`]. It is summed anew at each call.
+    /// Returns [`TriangleMesh::signed_volume`]. It is summed anew at each call.
     pub fn signed_volume(&self) -> f64 {
         self.mesh.signed_volume_within(self.bounds)
     }
@@ -105,10 +106,10 @@ impl ClosedMesh {
         MassProperties::of(&self.mesh, self.bounds)
     }
 
-    /// Whether every triangle, as a set of three positions, occurs an even number of times.
+    /// Returns whether every triangle, as a set of three positions, occurs an even number of times.
     ///
-    /// The even-odd rule sees nothing in such a mesh, the usual example of which is a file that holds everything twice.
-    /// Triangles with a repeated position are left out, as the rule does not see them either.
+    /// Such a mesh is empty under the even-odd rule; the usual example is a file that holds everything twice. Triangles
+    /// with a repeated position are left out, as they bound nothing under the rule either.
     pub fn every_triangle_even(&self) -> bool {
         self.every_triangle_even
     }
@@ -133,22 +134,22 @@ impl fmt::Display for NotClosed {
 
 impl std::error::Error for NotClosed {}
 
-/// Triangles or positions that one task folds.
+/// Number of triangles or positions that one task folds.
 const CHUNK: usize = 8192;
 
-/// Triangles whose corners are hashed before their edges are folded.
+/// Number of triangles whose corners are hashed before their edges are folded.
 const BLOCK: usize = 128;
 
-/// Two lanes of 64 bits, computed apart.
+/// Two lanes of 64 bits, computed independently.
 type Hash = [u64; 2];
 
-/// What one pass over the triangles yields; combining is commutative and associative.
+/// The result of one pass over the triangles; combining is commutative and associative.
 #[derive(Clone, Copy)]
 struct Fold {
     edges: Hash,
     directions: Hash,
     triangles: Hash,
-    /// Indices are in range and coordinates are finite. False may be a false alarm from a position that is not used.
+    /// True if indices are in range and coordinates are finite. A position that is not used may make it false.
     sound: bool,
     bounds: Aabb,
 }
@@ -158,8 +159,8 @@ impl Fold {
 
     fn of_mesh(mesh: &TriangleMesh) -> Fold {
         let TriangleMesh { positions, triangles } = mesh;
-        // A position is used by six triangles or so where the file shares it, and by one in a soup, where a table of
-        // hashes would only be more memory to read.
+        // About six triangles use a position where the file shares it, and one in a soup, where a table of hashes would
+        // only be more memory to read.
         if positions.len() >= 2 * triangles.len() {
             return Fold::of_triangles(mesh, |_, position| (position_hash(position), is_finite(position)));
         }
@@ -179,15 +180,15 @@ impl Fold {
         Fold { sound: fold.sound & finite, ..fold }
     }
 
-    /// Folds all triangles; `hash` gives the hash of a position and whether it is finite.
+    /// Folds all triangles; `hash` returns the hash of a position and whether it is finite.
     fn of_triangles(mesh: &TriangleMesh, hash: impl Fn(u32, DVec3) -> (Hash, bool) + Sync) -> Fold {
         mesh.triangles
             .par_chunks(CHUNK)
             .map(|chunk| {
                 let mut fold = Fold::EMPTY;
                 let mut hashes = [[0; 2]; 3 * BLOCK];
-                // Two loops over a block that stays in the nearest cache, because what both need at once does not fit
-                // the registers.
+                // Two loops over a block that stays in the L1 cache, because the data of both together does not fit
+                // into the registers.
                 for block in chunk.chunks(BLOCK) {
                     let (mut sound, mut bounds) = (fold.sound, fold.bounds);
                     for (slot, &index) in hashes.iter_mut().zip(block.as_flattened()) {
@@ -224,12 +225,13 @@ impl Fold {
     fn add(&mut self, triangles: &[[Hash; 3]]) {
         let (mut edges, mut directions, mut shapes) = (self.edges, self.directions, self.triangles);
         for &[a, b, c] in triangles {
-            // The edge between identical positions is no edge, and the other two are one edge, there and back again.
+            // Identical ends make no edge, and the other two sides are then one edge, there and back again.
             if same(a, b) | same(b, c) | same(c, a) {
                 continue;
             }
             for (from, to) in [(a, b), (b, c), (c, a)] {
-                // Masks rather than branches: which end is the lower is a coin toss that no processor can predict.
+                // Masks rather than branches: which end is lower is random, so a branch would be mispredicted half the
+                // time.
                 let upwards = u64::from(wide(from) < wide(to)).wrapping_neg();
                 for lane in 0..2 {
                     let swap = (from[lane] ^ to[lane]) & upwards;
@@ -256,7 +258,7 @@ fn wide(hash: Hash) -> u128 {
     u128::from(hash[0]) | u128::from(hash[1]) << 64
 }
 
-/// The first 1024 binary digits of the fraction of π: constants that hide no choice.
+/// The first 1024 binary digits of the fraction of π: constants that leave no choice.
 const PI: [u64; 16] = [
     0x243f_6a88_85a3_08d3,
     0x1319_8a2e_0370_7344,
@@ -276,14 +278,14 @@ const PI: [u64; 16] = [
     0x6369_20d8_7157_4e69,
 ];
 
-/// The two halves of the full product, XORed.
+/// Multiplies and XORs the two halves of the full product.
 #[inline(always)]
 fn mix(a: u64, b: u64) -> u64 {
     let product = u128::from(a) * u128::from(b);
     product as u64 ^ (product >> 64) as u64
 }
 
-/// The hash of a position; −0 and 0 are the same coordinate.
+/// Hashes a position; −0 and 0 are the same coordinate.
 #[inline(always)]
 pub(super) fn position_hash(position: DVec3) -> Hash {
     // Adding +0 turns −0 into +0 and changes no other number.
@@ -293,7 +295,7 @@ pub(super) fn position_hash(position: DVec3) -> Hash {
 
 #[inline(always)]
 fn is_finite(position: DVec3) -> bool {
-    // Without short circuits, as a branch a coordinate would cost more than the comparison.
+    // Without short-circuiting: a branch per coordinate would cost more than the comparison.
     position.x.is_finite() & position.y.is_finite() & position.z.is_finite()
 }
 
@@ -307,7 +309,7 @@ mod tests {
     use super::*;
     use crate::mesh::testing::{cube, reversed, soup, tetrahedron, together};
 
-    /// A torus of quads, each cut in two.
+    /// Returns a torus of quads, each cut in two.
     fn torus(around: u32, across: u32) -> TriangleMesh {
         let mut mesh = TriangleMesh::default();
         for i in 0..around {
@@ -393,7 +395,7 @@ mod tests {
             let closed = ClosedMesh::check(together(&[mesh.clone(), second])).unwrap();
             assert!(closed.oriented() && closed.every_triangle_even());
         }
-        // An open mesh that is doubled is closed, by the same count.
+        // An open mesh that occurs twice is closed, by the same count.
         let open = TriangleMesh { triangles: vec![[0, 1, 2]], ..mesh.clone() };
         assert!(ClosedMesh::check(together(&[open.clone(), open.clone()])).unwrap().every_triangle_even());
         let tripled = ClosedMesh::check(together(&[mesh.clone(), mesh.clone(), mesh.clone()])).unwrap();
@@ -406,7 +408,7 @@ mod tests {
             mesh.triangles.extend([[0, 0, 0], [0, 0, 5], [3, 5, 3]]);
             let closed = ClosedMesh::check(mesh.clone()).unwrap();
             assert!(closed.oriented() && !closed.every_triangle_even());
-            // No two of them share three corners, yet the mesh without the cube bounds nothing.
+            // No two of them share three corners, yet without the cube the mesh bounds nothing.
             mesh.triangles.drain(..12);
             assert!(ClosedMesh::check(mesh).unwrap().every_triangle_even());
         }
@@ -433,7 +435,7 @@ mod tests {
         }
     }
 
-    /// The same questions, answered with tables: closed, oriented, every triangle even.
+    /// Answers the same questions with tables: closed, oriented, every triangle even.
     fn exactly(mesh: &TriangleMesh) -> (bool, bool, bool) {
         let key = |i: u32| mesh.positions[i as usize].to_array().map(|c| (c + 0.0).to_bits());
         let (mut edges, mut triangles) = (BTreeMap::new(), BTreeMap::new());
@@ -466,7 +468,8 @@ mod tests {
             picks in prop::collection::vec((0..4u32, 0..4u32, 0..4u32), 1..10),
             solids in prop::collection::vec((0..3u8, any::<bool>()), 0..3),
         ) {
-            // Few positions, some of them identical, so that edges meet often; and whole solids, so that many meshes close.
+            // Few positions, some of them identical, so that edges coincide often; and whole solids, so that many
+            // meshes close.
             let mut mesh = TriangleMesh {
                 positions: places.iter().map(|&(x, y, z)| DVec3::new(x.into(), y.into(), z.into())).collect(),
                 triangles: picks.iter().map(|&(a, b, c)| [a, b, c]).collect(),

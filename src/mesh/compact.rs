@@ -1,16 +1,16 @@
-//! Parts of a mesh, without positions that they do not use.
+//! Parts of a mesh, without the positions that they do not use.
 
 use super::TriangleMesh;
 
-/// The number of a position that is not used.
+/// The number of an unused position.
 const UNUSED: u32 = u32::MAX;
 
 impl TriangleMesh {
-    /// The mesh of some triangles over the positions of this one: the positions that they use, in their order, and the
-    /// indices that those had.
+    /// Returns the mesh of some triangles over the positions of this one, with the used positions only, in their order,
+    /// and the indices that those had here.
     ///
     /// # Panics
-    /// If an index is out of range.
+    /// Panics if an index is out of range.
     pub fn of_triangles(&self, mut triangles: Vec<[u32; 3]>) -> (TriangleMesh, Vec<u32>) {
         let mut numbers = vec![UNUSED; self.positions.len()];
         triangles.as_flattened().iter().for_each(|&vertex| numbers[vertex as usize] = 0);

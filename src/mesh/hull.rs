@@ -1,8 +1,8 @@
 //! The convex hull of positions.
 //!
-//! Quickhull (Barber, Dobkin & Huhdanpaa 1996) on an integer lattice, where the side of a plane is exact: what lies in the
-//! plane of a facet is not beyond it, so that no triangle of the hull is degenerate and any number of positions may lie in
-//! one plane or on one line.
+//! Quickhull (Barber, Dobkin & Huhdanpaa 1996) on an integer lattice, where the side of a plane is exact: a point in
+//! the plane of a facet is not beyond it, so that no triangle of the hull is degenerate and any number of positions may
+//! lie in one plane or on one line.
 
 use std::collections::HashMap;
 
@@ -10,16 +10,16 @@ use glam::DVec3;
 
 use super::TriangleMesh;
 
-/// Steps of the lattice along the longest side, at most: normals fit into 64 bits, distances from planes into 128.
+/// Largest number of lattice steps along the longest side: normals fit into 64 bits, distances from planes into 128.
 const STEPS: f64 = (1u32 << 28) as f64;
 
-/// The convex hull of positions, facing outwards; nothing where all of them lie in one plane.
+/// Returns the convex hull of positions, facing outwards, or `None` where all of them lie in one plane.
 ///
-/// Its corners are among the positions, which lie in it but for 2⁻²⁷ of the longest side of their box.
+/// Its corners are among the positions. All positions lie in it, to within 2⁻²⁷ of the longest side of their box.
 pub fn convex_hull(positions: &[DVec3]) -> Option<TriangleMesh> {
     let min = positions.iter().copied().reduce(DVec3::min)?;
     let extent = positions.iter().copied().reduce(DVec3::max)? - min;
-    // A power of two, so that coordinates of few digits stay exact, and what is flat stays flat.
+    // A power of two, so that coordinates of few digits stay exact and flat sets stay flat.
     let scale = (STEPS / extent.max_element()).log2().floor().exp2();
     if !scale.is_finite() {
         return None;
@@ -54,16 +54,16 @@ struct Hull<'p> {
 
 struct Face {
     corners: [u32; 3],
-    /// The faces beyond the edges from each corner to the next.
+    /// The faces across the edges from each corner to the next.
     beside: [usize; 3],
     normal: [i64; 3],
-    /// Points that lie beyond the plane and are not yet in the hull.
+    /// Points beyond the plane that are not yet in the hull.
     beyond: Vec<u32>,
     is_alive: bool,
 }
 
 impl<'p> Hull<'p> {
-    /// A tetrahedron of four of the points that do not lie in one plane.
+    /// Builds a tetrahedron from four of the points that do not lie in one plane.
     fn simplex(points: &'p [Point]) -> Option<Hull<'p>> {
         let all = || 0..points.len() as u32;
         let at = |i: u32| points[i as usize];
@@ -92,13 +92,13 @@ impl<'p> Hull<'p> {
         self.faces.len() - 1
     }
 
-    /// How far a point lies beyond the plane of a face, in a unit of the face's own.
+    /// Returns the height of a point above the plane of a face, times the length of the face's normal.
     fn height(&self, face: usize, point: u32) -> i128 {
         let Face { corners, normal, .. } = &self.faces[face];
         dot(*normal, minus(self.points[point as usize], self.points[corners[0] as usize]))
     }
 
-    /// Gives each point to a face from `first` on that it lies beyond; what lies beyond none is in the hull.
+    /// Assigns each point to the first face, from `first` on, that it lies beyond; points beyond none are in the hull.
     fn hand_out(&mut self, points: impl Iterator<Item = u32>, first: usize) {
         for point in points {
             if let Some(face) = (first..self.faces.len()).find(|&face| self.height(face, point) > 0) {
@@ -108,13 +108,13 @@ impl<'p> Hull<'p> {
         self.waiting.extend(first..self.faces.len());
     }
 
-    /// Takes in the point that lies farthest beyond a face, if there is any.
+    /// Adds the point that lies farthest beyond a face, if there is any.
     fn grow(&mut self, face: usize) {
         if !self.faces[face].is_alive {
             return;
         }
         let Some(&apex) = self.faces[face].beyond.iter().max_by_key(|&&point| self.height(face, point)) else { return };
-        // Faces that the point sees hang together, and so does the line around them.
+        // The faces that the point sees are connected, and so is the horizon around them.
         let mut seen = vec![face];
         self.faces[face].is_alive = false;
         let mut horizon = Vec::new();
@@ -162,7 +162,7 @@ fn dot(a: Point, b: Point) -> i128 {
     (0..3).map(|i| i128::from(a[i]) * i128::from(b[i])).sum()
 }
 
-/// Squared.
+/// Returns the squared length.
 fn length(a: Point) -> i128 {
     dot(a, a)
 }
@@ -172,7 +172,8 @@ mod tests {
     use super::*;
     use crate::mesh::ClosedMesh;
 
-    /// Checks that a hull is closed, faces outwards, has no flat triangle and holds all positions; gives its volume.
+    /// Checks that a hull is closed, faces outwards, has no flat triangle and contains all positions; returns its
+    /// volume.
     fn checked(positions: &[DVec3]) -> f64 {
         let hull = convex_hull(positions).expect("positions of more than one plane");
         let closed = ClosedMesh::check(hull.clone()).expect("a closed hull");

@@ -1,22 +1,21 @@
 //! Volume, area, centroid and inertia of the solid that a mesh bounds, from sums over its triangles.
 //!
-//! Each triangle makes a tetrahedron with the centre of the box. With corners a, b, c, s = a + b + c and
-//! d = a · (b × c) its volume is d / 6, its first moments are d s / 24, its second moments
-//! d (a aᵀ + b bᵀ + c cᵀ + s sᵀ) / 120 (Tonon, "Explicit exact formulas for the 3-D tetrahedron inertia tensor in terms of its
-//! vertex coordinates", 2004). The sums are those of the solid where its winding numbers are 0 and 1; see
-//! [`super::prove_simple`].
+//! Each triangle spans a tetrahedron with the centre of the box. With corners a, b, c, s = a + b + c and d = a · (b ×
+//! c) its volume is d / 6, its first moments are d s / 24, its second moments d (a aᵀ + b bᵀ + c cᵀ + s sᵀ) / 120
+//! (Tonon, "Explicit exact formulas for the 3-D tetrahedron inertia tensor in terms of its vertex coordinates", 2004).
+//! The sums are those of the solid where its winding numbers are 0 and 1; see [`super::prove_simple`].
 
 use glam::{DMat3, DVec3};
 
 use super::measure::Frame;
 use super::{Aabb, TriangleMesh};
 
-/// What a solid of unit density amounts to.
+/// The mass properties of a solid of unit density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassProperties {
     /// The volume, negative where the triangles face inwards, in cubic units of the mesh.
     pub volume: f64,
-    /// A bound of what rounding in f64 may have changed of the volume.
+    /// A bound on the error of the volume from rounding in f64.
     pub volume_rounding: f64,
     /// The area of all triangles, in square units.
     pub area: f64,
@@ -54,8 +53,8 @@ impl MassProperties {
     }
 }
 
-/// What one triangle adds to six times the volume, 24 times the first and 120 times the second moments (xx, yy, zz, xy, yz,
-/// zx), twice the area, and the products of two sides of each triangle, which bound what rounding changes.
+/// Returns the contributions of one triangle: to six times the volume, 24 times the first and 120 times the second
+/// moments (xx, yy, zz, xy, yz, zx), twice the area, and the product of two sides, which bounds the rounding error.
 #[inline]
 fn terms([a, b, c]: [DVec3; 3]) -> [f64; 12] {
     let normal = (b - a).cross(c - a);

@@ -1,4 +1,4 @@
-//! Box, volume and area of a triangle mesh, with the same bits whatever the thread count.
+//! The box, volume and area of a triangle mesh, bit for bit independent of the thread count.
 //!
 //! Sums run over chunks of a fixed number of triangles, each summed in order with compensation (Knuth's two-sum), and the
 //! chunk totals are added in order, again with compensation. Volume is the divergence sum ⅙ Σ a · (b × c), with the
@@ -11,11 +11,11 @@ use rayon::prelude::*;
 
 use super::{Aabb, TriangleMesh};
 
-/// Triangles that one task sums. Part of the result, since it decides the order of additions: changing it changes bits.
+/// Number of triangles that one task sums. It decides the order of additions: changing it changes bits of the result.
 const CHUNK: usize = 8192;
 
 impl TriangleMesh {
-    /// The box of the positions that triangles use, or `None` where no triangle uses a comparable position.
+    /// Returns the box of the positions that triangles use, or `None` where no triangle uses a comparable position.
     ///
     /// Positions that no triangle uses do not count, nor do triangles with an index out of range, nor coordinates that
     /// are NaN.
@@ -31,15 +31,16 @@ impl TriangleMesh {
         bounds.min.cmple(bounds.max).all().then_some(bounds)
     }
 
-    /// The volume enclosed, negative where the triangles face inwards: the divergence sum over all triangles.
+    /// Returns the enclosed volume, negative where the triangles face inwards: the divergence sum over all triangles.
     ///
-    /// It means a volume only for a closed, oriented mesh; overlapping shells count as often as they overlap. Triangles
-    /// with an index out of range are left out. The result is not a number where a coordinate is not finite.
+    /// It is a volume only for a closed, oriented mesh; overlapping shells count as often as they overlap. Triangles
+    /// with an index out of range are left out. The result is NaN where a coordinate is not finite.
     pub fn signed_volume(&self) -> f64 {
         self.signed_volume_in(self.frame())
     }
 
-    /// The same, for a mesh whose [`bounds`](TriangleMesh::bounds) are known: finding them takes as long as the sum.
+    /// Returns the same, for a mesh whose [`bounds`](TriangleMesh::bounds) are known: finding them takes as long as the
+    /// sum.
     pub(super) fn signed_volume_within(&self, bounds: Aabb) -> f64 {
         self.signed_volume_in(Frame::of(Some(bounds)))
     }
@@ -52,9 +53,9 @@ impl TriangleMesh {
         sum / 6.0 * frame.unit * frame.unit * frame.unit
     }
 
-    /// The total area of the triangles, each counted as often as it occurs.
+    /// Returns the total area of the triangles, each counted as often as it occurs.
     ///
-    /// Triangles with an index out of range are left out. The result is not a number where a coordinate is not finite.
+    /// Triangles with an index out of range are left out. The result is NaN where a coordinate is not finite.
     pub fn area(&self) -> f64 {
         let frame = self.frame();
         let sum = self.sum(|a, b, c| {
@@ -64,19 +65,19 @@ impl TriangleMesh {
         sum / 2.0 * frame.unit * frame.unit
     }
 
-    /// The three positions of a triangle, or `None` where an index is out of range.
+    /// Returns the three positions of a triangle, or `None` where an index is out of range.
     #[inline]
     pub(super) fn corners(&self, triangle: &[u32; 3]) -> Option<[DVec3; 3]> {
         let position = |index: u32| self.positions.get(index as usize).copied();
         Some([position(triangle[0])?, position(triangle[1])?, position(triangle[2])?])
     }
 
-    /// The sum of `term` over the triangles with indices in range, in an order that the thread count does not touch.
+    /// Sums `term` over the triangles with indices in range, in an order that does not depend on the thread count.
     fn sum(&self, term: impl Fn(DVec3, DVec3, DVec3) -> f64 + Sync) -> f64 {
         self.sums(|[a, b, c]| [term(a, b, c)])[0]
     }
 
-    /// The sums of several terms.
+    /// Sums several terms at once.
     pub(super) fn sums<const N: usize>(&self, terms: impl Fn([DVec3; 3]) -> [f64; N] + Sync) -> [f64; N] {
         let totals: Vec<[Sum; N]> = self
             .triangles
@@ -107,7 +108,7 @@ impl TriangleMesh {
 }
 
 impl Frame {
-    /// The frame of a mesh with these bounds.
+    /// Returns the frame of a mesh with these bounds.
     pub(super) fn of(bounds: Option<Aabb>) -> Frame {
         let Some(Aabb { min, max }) = bounds else { return Frame { centre: DVec3::ZERO, unit: 1.0 } };
         let farthest = min.abs().max(max.abs()).max_element();
@@ -118,7 +119,7 @@ impl Frame {
     }
 }
 
-/// Local coordinates in which sums are taken: centred on the box, in a unit that brings all of it near 1.
+/// Local coordinates for sums: centred on the box, in a unit that brings all of it near 1.
 pub(super) struct Frame {
     /// Centre of the box, in `unit`.
     centre: DVec3,
@@ -132,18 +133,18 @@ impl Frame {
         position / self.unit - self.centre
     }
 
-    /// The position of local coordinates.
+    /// Returns the world position of local coordinates.
     pub(super) fn world(&self, local: DVec3) -> DVec3 {
         (local + self.centre) * self.unit
     }
 
-    /// The length of a local unit.
+    /// Returns the length of a local unit.
     pub(super) fn unit(&self) -> f64 {
         self.unit
     }
 }
 
-/// A running sum with the part that rounding lost.
+/// A running sum with its accumulated rounding error.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     value: f64,
@@ -160,13 +161,13 @@ impl Sum {
     }
 }
 
-/// The box of nothing, which any union replaces.
+/// The empty box, which any union replaces.
 pub(super) const EMPTY: Aabb = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
-/// Grows a box by a position; a coordinate that is NaN leaves it as it was.
+/// Grows a box to include a position; a NaN coordinate leaves it unchanged.
 #[inline]
 pub(super) fn include(bounds: Aabb, position: DVec3) -> Aabb {
-    // Spelled out because the comparison then compiles to one instruction and the box is what a NaN leaves.
+    // Written out because the comparison then compiles to one instruction, and a NaN leaves the box unchanged.
     let least = |p: f64, b: f64| if p < b { p } else { b };
     let most = |p: f64, b: f64| if p > b { p } else { b };
     let (p, Aabb { min, max }) = (position, bounds);

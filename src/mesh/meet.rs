@@ -1,18 +1,19 @@
-//! Decides whether two triangles meet elsewhere than in corners and sides that they share.
+//! The exact test of whether two triangles meet elsewhere than in corners and sides that they share.
 //!
-//! Two triangles that share no corner meet in a point of a side of one of them, so six tests of a segment against a triangle
-//! decide. Two that share a corner meet beyond it only if the side opposite to it, of one, meets the other. Two that share a
-//! side meet beyond it only if they are folded flat. In one plane the same is asked of their outlines. All of this rests on
-//! signs of volumes and areas alone, and those are exact (Shewchuk, Adaptive precision floating-point arithmetic, 1997).
+//! Two triangles that share no corner meet in a point of a side of one of them, so six tests of a segment against a
+//! triangle decide. Two that share a corner meet beyond it only if the opposite side of one meets the other. Two that
+//! share a side meet beyond it only if they are folded flat. Coplanar triangles are tested by their outlines in the
+//! same way. All of this depends only on the signs of volumes and areas, and those are exact (Shewchuk, Adaptive
+//! precision floating-point arithmetic, 1997).
 
 use glam::DVec3;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-/// Returns true if a line parts two triangles, seen along an axis, but for corners that they share; false where none was
-/// found. `shared` holds the corner of `a` that each corner of `b` is, or 3.
+/// Returns true if a line separates the projections of two triangles along an axis, but for corners that they share;
+/// false where no such line was found. `shared` holds, for each corner of `b`, the same corner of `a`, or 3.
 ///
-/// Such a line stands for a plane, so that the triangles meet in what they share alone. Most triangles that share a corner or
-/// a side lie nearly in one plane, where this is much faster than exact volumes.
+/// The line is the projection of a plane, so the triangles meet only in what they share. Most triangles that share a
+/// corner or a side are nearly coplanar, where this test is much faster than exact volumes.
 pub(crate) fn are_parted(a: &[DVec3; 3], b: &[DVec3; 3], shared: [usize; 3], axis: usize) -> bool {
     let seen = |p: &DVec3| match axis {
         0 => [p.y, p.z],
@@ -29,7 +30,7 @@ pub(crate) fn are_parted(a: &[DVec3; 3], b: &[DVec3; 3], shared: [usize; 3], axi
     a_side_parts(&a, &b, shared) || a_side_parts(&b, &a, back)
 }
 
-/// Returns true if the line of a side of `a` parts the two.
+/// Returns true if the line of a side of `a` separates the two.
 fn a_side_parts(a: &[[f64; 2]; 3], b: &[[f64; 2]; 3], shared: [usize; 3]) -> bool {
     for (i, j, k) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
         let own = certain_turn(a[i], a[j], a[k]);
@@ -47,7 +48,7 @@ fn a_side_parts(a: &[[f64; 2]; 3], b: &[[f64; 2]; 3], shared: [usize; 3]) -> boo
     false
 }
 
-/// Twice the area of a triangle, with the right sign; 0 where rounding might have changed it.
+/// Returns twice the area of a triangle, with the right sign, or 0 where rounding might have changed the sign.
 #[inline]
 fn certain_turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     // The bound of stage A of Shewchuk's adaptive orient2d, (3 + 16 ε) ε, ε = 2^-53.
@@ -81,13 +82,13 @@ pub(crate) fn meet(one: [u32; 3], other: [u32; 3], place_of: impl Fn(u32) -> DVe
     }
 }
 
-/// The sign of the volume of a tetrahedron.
+/// Returns the sign of the volume of a tetrahedron.
 fn side(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
     let [a, b, c, d] = [a, b, c, d].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
     orient3d(a, b, c, d)
 }
 
-/// The sides of a plane that the corners of a triangle lie on.
+/// Returns the sides of a plane on which the corners of a triangle lie.
 fn sides(plane: [DVec3; 3], of: [DVec3; 3]) -> [f64; 3] {
     of.map(|point| side(plane[0], plane[1], plane[2], point))
 }
@@ -114,8 +115,8 @@ fn one_sided(sides: &[f64]) -> bool {
     sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0)
 }
 
-/// Whether a segment, of whose ends the sides of a triangle's plane are known, meets the triangle; a segment in its plane
-/// does not.
+/// Returns whether a segment meets a triangle, given the sides of the triangle's plane on which its ends lie; false for
+/// a segment in the plane.
 fn crosses(p: DVec3, q: DVec3, of_p: f64, of_q: f64, [a, b, c]: [DVec3; 3]) -> bool {
     if one_sided(&[of_p, of_q]) || (of_p == 0.0 && of_q == 0.0) {
         return false;
@@ -124,7 +125,7 @@ fn crosses(p: DVec3, q: DVec3, of_p: f64, of_q: f64, [a, b, c]: [DVec3; 3]) -> b
     turns.iter().all(|&turn| turn >= 0.0) || turns.iter().all(|&turn| turn <= 0.0)
 }
 
-/// Of triangles that share their first corner.
+/// Returns whether triangles that share their first corner meet elsewhere.
 fn corner_meet(a: [DVec3; 3], b: [DVec3; 3]) -> bool {
     let of = |plane: [DVec3; 3], p, q| [side(plane[0], plane[1], plane[2], p), side(plane[0], plane[1], plane[2], q)];
     let b_of_a = of(a, b[1], b[2]);
@@ -144,7 +145,7 @@ fn corner_meet(a: [DVec3; 3], b: [DVec3; 3]) -> bool {
     crosses(b[1], b[2], b_of_a[0], b_of_a[1], a) || crosses(a[1], a[2], a_of_b[0], a_of_b[1], b)
 }
 
-/// Of two triangles on one side, the second given by its third corner.
+/// Returns whether two triangles that share a side meet elsewhere, the second given by its third corner.
 fn side_meet(a: [DVec3; 3], other: DVec3) -> bool {
     if side(a[0], a[1], a[2], other) != 0.0 {
         return false;
@@ -153,7 +154,7 @@ fn side_meet(a: [DVec3; 3], other: DVec3) -> bool {
     orient2d(a[0], a[1], a[2]) * orient2d(b[0], b[1], b[2]) >= 0.0
 }
 
-/// Of triangles in one plane: whether no side of either parts them.
+/// Returns whether coplanar triangles meet: no side of either separates them.
 fn flat_meet(a: [DVec3; 3], b: [DVec3; 3]) -> bool {
     let (a, b) = flat(a, b);
     let [a, b] = [a, b].map(counter_clockwise);
@@ -167,7 +168,7 @@ fn counter_clockwise([a, b, c]: [Coord<f64>; 3]) -> [Coord<f64>; 3] {
     if orient2d(a, b, c) < 0.0 { [a, c, b] } else { [a, b, c] }
 }
 
-/// Returns the axis along which a triangle is seen largest.
+/// Returns the axis along which the projection of a triangle is largest.
 #[inline]
 pub(crate) fn widest_axis([a, b, c]: [DVec3; 3]) -> usize {
     let normal = (b - a).cross(c - a).abs();
@@ -180,7 +181,7 @@ pub(crate) fn widest_axis([a, b, c]: [DVec3; 3]) -> usize {
     }
 }
 
-/// Triangles of one plane, seen along the axis that shows the first largest.
+/// Projects coplanar triangles along the axis in which the projection of the first is largest.
 fn flat(a: [DVec3; 3], b: [DVec3; 3]) -> ([Coord<f64>; 3], [Coord<f64>; 3]) {
     let axis = widest_axis(a);
     let seen = |p: DVec3| Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] };

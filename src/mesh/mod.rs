@@ -1,7 +1,7 @@
-//! Triangle meshes as they come from files, and the check that makes them solids.
+//! Triangle meshes as files hold them, and the check that turns them into solids.
 //!
-//! [`TriangleMesh`] is whatever a file held. [`ClosedMesh`] is a mesh that was checked: every edge has even valence once
-//! identical coordinates are one vertex. Samplers take nothing else.
+//! [`TriangleMesh`] is an unchecked mesh. [`ClosedMesh`] is a checked one: every edge has even valence once identical
+//! coordinates are one vertex. Samplers accept nothing else.
 
 pub mod check;
 pub mod closed;
@@ -25,7 +25,7 @@ pub use hull::convex_hull;
 pub use mass::MassProperties;
 pub use winding::{Unproved, prove_simple};
 
-/// Triangles over shared positions, as a reader or a generator produced them; nothing about it has been checked.
+/// Triangles over shared positions, as a reader or a generator produced them; nothing about them has been checked.
 ///
 /// Positions are in file units. A triangle lists three indices into `positions`, counter-clockwise seen from outside.
 /// The fields are public because any value of them is a legitimate (perhaps broken) mesh.
@@ -47,18 +47,18 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The smallest box around both.
+    /// Returns the smallest box around both boxes.
     pub fn union(self, other: Aabb) -> Aabb {
         Aabb { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Side lengths.
+    /// Returns the side lengths.
     pub fn extent(self) -> DVec3 {
         self.max - self.min
     }
 }
 
-/// The floating-point numbers that coordinates are stored as.
+/// The floating-point format of stored coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
     /// `f32`: 24 significant bits.
@@ -69,7 +69,7 @@ pub enum Precision {
 }
 
 impl Precision {
-    /// The distance from 1 to the next larger number.
+    /// Returns the distance from 1 to the next larger number.
     pub fn epsilon(self) -> f64 {
         match self {
             Precision::Single => f64::from(f32::EPSILON),
@@ -77,7 +77,7 @@ impl Precision {
         }
     }
 
-    /// The nearest position with coordinates of this precision.
+    /// Rounds a position to the nearest one with coordinates of this precision.
     pub fn round(self, position: DVec3) -> DVec3 {
         match self {
             Precision::Single => position.as_vec3().as_dvec3(),
@@ -86,7 +86,7 @@ impl Precision {
     }
 }
 
-/// The length that one file unit stands for, where a file or the user says it.
+/// The length of one file unit, where the file or the user states it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LengthUnit {
     /// 1e-6 m.
@@ -104,7 +104,7 @@ pub enum LengthUnit {
 }
 
 impl LengthUnit {
-    /// How many metres the unit is.
+    /// Returns the length of the unit in metres.
     pub fn metres(self) -> f64 {
         match self {
             LengthUnit::Micrometre => 1e-6,
@@ -116,7 +116,7 @@ impl LengthUnit {
         }
     }
 
-    /// The usual symbol: `um`, `mm`, `cm`, `in`, `ft`, `m`.
+    /// Returns the usual symbol: `um`, `mm`, `cm`, `in`, `ft`, `m`.
     pub fn symbol(self) -> &'static str {
         match self {
             LengthUnit::Micrometre => "um",

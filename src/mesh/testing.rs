@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::TriangleMesh;
 
-/// A cube with shared positions, facing outwards. Position i has bit 0 of i for x, bit 1 for y, bit 2 for z.
+/// Returns a cube with shared positions, facing outwards. Position i has bit 0 of i for x, bit 1 for y, bit 2 for z.
 pub fn cube(corner: DVec3, side: f64) -> TriangleMesh {
     let positions = (0..8)
         .map(|i| corner + DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2 & 1)) * side)
@@ -14,7 +14,7 @@ pub fn cube(corner: DVec3, side: f64) -> TriangleMesh {
     TriangleMesh { positions, triangles }
 }
 
-/// The tetrahedron at the origin with edges along the axes, facing outwards.
+/// Returns the tetrahedron at the origin with edges along the axes, facing outwards.
 pub fn tetrahedron() -> TriangleMesh {
     TriangleMesh {
         positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z],
@@ -22,14 +22,14 @@ pub fn tetrahedron() -> TriangleMesh {
     }
 }
 
-/// The same triangles with three positions each, shared by none, as an STL file gives them.
+/// Returns the same triangles with three unshared positions each, as an STL file holds them.
 pub fn soup(mesh: &TriangleMesh) -> TriangleMesh {
     let positions: Vec<DVec3> = mesh.triangles.iter().flatten().map(|&i| mesh.positions[i as usize]).collect();
     let triangles = (0..mesh.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
     TriangleMesh { positions, triangles }
 }
 
-/// All meshes as one, nothing welded.
+/// Returns all meshes as one, without welding.
 pub fn together(meshes: &[TriangleMesh]) -> TriangleMesh {
     let mut all = TriangleMesh::default();
     for mesh in meshes {
@@ -40,7 +40,7 @@ pub fn together(meshes: &[TriangleMesh]) -> TriangleMesh {
     all
 }
 
-/// The same surface facing the other way.
+/// Returns the same surface facing the other way.
 pub fn reversed(mesh: &TriangleMesh) -> TriangleMesh {
     let triangles = mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
     TriangleMesh { positions: mesh.positions.clone(), triangles }

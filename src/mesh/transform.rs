@@ -1,16 +1,16 @@
-//! Placing a mesh: affine maps of its positions.
+//! Affine maps of the positions of a mesh.
 
 use glam::DAffine3;
 use rayon::prelude::*;
 
 use super::TriangleMesh;
 
-/// Positions or triangles that one task maps.
+/// Number of positions or triangles that one task maps.
 const CHUNK: usize = 1 << 14;
 
 impl TriangleMesh {
-    /// Maps every position. Where the map mirrors space the triangles are turned over, so that what faced outwards still
-    /// does.
+    /// Maps every position. Reverses the triangles where the map mirrors space, so that they face the same side as
+    /// before.
     pub fn transform(&mut self, map: &DAffine3) {
         self.positions.par_chunks_mut(CHUNK).for_each(|positions| {
             for position in positions {

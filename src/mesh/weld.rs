@@ -1,8 +1,8 @@
-//! Positions with the same coordinates made one.
+//! Welding: positions with the same coordinates become one.
 //!
-//! Readers of triangle soups leave most of them apart, as the mesh check goes by coordinates anyway. Formats whose readers go
-//! by indices need them together. Coordinates are compared exactly: there is no tolerance that would not close some gap that
-//! is meant.
+//! Readers of triangle soups leave most of them apart, since the mesh check goes by coordinates anyway. Formats whose
+//! readers go by indices need them welded. Coordinates are compared exactly: any tolerance would close some gap that is
+//! intended.
 
 use std::cmp::Ordering;
 
@@ -11,23 +11,23 @@ use rayon::prelude::*;
 
 use super::TriangleMesh;
 
-/// Which positions of a mesh stay when those with the same coordinates are one: the first of each.
+/// The positions of a mesh that stay when those with the same coordinates are one: the first of each.
 #[derive(Debug)]
 pub(super) struct Weld {
-    /// The positions that stay, by their indices, in their order.
+    /// The indices of the positions that stay, in ascending order.
     pub(super) kept: Vec<u32>,
-    /// For each position its index among those that stay.
+    /// For each position, its index among those that stay.
     pub(super) new_index: Vec<u32>,
 }
 
 impl Weld {
-    /// Sorts the positions, which costs as much as sorting does and two words a position. 0 and −0 are the same; numbers that
-    /// are none are like no other.
+    /// Sorts the positions, which takes the time of a sort and two words a position. 0 and −0 are the same; NaNs equal
+    /// nothing.
     pub(super) fn of(positions: &[DVec3]) -> Weld {
         let mut order: Vec<u32> = (0..positions.len() as u32).collect();
         let at = |index: u32| positions[index as usize];
         order.par_sort_unstable_by(|&a, &b| compare(at(a), at(b)).then(a.cmp(&b)));
-        // First the index of the first alike, then of that its rank among all firsts.
+        // First the index of the first equal position, then the rank of that one among all firsts.
         let mut new_index = vec![0; positions.len()];
         for alike in order.chunk_by(|&a, &b| at(a) == at(b)) {
             alike.iter().for_each(|&index| new_index[index as usize] = alike[0]);
@@ -52,7 +52,7 @@ fn compare(a: DVec3, b: DVec3) -> Ordering {
 }
 
 impl TriangleMesh {
-    /// Makes positions with the same coordinates one, the first of them; what stays keeps its order, and so do triangles.
+    /// Replaces positions with the same coordinates by the first of them; the order of positions and triangles is kept.
     pub fn weld(&mut self) {
         let Weld { kept, new_index } = Weld::of(&self.positions);
         if kept.len() == self.positions.len() {

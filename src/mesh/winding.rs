@@ -1,7 +1,8 @@
-//! Proves that the winding number of a closed mesh is 0 or 1 everywhere, so that its divergence sums are those of the solid.
+//! A proof that the winding number of a closed mesh is 0 or 1 everywhere, so that its divergence sums are those of the
+//! solid.
 //!
-//! The divergence theorem gives ∫ w dV, w being the winding number. That is the volume of the solid, under either fill rule,
-//! exactly where w takes no values but 0 and 1.
+//! The divergence theorem gives ∫ w dV, w being the winding number. That is the volume of the solid, under either fill
+//! rule, exactly where w takes no values but 0 and 1.
 //!
 //! # The argument
 //! 1. No two triangles meet elsewhere than in corners and sides that they share (exact signs, [`super::meet`]). So the
@@ -26,7 +27,7 @@ use super::meet::{are_parted, meet, widest_axis};
 use super::{Aabb, ClosedMesh, TriangleMesh, check};
 use crate::forest::Forest;
 
-/// Why the winding number of a mesh is not proved to be 0 or 1.
+/// The reason why the winding number of a mesh is not proved to be 0 or 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Unproved {
@@ -39,7 +40,7 @@ pub enum Unproved {
     },
     /// A shell faces the wrong way for the number of shells around it.
     ShellFacing {
-        /// A triangle of it.
+        /// A triangle of the shell.
         triangle: usize,
     },
     /// The mesh encloses no volume.
@@ -57,10 +58,11 @@ impl fmt::Display for Unproved {
     }
 }
 
-/// Proves that the winding number of a mesh is 0 or 1 everywhere, or 0 or −1 everywhere, which the sign of
-/// [`ClosedMesh::signed_volume`] tells; see the module's docs.
+/// Proves that the winding number of a mesh is 0 or 1 everywhere, or 0 or −1 everywhere; the sign of
+/// [`ClosedMesh::signed_volume`] tells which. See the module's docs.
 ///
-/// It takes about 0.2 s for a million triangles on two threads. The answer, a reason among it, does not depend on threads.
+/// It takes about 0.2 s for a million triangles on two threads. The result, including the reason, does not depend on
+/// threads.
 pub fn prove_simple(mesh: &ClosedMesh) -> Result<(), Unproved> {
     if !mesh.oriented() {
         return Err(Unproved::NotOriented);
@@ -104,18 +106,18 @@ impl Extent {
     }
 }
 
-/// Cells of one size and the triangles that touch each.
+/// A grid of cells of one size, and the triangles that touch each.
 struct Level {
     /// 1 / side of a cell.
     scale: f32,
     cells: [u32; 3],
-    /// Where the triangles of each cell begin, and the end of the last.
+    /// The offset of the triangles of each cell, and the end of the last.
     starts: Vec<u32>,
     triangles: Vec<u32>,
 }
 
 impl Level {
-    /// Puts the triangles of a level into cells.
+    /// Sorts the triangles of a level into cells.
     fn new(side: f32, size: Vec3, members: &[u32], extents: &[Extent]) -> Level {
         let scale = 1.0 / side;
         let cells = (size * scale).to_array().map(|c| c as u32 + 1);
@@ -144,7 +146,7 @@ impl Level {
         level
     }
 
-    /// The cell that a coordinate lies in; it never falls where the coordinate rises.
+    /// Returns the cell of a point; monotone in every coordinate.
     #[inline]
     fn cell(&self, point: Vec3) -> [u32; 3] {
         let cell = (point * self.scale).to_array();
@@ -172,28 +174,28 @@ impl Level {
         &self.triangles[self.starts[cell as usize] as usize..self.starts[cell as usize + 1] as usize]
     }
 
-    /// Whether a cell is the lowest that both boxes touch: the one in which a pair is looked at.
+    /// Returns whether a cell is the lowest that both boxes touch, which is the one that tests the pair.
     #[inline]
     fn is_first(&self, cell: u32, one: &Extent, other: &Extent) -> bool {
         self.number(self.cell(one.min.max(other.min))) == cell
     }
 }
 
-/// Triangles or cells that one task takes.
+/// Number of triangles or cells that one task takes.
 const CHUNK: usize = 4096;
 
-/// The most cells of the finest level.
+/// Largest number of cells of the finest level.
 const MOST_CELLS: f64 = 4e6;
 
-/// A mesh whose triangles are being held against one another.
+/// A mesh whose triangles are being tested against one another.
 struct Surface<'m> {
     mesh: &'m TriangleMesh,
     extents: Vec<Extent>,
-    /// From fine to coarse, each with cells twice the side of those before it.
+    /// Levels from fine to coarse, each with cells of twice the side of the level before.
     levels: Vec<Level>,
     /// The level that each triangle belongs to.
     level_of: Vec<u8>,
-    /// The triangles that sides connect.
+    /// The sets of triangles that shared sides connect.
     parts: Forest,
     /// Pairs of triangles that share a side, in opposite directions.
     shared_sides: AtomicUsize,
@@ -201,7 +203,7 @@ struct Surface<'m> {
 
 impl<'m> Surface<'m> {
     fn new(mesh: &'m TriangleMesh, bounds: Aabb) -> Surface<'m> {
-        // In parts of the longest side, so that no coordinate leaves the range of f32.
+        // In units of the longest side, so that no coordinate leaves the range of f32.
         let unit = bounds.extent().max_element();
         let local = |index: u32| (mesh.positions[index as usize] - bounds.min) / unit;
         let extents: Vec<Extent> = mesh.triangles.par_iter().map(|t| Extent::of(t.map(local))).collect();
@@ -228,7 +230,7 @@ impl<'m> Surface<'m> {
         Surface { mesh, extents, levels, level_of, parts, shared_sides: AtomicUsize::new(0) }
     }
 
-    /// Looks at every pair of triangles whose boxes touch.
+    /// Tests every pair of triangles whose boxes touch.
     fn embed(&self) -> Result<(), Unproved> {
         for level in &self.levels {
             let cells = (0..level.starts.len() as u32 - 1).into_par_iter().with_min_len(64);
@@ -241,13 +243,13 @@ impl<'m> Surface<'m> {
         Ok(())
     }
 
-    /// Looks at the pairs of a cell; gives the least one that meets.
+    /// Tests the pairs of a cell; returns the least one that meets.
     fn within_cell(&self, level: &Level, cell: u32) -> Option<[u32; 2]> {
         let members = level.members(cell);
         if members.len() < 2 {
             return None;
         }
-        // Side by side, as each is read as often as the cell has members.
+        // Stored contiguously, since each is read as often as the cell has members.
         let facets: Vec<Facet> = members.iter().map(|&triangle| self.facet(triangle)).collect();
         let mut found = None;
         for (i, one) in facets.iter().enumerate() {
@@ -260,7 +262,7 @@ impl<'m> Surface<'m> {
         found
     }
 
-    /// Looks at the pairs of a triangle with those of coarser levels.
+    /// Tests a triangle against those of coarser levels.
     fn with_larger(&self, triangle: u32) -> Option<[u32; 2]> {
         let one = self.facet(triangle);
         let mut found = None;
@@ -282,7 +284,7 @@ impl<'m> Surface<'m> {
         Facet { triangle, axis: widest_axis(corners), corners, extent: self.extents[triangle as usize] }
     }
 
-    /// Gives a pair back if it meets; joins the parts of triangles that share a side.
+    /// Returns the pair if it meets; joins the sets of triangles that share a side.
     fn look_at(&self, one: &Facet, other: &Facet) -> Option<[u32; 2]> {
         let (a, b) = (&one.corners, &other.corners);
         // Corners in the same place are one, whatever their indices.
@@ -312,16 +314,16 @@ impl<'m> Surface<'m> {
     }
 }
 
-/// A triangle at hand.
+/// A triangle as the pair test needs it.
 struct Facet {
     triangle: u32,
-    /// The axis along which it is seen largest.
+    /// The axis along which its projection is largest.
     axis: usize,
     corners: [DVec3; 3],
     extent: Extent,
 }
 
-/// The lesser of two pairs, so that it does not depend on threads which is found.
+/// Returns the lesser of two pairs, so that the reported pair does not depend on threads.
 fn lesser(a: Option<[u32; 2]>, b: Option<[u32; 2]>) -> Option<[u32; 2]> {
     a.into_iter().chain(b).min()
 }

@@ -8,7 +8,7 @@ use crate::grid::{Axis, Grid, LatticeBox};
 /// Bits of one mask word. Voxel `z` of a ray is bit `z % 32` of its word `z / 32`.
 pub const WORD_BITS: u32 = 32;
 
-/// Which voxel a crossing belongs to: `min(floor / V, LOD-C − 1)`.
+/// The division of rays into voxels: a crossing belongs to voxel `min(floor / V, LOD-C − 1)`.
 #[derive(Clone, Copy, Debug)]
 pub struct Voxels {
     last: u32,
@@ -17,7 +17,7 @@ pub struct Voxels {
 }
 
 impl Voxels {
-    /// The voxels of the rays along `axis`.
+    /// Returns the voxels of the rays along `axis`.
     pub fn new(grid: &Grid, axis: Axis) -> Voxels {
         // Halves of floors and of V are whole, and below 2^29. For numerators below 2^n, multiplying by
         // ceil(2^(n + l) / V) with l = ceil(log2 V) and shifting by n + l is division by V (Granlund & Montgomery 1994).
@@ -27,14 +27,14 @@ impl Voxels {
         Voxels { last: grid.lod() - 1, multiplier: (1u64 << shift).div_ceil(u64::from(half_voxel)), shift }
     }
 
-    /// The voxel of a crossing.
+    /// Returns the voxel of a crossing.
     #[inline]
     pub fn of(&self, crossing: Crossing) -> u32 {
         let voxel = (u64::from(crossing.half_floor()) * self.multiplier) >> self.shift;
         (voxel as u32).min(self.last)
     }
 
-    /// Mask words a ray has.
+    /// Returns the number of mask words of a ray.
     pub fn words(&self) -> usize {
         (self.last / WORD_BITS) as usize + 1
     }
@@ -43,14 +43,14 @@ impl Voxels {
 /// The columns and rows of an image whose rays meet the region of a solid.
 #[derive(Clone, Debug)]
 pub struct Window {
-    /// Indices of columns.
+    /// Range of column indices.
     pub columns: Range<i32>,
-    /// Indices of rows.
+    /// Range of row indices.
     pub rows: Range<i32>,
 }
 
 impl Window {
-    /// The rays along `axis` that meet a box.
+    /// Returns the rays along `axis` that meet a box.
     pub fn new(grid: &Grid, region: &LatticeBox, axis: Axis) -> Window {
         let pixels = Pixels::new(grid.shift());
         let range = |i: usize| pixels.index_from(region.min[i])..pixels.index_from(region.max[i]);

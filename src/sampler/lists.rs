@@ -1,10 +1,10 @@
-//! Crossings by lists: those of triangles that bound nothing by themselves, reduced ray by ray to the ones that may bound a
-//! solid which lies behind every one of the triangles, and before none of them for certain.
+//! Crossing lists: the crossings of triangles that bound nothing by themselves, reduced ray by ray to those that may
+//! bound a solid. The solid lies behind every one of the triangles; in front of them it may or may not.
 //!
-//! Every backend gives the same lists. On a ray crossings ascend, coincident ones by their triangles; from one that leaves to
-//! the next one, which enters, there may be a **gap** in the solid, if there is room for one: a node lies between them, or
-//! from `ceil` of the first to `floor` of the second there are two lattice steps at the least. A gap with a node in it counts
-//! however short it is: those of the two other rays through that node may be long.
+//! Every backend gives the same lists. On a ray crossings ascend, coincident ones by their triangles; between one that
+//! leaves and the next one, which enters, there may be a **gap** in the solid, if there is room for one: a node lies
+//! between them, or there are at least two lattice steps from `ceil` of the first to `floor` of the second. A gap with
+//! a node in it counts however short it is: the gaps of the two other rays through that node may be long.
 
 use crate::fixed::{Hit, Pixels};
 use crate::grid::{Axis, LatticeSolid};
@@ -14,25 +14,26 @@ use super::SampleError;
 /// Crossings of all rays along one axis, ascending on each: those of ray `r` are `hits[offsets[r] .. offsets[r + 1]]`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RayLists<H> {
-    /// Where the hits of each ray begin, and where the last ones end.
+    /// The offset of the hits of each ray, and the end of the last ones.
     pub offsets: Vec<u32>,
-    /// The crossings that were kept.
+    /// The kept crossings.
     pub hits: Vec<H>,
-    /// How many there were before.
+    /// Number of crossings before the reduction.
     pub crossings: u64,
 }
 
-/// Which crossings of a ray are kept.
+/// The rule for which crossings of a ray are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Keep {
     /// Both ends of each gap.
     Gaps,
-    /// The first and the last of the ray, and between them both ends of each gap. One that is an end twice is kept twice.
+    /// The first and the last of the ray, and between them both ends of each gap. A crossing that ends two of these is
+    /// kept twice.
     GapsAndEnds,
 }
 
 impl Keep {
-    /// Appends those of the sorted crossings of a ray that are kept.
+    /// Appends the kept ones of the sorted crossings of a ray.
     pub fn append<H: Hit>(self, pixels: Pixels, sorted: &[H], kept: &mut Vec<H>) {
         let (Some(&first), Some(&last)) = (sorted.first(), sorted.last()) else { return };
         if self == Keep::GapsAndEnds {
@@ -53,9 +54,9 @@ impl Keep {
 
 /// Lists crossings. Every implementation gives the same bits.
 pub trait ListSampler {
-    /// Why there may be no lists.
+    /// The error of a backend.
     type Error: Into<SampleError>;
 
-    /// The crossings of each ray along `axis` with `triangles`, less those that `keep` leaves out.
+    /// Returns the crossings of each ray along `axis` with `triangles`, reduced by `keep`.
     fn crossings<H: Hit>(&self, triangles: &LatticeSolid, axis: Axis, keep: Keep) -> Result<RayLists<H>, Self::Error>;
 }

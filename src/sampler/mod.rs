@@ -1,9 +1,8 @@
-//! From a quantised solid to its layered depth image: the contract that every backend fulfils to the bit.
+//! Sampling of a quantised solid into its layered depth image: the contract that every backend fulfils to the bit.
 //!
-//! The method is that of Leung & Wang, "Conservative Sampling of Solids in Image Space", in the cheaper equal form of
-//! two masks in one geometry pass. Everything below is integer arithmetic on the lattice of the
-//! [`Grid`], so an image has one right answer, and thread count, triangle order, band height and
-//! backend change no bit of it.
+//! The method is that of Leung & Wang, "Conservative Sampling of Solids in Image Space", in the cheaper equivalent form
+//! of two masks in one geometry pass. Everything below is integer arithmetic on the lattice of the [`Grid`], so an
+//! image has one right answer, and thread count, triangle order, band height and backend change no bit of it.
 //!
 //! # Rays and crossings
 //! - All vertices lie on **even** lattice positions; pixel `i` of an axis spans `[i·S, (i+1)·S)` with `S = 2^shift`, and
@@ -58,9 +57,9 @@
 //! - `unpaired` is −Σ position · winding over the crossings of all other groups, those of even count, where the position is
 //!   that of the group: `nearest` in an exact image, the index of the voxel in an estimate.
 //!
-//! It is the parity under either fill rule, so that the rule decides about nothing but which rays close. Every sum depends
-//! on the set of crossings in each group and on no order of them: a mask of the parity of each voxel's crossings tells
-//! which voxels change the parity, and its prefix parity which way.
+//! Windings use the parity under either fill rule, so that the rule decides only which rays close. Every sum depends on
+//! the set of crossings in each group and not on their order: a mask of the parity of each voxel's crossings shows
+//! which voxels change the parity, and its prefix parity in which direction.
 //!
 //! # Intersection of two solids
 //! Exact is the sweep of the two exact images ([`crate::boolean`]). Over and under are found in masks:
@@ -76,7 +75,7 @@
 //! where least and greatest run over the crossings in the voxel of each solid that is touched there. A ray that is
 //! unclosed in either solid is unclosed in the intersection.
 //!
-//! The masks ask for one geometry pass and no images of the operands, and pay in tightness: an end may reach back to a
+//! The masks need one geometry pass and no images of the operands, at the cost of tightness: an end may reach back to a
 //! crossing of the other solid in the same voxel, so that under∩ ⊆ under_A ∩ under_B ⊆ exact ⊆ over_A ∩ over_B ⊆ over∩,
 //! each end within one voxel.
 
@@ -91,7 +90,7 @@ use crate::gpu::DeviceError;
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
 use crate::ldi::{Ldi, Summary, TooManySamples};
 
-/// Which image of a solid is made.
+/// The kind of image of a solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Mode {
     /// Every crossing, at the nearest lattice depth; nothing merged.
@@ -100,7 +99,7 @@ pub enum Mode {
     Estimate(Estimate),
 }
 
-/// On which side of the exact image a conservative one lies.
+/// The side of the exact image on which a conservative one lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Estimate {
     /// On every ray the image encloses the solid.
@@ -110,7 +109,7 @@ pub enum Estimate {
 }
 
 impl Estimate {
-    /// The estimate of a complement: what must be taken away from one to keep it on its side.
+    /// Returns the estimate of a complement: the one to subtract from an estimate so that the result stays on its side.
     pub fn opposite(self) -> Estimate {
         match self {
             Estimate::Over => Estimate::Under,
@@ -120,7 +119,7 @@ impl Estimate {
 }
 
 impl Mode {
-    /// [`Mode::Exact`] for itself, the other estimate for an estimate.
+    /// Returns [`Mode::Exact`] for itself, the other estimate for an estimate.
     pub fn opposite(self) -> Mode {
         match self {
             Mode::Exact => Mode::Exact,
@@ -129,7 +128,7 @@ impl Mode {
     }
 }
 
-/// What is inside where shells overlap.
+/// The fill rule: which points are inside where shells overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fill {
     /// A point is inside when a ray from it crosses the mesh an odd number of times: overlapping shells cancel.
@@ -138,10 +137,10 @@ pub enum Fill {
     NonZero,
 }
 
-/// Why an image could not be made.
+/// The reason why an image could not be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SampleError {
-    /// The non-zero rule was asked of a closed mesh whose triangles do not agree on what is outside.
+    /// The non-zero rule was requested for a closed mesh whose triangles do not agree on what is outside.
     #[error("the non-zero rule needs a mesh with consistent orientation, and this one's is not; use even-odd")]
     NotOriented,
     /// Two solids of one operation were quantised on different grids.
@@ -152,23 +151,23 @@ pub enum SampleError {
         /// Pitch of the second solid's grid.
         second: f64,
     },
-    /// The GPU could not make it.
+    /// The device failed.
     #[error(transparent)]
     Device(#[from] DeviceError),
-    /// More samples than an image can index.
+    /// An image has more samples than it can index.
     #[error(transparent)]
     TooManySamples(#[from] TooManySamples),
 }
 
-/// Makes layered depth images. Every implementation gives the same bits, those of the contract in this module's docs.
+/// Makes layered depth images. Every implementation returns the same bits, those of the contract in this module's docs.
 pub trait Sampler {
-    /// The image of one solid along `axis`.
+    /// Returns the image of one solid along `axis`.
     fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError>;
 
-    /// The exact image of one solid, each sample with the triangle that made it ([`Ldi::triangles`]).
+    /// Returns the exact image of one solid, each sample with the triangle that made it ([`Ldi::triangles`]).
     fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: Fill) -> Result<Ldi, SampleError>;
 
-    /// A conservative image of the intersection of two solids on one grid, found in masks.
+    /// Returns a conservative image of the intersection of two solids on one grid, computed with masks.
     ///
     /// The exact intersection needs no sampler of its own: it is the merge of two exact images.
     fn sample_intersection(
@@ -180,12 +179,12 @@ pub trait Sampler {
         fill: Fill,
     ) -> Result<Ldi, SampleError>;
 
-    /// The summary of what [`sample`](Self::sample) gives, for which a device need not bring the image back.
+    /// Returns the summary of the result of [`sample`](Self::sample), for which a device need not transfer the image.
     fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Summary, SampleError> {
         Ok(self.sample(solid, axis, mode, fill)?.summary())
     }
 
-    /// The summary of what [`sample_intersection`](Self::sample_intersection) gives.
+    /// Returns the summary of the result of [`sample_intersection`](Self::sample_intersection).
     fn summarise_intersection(
         &self,
         a: &LatticeSolid,
@@ -198,7 +197,7 @@ pub trait Sampler {
     }
 }
 
-/// The checks that come before any sampling, for every backend.
+/// Checks the input before any sampling, for every backend.
 pub(crate) fn admit(solids: &[&LatticeSolid], fill: Fill) -> Result<Grid, SampleError> {
     let grid = *solids[0].grid();
     if let Some(other) = solids.iter().find(|s| *s.grid() != grid) {
@@ -211,11 +210,11 @@ pub(crate) fn admit(solids: &[&LatticeSolid], fill: Fill) -> Result<Grid, Sample
     }
 }
 
-/// The box outside of which an intersection of two solids is empty without a look at it.
+/// Returns the box outside of which an intersection of two solids is empty without sampling.
 pub(crate) fn region_of_both(a: &LatticeSolid, b: &LatticeSolid) -> LatticeBox {
     let region = a.region().intersection(b.region());
     match [a, b].iter().all(|solid| solid.closure() != Closure::Open) {
-        // Nothing of the intersection lies outside either; only open meshes are searched everywhere, for unclosed rays.
+        // The intersection lies within both bounds; only open meshes are searched everywhere, for unclosed rays.
         true => region.intersection(a.bounds()).intersection(b.bounds()),
         false => region,
     }

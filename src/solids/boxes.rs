@@ -1,15 +1,15 @@
-//! Solids between planes along the axes, with a corner or a hollow: the least of what is not convex.
+//! Axis-aligned solids with a notch or a hollow: the simplest ones that are not convex.
 
 use glam::DVec3;
 
 use super::{SolidError, check_length, check_range, cuboid};
 use crate::mesh::TriangleMesh;
 
-/// An L along z: a box centred on the origin without its edge of greatest x and y, which is as broad and deep as `notch`
-/// says; 20 triangles, one reflex edge. Its volume is (x y − notch x · notch y) z.
+/// Returns an L along z: a box centred on the origin without its edge of greatest x and y, whose breadth and depth are
+/// `notch`; 20 triangles, one reflex edge. Its volume is (x y − notch x · notch y) z.
 ///
 /// # Errors
-/// A side that is not a length, a notch that is none or not below the sides.
+/// Fails for a side or notch that is not a length, or a notch that is not below the sides.
 pub fn ell(size: DVec3, notch: [f64; 2]) -> Result<TriangleMesh, SolidError> {
     size.to_array().into_iter().try_for_each(|side| check_length("size", side))?;
     notch.into_iter().try_for_each(|side| check_length("notch", side))?;
@@ -31,10 +31,10 @@ pub fn ell(size: DVec3, notch: [f64; 2]) -> Result<TriangleMesh, SolidError> {
     Ok(TriangleMesh { positions: [at_height(-far.z), at_height(far.z)].concat(), triangles })
 }
 
-/// A box with a box-shaped hollow, both centred on the origin: two shells, 24 triangles.
+/// Returns a box with a box-shaped hollow, both centred on the origin: two shells, 24 triangles.
 ///
 /// # Errors
-/// A side that is not a length, a hollow that is not below the box along an axis.
+/// Fails for a side that is not a length, or a hollow that is not below the box along an axis.
 pub fn hollow_box(size: DVec3, hollow: DVec3) -> Result<TriangleMesh, SolidError> {
     for axis in 0..3 {
         check_length("size", size[axis])?;
@@ -49,7 +49,7 @@ pub fn hollow_box(size: DVec3, hollow: DVec3) -> Result<TriangleMesh, SolidError
     Ok(mesh)
 }
 
-/// Checks that a side of what is taken away leaves some of the box.
+/// Checks that a notch or hollow leaves some of the box along one side.
 fn below(parameter: &'static str, value: f64, side: f64) -> Result<(), SolidError> {
     check_range(parameter, value, 0.0, side * (1.0 - 1e-9)).map_err(|_| SolidError::OutOfRange {
         parameter,

@@ -6,13 +6,13 @@ use super::contour::{Block, Implicit, contour};
 use super::{SolidError, check_length, check_range, rounded};
 use crate::mesh::TriangleMesh;
 
-/// Bristles of a smaller radius, in grid spacings, would tear.
+/// Smallest radius in grid spacings; thinner bristles would break up.
 const SPACINGS_PER_RADIUS: f64 = 1.0;
 
 /// A plate in the plane of x and y with bristles along z, centred on the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Brush {
-    /// Bristles along x and along y, 1 to 10 000.
+    /// Number of bristles along x and along y, 1 to 10 000.
     pub bristles: [u32; 2],
     /// Distance between the axes of neighbouring bristles; the plate reaches half of it beyond the outermost axes.
     pub spacing: f64,
@@ -27,11 +27,11 @@ pub struct Brush {
 }
 
 impl Brush {
-    /// The closed surface of the solid.
+    /// Builds the closed surface of the solid.
     ///
     /// # Errors
-    /// A parameter out of the range that its field gives; a radius that the grid does not resolve; too many grid nodes or
-    /// triangles.
+    /// Fails for a parameter out of the range that its field states, a radius that the grid does not resolve, and too
+    /// many grid nodes or triangles.
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         for (name, value) in [("spacing", self.spacing), ("length", self.length), ("plate", self.plate)] {
             check_length(name, value)?;
@@ -55,7 +55,7 @@ impl Brush {
                 rounded(most)
             ),
         })?;
-        // The top of the plate lies half way between grid planes, where it is found as one plane.
+        // The top of the plate lies half way between grid planes, where it comes out as one plane.
         let halves = |length: f64| (length / step - 0.5).ceil().max(0.0) + 0.5;
         let (plate, length) = (halves(self.plate), halves(self.length));
         let cells = [self.bristles[0] * self.resolution, self.bristles[1] * self.resolution, (plate + length) as u32];
@@ -66,7 +66,7 @@ impl Brush {
     }
 }
 
-/// Plate and bristles without an end; the box ends them.
+/// Plate and bristles of unlimited extent; the box clips them.
 struct Bristles {
     corner: DVec3,
     spacing: f64,

@@ -8,12 +8,12 @@ use crate::mesh::TriangleMesh;
 /// The gap between neighbouring links, in radii of their section.
 const GAP: f64 = 0.5;
 
-/// A chain along the x axis, centred on the origin: rings with the radii of a [`torus`], by turns flat in xy and in xz,
-/// each through the next with a gap of half the `minor` radius; `2 links around across` triangles.
+/// Returns a chain along the x axis, centred on the origin: rings with the radii of a [`torus`], alternately flat in xy
+/// and in xz, each through the next with a gap of half the `minor` radius; `2 links around across` triangles.
 ///
 /// # Errors
-/// What [`torus`] refuses; a `minor` radius of more than 2/7.5 of the `major` one, at which every second link would meet; no
-/// link or too many triangles.
+/// Fails for everything that [`torus`] refuses; a `minor` radius of more than 2/7.5 of the `major` one, at which every
+/// second link would meet; no link or too many triangles.
 pub fn chain(links: u32, major: f64, minor: f64, around: u32, across: u32) -> Result<TriangleMesh, SolidError> {
     check_range("links", links.into(), 1.0, 1e7)?;
     let per_link = 2 * u64::from(around).saturating_mul(across.into()).min(u64::MAX / 2);

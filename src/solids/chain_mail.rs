@@ -8,13 +8,14 @@ use crate::mesh::TriangleMesh;
 /// The gap between neighbouring rings, in radii of their section.
 const GAP: f64 = 0.5;
 
-/// Chain mail in the plane of x and y, centred on the origin: `columns` by `rows` rings flat in the plane, each joined to
-/// its neighbours by an upright ring that passes through both, with a gap of half the `minor` radius. All are rings of a
-/// [`torus`], each of `2 around across` triangles. A row is a [`chain`](super::chain()) of `2 columns − 1` rings.
+/// Returns chain mail in the plane of x and y, centred on the origin: `columns` by `rows` rings flat in the plane, each
+/// joined to its neighbours by an upright ring that passes through both, with a gap of half the `minor` radius. All are
+/// rings of a [`torus`], each of `2 around across` triangles. A row is a [`chain`](super::chain()) of `2 columns − 1`
+/// rings.
 ///
 /// # Errors
-/// What [`torus`] refuses; a `minor` radius of more than 0.234 of the `major` one, at which upright rings would meet inside
-/// a flat one; no ring or too many triangles.
+/// Fails for everything that [`torus`] refuses; a `minor` radius of more than 0.234 of the `major` one, at which
+/// upright rings would meet inside a flat one; no ring or too many triangles.
 pub fn chain_mail(
     columns: u32,
     rows: u32,

@@ -1,21 +1,21 @@
-//! What the tests of this folder hold every solid to, computed from the triangles alone.
+//! Checks that every solid of this folder must pass, computed from the triangles alone.
 
 use std::collections::HashMap;
 
 use crate::mesh::TriangleMesh;
 
-/// The signed volume, as a divergence sum over all triangles.
+/// Returns the signed volume, as a divergence sum over all triangles.
 pub(super) fn volume(mesh: &TriangleMesh) -> f64 {
     let at = |v: u32| mesh.positions[v as usize];
     mesh.triangles.iter().map(|&[a, b, c]| at(a).dot(at(b).cross(at(c)))).sum::<f64>() / 6.0
 }
 
-/// Vertices − edges + triangles of a closed mesh.
+/// Returns vertices − edges + triangles of a closed mesh.
 pub(super) fn euler_characteristic(mesh: &TriangleMesh) -> i64 {
     mesh.positions.len() as i64 - mesh.triangles.len() as i64 / 2
 }
 
-/// Shells: sets of triangles that hang together by vertices.
+/// Returns the number of shells: sets of triangles connected by vertices.
 pub(super) fn components(mesh: &TriangleMesh) -> usize {
     let mut parent: Vec<usize> = (0..mesh.positions.len()).collect();
     fn root(parent: &mut [usize], mut v: usize) -> usize {
@@ -34,8 +34,8 @@ pub(super) fn components(mesh: &TriangleMesh) -> usize {
     (0..parent.len()).filter(|&v| parent[v] == v).count()
 }
 
-/// Every directed edge once and its opposite once, the triangles round each vertex one fan, every vertex used, corners of
-/// a triangle distinct, and a positive volume.
+/// Asserts that every directed edge and its opposite occur once each, the triangles round each vertex form one fan,
+/// every vertex is used, the corners of a triangle are distinct, and the volume is positive.
 pub(super) fn assert_solid(mesh: &TriangleMesh) {
     let mut next = HashMap::with_capacity(3 * mesh.triangles.len());
     let mut valence = vec![0_usize; mesh.positions.len()];
@@ -65,7 +65,7 @@ pub(super) fn assert_solid(mesh: &TriangleMesh) {
     assert!(volume(mesh) > 0.0);
 }
 
-/// The least angle of each triangle in degrees, ascending.
+/// Returns the least angle of each triangle in degrees, ascending.
 pub(super) fn least_angles(mesh: &TriangleMesh) -> Vec<f64> {
     let mut angles: Vec<f64> = mesh
         .triangles

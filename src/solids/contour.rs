@@ -1,18 +1,18 @@
-//! From an implicit solid to a closed 2-manifold, clipped by a box whose faces stay exactly planar.
+//! Contouring: turns an implicit solid into a closed 2-manifold, clipped by a box whose faces stay exactly planar.
 //!
 //! # Theory
-//! A solid {F < 0} is sampled on the nodes of a block of cubic cells, and one further layer of nodes on every side is
-//! declared outside. Of the block that results, the dual surface is taken: one quadrilateral for each grid edge whose ends
-//! differ, one vertex in a cell for each loop that the surface leaves on the six faces of the cell, faces being joined where
-//! that surface would be no manifold; see [`cell`](crate::cell).
+//! A solid {F < 0} is sampled on the nodes of a block of cubic cells; one further layer of nodes on every side counts
+//! as outside. The result is the dual surface of this padded block: one quadrilateral for each grid edge whose ends
+//! differ, one vertex in a cell for each loop that the surface leaves on the six faces of the cell. Faces are joined
+//! where that surface would not be manifold; see [`cell`](crate::cell).
 //!
-//! Vertices of the outer layer are not left half a cell outside: that layer has no thickness, so its vertices lie exactly
-//! on the faces, edges and corners of the box. Of the cell's axes those along which it has thickness are *free*. A vertex
-//! whose loop crosses an edge along a free axis is moved onto F = 0 within its free axes, so the surface, and its outline on
-//! the box, are met to rounding; the other vertices tile the box face itself.
+//! Vertices of the outer layer do not lie half a cell outside: that layer has no thickness, so its vertices lie exactly
+//! on the faces, edges and corners of the box. The axes along which a cell has thickness are *free*. A vertex whose
+//! loop crosses an edge along a free axis is moved onto F = 0 within its free axes, so that the surface, and its
+//! outline on the box, are exact to rounding; the other vertices tile the box face itself.
 //!
-//! Lastly vertices move along the surface towards the mean of their neighbours and are put back on F = 0. That evens out
-//! the triangles. Where it turned a triangle over, it is taken back.
+//! Finally vertices move along the surface towards the mean of their neighbours and are put back on F = 0, which makes
+//! the triangles more regular. Where this would turn a triangle over, it is undone.
 
 use std::collections::HashSet;
 
@@ -23,24 +23,24 @@ use super::{MAX_TRIANGLES, SolidError};
 use crate::cell::{Loops, Signs, at_fault, edge_at, edge_ends, loops};
 use crate::mesh::TriangleMesh;
 
-/// The most grid nodes that are sampled; each takes a byte.
+/// Largest number of sampled grid nodes; each takes a byte.
 const MAX_NODES: u64 = 1 << 31;
 
-/// How many times vertices move towards their neighbours.
+/// Number of relaxation steps, in which vertices move towards their neighbours.
 const RELAXATIONS: usize = 4;
 
-/// How far, in cells, a vertex may leave its cell when it moves along the surface.
+/// Distance, in cells, by which a vertex may leave its cell when it moves along the surface.
 const RELAXATION_REACH: f64 = 0.3;
 
-/// Splits of a quadrilateral worse than this have their vertices put back where they were before relaxation.
+/// Quality of a quadrilateral's split below which its vertices return to their positions before relaxation.
 const POOR_QUALITY: f64 = 0.02;
 
 /// A solid {F < 0}.
 pub(super) trait Implicit: Sync {
-    /// F, continuous, in any unit.
+    /// Returns F, continuous, in any unit.
     fn value(&self, p: DVec3) -> f64;
 
-    /// F and its gradient. The gradient steers the search for F = 0 and so need not be exact.
+    /// Returns F and its gradient. The gradient steers the search for F = 0 and so need not be exact.
     ///
     /// `spacing` is the size of a grid cell, for solids that take differences.
     fn value_and_gradient(&self, p: DVec3, spacing: f64) -> (f64, DVec3) {
@@ -56,13 +56,13 @@ pub(super) struct Block {
     pub min: DVec3,
     /// Side of a cell.
     pub spacing: f64,
-    /// Cells along each axis, at least one.
+    /// Number of cells along each axis, at least one.
     pub cells: [usize; 3],
 }
 
-/// Triangles of the boundary of {F < 0} ∩ block: closed, outward, each edge in two triangles.
+/// Returns the triangles of the boundary of {F < 0} ∩ block: closed, outward, each edge in two triangles.
 ///
-/// `fineness` names the parameter that an error should blame for too many nodes or triangles, with its value.
+/// `fineness` is the parameter, with its value, that an error about too many nodes or triangles names.
 pub(super) fn contour(
     solid: &impl Implicit,
     block: &Block,
@@ -93,37 +93,37 @@ pub(super) fn contour(
     Ok(TriangleMesh { positions, triangles })
 }
 
-/// Node or cell of the padded block; on each axis node 0 and the last lie outside the box.
+/// The index of a node or cell of the padded block; on each axis node 0 and the last lie outside the box.
 type Index = [usize; 3];
 
 /// Signs on the padded nodes. Positions inside this module are in cells from `block.min`.
 struct Grid<'a, S> {
     solid: &'a S,
     block: &'a Block,
-    /// Nodes along each axis, padding included.
+    /// Number of nodes along each axis, padding included.
     nodes: Index,
-    /// Whether each node is inside, x fastest.
+    /// True for each node that is inside, x fastest.
     inside: Vec<bool>,
 }
 
-/// A vertex of the dual surface, and what it may do.
+/// A vertex of the dual surface, with its constraints.
 #[derive(Clone, Copy)]
 struct Vertex {
     position: DVec3,
     /// The bounds of its cell, equal on an axis that is not free.
     low: DVec3,
     high: DVec3,
-    /// Whether it is held on F = 0.
+    /// True if it is constrained to F = 0.
     on_surface: bool,
 }
 
 impl Vertex {
-    /// One on the axes along which the vertex may move, zero on the others.
+    /// Returns one on the axes along which the vertex may move, zero on the others.
     fn free(&self) -> DVec3 {
         free_axes(self.low, self.high)
     }
 
-    /// Whether every plane and surface that holds `self` holds `other`, a neighbour, as well.
+    /// Returns whether every plane and surface that constrains `self` also constrains `other`, a neighbour.
     fn may_follow(&self, other: &Vertex) -> bool {
         other.free().cmple(self.free()).all() && (!self.on_surface || other.on_surface)
     }
@@ -133,7 +133,7 @@ fn free_axes(low: DVec3, high: DVec3) -> DVec3 {
     DVec3::select(low.cmplt(high), DVec3::ONE, DVec3::ZERO)
 }
 
-/// A cell that the surface passes, with the number of its first vertex.
+/// A cell that the surface crosses, with the index of its first vertex.
 struct SurfaceCell {
     /// x + y · cells along x.
     place: usize,
@@ -167,7 +167,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
         self.solid.value(self.block.min + self.block.spacing * u)
     }
 
-    /// F and its gradient in units of F per cell.
+    /// Returns F and its gradient in units of F per cell.
     fn value_and_gradient(&self, u: DVec3) -> (f64, DVec3) {
         let spacing = self.block.spacing;
         let (value, gradient) = self.solid.value_and_gradient(self.block.min + spacing * u, spacing);
@@ -182,7 +182,8 @@ impl<'a, S: Implicit> Grid<'a, S> {
         (z * self.nodes[1] + y) * self.nodes[0] + x
     }
 
-    /// Nodes of plane z from which an edge leads upwards along each axis to a node of the other sign.
+    /// Returns the nodes of plane z, and the axes along which an edge leads upwards from them to a node of the other
+    /// sign.
     fn crossings(&self, z: usize) -> impl Iterator<Item = (Index, usize)> + '_ {
         let [nx, ny, nz] = self.nodes;
         let strides = self.strides();
@@ -190,7 +191,8 @@ impl<'a, S: Implicit> Grid<'a, S> {
             (0..nx - 1).flat_map(move |x| {
                 let at = self.node([x, y, z]);
                 let sign = self.inside[at];
-                // The last plane has no edge along z, and it is outside as a whole, so none along x or y that matters.
+                // The last plane has no edge along z, and all of it is outside, so that no edge along x or y changes
+                // sign.
                 (0..3)
                     .filter(move |_| z + 1 < nz)
                     .filter(move |&axis| self.inside[at + strides[axis]] != sign)
@@ -203,7 +205,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
         (0..self.nodes[2]).into_par_iter().map(|z| self.crossings(z).count() as u64).sum()
     }
 
-    /// The corners of a cell that are inside, as bits.
+    /// Returns the corners of a cell that are inside, as bits.
     fn corners_inside(&self, cell: Index) -> u8 {
         let at = self.node(cell);
         let [dx, dy, dz] = self.strides();
@@ -211,13 +213,13 @@ impl<'a, S: Implicit> Grid<'a, S> {
         (0..8).fold(0, |bits, corner| bits | u8::from(is_inside(corner)) << corner)
     }
 
-    /// The name of the face of `cell` on `side` of `axis`: its least node and the axis across it.
+    /// Returns the key of the face of `cell` on `side` of `axis`: its least node and the axis across it.
     fn face(&self, mut cell: Index, axis: usize, side: usize) -> usize {
         cell[axis] += side;
         3 * self.node(cell) + axis
     }
 
-    /// The faces of a cell that are joined, as bits.
+    /// Returns the joined faces of a cell, as bits.
     fn faces_joined(&self, cell: Index, joined: &HashSet<usize>) -> u8 {
         if joined.is_empty() {
             return 0;
@@ -226,7 +228,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
         (0..6).fold(0, |bits, face| bits | u8::from(is_joined(face)) << face)
     }
 
-    /// Faces on which inside corners must be joined lest four quadrilaterals meet in one edge.
+    /// Finds the faces on which inside corners must be joined so that no four quadrilaterals meet in one edge.
     fn faces_to_join(&self) -> HashSet<usize> {
         let [nx, ny, nz] = self.nodes;
         let strides = self.strides();
@@ -257,14 +259,14 @@ impl<'a, S: Implicit> Grid<'a, S> {
         joined
     }
 
-    /// The interval of a cell on each axis; the padding has no thickness.
+    /// Returns the interval of a cell on each axis; the padding has no thickness.
     fn bounds(&self, cell: Index) -> (DVec3, DVec3) {
         let at = |axis: usize, node: usize| (node.max(1) - 1).min(self.block.cells[axis]) as f64;
         let corner = |s: usize| DVec3::new(at(0, cell[0] + s), at(1, cell[1] + s), at(2, cell[2] + s));
         (corner(0), corner(1))
     }
 
-    /// The vertices of all cells, numbered through by layer.
+    /// Places the vertices of all cells, numbered consecutively by layer.
     fn place_vertices(&self, joined: &HashSet<usize>) -> Vec<Layer> {
         let [cx, cy, cz] = self.nodes.map(|n| n - 1);
         let mut layers: Vec<Layer> = (0..cz)
@@ -302,7 +304,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
             let bits = DVec3::new((corner & 1) as f64, ((corner >> 1) & 1) as f64, (corner >> 2) as f64);
             low + bits * (high - low)
         };
-        // Nodes of the padding lie on the same places as nodes of the box but are not on F; only edges along free axes are.
+        // Nodes of the padding coincide with nodes of the box but are not on F; only edges along free axes are.
         let mut values = [f64::NAN; 8];
         let mut value_at = |corner: usize| {
             if values[corner].is_nan() {
@@ -336,13 +338,13 @@ impl<'a, S: Implicit> Grid<'a, S> {
         }
     }
 
-    /// Newton's way from `u` to F = 0 along the axes that are `free` and within bounds; `None` if it does not arrive.
+    /// Runs Newton's method from `u` to F = 0 along the `free` axes and within bounds; `None` if it does not converge.
     fn settle(&self, mut u: DVec3, free: DVec3, low: DVec3, high: DVec3) -> Option<DVec3> {
         let start = u;
         for _ in 0..12 {
             let (value, slope) = self.value_and_gradient(u);
             let mut gradient = slope * free;
-            // An axis on whose bound the step presses is not free any longer.
+            // An axis against whose bound the step presses is no longer free.
             let outwards = DVec3::select(
                 u.cmple(low),
                 DVec3::splat(value.signum()) * gradient,
@@ -362,7 +364,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
         None
     }
 
-    /// A point of F = 0 between `a` and `b`, which have different signs.
+    /// Returns a point of F = 0 between `a` and `b`, which have different signs.
     fn bisect(&self, a: DVec3, b: DVec3) -> DVec3 {
         let inside = self.value(a) < 0.0;
         let (mut near, mut far) = (0.0, 1.0);
@@ -377,7 +379,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
         a.lerp(b, near)
     }
 
-    /// Four vertices, counter-clockwise seen from outside, for each crossed edge.
+    /// Returns four vertices, counter-clockwise seen from outside, for each crossed edge.
     fn quads(&self, layers: &[Layer]) -> Vec<[u32; 4]> {
         let [cx, cy, _] = self.nodes.map(|n| n - 1);
         (1..self.nodes[2] - 1)
@@ -417,9 +419,9 @@ impl<'a, S: Implicit> Grid<'a, S> {
             .collect()
     }
 
-    /// Vertices after they moved towards their neighbours along what holds them.
+    /// Returns the vertices after they moved towards their neighbours within their constraints.
     fn relax(&self, vertices: &[Vertex], quads: &[[u32; 4]]) -> Vec<DVec3> {
-        // Each side of a quadrilateral is run along once in either direction, so a vertex meets each neighbour once.
+        // Each side of a quadrilateral occurs once in either direction, so a vertex meets each neighbour once.
         let mut first = vec![0_u32; vertices.len() + 1];
         quads.iter().flatten().for_each(|&v| first[v as usize + 1] += 1);
         (1..first.len()).for_each(|i| first[i] += first[i - 1]);
@@ -453,7 +455,8 @@ impl<'a, S: Implicit> Grid<'a, S> {
                     let free = vertex.free();
                     let reach = RELAXATION_REACH * free;
                     let limit = DVec3::from_array(self.block.cells.map(|n| n as f64));
-                    // What is free to move still may not reach the box, which belongs to the vertices held there.
+                    // Vertices that are still free may not reach the box, which belongs to the vertices constrained
+                    // there.
                     let inset = 0.05 * free;
                     let low = (vertex.low - reach).max(DVec3::select(free.cmpgt(DVec3::ZERO), inset, vertex.low));
                     let high =
@@ -472,7 +475,8 @@ impl<'a, S: Implicit> Grid<'a, S> {
     }
 }
 
-/// The better way to split a quadrilateral, and how good its worse triangle is: 1 for half a square, below 0 if turned over.
+/// Returns the better split of a quadrilateral, and the quality of its worse triangle: 1 for half a square, below 0 if
+/// it is turned over.
 fn split(positions: &[DVec3], [a, b, c, d]: [u32; 4]) -> (f64, [[u32; 3]; 2]) {
     let at = |v: u32| positions[v as usize];
     let normal = (at(c) - at(a)).cross(at(d) - at(b)).normalize_or_zero();
@@ -486,7 +490,7 @@ fn split(positions: &[DVec3], [a, b, c, d]: [u32; 4]) -> (f64, [[u32; 3]; 2]) {
     if one.0 >= other.0 { one } else { other }
 }
 
-/// Puts vertices back to where they were placed wherever the move made a worse and poor quadrilateral.
+/// Returns vertices to their placed positions wherever the move made a worse and poor quadrilateral.
 fn undo_poor(placed: &[DVec3], relaxed: &mut [DVec3], quads: &[[u32; 4]]) {
     loop {
         let poor: Vec<u32> = quads
@@ -510,7 +514,7 @@ mod tests {
     use super::*;
     use crate::solids::closure::{assert_solid, volume};
 
-    /// Inside at nodes chosen by a hash: every configuration of cells and faces, many at once.
+    /// A solid whose inside nodes are chosen by a hash: every configuration of cells and faces, many at once.
     struct Noise(u64);
 
     impl Implicit for Noise {
@@ -521,7 +525,8 @@ mod tests {
                 hash = (hash ^ c as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
                 hash ^= hash >> 29;
             }
-            // The value falls off from nodes, so that edges between nodes of different sign have one root about half way.
+            // The value decreases away from nodes, so that edges between nodes of different sign have one root near the
+            // middle.
             let sign = if hash & 1 == 0 { 1.0 } else { -1.0 };
             sign * (0.6 - p.distance(node)).max(0.01)
         }

@@ -1,7 +1,7 @@
 //! Frames: bars along the edges of a surface of polygons, with a window in every polygon.
 //!
-//! A surface and a copy of it a little farther in are joined through their windows and along their rims. The result is one
-//! closed 2-manifold, made without a grid, so that its bars may be as thin as one likes:
+//! A surface and a copy of it slightly farther in are joined through their windows and along their rims. The result is
+//! one closed 2-manifold, made without a grid, so that its bars may be arbitrarily thin:
 //!
 //! | part | triangles |
 //! |---|---|
@@ -13,31 +13,31 @@ use glam::{DVec2, DVec3};
 use super::{SolidError, check_length, check_range, check_triangles, geodesic, rounded};
 use crate::mesh::TriangleMesh;
 
-/// The range of the windows' share: bars neither touch nor vanish.
+/// The range of `window`, in which bars neither touch nor vanish.
 const LEAST_WINDOW: f64 = 0.01;
 const MOST_WINDOW: f64 = 0.99;
 
 /// A geodesic sphere of bars about the origin: a triangular window in every face of a [`geodesic()`] sphere.
 ///
-/// With V the volume of the polyhedron, its own is V (1 − window²) (1 − (1 − depth / radius)³); `360 frequency²` triangles,
-/// genus `20 frequency² − 1`.
+/// With V the volume of the polyhedron, the frame's is V (1 − window²) (1 − (1 − depth / radius)³); `360 frequency²`
+/// triangles, genus `20 frequency² − 1`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GeodesicFrame {
     /// Distance of the outer corners from the origin.
     pub radius: f64,
-    /// Parts into which an edge of the icosahedron is cut, 1 to 1000.
+    /// Number of parts of each edge of the icosahedron, 1 to 1000.
     pub frequency: u32,
-    /// Side of a window as a share of the side of its face, 0.01 to 0.99.
+    /// Side of a window as a fraction of the side of its face, 0.01 to 0.99.
     pub window: f64,
     /// Depth of the bars towards the origin, below the radius.
     pub depth: f64,
 }
 
 impl GeodesicFrame {
-    /// The closed surface of the frame.
+    /// Builds the closed surface of the frame.
     ///
     /// # Errors
-    /// A parameter out of the range that its field gives; too many triangles.
+    /// Fails for a parameter out of the range that its field states, and too many triangles.
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         check_range("frequency", self.frequency.into(), 1.0, 1000.0)?;
         check_range("window", self.window, LEAST_WINDOW, MOST_WINDOW)?;
@@ -53,32 +53,32 @@ impl GeodesicFrame {
     }
 }
 
-/// A hyperboloid of one sheet about the z axis, built of straight bars: two families of as many bars, which lean to either
-/// side, with a window in every diamond between them and in every half diamond at the rims.
+/// A hyperboloid of one sheet about the z axis, built of straight bars: two families of equally many bars, which lean
+/// to either side, with a window in every diamond between them and in every half diamond at the rims.
 ///
-/// The bars cross on circles. With n bars a family and k crossings beyond the waist, the rims have the radius
-/// waist / cos(πk / n). `48 n k + 16 n` triangles, genus `n (2 k + 1) + 1`.
+/// The bars cross on circles. With n bars a family and k crossings beyond the waist, the rims have the radius waist /
+/// cos(πk / n). `48 n k + 16 n` triangles, genus `n (2 k + 1) + 1`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HyperboloidFrame {
     /// Radius of the middle of the bars where they are closest to the axis.
     pub waist: f64,
     /// Distance of the two rims.
     pub height: f64,
-    /// Bars of either family, 3 to 10 000.
+    /// Number of bars of each family, 3 to 10 000.
     pub bars: u32,
-    /// Crossings of a bar with others on either side of the waist, at least 1 and below half the bars.
+    /// Number of crossings of a bar with others on either side of the waist, at least 1 and below half the bars.
     pub crossings: u32,
-    /// Diagonals of a window as a share of those of its diamond, 0.01 to 0.99.
+    /// Diagonals of a window as a fraction of those of its diamond, 0.01 to 0.99.
     pub window: f64,
-    /// Depth of the bars across the surface, below the radii to which it is bent at the waist.
+    /// Depth of the bars across the surface, below the radii of curvature at the waist.
     pub depth: f64,
 }
 
 impl HyperboloidFrame {
-    /// The closed surface of the frame.
+    /// Builds the closed surface of the frame.
     ///
     /// # Errors
-    /// A parameter out of the range that its field gives; too many triangles.
+    /// Fails for a parameter out of the range that its field states, and too many triangles.
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         let HyperboloidFrame { waist, height, bars, crossings, window, depth } = *self;
         check_length("waist", waist)?;
@@ -89,10 +89,10 @@ impl HyperboloidFrame {
         check_range("window", window, LEAST_WINDOW, MOST_WINDOW)?;
         check_triangles("bars", bars, u64::from(bars) * (48 * u64::from(crossings) + 16))?;
 
-        // A bar is turned by πi / n against the waist where it has met i others, at the height c tan(πi / n).
+        // After i crossings from the waist a bar is turned by πi / n, at the height c tan(πi / n).
         let turn = std::f64::consts::PI / f64::from(bars);
         let c = height / 2.0 / (turn * f64::from(crossings)).tan();
-        // The waist is where the surface is bent most: with this radius across the axis, and with c² / waist along it.
+        // The curvature is greatest at the waist: this radius across the axis, and c² / waist along it.
         check_depth(depth, waist.min(c * c / waist))?;
         let rows = 2 * crossings + 1;
         let middle = (0..rows).flat_map(|row| {
@@ -100,14 +100,14 @@ impl HyperboloidFrame {
             let place = move |i: u32| waist / up.cos() * DVec2::from_angle(turn * f64::from(2 * i + row % 2));
             (0..bars).map(move |i| DVec3::from((place(i), c * up.tan())))
         });
-        // Across the surface x² / waist² + y² / waist² − z² / c² = 1.
+        // Along the gradient of x² / waist² + y² / waist² − z² / c² = 1.
         let half = |p: DVec3| depth / 2.0 * (p / DVec3::new(waist * waist, waist * waist, -c * c)).normalize();
         let (outer, inner): (Vec<_>, Vec<_>) = middle.map(|p| (p + half(p), p - half(p))).unzip();
         let mut frame = Frame::new(outer, inner, window);
         let at = |row: u32, i: u32| row * bars + i % bars;
         for row in 0..rows {
             for i in 0..bars {
-                // Between two crossings of a circle lies one of either circle beside it.
+                // Between two crossings of a circle lies one of each neighbouring circle.
                 let (left, right, between) = (at(row, i), at(row, i + 1), i + row % 2);
                 if row == 0 {
                     frame.add_window([left, right, at(row + 1, between)]);
@@ -132,16 +132,16 @@ fn check_depth(depth: f64, limit: f64) -> Result<(), SolidError> {
     Err(SolidError::OutOfRange { parameter: "depth", value: depth, allowed })
 }
 
-/// A frame that grows by a face at a time.
+/// A frame that is built face by face.
 struct Frame {
     mesh: TriangleMesh,
-    /// From an outer corner of a face to the inner one.
+    /// The offset from an outer corner's index to the inner one's.
     inwards: u32,
     window: f64,
 }
 
 impl Frame {
-    /// A frame of no face yet, over as many corners outside as inside.
+    /// Returns a frame without faces, over as many inner corners as outer ones.
     fn new(outer: Vec<DVec3>, inner: Vec<DVec3>, window: f64) -> Frame {
         let inwards = outer.len() as u32;
         let positions = [outer, inner].concat();
@@ -166,7 +166,8 @@ impl Frame {
         }
     }
 
-    /// Closes the frame along the edge of a face that no other face shares, from outer corner `a` to `b` as in the face.
+    /// Closes the frame along the edge of a face that no other face shares, from outer corner `a` to `b` as in the
+    /// face.
     fn close_rim(&mut self, a: u32, b: u32) {
         self.add_quad([b, a, a + self.inwards, b + self.inwards]);
     }
@@ -229,7 +230,7 @@ mod tests {
             let at = (row * 24 + i % 24) as usize;
             (mesh.positions[at] + mesh.positions[at + 17 * 24]) / 2.0
         };
-        // A bar goes on half a place to the right in every row, and places of odd rows lie half a place to the right.
+        // A bar moves half a place to the right in every row, and places of odd rows lie half a place to the right.
         let (foot, head) = (middle(0, 0), middle(16, 8));
         for row in 1..16 {
             let p = middle(row, row / 2);

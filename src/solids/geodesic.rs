@@ -1,4 +1,5 @@
-//! Geodesic spheres of class I: an icosahedron whose faces are cut into small triangles and pushed out to the sphere.
+//! Geodesic spheres of class I: an icosahedron whose faces are subdivided into small triangles and projected onto the
+//! sphere.
 //!
 //! A frequency ν gives 20 ν² triangles over 10 ν² + 2 vertices.
 
@@ -31,11 +32,11 @@ const FACES: [[u32; 3]; 20] = [
     [9, 8, 1],
 ];
 
-/// A geodesic sphere of class I about the origin, each edge of its icosahedron cut into `frequency` parts;
+/// Returns a geodesic sphere of class I about the origin, each edge of its icosahedron divided into `frequency` parts;
 /// `20 frequency²` triangles.
 ///
 /// # Errors
-/// A radius that is not a length, a frequency of zero or giving too many triangles.
+/// Fails for a radius that is not a length, or a frequency of zero or with too many triangles.
 pub fn geodesic(radius: f64, frequency: u32) -> Result<TriangleMesh, SolidError> {
     check_length("radius", radius)?;
     check_range("frequency", frequency.into(), 1.0, 1e6)?;
@@ -45,7 +46,7 @@ pub fn geodesic(radius: f64, frequency: u32) -> Result<TriangleMesh, SolidError>
     let on_sphere = |flat: DVec3| radius * flat.normalize();
     let mut positions: Vec<DVec3> = corners.iter().map(|&p| on_sphere(p)).collect();
 
-    // Vertices along an edge are made once, in the direction from its lesser corner, so that both faces share them.
+    // Vertices along an edge are created once, in the direction from its lesser corner, so that both faces share them.
     let per_edge = frequency - 1;
     let mut edge_first = [[0_u32; 12]; 12];
     for [a, b] in FACES.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).filter(|[a, b]| a < b) {
@@ -97,7 +98,7 @@ pub fn geodesic(radius: f64, frequency: u32) -> Result<TriangleMesh, SolidError>
     Ok(TriangleMesh { positions, triangles })
 }
 
-/// Vertices of an icosahedron: the corners of three golden rectangles.
+/// Returns the vertices of an icosahedron: the corners of three golden rectangles.
 fn icosahedron() -> [DVec3; 12] {
     let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
     [

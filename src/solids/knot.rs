@@ -1,13 +1,13 @@
 //! Tubes along torus knots.
 //!
-//! The curve runs on a torus of radii R and r, p times round its axis while it runs q times round its section:
-//! ((R + r cos qt) cos pt, (R + r cos qt) sin pt, r sin qt). It is one closed curve if p and q have no common factor, and
-//! knotted if both are at least 2; p = 2, q = 3 is the trefoil. The torus's normal is square to the curve, so that it
-//! frames the sections of the tube without a twist that would have to be closed.
+//! The curve winds on a torus of radii R and r, p times round its axis while it winds q times round its section: ((R +
+//! r cos qt) cos pt, (R + r cos qt) sin pt, r sin qt). It is one closed curve if p and q have no common factor, and
+//! knotted if both are at least 2; p = 2, q = 3 is the trefoil. The torus's normal is perpendicular to the curve, so
+//! that it frames the sections of the tube without a twist that would have to be closed.
 //!
-//! A tube does not meet itself as long as its radius is below the curve's *thickness*: the least radius of a circle that
-//! touches the curve at one point and passes another (Gonzalez and Maddocks 1999), which bounds both its curvature and how near
-//! two strands come.
+//! A tube has no self-intersection as long as its radius is below the curve's *thickness*: the least radius of a circle
+//! that touches the curve at one point and passes through another (Gonzalez and Maddocks 1999), which bounds both its
+//! curvature and the distance of two strands.
 
 use std::f64::consts::TAU;
 
@@ -16,18 +16,18 @@ use glam::DVec3;
 use super::{SolidError, check_length, check_range, check_triangles, rounded};
 use crate::mesh::TriangleMesh;
 
-/// The tube's radius as a share of the curve's thickness: what is left is for the tessellation.
+/// Largest radius of the tube as a fraction of the curve's thickness; the rest allows for the tessellation.
 const SHARE_OF_THICKNESS: f64 = 0.9;
 
-/// Segments of the tube for each turn of the curve, at the least.
+/// Least number of segments of the tube for each turn of the curve.
 const SEGMENTS_PER_TURN: u32 = 8;
 
 /// A closed tube along a torus knot about the z axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorusKnot {
-    /// Turns round the axis, 1 to 32.
+    /// Number of turns round the axis, 1 to 32.
     pub p: u32,
-    /// Turns round the section of the torus, 1 to 32, without a factor in common with `p`.
+    /// Number of turns round the section of the torus, 1 to 32, without a common factor with `p`.
     pub q: u32,
     /// Radius of the torus' middle line.
     pub major: f64,
@@ -35,17 +35,17 @@ pub struct TorusKnot {
     pub minor: f64,
     /// Radius of the tube, below 0.9 of the curve's thickness.
     pub tube: f64,
-    /// Segments along the tube, at least eight a turn of either kind.
+    /// Number of segments along the tube, at least eight a turn of either kind.
     pub segments: u32,
-    /// Segments round the tube, at least 3.
+    /// Number of segments round the tube, at least 3.
     pub sides: u32,
 }
 
 impl TorusKnot {
-    /// The closed surface of the tube; `2 segments sides` triangles.
+    /// Builds the closed surface of the tube; `2 segments sides` triangles.
     ///
     /// # Errors
-    /// A parameter out of the range that its field gives; too many triangles.
+    /// Fails for a parameter out of the range that its field states, and too many triangles.
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         self.check()?;
         let mut positions = Vec::with_capacity(self.segments as usize * self.sides as usize);
@@ -105,13 +105,13 @@ impl TorusKnot {
         DVec3::new(out * round.cos(), out * round.sin(), self.minor * over.sin())
     }
 
-    /// The outward normal of the torus at the point.
+    /// Returns the outward normal of the torus at the point.
     fn normal(&self, t: f64) -> DVec3 {
         let (round, over) = self.angles(t);
         DVec3::new(over.cos() * round.cos(), over.cos() * round.sin(), over.sin())
     }
 
-    /// The unit tangent of the curve.
+    /// Returns the unit tangent of the curve.
     fn tangent(&self, t: f64) -> DVec3 {
         let (round, over) = self.angles(t);
         let along = DVec3::new(-round.sin(), round.cos(), 0.0);
@@ -120,9 +120,10 @@ impl TorusKnot {
         (f64::from(self.p) * out * along + f64::from(self.q) * self.minor * up).normalize()
     }
 
-    /// The least radius, by samples, of a circle that touches the curve and passes another point of it.
+    /// Returns the least radius, by sampling, of a circle that touches the curve and passes through another point of
+    /// it.
     fn thickness(&self) -> f64 {
-        // A turn round the section turns the curve into itself about z, so that one of them stands for all.
+        // A turn round the section is a rotation of the curve into itself about z, so that one of them represents all.
         let per_turn = 48 * self.p.max(4);
         let samples = per_turn * self.q;
         let at = |i: u32| TAU * f64::from(i) / f64::from(samples);
@@ -133,14 +134,14 @@ impl TorusKnot {
                 let chord = *there - here;
                 chord.length_squared() / (2.0 * chord.cross(tangent).length())
             };
-            // The point itself gives 0 / 0, which no minimum takes.
+            // The point itself gives 0 / 0, which `min` ignores.
             points.iter().map(radius).fold(f64::INFINITY, f64::min)
         };
         (0..per_turn).map(least).fold(f64::INFINITY, f64::min)
     }
 }
 
-/// The greatest number that divides both.
+/// Returns the greatest common divisor.
 fn common_factor(a: u32, b: u32) -> u32 {
     if b == 0 { a } else { common_factor(b, a % b) }
 }
@@ -166,7 +167,7 @@ mod tests {
             let mesh = knot.build().unwrap();
             assert_solid(&mesh);
             assert_eq!((mesh.triangles.len(), euler_characteristic(&mesh)), (2 * 600 * 48, 0));
-            // By Pappus and Guldin, as the middle of the section runs along the curve.
+            // By Pappus and Guldin, since the centroid of the section runs along the curve.
             let exact = PI * 0.64 * length(&knot);
             assert!((volume(&mesh) / exact - 1.0).abs() < 0.005, "{p} {q}: {} {exact}", volume(&mesh));
         }
@@ -178,7 +179,7 @@ mod tests {
         let knot = TorusKnot { tube: 0.89 * TREFOIL.thickness(), ..TREFOIL };
         let mesh = knot.build().unwrap();
         assert_solid(&mesh);
-        // Every corner of the tube lies as far from the curve as the tube is thick, and nowhere nearer.
+        // Every corner of the tube lies at the tube's radius from the curve, and nowhere nearer.
         for corner in &mesh.positions {
             let nearest = (0..6000).map(|i| corner.distance(knot.point(TAU * f64::from(i) / 6000.0)));
             assert!(nearest.fold(f64::INFINITY, f64::min) > 0.999 * knot.tube);
@@ -187,10 +188,10 @@ mod tests {
 
     #[test]
     fn thickness_is_that_of_known_curves() {
-        // The (1, 1) curve that is but a circle tilted: all circles through it are itself.
+        // The (1, 1) curve that is just a tilted circle: all circles that touch it and pass through it are itself.
         let villarceau = |major: f64, minor: f64| TorusKnot { p: 1, q: 1, major, minor, ..TREFOIL }.thickness();
         assert!((villarceau(10.0, 0.001) / 10.0 - 1.0).abs() < 1e-3);
-        // Two strands of a flat ring coil, far from the axis, lie across its section from one another.
+        // Two strands of a flat ring coil, far from the axis, lie opposite each other across its section.
         let coil = TorusKnot { p: 2, q: 1, major: 1000.0, minor: 1.0, ..TREFOIL };
         assert!((coil.thickness() - 1.0).abs() < 1e-3, "{}", coil.thickness());
     }

@@ -1,9 +1,9 @@
-//! Lattices of round struts, merged into one surface or left as a heap of overlapping cylinders.
+//! Lattices of round struts, merged into one surface or left as overlapping cylinders.
 //!
-//! A cell of the cubic lattice has a node in its middle and struts to the middles of its six faces; one of the body-centred
-//! lattice has a node in its middle and struts to its eight corners. Struts of the merged form are the round
-//! neighbourhood of these lines, clipped by the box. A cubic cell of side L and radius r ≤ L / 2 then has the volume
-//! 3πr²L − 8√2 r³.
+//! A cell of the cubic lattice has a node in its middle and struts to the middles of its six faces; one of the
+//! body-centred lattice has a node in its middle and struts to its eight corners. Struts of the merged form are all
+//! points within the radius of these lines, clipped by the box. A cubic cell of side L and radius r ≤ L / 2 then has
+//! the volume 3πr²L − 8√2 r³.
 
 use glam::DVec3;
 
@@ -12,10 +12,10 @@ use super::primitives::cylinder;
 use super::{SolidError, check_length, check_range, check_triangles, periodic_block, rounded};
 use crate::mesh::TriangleMesh;
 
-/// Struts of a smaller radius, in grid spacings, would tear.
+/// Smallest radius in grid spacings; thinner struts would break up.
 const SPACINGS_PER_RADIUS: f64 = 1.0;
 
-/// Where struts run.
+/// The directions of struts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StrutPattern {
     /// Along the three axes through the middle of each cell.
@@ -24,19 +24,19 @@ pub enum StrutPattern {
     BodyCentred,
 }
 
-/// How struts are put together.
+/// The way in which struts are combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LatticeForm {
     /// One surface, clipped and capped by the box.
     Union {
-        /// Grid cells along the side of a cell, 4 to 1024.
+        /// Number of grid cells along the side of a cell, 4 to 1024.
         resolution: u32,
     },
-    /// A closed cylinder for each strut, which overlaps its neighbours: what many design programs write, and what only a
-    /// fill rule makes a solid. Cylinders run on past their nodes by their radius, except where a cubic strut ends on the
-    /// box; body-centred ones reach out of it.
+    /// A closed cylinder for each strut, which overlaps its neighbours: the form that many design programs write, and a
+    /// solid only under a fill rule. Cylinders extend beyond their nodes by their radius, except where a cubic strut
+    /// ends on the box; body-centred ones protrude from it.
     Overlapping {
-        /// Segments round a cylinder, at least 3; it has four times as many triangles.
+        /// Number of segments round a cylinder, at least 3; it has four times as many triangles.
         segments: u32,
     },
 }
@@ -44,11 +44,11 @@ pub enum LatticeForm {
 /// A block of lattice cells, centred on the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrutLattice {
-    /// Where struts run.
+    /// The directions of struts.
     pub pattern: StrutPattern,
-    /// How they are put together.
+    /// The way in which they are combined.
     pub form: LatticeForm,
-    /// Cells along each axis, 1 to 10 000.
+    /// Number of cells along each axis, 1 to 10 000.
     pub cells: [u32; 3],
     /// Side of a cell.
     pub cell_size: f64,
@@ -57,11 +57,11 @@ pub struct StrutLattice {
 }
 
 impl StrutLattice {
-    /// The closed surface of the solid, or the closed surfaces of its struts.
+    /// Builds the closed surface of the solid, or the closed surfaces of its struts.
     ///
     /// # Errors
-    /// A parameter out of the range that its field gives; a radius that the grid does not resolve; too many grid nodes or
-    /// triangles.
+    /// Fails for a parameter out of the range that its field states, a radius that the grid does not resolve, and too
+    /// many grid nodes or triangles.
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         check_length("radius", self.radius)?;
         match self.form {
@@ -70,7 +70,7 @@ impl StrutLattice {
         }
     }
 
-    /// The number of struts of the overlapping form.
+    /// Returns the number of struts of the overlapping form.
     pub fn struts(&self) -> u64 {
         let [x, y, z] = self.cells.map(u64::from);
         match self.pattern {
@@ -96,7 +96,7 @@ impl StrutLattice {
     }
 
     fn overlapping(&self, segments: u32) -> Result<TriangleMesh, SolidError> {
-        // No grid is made, so its finest resolution stands in for the checks of cells and size.
+        // There is no grid here, so the lowest resolution serves for the checks of cells and size.
         let corner = periodic_block(self.cells, self.cell_size, 4)?.min;
         check_range("radius", self.radius, 1e-9, self.cell_size / 2.0)?;
         check_range("segments", segments.into(), 3.0, 1e6)?;
@@ -123,7 +123,7 @@ impl StrutLattice {
         Ok(mesh)
     }
 
-    /// The struts from a node towards greater coordinates, and on the least cells those back to the box.
+    /// Adds the struts from a node towards greater coordinates, and on the least cells those back to the box.
     fn cubic_struts(&self, mesh: &mut TriangleMesh, unit: &TriangleMesh, node: DVec3, cell: [u32; 3]) {
         let half = self.cell_size / 2.0;
         for (axis, along) in DVec3::AXES.into_iter().enumerate() {
@@ -135,7 +135,7 @@ impl StrutLattice {
         }
     }
 
-    /// The struts from a node to the corners of its cell.
+    /// Adds the struts from a node to the corners of its cell.
     fn diagonal_struts(&self, mesh: &mut TriangleMesh, unit: &TriangleMesh, node: DVec3) {
         for corner in 0..8 {
             let sign = |bit: u32| if (corner >> bit) & 1 == 1 { 1.0 } else { -1.0 };
@@ -146,7 +146,7 @@ impl StrutLattice {
     }
 }
 
-/// Adds a copy of a cylinder of height 2 about the z axis, stretched and turned to run from one point to another.
+/// Adds a copy of a cylinder of height 2 about the z axis, stretched and rotated to run from one point to another.
 fn append_strut(mesh: &mut TriangleMesh, unit: &TriangleMesh, from: DVec3, to: DVec3) {
     let first = mesh.positions.len() as u32;
     let (middle, half) = ((from + to) / 2.0, (to - from) / 2.0);
@@ -157,7 +157,7 @@ fn append_strut(mesh: &mut TriangleMesh, unit: &TriangleMesh, from: DVec3, to: D
     mesh.triangles.extend(unit.triangles.iter().map(|t| t.map(|i| first + i)));
 }
 
-/// The distance to the lines of a periodic lattice less the radius.
+/// The distance to the lines of a periodic lattice minus the radius.
 struct Struts {
     pattern: StrutPattern,
     radius: f64,
@@ -166,14 +166,15 @@ struct Struts {
 }
 
 impl Struts {
-    /// The vector from the nearest line to a point, both folded into the octant of one cell, and the signs of the fold.
+    /// Returns the vector from the nearest line to a point, both folded into the octant of one cell, and the signs of
+    /// the fold.
     fn away_from_line(&self, p: DVec3) -> (DVec3, DVec3) {
         let in_cell = (p - self.corner) / self.cell_size;
         let from_node = self.cell_size * (in_cell - in_cell.floor() - 0.5);
         let q = from_node.abs();
         let away = match self.pattern {
             StrutPattern::Cubic => {
-                // The nearest axis is the one along which the point lies farthest out.
+                // The nearest axis is the one along which the point's coordinate is largest.
                 if q.x >= q.y && q.x >= q.z {
                     q.with_x(0.0)
                 } else if q.y >= q.z {

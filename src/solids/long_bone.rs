@@ -1,9 +1,9 @@
-//! A long bone in the likeness of a human femur.
+//! A long bone resembling a human femur.
 //!
-//! It is put together from tapered capsules and ellipsoids that are merged by a smooth minimum, with proportions read off a
-//! femur: a shaft that bows forwards, at the top a round head on a slanting neck with the two trochanters, at the bottom a
-//! flare with two condyles and the notch between them. Nothing anatomical should be measured on it; it is an organic shape
-//! with thick and thin parts, concave and convex, without symmetry.
+//! It is built from tapered capsules and ellipsoids that are blended by a smooth minimum, with the proportions of a
+//! femur: a shaft that bows forwards, at the top a round head on a slanting neck with the two trochanters, at the
+//! bottom a flare with two condyles and the notch between them. It is not meant for anatomical measurements; it is an
+//! organic shape with thick and thin parts, concave and convex, without symmetry.
 
 use glam::DVec3;
 
@@ -18,19 +18,19 @@ use crate::mesh::TriangleMesh;
 pub struct LongBone {
     /// Length from condyles to head.
     pub length: f64,
-    /// Breadth in units of that of a femur of this length, 0.5 to 2.5.
+    /// Breadth relative to that of a femur of this length, 0.5 to 2.5.
     pub girth: f64,
-    /// How far the shaft bows out, in units of that of a femur, 0 to 3.
+    /// Bow of the shaft relative to that of a femur, 0 to 3.
     pub bow: f64,
-    /// Grid cells along the length, 48 to 2048; triangles grow with its square.
+    /// Number of grid cells along the length, 48 to 2048; the number of triangles grows with its square.
     pub resolution: u32,
 }
 
 impl LongBone {
-    /// The closed surface of the bone.
+    /// Builds the closed surface of the bone.
     ///
     /// # Errors
-    /// A parameter out of the range that its field gives; too many grid nodes or triangles.
+    /// Fails for a parameter out of the range that its field states, and too many grid nodes or triangles.
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         check_length("length", self.length)?;
         check_range("girth", self.girth, 0.5, 2.5)?;
@@ -53,7 +53,8 @@ impl LongBone {
     }
 }
 
-/// The bone as an implicit solid. Inside, lengths are in units of its own and breadths are widened by `girth`.
+/// The bone as an implicit solid. Internally, lengths are in units of its own length and breadths are scaled by
+/// `girth`.
 struct Femur {
     foot: DVec3,
     length: f64,
@@ -62,20 +63,20 @@ struct Femur {
 }
 
 impl Femur {
-    /// The middle line of the shaft at height z: it bows forwards most at its middle.
+    /// Returns the axis of the shaft at height z: it bows forwards most at its middle.
     fn middle(&self, z: f64) -> DVec3 {
         let s = ((z - 0.05) / 0.85).clamp(0.0, 1.0);
         DVec3::new(0.012 * (s - 0.5) * self.girth, 0.030 * self.bow * 4.0 * s * (1.0 - s) - 0.006 * self.girth, z)
     }
 
-    /// Where the shaft ends above: inside the mass that carries neck and trochanters.
+    /// Returns the height of the shaft's upper end: inside the mass that carries neck and trochanters.
     fn shaft_top(&self) -> f64 {
         1.0 - 0.120 * self.girth
     }
 
     fn shaft(&self, p: DVec3) -> f64 {
         let z = p.z.clamp(0.10 * self.girth, self.shaft_top());
-        // Narrowest a little above the middle, wider towards both ends.
+        // Narrowest slightly above the middle, wider towards both ends.
         let down = ((0.46 - z) / 0.36).clamp(0.0, 1.0);
         let up = ((z - 0.56) / 0.32).clamp(0.0, 1.0);
         let radius = 0.0300 + 0.018 * down * down * down + 0.009 * up * up;
@@ -87,7 +88,7 @@ impl Implicit for Femur {
     fn value(&self, p: DVec3) -> f64 {
         let p = (p - self.foot) / self.length;
         let g = self.girth;
-        // Places are given as breadth, depth, height; only the height is along the bone and does not widen.
+        // Positions are given as breadth, depth, height; only the height is along the bone and is not scaled.
         let at = |x: f64, y: f64, z: f64| DVec3::new(g * x, g * y, z);
         let mut d = self.shaft(p);
 
@@ -104,7 +105,7 @@ impl Implicit for Femur {
         d = smooth_min(d, lesser_trochanter, 0.034 * g);
         d = smooth_min(d, p.distance(head) - 0.051 * g, 0.014 * g);
 
-        // The flare starts on the middle of the shaft and thinner, and so comes out of it without a step.
+        // The flare starts on the axis of the shaft and thinner than it, and so emerges without a step.
         let flare = capsule(p, self.middle(0.30 * g), at(0.0, 0.000, 0.074 * g), 0.010 * g, 0.054 * g);
         let kneecap_side = ellipsoid(p - at(0.0, 0.022, 0.070 * g), g * DVec3::new(0.060, 0.032, 0.045));
         d = smooth_min(d, flare, 0.040 * g);

@@ -1,7 +1,7 @@
 //! Triply periodic minimal surfaces as scaffolds: gyroid, primitive, diamond; as a sheet or as a network.
 //!
-//! The surfaces are taken in their usual nodal form f = 0 (von Schnering and Nesper, Zeitschrift für Physik B 83, 1991),
-//! with x, y, z in 2π per cell:
+//! The surfaces are approximated by their usual nodal form f = 0 (von Schnering and Nesper, Zeitschrift für Physik B
+//! 83, 1991), with x, y, z in 2π per cell:
 //!
 //! | surface | f | area per cell, in L² |
 //! |---|---|---|
@@ -9,9 +9,9 @@
 //! | primitive | cos x + cos y + cos z | 2.3526 |
 //! | diamond | sin x sin y sin z + sin x cos y cos z + cos x sin y cos z + cos x cos y sin z | 3.8380 |
 //!
-//! A sheet is |f| < t, a wall with the surface in its middle; a network is f < t, the solid on one side. The level t is
-//! found from what a designer asks for: the mean thickness of the wall or the share of volume. Both are quantiles of f, or
-//! of |f|, over a cell.
+//! A sheet is |f| < t, a wall with the surface in its middle; a network is f < t, the solid on one side. The level t
+//! follows from the design parameters: the mean thickness of the wall or the volume fraction. Both are quantiles of f,
+//! or of |f|, over a cell.
 
 use std::f64::consts::TAU;
 
@@ -21,10 +21,10 @@ use super::contour::{Implicit, contour};
 use super::{SolidError, check_length, check_range, periodic_block, rounded};
 use crate::mesh::TriangleMesh;
 
-/// Sheets whose walls are thinner than this many grid spacings would tear where they are thinnest.
+/// Smallest wall thickness of a sheet in grid spacings; thinner walls would break up where they are thinnest.
 const SPACINGS_PER_WALL: f64 = 1.5;
 
-/// Points along each axis of a cell from which the level is found.
+/// Number of points along each axis of a cell that determine the level.
 const LEVEL_SAMPLES: u32 = 100;
 
 /// A triply periodic minimal surface.
@@ -38,7 +38,7 @@ pub enum Surface {
     Diamond,
 }
 
-/// What of a minimal surface is solid.
+/// The solid part of a minimal surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part {
     /// A wall along the surface.
@@ -48,7 +48,7 @@ pub enum Part {
     },
     /// One of the two labyrinths.
     Network {
-        /// Its share of the volume.
+        /// Its volume fraction.
         fraction: f64,
     },
 }
@@ -56,20 +56,20 @@ pub enum Part {
 /// A block of cells of a minimal surface, centred on the origin and capped by the planes of its box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MinimalSurface {
-    /// Which surface.
+    /// The surface.
     pub surface: Surface,
-    /// What is solid.
+    /// The solid part.
     pub part: Part,
-    /// Cells along each axis, 1 to 10 000.
+    /// Number of cells along each axis, 1 to 10 000.
     pub cells: [u32; 3],
     /// Side of a cell.
     pub cell_size: f64,
-    /// Grid cells along the side of a cell, 4 to 1024; triangles grow with its square.
+    /// Number of grid cells along the side of a cell, 4 to 1024; the number of triangles grows with its square.
     pub resolution: u32,
 }
 
 impl Surface {
-    /// f at an angle.
+    /// Returns f at an angle.
     fn value(self, p: DVec3) -> f64 {
         let ((sx, cx), (sy, cy), (sz, cz)) = (p.x.sin_cos(), p.y.sin_cos(), p.z.sin_cos());
         match self {
@@ -79,7 +79,7 @@ impl Surface {
         }
     }
 
-    /// f and its gradient by angle.
+    /// Returns f and its gradient by angle.
     fn value_and_gradient(self, p: DVec3) -> (f64, DVec3) {
         let ((sx, cx), (sy, cy), (sz, cz)) = (p.x.sin_cos(), p.y.sin_cos(), p.z.sin_cos());
         match self {
@@ -98,10 +98,10 @@ impl Surface {
         }
     }
 
-    /// Where in its cell a block begins, as a share of the cell along each axis.
+    /// Returns where in its cell a block begins, as a fraction of the cell along each axis.
     ///
-    /// Found by trial: at these no loose chips are cut off at edges and corners of a block by sheets that fill a quarter
-    /// to three quarters of it, nor by networks that fill 0.3 to 0.7. At 0 gyroid and diamond have some.
+    /// Found by trial: at these values no loose chips are cut off at edges and corners of a block by sheets that fill a
+    /// quarter to three quarters of it, nor by networks that fill 0.3 to 0.7. At 0 gyroid and diamond have some.
     fn phase(self, part: Part) -> f64 {
         match (self, part) {
             (Surface::Gyroid, Part::Sheet { .. }) | (Surface::Diamond, _) => 0.11,
@@ -110,7 +110,7 @@ impl Surface {
         }
     }
 
-    /// Area of f = 0 in one cell of side 1.
+    /// Returns the area of f = 0 in one cell of side 1.
     fn area(self) -> f64 {
         match self {
             Surface::Gyroid => 3.0917,
@@ -119,7 +119,7 @@ impl Surface {
         }
     }
 
-    /// The level below which `of(f)` lies in a given share of the volume.
+    /// Returns the level below which `of(f)` lies in a given fraction of the volume.
     fn level(self, fraction: f64, of: fn(f64) -> f64) -> f64 {
         // The offsets keep samples off the planes of symmetry, where many would share one value.
         let angle = |i: u32, offset: f64| TAU * (f64::from(i) + offset) / f64::from(LEVEL_SAMPLES);
@@ -138,11 +138,11 @@ impl Surface {
 }
 
 impl MinimalSurface {
-    /// The closed surface of the solid.
+    /// Builds the closed surface of the solid.
     ///
     /// # Errors
-    /// A parameter out of the range that its field gives; a wall that the grid does not resolve, or that fills the cell; too
-    /// many grid nodes or triangles.
+    /// Fails for a parameter out of the range that its field states, a wall that the grid does not resolve or that
+    /// fills the cell, and too many grid nodes or triangles.
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         let block = periodic_block(self.cells, self.cell_size, self.resolution)?;
         let level = match self.part {
@@ -183,7 +183,7 @@ struct Levelled {
     surface: Surface,
     sheet: bool,
     level: f64,
-    /// A place at which the angles are zero.
+    /// A point at which the angles are zero.
     origin: DVec3,
     angle_per_length: f64,
 }
@@ -212,7 +212,7 @@ mod tests {
         MinimalSurface { surface, part, cells: [2, 1, 2], cell_size: 5.0, resolution: 24 }
     }
 
-    /// The angles at a point of [`block`].
+    /// Returns the angles at a point of [`block`].
     fn angle(surface: Surface, part: Part, p: DVec3) -> DVec3 {
         TAU * ((p + DVec3::new(5.0, 2.5, 5.0)) / 5.0 + surface.phase(part))
     }
@@ -265,7 +265,8 @@ mod tests {
 
     #[test]
     fn walls_are_as_thick_as_asked_on_average() {
-        // For a thin wall the two sides have the area of the middle between them, so volume over area measures it.
+        // For a thin wall the two sides have the area of the middle between them, so that volume over area measures the
+        // wall.
         let wall = 0.4;
         let mesh = block(Surface::Gyroid, Part::Sheet { wall }).build().unwrap();
         let extent = DVec3::new(5.0, 2.5, 5.0);
@@ -348,8 +349,8 @@ mod tests {
 
     #[test]
     fn topology_is_that_of_the_surface() {
-        // A periodic solid has half the characteristic of its surface. The capped block adds whole struts cut at the box;
-        // the difference between blocks of n³ cells leaves the term in n³.
+        // A periodic solid has half the characteristic of its surface. The capped block adds whole struts cut at the
+        // box; the difference between blocks of n³ cells leaves the term in n³.
         let chi = |n: u32| {
             let part = Part::Network { fraction: 0.5 };
             let model =

@@ -1,16 +1,16 @@
-//! Model solids: closed, outward-oriented, 2-manifold meshes whose volumes are known or can be worked out.
+//! Model solids: closed, outward-oriented, 2-manifold meshes whose volumes are known or can be computed.
 //!
-//! They serve as examples, as scaffolds to start from, and as test material. Lengths are millimetres by convention; nothing
-//! depends on it. Every solid but [`cuboid`] has its centre at the origin, so that any two overlap.
+//! They serve as examples, as scaffolds to start from, and as test material. Lengths are millimetres by convention;
+//! nothing depends on it. Every solid but [`cuboid`] has its centre at the origin, so that any two overlap.
 //!
 //! Simple shapes are tessellated directly ([`cuboid`], [`sphere`], [`cylinder`], [`torus`], [`hyperboloid`],
 //! [`geodesic()`], [`ell`], [`hollow_box`], [`star()`], [`TorusKnot`], [`chain()`], [`chain_mail`], [`Weave`],
 //! [`GeodesicFrame`], [`HyperboloidFrame`]). Minimal surfaces, merged lattices, the brush, the bones and the organic solids are
 //! implicit solids {F < 0} that one contourer turns into a mesh, clipped by their box with planar caps ([`MinimalSurface`],
-//! [`StrutLattice`], [`Brush`], [`LongBone`], [`TrabecularBone`], [`Organic`], [`Skull`]). [`Model`] gathers them all under
-//! the names and defaults that a command line needs.
+//! [`StrutLattice`], [`Brush`], [`LongBone`], [`TrabecularBone`], [`Organic`], [`Skull`]). [`Model`] lists them all
+//! with the names and defaults that a command line needs.
 //!
-//! The mesh of a solid is the same, bit for bit, whatever the number of threads.
+//! The mesh of a solid is bit for bit independent of the number of threads.
 
 mod blend;
 mod boxes;
@@ -53,10 +53,10 @@ pub use star::star;
 pub use trabecular::TrabecularBone;
 pub use weave::Weave;
 
-/// The most triangles that a solid may have.
+/// Largest number of triangles of a solid.
 pub const MAX_TRIANGLES: u64 = 50_000_000;
 
-/// Why a solid cannot be made.
+/// The reason why a solid cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SolidError {
     /// A parameter has a value for which there is no such solid.
@@ -66,7 +66,7 @@ pub enum SolidError {
         parameter: &'static str,
         /// Its value.
         value: f64,
-        /// The range that is allowed, in words and numbers.
+        /// The allowed range, in words and numbers.
         allowed: String,
     },
     /// The mesh would be too large.
@@ -76,9 +76,9 @@ pub enum SolidError {
         parameter: &'static str,
         /// Its value.
         value: f64,
-        /// The triangles there would be.
+        /// Number of triangles required.
         triangles: u64,
-        /// The triangles there may be.
+        /// Number of triangles allowed.
         limit: u64,
     },
     /// The grid on which an implicit solid is sampled would be too large.
@@ -88,9 +88,9 @@ pub enum SolidError {
         parameter: &'static str,
         /// Its value.
         value: f64,
-        /// The nodes there would be.
+        /// Number of nodes required.
         nodes: u64,
-        /// The nodes there may be.
+        /// Number of nodes allowed.
         limit: u64,
     },
     /// The grid on which an implicit solid is sampled misses it.
@@ -119,24 +119,24 @@ pub enum SolidError {
         /// The names of its parameters.
         known: String,
     },
-    /// The text given for a parameter is not of its form.
+    /// The text given for a parameter does not have the required form.
     #[error("{parameter} is `{text}`, but must be {expected}")]
     Unreadable {
         /// The parameter's name.
         parameter: &'static str,
         /// The text as given.
         text: String,
-        /// What it has to look like.
+        /// The required form.
         expected: &'static str,
     },
 }
 
-/// Checks that a length is positive, finite, and of a size at which squares neither overflow nor vanish.
+/// Checks that a length is positive, finite, and of a size at which squares neither overflow nor underflow.
 fn check_length(parameter: &'static str, value: f64) -> Result<(), SolidError> {
     check_range(parameter, value, 1e-9, 1e9)
 }
 
-/// The relative rounding error of a limit that is computed. Values are typed: 0.3 is within a limit of 1.5 · 0.2.
+/// The relative rounding error of a computed limit. Users type decimals: 0.3 is within a limit of 1.5 · 0.2.
 const ROUNDING: f64 = 1e-10;
 
 /// Checks that `low <= value <= high`, where the limits may be off by [`ROUNDING`].
@@ -149,12 +149,12 @@ fn check_range(parameter: &'static str, value: f64, low: f64, high: f64) -> Resu
     }
 }
 
-/// Rounds a limit to eleven digits for a message: [`check_range`] accepts every limit that is shown.
+/// Rounds a limit to eleven digits for a message: [`check_range`] accepts every limit that a message shows.
 fn rounded(limit: f64) -> f64 {
     format!("{limit:.10e}").parse().expect("a float that was printed is one")
 }
 
-/// Checks a number of triangles against [`MAX_TRIANGLES`] before memory is taken for them.
+/// Checks a number of triangles against [`MAX_TRIANGLES`] before memory is allocated for them.
 fn check_triangles(parameter: &'static str, value: u32, triangles: u64) -> Result<(), SolidError> {
     if triangles <= MAX_TRIANGLES {
         Ok(())
@@ -163,7 +163,7 @@ fn check_triangles(parameter: &'static str, value: u32, triangles: u64) -> Resul
     }
 }
 
-/// Checks the cells of a periodic solid, each axis, and their size and resolution; gives the box that they fill.
+/// Checks the cells of a periodic solid along each axis, and their size and resolution; returns the box that they fill.
 fn periodic_block(cells: [u32; 3], cell_size: f64, resolution: u32) -> Result<contour::Block, SolidError> {
     check_length("cell_size", cell_size)?;
     check_range("resolution", resolution.into(), 4.0, 1024.0)?;

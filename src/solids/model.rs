@@ -1,4 +1,4 @@
-//! All solids under names, with parameters that have defaults and are given as text.
+//! The catalogue of all solids by name, with parameters that have defaults and are given as text.
 
 use glam::DVec3;
 
@@ -23,7 +23,7 @@ pub enum Model {
     Ell {
         /// Sides of the box.
         size: DVec3,
-        /// Sides of what it lacks, along x and y.
+        /// Sides of the notch, along x and y.
         notch: [f64; 2],
     },
     /// See [`hollow_box`].
@@ -37,14 +37,14 @@ pub enum Model {
     Sphere {
         /// Radius.
         radius: f64,
-        /// Meridians.
+        /// Number of meridians.
         segments: u32,
     },
     /// See [`geodesic()`].
     Geodesic {
         /// Radius.
         radius: f64,
-        /// Parts into which an edge of the icosahedron is cut.
+        /// Number of parts of each edge of the icosahedron.
         frequency: u32,
     },
     /// See [`star()`].
@@ -53,18 +53,18 @@ pub enum Model {
         radius: f64,
         /// Radius of the sphere between them.
         valley: f64,
-        /// Parts into which an edge of the icosahedron is cut.
+        /// Number of parts of each edge of the icosahedron.
         frequency: u32,
     },
     /// See [`torus`].
     Torus {
-        /// Radius of the circle on which the centre runs.
+        /// Radius of the circle on which the tube's centre lies.
         major: f64,
-        /// Radius of the circle that runs.
+        /// Radius of the tube.
         minor: f64,
-        /// Segments along the large circle.
+        /// Number of segments along the large circle.
         around: u32,
-        /// Segments along the small circle.
+        /// Number of segments along the small circle.
         across: u32,
     },
     /// See [`cylinder`].
@@ -73,7 +73,7 @@ pub enum Model {
         radius: f64,
         /// Height.
         height: f64,
-        /// Segments of the circle.
+        /// Number of segments of the circle.
         segments: u32,
     },
     /// See [`hyperboloid`].
@@ -84,9 +84,9 @@ pub enum Model {
         rim: f64,
         /// Height.
         height: f64,
-        /// Segments of the circles.
+        /// Number of segments of the circles.
         segments: u32,
-        /// Zones along the height.
+        /// Number of zones along the height.
         zones: u32,
     },
     /// See [`TorusKnot`].
@@ -99,24 +99,24 @@ pub enum Model {
         major: f64,
         /// Radius of a ring's section.
         minor: f64,
-        /// Segments along a ring.
+        /// Number of segments along a ring.
         around: u32,
-        /// Segments round its section.
+        /// Number of segments round its section.
         across: u32,
     },
     /// See [`chain_mail`].
     ChainMail {
-        /// Flat rings along x.
+        /// Number of flat rings along x.
         columns: u32,
-        /// Flat rings along y.
+        /// Number of flat rings along y.
         rows: u32,
         /// Radius of a ring's middle line.
         major: f64,
         /// Radius of a ring's section.
         minor: f64,
-        /// Segments along a ring.
+        /// Number of segments along a ring.
         around: u32,
-        /// Segments round its section.
+        /// Number of segments round its section.
         across: u32,
     },
     /// See [`Weave`].
@@ -144,24 +144,24 @@ pub enum Model {
 /// A parameter of a model, as a help text shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {
-    /// The name by which it is given.
+    /// The parameter's name.
     pub name: &'static str,
-    /// The value it has when it is not given.
+    /// The default value.
     pub default: &'static str,
-    /// What it is, in a line.
+    /// A description of one line.
     pub meaning: &'static str,
-    /// Whether its values are lengths, in millimetres.
+    /// True if its values are lengths, in millimetres.
     pub is_length: bool,
 }
 
 /// A model with its name, as a help text shows it.
 #[derive(Clone, Copy, Debug)]
 pub struct ModelKind {
-    /// The name by which it is asked for.
+    /// The model's name.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// A description of one line.
     pub summary: &'static str,
-    /// What can be chosen.
+    /// The parameters.
     pub parameters: &'static [Parameter],
     build: fn(&Arguments) -> Result<Model, SolidError>,
 }
@@ -563,17 +563,17 @@ const KINDS: &[ModelKind] = &[
 ];
 
 impl Model {
-    /// All models in the order in which a help text should list them.
+    /// Returns all models in the order in which a help text should list them.
     pub fn kinds() -> &'static [ModelKind] {
         KINDS
     }
 
-    /// The model of a name, with values for some of its parameters and defaults for the others. The last value counts
-    /// where one is given twice.
+    /// Returns the model of a name, with values for some of its parameters and defaults for the others. The last value
+    /// counts where one is given twice.
     ///
     /// # Errors
-    /// A name that there is not, of a model or a parameter, or a value that cannot be read. Whether values are in range
-    /// is seen by [`Model::build`].
+    /// Fails for an unknown name of a model or a parameter, or a value that cannot be parsed. [`Model::build`] checks
+    /// whether values are in range.
     pub fn from_parameters(kind: &str, values: &[(&str, &str)]) -> Result<Model, SolidError> {
         let names = |names: &mut dyn Iterator<Item = &'static str>| names.collect::<Vec<_>>().join(", ");
         let found = KINDS.iter().find(|k| k.name == kind).ok_or_else(|| SolidError::UnknownKind {
@@ -592,10 +592,11 @@ impl Model {
         (found.build)(&Arguments { parameters: found.parameters, values })
     }
 
-    /// The closed, outward-oriented mesh of the solid.
+    /// Builds the closed, outward-oriented mesh of the solid.
     ///
     /// # Errors
-    /// A parameter that is out of range, or a mesh that would be too large; see the shape's own function or struct.
+    /// Fails for a parameter that is out of range, or a mesh that would be too large; see the shape's own function or
+    /// struct.
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         match *self {
             Model::Cuboid { min, max } => cuboid(min, max),
@@ -628,7 +629,7 @@ impl Model {
     }
 }
 
-/// The values given for a model, with the parameters they may stand for.
+/// The values given for a model, with the model's parameters.
 struct Arguments<'a> {
     parameters: &'static [Parameter],
     values: &'a [(&'a str, &'a str)],
@@ -696,13 +697,13 @@ impl Arguments<'_> {
     }
 }
 
-/// Exactly `N` values with commas between them.
+/// Parses exactly `N` values with commas between them.
 fn several<T: std::str::FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
     let parts: Vec<T> = text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>()?;
     parts.try_into().ok()
 }
 
-/// One value that stands for all, or `N`.
+/// Parses one value that applies to all, or `N`.
 fn one_or_several<T: std::str::FromStr + Copy, const N: usize>(text: &str) -> Option<[T; N]> {
     text.trim().parse().ok().map(|value| [value; N]).or_else(|| several(text))
 }

@@ -1,6 +1,6 @@
-//! An organic solid: the likeness of a sitting hare, lobes and limbs merged smoothly, with waves on its skin.
+//! An organic solid resembling a sitting hare: lobes and limbs blended smoothly, with waves on its skin.
 //!
-//! It stands for what scans give: thick and thin parts, saddles and dents, no edge and no symmetry but for a rough one.
+//! It represents scanned shapes: thick and thin parts, saddles and dents, no edge and only approximate symmetry.
 
 use glam::DVec3;
 
@@ -12,11 +12,11 @@ use crate::mesh::TriangleMesh;
 /// A blob with head, ears, haunches and tail, facing greater x, centred on the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Organic {
-    /// About its height.
+    /// Approximate height.
     pub size: f64,
-    /// Height of the waves on its skin, in units of the usual, 0 to 2.
+    /// Height of the waves on its skin, relative to the default, 0 to 2.
     pub bumps: f64,
-    /// Grid cells along the height, 24 to 1024; triangles grow with its square.
+    /// Number of grid cells along the height, 24 to 1024; the number of triangles grows with its square.
     pub resolution: u32,
 }
 
@@ -24,10 +24,10 @@ pub struct Organic {
 const REACH: DVec3 = DVec3::new(0.60, 0.36, 0.58);
 
 impl Organic {
-    /// The closed surface of the solid.
+    /// Builds the closed surface of the solid.
     ///
     /// # Errors
-    /// A parameter out of the range that its field gives; too many grid nodes or triangles.
+    /// Fails for a parameter out of the range that its field states, and too many grid nodes or triangles.
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         check_length("size", self.size)?;
         check_range("bumps", self.bumps, 0.0, 2.0)?;

@@ -1,7 +1,7 @@
 //! Cuboid, sphere, cylinder, hyperboloid and torus, tessellated along their own parameters.
 //!
-//! Vertices lie on the true surface, so a curved solid is inscribed: its volume approaches the closed form from below as
-//! segments grow (torus and hyperboloid approach it from either side).
+//! Vertices lie on the true surface, so a curved solid is inscribed: its volume approaches the closed form from below
+//! as segments grow (torus and hyperboloid approach it from either side).
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,10 +10,10 @@ use glam::DVec3;
 use super::{SolidError, check_length, check_range, check_triangles};
 use crate::mesh::TriangleMesh;
 
-/// The box between two corners: 12 triangles.
+/// Returns the box between two corners: 12 triangles.
 ///
 /// # Errors
-/// A coordinate of `max` that is not above that of `min`, or is not finite.
+/// Fails if a coordinate of `max` is not above that of `min`, or is not finite.
 pub fn cuboid(min: DVec3, max: DVec3) -> Result<TriangleMesh, SolidError> {
     for (parameter, low, high) in [("max x", min.x, max.x), ("max y", min.y, max.y), ("max z", min.z, max.z)] {
         if !(low.is_finite() && high.is_finite() && low < high) {
@@ -34,12 +34,13 @@ pub fn cuboid(min: DVec3, max: DVec3) -> Result<TriangleMesh, SolidError> {
     Ok(TriangleMesh { positions, triangles })
 }
 
-/// A sphere about the origin with `segments` meridians and half as many zones; `2 segments (segments / 2 − 1)` triangles.
+/// Returns a sphere about the origin with `segments` meridians and half as many zones; `2 segments (segments / 2 − 1)`
+/// triangles.
 ///
-/// Triangles crowd at the poles; [`geodesic`](super::geodesic()) has even ones.
+/// Triangles crowd at the poles; those of [`geodesic`](super::geodesic()) are more even.
 ///
 /// # Errors
-/// A radius that is not a length, `segments` below 4 or giving too many triangles.
+/// Fails for a radius that is not a length, and `segments` below 4 or with too many triangles.
 pub fn sphere(radius: f64, segments: u32) -> Result<TriangleMesh, SolidError> {
     check_length("radius", radius)?;
     check_range("segments", segments.into(), 4.0, 1e6)?;
@@ -52,10 +53,10 @@ pub fn sphere(radius: f64, segments: u32) -> Result<TriangleMesh, SolidError> {
     Ok(revolve(profile, (-radius, radius), segments))
 }
 
-/// A cylinder about the z axis, centred on the origin; `4 segments` triangles.
+/// Returns a cylinder about the z axis, centred on the origin; `4 segments` triangles.
 ///
 /// # Errors
-/// A radius or height that is not a length, `segments` below 3 or giving too many triangles.
+/// Fails for a radius or height that is not a length, and `segments` below 3 or with too many triangles.
 pub fn cylinder(radius: f64, height: f64, segments: u32) -> Result<TriangleMesh, SolidError> {
     check_length("radius", radius)?;
     check_length("height", height)?;
@@ -65,13 +66,13 @@ pub fn cylinder(radius: f64, height: f64, segments: u32) -> Result<TriangleMesh,
     Ok(revolve([(radius, -half), (radius, half)].into_iter(), (-half, half), segments))
 }
 
-/// The solid inside a hyperboloid of one sheet about the z axis, between planes: of radius `waist` in the middle and `rim`
-/// at either end. It is saddle-shaped everywhere on its side. Its volume tends to π height (2 waist² + rim²) / 3.
-/// `2 segments (zones + 1)` triangles.
+/// Returns the solid inside a hyperboloid of one sheet about the z axis, between planes: of radius `waist` in the
+/// middle and `rim` at either end. It is saddle-shaped everywhere on its side. Its volume tends to π height (2 waist² +
+/// rim²) / 3. `2 segments (zones + 1)` triangles.
 ///
 /// # Errors
-/// A radius or height that is not a length, a `waist` not below the `rim`, fewer than 3 segments or 2 zones, too many
-/// triangles.
+/// Fails for a radius or height that is not a length, a `waist` not below the `rim`, fewer than 3 segments or 2 zones,
+/// and too many triangles.
 pub fn hyperboloid(waist: f64, rim: f64, height: f64, segments: u32, zones: u32) -> Result<TriangleMesh, SolidError> {
     check_length("waist", waist)?;
     check_length("rim", rim)?;
@@ -91,11 +92,12 @@ pub fn hyperboloid(waist: f64, rim: f64, height: f64, segments: u32, zones: u32)
     Ok(revolve(profile, (-half, half), segments))
 }
 
-/// A torus about the z axis: a circle of radius `minor` whose centre runs round a circle of radius `major`, cut into
+/// Returns a torus about the z axis: a tube of radius `minor` whose centre lies on a circle of radius `major`, with
 /// `around` segments along the large circle and `across` along the small one; `2 around across` triangles.
 ///
 /// # Errors
-/// A radius that is not a length, a `minor` radius not below the `major` one, fewer than 3 segments, too many triangles.
+/// Fails for a radius that is not a length, a `minor` radius not below the `major` one, fewer than 3 segments, and too
+/// many triangles.
 pub fn torus(major: f64, minor: f64, around: u32, across: u32) -> Result<TriangleMesh, SolidError> {
     check_length("major", major)?;
     check_length("minor", minor)?;
@@ -125,12 +127,12 @@ pub fn torus(major: f64, minor: f64, around: u32, across: u32) -> Result<Triangl
     Ok(TriangleMesh { positions, triangles })
 }
 
-/// The unit vector at `step` of `steps` round the circle.
+/// Returns the unit vector at `step` of `steps` round the circle.
 fn direction(step: u32, steps: u32) -> glam::DVec2 {
     glam::DVec2::from_angle(TAU * f64::from(step) / f64::from(steps))
 }
 
-/// Turns a profile of (radius, z), z rising, about the z axis and closes it with a pole of given z at either end.
+/// Revolves a profile of (radius, z), z rising, about the z axis and closes it with a pole of given z at either end.
 fn revolve(profile: impl Iterator<Item = (f64, f64)>, poles: (f64, f64), segments: u32) -> TriangleMesh {
     let mut positions = vec![DVec3::new(0.0, 0.0, poles.0), DVec3::new(0.0, 0.0, poles.1)];
     let mut rings = 0;

@@ -1,7 +1,7 @@
 //! A skull-like solid: a thick shell round one cavity that opens through two eye sockets, a nose and a hole below.
 //!
-//! Nothing anatomical should be measured on it. It is there for what makes such solids hard: much of its surface is inside,
-//! seen from without only through holes, and hardly a part of it is convex.
+//! It is not meant for anatomical measurements. It tests the difficulties of such solids: much of its surface is
+//! inside, visible from without only through holes, and hardly any part of it is convex.
 
 use glam::DVec3;
 
@@ -10,17 +10,18 @@ use super::contour::{Block, Implicit, contour};
 use super::{SolidError, check_length, check_range};
 use crate::mesh::TriangleMesh;
 
-/// Fewer grid cells across the wall would tear it.
+/// Smallest wall thickness in grid cells; a thinner wall would break up.
 const CELLS_PER_WALL: f64 = 2.0;
 
 /// A shell with four openings, facing greater x, about the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Skull {
-    /// About its length and height.
+    /// Approximate length and height.
     pub size: f64,
-    /// Thickness of the shell as a share of the size, 0.04 to 0.1.
+    /// Thickness of the shell as a fraction of the size, 0.04 to 0.1.
     pub wall: f64,
-    /// Grid cells along the size, 30 to 1024, and so many that the shell is two of them thick; triangles grow with its square.
+    /// Number of grid cells along the size, 30 to 1024, and at least so many that the shell is two cells thick; the
+    /// number of triangles grows with its square.
     pub resolution: u32,
 }
 
@@ -28,10 +29,10 @@ pub struct Skull {
 const REACH: DVec3 = DVec3::new(0.54, 0.36, 0.54);
 
 impl Skull {
-    /// The closed surface of the solid: one surface of genus 3.
+    /// Builds the closed surface of the solid: one surface of genus 3.
     ///
     /// # Errors
-    /// A parameter out of the range that its field gives; too many grid nodes or triangles.
+    /// Fails for a parameter out of the range that its field states, and too many grid nodes or triangles.
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         check_length("size", self.size)?;
         check_range("wall", self.wall, 0.04, 0.10)?;
@@ -50,20 +51,20 @@ struct Shell {
 }
 
 impl Shell {
-    /// Braincase, face and jaw, as if they were solid.
+    /// Returns braincase, face and jaw, without the cavity.
     fn head(p: DVec3) -> f64 {
         let lobe = |x: f64, z: f64, radii: [f64; 3]| ellipsoid(p - DVec3::new(x, 0.0, z), DVec3::from_array(radii));
         let face = smooth_min(lobe(-0.10, 0.14, [0.39, 0.29, 0.32]), lobe(0.22, -0.12, [0.19, 0.19, 0.24]), 0.10);
         smooth_min(face, lobe(0.22, -0.34, [0.16, 0.14, 0.13]), 0.08)
     }
 
-    /// A cheekbone, which has no hollow.
+    /// Returns a cheekbone, which has no cavity.
     fn cheekbone(p: DVec3, side: f64) -> f64 {
         ellipsoid(p - DVec3::new(0.22, 0.18 * side, -0.10), DVec3::new(0.12, 0.07, 0.06))
     }
 
-    /// The cavity of a head, with what opens it (eye sockets, the nose and the hole below) and what keeps it in one piece
-    /// where the wall is thick. All flow into one another, so that no crumbs are left between them.
+    /// Returns the cavity of a head, with its openings (eye sockets, the nose and the hole below) and the channels that
+    /// keep it in one piece where the wall is thick. All overlap, so that no loose fragments are left between them.
     fn void(p: DVec3, cavity: f64) -> f64 {
         let eye = |side: f64| {
             let (mouth, end) = (DVec3::new(0.50, 0.125 * side, 0.01), DVec3::new(0.10, 0.08 * side, 0.04));
@@ -95,7 +96,7 @@ mod tests {
 
     #[test]
     fn skull_is_one_shell_with_four_openings() {
-        // The finer ones would show crumbs that the coarse ones miss.
+        // The finer ones would show loose fragments that the coarse ones miss.
         for (wall, resolution) in [(0.08, 30), (0.08, 38), (0.05, 40), (0.10, 30), (0.04, 60), (0.06, 60), (0.08, 90)] {
             let skull = Skull { wall, resolution, ..SKULL };
             let mesh = skull.build().unwrap();

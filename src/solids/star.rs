@@ -1,15 +1,18 @@
-//! A star: a geodesic sphere with a spike on every face. Few triangles, and hardly a convex edge that is not a spike's.
+//! A star: a geodesic sphere with a spike on every face. It has few triangles, and hardly any convex edges but those of
+//! spikes.
 
 use glam::DVec3;
 
 use super::{SolidError, check_length, check_triangles, geodesic};
 use crate::mesh::TriangleMesh;
 
-/// A geodesic sphere of radius `valley` about the origin, each of whose faces carries a spike with its tip at `radius`;
-/// `60 frequency²` triangles. Every ray from the origin meets its surface once, so that it never crosses itself.
+/// Returns a geodesic sphere of radius `valley` about the origin, each of whose faces carries a spike with its tip at
+/// `radius`; `60 frequency²` triangles. Every ray from the origin meets its surface once, so that it has no
+/// self-intersection.
 ///
 /// # Errors
-/// A radius that is not a length, a `valley` not below `radius`, a frequency of zero or giving too many triangles.
+/// Fails for a radius that is not a length, a `valley` not below `radius`, and a frequency of zero or with too many
+/// triangles.
 pub fn star(radius: f64, valley: f64, frequency: u32) -> Result<TriangleMesh, SolidError> {
     check_length("radius", radius)?;
     check_length("valley", valley)?;

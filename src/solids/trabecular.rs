@@ -1,13 +1,13 @@
-//! A block of trabecular bone: rods and plates without order, all of about one thickness.
+//! A block of trabecular bone: disordered rods and plates of similar thickness.
 //!
 //! # Theory
 //! Many plane waves of one length, of random directions and phases, add up to a Gaussian random field (Cahn, Phase
-//! separation by spinodal decomposition, 1965). What lies below a quantile of it is the solid. Such spinodal solids are in
-//! use as models of bone (Kumar et al., Inverse-designed spinodoid metamaterials, 2020). Waves that are longer along z draw
-//! out the trabeculae in that direction, as a load does.
+//! separation by spinodal decomposition, 1965). The solid is the set where the field is below a quantile. Such spinodal
+//! solids are used as models of bone (Kumar et al., Inverse-designed spinodoid metamaterials, 2020). Waves that are
+//! longer along z elongate the trabeculae in that direction, as a load does.
 //!
-//! The less there is of it, the more pieces hang in the air; the more there is, the more pores have no way out. Only the
-//! largest shell is kept: one connected solid without enclosed pores.
+//! The lower the volume fraction, the more disconnected pieces there are; the higher it is, the more enclosed pores.
+//! Only the largest shell is kept: one connected solid without enclosed pores.
 
 use std::f64::consts::TAU;
 
@@ -17,35 +17,35 @@ use super::contour::{Block, Implicit, contour};
 use super::{SolidError, check_length, check_range};
 use crate::mesh::TriangleMesh;
 
-/// Waves that are added up, each of which costs time at every point. The excess kurtosis of n waves is −1.5 / n, so these are
+/// Number of waves, each of which costs time at every point. The excess kurtosis of n waves is −1.5 / n, so these are
 /// close to Gaussian.
 const WAVES: usize = 40;
 
-/// Points along each axis from which the level is found.
+/// Number of points along each axis that determine the level.
 const LEVEL_SAMPLES: usize = 32;
 
-/// A block of trabecular bone centred on the origin, cut off by the planes of its box.
+/// A block of trabecular bone centred on the origin, clipped by the planes of its box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrabecularBone {
     /// Sides of the block, rounded to whole grid cells.
     pub size: DVec3,
-    /// Length of the waves: about the distance from one trabecula across to the next.
+    /// Length of the waves: about the distance between neighbouring trabeculae.
     pub spacing: f64,
-    /// Share of the volume that is bone, 0.2 to 0.6, before what is loose is taken away.
+    /// Volume fraction of bone, 0.2 to 0.6, before loose pieces are removed.
     pub fraction: f64,
-    /// How much longer waves are along z than across it, 1 to 4.
+    /// Ratio of the wavelength along z to that across it, 1 to 4.
     pub stretch: f64,
-    /// Picks one of many bones of the same kind.
+    /// The seed, which selects one of many bones of the same kind.
     pub seed: u32,
-    /// Grid cells along `spacing`, 4 to 256; triangles grow with its square.
+    /// Number of grid cells along `spacing`, 4 to 256; the number of triangles grows with its square.
     pub resolution: u32,
 }
 
 impl TrabecularBone {
-    /// The closed surface of the bone.
+    /// Builds the closed surface of the bone.
     ///
     /// # Errors
-    /// A parameter out of the range that its field gives; too many grid nodes or triangles.
+    /// Fails for a parameter out of the range that its field states, and too many grid nodes or triangles.
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         check_length("spacing", self.spacing)?;
         check_range("fraction", self.fraction, 0.2, 0.6)?;
@@ -64,7 +64,7 @@ impl TrabecularBone {
     }
 }
 
-/// A sum of plane waves less a level.
+/// A sum of plane waves minus a level.
 struct Field {
     /// Wave vectors and phases.
     waves: [(DVec3, f64); WAVES],
@@ -72,11 +72,11 @@ struct Field {
 }
 
 impl Field {
-    /// Waves with vectors on the ellipsoid of the given half axes.
+    /// Returns waves with wave vectors on the ellipsoid of the given half axes.
     fn new(seed: u32, half_axes: DVec3) -> Field {
         let mut random = Random(seed.into());
         let waves = std::array::from_fn(|_| {
-            // Heights on a sphere are evenly spread (Archimedes).
+            // Heights on a sphere are uniformly distributed (Archimedes).
             let (height, angle, phase) = (2.0 * random.next() - 1.0, TAU * random.next(), TAU * random.next());
             let direction = DVec3::from(((1.0 - height * height).sqrt() * glam::DVec2::from_angle(angle), height));
             (half_axes * direction, phase)
@@ -84,7 +84,7 @@ impl Field {
         Field { waves, level: 0.0 }
     }
 
-    /// The value below which the field lies in a given share of a box.
+    /// Returns the value below which the field lies in a given fraction of a box.
     fn quantile(&self, fraction: f64, min: DVec3, extent: DVec3) -> f64 {
         let n = LEVEL_SAMPLES;
         let at = |i: usize| DVec3::new((i % n) as f64, (i / n % n) as f64, (i / n / n) as f64);
@@ -112,7 +112,7 @@ impl Implicit for Field {
 struct Random(u64);
 
 impl Random {
-    /// A number from 0 to below 1.
+    /// Returns a number from 0 to below 1.
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -122,7 +122,7 @@ impl Random {
     }
 }
 
-/// The shell of most vertices alone, its vertices and triangles in their order.
+/// Returns the shell of most vertices alone, its vertices and triangles in their order.
 fn largest_shell(mesh: TriangleMesh) -> TriangleMesh {
     let mut parent: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     fn root(parent: &mut [u32], mut v: u32) -> u32 {
@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn stretch_draws_out_what_crosses_z() {
-        // Of a Gaussian field the area across an axis goes with the mean square of the waves along it.
+        // In a Gaussian field the area across an axis grows with the mean square of the waves along it.
         let across = |stretch: f64| {
             let mesh = TrabecularBone { stretch, resolution: 8, ..BONE }.build().unwrap();
             let mut sums = DVec3::ZERO;

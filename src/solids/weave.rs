@@ -2,9 +2,9 @@
 //!
 //! # Theory
 //! Yarns of a plain weave run along sines: warp i along y at x = i p, z = a cos(πy / p), and weft j along x at y = j p,
-//! z = −a cos(πx / p), each turned over from one yarn to the next. At a crossing their middle lines are 2a apart. With
-//! cos t ≥ 1 − t² / 2 the squared distance of any two of their points, x and y from the crossing, is at least
-//! 4a² + (1 − 2π²a² / p²)(x² + y²), so nothing comes closer than at crossings as long as a ≤ p / (π √2).
+//! z = −a cos(πx / p), each inverted from one yarn to the next. At a crossing their middle lines are 2a apart. With cos
+//! t ≥ 1 − t² / 2 the squared distance of any two of their points, x and y from the crossing, is at least 4a² + (1 −
+//! 2π²a² / p²)(x² + y²), so nothing comes closer than at crossings as long as a ≤ p / (π √2).
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -19,28 +19,28 @@ use crate::mesh::TriangleMesh;
 /// A yarn of n crossings has `2 segments (n steps + 1)` triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weave {
-    /// Yarns along y, side by side in x, and yarns along x, side by side in y; 1 to 10 000 each.
+    /// Number of yarns along y, side by side in x, and of yarns along x, side by side in y; 1 to 10 000 each.
     pub yarns: [u32; 2],
-    /// Cloths, 1 to 10 000.
+    /// Number of cloths, 1 to 10 000.
     pub layers: u32,
     /// Distance between the middle lines of neighbouring yarns.
     pub spacing: f64,
     /// Radius of a yarn.
     pub radius: f64,
-    /// Least distance between the surfaces of crossing yarns, and of layers. With the radius it gives the amplitude
-    /// a = radius + gap / 2 of the yarns, of which spacing / (π √2) is the most.
+    /// Least distance between the surfaces of crossing yarns, and of layers. With the radius it gives the amplitude a =
+    /// radius + gap / 2 of the yarns, which is at most spacing / (π √2).
     pub gap: f64,
-    /// Segments round a yarn, at least 3.
+    /// Number of segments round a yarn, at least 3.
     pub segments: u32,
-    /// Segments of a yarn from one crossing to the next, at least 2.
+    /// Number of segments of a yarn from one crossing to the next, at least 2.
     pub steps: u32,
 }
 
 impl Weave {
-    /// The closed surfaces of the yarns.
+    /// Builds the closed surfaces of the yarns.
     ///
     /// # Errors
-    /// A parameter out of the range that its field gives, or too many triangles.
+    /// Fails for a parameter out of the range that its field states, or too many triangles.
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         for (name, value) in [("spacing", self.spacing), ("radius", self.radius), ("gap", self.gap)] {
             check_length(name, value)?;
@@ -74,7 +74,7 @@ impl Weave {
                 let (count, length) = (self.yarns[family], self.yarns[1 - family]);
                 for i in 0..count {
                     let across = self.spacing * centred(i, count);
-                    // The cosine of crossing j of yarn i, whose sign is the other one's at the next yarn.
+                    // The cosine of crossing j of yarn i, whose sign is opposite at the next yarn.
                     let amplitude = if i % 2 == 0 { side * amplitude } else { -side * amplitude };
                     let turn = |along: f64, p: DVec2| match family {
                         0 => DVec3::new(across - p.x, along, z + p.y),
@@ -87,13 +87,13 @@ impl Weave {
         Ok(mesh)
     }
 
-    /// Adds a yarn of a number of crossings. `place` puts a point into the world from where it is along the cloth and
-    /// from its place across: sideways, left of a walk along the yarn, and up.
+    /// Adds a yarn with a number of crossings. `place` maps a position along the cloth and one across it (sideways, to
+    /// the left seen along the yarn, and up) to a point in the world.
     fn add_yarn(&self, mesh: &mut TriangleMesh, crossings: u32, amplitude: f64, place: impl Fn(f64, DVec2) -> DVec3) {
         let (segments, rings) = (self.segments, crossings * self.steps + 1);
         let first = mesh.positions.len() as u32;
         for ring in 0..rings {
-            // A yarn goes on beyond its outermost crossings by half a spacing.
+            // A yarn extends beyond its outermost crossings by half a spacing.
             let phase = PI * (f64::from(ring) / f64::from(self.steps) - 0.5);
             let along = self.spacing * (phase / PI - f64::from(crossings - 1) / 2.0);
             let slope = DVec2::new(self.spacing, -amplitude * PI * phase.sin()).normalize();
@@ -137,7 +137,7 @@ mod tests {
         assert_eq!(components(&mesh), 14);
         assert_eq!(euler_characteristic(&mesh), 28);
         assert_eq!(mesh.triangles.len(), 2 * (4 * 24 * 25 + 3 * 24 * 33));
-        // A tube across its middle line has the volume of section times length (Pappus).
+        // A tube perpendicular to its middle line has the volume of section times length (Pappus).
         let fine = Weave { segments: 48, steps: 64, ..CLOTH }.build().unwrap();
         let steps = 1000;
         let arc = |i: i32| {
@@ -150,7 +150,7 @@ mod tests {
 
     #[test]
     fn yarns_keep_their_gap() {
-        // The amplitude is near the most that the proof allows.
+        // The amplitude is near the maximum that the proof allows.
         let cloth = Weave { yarns: [3, 3], layers: 2, radius: 0.34, segments: 24, steps: 24, ..CLOTH };
         let mesh = cloth.build().unwrap();
         let yarns: Vec<&[DVec3]> = mesh.positions.chunks(24 * 73 + 2).collect();

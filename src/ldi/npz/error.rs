@@ -1,4 +1,4 @@
-//! Why images could not be written to or read from a file.
+//! Errors of image files.
 
 use std::io;
 
@@ -6,7 +6,7 @@ use super::npy::HeaderError;
 use crate::grid::GridError;
 use crate::ldi::LdiError;
 
-/// Why images could not be written or read.
+/// The reason why images could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum NpzError {
     /// There is no image.
@@ -20,38 +20,38 @@ pub enum NpzError {
         /// Index of the other.
         second: usize,
     },
-    /// There are normals, and not one list for each image.
+    /// The number of lists of normals is neither zero nor that of the images.
     #[error("{found} lists of normals for {images} images")]
     NormalLists {
-        /// Lists given.
+        /// Number of lists given.
         found: usize,
-        /// Images given.
+        /// Number of images given.
         images: usize,
     },
-    /// There is not one normal for each sample.
+    /// The number of normals is not that of the samples.
     #[error("{array}: {found} normals for {samples} samples")]
     NormalCount {
-        /// The array that they are.
+        /// The name of the array.
         array: String,
-        /// Normals given.
+        /// Number of normals given.
         found: usize,
-        /// Samples of the image.
+        /// Number of samples of the image.
         samples: usize,
     },
-    /// Samples of all images together cannot be numbered.
+    /// The samples of all images together cannot be numbered.
     #[error("{samples} samples with normals; 4294967295 can be numbered")]
     TooManyNormals {
-        /// The samples.
+        /// Number of samples.
         samples: usize,
     },
     /// A normal is neither of length 1 nor zero.
     #[error("{array}: the normal of sample {sample} has length {length}, neither 1 nor 0")]
     NormalLength {
-        /// The array that it is in.
+        /// The name of the array.
         array: String,
         /// The sample.
         sample: usize,
-        /// Its length; perhaps not a number.
+        /// Its length; may be NaN.
         length: f64,
     },
     /// Normals point into the solid.
@@ -60,54 +60,54 @@ pub enum NpzError {
          where it leaves along it"
     )]
     NormalSide {
-        /// The array that they are in.
+        /// The name of the array.
         array: String,
-        /// Samples with such a normal.
+        /// Number of samples with such a normal.
         count: usize,
         /// The first of them.
         sample: usize,
     },
-    /// Exact images disagree about what is inside.
+    /// Exact images disagree about which nodes are inside.
     #[error(
         "the images are said to be exact, and along different axes they disagree about {count} lattice nodes (first: node \
          {node:?}); they are not of one solid on one grid, or not exact"
     )]
     NodesDisagree {
-        /// The nodes.
+        /// Number of such nodes.
         count: u64,
         /// The indices of the first, along x, y and z.
         node: [u32; 3],
     },
-    /// A text names no mode.
+    /// A text is not the name of a mode.
     #[error("mode: {text:?} is none of exact, over and under")]
     Mode {
         /// The text.
         text: String,
     },
-    /// A unit is no short word of letters.
+    /// A unit is not a short word of letters.
     #[error("unit: {text:?} is no unit of length; a word of up to {limit} letters is", limit = super::UNIT_LETTERS)]
     Unit {
-        /// What was given.
+        /// The given text.
         text: String,
     },
-    /// An array that has to be there is not.
+    /// A required array is missing.
     #[error("there is no array {array}")]
     Missing {
         /// Its name.
         array: String,
     },
-    /// The archive names an array twice or more.
+    /// The archive contains an array name more than once.
     #[error("names of arrays stand more than once among the {entries} of the archive")]
     Twice {
-        /// Entries of the archive.
+        /// Number of entries of the archive.
         entries: usize,
     },
-    /// An array has no header that is understood.
+    /// The header of an array cannot be interpreted.
     #[error("{array} {source}")]
     Header {
         /// The array.
         array: String,
-        /// What is wrong with it.
+        /// The problem with the header.
         source: HeaderError,
     },
     /// The elements of an array have the wrong type.
@@ -115,9 +115,9 @@ pub enum NpzError {
     Kind {
         /// The array.
         array: String,
-        /// Their type.
+        /// The type found.
         found: String,
-        /// What is needed.
+        /// The required type.
         wanted: &'static str,
     },
     /// A record lacks a field.
@@ -127,7 +127,7 @@ pub enum NpzError {
         array: String,
         /// The field.
         field: &'static str,
-        /// What it should hold.
+        /// The required content.
         wanted: &'static str,
     },
     /// An array has the wrong shape.
@@ -135,60 +135,60 @@ pub enum NpzError {
     Shape {
         /// The array.
         array: String,
-        /// Its shape.
+        /// The shape found.
         found: Vec<u64>,
-        /// What is needed.
+        /// The required shape.
         wanted: String,
     },
-    /// An array of several dimensions stands in Fortran's order.
+    /// An array of several dimensions is in Fortran order.
     #[error("{array} stands in Fortran's order; C's is needed, which numpy.ascontiguousarray gives")]
     Order {
         /// The array.
         array: String,
     },
-    /// An entry is shorter or longer than the array in it.
+    /// An entry is shorter or longer than its array.
     #[error("{array} has {found} bytes of elements, where its header tells of {wanted}")]
     Size {
         /// The array.
         array: String,
-        /// Bytes that are there.
+        /// Number of bytes present.
         found: u64,
-        /// Bytes that its shape and type need.
+        /// Number of bytes for its shape and type.
         wanted: u64,
     },
-    /// Compressed arrays are large beside the file that holds them.
+    /// Compressed arrays are too large compared with the file that holds them.
     #[error(
         "{array}: compressed arrays need {needed} bytes of memory, and {allowed} are allowed for a file of this size; \
          numpy.savez writes them without compression"
     )]
     Compressed {
-        /// The array that is too much.
+        /// The array that exceeds the limit.
         array: String,
-        /// Bytes of all compressed arrays up to it.
+        /// Number of bytes of all compressed arrays up to it.
         needed: u64,
-        /// Bytes that are allowed.
+        /// Number of bytes allowed.
         allowed: u64,
     },
-    /// There is no memory for an array.
+    /// Memory for an array could not be allocated.
     #[error("{array}: there is no memory for {bytes} bytes")]
     Memory {
         /// The array.
         array: String,
-        /// Bytes that it needs.
+        /// Number of bytes required.
         bytes: u64,
     },
-    /// A value is beyond what its meaning allows.
+    /// A value is out of range.
     #[error("{array}: value {value} at index {index} is outside {least} to {most}")]
     Range {
         /// The array.
         array: String,
-        /// Where the value stands.
+        /// The index of the value.
         index: usize,
         /// The value.
         value: i128,
-        /// The least that is possible.
+        /// The least allowed value.
         least: i128,
-        /// The most that is possible.
+        /// The greatest allowed value.
         most: i128,
     },
     /// A text is none of x, y and z.
@@ -203,34 +203,34 @@ pub enum NpzError {
         /// Its name.
         axis: &'static str,
     },
-    /// The grid is none that images lie on.
+    /// The grid is not a valid one.
     #[error("grid: {0}")]
     Grid(#[from] GridError),
     /// The length of a step contradicts the pitch.
     #[error("grid: a step of {found:e} contradicts the pitch and the shift, which make it {expected:e}")]
     Step {
-        /// What the file states.
+        /// The step that the file states.
         found: f64,
-        /// What follows from pitch and shift.
+        /// The step that follows from pitch and shift.
         expected: f64,
     },
-    /// The arrays of one axis are no image.
+    /// The arrays of one axis do not form an image.
     #[error("the image along {axis}: {source}")]
     Image {
         /// Direction of its rays.
         axis: &'static str,
-        /// What is wrong with it.
+        /// The problem with the image.
         source: LdiError,
     },
-    /// An array is damaged: it does not decompress, or its check sum is another.
+    /// An array is damaged: it does not decompress, or its checksum is wrong.
     #[error("{array} is damaged: {source}")]
     Damaged {
         /// The array.
         array: String,
-        /// What was found.
+        /// The error found.
         source: io::Error,
     },
-    /// The archive could not be written, or is none.
+    /// The archive could not be written, or the file is not an archive.
     #[error("{0}")]
     Zip(#[from] zip::result::ZipError),
     /// The file could not be written or read.
@@ -238,7 +238,7 @@ pub enum NpzError {
     Io(#[from] io::Error),
 }
 
-/// What went wrong keeps its kind, so that a full disk is told from a wrong path.
+/// Keeps the kind of an I/O error, so that a full disk is distinguished from a wrong path.
 impl From<NpzError> for io::Error {
     fn from(error: NpzError) -> io::Error {
         match error {

@@ -21,11 +21,13 @@
 //!
 //! So the depths of ray r in world units along z are `grid["origin"][2] + grid["step"] * depths[offsets[r]:offsets[r + 1]]`.
 //!
-//! Columns and rows run along the two other axes in increasing order: x → (y, z), y → (x, z), z → (x, y). Of several
-//! images, `offsets`, `depths`, `normals` and `unclosed` carry the axis: `offsets_x`. The grid stands once, as it is the same.
+//! Columns and rows run along the two other axes in increasing order: x → (y, z), y → (x, z), z → (x, y). With several
+//! images, the names of `offsets`, `depths`, `normals` and `unclosed` carry the axis: `offsets_x`. The grid occurs
+//! once, since all images share it.
 //!
-//! Entries are written without compression and without a time, so that equal images make equal files. What is read may also
-//! have gone through numpy: compressed, with integers of any width, and without `step`; every value is checked to fit.
+//! Entries are written without compression and without a time stamp, so that equal images make equal files. The reader
+//! also accepts files that have gone through numpy: compressed, with integers of any width, and without `step`; it
+//! checks that every value fits.
 
 mod error;
 mod normals;
@@ -47,7 +49,7 @@ use super::Ldi;
 /// not known.
 pub type Normals = Vec<[f32; 3]>;
 
-/// Which image of a solid a file holds.
+/// The image of a solid that a file holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ImageMode {
     /// Every crossing. Images along several axes then agree about every lattice node.
@@ -59,10 +61,10 @@ pub enum ImageMode {
 }
 
 impl ImageMode {
-    /// Every mode.
+    /// All modes.
     pub const ALL: [ImageMode; 3] = [ImageMode::Exact, ImageMode::Over, ImageMode::Under];
 
-    /// Its name in files: `exact`, `over` or `under`.
+    /// Returns its name in files: `exact`, `over` or `under`.
     pub fn name(self) -> &'static str {
         match self {
             ImageMode::Exact => "exact",
@@ -72,37 +74,37 @@ impl ImageMode {
     }
 }
 
-/// What a file may hold beside the images.
+/// Optional contents of a file beside the images.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Extras {
-    /// The normals of each image, where they are known; an empty list says of all that they are not.
+    /// The normals of each image, where they are known; an empty list if none are.
     pub normals: Vec<Option<Normals>>,
-    /// What one unit of length is: a short word of letters, as `mm`.
+    /// The unit of length: a short word of letters, such as `mm`.
     pub unit: Option<String>,
-    /// Which image of the solid is kept.
+    /// The kind of image.
     pub mode: Option<ImageMode>,
 }
 
-/// What a file held.
+/// The contents of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Images {
     /// One image or several, on one grid along different axes, in the order of the file.
     pub images: Vec<Ldi>,
-    /// What else is known of them; its list of normals has an entry for each image.
+    /// Further contents; the list of normals has an entry for each image.
     pub extras: Extras,
-    /// Names of arrays that mean nothing here and were not read.
+    /// Names of unknown arrays, which were not read.
     pub ignored: Vec<String>,
 }
 
-/// The most letters of a unit.
+/// Largest number of letters of a unit.
 const UNIT_LETTERS: usize = 16;
 
-/// Whether a text can stand as a unit of length.
+/// Returns whether a text is a valid unit of length.
 fn is_unit(text: &str) -> bool {
     (1..=UNIT_LETTERS).contains(&text.chars().count()) && text.chars().all(char::is_alphabetic)
 }
 
-/// The first normal that is neither zero nor of length 1, as far as 32 bits tell, and its length.
+/// Returns the first normal that is neither zero nor, to 32-bit rounding, of length 1, and its length.
 fn not_normal(normals: &[[f32; 3]]) -> Option<(usize, f64)> {
     const ROUNDED: std::ops::RangeInclusive<f64> = 0.999..=1.001;
     let length = |normal: &[f32; 3]| normal.iter().map(|&n| f64::from(n) * f64::from(n)).sum::<f64>().sqrt();
@@ -110,7 +112,7 @@ fn not_normal(normals: &[[f32; 3]]) -> Option<(usize, f64)> {
     lengths.find(|(_, length)| *length != 0.0 && !ROUNDED.contains(length))
 }
 
-/// The name of an array of an image, which carries the axis where there are several images.
+/// Returns the name of an array of an image, which carries the axis where there are several images.
 fn key(name: &str, image: &str, images: usize) -> String {
     if images == 1 { name.to_owned() } else { format!("{name}_{image}") }
 }

@@ -1,35 +1,35 @@
-//! Normals of samples, as files have them, and normals of triangles, as images refer to them.
+//! Normals of samples, as in files, and normals of triangles, as images refer to them.
 
 use rayon::prelude::*;
 
 use super::{Images, Normals, NpzError};
 use crate::ldi::Ldi;
 
-/// The normal of each sample of an image that was sampled with its triangles: that of its triangle in `of_triangles`, turned
-/// outwards, which is against the ray where the ray enters. Zero where the triangle has none; nothing for an image without
-/// triangles.
+/// Returns the normal of each sample of an image that was sampled with its triangles: that of its triangle in
+/// `of_triangles`, turned outwards, which is against the ray where the ray enters. Zero where the triangle has none;
+/// `None` for an image without triangles.
 pub fn normals_of_samples(image: &Ldi, of_triangles: &[[f32; 3]]) -> Option<Normals> {
     let triangles = image.triangles()?;
     let depth = image.axis().depth();
     let outwards = |sample: usize, enters: bool| {
         let normal = of_triangles.get(triangles[sample] as usize).copied().unwrap_or_default();
         let is_inwards = if enters { normal[depth] > 0.0 } else { normal[depth] < 0.0 };
-        // Not by a negation alone, which makes zeros of another sign.
+        // Not by a negation alone, which would make negative zeros.
         if is_inwards { normal.map(|n| 0.0 - n) } else { normal }
     };
     let each = |ends: &[u32]| {
         let samples = ends[0] as usize..ends[1] as usize;
-        // Rays enter and leave in turn.
+        // Rays enter and leave alternately.
         samples.enumerate().map(|(i, sample)| outwards(sample, i % 2 == 0))
     };
     Some(image.offsets().par_windows(2).with_min_len(1 << 12).flat_map_iter(each).collect())
 }
 
-/// Normals may be rounded; a component below this has no sign.
+/// Normals may be rounded; a component below this counts as zero.
 const NO_SIDE: f32 = 1e-3;
 
-/// Counts the samples whose normal points into the solid, and finds the first: along the ray where it enters, against it
-/// where it leaves.
+/// Counts the samples whose normal points into the solid (along the ray where it enters, against it where it leaves),
+/// and returns the first.
 pub(super) fn turned_inwards(image: &Ldi, normals: &[[f32; 3]]) -> Option<(usize, usize)> {
     let depth = image.axis().depth();
     let of_ray = |ends: &[u32]| {
@@ -46,11 +46,12 @@ pub(super) fn turned_inwards(image: &Ldi, normals: &[[f32; 3]]) -> Option<(usize
 }
 
 impl Images {
-    /// The images with triangles that stand for their samples, and the normals of those triangles: what a surface is made
-    /// from. Images whose normals are not known have no triangles.
+    /// Returns the images with triangles that represent their samples, and the normals of those triangles, as the
+    /// surface needs them. Images without known normals have no triangles.
     ///
     /// # Errors
-    /// If a list has another length than its image has samples, as no file gives them; if 32 bits do not number all samples.
+    /// Fails if a list has another length than its image has samples, which no file gives, or if 32 bits cannot number
+    /// all samples.
     pub fn with_triangles(self) -> Result<(Vec<Ldi>, Normals), NpzError> {
         let samples = self.extras.normals.iter().flatten().map(Vec::len).sum();
         if u32::try_from(samples).is_err() {

@@ -1,17 +1,17 @@
 //! The headers of `.npy` arrays: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
 //!
-//! A header is a Python dictionary of three keys. What numpy writes into it nests three deep at most, so that it is read here
-//! without recursion: no header is deep enough to matter, however it was made.
+//! A header is a Python dictionary of three keys. The ones that numpy writes nest three deep at most, so it is read
+//! here without recursion, and no hostile header can exhaust the stack.
 
 use std::fmt;
 use std::io::{self, Read, Write};
 
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
 
-/// Longer headers are none of ours; numpy draws this line at 10,000.
+/// Longer headers are refused; numpy's limit is 10,000.
 const LONGEST_HEADER: u32 = 1 << 16;
 
-/// In which order the elements of an array of several dimensions stand.
+/// The order of the elements of an array of several dimensions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// The last index runs fastest.
@@ -20,7 +20,7 @@ pub enum Order {
     Fortran,
 }
 
-/// Writes a header; `descr` is the type in numpy's words, as it stands in the dictionary. The elements follow it.
+/// Writes a header; `descr` is the type in numpy's notation, as it stands in the dictionary. The elements follow it.
 pub fn write_header(to: &mut impl Write, descr: &str, order: Order, shape: &[usize]) -> io::Result<()> {
     let sides: Vec<String> = shape.iter().map(|n| format!("{n},")).collect();
     let order = if order == Order::Fortran { "True" } else { "False" };
@@ -34,13 +34,13 @@ pub fn write_header(to: &mut impl Write, descr: &str, order: Order, shape: &[usi
     to.write_all(format!("{header:width$}\n", width = padded - 1).as_bytes())
 }
 
-/// Why the bytes of an array have no header that is understood here.
+/// The reason why an array has no valid header.
 #[derive(Debug, thiserror::Error)]
 pub enum HeaderError {
     /// The array does not begin as a `.npy` file does.
     #[error("does not begin with the mark of a .npy file")]
     Magic,
-    /// The version of the header is not known.
+    /// The version of the header is not supported.
     #[error("has a header of version {major}.{minor}; 1.0, 2.0 and 3.0 are read")]
     Version {
         /// The first number.
@@ -48,34 +48,34 @@ pub enum HeaderError {
         /// The second.
         minor: u8,
     },
-    /// The header is longer than any that makes sense.
+    /// The header is longer than any reasonable one.
     #[error("has a header of {length} bytes; {limit} are possible", limit = LONGEST_HEADER)]
     Length {
         /// The length that the file states.
         length: u32,
     },
-    /// The header is not what it has to be.
+    /// The header has a syntax error.
     #[error("has a header in which {expected} should stand at byte {at}: {text}")]
     Syntax {
-        /// Where in the dictionary.
+        /// The offset in the dictionary.
         at: usize,
-        /// What was expected there.
+        /// The expected item.
         expected: &'static str,
-        /// The beginning of what stands there.
+        /// The beginning of the text there.
         text: String,
     },
-    /// The type of the elements is not one that is read.
+    /// The type of the elements is not supported.
     #[error("has elements of type {descr}, which is not read: little-endian numbers and text are")]
     Type {
-        /// The type in numpy's words.
+        /// The type in numpy's notation.
         descr: String,
     },
-    /// The header breaks off, or could not be read.
+    /// The header is truncated, or could not be read.
     #[error("has a header that cannot be read: {0}")]
     Io(#[from] io::Error),
 }
 
-/// What kind of number, or text, a scalar is.
+/// The kind of a scalar: number, text or padding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// `i`
@@ -95,20 +95,20 @@ pub enum Class {
 /// The type of one value, little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scalar {
-    /// What it is.
+    /// The kind of value.
     pub class: Class,
-    /// How many bytes it has.
+    /// Size in bytes.
     pub bytes: usize,
 }
 
-/// A part of a record.
+/// A field of a record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Field {
-    /// Its name; empty for padding.
+    /// The name; empty for padding.
     pub name: String,
     /// The type of its values.
     pub scalar: Scalar,
-    /// How many values it has.
+    /// Number of values.
     pub count: usize,
 }
 
@@ -122,7 +122,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Bytes of one element; nothing beyond what 64 bits count.
+    /// Returns the size in bytes of one element, or `None` beyond 64 bits.
     pub fn bytes(&self) -> Option<u64> {
         match self {
             Kind::Plain(scalar) => Some(scalar.bytes as u64),
@@ -133,7 +133,7 @@ impl Kind {
     }
 }
 
-/// As numpy writes it, for error messages.
+/// Writes the type for error messages: a scalar in numpy's notation, a record as a list of its fields.
 impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
@@ -160,21 +160,21 @@ impl fmt::Display for Scalar {
     }
 }
 
-/// What the header of an array says.
+/// The header of an array.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Header {
     /// The type of the elements.
     pub kind: Kind,
-    /// Their order.
+    /// The order of the elements.
     pub order: Order,
-    /// How many there are along each dimension.
+    /// Number of elements along each dimension.
     pub shape: Vec<u64>,
-    /// Bytes of mark, version and dictionary, after which the elements begin.
+    /// Length in bytes of magic, version and dictionary, after which the elements begin.
     pub bytes: u64,
 }
 
 impl Header {
-    /// Reads a header and leaves the elements to be read.
+    /// Reads a header; the elements stay unread.
     pub fn read(from: &mut impl Read) -> Result<Header, HeaderError> {
         let mut start = [0; 8];
         from.read_exact(&mut start)?;
@@ -199,7 +199,7 @@ impl Header {
     }
 }
 
-/// Reads the dictionary of a header.
+/// A reader of the dictionary of a header.
 struct Scanner<'t> {
     text: &'t [u8],
     at: usize,
@@ -337,7 +337,7 @@ impl<'t> Scanner<'t> {
     }
 }
 
-/// A scalar type from numpy's words: order of bytes, class, size.
+/// Parses a scalar type in numpy's notation: byte order, class, size.
 fn scalar(descr: &str) -> Result<Scalar, HeaderError> {
     let refused = || HeaderError::Type { descr: descr.to_owned() };
     let (little, rest) = match descr.strip_prefix(['<', '=', '|']) {

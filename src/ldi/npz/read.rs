@@ -1,7 +1,7 @@
-//! Images from a file, of which nothing is believed.
+//! The `.npz` reader. The input is untrusted.
 //!
-//! What memory an array takes is known from its header, and held against what the images can need and against the file
-//! before any of its elements is read.
+//! The memory of an array follows from its header; the reader compares it with the size that the images need and with
+//! the file before it reads any of the elements.
 
 use std::io::{self, Read, Seek, SeekFrom};
 
@@ -17,17 +17,18 @@ use crate::allocation::{handled, try_vec_with_room};
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Combine, Ldi, NodePlanes};
 
-/// Compressed arrays may take so much memory, whatever the file.
+/// Memory that compressed arrays may always take, in bytes.
 const COMPRESSED_BYTES: u64 = 256 << 20;
 
-/// They may take so many times the file's size where that is more.
+/// Memory that they may take as a multiple of the file's size, where that is more.
 const COMPRESSED_RATIO: u64 = 64;
 
-/// Reads what [`write`](super::write) wrote, or numpy made of it.
+/// Reads files of [`write`](super::write), also after numpy has rewritten them.
 ///
-/// Arrays that are not compressed take as much memory as in the file, or four times as much if numpy narrowed them;
-/// compressed ones are refused where they take more than 256 MiB and 64 times the size of the file. An entry of one image may
-/// carry the name of its axis or not. `step` and `unclosed` may be absent, the latter for images without unclosed rays.
+/// Uncompressed arrays take as much memory as in the file, or four times as much if numpy narrowed them; compressed
+/// ones are refused where they take more than 256 MiB and 64 times the size of the file. The arrays of a single image
+/// may or may not carry its axis in their names. `step` and `unclosed` may be absent, the latter for images without
+/// unclosed rays.
 pub fn read(mut from: impl Read + Seek) -> Result<Images, NpzError> {
     let file_bytes = from.seek(SeekFrom::End(0))?;
     from.rewind()?;
@@ -49,7 +50,7 @@ pub fn read(mut from: impl Read + Seek) -> Result<Images, NpzError> {
         images.push(image);
         normals.push(of_image);
     }
-    // A ray that did not close is empty, whatever other rays say of its nodes.
+    // An unclosed ray is empty, whatever the other images give for its nodes.
     if mode == Some(ImageMode::Exact) && images.iter().all(|image| image.unclosed().is_empty()) {
         let nodes = NodePlanes::new(&images, Combine::Most).expect("they share a grid and differ in their axes");
         if let Some((count, node)) = nodes.disagreements() {
@@ -59,7 +60,7 @@ pub fn read(mut from: impl Read + Seek) -> Result<Images, NpzError> {
     Ok(Images { images, extras: Extras { normals, unit, mode }, ignored: archive.unread })
 }
 
-/// The name under which numpy lists an entry.
+/// Returns the name under which numpy lists an entry.
 fn array_name(entry: &str) -> &str {
     entry.strip_suffix(".npy").unwrap_or(entry)
 }
@@ -68,11 +69,11 @@ fn array_name(entry: &str) -> &str {
 struct Archive<R: Read + Seek> {
     zip: ZipArchive<R>,
     file_bytes: u64,
-    /// Bytes of the compressed arrays so far, once they are not.
+    /// Total size in bytes of the compressed arrays so far, decompressed.
     compressed: u64,
-    /// The most that those may come to.
+    /// The limit of that size.
     allowed: u64,
-    /// Names of arrays that nobody asked for.
+    /// Names of arrays that have not been read.
     unread: Vec<String>,
 }
 
@@ -81,7 +82,7 @@ impl<R: Read + Seek> Archive<R> {
         self.zip.index_for_name(&format!("{name}.npy")).is_some()
     }
 
-    /// The name of an array of an image.
+    /// Returns the name of an array of an image.
     fn name(&self, name: &str, axis: Axis, images: usize) -> String {
         let of_axis = format!("{name}_{}", axis.name());
         if images == 1 && !self.has(&of_axis) { name.to_owned() } else { of_axis }
@@ -165,7 +166,7 @@ impl<R: Read + Seek> Archive<R> {
         let grid = Grid::from_parts(DVec3::new(x, y, z), pitch, rays, shift, lod)?;
         if record.has("step") {
             let ([found], expected) = (record.floats("step", "one float")?, grid.step());
-            // The reader's own step is used; another program may have rounded it otherwise.
+            // The reader uses its own step; another program may have rounded it differently.
             if !(expected * (1.0 - 1e-9)..=expected * (1.0 + 1e-9)).contains(&found) {
                 return Err(NpzError::Step { found, expected });
             }
@@ -173,7 +174,7 @@ impl<R: Read + Seek> Archive<R> {
         Ok(grid)
     }
 
-    /// The image along an axis, and its normals if it has them.
+    /// Reads the image along an axis, and its normals if it has them.
     fn image(&mut self, grid: Grid, axis: Axis, images: usize) -> Result<(Ldi, Option<Normals>), NpzError> {
         let (columns, rows) = grid.image_size(axis);
         let rays = u64::from(columns) * u64::from(rows);
@@ -224,12 +225,12 @@ impl<R: Read + Seek> Archive<R> {
     }
 }
 
-/// An array whose header was read, and whose elements come next.
+/// An array whose header was read, with its elements to follow.
 struct Array<'z, R: Read + ?Sized> {
     name: String,
     header: Header,
     entry: ZipFile<'z, R>,
-    /// The size of a file in which the elements stand as they are; 0 where they are compressed.
+    /// The size of the file if the elements are stored uncompressed; 0 where they are compressed.
     stored_bytes: u64,
 }
 
@@ -249,7 +250,7 @@ impl<R: Read + ?Sized> Array<'_, R> {
         }
     }
 
-    /// The number of elements, once the entry is seen to have the bytes of just so many.
+    /// Returns the number of elements, after checking that the entry has exactly the bytes of so many.
     fn count(&self) -> Result<usize, NpzError> {
         let count = self.header.shape.iter().try_fold(1u64, |product, &side| product.checked_mul(side));
         let bytes = count.zip(self.header.kind.bytes()).and_then(|(count, bytes)| count.checked_mul(bytes));
@@ -260,7 +261,8 @@ impl<R: Read + ?Sized> Array<'_, R> {
         }
     }
 
-    /// Reads all elements, of `size` bytes each, in order, and sees that nothing follows them and that the check sum holds.
+    /// Reads all elements, of `size` bytes each, in order, and checks that nothing follows them and that the checksum
+    /// is right.
     fn elements(
         &mut self,
         size: usize,
@@ -279,7 +281,7 @@ impl<R: Read + ?Sized> Array<'_, R> {
             read += bytes as u64;
         }
         let damaged = |source| NpzError::Damaged { array: self.name.clone(), source };
-        // Reading beyond the end is what compares the check sum.
+        // Only reading beyond the end compares the checksum.
         match self.entry.read(&mut [0]).map_err(damaged)? {
             0 => Ok(()),
             _ => Err(NpzError::Size { array: self.name.clone(), found: wanted + 1, wanted }),
@@ -290,9 +292,9 @@ impl<R: Read + ?Sized> Array<'_, R> {
         self.entry.read_exact(piece).map_err(|source| NpzError::Damaged { array: self.name.clone(), source })
     }
 
-    /// A vector with room for the elements, as far as the file makes credible that there are so many.
+    /// Returns a vector with room for the elements, as far as the size of the file makes their number plausible.
     fn room<T>(&self, count: usize) -> Result<Vec<T>, NpzError> {
-        // The count is that of bytes which the entry has, and so is the file's if it is not compressed.
+        // The count matches the bytes of the entry, and those of the file if it is not compressed.
         let is_credible = self.entry.size() <= self.stored_bytes;
         let room = try_vec_with_room(if is_credible { count } else { count.min(1 << 16) });
         room.map_err(|_| self.no_memory::<T>(count))
@@ -302,7 +304,7 @@ impl<R: Read + ?Sized> Array<'_, R> {
         NpzError::Memory { array: self.name.clone(), bytes: (count as u64).saturating_mul(size_of::<T>() as u64) }
     }
 
-    /// Integers of any width, each checked to fit.
+    /// Reads integers of any width, each checked to fit.
     fn integers<T: Integer>(mut self) -> Result<Vec<T>, NpzError> {
         const WANTED: &str = "integers";
         let scalar = self.scalar(WANTED)?;
@@ -319,7 +321,7 @@ impl<R: Read + ?Sized> Array<'_, R> {
         Ok(values)
     }
 
-    /// Vectors of three floats; those of 64 bits are rounded.
+    /// Reads vectors of three floats; those of 64 bits are rounded.
     fn vectors(mut self) -> Result<Normals, NpzError> {
         const WANTED: &str = "floats";
         let scalar = self.scalar(WANTED)?;
@@ -337,7 +339,7 @@ impl<R: Read + ?Sized> Array<'_, R> {
         Ok(vectors)
     }
 
-    /// Short texts.
+    /// Reads short texts.
     fn texts(mut self) -> Result<Vec<String>, NpzError> {
         const WANTED: &str = "texts of up to 16 letters";
         let scalar = self.scalar(WANTED)?;
@@ -360,7 +362,7 @@ impl<R: Read + ?Sized> Array<'_, R> {
         Ok(texts)
     }
 
-    /// The one record of an array.
+    /// Reads the one record of an array.
     fn record(mut self) -> Result<Record, NpzError> {
         let fields = match &self.header.kind {
             Kind::Record(fields) => fields.clone(),
@@ -381,7 +383,7 @@ impl<R: Read + ?Sized> Array<'_, R> {
     }
 }
 
-/// Appends a value, where there is memory; else tells the failure that was prepared.
+/// Appends a value, or returns the prepared error where there is no memory.
 fn push<T>(values: &mut Vec<T>, value: T, failure: &mut Option<NpzError>) -> Result<(), NpzError> {
     if values.len() == values.capacity() && handled(|| values.try_reserve(values.len().max(1))).is_err() {
         return Err(failure.take().unwrap_or_else(|| io::Error::from(io::ErrorKind::OutOfMemory).into()));
@@ -390,7 +392,7 @@ fn push<T>(values: &mut Vec<T>, value: T, failure: &mut Option<NpzError>) -> Res
     Ok(())
 }
 
-/// A record that was read.
+/// A record as read.
 struct Record {
     name: String,
     fields: Vec<Field>,
@@ -402,7 +404,7 @@ impl Record {
         self.fields.iter().any(|known| known.name == field)
     }
 
-    /// The type of a field's values, and their bytes.
+    /// Returns the type of a field's values, and their bytes.
     fn field<const N: usize>(&self, field: &'static str) -> Option<(Scalar, Vec<&[u8]>)> {
         let mut start = 0;
         for known in &self.fields {
@@ -435,7 +437,7 @@ impl Record {
     }
 }
 
-/// An integer that arrays are read into.
+/// An integer type of the elements of read arrays.
 trait Integer: TryFrom<i128> + Into<i128> + Copy {
     const LEAST: Self;
     const MOST: Self;
@@ -455,7 +457,7 @@ fn out_of_range<T: Integer>(array: &str, index: usize, value: i128) -> NpzError 
     NpzError::Range { array: array.to_owned(), index, value, least: T::LEAST.into(), most: T::MOST.into() }
 }
 
-/// How the integers of a type are decoded; nothing where it is none of integers.
+/// Returns the decoder of an integer type, or `None` for another type.
 fn integer(scalar: Scalar) -> Option<fn(&[u8]) -> i128> {
     match (scalar.class, scalar.bytes) {
         (Class::Unsigned, _) => Some(|bytes| i128::from(unsigned(bytes))),
@@ -467,7 +469,7 @@ fn integer(scalar: Scalar) -> Option<fn(&[u8]) -> i128> {
     }
 }
 
-/// How the floats of a type are decoded; nothing where it is none of floats.
+/// Returns the decoder of a float type, or `None` for another type.
 fn float(scalar: Scalar) -> Option<fn(&[u8]) -> f64> {
     match (scalar.class, scalar.bytes) {
         (Class::Float, 4) => Some(|bytes| f64::from(f32::from_bits(unsigned(bytes) as u32))),
@@ -476,10 +478,10 @@ fn float(scalar: Scalar) -> Option<fn(&[u8]) -> f64> {
     }
 }
 
-/// Up to eight bytes, the least significant first.
+/// Returns the value of up to eight bytes, the least significant first.
 fn unsigned(bytes: &[u8]) -> u64 {
     match *bytes {
-        // What the writer writes is to be read fast.
+        // The width that the writer uses is the fast path.
         [a, b, c, d] => u64::from(u32::from_le_bytes([a, b, c, d])),
         _ => bytes.iter().rev().fold(0, |value, &byte| value << 8 | u64::from(byte)),
     }

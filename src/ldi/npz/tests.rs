@@ -1,4 +1,5 @@
-//! What is written is read, by others too; and what is not an image is refused by name.
+//! Tests that files read back unchanged, also after other programs rewrote them, and that invalid ones are refused by
+//! name.
 
 use std::io::{self, Cursor, Read, Seek, Write};
 
@@ -19,7 +20,7 @@ fn image(axis: Axis) -> Ldi {
     Ldi::from_parts(grid, axis, offsets, vec![4, 20, 6, 6], vec![rays as u32 - 1]).unwrap()
 }
 
-/// Outwards: against the ray, across it, against it and along it.
+/// Returns outward normals: against the ray, across it, against it and along it.
 fn normals(axis: Axis) -> Normals {
     let along_z = [[0.6f32, 0.0, -0.8], [1.0, 0.0, 0.0], [-0.36, 0.48, -0.8], [0.0, 0.0, 1.0]];
     along_z
@@ -36,7 +37,7 @@ fn written(images: &[Ldi], extras: &Extras) -> Vec<u8> {
     file.into_inner()
 }
 
-/// The entries of an archive.
+/// Returns the entries of an archive.
 fn entries(file: &[u8]) -> Vec<(String, Vec<u8>)> {
     let mut zip = zip::ZipArchive::new(Cursor::new(file)).unwrap();
     (0..zip.len())
@@ -49,7 +50,7 @@ fn entries(file: &[u8]) -> Vec<(String, Vec<u8>)> {
         .collect()
 }
 
-/// An archive of entries.
+/// Returns an archive of entries.
 fn archive(entries: &[(String, Vec<u8>)], method: CompressionMethod) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in entries {
@@ -59,7 +60,7 @@ fn archive(entries: &[(String, Vec<u8>)], method: CompressionMethod) -> Vec<u8> 
     zip.finish().unwrap().into_inner()
 }
 
-/// An array with its header.
+/// Returns an array with its header.
 fn array(descr: &str, shape: &[usize], bytes: &[u8]) -> Vec<u8> {
     let mut array = Vec::new();
     npy::write_header(&mut array, descr, npy::Order::C, shape).unwrap();
@@ -70,7 +71,7 @@ fn bytes<T: Copy, const N: usize>(values: &[T], to_le: fn(T) -> [u8; N]) -> Vec<
     values.iter().flat_map(|&value| to_le(value)).collect()
 }
 
-/// What reading says of the image along z with one array replaced, or left out.
+/// Reads the image along z with one array replaced, or left out.
 #[track_caller]
 fn with(name: &str, replacement: Option<Vec<u8>>) -> Result<Images, NpzError> {
     let extras =
@@ -116,7 +117,7 @@ fn what_is_written_is_read() {
         let file = written(images, extras);
         let expected = Images { images: images.to_vec(), extras: extras.clone(), ignored: Vec::new() };
         assert_eq!(read(Cursor::new(&file)).unwrap(), expected);
-        // As do compressed archives of the same arrays, and those whose entries stand in another order.
+        // So do compressed archives of the same arrays, and those whose entries are in another order.
         let mut entries = entries(&file);
         entries.reverse();
         let compressed = archive(&entries, CompressionMethod::Deflated);
@@ -260,7 +261,7 @@ fn normals_are_normals() {
     refuses("normals", [fortran, vec![0; 48]].concat(), &["normals", "Fortran"]);
 }
 
-/// The record of a grid.
+/// Returns the record of a grid.
 fn grid_array(origin: f64, pitch: f64, step: f64, rays: [u32; 3], shift: u32, lod: u32) -> Vec<u8> {
     let descr = "[('origin', '<f8', (3,)), ('pitch', '<f8'), ('step', '<f8'), ('rays', '<u4', (3,)), ('shift', '<u4'), \
                  ('lod', '<u4')]";
@@ -326,7 +327,7 @@ fn normals_that_point_into_the_solid_are_refused() {
     let mut turned = normals(Axis::Z);
     turned.iter_mut().for_each(|normal| *normal = normal.map(|n| -n));
     let of = |normals: &Normals| array("'<f4'", &[4, 3], &bytes(normals.as_flattened(), f32::to_le_bytes));
-    // The second lies across its ray, whichever way it points.
+    // The second is perpendicular to its ray, whichever way it points.
     refuses("normals", of(&turned), &["normals: 3 normals point into the solid", "sample 0"]);
     let mut one = normals(Axis::Z);
     one[3] = [0.0, 0.6, -0.8];
@@ -334,7 +335,7 @@ fn normals_that_point_into_the_solid_are_refused() {
     let error =
         write(&[image(Axis::Z)], &Extras { normals: vec![Some(one)], ..Extras::default() }, Cursor::new(vec![]));
     assert!(matches!(error, Err(NpzError::NormalSide { count: 1, sample: 3, .. })));
-    // What rounding made of a normal across the ray.
+    // A rounded normal perpendicular to the ray.
     let mut rounded = normals(Axis::Z);
     rounded[1] = [1.0, 0.0, -1e-4];
     assert!(with("normals", Some(of(&rounded))).is_ok());
@@ -362,7 +363,7 @@ fn exact_images_agree_about_every_node() {
     for mode in [None, Some(ImageMode::Over), Some(ImageMode::Under)] {
         assert!(read_as(&other, mode).is_ok());
     }
-    // A ray that did not close has no samples, whatever the others have.
+    // An unclosed ray has no samples, whatever the others have.
     let open = Ldi::from_parts(grid, Axis::Z, vec![0; 5], vec![], vec![0]).unwrap();
     assert!(read_as(&[agreeing[0].clone(), agreeing[1].clone(), open], Some(ImageMode::Exact)).is_ok());
 }
@@ -374,7 +375,7 @@ fn damaged_files_are_refused() {
     for length in 0..file.len() {
         assert!(read(Cursor::new(&file[..length])).is_err(), "cut to {length} bytes");
     }
-    // Depths are in the file as they are: another value is another check sum.
+    // Depths are uncompressed in the file: another value is another checksum.
     let place = file.windows(8).position(|bytes| bytes == [4, 0, 0, 0, 20, 0, 0, 0]).unwrap();
     let mut other = file.clone();
     other[place] = 6;
@@ -392,7 +393,7 @@ fn damaged_files_are_refused() {
 
 #[test]
 fn what_swells_is_refused_before_it_does() {
-    // 2^15 by 2^15 rays: 4 GiB of offsets, in an archive that says so and holds a small part of them.
+    // 2^15 by 2^15 rays: 4 GiB of offsets, in an archive that declares them and holds a small part of them.
     let grid = grid_array(0.0, 16.0, 1.0, [1 << 15, 1 << 15, 1], 4, 64);
     let offsets = array("'<u4'", &[(1 << 30) + 1], &vec![0; 1 << 20]);
     let files = [("axis.npy".to_owned(), array("'<U1'", &[], b"z\0\0\0")), ("grid.npy".to_owned(), grid)];
@@ -402,7 +403,7 @@ fn what_swells_is_refused_before_it_does() {
 
     let mut bomb = archive(&with_offsets, CompressionMethod::Deflated);
     assert!(bomb.len() < 4000);
-    // The size of the offsets in the central directory, made up to what the header tells.
+    // The size of the offsets in the central directory, raised to that in the header.
     let entry = bomb.windows(11).rposition(|name| name == b"offsets.npy").unwrap();
     let size = entry - 46 + 24;
     bomb[size..size + 4].copy_from_slice(&0xf000_0000u32.to_le_bytes());

@@ -1,4 +1,4 @@
-//! Images to a file.
+//! The `.npz` writer.
 
 use std::io::{Seek, Write};
 
@@ -11,7 +11,7 @@ use super::{Extras, NpzError, is_unit, key, not_normal};
 use crate::grid::Grid;
 use crate::ldi::Ldi;
 
-/// Writes images of one solid on one grid along different axes, with what else is known of them.
+/// Writes images of one solid on one grid along different axes, with their further known properties.
 pub fn write(images: &[Ldi], extras: &Extras, to: impl Write + Seek) -> Result<(), NpzError> {
     let Some(first) = images.first() else { return Err(NpzError::NoImage) };
     belong_together(images)?;
@@ -79,7 +79,7 @@ fn check_extras(images: &[Ldi], extras: &Extras) -> Result<(), NpzError> {
     Ok(())
 }
 
-/// The type of a grid, in numpy's words.
+/// The type of a grid record, in numpy's notation.
 const GRID_RECORD: &str = "[('origin', '<f8', (3,)), ('pitch', '<f8'), ('step', '<f8'), ('rays', '<u4', (3,)), \
                            ('shift', '<u4'), ('lod', '<u4')]";
 

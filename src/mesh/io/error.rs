@@ -1,4 +1,4 @@
-//! What can be wrong with a mesh file, and where.
+//! Errors of mesh files, and their places.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -7,45 +7,45 @@ use std::path::{Path, PathBuf};
 
 use super::Format;
 
-/// Why a name tells no mesh format.
+/// The reason why a file name does not determine a mesh format.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FormatError {
-    /// The name has no extension to go by.
+    /// The name has no extension.
     #[error("{}: the name has no extension; known are {}", .path.display(), Format::known())]
     NoExtension {
         /// The path as given.
         path: PathBuf,
     },
-    /// The extension belongs to no format that is read here.
+    /// The extension belongs to no supported format.
     #[error("{}: `.{extension}` is no mesh format known here; known are {}", .path.display(), Format::known())]
     Unknown {
         /// The path as given.
         path: PathBuf,
-        /// The extension, as it was spelt.
+        /// The extension, as spelt.
         extension: String,
     },
 }
 
-/// Why a mesh file could not be read. Every message begins with the file's name.
+/// The reason why a mesh file could not be read. Every message begins with the file's name.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// The extension does not tell the format.
+    /// The extension does not determine the format.
     #[error(transparent)]
     Format(#[from] FormatError),
     /// The file, or a file it refers to, could not be opened or read.
     #[error("{}: {source}", .path.display())]
     Io {
-        /// The file that failed, which may be a side file of the one asked for.
+        /// The file that failed, which may be a side file of the requested one.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// The file is sound but has no triangle, which is never what its user meant to hand over.
+    /// The file is valid but has no triangle, which its user cannot have intended.
     #[error("{}: there are no triangles: {found}", .path.display())]
     Empty {
         /// The file.
         path: PathBuf,
-        /// What was there instead.
+        /// The contents found instead.
         found: String,
     },
     /// The file breaks the rules of its format.
@@ -53,26 +53,26 @@ pub enum ReadError {
     Malformed {
         /// The file.
         path: PathBuf,
-        /// Where in the file.
+        /// The place in the file.
         place: Place,
-        /// What is wrong there.
+        /// The problem there.
         problem: Problem,
     },
-    /// The file uses a part of its format that this reader does not understand, and without it the shape would be wrong.
+    /// The file uses a part of its format that this reader does not support, and without it the shape would be wrong.
     #[error("{}{place}: {feature}", .path.display())]
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// Where in the file.
+        /// The place in the file.
         place: Place,
-        /// What is used, in a sentence.
+        /// The feature used, as a sentence.
         feature: String,
     },
 }
 
-/// Where in a file something was found. Lines count from 1, elements and bytes from 0.
+/// A place in a file. Lines count from 1, elements and bytes from 0.
 ///
-/// Its text begins with a comma, ready to follow the file's name, and is empty for the file as a whole.
+/// Its text begins with a comma, to follow the file's name, and is empty for the file as a whole.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
     /// The file as a whole.
@@ -125,68 +125,68 @@ impl fmt::Display for Place {
     }
 }
 
-/// What is wrong at a [`Place`], with the value found and the limit it breaks.
+/// A problem at a [`Place`], with the value found and the limit it breaks.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
-    /// A word that should be a number is none.
+    /// A word that should be a number is not one.
     #[error("`{found}` is not {expected}")]
     NotANumber {
-        /// What should stand there, with its article.
+        /// The expected item, with its article.
         expected: &'static str,
         /// The word, shortened and with control characters escaped.
         found: String,
     },
-    /// Something else stands where the format asks for one thing.
+    /// The file holds something other than the format requires.
     #[error("expected {expected}, found {found}")]
     Expected {
-        /// What should stand there.
+        /// The expected item.
         expected: Cow<'static, str>,
-        /// What does, or `the end of the file`.
+        /// The item found, or `the end of the file`.
         found: String,
     },
-    /// A reference to something that the file does not have.
+    /// A reference to something that the file does not contain.
     #[error("{what} {index} is out of range: there are {count}, counted from {first}")]
     IndexOutOfRange {
-        /// What is referred to: a vertex, an accessor.
+        /// The kind of thing referred to: a vertex, an accessor.
         what: &'static str,
-        /// The index as the file has it.
+        /// The index as written in the file.
         index: i64,
-        /// How many there are.
+        /// Number of such things in the file.
         count: usize,
-        /// The first index, by the format's way of counting.
+        /// The first index, as the format counts.
         first: u32,
     },
-    /// A file ends before all that it promised.
+    /// A file ends before all that its header counts.
     #[error("{promised} {what} are promised, {found} are there")]
     Short {
-        /// What is counted.
+        /// The kind of thing counted.
         what: Cow<'static, str>,
         /// The count in the header.
         promised: u64,
-        /// How many the bytes hold.
+        /// Number that the bytes hold.
         found: u64,
     },
-    /// A count that could not be true of a file of this size.
+    /// A count that is impossible in a file of this size.
     #[error("{promised} {what} are promised, which cannot fit in the {bytes} bytes that follow")]
     Impossible {
-        /// What is counted.
+        /// The kind of thing counted.
         what: Cow<'static, str>,
         /// The count in the header.
         promised: u64,
-        /// The bytes there are.
+        /// Number of bytes present.
         bytes: u64,
     },
-    /// More than this library takes.
+    /// More than this library supports.
     #[error("{found} {what}, and at most {limit} can be read")]
     TooMany {
-        /// What is counted.
+        /// The kind of thing counted.
         what: Cow<'static, str>,
-        /// How many there are.
+        /// Number found.
         found: u64,
         /// The limit.
         limit: u64,
     },
-    /// Anything else, in a sentence of its own.
+    /// Any other problem, as a sentence.
     #[error("{0}")]
     Invalid(String),
 }
@@ -216,18 +216,18 @@ impl Fault {
     }
 }
 
-/// Why a mesh file could not be written. Nothing is left at the target then, or what was there before.
+/// The reason why a mesh file could not be written. The target is then absent, or as it was before.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    /// The extension does not tell the format.
+    /// The extension does not determine the format.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// The format is read here but not written.
+    /// The format can be read but not written.
     #[error("{}: {format} files are not written here; {} are", .path.display(), Format::written())]
     NoWriter {
         /// The target.
         path: PathBuf,
-        /// The format its extension tells.
+        /// The format of its extension.
         format: Format,
     },
     /// A triangle refers to a position that the mesh does not have.
@@ -237,24 +237,24 @@ pub enum WriteError {
         path: PathBuf,
         /// The triangle, from 0.
         triangle: usize,
-        /// The index it holds.
+        /// The index of the triangle.
         index: u32,
-        /// How many positions there are.
+        /// Number of positions.
         count: usize,
     },
-    /// A finite coordinate is beyond the numbers that the format has.
+    /// A finite coordinate is beyond the range of the format's numbers.
     #[error("{}: position {position} has the coordinate {value}, beyond the 32-bit numbers of {format}", .path.display())]
     Overflow {
         /// The target.
         path: PathBuf,
-        /// The format its extension tells.
+        /// The format of its extension.
         format: Format,
         /// The position, from 0.
         position: usize,
         /// The coordinate.
         value: f64,
     },
-    /// Rounding to the 32-bit coordinates of the format would make another shape of the mesh.
+    /// Rounding to the 32-bit coordinates of the format would change the shape of the mesh.
     #[error(
         "{}: {format} holds 32-bit coordinates, which would move vertices by up to {moved:.1e}: {collapsed} of {triangles} \
          triangles would collapse, and the volume would change from {before:.6e} to {after:.6e}; write .obj, .ply, .off or \
@@ -264,25 +264,25 @@ pub enum WriteError {
     Rounded {
         /// The target.
         path: PathBuf,
-        /// The format its extension tells.
+        /// The format of its extension.
         format: Format,
-        /// By how much a coordinate would move at most, in units of the mesh.
+        /// The largest change of a coordinate, in units of the mesh.
         moved: f64,
-        /// Triangles that would lose their extent.
+        /// Number of triangles that would collapse.
         collapsed: usize,
-        /// How many triangles there are.
+        /// Number of triangles.
         triangles: usize,
         /// The signed volume of the mesh.
         before: f64,
         /// The signed volume of the rounded mesh.
         after: f64,
     },
-    /// A coordinate is infinite or not a number, and the format has no such numbers.
+    /// A coordinate is infinite or NaN, which the format cannot hold.
     #[error("{}: position {position} has the coordinate {value}, which {format} cannot hold", .path.display())]
     NotFinite {
         /// The target.
         path: PathBuf,
-        /// The format its extension tells.
+        /// The format of its extension.
         format: Format,
         /// The position, from 0.
         position: usize,
@@ -294,13 +294,13 @@ pub enum WriteError {
     TooFar {
         /// The target.
         path: PathBuf,
-        /// The format its extension tells.
+        /// The format of its extension.
         format: Format,
         /// The position, from 0.
         position: usize,
         /// The coordinate.
         value: f64,
-        /// The largest that is allowed, of either sign.
+        /// The largest allowed absolute value.
         limit: f64,
     },
     /// The file would be longer than the format can count.
@@ -308,11 +308,11 @@ pub enum WriteError {
     TooManyBytes {
         /// The target.
         path: PathBuf,
-        /// The format its extension tells.
+        /// The format of its extension.
         format: Format,
-        /// How many bytes the file would have.
+        /// Length of the file in bytes.
         bytes: u64,
-        /// The most the format has room for.
+        /// The format's limit.
         limit: u64,
     },
     /// The mesh has more triangles than the format can count.
@@ -320,11 +320,11 @@ pub enum WriteError {
     TooManyTriangles {
         /// The target.
         path: PathBuf,
-        /// The format its extension tells.
+        /// The format of its extension.
         format: Format,
-        /// How many the mesh has.
+        /// Number of triangles of the mesh.
         triangles: usize,
-        /// The most the format has room for.
+        /// The format's limit.
         limit: u32,
     },
     /// The file, or the temporary file beside it, could not be written.
@@ -332,7 +332,7 @@ pub enum WriteError {
     Io {
         /// The target.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
 }

@@ -1,17 +1,18 @@
-//! Elements turned into bytes in parallel and written in their order.
+//! Formatting of elements in parallel, and writing of the bytes in order.
 //!
-//! Turning four million triangles into bytes takes one thread longer than handing the bytes to the system does, so while
-//! one group of tasks is written the next is formatted. Memory is bounded by two groups, whatever the length of the file,
+//! One thread takes longer to format four million triangles than the system takes to write the bytes, so while one
+//! group of tasks is written the next is formatted. Memory is bounded by two groups, whatever the length of the file,
 //! and the bytes do not depend on the number of threads.
 
 use std::io::{self, Write};
 
 use rayon::prelude::*;
 
-/// Elements that one task formats: enough to be worth handing over, few enough that their bytes stay in a cache.
+/// Number of elements that one task formats: enough to outweigh the overhead, few enough that their bytes stay in a
+/// cache.
 const ELEMENTS_PER_TASK: usize = 1 << 13;
 
-/// Writes the bytes that `format` adds for each element, in the order of the elements.
+/// Writes the bytes that `format` appends for each element, in the order of the elements.
 pub(super) fn write_each<T: Sync>(
     out: &mut (impl Write + Send),
     elements: &[T],

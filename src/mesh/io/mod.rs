@@ -1,12 +1,13 @@
-//! Mesh files, one module a format.
+//! Mesh files, one module for each format.
 //!
-//! [`read`] takes STL, OBJ, PLY, OFF, glTF, GLB and 3MF, [`write()`] makes all of them but glTF in text. Readers give what
-//! the file holds: vertices are not welded (but for corners of binary STL that stand close together in the file),
-//! coordinates that are not finite are kept for the mesh check to report, and text is parsed as `f64`. What they must change or leave out on the way they say in [`MeshFile::notes`]; where a file breaks the rules of
-//! its format the [`ReadError`] names the place and the value.
+//! [`read`] reads STL, OBJ, PLY, OFF, glTF, GLB and 3MF; [`write()`] writes all of them but glTF in text. Readers
+//! return what the file holds: vertices are not welded (but for corners of binary STL that stand close together in the
+//! file), coordinates that are not finite are kept for the mesh check to report, and text is parsed as `f64`.
+//! [`MeshFile::notes`] lists what a reader had to change or leave out; where a file breaks the rules of its format, the
+//! [`ReadError`] names the place and the value.
 //!
-//! No count in a header is believed before the bytes that it counts are seen to be there, so that memory stays in
-//! proportion to the file. Instances are the exception by their nature, and have a limit of their own (`placement`).
+//! No reader trusts a count in a header before it has seen the bytes that it counts, so that memory stays in proportion
+//! to the file. Instances are the exception by their nature, and have a limit of their own (`placement`).
 
 mod error;
 mod formatted;
@@ -57,7 +58,7 @@ impl Format {
     pub const ALL: [Format; 7] =
         [Format::Stl, Format::Obj, Format::Ply, Format::Off, Format::Gltf, Format::Glb, Format::ThreeMf];
 
-    /// The format that a path's extension tells, in any case of letters.
+    /// Returns the format of a path's extension, in any case of letters.
     pub fn from_path(path: &Path) -> Result<Format, FormatError> {
         let Some(extension) = path.extension() else {
             return Err(FormatError::NoExtension { path: path.to_path_buf() });
@@ -67,7 +68,7 @@ impl Format {
         named.ok_or_else(|| FormatError::Unknown { path: path.to_path_buf(), extension: extension.into_owned() })
     }
 
-    /// The extension, in lower case and without a dot.
+    /// Returns the extension, in lower case and without a dot.
     pub fn extension(self) -> &'static str {
         match self {
             Format::Stl => "stl",
@@ -80,12 +81,12 @@ impl Format {
         }
     }
 
-    /// Whether [`write()`] makes files of this format.
+    /// Returns whether [`write()`] can write this format.
     pub fn is_written(self) -> bool {
         !matches!(self, Format::Gltf)
     }
 
-    /// The precision of coordinates in files that [`write()`] makes.
+    /// Returns the precision of coordinates in files that [`write()`] writes.
     pub fn precision(self) -> Precision {
         match self {
             Format::Stl | Format::Gltf | Format::Glb => Precision::Single,
@@ -93,12 +94,12 @@ impl Format {
         }
     }
 
-    /// The extensions of every format that is known, as messages list them.
+    /// Returns the extensions of all supported formats, as messages list them.
     fn known() -> String {
         Format::list(&Format::ALL)
     }
 
-    /// The extensions of every format that is written.
+    /// Returns the extensions of all formats that can be written.
     fn written() -> String {
         let written: Vec<Format> = Format::ALL.into_iter().filter(|format| format.is_written()).collect();
         Format::list(&written)
@@ -114,7 +115,7 @@ impl Format {
     }
 }
 
-/// The usual name: `STL`, `OBJ`, `PLY`, `OFF`, `glTF`, `GLB`, `3MF`.
+/// Writes the usual name: `STL`, `OBJ`, `PLY`, `OFF`, `glTF`, `GLB`, `3MF`.
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -129,16 +130,16 @@ impl fmt::Display for Format {
     }
 }
 
-/// What a mesh file holds.
+/// The contents of a mesh file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshFile {
-    /// All triangles of the file, of which there is at least one, as one mesh.
+    /// All triangles of the file, at least one, as one mesh.
     ///
-    /// Every index is that of a position. Nothing else is promised.
+    /// Every index is in range. Nothing else is guaranteed.
     pub mesh: TriangleMesh,
-    /// The length that one unit of the coordinates stands for, where the format or the file says it.
+    /// The length of one unit of the coordinates, where the format or the file states it.
     pub unit: Option<LengthUnit>,
-    /// What the user should hear of how the file was read.
+    /// Notes for the user about how the file was read.
     pub notes: Vec<ReadNote>,
 }
 
@@ -156,11 +157,12 @@ pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
     parse(&bytes, format, path)
 }
 
-/// Files below this size are read whatever they hold.
+/// Files below this size, in bytes, are read whatever they hold.
 const SMALL: u64 = 4 << 20;
 
-/// Refuses a large file by its first and last bytes, before what lies between takes memory: text that ends in bytes 0, and
-/// a binary file of more than twice the bytes that its header counts.
+/// Checks the first and last bytes of a large file before the rest takes memory.
+///
+/// Refuses text that ends in bytes 0, and a binary file of more than twice the bytes that its header counts.
 pub fn examine(path: &Path, format: Format) -> Result<(), ReadError> {
     let failure = |source| ReadError::Io { path: path.to_path_buf(), source };
     let mut file = input::open(path).map_err(failure)?;
@@ -190,9 +192,9 @@ pub fn examine(path: &Path, format: Format) -> Result<(), ReadError> {
     Err(fault.in_file(path))
 }
 
-/// Whether a file is text, by its first bytes and its format.
+/// Returns whether a file is text, by its first bytes and its format.
 fn is_text(format: Format, start: &[u8]) -> bool {
-    // UTF-16 is full of bytes 0.
+    // UTF-16 contains many bytes 0.
     let is_wide = [&[0xFF, 0xFE], &[0xFE, 0xFF]].iter().any(|mark| start.starts_with(*mark));
     !is_wide
         && match format {
@@ -204,7 +206,7 @@ fn is_text(format: Format, start: &[u8]) -> bool {
         }
 }
 
-/// The bytes that a binary file has by its header, where the format says it at the start.
+/// Returns the length in bytes that a binary file has by its header, where the format states it at the start.
 fn binary_length(format: Format, start: &[u8]) -> Option<u64> {
     match format {
         Format::Stl => stl::binary_length(start),
@@ -213,18 +215,18 @@ fn binary_length(format: Format, start: &[u8]) -> Option<u64> {
     }
 }
 
-/// All bytes of a file.
+/// Reads all bytes of a file.
 fn load(path: &Path) -> io::Result<Vec<u8>> {
     let file = input::open(path)?;
     let length = file.metadata()?.len();
-    // One byte more, so that the end is seen without growing.
+    // One byte more, so that the end is detected without reallocation.
     let room = usize::try_from(length).unwrap_or_default().saturating_add(1);
     let mut bytes = crate::allocation::try_vec_with_room(room)?;
     file.take(length).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-/// Returns the files that a mesh file refers to: buffers and images of glTF. None where the file cannot be read.
+/// Returns the files that a mesh file refers to: buffers and images of glTF. Empty where the file cannot be read.
 pub fn side_files(path: &Path) -> Vec<PathBuf> {
     match Format::from_path(path) {
         Ok(format @ (Format::Gltf | Format::Glb)) if examine(path, format).is_ok() => {
@@ -234,8 +236,8 @@ pub fn side_files(path: &Path) -> Vec<PathBuf> {
     }
 }
 
-/// Reads a mesh from the bytes of a file. The path names the file in errors, and buffers that a glTF file refers to are
-/// sought beside it; it is not opened itself.
+/// Parses a mesh from the bytes of a file. The path names the file in errors, and buffers that a glTF file refers to
+/// are looked up beside it; the path itself is not opened.
 pub fn parse(bytes: &[u8], format: Format, path: &Path) -> Result<MeshFile, ReadError> {
     let parsed = match format {
         _ if bytes.is_empty() => Err(Fault::Empty("the file has no bytes".to_owned())),

@@ -1,83 +1,83 @@
-//! What a reader or a writer did that its user should hear of.
+//! Notes of readers and writers for the user.
 
 use std::fmt;
 
 use super::Format;
 use crate::mesh::LengthUnit;
 
-/// A remark about a file that was read: something was put together, replaced or left out.
+/// A note about a file that was read: something was merged, replaced or left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReadNote {
-    /// A text STL held several solids; they are one mesh now.
+    /// A text STL held several solids; they were merged into one mesh.
     SolidsMerged {
-        /// How many solids had facets.
+        /// Number of solids with facets.
         count: usize,
     },
-    /// The file held several objects; they are one mesh now.
+    /// The file held several objects; they were merged into one mesh.
     ObjectsMerged {
-        /// How many objects had faces, counting each place an object stands in.
+        /// Number of objects with faces, each instance counted.
         count: usize,
     },
     /// Faces with more than three corners were cut into triangles.
     PolygonsTriangulated {
-        /// How many such faces.
+        /// Number of such faces.
         count: usize,
     },
-    /// Some of the faces that were cut cross themselves or are folded, so that their triangles may overlap.
+    /// Some of the triangulated faces have self-intersections or are folded, so that their triangles may overlap.
     PolygonsNotSimple {
-        /// How many such faces; they count as triangulated too.
+        /// Number of such faces; they count as triangulated too.
         count: usize,
     },
     /// Points, lines and faces of fewer than three corners were left out.
     PointsOrLinesIgnored {
-        /// How many.
+        /// Number of them.
         count: usize,
     },
     /// Free-form curves and surfaces were left out.
     FreeFormIgnored {
-        /// How many.
+        /// Number of them.
         count: usize,
     },
-    /// Weights of vertices, which matter to free-form surfaces alone, were left out.
+    /// Weights of vertices, which apply only to free-form surfaces, were left out.
     WeightsIgnored {
-        /// How many vertices had a weight other than 1.
+        /// Number of vertices with a weight other than 1.
         count: usize,
     },
-    /// Bytes after the last thing the header announces were left out.
+    /// Bytes after the last element that the header announces were left out.
     TrailingBytes {
-        /// How many.
+        /// Number of bytes.
         count: usize,
     },
     /// Objects that a printer would build as supports were left out.
     SupportsSkipped {
-        /// How many.
+        /// Number of objects.
         count: usize,
     },
-    /// The beams and balls of beam lattices were meshed. Each is a closed shell of its own and overlaps its neighbours, so
-    /// that only the non-zero fill rule gives the solid that the file describes.
+    /// The beams and balls of beam lattices were meshed. Each is a closed shell of its own and overlaps its neighbours,
+    /// so that only the non-zero fill rule gives the solid that the file describes.
     BeamsMeshed {
-        /// How many beams and balls, counting each place an object stands in.
+        /// Number of beams and balls, each instance counted.
         count: usize,
     },
-    /// Beams that are shorter than their lattice says a beam may be were left out, as their format demands.
+    /// Beams shorter than the minimum length of their lattice were left out, as the format demands.
     BeamsTooShort {
-        /// How many, counting each place an object stands in.
+        /// Number of beams, each instance counted.
         count: usize,
     },
     /// Meshes that stand in for beam lattices on displays were left out; the lattices themselves were read.
     RepresentationsIgnored {
-        /// How many.
+        /// Number of meshes.
         count: usize,
     },
     /// Meshes with skins or morph targets were read in their rest shape.
     DeformationIgnored {
-        /// How many.
+        /// Number of meshes.
         count: usize,
     },
 }
 
 impl ReadNote {
-    /// A short name that does not change, for programs.
+    /// Returns a short, stable name, for programs.
     pub fn code(&self) -> &'static str {
         match self {
             ReadNote::SolidsMerged { .. } => "solids-merged",
@@ -127,35 +127,35 @@ impl fmt::Display for ReadNote {
     }
 }
 
-/// A remark about a file that was written: it holds something other than the mesh did.
+/// A note about a file that was written: its contents differ from the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WriteNote {
     /// The format has a unit, and none was given.
     UnitAssumed {
         /// The format.
         format: Format,
-        /// The unit that the coordinates were taken to be in.
+        /// The assumed unit of the coordinates.
         unit: LengthUnit,
     },
     /// Rounding to 32 bits moved vertices by more than a hundred-thousandth of the mesh's size.
     CoordinatesRounded {
         /// The format.
         format: Format,
-        /// By how much a coordinate moves at most, in units of the mesh.
+        /// The largest change of a coordinate, in units of the mesh.
         moved: f64,
         /// The longest side of the mesh's box, in units of the mesh.
         size: f64,
     },
-    /// Triangles with two corners in one position were left out, as 3MF does not allow them. They have no area, and nothing
-    /// opens without them.
+    /// Triangles with two corners in one position were left out, since 3MF does not allow them. They have no area, and
+    /// leaving them out opens no edge.
     CollapsedLeftOut {
-        /// How many.
+        /// Number of triangles.
         count: usize,
     },
 }
 
 impl WriteNote {
-    /// A short name that does not change, for programs.
+    /// Returns a short, stable name, for programs.
     pub fn code(&self) -> &'static str {
         match self {
             WriteNote::UnitAssumed { .. } => "unit-assumed",

@@ -1,13 +1,13 @@
-//! Wavefront OBJ: positions and faces; everything about looks is left out.
+//! Wavefront OBJ: positions and faces; everything about appearance is left out.
 //!
 //! The reader is our own. The `tobj` crate was the first choice, and the tests still compare with it, but it gives each
-//! object only the vertices that its faces use, renumbered, so that objects no longer share vertices; it takes a polyline
-//! (`l`) of three points for a triangle and one of four for a quad; it divides positions by their weights; it cannot say on
-//! which line an error is; it refuses a name or a comment that is not UTF-8; and a relative index that lies far out of range
-//! makes it overflow.
+//! object only the vertices that its faces use, renumbered, so that objects no longer share vertices; it reads a
+//! polyline (`l`) of three points as a triangle and one of four as a quad; it divides positions by their weights; it
+//! does not report the line of an error; it refuses a name or a comment that is not UTF-8; and a relative index that
+//! lies far out of range makes it overflow.
 //!
-//! Positions are kept in the order of the file, also those that no face uses. A face may refer to a vertex that comes
-//! later. Objects and groups do not matter to the mesh; all faces are read.
+//! Positions are kept in the order of the file, including those that no face uses. A face may refer to a vertex that
+//! comes later. Objects and groups are ignored; all faces are read.
 
 use std::io::{self, Write};
 
@@ -44,7 +44,7 @@ struct Reader<'a> {
     words: Words<'a>,
     positions: Vec<DVec3>,
     faces: Polygons,
-    /// The line of each face, for errors that only the end of the file can show.
+    /// The line of each face, for errors that are detected only at the end of the file.
     lines: Vec<usize>,
     notes: Vec<ReadNote>,
 }
@@ -95,7 +95,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The next word of this statement, which goes on after a backslash at the end of a line.
+    /// Returns the next word of this statement, which continues after a backslash at the end of a line.
     fn next_word(&mut self) -> Option<&'a [u8]> {
         loop {
             match self.words.next_on_line()? {
@@ -109,7 +109,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Goes to the line after this statement, if there is one.
+    /// Skips to the line after this statement; returns whether there is one.
     fn skip_statement(&mut self) -> bool {
         loop {
             let (rest, more) = self.words.skip_line();
@@ -119,7 +119,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads a position; whether it has a weight other than 1. Colours may follow, of three or four numbers.
+    /// Reads a position; returns whether it has a weight other than 1. Colours of three or four numbers may follow.
     fn vertex(&mut self) -> Result<bool, Fault> {
         let mut position = [0.0; 3];
         for coordinate in &mut position {
@@ -164,7 +164,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Writes positions in the shortest decimals that give back the same numbers, and triangles.
+/// Writes positions, in the shortest decimals that read back as the same numbers, and triangles.
 pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
     writeln!(out, "# OBJ by ldi-ops")?;
     if let Some(unit) = unit {

@@ -1,9 +1,9 @@
-//! OFF: the text form of Geomview's object file format, and the ways in which it is commonly written.
+//! OFF: the text form of Geomview's object file format, in its common variants.
 //!
-//! The first word tells what else a vertex has (`STCNOFF`: texture coordinates, colour, normal, each optional), and all of
-//! it is left out with the rest of the vertex's line; likewise what follows a face's corners. The word itself may be
-//! missing, or touch the first count, and the counts may follow it on its line. `4OFF` and `nOFF` have other numbers of
-//! coordinates and are refused, as is the binary form.
+//! The first word lists the other attributes of a vertex (`STCNOFF`: texture coordinates, colour, normal, each
+//! optional), which the reader skips with the rest of the vertex's line; it skips what follows a face's corners too.
+//! The word itself may be missing, or touch the first count, and the counts may follow it on its line. `4OFF` and
+//! `nOFF` have other numbers of coordinates and are refused, as is the binary form.
 
 use std::io::{self, Write};
 
@@ -26,7 +26,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
     // The shortest vertex is `0 0 0` with its line's end, and the shortest face `0`.
     fits(&words, "vertices", vertices, 6)?;
     fits(&words, "faces", faces, 2)?;
-    // A third number counts edges, and nobody sets it right.
+    // A third number counts edges; few programs write it correctly.
     words.skip_line();
 
     let mut positions = Vec::with_capacity(vertices as usize);
@@ -86,7 +86,7 @@ fn skip_header(words: &mut Words<'_>) -> Result<(), Fault> {
     if !extras.is_empty() || !glued.iter().all(u8::is_ascii_digit) {
         return Err(words.expected("`OFF`", Some(word)));
     }
-    // A small n means n dimensions and a capital one normals; the other letters come in either case.
+    // A lower-case n means n dimensions and a capital one normals; the other letters come in either case.
     if four || name.ends_with(b"nOFF") {
         let kind = quote(word);
         let feature = format!("`{kind}` has coordinates of other than three dimensions, which is not supported");
@@ -111,7 +111,7 @@ fn count(words: &mut Words<'_>, expected: &'static str) -> Result<u64, Fault> {
     words.count(word)
 }
 
-/// Refuses a count of elements that take at least `shortest` bytes each, of which the last may lack its line's end.
+/// Refuses a count of elements of at least `shortest` bytes each if they cannot fit; the last may lack its line's end.
 fn fits(words: &Words<'_>, what: &'static str, promised: u64, shortest: u64) -> Result<(), Fault> {
     let bytes = words.rest().len() as u64;
     if promised <= (bytes + 1) / shortest {
@@ -124,13 +124,13 @@ fn short(what: &'static str, promised: u64, found: u64) -> Fault {
     Fault::Malformed(Place::File, Problem::Short { what: what.into(), promised, found })
 }
 
-/// Writes positions in the shortest decimals that give back the same numbers, and triangles.
+/// Writes positions, in the shortest decimals that read back as the same numbers, and triangles.
 pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
     writeln!(out, "OFF\n# OFF by ldi-ops")?;
     if let Some(unit) = unit {
         writeln!(out, "# unit {}", unit.symbol())?;
     }
-    // Nobody reads the count of edges.
+    // Readers ignore the count of edges.
     writeln!(out, "{} {} 0", mesh.positions.len(), mesh.triangles.len())?;
     write_each(out, &mesh.positions, |position, line| push_numbers(line, [b"", b" ", b" "], position, b"\n"))?;
     write_each(out, &mesh.triangles, |triangle, line| {

@@ -1,4 +1,4 @@
-//! Parts put in their places: the instances of glTF nodes and of 3MF components as one mesh.
+//! Placement of parts: the instances of glTF nodes and of 3MF components as one mesh.
 
 use std::collections::TryReserveError;
 
@@ -8,26 +8,26 @@ use super::error::{Fault, Place, Problem};
 use crate::allocation::try_vec_with_room;
 use crate::mesh::TriangleMesh;
 
-/// How many parts a file may place. Components may refer to one another, so that a few lines describe more than any
-/// memory holds; this, [`COPIES_MAX`] and [`TRIANGLES_MAX`] end that.
+/// Largest number of parts that a file may place. Components may refer to one another, so that a few lines can describe
+/// more than any memory holds; this limit, [`COPIES_MAX`] and [`TRIANGLES_MAX`] prevent that.
 pub(super) const PLACEMENTS_MAX: usize = 1 << 20;
 
-/// How many triangles the placed parts of a file may have together.
+/// Largest number of triangles of all placed parts of a file together.
 pub(super) const TRIANGLES_MAX: u64 = 1 << 28;
 
-/// How many triangles the places of parts beyond the first of each may have together. Copies cost a file next to nothing,
+/// Largest number of triangles of all instances beyond the first of each part. Copies take almost no bytes in a file,
 /// and with three positions to a triangle this many of them take 1.4 GB.
 pub(super) const COPIES_MAX: u64 = 1 << 24;
 
-/// One part in one place.
+/// One instance of a part.
 pub(super) struct Placement {
-    /// Which of the parts.
+    /// The index of the part.
     pub(super) part: usize,
-    /// From the part's space to the file's.
+    /// The map from the part's space to the file's.
     pub(super) world_from_part: DAffine3,
 }
 
-/// All parts in their places, in order, after checking that they fit. Vertices that no triangle uses are left out.
+/// Merges all instances, in order, after checking that they fit. Vertices that no triangle uses are left out.
 pub(super) fn assemble(parts: &mut [TriangleMesh], placements: &[Placement]) -> Result<TriangleMesh, Fault> {
     let too_many = |what: &'static str, found, limit| {
         Err(Fault::Malformed(Place::File, Problem::TooMany { what: what.into(), found, limit }))
@@ -46,7 +46,7 @@ pub(super) fn assemble(parts: &mut [TriangleMesh], placements: &[Placement]) -> 
         return too_many("triangles in all places", triangles, TRIANGLES_MAX);
     }
     parts.iter_mut().for_each(drop_unused);
-    // No part has more than three positions to a triangle now, so that 32 bits can number all of them.
+    // No part now has more than three positions to a triangle, so that 32 bits can number all of them.
     let positions: usize = placements.iter().map(|placement| parts[placement.part].positions.len()).sum();
     let no_memory = |_: TryReserveError| {
         Fault::invalid(Place::File, format!("there is no memory for {triangles} triangles in all places"))
@@ -61,7 +61,7 @@ pub(super) fn assemble(parts: &mut [TriangleMesh], placements: &[Placement]) -> 
     Ok(mesh)
 }
 
-/// Drops the positions that no triangle uses; the others keep their order.
+/// Removes the positions that no triangle uses; the others keep their order.
 pub(super) fn drop_unused(mesh: &mut TriangleMesh) {
     let mut is_used = vec![false; mesh.positions.len()];
     for &index in mesh.triangles.iter().flatten() {
@@ -95,7 +95,7 @@ fn append(mesh: &mut TriangleMesh, part: &TriangleMesh, world_from_part: DAffine
     } else {
         mesh.positions.extend(part.positions.iter().map(|&p| world_from_part.transform_point3(p)));
     }
-    // A mirror turns the inside out; listing the corners the other way round turns it back.
+    // A mirroring map turns the mesh inside out; listing the corners in reverse turns it back.
     let [i, j] = if world_from_part.matrix3.determinant() < 0.0 { [2, 1] } else { [1, 2] };
     mesh.triangles.extend(part.triangles.iter().map(|t| [t[0] + first, t[i] + first, t[j] + first]));
 }

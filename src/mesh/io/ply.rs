@@ -1,12 +1,14 @@
 //! PLY: the Stanford polygon format in text and in binary of either byte order.
 //!
-//! The reader is our own, because `ply-rs-bw` looks up each property of each element by name, which makes the usual binary
-//! file of a million triangles take seconds. Here the usual layouts (vertices without lists, faces with one list, all of
-//! them triangles) are converted in parallel straight into place, and everything else goes through one general reader.
+//! The reader is our own, because `ply-rs-bw` looks up each property of each element by name, so that the usual binary
+//! file of a million triangles takes seconds. Here the usual layouts (vertices without lists, faces with one list, all
+//! of them triangles) are converted in parallel straight into place, and everything else goes through one general
+//! reader.
 //!
-//! Of a file's elements, `vertex`, `face` and `tristrips` are read, by their properties `x`, `y`, `z` and `vertex_indices`
-//! or `vertex_index`, in whatever types; all else is stepped over. In triangle strips −1 starts a new strip, every other
-//! triangle is turned, and triangles that name a vertex twice are left out, since they only lead from strip to strip.
+//! Of a file's elements, `vertex`, `face` and `tristrips` are read, by their properties `x`, `y`, `z` and
+//! `vertex_indices` or `vertex_index`, in any types; everything else is skipped. In triangle strips −1 starts a new
+//! strip, every other triangle is reversed, and triangles that name a vertex twice are left out, since they only lead
+//! from strip to strip.
 
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,10 +25,10 @@ use super::text::{Words, decode, quote};
 use crate::allocation::vec_with_room;
 use crate::mesh::{LengthUnit, TriangleMesh};
 
-/// Elements that one task converts: enough to be worth handing over, few enough to share out evenly.
+/// Number of elements that one task converts: enough to outweigh the overhead, few enough to balance the load.
 const ELEMENTS_PER_TASK: usize = 1 << 14;
 
-/// Whether a file is in text, by its first bytes.
+/// Returns whether a file is in text, by its first bytes.
 pub(super) fn is_text(start: &[u8]) -> bool {
     memchr::memmem::find(start, b"format ascii").is_some()
 }
@@ -98,7 +100,8 @@ impl Scalar {
         }
     }
 
-    /// The value at the beginning of `bytes`, of which there are enough. Every type's values are `f64`.
+    /// Returns the value at the beginning of `bytes`, which must be long enough. An `f64` holds the values of every
+    /// type.
     #[inline]
     fn load(self, bytes: &[u8], order: ByteOrder) -> f64 {
         macro_rules! load {
@@ -130,7 +133,7 @@ enum Kind {
 }
 
 impl Kind {
-    /// Bytes that a value takes at least.
+    /// Returns the least number of bytes of a value.
     fn least_size(self) -> usize {
         match self {
             Kind::Scalar(scalar) => scalar.size(),
@@ -155,8 +158,8 @@ impl Element {
         self.properties.iter().position(|property| names.contains(&property.name.as_str()))
     }
 
-    /// Where the property's scalar lies in a binary element, and how many bytes an element takes; `None` if some property
-    /// is a list.
+    /// Returns the offset of each property in a binary element, and the element's length in bytes; `None` if some
+    /// property is a list.
     fn layout(&self) -> Option<(Vec<usize>, usize)> {
         let mut offsets = Vec::with_capacity(self.properties.len());
         let mut stride = 0;
@@ -185,7 +188,7 @@ impl Element {
 struct Header {
     encoding: Encoding,
     elements: Vec<Element>,
-    /// The length of the header, with the end of its last line.
+    /// The length of the header in bytes, with the end of its last line.
     bytes: usize,
     lines: usize,
 }
@@ -262,14 +265,14 @@ fn property(words: &mut Words<'_>) -> Result<Property, Fault> {
     Ok(Property { name: quote(name), kind })
 }
 
-/// The elements' bytes, and how far they have been read.
+/// The bytes of the elements, and how far they have been read.
 enum Body<'a> {
     Text(Words<'a>),
     Binary { bytes: &'a [u8], at: usize, order: ByteOrder },
 }
 
 impl<'a> Body<'a> {
-    /// The next value, or `None` where the file ends before it.
+    /// Returns the next value, or `None` where the file ends before it.
     #[inline]
     fn value(&mut self, scalar: Scalar) -> Result<Option<f64>, Fault> {
         match self {
@@ -285,7 +288,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Bytes that have not been read.
+    /// Returns the unread bytes.
     fn rest(&self) -> &'a [u8] {
         match self {
             Body::Text(words) => words.rest(),
@@ -293,7 +296,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// The line of the last value, in text.
+    /// Returns the line of the last value, in text.
     fn line(&self) -> Option<usize> {
         match self {
             Body::Text(words) => Some(words.line()),
@@ -304,10 +307,10 @@ impl<'a> Body<'a> {
 
 #[derive(Default)]
 struct Content {
-    /// How many vertices the header promises; indices are checked against it wherever the vertices stand.
+    /// Number of vertices by the header; indices are checked against it wherever the vertices stand.
     vertices: usize,
     positions: Vec<DVec3>,
-    /// Faces of files whose faces are not all triangles, or not simply laid out.
+    /// Faces of files with other polygons than triangles, or with another layout than the usual.
     polygons: Polygons,
     /// Faces of the usual layout, and the triangles of strips.
     triangles: Vec<[u32; 3]>,
@@ -315,7 +318,7 @@ struct Content {
 
 impl Content {
     fn element(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), Fault> {
-        // Elements without properties take no bytes, so that any number of them is there.
+        // Elements without properties take no bytes, so that any count of them is valid.
         if element.properties.is_empty() {
             return match element.name.as_str() {
                 "vertex" | "face" | "tristrips" if element.count > 0 => {
@@ -325,7 +328,7 @@ impl Content {
             };
         }
         let least = match body {
-            // A digit and what parts it from the next.
+            // A digit and the separator after it.
             Body::Text(_) => 2 * element.properties.len() as u64,
             Body::Binary { .. } => element.properties.iter().map(|p| p.kind.least_size() as u64).sum(),
         };
@@ -353,7 +356,7 @@ impl Content {
             };
         }
         if let (Body::Binary { bytes, at, order }, Some((offsets, stride))) = (&mut *body, element.layout()) {
-            // The caller has seen that this many bytes are there.
+            // The caller has checked that this many bytes are there.
             let length = element.count as usize * stride;
             let axes = axes.map(|(index, scalar)| (offsets[index], scalar));
             self.positions = positions(&bytes[*at..*at + length], stride, axes, *order);
@@ -432,7 +435,7 @@ impl Content {
     }
 
     fn vertex_index(&self, value: f64, element: &'static str, index: u64, line: Option<usize>) -> Result<u32, Fault> {
-        // A cast from a float saturates, so that the comparison finds what is no whole number in range.
+        // A cast from a float saturates, so that the comparison detects everything that is not a whole number in range.
         let vertex = value as u32;
         if f64::from(vertex) == value && (vertex as usize) < self.vertices {
             return Ok(vertex);
@@ -479,7 +482,8 @@ fn skip_element(element: &Element, body: &mut Body<'_>) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Reads one property of element number `index` and hands on its value, or each of its values, with its line in text.
+/// Reads one property of element number `index` and passes its value, or each of its values, with its line in text, to
+/// `each`.
 #[inline]
 fn read_property(
     property: &Property,
@@ -504,7 +508,7 @@ fn read_property(
     Ok(())
 }
 
-/// The positions of vertices that all take `stride` bytes.
+/// Reads the positions of vertices that all take `stride` bytes.
 fn positions(bytes: &[u8], stride: usize, axes: [(usize, Scalar); 3], order: ByteOrder) -> Vec<DVec3> {
     let [x, y, z] = axes;
     let mut positions = vec_with_room(bytes.len() / stride);
@@ -521,8 +525,8 @@ fn positions(bytes: &[u8], stride: usize, axes: [(usize, Scalar); 3], order: Byt
     positions
 }
 
-/// The faces of an element whose only list is its vertices, and their length in bytes, if all of them are triangles with
-/// indices in range. `None` says that the general reader must find out what is there.
+/// Reads the faces of an element whose only list is its vertices, if all of them are triangles with indices in range.
+/// Returns them and their length in bytes, or `None` where the general reader must take over.
 fn plain_triangles(
     element: &Element,
     list: usize,
@@ -581,8 +585,8 @@ fn plain_triangles(
 
 /// Writes the little-endian form, with coordinates as `double`, so that nothing is rounded.
 ///
-/// trimesh, MeshLab, Blender, VTK and Open3D read `double`. Lists are of `int` with `uchar` counts, the layout of nearly
-/// all files that there are; where there are more vertices than an `int` can number they are of `uint`, the same bytes.
+/// trimesh, MeshLab, Blender, VTK and Open3D read `double`. Lists are of `int` with `uchar` counts, the layout of
+/// nearly all existing files; with more vertices than an `int` can number they are of `uint`, the same bytes.
 pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
     let unit = unit.map_or(String::new(), |unit| format!("comment unit {}\n", unit.symbol()));
     let index = if mesh.positions.len() <= 1 << 31 { "int" } else { "uint" };
@@ -634,7 +638,8 @@ mod tests {
         bytes.extend(little);
     }
 
-    /// A square of four vertices with a colour between its coordinates, and `faces` with a number before and after.
+    /// Returns a square of four vertices with a colour between its coordinates, and `faces` with a number before and
+    /// after.
     fn binary(format: &str, types: [&str; 3], name: &str, faces: &[&[f64]]) -> Vec<u8> {
         let [coordinate, count, item] = types;
         let big = format == "binary_big_endian";

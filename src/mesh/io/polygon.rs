@@ -1,21 +1,21 @@
-//! Faces of any number of corners, and the cutting of them into triangles.
+//! Faces of any number of corners, and their triangulation.
 //!
-//! A strictly convex face becomes a fan about its first corner. Any other is cut ear by ear in the plane of its two lesser
-//! normal components (the normal is Newell's, so that it exists for faces that are not quite flat). An ear is taken where
-//! the corner turns left and no other corner lies in or on the triangle; where no such corner is left, as in faces that
-//! cross themselves or have corners in a line, what remains becomes a fan. Whatever the cut, each side of the face is a
-//! side of exactly one triangle, in the face's direction, and each diagonal is used once in each direction: a closed mesh
-//! of polygons gives a closed mesh of triangles.
+//! A strictly convex face becomes a fan about its first corner. Any other is triangulated by ear clipping in the plane
+//! of its two lesser normal components (the normal is Newell's, so that it exists for faces that are not quite flat). A
+//! corner is an ear where it turns left and no other corner lies in or on its triangle; where no ear is left, as in
+//! faces with self-intersections or collinear corners, the rest becomes a fan. In every case each side of the face is a
+//! side of exactly one triangle, in the face's direction, and each diagonal is used once in each direction: a closed
+//! mesh of polygons gives a closed mesh of triangles.
 
 use glam::{DVec2, DVec3};
 
 use super::note::ReadNote;
 
-/// Corner tests that one file may cost. Cutting ears takes quadratic time in the worst case, and a hostile file could have
-/// a face of a million corners; a fan is the answer to those.
+/// Largest number of corner tests for one file. Ear clipping takes quadratic time in the worst case, and a hostile file
+/// could have a face of a million corners; beyond the limit faces become fans.
 const CORNER_TESTS: u64 = 1 << 28;
 
-/// The faces of a file, as lists of vertex indices one after another.
+/// The faces of a file, as concatenated lists of vertex indices.
 #[derive(Default)]
 pub(super) struct Polygons {
     corners: Vec<u32>,
@@ -38,7 +38,7 @@ impl Polygons {
         self.ends.len()
     }
 
-    /// The corners of each face. What was pushed since the last face ended is no part of any.
+    /// Returns the corners of each face. Corners pushed since the last face ended belong to none.
     pub(super) fn iter(&self) -> impl Iterator<Item = &[u32]> {
         self.ends.iter().scan(0, |start, &end| {
             let face = &self.corners[*start..end];
@@ -47,9 +47,9 @@ impl Polygons {
         })
     }
 
-    /// The triangles of all faces, in order. Every index must be that of a position.
+    /// Returns the triangles of all faces, in order. Every index must be in range.
     ///
-    /// Faces of fewer than three corners give none and are noted, as are the faces that had to be cut.
+    /// Faces of fewer than three corners give none and are noted, as are the faces that were triangulated.
     pub(super) fn triangles(&self, positions: &[DVec3], notes: &mut Vec<ReadNote>) -> Vec<[u32; 3]> {
         let count = self.iter().map(|face| face.len().saturating_sub(2)).sum();
         let mut triangles = Vec::with_capacity(count);
@@ -80,8 +80,8 @@ impl Polygons {
 
 /// The triangles of a strip, corner by corner.
 ///
-/// Every other triangle is turned, so that all face the same way. Triangles that name a vertex twice are left out, since
-/// they only lead from strip to strip.
+/// Every other triangle is reversed, so that all face the same way. Triangles that name a vertex twice are left out,
+/// since they only lead from strip to strip.
 #[derive(Default)]
 pub(super) struct Strip {
     before_last: Option<u32>,
@@ -90,7 +90,7 @@ pub(super) struct Strip {
 }
 
 impl Strip {
-    /// The triangle that this corner completes.
+    /// Returns the triangle that this corner completes.
     pub(super) fn triangle(&mut self, corner: u32) -> Option<[u32; 3]> {
         let before_last = std::mem::replace(&mut self.before_last, self.last.replace(corner));
         let (Some(a), Some(b)) = (before_last, self.before_last) else { return None };
@@ -101,7 +101,7 @@ impl Strip {
     }
 }
 
-/// Whether the triangles of a face are known not to overlap.
+/// The result of a triangulation: whether the triangles of the face are known not to overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Cut {
     Simple,
@@ -126,7 +126,7 @@ impl Cutter {
         }
         self.ring.clear();
         self.ring.extend(0..face.len());
-        // The search goes on from the last ear, so that long ribbons do not always restart at the first corner.
+        // The search continues from the last ear, so that long ribbons do not always restart at the first corner.
         let mut at = 0;
         while self.ring.len() > 3 {
             let Some(ear) = self.next_ear(at) else { break };
@@ -168,11 +168,11 @@ impl Cutter {
         self.plane.extend((0..face.len()).map(|k| flat(corner(k))));
     }
 
-    /// Whether every corner turns left and the boundary goes round once.
+    /// Returns whether every corner turns left and the boundary goes round once.
     fn is_strictly_convex(&self) -> bool {
         let n = self.plane.len();
         let side = |k: usize| self.plane[(k + 1) % n] - self.plane[k % n];
-        // Going round once, the direction of a side changes from leftwards to rightwards once.
+        // In one round, the direction of a side changes from leftwards to rightwards once.
         let mut rounds = 0;
         for k in 0..n {
             let (from, to) = (side(k), side(k + 1));
@@ -187,7 +187,7 @@ impl Cutter {
         rounds == 1
     }
 
-    /// Whether the boundary turns by one full turn in all, as that of every simple polygon does.
+    /// Returns whether the boundary turns by one full turn in all, as that of every simple polygon does.
     fn goes_round_once(&self) -> bool {
         let n = self.plane.len();
         let side = |k: usize| self.plane[(k + 1) % n] - self.plane[k % n];
@@ -211,7 +211,7 @@ impl Cutter {
         let covers = |p: DVec2| {
             (b - a).perp_dot(p - a) >= 0.0 && (c - b).perp_dot(p - b) >= 0.0 && (a - c).perp_dot(p - c) >= 0.0
         };
-        // A corner at the place of one of these three (where the boundary touches itself) does not hide the ear.
+        // A corner in the place of one of these three (where the boundary touches itself) does not hide the ear.
         !self.ring.iter().any(|&k| {
             let p = self.plane[k];
             p != a && p != b && p != c && covers(p)

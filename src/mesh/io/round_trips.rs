@@ -1,4 +1,4 @@
-//! What is written, read back: the same mesh where the format holds 64 bits, the rounded one where it holds 32.
+//! Round trips: a format of 64 bits reads back the same mesh, a format of 32 bits the rounded one.
 
 use std::fs;
 use std::path::PathBuf;
@@ -9,8 +9,8 @@ use proptest::prelude::*;
 use super::tests::points;
 use super::*;
 
-/// Coordinates of every kind that all formats hold: few different ones, so that corners coincide, zeros of both signs, and
-/// numbers of any exponent.
+/// Coordinates of every kind that all formats hold: few different ones, so that corners coincide, zeros of both signs,
+/// and numbers of any exponent.
 fn coordinate() -> impl Strategy<Value = f64> {
     prop_oneof![
         3 => (-2i8..3).prop_map(f64::from),
@@ -34,7 +34,7 @@ fn any_unit() -> impl Strategy<Value = LengthUnit> {
     proptest::sample::select(vec![Micrometre, Millimetre, Centimetre, Inch, Foot, Metre])
 }
 
-/// What `write` and then `read` make of a mesh, and what `write` said.
+/// Writes and reads a mesh; returns the file read and what `write` returned.
 fn through(format: Format, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> (MeshFile, Written) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(format!("mesh.{}", format.extension()));
@@ -46,7 +46,7 @@ fn corners(mesh: &TriangleMesh) -> Vec<[DVec3; 3]> {
     mesh.triangles.iter().map(|triangle| triangle.map(|index| mesh.positions[index as usize])).collect()
 }
 
-/// Bits, so that 0 and −0 differ.
+/// Returns the bits, so that 0 and −0 differ.
 fn bits(corners: &[[DVec3; 3]]) -> Vec<[[u64; 3]; 3]> {
     corners.iter().map(|triangle| triangle.map(|corner| corner.to_array().map(f64::to_bits))).collect()
 }
@@ -144,7 +144,7 @@ fn what_a_format_cannot_hold_is_refused_and_nothing_is_left() {
         assert!(refused.contains("4 of 4 triangles would collapse") && refused.ends_with("--recentre"), "{refused}");
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-    // It is the number in metres that counts.
+    // The limit applies to the number in metres.
     write(&folder.path().join("a.glb"), &tetrahedron(1e38, 1e39), Some(LengthUnit::Micrometre)).unwrap();
 }
 

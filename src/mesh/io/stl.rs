@@ -1,8 +1,8 @@
 //! STL: triangle soup, in binary or text.
 //!
-//! The two forms are told apart by size first, since binary files that begin with `solid` are common: a file of 84 + 50 n
-//! bytes with n at byte 80 is binary. Of the others, a file is text if it begins with `solid` or `facet` and has no byte 0
-//! soon, and binary with bytes too many or too few otherwise.
+//! The reader tells the two forms apart by size first, since binary files that begin with `solid` are common: a file of
+//! 84 + 50 n bytes with n at byte 80 is binary. Of the others, a file is text if it begins with `solid` or `facet` and
+//! has no byte 0 near its start; otherwise it is binary with too many or too few bytes.
 //!
 //! Normals and attribute bytes are not read. Corners with the same bits may share a position; in text none do.
 
@@ -23,7 +23,7 @@ use crate::mesh::{LengthUnit, TriangleMesh};
 const HEADER_BYTES: usize = 84;
 const TRIANGLE_BYTES: usize = 50;
 
-/// Triangles that one task converts: enough to be worth handing over, few enough to share out evenly.
+/// Number of triangles that one task converts: enough to outweigh the overhead, few enough to balance the load.
 const TRIANGLES_PER_TASK: usize = 1 << 14;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
@@ -43,7 +43,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
     parse_binary(bytes, promised)
 }
 
-/// Whether the file begins as text does: with `solid` or `facet`, and without a byte 0.
+/// Returns whether the file begins as text does: with `solid` or `facet`, and without a byte 0.
 ///
 /// In a binary file the last byte of the count is 0, unless it counts more than 16 million triangles.
 pub(super) fn is_text(bytes: &[u8]) -> bool {
@@ -52,7 +52,8 @@ pub(super) fn is_text(bytes: &[u8]) -> bool {
     !start.contains(&0) && ["solid", "facet"].iter().any(|keyword| word.eq_ignore_ascii_case(keyword.as_bytes()))
 }
 
-/// The bytes of a binary file by the count in its header, unless it counts nothing.
+/// Returns the length in bytes of a binary file by the count in its header, or `None` where that is 0 or the file is
+/// text.
 pub(super) fn binary_length(start: &[u8]) -> Option<u64> {
     let count = start.get(80..84)?;
     let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]);
@@ -70,7 +71,7 @@ fn parse_binary(bytes: &[u8], promised: u32) -> Result<MeshFile, Fault> {
     if count == 0 {
         return Err(Fault::Empty(format!("the binary header counts 0, and {} bytes follow it", body.len())));
     }
-    // An index is 32 bits, and a triangle of soup has three vertices of its own.
+    // An index is 32 bits, and a triangle of a soup has three vertices of its own.
     check_count(count)?;
     let (records, rest) = body.split_at(count * TRIANGLE_BYTES);
     let mesh = weld_recent(records, count);
@@ -89,11 +90,11 @@ fn check_count(triangles: usize) -> Result<(), Fault> {
     Err(Fault::Malformed(Place::File, Problem::TooMany { what: "triangles".into(), found: triangles as u64, limit }))
 }
 
-/// The mesh of binary records, corners with the bits of one shortly before sharing its position.
+/// Builds the mesh of binary records; a corner shares the position of one with the same bits shortly before.
 ///
-/// Neighbours mostly stand close together in a file, so a small table per task finds most corners that occur again. Every
-/// later stage then has about a fifth of the positions to go through, which saves more than the table costs; finding all
-/// of them would not. Tasks are of a fixed size, so that the thread count does not show.
+/// Neighbours mostly stand close together in a file, so a small table per task finds most corners that occur again.
+/// Every later stage then processes about a fifth of the positions, which saves more than the table costs; finding all
+/// repetitions would not. Tasks are of a fixed size, so that the result does not depend on the thread count.
 fn weld_recent(records: &[u8], count: usize) -> TriangleMesh {
     let mut triangles = vec![[0u32; 3]; count];
     let pieces: Vec<Vec<[u32; 3]>> = records
@@ -135,8 +136,7 @@ fn weld_recent(records: &[u8], count: usize) -> TriangleMesh {
     TriangleMesh { positions, triangles }
 }
 
-/// The different corners of a task, and a table of those seen not long ago: of several that fall on one place of it the
-/// last is kept.
+/// The distinct corners of a task, and a hash table of those seen recently: each slot keeps the last corner.
 struct RecentCorners {
     table: Vec<([u32; 3], u32)>,
     /// Room for all corners of a task, of which `count` are taken, and for one more.
@@ -155,10 +155,10 @@ impl Default for RecentCorners {
 }
 
 impl RecentCorners {
-    /// The table then fits the second-level cache of most processors, and holds a layer of a mesh that was made in layers.
+    /// The table then fits the L2 cache of most processors, and holds a layer of a mesh that was made in layers.
     const LOG: u32 = 13;
 
-    /// Marks an empty place of the table. A task has far fewer corners.
+    /// Marks an empty slot of the table. A task has far fewer corners.
     const NONE: u32 = u32::MAX;
 
     fn forget(&mut self) {
@@ -166,7 +166,7 @@ impl RecentCorners {
         self.count = 0;
     }
 
-    /// The index of the corner with these bits; a new one unless it is known.
+    /// Returns the index of the corner with these bits, a new one unless it is known.
     #[inline]
     fn place(&mut self, bits: [u32; 3]) -> u32 {
         let [x, y, z] = bits.map(u64::from);
@@ -196,8 +196,8 @@ fn soup(corners: Vec<[DVec3; 3]>) -> TriangleMesh {
     TriangleMesh { positions: corners.into_flattened(), triangles }
 }
 
-/// Reads text word by word, so that lines and spaces may stand anywhere; only names, which follow `solid` and `endsolid`
-/// and may be anything, end with their line. Other words after `endloop` and `endfacet` are left out as well.
+/// Parses text word by word, so that lines and spaces may stand anywhere; only names, which follow `solid` and
+/// `endsolid` and may be anything, end with their line. Other words after `endloop` and `endfacet` are skipped too.
 fn parse_text(bytes: &[u8]) -> Result<MeshFile, Fault> {
     let mut words = Words::new(bytes);
     let mut corners: Vec<[DVec3; 3]> = Vec::new();
@@ -253,7 +253,7 @@ impl Keyword {
     }
 }
 
-/// Leaves out a solid's name: the rest of the line, or what stands before `facet normal` where a file is all one line.
+/// Skips a solid's name: the rest of the line, or what precedes `facet normal` where a file is all one line.
 fn skip_name(words: &mut Words<'_>) {
     let mut start = words.rest();
     while let Some(word) = words.next_on_line() {
@@ -268,7 +268,7 @@ fn skip_name(words: &mut Words<'_>) {
     }
 }
 
-/// Leaves out the rest of the line, up to a keyword.
+/// Skips the rest of the line, up to a keyword.
 fn skip_remark(words: &mut Words<'_>) {
     loop {
         let before = words.rest();
@@ -279,7 +279,7 @@ fn skip_remark(words: &mut Words<'_>) {
     }
 }
 
-/// The three corners of facet number `index`, whose first word has been read.
+/// Reads the three corners of facet number `index`, whose first word has been read.
 fn facet(words: &mut Words<'_>, index: usize) -> Result<[DVec3; 3], Fault> {
     // Nothing depends on the normal, so it may be missing, or anything but a keyword.
     let mut word = loop {
@@ -323,7 +323,7 @@ fn facet(words: &mut Words<'_>, index: usize) -> Result<[DVec3; 3], Fault> {
     Ok(corners)
 }
 
-/// Says whether binary STL can hold the mesh.
+/// Checks that binary STL can hold the mesh.
 pub(super) fn check(path: &Path, mesh: &TriangleMesh) -> Result<(), WriteError> {
     if mesh.triangles.len() > u32::MAX as usize {
         let (path, format) = (path.to_path_buf(), Format::Stl);
@@ -332,8 +332,8 @@ pub(super) fn check(path: &Path, mesh: &TriangleMesh) -> Result<(), WriteError> 
     Ok(())
 }
 
-/// Writes binary STL. The mesh has been checked; the normals are those of the corners as they are before rounding, and zero
-/// for triangles without area.
+/// Writes binary STL. The mesh has been checked; the normals are those of the corners before rounding, and zero for
+/// triangles without area.
 pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Option<LengthUnit>) -> io::Result<()> {
     let mut header = [b' '; 80];
     let title = match unit {
@@ -377,7 +377,7 @@ mod tests {
     #[test]
     fn binary_by_size_even_if_it_begins_with_solid() {
         let file = parsed(&binary(b"solid facet", 2, &[TRIANGLE; 2]), FORMAT);
-        // Corners of the same bits become one position, those that are not a number too.
+        // Corners with the same bits become one position, NaNs included.
         assert_eq!(file.mesh.triangles, [[0, 1, 2]; 2]);
         assert_eq!(file.mesh.positions.len(), 3);
         assert_eq!(file.mesh.positions[0], DVec3::new(0.0, 0.0, 1.0));

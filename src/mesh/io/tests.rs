@@ -1,4 +1,4 @@
-//! What holds for all formats: names, notes, hostile bytes, and files as they are written.
+//! Tests of all formats: names, notes, hostile bytes, and files as other programs write them.
 
 use std::fs;
 use std::io::Write;
@@ -13,12 +13,12 @@ fn sample_path(format: Format) -> PathBuf {
     PathBuf::from(format!("sample.{}", format.extension()))
 }
 
-/// The file that the bytes are, which must be readable.
+/// Parses bytes that must be readable.
 pub(super) fn parsed(bytes: &[u8], format: Format) -> MeshFile {
     parse(bytes, format, &sample_path(format)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The text of the error that the bytes must give.
+/// Returns the text of the error that the bytes must give.
 pub(super) fn error(bytes: &[u8], format: Format) -> String {
     match parse(bytes, format, &sample_path(format)) {
         Ok(file) => panic!("read without an error: {file:?}"),
@@ -30,7 +30,7 @@ pub(super) fn points(coordinates: &[[f64; 3]]) -> Vec<DVec3> {
     coordinates.iter().copied().map(DVec3::from).collect()
 }
 
-/// The text in UTF-16 with its byte order mark.
+/// Encodes the text in UTF-16 with its byte order mark.
 pub(super) fn utf_16(text: &str, bytes: fn(u16) -> [u8; 2]) -> Vec<u8> {
     "\u{feff}".encode_utf16().chain(text.encode_utf16()).flat_map(bytes).collect()
 }
@@ -117,7 +117,7 @@ fn written_files_can_be_read_by_others() {
     assert_eq!(mode(&written), mode(&plain));
 }
 
-/// One small file of each format and form.
+/// Returns one small file of each format and form.
 fn samples() -> Vec<(Format, Vec<u8>)> {
     let mesh = tetrahedron();
     let mut binary_stl = Vec::new();
@@ -167,7 +167,7 @@ fn samples() -> Vec<(Format, Vec<u8>)> {
     ]
 }
 
-/// Reads bytes that may be anything, and holds the result to what every result promises.
+/// Parses arbitrary bytes, and checks the guarantees that hold for every result.
 fn survive(bytes: &[u8], format: Format) {
     let name = sample_path(format);
     match parse(bytes, format, &name) {
@@ -175,7 +175,7 @@ fn survive(bytes: &[u8], format: Format) {
             let count = file.mesh.positions.len();
             assert!(!file.mesh.triangles.is_empty());
             assert!(file.mesh.triangles.iter().flatten().all(|&index| (index as usize) < count));
-            // No format says a vertex or a triangle in less than a byte, but for what ZIP compresses.
+            // No format encodes a vertex or a triangle in less than a byte, but for data that ZIP compresses.
             let most = if format == Format::ThreeMf { 1 << 16 } else { bytes.len() + 2048 };
             assert!(count <= most && file.mesh.triangles.len() <= most, "{format}: {count} vertices");
         }
@@ -226,7 +226,7 @@ fn files_with_runs_of_bytes_changed_are_read_or_refused() {
                 let end = (at + length).min(bytes.len());
                 changed[at..end].fill(byte);
                 survive(&changed, format);
-                // And with the run taken out, so that all after it moves.
+                // The same with the run removed, so that everything after it moves.
                 changed.drain(at..end);
                 survive(&changed, format);
             }
@@ -259,7 +259,7 @@ fn packages_with_damaged_models_are_read_or_refused() {
 fn every_file_read_as_every_format() {
     for (_, bytes) in samples() {
         for format in Format::ALL {
-            // A format that lies is one more way for a file to be broken, and may even be read: GLB as glTF.
+            // A wrong extension is one more way for a file to be broken, and may even be read: GLB as glTF.
             survive(&bytes, format);
         }
     }
@@ -268,7 +268,7 @@ fn every_file_read_as_every_format() {
 #[test]
 fn files_that_end_in_zeros_are_refused_before_they_are_read() {
     let folder = tempfile::tempdir().unwrap();
-    // Larger than any memory, of which the disk holds nothing.
+    // Larger than any memory; the file is sparse.
     let padded = |name: &str, start: &[u8]| {
         let path = folder.path().join(name);
         std::fs::write(&path, start).unwrap();
@@ -292,7 +292,7 @@ fn files_that_end_in_zeros_are_refused_before_they_are_read() {
     assert!(message.contains("counts 684 bytes, and the file has 4398046511104"), "{message}");
     let message = padded("b.glb", b"glTF\x02\0\0\0\x0C\0\0\0");
     assert!(message.contains("counts 12 bytes, and the file has 4398046511104"), "{message}");
-    // A little more than is counted is a note, not an error.
+    // A few bytes more than counted are a note, not an error.
     let path = folder.path().join("c.stl");
     std::fs::write(&path, [&binary[..], &[0; 4 << 20]].concat()).unwrap();
     assert!(crate::mesh::io::examine(&path, Format::Stl).is_ok());

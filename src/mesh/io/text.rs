@@ -1,4 +1,4 @@
-//! Words, lines and numbers of text formats.
+//! Tokenising of text formats: words, lines and numbers.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -8,9 +8,10 @@ use memchr::memchr2;
 
 use super::error::{Fault, Place, Problem};
 
-/// The text in a file, without its byte order mark; UTF-16 comes out as UTF-8.
+/// Returns the text of a file, without its byte order mark; UTF-16 is converted to UTF-8.
 ///
-/// Text without a mark is taken as it is: names and comments may be in any encoding, and nothing else is beyond ASCII.
+/// Text without a mark is returned unchanged: names and comments may be in any encoding, and nothing else is beyond
+/// ASCII.
 pub(super) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
     let unit: fn([u8; 2]) -> u16 = match bytes {
         [0xEF, 0xBB, 0xBF, text @ ..] => return Cow::Borrowed(text),
@@ -23,7 +24,7 @@ pub(super) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(text.into_bytes())
 }
 
-/// A piece of a file as an error message quotes it: short, and without control characters.
+/// Quotes a piece of a file for an error message: short, and without control characters.
 pub(super) fn quote(word: &[u8]) -> String {
     const LONGEST: usize = 40;
     let text = String::from_utf8_lossy(&word[..word.len().min(4 * LONGEST)]);
@@ -34,7 +35,7 @@ pub(super) fn quote(word: &[u8]) -> String {
     quoted
 }
 
-/// What another library says of an error, on one line and of bounded length: it may quote any part of the file.
+/// Returns the error message of another library, on one line and of bounded length: it may quote any part of the file.
 pub(super) fn sentence(error: &dyn fmt::Display) -> String {
     const LONGEST: usize = 200;
     let text = error.to_string();
@@ -47,10 +48,10 @@ pub(super) fn sentence(error: &dyn fmt::Display) -> String {
     }
 }
 
-/// The number that a word spells, or `None` where it spells none.
+/// Parses a number; returns `None` where the word is not one.
 ///
-/// Beyond what Rust parses, these are numbers: Fortran's exponents (`1.0D+02`), and the infinities and not-a-numbers of
-/// C libraries (`nan(ind)`, `-1.#IND`, `1.#INF`), since files hold what `printf` made.
+/// Beyond what Rust parses, these are numbers: Fortran's exponents (`1.0D+02`), and the infinities and NaNs of C
+/// libraries (`nan(ind)`, `-1.#IND`, `1.#INF`), since many files are written with `printf`.
 pub(super) fn number(word: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(word).ok()?;
     text.parse().ok().or_else(|| unusual_number(text))
@@ -79,9 +80,10 @@ fn unusual_number(text: &str) -> Option<f64> {
     if mantissa.contains('e') { None } else { format!("{mantissa}e{exponent}").parse().ok() }
 }
 
-/// Adds three coordinates, each behind its own text, in the shortest decimals that give back the same numbers.
+/// Appends three coordinates, each preceded by its own text, in the shortest decimals that read back as the same
+/// numbers.
 ///
-/// `zmij` does it in a third of the time of Rust's own formatting.
+/// `zmij` takes a third of the time of Rust's own formatting.
 #[inline]
 pub(super) fn push_numbers(text: &mut Vec<u8>, before: [&[u8]; 3], numbers: &DVec3, after: &[u8]) {
     let mut digits = zmij::Buffer::new();
@@ -92,7 +94,7 @@ pub(super) fn push_numbers(text: &mut Vec<u8>, before: [&[u8]; 3], numbers: &DVe
     text.extend_from_slice(after);
 }
 
-/// Adds three whole numbers, each behind its own text.
+/// Appends three whole numbers, each preceded by its own text.
 #[inline]
 pub(super) fn push_integers(text: &mut Vec<u8>, before: [&[u8]; 3], numbers: [u64; 3], after: &[u8]) {
     let mut digits = itoa::Buffer::new();
@@ -103,7 +105,7 @@ pub(super) fn push_integers(text: &mut Vec<u8>, before: [&[u8]; 3], numbers: [u6
     text.extend_from_slice(after);
 }
 
-/// The words of a text, with the line that the last one stands on. Lines end in LF, CR LF or CR alone.
+/// The words of a text, with the line of the last one. Lines end in LF, CR LF or CR alone.
 #[derive(Clone)]
 pub(super) struct Words<'a> {
     bytes: &'a [u8],
@@ -117,23 +119,23 @@ impl<'a> Words<'a> {
         Words { bytes, at: 0, line: 1, comment: None }
     }
 
-    /// Words of a text in which what follows `comment` on a line means nothing.
+    /// Returns the words of a text in which `comment` starts a comment up to the end of the line.
     pub(super) fn with_comments(bytes: &'a [u8], comment: u8) -> Words<'a> {
         Words { comment: Some(comment), ..Words::new(bytes) }
     }
 
-    /// Takes the text to begin on this line of the file.
+    /// Sets the number of the text's first line in the file.
     pub(super) fn starting_at(mut self, line: usize) -> Words<'a> {
         self.line = line;
         self
     }
 
-    /// The line that the last word stands on.
+    /// Returns the line of the last word.
     pub(super) fn line(&self) -> usize {
         self.line
     }
 
-    /// The next word on this line.
+    /// Returns the next word on this line.
     #[inline]
     pub(super) fn next_on_line(&mut self) -> Option<&'a [u8]> {
         while let Some(b' ' | b'\t' | 0x0B | 0x0C) = self.bytes.get(self.at) {
@@ -158,7 +160,7 @@ impl<'a> Words<'a> {
         memchr2(b'\n', b'\r', &self.bytes[self.at..]).map_or(self.bytes.len(), |n| self.at + n)
     }
 
-    /// Leaves out the rest of this line and returns it; `false` in second place says that the text ends with it.
+    /// Skips the rest of this line and returns it; the second value is `false` where the text ends with it.
     pub(super) fn skip_line(&mut self) -> (&'a [u8], bool) {
         let end = self.end_of_line();
         let rest = &self.bytes[self.at..end];
@@ -176,7 +178,7 @@ impl<'a> Words<'a> {
         false
     }
 
-    /// The next word on this line or a later one.
+    /// Returns the next word on this line or a later one.
     #[inline]
     pub(super) fn next(&mut self) -> Option<&'a [u8]> {
         loop {
@@ -189,7 +191,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// What has not been read.
+    /// Returns the unread text.
     pub(super) fn rest(&self) -> &'a [u8] {
         &self.bytes[self.at..]
     }
@@ -199,31 +201,31 @@ impl<'a> Words<'a> {
         self.at = self.bytes.len() - rest.len();
     }
 
-    /// An error at the line of the last word.
+    /// Returns an error at the line of the last word.
     pub(super) fn fault(&self, problem: Problem) -> Fault {
         Fault::Malformed(Place::Line(self.line), problem)
     }
 
-    /// The error that `found` stands where `expected` should.
+    /// Returns the error that `found` stands in the place of `expected`.
     pub(super) fn expected(&self, expected: impl Into<Cow<'static, str>>, found: Option<&[u8]>) -> Fault {
         let found = found.map_or_else(|| "the end of the file".to_owned(), |word| format!("`{}`", quote(word)));
         self.fault(Problem::Expected { expected: expected.into(), found })
     }
 
-    /// The number that `word` spells.
+    /// Parses `word` as a number.
     #[inline]
     pub(super) fn number(&self, word: &[u8]) -> Result<f64, Fault> {
         number(word).ok_or_else(|| self.not_a("a number", word))
     }
 
-    /// The whole number that `word` spells.
+    /// Parses `word` as a whole number.
     #[inline]
     pub(super) fn integer(&self, word: &[u8]) -> Result<i64, Fault> {
         let text = std::str::from_utf8(word).ok();
         text.and_then(|text| text.parse().ok()).ok_or_else(|| self.not_a("a whole number", word))
     }
 
-    /// The count that `word` spells.
+    /// Parses `word` as a count.
     pub(super) fn count(&self, word: &[u8]) -> Result<u64, Fault> {
         let text = std::str::from_utf8(word).ok();
         text.and_then(|text| text.parse().ok()).ok_or_else(|| self.not_a("a count", word))

@@ -1,4 +1,4 @@
-//! Mesh files as they are written: what each format can hold, and what it makes of the rest.
+//! Writing of mesh files: what each format can hold, and how it stores the rest.
 
 use std::path::Path;
 
@@ -11,12 +11,12 @@ use super::{Format, obj, off, ply, stl, threemf};
 use crate::mesh::{LengthUnit, Precision, TriangleMesh};
 use crate::output;
 
-/// What a file holds of the mesh that was written to it.
+/// A summary of a written file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written {
-    /// The length that one unit of the numbers in the file stands for, where it is known.
+    /// The length of one unit of the numbers in the file, where it is known.
     pub unit: Option<LengthUnit>,
-    /// What the user should hear of how it was written.
+    /// Notes for the user about how the file was written.
     pub notes: Vec<WriteNote>,
 }
 
@@ -30,18 +30,18 @@ pub struct Written {
 /// | GLB | scaled to metres, then rounded to 32 bits | metres, glTF's only one; taken to be so where none is given |
 /// | 3MF | the same `f64` when read back; lib3mf keeps 32 bits | its own; millimetres where none is given, as is 3MF's default |
 ///
-/// Remarks are for people: no program is known to read them. Vertices and triangles keep their order; in 3MF, vertices with
-/// the same coordinates become one, as its readers go by indices ([`TriangleMesh::weld`] does it for other formats). Rounding that can be
-/// seen, a unit that had to be assumed and what a format has no room for are told in [`Written::notes`].
+/// Remarks are for people: no program is known to read them. Vertices and triangles keep their order; in 3MF, vertices
+/// with the same coordinates become one, since its readers go by indices ([`TriangleMesh::weld`] does it for other
+/// formats). [`Written::notes`] lists visible rounding, an assumed unit and everything that the format cannot hold.
 ///
-/// The file is written beside its target and renamed when it is complete, so that no one ever sees half of it. Memory for
-/// writing does not grow with the mesh, but for two words a vertex in 3MF.
+/// The file is written beside its target and renamed when it is complete, so that no other program ever sees half of
+/// it. Memory for writing does not grow with the mesh, but for two words a vertex in 3MF.
 pub fn write(path: &Path, mesh: &TriangleMesh, unit: Option<LengthUnit>) -> Result<Written, WriteError> {
     write_at(path, mesh, unit, DVec3::ZERO)
 }
 
-/// Writes a mesh whose coordinates are relative to `place`, as [`write()`] does. GLB and 3MF files hold the place as the
-/// translation of their one node or item; the others hold the relative coordinates alone.
+/// Writes a mesh whose coordinates are relative to `place`, as [`write()`] does. GLB and 3MF files hold the place as
+/// the translation of their one node or item; the others hold the relative coordinates alone.
 pub fn write_at(
     path: &Path,
     mesh: &TriangleMesh,
@@ -90,7 +90,7 @@ pub fn write_at(
 }
 
 impl Written {
-    /// The unit, or the one that the format takes for granted, which is told.
+    /// Returns the unit, or the default of the format, with a note.
     fn unit_or(&mut self, default: LengthUnit, format: Format) -> LengthUnit {
         if self.unit.is_none() {
             self.notes.push(WriteNote::UnitAssumed { format, unit: default });
@@ -99,23 +99,24 @@ impl Written {
     }
 }
 
-/// A file to be written, and what must hold before.
+/// A file to be written, and the checks before that.
 struct Target<'a> {
     path: &'a Path,
     format: Format,
     mesh: &'a TriangleMesh,
 }
 
-/// Rounding by more than this share of a mesh's size is told.
+/// Rounding by more than this fraction of a mesh's size is noted.
 const ROUNDING_TOLD: f64 = 1e-5;
 
-/// Rounding that changes the volume by more than this share is refused.
+/// Rounding that changes the volume by more than this fraction is refused.
 const VOLUME_CHANGED: f64 = 1e-3;
 
-/// Rounding that leaves more than this share of the triangles without extent is refused.
+/// Rounding that collapses more than this fraction of the triangles is refused.
 const COLLAPSED: f64 = 1e-2;
 
-/// A volume below this share of the product of area and size tells nothing: the mesh is open and flat, or encloses nothing.
+/// A volume below this fraction of the product of area and size is ignored: the mesh is open and flat, or encloses
+/// nothing.
 const NO_VOLUME: f64 = 1e-6;
 
 impl Target<'_> {
@@ -129,7 +130,7 @@ impl Target<'_> {
         Ok(())
     }
 
-    /// The first coordinate for which `is_wrong`, and its position.
+    /// Returns the first coordinate for which `is_wrong` is true, and its position.
     fn first(&self, is_wrong: impl Fn(f64) -> bool) -> Option<(usize, f64)> {
         self.mesh.positions.iter().enumerate().find_map(|(position, p)| {
             p.to_array().into_iter().find(|&value| is_wrong(value)).map(|value| (position, value))
@@ -145,7 +146,7 @@ impl Target<'_> {
         }
     }
 
-    /// Finite coordinates must be so as 32-bit numbers, after scaling.
+    /// Checks that finite coordinates stay finite as 32-bit numbers, after scaling.
     fn check_single_precision(&self, scale: f64) -> Result<(), WriteError> {
         match self.first(|value| value.is_finite() && !((value * scale) as f32).is_finite()) {
             None => Ok(()),
@@ -172,7 +173,7 @@ impl Target<'_> {
         Err(WriteError::TooManyBytes { path: self.path.to_path_buf(), format: self.format, bytes, limit })
     }
 
-    /// Rounding to 32 bits, after scaling, must leave the mesh what it is.
+    /// Checks that rounding to 32 bits, after scaling, preserves the shape of the mesh.
     fn check_rounding(&self, scale: f64) -> Result<(), WriteError> {
         let Some(WriteNote::CoordinatesRounded { moved, size, .. }) = self.rounding() else { return Ok(()) };
         let mut rounded = self.mesh.clone();
@@ -193,8 +194,8 @@ impl Target<'_> {
         Err(WriteError::Rounded { path, format, moved, collapsed, triangles: triangles.len(), before, after })
     }
 
-    /// What is to be said of rounding to 32 bits, which moves the vertices of a mesh that is small beside its distance from
-    /// the origin.
+    /// Returns a note about rounding to 32 bits, if that visibly moves the vertices: in meshes that are small compared
+    /// with their distance from the origin.
     fn rounding(&self) -> Option<WriteNote> {
         let bounds = self.mesh.bounds()?;
         let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();

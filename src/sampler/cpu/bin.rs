@@ -1,4 +1,4 @@
-//! Which triangles each band of rows may see.
+//! Binning: the triangles that may meet the rays of each band of rows.
 
 use std::ops::Range;
 
@@ -9,11 +9,11 @@ use crate::grid::{Axis, LatticeBox, LatticeSolid};
 use crate::sampler::layout::Window;
 
 /// The triangles of a solid sorted by band of image rows, as the view along one axis sees them. Triangles between the
-/// rays are left out; one that reaches over several bands is listed in each.
+/// rays are left out; one that spans several bands is listed in each.
 ///
-/// Corners are copied into the lists: a band is spread over the whole mesh, and following indices from it costs more
-/// cache misses than everything else together (measured: 1.5 × on a mesh whose triangles are ordered across the bands).
-/// Triangles that reach over many bands are listed by index, at 4 bytes a band instead of 40.
+/// Corners are copied into the lists: the triangles of a band are scattered over the whole mesh, and following indices
+/// from it costs more cache misses than everything else together (measured: 1.5 × on a mesh whose triangles are ordered
+/// across the bands). Triangles that span many bands are listed by index, at 4 bytes a band instead of 40.
 pub struct Bins<'s> {
     band_rows: u32,
     window: Window,
@@ -41,7 +41,7 @@ impl View<'_> {
     }
 }
 
-/// A triangle as a band sees it.
+/// A triangle in view coordinates.
 #[derive(Clone, Copy, Default)]
 pub struct SeenTriangle {
     /// Its corners in the coordinates of the view.
@@ -50,7 +50,7 @@ pub struct SeenTriangle {
     pub triangle: u32,
 }
 
-/// A run of triangles, counting-sorted by itself so that chunks need no common array to write to.
+/// A run of triangles, counting-sorted separately so that chunks need no common array to write to.
 struct Chunk {
     near: Sorted<SeenTriangle>,
     wide: Sorted<u32>,
@@ -63,7 +63,7 @@ pub struct Sorted<T> {
 }
 
 impl<T: Copy + Default> Sorted<T> {
-    /// A counting sort of triangles, each with its first and last band.
+    /// Counting-sorts triangles, each with its first and last band.
     pub fn new(bands: usize, reaching: &[(u32, u32, u32)], item: impl Fn(u32) -> T) -> Sorted<T> {
         let mut starts = vec![0u32; bands + 1];
         for &(_, first, last) in reaching {
@@ -76,7 +76,7 @@ impl<T: Copy + Default> Sorted<T> {
             sum += *start;
             *start = sum;
         }
-        // Each start stands at the end of its band now, and filling backwards moves it to the beginning.
+        // Each start is now at the end of its band, and filling backwards moves it to the beginning.
         let mut items = vec![T::default(); sum as usize];
         for &(triangle, first, last) in reaching.iter().rev() {
             let item = item(triangle);
@@ -89,16 +89,16 @@ impl<T: Copy + Default> Sorted<T> {
         Sorted { starts, items }
     }
 
-    /// The items of a band, in the order in which they were given.
+    /// Returns the items of a band, in the order in which they were given.
     pub fn of_band(&self, band: usize) -> &[T] {
         &self.items[self.starts[band] as usize..self.starts[band + 1] as usize]
     }
 }
 
-/// Triangles a chunk has: its vertices stay in the second-level cache between counting and copying.
+/// Number of triangles of a chunk: its vertices stay in the L2 cache between counting and copying.
 const CHUNK: usize = 1 << 13;
 
-/// Triangles that reach over more bands than this are listed by index.
+/// Triangles that span more bands than this are listed by index.
 const NEAR_BANDS: u32 = 2;
 
 impl<'s> Bins<'s> {
@@ -138,7 +138,7 @@ impl<'s> Bins<'s> {
         Bins { band_rows, window, view, chunks }
     }
 
-    /// The rays that are looked at.
+    /// Returns the window of rays that are sampled.
     pub fn window(&self) -> &Window {
         &self.window
     }

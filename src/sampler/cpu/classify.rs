@@ -1,23 +1,23 @@
-//! From masks to classes and ranks: which voxels keep samples, and how many layers lie ahead of each.
+//! Classification: turns masks into classes (which voxels keep samples) and ranks (how many samples precede them).
 
 use super::masks::RayMasks;
 use crate::sampler::Estimate;
 use crate::sampler::layout::WORD_BITS;
 
-/// The classes of the voxels of one ray, in the words that are occupied.
+/// The classes of the voxels of one ray, in the occupied words.
 pub struct RayClasses {
     /// Bit z: voxel z enters or leaves and keeps one sample.
     pub single: Vec<u32>,
     /// Bit z: voxel z keeps two samples: entering-leaving for the over-, leaving-entering for the under-estimate.
     pub pair: Vec<u32>,
-    /// p at the beginning of each word: samples in the words before it.
+    /// p at the beginning of each word: the number of samples in the words before it.
     pub rank: Vec<u32>,
-    /// Samples of the ray.
+    /// Number of samples of the ray.
     pub samples: u32,
 }
 
 impl RayClasses {
-    /// Classes for rays of `words` mask words; their contents are set by each classification.
+    /// Returns classes for rays of `words` mask words; each classification overwrites their contents.
     pub fn new(words: usize) -> RayClasses {
         RayClasses { single: vec![0; words], pair: vec![0; words], rank: vec![0; words], samples: 0 }
     }
@@ -66,7 +66,7 @@ impl RayClasses {
     }
 }
 
-/// Bit z of the result: the parity of bits 0..=z.
+/// Returns the prefix parity: bit z of the result is the parity of bits 0..=z.
 #[inline]
 pub fn prefix_parity(word: u32) -> u32 {
     let mut parity = word;
@@ -76,7 +76,7 @@ pub fn prefix_parity(word: u32) -> u32 {
     parity
 }
 
-/// All bits equal to the top one: the state in which a word leaves the next.
+/// Returns a word with all bits equal to the top one: the state that one word passes to the next.
 #[inline]
 fn spread_top(word: u32) -> u32 {
     ((word as i32) >> (WORD_BITS - 1)) as u32

@@ -4,8 +4,8 @@ use crate::fixed::{Crossing, Hit};
 use crate::sampler::Fill;
 use crate::sampler::layout::Voxels;
 
-/// Hands the exact samples of one ray, whose crossings close, to `keep`; sorts `hits` on the way. Where several
-/// crossings make one sample under the non-zero rule, it is the first that goes in the direction of the sample.
+/// Passes the exact samples of one ray, whose crossings close, to `keep`; sorts `hits` first. Where several crossings
+/// make one sample under the non-zero rule, it is the first with the direction of the sample.
 pub fn resolve<H: Hit>(hits: &mut [H], fill: Fill, mut keep: impl FnMut(H)) {
     sort(hits);
     match fill {
@@ -24,13 +24,14 @@ pub fn resolve<H: Hit>(hits: &mut [H], fill: Fill, mut keep: impl FnMut(H)) {
     }
 }
 
-/// Whether the sorted crossings of a ray all lie in different voxels. No two of them merge then, so that the estimate has
-/// a sample for each and needs no masks: with LOD-C 1024 that is all but one ray in fifty of a scaffold.
+/// Returns whether the sorted crossings of a ray all lie in different voxels. Then no two of them merge, so that the
+/// estimate has a sample for each and needs no masks: with LOD-C 1024 that holds for all but one ray in fifty of a
+/// scaffold.
 pub fn in_voxels_of_their_own(crossings: &[Crossing], voxels: &Voxels) -> bool {
     crossings.windows(2).all(|pair| voxels.of(pair[0]) != voxels.of(pair[1]))
 }
 
-/// Sorts the crossings of a ray by depth. Most rays have a few, for which insertion beats everything.
+/// Sorts the crossings of a ray by depth. Most rays have only a few, for which insertion sort is fastest.
 #[inline]
 pub fn sort<H: Hit>(crossings: &mut [H]) {
     const FEW: usize = 24;

@@ -1,8 +1,8 @@
-//! Images by way of lists: the crossings of triangles that bound nothing by themselves, reduced ray by ray to those that
-//! bound a solid, and the image of a solid that is known by such lists.
+//! Images from crossing lists: the crossings of triangles that bound nothing by themselves, reduced ray by ray to those
+//! that may bound a solid, and the image of a solid given by such lists.
 //!
-//! A Minkowski sum is made like that: its primitives cross a ray far more often than its boundary does, and only when all
-//! rays have been looked at together is it known which crossings are the boundary's.
+//! Minkowski sums are computed this way: their primitives cross a ray far more often than their boundary does, and only
+//! when all rays have been examined together is it known which crossings are the boundary's.
 
 use rayon::prelude::*;
 
@@ -16,7 +16,7 @@ use crate::sampler::layout::Voxels;
 use crate::sampler::lists::{Keep, ListSampler, RayLists};
 use crate::sampler::{Fill, Mode};
 
-/// What becomes of a band of rows.
+/// The lists of a band of rows.
 #[derive(Default)]
 struct BandLists<H> {
     ends: Vec<u32>,
@@ -25,7 +25,7 @@ struct BandLists<H> {
 }
 
 impl CpuSampler {
-    /// The sorted crossings of each ray with `triangles`, of which `keep` appends those to keep.
+    /// Returns the sorted crossings of each ray with `triangles`, as far as `keep` appends them.
     pub fn lists<H: Hit>(
         &self,
         triangles: &LatticeSolid,
@@ -71,8 +71,8 @@ impl CpuSampler {
         Ok(lists)
     }
 
-    /// The image of a solid whose crossings with each ray are `hits_of_ray`, ascending, entering and leaving in turn. An
-    /// exact image of hits that remember their triangles has them, too.
+    /// Returns the image of a solid whose crossings with each ray are `hits_of_ray`, ascending, alternately entering
+    /// and leaving. An exact image of hits that carry their triangles has the triangles, too.
     pub fn image_of_lists<'h, H: Hit + Sync + 'h>(
         &self,
         grid: &Grid,

@@ -1,4 +1,4 @@
-//! The masks of one ray: W, whether the inside state changes over a voxel, and ANY, whether the surface may lie in it.
+//! The masks of one ray: W (the inside state changes over a voxel) and ANY (the surface may lie in it).
 //!
 //! The paper builds T1 in one geometry pass and T2 in another. W (one XOR a crossing) and ANY (one OR) come from a
 //! single pass, and T1 is the prefix parity of W (sampling.md §3).
@@ -13,19 +13,19 @@ pub struct RayMasks {
     pub change: Vec<u32>,
     /// Bit z: voxel z is touched.
     pub any: Vec<u32>,
-    /// Bit k: word k of `any` is not zero. Words that are zero are never visited, so that cost follows crossings and
-    /// not LOD-C.
+    /// Bit k: word k of `any` is not zero. Words that are zero are never visited, so that the cost depends on the
+    /// number of crossings and not on LOD-C.
     pub occupied: Vec<u64>,
 }
 
 impl RayMasks {
-    /// Empty masks for rays of the given voxels.
+    /// Returns empty masks for rays of the given voxels.
     pub fn new(voxels: &Voxels) -> RayMasks {
         let words = voxels.words();
         RayMasks { change: vec![0; words], any: vec![0; words], occupied: vec![0; words.div_ceil(64)] }
     }
 
-    /// Enters the crossings of a ray into empty masks; the non-zero rule wants them sorted.
+    /// Enters the crossings of a ray into empty masks; the non-zero rule requires them sorted.
     pub fn enter(&mut self, crossings: &[Crossing], fill: Fill, voxels: &Voxels) {
         match fill {
             Fill::EvenOdd => {
@@ -44,7 +44,7 @@ impl RayMasks {
                     for group in in_voxel.chunk_by(|a, b| a.half_floor() == b.half_floor()) {
                         let entering = group.iter().filter(|c| c.winding() > 0).count() as i32;
                         let leaving = group.len() as i32 - entering;
-                        // A group holds a crossing, so it always has a winding that is not zero.
+                        // A group contains a crossing, so that it always has a winding other than zero.
                         may_be_zero |= (winding - leaving..=winding + entering).contains(&0);
                         winding += entering - leaving;
                     }

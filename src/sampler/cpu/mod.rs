@@ -1,8 +1,8 @@
-//! The sampler for processors without a GPU: rayon over bands of rows.
+//! The CPU sampler: rayon over bands of rows.
 //!
-//! Stages, each a module: `bin` (triangles by band) → `raster` (the one geometry pass: crossings by ray) →
-//! `exact`, or `masks` → `classify` → `retrieve` ray by ray; `windings` adds up the crossings beside either. The masks of
-//! one ray stay in the first-level cache, and the retrieval reads the crossings that the geometry pass left instead of
+//! Stages, each a module: `bin` (triangles by band) → `raster` (the one geometry pass: crossings by ray) → `exact`, or
+//! `masks` → `classify` → `retrieve` ray by ray; `windings` accumulates the winding sums in either case. The masks of
+//! one ray stay in the L1 cache, and the retrieval reads the crossings that the geometry pass left instead of
 //! rasterising again.
 
 mod bin;
@@ -29,13 +29,13 @@ pub(crate) use exact::sort;
 use masks::RayMasks;
 pub(crate) use raster::BandCrossings;
 
-/// Samples on the threads of the current rayon pool.
+/// A sampler that runs on the threads of the current rayon pool.
 #[derive(Clone, Debug)]
 pub struct CpuSampler {
     band_rows: NonZeroU32,
 }
 
-/// Rows of a band: with 512 columns the counts and crossings of a band stay in the second-level cache.
+/// Number of rows of a band: with 512 columns the counts and crossings of a band stay in the L2 cache.
 const BAND_ROWS: NonZeroU32 = NonZeroU32::new(8).unwrap();
 
 impl Default for CpuSampler {
@@ -45,12 +45,12 @@ impl Default for CpuSampler {
 }
 
 impl CpuSampler {
-    /// A sampler whose bands have the given height. It changes memory and speed, never a bit of the image.
+    /// Returns a sampler whose bands have the given height. It changes memory and speed, never a bit of the image.
     pub fn with_band_rows(band_rows: NonZeroU32) -> CpuSampler {
         CpuSampler { band_rows }
     }
 
-    /// The sorted crossings of all rays, each handed to `keep`.
+    /// Makes an image from the sorted crossings of all rays, each passed to `keep`.
     fn exact_image<H: Hit>(
         &self,
         solid: &LatticeSolid,
@@ -156,7 +156,7 @@ impl Sampler for CpuSampler {
     }
 }
 
-/// What a thread keeps from band to band to make an estimate of one solid.
+/// The state that a thread keeps from band to band for an estimate of one solid.
 struct OneSolid {
     crossings: BandCrossings,
     estimator: Estimator,
@@ -173,7 +173,7 @@ impl Estimator {
         Estimator { masks: RayMasks::new(voxels), classes: RayClasses::new(voxels.words()) }
     }
 
-    /// Appends the estimate on the ray of the given crossings, and adds what they tell of windings. Sorts them on the way.
+    /// Appends the estimate on the ray of the given crossings, and adds their winding sums. Sorts the crossings.
     fn estimate_ray(
         &mut self,
         crossings: &mut [Crossing],
@@ -204,7 +204,7 @@ impl Estimator {
     }
 }
 
-/// What a thread keeps from band to band to make an estimate of the intersection of two solids.
+/// The state that a thread keeps from band to band for an estimate of the intersection of two solids.
 struct TwoSolids {
     crossings: [BandCrossings; 2],
     masks: [RayMasks; 2],
@@ -241,7 +241,7 @@ impl TwoSolids {
     }
 }
 
-/// Whether the crossings of a ray close under a fill rule.
+/// Returns whether the crossings of a ray close under a fill rule.
 fn closes<H: Hit>(hits: &[H], fill: Fill) -> bool {
     match fill {
         Fill::EvenOdd => hits.len().is_multiple_of(2),
@@ -249,7 +249,7 @@ fn closes<H: Hit>(hits: &[H], fill: Fill) -> bool {
     }
 }
 
-/// Appends `count` samples that every depth replaces.
+/// Appends `count` samples with the values that every depth replaces.
 fn append_identities(depths: &mut Vec<i32>, count: u32, estimate: Estimate) -> &mut [i32] {
     let before = depths.len();
     depths.extend((0..count as usize).map(|rank| retrieve::identity(rank, estimate)));

@@ -15,7 +15,7 @@ pub struct BandCrossings<H = Crossing> {
 }
 
 impl<H: Hit> BandCrossings<H> {
-    /// Finds all crossings of the rays in `rows`, one band of `bins`. Keeps the memory of earlier bands.
+    /// Finds all crossings of the rays in `rows`, one band of `bins`. Reuses the memory of earlier bands.
     pub fn gather(&mut self, grid: &Grid, axis: Axis, bins: &Bins, rows: Range<u32>) {
         let (columns, _) = grid.image_size(axis);
         let rays = rows.len() * columns as usize;
@@ -42,7 +42,7 @@ impl<H: Hit> BandCrossings<H> {
         self.sort_by_ray();
     }
 
-    /// Forgets all crossings, but not their memory, and begins a band of so many rays.
+    /// Clears all crossings, but keeps their memory, and begins a band of this many rays.
     pub fn begin(&mut self, rays: usize) {
         self.found.clear();
         self.starts.clear();
@@ -56,14 +56,14 @@ impl<H: Hit> BandCrossings<H> {
         self.found.push((ray, hit));
     }
 
-    /// The second half of a counting sort: the crossings of each ray side by side. They can be looked at after it.
+    /// Stores the crossings of each ray contiguously: the second half of a counting sort. They can be read after it.
     pub fn sort_by_ray(&mut self) {
         let mut sum = 0;
         for start in &mut self.starts {
             sum += *start;
             *start = sum;
         }
-        // Each start stands at the end of its ray now, and filling backwards moves it to the beginning.
+        // Each start is now at the end of its ray, and filling backwards moves it to the beginning.
         self.crossings.clear();
         self.crossings.resize(self.found.len(), H::default());
         for &(ray, crossing) in &self.found {
@@ -73,13 +73,13 @@ impl<H: Hit> BandCrossings<H> {
         }
     }
 
-    /// The crossings of a ray of the band.
+    /// Returns the crossings of a ray of the band.
     pub fn on_ray(&mut self, ray: u32) -> &mut [H] {
         let ray = ray as usize;
         &mut self.crossings[self.starts[ray] as usize..self.starts[ray + 1] as usize]
     }
 
-    /// All crossings of the band.
+    /// Returns the number of crossings of the band.
     pub fn count(&self) -> usize {
         self.crossings.len()
     }
@@ -93,7 +93,7 @@ fn for_each_run(
     rows: &Range<i32>,
     mut cover: impl FnMut(i32, Range<i32>),
 ) {
-    // Corners in the order of their rows. Triangles come in every order, so that branches would be guesses.
+    // Corners in the order of their rows. Triangles come in any order, so that branches would be mispredicted.
     let key = |i: usize| u64::from(corners[i][1] as u32) << 2 | i as u64;
     let keys = [key(0), key(1), key(2)];
     let (least, greatest) = (keys[0].min(keys[1]).min(keys[2]), keys[0].max(keys[1]).max(keys[2]));

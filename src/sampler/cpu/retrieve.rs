@@ -1,23 +1,24 @@
-//! Retrieval: each crossing finds its rank in O(1) and leaves the least or the greatest depth there.
+//! Retrieval: each crossing finds its rank in O(1) and stores the least or the greatest depth there.
 
 use super::classify::RayClasses;
 use crate::fixed::Crossing;
 use crate::sampler::Estimate;
 use crate::sampler::layout::{Voxels, WORD_BITS};
 
-/// The value that every depth replaces, by the parity of its rank and the estimate.
+/// Returns the value that every depth replaces, by the parity of its rank and the estimate.
 pub fn identity(rank: usize, estimate: Estimate) -> i32 {
     if keeps_least(rank as u32, estimate) { i32::MAX } else { i32::MIN }
 }
 
-/// Even ranks enter and odd ones leave; the over-estimate enters at the least and leaves at the greatest depth.
+/// Returns whether a rank keeps the least depth. Even ranks enter and odd ones leave; the over-estimate enters at the
+/// least and leaves at the greatest depth.
 #[inline]
 fn keeps_least(rank: u32, estimate: Estimate) -> bool {
     rank.is_multiple_of(2) == (estimate == Estimate::Over)
 }
 
-/// Enters the crossings of a ray into its samples, which hold identities or earlier crossings. `any` is the mask of the
-/// crossings' own solid: where it is not touched, its crossings lie inside it and are no surface.
+/// Merges the crossings of a ray into its samples, which hold identities or earlier crossings. `any` is the mask of the
+/// crossings' own solid: where it is not set, its crossings lie inside the solid and are not on the surface.
 pub fn retrieve(
     crossings: &[Crossing],
     any: &[u32],
@@ -49,8 +50,8 @@ fn keep(samples: &mut [i32], rank: u32, crossing: Crossing, estimate: Estimate) 
     *sample = if keeps_least(rank, estimate) { (*sample).min(depth) } else { (*sample).max(depth) };
 }
 
-/// The depth of a crossing as a sample of the given rank keeps it: least depths are rounded down and greatest up, outward
-/// for the over-, inward for the under-estimate.
+/// Returns the depth of a crossing as a sample of the given rank keeps it: least depths are rounded down and greatest
+/// up, outward for the over-, inward for the under-estimate.
 #[inline]
 pub fn rounded(crossing: Crossing, rank: u32, estimate: Estimate) -> i32 {
     if keeps_least(rank, estimate) { crossing.floor() } else { crossing.ceil() }

@@ -1,4 +1,4 @@
-//! What lies between the stages, of whole images at once: plain loops over rays, to hold another backend to.
+//! The buffers between the stages, of whole images at once: plain loops over rays, as a reference for other backends.
 
 use super::bin::Bins;
 use super::classify::RayClasses;
@@ -12,7 +12,7 @@ use crate::sampler::stages::{ListStages, MaskStages, UNCLOSED};
 use crate::sampler::{Estimate, Fill, SampleError, admit, region_of_both};
 
 impl CpuSampler {
-    /// The buffers between the stages of masks, for one solid or the intersection of two, whole images at once.
+    /// Returns the buffers between the stages of masks, for one solid or the intersection of two, whole images at once.
     pub fn mask_stages(
         &self,
         solids: &[&LatticeSolid],
@@ -87,7 +87,7 @@ impl CpuSampler {
         Ok(stages)
     }
 
-    /// The crossings of all rays, sorted.
+    /// Returns the crossings of all rays, sorted.
     pub fn list_stages(&self, solid: &LatticeSolid, axis: Axis) -> Result<ListStages, SampleError> {
         let grid = admit(&[solid], Fill::EvenOdd)?;
         let (columns, rows) = grid.image_size(axis);

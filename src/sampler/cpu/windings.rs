@@ -1,9 +1,9 @@
-//! What the crossings of a ray tell of windings.
+//! The winding sums of the crossings of a ray.
 
 use crate::fixed::Hit;
 use crate::ldi::Windings;
 
-/// Adds what the sorted crossings of a ray that closes tell, where each is a group of its own: the parity becomes odd at
+/// Adds the sums of the sorted crossings of a closed ray, where each is a group of its own: the parity becomes odd at
 /// every other one.
 #[inline]
 pub fn add_single<H: Hit>(windings: &mut Windings, sorted: &[H]) {
@@ -15,7 +15,7 @@ pub fn add_single<H: Hit>(windings: &mut Windings, sorted: &[H]) {
     windings.changes += sorted.len() as i64;
 }
 
-/// Adds what the sorted crossings of a ray that closes tell, where `group` is the position of the group of each.
+/// Adds the sums of the sorted crossings of a closed ray, where `group` is the position of the group of each.
 #[inline]
 pub fn add<H: Hit>(windings: &mut Windings, sorted: &[H], group: impl Fn(H) -> u32) {
     let mut shared = false;
@@ -28,7 +28,7 @@ pub fn add<H: Hit>(windings: &mut Windings, sorted: &[H], group: impl Fn(H) -> u
     if shared { add_groups(windings, sorted, group) } else { add_single(windings, sorted) }
 }
 
-/// The general case of [`add`], which nearly no ray needs.
+/// Handles the general case of [`add`], which almost no ray needs.
 #[cold]
 fn add_groups<H: Hit>(windings: &mut Windings, sorted: &[H], group: impl Fn(H) -> u32) {
     let mut direction = -1;

@@ -1,4 +1,4 @@
-//! Bands of rays, as large as the device has room for.
+//! Bands of rays, as large as the device can hold.
 
 use std::ops::Range;
 
@@ -11,18 +11,18 @@ pub struct Band {
     pub rows: u32,
     first_column: u32,
     end_column: u32,
-    /// The rows that count; those beside them are there to be compared with.
+    /// The counted rows; those beside them serve only for comparison.
     first_counted: u32,
     end_counted: u32,
 }
 
 impl Band {
-    /// The given rows of an image with so many columns.
+    /// Returns the band of the given rows of an image with this many columns.
     pub fn of_rows(rows: Range<u32>, columns: u32) -> Band {
         Band::with_neighbours(rows.clone(), rows, columns)
     }
 
-    /// The given rows, of which some count.
+    /// Returns the band of the given rows, of which only some are counted.
     pub fn with_neighbours(rows: Range<u32>, counted: Range<u32>, columns: u32) -> Band {
         Band {
             first_row: rows.start,
@@ -34,23 +34,24 @@ impl Band {
         }
     }
 
-    /// The rays that count, from the first of the band on.
+    /// Returns the counted rays, relative to the first of the band.
     pub fn counted(&self) -> Range<u32> {
         let columns = self.end_column - self.first_column;
         (self.first_counted - self.first_row) * columns..(self.end_counted - self.first_row) * columns
     }
 
-    /// The columns.
+    /// Returns the range of columns.
     pub fn columns(&self) -> Range<u32> {
         self.first_column..self.end_column
     }
 
-    /// The number of rays.
+    /// Returns the number of rays.
     pub fn rays(&self) -> u32 {
         self.rows * (self.end_column - self.first_column)
     }
 
-    /// Both halves of a band whose rows all count, in the order of their rays; nothing for a single ray.
+    /// Returns both halves of a band whose rows are all counted, in the order of their rays, or `None` for a single
+    /// ray.
     pub fn halves(&self) -> Option<[Band; 2]> {
         let columns = self.end_column - self.first_column;
         if self.rows > 1 {
@@ -63,7 +64,7 @@ impl Band {
     }
 }
 
-/// Cuts rows into bands of at most `most_rays` rays, in the order of their rays.
+/// Divides rows into bands of at most `most_rays` rays, in the order of their rays.
 pub fn cut(rows: Range<u32>, columns: u32, most_rays: u32) -> Vec<Band> {
     let most_rays = most_rays.max(1);
     let rows_at_once = most_rays / columns;

@@ -1,4 +1,4 @@
-//! Lists of crossings that are kept: `count` → `scan` → `scatter` → `sort` (and `merge`) as for images, then `gaps` (how often
+//! Reduced crossing lists: `count` → `scan` → `scatter` → `sort` (and `merge`) as for images, then `gaps` (how often
 //! each crossing is kept) → `scan` → `offsets` and `keep`.
 
 use super::band::cut;
@@ -14,24 +14,24 @@ use crate::ldi::TooManySamples;
 use crate::sampler::SampleError;
 use crate::sampler::lists::{Keep, ListSampler, RayLists};
 
-/// What is kept of a band, brought back.
+/// The kept crossings of a band, read back to the host.
 struct KeptBand {
-    /// Where the crossings of each ray begin, and where the last ones end.
+    /// The offset of the crossings of each ray, and the end of the last ones.
     offsets: Vec<u32>,
     crossings: Vec<u32>,
-    /// None where they are not asked for.
+    /// Empty where they are not requested.
     triangles: Vec<u32>,
-    /// Crossings before.
+    /// Number of crossings before the reduction.
     total: u64,
 }
 
 impl BandJob<'_> {
-    /// Finds what is kept, and brings it back.
+    /// Finds the kept crossings, and reads them back.
     fn kept(&mut self) -> Result<KeptBand, BandError> {
         let device = &self.sampler.device;
         let rays = u64::from(self.band.rays());
         let mut recorder = Recorder::new(device);
-        // Of each crossing how often it is kept, and its place.
+        // For each crossing, how often it is kept, and its place.
         let Lists { starts, totals, crossings, crossed, .. } = self.sorted_lists(&mut recorder, 2)?;
         let (starts, total) = (&starts[0], totals[0]);
         if total == 0 {

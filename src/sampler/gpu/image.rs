@@ -1,4 +1,4 @@
-//! Images, band by band.
+//! Images, assembled band by band.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::sampler::lists::Keep;
 use crate::sampler::stages::UNCLOSED;
 use crate::sampler::{Estimate, Fill, Mode, SampleError, admit, region_of_both};
 
-/// What image is asked for.
+/// The parameters of a requested image.
 pub(super) struct Image {
     pub grid: Grid,
     pub axis: Axis,
@@ -24,17 +24,17 @@ pub(super) struct Image {
     pub fill: Fill,
     pub window: Window,
     pub keeps_triangles: bool,
-    /// Of lists, the first and the last crossing of each ray are kept.
+    /// Lists keep the first and the last crossing of each ray.
     pub keeps_ends: bool,
-    /// Windings are sound, and wanted.
+    /// Windings are defined, and requested.
     pub counts_windings: bool,
     pub solids: usize,
-    /// The most triangles of a solid.
+    /// The largest number of triangles of a solid.
     pub triangles: usize,
 }
 
 impl Image {
-    /// An image of one solid.
+    /// Returns the parameters of an image of one solid.
     pub fn of_one(solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Image, SampleError> {
         let grid = admit(&[solid], fill)?;
         Ok(Image {
@@ -51,7 +51,7 @@ impl Image {
         })
     }
 
-    /// No image, but lists of what is kept of the crossings of triangles that bound nothing by themselves.
+    /// Returns the parameters of reduced crossing lists, not an image, of triangles that bound nothing by themselves.
     pub fn of_kept(
         triangles: &LatticeSolid,
         axis: Axis,
@@ -62,7 +62,7 @@ impl Image {
         Ok(Image { keeps_triangles, keeps_ends: keep == Keep::GapsAndEnds, ..image })
     }
 
-    /// An estimate of the intersection of two.
+    /// Returns the parameters of an estimate of the intersection of two solids.
     pub fn of_two(
         a: &LatticeSolid,
         b: &LatticeSolid,
@@ -85,7 +85,7 @@ impl Image {
         })
     }
 
-    /// The variants of the stages that make it.
+    /// Returns the flags of the variants of the stages that make it.
     pub fn flags(&self) -> Flags {
         Flags::of(&[
             (Flag::Over, self.mode == Mode::Estimate(Estimate::Over)),
@@ -97,7 +97,7 @@ impl Image {
         ])
     }
 
-    /// Which way the bands are made, and how large they may be.
+    /// Returns the route of the bands and their largest size.
     pub fn way(&self, sampler: &GpuSampler) -> Way {
         let options = &sampler.options;
         let by_lists = Way { route: Route::Lists, most_rays: self.band_rays(sampler) };
@@ -111,7 +111,7 @@ impl Image {
         }
     }
 
-    /// The way by masks; none where not even one ray's masks fit.
+    /// Returns the route by masks, or `None` where the masks of a single ray do not fit.
     fn by_masks(&self, sampler: &GpuSampler) -> Option<Way> {
         let options = &sampler.options;
         let mask = bytes_of(u64::from(words(&self.grid)));
@@ -121,7 +121,8 @@ impl Image {
         (most_rays > 0).then_some(Way { route: Route::Masks, most_rays })
     }
 
-    /// The way by tiles; none for two solids, or where a tile's masks do not fit the memory of a workgroup.
+    /// Returns the route by tiles, or `None` for two solids, or where a tile's masks do not fit the memory of a
+    /// workgroup.
     fn by_tiles(&self, sampler: &GpuSampler) -> Option<Way> {
         let fits = words(&self.grid) <= TILE_WORDS
             && sampler.device.adapter().limits.workgroup_memory >= TILE_MEMORY
@@ -136,14 +137,14 @@ impl Image {
         fits.then_some(Way { route: Route::Tiles, most_rays })
     }
 
-    /// The most rays of a band by any way: those that may be, and not so many that blocks of large triangles are more than can
-    /// be counted.
+    /// Returns the largest number of rays of a band by any route: the option, limited so that the blocks of large
+    /// triangles can be counted.
     fn band_rays(&self, sampler: &GpuSampler) -> u32 {
         let (columns, _) = self.grid.image_size(self.axis);
         sampler.options.band_rays.min(most_rows(self.triangles as u64).saturating_mul(columns))
     }
 
-    /// The rows that the window leaves; all others are empty without a look at them.
+    /// Returns the rows of the window; all others are empty without sampling.
     pub fn window_rows(&self) -> std::ops::Range<u32> {
         let (_, rows) = self.grid.image_size(self.axis);
         let first = self.window.rows.start.clamp(0, rows as i32);
@@ -151,7 +152,7 @@ impl Image {
     }
 }
 
-/// A route, and the most rays of its bands.
+/// A route, and the largest number of rays of its bands.
 #[derive(Clone, Copy)]
 pub(super) struct Way {
     pub route: Route,
@@ -168,10 +169,10 @@ pub(super) struct BandJob<'a> {
     pub band: Band,
 }
 
-/// Why a band could not be made.
+/// The reason why a band could not be made.
 pub(super) enum BandError {
     Device(DeviceError),
-    /// What is needed would take more bytes than allowed; a smaller band needs less.
+    /// A buffer would take more bytes than allowed; a smaller band needs less.
     TooLarge {
         what: &'static str,
         bytes: u64,
@@ -185,21 +186,21 @@ impl From<DeviceError> for BandError {
     }
 }
 
-/// A band's image on the device, there as soon as what is recorded has run.
+/// A band's image on the device, valid as soon as the recorded commands have run.
 pub(super) struct MadeBand<'d> {
     pub recorder: Recorder<'d>,
-    /// Samples of each ray, or that it is unclosed.
+    /// Number of samples of each ray, or the mark of an unclosed one.
     pub counts: wgpu::Buffer,
     pub offsets: wgpu::Buffer,
     pub samples: wgpu::Buffer,
     pub triangles: Option<wgpu::Buffer>,
     pub tally: wgpu::Buffer,
-    /// There are not more samples than this.
+    /// An upper bound of the number of samples.
     pub most_samples: u64,
 }
 
 impl Tally {
-    /// What was counted of windings.
+    /// Returns the winding sums.
     pub fn windings(&self) -> Windings {
         Windings {
             wound: wide(self.wound_low, self.wound_high),
@@ -220,7 +221,7 @@ impl<'a> BandJob<'a> {
         }
     }
 
-    /// Makes the band and brings it back.
+    /// Makes the band and reads it back.
     fn bring_back(&mut self) -> Result<BandImage, BandError> {
         let MadeBand { mut recorder, counts, offsets, samples, triangles, tally, most_samples } = self.make()?;
         let rays = u64::from(self.band.rays());
@@ -284,10 +285,10 @@ impl GpuSampler {
         Ok(builder.finish_checked().map_err(unsound)?)
     }
 
-    /// Runs something on the whole image as one band.
+    /// Runs a function on the whole image as one band.
     ///
     /// # Panics
-    /// If it is too large for one.
+    /// Panics if the image is too large for one.
     pub(super) fn in_one_band<T>(
         &self,
         solids: &[&LatticeSolid],

@@ -8,11 +8,11 @@ use crate::sampler::stages::ListStages;
 
 /// The crossings of each solid in a band, sorted.
 pub(super) struct Lists {
-    /// Where those of each ray begin, solid by solid.
+    /// The offset of the crossings of each ray, solid by solid.
     pub starts: Vec<wgpu::Buffer>,
-    /// Crossings of each solid.
+    /// Number of crossings of each solid.
     pub totals: Vec<u64>,
-    /// The most of them on a ray.
+    /// The largest number of crossings on a ray.
     greatest: u32,
     pub crossings: wgpu::Buffer,
     pub crossed: wgpu::Buffer,
@@ -29,7 +29,7 @@ impl<'a> BandJob<'a> {
         // Samples, with gaps between them where there are two solids, and then without; and their triangles.
         let others = (1 + u64::from(two)) * if keeps_triangles { 2 } else { 1 };
         let Lists { starts, totals, greatest, crossings, crossed } = self.sorted_lists(&mut recorder, others)?;
-        // What resolves a ray goes over all of its crossings.
+        // The stage that resolves a ray iterates over all of its crossings.
         self.sampler.device.admit_rounds(greatest)?;
         let total = totals.iter().sum();
         let counts = self.words("sample counts", rays)?;
@@ -62,8 +62,8 @@ impl<'a> BandJob<'a> {
         Ok(MadeBand { recorder, counts, offsets, samples, triangles, tally, most_samples: total })
     }
 
-    /// Both geometry passes: records the second, and the sort, when the first has told how many crossings there are. Each is to
-    /// take `others` more words besides its lists.
+    /// Runs the first geometry pass, which counts the crossings, and records the second, and the sort. Each crossing
+    /// will take `others` words besides its lists.
     pub(super) fn sorted_lists(&mut self, recorder: &mut Recorder, others: u64) -> Result<Lists, BandError> {
         let rays = u64::from(self.band.rays());
         let names = [("counts", "starts"), ("counts of the second", "starts of the second")];
@@ -120,7 +120,7 @@ impl<'a> BandJob<'a> {
         Ok(Lists { starts, totals, greatest, crossings, crossed })
     }
 
-    /// The sorted crossings of the only solid, brought back.
+    /// Returns the sorted crossings of the only solid, read back.
     pub fn list_stages(&mut self) -> Result<ListStages, BandError> {
         let mut recorder = Recorder::new(&self.sampler.device);
         let lists = self.sorted_lists(&mut recorder, 1)?;

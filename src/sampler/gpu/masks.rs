@@ -8,7 +8,7 @@ use crate::sampler::stages::MaskStages;
 
 /// The masks of a band, which become its classes.
 struct Masks {
-    /// W and ANY of each solid.
+    /// Masks W and ANY of each solid.
     masks: Vec<[wgpu::Buffer; 2]>,
     ranks: wgpu::Buffer,
     counts: wgpu::Buffer,
@@ -17,12 +17,12 @@ struct Masks {
 }
 
 impl Masks {
-    /// The buffer that holds the voxels of one sample once masks are classified.
+    /// Returns the buffer that holds the voxels of one sample once masks are classified.
     fn single(&self) -> &wgpu::Buffer {
         &self.masks[0][0]
     }
 
-    /// The buffer that then holds the voxels of two.
+    /// Returns the buffer that then holds the voxels of two samples.
     fn pair(&self) -> &wgpu::Buffer {
         match &self.masks[..] {
             [[_, any]] => any,
@@ -57,7 +57,7 @@ impl<'a> BandJob<'a> {
         })
     }
 
-    /// Records the classification and the prefix sum of the counts it finds.
+    /// Records the classification and the prefix sum of its counts.
     fn classify(&mut self, recorder: &mut Recorder, masks: &Masks) -> Result<(), DeviceError> {
         let [none, none_too] = [self.words("none", 1)?, self.words("none, too", 1)?];
         let [change, any] = &masks.masks[0];
@@ -111,7 +111,7 @@ impl<'a> BandJob<'a> {
         Ok(MadeBand { recorder, counts, offsets, samples, triangles: None, tally, most_samples: total })
     }
 
-    /// The buffers between the stages, brought back.
+    /// Returns the buffers between the stages, read back.
     pub fn mask_stages(&mut self) -> Result<MaskStages, BandError> {
         let device = &self.sampler.device;
         let view = self.view();

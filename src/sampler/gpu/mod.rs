@@ -1,31 +1,32 @@
-//! The sampler for GPUs: compute shaders with the bits of the CPU's sampler.
+//! The GPU sampler: compute shaders that return the same bits as the CPU sampler.
 //!
 //! # Three routes
 //! **Masks**, the paper's method, for estimates under the even-odd rule: `masks` (the first geometry pass) → `classify` →
 //! `scan` → `identities` → `retrieve` (the second). **Lists**, for everything: `count` (the first geometry pass) → `scan` →
-//! `scatter` (the second) → `sort` (and `merge`, where rays have many) → `resolve`, of two solids `meet` → `scan` → `compact`; of
-//! triangles that bound nothing by themselves `gaps` → `scan` → `offsets` and `keep`, in place of those.
-//! **Tiles**, for even-odd estimates of one solid: `bin` (the triangles of each tile of rays: counted, `scan`, listed) → `tiles`
-//! (masks, classes and retrieval in the memory of a workgroup) → `scan` → `compact`. The number of passes over the geometry is
-//! the same whatever the number of layers, and the host learns nothing between them but how many samples, crossings or
-//! triangles of tiles there are. The stages are WGSL files in `shaders/`, of the names of their twins in [`super::cpu`].
+//! `scatter` (the second) → `sort` (and `merge`, where rays have many) → `resolve`, of two solids `meet` → `scan` →
+//! `compact`; of triangles that bound nothing by themselves `gaps` → `scan` → `offsets` and `keep`, in place of those.
+//! **Tiles**, for even-odd estimates of one solid: `bin` (the triangles of each tile of rays: counted, `scan`, listed)
+//! → `tiles` (masks, classes and retrieval in the memory of a workgroup) → `scan` → `compact`. The number of passes
+//! over the geometry does not depend on the number of layers, and between them the host reads only the numbers of
+//! samples, crossings or triangles of tiles. The stages are WGSL files in `shaders/`, named like their counterparts in
+//! [`super::cpu`].
 //!
-//! # Which route is best
-//! Not known: no GPU has judged yet. `ldi-bench gpu` times all three, and the losers are to go. By account, for three
-//! directions at 512², masks move 101 to 708 MB on six models of the paper's kinds, lists 54 to 303 and tiles 73 to 283; at
-//! 1024² tiles move the least where triangles are larger than a pixel (279 MB against 435 and 2341). On a software adapter lists
-//! were first at 512², masks two to three times as slow. So lists are the default: they are needed for exact images, the
-//! non-zero rule and intersections in any case, calculate each depth once where masks do twice, and ask for no more of a
-//! workgroup than every adapter has.
+//! # Choice of the route
+//! Unknown: it has not been measured on a GPU. `ldi-bench gpu` times all three; the slower ones are to be removed.
+//! Calculated for three directions at 512², masks move 101 to 708 MB on six models of the paper's kinds, lists 54 to
+//! 303 and tiles 73 to 283; at 1024² tiles move the least where triangles are larger than a pixel (279 MB against 435
+//! and 2341). On a software adapter lists were first at 512², masks two to three times as slow. So lists are the
+//! default: they are needed for exact images, the non-zero rule and intersections in any case, compute each depth once
+//! where masks do twice, and require no more of a workgroup than every adapter has.
 //!
 //! # Bands
-//! An image is made in bands of rays, each as large as the adapter's largest binding and the memory budget allow. A band
-//! whose crossings turn out to need a larger buffer is halved and made again, so that any image that fits the host can be
-//! made on any adapter, down to one ray at a time.
+//! An image is made in bands of rays, each as large as the adapter's largest binding and the memory budget allow. A
+//! band whose crossings need a larger buffer than that is halved and made again, so that any image that fits the host
+//! can be made on any adapter, down to one ray at a time.
 //!
-//! # Where the bits come from
-//! Depths and coverage are decided by integers of 64 and 96 bits (`shaders/fixed.wgsl`); floating point only guesses. Sums
-//! and masks are of operations whose order does not matter, and lists are sorted.
+//! # Exactness
+//! Integers of 64 and 96 bits decide depths and coverage (`shaders/fixed.wgsl`); floating point only guesses. Sums and
+//! masks use operations whose order does not matter, and lists are sorted.
 
 mod band;
 mod gaps;
@@ -52,34 +53,35 @@ use stages::Kernels;
 
 pub use stages::Arithmetic;
 
-/// How estimates under the even-odd rule are made. The other rule, and exact images, always take the lists, and so does what a
-/// route has no room for.
+/// The method for estimates under the even-odd rule. The other rule, and exact images, always use lists, and so does
+/// everything that a route has no room for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Route {
     /// By bit masks and min/max retrieval.
     Masks,
     /// By sorted lists of crossings.
     Lists,
-    /// By masks of tiles of rays that stay in the memory of a workgroup. Takes one solid of LOD-C 1024 at most, whose geometry
-    /// fits one binding.
+    /// By masks of tiles of rays that stay in the memory of a workgroup. Supports one solid of LOD-C 1024 at most,
+    /// whose geometry fits one binding.
     Tiles,
 }
 
-/// What may be chosen about a GPU sampler. Nothing of it changes a bit of any image.
+/// The options of a GPU sampler. None of them changes a bit of any image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GpuOptions {
-    /// Native by default where the adapter has 64-bit integers, but for DirectX 12.
+    /// Native by default where the adapter has 64-bit integers, except on DirectX 12.
     pub arithmetic: Option<Arithmetic>,
-    /// The way to even-odd estimates.
+    /// The method for even-odd estimates.
     pub route: Route,
-    /// Bytes of device memory that the lists or masks of a band may take together, and that solids may. Counts and offsets of
-    /// its rays come on top, and for what is brought back as much again as that is.
+    /// Bytes of device memory for the lists or masks of a band together, and for solids. Counts and offsets of its rays
+    /// take more, and data that is read back takes twice its size.
     pub memory: u64,
-    /// The most rays of a band.
+    /// Largest number of rays of a band.
     pub band_rays: u32,
-    /// The most bytes of one binding; the adapter's own limit holds besides.
+    /// Largest size of one binding in bytes; the adapter's own limit applies besides.
     pub binding: u64,
-    /// Fills every buffer of a band with this word before it is used, so that what no stage writes shows. For tests.
+    /// Fills every buffer of a band with this word before it is used, so that words which no stage writes are detected.
+    /// For tests.
     pub prefill: Option<u32>,
 }
 
@@ -96,7 +98,7 @@ impl Default for GpuOptions {
     }
 }
 
-/// Samples on one GPU. Calls from several threads take turns.
+/// A sampler that runs on one GPU. Calls from several threads are serialised.
 pub struct GpuSampler {
     device: Arc<Device>,
     options: GpuOptions,
@@ -104,7 +106,7 @@ pub struct GpuSampler {
     state: Mutex<State>,
 }
 
-/// What is kept from call to call.
+/// The state that is kept from call to call.
 struct State {
     pool: Pool,
     residents: Residents,
@@ -114,19 +116,19 @@ impl GpuSampler {
     /// Opens an adapter.
     pub fn open(adapter: &Adapter, options: GpuOptions) -> Result<GpuSampler, DeviceError> {
         let device = Arc::new(Device::open(adapter, stages::needs())?);
-        // On DirectX 12 wgpu promises 64-bit integers that not every one of its shader compilers knows.
+        // On DirectX 12 wgpu reports 64-bit integers that not every one of its shader compilers supports.
         let is_native = adapter.int64 && adapter.api != "dx12";
         let arithmetic = options.arithmetic.unwrap_or(if is_native { Arithmetic::Native } else { Arithmetic::Pairs });
         let state = State { pool: Pool::new(options.prefill), residents: Residents::default() };
         Ok(GpuSampler { device, options, kernels: Kernels::new(arithmetic), state: Mutex::new(state) })
     }
 
-    /// The device, to ask it for its name or for the times of its stages, or to do other work on.
+    /// Returns the device, for its name, the times of its stages, or other work.
     pub fn device(&self) -> &Arc<Device> {
         &self.device
     }
 
-    /// How its shaders calculate.
+    /// Returns the arithmetic of its shaders.
     pub fn arithmetic(&self) -> Arithmetic {
         self.kernels.arithmetic()
     }
@@ -135,10 +137,10 @@ impl GpuSampler {
         self.device.largest_binding().min(self.options.binding)
     }
 
-    /// The buffers between the stages of the route by masks, for one solid or the intersection of two.
+    /// Returns the buffers between the stages of the route by masks, for one solid or the intersection of two.
     ///
     /// # Panics
-    /// If the image needs more than one band.
+    /// Panics if the image needs more than one band.
     pub fn mask_stages(
         &self,
         solids: &[&LatticeSolid],
@@ -152,16 +154,16 @@ impl GpuSampler {
         self.in_one_band(solids, &image, |job| job.mask_stages())
     }
 
-    /// The buffers between the stages of the route by lists.
+    /// Returns the buffers between the stages of the route by lists.
     ///
     /// # Panics
-    /// If the image needs more than one band.
+    /// Panics if the image needs more than one band.
     pub fn list_stages(&self, solid: &LatticeSolid, axis: Axis) -> Result<ListStages, SampleError> {
         let image = Image::of_one(solid, axis, Mode::Exact, Fill::EvenOdd)?;
         self.in_one_band(&[solid], &image, |job| job.list_stages())
     }
 
-    /// The solids in device memory.
+    /// Returns the solids in device memory.
     fn resident(
         &self,
         residents: &mut Residents,

@@ -6,26 +6,27 @@ use super::stages::{GeometryPass, PLAN, SCAN, Stage};
 use super::view::{BLOCK_ROWS, PLANNED_WORDS, Planned, SCAN_BLOCK, View};
 use crate::gpu::{DeviceError, Recorder, Workgroups, bytes_of, workgroups};
 
-/// The most blocks that the queue of large triangles holds.
+/// Largest number of blocks that the queue of large triangles holds.
 const QUEUE_CAPACITY: u64 = 1 << 20;
 
-/// The most items that a prefix sum takes: one dimension of workgroups, of which every adapter allows 65 535.
+/// Largest number of items of a prefix sum: one dimension of workgroups, of which every adapter allows 65 535.
 pub const MOST_SCANNED: u64 = 65_535 * SCAN_BLOCK as u64;
 
-/// The most rows of a band in which so many large triangles are counted in blocks without going beyond 32 bits.
+/// Returns the largest number of rows of a band in which the blocks of this many large triangles can be counted in 32
+/// bits.
 pub fn most_rows(triangles: u64) -> u32 {
     let blocks = u64::from(u32::MAX) / triangles.max(1);
     (u64::from(BLOCK_ROWS) * blocks.max(1)).min(u32::MAX.into()) as u32
 }
 
 impl BandJob<'_> {
-    /// The view of the band.
+    /// Returns the view of the band.
     pub fn view(&self) -> View {
         View::new(&self.image.grid, self.image.axis, &self.band, &self.image.window)
     }
 
-    /// Refuses so many words, in each of several buffers, where one binding does not hold them or the memory budget not all. A
-    /// single ray, which is no smaller band's to make, may exceed the budget.
+    /// Refuses several buffers of this many words each, where one exceeds a binding or all of them exceed the memory
+    /// budget. A single ray, which cannot be divided further, may exceed the budget.
     pub fn admit(&self, what: &'static str, words: u64, buffers: u64) -> Result<(), BandError> {
         let bytes = bytes_of(words);
         let budget = if self.band.rays() > 1 { self.sampler.options.memory / buffers } else { u64::MAX };
@@ -33,12 +34,12 @@ impl BandJob<'_> {
         if bytes > limit { Err(BandError::TooLarge { what, bytes, limit }) } else { Ok(()) }
     }
 
-    /// A pooled buffer with room for so many words.
+    /// Returns a pooled buffer with room for this many words.
     pub fn words(&mut self, name: &'static str, words: u64) -> Result<wgpu::Buffer, DeviceError> {
         self.pool.room(&self.sampler.device, name, bytes_of(words))
     }
 
-    /// Runs one kernel of an invocation a ray.
+    /// Runs one kernel with one invocation per ray.
     pub fn by_ray(
         &self,
         recorder: &mut Recorder,
@@ -61,14 +62,14 @@ impl BandJob<'_> {
         Ok(())
     }
 
-    /// Prepares for geometry passes of which [`none_left_out`](Self::none_left_out) is to tell whether they were complete.
+    /// Prepares for geometry passes whose completeness [`none_left_out`](Self::none_left_out) is to check.
     pub fn watch_queue(&mut self, recorder: &mut Recorder) -> Result<wgpu::Buffer, DeviceError> {
         let planned = self.words("planned workgroups", PLANNED_WORDS)?;
         recorder.clear(&planned, bytes_of(PLANNED_WORDS));
         Ok(planned)
     }
 
-    /// Refuses the band if large triangles had blocks for which the queue had no room. A band of few rays has none.
+    /// Refuses the band if the queue had no room for some blocks of large triangles. A band of few rays has none.
     pub fn none_left_out(&self, planned: &[u32]) -> Result<(), BandError> {
         let planned: Planned = bytemuck::cast_slice(planned)[0];
         match u64::from(planned.left_out) {
@@ -80,7 +81,7 @@ impl BandJob<'_> {
         }
     }
 
-    /// One pass over the geometry of solid `i`, whose crossings begin at `first_crossing` where it stores any.
+    /// Runs one pass over the geometry of solid `i`, whose crossings begin at `first_crossing` where it stores any.
     pub fn geometry_pass(
         &mut self,
         recorder: &mut Recorder,
@@ -115,8 +116,8 @@ impl BandJob<'_> {
         Ok(())
     }
 
-    /// The exclusive prefix sum of the `counts` of all rays into `starts`; behind an entry for each stand the sum of all and the
-    /// greatest.
+    /// Writes the exclusive prefix sum of the `counts` of all rays into `starts`; after one entry per ray come the
+    /// total and the maximum.
     pub fn scan(
         &mut self,
         recorder: &mut Recorder,
@@ -126,7 +127,7 @@ impl BandJob<'_> {
         self.scan_of(recorder, self.band.rays(), counts, starts)
     }
 
-    /// The prefix sum of so many counts, be they of rays or not.
+    /// Writes the prefix sum of this many counts, of rays or of anything else.
     pub fn scan_of(
         &mut self,
         recorder: &mut Recorder,

@@ -15,14 +15,14 @@ pub struct Chunk {
     pub count: u32,
 }
 
-/// The geometry of a solid in device memory: one chunk, or as many as the adapter's largest binding asks for.
+/// The geometry of a solid in device memory: one chunk, or as many as the adapter's largest binding requires.
 pub struct ResidentSolid {
     pub chunks: Vec<Chunk>,
-    /// Bytes it takes.
+    /// Size in bytes.
     pub bytes: u64,
 }
 
-/// Bytes of a position and of a triangle.
+/// Size in bytes of a position and of a triangle.
 const CORNER_BYTES: u64 = 12;
 
 impl ResidentSolid {
@@ -39,7 +39,7 @@ impl ResidentSolid {
                 count: triangles.len() as u32,
             });
         } else {
-            // Each triangle with corners of its own, which needs no index of the vertices.
+            // Each triangle has its own corners, which avoids an index of the vertices.
             let at_once = (largest / (3 * CORNER_BYTES)).max(1) as usize;
             for (index, part) in triangles.chunks(at_once).enumerate() {
                 let corners: Vec<[i32; 3]> = part.iter().flatten().map(|&v| positions[v as usize]).collect();
@@ -57,15 +57,16 @@ impl ResidentSolid {
     }
 }
 
-/// The solids that were sampled last, so that three axes cost one upload.
+/// The most recently sampled solids, so that three axes cost one upload.
 #[derive(Default)]
 pub struct Residents {
-    /// By the identity of their geometry, the last used at the end.
+    /// Solids by the identity of their geometry, the last used at the end.
     solids: Vec<(u64, Arc<ResidentSolid>)>,
 }
 
 impl Residents {
-    /// The solid in device memory, copied there if it is not; others give way where all would exceed `budget` bytes.
+    /// Returns the solid in device memory, after copying it there if necessary; others are evicted where all would
+    /// exceed `budget` bytes.
     pub fn get(
         &mut self,
         device: &Device,

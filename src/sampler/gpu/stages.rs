@@ -1,4 +1,4 @@
-//! The stages: which WGSL files make each, how it sees its buffers, and which variants of it there are.
+//! The stages: the WGSL files of each, its bindings, and its variants.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -8,20 +8,20 @@ use crate::gpu::{Access, Device, DeviceError, Kernel, Needs, WORKGROUP, held};
 
 use Access::{Read, Uniform, Write};
 
-/// What the variants of a stage differ in.
+/// A property in which the variants of a stage differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Flag {
     /// The estimate is the over-estimate, not the under-estimate.
     Over,
-    /// No estimate at all, but the exact image.
+    /// The image is exact, not an estimate.
     Exact,
     /// The non-zero rule, not even-odd.
     NonZero,
     /// An intersection of two solids.
     TwoSolids,
-    /// Samples remember their triangles.
+    /// Samples carry their triangles.
     KeepsTriangles,
-    /// Of crossings the first and the last of a ray are kept.
+    /// The first and the last crossing of a ray are kept.
     KeepsEnds,
 }
 
@@ -39,7 +39,7 @@ const ALL_FLAGS: [(Flag, &str); 6] = [
 pub struct Flags(u8);
 
 impl Flags {
-    /// The set of those flags that are true.
+    /// Returns the set of those flags that are true.
     pub fn of(flags: &[(Flag, bool)]) -> Flags {
         Flags(flags.iter().filter(|(_, on)| *on).fold(0, |set, (flag, _)| set | 1 << *flag as u8))
     }
@@ -53,19 +53,19 @@ impl Flags {
     }
 }
 
-/// How shaders calculate in 64 and 96 bits.
+/// The implementation of 64- and 96-bit integers in shaders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Arithmetic {
     /// With the device's own 64-bit integers.
     Native,
-    /// In pairs of 32-bit words, for devices without.
+    /// Pairs of 32-bit words, for devices without them.
     Pairs,
 }
 
-/// A stage: one entry point with all that it stands on.
+/// A stage: one entry point with all the files that it needs.
 #[derive(Debug)]
 pub struct Stage {
-    /// Its name, that of its file and, where a file has several, of the entry point.
+    /// Its name: that of its file and, where a file has several, of the entry point.
     pub name: &'static str,
     entry: &'static str,
     files: &'static [&'static str],
@@ -80,7 +80,7 @@ macro_rules! shader {
 }
 
 const VIEW: (u32, Access) = (0, Uniform);
-/// Behind its view, every geometry pass has positions, triangles and the queue.
+/// After its view, every geometry pass binds positions, triangles and the queue.
 const GEOMETRY: [(u32, Access); 4] = [VIEW, (1, Read), (2, Read), (3, Write)];
 
 macro_rules! bindings {
@@ -317,7 +317,7 @@ pub static SUMMARY: Stage = Stage {
     flags: &[],
 };
 
-/// All stages.
+/// Returns all stages.
 fn all() -> Vec<&'static Stage> {
     let passes = [&COUNT, &SCATTER, &MASKS, &RETRIEVE, &BIN, &FILL_BINS];
     let single = [
@@ -338,7 +338,7 @@ fn all() -> Vec<&'static Stage> {
     passes.into_iter().flat_map(|pass| [&pass.triangles, &pass.blocks]).chain(single).chain(&SCAN).collect()
 }
 
-/// What all of them together ask of a device.
+/// Returns the requirements of all stages together for a device.
 pub fn needs() -> Needs {
     let storage = |stage: &Stage| stage.bindings.iter().filter(|(_, access)| *access != Uniform).count() as u32;
     let bindings = all().into_iter().map(storage).max().unwrap_or(0);
@@ -346,7 +346,7 @@ pub fn needs() -> Needs {
 }
 
 impl Stage {
-    /// The whole WGSL of a variant.
+    /// Returns the whole WGSL of a variant.
     pub fn source(&self, flags: Flags, arithmetic: Arithmetic) -> String {
         let mut text = constants();
         let flags = flags.among(self.flags);
@@ -379,24 +379,24 @@ impl Stage {
     }
 }
 
-/// The compiled variants of a device, each made when it is first asked for.
+/// The compiled variants of a device, each compiled when it is first needed.
 pub struct Kernels {
     arithmetic: Arithmetic,
     made: Mutex<HashMap<(&'static str, Flags), Arc<Kernel>>>,
 }
 
 impl Kernels {
-    /// No kernel yet.
+    /// Returns an empty set of kernels.
     pub fn new(arithmetic: Arithmetic) -> Kernels {
         Kernels { arithmetic, made: Mutex::default() }
     }
 
-    /// How they calculate.
+    /// Returns their arithmetic.
     pub fn arithmetic(&self) -> Arithmetic {
         self.arithmetic
     }
 
-    /// The kernel of a stage in the variant that the flags ask for.
+    /// Returns the kernel of a stage in the variant that the flags select.
     pub fn get(&self, device: &Device, stage: &Stage, flags: Flags) -> Result<Arc<Kernel>, DeviceError> {
         let key = (stage.name, flags.among(stage.flags));
         let mut made = held(&self.made);
@@ -415,7 +415,7 @@ mod tests {
     use super::*;
     use crate::gpu::validation::{bindings, members, validated};
 
-    /// Every variant of a stage, in either arithmetic.
+    /// Returns every variant of a stage, in either arithmetic.
     fn variants(stage: &'static Stage) -> impl Iterator<Item = (String, naga::Module)> {
         let sets = (0..1u8 << ALL_FLAGS.len()).map(Flags).filter(|flags| flags.among(stage.flags) == *flags);
         sets.flat_map(move |flags| {

@@ -10,10 +10,11 @@ use crate::grid::LatticeSolid;
 use crate::ldi::{RaySums, Summary, Windings};
 use crate::sampler::SampleError;
 
-/// Words of the totals of `shaders/summary.wgsl`: sums in two words each, the most samples of a ray, and all samples.
+/// Number of words of the totals of `shaders/summary.wgsl`: sums in two words each, the largest number of samples of a
+/// ray, and the number of all samples.
 const TOTALS_WORDS: u64 = 2 * SUMS as u64 + 2;
 
-/// What the rows of a band that count amount to.
+/// The sums over the counted rows of a band.
 struct BandSummary {
     sums: RaySums,
     layers: u32,
@@ -23,7 +24,7 @@ struct BandSummary {
 }
 
 impl BandJob<'_> {
-    /// Makes the band, sums it, and brings back the sums.
+    /// Makes the band, sums it, and reads the sums back.
     fn summarise(&mut self) -> Result<BandSummary, BandError> {
         let MadeBand { mut recorder, offsets, samples, tally, most_samples, .. } = self.make()?;
         let levels = self.words("levels", most_samples)?;
@@ -71,7 +72,7 @@ impl GpuSampler {
         let looked_at = image.window_rows();
         let Way { route, most_rays } = image.way(self);
         let most_rows = most_rays / columns;
-        // A row is compared with those beside it, which are made as well.
+        // A row is compared with its neighbours, which are made as well.
         let at_once = if looked_at.len() as u32 <= most_rows { most_rows } else { most_rows.saturating_sub(2) };
         if at_once == 0 && !looked_at.is_empty() {
             let (rays, limit) = (3 * u64::from(columns), bytes_of(u64::from(most_rays)));

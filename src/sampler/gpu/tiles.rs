@@ -9,12 +9,12 @@ use crate::gpu::{Recorder, bytes_of, counted};
 /// The triangles of each tile of a band.
 struct Bins {
     tiles: u32,
-    /// Where those of each tile begin.
+    /// The offset of the triangles of each tile.
     starts: wgpu::Buffer,
     triangles: wgpu::Buffer,
 }
 
-/// Samples of all rays, each ray's at a place of its own.
+/// The samples of all rays, not yet in the order of rays.
 struct Loose {
     counts: wgpu::Buffer,
     places: wgpu::Buffer,
@@ -25,7 +25,8 @@ struct Loose {
 }
 
 impl<'a> BandJob<'a> {
-    /// Makes the band. A solid whose geometry needs several bindings takes the lists, as a tile needs all of its triangles.
+    /// Makes the band. A solid whose geometry needs several bindings uses lists, since a tile needs all of its
+    /// triangles.
     pub fn make_by_tiles(&mut self) -> Result<MadeBand<'a>, BandError> {
         let solids = self.solids;
         let [chunk] = &solids[0].chunks[..] else { return self.make_by_lists() };
@@ -41,7 +42,7 @@ impl<'a> BandJob<'a> {
         Ok(MadeBand { recorder, counts, offsets, samples, triangles: None, tally, most_samples: total })
     }
 
-    /// Records how the triangles of each tile are listed, when they have been counted.
+    /// Counts the triangles of each tile and records the pass that lists them.
     fn bins(&mut self, recorder: &mut Recorder) -> Result<Bins, BandError> {
         let columns = self.band.columns();
         let tiles = (columns.end - columns.start).div_ceil(TILE_SIDE) * self.band.rows.div_ceil(TILE_SIDE);
@@ -57,7 +58,8 @@ impl<'a> BandJob<'a> {
         let found = counting.finish()?;
         self.none_left_out(&found[1])?;
         let [binned, greatest] = [found[0][0], found[0][1]];
-        // A lane goes over a sixty-fourth of the triangles of its tile, and over up to 64 rays for each, perhaps twice.
+        // A lane iterates over a sixty-fourth of the triangles of its tile, and over up to 64 rays for each, perhaps
+        // twice.
         self.sampler.device.admit_rounds(greatest / 4)?;
         let binned = u64::from(binned);
         self.admit("triangles of tiles", binned, 1)?;
@@ -68,7 +70,7 @@ impl<'a> BandJob<'a> {
         Ok(Bins { tiles, starts, triangles })
     }
 
-    /// Samples all tiles: once, or twice where there turn out to be more samples than there was room for.
+    /// Samples all tiles: once, or twice where there are more samples than expected.
     fn sample_tiles(&mut self, mut recorder: Recorder<'a>, chunk: &Chunk, bins: &Bins) -> Result<Loose, BandError> {
         let rays = u64::from(self.band.rays());
         let largest = self.sampler.largest_binding();
@@ -77,7 +79,7 @@ impl<'a> BandJob<'a> {
         let offsets = self.words("offsets", rays + 2)?;
         let tally = self.words("tally", TALLY_WORDS)?;
         let next_place = self.words("next place", 1)?;
-        // Two a ray are those of a convex solid; the pool keeps what images before this one needed.
+        // Two per ray, as in a convex solid; the pool keeps the room that earlier images needed.
         let mut room = (2 * rays).min(largest / 4);
         loop {
             let samples = self.words("loose samples", room)?;

@@ -1,4 +1,4 @@
-//! What shaders are told: constants, typed once and emitted into WGSL, and the numbers of one dispatch.
+//! The input of shaders: constants, declared once and emitted into WGSL, and the parameters of one dispatch.
 
 use std::fmt::Write;
 
@@ -9,45 +9,46 @@ use crate::ldi::{ALONG_COLUMNS, ALONG_ROWS, THROUGH_NODES, level_tolerance};
 use crate::sampler::layout::{WORD_BITS, Window};
 use crate::sampler::stages::UNCLOSED;
 
-/// Rows of a block of a large triangle, of which one workgroup does all.
+/// Number of rows of a block of a large triangle; one workgroup processes a block.
 pub const BLOCK_ROWS: u32 = 8;
 
 /// Triangles whose box covers more rays than this are large.
 const SMALL_BOX: u32 = 256;
 
-/// In a pass over tiles, those whose box covers more tiles than this.
+/// The same in a pass over tiles: triangles whose box covers more tiles than this are large.
 const SMALL_BOX_IN_TILES: u32 = 16;
 
-/// Rows and columns of a tile, of whose rays a workgroup has one a lane.
+/// Number of rows and columns of a tile; a workgroup has one lane for each of its rays.
 pub const TILE_SIDE: u32 = 8;
 const _: () = assert!(TILE_SIDE * TILE_SIDE == WORKGROUP);
 
-/// The most mask words that a ray of a tile may have.
+/// Largest number of mask words of a ray of a tile.
 pub const TILE_WORDS: u32 = 32;
 
-/// Crossings of a tile that are kept from the first time they are found to the second.
+/// Number of crossings of a tile that are kept from the first pass over its triangles to the second.
 const TILE_CROSSINGS: u32 = 2048;
 
-/// Bytes of a workgroup's own memory that a tile takes: two masks, ranks of half the size and a place a ray, crossings with their
-/// rays in a byte each, and what is left for a few sums.
+/// Bytes of workgroup memory that a tile takes: two masks, ranks of half the size and a place per ray, crossings with
+/// their rays in a byte each, and the rest for a few sums.
 pub const TILE_MEMORY: u32 = 4 * WORKGROUP * (2 * TILE_WORDS + TILE_WORDS / 2 + 1) + 5 * TILE_CROSSINGS + 256;
 
-/// Invocations of a workgroup of the prefix sum, and counts that each of them adds up.
+/// Number of invocations of a workgroup of the prefix sum, and of counts that each of them adds up.
 pub const SCAN_WORKGROUP: u32 = 256;
 const SCAN_ITEMS: u32 = 8;
 
-/// Counts that one workgroup of the prefix sum adds up.
+/// Number of counts that one workgroup of the prefix sum adds up.
 pub const SCAN_BLOCK: u32 = SCAN_WORKGROUP * SCAN_ITEMS;
 
-/// The most crossings of a ray that one invocation sorts by itself.
+/// Largest number of crossings of a ray that one invocation sorts by itself.
 pub const SORTED_ALONE: u32 = 64;
 
-/// Where the sums of nodes and of residuals begin among those of a summary, behind four of lengths, and how many there are.
+/// Offsets of the sums of nodes and of residuals among those of a summary, after four sums of lengths, and the number
+/// of all sums.
 pub const NODE_SUMS: u32 = 4;
 pub const LEVEL_SUMS: u32 = 12;
 pub const SUMS: u32 = 15;
 
-/// The constants in WGSL, for the head of every shader.
+/// Returns the constants in WGSL, for the head of every shader.
 pub fn constants() -> String {
     let mut text = String::new();
     let mut constant = |name: &str, kind: &str, value: u32| {
@@ -99,41 +100,41 @@ shared_struct! {
         first_row: i32,
         /// The band's first column.
         first_column: i32,
-        /// Columns of the band.
+        /// Number of columns of the band.
         columns: u32,
-        /// Rays of the band.
+        /// Number of rays of the band.
         rays: u32,
-        /// The rows and columns of the band that are looked at.
+        /// The rows and columns of the window within the band.
         first_window_row: i32,
         end_window_row: i32,
         first_window_column: i32,
         end_window_column: i32,
-        /// Triangles in the buffer.
+        /// Number of triangles in the buffer.
         triangles: u32,
         /// The index, in the mesh, of the first of them.
         first_triangle: u32,
-        /// Blocks that the queue of large triangles holds.
+        /// Number of blocks that the queue of large triangles holds.
         queue_capacity: u32,
-        /// Half the lattice steps of a voxel.
+        /// Half the number of lattice steps of a voxel.
         half_voxel: u32,
         /// LOD-C − 1.
         last_voxel: u32,
-        /// Mask words a ray.
+        /// Number of mask words per ray.
         words: u32,
-        /// Where the crossings of the solid begin in their buffer.
+        /// The offset of the crossings of the solid in their buffer.
         first_crossing: u32,
-        /// The rays of the band that count; others are there to be compared with.
+        /// The counted rays of the band; the others serve only for comparison.
         first_counted: u32,
         end_counted: u32,
-        /// How far samples of one level surface may lie apart.
+        /// Largest distance between samples of one level surface, in lattice steps.
         level_tolerance: i32,
-        /// The length of the sorted runs that are merged.
+        /// The length of the sorted runs to be merged.
         run: u32,
     }
 }
 
 impl View {
-    /// The view of a band along `axis`; of the solid nothing is known yet.
+    /// Returns the view of a band along `axis`, without properties of the solid.
     pub fn new(grid: &Grid, axis: Axis, band: &Band, window: &Window) -> View {
         let (rows, columns) = (band.first_row..band.first_row + band.rows, band.columns());
         View {
@@ -162,14 +163,14 @@ impl View {
     }
 }
 
-/// Mask words that a ray has.
+/// Returns the number of mask words of a ray.
 pub fn words(grid: &Grid) -> u32 {
     grid.lod().div_ceil(WORD_BITS)
 }
 
 shared_struct! {
-    /// What is counted over all rays of a band: unclosed ones, and what crossings tell of windings
-    /// ([`Windings`](crate::ldi::Windings)). Atomic in WGSL; sums of 64 bits lie in two words.
+    /// Counts over all rays of a band: unclosed rays, and the winding sums of crossings
+    /// ([`Windings`](crate::ldi::Windings)). Atomic in WGSL; sums of 64 bits are stored in two words.
     pub struct Tally {
         unclosed: u32 atomic,
         changes: u32 atomic,
@@ -183,7 +184,8 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// What a geometry pass does with its queue: the arguments of an indirect dispatch, and the blocks that had no room.
+    /// The queue state of a geometry pass: the arguments of an indirect dispatch, and the number of blocks without
+    /// room.
     pub struct Planned {
         workgroups_x: u32,
         workgroups_y: u32,
@@ -192,13 +194,13 @@ shared_struct! {
     }
 }
 
-/// Words of a plan.
+/// Number of words of a plan.
 pub const PLANNED_WORDS: u64 = size_of::<Planned>() as u64 / 4;
 
-/// Words of a tally.
+/// Number of words of a tally.
 pub const TALLY_WORDS: u64 = size_of::<Tally>() as u64 / 4;
 
-/// A sum of 64 bits that lies in two words.
+/// Returns a sum of 64 bits that is stored in two words.
 pub fn wide(low: u32, high: u32) -> i64 {
     (u64::from(low) | u64::from(high) << 32) as i64
 }

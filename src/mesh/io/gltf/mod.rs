@@ -1,14 +1,14 @@
 //! glTF 2.0 and GLB: the triangles of the default scene, in metres.
 //!
 //! The scene is the default one, the first where none is named, and all root nodes where there is no scene. Each node's
-//! mesh is placed by the transforms above it, so that a mesh that several nodes name is there several times.
+//! mesh is placed by the transforms above it, so a mesh that several nodes name occurs several times.
 //!
-//! The `gltf` crate gives the document (`gltf::json`). What it says is read here, without the crate's accessor reader,
+//! The `gltf` crate parses the document (`gltf::json`). This module interprets it without the crate's accessor reader,
 //! which panics on counts of zero, on sparse values that run out and on sums that overflow; without its importer, which
-//! cannot do without decoders for images; and without its validation, which refuses files for want of a bounding box.
-//! Node transforms are taken from the JSON a second time, because the crate rounds them to 32 bits.
+//! requires decoders for images; and without its validation, which refuses files without a bounding box. Node
+//! transforms are read from the JSON a second time, because the crate rounds them to 32 bits.
 //!
-//! Draco and meshopt compression are refused by name where there is no other form of the data.
+//! Draco and meshopt compression are refused by name where the data has no other form.
 
 mod write;
 
@@ -34,16 +34,16 @@ use crate::input;
 use crate::mesh::{LengthUnit, TriangleMesh};
 pub(super) use write::Glb;
 
-/// What the URIs of data within the document begin with.
+/// The prefix of URIs that hold their data.
 const DATA: &str = "data:";
 
 const DRACO: &str = "KHR_draco_mesh_compression";
 const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// How many positions an accessor without data of its own may have for each that a sparse value replaces.
+/// Largest number of positions, per replaced sparse value, of an accessor without data of its own.
 const ZEROS_PER_VALUE: u64 = 16;
 
-/// How many positions of a mesh, and how many triangles of a file, there may be beyond one for each byte of the buffers.
+/// Largest number of positions of a mesh, and of triangles of a file, beyond one for each byte of the buffers.
 /// Accessors and primitives may share their bytes, so that little data could describe any number of either.
 const SHARED_MAX: u64 = 1 << 21;
 
@@ -63,17 +63,17 @@ pub(super) fn parse_binary(bytes: &[u8], path: &Path) -> Result<MeshFile, Fault>
     Ok(file)
 }
 
-/// The bytes of a GLB file by its header.
+/// Returns the length in bytes of a GLB file by its header.
 pub(super) fn binary_length(start: &[u8]) -> Option<u64> {
     let length = start.get(8..12).filter(|_| start.starts_with(b"glTF"))?;
     Some(u32::from_le_bytes([length[0], length[1], length[2], length[3]]).into())
 }
 
-/// The parts of a GLB file.
+/// The chunks of a GLB file.
 struct Chunks<'b> {
     json: &'b [u8],
     blob: Option<&'b [u8]>,
-    /// Where the last chunk ends.
+    /// The end of the last chunk.
     end: usize,
 }
 
@@ -101,7 +101,7 @@ fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, Fault> {
     let mut json = None;
     let mut blob = None;
     let mut at = 12;
-    // Chunks of kinds that are not known must be stepped over.
+    // Chunks of unknown kinds must be skipped.
     while at < promised {
         let length = word(at).ok_or_else(|| truncated(at))? as usize;
         let kind = bytes.get(at + 4..at + 8).ok_or_else(|| truncated(at))?;
@@ -121,7 +121,7 @@ fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, Fault> {
     Ok(Chunks { json, blob, end: at })
 }
 
-/// The files that a document refers to, buffers and images, as far as it can be read.
+/// Returns the files that a document refers to, buffers and images, as far as it can be read.
 pub(super) fn side_files(bytes: &[u8], path: &Path) -> Vec<PathBuf> {
     #[derive(Deserialize)]
     struct Referring<'b> {
@@ -157,7 +157,7 @@ fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshF
     let mut document = Document { buffers: vec![None; root.buffers.len()], blob, root: &root, path };
 
     let placed = placements(&root, &transforms)?;
-    // Meshes that the scene does not show need not be readable.
+    // Meshes outside the scene need not be readable.
     let mut parts = Vec::new();
     let mut part_of_mesh = BTreeMap::new();
     let mut placements = Vec::with_capacity(placed.len());
@@ -200,7 +200,7 @@ fn compressed(extension: &str) -> String {
     format!("the mesh is compressed with {extension}, which is not supported; write it without compression")
 }
 
-/// The part of the document that says where nodes are, in full precision.
+/// The transforms of the nodes of a document, in full precision.
 #[derive(Deserialize)]
 struct Transforms {
     #[serde(default)]
@@ -229,7 +229,7 @@ impl NodeTransform {
     }
 }
 
-/// Each mesh of the scene in each of its places, in the order of a walk down the nodes.
+/// Returns each instance of a mesh in the scene, in depth-first order of the nodes.
 fn placements(root: &Root, transforms: &[NodeTransform]) -> Result<Vec<(usize, DAffine3)>, Fault> {
     let scene = match root.scene {
         Some(scene) => Some(get(&root.scenes, scene, "scene", || Place::File)?),
@@ -252,7 +252,7 @@ fn placements(root: &Root, transforms: &[NodeTransform]) -> Result<Vec<(usize, D
     let mut seen = vec![false; root.nodes.len()];
     while let Some((index, world_from_parent)) = stack.pop() {
         let node = get(&root.nodes, Index::new(index as u32), "node", || Place::File)?;
-        // Nodes form trees. One that is reached twice may be its own ancestor, or double all that is below it.
+        // Nodes form trees. One that is reached twice may be its own ancestor, or duplicate its subtree.
         if std::mem::replace(&mut seen[index], true) {
             return Err(Fault::invalid(Place::element("node", index), "the scene reaches this node twice"));
         }
@@ -279,7 +279,7 @@ struct Document<'a> {
     root: &'a Root,
     path: &'a Path,
     blob: Option<&'a [u8]>,
-    /// Buffers that have been needed so far.
+    /// Buffers that have been loaded so far.
     buffers: Vec<Option<Cow<'a, [u8]>>>,
 }
 
@@ -289,7 +289,7 @@ struct Part {
     has_targets: bool,
 }
 
-/// The bytes of an accessor: `count` values, `stride` apart.
+/// The bytes of an accessor: `count` values, `stride` bytes apart.
 struct Values<'a> {
     bytes: &'a [u8],
     stride: usize,
@@ -302,7 +302,7 @@ impl<'a> Values<'a> {
 }
 
 impl Document<'_> {
-    /// One mesh in its own space. Positions that several primitives share are there once.
+    /// Reads one mesh in its own space. Positions that several primitives share occur once.
     fn mesh(&mut self, index: usize, triangles: &mut u64) -> Result<Part, Fault> {
         let root = self.root;
         let mut part = Part { mesh: TriangleMesh::default(), points_or_lines: 0, has_targets: false };
@@ -353,7 +353,8 @@ impl Document<'_> {
         Ok(part)
     }
 
-    /// How many positions or triangles the buffers read so far can bear out, with some that share their bytes.
+    /// Returns the largest plausible number of positions or triangles for the buffers read so far, with some sharing of
+    /// bytes.
     fn shared_limit(&self) -> u64 {
         SHARED_MAX + self.buffers.iter().flatten().map(|buffer| buffer.len() as u64).sum::<u64>()
     }
@@ -388,7 +389,7 @@ impl Document<'_> {
             let at = |axis: usize| coordinate(component, is_normalized, &bytes[axis * component.size()..]);
             DVec3::new(at(0), at(1), at(2))
         };
-        // The sparse part comes first, since it bears out how many there are where there is no other.
+        // The sparse part comes first, since it limits the count where there is no other data.
         let replaced = match &accessor.sparse {
             Some(sparse) => {
                 let Checked::Valid(index_type) = sparse.indices.component_type else {
@@ -416,7 +417,7 @@ impl Document<'_> {
                 positions.extend((0..count).map(|k| read(values.get(k))));
             }
             None => {
-                // Without data all is zero, which no bytes bear out; some of it must be replaced.
+                // Without data all values are zero, and no bytes limit the count; some of them must be replaced.
                 let limit = ZEROS_PER_VALUE * replaced.len() as u64;
                 if accessor.count.0 > limit {
                     let what = "positions without data".into();
@@ -438,7 +439,7 @@ impl Document<'_> {
         Ok(())
     }
 
-    /// The indices of an accessor, which are all less than `vertices`.
+    /// Reads the indices of an accessor, which are all less than `vertices`.
     fn indices(&mut self, index: Index<Accessor>, vertices: usize) -> Result<Vec<u32>, Fault> {
         let accessor = get(&self.root.accessors, index, "accessor", || Place::File)?;
         let place = || Place::element("accessor", index.value());
@@ -473,7 +474,7 @@ impl Document<'_> {
         Ok(indices)
     }
 
-    /// The bytes of `count` values of `size` bytes each, after checking that they are there.
+    /// Returns the bytes of `count` values of `size` bytes each, after checking that they exist.
     fn values(
         &mut self,
         view: usize,
@@ -549,7 +550,7 @@ fn add_triangles(mode: Mode, corners: &[u32], first: u32, triangles: &mut Vec<[u
             let rims = corners.windows(2).skip(1);
             triangles.extend(rims.map(|rim| [corners[0], rim[0], rim[1]].map(|corner| corner + first)));
         }
-        // Corners after the last triple are no triangle.
+        // Corners after the last triple form no triangle.
         _ => triangles.extend(corners.chunks_exact(3).map(|t| [t[0] + first, t[1] + first, t[2] + first])),
     }
 }
@@ -562,7 +563,7 @@ fn index_value(component: ComponentType, bytes: &[u8]) -> u32 {
     }
 }
 
-/// A coordinate of any type: floats in the core format, integers by `KHR_mesh_quantization`.
+/// Reads a coordinate of any type: floats in the core format, integers by `KHR_mesh_quantization`.
 fn coordinate(component: ComponentType, is_normalized: bool, bytes: &[u8]) -> f64 {
     let (value, greatest) = match component {
         ComponentType::I8 => (f64::from(bytes[0] as i8), f64::from(i8::MAX)),
@@ -577,8 +578,7 @@ fn coordinate(component: ComponentType, is_normalized: bool, bytes: &[u8]) -> f6
     if is_normalized { (value / greatest).max(-1.0) } else { value }
 }
 
-/// The bytes that a buffer's URI stands for: inside it, or in a file beside the document, of which no more than `length`
-/// bytes are read.
+/// Returns the bytes of a buffer's URI: decoded from it, or at most `length` bytes of a file beside the document.
 fn load(uri: &str, path: &Path, length: u64, place: &Place) -> Result<Vec<u8>, Fault> {
     if let Some(data) = uri.strip_prefix(DATA) {
         let (media_type, data) =
@@ -597,7 +597,7 @@ fn load(uri: &str, path: &Path, length: u64, place: &Place) -> Result<Vec<u8>, F
     }
     let side = beside(path, &name);
     let stays = |part| matches!(part, Component::Normal(_) | Component::CurDir);
-    // Links are followed, as one may lead elsewhere.
+    // Links are followed, since one may lead elsewhere.
     let folder = std::fs::canonicalize(folder(path));
     let is_linked_out =
         || folder.is_ok_and(|folder| std::fs::canonicalize(&side).is_ok_and(|side| !side.starts_with(folder)));
@@ -607,7 +607,7 @@ fn load(uri: &str, path: &Path, length: u64, place: &Place) -> Result<Vec<u8>, F
     read_at_most(&side, length).map_err(|source| Fault::Io(side, source))
 }
 
-/// The name of a file that a URI stands for.
+/// Returns the file name that a URI encodes.
 fn file_name(uri: &str) -> String {
     String::from_utf8(percent_decode(uri)).unwrap_or_else(|_| uri.to_owned())
 }
@@ -616,7 +616,7 @@ fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A file that is sought from the folder of another.
+/// Returns the path of a file relative to the folder of another.
 fn beside(path: &Path, name: &str) -> PathBuf {
     path.parent().unwrap_or(Path::new("")).join(name)
 }
@@ -627,7 +627,7 @@ fn read_at_most(path: &Path, length: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Replaces `%20` and the like. A per cent sign that begins no such thing stands for itself.
+/// Decodes `%20` and the like. A per cent sign without two hexadecimal digits stands for itself.
 fn percent_decode(text: &str) -> Vec<u8> {
     let digit = |byte: Option<&u8>| byte.and_then(|&byte| char::from(byte).to_digit(16));
     let bytes = text.as_bytes();
@@ -680,7 +680,7 @@ mod tests {
 
     const FORMAT: Format = Format::Gltf;
 
-    /// Four positions, then six indices of 16 bits.
+    /// Returns four positions, then six indices of 16 bits.
     fn blob() -> Vec<u8> {
         let floats = [0f32, -0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.5];
         let indices = [0u16, 1, 2, 0, 2, 3];
@@ -700,7 +700,7 @@ mod tests {
         text
     }
 
-    /// A document with one mesh over `blob`, and nodes and scenes as given.
+    /// Returns a document with one mesh over `blob`, and nodes and scenes as given.
     fn document(scenes: &str, primitive: &str, buffer: &str) -> String {
         format!(
             r#"{{"asset":{{"version":"2.0"}},{scenes},

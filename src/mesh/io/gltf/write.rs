@@ -1,7 +1,7 @@
-//! GLB as it is written: one node with one mesh of triangles, in metres.
+//! The GLB writer: one node with one mesh of triangles, in metres.
 //!
-//! glTF knows no unit but the metre, so coordinates are scaled to it; positions are of 32 bits. Normals are left out, which
-//! makes viewers shade each triangle flat, as it is. Axes are not turned: y stays y, though glTF says that it points up.
+//! glTF has no unit but the metre, so coordinates are scaled to it; positions have 32 bits. Normals are left out, so
+//! that viewers shade each triangle flat. Axes are not turned: y stays y, though glTF defines it as up.
 
 use std::io::{self, Write};
 
@@ -11,13 +11,13 @@ use serde_json::{Value, json};
 use super::super::formatted::write_each;
 use crate::mesh::TriangleMesh;
 
-/// Component types and buffer targets by the numbers that OpenGL gave them.
+/// Component types and buffer targets by their numbers in OpenGL.
 const UNSIGNED_INT: u32 = 5125;
 const FLOAT: u32 = 5126;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// A file before it is written: the document, and what follows it.
+/// A file before it is written: the document, and the mesh for the binary chunk.
 pub(in super::super) struct Glb<'m> {
     mesh: &'m TriangleMesh,
     metres: f64,
@@ -25,11 +25,11 @@ pub(in super::super) struct Glb<'m> {
 }
 
 impl<'m> Glb<'m> {
-    /// Lays out a mesh of which a unit is so many metres, relative to a place. All coordinates are finite, also as 32-bit
+    /// Lays out a mesh, relative to a place, whose unit is this many metres. All coordinates are finite, also as 32-bit
     /// metres.
     pub(in super::super) fn new(mesh: &'m TriangleMesh, metres: f64, place: DVec3) -> Glb<'m> {
         let mut document = document(mesh, metres, place).to_string().into_bytes();
-        // Chunks are whole words long.
+        // The length of a chunk is a multiple of 4 bytes.
         document.resize(document.len().next_multiple_of(4), b' ');
         Glb { mesh, metres, document }
     }
@@ -42,7 +42,8 @@ impl<'m> Glb<'m> {
         self.index_bytes() + size_of::<[f32; 3]>() as u64 * self.mesh.positions.len() as u64
     }
 
-    /// Bytes of the whole file, which has a header and two chunks with a header each; without triangles, one chunk.
+    /// Returns the length of the file in bytes: a header and two chunks with a header each; without triangles, one
+    /// chunk.
     pub(in super::super) fn bytes(&self) -> u64 {
         let binary = if self.mesh.triangles.is_empty() { 0 } else { 8 + self.binary_bytes() };
         12 + 8 + self.document.len() as u64 + binary
@@ -71,7 +72,7 @@ impl<'m> Glb<'m> {
     }
 }
 
-/// A position as it stands in the file.
+/// Converts a position to the one in the file.
 pub(in super::super) fn in_metres(position: DVec3, metres: f64) -> Vec3 {
     (position * metres).as_vec3()
 }
@@ -86,7 +87,7 @@ fn document(mesh: &TriangleMesh, metres: f64, place: DVec3) -> Value {
         true => json!({ "mesh": 0 }),
         false => json!({ "mesh": 0, "translation": (place * metres).to_array() }),
     };
-    // The bounds are those of the rounded numbers, to the bit.
+    // The bounds are exactly those of the rounded numbers.
     let bound = |bound: Vec3| json!(bound.as_dvec3().to_array());
     let (triangles, vertices) = (mesh.triangles.len(), mesh.positions.len());
     let (index_bytes, position_bytes) = (12 * triangles, 12 * vertices);

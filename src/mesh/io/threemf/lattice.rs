@@ -1,17 +1,19 @@
 //! Beam lattices of 3MF: beams and balls between the vertices of a mesh, meshed as closed shells.
 //!
-//! A beam is a conical frustum with a cap at either end: half a ball, a whole ball, or none (`butt`). Each beam becomes a
-//! shell of its own, oriented outwards: a tube of 24 sides with caps of hexagonal rings (6, 12, 18 and 24 corners) that share
-//! the tube's. A whole ball shows only where it is wider than the frustum behind it; there it is one more shell. Shells of
-//! one node overlap, so that only the non-zero fill rule sees their union, which is the solid that the extension describes.
+//! A beam is a conical frustum with a cap at either end: half a ball, a whole ball, or none (`butt`). Each beam becomes
+//! a shell of its own, oriented outwards: a tube of 24 sides with caps of hexagonal rings (6, 12, 18 and 24 corners)
+//! that share the tube's corners. A whole ball is visible only where it is wider than the frustum behind it; there it
+//! is one more shell. Shells of one node overlap, so that only the non-zero fill rule gives their union, which is the
+//! solid that the extension describes.
 //!
-//! Corners lie a little outside the round shape, such that volumes are right: a tube and a cap have those of the frustum and
-//! the half ball, to the last digits. The surface is then off by −0.29 % to +0.58 % of the radius on tubes, and by −1.4 % to
-//! +2.5 % on caps. Inscribed rings of the same number would lose 1.1 % of a tube's volume.
+//! Corners lie slightly outside the round shape, such that volumes are right: a tube and a cap have those of the
+//! frustum and the half ball, to the last digits. The surface then deviates by −0.29 % to +0.58 % of the radius on
+//! tubes, and by −1.4 % to +2.5 % on caps. Inscribed rings of the same number would lose 1.1 % of a tube's volume.
 //!
-//! What the extension's rules leave to the reader: beams shorter than the lattice's least length do not count; balls of
-//! `ballmode="all"` stand at every vertex that a beam ends in; sets of beams only name things; a representation mesh is for
-//! display alone. Clipped lattices are refused, as clipping needs the Boolean that this library is for: of two files.
+//! Where the extension leaves a choice to the reader: beams shorter than the lattice's least length are left out; balls
+//! of `ballmode="all"` stand at every vertex that a beam ends in; sets of beams are only names and are ignored; a
+//! representation mesh is for display alone. Clipped lattices are refused, since clipping needs a Boolean, which this
+//! library does on two files.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
@@ -24,20 +26,20 @@ use super::super::text::quote;
 use super::Xml;
 use crate::mesh::TriangleMesh;
 
-/// Triangles that the lattices of a file may have. A beam takes a few bytes of a file and 5.7 kB of memory; this many take
-/// as much memory as the copies of parts may (`placement`), for 140,000 beams.
+/// Largest number of triangles of the lattices of a file. A beam takes a few bytes of a file and 5.7 kB of memory; at
+/// this limit, 140,000 beams, they take as much memory as the copies of parts may (`placement`).
 pub(super) const TRIANGLES_MAX: u64 = 1 << 25;
 
-/// Rings of a cap, from its pole to the end of the tube; ring k has 6k corners.
+/// Number of rings of a cap, from its pole to the end of the tube; ring k has 6k corners.
 const RINGS: usize = 4;
 
-/// Sides of a tube.
+/// Number of sides of a tube.
 const SIDES: usize = 6 * RINGS;
 
-/// Corners of a cap without those it shares with the tube.
+/// Number of corners of a cap without those that it shares with the tube.
 const CAP_CORNERS: usize = 1 + 3 * RINGS * (RINGS - 1);
 
-/// How a beam ends.
+/// The shape of a beam's end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Cap {
     Sphere,
@@ -45,13 +47,13 @@ enum Cap {
     Butt,
 }
 
-/// Which vertices have balls.
+/// The vertices that have balls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Balls {
     None,
-    /// Those that the file lists.
+    /// Those listed in the file.
     Listed,
-    /// Those that beams end in.
+    /// Those at the ends of beams.
     AtBeamEnds,
 }
 
@@ -78,19 +80,19 @@ pub(super) struct Lattice {
     least_length: f64,
     balls: Balls,
     ball_radius: Option<f64>,
-    /// How it is clipped, and the line that says so.
+    /// The kind of clipping, and the line that states it.
     pub(super) clipping: Option<(String, usize)>,
     has_representation: bool,
 }
 
-/// What became of a lattice.
+/// The result of meshing a lattice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Meshed {
-    /// Beams and balls that have shells now.
+    /// Number of beams and balls that got shells.
     pub(super) meshed: usize,
-    /// Beams that were shorter than the least length.
+    /// Number of beams shorter than the least length.
     pub(super) too_short: usize,
-    /// Whether a mesh stands in for the lattice on displays.
+    /// True if a mesh stands in for the lattice on displays.
     pub(super) has_representation: bool,
 }
 
@@ -115,7 +117,7 @@ impl Shell {
 }
 
 impl Lattice {
-    /// The lattice that an element `beamlattice` begins.
+    /// Parses the lattice that an element `beamlattice` begins.
     pub(super) fn parse(xml: &Xml<'_>, element: &BytesStart<'_>) -> Result<Lattice, Fault> {
         let mut lattice = Lattice {
             beams: Vec::new(),
@@ -142,7 +144,7 @@ impl Lattice {
                         _ => return Err(xml.invalid(format!("`{}` is no ball mode", quote(value.as_bytes())))),
                     }
                 }
-                // Before version 1.0 of the extension it was called `clipping`, and files have that.
+                // Before version 1.0 of the extension it was called `clipping`, and some files use that.
                 "clippingmode" | "clipping" if value != "none" => {
                     lattice.clipping = Some((quote(value.as_bytes()), xml.line()));
                 }
@@ -154,7 +156,7 @@ impl Lattice {
         Ok(lattice)
     }
 
-    /// Whether there is anything to mesh.
+    /// Returns whether there is nothing to mesh.
     pub(super) fn is_empty(&self) -> bool {
         self.beams.is_empty() && self.listed_balls.is_empty()
     }
@@ -204,8 +206,8 @@ impl Lattice {
         Ok(())
     }
 
-    /// Adds the shells to the mesh between whose vertices the beams run; `room` is how many triangles there may be, and
-    /// less by those of this lattice afterwards.
+    /// Adds the shells to the mesh that holds the vertices of the beams. `room` is the number of triangles still
+    /// allowed; it is reduced by those of this lattice.
     pub(super) fn mesh(&self, mesh: &mut TriangleMesh, room: &mut u64) -> Result<Meshed, Fault> {
         let (shells, meshed) = self.shells(&mesh.positions)?;
         let triangles: usize = shells.iter().map(Shell::triangles).sum();
@@ -271,8 +273,8 @@ impl Lattice {
     }
 }
 
-/// Whether a whole ball at one end reaches out of the frustum, which half a ball does not: where the frustum grows thinner
-/// behind it, or ends flat before the ball does.
+/// Returns whether a whole ball at one end protrudes from the frustum, unlike half a ball: where the frustum grows
+/// thinner behind it, or ends flat before the ball does.
 fn shows_whole_ball(end: End, other: End, length: f64) -> bool {
     end.radius > other.radius || (end.radius > length && other.cap == Cap::Butt)
 }
@@ -296,7 +298,7 @@ fn cap(xml: &Xml<'_>, name: &str) -> Result<Cap, Fault> {
 
 static DOME: LazyLock<Dome> = LazyLock::new(Dome::new);
 
-/// Half a ball of radius 1 about +z: the corners of its rings, from the pole to the equator, and its triangles,
+/// A half ball of radius 1 about +z: the corners of its rings, from the pole to the equator, and its triangles,
 /// counter-clockwise from outside.
 struct Dome {
     corners: Vec<DVec3>,
@@ -323,7 +325,7 @@ impl Dome {
             });
             Dome { corners: corners.collect(), triangles: triangles.clone() }
         };
-        // The volume grows with the radius of the inner rings; halving finds the one where it is that of half a ball.
+        // The volume grows with the radius of the inner rings; bisection finds the one where it is that of half a ball.
         let (mut less, mut more) = (1.0, 1.1);
         loop {
             let middle = f64::midpoint(less, more);
@@ -335,7 +337,7 @@ impl Dome {
         }
     }
 
-    /// Each sextant between two rings is a row of triangles, point up and point down.
+    /// Numbers the triangles: each sextant between two rings is a row of them, point up and point down alternately.
     fn numbered() -> Vec<[u32; 3]> {
         let corner = |ring: usize, point: usize| {
             let first = if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) };
@@ -353,7 +355,7 @@ impl Dome {
         triangles
     }
 
-    /// The volume over the plane of the equator, in which the origin is.
+    /// Returns the volume over the plane of the equator, which contains the origin.
     fn volume(&self) -> f64 {
         let corners = self.triangles.iter().map(|triangle| triangle.map(|index| self.corners[index as usize]));
         corners.map(|[a, b, c]| a.dot(b.cross(c))).sum::<f64>() / 6.0
@@ -390,8 +392,8 @@ impl Dome {
         }
     }
 
-    /// Closes a ring of corners, which `ring` is the first of, around `centre`. The first two of `axes` are those of the
-    /// ring and the last is where the cap points.
+    /// Closes a ring of corners around `centre`, where `ring` is the first corner. The first two of `axes` are those of
+    /// the ring and the last is the direction of the cap.
     fn append_cap(&self, mesh: &mut TriangleMesh, centre: DVec3, axes: [DVec3; 3], end: End, ring: u32) {
         let [u, v, pole] = axes;
         // A cap against the ring's own direction is a mirror image.
@@ -431,7 +433,7 @@ mod tests {
         }
     }
 
-    /// The shells of one beam between two points that are on no axis, without the vertices it runs between.
+    /// Returns the shells of one beam between two points that are on no axis, and what was meshed.
     fn beam(radii: [f64; 2], caps: [Cap; 2], length: f64) -> (TriangleMesh, Meshed) {
         let a = DVec3::new(1.0, -2.0, 0.5);
         let b = a + DVec3::new(0.3, 0.2, -0.7).normalize() * length;
@@ -459,7 +461,7 @@ mod tests {
                 for (cap, radius) in caps.into_iter().zip(radii) {
                     volume += if cap == Cap::Butt { 0.0 } else { ball(radius) / 2.0 };
                 }
-                // The wider end's ball shows behind its half.
+                // The wider end's ball is visible behind its half.
                 volume += if caps[0] == Cap::Sphere && r != s { ball(r.max(s)) } else { 0.0 };
                 let (mesh, meshed) = beam(radii, caps, 2.5);
                 assert_eq!(meshed, Meshed { meshed: 1, ..Meshed::default() });
@@ -468,7 +470,7 @@ mod tests {
         }
     }
 
-    /// The same triangles without the first two positions.
+    /// Returns the same triangles with indices for a mesh without the first two positions.
     fn shifted(mesh: &TriangleMesh) -> TriangleMesh {
         let triangles = mesh.triangles.iter().map(|triangle| triangle.map(|index| index - 2)).collect();
         TriangleMesh { positions: Vec::new(), triangles }
@@ -481,7 +483,7 @@ mod tests {
         let mut nearest = f64::MAX;
         for triangle in &dome.triangles {
             let [a, b, c] = triangle.map(|index| dome.corners[index as usize]);
-            // The foot of the centre lies within the triangle or the distance is more.
+            // If the foot of the perpendicular from the centre lay outside the triangle, the distance would be larger.
             nearest = f64::min(nearest, (b - a).cross(c - a).normalize().dot(a));
         }
         assert!((1.024..1.025).contains(&farthest), "{farthest}");

@@ -1,13 +1,15 @@
-//! 3MF: the objects that a package's build places, in the unit that its model names.
+//! 3MF: the objects that a package's build places, in the unit of its model.
 //!
-//! Only build items count, with the components below them, each in its place. The production extension, by which items and
-//! components may lie in other parts of the package, is followed. Beam lattices are meshed (`lattice`).
+//! Only build items count, with the components below them, each in its place. The reader follows the production
+//! extension, by which items and components may lie in other parts of the package, and meshes beam lattices
+//! (`lattice`).
 //!
-//! The package is read with `zip` and its XML with `quick-xml`. The `threemf2` crate was the first choice, but a coordinate
-//! or an index that is no number becomes 0 there, and a vertex that cannot be read is dropped, which renumbers all that
-//! follow it: both without an error.
+//! The package is read with `zip` and its XML with `quick-xml`. The `threemf2` crate was the first choice, but it turns
+//! an invalid coordinate or index into 0, and drops a vertex that cannot be read, which renumbers all that follow it:
+//! both without an error.
 //!
-//! A few bytes of a ZIP file can inflate to very many, so there is a limit to how many, in proportion to the file's size.
+//! A few bytes of a ZIP file can inflate to very many, so there is a limit on the inflated bytes, in proportion to the
+//! file's size.
 
 mod lattice;
 mod write;
@@ -31,7 +33,8 @@ use crate::mesh::{LengthUnit, TriangleMesh};
 use lattice::{Lattice, Meshed};
 pub(super) use write::{FARTHEST, Object as WrittenObject, write};
 
-/// Bytes that a package of `length` may inflate to. Models of lattices, full of the same words, reach a fiftieth of it.
+/// Returns the largest inflated size in bytes of a package of `length` bytes. Highly repetitive models of lattices
+/// reach a fiftieth of it.
 fn inflated_limit(length: usize) -> u64 {
     (16 << 20) + 200 * length as u64
 }
@@ -55,10 +58,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
 
 struct Package<'a> {
     archive: ZipArchive<Cursor<&'a [u8]>>,
-    /// Every part's name in the archive by its name in lower case, since package names ignore case.
+    /// The name in the archive of every part, by its name in lower case, since package names ignore case.
     names: BTreeMap<String, String>,
     limit: u64,
-    /// Bytes that may still be inflated.
+    /// Number of bytes that may still be inflated.
     left: u64,
 }
 
@@ -73,7 +76,7 @@ impl<'a> Package<'a> {
         Ok(Package { archive, names, limit, left: limit })
     }
 
-    /// The text of a part, which `normal_name` has named.
+    /// Reads the text of a part, whose name `normal_name` has returned.
     fn read(&mut self, part: &str) -> Result<String, Fault> {
         let place = || Place::Part { part: part.to_owned(), line: 1 };
         let Some(name) = self.names.get(part) else {
@@ -93,11 +96,11 @@ impl<'a> Package<'a> {
         };
         self.left = left;
         let text = decode(&inflated).into_owned();
-        // Names may be in a wrong encoding; what matters here is ASCII.
+        // Names may be in a wrong encoding; only ASCII is interpreted.
         Ok(String::from_utf8(text).unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()))
     }
 
-    /// The name of the part that the package's relationships call the model.
+    /// Returns the name of the part that the package's relationships declare as the model.
     fn root_model(&mut self) -> Result<String, Fault> {
         const RELATIONSHIPS: &str = "_rels/.rels";
         if self.names.contains_key(RELATIONSHIPS) {
@@ -115,7 +118,7 @@ impl<'a> Package<'a> {
     }
 }
 
-/// A part's name as the key of [`Package::names`].
+/// Returns a part's name as the key of [`Package::names`].
 fn normal_name(name: &str) -> String {
     name.trim_start_matches('/').to_ascii_lowercase()
 }
@@ -146,7 +149,7 @@ struct Xml<'a> {
     reader: Reader<&'a [u8]>,
     text: &'a str,
     part: &'a str,
-    /// The last offset whose line was asked for, and that line, so that asking often does not cost the square.
+    /// The last offset whose line was asked for, and that line, so that frequent queries do not take quadratic time.
     known_line: Cell<(usize, usize)>,
 }
 
@@ -155,7 +158,7 @@ impl<'a> Xml<'a> {
         Xml { reader: Reader::from_str(text), text, part, known_line: Cell::new((0, 1)) }
     }
 
-    /// The next event, or `None` at the end.
+    /// Returns the next event, or `None` at the end.
     fn next(&mut self) -> Result<Option<Event<'a>>, Fault> {
         match self.reader.read_event() {
             Ok(Event::Eof) => Ok(None),
@@ -164,7 +167,7 @@ impl<'a> Xml<'a> {
         }
     }
 
-    /// Hands each attribute of an element to `each`, by its name without a prefix.
+    /// Passes each attribute of an element to `each`, by its name without a prefix.
     fn attributes(
         &self,
         element: &BytesStart<'_>,
@@ -186,7 +189,7 @@ impl<'a> Xml<'a> {
         line
     }
 
-    /// An attribute that is a name, without XML's escapes.
+    /// Returns an attribute that is a name, with XML escapes resolved.
     fn name(&self, value: &str) -> Result<String, Fault> {
         let name = quick_xml::escape::unescape(value);
         name.map(Cow::into_owned).map_err(|error| self.invalid(format!("the XML is wrong: {}", sentence(&error))))
@@ -205,7 +208,7 @@ impl<'a> Xml<'a> {
             .ok_or_else(|| self.fault(Problem::NotANumber { expected: "a number", found: quote(text.as_bytes()) }))
     }
 
-    /// The index of one of `count` vertices, all of which stand before what refers to them, as the schema has it.
+    /// Parses the index of one of `count` vertices, all of which precede the reference, as the schema requires.
     fn vertex_index(&self, text: &str, count: usize) -> Result<u32, Fault> {
         let index = self.integer(text)?;
         if !(0..count.min(u32::MAX as usize) as i64).contains(&index) {
@@ -221,9 +224,9 @@ impl<'a> Xml<'a> {
     }
 }
 
-/// An item of the build or a component of an object: another object, and where it stands.
+/// A reference to another object and its place: an item of the build or a component of an object.
 struct Reference {
-    /// The part that has the object, where it is not the one that refers to it.
+    /// The part that holds the object, where it is not the referring one.
     part: Option<String>,
     object: i64,
     outer_from_object: DAffine3,
@@ -236,17 +239,17 @@ struct Object {
     mesh: TriangleMesh,
     lattice: Option<Lattice>,
     components: Vec<Reference>,
-    /// A kind of shape that is not known here, and its line.
+    /// A kind of shape that is not supported, and its line.
     other_shape: Option<(String, usize)>,
 }
 
 impl Object {
-    /// Whether there is anything but components.
+    /// Returns whether the object has a shape of its own besides components.
     fn has_shape(&self) -> bool {
         !self.mesh.triangles.is_empty() || self.lattice.as_ref().is_some_and(|lattice| !lattice.is_empty())
     }
 
-    /// The mesh with the lattice's, which takes of the `room` for triangles.
+    /// Takes the mesh, with that of the lattice, whose triangles count against `room`.
     fn take_mesh(&mut self, room: &mut u64) -> Result<(TriangleMesh, Meshed), Fault> {
         let mut mesh = std::mem::take(&mut self.mesh);
         let meshed = match self.lattice.take() {
@@ -263,7 +266,7 @@ struct Model {
     items: Vec<Reference>,
 }
 
-/// The elements whose content matters.
+/// The elements whose content is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Tag {
     Model,
@@ -329,7 +332,7 @@ impl Model {
     ) -> Result<Tag, Fault> {
         let name = element.local_name();
         Ok(match (parent, name.as_ref()) {
-            // The two that fill a file come first.
+            // The two most frequent ones come first.
             (Some(Tag::Vertices), "vertex") => {
                 object.mesh.positions.push(vertex(xml, element)?);
                 Tag::Other
@@ -455,7 +458,8 @@ fn reference(xml: &Xml<'_>, element: &BytesStart<'_>) -> Result<Reference, Fault
     Ok(Reference { part, object, outer_from_object, line: xml.line() })
 }
 
-/// A 3MF matrix has four rows of three, and points are rows that stand before it; so its rows are our columns.
+/// Parses a transform. A 3MF matrix has four rows of three, and points are row vectors to its left; so its rows are our
+/// columns.
 fn transform(xml: &Xml<'_>, text: &str) -> Result<DAffine3, Fault> {
     let mut numbers = [0.0; 12];
     let mut count = 0;
@@ -478,7 +482,7 @@ fn unit(name: &str) -> Option<LengthUnit> {
     [Micrometre, Millimetre, Centimetre, Inch, Foot, Metre].into_iter().find(|&unit| unit_name(unit) == name)
 }
 
-/// The unit as 3MF calls it.
+/// Returns the name of the unit in 3MF.
 fn unit_name(unit: LengthUnit) -> &'static str {
     match unit {
         LengthUnit::Micrometre => "micron",
@@ -509,7 +513,7 @@ fn build(mut models: BTreeMap<String, Model>, root: &str) -> Result<MeshFile, Fa
     while let Some((part, reference, world_from_outer, depth)) = walk.stack.pop() {
         let part = reference.part.as_deref().unwrap_or(part);
         let place = || Place::Part { part: part.to_owned(), line: reference.line };
-        // A chain of components longer than there are objects comes round to one of them again.
+        // A chain of components longer than the number of objects contains one of them twice.
         if depth > objects_in_all {
             return Err(Fault::invalid(place(), format!("object {} is a component of itself", reference.object)));
         }
@@ -573,7 +577,7 @@ fn refuse_clipping(lattice: &Lattice, part: &str, object: i64) -> Result<(), Fau
     Err(Fault::Unsupported(place, feature))
 }
 
-/// What is to be said of the lattices in all places.
+/// Returns the notes about the lattices of all instances.
 fn lattice_notes(lattices: impl Iterator<Item = Meshed>) -> Vec<ReadNote> {
     let (mut meshed, mut short, mut representations) = (0, 0, 0);
     for lattice in lattices {
@@ -589,14 +593,14 @@ fn lattice_notes(lattices: impl Iterator<Item = Meshed>) -> Vec<ReadNote> {
     notes.into_iter().filter(|&(count, _)| count > 0).map(|(_, note)| note).collect()
 }
 
-/// References that have not been followed: the part each stands in, where that part's space is, and how deep.
+/// A stack of references to be followed: the part of each, the transform of that part's space, and the depth.
 struct Walk<'a> {
     stack: Vec<(&'a str, &'a Reference, DAffine3, usize)>,
     reached: usize,
 }
 
 impl<'a> Walk<'a> {
-    /// Adds references, to be followed in their order before all that was added earlier.
+    /// Adds references, to be followed in their order before all that were added earlier.
     fn push(
         &mut self,
         part: &'a str,
@@ -629,7 +633,7 @@ pub(super) mod tests {
     const FORMAT: Format = Format::ThreeMf;
     const ROOT: &str = "3D/root.model";
 
-    /// A package of these parts, of which `ROOT` is the model.
+    /// Returns a package of these parts, of which `ROOT` is the model.
     pub(in super::super) fn package(parts: &[(&str, &str)]) -> Vec<u8> {
         let relationships = format!(
             r#"<Relationships><Relationship Target="/{ROOT}" Id="r" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#
@@ -714,12 +718,12 @@ pub(super) mod tests {
         assert_eq!(file.notes, [ReadNote::SupportsSkipped { count: 1 }]);
     }
 
-    /// The triangle's object with this lattice in it.
+    /// Returns the triangle's object with this lattice in it.
     fn with_lattice(lattice: &str) -> String {
         TRIANGLE.replace("</mesh>", &format!("{lattice}</mesh>"))
     }
 
-    /// Triangles of a tube, of a round cap, of a flat one and of a ball.
+    /// Number of triangles of a tube, of a round cap, of a flat one and of a ball.
     const TUBE: usize = 48;
     const ROUND: usize = 96;
     const FLAT: usize = 22;

@@ -1,8 +1,8 @@
-//! 3MF as it is written: one object and one item of the build, in the unit that the model names.
+//! The 3MF writer: one object and one item of the build, in the unit that the model names.
 //!
-//! The model is text that is formatted in pieces and compressed as it comes; memory grows by two words a position alone.
-//! Coordinates are the shortest decimals that give back the same `f64`; lib3mf takes them and keeps 32 bits of each.
-//! Compression is the fastest there is, as it takes longer than all else.
+//! The model is text, formatted in pieces and compressed in passing; memory grows only by two words a position.
+//! Coordinates are the shortest decimals that read back as the same `f64`; lib3mf accepts them and keeps 32 bits of
+//! each. The fastest compression level is used, since compression takes longer than everything else.
 
 use std::io::{self, Seek, Write};
 
@@ -29,19 +29,19 @@ const RELATIONSHIPS: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 </Relationships>
 "#;
 
-/// Bytes that the line of a position or a triangle has at most.
+/// Largest length in bytes of the line of a position or a triangle.
 const LONGEST_LINE: u64 = 112;
 
-/// lib3mf reads no coordinate beyond this.
+/// Largest coordinate that lib3mf reads.
 pub(in super::super) const FARTHEST: f64 = 1e9;
 
-/// A mesh as 3MF wants it: readers go by indices, so that positions with the same coordinates must be one, and no triangle
-/// may name a position twice. Such triangles have no area, and without them every edge has as many uses in one direction
-/// more than in the other as before.
+/// A mesh as 3MF requires it: readers go by indices, so positions with the same coordinates must be one, and no
+/// triangle may name a position twice. Such triangles have no area, and leaving them out changes no edge's excess of
+/// uses in one direction over the other.
 pub(in super::super) struct Object<'m> {
     mesh: &'m TriangleMesh,
     weld: Weld,
-    /// Triangles that are left out.
+    /// Number of triangles that are left out.
     pub(in super::super) collapsed: usize,
 }
 
@@ -52,7 +52,7 @@ impl<'m> Object<'m> {
         object
     }
 
-    /// The three different corners of a triangle.
+    /// Returns the three different corners of a triangle.
     fn corners(&self, triangle: &[u32; 3]) -> Option<[u32; 3]> {
         let [a, b, c] = triangle.map(|index| self.weld.new_index[index as usize]);
         (a != b && b != c && c != a).then_some([a, b, c])
@@ -67,7 +67,7 @@ pub(in super::super) fn write(
     place: DVec3,
 ) -> io::Result<()> {
     let mut zip = ZipWriter::new(out);
-    // Nothing in a file tells when it was made, so that the same mesh makes the same bytes.
+    // The file holds no time stamp, so that the same mesh gives the same bytes.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .compression_level(Some(1))
@@ -91,7 +91,7 @@ fn write_model(out: &mut (impl Write + Send), object: &Object<'_>, unit: LengthU
          <metadata name=\"Application\">ldi-ops</metadata>\n<resources>\n",
         unit_name(unit)
     )?;
-    // An object has at least one triangle.
+    // An object must have at least one triangle.
     let Object { mesh, weld, collapsed } = object;
     let has_object = mesh.triangles.len() > *collapsed;
     if has_object {
