@@ -26,9 +26,9 @@ fn end(mut child: Child, signal: &str) -> ExitStatus {
 fn end_while_it_writes(signal: &str, is_ended: impl Fn(ExitStatus) -> bool) -> (Folder, Vec<String>) {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
-    // A hundred megabytes take a while; still, a write may be done before the signal comes.
+    // Compressing 340 million voxels takes a while; still, a write may be done before the signal comes.
     for _ in 0..10 {
-        let mut child = spawn(&folder, &["sample", "a.stl", "--resolution", "480", "--axis", "z", "-o", "out.npy"]);
+        let mut child = spawn(&folder, &["sample", "a.stl", "--resolution", "700", "--axis", "z", "-o", "out.vti"]);
         let start = Instant::now();
         while folder.names().len() == 1 && child.try_wait().unwrap().is_none() {
             assert!(start.elapsed() < PATIENCE, "nothing was written");
@@ -41,7 +41,7 @@ fn end_while_it_writes(signal: &str, is_ended: impl Fn(ExitStatus) -> bool) -> (
             return (folder, names);
         }
         assert_eq!((status.code(), status.signal()), (Some(0), None), "neither ended nor done");
-        std::fs::remove_file(folder.path("out.npy")).unwrap();
+        std::fs::remove_file(folder.path("out.vti")).unwrap();
     }
     panic!("no write could be interrupted");
 }
