@@ -5,6 +5,7 @@
 //! are weaker than the requirements of an output here. Its error is a root mean square of distances from planes; it does not
 //! check whether a collapse makes an edge of four triangles or makes a small component vanish; and it knows no further gate. So
 //! it only proposes, and everything is verified afterwards:
+//! - every [gate](super::gates) holds, with the same components and the same genus;
 //! - every vertex and every centroid of the original is within the bound of the new surface, by exact distances from
 //!   triangles, and so are points of the new triangles, sampled as densely as the original is meshed, of the original;
 //! - the caller's own criterion: a function that takes the mesh and returns the places where it is not acceptable.
