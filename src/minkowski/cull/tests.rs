@@ -451,7 +451,8 @@ fn is_in_sum(a: &Polyhedron, b: &Polyhedron, x: DVec3) -> bool {
     meets(&edges(&a), &b) || meets(&edges(&b), &a) || holds(&a, b[0][0]) || holds(&b, a[0][0])
 }
 
-/// Returns the parameter where a segment crosses a triangle, with a positive sign if along its normal.
+/// Returns a positive number if a segment crosses a triangle along its normal, a negative one if against it, `None` if it does
+/// not cross it.
 fn crossing(from: DVec3, to: DVec3, [a, b, c]: &[DVec3; 3]) -> Option<f64> {
     let normal = (b - a).cross(c - a);
     let (before, after) = (normal.dot(from - a), normal.dot(to - a));
