@@ -33,7 +33,7 @@ pub struct Curvature {
     pub gauss: f64,
     /// Σ (2π − Σα) over all vertices of the mesh, including facets in faces of the box.
     pub gauss_of_mesh: f64,
-    /// Vertices − edges + facets of the mesh, 1/2π of the former for a closed one.
+    /// Vertices − edges + facets of the mesh; for a closed one `gauss_of_mesh` / 2π.
     pub characteristic: i64,
     /// Edges of the surface with undefined curvature: with an odd number of facets, or with facets that do not alternately
     /// enter and leave solid. They are omitted from `mean`.

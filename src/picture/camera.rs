@@ -15,7 +15,7 @@ use crate::grid::{Axis, Grid, GridError, LATTICE_MAX, RAYS_MAX};
 /// The direction that a solid is seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum View {
-    /// From x = y = 1, z = 1 with −y in front, so that the three axes look equally long.
+    /// From the direction (1, −1, 1), so that the three axes look equally long.
     Isometric,
     /// From the positive end of an axis.
     From(Axis),

@@ -10,7 +10,7 @@ use crate::metrics::{Edges, NodeSet};
 /// ridge between surfaces whose nearest points are seen under an angle 2β, it grows by cos 2β at most.
 const SLACK: f32 = 0.15;
 
-/// Near the surface a neighbour tells little, since distances are to crossings and those may be a pitch apart. So where the
+/// Near the surface a neighbour is inconclusive, since distances are to crossings and those may be a pitch apart. So where the
 /// slope, by differences, is no less than this, it is followed over these steps, in pitches.
 const GENTLE: f32 = 0.6;
 const FAR_STEPS: [f32; 4] = [1.0, 1.5, 2.0, 3.0];

@@ -29,7 +29,7 @@ pub struct TubeView {
     radius: f64,
     /// d along the depth.
     along: f64,
-    /// s.
+    /// The sine s.
     slant: f64,
     /// d in the plane of the view over s; c is at right angles to it.
     forward: [f64; 2],

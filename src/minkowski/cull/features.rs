@@ -41,7 +41,7 @@ pub struct Facet {
 /// The side of a facet that the solid is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Facing {
-    /// Behind it.
+    /// The solid is behind it.
     Outwards,
     /// Unknown: the facet is so thin that rounding to the lattice may have flipped it.
     Either,

@@ -66,7 +66,7 @@ impl SumMembership {
 
     fn any_crossing(&self, point: [i32; 3], memory: &mut SumMemory) -> bool {
         let SumMemory { crossing, pairs, .. } = memory;
-        // The box of B's is reflected and moved to the point, and so are the triangles of B.
+        // The boxes and triangles of B are reflected and moved to the point.
         let any_of_a = |of_a: Range<usize>, around_b: &LatticeBox| {
             let moved = LatticeBox { min: minus(point, around_b.max), max: minus(point, around_b.min) };
             self.a.triangles[of_a].iter().any(|corners| may_reach(corners, &moved))
