@@ -93,7 +93,7 @@ pub fn head() -> String {
 shared_struct! {
     /// The nodes in the order of the rays along one axis.
     pub struct NodeView {
-        /// The logarithm of a pixel's width in lattice steps.
+        /// A pixel is 2^shift lattice steps wide.
         shift: u32,
         /// The lattice position of node 0 of any axis.
         first_ray: i32,
