@@ -1,44 +1,45 @@
-//! What the signs of a cubic cell's corners imply: the loops that a surface between them leaves on the cell's faces.
+//! The loops that a surface between the corners of a cubic cell leaves on the cell's faces, from the signs of the corners.
 //!
 //! A dual surface has one quadrilateral for each lattice edge whose ends differ, and one vertex in a cell for each loop
-//! (Nielson, Dual Marching Cubes, 2004). Loops instead of cells are what keeps two sheets in one cell apart.
+//! (Nielson, Dual Marching Cubes, 2004). One vertex for each loop, not for each cell, keeps two sheets in one cell apart.
 //!
-//! One case is left in which that surface is no manifold: a face with inside corners on one diagonal and outside corners on
-//! the other, whose two arcs belong to one loop in *both* cells that share it, so that four quadrilaterals meet in one edge
-//! (Wenger, Isosurfaces, 2013, section 3.3.5; the cases C16 and C19 of Nielson). Arcs may be paired in two ways on such a
-//! face. A loop that holds both arcs falls into two when the pairing changes, in either cell, and no change ever merges loops
-//! that were split; so a single pass over the ambiguous faces, each changed if it is still [at fault](at_fault), leaves none.
-//! Then a side of a quadrilateral, which is an arc, belongs to exactly two quadrilaterals; and a diagonal joins cells that
-//! share only the one lattice edge, so it is never a side nor another diagonal. The triangles are therefore closed,
-//! consistently oriented and 2-manifold, whatever the signs.
+//! In one case that surface is not a manifold: a face with inside corners on one diagonal and outside corners on the other,
+//! whose two arcs belong to one loop in *both* cells that share it, so that four quadrilaterals meet in one edge (Wenger,
+//! Isosurfaces, 2013, section 3.3.5; the cases C16 and C19 of Nielson). Arcs may be paired in two ways on such a face. A loop
+//! that holds both arcs splits in two when the pairing changes, in either cell, and no change ever merges loops that were
+//! split; so a single pass over the ambiguous faces, changing each that is still [at fault](at_fault), leaves none. Then a side
+//! of a quadrilateral, which is an arc, belongs to exactly two quadrilaterals; and a diagonal joins cells that share only the
+//! one lattice edge, so it is never a side nor another diagonal. The triangles are therefore closed, consistently oriented and
+//! 2-manifold, whatever the signs.
 //!
 //! # Numbering
-//! A **corner** is its place in bits: 1 for x, 2 for y, 4 for z. An **edge** along `axis` that has the places u and v (0 or 1)
+//! A **corner** is its position in bits: 1 for x, 2 for y, 4 for z. An **edge** along `axis` at the positions u and v (0 or 1)
 //! on the two axes that follow cyclically is `4 · axis + u + 2 · v`. The **face** on `side` of `axis` is `2 · axis + side`.
-//! Signs of corners, joined faces and cut edges are bits by these numbers.
+//! Signs of corners, joined faces and cut edges are bit sets indexed by these numbers.
 //!
 //! # Cut edges
-//! An edge between two inside corners may be *cut*: the surface crosses it twice, around a gap. The **crossing** at its lower end
-//! has the number of the edge, as that of an edge whose ends differ, and the one at its upper end [`UPPER`] more.
+//! An edge between two inside corners may be *cut*: the surface crosses it twice, around a gap. The **crossing** at its lower
+//! end has the number of the edge, as the crossing of an edge whose ends differ, and the one at its upper end that plus
+//! [`UPPER`].
 
 use std::sync::LazyLock;
 
 /// The loops that the surface leaves on the faces of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Loops {
-    /// How many there are: at most four, or eight where edges are cut.
+    /// The number of loops: at most four, or eight where edges are cut.
     pub count: u8,
-    /// For each crossing the loop that it belongs to, or [`NO_LOOP`].
+    /// The loop of each crossing, or [`NO_LOOP`].
     pub of_crossing: [u8; 24],
 }
 
-/// The number of a cut edge's crossing at its upper end, less that of the edge.
+/// The number of a cut edge's upper crossing minus that of the edge.
 pub const UPPER: usize = 12;
 
 /// The entry of an edge that no loop crosses.
 pub const NO_LOOP: u8 = u8::MAX;
 
-/// The edge between two corners.
+/// Returns the edge between two corners.
 const fn edge_between(a: usize, b: usize) -> usize {
     let axis = match a ^ b {
         1 => 0,
@@ -48,44 +49,44 @@ const fn edge_between(a: usize, b: usize) -> usize {
     edge_at(axis, (a >> ((axis + 1) % 3)) & 1, (a >> ((axis + 2) % 3)) & 1)
 }
 
-/// The edge along `axis` that has the places `u` and `v` (0 or 1) on the two axes that follow cyclically.
+/// Returns the edge along `axis` at the positions `u` and `v` (0 or 1) on the two axes that follow cyclically.
 pub const fn edge_at(axis: usize, u: usize, v: usize) -> usize {
     axis * 4 + u + 2 * v
 }
 
-/// Ends of an edge, the lower first.
+/// Returns the ends of an edge, the lower first.
 pub const fn edge_ends(edge: usize) -> (usize, usize) {
     let axis = edge / 4;
     let low = ((edge & 1) << ((axis + 1) % 3)) | (((edge >> 1) & 1) << ((axis + 2) % 3));
     (low, low | (1 << axis))
 }
 
-/// Corners of the face on `side` of `axis`, counter-clockwise seen from outside.
+/// Returns the corners of the face on `side` of `axis`, counter-clockwise seen from outside.
 const fn face_corners(axis: usize, side: usize) -> [usize; 4] {
     let (u, v, s) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3), side << axis);
     if side == 1 { [s, s | u, s | u | v, s | v] } else { [s, s | v, s | u | v, s | u] }
 }
 
-/// What the loops of a cell follow from.
+/// The signs of a cell's corners with its joined faces and cut edges, which determine its loops.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Signs {
-    /// Corners that are inside.
+    /// The corners that are inside.
     pub inside: u8,
-    /// Faces that are joined: inside corners on a diagonal of a face are joined there, and cut off on all other faces.
+    /// The joined faces: inside corners on a diagonal of a face are joined there, and separated on all other faces.
     pub joined: u8,
-    /// Edges that are cut; both ends of each are inside.
+    /// The cut edges; both ends of each are inside.
     pub cut: u16,
 }
 
-/// The loops of a cell.
+/// Returns the loops of a cell.
 pub fn loops(signs: Signs) -> Loops {
     static PLAIN: LazyLock<Vec<Loops>> =
         LazyLock::new(|| (0..=255).map(|inside| follow(Signs { inside, ..Signs::default() })).collect());
     if signs.joined == 0 && signs.cut == 0 { PLAIN[usize::from(signs.inside)] } else { follow(signs) }
 }
 
-/// Around a face, edge by edge from each of its corners to the next, the crossing where that walk leaves the inside, and the one
-/// where it comes back.
+/// Walks around a face, edge by edge from each of its corners to the next, and returns for each edge the crossing where the
+/// walk leaves the inside and the one where it returns.
 fn around(Signs { inside, cut, .. }: Signs, axis: usize, side: usize) -> [[Option<usize>; 2]; 4] {
     let corners = face_corners(axis, side);
     [0, 1, 2, 3].map(|i| {
@@ -103,7 +104,7 @@ fn around(Signs { inside, cut, .. }: Signs, axis: usize, side: usize) -> [[Optio
 
 /// Follows the arcs on the faces of a cell.
 fn follow(signs: Signs) -> Loops {
-    // Two faces run along an edge in opposite directions, so each crossing has one arc that leaves it.
+    // Two faces run along an edge in opposite directions, so each crossing has one outgoing arc.
     let mut next = [NO_LOOP; 24];
     for axis in 0..3 {
         for side in 0..2 {
@@ -127,18 +128,18 @@ fn follow(signs: Signs) -> Loops {
     loops
 }
 
-/// Whether the inside corners of a face are those on one diagonal.
+/// Returns whether the inside corners of a face are exactly those on one diagonal.
 pub fn is_ambiguous(inside: u8, axis: usize, side: usize) -> bool {
     let corners = face_corners(axis, side).map(|corner| inside >> corner & 1);
     corners[0] == corners[2] && corners[1] == corners[3] && corners[0] != corners[1]
 }
 
-/// The arcs on a face, from crossing to crossing.
+/// Returns the arcs on a face, from crossing to crossing.
 fn arcs(signs: Signs, axis: usize, side: usize) -> [Option<[usize; 2]>; 4] {
     let around = around(signs, axis, side);
     let joins = is_ambiguous(signs.inside, axis, side) && signs.joined >> (2 * axis + side) & 1 == 1;
-    // The arc leaves where the walk round the face goes outside and arrives where it came in, which cuts off what lies between,
-    // or, on a joined face, where it comes back in.
+    // An arc starts where the walk round the face goes outside. It ends where the walk last came in, which cuts off the corners
+    // between, or, on a joined face, where the walk next comes in.
     [0, 1, 2, 3].map(|i| {
         let [leaves, _] = around[i];
         let arrival = match joins {
@@ -149,18 +150,18 @@ fn arcs(signs: Signs, axis: usize, side: usize) -> [Option<[usize; 2]>; 4] {
     })
 }
 
-/// Whether two arcs on the face across `axis` between the cells `below` and `above` belong to one loop in either, so that four
-/// quadrilaterals would meet in one edge; an ambiguous face must be joined then.
+/// Returns whether two arcs on the face across `axis` between the cells `below` and `above` belong to one loop in both, so that
+/// four quadrilaterals would meet in one edge; an ambiguous face must be joined then.
 pub fn at_fault(axis: usize, below: Signs, above: Signs) -> bool {
     let loops = [(below, 1), (above, 0)].map(|(signs, side)| {
         let loops = loops(signs).of_crossing;
-        // From crossing to crossing an arc runs one way on the one side and the other way on the other.
+        // An arc between two crossings runs one way on one side and the other way on the other.
         let mut of_arcs: Vec<([usize; 2], u8)> = arcs(signs, axis, side)
             .into_iter()
             .flatten()
             .map(|[from, to]| ([from.min(to), from.max(to)], loops[from]))
             .collect();
-        // By where they are on the face, whichever cell sees it.
+        // Arcs are identified by their position on the face, which is the same from both cells.
         of_arcs.iter_mut().for_each(|(arc, _)| *arc = arc.map(|crossing| on_face(axis, crossing)));
         of_arcs.iter_mut().for_each(|(arc, _)| arc.sort_unstable());
         of_arcs.sort_unstable();
@@ -170,11 +171,11 @@ pub fn at_fault(axis: usize, below: Signs, above: Signs) -> bool {
     (1..pairs.len()).any(|i| pairs[..i].contains(&pairs[i]))
 }
 
-/// A crossing on a face across `axis`, by a number that both cells beside the face give it.
+/// Returns the number of a crossing on a face across `axis`, the same from both cells beside the face.
 fn on_face(axis: usize, crossing: usize) -> usize {
     let (edge, upper) = (crossing % UPPER, crossing / UPPER);
     let along = edge / 4;
-    // Of the places u and v the one on `axis` tells the cell, and not the edge.
+    // Of the positions u and v, the one on `axis` identifies the cell, not the edge.
     let place = if (along + 1) % 3 == axis { edge >> 1 & 1 } else { edge & 1 };
     4 * along + 2 * place + upper
 }
@@ -223,7 +224,7 @@ mod tests {
     #[test]
     fn a_cell_all_of_whose_edges_are_cut_has_a_loop_for_each_corner() {
         assert_eq!(loops(Signs { inside: 255, joined: 0, cut: 0xfff }).count, 8);
-        // The four edges along x part the cell in two.
+        // The four edges along x split the cell in two.
         assert_eq!(loops(Signs { inside: 255, joined: 0, cut: 0xf }).count, 2);
     }
 

@@ -1,11 +1,11 @@
-//! Set expressions over inputs that are known by their index.
+//! Set expressions over inputs that are identified by their index.
 
 use super::BooleanOperation;
 
 /// An expression of Boolean operations on inputs.
 ///
-/// It is kept in postfix notation, operands before their operation, so that nothing that is done with it goes by
-/// recursion: an expression may nest as deep as memory reaches.
+/// It is kept in postfix notation, operands before their operation, so that nothing needs recursion: an expression may nest as
+/// deep as memory allows.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Expression {
     terms: Vec<Term>,
@@ -14,19 +14,19 @@ pub struct Expression {
 /// A part of an expression in postfix notation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Term {
-    /// The input of an index.
+    /// The input with this index.
     Input(usize),
-    /// An operation on so many operands before it, two or more, from left to right.
+    /// An operation on this number of preceding operands, two or more, from left to right.
     Operation(BooleanOperation, usize),
 }
 
 impl Expression {
-    /// One input by itself.
+    /// Returns the expression of one input.
     pub fn input(index: usize) -> Expression {
         Expression { terms: vec![Term::Input(index)] }
     }
 
-    /// An operation on expressions, from left to right: A − B − C. Of one operand it is that operand.
+    /// Combines expressions by an operation, from left to right: A − B − C. A single operand is returned as it is.
     ///
     /// # Panics
     /// If there is no operand.
@@ -44,7 +44,7 @@ impl Expression {
         Expression { terms }
     }
 
-    /// An operation on the inputs 0, 1, … from left to right.
+    /// Combines the inputs 0, 1, … by an operation, from left to right.
     ///
     /// # Panics
     /// If there is no input.
@@ -60,7 +60,7 @@ impl Expression {
         &self.terms
     }
 
-    /// One more than the greatest index of an input.
+    /// Returns one more than the greatest index of an input.
     pub fn inputs(&self) -> usize {
         let used = self.terms.iter().map(|term| match *term {
             Term::Input(index) => index + 1,
@@ -69,7 +69,7 @@ impl Expression {
         used.max().expect("an expression has an input")
     }
 
-    /// The two inputs, where the expression is the intersection of two different ones and nothing else.
+    /// Returns the two inputs if the expression is the intersection of two different inputs and nothing else.
     pub fn intersection_of_two(&self) -> Option<[usize; 2]> {
         match self.terms[..] {
             [Term::Input(a), Term::Input(b), Term::Operation(BooleanOperation::Intersection, _)] if a != b => {
@@ -79,7 +79,7 @@ impl Expression {
         }
     }
 
-    /// Whether a point is in the result, given whether it is in the input of each index.
+    /// Returns whether a point is in the result, given whether it is in each input.
     pub fn holds(&self, in_input: impl Fn(usize) -> bool) -> bool {
         self.fold(in_input, |operation, operands| {
             let (first, others) = operands.split_first().expect("an operation has operands");
@@ -87,7 +87,7 @@ impl Expression {
         })
     }
 
-    /// What comes out when inputs are given values and operations make one of the values of their operands.
+    /// Evaluates the expression: `input` returns the value of an input, `operation` combines the values of its operands.
     pub(super) fn fold<T>(&self, input: impl Fn(usize) -> T, operation: impl Fn(BooleanOperation, &[T]) -> T) -> T {
         let mut values = Vec::new();
         for term in &self.terms {
@@ -105,8 +105,8 @@ impl Expression {
         values.pop().expect("an expression has a value")
     }
 
-    /// The operation that each term is an operand of, by its index, and whether it is its first operand; nothing for the
-    /// last term, which is the whole.
+    /// Returns for each term the operation that it is an operand of, by its index, and whether it is the first operand; `None`
+    /// for the last term, which is the whole expression.
     pub(super) fn parents(&self) -> Vec<Option<Parent>> {
         let mut parents = vec![None; self.terms.len()];
         let mut open = Vec::new();
@@ -122,12 +122,12 @@ impl Expression {
     }
 }
 
-/// Where a term stands in an expression.
+/// The place of a term in an expression.
 #[derive(Clone, Copy)]
 pub(super) struct Parent {
     /// The index of the operation.
     pub term: usize,
-    /// Whether the term is its first operand, from which a difference takes the others away.
+    /// True if the term is the first operand, from which a difference subtracts the others.
     pub is_first: bool,
 }
 

@@ -1,23 +1,23 @@
 //! Boolean operations on images: set expressions over any number of operands, evaluated ray by ray in one sweep.
 //!
-//! Intervals are half-open and read as point sets: touching ones unite, empty ones vanish, and the result of any
-//! expression lists the maximal spans of each ray with strictly increasing depths. In integers
+//! Intervals are half-open and stand for point sets: touching ones unite, empty ones vanish, and the result of any expression
+//! lists the maximal spans of each ray with strictly increasing depths. In integers
 //! |A| + |B| = |A ∪ B| + |A ∩ B|, to the last lattice step.
 //!
-//! # The way of an expression
-//! An [`Expression`] says which operands make the result, by their index; [`Expression::parse`] reads one as it is typed.
-//! A [`Plan`] turns it into what a ray is swept with, and says which images it needs ([`Plan::leaves`]). [`Plan::sweep`]
-//! makes the result from those images, without any between: the samples of all operands on a ray are brought into one
-//! order, each turns a leaf of the expression over, and where the root turns over with it the result has a sample.
+//! # Evaluation of an expression
+//! An [`Expression`] combines operands that it refers to by index; [`Expression::parse`] reads one from text. A [`Plan`]
+//! compiles it for the sweep and lists the images it needs ([`Plan::leaves`]). [`Plan::sweep`] computes the result from those
+//! images, without intermediate images: the samples of all operands on a ray are merged into one order, each toggles a leaf of
+//! the expression, and where the root toggles with it the result has a sample.
 //!
 //! # Estimates
-//! An over-estimate of A − B takes an under-estimate of B away, one of A xor B is (A − B) ∪ (B − A) with both estimates of
-//! either. So a leaf is an input in a [`Role`]: the estimate that is asked for, or the opposite one. A point is for each
-//! input one of three things: in both estimates, in neither, or between them, where nothing is known. Carrying a pair of
-//! truths through the expression keeps that apart (Kleene's logic), in time linear in the expression however xors nest.
+//! An over-estimate of A − B subtracts an under-estimate of B, one of A xor B is (A − B) ∪ (B − A) with both estimates of each.
+//! So a leaf is an input in a [`Role`]: the requested estimate or the opposite one. For each input a point is in both
+//! estimates, in neither, or between them, where nothing is known. A pair of truth values carried through the expression keeps
+//! these three cases apart (Kleene's logic), in time linear in the expression however xors nest.
 //!
 //! # Rays that matter
-//! [`Expression::regions`] tells, for each input, the box outside of which it cannot change the result.
+//! [`Expression::regions`] returns, for each input, the box outside of which it cannot change the result.
 
 mod expression;
 mod network;
@@ -38,21 +38,21 @@ pub use volume_bounds::VolumeBounds;
 use crate::grid::Axis;
 use crate::ldi::{Ldi, TooManySamples};
 
-/// An operation on point sets. With more than two it goes from left to right.
+/// An operation on point sets. More than two operands are taken from left to right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BooleanOperation {
-    /// In all.
+    /// The points in all operands.
     Intersection,
-    /// In any.
+    /// The points in any operand.
     Union,
-    /// In the first and in none of the others.
+    /// The points in the first operand and in none of the others.
     Difference,
-    /// In an odd number of them: of two, in exactly one.
+    /// The points in an odd number of operands: of two, in exactly one.
     Xor,
 }
 
 impl BooleanOperation {
-    /// Whether a point is in the result, given whether it is in each operand.
+    /// Returns whether a point is in the result, given whether it is in each operand.
     #[inline]
     pub fn holds(self, in_a: bool, in_b: bool) -> bool {
         match self {
@@ -64,7 +64,7 @@ impl BooleanOperation {
     }
 }
 
-/// Why images could not be combined.
+/// The reason why images cannot be combined.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BooleanError {
     /// The images have different rays.
@@ -95,8 +95,8 @@ pub enum BooleanError {
     TooManySamples(#[from] TooManySamples),
 }
 
-/// The result of an operation on two images of the same rays. A ray that is unclosed in either operand is unclosed in
-/// the result. It is [`Plan::sweep`] for whoever has but two images.
+/// Returns the result of an operation on two images of the same rays. A ray that is unclosed in either operand is unclosed in
+/// the result. This is [`Plan::sweep`] for two images.
 pub fn merge(operation: BooleanOperation, a: &Ldi, b: &Ldi) -> Result<Ldi, BooleanError> {
     let expression = Expression::of_inputs(operation, 2);
     Plan::new(&expression, Images::Exact).sweep(&[Operand::from(a), Operand::from(b)])

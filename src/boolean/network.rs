@@ -1,47 +1,47 @@
 //! The state of an expression while a ray is swept: counters of true operands, from the leaves to the root.
 
-/// An index that stands for no counter.
+/// The index that denotes no counter.
 const NONE: u32 = u32::MAX;
 
-/// When a counter holds.
+/// The condition under which a counter is true.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rule {
-    /// So many operands are true, or more: 1 for a union, all for an intersection.
+    /// At least this number of operands is true: 1 for a union, all for an intersection.
     AtLeast(u32),
     /// An odd number of operands is true.
     Odd,
-    /// One of the two truths of a symmetric difference of estimates, whose other one is the counter at this index with its
-    /// last bit turned over. Where both count alike, no operand is between its estimates and the parity decides; where one
-    /// counts more, there is such an operand, so that the result may be either, and the one that counts more holds.
+    /// One of the two truth values of a symmetric difference of estimates; the other one is the counter whose index differs in
+    /// the last bit. Where both counts are equal, no operand is between its estimates and the parity decides; where one count
+    /// is larger, there is such an operand, so that the result may be either, and the counter with the larger count is true.
     OddOrUnknown,
 }
 
-/// An operation, or one of its two truths where both estimates are carried.
+/// The counter of an operation, or of one of its two truth values where both estimates are carried.
 #[derive(Clone, Copy, Debug)]
 struct Counter {
     rule: Rule,
-    /// True operands, counted.
+    /// The number of true operands.
     count: u32,
-    /// The counter of which this is an operand.
+    /// The counter of which this one is an operand.
     parent: u32,
-    /// Whether the parent counts it where it does not hold.
+    /// True if the parent counts the complement.
     inverted: bool,
 }
 
-/// A place of a leaf in the expression.
+/// An occurrence of a leaf in the expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Link {
     /// The counter that counts it.
     pub counter: u32,
-    /// Whether it counts where the leaf is not true.
+    /// True if it counts where the leaf is false.
     pub inverted: bool,
 }
 
-/// A tree of counters. An event costs the way from its leaf to the first counter that does not turn over with it.
+/// A tree of counters. An event costs the path from its leaf to the first counter that does not toggle with it.
 #[derive(Clone, Debug)]
 pub(super) struct Network {
     counters: Vec<Counter>,
-    /// Where the links of each leaf begin in `links`; one more than leaves.
+    /// The first link of each leaf in `links`; one entry more than leaves.
     starts: Vec<u32>,
     links: Vec<Link>,
     inside: Vec<bool>,
@@ -49,9 +49,9 @@ pub(super) struct Network {
 }
 
 impl Network {
-    /// A network from the rule of each counter with the place it is counted at, nothing for the root and for what nobody
-    /// asks for, and from the links of each leaf. The root is counter 0, and parents come before their operands. All leaves are
-    /// false at first.
+    /// Builds a network from the rule of each counter with the link to its parent (`None` for the root and for counters that
+    /// are not needed) and from the links of each leaf. The root is counter 0, and parents come before their operands. All
+    /// leaves are initially false.
     pub fn new(counters: &[(Rule, Option<Link>)], leaves: &[Vec<Link>]) -> Network {
         let counters: Vec<Counter> = counters
             .iter()
@@ -72,7 +72,7 @@ impl Network {
         network
     }
 
-    /// Gives every leaf a truth; whether the root holds then.
+    /// Sets the truth value of every leaf; returns whether the root is true.
     pub fn set(&mut self, inside: impl Fn(usize) -> bool) -> bool {
         self.counters.iter_mut().for_each(|counter| counter.count = 0);
         for leaf in 0..self.inside.len() {
@@ -99,13 +99,13 @@ impl Network {
         self.holds
     }
 
-    /// Whether a leaf is true.
+    /// Returns whether a leaf is true.
     #[inline]
     pub fn is_inside(&self, leaf: usize) -> bool {
         self.inside[leaf]
     }
 
-    /// Turns a leaf over; whether the root holds now.
+    /// Toggles a leaf; returns whether the root is true.
     #[inline]
     pub fn flip(&mut self, leaf: usize) -> bool {
         let inside = !self.inside[leaf];
@@ -117,7 +117,7 @@ impl Network {
         self.holds
     }
 
-    /// One operand of a counter has become true or false.
+    /// Records that one operand of a counter has become true or false, and updates its ancestors.
     #[inline]
     fn count(&mut self, counter: u32, becomes: bool) {
         let (mut at, mut becomes) = (counter as usize, becomes);
@@ -134,7 +134,7 @@ impl Network {
                 Rule::Odd => becomes = now % 2 == 1,
                 Rule::OddOrUnknown => {
                     let other = self.counters[at ^ 1].count;
-                    // The one truth or the other turns over, or none.
+                    // One truth value toggles, or the other, or neither.
                     let (was, is) = (odd_or_unknown(before, other), odd_or_unknown(now, other));
                     match (was.0 != is.0, was.1 != is.1) {
                         (true, _) => becomes = is.0,
@@ -158,7 +158,7 @@ impl Network {
     }
 }
 
-/// Both truths of a symmetric difference, from how many operands have the one and the other.
+/// Returns both truth values of a symmetric difference from the two counts of operands.
 fn odd_or_unknown(one: u32, other: u32) -> (bool, bool) {
     match one.cmp(&other) {
         std::cmp::Ordering::Equal => (one % 2 == 1, one % 2 == 1),

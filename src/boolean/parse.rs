@@ -1,45 +1,45 @@
-//! Expressions as they are typed: names, `& | - ^` and parentheses.
+//! Parser of expressions in text form: names, `& | - ^` and parentheses.
 
 use std::fmt;
 
 use super::BooleanOperation;
 use super::expression::{Expression, Term};
 
-/// What is wrong with an expression. Positions count characters from 0.
+/// A fault of an expression. Positions count characters from 0.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ExpressionError {
-    /// Something stands where a name or an opening parenthesis has to.
+    /// Something other than the expected name or opening parenthesis.
     #[error("expected a name or `(`, found {found}")]
     Operand {
-        /// Where.
+        /// The position.
         at: usize,
-        /// What stands there.
+        /// The text found there.
         found: Found,
     },
-    /// Something stands where an operator, a closing parenthesis or the end has to.
+    /// Something other than the expected operator, closing parenthesis or end.
     #[error("expected one of the operators & | - ^ or `)`, found {found}")]
     Operator {
-        /// Where.
+        /// The position.
         at: usize,
-        /// What stands there.
+        /// The text found there.
         found: Found,
     },
-    /// A parenthesis is opened and not closed.
+    /// A parenthesis that is not closed.
     #[error("this `(` is not closed")]
     Unclosed {
-        /// Where it is opened.
+        /// The position of the parenthesis.
         at: usize,
     },
-    /// A parenthesis is closed and was not opened.
+    /// A closing parenthesis that was not opened.
     #[error("this `)` closes nothing")]
     Unopened {
-        /// Where it is closed.
+        /// The position of the parenthesis.
         at: usize,
     },
-    /// A name that no input has.
+    /// A name that belongs to no input.
     #[error("no input is named `{name}`; there are {}", names.join(", "))]
     UnknownName {
-        /// Where it begins.
+        /// The position of its first character.
         at: usize,
         /// The name.
         name: String,
@@ -61,7 +61,7 @@ pub enum ExpressionError {
 }
 
 impl ExpressionError {
-    /// The character, from 0, at which the expression is wrong; nothing where no one character is.
+    /// Returns the position of the fault in characters from 0; `None` where it has no position.
     pub fn at(&self) -> Option<usize> {
         match *self {
             ExpressionError::Operand { at, .. }
@@ -74,10 +74,10 @@ impl ExpressionError {
     }
 }
 
-/// What stands where something else was expected.
+/// The text found where something else was expected.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Found {
-    /// A character that belongs to no name.
+    /// A character that cannot occur in a name.
     Character(char),
     /// A name.
     Name(String),
@@ -95,22 +95,22 @@ impl fmt::Display for Found {
     }
 }
 
-/// An operator or parenthesis whose right-hand side is not read yet.
+/// An operator or parenthesis whose right-hand side has not been read yet.
 enum Pending {
     Operator(BooleanOperation),
     Parenthesis { at: usize },
 }
 
 impl Expression {
-    /// Reads an expression in which inputs go by the given names, each of which has to occur.
+    /// Parses an expression whose inputs have the given names, each of which must occur.
     ///
-    /// The operators are `-` difference, `&` intersection, `^` symmetric difference and `|` union. They bind in this
-    /// order, `-` tightest, as they do on the sets of Python and in most languages with these signs; equal ones are taken
-    /// from left to right, and parentheses come before all: `a | b & c - d` is `a | (b & (c - d))`, and `a - b - c` is
-    /// `(a - b) - c`. Names are of letters, digits and `_`. Depth and length have no limit but memory.
+    /// The operators are `-` difference, `&` intersection, `^` symmetric difference and `|` union. Precedence falls in this
+    /// order, `-` highest, as on the sets of Python and in most languages with these operators; equal ones associate to the
+    /// left, and parentheses come before all: `a | b & c - d` is `a | (b & (c - d))`, and `a - b - c` is `(a - b) - c`. Names
+    /// consist of letters, digits and `_`. Only memory limits depth and length.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its place. Names that are not used are told last.
+    /// Returns the first fault with its position. Unused names are reported last.
     pub fn parse(text: &str, names: &[impl AsRef<str>]) -> Result<Expression, ExpressionError> {
         if let Some(name) = (1..names.len()).find_map(|i| {
             let name = names[i].as_ref();
@@ -133,7 +133,7 @@ impl Expression {
     }
 }
 
-/// Reads by operator precedence with a stack of its own: what is read goes to `terms` in postfix notation.
+/// An operator-precedence parser with an explicit stack: what is read is appended to `terms` in postfix notation.
 struct Reader<'a> {
     characters: &'a [char],
     at: usize,
@@ -166,7 +166,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Opening parentheses and a name.
+    /// Reads opening parentheses and a name.
     fn operand(&mut self, names: &[impl AsRef<str>]) -> Result<(), ExpressionError> {
         self.skip_space();
         while self.peek() == Some('(') {
@@ -187,7 +187,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// A closing parenthesis.
+    /// Reads a closing parenthesis.
     fn close(&mut self) -> Result<(), ExpressionError> {
         self.settle(|_| true);
         match self.pending.pop() {
@@ -197,7 +197,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Puts down the pending operators, back to the last parenthesis, as far as `is_done` with them.
+    /// Moves pending operators to `terms`, back to the last parenthesis, as long as `is_done` holds for them.
     fn settle(&mut self, is_done: impl Fn(BooleanOperation) -> bool) {
         while let Some(&Pending::Operator(operation)) = self.pending.last()
             && is_done(operation)
@@ -217,7 +217,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What stands here.
+    /// Returns the text at the current position.
     fn found(&self) -> Found {
         let name: String = self.characters[self.at..].iter().copied().take_while(|&c| is_of_name(c)).collect();
         match self.peek() {
@@ -228,7 +228,7 @@ impl Reader<'_> {
     }
 }
 
-/// Whether names may hold a character.
+/// Returns whether a character may occur in a name.
 fn is_of_name(character: char) -> bool {
     character.is_alphanumeric() || character == '_'
 }
@@ -243,7 +243,7 @@ fn operation_of(character: char) -> Option<BooleanOperation> {
     }
 }
 
-/// How tightly an operator binds.
+/// Returns the precedence of an operator.
 fn binding(operation: BooleanOperation) -> u32 {
     match operation {
         BooleanOperation::Difference => 4,
@@ -259,7 +259,7 @@ mod tests {
 
     const NAMES: [&str; 4] = ["a", "b", "c", "d"];
 
-    /// An expression with all its parentheses.
+    /// Returns an expression with all its parentheses.
     fn written(text: &str) -> String {
         Expression::parse(text, &NAMES[..]).unwrap().fold(
             |index| ["a", "b", "c", "d"][index].to_owned(),

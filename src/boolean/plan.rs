@@ -1,25 +1,25 @@
-//! From an expression to what a ray is swept with.
+//! Compilation of an expression for the sweep.
 
 use super::BooleanOperation;
 use super::expression::{Expression, Term};
 use super::network::{Link, Network, Rule};
 
-/// What the images are that a result is made from.
+/// The kind of images that a result is made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Images {
-    /// The inputs as they are: one image of each.
+    /// Exact images: one image of each input.
     Exact,
-    /// Estimates: the result is the estimate of the expression on the side of [`Role::Same`]. It holds where the
+    /// Estimates: the result is the estimate of the expression on the side of [`Role::Same`]. It is valid where the
     /// under-estimate of each input lies within its over-estimate.
     Estimates,
 }
 
-/// Which estimate of an input is meant, beside that of the result.
+/// The estimate of an input that is needed, relative to that of the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Role {
-    /// The one that is made of the expression; also what exact images are.
+    /// The estimate that is made of the expression; also the role of exact images.
     Same,
-    /// The other one, as of what is taken away.
+    /// The opposite estimate, as for a subtracted input.
     Opposite,
 }
 
@@ -28,39 +28,39 @@ pub enum Role {
 pub struct Leaf {
     /// The index of the input.
     pub input: usize,
-    /// Which estimate of it.
+    /// The estimate of the input.
     pub role: Role,
 }
 
-/// Which way the result can turn over with a leaf.
+/// The direction in which the result can change with a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Polarity {
-    /// With it.
+    /// With the leaf.
     Along,
-    /// Against it.
+    /// Against the leaf.
     Against,
-    /// Either way.
+    /// In either direction.
     Both,
 }
 
-/// An expression, made ready to be swept.
+/// An expression compiled for the sweep.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub(super) leaves: Vec<Leaf>,
     pub(super) polarities: Vec<Polarity>,
     pub(super) network: Network,
-    /// Bit `s` is the result where the leaves inside are the bits of `s`; nothing where that takes too many words.
+    /// Bit `s` is the result where the leaves inside are the bits of `s`; `None` where that takes too many words.
     pub(super) table: Option<Vec<u64>>,
 }
 
-/// The most leaves of which all states are put into a table, which then stays in the first-level cache.
+/// Most leaves whose states are tabulated; the table then stays in the first-level cache.
 const TABLE_LEAVES: usize = 12;
 
-/// The most steps that go into a table: states, times what each takes.
+/// Most steps to fill a table: states times the steps of each.
 const TABLE_STEPS: usize = 1 << 24;
 
 impl Plan {
-    /// What to do for an expression on images of a kind. It takes time and room linear in the expression.
+    /// Compiles an expression for images of a kind. Takes time and memory linear in the expression.
     pub fn new(expression: &Expression, images: Images) -> Plan {
         let Gates { rules, parents, places } = Gates::of(expression, images);
         let mut leaves: Vec<Leaf> = places.iter().map(|place| place.leaf).collect();
@@ -84,13 +84,13 @@ impl Plan {
         Plan { leaves, polarities, network, table }
     }
 
-    /// The images that are needed, ascending.
+    /// Returns the images that are needed, in ascending order.
     pub fn leaves(&self) -> &[Leaf] {
         &self.leaves
     }
 }
 
-/// The result in every state of the leaves.
+/// Tabulates the result in every state of the leaves.
 fn table(network: &mut Network, leaves: usize) -> Vec<u64> {
     let mut words = vec![0; (1usize << leaves).div_ceil(64)];
     for state in 0..1usize << leaves {
@@ -99,23 +99,22 @@ fn table(network: &mut Network, leaves: usize) -> Vec<u64> {
     words
 }
 
-/// The operations of an expression after complements are driven down to the leaves (De Morgan) and nested operations of
-/// one kind made one: A − B − C is A ∩ ¬B ∩ ¬C. Of a counter that stands for one of two truths, bit 0 of the index tells
-/// which.
+/// The operations of an expression after complements are pushed down to the leaves (De Morgan) and nested operations of one
+/// kind are merged: A − B − C is A ∩ ¬B ∩ ¬C. For a counter of one of two truth values, bit 0 of the index tells which.
 struct Gates {
     rules: Vec<Rule>,
     parents: Vec<Option<Link>>,
     places: Vec<Place>,
 }
 
-/// Where a leaf occurs.
+/// An occurrence of a leaf.
 struct Place {
     leaf: Leaf,
     link: Link,
     polarity: Polarity,
 }
 
-/// What an operation became.
+/// The kind of gate that an operation became.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Any,
@@ -123,14 +122,14 @@ enum Kind {
     Odd,
 }
 
-/// An operation of the expression, on the way down.
+/// An operation of the expression, during the walk down.
 #[derive(Clone, Copy)]
 struct Above {
-    /// The operation it became.
+    /// The gate that the operation became.
     gate: usize,
-    /// Whether its complement is meant.
+    /// True if its complement is meant.
     complemented: bool,
-    /// Which truths of it are asked for: that of the same role, that of the opposite one.
+    /// The truth values that are needed: that of the same role, that of the opposite role.
     asked: [bool; 2],
     polarity: Polarity,
 }
@@ -138,7 +137,7 @@ struct Above {
 struct Gate {
     kind: Kind,
     operands: u32,
-    /// The gate it is an operand of, and whether its complement is.
+    /// The parent gate, and whether it takes the complement.
     parent: Option<(usize, bool)>,
     asked: [bool; 2],
 }
@@ -149,7 +148,7 @@ impl Gates {
         let mut above: Vec<Option<Above>> = vec![None; terms.len()];
         let mut gates: Vec<Gate> = Vec::new();
         let mut leaves: Vec<(usize, Above)> = Vec::new();
-        // Operations come after their operands, so backwards each is met before them.
+        // Operations come after their operands, so the reverse order meets each before them.
         for i in (0..terms.len()).rev() {
             let asked = match images {
                 Images::Exact => [true, false],
@@ -193,7 +192,7 @@ impl Gates {
                 if let Some(parent) = parent {
                     gates[parent].operands += 1;
                 }
-                // Both truths of a symmetric difference come out of both of its operands.
+                // Both truth values of a symmetric difference depend on both of each operand.
                 let asked = if kind == Kind::Odd { asked } else { here.asked };
                 here.gate = gates.len();
                 gates.push(Gate { kind, operands: 0, parent: parent.map(|parent| (parent, inverted)), asked });
@@ -203,7 +202,7 @@ impl Gates {
         Gates::counters(&gates, &leaves, images)
     }
 
-    /// The counters of the gates: two of each for estimates, of which some may count nothing.
+    /// Builds the counters of the gates: two of each for estimates, some of which may count nothing.
     fn counters(gates: &[Gate], leaves: &[(usize, Above)], images: Images) -> Gates {
         let width = match images {
             Images::Exact => 1,
@@ -219,7 +218,7 @@ impl Gates {
                     (Kind::Odd, Images::Estimates) => Rule::OddOrUnknown,
                 });
                 parents.push(gate.parent.and_then(|(parent, inverted)| {
-                    // The complement of the one estimate is the other estimate of the complement.
+                    // The complement of one estimate is the other estimate of the complement.
                     let counted_as = if inverted { width - 1 - truth } else { truth };
                     gates[parent].asked[counted_as]
                         .then(|| Link { counter: (parent * width + counted_as) as u32, inverted })
@@ -253,7 +252,7 @@ mod tests {
         Plan::new(&Expression::parse(text, &names).unwrap(), images)
     }
 
-    /// Leaves as letters, small for the same estimate and capital for the opposite one.
+    /// Returns the leaves as letters, lower case for the same estimate and upper case for the opposite one.
     fn leaves(text: &str, images: Images) -> String {
         let letter = |leaf: &Leaf| match leaf.role {
             Role::Same => (b'a' + leaf.input as u8) as char,

@@ -1,15 +1,15 @@
-//! Where an input can change the result of an expression, told from boxes alone.
+//! The region in which an input can change the result of an expression, from boxes alone.
 
 use super::BooleanOperation;
 use super::expression::{Expression, Term};
 use crate::grid::LatticeBox;
 
 impl Expression {
-    /// For each input the box outside of which it cannot change the result, given the box of each input, outside of which
-    /// there is nothing of it. The box may be empty.
+    /// Returns for each input the box outside of which it cannot change the result, given the bounding box of each input. The
+    /// box may be empty.
     ///
-    /// An intersection has nothing outside any of its operands and a difference nothing outside its first, so that no
-    /// other operand matters there; an input that occurs several times matters wherever any of its places does.
+    /// An intersection is empty outside any of its operands and a difference is empty outside its first, so that no other
+    /// operand matters there; an input that occurs several times matters wherever any of its occurrences does.
     ///
     /// # Panics
     /// If there are fewer boxes than inputs.
@@ -18,7 +18,7 @@ impl Expression {
         let own = self.bounds_of_terms(bounds);
         let mut within = own.clone();
         let mut regions = vec![LatticeBox::EMPTY; bounds.len()];
-        // Operations come after their operands, so backwards each is known before them.
+        // Operations come after their operands, so the reverse order knows each before them.
         for i in (0..terms.len()).rev() {
             if let Some(parent) = parents[i] {
                 within[i] = within[parent.term].intersection(&own[i]);
@@ -33,7 +33,7 @@ impl Expression {
         regions
     }
 
-    /// The box of each term.
+    /// Returns the box of each term.
     fn bounds_of_terms(&self, bounds: &[LatticeBox]) -> Vec<LatticeBox> {
         let mut own: Vec<LatticeBox> = Vec::with_capacity(self.terms().len());
         let mut open: Vec<LatticeBox> = Vec::new();

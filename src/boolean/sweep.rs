@@ -1,20 +1,21 @@
 //! One sweep along each ray over the samples of all operands.
 //!
-//! An event is a sample of one operand: its depth and its leaf in one word, so that words in order are events in order.
-//! The samples of each operand are in order already, so runs of events are merged two by two, and each merge from both
-//! ends at once and without a branch on which run gives the next event, which cannot be guessed. All events at one depth
-//! are passed before the result counts; that unites intervals that touch and drops empty ones.
+//! An event is a sample of one operand: its depth and its leaf in one word, so that ordered words are ordered events. The
+//! samples of each operand are already sorted, so runs of events are merged pairwise. Each merge proceeds from both ends at
+//! once and without a branch on the run that supplies the next event, which is unpredictable. The result is evaluated after all
+//! events at one depth; that unites intervals that touch and drops empty ones.
 //!
 //! # Triangles
-//! Where every operand knows the triangle of each sample, so does the result. At one depth several operands may turn over.
-//! If the result turns with them, then at least one goes the way that it goes: it is entered where the result is entered
-//! and what it is in counts along, or left where it counts against. Of the samples of those operands at that depth the one
-//! of the least input, and of that the least triangle, stands for the change. That depends on no order of the samples.
+//! Where every operand knows the triangle of each sample, so does the result. At one depth several operands may toggle. If the
+//! result toggles with them, then at least one goes in the same direction: it is entered where the result is entered and its
+//! leaf counts positively, or left where its leaf counts negatively. Of the samples of those operands at that depth, the one of
+//! the least input, and of that input the least triangle, represents the change. This is independent of the order of the
+//! samples.
 //!
-//! # What was tried
-//! - Sorting the events by the standard library instead of merging runs: half as long again as Booleans of two at a time,
+//! # Rejected alternatives
+//! - Sorting the events by the standard library instead of merging runs: takes half as long again as Booleans of two at a time,
 //!   where merged runs take about as long.
-//! - Dropping a turn when the next one comes at the same depth: every event waits for what the last one stored.
+//! - Dropping a toggle when the next one comes at the same depth: every event waits for the store of the last one.
 
 use rayon::prelude::*;
 
@@ -31,29 +32,29 @@ const BAND_ROWS: u32 = 16;
 pub struct Operand<'a> {
     /// The image of a leaf.
     pub image: &'a Ldi,
-    /// What the number of a triangle is counted from in the result, so that the triangles of different inputs are told
-    /// apart: as many as the inputs before this one have.
+    /// The offset of this input's triangle numbers in the result, which keeps the triangles of different inputs apart: the
+    /// number of triangles of the inputs before this one.
     pub first_triangle: u32,
 }
 
 impl<'a> From<&'a Ldi> for Operand<'a> {
-    /// An image whose triangles keep their numbers.
+    /// Makes an operand of an image whose triangles keep their numbers.
     fn from(image: &'a Ldi) -> Operand<'a> {
         Operand { image, first_triangle: 0 }
     }
 }
 
 impl Plan {
-    /// The image of the expression, from one image for each of [`leaves`](Plan::leaves) and in their order, which do all
-    /// have the same rays. A ray that is unclosed in any of them is unclosed in the result.
+    /// Computes the image of the expression from one image for each of [`leaves`](Plan::leaves), in their order, all of the
+    /// same rays. A ray that is unclosed in any of them is unclosed in the result.
     ///
-    /// Where all of them have triangles, the result has them; an image without samples does.
+    /// The result has triangles if all images have them; an image without samples counts as having them.
     ///
     /// # Errors
     /// If rays differ, if triangles are too many to be numbered, or if the result is too large.
     ///
     /// # Panics
-    /// If there are not as many images as leaves.
+    /// If the number of images differs from that of the leaves.
     pub fn sweep(&self, operands: &[Operand]) -> Result<Ldi, BooleanError> {
         assert_eq!(operands.len(), self.leaves.len(), "there is one image for each leaf");
         same_rays(operands)?;
@@ -72,7 +73,7 @@ impl Plan {
     }
 }
 
-/// Makes an image ray by ray.
+/// Computes an image ray by ray.
 fn image<S>(
     operands: &[Operand],
     new_stage: impl Fn() -> S + Sync + Send,
@@ -94,7 +95,7 @@ fn image<S>(
     Ok(image)
 }
 
-/// All images are of the same rays.
+/// Checks that all images have the same rays.
 fn same_rays(operands: &[Operand]) -> Result<(), BooleanError> {
     let first = operands[0].image;
     let differs = |other: &&Operand| other.image.grid() != first.grid() || other.image.axis() != first.axis();
@@ -109,7 +110,7 @@ fn same_rays(operands: &[Operand]) -> Result<(), BooleanError> {
     }
 }
 
-/// All triangles have a number in the result.
+/// Checks that all triangles have a number in the result.
 fn numbered(leaves: &[Leaf], operands: &[Operand]) -> Result<(), BooleanError> {
     for (leaf, &Operand { image, first_triangle: first }) in leaves.iter().zip(operands) {
         let greatest = image.triangles().and_then(|triangles| triangles.par_iter().copied().max());
@@ -120,11 +121,11 @@ fn numbered(leaves: &[Leaf], operands: &[Operand]) -> Result<(), BooleanError> {
     Ok(())
 }
 
-/// Whether the result holds while leaves turn over.
+/// The truth value of the result while leaves toggle.
 trait Truth: Clone + Send + Sync {
-    /// Turns a leaf over; whether the result holds now.
+    /// Toggles a leaf; returns whether the result is true.
     fn flip(&mut self, leaf: usize) -> bool;
-    /// Whether a leaf is true.
+    /// Returns whether a leaf is true.
     fn is_inside(&self, leaf: usize) -> bool;
 }
 
@@ -140,7 +141,7 @@ impl Truth for Network {
     }
 }
 
-/// The result for every state of few leaves.
+/// The result for every state of a few leaves.
 #[derive(Clone)]
 struct Table<'p> {
     words: &'p [u64],
@@ -160,13 +161,13 @@ impl Truth for Table<'_> {
     }
 }
 
-/// One more than a depth, and below it the leaf that turns over there.
+/// A depth plus one, and in the low word the leaf that toggles there.
 type Event = u64;
 
-/// Comes before all events, and stands before every run of them.
+/// Less than all events; precedes every run of them.
 const BEFORE: Event = 0;
 
-/// Comes after all events, and stands behind every run of them.
+/// Greater than all events; follows every run of them.
 const AFTER: Event = u64::MAX;
 
 fn event(depth: i32, leaf: usize) -> Event {
@@ -185,11 +186,11 @@ fn at_one_depth(a: Event, b: Event) -> bool {
     a >> 32 == b >> 32
 }
 
-/// Runs of events in order, each between its two ends.
+/// Runs of events in order, each enclosed by its two sentinels.
 #[derive(Default)]
 struct Runs {
     events: Vec<Event>,
-    /// Where each run ends, with its ends.
+    /// The end of each run, sentinels included.
     ends: Vec<usize>,
 }
 
@@ -206,13 +207,13 @@ impl Runs {
         self.ends.push(self.events.len());
     }
 
-    /// A run with its ends.
+    /// Returns a run with its sentinels.
     fn run(&self, i: usize) -> &[Event] {
         let start = if i == 0 { 0 } else { self.ends[i - 1] };
         &self.events[start..self.ends[i]]
     }
 
-    /// Appends two runs, each of an even number of events, as one.
+    /// Appends the merge of two runs, each of an even number of events.
     fn push_merged(&mut self, a: &[Event], b: &[Event]) {
         let count = a.len() + b.len() - 4;
         self.events.push(BEFORE);
@@ -235,18 +236,18 @@ impl Runs {
     }
 }
 
-/// What a thread keeps from ray to ray.
+/// The state that a thread keeps from ray to ray.
 struct Stage<'p, T> {
     truth: T,
-    /// Whether the result holds where one leaf alone is true.
+    /// True for each leaf if the result is true where that leaf alone is.
     alone: Vec<bool>,
     polarities: &'p [Polarity],
-    /// The events of a ray: at last one run or none.
+    /// The events of a ray: one run or none after gathering.
     runs: Runs,
     merged: Runs,
-    /// Room for the depths at which the result turns over.
+    /// Buffer for the depths at which the result toggles.
     turns: Vec<i32>,
-    /// The samples of each leaf that were passed on this ray.
+    /// The number of samples of each leaf already passed on this ray.
     passed: Vec<u32>,
 }
 
@@ -270,8 +271,8 @@ impl<'p, T: Truth> Stage<'p, T> {
         }
     }
 
-    /// Brings the events of a ray into one run; into none, where there are none or those of one leaf alone, which makes no
-    /// result.
+    /// Gathers the events of a ray into one run; into none if there are none or if they are those of one leaf alone that makes
+    /// no result.
     fn gather(&mut self, operands: &[Operand], ray: u32) {
         self.runs.clear();
         let mut last = 0;
@@ -306,7 +307,7 @@ impl<'p, T: Truth> Stage<'p, T> {
         if self.turns.len() < events.len() {
             self.turns.resize(events.len(), 0);
         }
-        // Without branches, as whether an event turns the result over cannot be guessed.
+        // Without branches, as whether an event toggles the result is unpredictable.
         let (mut end, mut holds) = (0, false);
         for pair in events.windows(2) {
             let [event, next] = [pair[0], pair[1]];
@@ -353,7 +354,7 @@ impl<'p, T: Truth> Stage<'p, T> {
     }
 }
 
-/// Whether a leaf has turned over with its events at one depth, the way that makes the result what it is `now`.
+/// Returns whether a leaf has toggled with its events at one depth, in the direction that makes the result `now`.
 fn turns_along(truth: &impl Truth, polarities: &[Polarity], events: &[Event], now: bool) -> bool {
     let leaf = leaf_of(events[0]);
     let wanted = match polarities[leaf] {

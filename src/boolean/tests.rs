@@ -1,4 +1,4 @@
-//! Sweeps of rays made by hand, and of random ones against what is true at every depth.
+//! Sweeps of rays made by hand, and of random ones compared with the truth at every depth.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use super::*;
 use crate::grid::Grid;
 use crate::ldi::image_from_bands;
 
-/// Depths are below this.
+/// Upper bound of all depths.
 const LENGTH: i32 = 32;
 
 /// A sample and its triangle.
@@ -17,7 +17,7 @@ fn grid(rays: usize) -> Grid {
     Grid::from_parts(DVec3::ZERO, 1.0, [rays as u32, 1, 8], 2, 32).unwrap()
 }
 
-/// An image of one row of rays.
+/// Returns an image of one row of rays.
 fn image(rays: &[Vec<Sample>]) -> Ldi {
     let grid = grid(rays.len());
     let image = image_from_bands(
@@ -36,7 +36,7 @@ fn image(rays: &[Vec<Sample>]) -> Ldi {
     image.unwrap()
 }
 
-/// An image of one row of rays, without triangles.
+/// Returns an image of one row of rays, without triangles.
 fn bare(rays: &[Vec<i32>]) -> Ldi {
     let offsets = rays.iter().scan(0, |end, samples| {
         *end += samples.len() as u32;
@@ -94,7 +94,7 @@ fn images_of_other_rays_are_refused() {
     assert!(matches!(refused, Err(BooleanError::RaysDiffer { first: Axis::Z, second: Axis::X, .. })));
 }
 
-/// The samples of the result of exact images of one ray, whose triangles are counted on by 100 from input to input.
+/// Returns the samples of the result of exact images of one ray; the triangles of each input are numbered from 100 more.
 fn with_triangles(operation: BooleanOperation, rays: &[&[Sample]]) -> Vec<Sample> {
     let plan = Plan::new(&Expression::of_inputs(operation, rays.len()), Images::Exact);
     let images: Vec<Ldi> = rays.iter().map(|ray| image(&[ray.to_vec()])).collect();
@@ -122,7 +122,7 @@ fn of_samples_at_one_depth_the_least_that_goes_the_right_way_stands() {
     assert_eq!(with_triangles(BooleanOperation::Difference, &[c, a]), [(4, 109), (8, 2)]);
     // A difference ends where A ends and B begins, both of which end it.
     assert_eq!(with_triangles(BooleanOperation::Difference, &[a, b]), [(0, 9), (4, 9)]);
-    // A turns twice at 4 and stays inside, so that only B's sample can stand for what begins there.
+    // A toggles twice at 4 and stays inside, so only B's sample can represent the start there.
     let twice = &[(0, 1), (4, 0), (4, 0), (8, 1)][..];
     assert_eq!(with_triangles(BooleanOperation::Intersection, &[twice, b]), [(4, 101), (8, 1)]);
     // Of three samples of one solid the least triangle.
@@ -151,7 +151,7 @@ fn triangles_beyond_32_bits_are_refused() {
     assert_eq!(from(u32::MAX - 2), Err(refused));
 }
 
-/// Numbers that look random, the same in every run.
+/// A pseudo-random generator, the same in every run.
 struct Random(u64);
 
 impl Random {
@@ -179,7 +179,7 @@ impl Random {
         parts.remove(0)
     }
 
-    /// Samples of any order within a depth, in which intervals touch and vanish; triangles count up.
+    /// Returns samples in any order within a depth, with touching and empty intervals; triangles count up.
     fn ray(&mut self) -> Vec<Sample> {
         let mut depths: Vec<i32> = (0..2 * self.below(8)).map(|_| self.below(LENGTH as usize) as i32).collect();
         depths.sort_unstable();
@@ -187,12 +187,12 @@ impl Random {
     }
 }
 
-/// Whether a depth, and what lies between it and the next, is inside.
+/// Returns whether a depth, and the interval from it to the next, is inside.
 fn inside(samples: &[i32], depth: i32) -> bool {
     samples.iter().filter(|&&sample| sample <= depth).count() % 2 == 1
 }
 
-/// The maximal spans of a set of depths.
+/// Returns the maximal spans of a set of depths.
 fn spans(holds: impl Fn(i32) -> bool) -> Vec<i32> {
     (0..=LENGTH).filter(|&depth| holds(depth) != (depth > 0 && holds(depth - 1))).collect()
 }
@@ -201,7 +201,7 @@ fn spans(holds: impl Fn(i32) -> bool) -> Vec<i32> {
 fn random_expressions_hold_what_is_true_at_every_depth() {
     let mut random = Random(1);
     for round in 0..400 {
-        // Some with a table and some without.
+        // Some have a table and some do not.
         let inputs = 1 + random.below(16);
         let expression = random.expression(inputs);
         let rays: Vec<Vec<Vec<Sample>>> = (0..inputs).map(|_| (0..20).map(|_| random.ray()).collect()).collect();
@@ -242,7 +242,7 @@ fn random_expressions_hold_what_is_true_at_every_depth() {
     }
 }
 
-/// Both estimates of an operation from those of its operands, each as (same, opposite).
+/// Returns both estimates of an operation from those of its operands, each as (same, opposite).
 fn estimate(operation: BooleanOperation, operands: &[(bool, bool)]) -> (bool, bool) {
     let (first, others) = operands.split_first().unwrap();
     others.iter().fold(*first, |(same, opposite), &(other_same, other_opposite)| match operation {

@@ -4,21 +4,21 @@ use glam::DVec3;
 
 use super::{BooleanOperation, Expression};
 
-/// What is known of the volume of a solid and of where it lies.
+/// Known bounds of the volume and position of a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeBounds {
-    /// The least and the greatest volume that the solid may have.
+    /// The least and the greatest possible volume of the solid.
     pub volume: [f64; 2],
-    /// The least and the greatest corner of a box that the solid lies in.
+    /// The least and the greatest corner of a box that contains the solid.
     pub corners: [DVec3; 2],
 }
 
 impl Expression {
-    /// Bounds the volume of the result by what is known of the inputs.
+    /// Returns bounds of the volume of the result from those of the inputs.
     ///
-    /// Where nothing more is known than the volumes a and b of the operands and that of the box around both, no bounds are
-    /// narrower: max(0, a + b − box) ≤ |A ∩ B| ≤ min(a, b), max(a, b) ≤ |A ∪ B| ≤ min(box, a + b), and so on. No volume
-    /// exceeds that of its box.
+    /// If only the volumes a and b of the operands and that of the box around both are known, these bounds are the narrowest
+    /// possible: max(0, a + b − box) ≤ |A ∩ B| ≤ min(a, b), max(a, b) ≤ |A ∪ B| ≤ min(box, a + b), and so on. No volume exceeds
+    /// that of its box.
     pub fn volume_bounds(&self, inputs: impl Fn(usize) -> VolumeBounds) -> VolumeBounds {
         self.fold(inputs, |operation, operands| {
             let (first, others) = operands.split_first().expect("an operation has operands");
@@ -45,7 +45,7 @@ fn of_two(operation: BooleanOperation, a: VolumeBounds, b: VolumeBounds) -> Volu
         BooleanOperation::Difference => {
             ([(a_least - in_both[1]).max(a_least - b_most).max(0.0), a_most.min(space - b_least)], a.corners)
         }
-        // What is in one alone: both less twice what is in both, and at most what both leave of the box.
+        // The volume in exactly one operand: both less twice the volume in both, and at most what both leave of the box.
         BooleanOperation::Xor => {
             let least = (a_least - b_most).max(b_least - a_most).max(a_least + b_least - 2.0 * in_both[1]).max(0.0);
             ([least, (a_most + b_most).min(2.0 * space - a_least - b_least).min(space)], around)
@@ -61,7 +61,7 @@ mod tests {
     const OPERATIONS: [BooleanOperation; 4] =
         [BooleanOperation::Intersection, BooleanOperation::Union, BooleanOperation::Difference, BooleanOperation::Xor];
 
-    /// A solid of some of six unit cells in a row.
+    /// Returns a solid of some of six unit cells in a row.
     fn of_cells(cells: f64) -> VolumeBounds {
         VolumeBounds { volume: [cells; 2], corners: [DVec3::ZERO, DVec3::new(6.0, 1.0, 1.0)] }
     }

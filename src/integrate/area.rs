@@ -4,16 +4,16 @@ use rayon::prelude::*;
 
 use crate::ldi::Ldi;
 
-/// What the hits of an image say of a surface's area.
+/// Surface hits of an image, from which an area is estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceHits {
     /// h²·Σ |n·axis| over the samples that bound the solid, in square world units.
     pub boundary: f64,
-    /// The same over all samples, among them those of faces inside the solid.
+    /// The same sum over all samples, including those on faces inside the solid.
     pub all: f64,
 }
 
-/// The hits of an image, each weighted by |n·axis| of its triangle, which `facing` gives.
+/// Sums the hits of an image, each weighted by |n·axis| of its triangle, which `facing` returns.
 ///
 /// The sum over the three axes is an unbiased estimate of the area, since the squares of a unit normal's components sum
 /// to one and a surface element of area a meets a·|n·axis|/h² rays of that axis. It is as noisy as counting pixels,
@@ -21,7 +21,7 @@ pub struct SurfaceHits {
 /// share of [`boundary`](SurfaceHits::boundary) in [`all`](SurfaceHits::all) is the better estimate: exact where nothing
 /// lies inside, as the noise of the two is the same.
 ///
-/// Of samples at one depth only an odd number bounds the solid: two coincident faces are none.
+/// Of the samples at one depth only an odd number bounds the solid: two coincident faces do not.
 ///
 /// # Panics
 /// If the image was sampled without triangles.

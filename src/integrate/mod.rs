@@ -1,7 +1,7 @@
-//! Integrals over the inside of an image: volume and how far it may be off, moments, surface area.
+//! Integrals over the inside of an image: volume and its error estimate, moments, surface area.
 //!
-//! Every ray stands for a column of square section h × h around it, within which the solid is taken to be what it is on
-//! the ray. Sums are integers; world units enter once, at the end, in `f64`.
+//! Every ray represents a column of square section h × h around it; the solid is assumed constant across the section. Sums are
+//! integers; world units enter once, at the end, in `f64`.
 
 mod area;
 mod moments;
@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::grid::Grid;
 use crate::ldi::Ldi;
 
-/// The inside length of all rays together, in lattice steps.
+/// Returns the total length of all rays inside the solid, in lattice steps.
 pub fn length(image: &Ldi) -> i64 {
     // Every ray has an even count, so pairs never straddle two rays.
     image
@@ -26,7 +26,7 @@ pub fn length(image: &Ldi) -> i64 {
         .sum()
 }
 
-/// The volume of the solid in an image, h²·Σ(out − in), in cubic world units.
+/// Returns the volume of the solid in an image, h²·Σ(out − in), in cubic world units.
 pub fn volume(image: &Ldi) -> f64 {
     volume_of_length(image.grid(), length(image))
 }

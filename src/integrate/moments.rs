@@ -16,8 +16,8 @@ pub struct Moments {
     pub inertia: DMat3,
 }
 
-/// Exact sums over the columns of an image: the volume integrals of the monomials up to degree two in column, row and
-/// depth. Columns and rows count in half pixels from the corner of the image, depths in lattice steps.
+/// Exact sums over the columns of an image: the volume integrals of the monomials up to degree two in column, row and depth.
+/// Columns and rows count in half pixels from the corner of the image, depths in lattice steps.
 #[derive(Clone, Copy, Default)]
 struct MomentSums {
     one: i128,
@@ -33,7 +33,7 @@ struct MomentSums {
 }
 
 impl MomentSums {
-    /// The sums over one row of columns.
+    /// Returns the sums over one row of columns.
     fn of_row(image: &Ldi, row: u32) -> MomentSums {
         let (columns, _) = image.size();
         let mut sums = MomentSums::default();
@@ -78,7 +78,7 @@ impl MomentSums {
     }
 }
 
-/// Volume, centroid and inertia tensor of the solid in an image.
+/// Returns volume, centroid and inertia tensor of the solid in an image.
 pub fn moments(image: &Ldi) -> Moments {
     let (_, rows) = image.size();
     let sums = (0..rows)
@@ -90,9 +90,9 @@ pub fn moments(image: &Ldi) -> Moments {
     if sums.one == 0 {
         return Moments { volume, centroid: DVec3::NAN, inertia: DMat3::NAN };
     }
-    // Means over the solid, in half pixels and lattice steps; variances and covariances from differences of integers so
-    // that nothing cancels in f64: N² var = N Σx² − (Σx)², which may exceed 128 bits and is therefore taken about a
-    // whole number near the mean.
+    // Means over the solid, in half pixels and lattice steps. Variances and covariances come from differences of integers, so
+    // that nothing cancels in f64: N² var = N Σx² − (Σx)², which may exceed 128 bits and is therefore taken about a whole
+    // number near the mean.
     let (half_pixel, step) = (0.5 * grid.pitch(), grid.step());
     let n = sums.one;
     let near = |sum: i128| sum.div_euclid(n);

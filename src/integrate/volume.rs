@@ -1,52 +1,52 @@
-//! The volume of a solid from its images along the three axes, and how far it may be off.
+//! The volume of a solid from its images along the three axes, and an estimate of its error.
 //!
 //! # Why the mean of three images is not enough
-//! An image along x is exact about the depth of every surface its rays cross, and knows the surfaces that run along x only
-//! to the pixel: it is *blind* to them. On a part with flat faces along the axes a whole layer of pixels may be too many
-//! or too few, and the mean of three images keeps two thirds of that.
+//! An image along x holds the exact depth of every surface that its rays cross, and locates surfaces parallel to x only to the
+//! pixel: it is *blind* to them. On a part with flat faces along the axes it may count a whole layer of pixels too many or too
+//! few, and the mean of three images keeps two thirds of that error.
 //!
-//! What an image misses, the others can tell. Where an image sees a surface at depth d, an image blind to it has it at the
-//! boundary of the pixels whose node lies inside, so that its error is the distance from d to where the nodes change, over
-//! the same area: the *residual* of the sample, which is integer arithmetic on the lattice. So
-//! - a sample on a surface that is level in both directions of its image (its neighbours lie at the same depth) has a
-//!   normal along the axis; two images are blind to it, and each gains its residual;
-//! - a sample on a surface level in one direction only is seen by two images and missed by the third, which gains the mean
-//!   of what the two say;
-//! - a surface level in no direction is seen by all three, and nothing is to be gained.
+//! The other images supply what one image misses. Where an image sees a surface at depth d, an image blind to that surface
+//! places it at the boundary of the pixels whose nodes lie inside. Its error is the distance from d to the change of the nodes,
+//! over the same area: the *residual* of the sample, computed in integers on the lattice. So
+//! - a sample on a surface that is level in both directions of its image (its neighbours lie at the same depth) has a normal
+//!   along the axis; two images are blind to it, and each is corrected by its residual;
+//! - a sample on a surface level in one direction only is seen by two images and missed by the third, which is corrected by the
+//!   mean of the two residuals;
+//! - a surface level in no direction is seen by all three images and needs no correction.
 //!
-//! For a box of sides A + α, B + β, C + γ in pixels that leaves errors of the second order, αβC and the like. Residuals of
-//! surfaces in general position average out, with or without a reason to add them.
+//! For a box of sides A + α, B + β, C + γ in pixels the remaining errors are of second order, αβC and the like. Residuals of
+//! surfaces in general position average out, whether they are added or not.
 //!
-//! # What was measured
+//! # Measurements
 //! On the 33 closed solids, scaffolds and bones of the test corpus at 512 rays the worst error is 0.03 % (mean of three:
-//! 2.0 %), the median 0.0005 %. On regular lattices with a whole number of pixels in a cell, which repeat every error in
-//! every cell, it is below 0.05 %. An earlier form, V_x + V_y + V_z − 2 V_nodes, is the same for faces along the axes and
-//! wrong for diagonal ones and for struts (0.16 to 0.63 %); it serves the error estimate now.
+//! 2.0 %), the median 0.0005 %. On regular lattices with a whole number of pixels in a cell, which repeat every error in every
+//! cell, it is below 0.05 %. An earlier formula, V_x + V_y + V_z − 2 V_nodes, is equally exact for faces along the axes and
+//! wrong for diagonal ones and for struts (0.16 to 0.63 %); the error estimate uses it now.
 
 use super::volume_of_length;
 use crate::grid::Axis;
 use crate::ldi::{Ldi, Summary};
 
-/// What the image of a solid along one axis says of its volume; all that an estimate needs of the image.
+/// Volume data of the image along one axis: all that an estimate needs of the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisVolume {
     /// The direction of the rays.
     pub axis: Axis,
     /// The volume of the solid in the image, h²·Σ(out − in), in cubic world units.
     pub volume: f64,
-    /// The volumes that the four images of half the resolution inside the image give: entry `c + 2 r` for columns of
-    /// parity c in rows of parity r. Their mean is the volume.
+    /// The volumes of the four images of half the resolution contained in the image: entry `c + 2 r` for columns of parity c in
+    /// rows of parity r. Their mean is the volume.
     pub coarser: [f64; 4],
-    /// h³ times the nodes inside, in cubic world units.
+    /// h³ times the number of nodes inside, in cubic world units.
     pub nodes: f64,
-    /// The node volumes that the eight lattices of half the resolution give: entry `x + 2 y + 4 z` for the parities of
-    /// the node's indices. Their mean is the node volume.
+    /// The node volumes of the eight lattices of half the resolution: entry `x + 2 y + 4 z` for the parities of the node's
+    /// indices. Their mean is the node volume.
     pub coarser_nodes: [f64; 8],
-    /// By how much the image is larger or smaller than the exact image of the same rays, where that is known: what an
-    /// over- or under-estimate of a solid by itself adds or leaves out. Zero for what operations made.
+    /// The volume of the image minus that of the exact image of the same rays, where known: the excess or deficit of an over-
+    /// or under-estimate of a single solid. Zero for results of operations.
     pub bias: f64,
-    /// The residual, in cubic world units, of the surfaces to which an image along x, y and z is blind, as this image
-    /// sees them; for its own axis 0.
+    /// The residual, in cubic world units, of the surfaces to which an image along x, y and z is blind, as this image sees
+    /// them; 0 for its own axis.
     pub unseen: [f64; 3],
 }
 
@@ -56,7 +56,7 @@ impl AxisVolume {
         AxisVolume::from_summary(&image.summary())
     }
 
-    /// What the sums over an image amount to.
+    /// Computes the volume data from the sums over an image.
     pub fn from_summary(image: &Summary) -> AxisVolume {
         let sums = image.sums();
         let (axis, pitch) = (image.axis(), image.grid().pitch());
@@ -70,7 +70,8 @@ impl AxisVolume {
         }
         let [both, along_columns, along_rows] = sums.level.map(|steps| volume_of_length(image.grid(), steps));
         let mut unseen = [0.0; 3];
-        // An image along the columns' direction is blind to what is level that way; with two to tell, each says half.
+        // An image along the columns' direction is blind to surfaces level in that direction; where two images see them, each
+        // adds half.
         unseen[axis.column()] = both + 0.5 * along_columns;
         unseen[axis.row()] = both + 0.5 * along_rows;
         AxisVolume {
@@ -87,7 +88,7 @@ impl AxisVolume {
     }
 }
 
-/// A volume from one or three images of a solid, and how far it may be off.
+/// A volume from one or three images of a solid, and an estimate of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeEstimate {
     /// In cubic world units.
@@ -97,25 +98,26 @@ pub struct VolumeEstimate {
 }
 
 impl VolumeEstimate {
-    /// The volume of a solid from its images along one axis or all three.
+    /// Estimates the volume of a solid from its images along one axis or all three.
     ///
-    /// **Three axes.** The mean of the three, each with what it is blind to made good by the others; see the module's
-    /// docs. The error is the largest of: how far the three differ then; a quarter of what was made good; a quarter of the
-    /// distance to V_x + V_y + V_z − 2 V_nodes; and half of how either formula scatters at twice the pitch, which the
-    /// images hold eight times over, shifted. The factors are empirical: on the corpus and on nine regular lattices at 64
-    /// to 512 rays the true error stays below twice the estimate in 98 % of 338 cases, and the estimate is six times the
-    /// error in the median.
+    /// **Three axes.** The mean of the three volumes, each corrected by the other images for the surfaces it is blind to; see
+    /// the module's docs. The error is the largest of: the spread of the three corrected volumes; a quarter of the correction;
+    /// a quarter of the distance to V_x + V_y + V_z − 2 V_nodes; and half the scatter of either formula at twice the pitch,
+    /// which the images contain eight times over, shifted. The factors are empirical: on the corpus and on nine regular
+    /// lattices at 64 to 512 rays the true error stays below twice the estimate in 98 % of 338 cases, and the estimate is six
+    /// times the error in the median.
     ///
-    /// **One axis.** The volume of that image. Its error is the scatter at twice the pitch, or twice the difference to the
-    /// node volume, as the two other directions may be hit as hard; below twice that in 94 % of 720 cases.
+    /// **One axis.** The volume of that image. Its error is the scatter at twice the pitch, or twice the difference to the node
+    /// volume if that is larger, as the two other directions may have errors as large; the true error is below twice the
+    /// estimate in 94 % of 720 cases.
     ///
-    /// **Both** count the bias of an over- or under-estimate as an error, where it is known.
+    /// In **both** cases the bias of an over- or under-estimate counts as an error, where it is known.
     ///
-    /// What repeats with the raster — the cells of a lattice, a stack of plates — may err alike everywhere, and no look at
-    /// one raster tells. [`from_rasters`](Self::from_rasters) takes a second one into account.
+    /// Structures that repeat with the raster — the cells of a lattice, a stack of plates — may have the same error everywhere,
+    /// which a single raster cannot show. [`from_rasters`](Self::from_rasters) takes a second one into account.
     ///
     /// # Panics
-    /// If there is neither one axis nor all three.
+    /// If the number of axes is neither one nor three.
     pub fn from_axes(axes: &[AxisVolume]) -> VolumeEstimate {
         let bias = axes.iter().map(|axis| axis.bias.abs()).sum::<f64>() / axes.len() as f64;
         let VolumeEstimate { value, error } = match axes {
@@ -129,19 +131,20 @@ impl VolumeEstimate {
         VolumeEstimate { value, error: error.max(bias) }
     }
 
-    /// The volume from images along one axis or all three, its error held against coarser images along all three.
+    /// Estimates the volume from images along one axis or all three, and its error by comparison with coarser images along all
+    /// three.
     ///
-    /// What repeats with the raster — the cells of a lattice, a stack of plates, faces along the rays — may err alike
-    /// everywhere, and no look at one raster tells. `rasters` are exact images of the same solid whose pitches are no simple
-    /// multiples of the first: the coarser, or both, of [`CHECK_PITCHES`] times as large, from fine to coarse. The error is 1.4
-    /// times the largest of: the error that [`from_axes`](Self::from_axes) gives; the distances to the volumes of the rasters;
-    /// for one axis, the distances to their images along it; and half the error that a raster gives of itself. What the
-    /// coarser of two rasters says counts half, as more of it is its own error.
+    /// Structures that repeat with the raster — the cells of a lattice, a stack of plates, faces along the rays — may have the
+    /// same error everywhere, which a single raster cannot show. `rasters` are exact images of the same solid whose pitches are
+    /// no simple multiples of the first: the coarser, or both, of [`CHECK_PITCHES`] times as large, from fine to coarse. The
+    /// error is 1.4 times the largest of: the error that [`from_axes`](Self::from_axes) returns; the distances to the volumes
+    /// of the rasters; for one axis, the distances to their images along it; and half the error estimate of each raster itself.
+    /// The terms of the coarser of two rasters count half, as more of its difference is its own error.
     ///
-    /// It is empirical: `tests/reference/estimates.py` compares it with known volumes and prints a table.
+    /// The factor is empirical: `tests/reference/estimates.py` compares it with known volumes and prints a table.
     ///
     /// # Panics
-    /// If there is neither one axis nor all three, or a raster lacks one.
+    /// If the number of axes is neither one nor three, or a raster lacks one.
     pub fn from_rasters(axes: &[AxisVolume], rasters: &[Vec<AxisVolume>]) -> VolumeEstimate {
         const FACTOR: f64 = 1.4;
         let VolumeEstimate { value, error } = VolumeEstimate::from_axes(axes);
@@ -158,8 +161,8 @@ impl VolumeEstimate {
     }
 }
 
-/// The pitches of rasters that a volume is held against, in pitches of its own: the golden ratio and its square, so that what
-/// repeats with one does not repeat with another.
+/// The pitches of the check rasters relative to that of the volume: the golden ratio and its square, so that a structure that
+/// repeats with one raster does not repeat with another.
 pub const CHECK_PITCHES: [f64; 2] = [1.618, 2.618];
 
 fn from_three(axes: [&AxisVolume; 3]) -> VolumeEstimate {
@@ -182,7 +185,7 @@ fn from_three(axes: [&AxisVolume; 3]) -> VolumeEstimate {
     let scatter = (mean_squares.min(node_squares) / 8.0).sqrt();
     let corrections = (value - mean).abs().max((value - by_nodes).abs());
     let error = spread.max(0.25 * corrections).max(0.5 * scatter);
-    // What was made good may be too much on what is thinner than a pixel, and no solid has less than nothing.
+    // The correction may be too large on features thinner than a pixel; a volume is never negative.
     VolumeEstimate { value: if value < 0.0 { 0.0 } else { value }, error }
 }
 
@@ -239,7 +242,7 @@ mod tests {
         assert!(estimate(f64::NAN).value.is_nan());
     }
 
-    /// A prism along z over a polygon in x and y, counter-clockwise.
+    /// Returns a prism along z over a counter-clockwise polygon in x and y.
     fn prism(section: &[[f64; 2]], height: f64) -> ClosedMesh {
         let n = section.len() as u32;
         let at = |z: f64| section.iter().map(move |&[x, y]| DVec3::new(x, y, z));
@@ -256,7 +259,8 @@ mod tests {
 
     #[test]
     fn diagonal_faces_are_not_corrected_twice() {
-        // A square on its corner: along z the pixels of its sides are all in or all out, and x and y know where they are.
+        // A square on its corner: along z the pixels of its sides are all in or all out; the images along x and y locate the
+        // sides.
         let side = 37.3;
         let diamond = prism(&[[0.0, -side], [side, 0.0], [0.0, side], [-side, 0.0]], 20.0);
         let exact = 2.0 * side * side * 20.0;
@@ -298,7 +302,7 @@ mod tests {
                 assert!((image.bias - distance).abs() < 1e-12 * exact.volume, "{estimate:?}: {image:?}");
             }
         }
-        // Where shells overlap, nobody knows.
+        // Where shells overlap, the bias is unknown.
         assert_eq!(of(&overlapping, Mode::Estimate(Estimate::Over)).bias, 0.0);
     }
 

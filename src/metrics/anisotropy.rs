@@ -1,21 +1,20 @@
 //! Mean intercept lengths, their ellipsoid, the degree of anisotropy.
 //!
 //! A line in direction d crosses the surface P_L(d) times per unit length, and the mean intercept length is its reciprocal,
-//! MIL(d) = 1/P_L(d). What is usually counted on a raster of lines is known in closed form on a mesh: a facet of area A and
-//! unit normal n shows lines the area A·|n·d|, so that P_L(d) = Σ A_f |n_f·d| / TV, without a line and without noise.
+//! MIL(d) = 1/P_L(d). On a raster of lines it is usually counted; on a mesh it has a closed form: a facet of area A and unit
+//! normal n presents the area A·|n·d| to lines, so that P_L(d) = Σ A_f |n_f·d| / TV, without lines and without noise.
 //!
-//! Harrigan and Mann (*Journal of Materials Science* 19, 1984) describe MIL by an ellipsoid: 1/MIL² = dᵀ M d, M found by
-//! least squares. Its half axes a ≥ b ≥ c are the reciprocal roots of the eigenvalues of M, and the degree of anisotropy is
+//! Harrigan and Mann (*Journal of Materials Science* 19, 1984) describe MIL by an ellipsoid: 1/MIL² = dᵀ M d, with M from a
+//! least-squares fit. Its half axes a ≥ b ≥ c are the reciprocal roots of the eigenvalues of M, and the degree of anisotropy is
 //! DA = 1 − (c/a)²: 0 where all directions are alike, 1 where lines in some direction never meet the surface, as between
 //! parallel plates (a is infinite then).
 //!
 //! # Directions
-//! The fit is over the midpoints of a grid on the faces of a cube, in equal angles ([`DIRECTIONS`] of them on the half
-//! sphere), each weighted by its solid angle. That set has all symmetries of the cube, so that a cubic structure that lies
-//! along the axes has DA = 0 but for rounding. A Fibonacci spiral of as many directions has none of them, and saw a DA of
-//! 0.003 in a cube and of 0.0012 in struts along the axes. Turned any way, the cube has up to 0.003 here (0.005 on the
-//! spiral) and the struts 0.0006 (0.0016): what is not an ellipsoid is not fitted by one, and its misfit is spread a little
-//! unevenly.
+//! The fit is over the midpoints of a grid on the faces of a cube, in equal angles ([`DIRECTIONS`] of them on the half sphere),
+//! each weighted by its solid angle. That set has all symmetries of the cube, so that a cubic structure aligned with the axes
+//! has DA = 0 to rounding. A Fibonacci spiral of as many directions has none of them, and gave a DA of 0.003 for a cube and of
+//! 0.0012 for struts along the axes. In other orientations, the cube has up to 0.003 here (0.005 on the spiral) and the struts
+//! 0.0006 (0.0016): a MIL that is not an ellipsoid is not fitted by one, and its misfit is distributed slightly unevenly.
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -26,19 +25,19 @@ use super::elements::SurfaceElements;
 /// Cells along the edge of a face of the cube that directions run through.
 const CELLS: usize = 14;
 
-/// Directions on half a sphere.
+/// Number of directions on half a sphere.
 pub const DIRECTIONS: usize = 3 * CELLS * CELLS;
 
-/// Facets that one task looks at. Part of the result, since it decides the order of additions.
+/// Facets in one task. Part of the result, since it determines the order of additions.
 const CHUNK: usize = 1 << 13;
 
 /// Facets that are added to all directions at a time.
 const AT_ONCE: usize = 4;
 
-/// An eigenvalue of 1/MIL² below this share of the largest is one of 0 and rounding.
+/// An eigenvalue of 1/MIL² below this share of the largest counts as 0 with rounding.
 const NONE: f64 = 1e-12;
 
-/// How often lines of every direction cross a surface.
+/// Crossings of lines of every direction with a surface.
 #[derive(Clone, Debug)]
 pub struct Crossings {
     /// P_L by direction, in crossings per world unit.
@@ -50,17 +49,17 @@ pub struct Crossings {
 pub struct Anisotropy {
     /// Half axes in world units, descending: a, b, c. Infinite where lines never cross the surface.
     pub half_axes: [f64; 3],
-    /// Their directions, at right angles and of length 1.
+    /// Their directions, orthonormal.
     pub directions: [DVec3; 3],
     /// DA = 1 − (c/a)²: from 0, isotropic, to 1.
     pub degree: f64,
-    /// The root of the mean square by which dᵀ M d misses 1/MIL², as a share of the mean of 1/MIL²: how far from an
-    /// ellipsoid intercepts are.
+    /// The root mean square difference between dᵀ M d and 1/MIL², as a share of the mean of 1/MIL²: the deviation of the
+    /// intercepts from an ellipsoid.
     pub misfit: f64,
 }
 
 impl Crossings {
-    /// Of a surface in a volume TV, in cubic world units.
+    /// Computes the crossings of a surface in a volume TV, in cubic world units.
     pub fn of(surface: &SurfaceElements, volume: f64) -> Crossings {
         let [x, y, z] = [0, 1, 2].map(|axis| directions().map(|(d, _)| d[axis]).collect::<Vec<f64>>());
         let (areas, normals) = (surface.areas(), &surface.facets().normals);
@@ -85,13 +84,13 @@ impl Crossings {
         Crossings { per_length }
     }
 
-    /// Directions, of length 1 and on one half of the sphere, with P_L in crossings per world unit.
+    /// Returns directions, unit vectors on one half of the sphere, with P_L in crossings per world unit.
     pub fn by_direction(&self) -> impl Iterator<Item = (DVec3, f64)> {
         directions().map(|(direction, _)| direction).zip(self.per_length.iter().copied())
     }
 
-    /// The mean of P_L over all directions, in crossings per world unit: half the area per volume, but for the sum over
-    /// directions.
+    /// Returns the mean of P_L over all directions, in crossings per world unit: half the area per volume, to the accuracy of
+    /// the sum over directions.
     pub fn mean(&self) -> f64 {
         let (sum, weights) = directions()
             .zip(&self.per_length)
@@ -99,7 +98,7 @@ impl Crossings {
         sum / weights
     }
 
-    /// The ellipsoid; nothing where there is no surface, or no volume.
+    /// Fits the ellipsoid; `None` where there is no surface, or no volume.
     pub fn ellipsoid(&self) -> Option<Anisotropy> {
         let is_known = self.per_length.iter().all(|p| p.is_finite()) && self.per_length.iter().any(|&p| p > 0.0);
         is_known.then(|| self.fitted())
@@ -120,11 +119,11 @@ impl Crossings {
         Anisotropy { half_axes, directions: axes, degree, misfit: (squares / weights).sqrt() / (mean / weights) }
     }
 
-    /// M of dᵀ M d = P_L², by weighted least squares.
+    /// Returns M of dᵀ M d = P_L², by weighted least squares.
     ///
     /// Sums of weights times products of four components depend on the set of directions alone, and those with an odd power
-    /// vanish by its symmetry. So the products' coefficients stand alone, and those of the squares meet in three equations
-    /// of the form (u − v) m_i + v (m_x + m_y + m_z) = r_i with u = ⟨x⁴⟩ and v = ⟨x²y²⟩.
+    /// vanish by its symmetry. So the coefficients of products are independent, and those of squares are coupled in three
+    /// equations of the form (u − v) m_i + v (m_x + m_y + m_z) = r_i with u = ⟨x⁴⟩ and v = ⟨x²y²⟩.
     fn quadratic(&self) -> DMat3 {
         let (mut u, mut v) = (0.0, 0.0);
         let (mut squares, mut products) = (DVec3::ZERO, DVec3::ZERO);
@@ -146,13 +145,13 @@ impl Crossings {
     }
 }
 
-/// How often a line in `direction`, of length 1, crosses a surface in a volume TV: P_L, per world unit.
+/// Returns the number of crossings per world unit, P_L, of a line in `direction`, a unit vector, with a surface in a volume TV.
 pub fn crossings_along(surface: &SurfaceElements, volume: f64, direction: DVec3) -> f64 {
     let normals = &surface.facets().normals;
     super::elements::in_chunks(normals.len(), |f| surface.areas()[f] * normals[f].dot(direction).abs()) / volume
 }
 
-/// Directions with their weights, the solid angle of their cell but for a factor.
+/// Returns directions with their weights, proportional to the solid angle of their cell.
 fn directions() -> impl Iterator<Item = (DVec3, f64)> {
     let slope = |cell: usize| (std::f64::consts::FRAC_PI_2 * ((cell as f64 + 0.5) / CELLS as f64 - 0.5)).tan();
     (0..DIRECTIONS).map(move |i| {
@@ -171,7 +170,7 @@ mod tests {
     use crate::metrics::{Facets, Region};
     use crate::solids::{self, LatticeForm, StrutLattice, StrutPattern, Surface};
 
-    /// Of a mesh in a volume of 1, nothing of it cut.
+    /// Returns the anisotropy of an uncut mesh in a volume of 1.
     fn of(mesh: &TriangleMesh) -> Anisotropy {
         let bounds = mesh.bounds().unwrap();
         let grid = grid_of(bounds.min - DVec3::ONE, bounds.max + DVec3::ONE, 8);
@@ -264,7 +263,7 @@ mod tests {
         let found = of(&StrutLattice { pattern, form, cells, cell_size: 1.0, radius: 0.15 }.build().unwrap());
         println!("struts of eight sides: DA {:.1e}, misfit {:.3}", found.degree, found.misfit);
         assert!(found.degree.abs() < 1e-12, "{found:?}");
-        // Meshes of contours are not quite as symmetric as what they show.
+        // Contoured meshes are not quite as symmetric as the shapes they approximate.
         let mut of_struts = [0.0; 3];
         for (degree, resolution) in of_struts.iter_mut().zip([16, 32, 64]) {
             *degree = of_cell(struts(1, resolution)).degree;
@@ -276,7 +275,7 @@ mod tests {
         assert!(of_struts[2] < 5e-3 && of_surfaces.iter().all(|&degree| degree < 5e-3));
     }
 
-    /// Of a cell of side 1, cut by its box.
+    /// Returns the anisotropy of a cell of side 1, cut by its box.
     fn of_cell(mesh: TriangleMesh) -> Anisotropy {
         let cell = Sampled::of(mesh, 8);
         let facets = cell.facets();

@@ -1,23 +1,22 @@
-//! Chords: the stretches of rays within a phase.
+//! Chords: the segments of rays within a phase.
 //!
-//! The rays of an image are the test lines of stereology, and the stretches that the surface cuts them into are chords of
-//! the solid and of its pores. Their lengths are known to a millionth of a pitch. Drawn by number they are the chord-length
-//! distribution p(z) of Torquato (*Random Heterogeneous Materials*, Springer 2002, § 2.5), where every chord counts once; by
-//! length, each counts with its length, as it does for a point thrown into the phase at random.
+//! The rays of an image are the test lines of stereology, and the segments that the surface cuts them into are chords of the
+//! solid and of its pores. Their lengths are accurate to a millionth of a pitch. Weighted by number they give the chord-length
+//! distribution p(z) of Torquato (*Random Heterogeneous Materials*, Springer 2002, § 2.5), where every chord counts once;
+//! weighted by length, each counts in proportion to its length, as for a random point of the phase.
 //!
 //! # Censored chords
-//! A chord that ends at the region's boundary is *censored*: it goes on beyond, and only its least length is known. Neither
-//! way out of that is right. To leave such chords out ([`Counted::Complete`]) makes the mean too short, as long chords are
-//! cut more often; to take them as long as they are seen ([`Counted::All`]) does so, too. The distribution that this module
-//! takes by default is of complete chords: each of its lengths is one that the structure has, and PoreSpy does the same.
-//! How much was left out is in [`Censored`].
+//! A chord that ends at the region's boundary is *censored*: it continues beyond, and only its least length is known. Neither
+//! simple treatment is unbiased. Omitting such chords ([`Counted::Complete`]) makes the mean too short, as long chords are cut
+//! more often; counting their visible length ([`Counted::All`]) does so, too. The distribution of this module by default
+//! consists of complete chords: each of its lengths is one that the structure has, and PoreSpy does the same. [`Censored`]
+//! reports the omitted share.
 //!
-//! For the **mean** there is a right way: the length of the phase on the lines over half the number of ends that the surface
-//! makes ([`Chords::mean`]). An end is seen or not irrespective of how long its chord is, so every chord counts as often as
-//! its ends are seen, which on average is right. With the crossings by unit length P_L of
-//! [`anisotropy`](super::anisotropy), a mean over the same lines, that is 2φ/P_L for the pores of a porosity φ: each chord
-//! has two ends. In a cell that repeats nothing needs be cut ([`Edges::Periodic`]): what leaves at one face goes on at
-//! the opposite one.
+//! The **mean** has an unbiased estimate: the length of the phase on the lines over half the number of ends at the surface
+//! ([`Chords::mean`]). An end is visible irrespective of the length of its chord, so every chord counts as often as its ends
+//! are visible, which is correct on average. With the crossings per unit length P_L of [`anisotropy`](super::anisotropy), a
+//! mean over the same lines, that is 2φ/P_L for the pores of a porosity φ: each chord has two ends. In a periodic cell nothing
+//! needs to be cut ([`Edges::Periodic`]): a chord that leaves at one face continues at the opposite one.
 //!
 //! A ball of radius R has chords of mean 4R/3 and standard deviation √2 R/3 by number.
 
@@ -27,34 +26,34 @@ use super::stretches::{End, flush, stretches};
 use super::{Distribution, Edges, Phase, Region};
 use crate::ldi::{Ldi, Spans};
 
-/// What a chord counts with.
+/// The weight of a chord.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Weighting {
-    /// Every chord once.
+    /// Every chord counts once.
     #[default]
     Number,
-    /// Every chord with its length.
+    /// Every chord counts in proportion to its length.
     Length,
 }
 
-/// Which chords count.
+/// The chords that count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Counted {
-    /// Those that end at the surface on both sides.
+    /// Chords that end at the surface on both sides.
     #[default]
     Complete,
-    /// All of them, censored ones as long as they are seen.
+    /// All chords, censored ones with their visible length.
     All,
 }
 
 /// Chords that end at the region's boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Censored {
-    /// How many there are.
+    /// Number of censored chords.
     pub count: u64,
     /// Their share of all chords by number.
     pub share: f64,
-    /// What is seen of them, in world units.
+    /// Their visible length, in world units.
     pub length: f64,
     /// Their share of the length of all chords.
     pub share_of_length: f64,
@@ -64,11 +63,11 @@ pub struct Censored {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chords {
     step: f64,
-    /// In lattice steps.
+    /// Complete chords, in lattice steps.
     complete: Vec<i32>,
-    /// In lattice steps, as far as they are seen.
+    /// Visible lengths of censored chords, in lattice steps.
     censored: Vec<i32>,
-    /// Ends that the surface makes.
+    /// Number of ends at the surface.
     ends: u64,
 }
 
@@ -92,8 +91,8 @@ impl Found {
 }
 
 impl Chords {
-    /// The chords on the rays of one exact image of the solid. Of [`Edges`], `Periodic` joins what a box cuts; the others
-    /// leave it cut, and so does every region that is not a box.
+    /// Finds the chords on the rays of one exact image of the solid. Of [`Edges`], `Periodic` joins chords across a box; the
+    /// others leave them cut, and so does every region that is not a box.
     pub fn along(image: &Ldi, region: &Region, phase: Phase, edges: Edges) -> Chords {
         let (columns, rows) = image.size();
         let flush = flush(image.grid());
@@ -125,7 +124,7 @@ impl Chords {
         }
     }
 
-    /// The chords of several images of one grid together, as those along x, y and z.
+    /// Combines the chords of several images of one grid, such as those along x, y and z.
     ///
     /// # Panics
     /// If there are none, or their lattices differ in step.
@@ -140,30 +139,30 @@ impl Chords {
         }
     }
 
-    /// How many chords there are, censored ones among them.
+    /// Returns the number of chords, including censored ones.
     pub fn count(&self) -> u64 {
         (self.complete.len() + self.censored.len()) as u64
     }
 
-    /// The length of all chords, censored ones as far as they are seen, in world units.
+    /// Returns the length of all chords, with the visible length of censored ones, in world units.
     pub fn length(&self) -> f64 {
         self.world(total(&self.complete) + total(&self.censored))
     }
 
-    /// The mean chord, in world units: the length of all over half the ends that the surface makes, so that cut chords
-    /// distort nothing; see the module's docs. Nothing where the surface ends no chord.
+    /// Returns the mean chord, in world units: the total length over half the number of ends at the surface, so that cut chords
+    /// cause no bias; see the module's docs. `None` where no chord ends at the surface.
     pub fn mean(&self) -> Option<f64> {
         (self.ends > 0).then(|| self.length() / (0.5 * self.ends as f64))
     }
 
-    /// The chords that the region's boundary ends; shares are NaN where there are no chords at all.
+    /// Returns the chords that the region's boundary ends; shares are NaN where there are no chords at all.
     pub fn censored(&self) -> Censored {
         let length = self.world(total(&self.censored));
         let count = self.censored.len() as u64;
         Censored { count, share: count as f64 / self.count() as f64, length, share_of_length: length / self.length() }
     }
 
-    /// The distribution of lengths in world units; nothing where no chord counts.
+    /// Returns the distribution of lengths in world units; `None` where no chord counts.
     pub fn distribution(&self, weighting: Weighting, counted: Counted) -> Option<Distribution> {
         let censored = match counted {
             Counted::Complete => &[][..],
@@ -210,7 +209,7 @@ mod tests {
         // By length, the mean is ⟨l²⟩/⟨l⟩ = 2R²/(4R/3).
         let exact = [4.0 / 3.0, 2.0f64.sqrt() / 3.0, 1.5];
         let errors = [32, 64, 128].map(|resolution| {
-            // Somewhere between the rays, ten times over.
+            // At ten positions between the rays.
             let found: Vec<[f64; 3]> = (0..10)
                 .map(|i| {
                     let place = DVec3::new(0.618034, 0.754878, 0.569840) * f64::from(i);
@@ -237,7 +236,7 @@ mod tests {
         assert!(mean.iter().all(|&error| error < 1e-3) && worst.iter().all(|&error| error < 5e-3), "{errors:?}");
     }
 
-    /// How far the mean chord is from 2φ/P_L, along every axis, of either phase, cut or joined.
+    /// Returns the largest deviation of the mean chord from 2φ/P_L, along every axis, of either phase, cut or joined.
     fn off_from_crossings(mesh: &Sampled, region: &Region) -> f64 {
         let facets = mesh.facets();
         let surface = SurfaceElements::within(&facets, &mesh.images, region);
@@ -267,8 +266,8 @@ mod tests {
             println!("{surface:?}: mean chord off 2φ/P_L by {errors:.5?}, order {:.2}", order(errors));
             assert!(errors[2] < 1e-2, "{surface:?}: {errors:?}");
         }
-        // Struts that lie askew, in a box that cuts them anywhere: crossings are those of hits. (Those of facets, along rays
-        // that run with the struts, are 5 % off at ten rays to a strut.)
+        // Inclined struts in a box that cuts them anywhere: crossings are those of hits. (Those of facets, along rays parallel
+        // to the struts, are 5 % off at ten rays to a strut.)
         let mesh = turned(struts(3, 16), turns(4).last().unwrap());
         let errors = [32, 64, 128].map(|resolution| {
             let grid = grid_of(DVec3::splat(-2.7), DVec3::splat(2.7), resolution);
@@ -305,12 +304,12 @@ mod tests {
         assert!((cut.share - 2.0 / 3.0).abs() < 1e-12 && (cut.share_of_length - 0.5).abs() < 1e-6);
         let mean = |counted| clipped.distribution(Weighting::Number, counted).unwrap().mean();
         assert!((mean(Counted::Complete) - 3.0).abs() < 1e-6 && (mean(Counted::All) - 2.0).abs() < 1e-6);
-        // Ends tell the mean of all pores, whole and cut.
+        // The ends give the mean of all pores, whole and cut.
         assert!((clipped.mean().unwrap() - 3.0).abs() < 1e-6);
         assert_eq!((periodic.count(), periodic.censored().count), (512, 0));
         let joined = periodic.distribution(Weighting::Length, Counted::Complete).unwrap();
         assert!((joined.min() - 3.0).abs() < 1e-6 && (joined.max() - 3.0).abs() < 1e-6);
-        // Along x pores and plates go on for ever.
+        // Along x pores and plates continue for ever.
         for chords in along_x.iter().flatten() {
             assert!(chords.mean().is_none() && chords.distribution(Weighting::Number, Counted::Complete).is_none());
             assert_eq!(chords.censored().share, 1.0);
@@ -340,7 +339,7 @@ mod tests {
 
     #[test]
     fn what_was_cut_with_the_region_itself_is_censored() {
-        // A rod that ends where the region does: its ends are no surface.
+        // A rod that ends where the region does: its ends are not surface.
         let grid = grid_of(DVec3::splat(-2.0), DVec3::splat(2.0), 32);
         let block = |x: f64, z: f64| solids::cuboid(DVec3::new(-x, -x, -z), DVec3::new(x, x, z)).unwrap();
         let [rod, region] = [block(0.5, 1.7), block(1.2, 1.7)].map(|mesh| Sampled::on(&grid, mesh));

@@ -1,20 +1,20 @@
 //! Integrals of curvature over a mesh.
 //!
-//! A polyhedron is bent at its edges and vertices alone. Steiner's formula for parallel bodies gives what they hold: an edge
-//! of length ℓ and exterior angle β (0 where flat, negative where it is reflex) has ½·ℓ·β of ∫H dA, H = (k₁ + k₂)/2, and a
-//! vertex with facets' angles α has 2π − Σα of ∫K dA. For a ball of radius R these tend to 4πR and are 4π; for a box of
-//! sides a, b, c they are π(a + b + c) and 4π. Over a closed surface ∫K dA = 2πχ (Gauss and Bonnet), which on a mesh holds
-//! but for rounding and is a check of what was summed up.
+//! A polyhedron is bent at its edges and vertices alone. Steiner's formula for parallel bodies gives their contributions: an
+//! edge of length ℓ and exterior angle β (0 where flat, negative where it is reflex) contributes ½·ℓ·β to ∫H dA, H = (k₁ +
+//! k₂)/2, and a vertex with facets' angles α contributes 2π − Σα to ∫K dA. For a ball of radius R these tend to 4πR and are 4π;
+//! for a box of sides a, b, c they are π(a + b + c) and 4π. Over a closed surface ∫K dA = 2πχ (Gauss and Bonnet), which on a
+//! mesh holds to rounding and checks the sums.
 //!
-//! # Where the box cuts
-//! Facets in a face of the box are no surface, and where they meet it, at the *rim*, neither is the angle between them.
-//! So edges and vertices of such facets are left out: sums are over edges whose two facets, and vertices all of whose
-//! facets, are surface. That leaves ∫K open at the rim, which turns as it likes. Where the box is a cell that repeats
-//! ([`Edges::Periodic`]) it closes: a vertex on the rim is one with its image in the opposite face, and together they have
-//! 2π; one by itself has π, or π/2 in an edge of the box. Then ∫K dA is 2πχ of the surface in a cell, exactly. Edges of the
-//! rim stay out of ∫H, since their other facet lies in another cell, and with them what lies half an edge about the rim: an
-//! error that falls with the length of edges (in a primitive cell of 32 edges to a side 0.3, where a ball of as much surface
-//! has 5.4).
+//! # Cuts by the box
+//! Facets in a face of the box are not surface, and where they meet it, at the *rim*, neither is the angle between them. So
+//! edges and vertices of such facets are omitted: sums are over edges whose two facets, and vertices all of whose facets, are
+//! surface. That leaves ∫K open at the rim, whose total turning is arbitrary. Where the box is a periodic cell
+//! ([`Edges::Periodic`]) it closes: a vertex on the rim is identified with its image in the opposite face, and together they
+//! have 2π; one by itself has π, or π/2 in an edge of the box. Then ∫K dA is 2πχ of the surface in a cell, exactly. Edges of
+//! the rim are excluded from ∫H, since their other facet lies in another cell, and with them the surface within half an edge of
+//! the rim: an error that falls with the length of edges (in a primitive cell of 32 edges to a side 0.3, where a ball of as
+//! much surface has 5.4).
 
 use std::f64::consts::{PI, TAU};
 
@@ -24,25 +24,25 @@ use rayon::prelude::*;
 use super::elements::{BoxFaces, SurfaceError, cut_facets};
 use super::{Edges, Facets, Region};
 
-/// What the surface within a region is curved by.
+/// The integrals of curvature of the surface within a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curvature {
     /// ∫H dA, in world units.
     pub mean: f64,
     /// ∫K dA, a pure number.
     pub gauss: f64,
-    /// Σ (2π − Σα) over all vertices of the mesh, facets in faces of the box among them.
+    /// Σ (2π − Σα) over all vertices of the mesh, including facets in faces of the box.
     pub gauss_of_mesh: f64,
-    /// Vertices − edges + facets of the mesh, 1/2π of the former for a closed one.
+    /// Vertices − edges + facets of the mesh; for a closed one `gauss_of_mesh` / 2π.
     pub characteristic: i64,
-    /// Edges of the surface that say nothing of its curvature: in an odd number of facets, or in facets that do not bound
-    /// solid by turns. They are left out of `mean`.
+    /// Edges of the surface with undefined curvature: with an odd number of facets, or with facets that do not alternately
+    /// enter and leave solid. They are omitted from `mean`.
     pub irregular_edges: u64,
     /// Facets without area, which have no normal. Their edges count as flat.
     pub degenerate_facets: u64,
 }
 
-/// The curvature of the surface within a box that holds the mesh. Positions are merged where they are equal to the bit.
+/// Integrates the curvature of the surface within a box that holds the mesh. Positions are merged where they are bitwise equal.
 ///
 /// # Errors
 /// If the region is not a box, or does not hold the mesh.
@@ -89,7 +89,7 @@ fn is_triangle([a, b, c]: [u32; 3]) -> bool {
     a != b && b != c && c != a
 }
 
-/// For each position the first that equals it to the bit; the two zeros are one.
+/// Returns for each position the first that is bitwise equal to it; the two zeros are equal.
 fn merged(positions: &[DVec3]) -> Vec<u32> {
     let bits = |v: u32| (positions[v as usize] + 0.0).to_array().map(f64::to_bits);
     let mut order: Vec<u32> = (0..positions.len() as u32).collect();
@@ -104,9 +104,9 @@ fn merged(positions: &[DVec3]) -> Vec<u32> {
 /// The angles of facets about each vertex.
 struct Angles {
     all: Vec<f64>,
-    /// Of facets that are surface.
+    /// The angles of facets that are surface.
     of_surface: Vec<f64>,
-    /// Whether a facet at the vertex is not.
+    /// True if a facet at the vertex is not surface.
     is_rim: Vec<bool>,
 }
 
@@ -125,7 +125,7 @@ impl Angles {
             .collect();
         let n = facets.positions.len();
         let mut angles = Angles { all: vec![0.0; n], of_surface: vec![0.0; n], is_rim: vec![false; n] };
-        // Facets that a merged edge has folded away bound nothing and have no angles.
+        // Facets that collapsed when positions were merged bound nothing and have no angles.
         let triangles = corners.iter().enumerate().filter(|&(_, &corners)| is_triangle(corners));
         for (facet, corners) in triangles {
             for (&vertex, &angle) in corners.iter().zip(&by_facet[facet]) {
@@ -140,18 +140,18 @@ impl Angles {
     }
 }
 
-/// An edge as one facet has it.
+/// An edge of one facet.
 #[derive(Clone, Copy, Debug)]
 struct HalfEdge {
     /// Vertices, the lesser first.
     ends: [u32; 2],
     facet: u32,
-    /// Whether the facet runs from the lesser to the greater.
+    /// True if the facet runs from the lesser to the greater.
     forward: bool,
 }
 
 impl HalfEdge {
-    /// Those of all facets, by edge.
+    /// Returns the half-edges of all facets, sorted by edge.
     fn all_of(corners: &[[u32; 3]]) -> Vec<HalfEdge> {
         let of_facet = |(facet, &c): (usize, &[u32; 3])| {
             [0, 1, 2].map(|i| {
@@ -167,7 +167,7 @@ impl HalfEdge {
     }
 }
 
-/// What an edge adds to ∫H dA.
+/// The contribution of an edge to ∫H dA.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Bend {
     /// A facet at the edge is not surface.
@@ -197,10 +197,11 @@ impl Bend {
     }
 }
 
-/// The exterior angles of all wedges of solid that meet in an edge, if its facets enter and leave solid by turns.
+/// Returns the sum of the exterior angles of all wedges of solid that meet in an edge, if its facets alternately enter and
+/// leave solid.
 ///
-/// Seen against the edge's direction, solid lies clockwise of a facet that runs forward and counter-clockwise of one that
-/// runs backward, so that a wedge reaches from the latter to the next of the former.
+/// Seen against the edge's direction, solid lies clockwise of a facet that runs forward and counter-clockwise of one that runs
+/// backward, so that a wedge extends from the latter to the next of the former.
 fn exterior_of_wedges(around: &[HalfEdge], along: DVec3, normal: impl Fn(&HalfEdge) -> DVec3) -> Option<f64> {
     let across = along.any_orthonormal_vector();
     let (x, y) = (across, along.cross(across));
@@ -227,7 +228,7 @@ mod tests {
     use crate::metrics::elements::tests::{Sampled, cube, grid_of, network, order, struts, turned, turns, whole};
     use crate::solids::{self, Surface};
 
-    /// In a box that touches nothing of the mesh.
+    /// Returns the curvature of a mesh in a box that does not touch it.
     fn of(mesh: &TriangleMesh) -> Curvature {
         let bounds = mesh.bounds().unwrap();
         let grid = grid_of(bounds.min - DVec3::ONE, bounds.max + DVec3::ONE, 16);
@@ -286,7 +287,7 @@ mod tests {
 
     #[test]
     fn the_two_sides_of_half_a_network_are_alike() {
-        // Pores and solid are congruent, so ∫H = 0; a ball of as much surface would have some 6. What is left is the rim's.
+        // Pores and solid are congruent, so ∫H = 0; a ball of as much surface would have about 6. The rest is due to the rim.
         for surface in [Surface::Gyroid, Surface::Primitive, Surface::Diamond] {
             let found = [16, 32, 64].map(|resolution| {
                 let cell = Sampled::of(network(surface, 1, resolution), 16);

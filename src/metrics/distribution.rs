@@ -1,14 +1,14 @@
-//! What is said of many values at once: mean, spread, percentiles, a histogram.
+//! Statistics of many values: mean, spread, percentiles, a histogram.
 
 use rayon::prelude::*;
 
-/// Bins that weights are gathered in: a percentile is known to a bin's width, the largest value's 1/65 536.
+/// Number of bins for weights: a percentile is accurate to a bin's width, the largest value's 1/65 536.
 const BINS: usize = 1 << 16;
 
-/// Values that one task gathers. Part of the result, since it decides the order of additions.
+/// Values in one task. Part of the result, since it determines the order of additions.
 const CHUNK: usize = 1 << 16;
 
-/// Weighted values that are not negative, in whatever unit they came in.
+/// Weighted non-negative values, in the unit of the input.
 #[derive(Clone, Debug)]
 pub struct Distribution {
     count: u64,
@@ -31,12 +31,12 @@ pub struct Histogram {
 }
 
 impl Distribution {
-    /// Of values with weights; nothing where there is no weight at all. Weights of 0 do not count.
+    /// Gathers values with weights; `None` where the total weight is 0. Weights of 0 do not count.
     pub fn of_weighted(values: &[(f64, f64)]) -> Option<Distribution> {
         Distribution::gather(values.len(), |i| values[i])
     }
 
-    /// Of the values of a map that are above 0, each times `scale` and of weight 1.
+    /// Gathers the values of a map that are above 0, each times `scale` and with weight 1.
     pub fn of_map(values: &[f32], scale: f64) -> Option<Distribution> {
         Distribution::gather(values.len(), |i| {
             let value = values[i];
@@ -44,7 +44,7 @@ impl Distribution {
         })
     }
 
-    /// Of so many values with weights, each as `at` gives it.
+    /// Gathers `length` values with weights, each as `at` returns it.
     pub(super) fn gather(length: usize, at: impl Fn(usize) -> (f64, f64) + Sync) -> Option<Distribution> {
         let chunks = || (0..length.div_ceil(CHUNK)).into_par_iter().map(|c| c * CHUNK..length.min((c + 1) * CHUNK));
         let counted = |range: std::ops::Range<usize>| range.map(&at).filter(|&(_, weight)| weight > 0.0);
@@ -75,37 +75,37 @@ impl Distribution {
         Some(Distribution { count: count as u64, weight, mean, deviation, min, max, bins })
     }
 
-    /// How many values there are.
+    /// Returns the number of values.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The weight of all values together.
+    /// Returns the total weight.
     pub fn weight(&self) -> f64 {
         self.weight
     }
 
-    /// The weighted mean.
+    /// Returns the weighted mean.
     pub fn mean(&self) -> f64 {
         self.mean
     }
 
-    /// The weighted standard deviation.
+    /// Returns the weighted standard deviation.
     pub fn deviation(&self) -> f64 {
         self.deviation
     }
 
-    /// The smallest value.
+    /// Returns the smallest value.
     pub fn min(&self) -> f64 {
         self.min
     }
 
-    /// The largest value.
+    /// Returns the largest value.
     pub fn max(&self) -> f64 {
         self.max
     }
 
-    /// The value below which a share of the weight lies, 0 ≤ `share` ≤ 1, to 1/65 536 of the largest.
+    /// Returns the value below which a share of the weight lies, 0 ≤ `share` ≤ 1, to 1/65 536 of the largest.
     pub fn quantile(&self, share: f64) -> f64 {
         let mut below = 0.0;
         let wanted = share * self.weight;
@@ -119,7 +119,7 @@ impl Distribution {
         self.max
     }
 
-    /// The share of the weight whose values are at least `value`, to a bin.
+    /// Returns the share of the weight whose values are at least `value`, to a bin.
     pub fn share_from(&self, value: f64) -> f64 {
         if value <= self.min || self.max == 0.0 {
             return 1.0;
@@ -128,7 +128,7 @@ impl Distribution {
         self.bins.iter().skip(first).sum::<f64>() / self.weight
     }
 
-    /// `count` equal bins from 0 to the largest value.
+    /// Returns `count` equal bins from 0 to the largest value.
     ///
     /// # Panics
     /// If `count` is 0 or more than 65,536.

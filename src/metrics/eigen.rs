@@ -2,20 +2,20 @@
 
 use glam::{DMat3, DVec3};
 
-/// Rounds of rotations after which nothing is left beside the diagonal; three to five are needed.
+/// Most rounds of rotations, after which nothing is left off the diagonal; three to five are needed.
 const ROUNDS: usize = 32;
 
 /// The principal values of a symmetric matrix and their directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Principal {
-    /// Ascending.
+    /// The values, ascending.
     pub values: [f64; 3],
-    /// Of length 1 and at right angles, right-handed, in the order of the values.
+    /// Orthonormal, right-handed, in the order of the values.
     pub directions: [DVec3; 3],
 }
 
 impl Principal {
-    /// By Jacobi's rotations, exact to rounding and for equal values, too; what lies below the diagonal is not looked at.
+    /// Computes them by Jacobi rotations, exact to rounding, also for equal values; entries below the diagonal are not read.
     /// Where an entry is not finite, nor are values.
     pub fn of(matrix: DMat3) -> Principal {
         let mut a = [0, 1, 2].map(|row| [0, 1, 2].map(|column| matrix.col(row.max(column))[row.min(column)]));

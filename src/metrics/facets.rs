@@ -1,16 +1,16 @@
-//! The facets of a mesh, as sums over its surface take them.
+//! The facets of a mesh, prepared for sums over its surface.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Normals and areas of the triangles of a mesh, with what they are made of.
+/// Normals and areas of the triangles of a mesh, with positions and triangles.
 #[derive(Clone, Debug)]
 pub struct Facets<'a> {
     /// Corners, in world units.
     pub positions: &'a [DVec3],
-    /// Three corners each, counter-clockwise seen from outside.
+    /// Three indices for each triangle, counter-clockwise seen from outside.
     pub triangles: &'a [[u32; 3]],
-    /// Outward, of length 1; zero of a triangle without area.
+    /// Outward unit normals; zero for a triangle without area.
     pub normals: Vec<DVec3>,
     /// In square world units.
     pub areas: Vec<f64>,
@@ -35,7 +35,7 @@ impl<'a> Facets<'a> {
         Facets { positions, triangles, normals, areas }
     }
 
-    /// The corners of a triangle.
+    /// Returns the corners of a triangle.
     pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
         self.triangles[triangle].map(|v| self.positions[v as usize])
     }

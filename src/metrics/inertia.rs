@@ -1,8 +1,8 @@
 //! Centroid and inertia of the solid and of the pores within a region.
 //!
 //! The moments of an image are exact sums over its columns ([`integrate::moments`](crate::integrate::moments)); here they are
-//! means over the images along x, y and z, each of which is blind to what runs along its rays. Those of the pores are those of
-//! the region less those of the solid in it: a box has its moments in closed form, another region those of its own images.
+//! means over the images along x, y and z, each of which is blind to surfaces along its rays. Those of the pores are those of
+//! the region minus those of the solid in it: a box has its moments in closed form, another region those of its own images.
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -13,11 +13,11 @@ use super::{Phase, Region};
 use crate::integrate::{Moments, moments};
 use crate::ldi::{Ldi, Spans};
 
-/// A volume below this share of the region's is none but rounding.
+/// A volume below this share of the region's counts as zero with rounding.
 const NONE: f64 = 1e-12;
 
-/// Volume, centroid and inertia, at unit density, of a phase within a region, from the exact images of the solid along x, y
-/// and z. In world units; centroid and inertia are NaN where the phase has no volume.
+/// Returns volume, centroid and inertia, at unit density, of a phase within a region, from the exact images of the solid along
+/// x, y and z. In world units; centroid and inertia are NaN where the phase has no volume.
 pub fn phase_moments(images: &[Ldi; 3], region: &Region, phase: Phase) -> Moments {
     let solid = combined(&images.each_ref().map(|image| (moments(&solid_within(image, region)), 1.0 / 3.0)));
     match phase {
@@ -26,12 +26,13 @@ pub fn phase_moments(images: &[Ldi; 3], region: &Region, phase: Phase) -> Moment
     }
 }
 
-/// The principal moments of inertia, ascending, in world units to the fifth, and their axes; nothing where they are not known.
+/// Returns the principal moments of inertia, ascending, in world units to the fifth, and their axes; `None` where the inertia
+/// is not finite.
 pub fn principal_moments(of: &Moments) -> Option<Principal> {
     of.inertia.is_finite().then(|| Principal::of(of.inertia))
 }
 
-/// Volume, centroid and inertia of a region.
+/// Returns volume, centroid and inertia of a region.
 pub fn region_moments(region: &Region) -> Moments {
     match region.images() {
         Some(images) => combined(&images.each_ref().map(|image| (moments(image), 1.0 / 3.0))),
@@ -46,7 +47,7 @@ pub fn region_moments(region: &Region) -> Moments {
     }
 }
 
-/// The moments of several bodies together, each with a factor: negative for what is taken away.
+/// Returns the combined moments of several bodies, each with a factor: negative to subtract a body.
 fn combined(parts: &[(Moments, f64)]) -> Moments {
     // Bodies without volume have no centroid.
     let parts = || parts.iter().filter(|(part, _)| part.volume > 0.0);
@@ -65,7 +66,7 @@ fn combined(parts: &[(Moments, f64)]) -> Moments {
     Moments { volume, centroid, inertia }
 }
 
-/// The image of what of a solid lies in a region.
+/// Returns the image of the part of a solid that lies in a region.
 fn solid_within(image: &Ldi, region: &Region) -> Ldi {
     let (columns, rows) = image.size();
     let of_row = |row: u32| {
@@ -95,7 +96,7 @@ mod tests {
     use crate::metrics::elements::tests::{Sampled, grid_of, order, turned, turns};
     use crate::solids;
 
-    /// What fills a box between two corners.
+    /// Returns the moments of a full box between two corners.
     fn of_box(min: DVec3, max: DVec3) -> Moments {
         let (sides, volume) = (max - min, (max - min).element_product());
         let [a, b, c] = (sides * sides).to_array();
@@ -103,7 +104,7 @@ mod tests {
         Moments { volume, centroid: 0.5 * (min + max), inertia }
     }
 
-    /// Of a closed mesh, as a sum over the tetrahedra of its facets and the origin.
+    /// Returns the moments of a closed mesh, as a sum over the tetrahedra of its facets and the origin.
     fn of_mesh(mesh: &TriangleMesh) -> Moments {
         let (mut volume, mut first, mut second) = (0.0, DVec3::ZERO, DMat3::ZERO);
         for triangle in &mesh.triangles {
@@ -121,7 +122,7 @@ mod tests {
         Moments { volume, centroid, inertia: DMat3::from_diagonal(DVec3::splat(trace)) - about }
     }
 
-    /// The worst relative error.
+    /// Returns the worst relative error.
     fn off(found: &Moments, exact: &Moments) -> f64 {
         let length = exact.volume.cbrt();
         let inertia = (found.inertia - exact.inertia).to_cols_array().iter().fold(0.0f64, |m, d| m.max(d.abs()));

@@ -1,30 +1,30 @@
-//! Metrics of scaffolds and of their pores: what histomorphometry and porosimetry call them, from images and nodes.
+//! Metrics of scaffolds and of their pores in the terms of histomorphometry and porosimetry, from images and nodes.
 //!
 //! # Two sources
-//! **Rays** know where on them the surface lies, to a millionth of a pitch. From them come volume, area, chords, profiles,
-//! moments and all that sums over the surface. **Nodes**, where the rays of the three axes meet, know neighbours. From them
-//! come components, the Euler characteristic, and what needs distances: thickness, access, percolation, paths. Distances
-//! are not those between nodes: they go from a node to where a ray crosses the surface ([`distance`]), and the centres of
-//! balls lie between nodes, where they fit best ([`thickness`]).
+//! **Rays** locate the surface on them to a millionth of a pitch. They give volume, area, chords, profiles, moments and all
+//! sums over the surface. **Nodes**, where the rays of the three axes meet, have neighbours. They give components, the Euler
+//! characteristic, and all that needs distances: thickness, access, percolation, paths. Distances are not between nodes: they
+//! go from a node to a ray's crossing with the surface ([`distance`]), and the centres of balls lie between nodes, where they
+//! fit best ([`thickness`]).
 //!
-//! # Words
-//! A [`Region`] is the volume of interest (VOI, of volume TV): the box of the solid, or what another mesh bounds. A
-//! [`Phase`] is the solid within it, or the pores: what of the region is not solid. [`Edges`] says what becomes of balls and
-//! paths where the region ends. A face of the solid that lies in a face of the box was cut there; it is no surface.
+//! # Terms
+//! A [`Region`] is the volume of interest (VOI, of volume TV): the box of the solid, or the inside of another mesh. A [`Phase`]
+//! is the solid within it, or the pores: the part of the region that is not solid. [`Edges`] is the boundary condition for
+//! balls and paths. A face of the solid that lies in a face of the box was cut there; it is not surface.
 //!
 //! # Units
-//! Positions and lengths on the raster are in pitches, node `i` of a side lying at `i`: a face of the box is at −0.5, where
-//! the box is a whole number of pitches. Whatever is a result is in world units, or a pure number; the docs of each say
-//! which. Sums run in an order that does not depend on the number of threads.
+//! Positions and lengths on the raster are in pitches, node `i` of a side lying at `i`: a face of the box is at −0.5, where the
+//! box is a whole number of pitches. Results are in world units, or pure numbers; the docs of each say which. Sums run in an
+//! order that does not depend on the number of threads.
 //!
-//! # Rooms
-//! - [`NodeSet`], [`Region`], [`Facets`], [`Distribution`]: what the others work on and give.
+//! # Modules
+//! - [`NodeSet`], [`Region`], [`Facets`], [`Distribution`]: the input and output types of the others.
 //! - [`components`], [`euler`]: pieces, pores, holes and cavities.
-//! - [`distance`] → [`thickness`] → [`access`]: balls that fit; what they reach from outside; what spans the region.
-//! - [`tortuosity`]: how much longer paths are, and how much slower diffusion is.
+//! - [`distance`] → [`thickness`] → [`access`]: balls that fit; their access from outside; percolation of the region.
+//! - [`tortuosity`]: the lengthening of paths, and the slowing of diffusion.
 //! - [`elements`]: the surface within a region, which [`anisotropy`] and [`orientation`] sum over.
-//! - [`chords`], [`profiles`], [`inertia`], [`curvature`], [`permeability`]: what else comes from rays and facets.
-//! - [`bounds`]: what certainly is solid, and what may be.
+//! - [`chords`], [`profiles`], [`inertia`], [`curvature`], [`permeability`]: further metrics from rays and facets.
+//! - [`bounds`]: certified bounds of the solid.
 //! - [`wrap`]: the shape of a porous solid, a region to measure it in.
 
 pub mod access;
@@ -55,20 +55,20 @@ pub use facets::Facets;
 pub use nodes::NodeSet;
 pub use region::{Region, RegionSpans};
 
-/// The solid within a region, or what of the region is not solid.
+/// The solid within a region, or the part of the region that is not solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Phase {
-    /// What the mesh bounds.
+    /// The inside of the mesh.
     Solid,
     /// The rest of the region.
     Pore,
 }
 
 impl Phase {
-    /// Solid, pore.
+    /// Both phases: solid, pore.
     pub const BOTH: [Phase; 2] = [Phase::Solid, Phase::Pore];
 
-    /// The nodes of this phase: those of the region that are solid, or those that are not.
+    /// Returns the nodes of this phase: those of the region that are solid, or those that are not.
     pub fn nodes(self, solid: &NodeSet, region: &NodeSet) -> NodeSet {
         match self {
             Phase::Solid => solid.and(region),
@@ -76,7 +76,7 @@ impl Phase {
         }
     }
 
-    /// `solid` or `pore`.
+    /// Returns `solid` or `pore`.
     pub const fn name(self) -> &'static str {
         match self {
             Phase::Solid => "solid",
@@ -85,21 +85,21 @@ impl Phase {
     }
 }
 
-/// What becomes of balls and paths where the region ends.
+/// The boundary condition for balls and paths at the region's boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Edges {
-    /// What lies beyond is not looked at: balls touch the surface alone and may reach beyond the region, as they do in
-    /// BoneJ and PoreSpy. Pores at the faces of a box seem wider than they are.
+    /// The space beyond is ignored: balls touch only the surface and may extend beyond the region, as they do in BoneJ and
+    /// PoreSpy. Pores at the faces of a box seem wider than they are.
     Clip,
-    /// The region is a cell that repeats: what leaves at one face enters at the opposite one. For boxes of whole numbers of
-    /// pitches.
+    /// The region is a periodic cell: balls and paths that leave at one face enter at the opposite one. For boxes of whole
+    /// numbers of pitches.
     Periodic,
     /// Balls of either phase must lie within the region: its boundary is a wall.
     Border,
 }
 
 impl Edges {
-    /// `clip`, `periodic` or `border`.
+    /// Returns `clip`, `periodic` or `border`.
     pub const fn name(self) -> &'static str {
         match self {
             Edges::Clip => "clip",
@@ -123,7 +123,7 @@ mod tests {
     use crate::sampler::{Fill, Sampler};
     use crate::solids;
 
-    /// The exact images of a ball of radius 10, with triangles.
+    /// Returns the exact images of a ball of radius 10, with triangles.
     fn ball(resolution: u32) -> [Ldi; 3] {
         let closed = ClosedMesh::check(solids::geodesic(10.0, 24).unwrap()).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), resolution, 1024).unwrap();
@@ -150,7 +150,7 @@ mod tests {
         assert!(low.iter().zip(high).all(|(low, high)| (low + 0.5).abs() < 1e-3 && (high - 64.5).abs() < 1e-3));
     }
 
-    /// A plate of height 1 that a box of 2 × 2 × 4 cuts a piece from: what balls have room in the piece, above and below.
+    /// A plate of height 1 from which a box of 2 × 2 × 4 cuts a piece: the balls that fit in the piece, above and below.
     #[test]
     fn the_walls_of_a_region_hold_balls() {
         let closed = |min, max| ClosedMesh::check(solids::cuboid(min, max).unwrap()).unwrap();

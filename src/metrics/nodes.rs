@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::ldi::NodePlanes;
 
-/// Which nodes of a raster belong to a set.
+/// A set of nodes of a raster.
 ///
 /// Node (x, y, z) is bit `x % 64` of word `x / 64` of row `z · size[1] + y`; rows are whole words, and the bits beyond the last
 /// node of a row are 0.
@@ -16,13 +16,13 @@ pub struct NodeSet {
 }
 
 impl NodeSet {
-    /// No node of a raster of so many along x, y and z.
+    /// Returns the empty set of a raster with `size` nodes along x, y and z.
     pub fn empty(size: [usize; 3]) -> NodeSet {
         let words = size[0].div_ceil(64);
         NodeSet { size, words, bits: vec![0; words * size[1] * size[2]] }
     }
 
-    /// All nodes of a raster.
+    /// Returns all nodes of a raster.
     pub fn full(size: [usize; 3]) -> NodeSet {
         let mut set = NodeSet::empty(size);
         set.bits.fill(u64::MAX);
@@ -30,7 +30,7 @@ impl NodeSet {
         set
     }
 
-    /// The nodes for which `belongs` says so.
+    /// Returns the nodes for which `belongs` is true.
     pub fn from_fn(size: [usize; 3], belongs: impl Fn([usize; 3]) -> bool + Sync) -> NodeSet {
         let mut set = NodeSet::empty(size);
         let words = set.words.max(1);
@@ -43,7 +43,7 @@ impl NodeSet {
         set
     }
 
-    /// The nodes that images have inside.
+    /// Returns the nodes that are inside by the images.
     pub fn of_planes(planes: &NodePlanes) -> NodeSet {
         let size = planes.grid().rays().map(|n| n as usize);
         let mut set = NodeSet::empty(size);
@@ -56,7 +56,7 @@ impl NodeSet {
         set
     }
 
-    /// The nodes whose byte is not 0, of an array whose index runs fastest along x.
+    /// Returns the nodes whose byte is not 0, from an array whose index runs fastest along x.
     ///
     /// # Panics
     /// If there is not a byte for each node.
@@ -65,35 +65,35 @@ impl NodeSet {
         NodeSet::from_fn(size, |[x, y, z]| bytes[(z * size[1] + y) * size[0] + x] != 0)
     }
 
-    /// Nodes along x, y and z.
+    /// Returns the number of nodes along x, y and z.
     pub fn size(&self) -> [usize; 3] {
         self.size
     }
 
-    /// Nodes of the raster, in the set or not.
+    /// Returns the number of nodes of the raster, in the set or not.
     pub fn volume(&self) -> usize {
         self.size.iter().product()
     }
 
-    /// Words of a row.
+    /// Returns the number of words of a row.
     pub fn words(&self) -> usize {
         self.words
     }
 
-    /// The words of row (y, z).
+    /// Returns the words of row (y, z).
     #[inline]
     pub fn row(&self, y: usize, z: usize) -> &[u64] {
         let at = (z * self.size[1] + y) * self.words;
         &self.bits[at..at + self.words]
     }
 
-    /// The words of row (y, z), to be changed. Bits beyond the last node stay 0.
+    /// Returns the words of row (y, z) for writing. Bits beyond the last node must stay 0.
     pub fn row_mut(&mut self, y: usize, z: usize) -> &mut [u64] {
         let at = (z * self.size[1] + y) * self.words;
         &mut self.bits[at..at + self.words]
     }
 
-    /// Whether a node belongs to the set.
+    /// Returns whether a node belongs to the set.
     #[inline]
     pub fn contains(&self, [x, y, z]: [usize; 3]) -> bool {
         self.row(y, z)[x / 64] >> (x % 64) & 1 == 1
@@ -104,27 +104,27 @@ impl NodeSet {
         self.row_mut(y, z)[x / 64] |= 1 << (x % 64);
     }
 
-    /// How many nodes belong to the set.
+    /// Returns the number of nodes in the set.
     pub fn count(&self) -> u64 {
         self.bits.par_chunks(1 << 14).map(|words| words.iter().map(|w| u64::from(w.count_ones())).sum::<u64>()).sum()
     }
 
-    /// Whether no node belongs to the set.
+    /// Returns whether the set is empty.
     pub fn is_empty(&self) -> bool {
         self.bits.iter().all(|&word| word == 0)
     }
 
-    /// The nodes of both sets.
+    /// Returns the nodes of both sets.
     pub fn and(&self, other: &NodeSet) -> NodeSet {
         self.combined(other, |a, b| a & b)
     }
 
-    /// The nodes of either set.
+    /// Returns the nodes of either set.
     pub fn or(&self, other: &NodeSet) -> NodeSet {
         self.combined(other, |a, b| a | b)
     }
 
-    /// The nodes of this set that are not in the other.
+    /// Returns the nodes of this set that are not in the other.
     pub fn minus(&self, other: &NodeSet) -> NodeSet {
         self.combined(other, |a, b| a & !b)
     }
@@ -148,7 +148,7 @@ impl NodeSet {
     }
 }
 
-/// The words that the bits from `first` to `last` reach into, with a mask of those in each.
+/// Returns the words that hold the bits from `first` to `last`, with a mask of those in each.
 pub(super) fn words_between(first: usize, last: usize) -> impl Iterator<Item = (usize, u64)> {
     (first / 64..=last / 64).map(move |word| {
         let from = if word == first / 64 { first % 64 } else { 0 };

@@ -1,20 +1,20 @@
-//! Surface by orientation: what overhangs when it is built layer by layer.
+//! Surface by orientation: overhangs in layer-by-layer manufacturing.
 
 use glam::DVec3;
 
 use super::elements::{SurfaceElements, in_chunks};
 
-/// Whether what lies on the build plate counts as overhanging.
+/// The treatment of surface on the build plate as overhang.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Plate {
-    /// It counts, as all that faces down.
+    /// It counts like all surface that faces down.
     #[default]
     Counted,
     /// Facets in the lowest plane of the mesh rest on the plate.
     Supported,
 }
 
-/// Surface that faces down more steeply than an angle allows.
+/// Surface that faces down within the overhang angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overhang {
     /// Its area, in square world units.
@@ -23,14 +23,14 @@ pub struct Overhang {
     pub share: f64,
 }
 
-/// How near to the lowest corner a facet's corners lie in the lowest plane, as a share of the mesh's height.
+/// Distance from the lowest corner within which a facet's corners lie in the lowest plane, as a share of the mesh's height.
 const LOWEST: f64 = 1e-6;
 
-/// The surface whose normal n has n·`build` < −cos `angle`: that which lies within `angle`, in degrees, of facing straight
-/// down. A ball has (1 − cos θ)/2 of its surface there, 14.64 % at 45°; a lying cylinder a quarter of its side.
+/// Returns the surface whose normal n has n·`build` < −cos `angle`: that within `angle`, in degrees, of facing straight down. A
+/// ball has (1 − cos θ)/2 of its surface there, 14.64 % at 45°; a lying cylinder a quarter of its side.
 ///
-/// `build` is the direction in which layers are added, of any length; what faces of a box cut off is no surface and counts
-/// neither as overhang nor in the share. Nothing where there is no surface, or no direction.
+/// `build` is the direction in which layers are added, of any length; cuts by faces of a box are not surface and count neither
+/// as overhang nor in the share. `None` where there is no surface, or no direction.
 pub fn overhang(surface: &SurfaceElements, build: DVec3, angle: f64, plate: Plate) -> Option<Overhang> {
     let up = build.try_normalize()?;
     let limit = -angle.to_radians().cos();

@@ -1,16 +1,16 @@
 //! Estimates of permeability.
 //!
-//! Kozeny and Carman take the pores for winding tubes of the same surface (P. C. Carman, *Transactions of the Institution
-//! of Chemical Engineers* 15, 1937): k = φ³/(K·S_V²), φ being the porosity and S_V the surface *per total volume*, BS/TV.
-//! (Where the surface is taken per volume of solid, S₀ = S_V/(1 − φ), the same reads φ³/(K·S₀²(1 − φ)²).) K gathers the
-//! shape of the tubes' section and how they wind: 2 for straight round tubes, 3 for straight slits, about 5 for beds of
-//! grains ([`KOZENY`]). It is an estimate: no flow is calculated, and pores that lead nowhere count as others do.
+//! Kozeny and Carman model the pores as winding tubes of the same surface (P. C. Carman, *Transactions of the Institution of
+//! Chemical Engineers* 15, 1937): k = φ³/(K·S_V²), φ being the porosity and S_V the surface *per total volume*, BS/TV. (Where
+//! the surface is taken per volume of solid, S₀ = S_V/(1 − φ), the same reads φ³/(K·S₀²(1 − φ)²).) K combines the shape of the
+//! tubes' section and their tortuosity: 2 for straight round tubes, 3 for straight slits, about 5 for beds of grains
+//! ([`KOZENY`]). It is an estimate: no flow is calculated, and dead-end pores count as others do.
 
 /// Kozeny's constant as Carman found it on beds of grains.
 pub const KOZENY: f64 = 5.0;
 
-/// The permeability k in square world units, from a porosity, the surface per total volume S_V in 1 / world unit and
-/// Kozeny's constant K. Nothing where it has no meaning: no surface, a porosity beyond 0 to 1, a constant not above 0.
+/// Returns the permeability k in square world units, from a porosity, the surface per total volume S_V in 1 / world unit and
+/// Kozeny's constant K. `None` where it is undefined: no surface, a porosity beyond 0 to 1, a constant not above 0.
 pub fn kozeny_carman(porosity: f64, surface_per_volume: f64, constant: f64) -> Option<f64> {
     let has_meaning = (0.0..=1.0).contains(&porosity) && surface_per_volume > 0.0 && constant > 0.0;
     has_meaning.then(|| porosity.powi(3) / (constant * surface_per_volume * surface_per_volume))

@@ -1,9 +1,8 @@
 //! Porosity, slice by slice.
 //!
-//! A slice is a plane of nodes across an axis. The rays in that plane, along either of the two other axes, say which share
-//! of it is solid: lengths over lengths, with no voxel in between. Both families of rays count, since each is blind to
-//! surfaces along it. The slices of an axis, weighted by their area in the region, have the porosity of those two images as
-//! their mean, exactly.
+//! A slice is a plane of nodes across an axis. The rays in that plane, along either of the two other axes, determine the solid
+//! share of it: lengths over lengths, without voxels. Both families of rays count, since each is blind to surfaces along it.
+//! The slices of an axis, weighted by their area in the region, have the porosity of those two images as their mean, exactly.
 
 use rayon::prelude::*;
 
@@ -17,35 +16,35 @@ use crate::ldi::{Ldi, Spans};
 pub struct Profile {
     /// The axis that slices are across.
     pub axis: Axis,
-    /// Where they are along the axis, in world coordinates, ascending: a pitch apart.
+    /// Positions along the axis, in world coordinates, ascending: a pitch apart.
     pub positions: Vec<f64>,
-    /// The share of each that is not solid; NaN where the region has none of it.
+    /// The share of each slice that is not solid; NaN outside the region.
     pub porosities: Vec<f64>,
-    /// What of each lies in the region, in square world units.
+    /// The area of each slice within the region, in square world units.
     pub areas: Vec<f64>,
 }
 
 impl Profile {
-    /// The mean of all slices by their area: the porosity that the rays in them see. NaN where there is no area.
+    /// Returns the mean of all slices by their area: the porosity along the rays in them. NaN where there is no area.
     pub fn mean(&self) -> f64 {
         let weighted: f64 = self.in_region().map(|(porosity, area)| porosity * area).sum();
         weighted / self.in_region().map(|(_, area)| area).sum::<f64>()
     }
 
-    /// The least and the greatest porosity of a slice; nothing where no slice lies in the region.
+    /// Returns the least and the greatest porosity of a slice; `None` where no slice lies in the region.
     pub fn range(&self) -> Option<[f64; 2]> {
         let widen = |[low, high]: [f64; 2], (porosity, _): (f64, f64)| [low.min(porosity), high.max(porosity)];
         let range = self.in_region().fold([f64::INFINITY, f64::NEG_INFINITY], widen);
         (range[0] <= range[1]).then_some(range)
     }
 
-    /// Porosity and area of the slices that the region has.
+    /// Returns porosity and area of the slices in the region.
     fn in_region(&self) -> impl Iterator<Item = (f64, f64)> {
         self.porosities.iter().copied().zip(self.areas.iter().copied()).filter(|&(_, area)| area > 0.0)
     }
 }
 
-/// The profiles across x, y and z, from the exact images of a solid along x, y and z.
+/// Computes the profiles across x, y and z, from the exact images of a solid along x, y and z.
 pub fn profiles(images: &[Ldi; 3], region: &Region) -> [Profile; 3] {
     let sums = images.each_ref().map(|image| ImageSums::of(image, region));
     Axis::ALL.map(|axis| {

@@ -1,4 +1,4 @@
-//! Where metrics are taken.
+//! Regions of interest.
 
 use rayon::prelude::*;
 
@@ -7,7 +7,7 @@ use crate::grid::{Axis, Grid, LatticeBox};
 use crate::integrate::{AxisVolume, VolumeEstimate};
 use crate::ldi::{Combine, Ldi, NodePlanes, Spans};
 
-/// The volume of interest (VOI): the box of a solid, or what another mesh bounds.
+/// The volume of interest (VOI): the box of a solid, or the inside of another mesh.
 #[derive(Clone, Debug)]
 pub struct Region<'a> {
     grid: Grid,
@@ -25,7 +25,7 @@ enum Within<'a> {
 }
 
 impl<'a> Region<'a> {
-    /// A box within a grid, in lattice positions. All nodes of the grid that lie in it belong to the region.
+    /// Creates a box within a grid, in lattice positions. All nodes of the grid that lie in it belong to the region.
     pub fn of_box(grid: &Grid, bounds: LatticeBox) -> Region<'a> {
         let size = grid.rays().map(|n| n as usize);
         let inside: [Vec<bool>; 3] = [0, 1, 2].map(|axis| {
@@ -37,7 +37,7 @@ impl<'a> Region<'a> {
         Region { grid: *grid, within: Within::Box, bounds, nodes, volume: sides.iter().product() }
     }
 
-    /// What a solid bounds, from its exact images along x, y and z. Its volume is that of the images.
+    /// Creates the region inside a solid, from its exact images along x, y and z. Its volume is that of the images.
     pub fn of_solid(images: &'a [Ldi; 3]) -> Region<'a> {
         let grid = *images[0].grid();
         let planes = NodePlanes::new(images, Combine::Most).expect("images along the three axes of one grid");
@@ -51,17 +51,17 @@ impl<'a> Region<'a> {
         Region { grid, within: Within::Solid(images), bounds, nodes, volume }
     }
 
-    /// The raster.
+    /// Returns the raster.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    /// Whether the region is a box.
+    /// Returns whether the region is a box.
     pub fn is_box(&self) -> bool {
         matches!(self.within, Within::Box)
     }
 
-    /// The images of the solid that bounds the region; nothing of a box.
+    /// Returns the images of the solid that bounds the region; `None` for a box.
     pub fn images(&self) -> Option<&'a [Ldi; 3]> {
         match self.within {
             Within::Box => None,
@@ -69,28 +69,28 @@ impl<'a> Region<'a> {
         }
     }
 
-    /// The box around the region, in lattice positions.
+    /// Returns the box around the region, in lattice positions.
     pub fn bounds(&self) -> LatticeBox {
         self.bounds
     }
 
-    /// The box around the region in pitches, node `i` lying at `i`: lower and upper corner.
+    /// Returns the box around the region in pitches, node `i` lying at `i`: lower and upper corner.
     pub fn bounds_in_pitches(&self) -> [[f64; 3]; 2] {
         let place = |position: i32| f64::from(position - self.grid.node(0)) / f64::from(1u32 << self.grid.shift());
         [self.bounds.min.map(place), self.bounds.max.map(place)]
     }
 
-    /// The nodes in the region.
+    /// Returns the nodes in the region.
     pub fn nodes(&self) -> &NodeSet {
         &self.nodes
     }
 
-    /// TV, in cubic world units.
+    /// Returns TV, in cubic world units.
     pub fn volume(&self) -> f64 {
         self.volume
     }
 
-    /// The stretches of a ray that lie in the region, in lattice positions; `ray` is row · columns + column.
+    /// Returns the segments of a ray that lie in the region, in lattice positions; `ray` is row · columns + column.
     pub fn spans(&self, axis: Axis, ray: u32) -> RegionSpans<'a> {
         match self.within {
             Within::Box => {
@@ -108,12 +108,12 @@ impl<'a> Region<'a> {
     }
 }
 
-/// The stretches of a ray that lie in a region, ascending.
+/// The segments of a ray that lie in a region, ascending.
 #[derive(Clone, Debug)]
 pub enum RegionSpans<'a> {
-    /// Of a box, all of it that the ray meets.
+    /// The segment within a box, if the ray meets it.
     Box(Option<(i32, i32)>),
-    /// Of a solid.
+    /// The spans of a solid.
     Solid(Spans<'a>),
 }
 

@@ -1,47 +1,47 @@
-//! The stretches of one ray that lie in a phase, and what ends them.
+//! The segments of one ray that lie in a phase, and the kinds of their ends.
 
 use super::{Phase, RegionSpans};
 use crate::grid::Grid;
 use crate::ldi::Spans;
 
-/// What ends a stretch.
+/// The kind of an end of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum End {
     /// The surface of the solid.
     Surface,
-    /// The region's boundary, so that the stretch may go on beyond.
+    /// The region's boundary; the segment may continue beyond.
     Boundary,
 }
 
-/// A stretch of a ray within one phase of a region.
+/// A segment of a ray within one phase of a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stretch {
     /// In lattice positions, below `end`.
     pub start: i32,
     /// In lattice positions.
     pub end: i32,
-    /// What it starts and ends at.
+    /// The kinds of its start and end.
     pub ends: [End; 2],
 }
 
 impl Stretch {
-    /// In lattice steps.
+    /// Returns the length in lattice steps.
     pub fn length(&self) -> i32 {
         self.end - self.start
     }
 }
 
-/// How near to the region's boundary a surface lies in it, in lattice steps: a millionth of the grid's longest side, about
-/// ten times the rounding of the coordinates of a file in single precision.
+/// Returns the distance from the region's boundary within which a surface counts as lying in it, in lattice steps: a millionth
+/// of the grid's longest side, about ten times the rounding of the coordinates of a file in single precision.
 pub(super) fn flush(grid: &Grid) -> i32 {
     let longest = (0..3).map(|axis| grid.length(axis)).fold(0, i32::max);
     (longest / 1_000_000).max(4)
 }
 
-/// Visits the stretches of a ray in a phase, ascending.
+/// Visits the segments of a ray in a phase, ascending.
 ///
-/// An end within `flush` steps of an end of the region's span is one at the boundary, whoever made it; what lies between
-/// that end and the boundary is nothing. With a `flush` of 0 the stretches of the two phases fill the region's spans.
+/// An end within `flush` steps of an end of the region's span counts as one at the boundary, whatever its cause; the sliver
+/// between that end and the boundary is dropped. With a `flush` of 0 the segments of the two phases fill the region's spans.
 pub(super) fn stretches(
     solid: Spans<'_>,
     region: RegionSpans<'_>,
@@ -70,7 +70,7 @@ pub(super) fn stretches(
             say(Phase::Solid, start.max(low), end.min(high));
             at = end.min(high);
             if end > high {
-                // It may go on in the next span of the region.
+                // It may continue in the next span of the region.
                 break;
             }
             solid.next();

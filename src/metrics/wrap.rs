@@ -15,7 +15,7 @@ pub enum WrapError {
     /// The images do not belong together.
     #[error(transparent)]
     Nodes(#[from] NodesError),
-    /// Internal: the result is no image.
+    /// Internal: the result is an invalid image.
     #[error(transparent)]
     Image(#[from] LdiError),
     /// The ball is too small for the raster.
@@ -26,16 +26,16 @@ pub enum WrapError {
     },
 }
 
-/// Returns the exact images of everything that a ball of `radius` pitches cannot reach when it rolls in from the boundary of the
-/// raster: the morphological closing of the solid by that ball, cavities and enclosed pores filled.
+/// Returns the exact images of everything that a ball of `radius` pitches cannot reach when it rolls in from the boundary of
+/// the raster: the morphological closing of the solid by that ball, cavities and enclosed pores filled.
 ///
 /// `images` are exact images of the solid along x, y and z, with a margin of more than `radius` pitches on every side. The boundary
 /// lies δ²/2r outside of the true one, where δ < 1 is the distance in pitches to the nearest crossing: 0.02 pitches in the mean for a
 /// ball of 4. Sharp edges are cut off by less than a pitch.
 ///
 /// The centres that the ball reaches are the nodes further than `radius` from the surface that are connected to the rim of the
-/// raster; where distances pass `radius` between two nodes the crossing is interpolated linearly. What lies further than `radius`
-/// from those crossings is the result.
+/// raster; where distances pass `radius` between two nodes the crossing is interpolated linearly. The result is the set of
+/// points further than `radius` from those crossings.
 ///
 /// # Errors
 /// Images that do not belong together, and a ball of less than [`RADIUS_MIN`] pitches.
@@ -51,7 +51,7 @@ pub fn wrap(images: &[Ldi; 3], radius: f64) -> Result<[Ldi; 3], WrapError> {
     Ok([filled.image(&grid, Axis::X)?, filled.image(&grid, Axis::Y)?, filled.image(&grid, Axis::Z)?])
 }
 
-/// The crossings of the filled solid with rows of nodes.
+/// Returns the crossings of the filled solid with rows of nodes.
 fn filled(surface: &Crossings, solid: &NodeSet, radius: f64) -> Crossings {
     let size = solid.size();
     let index = |[x, y, z]: [usize; 3]| (z * size[1] + y) * size[0] + x;
@@ -78,7 +78,7 @@ mod tests {
         (dx * dx + dy * dy + dz * dz).sqrt() - radius
     }
 
-    /// The mean of the volumes between crossings along the three axes, in cubic pitches.
+    /// Returns the mean of the volumes between crossings along the three axes, in cubic pitches.
     fn volume(crossings: &Crossings) -> f64 {
         let size = crossings.size();
         let of_axis = |axis: Axis| -> f64 {
@@ -89,7 +89,7 @@ mod tests {
         Axis::ALL.map(of_axis).iter().sum::<f64>() / 3.0
     }
 
-    /// Two balls apart get the neck that Connolly's probe leaves between them: a piece of a torus turned inwards.
+    /// Two separate balls get the neck that Connolly's probe leaves between them: a piece of a torus turned inwards.
     #[test]
     fn a_neck_between_two_balls_is_filled_to_the_torus_that_the_ball_sweeps() {
         let (ball_radius, half, radius) = (10.0, 10.5, 4.0);
@@ -127,7 +127,8 @@ mod tests {
         let drilled = |p| ball(p, centre, 15.0).max(-hole(p, 3.0)).max(-cavity(p));
         let whole = 4.0 / 3.0 * std::f64::consts::PI * 15_f64.powi(3);
         let (surface, solid) = Crossings::of_function(size, Edges::Clip, drilled);
-        // A ball of radius 2 goes through the hole of 3; one of 4 rests on its rims and takes a cap of itself and one of the solid.
+        // A ball of radius 2 passes through the hole of 3; one of 4 rests on its rims and adds a cap of itself and one of the
+        // solid.
         let open = volume(&filled(&surface, &solid, 2.0));
         let closed = volume(&filled(&surface, &solid, 4.0));
         let channel = 4.0 / 3.0 * std::f64::consts::PI * (15_f64.powi(3) - (225.0 - 9.0_f64).powf(1.5));

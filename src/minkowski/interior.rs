@@ -1,13 +1,13 @@
-//! Where the sum certainly is, on coarse voxels: primitives in there bound nothing and need not be sampled.
+//! The certain interior of a sum on coarse voxels: primitives in it bound nothing and need not be sampled.
 //!
-//! Most primitives of two solids that are not convex lie inside their sum. If voxel `i` holds a point of A, wherever in it,
-//! and the eight voxels about the corner `j` of B's lattice of voxels lie in B, then voxel `i + j` lies in A ⊕ B. So the
-//! **interior** is the dilation of the voxels that A *touches* by those corners that B *fills*, and the same the other way
-//! round. Both are found on the safe side: a voxel counts as touched when its middle or a point of a triangle is in, and as full when no
-//! triangle may reach into it and its middle is in.
+//! Most primitives of two solids that are not convex lie inside their sum. If voxel `i` holds any point of A, and the eight
+//! voxels about the corner `j` of B's lattice of voxels lie in B, then voxel `i + j` lies in A ⊕ B. So the **interior** is the
+//! dilation of the voxels that A *touches* by those corners that B *fills*, and vice versa. Both are conservative: a voxel
+//! counts as touched when its middle lies in the solid or it holds a point of a triangle, and as full when no triangle may
+//! reach into it and its middle lies in the solid.
 //!
-//! The dilation goes by runs of voxels along x: what a run of `l` voxels adds is the other set dilated by `l`, which two
-//! shifts of the dilation by the power of two below give. At 128 voxels that is some ten million word operations.
+//! The dilation works on runs of voxels along x: a run of `l` voxels adds the other set dilated by `l`, which is the union of
+//! two shifts of the dilation by the largest power of two up to `l`. At 128 voxels that takes some ten million word operations.
 
 use rayon::prelude::*;
 
@@ -16,10 +16,10 @@ use crate::fixed::{Crossing, Pixels};
 use crate::grid::{Axis, Grid, LATTICE_MAX, LatticeBox};
 use crate::sampler::cpu::CpuSampler;
 
-/// Voxels along the longest side of the sum, at the least half and at the most this.
+/// Most voxels along the longest side of the sum; it has at least half of these.
 const MOST_VOXELS: i32 = 128;
 
-/// Voxels are powers of two of lattice steps wide, and no less than this power: there is no room for a ray below.
+/// The width of a voxel is a power of two of lattice steps, with at least this exponent: below it a voxel holds no ray.
 const LEAST_SHIFT: u32 = 3;
 
 /// The coarse voxels of a sum that certainly lie in its interior.
@@ -50,7 +50,7 @@ impl VoxelSet {
         set
     }
 
-    /// The row of voxels at `y` and `z`, counted from the first.
+    /// Returns the row of voxels at `y` and `z`, counted from the first.
     fn row(&self, y: usize, z: usize) -> &[u64] {
         &self.bits[(z * self.size[1] + y) * self.words..][..self.words]
     }
@@ -59,7 +59,7 @@ impl VoxelSet {
         &mut self.bits[(z * self.size[1] + y) * self.words..][..self.words]
     }
 
-    /// Runs of voxels along x, row by row: y and z counted from the first, and the range of x.
+    /// Returns the runs of voxels along x, row by row: y and z counted from the first, and the range of x.
     fn runs(&self) -> Vec<(usize, usize, std::ops::Range<usize>)> {
         let mut runs = Vec::new();
         for z in 0..self.size[2] {
@@ -82,7 +82,7 @@ impl VoxelSet {
         runs
     }
 
-    /// The corners all of whose eight voxels are set; corner `j` lies between voxels `j − 1` and `j`.
+    /// Returns the corners all of whose eight voxels are set; corner `j` lies between voxels `j − 1` and `j`.
     fn full_corners(&self) -> VoxelSet {
         let mut corners = self.clone();
         for row in corners.bits.chunks_mut(self.words) {
@@ -103,7 +103,7 @@ impl VoxelSet {
         corners
     }
 
-    /// The set dilated along x by runs of 1, 2, 4 … up to `longest` voxels.
+    /// Returns the set dilated along x by runs of 1, 2, 4 … up to `longest` voxels.
     fn dilated(self, longest: usize) -> Vec<VoxelSet> {
         let mut levels = vec![self];
         while 1 << levels.len() <= longest {
@@ -179,7 +179,7 @@ fn clear_range(row: &mut [u64], range: std::ops::Range<usize>) {
     for_each_word(row, range, |word, bits| *word &= !bits);
 }
 
-/// Adds the bits of a row, moved up; those beyond the end are lost.
+/// Adds the bits of a row, shifted up by `by`; those beyond the end are lost.
 fn or_shifted(to: &mut [u64], from: &[u64], by: usize) {
     let (words, bits) = (by / 64, by % 64);
     for (i, &word) in from.iter().enumerate() {
@@ -194,7 +194,7 @@ fn or_shifted(to: &mut [u64], from: &[u64], by: usize) {
     }
 }
 
-/// Adds the bits of a row, moved by `by` either way; those beyond the ends are lost.
+/// Adds the bits of a row, shifted by `by` either way; those beyond the ends are lost.
 fn or_at(to: &mut [u64], from: &[u64], by: i32) {
     if by >= 0 {
         return or_shifted(to, from, by as usize);
@@ -207,14 +207,15 @@ fn or_at(to: &mut [u64], from: &[u64], by: i32) {
     }
 }
 
-/// What a solid touches and fills.
+/// The voxels that a solid touches and fills.
 struct Occupancy {
     touched: VoxelSet,
     full: VoxelSet,
 }
 
 impl Occupancy {
-    /// The voxels of 2^`shift` steps about a solid, with a margin of `margin` voxels; none where it does not fit a lattice.
+    /// Computes the voxels of 2^`shift` steps about a solid, with a margin of `margin` voxels; `None` where it does not fit a
+    /// lattice.
     fn new(
         solid: &Polyhedron,
         outer: Outer,
@@ -231,7 +232,7 @@ impl Occupancy {
         let first = margin.map(|m| -(m as i32));
         let size = std::array::from_fn(|i| rays[i] as usize + 2 * margin[i]);
         let mut touched = VoxelSet::new(first, size, outer == Outer::In);
-        // Spans of what the surface encloses, whichever way it is turned.
+        // Spans enclosed by the surface, whatever its orientation.
         let as_triangles = Primitives { positions: solid.positions().to_vec(), triangles: solid.triangles().to_vec() };
         let lists = as_triangles.lists::<Crossing>(&grid, Axis::X, sampler, |sorted, kept| {
             let mut winding = 0;
@@ -273,11 +274,11 @@ impl Occupancy {
     }
 }
 
-/// What rounding may move a clipped corner or a point of a triangle by, in lattice steps, many times over. Nothing is full
-/// that a triangle comes so close to.
+/// Many times the displacement of a clipped corner or a point of a triangle by rounding, in lattice steps. Voxels that a
+/// triangle comes this close to are not full.
 const SLACK: f64 = 4.0;
 
-/// Calls `meet` with points of a triangle, its corners among them, that are a voxel apart or less along each axis.
+/// Calls `meet` with points of a triangle, its corners among them, that are at most a voxel apart along each axis.
 fn for_each_point(corners: &[[f64; 3]; 3], shift: u32, mut meet: impl FnMut([f64; 3])) {
     let [a, b, c] = *corners;
     let reach = |p: [f64; 3], q: [f64; 3]| (0..3).map(|i| (p[i] - q[i]).abs()).fold(0.0, f64::max);
@@ -319,7 +320,7 @@ fn for_each_reached(corners: &[[f64; 3]; 3], shift: u32, mut reach: impl FnMut(i
     }
 }
 
-/// The part of a convex polygon where `side · (coordinate − bound)` is not negative.
+/// Clips a convex polygon to `side · (coordinate − bound)` ≥ 0.
 fn clipped(polygon: &[[f64; 3]], i: usize, bound: f64, side: f64) -> Vec<[f64; 3]> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (at, &p) in polygon.iter().enumerate() {
@@ -337,8 +338,8 @@ fn clipped(polygon: &[[f64; 3]], i: usize, bound: f64, side: f64) -> Vec<[f64; 3
 }
 
 impl Interior {
-    /// The voxels of `grid`, that of the sum, which certainly lie in the interior of A ⊕ B. None at all, where the voxels
-    /// that this would take do not fit a lattice.
+    /// Finds the voxels of `grid`, that of the sum, which certainly lie in the interior of A ⊕ B. Empty where the voxels needed
+    /// do not fit a lattice.
     pub fn new(grid: &Grid, a: &Polyhedron, outer_a: Outer, b: &Polyhedron, sampler: &CpuSampler) -> Interior {
         let longest = (0..3).map(|i| grid.length(i)).max().unwrap_or(LATTICE_MAX);
         let mut shift = LEAST_SHIFT;
@@ -358,7 +359,7 @@ impl Interior {
         Interior { shift, voxels }
     }
 
-    /// Whether all of a box lies in the interior.
+    /// Returns whether all of a box lies in the interior.
     pub fn holds(&self, bounds: &LatticeBox) -> bool {
         let first = bounds.min.map(|p| (p >> self.shift) as usize);
         let last = bounds.max.map(|p| (p >> self.shift) as usize);
@@ -373,14 +374,14 @@ impl Interior {
         })
     }
 
-    /// How many of the voxels there are.
+    /// Returns the number of voxels.
     pub fn count(&self) -> u64 {
         self.voxels.bits.iter().map(|word| u64::from(word.count_ones())).sum()
     }
 }
 
 impl Primitives {
-    /// Those that are not wholly in the interior.
+    /// Keeps the primitives that are not wholly in the interior.
     pub fn outside(self, interior: &Interior) -> Primitives {
         let reaches_out = |triangle: &&[u32; 3]| {
             let point = |v: u32| self.positions[v as usize];
@@ -402,7 +403,7 @@ mod tests {
 
     type Box3 = [[i32; 3]; 2];
 
-    /// Boxes as one polyhedron whose shells overlap.
+    /// Returns boxes as one polyhedron whose shells overlap.
     fn heap(boxes: &[Box3]) -> Polyhedron {
         const FACES: [[u32; 4]; 6] =
             [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -424,7 +425,7 @@ mod tests {
         Grid::from_parts(glam::DVec3::ZERO, 1.0, [(side >> 4) as u32; 3], 4, 32).unwrap()
     }
 
-    /// Some points of every voxel of the interior, corners among them, and whether `holds` holds there.
+    /// Asserts that `holds` is true at some points of every voxel of the interior, corners among them.
     fn assert_all(interior: &Interior, holds: impl Fn([i32; 3]) -> bool) {
         for (y, z, run) in interior.voxels.runs() {
             for x in run {

@@ -1,35 +1,35 @@
 //! Minkowski sums and differences of any two solids, convex or not, as layered depth images.
 //!
 //! A ⊕ B = {a + b}. The seed paper (section V.B, after Li & McMains) culls pairs of features that cannot carry the boundary,
-//! voxelises the surface of the rest, floods from outside and samples what the flood has found. Here the same three steps
-//! work on crossings instead of voxels, so that nothing finer than a voxel is lost and nothing leaks:
+//! voxelises the surface of the rest, floods from outside and samples the flooded region. Here the same three steps work on
+//! crossings instead of voxels, so that nothing finer than a voxel is lost and nothing leaks:
 //!
 //! 1. **Primitives** (`cull`): facet + vertex and edge + edge whose supporting planes agree, by exact signs. Together they
-//!    cover the boundary of the sum, and more: parts of them lie inside. Those that lie in what is coarsely known to be
-//!    inside (`interior`) are not sampled.
-//! 2. **Certain spans** (`spans`): the rays meet the primitives in crossings, which cut them into intervals, each wholly in
-//!    or wholly out of the sum. *Behind every primitive lies the sum*: a facet has its own solid behind it, and a convex
-//!    edge on another spans the half space behind their common plane. So an interval is in unless the crossing before it
-//!    leaves and the one after it enters. What is left are the **gaps**.
-//! 3. **Settling** (`settle`): gaps of the three axes that share a lattice node are in or out together, and neighbouring
-//!    nodes without a crossing between them are, too. Sets of such nodes are found on bit masks, 64 nodes at a time; a set
-//!    that touches neither what is certainly out nor what is certainly in is a cavity or none: one exact test of one point
-//!    decides each, and each gap between two nodes.
-//! 4. **Retrieval**: the spans that are left are crossings like those of any solid, and give its exact, over- or
-//!    under-estimated image by the sampler's own stages.
+//!    cover the boundary of the sum, and more: parts of them lie inside. Those in the coarsely known interior (`interior`) are
+//!    not sampled.
+//! 2. **Certain spans** (`spans`): the rays meet the primitives in crossings, which divide them into intervals, each wholly in
+//!    or wholly out of the sum. *Behind every primitive lies the sum*: a facet has its own solid behind it, and a convex edge
+//!    on another spans the half space behind their common plane. So an interval is in unless the crossing before it leaves and
+//!    the one after it enters. The remaining intervals are the **gaps**.
+//! 3. **Gap resolution** (`settle`): gaps of the three axes that share a lattice node are in or out together, and so are
+//!    neighbouring nodes without a crossing between them. Sets of such nodes are found on bit masks, 64 nodes at a time; a set
+//!    that touches neither certain outside nor certain inside is either a cavity or inside: one exact test of one point decides
+//!    each, and each gap between two nodes.
+//! 4. **Retrieval**: the remaining spans are crossings like those of any solid, from which the sampler's own stages make its
+//!    exact, over- or under-estimated image.
 //!
-//! x ∈ A ⊕ B ⇔ A ∩ (x − B) ≠ ∅ is decided on the lattice by exact signs, with ties broken by the perturbation of the world
-//! that the sampler uses (`membership`), so that no component and no gap stays undecided. Gaps shorter than four lattice
-//! steps, a few millionths of a pitch, are closed unless a node lies in them.
+//! x ∈ A ⊕ B ⇔ A ∩ (x − B) ≠ ∅ is decided on the lattice by exact signs, with ties broken by the sampler's symbolic
+//! perturbation (`membership`), so that no component and no gap stays undecided. Gaps shorter than four lattice steps, a few
+//! millionths of a pitch, are closed unless a node lies in them.
 //!
-//! A GPU does the first three steps, too, with the same results: `cull::gpu` looks at every pair, [`Primitives::spans`] takes
+//! A GPU performs the first three steps, too, with the same results: `cull::gpu` tests every pair, [`Primitives::spans`] takes
 //! either sampler, and `settle::gpu` floods masks of all nodes.
 //!
-//! The difference A ⊖ B = {x : x + B ⊆ A} is the complement of complement(A) ⊕ (−B): the same steps with A turned inside
-//! out and what lies outside of everything counted as in.
+//! The difference A ⊖ B = {x : x + B ⊆ A} is the complement of complement(A) ⊕ (−B): the same steps with A turned inside out
+//! and everything beyond the outermost crossings counted as in.
 //!
-//! Overlapping shells unite: the sum of a heap of struts is the union of their sums. Shells whose overlaps are to cancel, as
-//! even-odd has them, have no sum of this kind.
+//! Overlapping shells unite: the sum of a heap of struts is the union of their sums. Shells whose overlaps should cancel, as
+//! under the even-odd fill rule, have no sum of this kind.
 //!
 //! # Two boxes
 //! ```
@@ -74,15 +74,15 @@ pub use polyhedron::Polyhedron;
 pub use settle::{SettleCounts, SettleError, Settled, settle};
 pub use spans::{Outer, RaySpans};
 
-/// A solid whose boundary is covered by primitives that crossings were made of, ready to say of a point whether it is in.
+/// A solid with an exact point membership test, whose boundary is covered by primitives.
 pub trait Membership: Sync {
-    /// What a thread remembers from one question to the next. It makes answers faster where questions lie close to one
-    /// another, and never changes them.
+    /// The memory of a thread from one test to the next. It makes tests faster where points lie close to one another, and never
+    /// changes their results.
     type Memory: Default + Send;
 
-    /// Whether the point is in the solid. `point` is a position on the lattice of the sum that lies on a ray along some axis
-    /// (two odd coordinates at the least, those of the ray, all three odd for a node) and stands for
-    /// (x + ε₁, y + ε₂, z + ε₃), ε₁ ≫ ε₂ ≫ ε₃ > 0, as in [`sampler`](crate::sampler).
+    /// Returns whether the point is in the solid. `point` is a position on the lattice of the sum that lies on a ray along some
+    /// axis (at least two odd coordinates, those of the ray; all three odd for a node) and stands for (x + ε₁, y + ε₂, z + ε₃),
+    /// ε₁ ≫ ε₂ ≫ ε₃ > 0, as in [`sampler`](crate::sampler).
     fn contains(&self, point: [i32; 3], memory: &mut Self::Memory) -> bool;
 }
 
@@ -91,19 +91,19 @@ pub trait Membership: Sync {
 pub struct Primitives {
     /// Even lattice positions.
     pub positions: Vec<[i32; 3]>,
-    /// Three indices each.
+    /// Three indices for each triangle.
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// How many pairs of features there are, were looked at, and were kept.
+/// The numbers of candidate, visited and kept pairs of features.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CullCounts {
     /// |F_A|·|V_B| + |V_A|·|F_B| + |E_A|·|E_B|.
     pub candidates: u128,
-    /// Pairs whose exact signs were found.
+    /// Pairs whose exact signs were computed.
     pub visited: u64,
     /// Pairs that can carry the boundary.
     pub kept: u64,
-    /// Primitives among them that differ from one another.
+    /// Distinct primitives among them.
     pub distinct: u64,
 }

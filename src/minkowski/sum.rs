@@ -1,4 +1,4 @@
-//! From primitives to certain spans, and from settled spans to images.
+//! Conversion of primitives to certain spans, and of resolved spans to images.
 
 use super::{Outer, Primitives, RaySpans};
 use crate::fixed::Hit;
@@ -9,8 +9,8 @@ use crate::sampler::cpu::CpuSampler;
 use crate::sampler::lists::{ListSampler, RayLists};
 
 impl Primitives {
-    /// What the rays along an axis cross: spans that are certain, with all that may be gaps, and the number of crossings. The
-    /// same by every sampler.
+    /// Computes the certain spans with all possible gaps of the rays along an axis, and the number of crossings. The result is
+    /// the same for every sampler.
     pub fn spans<H: Hit, S: ListSampler>(
         &self,
         grid: &Grid,
@@ -23,7 +23,7 @@ impl Primitives {
         Ok((RaySpans { axis, offsets: lists.offsets, hits: lists.hits }, lists.crossings))
     }
 
-    /// What `keep` keeps of the sorted crossings of each ray.
+    /// Returns the sorted crossings of each ray that `keep` keeps.
     pub(super) fn lists<H: Hit>(
         &self,
         grid: &Grid,
@@ -35,15 +35,15 @@ impl Primitives {
         sampler.lists(&triangles, axis, keep)
     }
 
-    /// The unit normal of each triangle, outwards, in world axes; zero for a triangle without area.
+    /// Returns the unit normal of each triangle, outwards, in world axes; zero for a triangle without area.
     pub fn normals(&self, grid: &Grid) -> Vec<[f32; 3]> {
         LatticeSolid::of_primitives(grid, &self.positions, &self.triangles).normals()
     }
 }
 
 impl<H: Hit + Sync> RaySpans<H> {
-    /// The image of the spans, or with [`Outer::In`] that of their gaps: of the complement, which is bounded. Exact images of
-    /// hits that remember their triangles have them.
+    /// Returns the image of the spans, or with [`Outer::In`] that of their gaps: of the complement, which is bounded. Exact
+    /// images of hits that record their triangles have them.
     pub fn image(&self, grid: &Grid, mode: Mode, sampler: &CpuSampler) -> Result<Ldi, TooManySamples> {
         sampler.image_of_lists(grid, self.axis, mode, |ray| self.of_ray(ray))
     }

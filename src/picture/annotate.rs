@@ -1,4 +1,4 @@
-//! What a figure needs beside the picture: a scale bar, axes, captions.
+//! Annotations of a figure: a scale bar, axes, captions.
 
 use glam::{DMat3, DVec3};
 
@@ -6,36 +6,36 @@ use super::camera::Camera;
 use super::canvas::{Canvas, Colour};
 use super::text::Type;
 
-/// The share of a picture's width that a scale bar comes near to and does not exceed.
+/// The largest share of a picture's width that a scale bar may take.
 const BAR: f64 = 0.2;
 
-/// A scale bar: a round length and what it measures in the picture.
+/// A scale bar: a round length in the units of the view and in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScaleBar {
     /// The length, 1, 2 or 5 times a power of ten, in the units of the view.
     pub length: f64,
-    /// The same in pixels.
+    /// The same length in pixels.
     pub pixels: f64,
 }
 
 impl ScaleBar {
-    /// The longest bar of a round length that is at most a fifth as wide as the picture.
+    /// Returns the longest bar of a round length that is at most a fifth as wide as the picture.
     pub fn of(camera: &Camera) -> ScaleBar {
         let most = BAR * f64::from(camera.format().width) * camera.pixel();
         let exponent = most.log10().floor() as i32;
-        // One power less, should the logarithm have been rounded up.
+        // One power less, in case the logarithm was rounded up.
         let lengths = (exponent - 1..=exponent).flat_map(|e| [1.0, 2.0, 5.0].map(|m| m * power_of_ten(e)));
         let length = lengths.filter(|&length| length <= most * (1.0 + 1e-12)).fold(0.0, f64::max);
         ScaleBar { length, pixels: length / camera.pixel() }
     }
 }
 
-/// 10^`exponent`, the nearest there is.
+/// Returns 10^`exponent`, rounded to the nearest number.
 fn power_of_ten(exponent: i32) -> f64 {
     if exponent < 0 { 1.0 / 10f64.powi(-exponent) } else { 10f64.powi(exponent) }
 }
 
-/// One line of a caption, perhaps behind a patch of a colour.
+/// One line of a caption, optionally after a colour patch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CaptionLine {
     /// The patch.
@@ -44,27 +44,27 @@ pub struct CaptionLine {
     pub text: String,
 }
 
-/// Draws the notes of one picture in sizes that go with it.
+/// Draws the annotations of one picture, scaled to its size.
 pub struct Annotator<'c> {
     canvas: &'c mut Canvas,
     letters: Type,
-    /// A length that all others go with: about a fiftieth of the picture's shorter side.
+    /// The unit of all lengths: about a fiftieth of the picture's shorter side.
     unit: f64,
 }
 
 impl<'c> Annotator<'c> {
-    /// Notes for a picture.
+    /// Creates an annotator for a picture.
     pub fn new(canvas: &'c mut Canvas) -> Annotator<'c> {
         let unit = (f64::from(canvas.width().min(canvas.height())) / 48.0).max(7.0);
         Annotator { canvas, letters: Type::of_size(1.22 * unit), unit }
     }
 
-    /// The distance of notes from the edge of the picture.
+    /// Returns the distance of annotations from the edge of the picture.
     fn margin(&self) -> f64 {
         1.5 * self.unit
     }
 
-    /// A scale bar at the lower left, with its length above it.
+    /// Draws a scale bar at the lower left, with its length above it.
     pub fn scale_bar(&mut self, bar: ScaleBar, label: &str) {
         let ink = self.canvas.background().ink();
         let (left, bottom) = (self.margin(), f64::from(self.canvas.height()) - self.margin());
@@ -76,7 +76,7 @@ impl<'c> Annotator<'c> {
         self.letters.draw(self.canvas, [middle, baseline], label, ink);
     }
 
-    /// The axes x, y and z at the lower right, as the view has them.
+    /// Draws the axes x, y and z of the view at the lower right.
     pub fn axes(&mut self, rotation: DMat3) {
         let length = 2.1 * self.unit;
         let reach = length + 1.1 * self.unit;
@@ -84,14 +84,14 @@ impl<'c> Annotator<'c> {
         let origin = [width - self.margin() - reach, height - self.margin() - reach];
         let axes = [(DVec3::X, "x", 0xc8453b), (DVec3::Y, "y", 0x3f8f4f), (DVec3::Z, "z", 0x3a6fb8)];
         let mut axes = axes.map(|(axis, name, colour)| (rotation * axis, name, Colour::srgb(colour)));
-        // Those that point away first.
+        // Axes that point away are drawn first.
         axes.sort_by(|a, b| a.0.z.total_cmp(&b.0.z));
         let ink = self.canvas.background().ink();
         for (axis, name, colour) in axes {
             let flat = axis.truncate();
             let tip = [origin[0] + length * flat.x, origin[1] - length * flat.y];
             self.canvas.stroke(origin, tip, 0.2 * self.unit, colour, 1.0);
-            // An axis along the line of sight is a dot, and has no place for a name.
+            // An axis along the line of sight is a dot without a name.
             if flat.length() < 0.2 {
                 self.canvas.stroke(origin, origin, 0.45 * self.unit, colour, 1.0);
                 continue;
@@ -103,7 +103,7 @@ impl<'c> Annotator<'c> {
         }
     }
 
-    /// Lines at the upper left.
+    /// Draws lines of text at the upper left.
     pub fn caption(&mut self, lines: &[CaptionLine]) {
         let ink = self.canvas.background().ink();
         let height = self.letters.height();
@@ -120,7 +120,7 @@ impl<'c> Annotator<'c> {
         }
     }
 
-    /// A faint closed line through corners given in pixels.
+    /// Draws a faint closed line through corners given in pixels.
     pub fn outline(&mut self, corners: &[[f64; 2]]) {
         let ink = self.canvas.background().ink();
         for (i, &from) in corners.iter().enumerate() {

@@ -1,8 +1,8 @@
-//! Where a picture is taken from: a rotation that makes the direction of sight an axis, and the raster behind its pixels.
+//! Cameras: a rotation that turns the direction of sight onto an axis, and the raster behind the pixels of a picture.
 //!
-//! In the coordinates of a view x runs to the right, y upwards and z towards the eye, so that rays along +z, as images have
-//! them, run towards the eye and the *last* sample of a ray is the one that is seen. The projection is orthographic: a scale
-//! bar is true everywhere in the picture.
+//! In the coordinates of a view x points right, y up and z towards the eye, so that rays along +z, as in images, run towards
+//! the eye and the *last* sample of a ray is visible. The projection is orthographic: a scale bar holds everywhere in the
+//! picture.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::fmt;
@@ -15,13 +15,13 @@ use crate::grid::{Axis, Grid, GridError, LATTICE_MAX, RAYS_MAX};
 /// The direction that a solid is seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum View {
-    /// From x = y = 1, z = 1 with −y in front, so that the three axes look equally long.
+    /// From the direction (1, −1, 1), so that the three axes look equally long.
     Isometric,
     /// From the positive end of an axis.
     From(Axis),
     /// From the negative end of an axis.
     FromBelow(Axis),
-    /// From a direction of the sky, in degrees.
+    /// From a direction given by two angles in degrees.
     Angles {
         /// The angle about z, from +x towards +y.
         azimuth: f64,
@@ -30,7 +30,7 @@ pub enum View {
     },
 }
 
-/// What was typed for a view is none.
+/// A text that is not a view.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{text}` is no view: iso, x, y, z, -x, -y, -z, or degrees as 'azimuth,elevation', the latter from -90 to 90")]
 pub struct ViewError {
@@ -75,8 +75,8 @@ impl fmt::Display for View {
 }
 
 impl View {
-    /// The rotation from world coordinates to those of the view. Along an axis it is a permutation with signs, which
-    /// rounds nothing.
+    /// Returns the rotation from world coordinates to those of the view. Along an axis it is a permutation with signs, which
+    /// causes no rounding.
     pub fn rotation(self) -> DMat3 {
         let rows = |right, up, eye| DMat3::from_cols(right, up, eye).transpose();
         let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
@@ -112,24 +112,24 @@ pub struct ViewBox {
     pub max: DVec3,
 }
 
-/// How large a picture is, and of how many samples a pixel is the mean.
+/// The size of a picture and its supersampling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Format {
     /// Pixels from left to right.
     pub width: u32,
     /// Pixels from top to bottom.
     pub height: u32,
-    /// Rays along one side of a pixel, of which it has as many squared.
+    /// Rays along one side of a pixel; a pixel is the mean of the square of this number of rays.
     pub supersampling: u32,
 }
 
-/// The sides that a picture may have.
+/// The possible sides of a picture, in pixels.
 pub const SIDES: std::ops::RangeInclusive<u32> = 16..=16_384;
 
-/// The rays along one side of a pixel that are possible.
+/// The possible numbers of rays along one side of a pixel.
 pub const SUPERSAMPLING: std::ops::RangeInclusive<u32> = 1..=8;
 
-/// Why a picture cannot be taken.
+/// The reason why a picture cannot be taken.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
     /// A side of the picture is too short or too long.
@@ -143,10 +143,10 @@ pub enum CameraError {
     /// Too few or too many rays along a side of a pixel.
     #[error("{rays} rays along a side of a pixel; {} to {} are possible", SUPERSAMPLING.start(), SUPERSAMPLING.end())]
     Supersampling {
-        /// The number that was asked for.
+        /// The requested number.
         rays: u32,
     },
-    /// No raster can be laid.
+    /// No grid is possible.
     #[error(transparent)]
     Grid(#[from] GridError),
 }
@@ -154,10 +154,10 @@ pub enum CameraError {
 /// The share of a picture's shorter side that is left free all around.
 const MARGIN: f64 = 0.05;
 
-/// The share of its height that is left for the scale bar below.
+/// The share of the picture's height that is left for the scale bar below.
 const FOOT: f64 = 0.07;
 
-/// A raster behind a picture: its grid holds all solids, and the picture is a window on it.
+/// A raster behind a picture: its grid contains all solids, and the picture is a window on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     format: Format,
@@ -167,7 +167,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// A camera whose picture shows `subject` as large as it can, on a grid around `all` solids.
+    /// Aims a camera so that its picture shows `subject` as large as possible, on a grid around `all` solids.
     pub fn aim(format: Format, subject: ViewBox, all: ViewBox) -> Result<Camera, CameraError> {
         let Format { width, height, supersampling } = format;
         if !(SIDES.contains(&width) && SIDES.contains(&height)) {
@@ -196,29 +196,29 @@ impl Camera {
         Ok(Camera { format, grid, corner })
     }
 
-    /// The size of the picture.
+    /// Returns the size of the picture.
     pub fn format(&self) -> Format {
         self.format
     }
 
-    /// The grid that images of this camera are sampled on, along [`Axis::Z`].
+    /// Returns the grid that images of this camera are sampled on, along [`Axis::Z`].
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    /// The side of a pixel, in world units.
+    /// Returns the side of a pixel, in world units.
     pub fn pixel(&self) -> f64 {
         self.grid.pitch() * f64::from(self.format.supersampling)
     }
 
-    /// The place of a point of the view in the picture, in pixels to the right and downwards.
+    /// Returns the position of a point of the view in the picture, in pixels to the right and downwards.
     pub fn place(&self, point: DVec3) -> [f64; 2] {
         let s = f64::from(self.format.supersampling);
         let at = |i: usize| ((point[i] - self.grid.origin()[i]) / self.grid.pitch() - self.corner[i] as f64) / s;
         [at(0), f64::from(self.format.height) - at(1)]
     }
 
-    /// The ray of subpixel (`x`, `y`), counted from the upper left corner of the picture; nothing outside the grid.
+    /// Returns the ray of subpixel (`x`, `y`), counted from the upper left corner of the picture; `None` outside the grid.
     pub fn ray(&self, x: u32, y: u32) -> Option<u32> {
         let from_below = i64::from(self.format.height * self.format.supersampling - 1 - y);
         let (column, row) = (i64::from(x) + self.corner[0], from_below + self.corner[1]);
@@ -227,7 +227,7 @@ impl Camera {
         inside.then(|| row as u32 * columns + column as u32)
     }
 
-    /// The box on the grid outside of which no ray is seen: least and greatest column and row, in rays.
+    /// Returns the box of visible rays on the grid: least and greatest column and row.
     pub fn window(&self) -> [[u32; 2]; 2] {
         let (columns, rows) = self.grid.image_size(Axis::Z);
         let s = i64::from(self.format.supersampling);
@@ -239,10 +239,10 @@ impl Camera {
     }
 }
 
-/// Images of a camera are exact, which needs no voxels; grids have them all the same.
+/// Level of detail of the grid. Images of a camera are exact, which needs no voxels; grids have them all the same.
 const LOD: u32 = 1024;
 
-/// A grid around a box, one ray wider than it on every side so that rounding leaves nothing outside.
+/// Returns a grid around a box, one ray wider than it on every side so that rounding leaves nothing outside.
 fn lay(all: ViewBox, pitch: f64) -> Result<Grid, GridError> {
     let mut rays = [0; 3];
     for (i, rays) in rays.iter_mut().enumerate() {

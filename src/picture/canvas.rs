@@ -1,4 +1,4 @@
-//! Pixels in linear light, and what is drawn on them with smooth edges.
+//! Pixels in linear light, and antialiased drawing on them.
 
 use glam::Vec3;
 
@@ -7,43 +7,43 @@ use glam::Vec3;
 pub struct Colour(pub Vec3);
 
 impl Colour {
-    /// The colour of an sRGB code, as in `0xRRGGBB`.
+    /// Returns the colour of an sRGB code, as in `0xRRGGBB`.
     pub fn srgb(code: u32) -> Colour {
         let channel = |shift: u32| linear((code >> shift & 0xff) as f32 / 255.0);
         Colour(Vec3::new(channel(16), channel(8), channel(0)))
     }
 
-    /// The colour a share of the way to another.
+    /// Interpolates linearly to another colour: 0 returns this one, 1 the other.
     pub fn mix(self, other: Colour, share: f32) -> Colour {
         Colour(self.0.lerp(other.0, share))
     }
 }
 
-/// The linear light of an sRGB value from 0 to 1.
+/// Converts an sRGB value from 0 to 1 to linear light.
 fn linear(value: f32) -> f32 {
     if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The sRGB value of linear light from 0 to 1.
+/// Converts linear light from 0 to 1 to an sRGB value.
 pub(super) fn encoded(light: f32) -> f32 {
     if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// What stands behind a solid.
+/// The background of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Background {
-    /// A light grey, on which both white and dark things show.
+    /// A light grey, on which both white and dark objects show.
     Light,
     /// White.
     White,
     /// Nearly black.
     Dark,
-    /// Nothing: the picture has an alpha channel.
+    /// Transparent: the picture has an alpha channel.
     Transparent,
 }
 
 impl Background {
-    /// Its colour; for a transparent one the colour that things are drawn to be seen on.
+    /// Returns the colour; for a transparent background the colour against which annotations are legible.
     pub fn colour(self) -> Colour {
         match self {
             Background::Light => Colour::srgb(0xf3f4f6),
@@ -52,7 +52,7 @@ impl Background {
         }
     }
 
-    /// The colour of text and lines on it.
+    /// Returns the colour of text and lines on it.
     pub fn ink(self) -> Colour {
         match self {
             Background::Light | Background::White | Background::Transparent => Colour::srgb(0x2a2f38),
@@ -61,7 +61,7 @@ impl Background {
     }
 }
 
-/// A picture: rows from top to bottom, each pixel red, green, blue and alpha in linear light, multiplied by alpha.
+/// A picture: rows from top to bottom, each pixel red, green, blue and alpha in linear light, premultiplied by alpha.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Canvas {
     width: u32,
@@ -71,7 +71,7 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// An empty picture.
+    /// Creates an empty picture.
     pub fn new(width: u32, height: u32, background: Background) -> Canvas {
         let Colour(c) = background.colour();
         let pixel = match background {
@@ -81,32 +81,32 @@ impl Canvas {
         Canvas { width, height, background, pixels: vec![pixel; width as usize * height as usize] }
     }
 
-    /// Pixels from left to right.
+    /// Returns the number of pixels from left to right.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Pixels from top to bottom.
+    /// Returns the number of pixels from top to bottom.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// What stands behind.
+    /// Returns the background.
     pub fn background(&self) -> Background {
         self.background
     }
 
-    /// All pixels, row after row.
+    /// Returns all pixels, row after row.
     pub fn pixels(&self) -> &[[f32; 4]] {
         &self.pixels
     }
 
-    /// The rows, to be filled in parallel.
+    /// Returns the rows, which can be filled in parallel.
     pub(super) fn rows_mut(&mut self) -> std::slice::ChunksMut<'_, [f32; 4]> {
         self.pixels.chunks_mut(self.width as usize)
     }
 
-    /// Covers a share of a pixel with a colour; pixels outside the picture are no matter.
+    /// Blends a colour into a pixel by a share of coverage; pixels outside the picture are ignored.
     pub(super) fn cover(&mut self, x: i64, y: i64, colour: Colour, share: f32) {
         if (0..i64::from(self.width)).contains(&x) && (0..i64::from(self.height)).contains(&y) {
             let pixel = &mut self.pixels[y as usize * self.width as usize + x as usize];
@@ -114,7 +114,7 @@ impl Canvas {
         }
     }
 
-    /// Covers an upright rectangle, in pixels from the upper left corner; edges between pixels cover a share of them.
+    /// Fills an axis-aligned rectangle, in pixels from the upper left corner; edges between pixels cover a share of them.
     pub(super) fn rectangle(&mut self, from: [f64; 2], to: [f64; 2], colour: Colour, share: f32) {
         let length = |pixel: i64, from: f64, to: f64| (to.min(pixel as f64 + 1.0) - from.max(pixel as f64)).max(0.0);
         for y in from[1].floor() as i64..to[1].ceil() as i64 {
@@ -143,7 +143,7 @@ impl Canvas {
     }
 }
 
-/// A pixel with a share of it covered.
+/// Blends a colour over a pixel by a share of coverage.
 fn over(pixel: [f32; 4], Colour(c): Colour, share: f32) -> [f32; 4] {
     let rest = 1.0 - share;
     [

@@ -1,8 +1,8 @@
-//! From rays to fragments: the parts of each pixel that are one piece of surface.
+//! Grouping of rays into fragments: the parts of each pixel that are one piece of surface.
 //!
-//! The rays of a pixel that meet one skin at about one depth, with about one normal, are shaded as one. That is what a pixel
-//! mostly holds, so that the light, which is dear, is reckoned for a pixel and not for each of its rays, while silhouettes
-//! and creases keep the smoothness that many rays give.
+//! The rays of a pixel that meet one skin at similar depths and with similar normals are shaded as one. Most pixels hold one
+//! such piece, so that lighting, which is expensive, is evaluated per pixel and not per ray, while silhouettes and creases stay
+//! antialiased by many rays.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -13,32 +13,32 @@ use super::scene::{Hit, Scene};
 /// A piece of surface in a pixel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fragment {
-    /// Its place in the view, in rays from the grid's corner.
+    /// The position in the view, in rays from the grid's corner.
     pub at: Vec3,
     /// The unit normal, towards the eye.
     pub normal: Vec3,
-    /// The index of the skin; nothing for the face of a cut.
+    /// The index of the skin; `None` for the face of a cut.
     pub skin: Option<u16>,
-    /// The rays of the pixel that meet it.
+    /// The number of rays of the pixel that meet it.
     pub rays: u16,
-    /// How much of an outline passes here, from 0 to 1.
+    /// Strength of the outline here, from 0 to 1.
     pub line: f32,
 }
 
 /// All fragments of a picture, pixel by pixel in rows from the top.
 pub(super) struct Fragments {
     pub all: Vec<Fragment>,
-    /// Where the fragments of each pixel begin; one more entry than pixels.
+    /// The first fragment of each pixel; one more entry than pixels.
     pub first: Vec<u32>,
 }
 
-/// Rows of pixels that one task does.
+/// Rows of pixels in one task.
 const BAND: u32 = 16;
 
-/// Rays of one surface differ in depth by less than this, in pixels.
+/// Depth difference in pixels below which rays belong to one surface.
 const NEAR: f32 = 3.0;
 
-/// Rays of one surface have normals whose cosine is above this.
+/// Cosine between normals above which rays belong to one surface.
 const ALIKE: f32 = 0.85;
 
 pub(super) fn fragments(scene: &Scene, normals: &[Normals]) -> Fragments {
@@ -69,11 +69,11 @@ struct Band<'s> {
     /// Rays in a row, margins included.
     stride: usize,
     hits: Vec<Option<Hit>>,
-    /// Depths in rays; far below everything where there is nothing.
+    /// Depths in rays; `NOTHING` where the ray meets nothing.
     depths: Vec<f32>,
 }
 
-/// The depth of nothing, in rays: behind everything, and finite so that differences stay numbers.
+/// The depth of a miss, in rays: behind everything, and finite so that differences stay finite.
 const NOTHING: f32 = -1e7;
 
 impl<'s> Band<'s> {
@@ -101,7 +101,7 @@ impl<'s> Band<'s> {
         Band { scene, normals, starts, rows, stride, hits, depths }
     }
 
-    /// The fragments of all pixels, and where those of each pixel end.
+    /// Returns the fragments of all pixels, and the end of those of each pixel.
     fn fragments(&self) -> (Vec<Fragment>, Vec<u32>) {
         let format = self.scene.camera.format();
         let s = format.supersampling;
@@ -146,9 +146,9 @@ impl<'s> Band<'s> {
         Fragment { at: place, normal, skin, rays: 1, line: self.line(at) }
     }
 
-    /// How much of an outline passes a ray: the second difference of depth over a pixel to either side, which is nothing on
-    /// a plane however steep, and large where one thing ends before another. Where a surface is steep on both sides, small
-    /// bumps bend it much, and it takes more to make an outline.
+    /// Returns the strength of the outline at a ray: the second difference of depth over a pixel to either side, which is zero
+    /// on a plane however steep, and large at an occlusion edge. Where a surface is steep on both sides, small bumps bend it
+    /// strongly, so the tolerance is larger there.
     fn line(&self, at: usize) -> f32 {
         let reach = self.scene.camera.format().supersampling as usize;
         let steps = [reach, reach * self.stride, reach * self.stride + reach, reach * self.stride - reach];
@@ -163,7 +163,7 @@ impl<'s> Band<'s> {
     }
 }
 
-/// Adds a ray's piece to the fragment of its pixel that it belongs to, or as a new one.
+/// Adds a ray's piece to the matching fragment of its pixel, or as a new one.
 fn add(all: &mut Vec<Fragment>, first: usize, piece: Fragment, supersampling: u32) {
     let near = NEAR * supersampling as f32;
     let same = |f: &&mut Fragment| {
@@ -183,7 +183,7 @@ fn add(all: &mut Vec<Fragment>, first: usize, piece: Fragment, supersampling: u3
     }
 }
 
-/// 0 below `low`, 1 above `high`, smooth between.
+/// Returns 0 below `low`, 1 above `high`, and a smooth transition between.
 fn smoothstep(low: f32, high: f32, value: f32) -> f32 {
     let t = ((value - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

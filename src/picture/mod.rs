@@ -1,15 +1,15 @@
-//! Pictures of solids, from their images: shaded ones and slices.
+//! Pictures of solids from their images: shaded views and slices.
 //!
-//! Nothing is rasterised for a picture: it is an image already. Whoever wants one turns the solids by the rotation of a
-//! [`View`], so that the line of sight is an axis, lets a [`Camera`] lay the grid whose rays are the picture's pixels, several
-//! to each, has that sampled where they like, and hands the image over with plain arrays of the surfaces. So a picture is as
-//! exact as an image, any Boolean can be seen without a mesh of it, and as images have the same bits on every backend, pictures
-//! have, too: nothing here depends on where the image was made or on the number of threads.
+//! A picture needs no rasteriser: it is an image already. The caller turns the solids by the rotation of a [`View`], so that
+//! the line of sight is an axis, lets a [`Camera`] set up the grid whose rays are the picture's pixels, several per pixel,
+//! samples that grid on any backend, and passes the image with plain arrays of the surfaces. So a picture is as exact as an
+//! image, any Boolean can be shown without a mesh of it, and as images are bit-identical on every backend, so are pictures:
+//! nothing here depends on the backend of the image or on the number of threads.
 //!
 //! - [`camera`]: views, and the raster behind a picture.
-//! - [`scene`]: what is seen; each ray shows the last sample, or the plane that cuts the solid open.
-//! - `normals`, `fragments`, `sky`, `shade`: smooth normals; pieces of surface in a pixel; how much light reaches them past
-//!   all layers of the image; their colour. [`shaded`] is all of it.
+//! - [`scene`]: the visible scene; each ray shows the last sample, or the plane that cuts the solid open.
+//! - `normals`, `fragments`, `sky`, `shade`: smooth normals; pieces of surface in a pixel; ambient occlusion and shadow from
+//!   all layers of the image; their colour. [`shaded`] runs all of them.
 //! - [`slice()`]: which inputs each ray is inside of at a plane.
 //! - [`annotate`], `text`: scale bar, axes, captions. [`palette`]: colours. [`png`]: the file.
 
@@ -69,7 +69,7 @@ mod tests {
         ClosedMesh::check(mesh).unwrap()
     }
 
-    /// A camera on one solid, and its picture on nothing.
+    /// Returns a camera on one solid, and its picture on a transparent background.
     fn picture(mesh: TriangleMesh, view: View, cut: Option<Cut>) -> (Camera, Canvas) {
         let mesh = turned(mesh, view);
         let camera = Camera::aim(FORMAT, bounds(&mesh), bounds(&mesh)).unwrap();
@@ -81,7 +81,7 @@ mod tests {
         (camera, canvas)
     }
 
-    /// The pixel at a point of the view.
+    /// Returns the pixel at a point of the view.
     fn pixel_at(camera: &Camera, canvas: &Canvas, point: DVec3) -> [f32; 4] {
         let [x, y] = camera.place(point);
         canvas.pixels()[y as usize * canvas.width() as usize + x as usize]
@@ -96,7 +96,7 @@ mod tests {
         let (camera, canvas) = picture(cube(), View::From(Axis::Z), None);
         let side = 2.0 / camera.pixel();
         let covered: f32 = canvas.pixels().iter().map(|pixel| pixel[3]).sum();
-        // A ray more or less along either side.
+        // Tolerance: one ray along either side.
         assert!((f64::from(covered) - side * side).abs() < 2.0 * side, "{covered} for {side}²");
         let middle = pixel_at(&camera, &canvas, DVec3::new(1.0, 1.0, 2.0));
         assert_eq!(middle[3], 1.0);
@@ -145,7 +145,7 @@ mod tests {
             pixel_at(&camera, &canvas, DVec3::new(2.0, 2.0, 3.0))
         };
         let (shallow, deep) = (pit(0.05), pit(2.0));
-        // The bottom has the tint of what was taken away.
+        // The bottom has the tint of the subtracted solid.
         assert!(shallow[0] > 5.0 * shallow[1] && deep[0] > 4.0 * deep[1], "{shallow:?} {deep:?}");
         assert!(deep[0] < 0.5 * shallow[0], "{shallow:?} {deep:?}");
     }
@@ -157,7 +157,7 @@ mod tests {
         let Colour(tint) = palette::cut();
         let middle = pixel_at(&camera, &canvas, DVec3::ZERO);
         assert!((middle[0] - tint.x).abs() < 1e-5 && (middle[1] - tint.y).abs() < 1e-5, "{middle:?}");
-        // The ball is widest below the plane, and there its skin is seen.
+        // The ball is widest below the plane, and its skin is visible there.
         let rim = pixel_at(&camera, &canvas, DVec3::new(0.93, 0.0, 0.0));
         assert!(rim[3] > 0.9 && (rim[1] - tint.y).abs() > 0.02, "{rim:?}");
     }

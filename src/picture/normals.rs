@@ -1,21 +1,21 @@
 //! Normals of triangles and of their corners.
 //!
-//! A triangle has one normal, and a smooth surface that was cut into triangles shows them as facets. Corner normals undo that:
-//! the normal at a corner is the mean of those triangles around the vertex that meet at less than the crease angle, weighted
-//! as Max 1999 ("Weights for computing vertex normals from facet normals") has it, which is exact for vertices on a sphere.
-//! Edges sharper than the crease angle stay edges.
+//! A triangle has one normal, and a triangulated smooth surface shows its facets. Corner normals undo that: the normal at a
+//! corner is the mean of those triangles around the vertex that meet at less than the crease angle, weighted after Max 1999
+//! ("Weights for computing vertex normals from facet normals"), which is exact for vertices on a sphere. Edges sharper than the
+//! crease angle stay sharp.
 
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
 use super::scene::Skin;
 
-/// How the facets of a mesh are shown.
+/// The shading of the facets of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Facets {
-    /// As they are.
+    /// Flat shading.
     Flat,
-    /// Smoothed over edges that are less sharp than 40°.
+    /// Smooth shading over edges that are less sharp than 40°.
     Smooth,
 }
 
@@ -25,7 +25,7 @@ const CREASE: f32 = 0.766;
 /// The normals of one skin.
 pub(super) struct Normals<'a> {
     skin: Skin<'a>,
-    /// Three for each triangle; none where facets are shown as they are.
+    /// Three for each triangle; empty for flat shading.
     corners: Vec<[Vec3; 3]>,
 }
 
@@ -38,8 +38,8 @@ impl<'a> Normals<'a> {
         Normals { skin, corners }
     }
 
-    /// The unit normal where a triangle passes a ray, turned to the eye: what is seen is seen from outside, whichever way
-    /// the mesh has it. `x` and `y` are the ray's place on the lattice.
+    /// Returns the unit normal where a triangle passes a ray, turned to the eye: a visible surface is seen from outside,
+    /// whichever orientation the mesh has. `x` and `y` are the ray's position on the lattice.
     pub fn at(&self, triangle: u32, x: f64, y: f64) -> Vec3 {
         let [a, b, c] = corners_of(&self.skin, triangle as usize);
         let face = cross(a, b, c);
@@ -56,7 +56,7 @@ impl<'a> Normals<'a> {
             }
         };
         let mut normal = normal * side;
-        // Near a silhouette a smoothed normal may look away.
+        // Near a silhouette a smoothed normal may point away from the eye.
         normal.z = normal.z.max(0.02);
         normal.normalize_or(Vec3::Z)
     }
@@ -70,13 +70,14 @@ fn difference(a: [i32; 3], b: [i32; 3]) -> Vec3 {
     Vec3::from_array(std::array::from_fn(|i| (b[i] - a[i]) as f32))
 }
 
-/// (b − a) × (c − a), scaled down so that its square stays a number.
+/// Returns (b − a) × (c − a), scaled down so that its square stays finite.
 fn cross(a: [i32; 3], b: [i32; 3], c: [i32; 3]) -> Vec3 {
     const SCALE: f32 = 1.0 / (1 << 15) as f32;
     (difference(a, b) * SCALE).cross(difference(a, c) * SCALE)
 }
 
-/// The weight of a triangle at its corner `a`: the sine of the angle there over the lengths of the two sides.
+/// Returns the weight of a triangle at its corner `a`: the sine of the angle there over the product of the lengths of the two
+/// sides.
 fn weight(a: [i32; 3], b: [i32; 3], c: [i32; 3]) -> f32 {
     const SCALE: f32 = 1.0 / (1 << 15) as f32;
     let (ab, ac) = (difference(a, b) * SCALE, difference(a, c) * SCALE);
@@ -84,7 +85,7 @@ fn weight(a: [i32; 3], b: [i32; 3], c: [i32; 3]) -> f32 {
     if squares > 0.0 { ab.cross(ac).length() / squares } else { 0.0 }
 }
 
-/// Triangles that one task goes through.
+/// Triangles in one task.
 const CHUNK: usize = 1 << 12;
 
 fn corner_normals(skin: &Skin) -> Vec<[Vec3; 3]> {
@@ -109,18 +110,18 @@ fn corner_normals(skin: &Skin) -> Vec<[Vec3; 3]> {
     (0..skin.triangles.len()).into_par_iter().with_min_len(CHUNK).map(normals).collect()
 }
 
-/// The weighted normal of a triangle at one of its corners.
+/// Returns the weighted normal of a triangle at one of its corners.
 fn fan_normal(skin: &Skin, faces: &[Vec3], use_: u32) -> Vec3 {
     let (t, corner) = (use_ as usize / 3, use_ as usize % 3);
     let corners = corners_of(skin, t);
     faces[t] * weight(corners[corner], corners[(corner + 1) % 3], corners[(corner + 2) % 3])
 }
 
-/// The triangles around each vertex, where vertices at one position are one.
+/// The triangles around each vertex; vertices at one position count as one.
 struct Fans {
-    /// The vertex that stands for each position.
+    /// The representative vertex of each position.
     vertex: Vec<u32>,
-    /// Where the uses of each vertex begin.
+    /// The first use of each vertex.
     first: Vec<u32>,
     /// Corners of triangles, 3 · triangle + corner, vertex by vertex in ascending order.
     uses: Vec<u32>,
@@ -169,7 +170,7 @@ mod tests {
     use crate::picture::palette;
     use crate::solids;
 
-    /// The cosines between the normals in the middles of all triangles that face the eye and what they should be.
+    /// Returns the cosines between the normals in the middles of all triangles that face the eye and the expected normals.
     fn cosines(mesh: TriangleMesh, facets: Facets, expected: impl Fn(Vec3, Vec3) -> Vec3) -> Vec<f32> {
         let closed = ClosedMesh::check(mesh).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), 64, 1024).unwrap();

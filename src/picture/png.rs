@@ -6,7 +6,7 @@ use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter, Srgb
 
 use super::canvas::{Background, Canvas, encoded};
 
-/// Writes a picture with 8 bits a channel in sRGB; only one without a background has an alpha channel.
+/// Writes a picture with 8 bits per channel in sRGB; only a picture with a transparent background has an alpha channel.
 pub fn write(canvas: &Canvas, target: impl Write) -> io::Result<()> {
     let alpha = canvas.background() == Background::Transparent;
     let mut encoder = Encoder::new(target, canvas.width(), canvas.height());
@@ -27,10 +27,10 @@ fn as_io(error: EncodingError) -> io::Error {
     }
 }
 
-/// Steps of linear light that are told apart; fine enough for the darkest values of sRGB.
+/// Quantisation levels of linear light; fine enough for the darkest values of sRGB.
 const LEVELS: usize = 1 << 14;
 
-/// The picture's bytes, three or four a pixel.
+/// Returns the picture's bytes, three or four per pixel.
 fn bytes(canvas: &Canvas, alpha: bool) -> Vec<u8> {
     let byte = |value: f32| (255.0 * value + 0.5) as u8;
     let table: Vec<u8> = (0..=LEVELS).map(|i| byte(encoded(i as f32 / LEVELS as f32))).collect();

@@ -1,7 +1,7 @@
-//! Light on fragments, and pixels from them.
+//! Lighting of fragments, and the pixels from them.
 //!
-//! All is reckoned in linear light. A main light from the upper left with a soft shadow, a weak one from the right without,
-//! and a sky that is brighter above than below and is kept out of hollows (`sky`); outlines are darkened.
+//! All values are in linear light. There are a main light from the upper left with a soft shadow, a weak one from the right
+//! without, and a sky that is brighter above than below and attenuated by ambient occlusion (`sky`); outlines are darkened.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -15,29 +15,29 @@ use super::sky::{Exposure, exposures};
 /// The direction towards the main light.
 const KEY: Vec3 = Vec3::new(-0.48, 0.56, 0.676);
 
-/// The direction towards the light that brightens what the main one leaves dark.
+/// The direction towards the light that brightens the parts in shadow of the main one.
 const FILL: Vec3 = Vec3::new(0.74, -0.1, 0.665);
 
-/// How much each light gives, and what the sky gives from above and from below.
+/// Intensity of each light, and of the sky from above and from below.
 const KEY_LIGHT: f32 = 0.74;
 const FILL_LIGHT: f32 = 0.14;
 const SKY_ABOVE: f32 = 0.56;
 const SKY_BELOW: f32 = 0.32;
 
-/// What a glossy surface gives back of the main light, and how narrow that is.
+/// Intensity of the specular reflection of the main light, and its exponent.
 const GLOSS: f32 = 0.05;
 const SHARPNESS: f32 = 28.0;
 
-/// The share of the sky's light that reaches the deepest hollow, from one wall to the other.
+/// The share of the sky's light that reaches the deepest hollow by reflection between walls.
 const REFLECTED: f32 = 0.14;
 
-/// The share of the light that an outline takes.
+/// The share of the light that an outline removes.
 const OUTLINE: f32 = 0.62;
 
-/// A shaded picture of a scene.
+/// Renders a shaded picture of a scene.
 ///
 /// # Panics
-/// If the image is of another grid than the camera's, or does not know its triangles.
+/// If the image lies on another grid than the camera's, or has no triangles.
 pub fn shaded(scene: &Scene, facets: Facets, background: Background) -> Canvas {
     assert!(scene.image.grid() == scene.camera.grid(), "the image lies on the camera's grid");
     let normals: Vec<Normals> = scene.skins.iter().map(|skin| Normals::new(*skin, facets)).collect();
@@ -74,7 +74,7 @@ pub fn shaded(scene: &Scene, facets: Facets, background: Background) -> Canvas {
     canvas
 }
 
-/// The light that a place of a skin sends to the eye.
+/// Returns the light that a point of a skin reflects to the eye.
 fn lit(Colour(tint): Colour, fragment: &Fragment, exposure: Exposure) -> Colour {
     let n = fragment.normal;
     let above = 0.5 + 0.5 * n.y;
@@ -88,7 +88,7 @@ fn lit(Colour(tint): Colour, fragment: &Fragment, exposure: Exposure) -> Colour 
     Colour(light * (1.0 - OUTLINE * fragment.line))
 }
 
-/// The face of a cut: its tint, whatever the light, with its outline.
+/// Returns the colour of the face of a cut: its tint, independent of the light, with its outline.
 fn cut(Colour(tint): Colour, fragment: &Fragment) -> Colour {
     Colour(tint * (1.0 - OUTLINE * fragment.line))
 }

@@ -1,13 +1,13 @@
-//! How much of the sky, and of the main light, each place of a surface sees, from the image itself.
+//! Ambient occlusion and shadow of the main light at each point of a surface, from the image itself.
 //!
-//! An image holds all layers along the line of sight, so what stands in the way of light is known, hidden or not. The image
-//! is made a volume of small cells, each with the share of it that is solid, and light of each of some directions is carried
-//! through it slice by slice from the eye inwards: what arrives at a slice is what left the one above, moved by the slope of
-//! the direction and dimmed by what it passed. The small blur of each step makes shadows soft, as those of a wide light are.
-//! That costs the same whatever the solid, needs no second image, and sees what a depth buffer cannot.
+//! An image holds all layers along the line of sight, so every occluder is known, visible or not. The image is converted to a
+//! volume of small cells, each with its solid fraction, and light from each of several directions is propagated through it
+//! slice by slice from the eye inwards: the light at a slice is the light that left the one above, shifted by the slope of the
+//! direction and attenuated by the cells it passed. The small blur of each step makes shadows soft, as from a wide light. The
+//! cost is independent of the solid, no second image is needed, and occluders count that a depth buffer lacks.
 //!
-//! Directions are within 55° of the line of sight: flatter ones pass more than a cell a slice and would slip through walls,
-//! and what is seen faces the eye, so that these are the directions that matter.
+//! Directions are within 55° of the line of sight: flatter ones cross more than a cell per slice and would leak through walls,
+//! and visible surfaces face the eye, so that these directions matter most.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -15,22 +15,22 @@ use rayon::prelude::*;
 use super::fragments::Fragment;
 use super::scene::Scene;
 
-/// The light that falls on a fragment.
+/// The light that reaches a fragment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Exposure {
-    /// The share of the sky above the surface that is open, weighted by the cosine.
+    /// The unoccluded share of the sky above the surface, weighted by the cosine.
     pub sky: f32,
     /// The share of the main light that arrives, before the cosine.
     pub key: f32,
 }
 
-/// Directions of the sky.
+/// Number of directions of the sky.
 const SKY: usize = 28;
 
-/// The cosine of the angle from the line of sight up to which the sky is looked at.
+/// The cosine of the largest angle of a sky direction from the line of sight.
 const FLATTEST: f32 = 0.574;
 
-/// Directions of the main light, which is a disc.
+/// Number of directions of the main light, which is a disc.
 const KEY: usize = 4;
 
 /// The radius of that disc, seen from the solid, as a tangent.
@@ -39,13 +39,13 @@ const KEY_RADIUS: f32 = 0.07;
 /// Cells along the longer side of the window.
 const CELLS: u32 = 300;
 
-/// The most cells of a volume.
+/// Most cells of a volume.
 const CELLS_MAX: usize = 48 << 20;
 
-/// How far above its surface a fragment looks at the sky, in cells, so that it does not lie in its own shadow.
+/// Height above its surface from which a fragment samples the sky, in cells, so that it does not shadow itself.
 const LIFT: f32 = 1.4;
 
-/// The exposure of every fragment; `key` is the direction towards the main light.
+/// Computes the exposure of every fragment; `key` is the direction towards the main light.
 pub(super) fn exposures(scene: &Scene, fragments: &[Fragment], key: Vec3) -> Vec<Exposure> {
     let Some(volume) = Volume::of(scene) else { return vec![Exposure { sky: 1.0, key: 1.0 }; fragments.len()] };
     let points: Vec<Vec3> = fragments.iter().map(|f| volume.place(f.at) + LIFT * f.normal).collect();
@@ -65,7 +65,7 @@ pub(super) fn exposures(scene: &Scene, fragments: &[Fragment], key: Vec3) -> Vec
     fragments.par_iter().enumerate().with_min_len(1 << 12).map(exposure).collect()
 }
 
-/// Directions spread evenly over the part of the sky that is looked at (a spherical Fibonacci lattice).
+/// Returns directions spread evenly over the sampled part of the sky (a spherical Fibonacci lattice).
 fn sky_directions() -> impl Iterator<Item = Vec3> {
     const TURN: f32 = 2.399_963;
     (0..SKY).map(|i| {
@@ -76,7 +76,7 @@ fn sky_directions() -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// Directions over the disc of the main light.
+/// Returns directions over the disc of the main light.
 fn key_directions(key: Vec3) -> impl Iterator<Item = Vec3> {
     let (across, up) = key.any_orthonormal_pair();
     (0..KEY).map(move |i| {
@@ -85,7 +85,7 @@ fn key_directions(key: Vec3) -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// The solid as cells, each 255 times the share of it that is inside.
+/// The solid as cells, each 255 times its solid fraction.
 struct Volume {
     /// Cells along x, y and z.
     size: [usize; 3],
@@ -93,12 +93,12 @@ struct Volume {
     cells: Vec<u8>,
     /// The side of a cell, in rays.
     side: f32,
-    /// The place of the first cell's corner, in rays from the grid's corner.
+    /// The position of the first cell's corner, in rays from the grid's corner.
     corner: Vec3,
 }
 
 impl Volume {
-    /// The volume of what the camera sees; nothing where there is nothing.
+    /// Builds the volume in the camera's window; `None` where there are no samples.
     fn of(scene: &Scene) -> Option<Volume> {
         let [[left, bottom], [right, top]] = scene.camera.window();
         let (columns, _) = scene.image.size();
@@ -136,16 +136,16 @@ impl Volume {
         Some(volume)
     }
 
-    /// The place of a point in cells.
+    /// Converts a point to coordinates of cells.
     fn place(&self, at: Vec3) -> Vec3 {
         (at - self.corner) / self.side
     }
 
-    /// The cells of one row of all slices.
+    /// Computes the cells of one row of all slices.
     fn row(&self, scene: &Scene, y: usize, side: u32, scale: f32) -> Vec<u8> {
         let [nx, _, nz] = self.size;
         let (columns, rows) = scene.image.size();
-        // Up to four rays a side of a cell are enough.
+        // Up to four rays along a side of a cell are enough.
         let stride = side.div_ceil(4);
         let (left, bottom) = (self.corner.x as u32, self.corner.y as u32 + y as u32 * side);
         let mut shares = vec![0.0f32; nz];
@@ -177,7 +177,7 @@ impl Volume {
         cells
     }
 
-    /// How much light from a direction arrives at each point, of 255.
+    /// Returns the light from one direction that arrives at each point, from 0 to 255.
     fn carry(&self, towards: Vec3, points: &[Vec3], order: &Order) -> Vec<u8> {
         let [nx, ny, nz] = self.size;
         let slope = Vec2::new(towards.x, towards.y) / towards.z;
@@ -217,7 +217,7 @@ fn fill(shares: &mut [f32], from: f32, to: f32) {
     shares[last] += to - last as f32;
 }
 
-/// Points by the slice that they lie in.
+/// Points grouped by the slice that they lie in.
 struct Order {
     first: Vec<u32>,
     points: Vec<u32>,
@@ -225,7 +225,7 @@ struct Order {
 
 impl Order {
     fn of(points: &[Vec3], slices: usize) -> Order {
-        // What lies above all slices is in the light, and belongs to none.
+        // Points above all slices are fully lit and belong to none.
         let slice = |p: &Vec3| if p.z >= slices as f32 { slices } else { p.z.max(0.0) as usize };
         let mut first = vec![0u32; slices + 2];
         for point in points {
@@ -248,13 +248,13 @@ impl Order {
     }
 }
 
-/// The light that arrives at one slice, with a bright rim all around that light from outside comes from.
+/// The light that arrives at one slice, with a bright rim all around through which outside light enters.
 struct Slice {
     size: [usize; 2],
     light: Vec<f32>,
 }
 
-/// Cells of the rim; more than any slope.
+/// Width of the rim in cells; more than any slope.
 const RIM: usize = 2;
 
 impl Slice {
@@ -266,7 +266,7 @@ impl Slice {
         self.size[0] + 2 * RIM
     }
 
-    /// The light at a place in cells, between the middles of four.
+    /// Interpolates the light at a position in cells from four cell centres.
     fn at(&self, place: Vec2) -> f32 {
         let most = Vec2::new(self.size[0] as f32, self.size[1] as f32) + RIM as f32 - 1.5;
         let p = place.clamp(Vec2::splat(0.5 - RIM as f32), most) + RIM as f32 - 0.5;
@@ -278,7 +278,7 @@ impl Slice {
         mix(mix(low[0], low[1], fx), mix(high[0], high[1], fx), fy)
     }
 
-    /// Dims the light by what each cell holds.
+    /// Attenuates the light by the solid fraction of each cell.
     fn dim(&mut self, cells: &[u8]) {
         let ([nx, ny], stride) = (self.size, self.stride());
         for y in 0..ny {
@@ -290,7 +290,7 @@ impl Slice {
         }
     }
 
-    /// The light one slice further down.
+    /// Propagates the light one slice further down.
     fn carry(&self, slope: Vec2, below: &mut Slice) {
         let ([nx, ny], stride) = (self.size, self.stride());
         let whole = slope.floor();

@@ -1,4 +1,4 @@
-//! A plane through solids, seen along its normal: what each ray is inside of where it passes the plane.
+//! A plane through solids, seen along its normal: the inputs that each ray is inside of where it passes the plane.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -7,9 +7,9 @@ use super::camera::Camera;
 use super::canvas::{Background, Canvas, Colour};
 use crate::ldi::Ldi;
 
-/// How an area of a slice is filled, by which of the inputs it lies in.
+/// The colouring of the areas of a slice, by the inputs that they lie in.
 pub trait Fills: Sync {
-    /// The colour of what lies in the inputs of these indices, bit 0 for the first; never asked of none.
+    /// Returns the colour of an area in the inputs of these indices, bit 0 for the first; never called with 0.
     fn colour(&self, inputs: u32) -> Colour;
 }
 
@@ -19,16 +19,16 @@ impl<F: Fn(u32) -> Colour + Sync> Fills for F {
     }
 }
 
-/// The most inputs that a slice tells apart.
+/// Most inputs that a slice can distinguish.
 pub const INPUTS_MAX: usize = 32;
 
-/// How thick outlines are, in pixels.
+/// Width of outlines, in pixels.
 const LINE: f64 = 1.4;
 
-/// A picture of the plane at `depth` of the view, which rays along z pass. Outlines have the colour `ink`.
+/// Renders the plane at `depth` of the view, which rays along z cross. Outlines have the colour `ink`.
 ///
 /// # Panics
-/// With more than [`INPUTS_MAX`] images, or images of another grid than the camera's.
+/// If there are more than [`INPUTS_MAX`] images, or an image lies on another grid than the camera's.
 pub fn slice(
     camera: &Camera,
     images: &[&Ldi],
@@ -57,12 +57,12 @@ pub fn slice(
     canvas
 }
 
-/// What the rays around a pixel are inside of.
+/// The inputs that the rays around a pixel are inside of.
 struct Labels<'a> {
     camera: &'a Camera,
     images: &'a [&'a Ldi],
     steps: i32,
-    /// Rays that an outline reaches to either side.
+    /// Width of an outline to either side, in rays.
     reach: usize,
 }
 
@@ -72,7 +72,8 @@ impl Labels<'_> {
         (format.width * format.supersampling) as usize + 2 * self.reach
     }
 
-    /// The inputs, as bits, that the rays of a row of pixels are inside of, with a margin as wide as an outline reaches.
+    /// Returns, as bits, the inputs that the rays of a row of pixels are inside of, with a margin as wide as an outline
+    /// reaches.
     fn of_row(&self, y: u32) -> Vec<u32> {
         let format = self.camera.format();
         let (s, reach) = (i64::from(format.supersampling), self.reach as i64);
@@ -119,7 +120,7 @@ impl Labels<'_> {
         ]
     }
 
-    /// Whether an outline covers a ray: whether any of eight around it, at the reach, is inside of something else.
+    /// Returns whether an outline covers a ray: whether any of eight rays around it, at the reach, has other inputs.
     fn is_edge(&self, labels: &[u32], at: usize) -> bool {
         let (far, stride) = (self.reach, self.stride());
         let near = (far * 5).div_ceil(7).max(1);
@@ -128,7 +129,7 @@ impl Labels<'_> {
     }
 }
 
-/// The corners of a box as it is seen, one after another: a rectangle to be outlined.
+/// Returns the corners of a box as seen, in order around the rectangle of its outline.
 pub fn outline_of(min: DVec3, max: DVec3) -> [DVec3; 4] {
     [(min.x, min.y), (max.x, min.y), (max.x, max.y), (min.x, max.y)].map(|(x, y)| DVec3::new(x, y, 0.0))
 }

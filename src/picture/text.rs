@@ -1,10 +1,10 @@
-//! Lines of text in DejaVu Sans, which may be embedded and has the letters of units (µ).
+//! Lines of text in DejaVu Sans, whose licence permits embedding and which has the letters of units (µ).
 
 use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
 
 use super::canvas::{Canvas, Colour};
 
-/// Text of one size.
+/// A typeface at one size.
 pub(super) struct Type {
     font: FontRef<'static>,
     /// The height from the deepest descender to the highest ascender, in pixels.
@@ -17,19 +17,19 @@ impl Type {
         Type { font, size: size as f32 }
     }
 
-    /// How far a line reaches, in pixels.
+    /// Returns the width of a line, in pixels.
     pub fn width(&self, text: &str) -> f64 {
         let (_, end) = self.lay(text);
         f64::from(end)
     }
 
-    /// How high capitals and digits are, in pixels.
+    /// Returns the height of capitals and digits, in pixels.
     pub fn height(&self) -> f64 {
         // DejaVu Sans: 1493 of 2384 units.
         f64::from(self.size) * 0.626
     }
 
-    /// Draws a line whose letters stand on `at`, from there to the right.
+    /// Draws a line whose baseline starts at `at`.
     pub fn draw(&self, canvas: &mut Canvas, at: [f64; 2], text: &str, colour: Colour) {
         let (glyphs, _) = self.lay(text);
         for mut glyph in glyphs {
@@ -41,7 +41,7 @@ impl Type {
         }
     }
 
-    /// The glyphs of a line that begins at 0, and where it ends.
+    /// Returns the glyphs of a line that begins at 0, and its end.
     fn lay(&self, text: &str) -> (Vec<Glyph>, f32) {
         let font = self.font.as_scaled(PxScale::from(self.size));
         let (mut glyphs, mut x) = (Vec::<Glyph>::new(), 0.0);

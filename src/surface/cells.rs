@@ -1,4 +1,4 @@
-//! The cells that the surface passes, layer by layer, and their vertices.
+//! The cells that the surface crosses, layer by layer, and their vertices.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ use super::qef::{Bounds, Loop};
 use crate::cell::{Signs, UPPER, at_fault, edge_ends, loops};
 use crate::grid::Grid;
 
-/// Faces that are joined lest the surface be no manifold, by cell; see [`cell`](crate::cell).
+/// Faces that must be joined for the surface to be manifold, by cell; see [`cell`](crate::cell).
 #[derive(Debug, Default)]
 pub struct JoinedFaces {
     of_cell: HashMap<[i32; 3], u8>,
@@ -23,13 +23,13 @@ impl JoinedFaces {
         if self.of_cell.is_empty() { 0 } else { self.of_cell.get(&cell).copied().unwrap_or(0) }
     }
 
-    /// Decides about all faces of the layers of a slab that are not decided yet: those within each layer and those above it.
+    /// Decides all faces of the layers of a slab that are still undecided: those within each layer and those above it.
     ///
-    /// Faces are taken plane after plane: those across z below a layer, then those across x and y in it. So what is decided
-    /// does not depend on where slabs begin.
+    /// Faces are taken plane after plane: those across z below a layer, then those across x and y in it. So the decisions do
+    /// not depend on where slabs begin.
     pub fn decide(&mut self, slab: &EdgeSlab, cuts: &Cuts) {
         let layers = slab.layers();
-        // Of older layers nothing will be asked again.
+        // Older layers are not queried again.
         self.of_cell.retain(|cell, _| cell[2] >= layers.start);
         let ambiguous: Vec<Vec<([i32; 3], usize)>> =
             layers.clone().into_par_iter().map(|k| ambiguous(slab, k)).collect();
@@ -46,7 +46,7 @@ impl JoinedFaces {
     }
 }
 
-/// The ambiguous faces across x and y of a layer and across z on top of it, each by the cell above it.
+/// Returns the ambiguous faces across x and y of a layer and across z on top of it, each by the cell above it.
 fn ambiguous(slab: &EdgeSlab, k: i32) -> Vec<([i32; 3], usize)> {
     let nodes = &slab.nodes;
     let mut found = Vec::new();
@@ -75,51 +75,52 @@ fn ambiguous(slab: &EdgeSlab, k: i32) -> Vec<([i32; 3], usize)> {
     found
 }
 
-/// The corners of a cell that are inside, as bits.
+/// Returns the corners of a cell that are inside, as bits.
 fn corners_inside(slab: &EdgeSlab, [x, y, z]: [i32; 3]) -> u8 {
     let corner = |c: i32| slab.is_inside([x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)]);
     (0..8).fold(0, |bits, c| bits | u8::from(corner(c)) << c)
 }
 
-/// A cell that the surface passes.
+/// A cell that the surface crosses.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     first_vertex: u32,
     signs: Signs,
 }
 
-/// The cells of one layer that the surface passes, and their vertices.
+/// The cells of one layer that the surface crosses, and their vertices.
 #[derive(Debug, Default)]
 pub struct CellLayer {
     words: usize,
-    /// Row after row, the cells that the surface passes, as bits.
+    /// The cells that the surface crosses as bits, row after row.
     passed: Vec<u64>,
-    /// Such cells before each word.
+    /// The number of such cells before each word.
     ranks: Vec<u32>,
     cells: Vec<Cell>,
-    /// In coordinates of cells: the cell's place and the place in it.
+    /// The vertices in coordinates of cells: the index of the cell plus the position in it.
     pub vertices: Vec<DVec3>,
-    /// Those of them that are no plain vertices of one gently bent sheet, numbered in the layer.
+    /// The vertices that are not plain vertices of one gently bent sheet, numbered within the layer.
     pub features: Vec<Feature>,
 }
 
-/// How near to the faces of its cell a vertex may come, in pitches: far enough for 32-bit coordinates to keep it inside.
+/// Least distance of a vertex from the faces of its cell, in pitches: enough for 32-bit coordinates to keep it inside.
 pub const MARGIN: f64 = 1e-4;
 
-/// What is nothing but rounding, in pitches.
+/// Distances below this, in pitches, are rounding.
 const ROUNDED: f64 = 1e-6;
 
-/// How far beyond its cell a vertex may belong, in pitches.
+/// Greatest distance beyond its cell at which a vertex may belong, in pitches.
 const REACH: f64 = 1.0;
 
-/// How far from the mean of its crossings a vertex of a gently bent sheet may be, in pitches, and be plain.
+/// Greatest distance of a plain vertex of a gently bent sheet from the mean of its crossings, in pitches.
 const PLAIN: f64 = 0.05;
 
-/// Two vertices of one cell nearer than this are no edges' or corners' but their own.
+/// Two vertices of one cell nearer than this, in pitches, are not placed on edges or corners but at the means of their
+/// crossings.
 const APART: f64 = 1e-2;
 
 impl CellLayer {
-    /// The cells of layer `k` and their vertices.
+    /// Finds the cells of layer `k` and their vertices.
     pub fn new(slab: &EdgeSlab, joined: &JoinedFaces, cuts: &Cuts, grid: &Grid, k: i32) -> CellLayer {
         let nodes = &slab.nodes;
         let mut layer = CellLayer { words: nodes.words(), ..CellLayer::default() };
@@ -174,7 +175,7 @@ impl CellLayer {
         for of_loop in of_cell.iter() {
             let place = of_loop.place(&bounds, REACH);
             let beyond = place.beyond.map(|p| (p, p.clamp(grid.least, grid.greatest)));
-            // At the end of the grid what is held may be where it belongs.
+            // At the end of the grid the held position may equal the target.
             let is_elsewhere =
                 |(p, clamped): &(DVec3, DVec3)| clamped.distance(*p) < MARGIN && clamped.distance(place.held) > ROUNDED;
             let target = beyond.filter(is_elsewhere).map(|(_, clamped)| base + clamped);
@@ -191,12 +192,12 @@ impl CellLayer {
             }
             self.vertices.push(base + place.held);
         }
-        // Two sheets that meet in a point, as where the planes of both pass through it, or along a line where solids touch.
+        // Two sheets meet in a point, as where the planes of both pass through it, or along a line where solids touch.
         let range = first_vertex as usize..self.vertices.len();
         let near = |i: usize, j: usize| self.vertices[i].distance(self.vertices[j]) < APART;
         let is_parted = signs.cut != 0 && loops.count > 1;
         if is_parted || range.clone().any(|i| (range.start..i).any(|j| near(i, j))) {
-            // All of several loops are features.
+            // In a cell with several loops all vertices are features.
             let first = self.features.len() - range.len();
             for (vertex, feature) in self.vertices[range].iter_mut().zip(&mut self.features[first..]) {
                 *vertex = feature.mean;
@@ -205,7 +206,7 @@ impl CellLayer {
         }
     }
 
-    /// The vertex, by its number in the layer, of the loop that a crossing of a cell belongs to.
+    /// Returns the vertex, by its number in the layer, of the loop that a crossing of a cell belongs to.
     pub fn vertex(&self, x: i32, y: i32, crossing: usize) -> u32 {
         let word = y as usize * self.words + x as usize / 64;
         let below = self.passed[word] & ((1 << (x % 64)) - 1);
@@ -214,15 +215,15 @@ impl CellLayer {
     }
 }
 
-/// What a vertex is held in: its cell, less a margin, within the grid. In coordinates of the cell.
+/// Returns the box that a vertex is held in: its cell less a margin, within the grid. In coordinates of the cell.
 fn bounds_of(cell: [i32; 3], grid: &Grid) -> Bounds {
     let of_grid = grid_bounds(grid, DVec3::from_array(cell.map(f64::from)));
     let (least, greatest) = (DVec3::splat(MARGIN), DVec3::splat(1.0 - MARGIN));
     Bounds { least: least.max(of_grid.least), greatest: greatest.min(of_grid.greatest) }
 }
 
-/// The box of the grid, from a cell's lower corner. Cell i in x and y, with their margin of one, begins at node i − 1 of the
-/// grid; layer k at plane k.
+/// Returns the box of the grid, relative to a cell's lower corner. Cell i in x and y, with their margin of one, begins at node
+/// i − 1 of the grid; layer k at plane k.
 fn grid_bounds(grid: &Grid, base: DVec3) -> Bounds {
     let pixel = f64::from(1u32 << grid.shift());
     let first = f64::from(grid.node(0)) / pixel;
@@ -231,7 +232,7 @@ fn grid_bounds(grid: &Grid, base: DVec3) -> Bounds {
     Bounds { least: origin - base, greatest: origin + DVec3::new(x, y, z) - base }
 }
 
-/// The world position of coordinates of cells.
+/// Converts coordinates of cells to a world position.
 pub fn world_from_cells(grid: &Grid, place: DVec3) -> DVec3 {
     let of_grid = grid_bounds(grid, DVec3::ZERO).least;
     grid.origin() + grid.pitch() * (place - of_grid)

@@ -1,19 +1,19 @@
-//! Lattice edges with both ends inside that the surface crosses twice all the same: the gap in between is kept.
+//! Lattice edges with both ends inside that the surface crosses twice nevertheless: the gap in between is kept.
 //!
-//! Where two solids touch along an oblique edge, or nearly do, nodes of both are neighbours here and there. By signs alone each such
-//! pair of nodes is a bridge, and any two bridges a handle that the solids do not have. Samples tell better: between the two nodes
-//! the ray leaves the solid and enters it again. So such an edge is *cut* ([`cell`](crate::cell)), and both solids end there. The
-//! signs of nodes stay what they are.
+//! Where two solids touch along an oblique edge, or nearly do, nodes of both are neighbours in places. By signs alone each such
+//! pair of nodes is a bridge, and any two bridges form a handle that the solids do not have. The samples resolve this: between
+//! the two nodes the ray leaves the solid and enters it again. So such an edge is *cut* ([`cell`](crate::cell)), and both
+//! solids end there. The signs of nodes are unchanged.
 //!
-//! # Which edges are cut
-//! A gap that is finer than the lattice cannot end within the solid, as nothing tells where. So edges with a gap are taken in
-//! clusters of those that have a cell in common, and a cluster is cut if in each of its cells every cut parts its two ends,
-//! and the surface stays a manifold; then the gap goes through to the outside on all sides. Otherwise the gap closes up, as it
-//! does where a cell lies within the solid altogether but for the gap.
+//! # Choice of cut edges
+//! A gap finer than the lattice cannot end within the solid, as its end is unknown. So edges with a gap are grouped in clusters
+//! that share cells, and a cluster is cut if in each of its cells every cut separates its two ends, and the surface stays
+//! manifold; then the gap reaches the outside on all sides. Otherwise the gap is closed, as where a cell lies within the solid
+//! altogether but for the gap.
 //!
-//! Solids that touch *exactly* leave no gap in a ray that meets the place. A **neck** is an edge with both ends inside whose four
-//! neighbours beside it lie outside altogether. It is cut where the planes beside its lower end meet in the same place of the edge
-//! as those beside its upper end: there two wedges or tips touch. A strut does not end so.
+//! Solids that touch *exactly* leave no gap in a ray through the contact. A **neck** is an edge with both ends inside whose
+//! four neighbours on either side are all outside. It is cut where the planes beside its lower end meet the edge in the same
+//! point as those beside its upper end: there two wedges or tips touch. A strut does not end like this.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -22,13 +22,13 @@ use rayon::prelude::*;
 use super::edges::{Bits, Crossing, EdgeSlab, Source};
 use crate::cell::{Signs, at_fault, edge_at, edge_ends, is_ambiguous};
 
-/// How near to each other the tips on both sides of a neck must be, in pitches, to be one place.
+/// Greatest distance between the tips on both sides of a neck, in pitches, at which they touch.
 const TOUCHING: f32 = 1e-3;
 
-/// The least gap between the two crossings of an edge, as a share of it, so that the surfaces on both sides stay apart.
+/// The least gap between the two crossings of an edge, as a share of it, so that the surfaces on both sides stay separate.
 const LEAST_GAP: f32 = 0.02;
 
-/// An edge by its place: plane or layer, axis, row and column of its lower node.
+/// The key of an edge: plane or layer, axis, row and column of its lower node.
 type Place = [i32; 4];
 
 /// The edges that are cut.
@@ -42,7 +42,7 @@ fn place(axis: usize, [x, y, z]: [i32; 3]) -> Place {
     [z, axis as i32, y, x]
 }
 
-/// The four cells around an edge, and what it is in each.
+/// Returns the four cells around an edge, and its number in each.
 fn cells_around(axis: usize, node: [i32; 3]) -> [([i32; 3], usize); 4] {
     [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(u, v)| {
         let mut cell = node;
@@ -52,14 +52,14 @@ fn cells_around(axis: usize, node: [i32; 3]) -> [([i32; 3], usize); 4] {
     })
 }
 
-/// The edge of a cell by its axis and lower node.
+/// Converts an edge of a cell to its axis and lower node.
 fn edge_of([x, y, z]: [i32; 3], edge: usize) -> (usize, [i32; 3]) {
     let (low, _) = edge_ends(edge);
     let [dx, dy, dz] = [low & 1, low >> 1 & 1, low >> 2].map(|i| i as i32);
     (edge / 4, [x + dx, y + dy, z + dz])
 }
 
-/// Whether edges are cut each of which parts its two ends in a cell.
+/// Returns whether each cut edge separates its two ends in a cell.
 fn parts_all(inside: u8, cut: u16) -> bool {
     let mut class: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
     let kept = |edge: &usize| {
@@ -74,7 +74,7 @@ fn parts_all(inside: u8, cut: u16) -> bool {
 }
 
 impl Cuts {
-    /// The gaps of images that go through to the outside.
+    /// Finds the gaps of images that reach the outside.
     pub fn of_gaps(source: &Source) -> Cuts {
         let mut gaps = source.gaps();
         let both_inside = |axis: usize, node: [i32; 3]| {
@@ -123,7 +123,8 @@ impl Cuts {
         cuts
     }
 
-    /// Cuts the necks of the layers of a slab and of the planes above each; those of its first plane are known from the slab before.
+    /// Cuts the necks of the layers of a slab and of the planes above each; those of its first plane are known from the
+    /// previous slab.
     pub fn add_necks(&mut self, source: &Source, slab: &EdgeSlab) {
         let layers = slab.layers();
         let found: Vec<(usize, [i32; 3])> = layers.into_par_iter().flat_map_iter(|k| necks(slab, k)).collect();
@@ -152,31 +153,31 @@ impl Cuts {
         }
     }
 
-    /// The edges of a cell that are cut.
+    /// Returns the edges of a cell that are cut.
     pub fn in_cell(&self, cell: [i32; 3]) -> u16 {
         if self.of_cell.is_empty() { 0 } else { self.of_cell.get(&cell).copied().unwrap_or(0) }
     }
 
-    /// The crossings of an edge of a cell that is cut, the lower first.
+    /// Returns the crossings of a cut edge of a cell, the lower first.
     pub fn crossings(&self, cell: [i32; 3], edge: usize) -> [Crossing; 2] {
         let (axis, node) = edge_of(cell, edge);
         self.of_edge[&place(axis, node)]
     }
 
-    /// The cut edges along x and y in a plane, or along z in a layer: lower node and crossings.
+    /// Returns the cut edges along x and y in a plane, or along z in a layer: lower node and crossings.
     pub fn in_layer(&self, axis: usize, z: i32) -> impl Iterator<Item = ([i32; 3], [Crossing; 2])> + '_ {
         let from = [z, axis as i32, i32::MIN, i32::MIN];
         let to = [z, axis as i32, i32::MAX, i32::MAX];
         self.of_edge.range(from..=to).map(|(&[z, _, y, x], &crossings)| ([x, y, z], crossings))
     }
 
-    /// How many edges are cut.
+    /// Returns the number of cut edges.
     pub fn len(&self) -> usize {
         self.of_edge.len()
     }
 }
 
-/// The necks along z in layer `k`, and along x and y in the plane above it.
+/// Returns the necks along z in layer `k`, and along x and y in the plane above it.
 fn necks(slab: &EdgeSlab, k: i32) -> Vec<(usize, [i32; 3])> {
     let nodes = &slab.nodes;
     let mut found = Vec::new();
@@ -193,7 +194,7 @@ fn necks(slab: &EdgeSlab, k: i32) -> Vec<(usize, [i32; 3])> {
             let mut add = |axis: usize, necks: u64, z: i32| {
                 found.extend(Bits(necks).map(|bit| (axis, [(64 * word + bit) as i32, y as i32, z])));
             };
-            // Nodes next to one another in a row.
+            // Adjacent nodes of a row.
             let pair = |row: &[u64]| row[word] | next(row, word);
             let around_x = pair(row(0, 1)) | pair(row(2, 1)) | pair(row(1, 0)) | pair(row(1, 2));
             add(0, here & next(row(1, 1), word) & !around_x, k + 1);

@@ -1,8 +1,8 @@
-//! Where the surface crosses the lattice edges of a slab: Hermite data, found once and looked up in constant time.
+//! Crossings of the surface with the lattice edges of a slab: Hermite data, found once and looked up in constant time.
 //!
-//! The crossed edges of a row of nodes are bits. The crossings of a row lie one after another in the order of those bits, so
-//! that the crossing of an edge is found by a count of bits, from one running rank a word — as sampling finds the rank of a
-//! voxel in a mask.
+//! The crossed edges of a row of nodes are bits. The crossings of a row are stored in the order of those bits, so that the
+//! crossing of an edge is found by a population count from one running rank per word — as sampling finds the rank of a voxel in
+//! a mask.
 
 use std::ops::Range;
 
@@ -12,31 +12,31 @@ use super::SurfaceMode;
 use crate::fixed::Pixels;
 use crate::ldi::{Combine, Ldi, NodePlanes, NodeSlab};
 
-/// Where the surface crosses a lattice edge, and its direction there.
+/// A crossing of the surface with a lattice edge, and its normal there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// How far from the lower end of the edge, as a share of its length: strictly between 0 and 1.
+    /// The distance from the lower end of the edge, as a share of its length: strictly between 0 and 1.
     pub at: f32,
-    /// The unit normal, outwards; zero where it is not known.
+    /// The unit normal, outwards; zero where unknown.
     pub normal: [f32; 3],
 }
 
-/// Half way along, as nothing better is known.
+/// The midpoint of an edge, used where nothing better is known.
 const UNKNOWN: Crossing = Crossing { at: 0.5, normal: [0.0; 3] };
 
-/// What is finer than the lattice, and what conservative images leave open.
+/// Counts of features finer than the lattice, and of crossings that conservative images leave open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SubResolution {
     /// Walls between two neighbouring nodes that are both outside: the ray enters and leaves between them.
     pub walls: u64,
     /// Gaps between two neighbouring nodes that are both inside: the ray leaves and enters between them.
     pub gaps: u64,
-    /// Edges that the nodes' signs have crossed and whose own ray has no sample there, as conservative images may.
+    /// Edges that are crossed by the nodes' signs but whose own ray has no sample there, as may occur in conservative images.
     pub unsupported: u64,
 }
 
 impl SubResolution {
-    /// The sums of both.
+    /// Adds the counts of both.
     pub fn plus(self, other: SubResolution) -> SubResolution {
         SubResolution {
             walls: self.walls + other.walls,
@@ -50,15 +50,15 @@ impl SubResolution {
 #[derive(Debug, Default)]
 struct EdgeRows {
     words: usize,
-    /// Row after row, the crossed edges as bits.
+    /// The crossed edges as bits, row after row.
     crossed: Vec<u64>,
-    /// Crossed edges before each word.
+    /// The number of crossed edges before each word.
     ranks: Vec<u32>,
     crossings: Vec<Crossing>,
 }
 
 impl EdgeRows {
-    /// Rows of which nothing but the crossed edges is known.
+    /// Creates rows with crossed edges and no known crossings.
     fn new(words: usize, crossed: Vec<u64>) -> EdgeRows {
         let mut rank = 0;
         let count = |word: &u64| {
@@ -81,14 +81,14 @@ impl EdgeRows {
         (self.ranks[word] + below.count_ones()) as usize
     }
 
-    /// The crossed edges of a row.
+    /// Returns the crossed edges of a row.
     fn row(&self, row: usize) -> impl Iterator<Item = usize> + '_ {
         let words = &self.crossed[row * self.words..][..self.words];
         words.iter().enumerate().flat_map(|(word, &bits)| Bits(bits).map(move |bit| 64 * word + bit))
     }
 }
 
-/// The set bits of a word, ascending.
+/// An iterator over the set bits of a word, ascending.
 pub struct Bits(pub u64);
 
 impl Iterator for Bits {
@@ -104,7 +104,7 @@ impl Iterator for Bits {
 /// The nodes and the crossed edges of consecutive layers of cells.
 ///
 /// Nodes, edges and cells have a margin of one on each side in x and y: node x of the grid is bit x + 1 of a row, and cell or
-/// edge i lies between nodes i and i + 1 of the margin's count. Planes and layers are counted by the grid, layer k lying
+/// edge i lies between nodes i and i + 1 counted with the margin. Planes and layers are counted by the grid; layer k lies
 /// between planes k and k + 1.
 pub struct EdgeSlab {
     pub nodes: NodeSlab,
@@ -114,7 +114,7 @@ pub struct EdgeSlab {
     pub sub_resolution: SubResolution,
 }
 
-/// What the edges of a slab are found from.
+/// The input from which the edges of a slab are found.
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
     pub planes: NodePlanes<'a>,
@@ -124,7 +124,7 @@ pub struct Source<'a> {
 }
 
 impl EdgeSlab {
-    /// The edges of layers of cells; the nodes reach one plane further.
+    /// Finds the edges of layers of cells; the nodes extend one plane further.
     pub fn new(source: &Source, layers: Range<i32>) -> EdgeSlab {
         let nodes = source.planes.slab(layers.start..layers.end + 2, 1);
         let planes = layers.start..layers.end + 1;
@@ -152,7 +152,7 @@ impl EdgeSlab {
         self.layers.clone()
     }
 
-    /// The rows of an edge that begins at a node, and which of them it is in, and its bit.
+    /// Returns the rows that hold the edge from a node along `axis`, its row among them, and its bit.
     fn find(&self, axis: usize, [x, y, z]: [i32; 3]) -> (&EdgeRows, usize, usize) {
         let plane = (z - self.layers.start) as usize;
         match axis {
@@ -161,13 +161,13 @@ impl EdgeSlab {
         }
     }
 
-    /// The crossing of an edge along `axis` from the given node; it must be crossed.
+    /// Returns the crossing of an edge along `axis` from the given node, which must be crossed.
     pub fn crossing(&self, axis: usize, node: [i32; 3]) -> Crossing {
         let (rows, row, bit) = self.find(axis, node);
         rows.crossings[rows.place(row, bit)]
     }
 
-    /// The crossed edges along x and y in a plane, or along z in a layer: axis and lower node.
+    /// Returns the crossed edges along x and y in a plane, or along z in a layer, by their lower nodes.
     pub fn crossed_in(&self, axis: usize, z: i32) -> impl Iterator<Item = [i32; 3]> + '_ {
         (0..self.nodes.rows() as i32).flat_map(move |y| {
             let (rows, row, _) = self.find(axis, [0, y, z]);
@@ -180,7 +180,7 @@ impl EdgeSlab {
     }
 }
 
-/// Which edges of a row of nodes are crossed: bit i is node i against the next.
+/// Returns the crossed edges of a row of nodes: bit i compares node i with the next.
 fn differences(row: &[u64]) -> impl Iterator<Item = u64> + '_ {
     (0..row.len()).map(|word| {
         let next = row.get(word + 1).map_or(0, |next| next << 63);
@@ -188,7 +188,7 @@ fn differences(row: &[u64]) -> impl Iterator<Item = u64> + '_ {
     })
 }
 
-/// Which nodes of a row differ from those of another.
+/// Returns the nodes of a row that differ from those of another.
 fn unlike<'a>(row: &'a [u64], other: &'a [u64]) -> impl Iterator<Item = u64> + 'a {
     row.iter().zip(other).map(|(a, b)| a ^ b)
 }
@@ -233,7 +233,7 @@ fn along_z(source: &Source, nodes: &NodeSlab, row: usize, layers: &Range<i32>) -
     if let Some(image_row) = row.checked_sub(1).filter(|&row| row < rows as usize) {
         for column in 0..columns {
             let bit = column as usize + 1;
-            // Along z as along the other axes edges are counted from the one before node 0.
+            // Along z, as along the other axes, edges are counted from the one before node 0.
             let inside = |edge: i32| nodes.row(row, edge - 1)[bit / 64] >> (bit % 64) & 1 == 1;
             let place = |edge: i32| ((edge - 1 - layers.start) as usize, bit);
             let ray = image_row as u32 * columns + column;
@@ -272,8 +272,8 @@ impl<'a> Filler<'a> {
         (self.rows, self.missed)
     }
 
-    /// The samples of a ray, edge by edge, as far as the edges lie in a range. Edge i ends at node i of the grid; `place`
-    /// says where it is in the rows, and `inside` whether it begins inside.
+    /// Processes the samples of a ray, edge by edge, for the edges in a range. Edge i ends at node i of the grid; `place`
+    /// returns its position in the rows, and `inside` whether it begins inside.
     fn fill_ray(
         &mut self,
         ray: u32,
@@ -304,7 +304,7 @@ impl<'a> Filler<'a> {
                 self.filled += 1;
                 dropped -= 1;
             }
-            // Whether the first of the samples enters tells what the pairs between two nodes are.
+            // The first sample enters for pairs that are walls, and leaves for gaps.
             match from % 2 {
                 0 => self.missed.walls += dropped as u64 / 2,
                 _ => self.missed.gaps += dropped as u64 / 2,
@@ -313,13 +313,13 @@ impl<'a> Filler<'a> {
         }
     }
 
-    /// Which of an odd number of samples in one edge stays, all others being dropped in pairs.
+    /// Returns the index of the one sample that is kept of an odd number in one edge; all others are dropped in pairs.
     fn kept(&self, samples: &[i32], enters: bool) -> usize {
         let last = samples.len() - 1;
         match (self.mode, enters) {
             (SurfaceMode::Over, true) | (SurfaceMode::Under, false) => 0,
             (SurfaceMode::Over, false) | (SurfaceMode::Under, true) => last,
-            // The one that changes the length inside least.
+            // The sample that changes the length inside least.
             (SurfaceMode::Exact, _) => {
                 let lost = |kept: usize| -> i64 {
                     let pairs = samples[..kept].chunks_exact(2).chain(samples[kept + 1..].chunks_exact(2));
@@ -331,7 +331,7 @@ impl<'a> Filler<'a> {
     }
 }
 
-/// The outward normal at a sample of an image: a triangle may face either way, but the ray knows whether it enters.
+/// Returns the outward normal at a sample of an image: a triangle may face either way, but the ray knows whether it enters.
 fn normal_at(image: &Ldi, normals: Option<&[[f32; 3]]>, sample: usize, enters: bool) -> [f32; 3] {
     let triangle = image.triangles().map(|triangles| triangles[sample] as usize);
     let Some(&normal) = triangle.and_then(|triangle| normals?.get(triangle)) else { return [0.0; 3] };
@@ -340,7 +340,7 @@ fn normal_at(image: &Ldi, normals: Option<&[[f32; 3]]>, sample: usize, enters: b
 }
 
 impl Source<'_> {
-    /// The lattice edges within which a ray leaves the solid and comes back: axis, lower node, and the two crossings.
+    /// Returns the lattice edges within which a ray leaves the solid and re-enters it: axis, lower node, and the two crossings.
     pub fn gaps(&self) -> Vec<(usize, [i32; 3], [Crossing; 2])> {
         let of_image = |axis: usize| {
             let image = self.images[axis];
@@ -378,7 +378,7 @@ impl Source<'_> {
         (0..3).flat_map(|axis| of_image(axis).collect::<Vec<_>>()).collect()
     }
 
-    /// Whether a node is inside.
+    /// Returns whether a node is inside.
     pub fn is_inside(&self, node: [i32; 3]) -> bool {
         let inside = (0..3).filter(|&axis| self.before(axis, node).is_some_and(|before| before % 2 == 1)).count();
         match self.mode.combine() {
@@ -388,7 +388,7 @@ impl Source<'_> {
         }
     }
 
-    /// How many samples of the ray along `axis` through a node lie before it; nothing beyond the grid.
+    /// Returns the number of samples before a node on the ray along `axis` through it; `None` beyond the grid.
     fn before(&self, axis: usize, [x, y, z]: [i32; 3]) -> Option<usize> {
         let (image, at) = (self.images[axis], [x - 1, y - 1, z]);
         let rays = image.grid().rays();
@@ -399,14 +399,14 @@ impl Source<'_> {
         Some(image.samples(self.ray(axis, at)).partition_point(|&depth| depth < place))
     }
 
-    /// The ray along `axis` through a node of the grid.
+    /// Returns the ray along `axis` through a node of the grid.
     fn ray(&self, axis: usize, at: [i32; 3]) -> u32 {
         let image = self.images[axis];
         at[image.axis().row()] as u32 * image.size().0 + at[image.axis().column()] as u32
     }
 
-    /// How far from a node, along `axis` or against it, the planes end that the surface has beside the node, in pitches, and the
-    /// normal of the one that does first. Nothing where none does.
+    /// Intersects the line from a node, along `axis` or against it, with the planes of the surface beside the node. Returns the
+    /// least distance in pitches and the normal of that plane; `None` where no plane ends.
     pub fn tip(&self, axis: usize, node: [i32; 3], is_along: bool) -> Option<(f32, [f32; 3])> {
         let at = [node[0] - 1, node[1] - 1, node[2]];
         let mut tip: Option<(f32, [f32; 3])> = None;

@@ -3,14 +3,14 @@
 //! A mesh whose vertices are all in their cells has the signs of the lattice's nodes: the two triangles of an edge lie in the
 //! block of its four cells, which has no other edge inside, and cross that one an odd number of times. When one vertex moves,
 //! each of its triangles sweeps a tetrahedron, and the sign of a node changes only if it lies in an odd number of them. So a
-//! vertex may go where it belongs if **no node lies in any tetrahedron that it sweeps**; and if moreover none lies in the
-//! tetrahedron of the four corners of any of its quadrilaterals, either diagonal may be chosen afterwards. Both hold in the
-//! beginning and are kept by every move, so that the mesh, sampled again on the same lattice, gives back the same nodes,
-//! sharp edges and all.
+//! vertex may move to its target if **no node lies in any tetrahedron that it sweeps**; and if moreover none lies in the
+//! tetrahedron of the four corners of any of its quadrilaterals, either diagonal may be chosen afterwards. Both hold initially
+//! and are invariant under every move, so that the mesh, sampled again on the same lattice, reproduces the same nodes, sharp
+//! edges and all.
 //!
-//! A vertex that may not go goes part of the way, or stays in its cell. Neighbours that moved later may have made room, so those that stayed are tried
-//! again. First nodes count as met from as far as 32-bit coordinates are rounded; what a node beside a face keeps back is tried
-//! once more with the lattice's own rounding: one mover in a thousand.
+//! A vertex whose move is not allowed moves part of the way, or stays in its cell. Neighbours that moved later may have made
+//! room, so vertices that stayed are tried again. At first nodes have a margin of the rounding of 32-bit coordinates; moves
+//! blocked by a node beside a face are retried with the lattice's own rounding: one mover in a thousand.
 
 use std::collections::HashMap;
 
@@ -25,42 +25,43 @@ use super::quads::{OpenQuad, Quad};
 #[derive(Clone, Copy, Debug)]
 pub struct Feature {
     pub vertex: u32,
-    /// Where it belongs, if that is beyond its cell.
+    /// The target of the vertex, if that is beyond its cell.
     pub target: Option<DVec3>,
-    /// Where it belongs as far as its cell holds it.
+    /// The position of the vertex, held within its cell.
     pub held: DVec3,
     /// The mean of its crossings.
     pub mean: DVec3,
     /// The direction of the sum of its normals; zero where none is known.
     pub facing: Vec3,
-    /// Whether its cell has no other vertex.
+    /// True if its cell has no other vertex.
     pub is_alone: bool,
 }
 
-/// How often all are tried with either margin.
+/// The number of attempts with either margin.
 const ROUNDS: usize = 3;
 
-/// What is tried of its way by a vertex that may not go all of it.
+/// The shares of its way that a blocked vertex tries.
 const PART_WAYS: [f64; 3] = [0.75, 0.5, 0.25];
 
-/// Vertices nearer to one another than this would be one, to readers of 32-bit coordinates.
+/// Distance below which readers of 32-bit coordinates would merge two vertices.
 const APART: f64 = 1e-3;
 
 /// The features of a mesh, and the quadrilaterals around each.
 pub struct Features<'a> {
-    /// In the order of their vertices.
+    /// All features, in the order of their vertices.
     pub all: &'a [Feature],
-    /// For each vertex the number of its feature and one, or zero.
+    /// For each vertex the number of its feature plus one, or zero.
     pub marks: &'a [u32],
-    /// All that hold a feature.
+    /// All quadrilaterals that hold a feature.
     pub quads: &'a [OpenQuad],
-    /// Those of feature i are `around[starts[i]..starts[i + 1]]`.
+    /// The quadrilaterals of feature i are `around[starts[i]..starts[i + 1]]`.
     starts: Vec<u32>,
     around: Vec<u32>,
 }
 
 impl<'a> Features<'a> {
-    /// Features in the order of their vertices, the marks of all vertices, and all quadrilaterals that hold a feature.
+    /// Builds the index from features in the order of their vertices, the marks of all vertices, and all quadrilaterals that
+    /// hold a feature.
     pub fn new(all: &'a [Feature], marks: &'a [u32], quads: &'a [OpenQuad]) -> Features<'a> {
         let mut features = Features { all, marks, quads, starts: vec![0; all.len() + 1], around: Vec::new() };
         let mut starts = vec![0; all.len() + 1];
@@ -80,17 +81,17 @@ impl<'a> Features<'a> {
         features
     }
 
-    /// The feature of a vertex.
+    /// Returns the feature of a vertex.
     pub fn of_vertex(&self, vertex: u32) -> Option<usize> {
         (*self.marks.get(vertex as usize)? as usize).checked_sub(1)
     }
 
-    /// The features among the corners of a quadrilateral.
+    /// Returns the features among the corners of a quadrilateral.
     pub fn features_of(&self, quad: &Quad) -> impl Iterator<Item = usize> + use<'_, 'a> {
         quad.corners.into_iter().filter_map(|vertex| self.of_vertex(vertex))
     }
 
-    /// The numbers of the quadrilaterals around a feature.
+    /// Returns the numbers of the quadrilaterals around a feature.
     pub fn around(&self, feature: usize) -> &[u32] {
         &self.around[self.starts[feature] as usize..self.starts[feature + 1] as usize]
     }
@@ -99,13 +100,13 @@ impl<'a> Features<'a> {
         self.around(feature).iter().map(|&at| &self.quads[at as usize].quad)
     }
 
-    /// Moves vertices to where they belong, in coordinates of cells, in which nodes have whole coordinates. Gives the number
-    /// of those that did not get there.
+    /// Moves vertices to their targets, in coordinates of cells, in which nodes have integer coordinates. Returns the number of
+    /// vertices that did not reach them.
     ///
-    /// `rounding` is how far the lattice's rounding may move a surface, in pitches.
+    /// `rounding` is the greatest movement of a surface by the lattice's rounding, in pitches.
     pub fn settle(&self, rounding: f64, vertices: &mut [DVec3]) -> u64 {
         let mut taken = self.others_near_targets(vertices);
-        // Of several that belong in one place the nearest goes there.
+        // Of several vertices with the same target, the nearest moves there.
         let way = |&feature: &usize| {
             let Feature { held, target, .. } = self.all[feature];
             target.map_or(0.0, |target| target.distance_squared(held))
@@ -122,7 +123,7 @@ impl<'a> Features<'a> {
         waiting.len() as u64
     }
 
-    /// The vertices that stay where they are in the cells that movers go to: another loop may have found the same corner.
+    /// Returns the stationary vertices in the cells that movers go to: another loop may have found the same corner.
     fn others_near_targets(&self, vertices: &[DVec3]) -> Taken {
         let targets = || self.all.iter().filter_map(|feature| feature.target);
         let mut cells = CellFilter::new(targets().count());
@@ -141,7 +142,7 @@ impl<'a> Features<'a> {
         taken
     }
 
-    /// Moves a vertex by a share of its way if it may go there.
+    /// Moves a vertex by a share of its way if that is allowed; returns whether it moved.
     fn moves(&self, mover: usize, share: f64, margin: f64, vertices: &mut [DVec3], taken: &mut Taken) -> bool {
         let Feature { vertex, target: Some(target), .. } = self.all[mover] else { return false };
         let to = vertices[vertex as usize].lerp(target, share);
@@ -153,27 +154,27 @@ impl<'a> Features<'a> {
         free
     }
 
-    /// Whether a feature may go to a place without a change of any node's sign, whatever the diagonals.
+    /// Returns whether a feature may move to a point without a change of any node's sign, whatever the diagonals.
     pub fn may_go(&self, feature: usize, to: DVec3, margin: f64, vertices: &[DVec3]) -> bool {
         let vertex = self.all[feature].vertex;
         self.quads_of(feature).all(|quad| may_go(vertex, to, &quad.corners, vertices, margin))
     }
 
-    /// The distance of a quadrilateral's crossing from all triangles around its features: a face that belongs there may lie in
-    /// the triangles of another crossing.
+    /// Returns the distance of a quadrilateral's crossing from all triangles around its features: the face of this crossing may
+    /// lie in the triangles of another crossing.
     pub fn distance(&self, open: &OpenQuad, vertices: &[DVec3]) -> f32 {
         let around = self.features_of(&open.quad).flat_map(|feature| self.quads_of(feature));
         around.map(|quad| open.quad.distance(quad, vertices)).fold(f32::INFINITY, f32::min)
     }
 }
 
-/// Some cells, and by chance a few more.
+/// A Bloom filter: a set of cells with a few false positives.
 pub struct CellFilter {
     bits: Vec<u64>,
 }
 
 impl CellFilter {
-    /// Room for the given number of cells, at some 64 bits each.
+    /// Creates a filter for the given number of cells, with about 64 bits for each.
     pub fn new(cells: usize) -> CellFilter {
         CellFilter { bits: vec![0; cells.next_power_of_two().max(2)] }
     }
@@ -181,7 +182,7 @@ impl CellFilter {
     fn place(&self, cell: [i32; 3]) -> (usize, u64) {
         let [x, y, z] = cell.map(|c| i64::from(c) as u64);
         let mixed = (x ^ y << 21 ^ z << 42).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        // Of a product the upper bits depend on all bits of its factors, and the lower on few.
+        // The upper bits of a product depend on all bits of its factors, the lower ones on few.
         let hash = (mixed ^ mixed >> 32).wrapping_mul(0xd6e8_feb8_6659_fd93);
         let bits = self.bits.len().trailing_zeros();
         ((hash >> (64 - bits)) as usize, 1 << (hash >> (58 - bits) & 63))
@@ -197,13 +198,13 @@ impl CellFilter {
         self.bits[word] & bit != 0
     }
 
-    /// Whether it may be that a point lies in one of them.
+    /// Returns whether a point may lie in one of the cells.
     pub fn may_hold(&self, point: DVec3) -> bool {
         self.may_be(cell_of(point))
     }
 }
 
-/// Where there are vertices that another must keep away from.
+/// The positions of vertices that others must keep away from.
 #[derive(Default)]
 struct Taken {
     by_place: HashMap<[i64; 3], Vec<DVec3>>,
@@ -214,7 +215,7 @@ impl Taken {
         self.by_place.entry(place(point)).or_default().push(point);
     }
 
-    /// Whether a vertex is within [`APART`] of a point.
+    /// Returns whether a vertex is within [`APART`] of a point.
     fn holds(&self, point: DVec3) -> bool {
         let [x, y, z] = place(point);
         let near = |i: i64| [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1];
@@ -223,12 +224,12 @@ impl Taken {
     }
 }
 
-/// The block of side [`APART`] that a point lies in.
+/// Returns the block of side [`APART`] that a point lies in.
 fn place(point: DVec3) -> [i64; 3] {
     (point / APART).floor().to_array().map(|c| c as i64)
 }
 
-/// Whether a vertex of a quadrilateral may go to a place.
+/// Returns whether a vertex of a quadrilateral may move to a point.
 fn may_go(vertex: u32, target: DVec3, corners: &[u32; 4], vertices: &[DVec3], margin: f64) -> bool {
     let turn = corners.iter().position(|&corner| corner == vertex).expect("the quadrilateral is the vertex's");
     let at = |i: usize| vertices[corners[(turn + i) % 4] as usize];
@@ -240,7 +241,7 @@ fn may_go(vertex: u32, target: DVec3, corners: &[u32; 4], vertices: &[DVec3], ma
         && !holds_node([target, a, b, c], margin)
 }
 
-/// Whether a node lies in a tetrahedron, or within a margin of it.
+/// Returns whether a node lies in a tetrahedron, or within a margin of it.
 fn holds_node(corners: [DVec3; 4], margin: f64) -> bool {
     let least = corners.into_iter().fold(corners[0], DVec3::min) - margin;
     let greatest = corners.into_iter().fold(corners[0], DVec3::max) + margin;
@@ -263,15 +264,15 @@ fn holds_node(corners: [DVec3; 4], margin: f64) -> bool {
     false
 }
 
-/// Whether no plane through three corners separates a point from the fourth by more than the margin. A tetrahedron without
-/// volume has planes as well, unless its corners are on a line, and then the line is taken for its box.
+/// Returns whether no plane through three corners separates a point from the fourth by more than the margin. A tetrahedron of
+/// zero volume has planes as well, unless its corners are collinear; then its bounding box is tested instead.
 fn is_near(point: DVec3, corners: &[DVec3; 4], margin: f64) -> bool {
     for apex in 0..4 {
         let [a, b, c] = [1, 2, 3].map(|i| corners[(apex + i) % 4]);
         let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
         let (of_apex, of_point) = (normal.dot(corners[apex] - a), normal.dot(point - a));
         let outside = if of_apex >= 0.0 { of_point < -margin } else { of_point > margin };
-        // Of a flat tetrahedron both sides are outside.
+        // Both sides of a flat tetrahedron are outside.
         if outside || (of_apex.abs() < margin && of_point.abs() > 2.0 * margin) {
             return false;
         }
@@ -295,7 +296,7 @@ mod tests {
         let flat = [at(0.5, 0.5, 1.0), at(1.5, 0.5, 1.0), at(1.0, 1.5, 1.0), at(1.2, 0.6, 1.0)];
         assert!(holds_node(flat, MARGIN));
         assert!(!holds_node(flat.map(|p| p + at(0.0, 0.0, 0.01)), MARGIN));
-        // A box that holds many nodes, of which the tetrahedron holds none.
+        // A box that holds many nodes, none of which the tetrahedron holds.
         assert!(!holds_node([at(0.1, 0.05, 0.1), at(3.1, 3.05, 3.1), at(3.1, 3.05, 3.2), at(3.12, 3.0, 3.1)], MARGIN));
     }
 }

@@ -1,21 +1,21 @@
-//! What every output mesh must satisfy, found exactly, and fast enough to be asked of every output.
+//! The requirements of every output mesh, checked exactly, and fast enough for every output.
 //!
-//! A mesh passes the gates when every edge borders exactly two triangles that run along it in opposite directions, no
-//! two triangles have the same corners, no triangle has a corner twice, every vertex has one fan of triangles, and the
-//! volume is positive. Then it is a closed, oriented 2-manifold, *by its indices*. A file of triangles without indices,
-//! as STL is, has only positions, in `f32`; whoever reads it welds what is equal. So no two vertices may have the same
-//! position once rounded to the [`Precision`] of the file, or the mesh that is read is not the mesh that was written.
+//! A mesh passes the gates when every edge borders exactly two triangles that run along it in opposite directions, no two
+//! triangles have the same corners, no triangle has a corner twice, every vertex has one fan of triangles, and the volume is
+//! positive. Then it is a closed, oriented 2-manifold, *by its indices*. A file of triangles without indices, such as STL, has
+//! only positions, in `f32`, and its readers weld equal positions. So no two vertices may have the same position once rounded
+//! to the [`Precision`] of the file, or the mesh that is read is not the mesh that was written.
 //!
-//! # How it is decided
-//! [`mesh::check`](crate::mesh::check::check) answers more questions about meshes that anybody made, and sorts all edge
-//! uses by the positions of their ends. Here identity is identity of indices, and everything about edges, duplicates and
-//! fans can be read from the *star* of a vertex, the triangles around it, whose length is six or so. A corner of a
-//! triangle at vertex v sees the edge from v to its next corner and the edge from its previous corner to v. If the
-//! corners at v, each followed by the one whose next is the previous of the former, make one cycle through all of them,
-//! then every edge at v is used once in either direction, there is one fan, and no two triangles at v are the same (three
-//! or more corners make the cycle). That settles nearly every vertex by a few comparisons; the others are sorted out one
-//! by one. Stars are listed by a counting sort of corners; their order varies with the threads, what is found does not.
-//! Components come from a union of vertices, in parallel, in which the lowest index always wins.
+//! # Method
+//! [`mesh::check`](crate::mesh::check::check) answers more questions about arbitrary meshes, and sorts all edge uses by the
+//! positions of their ends. Here identity is identity of indices, and all faults of edges, duplicates and fans follow from the
+//! *star* of a vertex, the triangles around it, whose length is about six. A corner of a triangle at vertex v sees the edge
+//! from v to its next corner and the edge from its previous corner to v. If the corners at v, each followed by the one whose
+//! next is the previous of the former, make one cycle through all of them, then every edge at v is used once in either
+//! direction, there is one fan, and no two triangles at v are the same (three or more corners make the cycle). That decides
+//! nearly every vertex by a few comparisons; the others are examined one by one. Stars are listed by a counting sort of
+//! corners; their order varies with the threads, the findings do not. Components come from a parallel union–find of vertices,
+//! in which the lowest index is always the representative.
 
 use std::fmt;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -27,31 +27,31 @@ use super::parts::part_of_vertices;
 use crate::mesh::check::{BadIndex, BadPosition, DuplicatePlace, EdgePlace, Findings, TrianglePlace, VertexPlace};
 use crate::mesh::{Precision, TriangleMesh};
 
-/// How many places of a kind are kept beside the count.
+/// The number of places of a kind that are kept beside the count.
 const FIRST: usize = 5;
 
-/// Vertices or triangles that one task takes.
+/// Vertices or triangles in one task.
 const CHUNK: usize = 8192;
 
-/// All that is asked of an output mesh.
+/// The results of all checks of an output mesh.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Gates {
-    /// Triangles in the mesh.
+    /// Number of triangles in the mesh.
     pub triangles: usize,
-    /// Positions that triangles use.
+    /// Number of positions that triangles use.
     pub vertices: usize,
-    /// Parts of the mesh that no vertex connects.
+    /// Number of vertex-connected parts of the mesh.
     pub components: usize,
     /// The sum of the genera of all components; `None` where the mesh is not a closed, oriented manifold.
     pub genus: Option<usize>,
     /// See [`TriangleMesh::signed_volume`].
     pub signed_volume: f64,
-    /// Indices beyond the positions. Their triangles count for nothing else.
+    /// Indices beyond the positions. Their triangles are excluded from all other checks.
     pub bad_indices: Findings<BadIndex>,
     /// Used positions that are infinite or not a number.
     pub bad_positions: Findings<BadPosition>,
-    /// Triangles that name a vertex twice. They count for nothing else.
+    /// Triangles that name a vertex twice. They are excluded from all other checks.
     pub repeated_indices: Findings<TrianglePlace>,
     /// Edges that do not border exactly two triangles in opposite directions.
     pub edges: Findings<EdgePlace>,
@@ -59,26 +59,26 @@ pub struct Gates {
     pub duplicates: Findings<DuplicatePlace>,
     /// Vertices with more than one fan of triangles.
     pub non_manifold_vertices: Findings<VertexPlace>,
-    /// The precision that positions were rounded to for what follows.
+    /// The precision that positions were rounded to for the checks that follow.
     pub precision: Precision,
     /// Triangles two corners of which are different vertices with the same rounded position.
     pub collapsed: Findings<TrianglePlace>,
-    /// Vertices that have the rounded position of a vertex of lower index.
+    /// Vertices with the same rounded position as a vertex of lower index.
     pub welded: Findings<WeldedPlace>,
 }
 
-/// Two vertices that are one once their positions are rounded.
+/// Two vertices that coincide once their positions are rounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WeldedPlace {
     /// The vertex of higher index, which is the one counted.
     pub vertex: u32,
     /// The lowest index with this position.
     pub earlier: u32,
-    /// Where the former is.
+    /// The position of the vertex of higher index.
     pub position: DVec3,
 }
 
-/// A gate that a mesh does not pass, as a sentence that counts what is wrong and names the first place.
+/// A gate that a mesh does not pass; displayed as a sentence with the count of faults and the first place.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum GateFailure {
@@ -98,7 +98,7 @@ pub enum GateFailure {
     Collapsed(Findings<TrianglePlace>, Precision),
     /// See [`Gates::welded`].
     Welded(Findings<WeldedPlace>, Precision),
-    /// There are triangles, and they enclose nothing or less.
+    /// There are triangles, but they enclose no positive volume.
     NoVolume {
         /// See [`Gates::signed_volume`].
         signed_volume: f64,
@@ -106,13 +106,12 @@ pub enum GateFailure {
 }
 
 impl Gates {
-    /// Asks everything of a mesh whose positions will be rounded to a precision. The answer is the same whatever the thread
-    /// count.
+    /// Checks a mesh whose positions will be rounded to a precision. The result does not depend on the thread count.
     ///
-    /// It needs memory for 24 bytes a triangle and 8 a vertex or so, and about 0.1 s for a million triangles on one core.
+    /// Needs about 24 bytes of memory per triangle and 8 per vertex, and about 0.1 s for a million triangles on one core.
     ///
     /// # Panics
-    /// Where corners cannot be numbered by 32 bits: beyond 1.4 × 10⁹ triangles.
+    /// If corners cannot be numbered by 32 bits: beyond 1.4 × 10⁹ triangles.
     pub fn of(mesh: &TriangleMesh, precision: Precision) -> Gates {
         let faults = Faults::of(mesh);
         let corners = |triangle: u32| mesh.triangles[triangle as usize].map(|index| mesh.positions[index as usize]);
@@ -162,12 +161,12 @@ impl Gates {
         }
     }
 
-    /// Whether all gates are passed. A mesh without triangles passes: it is the surface of nothing.
+    /// Returns whether all gates are passed. A mesh without triangles passes: it is an empty surface.
     pub fn passed(&self) -> bool {
         self.failures().is_empty()
     }
 
-    /// The gates that are not passed.
+    /// Returns the gates that are not passed.
     pub fn failures(&self) -> Vec<GateFailure> {
         fn add<P: Clone>(
             failures: &mut Vec<GateFailure>,
@@ -187,7 +186,7 @@ impl Gates {
         add(&mut failures, GateFailure::NonManifoldVertices, &self.non_manifold_vertices);
         add(&mut failures, |found| GateFailure::Collapsed(found, self.precision), &self.collapsed);
         add(&mut failures, |found| GateFailure::Welded(found, self.precision), &self.welded);
-        // Written so that a volume that is not a number fails.
+        // Written so that a NaN volume fails.
         let is_positive = self.signed_volume > 0.0;
         if self.triangles > 0 && !is_positive {
             failures.push(GateFailure::NoVolume { signed_volume: self.signed_volume });
@@ -288,21 +287,21 @@ pub(super) struct EdgeFault {
     triangles: Vec<usize>,
 }
 
-/// Everything that is wrong with the indices of a mesh, without limit.
+/// All faults of the indices of a mesh, without limit.
 #[derive(Debug, Default)]
 pub(super) struct Faults {
     pub bad_indices: Vec<BadIndex>,
     /// Triangles that name a vertex twice.
     pub repeated_indices: Vec<u32>,
-    /// In the order of their lower vertices.
+    /// Faulty edges in the order of their lower vertices.
     pub edges: Vec<EdgeFault>,
-    /// The earlier triangle and the later one.
+    /// Duplicates: the earlier triangle and the later one.
     pub duplicates: Vec<[u32; 2]>,
-    /// Vertices and their numbers of fans, two or more.
+    /// Vertices with two or more fans, and their numbers of fans.
     pub vertices: Vec<(u32, usize)>,
-    /// Parts that no vertex connects.
+    /// Number of vertex-connected parts.
     pub components: usize,
-    /// Which vertices triangles use, for each position.
+    /// For each position, whether triangles use it.
     pub used: Vec<bool>,
 }
 
@@ -335,7 +334,7 @@ impl Faults {
         faults
     }
 
-    /// Finds all that is wrong with a star, by sorting. Edges and triangles are named by their lowest vertex only.
+    /// Finds all faults of a star by sorting. Edges and triangles are reported at their lowest vertex only.
     fn sort_out(&mut self, mesh: &TriangleMesh, vertex: u32, star: &[u32]) {
         let mut star = star.to_vec();
         star.sort_unstable();
@@ -375,7 +374,7 @@ impl Faults {
     }
 }
 
-/// The representative of an element of a union of sets.
+/// Returns the representative of an element of a union–find.
 fn root(parents: &mut [usize], mut element: usize) -> usize {
     while parents[element] != element {
         parents[element] = parents[parents[element]];
@@ -386,9 +385,9 @@ fn root(parents: &mut [usize], mut element: usize) -> usize {
 
 /// The corners of triangles at every vertex. Triangles with a bad or repeated index have none.
 struct Stars {
-    /// Where the corners of each vertex begin, and the end of the last.
+    /// The first corner of each vertex, and the end of the last.
     starts: Vec<u32>,
-    /// Corners by vertex, in no order: three times the triangle, plus the place in it.
+    /// Corners by vertex, in no order: three times the triangle, plus the index in it.
     corners: Vec<u32>,
     bad_indices: Vec<BadIndex>,
     repeated_indices: Vec<u32>,
@@ -397,7 +396,7 @@ struct Stars {
 impl Stars {
     fn of(mesh: &TriangleMesh) -> Stars {
         let vertices = mesh.positions.len();
-        // Counted at the place of the vertex after; then sums; then every corner takes the last place that is left.
+        // Counted at the entry of the next vertex; then prefix sums; then every corner takes the last free place.
         let cursors: Vec<AtomicU32> = (0..vertices + 1).into_par_iter().map(|_| AtomicU32::new(0)).collect();
         let refused: Vec<(Vec<BadIndex>, Vec<u32>)> = mesh
             .triangles
@@ -449,12 +448,12 @@ impl Stars {
     }
 }
 
-/// Whether a triangle has three different vertices.
+/// Returns whether a triangle has three different vertices.
 fn has_vertices([a, b, c]: [u32; 3], vertices: usize) -> bool {
     (a.max(b).max(c) as usize) < vertices && a != b && b != c && c != a
 }
 
-/// The vertices after and before a corner in its triangle.
+/// Returns the vertices after and before a corner in its triangle.
 fn sides(mesh: &TriangleMesh, corner: u32) -> (u32, u32) {
     let indices = mesh.triangles[corner as usize / 3];
     match corner % 3 {
@@ -464,7 +463,7 @@ fn sides(mesh: &TriangleMesh, corner: u32) -> (u32, u32) {
     }
 }
 
-/// Whether the corners of a star, three or more, follow each other in one cycle. A long star is not looked at.
+/// Returns whether the corners of a star, three or more, follow each other in one cycle. Returns false for long stars.
 fn is_one_cycle(mesh: &TriangleMesh, star: &[u32]) -> bool {
     const LONGEST: usize = 24;
     if star.len() < 3 || star.len() > LONGEST {
@@ -485,7 +484,7 @@ fn is_one_cycle(mesh: &TriangleMesh, star: &[u32]) -> bool {
     false
 }
 
-/// How many parts of the mesh no vertex connects.
+/// Counts the vertex-connected parts of the mesh.
 fn components(mesh: &TriangleMesh, stars: &Stars) -> usize {
     let parts = part_of_vertices(mesh);
     let is_lowest = |vertex: &usize| parts[*vertex] == *vertex as u32;
@@ -493,7 +492,7 @@ fn components(mesh: &TriangleMesh, stars: &Stars) -> usize {
     lowest.filter(|&vertex| !stars.corners_at(vertex).is_empty()).count()
 }
 
-/// A rounded position in bits; −0 and 0 are the same coordinate.
+/// Returns the bits of a rounded position; −0 and 0 are the same coordinate.
 fn rounded(position: DVec3, precision: Precision) -> [u64; 3] {
     precision.round(position).to_array().map(|coordinate| (coordinate + 0.0).to_bits())
 }
@@ -508,10 +507,11 @@ fn collapsed(mesh: &TriangleMesh, precision: Precision) -> Vec<u32> {
     mesh.triangles.par_iter().enumerate().filter(collapsed).map(|(triangle, _)| triangle as u32).collect()
 }
 
-/// Vertices on the rounded position of one of lower index, behind the lowest such, in the order of index.
+/// Returns the vertices whose rounded position equals that of one of lower index, each after the lowest such one, in order of
+/// index.
 fn welded(mesh: &TriangleMesh, used: &[bool], precision: Precision) -> Vec<[u32; 2]> {
     let vertices = (mesh.positions.par_iter(), used).into_par_iter().enumerate().filter(|(_, (_, used))| **used);
-    // Half a hash above the index: the few runs that a sort brings together are compared in full.
+    // Half a hash above the index: the few runs of equal halves after sorting are compared in full.
     let mut keys: Vec<u64> =
         vertices.map(|(i, (position, _))| hash(rounded(*position, precision)) & !0xffff_ffff | i as u64).collect();
     keys.par_sort_unstable();
@@ -528,9 +528,9 @@ fn welded(mesh: &TriangleMesh, used: &[bool], precision: Precision) -> Vec<[u32;
     welded
 }
 
-/// A hash whose upper half differs for different positions, mostly.
+/// Returns a hash whose upper half differs for most different positions.
 fn hash(position: [u64; 3]) -> u64 {
-    // Multiplication by odd digits of π carries upwards, so the lower halves are brought up in between.
+    // Multiplication by odd digits of π carries upwards, so the upper halves are folded down in between.
     position.into_iter().fold(0, |hash: u64, bits| {
         let mixed = (hash ^ bits).wrapping_mul(0x243f_6a88_85a3_08d3);
         (mixed ^ mixed >> 32).wrapping_mul(0x1319_8a2e_0370_7345)

@@ -1,9 +1,9 @@
-//! Finds which triangles of a mesh meet, by the cells that they lie in.
+//! Search for triangles of a mesh that meet, by the cells that they lie in.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// How much larger than they are triangles are looked for, in pitches, as they are seen rounded.
+/// Enlargement of the boxes of triangles, in pitches, as they are also tested rounded.
 const PADDING: f64 = 1e-3;
 
 /// A triangle that may meet others.
@@ -11,18 +11,18 @@ const PADDING: f64 = 1e-3;
 pub struct Candidate {
     /// Its number.
     pub triangle: u32,
-    /// Whether it is asked what it meets; others are asked about only.
+    /// True if pairs with this triangle are wanted; a pair of two inactive triangles is not tested.
     pub is_active: bool,
     /// Its vertices.
     pub vertices: [u32; 3],
-    /// Their places, in coordinates of cells.
+    /// The positions of its vertices, in coordinates of cells.
     pub corners: [DVec3; 3],
     least: DVec3,
     greatest: DVec3,
 }
 
 impl Candidate {
-    /// A triangle by its vertices and their places.
+    /// Creates a candidate from its vertices and their positions.
     pub fn new(triangle: u32, is_active: bool, vertices: [u32; 3], corners: [DVec3; 3]) -> Candidate {
         let [a, b, c] = corners;
         let (least, greatest) = (a.min(b).min(c) - PADDING, a.max(b).max(c) + PADDING);
@@ -33,7 +33,7 @@ impl Candidate {
         self.least.cmple(other.greatest).all() && other.least.cmple(self.greatest).all()
     }
 
-    /// The cells that its box touches.
+    /// Returns the cells that its box touches.
     pub fn cells(&self) -> impl Iterator<Item = [i32; 3]> + use<> {
         let (from, to) = (cell_of(self.least), cell_of(self.greatest));
         let row = move |z: i32, y: i32| (from[0]..=to[0]).map(move |x| [x, y, z]);
@@ -41,8 +41,8 @@ impl Candidate {
     }
 }
 
-/// The pairs of triangles, by their numbers, for which `do_meet` holds, each ascending, in ascending order. It is asked of
-/// those of which one is active and whose boxes touch in a cell in which it `is_sought`. Triangles should not be much
+/// Returns the pairs of triangles, by their numbers, for which `do_meet` holds, each ascending, in ascending order. It is
+/// called for pairs with an active triangle whose boxes touch in a cell in which it `is_sought`. Triangles should not be much
 /// larger than cells.
 pub fn pairs(
     candidates: &[Candidate],
@@ -63,7 +63,7 @@ pub fn pairs(
         let of_group = || group.iter().map(|&(_, i)| &candidates[i as usize]);
         for (i, one) in of_group().enumerate() {
             for other in of_group().skip(i + 1) {
-                // Of all cells that both touch the lowest is asked.
+                // Of all cells that both touch, only the lowest tests the pair.
                 if (one.is_active || other.is_active)
                     && one.touches(other)
                     && key(cell_of(one.least.max(other.least))) == group[0].0
@@ -80,12 +80,12 @@ pub fn pairs(
     pairs
 }
 
-/// The cell that a point lies in.
+/// Returns the cell that a point lies in.
 pub fn cell_of(point: DVec3) -> [i32; 3] {
     point.floor().to_array().map(|c| c as i32)
 }
 
-/// A cell in one number: 21 bits an axis hold more than any lattice has.
+/// Packs a cell into one number: 21 bits per axis hold any lattice.
 fn key(cell: [i32; 3]) -> u64 {
     cell.into_iter().fold(0, |key, c| key << 21 | (i64::from(c) + (1 << 20)) as u64 & ((1 << 21) - 1))
 }

@@ -1,30 +1,29 @@
-//! From layered depth images back to a surface: three images of one solid, along x, y and z, to a closed, oriented 2-manifold
-//! with sharp edges.
+//! Surface reconstruction: three images of one solid, along x, y and z, to a closed, oriented 2-manifold with sharp edges.
 //!
 //! # Theory
-//! Rays of the three axes meet in the nodes of a lattice, and the samples between two nodes are where the surface crosses an
-//! edge of it: Hermite data, if normals are known (Wang & Chen 2008, LDNI). The mesh is dual to the lattice (Ju et al., Dual
+//! Rays of the three axes meet in the nodes of a lattice, and the samples between two nodes are crossings of the surface with
+//! an edge of it: Hermite data, if normals are known (Wang & Chen 2008, LDNI). The mesh is dual to the lattice (Ju et al., Dual
 //! Contouring, 2002; Nielson, Dual Marching Cubes, 2004; Schaefer et al., Manifold Dual Contouring, 2007):
 //! - a quadrilateral for each edge whose ends have different signs (`quads`);
 //! - a vertex for each loop that the surface leaves on the faces of a cell (`cell`), so that two sheets in one cell
 //!   stay apart and every edge of the mesh has two triangles, whatever the signs;
-//! - each vertex at the minimum of its quadratic error function (`qef`), if need be beyond its cell (`features`), and
-//!   pulled back where triangles would cross one another (`untangle`).
+//! - each vertex at the minimum of its quadratic error function (`qef`), beyond its cell if necessary (`features`), and pulled
+//!   back where triangles would cross one another (`untangle`).
 //!
-//! # What is promised
+//! # Guarantees
 //! - The mesh is closed, 2-manifold and consistently oriented, whatever the images hold.
 //! - Sampled again on the same lattice it gives the same nodes: the surface has the topology of the lattice's signs.
 //! - Faces that all cross the lattice where they meet keep their edges and corners, to rounding.
 //!
-//! What is finer than the lattice is lost: several crossings between two nodes vanish in pairs. They are counted. Kept are
-//! gaps that part two solids that touch or nearly do (`cuts`), which would have handles otherwise that are not theirs.
-//! Triangles that cross one another are parted as far as vertices that go back can part them; what is left is counted, and
-//! was none in all that was tried: models, random nodes, walls thinner than a pitch.
+//! Detail finer than the lattice is lost: several crossings between two nodes cancel in pairs. They are counted. Exceptions are
+//! gaps that separate two solids that touch or nearly do (`cuts`), which would otherwise have spurious handles. Triangles that
+//! cross one another are separated as far as pulling vertices back allows; remaining crossings are counted, and none remained
+//! in any test: models, random nodes, walls thinner than a pitch.
 //!
-//! # In slabs
-//! Layers of cells are worked at some at a time, in parallel: the nodes of a slab from the images, its crossed edges with
-//! their crossings, the vertices of its cells, and its triangles. Beyond the images and the mesh itself nothing larger than a slab is
-//! held, nor does the result depend on the height of slabs or on threads.
+//! # Slabs
+//! Layers of cells are processed in slabs, in parallel: the nodes of a slab from the images, its crossed edges with their
+//! crossings, the vertices of its cells, and its triangles. Beyond the images and the mesh itself nothing larger than a slab is
+//! held in memory, and the result depends neither on the height of slabs nor on threads.
 
 mod cells;
 mod cuts;
@@ -52,10 +51,10 @@ use features::{Feature, Features};
 use quads::{Cut, OpenQuad, Quad};
 use untangle::{Tangle, View};
 
-/// What kind of images a surface is made from.
+/// The kind of images that a surface is made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SurfaceMode {
-    /// Exact ones, which agree about every node.
+    /// Exact images, which agree about every node.
     Exact,
     /// Over-estimates: a node is inside where any image has it inside.
     Over,
@@ -82,29 +81,29 @@ pub struct Coordinates {
     pub offset: DVec3,
 }
 
-/// A mesh made from images, and what became of the samples.
+/// A mesh made from images, and counts of the samples and vertices that it does not represent exactly.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    /// In world units, less the offset that was asked for; empty where no node is inside.
+    /// In world units, less the requested offset; empty where no node is inside.
     pub mesh: TriangleMesh,
-    /// Samples that are finer than the lattice, which the mesh does not have.
+    /// Samples finer than the lattice, which the mesh lacks.
     pub sub_resolution: SubResolution,
-    /// Nodes about which the images disagree; none of exact images.
+    /// Nodes about which the images disagree; zero for exact images.
     pub disagreements: u64,
-    /// The largest distance from the mesh of a sample that it rests on, in world units; no less than it is, and more where
-    /// triangles that are not the sample's own are nearer.
+    /// An upper bound of the distance from the mesh of the samples that it rests on, in world units; it exceeds the largest
+    /// distance where triangles that are not the sample's own are nearer.
     pub distance: f64,
     /// Vertices of edges and corners that lie beyond their cells.
     pub moved: u64,
-    /// Vertices that belong beyond their cells and had to stay, as the signs of nodes would have changed.
+    /// Vertices that belong beyond their cells but had to stay, as the signs of nodes would have changed.
     pub stayed: u64,
-    /// Vertices that were pulled back from where they belong, as triangles would have crossed one another.
+    /// Vertices that were pulled back from their targets, as triangles would have crossed one another.
     pub pulled: u64,
     /// Pairs of triangles that still cross one another.
     pub crossing_pairs: u64,
 }
 
-/// Why no surface could be made.
+/// The reason why no surface can be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SurfaceError {
     /// An image along one of the axes is missing.
@@ -119,29 +118,27 @@ pub enum SurfaceError {
     /// More triangles than 32 bits count.
     #[error("the surface has more than {limit} vertices or triangles; ask for fewer rays")]
     TooLarge {
-        /// The most of either.
+        /// The limit of either.
         limit: u32,
     },
 }
 
-/// The most layers of cells that are worked at together.
+/// Most layers of cells in a slab.
 const MOST_LAYERS: i32 = 32;
 
-/// Words that the planes of a slab may take, each kind of array by itself: on large rasters fewer layers are worked at
-/// together.
+/// Most words of the planes of a slab, for each kind of array separately: on large rasters slabs have fewer layers.
 const SLAB_WORDS: u64 = 1 << 22;
 
-/// The surface of the solid of three images, fit for world coordinates in `f32`: [`contour_in`] with the default.
+/// Contours the solid of three images for world coordinates in `f32`: [`contour_in`] with the default.
 pub fn contour(images: [&Ldi; 3], normals: Option<&[[f32; 3]]>, mode: SurfaceMode) -> Result<Surface, SurfaceError> {
     contour_in(images, normals, mode, Coordinates::default())
 }
 
-/// The surface of the solid of three images, fit for the coordinates that are given: triangles do not cross one another, whether
-/// as they are or rounded.
+/// Contours the solid of three images for the given coordinates: triangles do not cross one another, whether exact or rounded.
 ///
 /// `normals` holds the unit normal of each triangle that the images' [`triangles`](Ldi::triangles) refer to, in world axes and
-/// of either sign. Without them, or without triangles in an image, vertices are the mean of their crossings, and edges are
-/// cut off.
+/// of either sign. Without them, or without triangles in an image, vertices are the mean of their crossings, and sharp edges
+/// are cut off.
 pub fn contour_in(
     images: [&Ldi; 3],
     normals: Option<&[[f32; 3]]>,
@@ -163,31 +160,31 @@ pub fn contour_in(
     Ok(contour.finish())
 }
 
-/// How far, in lattice steps, a surface may lie from where it was before its vertices were rounded to the lattice.
+/// Greatest distance, in lattice steps, of a surface from its position before its vertices were rounded to the lattice.
 const LATTICE_STEPS: f64 = 4.0;
 
-/// A surface in the making.
+/// The state of a surface under construction.
 struct Contour<'a> {
     source: Source<'a>,
-    /// That of the mesh.
+    /// The grid of the mesh.
     grid: Grid,
     precision: Precision,
     joined: JoinedFaces,
     cuts: Cuts,
-    /// The last layer of the slab before, and its first vertex.
+    /// The last layer of the previous slab, and its first vertex.
     before: (CellLayer, u32),
-    /// In coordinates of cells.
+    /// Vertices in coordinates of cells.
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     features: Vec<Feature>,
-    /// For each vertex the number of its feature and one, or zero.
+    /// For each vertex the number of its feature plus one, or zero.
     marks: Vec<u32>,
     open: Vec<OpenQuad>,
-    /// First triangles of other quadrilaterals that are turned away from their crossing's normal.
+    /// First triangles of closed quadrilaterals that are turned away from their crossing's normal.
     irregular: Vec<u32>,
     distance: f32,
     sub_resolution: SubResolution,
-    /// Gaps finer than the lattice that the mesh has.
+    /// Number of gaps finer than the lattice that the mesh keeps.
     kept: u64,
     disagreements: u64,
 }
@@ -204,7 +201,7 @@ struct Patch {
 impl<'a> Contour<'a> {
     fn new(source: Source<'a>, grid: Grid, precision: Precision) -> Contour<'a> {
         let cuts = Cuts::of_gaps(&source);
-        // Gaps that are kept are none that the mesh lacks.
+        // Gaps that are kept do not count as missing.
         let kept = cuts.len() as u64;
         Contour {
             source,
@@ -226,7 +223,7 @@ impl<'a> Contour<'a> {
         }
     }
 
-    /// Adds the vertices of some layers of cells, and the triangles of their edges but for those of their last plane.
+    /// Adds the vertices of some layers of cells, and the triangles of their edges except those of their last plane.
     fn add_layers(&mut self, range: std::ops::Range<i32>) -> Result<(), SurfaceError> {
         let slab = EdgeSlab::new(&self.source, range.clone());
         self.sub_resolution = self.sub_resolution.plus(slab.sub_resolution);
@@ -300,7 +297,7 @@ impl<'a> Contour<'a> {
         }
     }
 
-    /// Moves what belongs beyond its cell, cuts what was left open, parts triangles that cross one another, and goes over to
+    /// Moves vertices beyond their cells, cuts open quadrilaterals, separates triangles that cross one another, and converts to
     /// world coordinates.
     fn finish(mut self) -> Surface {
         let features = Features::new(&self.features, &self.marks, &self.open);

@@ -1,7 +1,7 @@
-//! The parts of a mesh: what no vertex connects.
+//! The vertex-connected parts of a mesh.
 //!
-//! Where two surfaces graze each other the solid ends in a knife edge. Thinner than the pitch it is met by a node here and
-//! there, and its mesh falls into crumbs that nobody wants to print.
+//! Where two surfaces graze each other the solid ends in a knife edge. Thinner than the pitch, it contains only scattered
+//! nodes, and its mesh falls into crumbs that are of no use in a print.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use crate::forest::Forest;
 use crate::mesh::TriangleMesh;
 
-/// For each vertex the lowest one of its part; for a vertex without triangles itself. Triangles with an index out of range or
-/// with one twice connect nothing.
+/// Returns for each vertex the lowest vertex of its part; for a vertex without triangles the vertex itself. Triangles with an
+/// index out of range or with one twice connect nothing.
 ///
 /// The result does not depend on threads.
 pub fn part_of_vertices(mesh: &TriangleMesh) -> Vec<u32> {
@@ -29,16 +29,16 @@ pub fn part_of_vertices(mesh: &TriangleMesh) -> Vec<u32> {
 #[derive(Clone, Debug)]
 pub struct Parts {
     of_vertex: Vec<u32>,
-    /// By the lowest vertex of a part; nothing for vertices that are not the lowest or have no triangle.
+    /// By the lowest vertex of a part; `None` for vertices that are not the lowest or have no triangle.
     volumes: Vec<Option<f64>>,
 }
 
-/// What was taken out of a mesh.
+/// The parts removed from a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dropped {
     /// The number of parts.
     pub parts: usize,
-    /// Their volumes together, in cubic world units, cavities counted negative.
+    /// The sum of their volumes, in cubic world units; cavities count negative.
     pub volume: f64,
 }
 
@@ -49,7 +49,7 @@ impl Parts {
     /// If an index is out of range.
     pub fn of(mesh: &TriangleMesh) -> Parts {
         let of_vertex = part_of_vertices(mesh);
-        // Volumes are sums of tetrahedra from a point; from one on the mesh they are small where the mesh is.
+        // Volumes are sums of tetrahedra from a point; a point on the mesh keeps the terms small.
         let base = mesh.positions.first().copied().unwrap_or(DVec3::ZERO);
         let mut volumes: Vec<Option<f64>> = vec![None; of_vertex.len()];
         for triangle in &mesh.triangles {
@@ -59,7 +59,7 @@ impl Parts {
         Parts { of_vertex, volumes }
     }
 
-    /// How many there are.
+    /// Returns the number of parts.
     pub fn count(&self) -> usize {
         self.volumes().count()
     }
@@ -68,14 +68,14 @@ impl Parts {
         self.volumes.iter().flatten().copied()
     }
 
-    /// The volume of the largest, as a share of that of all.
+    /// Returns the volume of the largest part, as a share of the sum of the positive volumes.
     pub fn largest_share(&self) -> f64 {
-        // Cavities are no parts of their own, and take nothing from the whole here.
+        // Cavities are not solids and subtract nothing from the whole here.
         let all: f64 = self.volumes().filter(|&volume| volume > 0.0).sum();
         if all > 0.0 { self.volumes().fold(0.0, f64::max) / all } else { 0.0 }
     }
 
-    /// The mesh without parts whose volume is below a share of that of all; cavities that small are filled.
+    /// Returns the mesh without parts whose volume is below a share of the total; cavities that small are filled.
     pub fn without_small(&self, mesh: TriangleMesh, share: f64) -> (TriangleMesh, Dropped) {
         let least = share * self.volumes().sum::<f64>();
         let is_small = |volume: &f64| volume.abs() < least;

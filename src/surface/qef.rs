@@ -1,51 +1,51 @@
-//! Where the vertex of a loop belongs: the point that is nearest to the planes of its crossings.
+//! The position of the vertex of a loop: the point that is nearest to the planes of its crossings.
 //!
 //! The quadratic error function is the sum of squared distances to those planes (Ju et al. 2002). Its minimum is sought from
-//! the mean of the crossings, in the directions that the normals tell something of: eigenvectors of the normals' moments,
-//! those of small eigenvalue left out. On a smooth surface one direction is left and the vertex is the mean, moved onto the
-//! mean plane; on an edge two, on a corner three, and then the vertex lies on the edge or the corner itself, to rounding,
-//! because depths and normals are those of the lattice triangles and have no noise.
+//! the mean of the crossings, in the directions that the normals determine: eigenvectors of the normals' moments, except those
+//! of small eigenvalue. On a smooth surface one direction is left and the vertex is the mean, moved onto the mean plane; on an
+//! edge two, on a corner three, and then the vertex lies on the edge or the corner itself, to rounding, because depths and
+//! normals are those of the lattice triangles and have no noise.
 //!
 //! That point may lie **beyond the cell**. A corner whose tip lies in the next cell without reaching a node of it leaves no
-//! sign there, and every cell that sees its three faces lies beside it. A vertex that is held in its cell cuts
-//! such a tip off, by up to half a pitch; see `features` for what becomes of it. An edge, however, often passes through the cell
-//! itself where the nearest point to the mean does not lie in it. Then the vertex is held on the edge. (To put it there at
-//! once is worse: near a corner the line goes on where the edge has ended.)
+//! sign there, and every cell that sees its three faces lies beside it. A vertex that is held in its cell cuts such a tip off,
+//! by up to half a pitch; `features` moves it later. An edge, however, often passes through the cell itself although the
+//! nearest point to the mean does not lie in it. Then the vertex is held on the edge. (Placing it there at first is worse: near
+//! a corner the line continues where the edge has ended.)
 
 use glam::{DMat3, DVec3};
 
 use super::edges::Crossing;
 
-/// Directions whose eigenvalue is below this share of the largest tell nothing: the planes on two sides of an edge of 169°
+/// Directions whose eigenvalue is below this share of the largest are undetermined: the planes on two sides of an edge of 169°
 /// or more count as one.
 const LEAST_EIGENVALUE: f64 = 0.01;
 
-/// The mean square of the sines between normals and their mean below which a surface is smooth without a closer look.
+/// Mean square of the sines between normals and their mean below which a surface is smooth without an eigenanalysis.
 const SMOOTH: f64 = 0.002;
 
-/// How far from the faces of its cell a vertex is kept that slides along an edge into it, if it can be: those of two cells
-/// that slide to the face between them stay apart.
+/// Distance from the faces of its cell, in pitches, kept by a vertex that slides along an edge into it, if possible: vertices
+/// of two cells that slide to the face between them stay apart.
 const WELL_INSIDE: f64 = 0.02;
 
-/// A vertex in coordinates of its cell, which reaches from 0 to 1.
+/// The placement of a vertex, in coordinates of its cell, which extends from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// In the cell.
+    /// The position held in the cell.
     pub held: DVec3,
-    /// Where it belongs, if that is beyond the cell and on a feature.
+    /// The unconstrained position, if that is beyond the cell and on a feature.
     pub beyond: Option<DVec3>,
     /// The mean of the crossings, held in the cell.
     pub mean: DVec3,
     /// The direction of the sum of the normals; zero where none is known.
     pub facing: DVec3,
-    /// Whether all normals are within [`GENTLE`] of `facing`, or none is known.
+    /// True if all normals are within [`GENTLE`] of `facing`, or none is known.
     pub is_gentle: bool,
 }
 
 /// The cosine of the angle to the mean normal, 40°, within which normals are those of one gently bent sheet.
 const GENTLE: f64 = 0.766;
 
-/// What a vertex may not leave: least and greatest coordinates.
+/// A box that a vertex may not leave: least and greatest coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     pub least: DVec3,
@@ -57,7 +57,7 @@ impl Bounds {
         point.clamp(self.least, self.greatest)
     }
 
-    /// The nearest point to one outside on a line through it that lies inside, and well inside if there is such.
+    /// Returns the point nearest to `point` on a line through it that lies inside, well inside if possible.
     fn slide(&self, point: DVec3, along: DVec3) -> Option<DVec3> {
         [WELL_INSIDE, 0.0].into_iter().find_map(|margin| {
             let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -75,7 +75,7 @@ impl Bounds {
     }
 }
 
-/// The crossings of one loop, their planes summed.
+/// The crossings of one loop with their normals.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Loop {
     points: [DVec3; 12],
@@ -93,12 +93,12 @@ impl Loop {
         self.count += 1;
     }
 
-    /// The mean of the crossings.
+    /// Returns the mean of the crossings.
     pub fn mean(&self) -> DVec3 {
         self.points[..self.count].iter().sum::<DVec3>() / self.count as f64
     }
 
-    /// Where the vertex is to be: held within `cell`, and where it belongs if that is not further away than `reach`.
+    /// Places the vertex: held within `cell`, and unconstrained if that is not further away than `reach`.
     pub fn place(&self, cell: &Bounds, reach: f64) -> Place {
         let mean = self.mean();
         let facing = self.normals[..self.count].iter().sum::<DVec3>().normalize_or_zero();
@@ -113,8 +113,8 @@ impl Loop {
         Place { held: if away > reach { mean } else { held }, beyond, mean, facing, is_gentle }
     }
 
-    /// The minimum of the error function nearest to `mean`, the mean normal being `facing`, the number of directions that
-    /// count, and the last of those that do not, which is that of the edge where two count.
+    /// Returns the minimum of the error function nearest to `mean`, given the mean normal `facing`; the number of determined
+    /// directions; and the last undetermined one, which is that of the edge where two are determined.
     fn nearest_to_planes(&self, mean: DVec3, facing: DVec3) -> (DVec3, usize, DVec3) {
         let planes = || self.points[..self.count].iter().zip(&self.normals[..self.count]);
         if facing == DVec3::ZERO {
@@ -153,7 +153,7 @@ impl Loop {
     }
 }
 
-/// Eigenvalues and eigenvectors of a symmetric matrix, by Jacobi's rotations.
+/// Returns eigenvalues and eigenvectors of a symmetric matrix, by Jacobi rotations.
 fn eigen(mut a: DMat3) -> (DVec3, DMat3) {
     let mut vectors = DMat3::IDENTITY;
     for _ in 0..12 {
@@ -193,7 +193,8 @@ mod tests {
 
     const CELL: Bounds = Bounds { least: DVec3::ZERO, greatest: DVec3::ONE };
 
-    /// A loop of crossings with planes: each a corner of the cell, an axis and a plane (unit normal, offset) that the edge meets.
+    /// Returns a loop of crossings with planes: each a corner of the cell, an axis and a plane (unit normal, offset) that meets
+    /// the edge.
     fn of_planes(crossings: &[(DVec3, usize, DVec3, f64)]) -> Loop {
         let mut of_loop = Loop::default();
         for &(corner, axis, normal, offset) in crossings {
@@ -219,7 +220,7 @@ mod tests {
             assert!(found.distance(corner) < 1e-6, "{found} {corner}");
             assert_eq!(place.beyond.is_some(), corner.z > 1.0);
             assert!(place.held.cmple(DVec3::ONE).all());
-            // What is too far away is not believed.
+            // A point that is too far away is rejected.
             assert_eq!(of_loop.place(&CELL, 0.1).beyond, None);
         }
     }
@@ -257,7 +258,7 @@ mod tests {
             let vector = vectors.col(i);
             assert!((matrix * vector - values[i] * vector).length() < 1e-12 && (vector.length() - 1.0).abs() < 1e-12);
         }
-        // A multiple of the identity has nothing to turn.
+        // A multiple of the identity needs no rotation.
         assert_eq!(eigen(DMat3::IDENTITY * 3.0).0, DVec3::splat(3.0));
     }
 }

@@ -1,4 +1,4 @@
-//! A quadrilateral for each crossed edge, cut along the diagonal that fits the crossing's normal better.
+//! Quadrilaterals of crossed edges, cut along the diagonal that fits the crossing's normal better.
 
 use glam::{DVec3, Vec3};
 
@@ -6,10 +6,10 @@ use super::cells::CellLayer;
 use super::edges::{Crossing, EdgeSlab};
 use crate::cell::{UPPER, edge_at};
 
-/// A quadrilateral of which at least one vertex may still move: it is cut when all are where they stay.
+/// A quadrilateral of which at least one vertex may still move: it is cut when all vertices are final.
 #[derive(Clone, Copy, Debug)]
 pub struct OpenQuad {
-    /// Its triangles are this one and the next.
+    /// The first of its two consecutive triangles.
     pub triangle: u32,
     pub quad: Quad,
 }
@@ -25,8 +25,8 @@ pub struct Quad {
 }
 
 impl Quad {
-    /// The quadrilateral around an edge along `axis` from `node`, whose ends differ. `layer_of` gives the cells of a layer and
-    /// their first vertex.
+    /// Returns the quadrilateral around an edge along `axis` from `node`, whose ends differ. `layer_of` returns the cells of a
+    /// layer and their first vertex.
     pub fn around<'l>(
         slab: &EdgeSlab,
         axis: usize,
@@ -36,7 +36,7 @@ impl Quad {
         Quad::at(axis, node, slab.crossing(axis, node), slab.is_inside(node), 0, layer_of)
     }
 
-    /// The quadrilaterals around the two crossings of a cut edge.
+    /// Returns the quadrilaterals around the two crossings of a cut edge.
     pub fn around_cut<'l>(
         axis: usize,
         node: [i32; 3],
@@ -47,7 +47,8 @@ impl Quad {
         [lower, Quad::at(axis, node, upper, false, UPPER, &layer_of)]
     }
 
-    /// The quadrilateral around a crossing, the solid lying below it or above; `number` is the crossing's less the edge's.
+    /// Returns the quadrilateral around a crossing, with the solid below it or above; `number` is the crossing's number minus
+    /// the edge's.
     fn at<'l>(
         axis: usize,
         node: [i32; 3],
@@ -70,7 +71,7 @@ impl Quad {
         Quad { corners, node, axis: axis as u8, crossing }
     }
 
-    /// Corners of another quadrilateral from the lower end of the edge: near it 32 bits are plenty.
+    /// Returns the corners relative to the lower end of the edge: near it 32 bits are sufficient.
     fn see(&self, corners: [u32; 4], vertices: &[DVec3]) -> [Vec3; 4] {
         let base = DVec3::from_array(self.node.map(f64::from));
         corners.map(|vertex| (vertices[vertex as usize] - base).as_vec3())
@@ -82,14 +83,14 @@ impl Quad {
         crossing
     }
 
-    /// Where the edge is crossed, no nearer to its ends than a share of its length.
+    /// Returns the crossing of the edge, no nearer to its ends than a share of its length.
     pub fn crossing_within(&self, margin: f64) -> DVec3 {
         let mut place = DVec3::from_array(self.node.map(f64::from));
         place[usize::from(self.axis)] += f64::from(self.crossing.at).clamp(margin, 1.0 - margin);
         place
     }
 
-    /// The distance of the crossing from the triangles of another quadrilateral, in pitches.
+    /// Returns the distance of the crossing from the triangles of another quadrilateral, in pitches.
     pub fn distance(&self, other: &Quad, vertices: &[DVec3]) -> f32 {
         let triangles = other.cut(vertices).triangles;
         let point = self.crossing_from_node();
@@ -100,20 +101,20 @@ impl Quad {
         of_triangle(triangles[0]).min(of_triangle(triangles[1]))
     }
 
-    /// The two triangles, how far the crossing is from them, and how they are turned.
+    /// Cuts it into two triangles along the better diagonal.
     pub fn cut(&self, vertices: &[DVec3]) -> Cut {
         let (corners, [one, other]) = self.fits(vertices);
         self.cut_along(one.is_better(&other), corners, one.is_regular() && other.is_regular())
     }
 
-    /// What [`cut`](Quad::cut) gives with the other diagonal, if that fits the normal nearly as well.
+    /// Returns the [`cut`](Quad::cut) along the other diagonal, if that fits the normal nearly as well.
     pub fn cut_otherwise(&self, vertices: &[DVec3]) -> Option<Cut> {
         let (corners, [one, other]) = self.fits(vertices);
         let fits = (one.cosine - other.cosine).abs() < NEARLY;
         fits.then(|| self.cut_along(!one.is_better(&other), corners, one.is_regular() && other.is_regular()))
     }
 
-    /// The corners, and how the triangles of either diagonal fit.
+    /// Returns the corners, and the fit of the triangles of either diagonal.
     fn fits(&self, vertices: &[DVec3]) -> ([Vec3; 4], [Fit; 2]) {
         let corners @ [a, b, c, d] = self.see(self.corners, vertices);
         let fit = |triangles| Fit::of(&triangles, self.crossing.normal);
@@ -131,7 +132,7 @@ impl Quad {
         Cut { triangles, distance, is_regular }
     }
 
-    /// Whether the triangles of all its corners face a direction.
+    /// Returns whether the triangles of all its corners face a direction.
     pub fn faces(&self, direction: Vec3, vertices: &[DVec3]) -> bool {
         let corners = self.see(self.corners, vertices);
         (0..4).all(|i| {
@@ -146,26 +147,26 @@ impl Quad {
 #[derive(Clone, Copy, Debug)]
 pub struct Cut {
     pub triangles: [[u32; 3]; 2],
-    /// The distance of the crossing from them, in pitches.
+    /// The distance of the crossing from the triangles, in pitches.
     pub distance: f32,
-    /// Whether the triangles of all four corners are within [`REGULAR`] of the crossing's normal.
+    /// True if the triangles of all four corners are within [`REGULAR`] of the crossing's normal.
     pub is_regular: bool,
 }
 
-/// The cosine of the angle to the crossing's normal, 50°, within which a quadrilateral is not folded. With the 40° that
-/// normals of a gently bent sheet have to their mean it does not reach 90°.
+/// The cosine of the angle to the crossing's normal, 50°, within which a quadrilateral is not folded. Together with the 40°
+/// between the normals of a gently bent sheet and their mean it stays within 90°.
 const REGULAR: f32 = 0.643;
 
-/// Triangles of half this area, in square pitches, may be turned over when 32 bits round them; and those that are turned this
-/// far towards a direction, as a cosine, face it.
+/// Triangles of half this area, in square pitches, may flip when rounded to 32 bits. Also the cosine to a direction above which
+/// a triangle faces it.
 const LEAST_AREA: f32 = 1e-3;
 
-/// Cosines nearer than this are nearly the same.
+/// Difference below which cosines are nearly equal.
 const NEARLY: f32 = 0.05;
 
-/// How well two triangles fit a normal.
+/// The fit of two triangles to a normal.
 struct Fit {
-    /// The cosine between the normal and that of the triangle that is further from it; below zero if it is turned over.
+    /// The cosine between the normal and that of the triangle that is further from it; negative if that triangle is flipped.
     cosine: f32,
     /// The square of the diagonal's length.
     diagonal: f32,
@@ -173,14 +174,14 @@ struct Fit {
     area: f32,
 }
 
-/// Cosines nearer than this are the same, and the shorter diagonal is taken.
+/// Difference below which cosines count as equal; then the shorter diagonal is taken.
 const SAME: f32 = 1e-4;
 
 impl Fit {
     fn of(triangles: &[[Vec3; 3]; 2], normal: [f32; 3]) -> Fit {
         let crosses = triangles.map(|[a, b, c]| (b - a).cross(c - a));
         let normal = match Vec3::from_array(normal) {
-            // Where none is known, that of the whole quadrilateral.
+            // Without a known normal, that of the whole quadrilateral.
             Vec3::ZERO => (crosses[0] + crosses[1]).normalize_or_zero(),
             normal => normal,
         };
@@ -207,13 +208,13 @@ impl Fit {
     }
 }
 
-/// The distance of a point from two triangles.
+/// Returns the distance of a point from two triangles.
 fn distance(point: Vec3, triangles: [[Vec3; 3]; 2]) -> f32 {
     let [one, other] = triangles.map(|triangle| nearest(point, triangle).distance_squared(point));
     one.min(other).sqrt()
 }
 
-/// The point of a triangle that is nearest to another point (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
+/// Returns the point of a triangle nearest to another point (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
 fn nearest(point: Vec3, [a, b, c]: [Vec3; 3]) -> Vec3 {
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));

@@ -1,38 +1,36 @@
-//! Fewer triangles for the same surface, within a bound that is measured and not merely asked for.
+//! Mesh simplification within a bound that is measured, not merely requested.
 //!
-//! Edges are collapsed by meshoptimizer (`meshopt`), which works by quadric error metrics (Garland & Heckbert 1997) and
-//! never moves a vertex: the vertices of the result are some of the given ones, taken back by index, to the last bit. What
-//! it promises is less than what is asked of an output here. Its error is a root mean square of distances from planes; it
-//! does not look whether a collapse makes an edge of four triangles or makes a small component vanish; and it
-//! has no idea of any further gate. So it only proposes, and everything is verified afterwards:
+//! Edges are collapsed by meshoptimizer (`meshopt`), which works by quadric error metrics (Garland & Heckbert 1997) and never
+//! moves a vertex: the vertices of the result are some of the given ones, taken back by index, to the last bit. Its guarantees
+//! are weaker than the requirements of an output here. Its error is a root mean square of distances from planes; it does not
+//! check whether a collapse makes an edge of four triangles or makes a small component vanish; and it knows no further gate. So
+//! it only proposes, and everything is verified afterwards:
 //! - every [gate](super::gates) holds, with the same components and the same genus;
 //! - every vertex and every centroid of the original is within the bound of the new surface, by exact distances from
 //!   triangles, and so are points of the new triangles, sampled as densely as the original is meshed, of the original;
-//! - what the caller asks beyond that: a function is given the mesh and returns the places where it is not acceptable.
+//! - the caller's own criterion: a function that takes the mesh and returns the places where it is not acceptable.
 //!
 //! # Patches
-//! Where something does not hold, vertices nearby are locked and it is decimated again. On a whole mesh that does not
-//! come to an end: the order of collapses depends on all of them, so that other places fail each time. So the surface is
-//! split into patches of a few thousand triangles, at medians of centroids, with their borders locked. Each is decimated
-//! and measured by itself, in parallel and in coordinates of its own, so that the `f32` of meshoptimizer loses nothing; and a
-//! patch that is right stays as it is whatever happens to others. The borders go in later passes, which split
-//! at other places what the former left, until a pass gains little. A patch that fails too often is left as it was; if
-//! all are, the result is the mesh that was given. All the same, distances are always from the original: each of its
-//! vertices and triangles belongs to the triangle closest to it, and goes with the patch of that.
+//! Where a check fails, vertices nearby are locked and the mesh is decimated again. On a whole mesh that does not terminate:
+//! the order of collapses depends on all of them, so that other places fail each time. So the surface is split into patches of
+//! a few thousand triangles, at medians of centroids, with their borders locked. Each is decimated and measured by itself, in
+//! parallel and in coordinates of its own, so that the `f32` of meshoptimizer loses nothing; and a patch that passes is not
+//! affected by the others. The borders are decimated in later passes, which split elsewhere, until a pass gains little. A patch
+//! that fails too often is restored; if all are, the result is the given mesh. Distances are always measured from the original:
+//! each of its vertices and triangles is assigned to the triangle closest to it, and to the patch of that triangle.
 //!
-//! # What falls short
+//! # Limitations
 //! - The new surface is sampled, so that between samples, which are about an edge of the original apart, it may be somewhat
-//!   farther away than was measured: 5 % more was seen where the bound was as large as those edges.
-//! - Nothing here looks for self-intersections. A triangle that has no area, or that no original triangle nearby faces like
-//!   to within 75°, is refused. On a gyroid of 5.2 million triangles, meshoptimizer alone left 9 to 16 broken edges, 8 to 15
-//!   duplicate triangles and 249 to 387 folds (edges of less than 30°); here the former are none. Folds were none at a
-//!   bound of 0.01 % of the side and about 200 at 0.09 % on one of a million triangles, where walls run into its box at
-//!   acute angles.
+//!   farther away than measured: an excess of 5 % was observed where the bound was as large as those edges.
+//! - Self-intersections are not checked. A triangle that has no area, or whose direction differs by more than 75° from every
+//!   original triangle nearby, is refused. On a gyroid of 5.2 million triangles, meshoptimizer alone left 9 to 16 broken edges,
+//!   8 to 15 duplicate triangles and 249 to 387 folds (edges of less than 30°); here there are no broken edges or duplicates.
+//!   There were no folds at a bound of 0.01 % of the side and about 200 at 0.09 % on a gyroid of a million triangles, where
+//!   walls run into its box at acute angles.
 //! - meshoptimizer adds to each quadric a little of the distance from the vertex itself (a weight of 1e-7), so that on flat
 //!   faces vertices move no farther than some thousands of bounds.
 //!
-//! Distances are from the part of the surface that corresponds, and no less than the distance from the nearest
-//! part of all.
+//! Distances are from the corresponding part of the surface, and no less than the distance from the nearest part of all.
 
 mod patch;
 
@@ -45,16 +43,16 @@ use super::gates::{Faults, GateFailure, Gates};
 use crate::closest::longest;
 use crate::mesh::{Aabb, Precision, TriangleMesh};
 
-/// Triangles in a patch, at most.
+/// Most triangles in a patch.
 const PATCH: usize = 8192;
 
-/// Where the passes split: the part of the triangles that goes to the lower side.
+/// The split of each pass: the share of the triangles that goes to the lower side.
 const SPLITS: [f64; 4] = [0.5, 0.37, 0.59, 0.45];
 
-/// A pass that removes less than this part of the triangles is the last.
+/// A pass that removes less than this share of the triangles is the last.
 const LEAST_GAIN: f64 = 0.08;
 
-/// After so many rounds of a pass, patches in which something fails are left as they were.
+/// After this number of rounds of a pass, patches with a failed check are restored.
 const ROUNDS: usize = 10;
 
 /// A decimated mesh.
@@ -64,23 +62,23 @@ pub struct Simplified {
     pub mesh: TriangleMesh,
     /// The largest distance measured between the two surfaces, in either direction; never more than the bound.
     pub distance: f64,
-    /// How often the whole was verified.
+    /// The number of verifications of the whole mesh.
     pub rounds: usize,
-    /// Over how many partitions it was decimated.
+    /// The number of partitions over which the mesh was decimated.
     pub passes: usize,
 }
 
-/// Why a mesh cannot be simplified.
+/// The reason why a mesh cannot be simplified.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SimplifyError {
-    /// The bound is no length.
+    /// The bound is not a positive length.
     #[error("the bound of the distance must be a positive number, not {bound}")]
     Bound {
         /// The bound as given.
         bound: f64,
     },
-    /// What is to be kept does not hold to begin with.
+    /// The given mesh does not pass the gates.
     #[error("the mesh to be simplified does not pass the gates: {}", .failures.iter().map(GateFailure::to_string).collect::<Vec<_>>().join(" "))]
     Gates {
         /// The gates that are not passed.
@@ -88,14 +86,15 @@ pub enum SimplifyError {
     },
 }
 
-/// Removes triangles from a mesh while it stays within `bound` (world units) of what it was, in both directions, passes
-/// all [gates](Gates) in `f64` with the same components and genus, and is acceptable.
+/// Removes triangles from a mesh while it stays within `bound` (world units) of the original, in both directions, passes all
+/// [gates](Gates) in `f64` with the same components and genus, and is acceptable.
 ///
-/// `acceptable` returns the places (world units) at or near which a mesh is not; none where it is. It is called once a
-/// round with a mesh that passes the gates. What it finds should depend on the surface nearby alone, and the
-/// original must be acceptable to it: the triangles around a place are restored, and in the end that is the original.
+/// `acceptable` returns the places (world units) at or near which a mesh is not acceptable; none if it is. It is called at most
+/// once a round, with a mesh that has no faulty edge or vertex and no duplicate. Its findings should depend on the surface
+/// nearby alone, and it must accept the original: the triangles around a place are restored, and in the end that is the
+/// original.
 ///
-/// The result is the same whatever the thread count, if `acceptable` is. It needs three to four times the memory of the mesh.
+/// The result does not depend on the thread count, if `acceptable` does not. Needs three to four times the memory of the mesh.
 pub fn simplify(
     mesh: &TriangleMesh,
     bound: f64,
@@ -131,7 +130,7 @@ pub fn simplify(
 struct Surface {
     /// Triangles of original vertices.
     triangles: Vec<[u32; 3]>,
-    /// For each original vertex the triangle that is closest, as far as known; unused vertices have none.
+    /// For each original vertex the closest triangle found so far; `NONE` for unused vertices.
     homes_of_points: Vec<u32>,
     /// For each original triangle the triangle that is closest to its centroid.
     homes_of_centroids: Vec<u32>,
@@ -139,10 +138,10 @@ struct Surface {
     distance: f64,
 }
 
-/// Stands for no triangle and no patch.
+/// The index that denotes no triangle and no patch.
 const NONE: u32 = u32::MAX;
 
-/// Stands for more than one patch.
+/// The index that denotes more than one patch.
 const MANY: u32 = u32::MAX - 1;
 
 impl Surface {
@@ -155,7 +154,7 @@ impl Surface {
         Surface { triangles: mesh.triangles.clone(), homes_of_points, homes_of_centroids, distance: 0.0 }
     }
 
-    /// Splits the surface and what belongs to it.
+    /// Splits the surface into patches, with the vertices and triangles assigned to each.
     fn patches(&self, original: &TriangleMesh, split: f64) -> Vec<Patch> {
         let centroid = |triangle: &u32| {
             let [a, b, c] = self.triangles[*triangle as usize].map(|vertex| original.positions[vertex as usize]);
@@ -196,7 +195,7 @@ impl Surface {
         patches.collect()
     }
 
-    /// Becomes what the patches are.
+    /// Replaces the surface by the patches.
     fn take(&mut self, patches: &[Patch]) {
         self.triangles.clear();
         for patch in patches {
@@ -209,7 +208,7 @@ impl Surface {
     }
 }
 
-/// Splits triangles at a part of their centroids along the longest side of the box of these, until all groups are small;
+/// Splits triangles at a quantile of their centroids along the longest side of their bounding box, until all groups are small;
 /// each group is sorted.
 fn split_at(order: &mut [u32], split: f64, centroid: &(impl Fn(&u32) -> DVec3 + Sync)) -> Vec<Vec<u32>> {
     if order.len() <= PATCH {
@@ -229,8 +228,8 @@ fn split_at(order: &mut [u32], split: f64, centroid: &(impl Fn(&u32) -> DVec3 + 
     groups
 }
 
-/// Decimates all patches and verifies the whole, round after round, until all holds. False where it cannot be made to
-/// hold even with all concerned left as they were.
+/// Decimates all patches and verifies the whole, round after round, until all checks pass. Returns false if they fail even with
+/// all affected patches restored.
 fn settle(
     patches: &mut [Patch],
     original: &TriangleMesh,
@@ -273,8 +272,8 @@ fn settle(
     unreachable!("every round locks vertices")
 }
 
-/// Locks what is near broken vertices and unacceptable places, the farther around the later the round, and says which
-/// patches that concerns.
+/// Locks vertices near broken vertices and unacceptable places, in a neighbourhood that grows with the round. Returns for each
+/// patch whether it is affected.
 fn lock_near(
     patches: &mut [Patch],
     original: &TriangleMesh,

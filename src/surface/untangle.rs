@@ -1,31 +1,31 @@
-//! Triangles that cross one another, and how they are parted.
+//! Separation of triangles that cross one another.
 //!
-//! # Where they come from
-//! A surface whose vertices are the means of their crossings hardly ever crosses itself. It does so where a vertex is at a place
-//! that is right for its own normals and wrong for its neighbours: where crossings of two sheets, or of what is finer than the
-//! lattice, were taken for the faces of one edge, and far more so beyond its cell than in it.
+//! # Causes
+//! A surface whose vertices are the means of their crossings hardly ever crosses itself. It does so where a vertex has a
+//! position that is right for its own normals and wrong for its neighbours: where crossings of two sheets, or of detail finer
+//! than the lattice, were taken for the faces of one edge, and far more so beyond its cell than in it.
 //!
-//! # Where they are looked for
-//! While all vertices are in their cells, the triangles of a lattice edge lie in its four cells; so two that cross one another do
-//! so in a cell that both edges belong to. If it has one vertex, that is a corner of both quadrilaterals. All around one vertex
-//! lie side by side if there is a direction that the triangles of all corners of each of them face: seen along it they do not even
-//! overlap. For a vertex of a gently bent sheet its mean normal is such a direction if all of its quadrilaterals are regular
-//! (see [`Cut::is_regular`]), which is known when they are cut; for a feature it is tried. That leaves **suspects**:
-//! vertices that fail, those that share their cell, those beyond theirs, and all in cells that the triangles of the latter touch.
-//! Two triangles cross one another only where both belong to a suspect, and those are tested exactly, both as they
-//! are and as they are rounded in the file that they are for.
+//! # Search
+//! While all vertices are in their cells, the triangles of a lattice edge lie in its four cells; so two that cross one another
+//! do so in a cell that both edges belong to. If it has one vertex, that is a corner of both quadrilaterals. The quadrilaterals
+//! around one vertex lie side by side if there is a direction that the triangles of all corners of each of them face: in
+//! projection along it they do not even overlap. For a vertex of a gently bent sheet its mean normal is such a direction if all
+//! of its quadrilaterals are regular (see [`Cut::is_regular`]), which is known when they are cut; for a feature it is tested.
+//! That leaves **suspects**: vertices that fail, those that share their cell, those beyond theirs, and all in cells that the
+//! triangles of the latter touch. Two triangles cross one another only where both belong to a suspect, and those are tested
+//! exactly, both exact and rounded for the file.
 //!
-//! # What is done
+//! # Resolution
 //! First quadrilaterals in crossing pairs are cut along their other diagonal, if it fits their normals nearly as well and
-//! parts the pair. Then in each round one feature of each pair goes back: one beyond its cell rather than one in it, then
-//! the one of most pairs. It goes back by half its way to where its cell held it, then all of it, then on to the mean of its crossings, if no
-//! sign of a node changes by it (see `features`).
+//! separates the pair. Then in each round one feature of each pair is pulled back: one beyond its cell rather than one in it,
+//! then the one in most pairs. It moves back by half its way to its held position in the cell, then all of it, then on to the
+//! mean of its crossings, if no sign of a node changes by it (see `features`).
 //!
-//! What is left when nobody can go back any more is **cut finer**: all vertices around it return to their cells, whatever they
-//! lie on, and each of their quadrilaterals becomes four triangles around a new vertex on its lattice edge (Ju & Udeshi,
-//! Intersection-free contouring on an octree grid, 2006). The part of the surface within a cell is then the cone from its vertex
-//! over a closed line on the faces of the cell, and a cone over a line on the boundary of a convex body does not cross itself.
-//! Only cones of one cell with several loops can, and what of them does is counted.
+//! Pairs that remain when no feature can be pulled back any more are **cut finer**: all vertices around them return to their
+//! cells, whatever they lie on, and each of their quadrilaterals becomes four triangles around a new vertex on its lattice edge
+//! (Ju & Udeshi, Intersection-free contouring on an octree grid, 2006). The part of the surface within a cell is then the cone
+//! from its vertex over a closed line on the faces of the cell, and a cone over a line on the boundary of a convex body does
+//! not cross itself. Only cones of one cell with several loops can, and those that do are counted.
 
 use std::collections::{HashMap, HashSet};
 
@@ -41,22 +41,22 @@ use crate::grid::Grid;
 use crate::mesh::Precision;
 use crate::mesh::meet::meet;
 
-/// The most rounds; more than four steps of a chain of neighbours are rare.
+/// Most rounds; chains of neighbours of more than four steps are rare.
 const ROUNDS: usize = 32;
 
-/// Steps on the way back: to the place in the cell and to the mean, each in two.
+/// Steps of the way back: to the held position and to the mean, each in two.
 const STEPS: u8 = 4;
 
-/// The most rounds in which what is left is cut finer; each begins where the last has come to.
+/// Most rounds of finer cutting; each begins with the result of the last.
 const FINE_ROUNDS: usize = 16;
 
-/// How near to the ends of its lattice edge a new vertex may come, as a share of the edge.
+/// Least distance of a new vertex from the ends of its lattice edge, as a share of the edge.
 const EDGE_MARGIN: f64 = 0.01;
 
-/// How often a vertex that may not go back is tried again.
+/// Most attempts to pull back a vertex that is blocked.
 const REFUSALS: u8 = 4;
 
-/// What became of triangles that crossed one another.
+/// The result of separating triangles that crossed one another.
 pub struct Parted {
     /// Vertices that were pulled back.
     pub pulled: u64,
@@ -70,7 +70,7 @@ pub struct Parted {
 #[derive(Clone, Copy)]
 pub struct View<'a> {
     pub grid: &'a Grid,
-    /// That of the file that it is for.
+    /// The precision of the output file.
     pub precision: Precision,
 }
 
@@ -79,25 +79,25 @@ pub struct Tangle<'a> {
     features: &'a Features<'a>,
     view: View<'a>,
     rounding: f64,
-    /// How far the file's precision may move a vertex, in pitches.
+    /// Greatest movement of a vertex by the file's precision, in pitches.
     blur: f64,
     vertices: &'a mut Vec<DVec3>,
     triangles: &'a mut Vec<[u32; 3]>,
     distances: Vec<f32>,
     /// Vertices whose triangles may cross one another.
     unsound: Chosen,
-    /// The quadrilaterals of features that settled beyond their cells, by number.
+    /// The quadrilaterals, by number, of features that settled beyond their cells.
     far: Vec<u32>,
-    /// Quadrilaterals that are cut finer, by number, and those that their further triangles count as.
+    /// Quadrilaterals that are cut finer, by number, and those that stand for their additional triangles.
     fine: HashSet<u32>,
-    /// For each feature where it was settled, and the steps that it has gone back.
+    /// For each feature its settled position, and the number of steps that it has gone back.
     settled: Vec<DVec3>,
     steps: Vec<u8>,
-    /// How often it could not go.
+    /// For each feature the number of refused steps.
     refusals: Vec<u8>,
 }
 
-/// Some of the vertices or of the quadrilaterals, as bits.
+/// A subset of the vertices or of the quadrilaterals, as bits.
 #[derive(Clone)]
 struct Chosen {
     bits: Vec<u64>,
@@ -126,8 +126,8 @@ impl Chosen {
 }
 
 impl<'a> Tangle<'a> {
-    /// A surface with its features where they settled; their quadrilaterals are not cut yet. `rounding` is how far the
-    /// lattice's rounding may move a surface, in pitches.
+    /// Creates a tangle from features at their settled positions; their quadrilaterals are not cut yet. `rounding` is the
+    /// greatest movement of a surface by the lattice's rounding, in pitches.
     pub fn new(
         features: &'a Features<'a>,
         view: View<'a>,
@@ -159,8 +159,8 @@ impl<'a> Tangle<'a> {
         }
     }
 
-    /// Cuts the quadrilaterals of the features and parts what crosses. `irregular` holds the first triangles of other
-    /// quadrilaterals that are.
+    /// Cuts the quadrilaterals of the features and separates crossing triangles. `irregular` holds the first triangles of other
+    /// quadrilaterals that are irregular.
     pub fn part(&mut self, irregular: &[u32]) -> Parted {
         self.cut_all().into_iter().for_each(|vertex| self.unsound.add(vertex));
         for &first in irregular {
@@ -203,7 +203,7 @@ impl<'a> Tangle<'a> {
         }
     }
 
-    /// The quadrilaterals, by number, that have any of some vertices for a corner.
+    /// Returns the quadrilaterals, by number, that have any of some vertices for a corner.
     fn quads_of(&self, vertices: &Chosen) -> Chosen {
         let quad = |at: usize, bit: usize| self.triangles.get(128 * at + 2 * bit..128 * at + 2 * bit + 2);
         let has = |quad: &[[u32; 3]]| quad.as_flattened().iter().any(|&vertex| vertices.has(vertex));
@@ -212,7 +212,7 @@ impl<'a> Tangle<'a> {
         Chosen { bits: (0..words).into_par_iter().with_min_len(64).map(word).collect() }
     }
 
-    /// Cuts the quadrilaterals of the features, and gives the suspects among their corners.
+    /// Cuts the quadrilaterals of the features, and returns the suspects among their corners.
     fn cut_all(&mut self) -> Vec<u32> {
         let (features, vertices) = (self.features, &*self.vertices);
         let cuts: Vec<Cut> = features.quads.par_iter().with_min_len(256).map(|open| open.quad.cut(vertices)).collect();
@@ -233,7 +233,7 @@ impl<'a> Tangle<'a> {
         features.quads.par_iter().zip(&cuts).with_min_len(256).flat_map_iter(suspect).collect()
     }
 
-    /// The vertices at home in some cells.
+    /// Returns the vertices whose held positions are in some cells.
     fn at_home_in(&self, cells: &CellFilter) -> Chosen {
         let features = self.features;
         let is_in = |vertex: usize| {
@@ -247,15 +247,15 @@ impl<'a> Tangle<'a> {
         Chosen { bits: (0..count.div_ceil(64)).into_par_iter().with_min_len(64).map(word).collect() }
     }
 
-    /// The pairs of triangles that cross one another, at least one being of an `active` quadrilateral. What is not active is
-    /// looked for in the cells that the triangles of some quadrilaterals touch, given by number.
+    /// Returns the pairs of triangles that cross one another, at least one being of an `active` quadrilateral. Inactive ones
+    /// are searched in the cells that the triangles of the quadrilaterals `touching` touch, given by number.
     fn crossing_among(&self, active: &Chosen, touching: &[u32]) -> Vec<[u32; 2]> {
         let mut cells = CellFilter::new(16 * touching.len());
         for triangle in touching.iter().flat_map(|quad| [2 * quad, 2 * quad + 1]) {
             self.candidate(triangle, true).cells().for_each(|cell| cells.add(cell));
         }
         let mut quads = self.quads_of(&self.at_home_in(&cells));
-        // Those that are not at home there may reach there.
+        // Features with a home elsewhere may reach there.
         let reaches = |&&quad: &&u32| {
             let mut triangles = [2 * quad, 2 * quad + 1].into_iter();
             !active.has(quad) && triangles.any(|t| self.candidate(t, false).cells().any(|cell| cells.may_be(cell)))
@@ -279,7 +279,7 @@ impl<'a> Tangle<'a> {
         Candidate::new(triangle, is_active, vertices, vertices.map(|vertex| self.vertices[vertex as usize]))
     }
 
-    /// The pairs that cross one another now that some quadrilaterals have changed, by number, having been `crossing` before.
+    /// Returns the pairs that cross after some quadrilaterals, given by number, have changed; before, the pairs `crossing` did.
     fn crossing_after(&mut self, mut changed: Vec<u32>, crossing: &[[u32; 2]]) -> Vec<[u32; 2]> {
         changed.extend(crossing.as_flattened().iter().map(|triangle| triangle / 2));
         changed.sort_unstable();
@@ -293,8 +293,7 @@ impl<'a> Tangle<'a> {
         self.crossing_among(&active, &changed)
     }
 
-    /// Cuts quadrilaterals of crossing triangles along the other diagonal where that parts them from one another, and gives their
-    /// numbers.
+    /// Cuts quadrilaterals of crossing triangles along the other diagonal where that separates them, and returns their numbers.
     fn flip(&mut self, crossing: &[[u32; 2]]) -> Vec<u32> {
         let quads = self.features.quads;
         let mut flipped = HashSet::new();
@@ -319,14 +318,14 @@ impl<'a> Tangle<'a> {
         flipped.into_iter().collect()
     }
 
-    /// Whether two triangles cross one another, as they are or rounded.
+    /// Returns whether two triangles cross one another, exact or rounded.
     fn do_meet(&self, one: [u32; 3], other: [u32; 3]) -> bool {
         let exact = |vertex: u32| world_from_cells(self.view.grid, self.vertices[vertex as usize]);
         let is_rounded = self.view.precision != Precision::Double;
         meet(one, other, exact) || (is_rounded && meet(one, other, |vertex| self.view.precision.round(exact(vertex))))
     }
 
-    /// Pulls back some of the features in pairs of crossing triangles, and gives the numbers of their quadrilaterals.
+    /// Pulls back some of the features in pairs of crossing triangles, and returns the numbers of their quadrilaterals.
     fn pull_back(&mut self, crossing: &[[u32; 2]]) -> Vec<u32> {
         let features = self.features;
         let can_go = |&i: &usize| self.steps[i] < STEPS && self.refusals[i] < REFUSALS;
@@ -382,7 +381,7 @@ impl<'a> Tangle<'a> {
         self.cut_again(changed)
     }
 
-    /// Cuts quadrilaterals of features, whose vertices have moved, and gives their numbers among all.
+    /// Cuts quadrilaterals of features whose vertices have moved, and returns their numbers among all.
     fn cut_again(&mut self, mut moved: Vec<u32>) -> Vec<u32> {
         moved.sort_unstable();
         moved.dedup();
@@ -398,9 +397,10 @@ impl<'a> Tangle<'a> {
     }
 
     /// Takes all vertices of crossing triangles and their neighbours back to their cells, cuts the quadrilaterals around the
-    /// former finer, and gives the numbers of all that changed.
+    /// former finer, and returns the numbers of all that changed.
     ///
-    /// No sign of a node changes by it: the triangles of an edge whose vertices are all in its cells lie in the block of these.
+    /// No sign of a node changes by this: the triangles of an edge whose vertices are all in its cells lie in the block of
+    /// these.
     fn cut_finer(&mut self, crossing: &[[u32; 2]]) -> Vec<u32> {
         if crossing.is_empty() {
             return Vec::new();
@@ -416,7 +416,7 @@ impl<'a> Tangle<'a> {
         let corners = |&quad: &u32| self.triangles[2 * quad as usize..][..2].as_flattened();
         let mut waiting: Vec<usize> =
             quads.iter().flat_map(corners).filter_map(|&vertex| features.of_vertex(vertex)).collect();
-        // Where a vertex may not return by itself, its neighbours do so with it.
+        // Where a vertex may not return by itself, its neighbours return with it.
         let mut moved = Vec::new();
         while let Some(i) = waiting.pop() {
             let Feature { vertex, held, mean, .. } = features.all[i];
@@ -462,7 +462,7 @@ impl<'a> Tangle<'a> {
         self.triangles.extend([[c, d, new], [d, a, new]]);
     }
 
-    /// Takes a feature to the next place on its way back that it may go to.
+    /// Moves a feature to the next allowed place on its way back.
     fn step_back(&mut self, feature: usize) -> bool {
         let Feature { vertex, held, mean, .. } = self.features.all[feature];
         let settled = self.settled[feature];
@@ -485,13 +485,13 @@ impl<'a> Tangle<'a> {
         false
     }
 
-    /// Whether a feature has left its cell.
+    /// Returns whether a feature is still beyond its cell.
     fn is_beyond(&self, feature: usize) -> bool {
         self.settled[feature] != self.features.all[feature].held && self.steps[feature] < 2
     }
 }
 
-/// A place on the lattice edge that four cells have in common, as far along it as the mean of a place in each.
+/// Returns a point on the lattice edge that four cells have in common, at the mean coordinate along it of a point in each cell.
 fn on_edge(places: [DVec3; 4]) -> DVec3 {
     let cells = places.map(|place| place.floor());
     let (least, greatest) = cells.into_iter().fold((cells[0], cells[0]), |(a, b), cell| (a.min(cell), b.max(cell)));
@@ -501,8 +501,8 @@ fn on_edge(places: [DVec3; 4]) -> DVec3 {
     DVec3::select(least.cmpeq(greatest), along, greatest)
 }
 
-/// Whether a plane clearly parts two triangles but for vertices that they share, wherever vertices are moved by `blur`: the
-/// plane of either, or one upright on either through a side.
+/// Returns whether a plane clearly separates two triangles except at shared vertices, wherever vertices are moved by `blur`:
+/// the plane of either, or one perpendicular to either through a side.
 fn are_parted(one: &Candidate, other: &Candidate, blur: f64) -> bool {
     let parts = |one: &Candidate, other: &Candidate| {
         let [a, b, c] = one.corners;

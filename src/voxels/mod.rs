@@ -1,11 +1,11 @@
-//! Voxels: images as a dense grid that says of every lattice node whether it is inside, for programs that know no images.
+//! Voxels: images as a dense grid that states of every lattice node whether it is inside, for programs that cannot read images.
 //!
-//! A voxel is the cube of one pitch around a node, and is 1 where the node is inside and 0 where not, which is what
-//! [`NodePlanes`] tells. So voxels hold less than the images they are made from, which know where between two nodes a surface
-//! lies; their volume is a count of nodes.
+//! A voxel is the cube of one pitch around a node; it is 1 where the node is inside according to [`NodePlanes`], and 0
+//! elsewhere. Voxels hold less than the images they are made from, which locate a surface between two nodes; the volume of
+//! voxels is a count of nodes.
 //!
-//! Grids are written plane by plane and never held: a grid of 1024³ takes the images, the bits of 32 planes, and one plane of
-//! bytes or, for `.vti`, 32 MiB of blocks that are compressed at the same time.
+//! Grids are streamed plane by plane: a grid of 1024³ takes the memory of the images, the bits of 32 planes, and one plane of
+//! bytes or, for `.vti`, 32 MiB of blocks that are compressed in parallel.
 
 mod npy;
 mod vti;
@@ -19,17 +19,17 @@ use rayon::prelude::*;
 
 use crate::ldi::{NodePlanes, NodeSlab};
 
-/// The formats that voxels are written in.
+/// The file formats of voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
-    /// Image data of VTK, which ParaView opens: knows where the voxels lie.
+    /// VTK image data, which ParaView opens: stores the position of the voxels.
     Vti,
-    /// An array of numpy: knows nothing but the voxels.
+    /// A numpy array: stores the voxels alone.
     Npy,
 }
 
 impl Format {
-    /// The format of files with an extension, in whatever case.
+    /// Returns the format for a file extension, ignoring case.
     pub fn from_extension(extension: &str) -> Option<Format> {
         [("vti", Format::Vti), ("npy", Format::Npy)]
             .into_iter()
@@ -37,19 +37,19 @@ impl Format {
     }
 }
 
-/// What was written.
+/// Counts of the voxels written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Written {
     /// Voxels whose nodes are inside.
     pub inside: u64,
-    /// Voxels about whose nodes the images disagree.
+    /// Voxels at whose nodes the images disagree.
     pub disagreements: u64,
 }
 
-/// Planes whose bits are made at the same time: each time all rays along z are searched for where the planes begin.
+/// Planes whose bits are made at the same time; each slab searches all rays along z for its first plane.
 const SLAB: i32 = 32;
 
-/// Hands on every plane, z after z: a byte for each voxel, x fastest.
+/// Passes every plane to `take`, in ascending z: a byte for each voxel, x fastest.
 fn each_plane(nodes: &NodePlanes, mut take: impl FnMut(&[u8]) -> io::Result<()>) -> io::Result<Written> {
     let [columns, rows, planes] = nodes.grid().rays();
     let mut bytes = vec![0; columns as usize * rows as usize];
@@ -67,7 +67,7 @@ fn each_plane(nodes: &NodePlanes, mut take: impl FnMut(&[u8]) -> io::Result<()>)
     Ok(written)
 }
 
-/// Fills the bytes of a plane from its bits; gives how many are 1.
+/// Fills the bytes of a plane from its bits; returns the number of ones.
 fn fill(slab: &NodeSlab, plane: i32, columns: usize, bytes: &mut [u8]) -> u64 {
     let rows = bytes.par_chunks_mut(columns).enumerate().with_min_len(16);
     rows.map(|(row, bytes)| {
@@ -81,7 +81,7 @@ fn fill(slab: &NodeSlab, plane: i32, columns: usize, bytes: &mut [u8]) -> u64 {
 
 #[cfg(test)]
 mod testing {
-    //! Images to make voxels of.
+    //! Test images for voxels.
 
     use crate::grid::{Axis, Grid};
     use crate::ldi::Ldi;
@@ -90,7 +90,7 @@ mod testing {
     use crate::sampler::{Fill, Mode, Sampler};
     use crate::solids;
 
-    /// The images of a torus, with `resolution` nodes along x and y, and fewer along z.
+    /// Returns the images of a torus, with `resolution` nodes along x and y, and fewer along z.
     pub fn torus(resolution: u32, mode: Mode) -> Vec<Ldi> {
         let closed = ClosedMesh::check(solids::torus(3.0, 1.0, 31, 17).unwrap()).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), resolution, 32).unwrap();
@@ -98,13 +98,13 @@ mod testing {
         Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, mode, Fill::EvenOdd).unwrap()).to_vec()
     }
 
-    /// Whether a node is inside an image along z, sample by sample.
+    /// Returns whether a node is inside an image along z, sample by sample.
     pub fn is_inside(image: &Ldi, [x, y, z]: [u32; 3]) -> bool {
         let samples = image.samples(y * image.size().0 + x);
         samples.iter().filter(|&&depth| depth < image.grid().node(z)).count() % 2 == 1
     }
 
-    /// The voxels of an image along z, x fastest.
+    /// Returns the voxels of an image along z, x fastest.
     pub fn voxels(image: &Ldi) -> Vec<u8> {
         let [columns, rows, planes] = image.grid().rays();
         let mut voxels = Vec::new();

@@ -1,11 +1,12 @@
 //! Voxels as `.npy`: an array of uint8 and shape (nx, ny, nz) that `numpy.load` opens, where `a[i, j, k]` is the voxel around
 //! node (i, j, k).
 //!
-//! It stands in Fortran's order, x fastest, as planes along z come one after another. The format has no place for where the
-//! voxels lie: voxel (i, j, k) is the cube of one pitch around `origin + (i + ½, j + ½, k + ½) · pitch + step` of the grid.
+//! The array is in Fortran order, x fastest, since planes along z are written one after another. The format cannot store the
+//! position of the voxels: voxel (i, j, k) is the cube of one pitch around `origin + (i + ½, j + ½, k + ½) · pitch + step` of
+//! the grid.
 //!
-//! Arrays of other programs are read in either order, by what numpy's indices say and not by where bytes lie: `a[i, j, k]` is
-//! the voxel (i, j, k) of both.
+//! Arrays of other programs are read in either order, by numpy's indices and not by byte order: `a[i, j, k]` is the voxel (i,
+//! j, k) in both.
 
 use std::io::{self, Read, Write};
 
@@ -25,16 +26,16 @@ pub fn write_npy(nodes: &NodePlanes, mut to: impl Write) -> io::Result<Written> 
     Ok(written)
 }
 
-/// Voxels that were read.
+/// Voxels read from a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Voxels {
-    /// Voxels along x, y and z.
+    /// Number of voxels along x, y and z.
     pub size: [usize; 3],
-    /// A byte for each, x fastest: as the array has it.
+    /// One byte for each voxel, x fastest, with the array's value.
     pub bytes: Vec<u8>,
 }
 
-/// Why an array could not be read as voxels.
+/// The reason why an array cannot be read as voxels.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The header is not understood.
@@ -43,10 +44,10 @@ pub enum ReadError {
     /// Elements are not bytes.
     #[error("the array has elements {found}; voxels are of type uint8 or int8")]
     Kind {
-        /// Their type in numpy's words.
+        /// The element type in numpy's notation.
         found: String,
     },
-    /// The array has not three dimensions, or a side of nothing, or more elements than can be counted.
+    /// The array has not three dimensions, or a side of zero length, or more elements than can be counted.
     #[error("the array has shape {shape:?}; voxels have three sides, none of them 0")]
     Shape {
         /// Its shape.
@@ -55,9 +56,9 @@ pub enum ReadError {
     /// There are fewer or more elements than the header says.
     #[error("the array has {found} elements{}, where its shape asks for {expected}", if *.found > *.expected { " or more" } else { "" })]
     Length {
-        /// How many follow the header; one more than expected where there are too many.
+        /// The number of elements after the header; one more than expected where there are too many.
         found: u64,
-        /// How many there should be.
+        /// The number of elements expected.
         expected: u64,
     },
     /// The elements could not be read.
@@ -65,7 +66,7 @@ pub enum ReadError {
     Io(#[from] io::Error),
 }
 
-/// Reads voxels; takes as many bytes as there are elements, twice where they stand in C's order.
+/// Reads voxels. Needs one byte of memory per element, two where the array is in C order.
 pub fn read_npy(mut from: impl Read) -> Result<Voxels, ReadError> {
     let header = Header::read(&mut from)?;
     match &header.kind {
@@ -86,7 +87,7 @@ pub fn read_npy(mut from: impl Read) -> Result<Voxels, ReadError> {
     Ok(Voxels { size, bytes })
 }
 
-/// Elements in the order x, y, z from those in the order z, y, x.
+/// Reorders elements from C order, z fastest, to x fastest.
 fn x_fastest([nx, ny, nz]: [usize; 3], bytes: &[u8]) -> Vec<u8> {
     let mut turned = vec![0; bytes.len()];
     turned.par_chunks_mut(nx).enumerate().for_each(|(row, turned)| {
@@ -105,7 +106,7 @@ mod tests {
 
     #[test]
     fn voxels_are_nodes() {
-        // Rows of two words and a part of one; one slab of planes and a part of one.
+        // Rows of two words and part of a third; one slab of planes and part of a second.
         let images = torus(140, Mode::Exact);
         let rays = images[0].grid().rays();
         assert!(rays[0] > 64 && !rays[0].is_multiple_of(64) && rays[2] > 32 && !rays[2].is_multiple_of(32), "{rays:?}");
@@ -135,7 +136,7 @@ mod tests {
         assert_eq!(any.inside - all.inside, any.disagreements);
     }
 
-    /// An array of bytes that count up in the order they stand in.
+    /// Returns a file whose array holds bytes that count up in storage order.
     fn counting(descr: &str, order: Order, shape: &[usize], elements: u8) -> Vec<u8> {
         let mut file = Vec::new();
         write_header(&mut file, descr, order, shape).unwrap();

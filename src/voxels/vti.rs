@@ -1,12 +1,12 @@
 //! Voxels as `.vti`, image data in VTK's XML format, which ParaView, PyVista and 3D Slicer open.
 //!
-//! Each voxel is a cell of the file, and has the value 0 or 1 of the array `inside`; the points of the file are the corners of
-//! the cells, so that the picture has the true size. Cell (i, j, k) has node (i, j, k) in its centre, and origin and spacing
-//! are in world units; what those are stands in the field `unit` where it is known.
+//! Each voxel is a cell of the file with the value 0 or 1 of the array `inside`; the points of the file are the corners of the
+//! cells, so that a picture has the true size. Node (i, j, k) is the centre of cell (i, j, k). Origin and spacing are in world
+//! units, whose name is stored in the field `unit` where it is known.
 //!
-//! The values follow the XML as they are (`encoding="raw"`), in blocks of 1 MiB that are compressed by zlib each. Before them
-//! stand their number, their length before compression, that of the last where it is shorter, and what they were compressed
-//! to: <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>. So the writer goes back once.
+//! The values follow the XML as they are (`encoding="raw"`), in blocks of 1 MiB, each compressed by zlib. Before them come the
+//! number of blocks, their length before compression, that of the last where it is shorter, and their compressed sizes:
+//! <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>. The writer seeks back once to fill these in.
 
 use std::io::{self, Seek, SeekFrom, Write};
 
@@ -17,13 +17,13 @@ use rayon::prelude::*;
 use super::{Written, each_plane};
 use crate::ldi::NodePlanes;
 
-/// Bytes of a block before it is compressed.
+/// Bytes of a block before compression.
 const BLOCK: usize = 1 << 20;
 
-/// Blocks that are compressed at the same time.
+/// Number of blocks compressed in parallel.
 const WAVE: usize = 32;
 
-/// Writes all voxels; `unit` is what one unit of length is.
+/// Writes all voxels; `unit` is the name of the unit of length.
 pub fn write_vti(nodes: &NodePlanes, unit: Option<&str>, mut to: impl Write + Seek) -> io::Result<Written> {
     to.write_all(head(nodes, unit).as_bytes())?;
     let values: u64 = nodes.grid().rays().map(u64::from).into_iter().product();
@@ -43,7 +43,7 @@ pub fn write_vti(nodes: &NodePlanes, unit: Option<&str>, mut to: impl Write + Se
     Ok(written)
 }
 
-/// The file up to its values.
+/// Returns the file up to its values.
 fn head(nodes: &NodePlanes, unit: Option<&str>) -> String {
     let grid = nodes.grid();
     let [x, y, z] = grid.rays();
@@ -52,7 +52,7 @@ fn head(nodes: &NodePlanes, unit: Option<&str>) -> String {
     let origin = (grid.origin() + grid.step()).to_array().map(|position| format!("{position:?}")).join(" ");
     let spacing = [grid.pitch(); 3].map(|pitch| format!("{pitch:?}")).join(" ");
     let field = unit.map_or(String::new(), |unit| {
-        // Text stands as the numbers of its bytes and ends with a zero.
+        // Text is stored as its byte values, with a terminating zero.
         let bytes: String = unit.bytes().map(|byte| format!("{byte} ")).collect();
         format!(
             "    <FieldData>\n      <Array type=\"String\" Name=\"unit\" NumberOfTuples=\"1\" format=\"ascii\">{bytes}0</Array>\n    \
@@ -75,11 +75,11 @@ fn head(nodes: &NodePlanes, unit: Option<&str>) -> String {
     )
 }
 
-/// Values on their way into compressed blocks.
+/// Values being collected into compressed blocks.
 struct Blocks<W: Write> {
     /// Compressed sizes of the blocks so far.
     sizes: Vec<u64>,
-    /// Values that are in no block yet.
+    /// Values not yet in a block.
     pending: Vec<u8>,
     to: W,
 }
@@ -95,7 +95,7 @@ impl<W: Write> Blocks<W> {
         Ok(())
     }
 
-    /// Compresses and writes what is pending, if it is that many values.
+    /// Compresses and writes the pending values if there are at least `least` of them.
     fn compress(&mut self, least: usize) -> io::Result<()> {
         if self.pending.len() < least {
             return Ok(());
@@ -111,7 +111,7 @@ impl<W: Write> Blocks<W> {
     }
 }
 
-/// A block by zlib, at its fastest: bytes that are 0 or 1 shrink to a hundredth whatever the effort.
+/// Compresses a block by zlib at its fastest level: bytes that are 0 or 1 shrink to a hundredth at any level.
 fn compressed(block: &[u8]) -> io::Result<Vec<u8>> {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
     encoder.write_all(block)?;
@@ -132,7 +132,7 @@ mod tests {
     use crate::ldi::{Combine, Ldi};
     use crate::sampler::Mode;
 
-    /// A file taken apart: the attributes of each element, text within elements, and the bytes behind the mark `_`.
+    /// Parses a file: returns the attributes of each element, text within elements, and the bytes behind the mark `_`.
     fn parts(file: &[u8]) -> (BTreeMap<String, String>, String, &[u8]) {
         let (mut attributes, mut text) = (BTreeMap::new(), String::new());
         let mut reader = quick_xml::Reader::from_reader(file);
@@ -161,7 +161,7 @@ mod tests {
         u64::from_le_bytes(bytes[8 * at..8 * at + 8].try_into().unwrap())
     }
 
-    /// The values in the blocks, which a given end follows.
+    /// Returns the values in the blocks, which the end of the file must follow.
     fn values(blocks: &[u8]) -> Vec<u8> {
         let (count, whole, last) = (number(blocks, 0) as usize, number(blocks, 1) as usize, number(blocks, 2) as usize);
         let mut rest = &blocks[8 * (3 + count)..];
@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn cells_are_nodes() {
-        // Blocks: several whole ones and a part of one.
+        // Several whole blocks and part of one.
         let images = torus(170, Mode::Exact);
         let grid = *images[0].grid();
         let (file, said) = written(&images, Some("µm"));

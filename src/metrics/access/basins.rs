@@ -1,13 +1,13 @@
-//! Basins: nodes from which going up leads to the same place.
+//! Basins: nodes from which ascent leads to the same peak.
 //!
-//! From a node p one can go to the neighbour with the most room, and on from there, up to a node M(p) around which there is
-//! no more. On that way there is nowhere less room than at p, so that what gets to p gets to M and back: with radii r and
-//! bottlenecks b,
+//! From a node p one can step to the neighbour with the largest radius, and on from there, up to a local maximum M(p). No
+//! radius on that path is less than that at p, so that a ball that reaches p reaches M and back: with radii r and bottlenecks
+//! b,
 //!
 //! > b(p) = min { r(p), b(M(p)) }.
 //!
-//! So only basins, of which there are few, need be searched, through the widest of the steps between each two. All else are
-//! passes over the raster in which every node is by itself.
+//! So only basins, of which there are few, need be searched, through the widest of the steps between each two. All other work
+//! consists of passes over the raster in which every node is independent.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -19,19 +19,20 @@ use super::flood::LEAST;
 use super::steps::{Cube, MIDDLE, Steps, bits, members};
 use crate::metrics::NodeSet;
 
-/// Not a node of the set.
+/// Marks a node outside the set.
 const NONE: u32 = u32::MAX;
 
-/// Set in what is the number of a basin, not that of a node.
+/// The flag that marks the number of a basin, not that of a node.
 const BASIN: u32 = 1 << 31;
 
-/// The neighbours that come before a node in the order of numbers, but for wrapping: each step is one of theirs from one end.
+/// The neighbours that come before a node in the order of numbers, except when wrapping: each step is one of these from one
+/// end.
 const BEFORE: Cube = (1 << MIDDLE) - 1;
 
-/// Steps between basins that wait until the widest of each pair are kept.
+/// Number of steps between basins after which all but the widest of each pair are dropped.
 const WAITING: usize = 1 << 16;
 
-/// The nodes of a set by basins.
+/// The nodes of a set grouped by basins.
 pub(super) struct Basins<'a> {
     steps: &'a Steps<'a>,
     radii: &'a [f32],
@@ -50,8 +51,8 @@ impl<'a> Basins<'a> {
         basins
     }
 
-    /// Lets each node point to the neighbour with the most room, or to itself if that has no more. Of as much room, the later
-    /// counts as more.
+    /// Makes each node point to the neighbour with the largest radius, or to itself if none has a larger one. Of equal radii,
+    /// the later node counts as larger.
     fn go_up(&self) {
         self.each_row(|y, z| {
             let row = self.steps.row(y, z);
@@ -66,8 +67,8 @@ impl<'a> Basins<'a> {
         });
     }
 
-    /// Lets each node point to where the way up ends. Others may do the same with nodes on the way meanwhile, which only makes
-    /// it shorter.
+    /// Makes each node point to the end of its ascent. Other threads may do the same with nodes on the path meanwhile, which
+    /// only shortens it.
     fn follow(&self) {
         self.each_row(|y, z| {
             for x in self.steps.members(y, z) {
@@ -111,7 +112,7 @@ impl<'a> Basins<'a> {
         });
     }
 
-    /// The basin of a node of the set.
+    /// Returns the basin of a node of the set.
     #[inline]
     fn of(&self, node: u32) -> u32 {
         self.of[node as usize].load(Relaxed) & !BASIN
@@ -127,7 +128,7 @@ impl<'a> Basins<'a> {
         (0..depth * height).into_par_iter().with_min_len(16).for_each(|row| work(row % height, row / height));
     }
 
-    /// The bottlenecks of all nodes, from sources that belong to the set.
+    /// Returns the bottlenecks of all nodes, from sources that belong to the set.
     pub fn bottlenecks(self, sources: &NodeSet) -> Vec<f32> {
         let of_basins = self.search(self.begins(sources), &self.passes());
         let bottleneck = |(basin, &radius): (AtomicU32, &f32)| match basin.into_inner() {
@@ -137,7 +138,7 @@ impl<'a> Basins<'a> {
         self.of.into_par_iter().zip(self.radii).with_min_len(1 << 14).map(bottleneck).collect()
     }
 
-    /// For each basin the most room at a source, 0 where there is none.
+    /// Returns for each basin the largest radius at a source, 0 where there is none.
     fn begins(&self, sources: &NodeSet) -> Vec<f32> {
         let [_, height, depth] = self.steps.size();
         let mut begins = vec![0.0f32; self.count];
@@ -150,7 +151,7 @@ impl<'a> Basins<'a> {
         begins
     }
 
-    /// The widest step between each two basins, in the order of the basins.
+    /// Returns the widest step between each two basins, in the order of the basins.
     fn passes(&self) -> Vec<Pass> {
         let [_, height, depth] = self.steps.size();
         let of_planes: Vec<Vec<Pass>> = (0..depth).into_par_iter().map(|z| self.passes_of_plane(height, z)).collect();
@@ -181,7 +182,7 @@ impl<'a> Basins<'a> {
         widest_of_each(passes)
     }
 
-    /// The bottlenecks of basins, from those that are sources'.
+    /// Returns the bottlenecks of basins, from those that hold sources.
     fn search(&self, begins: Vec<f32>, passes: &[Pass]) -> Vec<f32> {
         let mut starts = vec![0usize; self.count + 1];
         passes.iter().flat_map(|pass| pass.between).for_each(|basin| starts[basin as usize + 1] += 1);
@@ -216,14 +217,14 @@ impl<'a> Basins<'a> {
     }
 }
 
-/// A step from one basin to another, and the room there is at its narrower end.
+/// A step from one basin to another, and the radius at its narrower end.
 #[derive(Clone, Copy)]
 struct Pass {
     between: [u32; 2],
     room: f32,
 }
 
-/// Of the steps between each two basins the widest.
+/// Keeps the widest of the steps between each two basins.
 fn widest_of_each(mut passes: Vec<Pass>) -> Vec<Pass> {
     passes.sort_unstable_by(|a, b| a.between.cmp(&b.between).then(b.room.total_cmp(&a.room)));
     passes.dedup_by_key(|pass| pass.between);

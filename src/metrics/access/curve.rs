@@ -5,12 +5,12 @@ use rayon::prelude::*;
 use super::steps::members;
 use crate::metrics::NodeSet;
 
-/// Diameters at which the curve is known.
+/// Number of diameters at which the curve is tabulated.
 const STEPS: usize = 512;
 
 /// A(d): the share of the pores' volume that a ball of diameter d reaches from outside and covers.
 ///
-/// It is known exactly at 0 and at equal steps up to the largest finite access size, and falls from each to the next or stays.
+/// It is exact at 0 and at equal steps up to the largest finite access size, and is monotonically non-increasing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AccessCurve {
     step: f64,
@@ -18,9 +18,9 @@ pub struct AccessCurve {
 }
 
 impl AccessCurve {
-    /// Of the access sizes of nodes, which are diameters, each times `scale` (the pitch, for world units). `open` are the
-    /// pores' nodes that are connected with the outside: A(0) is their share, and the rest of `pores` counts as out of reach
-    /// whatever its size. Nothing of no pores.
+    /// Computes the curve from the access sizes of nodes, which are diameters, each times `scale` (the pitch, for world units).
+    /// `open` are the pores' nodes that are connected with the outside: A(0) is their share, and the rest of `pores` counts as
+    /// unreachable whatever its size. `None` without pores.
     ///
     /// # Panics
     /// If there is not a size for each node, or the sets are of rasters of different sizes.
@@ -41,7 +41,7 @@ impl AccessCurve {
         let finite = rows().map(|y| row(y).filter(|size| size.is_finite()).fold(0.0, f32::max));
         let largest = f64::from(finite.reduce(|| 0.0, f32::max));
         let step = if largest > 0.0 { largest / (STEPS - 1) as f64 } else { 1.0 };
-        // How many reach which step and no further.
+        // Number of nodes that reach each step and no further.
         let count = |mut counts: Vec<u64>, y: usize| {
             row(y).for_each(|size| counts[((f64::from(size) / step) as usize).min(STEPS - 1)] += 1);
             counts
@@ -62,17 +62,17 @@ impl AccessCurve {
         Some(AccessCurve { step: step * scale, shares })
     }
 
-    /// The open share of the pores: A(0).
+    /// Returns the open share of the pores: A(0).
     pub fn open_share(&self) -> f64 {
         self.shares[0]
     }
 
-    /// Diameters and shares, from d = 0 to the largest access size.
+    /// Returns diameters and shares, from d = 0 to the largest access size.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.shares.iter().enumerate().map(|(i, &share)| (i as f64 * self.step, share))
     }
 
-    /// A(d) at any diameter: between two steps on the line that joins them, above the largest 0.
+    /// Returns A(d) at any diameter: linearly interpolated between two steps, 0 above the largest.
     pub fn share(&self, diameter: f64) -> f64 {
         let at = (diameter / self.step).max(0.0);
         let low = at.floor() as usize;

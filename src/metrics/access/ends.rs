@@ -5,10 +5,10 @@ use std::ops::Range;
 use crate::grid::Axis;
 use crate::metrics::{NodeSet, Region};
 
-/// The share of its extent that counts as an end of a region which is no box: such a region may end in a single node.
+/// The share of its extent that counts as an end of a region which is not a box: such a region may end in a single node.
 const END: f64 = 1.0 / 20.0;
 
-/// Where what spans a region begins and ends: the nodes of planes across an axis.
+/// The two ends of a region that a spanning path connects: the nodes of planes across an axis.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ends {
     pub(super) axis: Axis,
@@ -19,13 +19,13 @@ pub struct Ends {
 }
 
 impl Ends {
-    /// Of a raster that is a box as a whole: its first plane and its last.
+    /// Returns the ends of a raster that is a box as a whole: its first plane and its last.
     pub fn of_raster(size: [usize; 3], axis: Axis) -> Ends {
         Ends::of_box(size.map(|side| 0..side), axis)
     }
 
-    /// Of a box, the plane of nodes at either face; of another region, those in the lowest twentieth of its extent along the
-    /// axis and in the highest, at least a plane each. Nothing of a region without nodes.
+    /// Returns the ends of a region. For a box, the plane of nodes at either face; for another region, the nodes in the lowest
+    /// and the highest twentieth of its extent along the axis, at least a plane each. `None` for a region without nodes.
     pub fn of_region(region: &Region<'_>, axis: Axis) -> Option<Ends> {
         let sides = extent(region.nodes())?;
         if region.is_box() {
@@ -41,12 +41,12 @@ impl Ends {
         Ends { axis, low: start..start + 1, high: end.saturating_sub(1)..end, sides: Some(sides) }
     }
 
-    /// The axis between the ends.
+    /// Returns the axis between the ends.
     pub fn axis(&self) -> Axis {
         self.axis
     }
 
-    /// The nodes of a set that are in planes of a range across the axis.
+    /// Returns the nodes of a set that are in planes of a range across the axis.
     pub(super) fn nodes_in<'a>(
         &self,
         nodes: &'a NodeSet,
@@ -64,7 +64,7 @@ impl Ends {
     }
 }
 
-/// The planes across x, y and z between which all nodes of a set lie; nothing of an empty set.
+/// Returns the planes across x, y and z between which all nodes of a set lie; `None` for an empty set.
 fn extent(nodes: &NodeSet) -> Option<[Range<usize>; 3]> {
     let size = nodes.size();
     let mut columns = vec![0u64; nodes.words()];

@@ -1,4 +1,4 @@
-//! What gets to each node, and what becomes of balls by it.
+//! Bottlenecks of nodes, and the access sizes of balls.
 
 use rayon::prelude::*;
 
@@ -7,20 +7,20 @@ use super::steps::Steps;
 use crate::metrics::thickness::{Ball, paint};
 use crate::metrics::{Edges, NodeSet};
 
-/// The least radius of what gets anywhere: nodes of a piece that is open are reached, however narrow it is.
+/// The least bottleneck radius: nodes of an open piece are reached, however narrow it is.
 pub(super) const LEAST: f32 = f32::MIN_POSITIVE;
 
-/// For each node the radius, in pitches, of the largest ball that gets there from one of `sources`: the greatest, of all
-/// paths, of the least radius on the path. 0 of nodes that no path leads to, above 0 of all others.
+/// Computes for each node the radius, in pitches, of the largest ball that reaches it from one of `sources`: the maximum, over
+/// all paths, of the least radius on the path. 0 for nodes that no path leads to, above 0 for all others.
 ///
-/// `radii` says how large a ball has room in a node's cell, in pitches; paths go through `nodes`, and from one 6-connected
-/// piece of them to another never. With [`Edges::Periodic`] they wrap; with the others they end where the raster does.
+/// `radii` holds the radius of the largest ball centred in each node's cell, in pitches; paths go through `nodes`, and never
+/// from one 6-connected piece of them to another. With [`Edges::Periodic`] they wrap; otherwise they end at the raster's faces.
 /// Sources outside `nodes` do not count. For access from outside, `nodes` are the open pores
 /// ([`open_pores`](crate::metrics::components::open_pores)), and sources the [`rim`](crate::metrics::components::rim) of the
 /// region.
 ///
-/// The values are exact for those radii. It takes 4 bytes for each node beside the result, and the passes over the raster
-/// are parallel.
+/// The values are exact for those radii. Needs 4 bytes for each node besides the result; the passes over the raster are
+/// parallel.
 ///
 /// # Panics
 /// If there is not a radius for each node, the sets are of rasters of different sizes, or there are 2³¹ nodes or more.
@@ -30,11 +30,11 @@ pub fn bottlenecks(radii: &[f32], nodes: &NodeSet, sources: &NodeSet, edges: Edg
     Basins::new(&steps, radii).bottlenecks(&sources.and(nodes))
 }
 
-/// The access size of each of the open nodes, a diameter in pitches: that of the largest ball from outside that covers the
-/// node. 0 of others.
+/// Computes the access size of each of the open nodes, a diameter in pitches: that of the largest ball from outside that covers
+/// the node. 0 for other nodes.
 ///
 /// `balls` are the largest of the pores ([`largest_balls`](crate::metrics::thickness::largest_balls)) and `bottlenecks` are
-/// those of the open nodes, from outside. Sizes are right to half a pitch, as painting is.
+/// those of the open nodes, from outside. Sizes are accurate to half a pitch, as painting is.
 ///
 /// # Panics
 /// If there is not a bottleneck for each node.
@@ -45,7 +45,7 @@ pub fn access_sizes(balls: &[Ball], bottlenecks: &[f32], open: &NodeSet, edges: 
     paint(balls, &sizes, open, edges)
 }
 
-/// The largest of some radii, but no more than the sides of the raster together: where there is no surface, radii are infinite.
+/// Returns the largest of some radii, limited to the sum of the raster's sides: where there is no surface, radii are infinite.
 pub(super) fn widest(radii: &[f32], size: [usize; 3]) -> f32 {
     let largest = radii.par_iter().with_min_len(1 << 14).copied().reduce(|| 0.0, f32::max);
     largest.min(size.iter().sum::<usize>() as f32)

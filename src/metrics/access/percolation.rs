@@ -1,4 +1,4 @@
-//! The largest ball that gets from one end of a region to the other.
+//! The largest ball that passes from one end of a region to the other.
 
 use super::ends::Ends;
 use super::flood::{LEAST, widest};
@@ -6,26 +6,26 @@ use super::queue::{LEVELS, Queue};
 use super::steps::{MIDDLE, Steps, bits};
 use crate::metrics::{Edges, NodeSet};
 
-/// What gets from one end to the other, and where it is narrowest for it.
+/// The largest ball that passes from one end to the other, and its bottleneck.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Percolation {
-    /// Of the ball, in pitches; infinite where radii are, since there is no surface.
+    /// The diameter of the ball, in pitches; infinite where radii are, since there is no surface.
     pub diameter: f64,
-    /// The node of the bottleneck: the first on the way whose room is, to 1/64 of a pitch, that of the narrowest.
+    /// The node of the bottleneck: the first on the path whose radius is, to 1/64 of a pitch, the least.
     pub node: [usize; 3],
 }
 
-/// The largest ball that spans the region: the one of the widest path through `nodes` from one end to the other. Nothing if
-/// no path leads there. It is found to less than 1/64 of a pitch in radius, along a path that is there.
+/// Finds the largest ball that spans the region: the one of the widest path through `nodes` from one end to the other. `None`
+/// if no path leads there. Its radius is accurate to less than 1/64 of a pitch, along an actual path.
 ///
-/// `radii` says how large a ball has room in a node's cell, in pitches, as for [`bottlenecks`](super::bottlenecks), and both
-/// ends are open: the faces of the box are not to be walls in them. What `edges` changes is the other faces.
-/// [`Edges::Clip`]: balls may reach beyond them. [`Edges::Periodic`]: paths go on at the opposite face, and radii should
-/// come from distances that wrap. [`Edges::Border`]: they are walls. Of a box those are put in here, at half a pitch beyond
-/// its outermost nodes. Of other regions `radii` say whether the boundary is a wall; if it is, what spans the region is no
-/// larger than there is room for at its very ends.
+/// `radii` holds the radius of the largest ball centred in each node's cell, in pitches, as for
+/// [`bottlenecks`](super::bottlenecks), and both ends are open: they must not count the faces of the box as walls. `edges`
+/// determines the other faces. [`Edges::Clip`]: balls may extend beyond them. [`Edges::Periodic`]: paths continue at the
+/// opposite face, and radii should come from distances that wrap. [`Edges::Border`]: they are walls. For a box these are added
+/// here, at half a pitch beyond its outermost nodes. For other regions `radii` determine whether the boundary is a wall; if it
+/// is, the spanning ball is limited by the clearance at the very ends.
 ///
-/// It takes a byte for each node and 4 for each that waits, in one thread, and ends as soon as the far end is met.
+/// Needs a byte for each node and 4 for each waiting one, in one thread, and ends as soon as the far end is met.
 ///
 /// # Panics
 /// As [`bottlenecks`](super::bottlenecks).
@@ -34,7 +34,7 @@ pub fn percolation(radii: &[f32], nodes: &NodeSet, ends: &Ends, edges: Edges) ->
     let steps = Steps::between_ends(nodes, edges, ends.axis());
     let room = Room { radii, walls: walls(ends, edges) };
     let mut ways = Ways { steps: &steps, from: vec![0; radii.len()] };
-    // Queued by what got there; that is forgotten in between, for on the way back it is found again.
+    // Queued by bottleneck; this is not stored, since the way back recomputes it.
     let mut queue = Queue::new(widest(radii, nodes.size()));
     for source in ends.nodes_in(nodes, ends.low.clone()) {
         let index = steps.index(source);
@@ -69,7 +69,7 @@ fn walls(ends: &Ends, edges: Edges) -> Walls {
     Some(walls)
 }
 
-/// How large a ball has room where.
+/// The radius of the largest ball at each node, with walls.
 struct Room<'a> {
     radii: &'a [f32],
     walls: Walls,
@@ -89,15 +89,15 @@ impl Room<'_> {
     }
 }
 
-/// Where the flood came from: of each node that it met, one more than the bit of the step to it.
+/// The predecessor of each node that the flood met, as one more than the bit of the step to it.
 struct Ways<'a> {
     steps: &'a Steps<'a>,
     from: Vec<u8>,
 }
 
 impl Ways<'_> {
-    /// The narrowest place on the way to a node. Within the width of a level the flood wanders; where it first met the level
-    /// of the bottleneck there was no wider way.
+    /// Returns the narrowest point on the path to a node. Within the width of a level the flood wanders; where it first met the
+    /// level of the bottleneck there was no wider path.
     fn narrowest(&self, end: [usize; 3], room: &Room) -> Percolation {
         let radius = self.back(end, room).map(|(radius, _)| radius).fold(f32::INFINITY, f32::min);
         let as_narrow = self.back(end, room).filter(|&(other, _)| other < radius + 1.0 / LEVELS);
@@ -105,7 +105,7 @@ impl Ways<'_> {
         Percolation { diameter: 2.0 * f64::from(radius), node }
     }
 
-    /// The way from a node back to where the flood began, with the room there is.
+    /// Returns the path from a node back to where the flood began, with the radii on it.
     fn back(&self, end: [usize; 3], room: &Room) -> impl Iterator<Item = (f32, [usize; 3])> {
         let mut next = Some(end);
         std::iter::from_fn(move || {

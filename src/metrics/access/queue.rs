@@ -1,4 +1,4 @@
-//! Nodes in order of how much room there is, to 1/64 of a pitch.
+//! A priority queue of nodes by radius, in levels of 1/64 of a pitch.
 
 /// Levels in a pitch.
 pub(super) const LEVELS: f32 = 64.0;
@@ -6,7 +6,7 @@ pub(super) const LEVELS: f32 = 64.0;
 /// Nodes of a block: with its two other words, 128 bytes.
 const BLOCK: usize = 30;
 
-/// No block.
+/// The index that denotes no block.
 const NONE: u32 = u32::MAX;
 
 struct Block {
@@ -15,12 +15,12 @@ struct Block {
     nodes: [u32; BLOCK],
 }
 
-/// Nodes by the radius of what got there, of which the widest leaves first. Whatever is put in must not be wider than what
-/// left last, so that a stack for each level is enough. Blocks that were emptied are used again, and the room taken is that of
-/// the nodes that wait.
+/// A bucket queue of nodes by bottleneck radius, widest first. A node must not be wider than the last one popped when it is
+/// pushed, so that a stack for each level is enough. Emptied blocks are reused, so the memory used is that of the waiting
+/// nodes.
 pub(super) struct Queue {
     blocks: Vec<Block>,
-    /// The first of the blocks that are not in use.
+    /// The first of the unused blocks.
     spare: u32,
     /// The first block of each level.
     levels: Vec<u32>,
@@ -29,13 +29,13 @@ pub(super) struct Queue {
 }
 
 impl Queue {
-    /// For radii up to `widest`; wider ones count as that.
+    /// Creates a queue for radii up to `widest`; wider ones count as that.
     pub fn new(widest: f32) -> Queue {
         let levels = (widest * LEVELS) as usize + 1;
         Queue { blocks: Vec::new(), spare: NONE, levels: vec![NONE; levels], top: levels - 1 }
     }
 
-    /// Puts a node in, by a radius.
+    /// Pushes a node with a radius.
     pub fn push(&mut self, radius: f32, node: u32) {
         let level = ((radius * LEVELS) as usize).min(self.levels.len() - 1);
         let first = self.levels[level];
@@ -58,7 +58,7 @@ impl Queue {
         };
     }
 
-    /// Takes one of the widest nodes out, with the radius that its level begins at.
+    /// Pops one of the widest nodes, with the lower bound of its level.
     pub fn pop(&mut self) -> Option<(f32, u32)> {
         while self.levels[self.top] == NONE {
             self.top = self.top.checked_sub(1)?;

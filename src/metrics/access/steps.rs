@@ -1,8 +1,8 @@
-//! Steps from a node to those around it, of which none leaves the 6-connected piece that it starts in.
+//! Steps from a node to those around it; none leaves the 6-connected piece that it starts in.
 //!
-//! A path of 6-neighbours alone is crooked: a ball that moves along a diagonal would have to go round corners of the
-//! lattice, where there is less room. So paths step to all 26 neighbours, but to one across an edge or a corner only where
-//! 6-neighbours lead there too, within the cube of the 27. Then two pieces that meet but at a corner stay two.
+//! A path of 6-neighbours alone is jagged: a ball that moves along a diagonal would have to pass corners of the lattice, where
+//! it has less clearance. So paths step to all 26 neighbours, but to one across an edge or a corner only where 6-neighbours
+//! lead there too, within the cube of the 27. Then two pieces that touch only at a corner stay separate.
 
 use crate::grid::Axis;
 use crate::metrics::{Edges, NodeSet};
@@ -27,7 +27,7 @@ pub(in crate::metrics) struct Steps<'a> {
 }
 
 impl<'a> Steps<'a> {
-    /// With [`Edges::Periodic`] a step over one face of the raster enters at the opposite one.
+    /// Creates the steps; with [`Edges::Periodic`] a step over one face of the raster enters at the opposite one.
     ///
     /// # Panics
     /// If the raster has 2³¹ nodes or more.
@@ -36,36 +36,36 @@ impl<'a> Steps<'a> {
         Steps { nodes, size: nodes.size(), wraps: [edges == Edges::Periodic; 3] }
     }
 
-    /// The same without wrapping along an axis.
+    /// Creates the same steps without wrapping along an axis.
     pub fn between_ends(nodes: &'a NodeSet, edges: Edges, axis: Axis) -> Steps<'a> {
         let mut steps = Steps::new(nodes, edges);
         steps.wraps[axis.depth()] = false;
         steps
     }
 
-    /// Nodes along x, y and z.
+    /// Returns the number of nodes along x, y and z.
     pub fn size(&self) -> [usize; 3] {
         self.size
     }
 
-    /// The place of a node, of its number.
+    /// Returns the position of a node from its number.
     #[inline]
     pub fn place(&self, index: u32) -> [usize; 3] {
         place(self.size, index)
     }
 
-    /// The nodes of the set in row (y, z), ascending.
+    /// Returns the nodes of the set in row (y, z), ascending.
     pub fn members(&self, y: usize, z: usize) -> impl Iterator<Item = usize> + use<'a> {
         members(self.nodes.row(y, z))
     }
 
-    /// The number of a node, `(z · size[1] + y) · size[0] + x`.
+    /// Returns the number of a node, `(z · size[1] + y) · size[0] + x`.
     #[inline]
     pub fn index(&self, [x, y, z]: [usize; 3]) -> u32 {
         ((z * self.size[1] + y) * self.size[0] + x) as u32
     }
 
-    /// The node that bit `bit` of the cube around `node` stands for. It must be in the raster, or steps must wrap.
+    /// Returns the node for bit `bit` of the cube around `node`. It must be in the raster, or steps must wrap.
     #[inline]
     pub fn neighbour(&self, node: [usize; 3], bit: u32) -> [usize; 3] {
         let by = [bit % 3, bit / 3 % 3, bit / 9];
@@ -82,13 +82,13 @@ impl<'a> Steps<'a> {
         })
     }
 
-    /// The neighbours of a node that a step leads to.
+    /// Returns the neighbours of a node that a step leads to.
     #[inline]
     pub fn from(&self, [x, y, z]: [usize; 3]) -> Cube {
         self.row(y, z).from(x)
     }
 
-    /// The nodes of row (y, z), with the rows around it.
+    /// Returns the nodes of row (y, z), with the rows around it.
     #[inline]
     pub fn row(&self, y: usize, z: usize) -> Row<'a> {
         let rows = std::array::from_fn(|i| {
@@ -98,7 +98,7 @@ impl<'a> Steps<'a> {
         Row { rows, side: self.size[0], wraps: self.wraps[0] }
     }
 
-    /// The coordinate `by` − 1 further, if it is in the raster.
+    /// Returns the coordinate offset by `by` − 1, if it is in the raster.
     #[inline]
     fn beside(&self, at: usize, by: usize, axis: usize) -> Option<usize> {
         let side = self.size[axis];
@@ -118,7 +118,7 @@ pub(in crate::metrics) struct Row<'a> {
 }
 
 impl Row<'_> {
-    /// The neighbours of node x of the row that a step leads to.
+    /// Returns the neighbours of node x of the row that a step leads to.
     #[inline]
     pub fn from(&self, x: usize) -> Cube {
         let within = self.cube(x);
@@ -132,21 +132,21 @@ impl Row<'_> {
         reached & !(1 << MIDDLE)
     }
 
-    /// Which nodes of the cube around node x belong to the set.
+    /// Returns the nodes of the cube around node x that belong to the set.
     #[inline]
     pub fn cube(&self, x: usize) -> Cube {
         let rows = self.rows.iter().enumerate();
         rows.fold(0, |cube, (i, row)| row.map_or(cube, |(words, _)| cube | self.triple(x, words) << (3 * i)))
     }
 
-    /// The number of the neighbour of node x that a bit of its cube stands for.
+    /// Returns the number of the neighbour of node x for a bit of its cube.
     #[inline]
     pub fn number(&self, x: usize, bit: u32) -> u32 {
         let (_, first) = self.rows[bit as usize / 3].expect("a neighbour in the raster");
         first + ((x + bit as usize % 3 + self.side - 1) % self.side) as u32
     }
 
-    /// Nodes x − 1, x and x + 1 of a row, as three bits.
+    /// Returns nodes x − 1, x and x + 1 of a row, as three bits.
     #[inline]
     fn triple(&self, x: usize, row: &[u64]) -> u32 {
         let bit = |x: usize| (row[x / 64] >> (x % 64) & 1) as u32;
@@ -165,7 +165,7 @@ impl Row<'_> {
     }
 }
 
-/// The place of a node of a raster, of its number.
+/// Returns the position of a node of a raster from its number.
 #[inline]
 pub(in crate::metrics) fn place(size: [usize; 3], index: u32) -> [usize; 3] {
     let (width, height) = (size[0] as u32, size[1] as u32);
@@ -173,7 +173,7 @@ pub(in crate::metrics) fn place(size: [usize; 3], index: u32) -> [usize; 3] {
     [(index % width) as usize, (row % height) as usize, (row / height) as usize]
 }
 
-/// The nodes of a row of a set, ascending.
+/// Returns the nodes of a row of a set, ascending.
 pub(in crate::metrics) fn members(row: &[u64]) -> impl Iterator<Item = usize> + use<'_> {
     row.iter().enumerate().flat_map(|(word, &bits)| {
         let mut left = bits;
@@ -187,7 +187,7 @@ pub(in crate::metrics) fn members(row: &[u64]) -> impl Iterator<Item = usize> + 
     })
 }
 
-/// The bits that are set in a cube, ascending.
+/// Returns the bits that are set in a cube, ascending.
 #[inline]
 pub(in crate::metrics) fn bits(cube: Cube) -> impl Iterator<Item = u32> {
     let mut left = cube;
@@ -200,7 +200,7 @@ pub(in crate::metrics) fn bits(cube: Cube) -> impl Iterator<Item = u32> {
     })
 }
 
-/// The 6-neighbours of nodes of a cube that are in the cube.
+/// Returns the 6-neighbours of nodes of a cube that are in the cube.
 #[inline]
 fn spread(cube: Cube) -> Cube {
     let x = (cube & !X_HIGH) << 1 | (cube & !X_LOW) >> 1;
@@ -212,7 +212,7 @@ fn spread(cube: Cube) -> Cube {
 mod tests {
     use super::*;
 
-    /// A set that is neither dense nor sparse, the same every time.
+    /// Returns a set that is neither dense nor sparse, the same every time.
     fn scattered(size: [usize; 3]) -> NodeSet {
         NodeSet::from_fn(size, |[x, y, z]| (x * 7 + y * 13 + z * 29 + x * y * z) % 5 < 3)
     }
@@ -250,7 +250,7 @@ mod tests {
         assert_eq!(Steps::new(&alone, Edges::Clip).from([1, 1, 1]), 0);
         let between = NodeSet::from_fn([3; 3], |node| node == [1, 1, 1] || node == [2, 2, 1] || node == [2, 1, 1]);
         assert_eq!(Steps::new(&between, Edges::Clip).from([1, 1, 1]).count_ones(), 2);
-        // To a corner of the cube three steps lead, and none of fewer.
+        // Three steps lead to a corner of the cube, and no fewer.
         let way = [[1, 1, 1], [1, 1, 2], [1, 2, 2], [2, 2, 2]];
         let corner = |skipped: usize| {
             let nodes =

@@ -1,4 +1,4 @@
-//! What gets in and through, against definitions gone by node by node and against closed forms.
+//! Access and percolation, compared with definitions evaluated node by node and with closed forms.
 
 use super::*;
 use crate::grid::{Axis, Grid};
@@ -21,7 +21,7 @@ fn nodes_of(side: usize, radii: &[f32]) -> NodeSet {
     NodeSet::from_fn([side; 3], |[x, y, z]| radii[(z * side + y) * side + x] > 0.0)
 }
 
-/// How far it is to the struts of a cubic lattice that run along the edges of cells, in units of whatever they are given in.
+/// Returns the distance to the struts of a cubic lattice along the edges of cells, in the units of the arguments.
 fn to_struts(period: f64, radius: f64) -> impl Fn([f64; 3]) -> f64 {
     move |place| {
         let [x, y, z] = place.map(|c| c - (c / period).round() * period);
@@ -29,7 +29,7 @@ fn to_struts(period: f64, radius: f64) -> impl Fn([f64; 3]) -> f64 {
     }
 }
 
-/// What spans a box along an axis, from its crossings on.
+/// Returns the percolation of a box along an axis, computed from crossings.
 fn spans(side: usize, edges: Edges, axis: Axis, solid: impl Fn([f64; 3]) -> f64 + Sync) -> Percolation {
     let (crossings, solid) = Crossings::of_function([side; 3], edges, solid);
     let pores = Phase::Pore.nodes(&solid, &NodeSet::full([side; 3]));
@@ -59,7 +59,7 @@ fn between_struts_a_ball_as_wide_as_the_window_gets_through() {
     }
 }
 
-/// Radii are as if nothing was beyond the faces at the sides; with a border, they are walls.
+/// Radii are computed as if there were nothing beyond the lateral faces; with a border, they are walls.
 #[test]
 fn a_border_narrows_what_lies_at_the_sides() {
     let side = 24;
@@ -78,8 +78,8 @@ fn a_border_narrows_what_lies_at_the_sides() {
     assert_eq!(percolation(&radii, &nodes, &Ends::of_raster([side; 3], Axis::X), Edges::Border), None);
 }
 
-/// The channels of a gyroid are narrowest where three of them meet, at L/8 · (1, 1, 1) and the like: from there it is √3/8 L to
-/// the surface at (0, 0, 0). Half way between two such places it is 0.2297 L, which is the largest pore.
+/// The channels of a gyroid are narrowest where three of them meet, at L/8 · (1, 1, 1) and equivalent points: from there the
+/// distance to the surface at (0, 0, 0) is √3/8 L. Half way between two such points it is 0.2297 L, which is the largest pore.
 #[test]
 fn a_gyroid_lets_through_what_has_room_where_its_channels_meet() {
     for side in [16, 32, 64] {
@@ -91,7 +91,7 @@ fn a_gyroid_lets_through_what_has_room_where_its_channels_meet() {
                 sx * cy + sy * cz + sz * cx
             });
             println!("{side}, {edges:?}: {:.4} L, exactly {:.4} L", found.diameter / period, exact / period);
-            // With Clip, surface beyond the box is not looked at.
+            // With Clip, surface beyond the box is ignored.
             if edges == Edges::Periodic {
                 assert!(
                     (found.diameter - exact).abs() <= 1.0 && (found.diameter / exact - 1.0).abs() < 1.0 / period,
@@ -102,7 +102,7 @@ fn a_gyroid_lets_through_what_has_room_where_its_channels_meet() {
     }
 }
 
-/// The flood against what the definition says, by going over all nodes until nothing changes.
+/// Compares the flood with the definition, by passes over all nodes until nothing changes.
 #[test]
 fn bottlenecks_are_those_of_the_widest_ways() {
     let size = [13, 9, 11];
@@ -187,7 +187,7 @@ fn access_to_a_bottle_ends_at_the_width_of_its_neck() {
     assert_eq!(at(2.0 * neck + 0.01), 0.0, "what does not fit stays out");
     assert_eq!(AccessCurve::of(&sizes, &open, &NodeSet::empty([side; 3]), 1.0), None);
 
-    // The same from crossings and balls between nodes, of which only those on ridges are painted.
+    // The same from crossings and balls between nodes; only those on ridges are painted.
     let (crossings, solid) = Crossings::of_function([side; 3], Edges::Clip, |p| {
         let p = p.map(|c| c + 0.5);
         bottle(p).max(tube(p)).max(closed(p))
@@ -210,7 +210,7 @@ fn access_to_a_bottle_ends_at_the_width_of_its_neck() {
     );
 }
 
-/// The diameter of the largest ball that covers each node, of balls around nodes.
+/// Returns the diameter of the largest ball that covers each node, of balls around nodes.
 fn painted(side: usize, radii: &[f32]) -> Vec<f32> {
     let mut sizes = vec![0.0f32; radii.len()];
     for (index, &radius) in radii.iter().enumerate().filter(|&(_, &radius)| radius > 0.0) {
@@ -241,7 +241,7 @@ fn a_region_that_is_no_box_ends_in_its_outer_twentieths() {
     let region = Region::of_solid(&images);
     let ends = Ends::of_region(&region, Axis::X).unwrap();
     assert_eq!((ends.low.clone(), ends.high.clone(), ends.axis()), (0..3, 57..60, Axis::X));
-    // Balls within the ball: in the outer twentieth there is room for a tenth of its diameter.
+    // Balls within the ball: in the outer twentieth the largest has a tenth of its diameter.
     let radii: Vec<f32> = radii_at_nodes(60, |p| 30.0 - p.iter().map(|c| (c - 30.0).powi(2)).sum::<f64>().sqrt());
     let found = percolation(&radii, region.nodes(), &ends, Edges::Border).unwrap();
     assert!((found.diameter - 6.0).abs() <= 1.1, "{found:?}");

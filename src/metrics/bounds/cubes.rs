@@ -9,20 +9,20 @@ use super::MARGIN;
 use crate::grid::{LatticeBox, LatticeSolid};
 use crate::metrics::nodes::words_between;
 
-/// Corners of a triangle cut by four planes: seven, and thirteen where rounding has made it less than convex, so that each
-/// plane adds half as many again.
+/// Most corners of a triangle cut by four planes: seven, or thirteen where rounding has made it non-convex, so that each plane
+/// adds half as many again.
 const CORNERS: usize = 13;
 
-/// The surface of a solid, ready to be cut to the cubes of its raster.
+/// The surface of a solid, prepared for intersection with the cubes of its raster.
 pub(super) struct SurfaceCubes<'a> {
     solid: &'a LatticeSolid<'a>,
     cut_by: Option<LatticeBox>,
-    /// The planes of cubes that each triangle meets, the first and the last; none, an empty range, of one that does not count.
+    /// The first and the last plane of cubes that each triangle meets; an empty range for one that does not count.
     planes: Vec<[u32; 2]>,
 }
 
 impl<'a> SurfaceCubes<'a> {
-    /// Triangles in the faces of the box `cut_by` do not count.
+    /// Prepares a surface; triangles in the faces of the box `cut_by` do not count.
     pub fn of(solid: &'a LatticeSolid<'a>, cut_by: Option<LatticeBox>) -> SurfaceCubes<'a> {
         let raster = Raster::of(solid);
         let planes = |triangle: &[u32; 3]| {
@@ -36,7 +36,7 @@ impl<'a> SurfaceCubes<'a> {
         SurfaceCubes { solid, cut_by, planes }
     }
 
-    /// The cubes met in some planes, a bit each, in words and rows as [`NodeSet`](crate::metrics::NodeSet) has them.
+    /// Returns the cubes met in some planes, a bit each, in words and rows as [`NodeSet`](crate::metrics::NodeSet) has them.
     pub fn slab(&self, planes: Range<usize>) -> Vec<u64> {
         let raster = Raster::of(self.solid);
         let [columns, rows, _] = raster.size;
@@ -48,7 +48,7 @@ impl<'a> SurfaceCubes<'a> {
             }
             let row = &bits[((z - planes.start) * rows + y) * words..][..words];
             for (word, mask) in words_between(first as usize, last as usize) {
-                // Neighbouring triangles mostly meet the same cubes; reading is cheaper than writing what is there.
+                // Neighbouring triangles mostly meet the same cubes; reading is cheaper than writing an unchanged value.
                 if row[word].load(Ordering::Relaxed) & mask != mask {
                     row[word].fetch_or(mask, Ordering::Relaxed);
                 }
@@ -77,7 +77,8 @@ impl<'a> SurfaceCubes<'a> {
         bits
     }
 
-    /// Where the region's box reaches into a cube and not to its node, the node says nothing of the solid within the box.
+    /// Adds the cubes into which the region's box extends without reaching their nodes: there the node does not represent the
+    /// solid within the box.
     fn add_cubes_without_nodes(&self, bits: &mut [u64], planes: Range<usize>) {
         let Some(cut_by) = self.cut_by else { return };
         let Raster { size, .. } = Raster::of(self.solid);
@@ -107,18 +108,18 @@ impl<'a> SurfaceCubes<'a> {
     }
 }
 
-/// Whether a triangle lies in a face of a box.
+/// Returns whether a triangle lies in a face of a box.
 fn lies_in_a_face(corners: &[[i32; 3]; 3], faces: &LatticeBox) -> bool {
     (0..3).any(|axis| {
         [faces.min[axis], faces.max[axis]].iter().any(|face| corners.iter().all(|corner| corner[axis] == *face))
     })
 }
 
-/// Where the cubes are.
+/// The layout of the cubes.
 #[derive(Clone, Copy)]
 struct Raster {
     size: [usize; 3],
-    /// Of a cube, in lattice steps.
+    /// The side of a cube, in lattice steps.
     side: f64,
 }
 
@@ -128,7 +129,7 @@ impl Raster {
         Raster { size: grid.rays().map(|n| n as usize), side: f64::from(1u32 << grid.shift()) }
     }
 
-    /// The first and the last cube along an axis that a polygon meets; nothing, an empty range, of an empty polygon.
+    /// Returns the first and the last cube along an axis that a polygon meets; an empty range for an empty polygon.
     fn cubes(&self, polygon: &Polygon, axis: usize) -> [u32; 2] {
         let corners = polygon.corners();
         if corners.is_empty() {
@@ -141,7 +142,7 @@ impl Raster {
         [cube((least - f64::from(MARGIN)).max(0.0)).min(last), cube(most + f64::from(MARGIN)).min(last)]
     }
 
-    /// What of a polygon lies in a layer of cubes across an axis.
+    /// Clips a polygon to a layer of cubes across an axis.
     fn cut(&self, polygon: &Polygon, axis: usize, layer: usize) -> Polygon {
         let low = layer as f64 * self.side;
         polygon.above(axis, low - f64::from(MARGIN), 1.0).above(axis, low + self.side + f64::from(MARGIN), -1.0)
@@ -168,7 +169,7 @@ impl Polygon {
         &self.corners[..self.count]
     }
 
-    /// What of it lies above a plane across an axis, or below for a `sign` of −1 (Sutherland and Hodgman 1974).
+    /// Clips it to the part above a plane across an axis, or below for a `sign` of −1 (Sutherland and Hodgman 1974).
     fn above(&self, axis: usize, plane: f64, sign: f64) -> Polygon {
         let mut kept = Polygon { corners: [[0.0; 3]; CORNERS], count: 0 };
         let mut keep = |corner: [f64; 3]| {

@@ -1,26 +1,26 @@
 //! A value that lies between two others.
 
-/// The ends of what a value may be, both included.
+/// A closed interval that contains a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// The least that it can be.
+    /// The lower end, included.
     pub lower: f64,
-    /// The most that it can be.
+    /// The upper end, included.
     pub upper: f64,
 }
 
 impl Interval {
-    /// A value that is known.
+    /// Returns the interval of a known value.
     pub fn exactly(value: f64) -> Interval {
         Interval { lower: value, upper: value }
     }
 
-    /// How far the ends are apart.
+    /// Returns the difference of the ends.
     pub fn width(&self) -> f64 {
         self.upper - self.lower
     }
 
-    /// Whether a value lies between the ends, or is one.
+    /// Returns whether a value lies in the interval, ends included.
     pub fn contains(&self, value: f64) -> bool {
         (self.lower..=self.upper).contains(&value)
     }

@@ -1,28 +1,28 @@
-//! What certainly is solid, and what may be.
+//! Certified bounds of a solid: the cubes certainly inside it, and those possibly inside.
 //!
 //! # Cubes that the surface meets
-//! Each node stands for a cube of one pitch, the pixel of the raster that it lies in. Where no triangle meets a cube, all of
-//! it is inside or all of it is outside, and its node says which. So the solid lies between two unions of cubes: *inner*,
-//! those of inside nodes that no triangle meets, and *outer*, those of inside nodes and those that a triangle meets. Both are
-//! found without a look at what lies between rays, a plate of a tenth of a pitch as surely as any other; and what is
-//! calculated on either is a bound to the extent that it grows or shrinks with the solid.
+//! Each node stands for a cube of one pitch, the pixel of the raster that it lies in. Where no triangle meets a cube, all of it
+//! has the state of its node, inside or outside. So the solid lies between two unions of cubes: *inner*, those of inside nodes
+//! that no triangle meets, and *outer*, those of inside nodes and those that a triangle meets. Both are independent of the
+//! space between rays, so a plate of a tenth of a pitch is bounded as surely as any other solid; and a quantity calculated on
+//! either is a bound to the extent that it is monotonic in the solid.
 //!
 //! # Certified for the mesh as read
-//! Vertices move by one lattice step at most along each axis when they are snapped to the lattice, and with them every point of
-//! the surface. Cubes are taken [`MARGIN`] steps larger on every side, so that a cube which the snapped surface leaves alone is
-//! left alone by the mesh's own and by all surfaces in between; and therefore its node is inside the one solid as it is inside
-//! the other. One of these steps covers the rounding of f64, in which triangles are cut to the rows of cubes: corners are
-//! integers below 2³⁰, so that points of a cut are off by less than 2⁻¹⁹ steps. Exact integers would give the same sets but for
-//! cubes within a step or two of the surface, a millionth of a pitch at 512 rays, and need 128 bits.
+//! Vertices move by at most one lattice step along each axis when they are snapped to the lattice, and so does every point of
+//! the surface. Cubes are enlarged by [`MARGIN`] steps on every side, so that a cube which the snapped surface does not meet is
+//! not met by the mesh's own surface or by any in between; and therefore its node has the same state in both solids. One of
+//! these steps covers the rounding of f64, in which triangles are cut to the rows of cubes: corners are integers below 2³⁰, so
+//! that points of a cut are off by less than 2⁻¹⁹ steps. Exact integers would give the same sets except for cubes within a step
+//! or two of the surface, a millionth of a pitch at 512 rays, and need 128 bits.
 //!
 //! # Rows, not cubes
 //! Instead of a test for each triangle and cube (Akenine-Möller, "Fast 3D triangle-box overlap testing", Journal of Graphics
-//! Tools 6, 2001) a triangle is cut to each plane of cubes and that to each row: what is left is convex, and the cubes of the
-//! row that it meets are those from its least x to its greatest, set as bits at once.
+//! Tools 6, 2001) a triangle is cut to each plane of cubes and the result to each row: the remainder is convex, and the cubes
+//! of the row that it meets are those from its least x to its greatest, set as bits at once.
 //!
 //! # Faces of the region
-//! Where the region is the box of the solid, faces in the faces of the box are where the solid was cut. They bound nothing
-//! within the region and take no cube from it.
+//! Where the region is the box of the solid, facets in the faces of the box arose from cutting. They bound nothing within the
+//! region and exclude no cube from it.
 
 mod cubes;
 mod interval;
@@ -35,22 +35,22 @@ use crate::grid::LatticeSolid;
 pub use interval::Interval;
 pub use volume::{Sampled, VolumeBounds, Within, finer_grid};
 
-/// By how many lattice steps cubes are enlarged on every side: one for the snapping of vertices, one for its own rounding, one
-/// for that of cutting triangles.
+/// Enlargement of cubes in lattice steps on every side: one for the snapping of vertices, one for its own rounding, one for
+/// that of cutting triangles.
 pub const MARGIN: i32 = 3;
 
-/// The nodes whose cubes certainly lie in a solid, and those whose cubes may have part in it.
+/// The nodes whose cubes certainly lie in a solid, and those whose cubes may intersect it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SolidBounds {
-    /// Cubes that lie in the solid, all of what of them lies in the region.
+    /// Cubes whose part within the region lies entirely in the solid.
     pub inner: NodeSet,
-    /// Cubes outside of which nothing of the solid lies within the region.
+    /// Cubes that together contain all of the solid within the region.
     pub outer: NodeSet,
 }
 
 impl SolidBounds {
-    /// Of a solid within a region, both on the raster of `inside`, the nodes that its exact images have inside. Nodes outside
-    /// the region are told apart, too: intersect with the region's nodes where they must not be.
+    /// Computes the bounds of a solid within a region, both on the raster of `inside`, the nodes inside by its exact images.
+    /// Nodes outside the region are classified, too: intersect with the region's nodes to exclude them.
     ///
     /// # Panics
     /// If solid, nodes and region are not on one raster.

@@ -1,4 +1,4 @@
-//! Bounds against points, exact overlap tests, and volumes that are known.
+//! Bounds compared with points, exact overlap tests, and known volumes.
 
 use glam::{DMat3, DVec3};
 
@@ -11,7 +11,7 @@ use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{Fill, Sampler};
 use crate::solids::{self, LatticeForm, StrutLattice, StrutPattern};
 
-/// Numbers from 0 to 1, one after another.
+/// Returns a generator of numbers from 0 to 1.
 fn numbers(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
@@ -34,7 +34,7 @@ fn whole(grid: &Grid) -> LatticeBox {
     LatticeBox { min: [0; 3], max: [0, 1, 2].map(|axis| grid.length(axis)) }
 }
 
-/// Volume bounds of a mesh within a box of the lattice.
+/// Returns the volume bounds of a mesh within a box of the lattice.
 fn volume_in(mesh: &TriangleMesh, grid: &Grid, bounds: LatticeBox) -> VolumeBounds {
     let closed = ClosedMesh::check(mesh.clone()).unwrap();
     let solid = grid.quantise(&closed).unwrap();
@@ -43,7 +43,7 @@ fn volume_in(mesh: &TriangleMesh, grid: &Grid, bounds: LatticeBox) -> VolumeBoun
     VolumeBounds::of(&Sampled { solid: &solid, inside }, &Within::Box(bounds))
 }
 
-/// Inner and outer nodes of a mesh within the box of its grid.
+/// Returns the inner and outer nodes of a mesh within the box of its grid.
 fn sets(mesh: &TriangleMesh, grid: &Grid) -> (NodeSet, SolidBounds) {
     let closed = ClosedMesh::check(mesh.clone()).unwrap();
     let solid = grid.quantise(&closed).unwrap();
@@ -90,7 +90,7 @@ fn sets_and_volumes_are_the_same_bounds() {
     assert!(inner.minus(&inside).is_empty() && inside.minus(&outer).is_empty());
     let found = volume_in(&mesh, &grid, whole(&grid));
     let cube = grid.pitch().powi(3);
-    // But for the margin at the faces of the box.
+    // To the margin at the faces of the box.
     assert!((inner.count() as f64 * cube / found.solid.lower - 1.0).abs() < 1e-6);
     assert!((outer.count() as f64 * cube / found.solid.upper - 1.0).abs() < 1e-6);
 }
@@ -122,7 +122,7 @@ fn where_the_box_cuts_the_solid_nothing_is_taken_from_it() {
         let found = volume_in(&cuboid, &grid, whole(&grid));
         assert!(found.solid.contains(3.0) && found.solid.width() < 1e-5, "{found:?}");
     }
-    // Sides that are no whole number of pitches: the box ends within cubes, some of them with their nodes beyond.
+    // Sides that are not a whole number of pitches: the box ends within cubes, some of them with their nodes beyond.
     for resolution in [11, 17, 31] {
         let form = LatticeForm::Union { resolution: 24 };
         let (cells, cell_size, radius) = ([3, 2, 1], 1.0, 0.2);
@@ -141,7 +141,7 @@ fn where_the_box_cuts_the_solid_nothing_is_taken_from_it() {
     }
 }
 
-/// Tetrahedra at random, as one mesh; they overlap, and every other layer is inside.
+/// Returns random tetrahedra as one mesh; they overlap, and every other layer is inside.
 fn shards(count: usize, seed: u64) -> (TriangleMesh, Vec<[DVec3; 4]>) {
     let mut number = numbers(seed);
     let mut point = || DVec3::new(number(), number(), number());
@@ -188,9 +188,9 @@ fn points_inside_are_in_outer_cubes_and_points_outside_in_none_that_are_inner() 
     assert!(seen.iter().all(|&seen| seen > 300), "{seen:?}");
 }
 
-/// Whether a triangle meets a closed box, exactly: no axis separates them (Akenine-Möller 2001).
+/// Returns whether a triangle meets a closed box, exactly: no axis separates them (Akenine-Möller 2001).
 fn overlap(triangle: [[i32; 3]; 3], low: [i64; 3], high: [i64; 3]) -> bool {
-    // Twice everything, relative to the middle of the box.
+    // All coordinates doubled, relative to the middle of the box.
     let corners: [[i128; 3]; 3] =
         triangle.map(|p| std::array::from_fn(|i| i128::from(2 * i64::from(p[i]) - low[i] - high[i])));
     let half: [i128; 3] = std::array::from_fn(|i| i128::from(high[i] - low[i]));
@@ -214,7 +214,7 @@ fn cubes_are_those_of_exact_overlaps_but_for_the_margin() {
     let mut met_cubes = 0;
     for seed in 0..6 {
         let (mesh, _) = shards(6, seed + 40);
-        // The second lattice is so coarse that the margin is a good part of a cube.
+        // The second lattice is so coarse that the margin is a substantial part of a cube.
         for shift in [20, 6] {
             let bounds = mesh.bounds().unwrap();
             let pitch = bounds.extent().max_element() / 12.0;

@@ -1,4 +1,4 @@
-//! Certified volumes, from cubes of whatever raster there is time for.
+//! Certified volumes, from cubes of a raster of any fineness.
 
 use rayon::prelude::*;
 
@@ -7,22 +7,22 @@ use super::{Interval, MARGIN};
 use crate::grid::{Grid, LatticeBox, LatticeSolid};
 use crate::ldi::{NodePlanes, NodeSlab};
 
-/// Planes that are looked at together: what bounds the memory.
+/// Planes that are processed together, which bounds the memory.
 const SLAB: usize = 64;
 
-/// By how much a volume may be off that was rounded a few times.
+/// Relative error bound of a volume that was rounded a few times.
 const ROUNDING: f64 = 1e-14;
 
-/// A solid with the nodes that exact images of it have inside, on the raster of both.
+/// A solid with the nodes inside by its exact images, on the raster of both.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampled<'a> {
     /// The surface.
     pub solid: &'a LatticeSolid<'a>,
-    /// From exact images, one being enough; one along x or y is the fastest to go through.
+    /// The nodes of exact images; one image is enough, and one along x or y is processed fastest.
     pub inside: NodePlanes<'a>,
 }
 
-/// Within what volumes are taken.
+/// The region of the volumes.
 #[derive(Clone, Copy, Debug)]
 pub enum Within<'a> {
     /// A box, in lattice positions.
@@ -31,23 +31,24 @@ pub enum Within<'a> {
     Solid(Sampled<'a>),
 }
 
-/// What the volumes of solid and pores in a region certainly lie between, in cubic world units.
+/// Certified bounds of the volumes of solid and pores in a region, in cubic world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeBounds {
     /// BV.
     pub solid: Interval,
     /// The volume of the region that is not solid.
     pub pore: Interval,
-    /// TV; of a box its value.
+    /// TV; for a box its value.
     pub region: Interval,
 }
 
 impl VolumeBounds {
-    /// Bounds of a solid's volume within a region, which differ by the volume of the cubes that surfaces meet: of first order
-    /// in the pitch. A finer raster gives tighter ones ([`finer_grid`]); planes are gone through a few at a time, so that the
-    /// memory is that of `within` and `sampled`, 8 bytes a triangle, and a slab of bits.
+    /// Bounds a solid's volume within a region. The interval's width is the volume of the cubes that surfaces meet: of first
+    /// order in the pitch. A finer raster gives tighter bounds ([`finer_grid`]); planes are processed a few at a time, so that
+    /// the memory is that of `within` and `sampled`, 8 bytes a triangle, and a slab of bits.
     ///
-    /// They hold for the solid of the mesh as read, under the fill rule of the images: snapping is allowed for.
+    /// The bounds hold for the solid of the mesh as read, under the fill rule of the images: they include the effect of
+    /// snapping.
     ///
     /// # Panics
     /// If surface, images and region are not all on one raster.
@@ -64,13 +65,13 @@ impl VolumeBounds {
         }
     }
 
-    /// The pores' share of the region, 1 − BV/TV.
+    /// Returns the pores' share of the region, 1 − BV/TV.
     pub fn porosity(&self) -> Interval {
         let VolumeBounds { solid, pore, region } = self;
         if region.upper <= 0.0 {
             return Interval { lower: 0.0, upper: 1.0 };
         }
-        // Of all regions that the bounds allow, the one that leaves the pores the least share, and the most.
+        // The region volumes within the bounds that minimise and maximise the pores' share.
         let allowed = |volume: f64| volume.clamp(region.lower, region.upper).max(f64::MIN_POSITIVE);
         let least = allowed(pore.lower + solid.upper);
         let most = allowed(pore.upper + solid.lower);
@@ -80,28 +81,28 @@ impl VolumeBounds {
         }
     }
 
-    /// The same with a region whose volume is known better, as from its mesh.
+    /// Returns the same bounds with a more accurate volume of the region, as from its mesh.
     pub fn with_region_volume(self, volume: f64) -> VolumeBounds {
         VolumeBounds { region: Interval::exactly(volume), ..self }
     }
 }
 
-/// The grid on the same lattice with as many times more rays, a power of two, as leave `most` of them along the longest side;
-/// the grid itself, where it has more than half as many.
+/// Returns the grid on the same lattice with 2ⁿ times the rays, the largest multiple with at most `most` rays along the longest
+/// side; the grid itself, where it has more than half as many.
 pub fn finer_grid(grid: &Grid, most: u32) -> Grid {
     let longest = grid.rays().into_iter().max().unwrap_or(1);
-    // A cube is to be much larger than the margin around it.
+    // A cube must be much larger than the margin around it.
     let doublings = (most / longest).max(1).ilog2().min(grid.shift().saturating_sub(10));
     let rays = grid.rays().map(|n| n << doublings);
     let pitch = grid.pitch() / f64::from(1u32 << doublings);
-    // More rays than an image can have leave the grid as it is.
+    // If the rays exceed the limit of an image, the grid stays as it is.
     Grid::from_parts(grid.origin(), pitch, rays, grid.shift() - doublings, grid.lod()).unwrap_or(*grid)
 }
 
 fn in_box(sampled: &Sampled, bounds: &LatticeBox) -> VolumeBounds {
     let grid = sampled.solid.grid();
-    // Faces in those of the box do not count, and may lie a step from them before they are snapped: of what is as near as that
-    // to a face of the box nothing certainly is solid, and all may be.
+    // Facets in the faces of the box do not count, and may lie a step from them before they are snapped: within that distance
+    // of a face of the box nothing is certainly solid, and all may be.
     let certain = LatticeBox { min: bounds.min.map(|low| low + MARGIN), max: bounds.max.map(|high| high - MARGIN) };
     let cubes = Cubes::in_box(grid, &certain);
     let surface = SurfaceCubes::of(sampled.solid, Some(*bounds));
@@ -123,7 +124,7 @@ fn in_box(sampled: &Sampled, bounds: &LatticeBox) -> VolumeBounds {
     VolumeBounds { solid, pore, region: Interval::exactly(volume) }
 }
 
-/// The volume of a box, in cubic lattice steps.
+/// Returns the volume of a box, in cubic lattice steps.
 fn steps(bounds: &LatticeBox) -> u128 {
     let side = |axis: usize| i64::from(bounds.max[axis]) - i64::from(bounds.min[axis]);
     (0..3).map(|axis| side(axis).max(0) as u128).product()
@@ -175,12 +176,12 @@ impl Slab {
         self.first as i32..self.end as i32
     }
 
-    /// A row of words that are by plane, row and word.
+    /// Returns a row of words that are stored by plane, row and word.
     fn row<'b>(&self, bits: &'b [u64], y: usize, z: usize) -> &'b [u64] {
         &bits[((z - self.first) * self.rows + y) * self.words..][..self.words]
     }
 
-    /// The sums over all rows.
+    /// Returns the sums over all rows.
     fn sums<const N: usize>(&self, of_row: impl Fn(usize, usize) -> [u128; N] + Sync) -> [u128; N] {
         let of_plane = |z: usize| (0..self.rows).map(|y| of_row(y, z)).fold([0; N], plus);
         self.range().into_par_iter().map(of_plane).reduce(|| [0; N], plus)
@@ -191,7 +192,7 @@ fn row(nodes: &NodeSlab, y: usize, z: usize) -> &[u64] {
     nodes.row(y, z as i32)
 }
 
-/// The sums over all slabs of a raster.
+/// Returns the sums over all slabs of a raster.
 fn sums<const N: usize>(grid: &Grid, of_slab: impl Fn(Slab) -> [u128; N]) -> [u128; N] {
     let [columns, rows, planes] = grid.rays().map(|n| n as usize);
     let slab = |first: usize| Slab { first, end: planes.min(first + SLAB), rows, words: columns.div_ceil(64) };
@@ -202,23 +203,23 @@ fn plus<const N: usize>(a: [u128; N], b: [u128; N]) -> [u128; N] {
     std::array::from_fn(|i| a[i] + b[i])
 }
 
-/// What of each cube lies in a box.
+/// The parts of cubes that lie in a box.
 struct Cubes {
     /// The whole side of a cube.
     side: u64,
-    /// Cubes along x of which all lies in the box, a bit each.
+    /// Cubes along x that lie entirely in the box, a bit each.
     whole: Vec<u64>,
-    /// Those of which a part does.
+    /// Cubes that lie partly in the box.
     partial: Vec<Partial>,
-    /// How much of each row and plane of cubes lies in the box, in lattice steps.
+    /// The extent within the box of each row and plane of cubes, in lattice steps.
     across: [Vec<u64>; 2],
 }
 
-/// A cube of a row that reaches out of the box.
+/// A cube of a row that extends out of the box.
 struct Partial {
     word: usize,
     bit: u64,
-    /// Of its part within, along x, in lattice steps.
+    /// The length of its part in the box along x, in lattice steps.
     length: u64,
 }
 
@@ -247,21 +248,21 @@ impl Cubes {
         Cubes { side, whole, partial, across: [rows, planes] }
     }
 
-    /// How long the cubes of a word of a row are together, within the box along x, in lattice steps. Bits beyond the last cube
-    /// do not count.
+    /// Returns the total length within the box along x of the cubes of a word of a row, in lattice steps. Bits beyond the last
+    /// cube do not count.
     fn along(&self, word: usize, bits: u64) -> u128 {
         let whole = u64::from((bits & self.whole[word]).count_ones()) * self.side;
         let partial = self.partial.iter().filter(|partial| partial.word == word && partial.bit & bits != 0);
         u128::from(whole + partial.map(|partial| partial.length).sum::<u64>())
     }
 
-    /// How much of a row of cubes lies in the box across x, in square lattice steps.
+    /// Returns the cross-section across x of a row of cubes within the box, in square lattice steps.
     fn across(&self, y: usize, z: usize) -> u128 {
         u128::from(self.across[0][y]) * u128::from(self.across[1][z])
     }
 }
 
-/// A volume in cubic lattice steps, in cubic world units.
+/// Converts a volume from cubic lattice steps to cubic world units.
 fn world(grid: &Grid, steps: u128) -> f64 {
     let step = grid.step();
     steps as f64 * step * step * step

@@ -1,19 +1,19 @@
-//! Pieces of a cell that repeats: which are one across its faces, and which go on for ever.
+//! Pieces of a periodic cell: their unions across its faces, and the directions in which they are endless.
 //!
-//! A piece of the cell that meets another across a face is one with it, displaced by a cell. So pieces are joined as in any
-//! union-find, each with its displacement from the root of its set. Where two that are one already meet with another
-//! displacement than they have, there is a way from the piece to its own image that many cells away: a *winding*, and the
-//! piece is endless that way.
+//! A piece of the cell that meets another across a face forms one piece with it, displaced by a cell. So pieces are joined by a
+//! union–find, each with its displacement from the root of its set. Where two pieces of one set meet with a displacement other
+//! than theirs, there is a path from the piece to its own image that many cells away: a *winding*, and the piece is endless in
+//! that direction.
 
-/// A displacement by cells.
+/// A displacement in cells.
 pub(super) type Cells = [i64; 3];
 
-/// Independent ways in which a piece meets its own images, three at most.
+/// Independent displacements at which a piece meets its own images, three at most.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Windings(Vec<Cells>);
 
 impl Windings {
-    /// Adds a way, unless those that are there make it up.
+    /// Adds a displacement, unless it is a combination of the present ones.
     pub fn add(&mut self, way: Cells) {
         let is_new = match self.0[..] {
             [] => way != [0; 3],
@@ -26,12 +26,12 @@ impl Windings {
         }
     }
 
-    /// Adds all ways of another piece.
+    /// Adds all displacements of another piece.
     pub fn extend(&mut self, other: &Windings) {
         other.0.iter().for_each(|&way| self.add(way));
     }
 
-    /// In how many directions.
+    /// Returns the number of independent directions.
     pub fn rank(&self) -> usize {
         self.0.len()
     }
@@ -42,16 +42,16 @@ fn cross(a: Cells, b: Cells) -> [i128; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Sets of pieces, with displacements.
+/// A union–find of pieces, with displacements.
 pub(super) struct Displaced {
     parents: Vec<u32>,
-    /// From the parent.
+    /// The displacement from the parent.
     displacements: Vec<Cells>,
     windings: Vec<Windings>,
 }
 
 impl Displaced {
-    /// So many pieces, each by itself.
+    /// Creates `count` separate pieces.
     pub fn new(count: u32) -> Displaced {
         Displaced {
             parents: (0..count).collect(),
@@ -60,7 +60,7 @@ impl Displaced {
         }
     }
 
-    /// The root of a piece, the lowest of its set, and the displacement from there.
+    /// Returns the root of a piece, the lowest of its set, and the displacement from there.
     pub fn find(&mut self, piece: u32) -> (u32, Cells) {
         let mut path = Vec::new();
         let mut root = piece;
@@ -76,10 +76,10 @@ impl Displaced {
         (root, total)
     }
 
-    /// Piece `a` meets piece `b` as it is in the cell displaced by `by`.
+    /// Records that piece `a` meets the image of piece `b` in the cell displaced by `by`.
     pub fn meet(&mut self, a: u32, b: u32, by: Cells) {
         let ((a, from_a), (b, from_b)) = (self.find(a), self.find(b));
-        // Where the root of b is, seen from the root of a.
+        // The position of the root of b, relative to the root of a.
         let apart = minus(plus(from_a, by), from_b);
         if a == b {
             self.windings[a as usize].add(apart);
@@ -91,7 +91,7 @@ impl Displaced {
         self.windings[root as usize].extend(&ways);
     }
 
-    /// The ways in which the set of a root meets its own images.
+    /// Returns the displacements at which the set of a root meets its own images.
     pub fn windings(&self, root: u32) -> &Windings {
         &self.windings[root as usize]
     }

@@ -1,20 +1,20 @@
-//! The connected pieces of a set of nodes, and the pores that are open.
+//! The connected pieces of a set of nodes, and the open pores.
 //!
-//! # How
-//! Nodes that follow one another along x are a *run*. Runs of neighbouring rows that overlap are of one piece, and a second
-//! pass numbers the pieces (Wu, Otoo and Suzuki, "Optimizing two-pass connected-component labeling algorithms", Pattern
-//! Analysis and Applications 12, 2009; He, Chao and Suzuki, "A run-based two-scan labeling algorithm", IEEE Transactions on
-//! Image Processing 17, 2008). Runs are found 64 nodes at a time and joined by all threads at once; the memory is that of
-//! the runs, 16 bytes each, not that of the nodes.
+//! # Method
+//! Consecutive nodes along x form a *run*. Runs of neighbouring rows that overlap belong to one piece, and a second pass
+//! numbers the pieces (Wu, Otoo and Suzuki, "Optimizing two-pass connected-component labeling algorithms", Pattern Analysis and
+//! Applications 12, 2009; He, Chao and Suzuki, "A run-based two-scan labeling algorithm", IEEE Transactions on Image Processing
+//! 17, 2008). Runs are found 64 nodes at a time and joined by all threads in parallel; the memory is that of the runs, 16 bytes
+//! each, not that of the nodes.
 //!
 //! # Neighbours
-//! The solid is taken with 26 neighbours ([`Connectivity::All`]) and pores with 6 ([`Connectivity::Faces`]): then what the
-//! one connects separates the other, as in the continuum, and the numbers agree with the Euler characteristic
+//! The solid is taken with 26 neighbours ([`Connectivity::All`]) and pores with 6 ([`Connectivity::Faces`]): then a connection
+//! of one separates the other, as in the continuum, and the numbers agree with the Euler characteristic
 //! ([`euler`](super::euler)).
 //!
-//! # Cells that repeat
-//! With [`Edges::Periodic`] the raster is one cell: nodes of opposite faces are neighbours. A piece may then meet its own
-//! image in another cell, and so go on for ever; [`Components::directions`] counts in how many independent directions.
+//! # Periodic cells
+//! With [`Edges::Periodic`] the raster is one cell: nodes of opposite faces are neighbours. A piece may then meet its own image
+//! in another cell, and so be endless; [`Components::directions`] counts the independent directions.
 
 mod lattice;
 mod pores;
@@ -31,7 +31,7 @@ use crate::forest::Forest;
 
 pub use pores::{open_pores, rim};
 
-/// Which nodes are neighbours.
+/// The neighbourhood of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Connectivity {
     /// The 6 whose cubes share a face.
@@ -41,7 +41,7 @@ pub enum Connectivity {
 }
 
 impl Connectivity {
-    /// What the rest of the raster must have for the two to be consistent.
+    /// Returns the connectivity of the complement that is consistent with this one.
     pub const fn dual(self) -> Connectivity {
         match self {
             Connectivity::Faces => Connectivity::All,
@@ -49,7 +49,7 @@ impl Connectivity {
         }
     }
 
-    /// How far runs of neighbouring rows may be apart along x.
+    /// Returns the greatest distance along x at which runs of neighbouring rows are connected.
     fn reach(self) -> u32 {
         match self {
             Connectivity::Faces => 0,
@@ -57,7 +57,7 @@ impl Connectivity {
         }
     }
 
-    /// Rows with neighbours of a row, along y and z; with their opposites they are all.
+    /// Returns the rows with neighbours of a row, along y and z; with their opposites they are all.
     fn rows(self) -> &'static [[isize; 2]] {
         match self {
             Connectivity::Faces => &[[-1, 0], [0, -1]],
@@ -73,15 +73,15 @@ impl Connectivity {
 pub struct Components {
     size: [usize; 3],
     runs: Runs,
-    /// By run.
+    /// The piece of each run.
     labels: Vec<u32>,
     sizes: Vec<u64>,
-    /// By piece; none where the raster does not repeat.
+    /// The windings of each piece; empty where the raster is not periodic.
     windings: Vec<Windings>,
 }
 
 impl Components {
-    /// The pieces of a set. Nodes of opposite faces of the raster are neighbours with [`Edges::Periodic`], and only then.
+    /// Finds the pieces of a set. Nodes of opposite faces of the raster are neighbours with [`Edges::Periodic`] only.
     pub fn of(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> Components {
         let size = set.size();
         let runs = Runs::of(set);
@@ -109,47 +109,47 @@ impl Components {
         Components { size, runs, labels, sizes, windings }
     }
 
-    /// How many pieces there are.
+    /// Returns the number of pieces.
     pub fn count(&self) -> usize {
         self.sizes.len()
     }
 
-    /// How many nodes each piece has.
+    /// Returns the number of nodes of each piece.
     pub fn sizes(&self) -> &[u64] {
         &self.sizes
     }
 
-    /// The piece with the most nodes, the first of several; nothing of an empty set.
+    /// Returns the piece with the most nodes, the first of several; `None` for an empty set.
     pub fn largest(&self) -> Option<u32> {
         let most = *self.sizes.iter().max()?;
         self.sizes.iter().position(|&size| size == most).map(|label| label as u32)
     }
 
-    /// The largest piece's share of all nodes of the set; nothing of an empty set.
+    /// Returns the largest piece's share of all nodes of the set; `None` for an empty set.
     pub fn largest_share(&self) -> Option<f64> {
         let largest = self.largest()?;
         Some(self.sizes[largest as usize] as f64 / self.sizes.iter().sum::<u64>() as f64)
     }
 
-    /// The piece that a node belongs to; nothing of a node that is not in the set.
+    /// Returns the piece that a node belongs to; `None` for a node outside the set.
     pub fn piece_of(&self, [x, y, z]: [usize; 3]) -> Option<u32> {
         self.runs.at(z * self.size[1] + y, x as u32).map(|run| self.labels[run as usize])
     }
 
-    /// In how many independent directions a piece meets its own images: 0 of one that ends, 3 of one that fills space. 0
-    /// where the raster does not repeat.
+    /// Returns the number of independent directions in which a piece meets its own images: 0 for a finite one, 3 for one that
+    /// is endless in all. 0 where the raster is not periodic.
     pub fn directions(&self, piece: u32) -> usize {
         self.windings.get(piece as usize).map_or(0, Windings::rank)
     }
 
-    /// In how many independent directions pieces meet their own images, all pieces together.
+    /// Returns the number of independent directions in which pieces meet their own images, for all pieces together.
     pub fn all_directions(&self) -> usize {
         let mut all = Windings::default();
         self.windings.iter().for_each(|windings| all.extend(windings));
         all.rank()
     }
 
-    /// By piece, whether one of its nodes belongs to another set.
+    /// Returns for each piece whether one of its nodes belongs to another set.
     ///
     /// # Panics
     /// If the set is of a raster of another size.
@@ -167,7 +167,7 @@ impl Components {
         touched.into_iter().map(AtomicBool::into_inner).collect()
     }
 
-    /// The nodes of the pieces for which `belongs` says so.
+    /// Returns the nodes of the pieces for which `belongs` is true.
     pub fn nodes(&self, belongs: impl Fn(u32) -> bool + Sync) -> NodeSet {
         let mut set = NodeSet::empty(self.size);
         for row in self.runs.rows() {
@@ -180,7 +180,7 @@ impl Components {
     }
 }
 
-/// The nodes of all pieces of a set that have a node among `from`.
+/// Returns the nodes of all pieces of a set that have a node among `from`.
 ///
 /// # Panics
 /// If the sets are of rasters of different sizes.
@@ -190,7 +190,7 @@ pub fn reached(set: &NodeSet, connectivity: Connectivity, edges: Edges, from: &N
     pieces.nodes(|piece| touched[piece as usize])
 }
 
-/// The row a step along y and z away, and the cells along y and z that lie between where the raster repeats.
+/// Returns the row a step along y and z away, and the number of cells crossed along y and z where the raster is periodic.
 fn neighbour(size: [usize; 3], [y, z]: [usize; 2], [dy, dz]: [isize; 2]) -> (usize, [i64; 2]) {
     let along = |at: usize, step: isize, count: usize| {
         let (at, count) = (at as isize + step, count as isize);
@@ -200,12 +200,12 @@ fn neighbour(size: [usize; 3], [y, z]: [usize; 2], [dy, dz]: [isize; 2]) -> (usi
     (z * size[1] + y, [cells_y, cells_z])
 }
 
-/// Numbers from 0 for roots, in ascending order, and how many there are.
+/// Numbers roots from 0, in ascending order, and returns the labels with their count.
 fn numbered(roots: &[u32]) -> (Vec<u32>, u32) {
     let mut labels = vec![0; roots.len()];
     let mut count = 0;
     for (at, &root) in roots.iter().enumerate() {
-        // A root is the lowest of its set, so it has been numbered before all others that lead to it.
+        // A root is the lowest of its set, so it has been numbered before all other elements of the set.
         if root as usize == at {
             labels[at] = count;
             count += 1;
@@ -216,7 +216,7 @@ fn numbered(roots: &[u32]) -> (Vec<u32>, u32) {
     (labels, count)
 }
 
-/// Numbers of runs and windings of pieces, once those of the cell that meet across its faces are one.
+/// Joins pieces that meet across the faces of the cell. Returns the labels of runs and the windings of pieces.
 fn joined_across_faces(
     size: [usize; 3],
     runs: &Runs,

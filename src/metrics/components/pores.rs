@@ -1,19 +1,20 @@
-//! Which pores are open.
+//! Open and closed pores.
 
 use rayon::prelude::*;
 
 use super::{Components, Connectivity, reached};
 use crate::metrics::{Edges, NodeSet};
 
-/// The pores that a fluid gets into from outside; the rest are closed. Porosity of either is its share of the region's nodes.
+/// Returns the pores that a fluid can enter from outside; the rest are closed. Porosity of either is its share of the region's
+/// nodes.
 ///
-/// Pores hang together by faces (6 neighbours). With [`Edges::Clip`] and [`Edges::Border`] those are open that reach the
-/// [`rim`] of the region, and a pore that the region cuts counts as open, since nothing is known of what lies beyond. A cell
-/// that repeats has no outside: there ([`Edges::Periodic`], where the region must be the whole raster) those are open that
-/// go on for ever in at least one direction. The faces of the cell would be a wrong source, as a bubble that happens to lie
-/// across one is as closed as any other.
+/// Pores are connected by faces (6 neighbours). With [`Edges::Clip`] and [`Edges::Border`] pores are open that reach the
+/// [`rim`] of the region, and a pore that the region cuts counts as open, since nothing is known of its continuation. A
+/// periodic cell has no outside: there ([`Edges::Periodic`], where the region must be the whole raster) pores are open that are
+/// endless in at least one direction. The faces of the cell would be a wrong source, as a bubble that happens to lie across one
+/// is as closed as any other.
 ///
-/// `pore` are nodes of the region; those that are not do not count.
+/// `pore` are nodes of the region; others do not count.
 ///
 /// # Panics
 /// If the sets are of rasters of different sizes.
@@ -28,8 +29,8 @@ pub fn open_pores(pore: &NodeSet, region: &NodeSet, edges: Edges) -> NodeSet {
     }
 }
 
-/// The nodes of a region with one of their 6 neighbours outside it: of a box its outermost layers. Outside the raster is
-/// outside the region.
+/// Returns the nodes of a region with one of their 6 neighbours outside it: for a box its outermost layers. Outside the raster
+/// is outside the region.
 pub fn rim(region: &NodeSet) -> NodeSet {
     let size = region.size();
     let none = vec![0; region.words()];

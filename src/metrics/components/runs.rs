@@ -1,4 +1,4 @@
-//! Maximal runs of nodes along x, what labels are given to.
+//! Maximal runs of nodes along x, the units of labelling.
 
 use std::ops::Range;
 
@@ -7,17 +7,17 @@ use rayon::prelude::*;
 use crate::metrics::NodeSet;
 use crate::metrics::nodes::words_between;
 
-/// Nodes that follow one another in a row, from `first` to `last`.
+/// Consecutive nodes of a row, from `first` to `last`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Run {
     pub first: u32,
     pub last: u32,
 }
 
-/// The maximal runs of a set of nodes, row after row as the set has them, each row's ascending.
+/// The maximal runs of a set of nodes, row after row in the order of the set, ascending in each row.
 #[derive(Clone, Debug)]
 pub(super) struct Runs {
-    /// Where the runs of each row begin, and where the last row's end.
+    /// The first run of each row, and the end of the last row's.
     offsets: Vec<u32>,
     runs: Vec<Run>,
 }
@@ -55,33 +55,33 @@ impl Runs {
         Runs { offsets, runs }
     }
 
-    /// How many there are.
+    /// Returns the number of runs.
     pub fn count(&self) -> u32 {
         self.runs.len() as u32
     }
 
-    /// The indices of the runs of a row.
+    /// Returns the indices of the runs of a row.
     pub fn row(&self, row: usize) -> Range<u32> {
         self.offsets[row]..self.offsets[row + 1]
     }
 
-    /// All rows.
+    /// Returns the indices of all rows.
     pub fn rows(&self) -> Range<usize> {
         0..self.offsets.len() - 1
     }
 
-    /// All runs.
+    /// Returns all runs.
     pub fn all(&self) -> &[Run] {
         &self.runs
     }
 
-    /// The run of the given index.
+    /// Returns the run of the given index.
     #[inline]
     pub fn get(&self, run: u32) -> Run {
         self.runs[run as usize]
     }
 
-    /// The run that node `x` of a row belongs to.
+    /// Returns the run that node `x` of a row belongs to.
     pub fn at(&self, row: usize, x: u32) -> Option<u32> {
         let range = self.row(row);
         let runs = &self.runs[range.start as usize..range.end as usize];
@@ -89,7 +89,8 @@ impl Runs {
         runs.get(at).is_some_and(|run| run.first <= x).then_some(range.start + at as u32)
     }
 
-    /// Each pair of runs of two rows that overlap, or would if one were `reach` nodes longer at either end; `reach` ≤ 1.
+    /// Calls `found` with each pair of runs of two rows that overlap, or would if one were `reach` nodes longer at either end;
+    /// `reach` ≤ 1.
     pub fn overlapping(&self, a: usize, b: usize, reach: u32, mut found: impl FnMut(u32, u32)) {
         let (mut a, mut b) = (self.row(a), self.row(b));
         while !a.is_empty() && !b.is_empty() {
@@ -97,7 +98,7 @@ impl Runs {
             if p.first <= q.last + reach && q.first <= p.last + reach {
                 found(a.start, b.start);
             }
-            // What ends first has nothing to do with what follows in the other row: gaps are a node or more.
+            // The run that ends first cannot overlap a later one of the other row: gaps are a node or more.
             match p.last < q.last {
                 true => a.start += 1,
                 false => b.start += 1,
@@ -107,12 +108,12 @@ impl Runs {
 }
 
 impl Run {
-    /// How many nodes it has.
+    /// Returns the number of its nodes.
     pub fn length(self) -> u64 {
         u64::from(self.last - self.first) + 1
     }
 
-    /// The words that it reaches into, with a mask of its bits in each.
+    /// Returns the words that it extends into, with a mask of its bits in each.
     pub fn masks(self) -> impl Iterator<Item = (usize, u64)> {
         words_between(self.first as usize, self.last as usize)
     }
@@ -123,7 +124,7 @@ fn append_runs(words: &[u64], runs: &mut Vec<Run>) {
     for (index, &word) in words.iter().enumerate() {
         let base = index as u32 * 64;
         let mut rest = word;
-        // The run that the last word ended in ends before the first bit that is not set.
+        // A run that reached the end of the last word ends before the first bit that is not set.
         if let Some(first) = open.take() {
             let more = rest.trailing_ones();
             if more == 64 {

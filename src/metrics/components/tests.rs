@@ -1,4 +1,4 @@
-//! Pieces against floods node by node, and sets whose pieces are known.
+//! Pieces compared with node-by-node floods, and sets whose pieces are known.
 
 use std::collections::VecDeque;
 
@@ -6,11 +6,11 @@ use super::*;
 
 const CONNECTIVITIES: [Connectivity; 2] = [Connectivity::Faces, Connectivity::All];
 
-/// Of such sizes rows end within a word, at its end, and after it; a raster of one or two nodes meets itself.
+/// In these sizes rows end within a word, at its end, and after it; a raster of one or two nodes meets itself.
 const SIZES: [[usize; 3]; 8] =
     [[9, 7, 5], [64, 3, 4], [65, 4, 3], [130, 3, 2], [63, 2, 2], [1, 5, 6], [2, 1, 7], [128, 1, 1]];
 
-/// Nodes at random, a share of all.
+/// Returns random nodes, a share of all.
 fn random(size: [usize; 3], share: f64, seed: u64) -> NodeSet {
     NodeSet::from_fn(size, |[x, y, z]| {
         let mut bits = ((z * 1000 + y) * 1000 + x) as u64 ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -27,8 +27,8 @@ fn all_sets() -> impl Iterator<Item = NodeSet> {
     })
 }
 
-/// What a flood from node to node finds: sizes in the order of first nodes, the piece of each node, and how many directions
-/// each piece goes on in.
+/// Floods from node to node. Returns the sizes of pieces in the order of first nodes, the piece of each node, and the number of
+/// directions in which each piece is endless.
 fn flooded(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> (Vec<u64>, Vec<Option<u32>>, Vec<usize>) {
     let size = set.size().map(|n| n as i64);
     let at = |[x, y, z]: [i64; 3]| ((z * size[1] + y) * size[0] + x) as usize;
@@ -74,7 +74,7 @@ fn flooded(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> (Vec<u64>
     (sizes, found.into_iter().map(|found| found.map(|(piece, _)| piece)).collect(), ranks)
 }
 
-/// By elimination.
+/// Returns the rank by elimination.
 fn rank(mut rows: Vec<[i64; 3]>) -> usize {
     let mut rank = 0;
     for column in 0..3 {
@@ -158,7 +158,7 @@ fn the_rim_of_a_region_has_a_neighbour_outside() {
     }
 }
 
-/// Solid between two radii about the middle of a raster.
+/// Returns the solid between two radii about the middle of a raster.
 fn shell(size: usize, inner: f64, outer: f64) -> NodeSet {
     let middle = (size as f64 - 1.0) / 2.0;
     NodeSet::from_fn([size; 3], |node| {

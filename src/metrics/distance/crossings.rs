@@ -1,4 +1,4 @@
-//! Where rows of nodes cross the surface.
+//! Crossings of rows of nodes with the surface.
 
 use rayon::prelude::*;
 
@@ -6,14 +6,14 @@ use crate::grid::{Axis, Grid};
 use crate::ldi::{Ldi, LdiError};
 use crate::metrics::{Edges, NodeSet, Region};
 
-/// What lies so near to a face of the box, or to the surface of the region, lies in it, in lattice steps: two for the
-/// rounding of either of them.
+/// Distance in lattice steps within which a crossing counts as lying in a face of the box, or in the surface of the region: two
+/// for the rounding of each of the two.
 const FACE_STEPS: i32 = 4;
 
-/// Rows that one task makes.
+/// Rows in one task.
 const TASK: usize = 1 << 12;
 
-/// For each axis and each row of nodes along it, where the row crosses the surface: in pitches, node `i` lying at `i`,
+/// For each axis and each row of nodes along it, the crossings of the row with the surface: in pitches, node `i` lying at `i`,
 /// ascending.
 ///
 /// Rows are numbered as the rays of images are: row · columns + column, where the columns of rows along x run along y, and
@@ -33,12 +33,12 @@ struct Rows {
 }
 
 impl Crossings {
-    /// The crossings of a solid, from its exact images along x, y and z.
+    /// Finds the crossings of a solid, from its exact images along x, y and z.
     ///
-    /// With [`Edges::Clip`] and [`Edges::Periodic`], what lies in a face of the box, or in the surface of a solid that is the
-    /// region, was cut there and does not count. Surfaces beyond the region do: they are real. With [`Edges::Periodic`] the
-    /// raster repeats, and where solid meets pore at its seam, there is a crossing. With [`Edges::Border`] the boundary of
-    /// the region is surface too: the planes of a box, and the crossings of a solid.
+    /// With [`Edges::Clip`] and [`Edges::Periodic`], crossings in a face of the box, or in the surface of a solid that is the
+    /// region, arose from cutting and do not count. Surfaces beyond the region do: they are real. With [`Edges::Periodic`] the
+    /// raster repeats, and where solid meets pore at its seam, there is a crossing. With [`Edges::Border`] the boundary of the
+    /// region is surface too: the planes of a box, and the crossings of a solid.
     ///
     /// # Panics
     /// If the images are not those along x, y and z of the region's grid.
@@ -54,7 +54,7 @@ impl Crossings {
             Rows::each(image.rays() as usize, |row, places| {
                 let depths = alternating(image.samples(row as u32));
                 let of_border = border.map_or(&[][..], |border| border.samples(row as u32));
-                // Rows before this one are in it already.
+                // The buffer already holds the rows before this one.
                 let first = places.len();
                 let in_boundary = |depth: i32| match border {
                     None => faces.iter().any(|face| (depth - face).abs() <= FACE_STEPS),
@@ -79,8 +79,8 @@ impl Crossings {
         Crossings { size: grid.rays().map(|n| n as usize), rows, walls }
     }
 
-    /// The crossings of a set of nodes, halfway between neighbours along an axis of which one belongs to it: the faces of
-    /// its voxels. With [`Edges::Periodic`] the first and the last of a row are neighbours, their face lying at −0.5; with
+    /// Finds the crossings of a set of nodes, halfway between neighbours along an axis of which one belongs to it: the faces of
+    /// its voxels. With [`Edges::Periodic`] the first and the last node of a row are neighbours, with their face at −0.5; with
     /// [`Edges::Border`] the faces of the raster are walls.
     pub fn of_nodes(solid: &NodeSet, edges: Edges) -> Crossings {
         let size @ [columns, rows, planes] = solid.size();
@@ -109,8 +109,8 @@ impl Crossings {
         Crossings { size, rows: [along_x, along_y, along_z], walls }
     }
 
-    /// The crossings between neighbours of which one satisfies `belongs`, interpolated linearly from `value`, whose sign differs
-    /// there.
+    /// Finds the crossings between neighbours of which one satisfies `belongs`, interpolated linearly from `value`, whose sign
+    /// differs there.
     pub(in crate::metrics) fn between(
         size: [usize; 3],
         belongs: impl Fn([usize; 3]) -> bool + Sync,
@@ -136,7 +136,7 @@ impl Crossings {
         Crossings { size, rows, walls: None }
     }
 
-    /// The image along an axis of a grid of as many nodes, strictly between its nodes.
+    /// Returns the image along an axis of a grid of as many nodes, with samples strictly between its nodes.
     pub(in crate::metrics) fn image(&self, grid: &Grid, axis: Axis) -> Result<Ldi, LdiError> {
         let rows = &self.rows[axis.depth()];
         let whole = f64::from(1u32 << grid.shift());
@@ -148,30 +148,30 @@ impl Crossings {
         Ldi::from_parts(*grid, axis, rows.starts.clone(), rows.places.iter().map(depth).collect(), Vec::new())
     }
 
-    /// Nodes along x, y and z.
+    /// Returns the number of nodes along x, y and z.
     pub fn size(&self) -> [usize; 3] {
         self.size
     }
 
-    /// Where a row crosses the surface, ascending.
+    /// Returns the crossings of a row with the surface, ascending.
     #[inline]
     pub fn row(&self, axis: Axis, row: usize) -> &[f32] {
         let rows = &self.rows[axis.depth()];
         &rows.places[rows.starts[row] as usize..rows.starts[row + 1] as usize]
     }
 
-    /// How many crossings there are along an axis.
+    /// Returns the number of crossings along an axis.
     pub fn count(&self, axis: Axis) -> usize {
         self.rows[axis.depth()].places.len()
     }
 
-    /// Which of an axis' crossings is the first of a row.
+    /// Returns the index of the first crossing of a row among those of an axis.
     #[inline]
     pub(super) fn first(&self, axis: Axis, row: usize) -> u32 {
         self.rows[axis.depth()].starts[row]
     }
 
-    /// The lower and upper corner of a box whose faces are walls, in pitches.
+    /// Returns the lower and upper corner of a box whose faces are walls, in pitches.
     pub fn walls(&self) -> Option<[[f32; 3]; 2]> {
         self.walls
     }
@@ -204,8 +204,8 @@ impl Rows {
         all
     }
 
-    /// Rows across those of words: for each of `outer`, one for each column, of `steps` nodes, whose bits are column by
-    /// column those of `words(outer, step)`.
+    /// Finds the crossings of rows across those of words: for each of `outer`, one row for each column, of `steps` nodes, whose
+    /// bits are column by column those of `words(outer, step)`.
     fn across<'a>(
         columns: usize,
         steps: usize,
@@ -254,7 +254,7 @@ impl Rows {
     }
 }
 
-/// The depths at which a ray does change sides: pairs at the same depth, between which there is nothing, left out.
+/// Returns the depths at which a ray actually changes sides: pairs at the same depth enclose nothing and are dropped.
 fn alternating(depths: &[i32]) -> Vec<i32> {
     let mut left: Vec<i32> = Vec::with_capacity(depths.len());
     for &depth in depths {
@@ -268,8 +268,8 @@ fn alternating(depths: &[i32]) -> Vec<i32> {
 
 #[cfg(test)]
 impl Crossings {
-    /// Of the solid where a function of the position in pitches is negative, found between neighbours by halving, and its
-    /// nodes. With [`Edges::Periodic`] the function is to have the raster's periods.
+    /// Returns the crossings of the solid where a function of the position in pitches is negative, found by bisection between
+    /// neighbours, and its nodes. With [`Edges::Periodic`] the function must have the raster's periods.
     pub(crate) fn of_function(
         size: [usize; 3],
         edges: Edges,

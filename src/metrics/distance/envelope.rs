@@ -1,6 +1,6 @@
-//! The least of squared distances along a row: the lower envelope of parabolas.
+//! The minimum of squared distances along a row: the lower envelope of parabolas.
 
-/// A squared distance, and the crossing that it is to.
+/// A squared distance and the crossing at that distance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearest {
     pub squared: f32,
@@ -8,11 +8,11 @@ pub(super) struct Nearest {
 }
 
 impl Nearest {
-    /// No crossing at all.
+    /// No crossing.
     pub const NONE: Nearest = Nearest { squared: f32::INFINITY, site: u32::MAX };
 }
 
-/// A parabola of the envelope: squared distance `height` at place `at`.
+/// A parabola of the envelope: squared distance `height` at position `at`.
 #[derive(Clone, Copy, Debug, Default)]
 struct Parabola {
     at: f32,
@@ -20,17 +20,17 @@ struct Parabola {
     site: u32,
 }
 
-/// The parabolas that are least somewhere, kept between rows to spare allocations.
+/// The parabolas of the lower envelope, kept between rows to avoid allocations.
 #[derive(Debug, Default)]
 pub(super) struct Envelope {
     parabolas: Vec<Parabola>,
 }
 
 impl Envelope {
-    /// In place of each squared distance the least of all of the row plus the square of how far off they are, and its site.
+    /// Replaces each squared distance by the minimum over the row of squared distance plus squared offset, with its site.
     ///
-    /// Which parabolas are least somewhere is decided without a division: of three in a row the middle one is hidden if where
-    /// it meets the first comes after where it meets the last (Maurer, Qi & Raghavan 2003).
+    /// The parabolas of the envelope are found without a division: of three in a row the middle one is hidden if its
+    /// intersection with the first comes after that with the last (Maurer, Qi & Raghavan 2003).
     pub fn lower(&mut self, row: &mut [Nearest], repeats: bool) {
         let length = row.len();
         self.parabolas.resize(if repeats { 3 * length } else { length }, Parabola::default());
@@ -72,7 +72,7 @@ impl Envelope {
     }
 }
 
-/// Whether the middle one of three parabolas is least nowhere.
+/// Returns whether the middle one of three parabolas is nowhere the least.
 #[inline]
 fn hides(first: Parabola, middle: Parabola, at: f32, height: f32) -> bool {
     let (before, after) = (middle.at - first.at, at - middle.at);
@@ -80,7 +80,7 @@ fn hides(first: Parabola, middle: Parabola, at: f32, height: f32) -> bool {
     both * middle.height - after * first.height - before * height > before * after * both
 }
 
-/// The nearest crossing of a row for each of its nodes. `number` is that of the row's first crossing.
+/// Finds the nearest crossing of a row for each of its nodes. `number` is that of the row's first crossing.
 pub(super) fn along(places: &[f32], number: u32, period: Option<f32>, row: &mut [Nearest]) {
     let (Some(&first), Some(&last)) = (places.first(), places.last()) else {
         row.fill(Nearest::NONE);

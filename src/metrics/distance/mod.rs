@@ -1,21 +1,21 @@
-//! How far every node is from the surface, and where on the surface the nearest place is.
+//! The distance of every node from the surface, and the nearest point of the surface.
 //!
-//! A transform of voxels measures to the centres of voxels of the other phase, half a pitch off or more. Here [`Crossings`]
-//! are what is measured to: where rows of nodes along x, y and z cross the surface, known to a millionth of a pitch. Of this
-//! cloud of places a [`DistanceField`] holds, for each node, the nearest one (its *site*) and the distance to it, exactly. The
-//! distance is unsigned and serves solid and pores alike; which phase a node is of, sets of nodes say.
+//! A transform of voxels measures to the centres of voxels of the other phase, half a pitch off or more. Here distances are
+//! measured to [`Crossings`]: the points where rows of nodes along x, y and z cross the surface, accurate to a millionth of a
+//! pitch. Of this point cloud a [`DistanceField`] holds, for each node, the nearest point (its *site*) and the distance to it,
+//! exactly. The distance is unsigned and serves solid and pores alike; sets of nodes define the phase of each node.
 //!
 //! The cloud lies on the surface, so the field is never less than the true distance d. If the foot of the node on the surface
 //! is δ away from the nearest crossing, it is more by at most √(d² + δ²) − d ≤ δ²/2d where the surface is flat (δ ≤ 0.71 there,
-//! where the row nearest to the foot goes through the surface), and by less where the surface bends towards the node.
+//! where the row nearest to the foot passes through the surface), and by less where the surface bends towards the node.
 //!
-//! # How
-//! A distance of a cloud that lies on rows along one axis separates: first the nearest crossing on each row, for each of its
-//! nodes, then across the rows, along one axis and then along the other, the least of squares plus squared offsets, whose
+//! # Method
+//! The distance to a cloud that lies on rows along one axis is separable: first the nearest crossing on each row, for each of
+//! its nodes, then across the rows, along one axis and then along the other, the minimum of squares plus squared offsets, whose
 //! lower envelope of parabolas is found in linear time (Felzenszwalb & Huttenlocher 2012; Meijster, Roerdink & Hesselink 2000;
-//! the test without divisions is that of Maurer, Qi & Raghavan 2003). Each envelope carries along which crossing it came from.
-//! The clouds of the x and the y image both have their last step along z, so that they share it: five envelopes rather than
-//! six. What happens within planes is done plane by plane, in a cache; along z it is done for blocks of neighbouring columns.
+//! the test without divisions is that of Maurer, Qi & Raghavan 2003). Each envelope carries the index of its crossing. The
+//! clouds of the x and the y image both have their last step along z, so that they share it: five envelopes rather than six.
+//! Steps within planes are done plane by plane, in cache; the step along z is done for blocks of neighbouring columns.
 
 mod crossings;
 mod envelope;
@@ -29,10 +29,10 @@ use super::Edges;
 use crate::allocation::vec_with_room;
 use crate::grid::Axis;
 
-/// Planes that one task looks at.
+/// Planes in one task.
 const PLANES: usize = 8;
 
-/// Columns that are gathered at a time: those of a line of the cache, and a few lines more where memory is far.
+/// Columns that are gathered at a time: those of a cache line, and a few lines more where memory is slow.
 const BLOCK: usize = 16;
 
 /// Sites from here on are the walls of a box: those across x, y, z, at its lower corner, then at its upper one.
@@ -51,7 +51,7 @@ pub struct DistanceField {
     walls: [[f32; 3]; 2],
 }
 
-/// Where a row crosses the surface; along which axis it runs, its index says.
+/// A crossing of a row with the surface; its index determines the axis of the row.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
     place: f32,
@@ -60,8 +60,8 @@ struct Crossing {
 }
 
 impl DistanceField {
-    /// The distances of all nodes. With [`Edges::Periodic`] the raster repeats. Where there is no crossing at all, distances
-    /// are infinite. It takes 8 bytes a node, and 8 a crossing.
+    /// Computes the distances of all nodes. With [`Edges::Periodic`] the raster repeats. Where there is no crossing at all,
+    /// distances are infinite. Needs 8 bytes per node and 8 per crossing.
     ///
     /// # Panics
     /// If there are 2³² − 7 crossings or more.
@@ -89,29 +89,29 @@ impl DistanceField {
         field
     }
 
-    /// Nodes along x, y and z.
+    /// Returns the number of nodes along x, y and z.
     pub fn size(&self) -> [usize; 3] {
         self.size
     }
 
-    /// What the field was made with.
+    /// Returns the boundary condition that the field was computed with.
     pub fn edges(&self) -> Edges {
         self.edges
     }
 
-    /// The distances in pitches, of node (x, y, z) at `(z · size[1] + y) · size[0] + x`.
+    /// Returns the distances in pitches, of node (x, y, z) at `(z · size[1] + y) · size[0] + x`.
     pub fn values(&self) -> &[f32] {
         &self.values
     }
 
-    /// The place on the surface nearest to a node, in pitches; nothing where there is none. With [`Edges::Periodic`] it is the
-    /// one of its repetitions that is nearest, which may lie outside of the raster.
+    /// Returns the point of the surface nearest to a node, in pitches; `None` where there is none. With [`Edges::Periodic`] it
+    /// is the nearest of its repetitions, which may lie outside of the raster.
     pub fn site(&self, index: usize) -> Option<[f32; 3]> {
         let [columns, rows, _] = self.size;
         self.site_of([index % columns, index / columns % rows, index / columns / rows])
     }
 
-    /// The same, of the node at a position.
+    /// Returns the same for the node at a position.
     #[inline]
     pub(super) fn site_of(&self, node @ [x, y, z]: [usize; 3]) -> Option<[f32; 3]> {
         let site = self.sites[(z * self.size[1] + y) * self.size[0] + x];
@@ -139,7 +139,7 @@ impl DistanceField {
         Some(site)
     }
 
-    /// The walls of a box, whose distances are known without a transform.
+    /// Applies the walls of a box, whose distances need no transform.
     fn meet_walls(&mut self) {
         let [columns, rows, _] = self.size;
         let walls = self.walls;
@@ -158,7 +158,7 @@ impl DistanceField {
     }
 }
 
-/// All crossings, those of the rows along x, y and z in turn.
+/// Lists all crossings: those of the rows along x, then y, then z.
 fn listed(crossings: &Crossings) -> Vec<Crossing> {
     let size = crossings.size();
     let mut all = Vec::with_capacity(Axis::ALL.map(|axis| crossings.count(axis)).iter().sum());
@@ -172,7 +172,7 @@ fn listed(crossings: &Crossings) -> Vec<Crossing> {
     all
 }
 
-/// What a field is made from.
+/// The input of the transform.
 #[derive(Clone, Copy)]
 struct Transform<'a> {
     crossings: &'a Crossings,
@@ -181,7 +181,7 @@ struct Transform<'a> {
     firsts: [u32; 2],
 }
 
-/// What a task works on: two planes, and the envelope of a row.
+/// The buffers of a task: two planes, and the envelope of a row.
 struct Scratch {
     rows: Vec<Nearest>,
     columns: Vec<Nearest>,
@@ -201,7 +201,7 @@ impl Transform<'_> {
         self.repeats.then_some(self.size[axis.depth()] as f32)
     }
 
-    /// The least, within each plane across z, of the squared distances to crossings of rows along x and along y.
+    /// Computes, within each plane across z, the minimum of the squared distances to crossings of rows along x and along y.
     fn across_x_and_y(&self, values: &mut [f32], sites: &mut [u32]) {
         let [width, height, _] = self.size;
         let plane = width * height;
@@ -230,7 +230,7 @@ impl Transform<'_> {
         );
     }
 
-    /// The lower envelopes along z of what planes have.
+    /// Replaces the values of planes by their lower envelopes along z.
     fn along_columns(&self, values: &mut [f32], sites: &mut [u32]) {
         let [width, height, depth] = self.size;
         let walls = rows_by_wall(values, width, height).into_par_iter().zip(rows_by_wall(sites, width, height));
@@ -258,7 +258,7 @@ impl Transform<'_> {
         );
     }
 
-    /// What crossings of rows along z add, and the roots of all.
+    /// Adds the crossings of rows along z, and takes the roots.
     fn across_z(&self, values: &mut [f32], sites: &mut [u32]) {
         let [width, height, _] = self.size;
         let plane = width * height;
@@ -283,8 +283,8 @@ impl Transform<'_> {
         );
     }
 
-    /// The nearest crossing of a row along z to its node at `at`. The cursor is how many lie before it, kept from one plane
-    /// to the next.
+    /// Returns the nearest crossing of a row along z to its node at `at`. The cursor is the number of crossings before it, kept
+    /// from one plane to the next.
     #[inline]
     fn nearest_of_column(&self, column: usize, at: f32, cursor: &mut u32) -> Nearest {
         let places = self.crossings.row(Axis::Z, column);
@@ -314,7 +314,7 @@ impl Transform<'_> {
     }
 }
 
-/// The rows along x of each of the planes across y, in the order of z.
+/// Returns the rows along x of each of the planes across y, in the order of z.
 fn rows_by_wall<T>(array: &mut [T], width: usize, height: usize) -> Vec<Vec<&mut [T]>> {
     let mut walls: Vec<Vec<&mut [T]>> = (0..height).map(|_| Vec::new()).collect();
     for plane in array.chunks_mut(width * height) {
@@ -323,10 +323,10 @@ fn rows_by_wall<T>(array: &mut [T], width: usize, height: usize) -> Vec<Vec<&mut
     walls
 }
 
-/// A cursor that is not known yet.
+/// The value of a cursor that is not known yet.
 const UNKNOWN: u32 = u32::MAX;
 
-/// The lesser of what is there and what is new.
+/// Keeps the lesser of the present and the new value.
 fn least(found: &[Nearest], values: &mut [f32], sites: &mut [u32]) {
     for ((nearest, value), site) in found.iter().zip(values).zip(sites) {
         let is_less = nearest.squared < *value;
@@ -335,7 +335,7 @@ fn least(found: &[Nearest], values: &mut [f32], sites: &mut [u32]) {
     }
 }
 
-/// Rows of `width` become columns: `to[x · height + y]` is `from[y · width + x]`.
+/// Transposes rows of `width`: `to[x · height + y]` is `from[y · width + x]`.
 fn transpose(from: &[Nearest], width: usize, to: &mut [Nearest]) {
     let height = from.len() / width;
     for first in (0..width).step_by(BLOCK) {

@@ -1,11 +1,11 @@
-//! Distances against all crossings, one by one.
+//! Distances compared with all crossings, one by one.
 
 mod images;
 
 use super::*;
 use crate::metrics::NodeSet;
 
-/// Numbers of a simple generator, from 0 to below 1.
+/// Returns a generator of numbers from 0 to below 1.
 fn random(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
@@ -29,7 +29,7 @@ fn nodes([columns, rows, planes]: [usize; 3]) -> impl Iterator<Item = [usize; 3]
     (0..planes).flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])))
 }
 
-/// All crossings as positions.
+/// Returns all crossings as positions.
 fn cloud(crossings: &Crossings) -> Vec<[f64; 3]> {
     let size = crossings.size();
     let mut all = Vec::new();
@@ -52,7 +52,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Every node's distance against that to each of the cloud, and the site against the distance.
+/// Compares every node's distance with that to each point of the cloud, and the site with the distance.
 fn check(crossings: &Crossings, edges: Edges) -> DistanceField {
     let field = DistanceField::of(crossings, edges);
     let size = field.size();

@@ -1,17 +1,18 @@
-//! The solid's surface within a region, as sums over it take it: facets, each with what of its area counts.
+//! The solid's surface within a region, prepared for sums over it: facets, each with the part of its area that counts.
 //!
 //! # From facets and from hits
-//! Where the region is a box that holds the whole mesh, every facet counts with its area ([`Source::Facets`]), but for those
-//! that lie in a face of the box: the solid was cut there, and they are no surface.
+//! Where the region is a box that holds the whole mesh, every facet counts with its area ([`Source::Facets`]), except those
+//! that lie in a face of the box: the solid was cut there, and they are not surface.
 //!
-//! Elsewhere rays tell. A surface element of area a meets a·|n·d|/h² rays along the axis d, and the squares of a unit
-//! normal's components sum to one; so h²·Σ |n·d| over the hits of rays along all three axes is an unbiased estimate of the
-//! area, and hits are easily told to lie in the region or beyond ([`Source::Hits`]). Hits are gathered by facet, so that both
-//! ways give the same thing, and in whole numbers, so that threads change no bit of it. A sum over a few facets has the noise
-//! of a count; that over a whole scaffold at 256 rays is good to some tenths of a percent.
+//! Otherwise rays determine the areas. A surface element of area a meets a·|n·d|/h² rays along the axis d, and the squares of a
+//! unit normal's components sum to one; so h²·Σ |n·d| over the hits of rays along all three axes is an unbiased estimate of the
+//! area, and each hit lies either in the region or beyond ([`Source::Hits`]). Hits are gathered by facet, so that both methods
+//! give the same data, and as integers, so that threads change no bit of it. A sum over a few facets has the noise of a count;
+//! one over a whole scaffold at 256 rays is accurate to a few tenths of a percent.
 //!
 //! Where the images show every facet, as they do unless shells overlap or the image is that of a Boolean, the hits of *all*
-//! facets estimate an area that is known. [`Scale::ToMesh`] multiplies by the ratio of the two, and most of the noise goes.
+//! facets estimate an area that is known. [`Scale::ToMesh`] multiplies by the ratio of the two, which removes most of the
+//! noise.
 
 #[cfg(test)]
 pub(super) mod tests;
@@ -25,36 +26,36 @@ use super::stretches::flush;
 use super::{Facets, Region};
 use crate::ldi::Ldi;
 
-/// Facets that one task looks at. Part of the result, since it decides the order of additions.
+/// Facets in one task. Part of the result, since it determines the order of additions.
 const CHUNK: usize = 1 << 13;
 
-/// Where the areas of facets within a region come from.
+/// The source of the areas of facets within a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Source {
-    /// From the mesh: all of a facet that is not in a face of the box.
+    /// The mesh: the whole area of a facet that is not in a face of the box.
     Facets,
-    /// From the hits of rays within the region.
+    /// The hits of rays within the region.
     Hits,
 }
 
-/// What hits are multiplied by.
+/// The factor that hits are multiplied by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Scale {
-    /// By nothing: an unbiased estimate whatever the images are of.
+    /// No factor: an unbiased estimate for any images.
     Counted,
-    /// By the area of the mesh over that which all hits say, within the region or not: less noise. For images of all rays
+    /// The area of the mesh over that estimated from all hits, within the region or not: less noise. For images of all rays
     /// (not [`within`](crate::grid::LatticeSolid::within) a box), whose samples are all crossings of the mesh: under the
     /// even-odd rule or without overlaps.
     ToMesh,
 }
 
-/// Why the facets of a mesh are not the surface within a region.
+/// The reason why the facets of a mesh are not the surface within a region.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SurfaceError {
     /// The region is bounded by a mesh, which may cut facets anywhere.
     #[error("the region is not a box")]
     NotABox,
-    /// A facet lies beyond the box.
+    /// A facet extends beyond the box.
     #[error("facet {facet} has a corner at {position}, beyond the box of the region")]
     Beyond {
         /// Index of the first such facet.
@@ -73,8 +74,8 @@ pub struct SurfaceElements<'a> {
 }
 
 impl<'a> SurfaceElements<'a> {
-    /// The surface within a region by whichever way is better: facets where a box holds the mesh and the images show every
-    /// facet, else hits. The images are of all rays, none left out as beyond the region.
+    /// Returns the surface within a region by the better method: facets where a box holds the mesh and the images show every
+    /// facet, else hits. The images must contain all rays, including those beyond the region.
     ///
     /// # Panics
     /// As [`of_hits`](Self::of_hits).
@@ -86,7 +87,7 @@ impl<'a> SurfaceElements<'a> {
         }
     }
 
-    /// The surface within a box that holds the whole mesh: every facet that does not lie in a face of the box.
+    /// Returns the surface within a box that holds the whole mesh: every facet that does not lie in a face of the box.
     ///
     /// # Errors
     /// If the region is not a box, or does not hold the mesh.
@@ -96,7 +97,7 @@ impl<'a> SurfaceElements<'a> {
         Ok(SurfaceElements { facets, areas, source: Source::Facets })
     }
 
-    /// The surface within any region, from the exact images along x, y and z: h²·|n·d| for each hit strictly inside. Of
+    /// Returns the surface within any region, from the exact images along x, y and z: h²·|n·d| for each hit strictly inside. Of
     /// samples at one depth only an odd number bounds the solid, and hits in the region's boundary do not count.
     ///
     /// # Panics
@@ -120,29 +121,29 @@ impl<'a> SurfaceElements<'a> {
         SurfaceElements { facets, areas, source: Source::Hits }
     }
 
-    /// BS, the area of the surface within the region, in square world units.
+    /// Returns BS, the area of the surface within the region, in square world units.
     pub fn area(&self) -> f64 {
         in_chunks(self.areas.len(), |facet| self.areas[facet])
     }
 
-    /// The area of each facet within the region, in square world units.
+    /// Returns the area of each facet within the region, in square world units.
     pub fn areas(&self) -> &[f64] {
         &self.areas
     }
 
-    /// The facets.
+    /// Returns the facets.
     pub fn facets(&self) -> &'a Facets<'a> {
         self.facets
     }
 
-    /// Where the areas come from.
+    /// Returns the source of the areas.
     pub fn source(&self) -> Source {
         self.source
     }
 }
 
-/// Whether every facet that rays meet bounds the solid, from its exact images: no shells overlap on any ray, and none touch so
-/// that two facets lie at one depth, with solid on both sides or on neither.
+/// Returns whether every facet that rays meet bounds the solid, from its exact images: no shells overlap on any ray, and none
+/// touch so that two facets lie at one depth, with solid on both sides or on neither.
 pub fn show_every_facet(images: &[Ldi; 3]) -> bool {
     let shows = |image: &Ldi| {
         let agree = image.windings().is_some_and(|windings| windings.fill_rules_agree());
@@ -152,14 +153,14 @@ pub fn show_every_facet(images: &[Ldi; 3]) -> bool {
     images.iter().all(shows)
 }
 
-/// A sum over facets, in an order that does not depend on the number of threads.
+/// Returns a sum over facets, in an order that does not depend on the number of threads.
 pub(super) fn in_chunks(length: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
     let chunk = |c: usize| (c * CHUNK..length.min((c + 1) * CHUNK)).map(&term).sum::<f64>();
     let sums: Vec<f64> = (0..length.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
     sums.iter().sum()
 }
 
-/// Which facets lie in a face of a box that holds the whole mesh.
+/// Returns for each facet whether it lies in a face of a box that holds the whole mesh.
 pub(super) fn cut_facets(facets: &Facets, region: &Region) -> Result<Vec<bool>, SurfaceError> {
     let faces = BoxFaces::of(region).ok_or(SurfaceError::NotABox)?;
     let all = || (0..facets.triangles.len()).into_par_iter().with_min_len(CHUNK);
@@ -170,7 +171,7 @@ pub(super) fn cut_facets(facets: &Facets, region: &Region) -> Result<Vec<bool>, 
     }
 }
 
-/// The faces of a box, in world units, and how near to one is in it.
+/// The faces of a box, in world units, and the tolerance within which a position lies in one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BoxFaces {
     min: DVec3,
@@ -179,7 +180,7 @@ pub(super) struct BoxFaces {
 }
 
 impl BoxFaces {
-    /// Those of a region that is a box.
+    /// Returns the faces of a region that is a box.
     pub fn of(region: &Region) -> Option<BoxFaces> {
         let (grid, bounds) = (region.grid(), region.bounds());
         let place = |corner: [i32; 3]| grid.origin() + grid.step() * DVec3::from_array(corner.map(f64::from));
@@ -191,17 +192,17 @@ impl BoxFaces {
         region.is_box().then(faces)
     }
 
-    /// Whether a position lies in the box or on it.
+    /// Returns whether a position lies in the box or on it.
     pub fn hold(&self, p: DVec3) -> bool {
         p.cmpge(self.min - self.tolerance).all() && p.cmple(self.max + self.tolerance).all()
     }
 
-    /// On how many axes a position lies in a face.
+    /// Returns the number of axes on which a position lies in a face.
     pub fn axes_on(&self, p: DVec3) -> u32 {
         (0..3).map(|axis| u32::from(self.is_on(axis, self.min, p) || self.is_on(axis, self.max, p))).sum()
     }
 
-    /// Whether a facet lies in one face.
+    /// Returns whether a facet lies in one face.
     pub fn contain(&self, corners: [DVec3; 3]) -> bool {
         (0..3).any(|axis| [self.min, self.max].iter().any(|&face| corners.iter().all(|&p| self.is_on(axis, face, p))))
     }
@@ -211,7 +212,7 @@ impl BoxFaces {
     }
 }
 
-/// How often the rays of an image meet each facet where it bounds the solid.
+/// The numbers of hits of each facet, by the rays of an image, where it bounds the solid.
 struct Hits {
     within: Vec<u32>,
     of_all: Vec<u32>,
@@ -234,7 +235,7 @@ impl Hits {
                     if at_one_depth.len() % 2 == 0 {
                         continue;
                     }
-                    // Counts are whole numbers: their order does not matter.
+                    // Counts are integers: their order does not matter.
                     of_all[facet].fetch_add(1, Ordering::Relaxed);
                     while spans.next_if(|&(_, end)| end <= depth).is_some() {}
                     if spans.peek().is_some_and(|&(start, end)| start + flush < depth && depth < end - flush) {

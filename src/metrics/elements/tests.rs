@@ -1,4 +1,4 @@
-//! Surface within regions, against closed forms; and what else the tests of sums over rays and facets start from.
+//! Surface within regions, compared with closed forms; also the fixtures for tests of sums over rays and facets.
 
 use super::*;
 use glam::{DQuat, EulerRot};
@@ -20,7 +20,7 @@ pub(in crate::metrics) struct Sampled {
 }
 
 impl Sampled {
-    /// On a grid around the mesh.
+    /// Samples a mesh on a grid around it.
     pub fn of(mesh: TriangleMesh, resolution: u32) -> Sampled {
         let bounds = mesh.bounds().unwrap();
         Sampled::on(&Grid::with_resolution(bounds, resolution, 1024).unwrap(), mesh)
@@ -42,12 +42,12 @@ impl Sampled {
         self.images[0].grid()
     }
 
-    /// The box of the mesh as a region.
+    /// Returns the box of the mesh as a region.
     pub fn boxed(&self) -> Region<'static> {
         Region::of_box(self.grid(), self.bounds)
     }
 
-    /// The whole grid as a region.
+    /// Returns the whole grid as a region.
     pub fn whole(&self) -> Region<'static> {
         whole(self.grid())
     }
@@ -57,7 +57,7 @@ pub(in crate::metrics) fn whole(grid: &Grid) -> Region<'static> {
     Region::of_box(grid, LatticeBox { min: [0; 3], max: [0, 1, 2].map(|axis| grid.length(axis)) })
 }
 
-/// A grid around a box.
+/// Returns a grid around a box.
 pub(in crate::metrics) fn grid_of(min: DVec3, max: DVec3, resolution: u32) -> Grid {
     Grid::with_resolution(Aabb { min, max }, resolution, 1024).unwrap()
 }
@@ -71,7 +71,7 @@ pub(in crate::metrics) fn cube(side: f64) -> TriangleMesh {
     solids::cuboid(DVec3::splat(-0.5 * side), DVec3::splat(0.5 * side)).unwrap()
 }
 
-/// A periodic cell of side 1 with struts of radius 0.15 along the axes.
+/// Returns a periodic cell of side 1 with struts of radius 0.15 along the axes.
 pub(in crate::metrics) fn struts(cells: u32, resolution: u32) -> TriangleMesh {
     let (form, cells) = (LatticeForm::Union { resolution }, [cells; 3]);
     StrutLattice { pattern: StrutPattern::Cubic, form, cells, cell_size: 1.0, radius: 0.15 }.build().unwrap()
@@ -82,12 +82,12 @@ pub(in crate::metrics) fn network(surface: Surface, cells: u32, resolution: u32)
     MinimalSurface { surface, part, cells: [cells; 3], cell_size: 1.0, resolution }.build().unwrap()
 }
 
-/// How errors fall as a length is halved, from the first and the last of three.
+/// Returns the order of convergence as a length is halved, from the first and the last of three errors.
 pub(in crate::metrics) fn order(errors: [f64; 3]) -> f64 {
     0.5 * (errors[0] / errors[2]).abs().log2()
 }
 
-/// Evenly spread turns.
+/// Returns evenly spread rotations.
 pub(in crate::metrics) fn turns(count: u32) -> impl Iterator<Item = DQuat> {
     (0..count).map(|i| {
         let share = |step: f64| std::f64::consts::TAU * (f64::from(i) * step + 0.1).fract();
@@ -130,7 +130,7 @@ fn struts_have_their_area_and_volume_per_cell() {
     });
     println!("contoured struts, BS: order {:.2}", order(errors));
     assert!(errors[2].abs() < 5e-3 && order(errors) > 0.6, "{errors:?}");
-    // As a heap of cylinders, whose union only rays see.
+    // As a heap of cylinders, whose union is known to rays alone.
     let form = LatticeForm::Overlapping { segments: 256 };
     let heap = StrutLattice { pattern: StrutPattern::Cubic, form, cells: [1; 3], cell_size: 1.0, radius: r };
     let errors = [64, 128, 256].map(|resolution| {
@@ -165,7 +165,7 @@ fn minimal_surfaces_have_their_area_per_cell() {
 
 #[test]
 fn hits_tell_what_of_a_surface_lies_in_a_region() {
-    // A plate through a ball, slanted: its two sides have circles in common with the ball.
+    // A slanted plate through a ball: its two sides have circles in common with the ball.
     let turn = turns(4).last().unwrap();
     let plate = turned(solids::cuboid(DVec3::new(-3.0, -3.0, -0.2), DVec3::new(3.0, 3.0, 0.2)).unwrap(), turn);
     let exact = 2.0 * PI * (1.0 - 0.04);

@@ -2,28 +2,28 @@
 //!
 //! # From nodes
 //! A node stands for the closed cube of one pitch around it. The union of cubes has χ = V − E + F − C: corners, edges, faces
-//! and cubes, each counted once however many cubes share it. Along a row of corners one more corner than cubes lies on each
-//! run of cubes, and likewise for edges, faces and cubes, so that all four counts together are one of *runs*: with the four
+//! and cubes, each counted once however many cubes share it. Along a row of corners one more corner than cubes lies on each run
+//! of cubes, and likewise for edges, faces and cubes, so that all four counts together are a count of *runs*: with the four
 //! rows of cubes a, b, c, d around a row of edges,
 //!
 //! χ = Σ runs(a ∪ b ∪ c ∪ d) − runs(b ∪ d) − runs(c ∪ d) + runs(d),
 //!
 //! where b and c are d's neighbours and a lies across. Runs are counted 64 nodes at a time, as bits whose lower neighbour is
 //! not set. The solid of 26 neighbours ([`Connectivity::All`]) is this union; that of 6 ([`Connectivity::Faces`]), which the
-//! pores are, has χ = nodes − pairs + squares − cubes of neighbouring nodes, which is the same formula with ∩ for ∪. In a cell
-//! that repeats ([`Edges::Periodic`]) opposite faces are one, rows are rings, and a ring that is full has no run.
+//! pores are, has χ = nodes − pairs + squares − cubes of neighbouring nodes, which is the same formula with ∩ for ∪. In a
+//! periodic cell ([`Edges::Periodic`]) opposite faces are identified, rows are rings, and a full ring has no run.
 //!
 //! # Betti numbers
-//! β₀ counts pieces, β₂ cavities, and β₁, the tunnels, follows from χ = β₀ − β₁ + β₂. A cavity is a piece of the rest, in the
-//! other connectivity, that does not reach the outside of the raster. In a cell that repeats there is no outside: by duality
-//! in the 3-torus β₂ is one less than the pieces of the rest, and one more for each direction in which no piece of the rest
-//! goes on for ever (a wall across the cell encloses nothing and yet separates).
+//! β₀ counts pieces, β₂ cavities, and β₁, the tunnels, follows from χ = β₀ − β₁ + β₂. A cavity is a piece of the complement, in
+//! the other connectivity, that does not reach the outside of the raster. In a periodic cell there is no outside: by duality in
+//! the 3-torus β₂ is one less than the pieces of the complement, plus one for each direction in which no piece of the
+//! complement is endless (a wall across the cell encloses nothing and yet separates).
 //!
 //! # Connectivity density
 //! A sample cut from a larger structure has ends that the structure has not. Odgaard and Gundersen ("Quantification of
-//! connectivity in cancellous bone, with special emphasis on 3-D reconstructions", Bone 14, 1993) count what lies in the faces
-//! of the sample half, in its edges a quarter and in its corners an eighth, as samples side by side share them: see
-//! [`contribution`]. Then Conn.D = (1 − Δχ) / TV.
+//! connectivity in cancellous bone, with special emphasis on 3-D reconstructions", Bone 14, 1993) weight the faces of the
+//! sample by a half, its edges by a quarter and its corners by an eighth, as adjacent samples share them: see [`contribution`].
+//! Then Conn.D = (1 − Δχ) / TV.
 //!
 //! # From a mesh
 //! The surface of a solid has twice its χ ([`SurfaceCharacteristic`]).
@@ -39,7 +39,7 @@ use super::{Edges, NodeSet};
 pub use region::{Topology, contribution};
 pub use surface::SurfaceCharacteristic;
 
-/// χ of a set of nodes.
+/// Returns χ of a set of nodes.
 pub fn characteristic(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> i64 {
     let [columns, rows, planes] = set.size();
     if set.volume() == 0 {
@@ -86,25 +86,25 @@ pub fn characteristic(set: &NodeSet, connectivity: Connectivity, edges: Edges) -
     (1..=last[1]).into_par_iter().map(of_plane).sum()
 }
 
-/// How many pieces, tunnels and cavities a set has: β₀, β₁ and β₂.
+/// The numbers of pieces, tunnels and cavities of a set: β₀, β₁ and β₂.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Betti {
     /// β₀: connected pieces.
     pub pieces: u64,
-    /// β₁: independent loops that nothing of the set fills.
+    /// β₁: independent loops that the set does not fill.
     pub tunnels: u64,
-    /// β₂: cavities; in a cell that repeats also what separates it without enclosing anything.
+    /// β₂: cavities; in a periodic cell also separating surfaces that enclose nothing.
     pub cavities: u64,
 }
 
 impl Betti {
-    /// The Betti numbers of a set of nodes.
+    /// Computes the Betti numbers of a set of nodes.
     pub fn of(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> Betti {
         let pieces = Components::of(set, connectivity, edges).count() as u64;
         Betti::of_pieces(set, pieces, connectivity, edges)
     }
 
-    /// The same, of a set whose pieces are known.
+    /// Computes the same for a set whose pieces are known.
     fn of_pieces(set: &NodeSet, pieces: u64, connectivity: Connectivity, edges: Edges) -> Betti {
         let rest = NodeSet::full(set.size()).minus(set);
         let of_rest = Components::of(&rest, connectivity.dual(), edges);

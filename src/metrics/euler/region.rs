@@ -1,4 +1,4 @@
-//! What a solid within a region is like, and what of its characteristic is the region's share.
+//! The topology of a solid within a region, and the region's contribution to its characteristic.
 
 use super::{Betti, characteristic};
 use crate::metrics::components::Connectivity;
@@ -9,17 +9,17 @@ use crate::metrics::{Edges, NodeSet, Region};
 pub struct Topology {
     /// χ of the nodes of the solid within the region.
     pub characteristic: i64,
-    /// β₀, β₁ and β₂ of the same.
+    /// β₀, β₁ and β₂ of the same nodes.
     pub betti: Betti,
-    /// Δχ: what the region contributes to the χ of a structure that goes on beyond it; see [`contribution`].
+    /// Δχ: the region's contribution to the χ of a structure that continues beyond it; see [`contribution`].
     pub contribution: f64,
     /// Conn.D = (1 − Δχ) / TV, in 1 over cubic world units.
     pub connectivity_density: f64,
 }
 
 impl Topology {
-    /// Of the nodes of a solid; those outside the region do not count. [`Edges::Periodic`] is for a region that is the whole
-    /// raster.
+    /// Computes the topology of the nodes of a solid; those outside the region do not count. [`Edges::Periodic`] is for a
+    /// region that is the whole raster.
     ///
     /// # Panics
     /// If the nodes are not of the region's raster.
@@ -36,13 +36,13 @@ impl Topology {
     }
 }
 
-/// Δχ: what a region contributes to the Euler characteristic of a structure of which it shows a part, `solid` being nodes of
-/// the region, with 26 neighbours.
+/// Returns Δχ: a region's contribution to the Euler characteristic of a structure of which it shows a part. `solid` holds nodes
+/// of the region, with 26 neighbours.
 ///
-/// Of a box: χ less half the χ of what lies in each face, and a quarter of that of each edge given back, less an eighth of each
-/// corner: what lies within counts 1, on a face ½, on an edge ¼ and at a corner ⅛ (Odgaard and Gundersen 1993; BoneJ does the
-/// same). Of another region: χ less half the χ of what lies in its boundary, made of the faces of nodes' cubes. Of a cell that
-/// repeats: χ.
+/// For a box: χ minus half the χ of each face's part, plus a quarter of that of each edge, minus an eighth of that of each
+/// corner, so that the interior counts 1, a face ½, an edge ¼ and a corner ⅛ (Odgaard and Gundersen 1993; BoneJ does the same).
+/// For another region: χ minus half the χ of the part in its boundary, made of the faces of nodes' cubes. For a periodic cell:
+/// χ.
 pub fn contribution(solid: &NodeSet, region: &Region, edges: Edges) -> f64 {
     match (edges, region.is_box()) {
         (Edges::Periodic, _) => characteristic(solid, Connectivity::All, edges) as f64,
@@ -54,7 +54,7 @@ pub fn contribution(solid: &NodeSet, region: &Region, edges: Edges) -> f64 {
 /// The first node of a box and the one after its last, along x, y and z.
 type NodeBox = [[usize; 2]; 3];
 
-/// The box that nodes fill; nothing of no nodes.
+/// Returns the box that nodes fill; `None` for no nodes.
 fn nodes_of_box(nodes: &NodeSet) -> Option<NodeBox> {
     let [_, rows, planes] = nodes.size();
     let has = |y: usize, z: usize| nodes.row(y, z).iter().any(|&word| word != 0);
@@ -72,8 +72,8 @@ fn nodes_of_box(nodes: &NodeSet) -> Option<NodeBox> {
 
 fn of_box(solid: &NodeSet, nodes: Option<NodeBox>) -> f64 {
     let Some(nodes) = nodes else { return 0.0 };
-    // Along each axis the whole range, or its lowest or its highest layer. A layer of cubes has the χ of what of it lies in
-    // the face beyond.
+    // Along each axis the whole range, or its lowest or its highest layer. A layer of cubes has the χ of its part in the face
+    // beyond.
     let choices = nodes.map(|[low, end]| [[low, end], [low, low + 1], [end - 1, end]]);
     let mut eighths = 0;
     for choice in 0..27 {
@@ -86,7 +86,7 @@ fn of_box(solid: &NodeSet, nodes: Option<NodeBox>) -> f64 {
     eighths as f64 / 8.0
 }
 
-/// The nodes of a box within the raster, as a raster of their own.
+/// Returns the nodes of a box within the raster, as a raster of their own.
 fn cut(set: &NodeSet, part: NodeBox) -> NodeSet {
     let size = part.map(|[low, end]| end - low);
     if size == set.size() {
@@ -97,17 +97,17 @@ fn cut(set: &NodeSet, part: NodeBox) -> NodeSet {
 }
 
 fn of_shape(solid: &NodeSet, region: &NodeSet) -> f64 {
-    // With one layer more on every side, what is not the region closes around it.
+    // With one layer more on every side, the outside of the region closes around it.
     let [solid, region] = [solid, region].map(widened);
     let outside = NodeSet::full(region.size()).minus(&region);
     let of = |set: &NodeSet| characteristic(set, Connectivity::All, Edges::Clip);
-    // χ of what two unions of closed cubes share is what both have together, less that of their union.
+    // The χ of the intersection of two unions of closed cubes is the sum of their χ minus that of their union.
     let whole = of(&solid);
     let shared = whole + of(&outside) - of(&outside.or(&solid));
     whole as f64 - 0.5 * shared as f64
 }
 
-/// The same nodes in a raster of one layer more on every side.
+/// Returns the same nodes in a raster with one layer more on every side.
 fn widened(set: &NodeSet) -> NodeSet {
     let [_, rows, planes] = set.size();
     let mut wide = NodeSet::empty(set.size().map(|n| n + 2));

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Corners, edges and faces of a surface, positions that are identical being one corner.
+/// The numbers of corners, edges and faces of a surface; identical positions are one corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SurfaceCharacteristic {
     /// Different positions that faces use.
@@ -12,13 +12,13 @@ pub struct SurfaceCharacteristic {
     pub edges: u64,
     /// Triangles whose corners are three different positions.
     pub faces: u64,
-    /// Edges that do not have exactly two faces. Where there are any, the surface is no manifold, and χ of the solid is not half
-    /// of the surface's.
+    /// Edges that do not have exactly two faces. Where there are any, the surface is not a manifold, and χ of the solid is not
+    /// half of the surface's.
     pub irregular_edges: u64,
 }
 
 impl SurfaceCharacteristic {
-    /// Counts. A triangle with two corners at one position has no face.
+    /// Counts them. A triangle with two corners at one position has no face.
     ///
     /// # Panics
     /// If a triangle's index is out of range.
@@ -47,23 +47,23 @@ impl SurfaceCharacteristic {
         }
     }
 
-    /// χ of the surface: corners − edges + faces.
+    /// Returns χ of the surface: corners − edges + faces.
     pub fn of_surface(&self) -> i64 {
         self.corners as i64 - self.edges as i64 + self.faces as i64
     }
 
-    /// χ of the solid that it bounds, half that of the surface; nothing where an edge has not two faces.
+    /// Returns χ of the solid that it bounds, half that of the surface; `None` where an edge has not exactly two faces.
     ///
-    /// It is that of the mesh as it stands: shells that overlap count as if each were a solid by itself, and fans of faces
-    /// that touch in a corner alone as one.
+    /// The value is that of the mesh as it is: shells that overlap count as separate solids, and fans of faces that touch only
+    /// at a corner as one.
     pub fn of_solid(&self) -> Option<f64> {
         (self.irregular_edges == 0).then(|| self.of_surface() as f64 / 2.0)
     }
 }
 
-/// For each position the first in some fixed order that is identical to it.
+/// Returns for each position the first one, in a fixed order, that is identical to it.
 fn merged(positions: &[DVec3]) -> Vec<u32> {
-    // Adding 0 makes −0 and 0 one.
+    // Adding 0 makes −0 and 0 equal.
     let key = |v: u32| positions[v as usize].to_array().map(|x| (x + 0.0).to_bits());
     let mut order: Vec<u32> = (0..positions.len() as u32).collect();
     order.par_sort_unstable_by_key(|&v| (key(v), v));

@@ -1,4 +1,4 @@
-//! Characteristics against counts of cells, Betti numbers against ranks of boundary maps, and solids whose numbers are known.
+//! Characteristics compared with counts of cells, Betti numbers with ranks of boundary maps, and solids with known numbers.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
@@ -15,7 +15,7 @@ use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{Fill, Sampler};
 use crate::solids::{self, LatticeForm, MinimalSurface, Part, StrutLattice, StrutPattern, Surface};
 
-/// Nodes at random, a share of all.
+/// Returns random nodes, a share of all.
 fn random(size: [usize; 3], share: f64, seed: u64) -> NodeSet {
     NodeSet::from_fn(size, |[x, y, z]| {
         let mut bits = ((z * 1000 + y) * 1000 + x) as u64 ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -26,11 +26,11 @@ fn random(size: [usize; 3], share: f64, seed: u64) -> NodeSet {
     })
 }
 
-/// A cell of a complex of cubes: even coordinates are points, odd ones intervals between them.
+/// A cell of a cubical complex: even coordinates are points, odd ones intervals between them.
 type Cell = [i64; 3];
 
-/// The cells of a set, by dimension. Of 26 neighbours: cubes and all on their boundary. Of 6: nodes as points, and what has
-/// all its points in the set.
+/// Returns the cells of a set, by dimension. For 26 neighbours: cubes with their boundaries. For 6: nodes as points, and all
+/// cells whose points are in the set.
 fn cells(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> [BTreeSet<Cell>; 4] {
     let size = set.size().map(|n| n as i64);
     let mut cells = [const { BTreeSet::new() }; 4];
@@ -71,7 +71,7 @@ fn cells(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> [BTreeSet<C
     cells
 }
 
-/// The boundary of a cell, with signs.
+/// Returns the boundary of a cell, with signs.
 fn boundary(cell: Cell, size: [usize; 3], edges: Edges) -> BTreeMap<Cell, i64> {
     let mut faces = BTreeMap::new();
     let mut sign = 1;
@@ -89,7 +89,7 @@ fn boundary(cell: Cell, size: [usize; 3], edges: Edges) -> BTreeMap<Cell, i64> {
     faces
 }
 
-/// The rank of the boundary map of some cells, modulo a large prime.
+/// Returns the rank of the boundary map of some cells, modulo a large prime.
 fn rank(cells: &BTreeSet<Cell>, size: [usize; 3], edges: Edges) -> usize {
     const PRIME: i64 = 1_000_003;
     let inverse = |a: i64| {
@@ -165,7 +165,7 @@ fn rows_of_many_words_count_as_cells_do() {
     }
 }
 
-/// Nodes inside a mesh, in a box around it that is larger by some pitches on every side.
+/// Samples the nodes inside a mesh, in a box around it that is larger by some pitches on every side.
 fn sampled(mesh: &TriangleMesh, resolution: u32, beyond: u32) -> ([Ldi; 3], NodeSet) {
     let closed = ClosedMesh::check(mesh.clone()).unwrap();
     let Aabb { min, max } = closed.bounds();
@@ -194,7 +194,7 @@ fn solids_have_the_numbers_that_they_have() {
             corners.iter().any(|(low, high)| (0..3).all(|i| (low[i]..high[i]).contains(&(node[i] as f64 / 48.0))))
         })
     };
-    // The twelve edges of a cube, as BoneJ's test has them.
+    // The twelve edges of a cube, as in BoneJ's test.
     let mut frame = Vec::new();
     for axis in 0..3 {
         for corner in 0..4 {
@@ -216,7 +216,7 @@ fn solids_have_the_numbers_that_they_have() {
         Betti { pieces: 1, tunnels: 5, cavities: 0 },
         "box frame"
     );
-    // A circle with two bars across, as BoneJ's test has it.
+    // A circle with two bars across, as in BoneJ's test.
     let crossed = NodeSet::from_fn([64, 64, 5], |[x, y, z]| {
         let (x, y) = (x as f64 - 31.5, y as f64 - 31.5);
         let r = x.hypot(y);
@@ -249,7 +249,7 @@ fn struts(cells: u32) -> TriangleMesh {
         .unwrap()
 }
 
-/// The box of a mesh as region, on a raster that is its box.
+/// Returns the box of a mesh as region, on a raster that is its box.
 fn box_of(grid: &Grid) -> Region<'static> {
     Region::of_box(grid, crate::grid::LatticeBox { min: [0; 3], max: [0, 1, 2].map(|axis| grid.length(axis)) })
 }
@@ -257,7 +257,7 @@ fn box_of(grid: &Grid) -> Region<'static> {
 #[test]
 fn a_block_of_struts_has_k_cubed_nodes_and_the_struts_between_them() {
     // A node with struts to the six faces of its cell: k³ nodes, 3 k² (k − 1) struts between them, and ends at the box that
-    // change nothing. Counted as a part of what goes on, each cell has one node and three struts: χ −2.
+    // change nothing. As a part of an endless structure, each cell has one node and three struts: χ −2.
     for k in 1..=3 {
         let mesh = struts(k);
         let count = i64::from(k);
@@ -312,7 +312,7 @@ fn a_solid_that_touches_nothing_of_its_box_contributes_all_of_its_characteristic
     assert_eq!(contribution(&full, &box_of(images[0].grid()), Edges::Clip), 1.0 - 3.0 + 3.0 - 1.0);
 }
 
-/// f of the nodal surfaces at an angle.
+/// Returns f of the nodal surfaces at an angle.
 fn nodal(surface: Surface, [x, y, z]: [f64; 3]) -> f64 {
     let ((sx, cx), (sy, cy), (sz, cz)) = (x.sin_cos(), y.sin_cos(), z.sin_cos());
     match surface {
@@ -377,7 +377,7 @@ fn surfaces_count_as_the_check_counts_them() {
             assert_eq!(SurfaceCharacteristic::of(&mesh.positions, &mesh.triangles).of_surface(), expected);
         }
     }
-    // −0 and 0 are one position, and what has two corners in one is no face.
+    // −0 and 0 are one position, and a triangle with two corners in one position is no face.
     let mut flat = cube(DVec3::ZERO, 1.0);
     let count = flat.positions.len() as u32;
     flat.positions.push(DVec3::new(-0.0, 0.0, -0.0));

@@ -1,35 +1,35 @@
-//! Local thickness: at each place the diameter of the largest ball within the phase that holds it.
+//! Local thickness: at each point the diameter of the largest ball within the phase that contains it.
 //!
-//! τ(p) = 2 max { r : p ∈ B(c, r) ⊂ Ω } (Hildebrand & Rüegsegger 1997); of the solid it is trabecular thickness (Tb.Th), of
-//! the pores trabecular separation (Tb.Sp) and the pore size. Voxel programs measure to the centres of voxels and have
-//! balls around nodes alone, both of which makes a ball of radius 4 pitches 0.6 to 0.8 of its diameter. Here
-//! distances are those to the surface itself ([`distance`](super::distance)) and centres lie anywhere.
+//! τ(p) = 2 max { r : p ∈ B(c, r) ⊂ Ω } (Hildebrand & Rüegsegger 1997); of the solid it is trabecular thickness (Tb.Th), of the
+//! pores trabecular separation (Tb.Sp) and the pore size. Voxel programs measure to the centres of voxels and have balls around
+//! nodes alone; the two together give a ball of radius 4 pitches only 0.6 to 0.8 of its diameter. Here distances are those to
+//! the surface itself ([`distance`](super::distance)) and centres lie anywhere.
 //!
-//! # How
+//! # Method
 //! 1. *Ridge*: nodes that the ridges of the distance pass, and for each the largest ball whose centre is in its cell
 //!    ([`largest_balls`]).
-//! 2. *Thin out*: balls that others nearby, not larger by much, cover but for a fraction of a pitch are left out.
-//! 3. *Paint*: plane by plane, largest first, each node by the first ball that comes to it ([`paint`]). What is not yet
-//!    painted is a bit, so that a ball costs a few words a row rather than its volume.
-//! 4. *Fill*: crescents that no ball came to, next to edges and to the surface, get the largest of their neighbours.
+//! 2. *Thin out*: balls that others nearby of similar radius cover to a fraction of a pitch are dropped.
+//! 3. *Paint*: plane by plane, largest first, each node by the first ball that covers it ([`paint`]). Unpainted nodes are bits,
+//!    so that a ball costs a few words per row rather than its volume.
+//! 4. *Fill*: crescents that no ball covers, next to edges and to the surface, get the largest of their neighbours.
 //!
-//! # How good it is
-//! A ball of radius 2, 4, 8 or 24 pitches, wherever its centre lies, has its diameter to a thousandth. Rods and slabs have theirs
-//! to 0.05 pitches from 6 pitches on; slabs of 2 pitches seem up to 0.4 thicker, since crossings are about a pitch apart and
-//! balls dip between them (δ²/2r, see [`distance`](super::distance)). The same makes balls that touch nothing but a
-//! concave corner, as those in the nodes of strut lattices do, 0.1 to 0.8 pitches too large at any resolution: the nearest crossing is
+//! # Accuracy
+//! A ball of radius 2, 4, 8 or 24 pitches, wherever its centre lies, has its diameter to a thousandth. Rods and slabs have
+//! theirs to 0.05 pitches from 6 pitches on; slabs of 2 pitches seem up to 0.4 thicker, since crossings are about a pitch apart
+//! and balls dip between them (δ²/2r, see [`distance`](super::distance)). The same effect makes balls that touch only a concave
+//! corner, as those in the nodes of strut lattices do, 0.1 to 0.8 pitches too large at any resolution: the nearest crossing is
 //! about as far from the corner as rows are from one another. Next to obtuse edges, of more than about 140°, crescents have the
-//! thickness of what is beside them.
+//! thickness of their neighbours.
 //!
-//! On shapes that are bumpy within a few pitches, single nodes have up to a pitch less than the balls around all nodes would
-//! give them, where a ball that was left out reached farther than those around it.
+//! On shapes that are bumpy within a few pitches, single nodes have up to a pitch less than with balls around all nodes, where
+//! a dropped ball extended farther than those around it.
 //!
-//! # What was tried
-//! - Nodes whose distance does not grow by one step away from their own site: on voxels, whose faces have but three directions, every
-//!   sixth node passed, most next to the surface. With the second test along the slope a quarter of them are left, and
-//!   means differ by a thousandth.
-//! - Painting balls no larger than they are: false ridges next to the surface then painted what lies between a ball and the
-//!   surface, with a tenth of the thickness here and there. Hence the margin of a quarter of a pitch in painting.
+//! # Rejected alternatives
+//! - Nodes whose distance does not grow by one step away from their own site: on voxels, whose faces have only three
+//!   directions, every sixth node passed, most of them next to the surface. With the second test along the slope a quarter of
+//!   them are left, and means differ by a thousandth.
+//! - Painting balls at their exact size: false ridges next to the surface then painted the gap between a ball and the surface,
+//!   with a tenth of the thickness here and there. Hence the margin of a quarter of a pitch in painting.
 
 mod paint;
 mod ridge;
@@ -54,8 +54,8 @@ pub struct Ball {
     pub node: u32,
 }
 
-/// The local thickness of a phase at each of its nodes, in pitches, and 0 at others: a diameter, never less than twice the
-/// distance. Infinite where the field is.
+/// Computes the local thickness of a phase at each of its nodes, in pitches, and 0 at others: a diameter, never less than twice
+/// the distance. Infinite where the field is.
 ///
 /// # Panics
 /// If field and nodes are of rasters of different sizes.
@@ -67,8 +67,8 @@ pub fn local_thickness(field: &DistanceField, nodes: &NodeSet) -> Vec<f32> {
     thickness
 }
 
-/// For each node of a phase the radius of the largest ball whose centre is in its cell, in pitches: that of `balls`, or the
-/// distance where they have none there; 0 at other nodes.
+/// Returns for each node of a phase the radius of the largest ball whose centre is in its cell, in pitches: that of `balls`, or
+/// the distance where they have none there; 0 at other nodes.
 ///
 /// # Panics
 /// If field and nodes are of rasters of different sizes.

@@ -1,4 +1,4 @@
-//! Maps of the largest of what covers each node.
+//! Maps of the largest size that covers each node.
 
 use rayon::prelude::*;
 
@@ -6,20 +6,20 @@ use super::Ball;
 use super::thin::{moved, thin_out};
 use crate::metrics::{Edges, NodeSet};
 
-/// What a node has that no ball came to.
+/// The value of a node that no ball covers.
 const UNPAINTED: f32 = -1.0;
 
-/// How far beyond a ball it paints, in pitches: more than is lost where balls are left out, or were not looked for because
-/// others come as far but for that. Else what comes after, the false ridges of a rough surface say, would paint the crescents
-/// in between.
+/// Distance beyond a ball that it also paints, in pitches: more than is lost where balls are dropped, or were not searched
+/// because others extend nearly as far. Otherwise later balls, such as the false ridges of a rough surface, would paint the
+/// crescents in between.
 const MARGIN: f32 = 0.25;
 
-/// For each node of a phase the greatest size of the balls that hold it, and 0 at other nodes; sizes, one for each ball, are
-/// not negative. A node that no ball came to gets the greatest of its 26 neighbours in the phase, theirs first that have
-/// some, and 0 where there is no way from a node that has. With [`Edges::Periodic`] balls leave at one face and enter at the
-/// opposite one.
+/// Returns for each node of a phase the greatest size of the balls that contain it, and 0 at other nodes; sizes, one for each
+/// ball, are not negative. A node that no ball covers gets the greatest size among its 26 neighbours in the phase, beginning
+/// with nodes next to covered ones, and 0 where no path leads to a covered one. With [`Edges::Periodic`] balls leave at one
+/// face and enter at the opposite one.
 ///
-/// Where balls lie close, not all are painted: sizes are right to 0.5 pitches.
+/// Where balls lie close, not all are painted: sizes are accurate to 0.5 pitches.
 ///
 /// # Panics
 /// If there is not a size for each ball.
@@ -80,14 +80,14 @@ impl ByPlane {
     }
 }
 
-/// A plane, and what of it is not painted yet.
+/// A plane with its unpainted nodes.
 struct Canvas {
     z: usize,
     size: [usize; 3],
     edges: Edges,
     words: usize,
     bits: Vec<u64>,
-    /// Nodes not painted yet, of each row and of all.
+    /// Numbers of unpainted nodes, of each row and of all.
     of_rows: Vec<u32>,
     unpainted: u32,
 }
@@ -102,7 +102,7 @@ impl Canvas {
         Canvas { z, size, edges, words, bits, of_rows, unpainted }
     }
 
-    /// Paints what the ball covers of the plane and nothing did before.
+    /// Paints the part of the plane that the ball covers and no earlier one did.
     fn paint(&mut self, ball: &Ball, size: f32, plane: &mut [f32]) {
         let [x, y, z] = ball.centre;
         let radius = ball.radius + MARGIN;
@@ -158,7 +158,7 @@ impl Canvas {
         }
     }
 
-    /// Paints what is not painted from `first` to `last`; nothing, if `last` comes before.
+    /// Paints the unpainted nodes from `first` to `last`; none if `last` comes before `first`.
     #[inline]
     fn paint_span(&mut self, row: usize, first: i64, last: i64, size: f32, plane: &mut [f32]) {
         if last < first {
@@ -197,7 +197,7 @@ impl Canvas {
     }
 }
 
-/// Gives nodes that no ball came to the greatest of their neighbours, until there is none left that has any.
+/// Assigns to uncovered nodes the greatest value of their neighbours, until no more have a neighbour with a value.
 fn fill(map: &mut [f32], nodes: &NodeSet, edges: Edges) {
     let size @ [columns, rows, _] = nodes.size();
     let mut left: Vec<usize> = (0..map.len()).into_par_iter().filter(|&index| map[index] == UNPAINTED).collect();

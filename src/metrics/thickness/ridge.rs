@@ -1,4 +1,4 @@
-//! The largest balls: at which nodes they are looked for, and where between nodes their centres lie.
+//! The largest balls: the nodes at which they are searched, and the positions of their centres between nodes.
 
 use rayon::prelude::*;
 
@@ -6,27 +6,27 @@ use super::Ball;
 use crate::metrics::distance::DistanceField;
 use crate::metrics::{Edges, NodeSet};
 
-/// How much less than on a plain slope the distance may grow towards a neighbour, as a share of how far off it is. On a ridge
-/// between surfaces whose nearest places are seen under an angle 2β, it grows by cos 2β at most.
+/// Accepted deficit of the growth of the distance towards a neighbour relative to a plain slope, as a share of the step. On a
+/// ridge between surfaces whose nearest points are seen under an angle 2β, it grows by cos 2β at most.
 const SLACK: f32 = 0.15;
 
-/// Near the surface a neighbour tells little, since distances are to crossings and those may be a pitch apart. So where the
-/// slope, as differences tell it, is no less than this, it is followed that far, in pitches.
+/// Near the surface a neighbour is inconclusive, since distances are to crossings and those may be a pitch apart. So where the
+/// slope, by differences, is no less than this, it is followed over these steps, in pitches.
 const GENTLE: f32 = 0.6;
 const FAR_STEPS: [f32; 4] = [1.0, 1.5, 2.0, 3.0];
 
-/// What distances may be wrong by there, in pitches, and how much more at a distance of 1.
+/// Error bound of distances there, in pitches, and its increase at a distance of 1.
 const ROUGHNESS: f32 = 0.1;
 const ROUGHNESS_AT_1: f32 = 0.4;
 
 /// A component of a direction counts if it is more than this share of the greatest one: tan 22.5°.
 const DIAGONAL: f32 = 0.414;
 
-/// How far a centre may be from its node along each axis, in pitches.
+/// Greatest distance of a centre from its node along each axis, in pitches.
 const REACH: f32 = 0.5;
 
-/// The first step of a centre, what the next ones are of those before them, and how many there are. Together they reach
-/// from a corner of the cell to the opposite one.
+/// The first step of a centre, the ratio of consecutive steps, and their number. Together they extend from a corner of the cell
+/// to the opposite one.
 const STEP: f32 = 0.5;
 const SHRINK: f32 = 0.72;
 const STEPS: usize = 16;
@@ -37,12 +37,12 @@ const NEIGHBOURHOOD: usize = 27;
 /// Lanes for them, a whole number of vectors.
 const LANES: usize = 28;
 
-/// Balls of a phase that no other one much exceeds, at most one to a cell around a node. In the order of their nodes.
+/// Finds balls of a phase that no other one much exceeds, at most one for each cell around a node. In the order of their nodes.
 ///
-/// Nodes are looked at from which the distance does not grow as it would on a slope, neither by a step away from their site
-/// nor up the slope of the field: those that a ridge of the field passes. The centre of a ball lies in the cell of its node, where the least distance to
-/// the sites of the node and its neighbours is greatest; that distance is its radius. It is never less than the distance of
-/// the node. Nothing where distances are infinite.
+/// The nodes searched are those from which the distance does not grow as it would on a slope, neither by a step away from their
+/// site nor up the slope of the field: those that a ridge of the field passes. The centre of a ball is the point of its node's
+/// cell at which the least distance to the sites of the node and its neighbours in the phase is greatest; that distance is its
+/// radius. It is never less than the distance of the node. Empty where distances are infinite.
 ///
 /// # Panics
 /// If field and nodes are of rasters of different sizes, or there are 2³² nodes or more.
@@ -61,7 +61,7 @@ pub fn largest_balls(field: &DistanceField, nodes: &NodeSet) -> Vec<Ball> {
         .collect()
 }
 
-/// A field, and the nodes of it that matter.
+/// A field, and the nodes of the phase.
 #[derive(Clone, Copy)]
 struct Near<'a> {
     field: &'a DistanceField,
@@ -74,7 +74,7 @@ impl Near<'_> {
         (z * rows + y) * columns + x
     }
 
-    /// A neighbour of a node, where there is one.
+    /// Returns a neighbour of a node, where there is one.
     fn neighbour(&self, node: [usize; 3], offset: [i32; 3]) -> Option<[usize; 3]> {
         let size = self.field.size();
         let mut other = [0; 3];
@@ -88,7 +88,7 @@ impl Near<'_> {
         Some(other)
     }
 
-    /// Whether the distance does not go on growing away from the surface.
+    /// Returns whether the distance does not continue to grow away from the surface.
     fn is_ridge(&self, node: [usize; 3]) -> bool {
         let Some(site) = self.field.site_of(node) else { return false };
         let distance = self.field.values()[self.index(node)];
@@ -115,14 +115,14 @@ impl Near<'_> {
         })
     }
 
-    /// Whether the distance grows from a node to another one of the phase as it would on a slope, but for some slack.
+    /// Returns whether the distance grows from a node to another one of the phase as it would on a slope, to some slack.
     fn grows(&self, node: [usize; 3], distance: f32, up: [f32; 3], offset: [i32; 3], slack: f32) -> bool {
         let along: f32 = (0..3).map(|axis| up[axis] * offset[axis] as f32).sum();
         let other = self.neighbour(node, offset).filter(|&other| self.nodes.contains(other));
         other.is_some_and(|other| self.field.values()[self.index(other)] >= distance + along - slack)
     }
 
-    /// The slope at a node of the distance, which is negative outside of the phase.
+    /// Returns the slope at a node of the distance, which is negative outside of the phase.
     fn slope(&self, node: [usize; 3], distance: f32) -> [f32; 3] {
         [0, 1, 2].map(|axis| {
             let beside = [-1, 1].map(|by| {
@@ -141,7 +141,7 @@ impl Near<'_> {
         })
     }
 
-    /// The largest ball around a place in the cell of a node, as far as the sites nearby tell.
+    /// Returns the largest ball around a point in the cell of a node, by the sites nearby.
     fn ball(&self, node: [usize; 3]) -> Ball {
         let sites = self.sites_nearby(node);
         let (mut best, mut centre) = ([0.0; 3], [0.0; 3]);
@@ -163,7 +163,7 @@ impl Near<'_> {
         Ball { centre, radius: most.sqrt(), node: self.index(node) as u32 }
     }
 
-    /// Sites of a node and its neighbours, of the other phase too, as seen from it.
+    /// Returns the sites of a node and its neighbours in the phase, relative to the node.
     fn sites_nearby(&self, node: [usize; 3]) -> Sites {
         let mut sites = Sites { lanes: [[FAR; LANES]; 3] };
         for place in 0..NEIGHBOURHOOD {
@@ -180,16 +180,16 @@ impl Near<'_> {
     }
 }
 
-/// Where a lane without a site is.
+/// The coordinate of a lane without a site.
 const FAR: f32 = 1e18;
 
-/// Places, coordinate by coordinate.
+/// Points, coordinate by coordinate.
 struct Sites {
     lanes: [[f32; LANES]; 3],
 }
 
 impl Sites {
-    /// The square of the distance to the nearest one, and where that is.
+    /// Returns the square of the distance to the nearest point, and that point.
     #[inline]
     fn nearest(&self, from: [f32; 3]) -> (f32, [f32; 3]) {
         let mut squared = [0.0; LANES];

@@ -1,4 +1,4 @@
-//! Thickness against closed forms.
+//! Thickness compared with closed forms.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use super::*;
 use crate::metrics::distance::Crossings;
 use crate::metrics::{Edges, Phase};
 
-/// The thickness of the solid where a function is negative, or of its pores.
+/// Returns the thickness of the solid where a function is negative, or of its pores.
 fn thickness_of(
     size: [usize; 3],
     edges: Edges,
@@ -20,7 +20,7 @@ fn thickness_of(
     (nodes, field, thickness)
 }
 
-/// Least, mean and greatest of what is above 0.
+/// Returns least, mean and greatest of the values above 0.
 fn spread(map: &[f32]) -> [f64; 3] {
     let values: Vec<f64> = map.iter().filter(|&&value| value > 0.0).map(|&value| f64::from(value)).collect();
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -28,7 +28,7 @@ fn spread(map: &[f32]) -> [f64; 3] {
     [least, values.iter().sum::<f64>() / values.len() as f64, greatest]
 }
 
-/// Leaves the nodes of the inner third: elsewhere a tilted solid is cut so that it has a surface on one side alone.
+/// Keeps the nodes of the inner third: elsewhere a tilted solid is cut so that it has a surface on one side alone.
 fn keep_inner(map: &mut [f32], side: usize) {
     for (index, value) in map.iter_mut().enumerate() {
         let node = [index % side, index / side % side, index / side / side];
@@ -68,7 +68,7 @@ fn no_node_of_a_thick_slab_is_of_a_thin_one() {
         let middle = dot(normal, [24.2, 23.7, 24.4]);
         let function = |p: [f64; 3]| (dot(normal, p) - middle).abs() - 10.0;
         let (crossings, solid) = Crossings::of_function([48; 3], Edges::Clip, function);
-        // Of the surface itself, and of the rough one of its voxels.
+        // For the surface itself, and for the rough one of its voxels.
         for (crossings, tolerance) in [(crossings, 1.0), (Crossings::of_nodes(&solid, Edges::Clip), 2.0)] {
             let mut map = local_thickness(&DistanceField::of(&crossings, Edges::Clip), &solid);
             keep_inner(&mut map, 48);
@@ -120,7 +120,7 @@ fn a_rod_is_as_thick_as_its_diameter() {
     }
 }
 
-/// Distance to struts of radius r along x, y and z through the corners of cells.
+/// Returns the distance to struts of radius r along x, y and z through the corners of cells.
 fn struts(p: [f64; 3], cell: f64, radius: f64) -> f64 {
     let off = p.map(|x| x - cell * (x / cell).round());
     let across = |a: f64, b: f64| (a * a + b * b).sqrt();

@@ -1,22 +1,22 @@
-//! Which balls need not be painted.
+//! Selection of the balls that need painting.
 
 use super::Ball;
 use crate::allocation::vec_with_room;
 use crate::metrics::Edges;
 
-/// How much smaller than the one that covers it, in pitches, a ball that is left out may be; of sizes, twice that.
+/// Greatest difference in radius, in pitches, between a dropped ball and the one that covers it; for sizes, twice that.
 const LESS: f32 = 0.25;
 
-/// How far the outermost of a ball left out may lie beyond those around it, in pitches.
+/// Greatest distance of the outermost part of a dropped ball beyond those around it, in pitches.
 const CRESCENT: f32 = 0.125;
 
-/// No ball.
+/// The index that denotes no ball.
 const NONE: u32 = u32::MAX;
 
-/// Which balls to paint, as indices, those of the largest size first.
+/// Returns the balls to paint, as indices, those of the largest size first.
 ///
-/// A ball is left out if one that is kept has its centre within √(2 r ε) of its own, no smaller a size, and about the same
-/// radius; of the union of balls along a ridge, crescents are lost about ε thick (0.125 pitches).
+/// A ball is dropped if a kept one has its centre within √(2 r ε) of its own, no smaller a size, and about the same radius; of
+/// the union of balls along a ridge, crescents about ε thick (0.125 pitches) are lost.
 pub(super) fn thin_out(balls: &[Ball], sizes: &[f32], raster: [usize; 3], edges: Edges) -> Vec<u32> {
     let mut order: Vec<u32> = (0..balls.len() as u32).collect();
     let key = |&index: &u32| {
@@ -42,7 +42,7 @@ pub(super) fn thin_out(balls: &[Ball], sizes: &[f32], raster: [usize; 3], edges:
     order
 }
 
-/// Marks the nodes near a ball that is kept.
+/// Marks the nodes near a kept ball.
 fn stamp(kept_near: &mut [u32], [columns, rows, planes]: [usize; 3], edges: Edges, ball: &Ball, index: u32) {
     let reach = (2.0 * ball.radius * CRESCENT).sqrt();
     let node = ball.node as usize;
@@ -64,7 +64,7 @@ fn stamp(kept_near: &mut [u32], [columns, rows, planes]: [usize; 3], edges: Edge
     }
 }
 
-/// A coordinate that much on.
+/// Returns a coordinate moved by an offset, wrapped with [`Edges::Periodic`].
 pub(super) fn moved(from: usize, by: i64, length: usize, edges: Edges) -> Option<usize> {
     let at = from as i64 + by;
     match edges {

@@ -4,36 +4,36 @@ use rayon::prelude::*;
 
 use super::operator::{Coarse, Operator};
 
-/// Unknowns of a task that makes rows.
+/// Unknowns in a task that makes rows.
 const CHUNK: usize = 1 << 12;
 
-/// No aggregate.
+/// The index that denotes no aggregate.
 const NONE: u32 = u32::MAX;
 
-/// Which unknowns make which aggregates.
+/// A partition of unknowns into aggregates.
 pub(super) struct Aggregates {
     /// The aggregate of each unknown.
     pub of: Vec<u32>,
-    /// Where the members of each aggregate begin in `members`, and where those of the last end.
+    /// The first member of each aggregate in `members`, and the end of the last's.
     starts: Vec<u32>,
     members: Vec<u32>,
 }
 
-/// The cells of a raster that unknowns lie in, and how many cells there are along each axis.
+/// The cells of a raster that unknowns lie in, and the number of cells along each axis.
 pub(super) struct Cells {
     pub size: [u32; 3],
     pub of: Vec<[u16; 3]>,
 }
 
 impl Cells {
-    /// Whether there is but one.
+    /// Returns whether there is only one cell.
     pub fn is_one(&self) -> bool {
         self.size == [1; 3]
     }
 }
 
 impl Aggregates {
-    /// The connected parts of what lies in each block of 2 × 2 × 2 cells, and the blocks as cells of the next level.
+    /// Finds the connected parts of each block of 2 × 2 × 2 cells, and the blocks as cells of the next level.
     pub fn new(operator: &impl Operator, cells: &Cells) -> (Aggregates, Cells) {
         let block = |unknown: u32| cells.of[unknown as usize].map(|c| c / 2);
         let count = operator.count();
@@ -67,14 +67,14 @@ impl Aggregates {
         self.starts.len() - 1
     }
 
-    /// The unknowns of an aggregate.
+    /// Returns the unknowns of an aggregate.
     #[inline]
     pub fn members(&self, aggregate: usize) -> &[u32] {
         &self.members[self.starts[aggregate] as usize..self.starts[aggregate + 1] as usize]
     }
 
-    /// The conductances between aggregates: the sums of those between their members, which is what a value for each
-    /// aggregate makes of the matrix (Galerkin).
+    /// Returns the conductances between aggregates: the sums of those between their members, which is the matrix restricted to
+    /// one value for each aggregate (Galerkin).
     pub fn coarse(&self, operator: &impl Operator) -> Coarse {
         let chunks = (0..self.count().div_ceil(CHUNK)).into_par_iter();
         let made: Vec<Rows> = chunks
@@ -131,10 +131,10 @@ impl Aggregates {
     }
 }
 
-/// Rows one after another.
+/// Consecutive rows.
 #[derive(Default)]
 struct Rows {
-    /// How many links a row has, and its conductance to the ends.
+    /// The number of links of each row, and its conductance to the ends.
     lengths: Vec<(u32, f32)>,
     links: Vec<(u32, f32)>,
 }

@@ -1,20 +1,20 @@
-//! The multigrid cycle that preconditions.
+//! The multigrid cycle used as preconditioner.
 
 use super::aggregate::{Aggregates, Cells};
 use super::operator::{Coarse, Operator};
 use super::sums::{dot, each};
 
-/// No eigenvalue of D⁻¹A is larger, as rows of conductances show (Gershgorin).
+/// Upper bound of the eigenvalues of D⁻¹A, from its rows of conductances (Gershgorin).
 const LARGEST: f32 = 2.0;
 
-/// What smoothing must damp begins here: with one of its three waves within a block, an error's eigenvalue is at least 1/3 on
-/// a regular lattice.
+/// Lower end of the spectrum that smoothing must damp: with one of its three waves within a block, an error's eigenvalue is at
+/// least 1/3 on a regular lattice.
 const SMALLEST: f32 = 1.0 / 3.0;
 
-/// A second step on a coarser level is only taken if the first left more than this of the residual.
+/// A second step on a coarser level is only taken if the first left more than this share of the residual.
 const ENOUGH: f64 = 0.25;
 
-/// A coarser level: what it is made of, its matrix, and room for its vectors.
+/// A coarser level: its aggregates, its matrix, and buffers for its vectors.
 struct Level {
     from: Aggregates,
     operator: Coarse,
@@ -33,7 +33,7 @@ pub(super) struct Hierarchy {
 }
 
 impl Hierarchy {
-    /// Coarsens until all that is connected is one unknown. `operator` must have links to an end in each of its pieces.
+    /// Coarsens until each connected piece is one unknown. `operator` must have links to an end in each of its pieces.
     pub fn new(operator: &impl Operator, cells: Cells) -> Hierarchy {
         let mut levels: Vec<Level> = Vec::new();
         let mut cells = cells;
@@ -121,7 +121,7 @@ fn cycle(operator: &impl Operator, smoothing: &mut Smoothing, below: &mut [Level
     smoothing.go_on(operator, right, x);
 }
 
-/// Two steps of Chebyshev's iteration on D⁻¹A, the same polynomial before the correction and after it.
+/// Two steps of Chebyshev iteration on D⁻¹A, the same polynomial before the correction and after it.
 struct Smoothing {
     scratch: Vec<f32>,
 }
@@ -129,7 +129,7 @@ struct Smoothing {
 /// The middle of the interval and half its width.
 const MIDDLE: f32 = 0.5 * (LARGEST + SMALLEST);
 const HALF: f32 = 0.5 * (LARGEST - SMALLEST);
-/// How much of the first step the second repeats, and how much of the residual it adds.
+/// The share of the first step that the second repeats, and the factor of the residual that it adds.
 const RATIO: f32 = 1.0 / (2.0 * MIDDLE / HALF - HALF / MIDDLE);
 const REPEATED: f32 = RATIO * HALF / MIDDLE;
 const ADDED: f32 = 2.0 * RATIO / HALF;
@@ -139,7 +139,7 @@ impl Smoothing {
         Smoothing { scratch: vec![0.0; count] }
     }
 
-    /// From 0.
+    /// Starts from 0.
     fn begin(&mut self, operator: &impl Operator, right: &[f32], x: &mut [f32]) {
         let first = &mut self.scratch;
         each(first, |i, x| *x = operator.inverse(i) * right[i] / MIDDLE);
@@ -149,7 +149,7 @@ impl Smoothing {
         });
     }
 
-    /// From what `x` is.
+    /// Starts from the value of `x`.
     fn go_on(&mut self, operator: &impl Operator, right: &[f32], x: &mut [f32]) {
         let first = &mut self.scratch;
         let residual = |i: usize, x: &[f32]| operator.inverse(i) * (right[i] - operator.row(i, x));

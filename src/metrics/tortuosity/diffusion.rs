@@ -1,4 +1,4 @@
-//! What diffuses through a phase from end to end.
+//! Diffusion through a phase from end to end.
 
 use rayon::prelude::*;
 
@@ -13,36 +13,36 @@ use super::sums::sum;
 use crate::grid::Axis;
 use crate::metrics::{Edges, NodeSet};
 
-/// Residuals that f64 can reach, and those that leave a few digits.
+/// Residuals from the least that f64 can reach to the greatest that leaves a few digits.
 const TOLERANCES: [f64; 2] = [1e-12, 1e-3];
 
-/// Iterations that are enough by far: with 30 all is well.
+/// Most iterations, far more than needed: 30 suffice in practice.
 const ITERATIONS: usize = 1000;
 
-/// By how much the fluxes through the two ends may differ, over what enters.
+/// Greatest difference between the fluxes through the two ends, relative to the flux that enters.
 const FLUX: f64 = 1e-4;
 
-/// Where the concentrations at the two ends are given.
+/// The position at which the concentrations at the two ends are given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EndCondition {
-    /// At the faces of the box, half a pitch beyond the outermost nodes, which are as far apart as there are nodes.
+    /// The faces of the box, half a pitch beyond the outermost nodes, whose distance is the number of nodes.
     Faces,
-    /// At the outermost nodes themselves, which are one pitch less apart. So does PoreSpy.
+    /// The outermost nodes themselves, which are one pitch less apart; PoreSpy does the same.
     Nodes,
 }
 
-/// What diffuses through a phase from end to end.
+/// The result of diffusion through a phase from end to end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Diffusion {
-    /// τ = φ D₀ / D_eff, at least 1, with the share φ of what takes part: [`Diffusion::spanning_share`].
+    /// τ = φ D₀ / D_eff, at least 1, with the share φ of the conducting pieces: [`Diffusion::spanning_share`].
     pub tortuosity: f64,
     /// D₀ / D_eff.
     pub formation_factor: f64,
     /// D_eff / D₀.
     pub effective_diffusivity: f64,
-    /// The share of the box that is of the phase, whether it takes part or not.
+    /// The share of the box that is of the phase, whether it conducts or not.
     pub share: f64,
-    /// φ: the share of the box that is of pieces of the phase which reach from end to end.
+    /// φ: the share of the box in pieces of the phase that reach from end to end.
     pub spanning_share: f64,
     /// Iterations of conjugate gradients.
     pub iterations: usize,
@@ -50,16 +50,16 @@ pub struct Diffusion {
     pub residual: f64,
 }
 
-/// The diffusive tortuosity of a phase in a box that is the whole raster, along `axis`, and what belongs to it; pure numbers.
-/// Nothing where no piece of the phase reaches from end to end (the tortuosity is infinite).
+/// Computes the diffusive tortuosity of a phase in a box that is the whole raster, along `axis`, with the related quantities;
+/// pure numbers. `None` where no piece of the phase reaches from end to end (the tortuosity is infinite).
 ///
-/// With [`Edges::Periodic`] what leaves at a lateral face enters at the opposite one; otherwise those faces let nothing
-/// through. `tolerance` is the residual, over the right-hand side, at which the solution is good enough: 1e-8 gives fluxes
-/// to about as many digits, from 1e-12 to 1e-3 are possible. `progress` is told of the share of the work that is done, from
-/// 0 to 1, by one thread at a time.
+/// With [`Edges::Periodic`] the flux that leaves at a lateral face enters at the opposite one; otherwise those faces are
+/// impermeable. `tolerance` is the accepted residual, over the right-hand side: 1e-8 gives fluxes to about as many digits, from
+/// 1e-12 to 1e-3 are possible. `progress` is called with the share of the work that is done, from 0 to 1, by one thread at a
+/// time.
 ///
-/// It takes about 130 bytes for each node that takes part, and 5 for each of the raster. The result does not depend on the
-/// number of threads.
+/// Needs about 130 bytes for each conducting node, and 5 for each of the raster. The result does not depend on the number of
+/// threads.
 ///
 /// # Errors
 /// No node along the axis, or one where the ends are nodes; a tolerance out of its range; no convergence; fluxes in and out
@@ -105,7 +105,7 @@ pub fn diffusive(
     }))
 }
 
-/// What flows for a difference of 1 between the ends.
+/// The flux for a concentration difference of 1 between the ends.
 struct Flow {
     flux: f64,
     iterations: usize,
@@ -139,21 +139,21 @@ impl Flow {
     }
 }
 
-/// The unknowns and what connects them.
+/// The linear system of the unknowns.
 struct System {
     operator: Fine,
     cells: Cells,
-    /// Where the solution begins: falling evenly from end to end, as it does in straight pores.
+    /// The initial guess: falling linearly from end to end, as in straight pores.
     x: Vec<f64>,
-    /// What flows from end to end without passing an unknown.
+    /// The flux from end to end that passes no unknown.
     direct: f64,
 }
 
-/// Not an unknown.
+/// The number of a node that is not an unknown.
 const NONE: u32 = u32::MAX;
 
 impl System {
-    /// Of nodes that all belong to pieces which reach from end to end.
+    /// Sets up the system of nodes that all belong to pieces which reach from end to end.
     fn new(spanning: &NodeSet, axis: Axis, edges: Edges, condition: EndCondition) -> System {
         let size = spanning.size();
         assert!(size.iter().all(|&side| side <= usize::from(u16::MAX)), "{size:?} nodes; at most 65,535 along an axis");
@@ -201,7 +201,7 @@ impl System {
     }
 }
 
-/// Numbers of unknowns by node, in the order of nodes, and their places.
+/// Returns the numbers of unknowns by node, in the order of nodes, and their positions.
 fn numbered(nodes: &NodeSet, is_unknown: impl Fn([usize; 3]) -> bool) -> (Vec<u32>, Vec<[u16; 3]>) {
     let size = nodes.size();
     let mut numbers = vec![NONE; nodes.volume()];

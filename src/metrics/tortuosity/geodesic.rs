@@ -9,14 +9,14 @@ use crate::grid::Axis;
 use crate::metrics::access::steps::{MIDDLE, Steps, bits};
 use crate::metrics::{Edges, NodeSet};
 
-/// The geodesic tortuosity of a phase in a box that is the whole raster: the mean, over the nodes of its last plane across
-/// `axis`, of the length of the shortest path within `nodes` from its first plane, over the distance of the planes. A number of
-/// at least 1, and exactly 1 of straight pores; nothing where no path leads to the last plane (the tortuosity is infinite).
-/// Nodes of the last plane that no path leads to do not count.
+/// Computes the geodesic tortuosity of a phase in a box that is the whole raster: the mean, over the nodes of its last plane
+/// across `axis`, of the length of the shortest path within `nodes` from its first plane, over the distance of the planes. A
+/// number of at least 1, and exactly 1 for straight pores; `None` where no path leads to the last plane (the tortuosity is
+/// infinite). Nodes of the last plane that no path leads to do not count.
 ///
-/// With [`Edges::Periodic`] paths go on at the opposite lateral face; the others are walls. Lengths are found by fast marching
-/// to first order: too long by a fraction of a pitch where paths bend around an edge. It takes 4 bytes for each node and 8
-/// for each place in the queue, in one thread; which of nodes at the same distance comes first makes no difference.
+/// With [`Edges::Periodic`] paths continue at the opposite lateral face; otherwise those faces are walls. Lengths are computed
+/// by fast marching to first order: too long by a fraction of a pitch where paths bend around an edge. Needs 4 bytes for each
+/// node and 8 for each entry of the queue, in one thread; the order of nodes at the same distance makes no difference.
 ///
 /// # Errors
 /// Fewer than two nodes along the axis.
@@ -36,7 +36,7 @@ pub fn geodesic(nodes: &NodeSet, axis: Axis, edges: Edges) -> Result<Option<f64>
     Ok((count > 0).then(|| sum / count as f64 / (side - 1) as f64))
 }
 
-/// The nodes of a plane across an axis.
+/// Returns the nodes of a plane across an axis.
 pub(super) fn plane(size: [usize; 3], axis: Axis, at: usize) -> impl Iterator<Item = [usize; 3]> {
     let (columns, rows) = (size[axis.column()], size[axis.row()]);
     (0..rows * columns).map(move |i| {
@@ -51,7 +51,7 @@ fn index(size: [usize; 3], [x, y, z]: [usize; 3]) -> usize {
     (z * size[1] + y) * size[0] + x
 }
 
-/// Nodes with their lengths so far, the shortest first. Lengths are not negative, so that their bits are in their order.
+/// A priority queue of nodes by length, the shortest first. Lengths are not negative, so their bits are in their order.
 struct Waiting(BinaryHeap<Reverse<u64>>);
 
 impl Waiting {
@@ -64,7 +64,7 @@ impl Waiting {
     }
 }
 
-/// A front that moves on from the first plane.
+/// A front that advances from the first plane.
 struct Front<'a> {
     steps: Steps<'a>,
     lengths: Vec<f32>,
@@ -73,8 +73,8 @@ struct Front<'a> {
     waiting: Waiting,
 }
 
-/// In a plane through the middle of the cube: the eight nodes around the middle, in a circle that begins with one across a
-/// face, as bits of the cube. By the axis across the plane.
+/// The eight nodes around the middle in a plane through the middle of the cube, in a circle that begins with one across a face,
+/// as bits of the cube. By the axis across the plane.
 const CIRCLES: [[u32; 8]; 3] = [circle(3, 9), circle(1, 9), circle(1, 3)];
 
 const fn circle(u: u32, v: u32) -> [u32; 8] {
@@ -82,7 +82,7 @@ const fn circle(u: u32, v: u32) -> [u32; 8] {
     [m + u, m + u + v, m + v, m + v - u, m - u, m - u - v, m - v, m + u - v]
 }
 
-/// What one step along an axis adds to a bit of the cube.
+/// The change of a bit of the cube by one step along an axis.
 const STRIDES: [u32; 3] = [1, 3, 9];
 
 impl<'a> Front<'a> {
@@ -99,7 +99,7 @@ impl<'a> Front<'a> {
         Front { steps, lengths, settled: NodeSet::empty(nodes.size()), waiting }
     }
 
-    /// The lengths of the shortest paths to all nodes; infinite where there is none.
+    /// Returns the lengths of the shortest paths to all nodes; infinite where there is none.
     fn march(mut self) -> Vec<f32> {
         while let Some((length, index)) = self.waiting.pop() {
             let node = self.steps.place(index);
@@ -111,12 +111,12 @@ impl<'a> Front<'a> {
         self.lengths
     }
 
-    /// Goes on from a node that was just settled. Of the settled corners of a tetrahedron the one nearest to its tip is the
-    /// last to be settled where the path comes through the tetrahedron: so here, from the nearest corner, every tetrahedron is
-    /// looked at once.
+    /// Updates the neighbours of a node that was just settled. Of the settled corners of a tetrahedron the one nearest to its
+    /// tip is the last to be settled where the path comes through the tetrahedron: so here, from the nearest corner, every
+    /// tetrahedron is visited once.
     fn pass_on(&mut self, node: [usize; 3], length: f32) {
         let around = self.steps.from(node);
-        // By how much earlier the front was at a settled neighbour; nothing of the others.
+        // The lead of the front at settled neighbours; NaN for the others.
         let mut earlier = [f32::NAN; 27];
         let mut others = [0u32; 27];
         let mut open = 0u32;
@@ -140,13 +140,13 @@ impl<'a> Front<'a> {
     }
 }
 
-/// How much longer the path to the neighbour `bit` is than that to the middle of the cube, given by how much shorter those to
-/// settled neighbours are.
+/// Returns the additional length of the path to the neighbour `bit` relative to that to the middle of the cube, given the leads
+/// of the settled neighbours.
 ///
 /// On the triangle of the middle f (which is at distance 1 from the tip), a node e beside it and c beside e, with a = T(f) −
-/// T(e) and b = T(e) − T(c), the least of the length on the triangle, taken as linear, and the distance from there to the tip is
-/// T(f) + √(1 − a² − b²), if it is within the triangle. On its sides it is √(1 − a²), √(1 − (a + b)²/2), and from an edge of the
-/// cube √2 · √(1 − b²).
+/// T(e) and b = T(e) − T(c), the minimum of the length on the triangle, taken as linear, plus the distance from there to the
+/// tip is T(f) + √(1 − a² − b²), if it is within the triangle. On its sides it is √(1 − a²), √(1 − (a + b)²/2), and from an
+/// edge of the cube √2 · √(1 − b²).
 fn further(earlier: &[f32; 27], bit: u32) -> f32 {
     let by = [bit % 3, bit / 3 % 3, bit / 9];
     let across = |axis: usize| by[axis] != 1;
@@ -173,7 +173,7 @@ fn further(earlier: &[f32; 27], bit: u32) -> f32 {
             }];
             let saved = [MIDDLE - stride, MIDDLE + stride].map(|c| {
                 let b = earlier[c as usize];
-                // Comparisons with what is not settled are false.
+                // Comparisons with unsettled nodes are false.
                 if b >= 0.0 && 3.0 * b * b <= 1.0 { b * b } else { 0.0 }
             });
             (2.0 * (1.0 - saved[0].max(saved[1]))).sqrt()
@@ -182,7 +182,7 @@ fn further(earlier: &[f32; 27], bit: u32) -> f32 {
     }
 }
 
-/// The greatest a² + b² of the triangles around the middle in one plane.
+/// Returns the greatest a² + b² of the triangles around the middle in one plane.
 fn gain(earlier: &[f32; 27], circle: &[u32; 8]) -> f32 {
     let mut most = 0.0f32;
     for corner in [1, 3, 5, 7] {

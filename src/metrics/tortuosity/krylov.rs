@@ -1,19 +1,19 @@
-//! Conjugate gradients whose preconditioner may change from step to step.
+//! Conjugate gradients with a preconditioner that may change from step to step.
 
 use super::cycle::Hierarchy;
 use super::operator::{Fine, Operator};
 use super::sums::{dot, each};
 
-/// How a solution was found.
+/// The convergence data of a solution.
 pub(super) struct Solved {
     pub iterations: usize,
     /// The norm of the residual over that of the right-hand side.
     pub residual: f64,
 }
 
-/// Solves A x = `right` from what `x` is, until the residual is `tolerance` of the right-hand side or `limit` iterations are
-/// done. Each direction is made conjugate to the one before (flexible conjugate gradients: Y. Notay, SIAM J. Sci. Comput. 22
-/// (2000) 1444–1460). `progress` is told of shares of the way, which is taken to be geometric.
+/// Solves A x = `right` from the initial `x`, until the residual is `tolerance` of the right-hand side or `limit` iterations
+/// are done. Each direction is made conjugate to the one before (flexible conjugate gradients: Y. Notay, SIAM J. Sci. Comput.
+/// 22 (2000) 1444–1460). `progress` is called with the completed share, assuming geometric convergence.
 pub(super) fn solve(
     operator: &Fine,
     hierarchy: &mut Hierarchy,

@@ -1,26 +1,26 @@
-//! How much longer paths through a phase are than straight ones, and how much slower diffusion is.
+//! Tortuosity: the lengthening of paths through a phase, and the slowing of diffusion.
 //!
-//! Both are of a phase in a box that is the whole raster, from its face across an axis to the opposite one.
+//! Both are for a phase in a box that is the whole raster, from its face across an axis to the opposite one.
 //!
 //! # Geodesic tortuosity
-//! The mean, over the nodes of the far face, of the length of the shortest path within the phase from the near face,
-//! divided by the straight distance. A path may turn anywhere, not only at nodes: lengths are the solution of |∇T| = 1 by
-//! J. A. Sethian's fast marching (A fast marching level set method for monotonically advancing fronts, PNAS 93 (1996)
-//! 1591–1595), on the 48 tetrahedra that a node makes with its 26 neighbours instead of the usual 8 with the 6. On those, plane
-//! fronts of *every* direction are exact, and a front that enters a staircase of nodes need not walk along its steps.
+//! The mean, over the nodes of the far face, of the length of the shortest path within the phase from the near face, divided by
+//! the straight distance. A path may turn anywhere, not only at nodes: lengths are the solution of |∇T| = 1 by J. A. Sethian's
+//! fast marching (A fast marching level set method for monotonically advancing fronts, PNAS 93 (1996) 1591–1595), on the 48
+//! tetrahedra that a node makes with its 26 neighbours instead of the usual 8 with the 6. On those, plane fronts of *every*
+//! direction are exact, and a front that enters a staircase of nodes need not follow its steps.
 //!
 //! # Diffusive tortuosity
-//! τ = φ D₀ / D_eff, where φ is the share of the box that is of pieces of the phase which reach from face to face, closed and
-//! blind pieces left out, and D_eff is what diffuses through the box when its two faces are held at two concentrations and
-//! its others let nothing pass. Nodes are cells of a pitch, between which a difference of concentration of 1 drives a flux of 1.
-//! This is the tortuosity that some call its factor or its square; for a straight duct at angle θ it is 1/cos²θ, where the
-//! geodesic one is 1/cos θ. The formation factor is D₀ / D_eff.
+//! τ = φ D₀ / D_eff, where φ is the share of the box in pieces of the phase that reach from face to face, without closed and
+//! blind pieces, and D_eff is the diffusivity of the box when its two faces are held at two concentrations and its others are
+//! impermeable. Nodes are cells of a pitch, between which a difference of concentration of 1 drives a flux of 1. This is the
+//! tortuosity that some call its factor or its square; for a straight duct at angle θ it is 1/cos²θ, where the geodesic one is
+//! 1/cos θ. The formation factor is D₀ / D_eff.
 //!
-//! Conjugate gradients are preconditioned by aggregation multigrid in which each coarser level is solved by up to two
-//! conjugate gradient steps of its own (the K-cycle: Y. Notay, P. S. Vassilevski, Recursive Krylov-based multigrid cycles,
-//! Numer. Linear Algebra Appl. 15 (2008) 473–487). Aggregates are the connected parts of blocks of 2 × 2 × 2, so that the
-//! levels know which pores are apart, down to the last, where each piece of the phase is one unknown and nothing remains
-//! but a division. The multigrid is in f32; residuals, solution and sums in f64.
+//! Conjugate gradients are preconditioned by aggregation multigrid in which each coarser level is solved by up to two conjugate
+//! gradient steps of its own (the K-cycle: Y. Notay, P. S. Vassilevski, Recursive Krylov-based multigrid cycles, Numer. Linear
+//! Algebra Appl. 15 (2008) 473–487). Aggregates are the connected parts of blocks of 2 × 2 × 2, so that the levels keep
+//! separate pores separate, down to the last, where each piece of the phase is one unknown and only a division remains. The
+//! multigrid is in f32; residuals, solution and sums in f64.
 
 mod aggregate;
 mod cycle;
@@ -38,27 +38,27 @@ pub use geodesic::geodesic;
 
 use crate::grid::Axis;
 
-/// Why a tortuosity could not be found.
+/// The reason why a tortuosity could not be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TortuosityError {
     /// The raster is too thin for a distance between its ends.
     #[error("{nodes} nodes along {axis}; {least} are needed", axis = axis.name())]
     TooThin {
-        /// From end to end.
+        /// The axis from end to end.
         axis: Axis,
         /// Nodes along the axis.
         nodes: usize,
-        /// How many there must be.
+        /// The least number of nodes.
         least: usize,
     },
-    /// A residual that cannot be reached.
+    /// A tolerance that cannot be reached or is too large.
     #[error("a residual of {tolerance:e} was asked for; from {least:e} to {most:e} are possible")]
     Tolerance {
-        /// What was asked for.
+        /// The requested tolerance.
         tolerance: f64,
-        /// The least that can be.
+        /// The least possible tolerance.
         least: f64,
-        /// The most that makes sense.
+        /// The greatest useful tolerance.
         most: f64,
     },
     /// The residual stayed too large.
@@ -66,21 +66,21 @@ pub enum TortuosityError {
         "after {iterations} iterations the residual is {residual:e} of the right-hand side; {tolerance:e} was asked for"
     )]
     NotConverged {
-        /// As many as there may be.
+        /// The limit of iterations.
         iterations: usize,
         /// The norm of the residual over that of the right-hand side.
         residual: f64,
-        /// What was asked for.
+        /// The requested tolerance.
         tolerance: f64,
     },
-    /// What goes in is not what comes out.
+    /// The fluxes in and out differ.
     #[error("a flux of {into} enters and {out} leaves: they differ by more than {limit:e} of it")]
     Flux {
         /// Through the near face.
         into: f64,
         /// Through the far face.
         out: f64,
-        /// By how much they may differ, over what enters.
+        /// The greatest difference, relative to the flux that enters.
         limit: f64,
     },
 }

@@ -2,7 +2,7 @@
 
 use std::ops::{AddAssign, Mul, Sub};
 
-/// What vectors are made of: f32 in the multigrid, f64 around it.
+/// The element type of vectors: f32 in the multigrid, f64 outside it.
 pub(super) trait Real:
     Copy + From<f32> + AddAssign + Sub<Output = Self> + Mul<Output = Self> + Send + Sync
 {
@@ -13,25 +13,25 @@ impl Real for f64 {}
 
 /// A symmetric matrix whose rows are conductances to other unknowns and to the ends.
 pub(super) trait Operator: Sync {
-    /// How many unknowns there are.
+    /// Returns the number of unknowns.
     fn count(&self) -> usize;
 
-    /// Σⱼ gᵢⱼ (xᵢ − xⱼ) + eᵢ xᵢ, of a row i.
+    /// Returns Σⱼ gᵢⱼ (xᵢ − xⱼ) + eᵢ xᵢ for a row i.
     fn row<T: Real>(&self, row: usize, x: &[T]) -> T;
 
-    /// What a row's element of the diagonal is the inverse of.
+    /// Returns the inverse of a row's diagonal element.
     fn inverse(&self, row: usize) -> f32;
 
-    /// Calls with each other unknown of a row and the conductance to it.
+    /// Calls `visit` with each other unknown of a row and the conductance to it.
     fn links(&self, row: usize, visit: impl FnMut(u32, f32));
 
-    /// The conductance from an unknown to the two ends together.
+    /// Returns the conductance from an unknown to the two ends together.
     fn end(&self, row: usize) -> f32;
 }
 
-/// Nodes, with conductances of 1.
+/// The finest level: nodes, with conductances of 1.
 pub(super) struct Fine {
-    /// The unknowns across the six faces: itself where there is none.
+    /// The unknowns across the six faces: the row itself where there is none.
     pub neighbours: Vec<[u32; 6]>,
     /// Conductances to the near end and the far one.
     pub ends: Vec<[f32; 2]>,
@@ -80,9 +80,9 @@ impl Operator for Fine {
     }
 }
 
-/// Aggregates.
+/// A coarser level: aggregates.
 pub(super) struct Coarse {
-    /// Where the links of each row begin, and where those of the last end.
+    /// The first link of each row, and the end of the last row's.
     pub starts: Vec<u32>,
     pub others: Vec<u32>,
     pub conductances: Vec<f32>,

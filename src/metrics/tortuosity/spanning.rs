@@ -1,17 +1,17 @@
-//! Which nodes belong to pieces that reach from end to end.
+//! The nodes of pieces that reach from end to end.
 
 use super::geodesic::plane;
 use crate::grid::Axis;
 use crate::metrics::{Edges, NodeSet};
 
-/// The nodes of all 6-connected pieces of a set that reach from the first plane across an axis to the last.
+/// Returns the nodes of all 6-connected pieces of a set that reach from the first plane across an axis to the last.
 pub(super) fn spanning(nodes: &NodeSet, axis: Axis, edges: Edges) -> NodeSet {
     let last = nodes.size()[axis.depth()] - 1;
     let from_near = connected(nodes, axis, 0, edges);
     connected(&from_near, axis, last, edges)
 }
 
-/// The nodes that 6-neighbours connect with those of a plane.
+/// Returns the nodes that 6-neighbours connect with those of a plane.
 fn connected(nodes: &NodeSet, axis: Axis, at: usize, edges: Edges) -> NodeSet {
     let mut met = NodeSet::empty(nodes.size());
     let mut waiting: Vec<[u32; 3]> = Vec::new();
@@ -29,8 +29,8 @@ fn connected(nodes: &NodeSet, axis: Axis, at: usize, edges: Edges) -> NodeSet {
     met
 }
 
-/// The 6-neighbours of a node: below and above along x, y and z. Across the lateral faces of the raster there are some with
-/// [`Edges::Periodic`] alone, and across the two at the ends none.
+/// Returns the 6-neighbours of a node: below and above along x, y and z. Neighbours across the lateral faces of the raster
+/// exist only with [`Edges::Periodic`], and across the two end faces never.
 #[inline]
 pub(super) fn around(size: [usize; 3], ends: Axis, edges: Edges, node: [usize; 3]) -> [Option<[usize; 3]>; 6] {
     std::array::from_fn(|i| {

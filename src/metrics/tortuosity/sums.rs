@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-/// Unknowns of a task.
+/// Unknowns in one task.
 const CHUNK: usize = 1 << 12;
 
-/// Σ of a term over 0..`count`.
+/// Returns Σ of a term over 0..`count`.
 pub(super) fn sum(count: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
     if count <= CHUNK {
         return (0..count).map(term).sum();
@@ -15,7 +15,7 @@ pub(super) fn sum(count: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
     sums.into_iter().sum()
 }
 
-/// Σ aᵢ bᵢ.
+/// Returns Σ aᵢ bᵢ.
 pub(super) fn dot<A, B>(a: &[A], b: &[B]) -> f64
 where
     A: Copy + Into<f64> + Sync,
@@ -24,7 +24,7 @@ where
     sum(a.len(), |i| a[i].into() * b[i].into())
 }
 
-/// Sets or changes each element, of its index.
+/// Sets or changes each element, by its index.
 pub(super) fn each<T: Send>(values: &mut [T], change: impl Fn(usize, &mut T) + Sync) {
     if values.len() <= CHUNK {
         values.iter_mut().enumerate().for_each(|(i, value)| change(i, value));

@@ -1,4 +1,4 @@
-//! Lengths and fluxes against closed forms.
+//! Lengths and fluxes compared with closed forms.
 
 use super::*;
 use crate::metrics::{Edges, NodeSet};
@@ -14,7 +14,7 @@ fn shortest(nodes: &NodeSet, axis: Axis, edges: Edges) -> f64 {
     geodesic(nodes, axis, edges).unwrap().expect("a path")
 }
 
-/// What each halving of the pitch divides the error by, as a power of 2.
+/// Returns the orders of convergence, as powers of 2, for each halving of the pitch.
 fn orders(errors: &[f64]) -> Vec<f64> {
     errors.windows(2).map(|pair| (pair[0] / pair[1]).abs().log2()).collect()
 }
@@ -46,11 +46,11 @@ fn no_path_leads_through_a_dead_end() {
         assert_eq!(geodesic(&dead, axis, Edges::Clip).unwrap().is_some(), open);
         assert_eq!(diffusive(&dead, axis, Edges::Clip, EndCondition::Faces, TOLERANCE, &|_| ()), Ok(None));
     }
-    // Two halves that meet in an edge are two.
+    // Two halves that meet in an edge are separate.
     let halves = NodeSet::from_fn([8; 3], |[x, _, z]| (x < 4) == (z < 4));
     assert_eq!(geodesic(&halves, Axis::Z, Edges::Clip), Ok(None));
     assert_eq!(diffusive(&halves, Axis::Z, Edges::Clip, EndCondition::Faces, TOLERANCE, &|_| ()), Ok(None));
-    // What does not reach from end to end counts in the share of the phase and in nothing else.
+    // Pieces that do not reach from end to end count only in the share of the phase.
     let tube = |[x, y, _]: [usize; 3]| (2..6).contains(&x) && (2..6).contains(&y);
     let both = NodeSet::from_fn([20; 3], |node| tube(node) || (node[0] > 10 && node[2] < 10));
     let found = diffusion(&both, Axis::Z, Edges::Clip);
@@ -76,8 +76,8 @@ fn what_cannot_be_is_an_error() {
     assert!((found.effective_diffusivity - 2.0 / 3.0).abs() < 1e-12, "{found:?}");
 }
 
-/// Slits between planes along y at slope 3/4 to z, which repeat along x: of width `gap` and of period `period`, both along x and in
-/// parts of the length along z.
+/// Returns slits between planes along y at slope 3/4 to z, periodic along x: of width `gap` and of period `period`, both along
+/// x and in parts of the length along z.
 fn slits(length: usize, period: f64, gap: f64) -> NodeSet {
     let n = length as f64;
     let width = (period * n).round() as usize;
@@ -87,15 +87,15 @@ fn slits(length: usize, period: f64, gap: f64) -> NodeSet {
     })
 }
 
-/// cos θ = 4/5, with tan θ = 3/4: 25/16 and 5/4. What the ends shorten is in proportion to the width of the gap over the length; it
-/// cancels between two lengths. Walls of nodes are stairs, whose treads conduct nothing: to first order in the pitch, the gap
-/// seems narrower to what diffuses than the share of nodes says.
+/// cos θ = 4/5, with tan θ = 3/4: 25/16 and 5/4. The shortening by the ends is proportional to the width of the gap over the
+/// length; it cancels between two lengths. Walls of nodes are stairs, whose treads conduct nothing: to first order in the
+/// pitch, the conducting gap is narrower than the share of nodes implies.
 #[test]
 fn slits_at_an_angle() {
     let exact = [1.5625, 1.25];
     let mut errors = [Vec::new(), Vec::new()];
     for nodes in [4, 8, 16, 32] {
-        // The gap has so many nodes across, and lengths of 8 and 16 gaps.
+        // The gap has this number of nodes across, and lengths of 8 and 16 gaps.
         let found = [8, 16].map(|long| {
             let length = nodes * long;
             let nodes = slits(length, 0.25, 1.0 / long as f64);
@@ -116,7 +116,7 @@ fn slits_at_an_angle() {
     assert!(errors[1].iter().skip(1).all(|error| error.abs() < 2e-3 * exact[1]), "{errors:?}");
 }
 
-/// A plate across the way that leaves a gap at one side: straight lines to its edge and on from there.
+/// A plate across the path that leaves a gap at one side: straight lines to its edge and on from there.
 #[test]
 fn paths_bend_around_an_edge() {
     let mut errors = Vec::new();
@@ -173,7 +173,7 @@ fn gyroid(side: usize, cells: f64, level: f64) -> NodeSet {
     })
 }
 
-/// The sum of the squares of differences of the solution is the flux, and an independent solver's answer is the same: plain
+/// The sum of the squares of differences of the solution is the flux, and an independent solver gives the same result: plain
 /// relaxation until nothing changes.
 #[test]
 fn the_solution_is_that_of_plain_relaxation() {
@@ -187,7 +187,7 @@ fn the_solution_is_that_of_plain_relaxation() {
     }
 }
 
-/// D_eff / D₀ along y by Gauss and Seidel.
+/// Returns D_eff / D₀ along y by Gauss–Seidel relaxation.
 fn relaxed(nodes: &NodeSet, edges: Edges, condition: EndCondition) -> f64 {
     let side = nodes.size()[1];
     let at = |[x, y, z]: [usize; 3]| (z * side + y) * side + x;
@@ -247,7 +247,7 @@ fn iterations_hardly_grow_with_the_raster() {
         let told = std::mem::take(told.get_mut().unwrap());
         assert!(told.len() > 2 && told.is_sorted() && told.last() == Some(&1.0), "{told:?}");
     }
-    // Little more than what just about hangs together: winding paths of single nodes with dead ends.
+    // Slightly above the connectivity threshold: winding paths of single nodes with dead ends.
     let barely = NodeSet::from_fn([48; 3], |[x, y, z]| noise((z * 48 + y) * 48 + x) < 0.35);
     let found = diffusion(&barely, Axis::Z, Edges::Clip);
     println!("{found:?}");
@@ -256,7 +256,7 @@ fn iterations_hardly_grow_with_the_raster() {
     assert!(most.iter().all(|&iterations| iterations <= 30), "{most:?}");
 }
 
-/// A number from 0 to 1 that looks like chance.
+/// Returns a pseudo-random number from 0 to 1.
 fn noise(of: usize) -> f64 {
     let stir = |x: u64| (x ^ x >> 32).wrapping_mul(0xd6e8_feb8_6659_fd93);
     (stir(stir(stir(of as u64 + 1))) >> 11) as f64 / (1u64 << 53) as f64

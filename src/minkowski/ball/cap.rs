@@ -7,11 +7,11 @@ use glam::DVec3;
 use super::view::{Footprint, View};
 use super::{WIDENED, exact};
 
-/// A part of a sphere: the normals that no edge at the vertex goes along.
+/// A part of a sphere: the outward normals of a vertex, which make no acute angle with any edge there.
 #[derive(Clone, Copy, Debug)]
 pub struct Cap {
     pub vertex: [i32; 3],
-    /// The first of the unit vectors along edges that bound it, and their number.
+    /// The first of the unit vectors along edges that bound the cap, and their number.
     pub spokes: (u32, u32),
     /// A box around its unit normals.
     pub least: DVec3,
@@ -24,17 +24,17 @@ pub struct CapView {
     radius: f64,
     columns: [f64; 2],
     rows: [f64; 2],
-    /// Whether it may be left and entered.
+    /// For leaving and for entering crossings, true if the cap may have them.
     sheets: [bool; 2],
 }
 
 impl Cap {
-    /// The unit normal at a position on it.
+    /// Returns the unit normal at a position on the cap.
     pub fn normal(&self, point: DVec3) -> DVec3 {
         (point - exact(self.vertex)).normalize_or_zero()
     }
 
-    /// The cap in one view.
+    /// Projects the cap into one view.
     pub fn seen(&self, view: &View, radius: f64) -> CapView {
         let vertex = view.position(self.vertex);
         let (least, most) = (view.direction(self.least), view.direction(self.most));
@@ -45,7 +45,7 @@ impl Cap {
 }
 
 impl CapView {
-    /// The rows and columns between which it lies.
+    /// Returns the rows and columns between which it lies.
     pub fn footprint(&self, view: &View) -> Footprint {
         let [[left, right], [low, high]] = [self.columns, self.rows];
         Footprint {

@@ -1,9 +1,9 @@
-//! The normals at a vertex, as a polygon on the unit sphere.
+//! The outward normals of a vertex, as a polygon on the unit sphere.
 
 use glam::DVec3;
 
-/// Corners of the convex spherical polygon of the unit vectors n with n·d ≤ 0 for all of `directions`, which are unit
-/// vectors; none where there is no such n, or only a line of them. An approximation to some 1e-15.
+/// Returns the corners of the convex spherical polygon of the unit vectors n with n·d ≤ 0 for all of `directions`, which are
+/// unit vectors; empty where there is no such n, or only a line of them. An approximation to about 1e-15.
 pub fn polygon(directions: &[DVec3]) -> Vec<DVec3> {
     let Some((first, rest)) = directions.split_first() else { return Vec::new() };
     let by_slant = |a: &&DVec3, b: &&DVec3| first.dot(**a).abs().total_cmp(&first.dot(**b).abs());
@@ -25,16 +25,16 @@ pub fn polygon(directions: &[DVec3]) -> Vec<DVec3> {
     corners
 }
 
-/// Unit vectors are the same if they are nearer than this: those of edges on one line differ by rounding.
+/// Distance below which unit vectors count as equal: those of edges on one line differ by rounding.
 const PARALLEL: f64 = 1e-14;
 
-/// A half-space.
+/// Returns the corners of a half-space.
 fn hemisphere(away_from: DVec3) -> Vec<DVec3> {
     let (u, v) = away_from.any_orthonormal_pair();
     vec![u, v, -u, -v]
 }
 
-/// What two half-spaces have in common.
+/// Returns the intersection of two half-spaces.
 fn lune(first: DVec3, second: DVec3) -> Vec<DVec3> {
     let Some(end) = first.cross(second).try_normalize() else { return Vec::new() };
     let cosine = first.dot(second);
@@ -42,7 +42,7 @@ fn lune(first: DVec3, second: DVec3) -> Vec<DVec3> {
     vec![end, in_plane(first, second), -end, in_plane(second, first)]
 }
 
-/// The part of a polygon with n·direction ≤ 0.
+/// Clips a polygon to n·direction ≤ 0.
 fn clip(corners: &[DVec3], direction: DVec3, clipped: &mut Vec<DVec3>) {
     clipped.clear();
     for (i, &corner) in corners.iter().enumerate() {
@@ -55,7 +55,7 @@ fn clip(corners: &[DVec3], direction: DVec3, clipped: &mut Vec<DVec3>) {
             clipped.push((corner * then.abs() + next * above.abs()).normalize_or_zero());
         }
     }
-    // A side of nearly half a turn, all of it on the plane that has cut it, gets a corner in its middle.
+    // A side of nearly half a turn, all of it on the clipping plane, gets a corner in its middle.
     let long = (0..clipped.len()).find(|&i| clipped[i].dot(clipped[(i + 1) % clipped.len()]) < -0.7);
     if let Some(i) = long {
         let across = direction.cross(clipped[i]).normalize_or_zero();
@@ -64,7 +64,7 @@ fn clip(corners: &[DVec3], direction: DVec3, clipped: &mut Vec<DVec3>) {
     }
 }
 
-/// The mean width of a polygon, in radians: nothing for one that is a line.
+/// Returns the mean width of a polygon, in radians: zero for one that is a line.
 pub fn width(corners: &[DVec3]) -> f64 {
     let pairs = || corners.iter().zip(corners.iter().cycle().skip(1));
     let area: DVec3 = pairs().map(|(a, b)| a.cross(*b)).sum();
@@ -72,11 +72,11 @@ pub fn width(corners: &[DVec3]) -> f64 {
     if perimeter > 0.0 { area.length() / perimeter } else { 0.0 }
 }
 
-/// A box around a polygon that bounds `directions` from below.
+/// Returns a box around a polygon that bounds `directions` from below.
 pub fn bounds(corners: &[DVec3], directions: &[DVec3]) -> (DVec3, DVec3) {
     let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
-        // A point of the arc between two corners is one of the chord, drawn out by no more than in the middle.
+        // A point of the arc between two corners is one of the chord, scaled by at most the factor in the middle.
         let half = (0.5 * (1.0 + a.dot(*b))).max(0.0).sqrt();
         let stretch = 1.0 / half.max(1e-3);
         let (low, high) = (a.min(*b), a.max(*b));

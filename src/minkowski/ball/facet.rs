@@ -8,8 +8,8 @@ use super::view::{Footprint, View};
 use super::{LEAST_WIDENED, WIDENED, difference};
 use crate::grid::Axis;
 
-/// The unit normal of a triangle, zero where it has no area, and its least height. The cross product is an exact integer,
-/// so that its components have the right signs, and are zero where they should be.
+/// Returns the unit normal of a triangle, zero where it has no area, and its least height. The cross product is an exact
+/// integer, so that its components have the right signs, and are zero where they should be.
 pub fn normal_and_height(a: [i32; 3], b: [i32; 3], c: [i32; 3]) -> (DVec3, f64) {
     let to = |p: [i32; 3]| -> [i64; 3] { std::array::from_fn(|i| i64::from(p[i]) - i64::from(a[i])) };
     let (u, v) = (to(b), to(c));
@@ -28,18 +28,18 @@ pub struct Facet {
 }
 
 impl Facet {
-    /// The facet seen from its other side.
+    /// Returns the facet seen from its other side.
     pub fn turned(self) -> Facet {
         let [a, b, c] = self.corners;
         Facet { corners: [a, c, b], normal: -self.normal }
     }
 
-    /// How far the facet is widened in the plane of the view.
+    /// Returns the widening of the facet in the plane of the view.
     fn widened(across: f64) -> f64 {
         (WIDENED * across.abs()).max(LEAST_WIDENED)
     }
 
-    /// The rows and columns between which the facet lies.
+    /// Returns the rows and columns between which the facet lies.
     pub fn footprint(&self, view: &View, radius: f64) -> Footprint {
         let corners = self.corners.map(|corner| view.position(corner));
         let normal = view.direction(self.normal);
@@ -48,7 +48,7 @@ impl Facet {
             (low + radius * normal[i] - WIDENED, high + radius * normal[i] + WIDENED)
         };
         let ((left, right), (low, high)) = (bounds(0), bounds(1));
-        // A facet that is parallel to the rays is on none of them.
+        // A facet parallel to the rays meets none of them.
         let rows = if normal[2] == 0.0 { 0..0 } else { view.rows(low, high) };
         Footprint { columns: view.columns(left, right), rows }
     }
@@ -90,7 +90,7 @@ impl Facet {
 /// A side of a triangle in the plane of the view, with the inside to its left, as a bound on columns in each row.
 struct Side {
     start: [f64; 2],
-    /// Columns per row; meaningless for a side within one row, which is no bound.
+    /// Columns per row; undefined for a side within one row, which is no bound.
     slope: f64,
     pad: f64,
     bound: Bound,
@@ -127,7 +127,7 @@ impl Side {
     }
 }
 
-/// The least and the greatest.
+/// Returns the least and the greatest.
 fn span([a, b, c]: [f64; 3]) -> (f64, f64) {
     (a.min(b).min(c), a.max(b).max(c))
 }

@@ -1,4 +1,4 @@
-//! Which edges and vertices carry tubes and caps.
+//! Selection of the edges and vertices that carry tubes and caps.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -10,28 +10,28 @@ use super::tube::Tube;
 use super::{WIDENED, cone, difference};
 use crate::minkowski::Polyhedron;
 
-/// Patches narrower than this, in lattice steps, are left out: their neighbours are widened by more on both sides, even where
+/// Width in lattice steps below which patches are omitted: their neighbours are widened by more on both sides, even where
 /// dozens of them meet.
 const NARROW: f64 = WIDENED / 64.0;
 
 /// The cosine between the normals of facets that are folded onto each other, rather than meeting in a corner of a room.
 const FOLDED: f64 = -1e-3;
 
-/// Vertices that are looked at together.
+/// Vertices in one task.
 const CHUNK: usize = 1 << 11;
 
 /// Tubes and caps, in the order of vertices.
 #[derive(Debug, Default)]
 pub struct Features {
-    /// Triangles that are to be shifted to their other side, too, ascending.
+    /// Triangles that are also shifted to their other side, ascending.
     pub turned: Vec<u32>,
     pub tubes: Vec<Tube>,
     pub caps: Vec<Cap>,
     pub spokes: Vec<DVec3>,
 }
 
-/// The tubes and caps of a solid whose triangles have the given unit normals, or zero, and are so thin or not that
-/// their normals may be anything.
+/// Finds the tubes and caps of a solid whose triangles have the given unit normals, or zero; `is_thin` marks triangles so thin
+/// that their normals are unreliable.
 pub fn find(solid: &Polyhedron, normals: &[DVec3], is_thin: &[bool], radius: f64) -> Features {
     let fans = Fans::new(solid);
     let vertices = solid.positions().len();
@@ -73,7 +73,7 @@ impl Fans {
             sum += *start;
             *start = sum;
         }
-        // Each start stands at the end of its fan now, and filling backwards moves it to the beginning.
+        // Each start is now the end of its fan, and filling backwards moves it to the beginning.
         let mut triangles = vec![0; sum as usize];
         for (index, triangle) in solid.triangles().iter().enumerate().rev() {
             for &vertex in triangle {
@@ -90,30 +90,30 @@ impl Fans {
     }
 }
 
-/// An edge at a vertex, as one of its facets has it.
+/// An edge at a vertex, as seen from one of its facets.
 #[derive(Clone, Copy)]
 struct Spoke {
     /// The other end of the edge.
     to: u32,
-    /// Whether the facet has the edge on its way from the vertex.
+    /// True if the facet's boundary runs along the edge away from the vertex.
     leads_away: bool,
     triangle: u32,
     normal: DVec3,
 }
 
 impl Spoke {
-    /// The unit vector away from the facet, in its plane and at right angles to the edge.
+    /// Returns the unit vector away from the facet, in its plane and at right angles to the edge.
     fn away(&self, direction: DVec3) -> DVec3 {
         let across = direction.cross(self.normal);
         if self.leads_away { across } else { -across }
     }
 }
 
-/// Whether the normals of facets can be trusted to say where the solid is.
+/// The reliability of facet normals in locating the solid.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Trust {
     Sides,
-    /// Facets are thin or folded: which of their sides is out may be an effect of rounding.
+    /// Facets are thin or folded: their outer side may be an effect of rounding.
     Doubtful,
 }
 
@@ -123,7 +123,7 @@ struct Arc {
     middle: DVec3,
 }
 
-/// The features around one vertex after another.
+/// Collects the features around one vertex after another.
 struct Around<'s> {
     solid: &'s Polyhedron,
     normals: &'s [DVec3],
@@ -162,21 +162,22 @@ impl Around<'_> {
             self.all.spokes.push(direction);
             let arcs = arcs(edge, direction, self.radius, trust);
             convex += usize::from(!arcs.is_empty());
-            // The other end may have no doubts.
+            // The other end may not be doubtful.
             if vertex < edge[0].to || trust == Trust::Doubtful {
                 let tube = |borders: [DVec3; 2]| Tube { start: from, direction, length, borders };
                 let parts = arcs.iter().flat_map(|arc| arc.parts());
                 self.all.tubes.extend(parts.map(tube));
             }
         }
-        // A cap has three sides at the least, each of which is that of a convex edge.
+        // A cap has at least three sides, each of which is that of a convex edge.
         if (convex < 3 && trust == Trust::Sides) || !self.add_cap(vertex, first) {
             self.all.spokes.truncate(first);
         }
         self.spokes = spokes;
     }
 
-    /// Whether the facets around a vertex tell which side is out; those that do not are to be shifted to both.
+    /// Returns whether the facets around a vertex determine the outer side; marks those that do not to be shifted to both
+    /// sides.
     fn trust(&mut self, vertex: u32, fan: &[u32], spokes: &[Spoke]) -> Trust {
         let mut trust = Trust::Sides;
         for &triangle in fan.iter().filter(|&&triangle| self.is_thin[triangle as usize]) {
@@ -197,7 +198,8 @@ impl Around<'_> {
         trust
     }
 
-    /// Adds the cap of the edge directions from `first` on, of which only those stay that bound it, if there is one.
+    /// Adds the cap of the edge directions from `first` on, if there is one, and keeps only those that bound it. Returns
+    /// whether there is one.
     fn add_cap(&mut self, vertex: u32, first: usize) -> bool {
         let directions = &self.all.spokes[first..];
         let corners = cone::polygon(directions);
@@ -220,14 +222,14 @@ impl Around<'_> {
     }
 }
 
-/// Unit normals away from the solid across an edge with the given facets: if it is convex, or where nobody knows, those that
-/// lead away from the facets.
+/// Returns the unit normals away from the solid across an edge with the given facets: if it is convex, or where the solid's
+/// side is unknown, those that lead away from the facets.
 fn arcs(edge: &[Spoke], direction: DVec3, radius: f64, trust: Trust) -> Vec<Arc> {
     match edge {
         [a, b] if a.leads_away && !b.leads_away && a.normal != DVec3::ZERO && b.normal != DVec3::ZERO => {
             let (sine, cosine) = (b.normal.dot(a.away(direction)), b.normal.dot(a.normal));
             let is_wide = cosine <= 0.0 || radius * sine.abs() > NARROW;
-            // Of two facets that are folded onto each other nobody knows on which side the solid is.
+            // For two facets that are folded onto each other the side of the solid is unknown.
             let is_convex = sine > if cosine > 0.0 { 0.0 } else { -1e-12 };
             let side = if is_convex { 1.0 } else { -1.0 };
             let middle =
@@ -242,8 +244,8 @@ fn arcs(edge: &[Spoke], direction: DVec3, radius: f64, trust: Trust) -> Vec<Arc>
     }
 }
 
-/// All unit normals across an edge that are within a quarter turn of these: a superset of those that are needed where
-/// it is not known which facet goes with which.
+/// Returns all unit normals across an edge that are within a quarter turn of those in `away`: a superset of the necessary ones
+/// where the pairing of facets is unknown.
 fn unbound_arcs(away: &[DVec3], direction: DVec3) -> Vec<Arc> {
     let reference = away.first().copied().unwrap_or(direction.any_orthonormal_vector());
     let sideways = direction.cross(reference);
@@ -258,7 +260,7 @@ fn unbound_arcs(away: &[DVec3], direction: DVec3) -> Vec<Arc> {
 }
 
 impl Arc {
-    /// The borders of one or two parts that are less than half a turn wide.
+    /// Returns the borders of one or two parts that are less than half a turn wide.
     fn parts(&self) -> impl Iterator<Item = [DVec3; 2]> {
         let [start, end] = self.borders;
         let is_wide = start.dot(end) < -0.7;

@@ -1,4 +1,4 @@
-//! From patches to the spans of rays, band by band.
+//! Conversion of patches to the spans of rays, band by band.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ use crate::minkowski::{Outer, RaySpans};
 use crate::sampler::cpu::{BandCrossings, Sorted, sort};
 use glam::DVec3;
 
-/// Rows of a band: its crossings stay in the second-level cache, and few patches reach over many bands.
+/// Rows of a band: its crossings stay in the second-level cache, and few patches extend over many bands.
 const BAND_ROWS: u32 = 16;
 
 /// Patches that are sorted together.
@@ -27,15 +27,16 @@ struct BandSpans<H> {
 }
 
 impl BallPatches<'_> {
-    /// The spans of all rays along an axis of a grid that the polyhedron lies on; each hit has the number of its patch.
+    /// Computes the spans of all rays along an axis of a grid that the polyhedron lies on; each hit has the number of its
+    /// patch.
     ///
-    /// With [`Outer::Out`] the sum must lie in the grid, but for rounding. With [`Outer::In`] what lies outside of the
-    /// grid must be in.
+    /// With [`Outer::Out`] the sum must lie in the grid, to rounding. With [`Outer::In`] the solid must extend everywhere
+    /// outside the grid.
     pub fn spans<H: Hit + Sync>(&self, grid: &Grid, axis: Axis, outer: Outer) -> Result<RaySpans<H>, TooManySamples> {
         Ok(self.counted_spans(grid, axis, outer)?.0)
     }
 
-    /// The [`spans`](Self::spans), and the number of crossings that they were found from.
+    /// Computes the [`spans`](Self::spans), and the number of crossings that they were found from.
     pub fn counted_spans<H: Hit + Sync>(
         &self,
         grid: &Grid,
@@ -56,7 +57,7 @@ impl BallPatches<'_> {
                 self.sweep(*patch, &view, seen_rows.clone(), |column, row, depth, winding| {
                     let depth = match outer {
                         Outer::Out => depth.clamp(0.0, length),
-                        // Nothing that is out lies beyond the grid.
+                        // Beyond the grid everything is in.
                         Outer::In if !(0.0..=length).contains(&depth) => return,
                         Outer::In => depth,
                     };
@@ -87,15 +88,15 @@ impl BallPatches<'_> {
         Ok((RaySpans { axis, offsets, hits }, crossings))
     }
 
-    /// Whether the ball is too large to leave anything out: no point is farther than half the shortest side from what lies
-    /// around a box.
+    /// Returns whether the ball is so large that the sum covers everything: no point is farther than half the shortest side
+    /// from the outside of a box.
     fn covers_all(&self, outer: Outer) -> bool {
         let bounds = self.solid.bounds();
         let shortest = (0..3).map(|i| i64::from(bounds.max[i]) - i64::from(bounds.min[i])).min().unwrap_or(0);
         outer == Outer::In && 2.0 * self.radius >= shortest as f64
     }
 
-    /// The patches that each band may meet, in chunks.
+    /// Returns the patches that each band may meet, in chunks.
     fn by_band(&self, view: &View, bands: usize) -> Vec<Sorted<u32>> {
         let counts = self.counts();
         let patches = counts.facets + counts.tubes + counts.caps;

@@ -1,4 +1,4 @@
-//! Whether a point lies in an offset solid.
+//! Point membership in an offset solid.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,22 +12,22 @@ use crate::minkowski::{Membership, Outer, Polyhedron};
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{Fill, Mode, SampleError, Sampler};
 
-/// A polyhedron and all that is no farther from it than the radius of a ball.
+/// The exact membership test of a polyhedron dilated by a ball.
 ///
-/// Near the surface a tree of triangles decides; what is farther from every triangle than the radius is in or out with
-/// the polyhedron itself, of which the exact images know that.
+/// Near the surface a tree of triangles decides; a point farther from every triangle than the radius is in or out with the
+/// polyhedron itself, which its exact images decide.
 pub struct BallMembership {
     radius: f64,
     outer: Outer,
-    /// None where there are no triangles.
+    /// `None` where there are no triangles.
     surface: Option<ClosestTriangle>,
     images: Vec<Ldi>,
     pixels: Pixels,
 }
 
 impl BallMembership {
-    /// The sum of a polyhedron on a grid, with what [`Outer`] says around it, and a ball with a radius of `radius_steps` lattice
-    /// steps, but for [rounding](rounded_radius).
+    /// Builds the test for the sum of a polyhedron on a grid, with the [`Outer`] side around it, and a ball with a radius of
+    /// `radius_steps` lattice steps, subject to [rounding](rounded_radius).
     pub fn new(
         grid: &Grid,
         solid: &Polyhedron,
@@ -51,7 +51,7 @@ impl BallMembership {
         Ok(BallMembership { radius, outer, surface, images: images?, pixels: Pixels::new(grid.shift()) })
     }
 
-    /// Whether a point on a ray is in the polyhedron, seen from its own side.
+    /// Returns whether a point on a ray is in the polyhedron, without its outer side.
     fn is_inside(&self, point: [i32; 3]) -> bool {
         let ray_of = |coordinate: usize| {
             let index = self.pixels.index_from(point[coordinate]);

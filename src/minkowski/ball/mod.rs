@@ -1,4 +1,4 @@
-//! Offsets by a true ball: solids grown and shrunk by a radius, with round edges and corners that no polyhedron stands for.
+//! Offsets by a true ball: solids grown and shrunk by a radius, with round edges and corners that no polyhedron represents.
 //!
 //! A ⊕ ball is covered by three kinds of **patches**, those of a sum of polyhedra in the limit of ever finer balls:
 //! facets of A, shifted by the radius along their normals; parts of **tubes** about convex edges, with normals between those
@@ -6,28 +6,26 @@
 //! neighbours u of the vertex v. So most edges and vertices of a smooth mesh give patches no larger than its facets, and
 //! reflex edges and saddle points give none.
 //!
-//! Patches meet the rays in depths that are calculated in `f64`, each relative to its own feature, to a few millionths of a
-//! lattice step. They are widened by a small part of a step, so that no ray slips through between two of them. That does no
-//! harm: the whole tube and the whole sphere belong to the closed sum, and behind every one of their points lies the sum. What
-//! a widened facet may stick out by is the square of that part over twice the radius. The radius is a whole even number of
-//! lattice steps, as positions are. So no node lies on a sphere, since three odd squares do not add up to one that four divides,
-//! nor on a shifted facet whose unit normal is rational, and no ray runs within a facet: what is regular does not meet the rays
-//! in ties, and the three axes agree about nodes.
+//! Crossings of patches with rays are calculated in `f64`, each relative to its own feature, to a few millionths of a lattice
+//! step. Patches are widened by a small part of a step, so that no ray slips through between two of them. That is harmless: the
+//! whole tube and the whole sphere belong to the closed sum, and the sum lies behind every one of their points. A widened facet
+//! may protrude by the square of that part over twice the radius. The radius is an even number of lattice steps, as positions
+//! are. So no node lies on a sphere, since three odd squares do not add up to a multiple of four, nor on a shifted facet whose
+//! unit normal is rational, and no ray runs within a facet: regular solids meet the rays without ties, and the three axes agree
+//! about nodes.
 //!
-//! Rounding to the lattice can turn a triangle over that is only a few steps high, as surfaces made of cells have them by the
-//! dozen. The edges on both of its sides are reflex then by their facets' normals, though what is nearest to points that
-//! are out are these very edges: a tube is missing, and through the gap goes a ray. Around such **doubtful** vertices nothing is
-//! concluded from which side of a facet is out. Every edge carries the tube of the normals that lead away from both of its
-//! facets, and thin or folded facets are shifted to either side. That is more than is needed and does no harm,
-//! for the same reason as widening.
+//! Rounding to the lattice can flip a triangle that is only a few steps high, as surfaces made of cells have them by the dozen.
+//! The edges on both of its sides are then reflex by their facets' normals, although these very edges are nearest to outside
+//! points: a tube is missing, and a ray passes through the gap. Around such **doubtful** vertices the outer side of a facet is
+//! not used. Every edge carries the tube of the normals that lead away from both of its facets, and thin or folded facets are
+//! shifted to either side. These are more patches than necessary and harmless, for the same reason as widening.
 //!
-//! What was tried first was to round shifted facets to the lattice and cover them exactly, as meshes are. The facets on two
-//! sides of an edge are rounded by different amounts then, and through slits of one lattice step there went one ray in a
-//! million: one for every few passes over a fine mesh, and one is enough to spoil a flood.
+//! A rejected first design rounded shifted facets to the lattice and covered them exactly, as meshes are. The facets on two
+//! sides of an edge are then rounded by different amounts, and one ray in a million passed through slits of one lattice step:
+//! one for every few passes over a fine mesh, and one is enough to spoil a flood.
 //!
-//! Shrinking by a ball is growing the complement: patches of [`Polyhedron::complement`], with
-//! [`Outer::In`](super::Outer::In). Shells that overlap unite as they grow, but cannot be shrunk: what of one lies inside
-//! another has no complement behind it.
+//! Shrinking by a ball is growing the complement: patches of [`Polyhedron::complement`], with [`Outer::In`](super::Outer::In).
+//! Shells that overlap unite as they grow, but cannot be shrunk: the part of one inside another has no complement behind it.
 
 mod cap;
 mod cone;
@@ -52,32 +50,31 @@ use features::Features;
 pub use membership::BallMembership;
 use tube::Tube;
 
-/// How far patches are widened, in lattice steps.
+/// Widening of patches, in lattice steps.
 const WIDENED: f64 = 1.0 / 256.0;
 
-/// The least widening where a patch is seen so obliquely that calculation is no better.
+/// The least widening where a patch is seen so obliquely that the calculation is no more accurate.
 const LEAST_WIDENED: f64 = 1e-6;
 
-/// The height, in lattice steps, below which the normal of a triangle may be anything: rounding has moved its corners by a
-/// step or two, and where a file had them in `f32`, by dozens.
+/// The height, in lattice steps, below which the normal of a triangle is unreliable: rounding has moved its corners by a step
+/// or two, and where a file had them in `f32`, by dozens.
 const THIN: f64 = 256.0;
 
-/// A radius as it is used: an even number of lattice steps, and not zero.
+/// Rounds a radius to an even number of lattice steps, and at least two.
 pub fn rounded_radius(steps: f64) -> f64 {
     (2.0 * (0.5 * steps).round()).max(2.0)
 }
 
 /// The patches that cover the boundary of a polyhedron ⊕ a ball.
 ///
-/// They are numbered: the facets as triangles of the polyhedron, then those on the other side of some of them, then tubes,
-/// then caps.
+/// They are numbered: the facets as triangles of the polyhedron, then those shifted to the other side, then tubes, then caps.
 #[derive(Debug)]
 pub struct BallPatches<'s> {
     radius: f64,
     solid: &'s Polyhedron,
     /// By triangle; zero for one without area.
     normals: Vec<DVec3>,
-    /// Triangles that are shifted to their other side, too.
+    /// Triangles that are also shifted to their other side.
     turned: Vec<u32>,
     tubes: Vec<Tube>,
     caps: Vec<Cap>,
@@ -92,7 +89,7 @@ enum Patch<'p> {
     Cap(&'p Cap),
 }
 
-/// How many patches there are of each kind.
+/// Number of patches of each kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PatchCounts {
     /// Facets, shifted; some of them to both sides.
@@ -104,7 +101,8 @@ pub struct PatchCounts {
 }
 
 impl<'s> BallPatches<'s> {
-    /// The patches of a solid and a ball whose radius is `radius_steps` lattice steps but for [rounding](rounded_radius).
+    /// Finds the patches of a solid and a ball whose radius is `radius_steps` lattice steps, subject to
+    /// [rounding](rounded_radius).
     pub fn new(solid: &'s Polyhedron, radius_steps: f64) -> BallPatches<'s> {
         let radius = rounded_radius(radius_steps);
         let normal = |&[a, b, c]: &[u32; 3]| {
@@ -119,18 +117,18 @@ impl<'s> BallPatches<'s> {
         BallPatches { radius, solid, normals, turned, tubes, caps, spokes }
     }
 
-    /// The radius, in lattice steps.
+    /// Returns the radius, in lattice steps.
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// How many patches there are.
+    /// Returns the number of patches of each kind.
     pub fn counts(&self) -> PatchCounts {
         let facets = self.normals.len() + self.turned.len();
         PatchCounts { facets, tubes: self.tubes.len(), caps: self.caps.len() }
     }
 
-    /// The unit normal, away from the polyhedron, of a patch at a lattice position on it.
+    /// Returns the unit normal, away from the polyhedron, of a patch at a lattice position on it.
     pub fn normal(&self, patch: u32, point: DVec3) -> DVec3 {
         match self.patch(patch) {
             Patch::Facet(facet) => facet.normal,
@@ -139,7 +137,7 @@ impl<'s> BallPatches<'s> {
         }
     }
 
-    /// The patch of a number.
+    /// Returns the patch with a number.
     fn patch(&self, number: u32) -> Patch<'_> {
         let number = number as usize;
         let Some(after) = number.checked_sub(self.normals.len()) else { return Patch::Facet(self.facet(number)) };
@@ -157,9 +155,9 @@ impl<'s> BallPatches<'s> {
         Facet { corners, normal: self.normals[triangle] }
     }
 
-    /// Normals for the samples of images whose [`triangles`](Ldi::triangles) are patches: each sample gets a number of its
-    /// own, across the images, in place of its patch's, and a unit normal in world axes under that number. Samples of images
-    /// without triangles get the normal zero.
+    /// Computes normals for the samples of images whose [`triangles`](Ldi::triangles) are patches: each sample gets a number of
+    /// its own, across the images, in place of its patch's, and a unit normal in world axes under that number. Samples of
+    /// images without triangles get the normal zero.
     pub fn sample_normals(&self, images: [Ldi; 3]) -> Result<([Ldi; 3], Vec<[f32; 3]>), LdiError> {
         let mut normals = Vec::with_capacity(images.iter().map(|image| image.depths().len()).sum());
         let mut numbered = Vec::with_capacity(3);
@@ -197,12 +195,12 @@ impl<'s> BallPatches<'s> {
     }
 }
 
-/// A lattice position, or the difference of two, exactly.
+/// Converts a lattice position, or the difference of two, exactly.
 fn exact([x, y, z]: [i32; 3]) -> DVec3 {
     DVec3::new(f64::from(x), f64::from(y), f64::from(z))
 }
 
-/// From one lattice position to another, exactly.
+/// Returns the difference from one lattice position to another, exactly.
 fn difference(from: [i32; 3], to: [i32; 3]) -> DVec3 {
     exact(to) - exact(from)
 }

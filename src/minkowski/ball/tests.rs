@@ -1,4 +1,4 @@
-//! Settled offsets of solids whose offsets are known, and of random ones against distances from all their triangles.
+//! Resolved offsets of solids with known offsets, and of random ones compared with distances from all their triangles.
 
 mod slivers;
 
@@ -16,7 +16,7 @@ use crate::mesh::{ClosedMesh, TriangleMesh};
 use crate::minkowski::{Membership, Outer, settle};
 use crate::solids;
 
-/// Lattice steps within which a point may be on either side.
+/// Distance from the boundary, in lattice steps, within which a point may be on either side.
 const ROUNDED: f64 = 4.0;
 
 /// A solid that has grown or shrunk.
@@ -26,7 +26,7 @@ struct Offset {
     radius: f64,
     outer: Outer,
     membership: BallMembership,
-    /// For each axis and ray the ends of what is in the grown or shrunk solid.
+    /// For each axis and ray the spans of the grown or shrunk solid.
     spans: [Vec<Vec<[i32; 2]>>; 3],
 }
 
@@ -53,7 +53,7 @@ impl Offset {
         Offset { grid, solid, radius, outer, membership, spans }
     }
 
-    /// The volume along each axis, in world units.
+    /// Returns the volume along each axis, in world units.
     fn volumes(&self) -> [f64; 3] {
         let length = |spans: &Vec<[i32; 2]>| spans.iter().map(|[start, end]| f64::from(end - start)).sum::<f64>();
         let pitch = self.grid.pitch();
@@ -66,13 +66,13 @@ impl Offset {
         }
     }
 
-    /// Whether a lattice position on a ray is in the grown or shrunk solid, by its spans.
+    /// Returns whether a lattice position on a ray is in the grown or shrunk solid, by its spans.
     fn is_in(&self, axis: Axis, ray: u32, depth: i32) -> bool {
         self.spans[axis.depth()][ray as usize].iter().any(|&[start, end]| start < depth && depth < end)
     }
 
-    /// Compares points on all rays with what a distance from the grown solid or from what the shrunk one is taken from
-    /// says: points at the distance in steps, negative inside, are in where that is less than the radius.
+    /// Compares points on all rays with a distance, in steps and negative inside, from the solid that is grown, or from the
+    /// complement of the shrunk one: a point is in where its distance is less than the radius.
     fn agrees_with(&self, mut signed_distance: impl FnMut(DVec3) -> f64) {
         let mut looked_at = 0;
         let mut random = 1u64;
@@ -104,14 +104,14 @@ impl Offset {
         assert!(looked_at > 200, "{looked_at}");
     }
 
-    /// The distance from all triangles, one after another.
+    /// Returns the distance from all triangles by brute force.
     fn unsigned_distance(&self, point: DVec3) -> f64 {
         let corners = |triangle: &[u32; 3]| triangle.map(|vertex| exact(self.solid.positions()[vertex as usize]));
         let squared = self.solid.triangles().iter().map(|triangle| squared_distance(point, corners(triangle)));
         squared.fold(f64::INFINITY, f64::min).sqrt()
     }
 
-    /// The same, negative inside, as a parity along a direction in general position has it.
+    /// Returns the same distance, negative inside by the crossing parity along a direction in general position.
     fn signed_distance(&self, point: DVec3) -> f64 {
         let direction = DVec3::new(0.31234, 0.51237, 0.79);
         let winding: i32 = self
@@ -136,7 +136,7 @@ impl Offset {
     }
 }
 
-/// The lattice position on a ray at a depth.
+/// Returns the lattice position on a ray at a depth.
 fn point_on(grid: &Grid, axis: Axis, ray: u32, depth: i32) -> [i32; 3] {
     let (columns, _) = grid.image_size(axis);
     let mut point = [depth; 3];
@@ -145,7 +145,7 @@ fn point_on(grid: &Grid, axis: Axis, ray: u32, depth: i32) -> [i32; 3] {
     point
 }
 
-/// V + S r + M r² + 4 π r³ / 3 of a convex mesh.
+/// Returns V + S r + M r² + 4 π r³ / 3 of a convex mesh.
 fn steiner(mesh: &TriangleMesh, radius: f64) -> f64 {
     let corners = |triangle: &[u32; 3]| triangle.map(|vertex| mesh.positions[vertex as usize]);
     let normals: Vec<DVec3> = mesh
@@ -173,7 +173,7 @@ fn steiner(mesh: &TriangleMesh, radius: f64) -> f64 {
     volume + area * radius + curvature * radius.powi(2) + 4.0 / 3.0 * PI * radius.powi(3)
 }
 
-/// An L of two boxes, 3 × 1 × 1 and 1 × 3 × 1.
+/// Returns an L of two boxes, 3 × 1 × 1 and 1 × 3 × 1.
 fn l_solid() -> TriangleMesh {
     let profile = [[0, 0], [3, 0], [3, 1], [1, 1], [1, 3], [0, 3]].map(|[x, y]| [f64::from(x), f64::from(y)]);
     let at = |z: f64| profile.map(|[x, y]| DVec3::new(x, y, z));
@@ -194,7 +194,7 @@ fn turned(mut mesh: TriangleMesh, axis: DVec3, angle: f64) -> TriangleMesh {
     mesh
 }
 
-/// A box with a cavity.
+/// Returns a box with a cavity.
 fn hollow(side: f64, wall: f64) -> TriangleMesh {
     together(&[cube(DVec3::ZERO, side), reversed(&cube(DVec3::splat(wall), side - 2.0 * wall))])
 }
@@ -234,7 +234,7 @@ fn a_faceted_ball_has_the_volume_of_steiner() {
         let offset = Offset::new(mesh(), distance, (1.0 + distance) / 64.0);
         offset.each_volume_is(steiner(&mesh(), distance), 1e-3);
     }
-    // Shrunk, the facets move in and every edge and vertex stays sharp.
+    // When shrunk, the facets move in and every edge and vertex stays sharp.
     let offset = Offset::new(mesh(), -0.2, 1.0 / 24.0);
     offset.agrees_with_all_triangles();
 }
@@ -290,7 +290,7 @@ fn thin_walls_vanish() {
     assert_eq!(Offset::new(wall(), -9.0, 0.05).volumes(), [0.0; 3]);
 }
 
-/// A rectangle with two sides and nothing between, whose diagonals differ.
+/// Returns a two-sided rectangle of zero thickness, with different diagonals on its two sides.
 fn sheet(sides: [f64; 2]) -> TriangleMesh {
     let [x, y] = sides;
     let positions = vec![DVec3::ZERO, DVec3::X * x, DVec3::new(x, y, 0.0), DVec3::Y * y];
@@ -316,7 +316,7 @@ fn needles_grow_round() {
     Offset::new(mesh, 0.4, 0.07).agrees_with_all_triangles();
 }
 
-/// A cube with a sliver at each of its edges, which rounding turns over or not.
+/// A cube with a sliver at each of its edges, which rounding may flip.
 #[test]
 fn slivers_at_edges_open_no_boundary() {
     for seed in 0..4 {
@@ -345,7 +345,7 @@ fn cavities_shrink_and_vanish() {
     // Inwards the cavity grows round.
     let grown = steiner(&cube(DVec3::ZERO, 2.0), 0.25);
     Offset::new(hollow(4.0, 1.0), -0.25, 0.0625).each_volume_is(3.5f64.powi(3) - grown, 3e-3);
-    // Walls go first, then what is left of edges and corners.
+    // Walls vanish first, then the rest of edges and corners.
     assert!(Offset::new(hollow(4.0, 1.0), -0.51, 0.0625).volumes()[0] > 0.0);
     assert_eq!(Offset::new(hollow(4.0, 1.0), -0.7, 0.0625).volumes(), [0.0; 3]);
 }
@@ -371,7 +371,7 @@ fn samples_have_normals_of_length_one() {
                 let normal = DVec3::from_array(normals[number as usize].map(f64::from));
                 assert!((normal.length() - 1.0).abs() < 1e-6);
                 assert_eq!(normal[image.axis().depth()] < 0.0, rank % 2 == 0);
-                // From the sample back along the normal lies the solid, or behind a shifted facet.
+                // The solid lies back along the normal from the sample, or behind a shifted facet.
                 let point = exact(point_on(&grid, image.axis(), ray, depth)) - normal * patches.radius();
                 let corners = |t: &[u32; 3]| t.map(|vertex| exact(solid.positions()[vertex as usize]));
                 let squared = solid.triangles().iter().map(|t| squared_distance(point, corners(t)));
@@ -382,7 +382,7 @@ fn samples_have_normals_of_length_one() {
     }
 }
 
-/// Tetrahedra that overlap, share vertices and lie in planes of the lattice.
+/// Generates tetrahedra that overlap, share vertices and lie in planes of the lattice.
 fn tetrahedra() -> impl Strategy<Value = Vec<TriangleMesh>> {
     let corner = || (0..7u8, 0..7u8, 0..7u8).prop_map(|(x, y, z)| DVec3::new(x.into(), y.into(), z.into()));
     let one = [corner(), corner(), corner(), corner()].prop_filter_map("flat", |positions| {
@@ -400,7 +400,7 @@ proptest! {
     #[test]
     fn tetrahedra_grow_and_shrink(all in tetrahedra(), distance in -0.5..2.5f64, angle in prop::option::of(0.0..2.0)) {
         prop_assume!(distance.abs() > 1e-3);
-        // What overlaps can only grow.
+        // Overlapping solids can only grow.
         let mesh = if distance > 0.0 { together(&all) } else { all[0].clone() };
         let mesh = match angle {
             Some(angle) => turned(mesh, DVec3::new(2.0, 1.0, 3.0), angle),

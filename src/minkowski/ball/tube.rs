@@ -1,8 +1,8 @@
 //! Parts of cylinders about convex edges.
 //!
 //! Across an edge with unit direction d, a ray along the unit vector z has the frame c ∥ z × d and g = (z − (z·d) d) / s, where
-//! s is the sine of the angle between them. The ray passes the edge's line at a distance h along c, and meets the cylinder
-//! of radius r at the normals (h c ± k g) / r, k = √(r² − h²), leaving with the upper sign. On either sheet h is monotonous in the
+//! s is the sine of the angle between them. The ray passes the edge's line at a distance h along c, and meets the cylinder of
+//! radius r at the normals (h c ± k g) / r, k = √(r² − h²), leaving with the upper sign. On either sheet h is monotonic in the
 //! normal's angle, so that a range of normals is a range of h.
 
 use std::ops::Range;
@@ -29,7 +29,7 @@ pub struct TubeView {
     radius: f64,
     /// d along the depth.
     along: f64,
-    /// s.
+    /// The sine s.
     slant: f64,
     /// d in the plane of the view over s; c is at right angles to it.
     forward: [f64; 2],
@@ -39,24 +39,24 @@ pub struct TubeView {
     sheets: [Option<Sheet>; 2],
 }
 
-/// Where a ray leaves a tube, or enters it.
+/// The part of a tube where rays leave it, or where they enter it.
 struct Sheet {
     /// +1 where rays leave.
     side: f64,
     /// Least and greatest h.
     across: [f64; 2],
-    /// The least and the greatest position along `forward`, the edge's start being at zero.
+    /// The least and the greatest position along `forward`, with zero at the edge's start.
     forward: [f64; 2],
 }
 
 impl Tube {
-    /// The unit normal at a position on it.
+    /// Returns the unit normal at a position on the tube.
     pub fn normal(&self, point: DVec3) -> DVec3 {
         let from = point - exact(self.start);
         (from - self.direction * self.direction.dot(from)).normalize_or_zero()
     }
 
-    /// The tube in one view; none where it is parallel to the rays.
+    /// Projects the tube into one view; `None` where it is parallel to the rays.
     pub fn seen(&self, view: &View, radius: f64) -> Option<TubeView> {
         let direction = view.direction(self.direction);
         let slant = direction[0].hypot(direction[1]);
@@ -90,7 +90,7 @@ impl TubeView {
         if k0 <= 0.0 && k1 <= 0.0 {
             return None;
         }
-        // Where the normals go over to the other sheet, the ray touches the cylinder.
+        // Where the normals change to the other sheet, the ray touches the cylinder.
         let turn = self.radius.copysign(h0 * k1.abs() + h1 * k0.abs());
         let end = |h: f64, k: f64| if k < 0.0 { [turn, 0.0] } else { [h, k] };
         let ([h0, k0], [h1, k1]) = (end(h0, k0), end(h1, k1));
@@ -101,7 +101,7 @@ impl TubeView {
         Some(Sheet { side, across, forward: [least - WIDENED, self.length + most + WIDENED] })
     }
 
-    /// The rows and columns between which both sheets lie.
+    /// Returns the rows and columns between which both sheets lie.
     pub fn footprint(&self, view: &View) -> Footprint {
         let (mut columns, mut rows) = (0..0, 0..0);
         let join = |all: &mut Range<i32>, one: Range<i32>| match all.start < all.end {
@@ -120,12 +120,12 @@ impl TubeView {
         Footprint { columns, rows }
     }
 
-    /// c in the plane of the view.
+    /// Returns c in the plane of the view.
     fn sideways(&self) -> [f64; 2] {
         [-self.forward[1], self.forward[0]]
     }
 
-    /// The least and the greatest position of a sheet along columns or rows.
+    /// Returns the least and the greatest position of a sheet along columns or rows.
     fn bounds(&self, sheet: &Sheet, i: usize) -> [f64; 2] {
         let ends = |range: [f64; 2], by: f64| (range[0] * by, range[1] * by);
         let (a, b) = (ends(sheet.across, self.sideways()[i]), ends(sheet.forward, self.forward[i]));
@@ -156,7 +156,7 @@ impl TubeView {
         let (forward, sideways) = (self.forward, self.sideways());
         let v = view.ray(row) - self.start[1];
         for (range, [by_column, by_row]) in [(sheet.across, sideways), (sheet.forward, forward)] {
-            // Nearly level strips are no bound that could be calculated well.
+            // Nearly level strips give no bound that could be calculated accurately.
             if by_column.abs() > 1e-6 {
                 let ends = range.map(|end| (end - v * by_row) / by_column);
                 left = left.max(ends[0].min(ends[1]));

@@ -1,4 +1,4 @@
-//! Positions and rays as the view along one axis sees them.
+//! Positions and rays in the view along one axis.
 
 use std::ops::Range;
 
@@ -25,32 +25,32 @@ impl View {
         View { axis, pixels, per_step, columns: columns as i32, rows: rows as i32 }
     }
 
-    /// A lattice position.
+    /// Converts a lattice position.
     #[inline]
     pub fn position(&self, p: [i32; 3]) -> [f64; 3] {
         [p[self.axis.column()], p[self.axis.row()], p[self.axis.depth()]].map(f64::from)
     }
 
-    /// A direction.
+    /// Converts a direction.
     #[inline]
     pub fn direction(&self, d: DVec3) -> [f64; 3] {
         let d = d.to_array();
         [d[self.axis.column()], d[self.axis.row()], d[self.axis.depth()]]
     }
 
-    /// The lattice position of a column or row.
+    /// Returns the lattice position of a column or row.
     #[inline]
     pub fn ray(&self, index: i32) -> f64 {
         f64::from(self.pixels.ray(index))
     }
 
-    /// The columns whose rays lie between two lattice positions.
+    /// Returns the columns whose rays lie between two lattice positions.
     #[inline]
     pub fn columns(&self, low: f64, high: f64) -> Range<i32> {
         self.between(low, high, self.columns)
     }
 
-    /// The rows whose rays lie between two lattice positions.
+    /// Returns the rows whose rays lie between two lattice positions.
     #[inline]
     pub fn rows(&self, low: f64, high: f64) -> Range<i32> {
         self.between(low, high, self.rows)
@@ -61,7 +61,7 @@ impl View {
         let first = f64::from(self.pixels.first);
         let place = |position: f64| ((position - first) * self.per_step).clamp(-1.0, f64::from(count));
         let (low, high) = (place(low), place(high));
-        // Both are above −2, and conversion cuts fractions off.
+        // Both are above −2, and conversion truncates.
         let start = low as i32 + i32::from(f64::from(low as i32) < low);
         let end = (high + 1.0) as i32;
         start.max(0)..end.min(count)

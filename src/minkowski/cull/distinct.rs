@@ -1,30 +1,30 @@
-//! Primitives that differ, and their triangles.
+//! Removal of duplicate primitives, and the triangles of the others.
 
 use rayon::prelude::*;
 
 use super::Primitives;
 
-/// A primitive: the same for the same positions in the same sense of rotation.
+/// A primitive in a canonical order: equal for equal positions and orientation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Shape {
-    /// Beginning with the least of its corners.
+    /// A triangle that begins with the least of its corners.
     Triangle([[i32; 3]; 3]),
-    /// Beginning with the least of its corners, with the greatest opposite to it.
+    /// A parallelogram that begins with the least of its corners, with the greatest opposite to it.
     Parallelogram([[i32; 3]; 4]),
 }
 
 impl Shape {
-    /// A triangle that is counter-clockwise from outside.
+    /// Creates a triangle that is counter-clockwise from outside.
     pub fn triangle(corners: [[i32; 3]; 3]) -> Shape {
         Shape::Triangle(least_first(corners))
     }
 
-    /// A parallelogram that is counter-clockwise from outside.
+    /// Creates a parallelogram that is counter-clockwise from outside.
     pub fn parallelogram(corners: [[i32; 3]; 4]) -> Shape {
         Shape::Parallelogram(least_first(corners))
     }
 
-    /// Its corners in turn.
+    /// Returns its corners in order.
     pub fn corners(&self) -> &[[i32; 3]] {
         match self {
             Shape::Triangle(corners) => corners,
@@ -32,7 +32,7 @@ impl Shape {
         }
     }
 
-    /// The same for shapes that are the same.
+    /// Returns a hash that is equal for equal shapes.
     fn hash(&self) -> u64 {
         const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
         let mixed = self.corners().iter().flatten().fold(0_u64, |hash, &coordinate| {
@@ -48,10 +48,10 @@ fn least_first<const N: usize>(mut corners: [[i32; 3]; N]) -> [[i32; 3]; N] {
     corners
 }
 
-/// Tables among which shapes are shared out by their hashes, so that several can be filled at once.
+/// Number of tables that shapes are distributed over by their hashes, so that several are filled in parallel.
 const TABLES: u64 = 8;
 
-/// Takes out every shape that is the same as one before it.
+/// Removes every shape that equals an earlier one.
 pub fn keep_distinct(lists: &mut [Vec<Shape>]) {
     let hashes: Vec<u64> = lists.par_iter().flat_map_iter(|list| list.iter().map(Shape::hash)).collect();
     let starts = starts(lists.iter().map(Vec::len));
@@ -72,7 +72,7 @@ pub fn keep_distinct(lists: &mut [Vec<Shape>]) {
     });
 }
 
-/// Those of one table that are the same as one before them: an open hash table of indices, with the upper halves of hashes.
+/// Returns the shapes of one table that equal an earlier one, by an open hash table of indices with the upper halves of hashes.
 fn repeated(hashes: &[u64], table: u64, same: impl Fn(u32, u32) -> bool) -> Vec<u32> {
     const EMPTY: u64 = u64::MAX;
     let mine = || hashes.iter().enumerate().filter(|&(_, hash)| (hash >> 32) % TABLES == table);
@@ -98,7 +98,7 @@ fn repeated(hashes: &[u64], table: u64, same: impl Fn(u32, u32) -> bool) -> Vec<
     found
 }
 
-/// Triangles of all shapes, which share the positions of their shape.
+/// Triangulates all shapes; the triangles of a shape share its positions.
 ///
 /// # Panics
 /// If there are 2^32 positions or more, which take 50 GB.
@@ -128,7 +128,7 @@ pub fn primitives(lists: &[Vec<Shape>]) -> Primitives {
     primitives
 }
 
-/// Fills the part of a list of shapes, whose positions begin at `first` among all.
+/// Writes the positions and triangles of a list of shapes, whose positions begin at `first` among all.
 fn write(list: &[Shape], first: u32, positions: &mut [[i32; 3]], triangles: &mut [[u32; 3]]) {
     let (mut next, mut triangles) = (0, triangles.iter_mut());
     for shape in list {
@@ -142,7 +142,7 @@ fn write(list: &[Shape], first: u32, positions: &mut [[i32; 3]], triangles: &mut
     }
 }
 
-/// Where each of many parts begins, and where the last one ends.
+/// Returns the start of each of many parts, and the end of the last one.
 fn starts(counts: impl Iterator<Item = usize>) -> Vec<usize> {
     let mut starts = vec![0];
     starts.extend(counts.scan(0, |end, count| {

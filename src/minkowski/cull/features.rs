@@ -1,4 +1,4 @@
-//! What of a polyhedron can carry the boundary of a sum: its facets, its corners, its convex edges.
+//! The features of a polyhedron that can carry the boundary of a sum: its facets, its corners, its convex edges.
 
 use std::cmp::Ordering;
 
@@ -13,18 +13,18 @@ use crate::minkowski::polyhedron::may_be_turned;
 pub struct Features<'p> {
     /// Lattice positions of all vertices.
     pub positions: &'p [[i32; 3]],
-    /// Facets that have an area; those that may have been turned over come once for each side.
+    /// Facets that have an area; those that may have been flipped occur once for each side.
     pub facets: Vec<Facet>,
-    /// Vertices that are no points of a plane or of an edge.
+    /// Vertices that are not interior to a plane or an edge.
     pub corners: Vec<Corner>,
-    /// Edges that are not certainly reflex or flat; needles among them, which have no sides.
+    /// Edges that are not certainly reflex or flat, including needles, which have no sides.
     pub edges: Vec<Edge>,
-    /// From each corner to its neighbours, corner by corner.
+    /// The directions from each corner to its neighbours, corner by corner.
     pub spokes: Vec<Direction>,
-    /// (o − p) × (q − p) for each edge pq and the third vertex o of each of its facets, edge by edge; without those of no
+    /// (o − p) × (q − p) for each edge pq and the third vertex o of each of its facets, edge by edge; without facets of zero
     /// area.
     pub sides: Vec<Normal>,
-    /// All edges, also those that are left out above.
+    /// The number of all edges, including those that are omitted above.
     pub all_edges: usize,
 }
 
@@ -34,24 +34,24 @@ pub struct Facet {
     pub vertices: [u32; 3],
     /// Its outward normal.
     pub normal: Normal,
-    /// Whether that is known.
+    /// The reliability of the normal.
     facing: Facing,
 }
 
-/// Which side of a facet the solid is on.
+/// The side of a facet that the solid is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Facing {
-    /// Behind it.
+    /// The solid is behind it.
     Outwards,
-    /// Nobody knows: it is so thin that rounding to the lattice may have turned it over.
+    /// Unknown: the facet is so thin that rounding to the lattice may have flipped it.
     Either,
 }
 
 /// A vertex that may support a plane.
 pub struct Corner {
-    /// Which vertex.
+    /// The index of the vertex.
     pub vertex: u32,
-    /// Where its spokes begin, and where they end.
+    /// The first of its spokes, and the end of them.
     pub spokes: [u32; 2],
 }
 
@@ -59,25 +59,25 @@ pub struct Corner {
 pub struct Edge {
     /// Its vertices, the lesser first.
     pub ends: [u32; 2],
-    /// From the first to the second.
+    /// The direction from the first to the second.
     pub along: Direction,
-    /// Where its sides begin, where those of facets that run from the second end to the first do, and where they end. These
-    /// are the normals of their facets, and those before are the opposite ones.
+    /// The first of its sides, the first side of facets that run from the second end to the first, and the end of the sides.
+    /// The latter are the normals of their facets, the former the opposite ones.
     pub sides: [u32; 3],
-    /// What its outward normals lie between.
+    /// The limits of its outward normals.
     pub bounds: Bounds,
 }
 
-/// What the outward normals of an edge lie between.
+/// The limits of an edge's outward normals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounds {
     /// The normals of its two facets.
     TwoFacets,
     /// The normal of its first side and the opposite one.
     OneFacet,
-    /// Those too; nobody knows on which side of one of its facets the solid is.
+    /// The same; for one of its facets the side of the solid is unknown.
     TurnedFacet,
-    /// Nothing: none of its facets has an area.
+    /// No limits: none of its facets has an area.
     NoFacet,
 }
 
@@ -88,7 +88,7 @@ pub struct Arc {
 }
 
 impl Arc {
-    /// The directions in turn.
+    /// Returns the directions in order.
     pub fn points(&self) -> &[DVec3] {
         &self.points[..self.count]
     }
@@ -116,7 +116,7 @@ impl Facet {
         Facet { vertices, normal: Direction::between(a, b).cross(&Direction::between(a, c)), facing }
     }
 
-    /// The same facet seen from the other side.
+    /// Returns the same facet seen from the other side.
     fn reversed(&self) -> Facet {
         let [a, b, c] = self.vertices;
         Facet { vertices: [a, c, b], normal: self.normal.reversed(), facing: self.facing }
@@ -124,14 +124,14 @@ impl Facet {
 }
 
 impl Edge {
-    /// Whether it is not known which way its facets face, or there are none.
+    /// Returns whether the orientation of its facets is unknown, or it has none with an area.
     pub fn may_face_anywhere(&self) -> bool {
         matches!(self.bounds, Bounds::NoFacet | Bounds::TurnedFacet)
     }
 }
 
 impl Features<'_> {
-    /// Finds them.
+    /// Finds the features of a polyhedron.
     pub fn new(solid: &Polyhedron) -> Features<'_> {
         let positions = solid.positions();
         let facet = |&vertices: &[u32; 3]| Facet::new(vertices, positions);
@@ -204,7 +204,7 @@ impl Features<'_> {
         self.edges.push(Edge { ends, along, sides, bounds });
     }
 
-    /// A corner has three edges at the least that are convex, or one that may be of a part without thickness.
+    /// Adds the corners: vertices with at least three convex edges, or with one that may belong to a part without thickness.
     fn add_corners(&mut self, rims: &[[u32; 2]]) {
         let mut convex = vec![0_u32; self.positions.len()];
         for edge in &self.edges {
@@ -237,13 +237,13 @@ impl Features<'_> {
         }
     }
 
-    /// The directions from a corner to its neighbours.
+    /// Returns the directions from a corner to its neighbours.
     pub fn spokes_of(&self, corner: &Corner) -> &[Direction] {
         &self.spokes[corner.spokes[0] as usize..corner.spokes[1] as usize]
     }
 
-    /// Whether a normal which is, up to its sign and length, that of all facets at an edge points out of one of them, as far
-    /// as that is known, or the edge has none and is all that there is.
+    /// Returns whether a normal, which up to its sign and length is that of all facets at an edge, points out of one of them.
+    /// Also true if that is unknown, or if no facet of the edge has an area.
     pub fn has_facet_towards(&self, edge: &Edge, normal: &Normal) -> bool {
         if edge.may_face_anywhere() {
             return true;
@@ -254,7 +254,8 @@ impl Features<'_> {
         forward.iter().any(|side| side.faces(&turned)) || backward.iter().any(|side| side.faces(normal))
     }
 
-    /// Directions on the unit sphere, a right angle at most from one to the next: all outward normals of an edge lie between.
+    /// Returns directions on the unit sphere, consecutive ones at most a right angle apart, that enclose all outward normals of
+    /// an edge.
     pub fn arc(&self, edge: &Edge) -> Arc {
         let sides = self.sides_of(edge);
         let unit = |v: [f64; 3]| DVec3::from(v).normalize();
@@ -263,7 +264,7 @@ impl Features<'_> {
             let (u, v) = along.any_orthonormal_pair();
             return Arc { points: [u, v, -u, -v, u], count: 5 };
         };
-        // From the edge into a facet; the middle of the arc is where all facets lie behind.
+        // From the edge into a facet; the middle of the arc has all facets behind it.
         let inward = along.cross(first);
         let of_three = |a, b, c| Arc { points: [a, b, c, c, c], count: 3 };
         match edge.bounds {
@@ -278,13 +279,13 @@ impl Features<'_> {
         }
     }
 
-    /// The sides of an edge.
+    /// Returns the sides of an edge.
     pub fn sides_of(&self, edge: &Edge) -> &[Normal] {
         &self.sides[edge.sides[0] as usize..edge.sides[2] as usize]
     }
 }
 
-/// All facets at all edges, in the order of their ends, first that runs forward.
+/// Returns all facets at all edges, in the order of the edges' ends; those that run forward come first.
 fn half_edges(triangles: &[[u32; 3]], vertices: usize) -> Vec<HalfEdge> {
     let of_facet = |(facet, &[a, b, c]): (usize, &[u32; 3])| {
         let facet = facet as u32;

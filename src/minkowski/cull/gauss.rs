@@ -1,30 +1,30 @@
-//! The Gauss map: where on the sphere of directions the outward normals of features lie.
+//! The Gauss map: the outward normals of features on the sphere of directions.
 //!
 //! Seen from the centre, the six faces of a cube show the sphere such that great circles are straight lines. On each face a
-//! facet is a point, a convex edge a segment, a corner a convex polygon, and what counts of each is its box.
+//! facet is a point, a convex edge a segment, a corner a convex polygon, and only the bounding box of each is used.
 //!
 //! All of this is `f64`, and only prunes. Constraints are relaxed by [`TOLERANCE`] and boxes grown by [`GROWTH`], both far
-//! beyond the rounding of what they are made of, so that features which share an outward normal exactly have boxes that
-//! meet on the face that [`face_of`] gives for it.
+//! larger than the rounding of the directions, so that features which share an outward normal exactly have boxes that meet on
+//! the face that [`face_of`] returns for it.
 
 use glam::{DVec3, Vec3A};
 use obvhs::Boundable;
 use obvhs::aabb::Aabb;
 
-/// By how much a direction may fall short of a constraint; directions are rounded to about 10⁻¹⁵.
+/// Greatest violation of a constraint that is accepted; directions are rounded to about 10⁻¹⁵.
 const TOLERANCE: f64 = 1e-9;
 
-/// How far boxes reach beyond what they hold; single precision rounds by 2⁻²⁵ on a face.
+/// Enlargement of boxes; single precision rounds by 2⁻²⁵ on a face.
 const GROWTH: f32 = 1.0 / (1 << 20) as f32;
 
-/// What a feature covers of one face of the cube.
+/// The box of a feature on one face of the cube.
 #[derive(Clone, Copy, Debug)]
 pub struct Patch {
     /// Two coordinates on the face, and the face.
     pub bounds: Aabb,
-    /// Which feature.
+    /// The index of the feature.
     pub feature: u32,
-    /// Which face: twice the axis, and one more where it is the negative one.
+    /// The number of the face: twice the axis, plus one where it is the negative one.
     pub face: u32,
 }
 
@@ -34,14 +34,14 @@ impl Boundable for Patch {
     }
 }
 
-/// The face that a direction points to, of several the first.
+/// Returns the face that a direction points to, the first of several.
 pub fn face_of(normal: [i64; 3]) -> u32 {
     let sizes = normal.map(i64::unsigned_abs);
     let axis = (1..3).fold(0, |best, axis| if sizes[axis] > sizes[best] { axis } else { best });
     2 * axis as u32 + u32::from(normal[axis] < 0)
 }
 
-/// A direction, on the given face.
+/// Returns the patch of a direction, on the given face.
 pub fn point(direction: DVec3, face: u32, feature: u32) -> Patch {
     let [depth, x, y] = on_face(direction, face);
     let mut spread = Spread::NONE;
@@ -49,7 +49,7 @@ pub fn point(direction: DVec3, face: u32, feature: u32) -> Patch {
     spread.patch(face, feature).expect("a point is there")
 }
 
-/// The arcs between directions in turn, no two at more than a right angle.
+/// Adds the patches of the arcs between consecutive directions, no two more than a right angle apart.
 pub fn arc(directions: &[DVec3], feature: u32, patches: &mut Vec<Patch>) {
     for face in 0..6 {
         let mut spread = Spread::NONE;
@@ -63,11 +63,11 @@ pub fn arc(directions: &[DVec3], feature: u32, patches: &mut Vec<Patch>) {
     }
 }
 
-/// The directions whose dot product with none of the spokes, which are unit vectors, is positive.
+/// Adds the patches of the directions whose dot product with none of the spokes, which are unit vectors, is positive.
 pub fn cone(spokes: &[DVec3], feature: u32, patches: &mut Vec<Patch>, room: &mut [Vec<[f64; 2]>; 2]) {
     for face in 0..6 {
         let constraints = spokes.iter().map(|&spoke| on_face(spoke, face));
-        // The least value on the face, taken in one of its corners.
+        // The least value on the face, attained in one of its corners.
         if constraints.clone().any(|[depth, x, y]| depth - x.abs() - y.abs() > 4.0 * TOLERANCE) {
             continue;
         }
@@ -88,7 +88,7 @@ pub fn cone(spokes: &[DVec3], feature: u32, patches: &mut Vec<Patch>, room: &mut
     }
 }
 
-/// The part of a polygon where depth + x·X + y·Y is not positive.
+/// Clips a polygon to depth + x·X + y·Y ≤ 0.
 fn halve(polygon: &[[f64; 2]], [depth, x, y]: [f64; 3], kept: &mut Vec<[f64; 2]>) {
     let excess = |[px, py]: [f64; 2]| depth + x * px + y * py - 2.0 * TOLERANCE;
     kept.clear();
@@ -107,7 +107,7 @@ fn halve(polygon: &[[f64; 2]], [depth, x, y]: [f64; 3], kept: &mut Vec<[f64; 2]>
     }
 }
 
-/// Along the axis of a face, and along the other two.
+/// Returns the component along the axis of a face, and those along the other two.
 fn on_face(direction: DVec3, face: u32) -> [f64; 3] {
     let v = direction.to_array();
     let axis = (face / 2) as usize;
@@ -115,7 +115,7 @@ fn on_face(direction: DVec3, face: u32) -> [f64; 3] {
     [depth, v[(axis + 1) % 3], v[(axis + 2) % 3]]
 }
 
-/// The part of a chord that is seen on its face.
+/// Clips a chord to the part visible on its face.
 fn clip(from: [f64; 3], to: [f64; 3]) -> Option<[[f64; 3]; 2]> {
     let mut range = [0.0_f64, 1.0];
     for (axis, sign) in [(1, 1.0), (1, -1.0), (2, 1.0), (2, -1.0)] {

@@ -1,4 +1,4 @@
-//! Which pairs of features can carry the boundary of a sum.
+//! Culling: the pairs of features that can carry the boundary of a sum.
 //!
 //! # Theory
 //! A point a + b on the boundary of A ⊕ B with outward normal n supports both solids: near a, A lies in n·(x − a) ≤ 0, and
@@ -9,37 +9,37 @@
 //! - Two **edges** with directions u and v: n is u × v or its opposite, if n·(o − p) ≤ 0 for a point p of each edge and the
 //!   third vertices o of all facets at it. The primitive is the parallelogram of the edges.
 //!
-//! Edges may be left out in advance where two facets meet in a reflex angle, which supports no plane (with the four
-//! inequalities alone the inner edge of an L would pass), and where they lie in one plane, vertices where fewer than three
-//! of the other edges end. For the latter, let x be a point of the boundary of A ⊕ B. What A and x − B share is in the
-//! boundaries of both. Let a be the end of it in some general direction. If A near a is a half space, and x − B is one, or a
-//! wedge, then near a both share the plane, or a line at the least, and a is no end. Then x − B has a true corner there, which
-//! with the facet of A through a makes a primitive; its directions span a pointed cone, which has three rays at the least,
-//! all of them convex edges. If both are wedges with different directions, their edges make one. A cone without thickness has
-//! fewer rays, two of a sheet and one of a needle, so the end of an edge that may belong to one is always taken for a corner.
-//! So the primitives cover the boundary without those of points and edges within planes, and of points within edges.
+//! Edges may be omitted in advance where two facets meet in a reflex angle, which supports no plane (with the four inequalities
+//! alone the inner edge of an L would pass), and where they lie in one plane; so may vertices where fewer than three of the
+//! other edges end. For the latter, let x be a point of the boundary of A ⊕ B. The intersection of A and x − B is in the
+//! boundaries of both. Let a be its end in some general direction. If A near a is a half space, and x − B is one, or a wedge,
+//! then near a both share the plane, or at least a line, and a is no end. Then x − B has a true corner there, which with the
+//! facet of A through a makes a primitive; its directions span a pointed cone, which has at least three rays, all of them
+//! convex edges. If both are wedges with different directions, their edges make one. A cone without thickness has fewer rays,
+//! two of a sheet and one of a needle, so the end of an edge that may belong to one always counts as a corner. So the
+//! primitives cover the boundary without those of points and edges within planes, and of points within edges.
 //!
 //! An edge with more than two facets is kept, as is one at a facet without area, which constrains nothing. Where n·(o − p) is
-//! zero throughout at an edge, it takes a facet there that n points out of, if any of its facets has an area at all: an edge
+//! zero throughout at an edge, a facet there that n points out of is required, if any of its facets has an area at all: an edge
 //! between facets without area is a needle, or lies along others and adds nothing.
 //!
-//! Rounding to the lattice turns some of the thinnest facets over, such as the slivers that fill T-junctions. At a convex edge
-//! that leaves two edges in place of one, both reflex by their normals, and the boundary would be open there; so a facet that
-//! may have been turned over is a wall: it counts from both sides, and its edges are left out on no account. That is no
-//! loss of certainty, since behind a wall moved by a vertex of a solid there lies the sum whichever way the wall is seen.
+//! Rounding to the lattice flips some of the thinnest facets, such as the slivers that fill T-junctions. At a convex edge that
+//! leaves two edges in place of one, both reflex by their normals, and the boundary would be open there; so a facet that may
+//! have been flipped is a wall: it counts from both sides, and its edges are never omitted. That is no loss of certainty, since
+//! behind a wall moved by a vertex of a solid the sum lies on either side.
 //!
-//! # Practice
-//! Signs are exact (`sign`). Few of all pairs are looked at: those whose outward normals lie in boxes that meet on the Gauss
-//! map (`gauss`), which a hierarchy of boxes finds (`pairs`). A pair that meets on several faces of the map counts on the
+//! # Implementation
+//! Signs are exact (`sign`). Only a few of all pairs are visited: those whose outward normals lie in boxes that meet on the
+//! Gauss map (`gauss`), which a hierarchy of boxes finds (`pairs`). A pair that meets on several faces of the map counts on the
 //! one that its normal points to.
 //!
-//! Of 44 million pairs of a bone of 27 k triangles and a ball of 500, 62 thousand are looked at and 38 thousand kept, in 14 ms
-//! of one core; of 272 million of two trabecular blocks of 11 k and 8 k triangles, 963 and 679 thousand in 116 ms. The search
-//! for boxes that meet is a sixth to a fifth of that, which is all that another index than a hierarchy, such as a grid on
-//! each face, could gain.
+//! Of 44 million pairs of a bone of 27 k triangles and a ball of 500, 62 thousand are visited and 38 thousand kept, in 14 ms on
+//! one core; of 272 million of two trabecular blocks of 11 k and 8 k triangles, 963 and 679 thousand in 116 ms. The search for
+//! boxes that meet takes a sixth to a fifth of that, which limits the gain of any other index than a hierarchy, such as a grid
+//! on each face.
 //!
-//! The result is the same for any number of threads. Primitives of the same positions and orientation, which parallel edges
-//! and copies within a solid bring about, are kept once (`distinct`).
+//! The result is the same for any number of threads. Primitives of the same positions and orientation, which arise from
+//! parallel edges and from copies within a solid, are kept once (`distinct`).
 
 mod distinct;
 mod features;
@@ -64,8 +64,8 @@ use gauss::Patch;
 use pairs::{Found, meeting};
 use sign::Normal;
 
-/// The primitives that cover the boundary of A ⊕ B, for polyhedra whose positions are not negative and add up on the lattice
-/// of a [`SumGrid`](crate::grid::SumGrid); and how many pairs there were.
+/// Returns the primitives that cover the boundary of A ⊕ B, for polyhedra whose positions are not negative and add up on the
+/// lattice of a [`SumGrid`](crate::grid::SumGrid); and the counts of pairs.
 pub fn cull(a: &Polyhedron, b: &Polyhedron) -> (Primitives, CullCounts) {
     let (a_features, b_features) = rayon::join(|| Features::new(a), || Features::new(b));
     let (a_map, b_map) = rayon::join(|| Map::new(&a_features), || Map::new(&b_features));
@@ -77,7 +77,7 @@ pub fn cull(a: &Polyhedron, b: &Polyhedron) -> (Primitives, CullCounts) {
     assemble([a, b], [&a_features, &b_features], lists, visited)
 }
 
-/// The primitives among the shapes that were kept, and what they were found among.
+/// Makes the primitives of the kept shapes, and the counts.
 fn assemble(
     [a, b]: [&Polyhedron; 2],
     [a_features, b_features]: [&Features; 2],
@@ -95,7 +95,7 @@ fn assemble(
     (distinct::primitives(&lists), counts)
 }
 
-/// Where the outward normals of a solid's features lie.
+/// The outward normals of a solid's features on the Gauss map.
 struct Map {
     facets: Vec<Patch>,
     corners: Vec<Patch>,
@@ -136,7 +136,7 @@ impl Map {
 /// Features that one task maps.
 const FEATURES_PER_TASK: usize = 1024;
 
-/// Facets of one solid moved by corners of the other.
+/// Finds the facets of one solid moved by corners of the other.
 fn facets_on_corners(of: &Features, of_map: &Map, on: &Features, on_map: &Map) -> Found<Shape> {
     meeting(&of_map.facets, &on_map.corners, |facet, corner, kept| {
         let facet = &of.facets[facet.feature as usize];
@@ -148,13 +148,13 @@ fn facets_on_corners(of: &Features, of_map: &Map, on: &Features, on_map: &Map) -
     })
 }
 
-/// A facet moved by a corner.
+/// Returns a facet moved by a corner.
 fn facet_on_corner(of: &Features, facet: &Facet, on: &Features, corner: &Corner) -> Shape {
     let by = on.positions[corner.vertex as usize];
     Shape::triangle(facet.vertices.map(|vertex| sum(of.positions[vertex as usize], by)))
 }
 
-/// The parallelograms of two edges: as their directions turn, and the other way round.
+/// Returns the parallelograms of two edges, in the orientation of their directions and reversed.
 fn edge_on_edge(a: &Features, of_a: &Edge, b: &Features, of_b: &Edge) -> [[[i32; 3]; 4]; 2] {
     let [a0, a1] = of_a.ends.map(|vertex| a.positions[vertex as usize]);
     let [b0, b1] = of_b.ends.map(|vertex| b.positions[vertex as usize]);
@@ -162,7 +162,7 @@ fn edge_on_edge(a: &Features, of_a: &Edge, b: &Features, of_b: &Edge) -> [[[i32;
     [corners, [corners[0], corners[3], corners[2], corners[1]]]
 }
 
-/// Parallelograms of two edges.
+/// Finds the parallelograms of two edges.
 fn edges_on_edges(a: &Features, a_map: &Map, b: &Features, b_map: &Map) -> Found<Shape> {
     meeting(&a_map.edges, &b_map.edges, |a_patch, b_patch, kept| {
         let (of_a, of_b) = (&a.edges[a_patch.feature as usize], &b.edges[b_patch.feature as usize]);
@@ -191,8 +191,8 @@ fn edges_on_edges(a: &Features, a_map: &Map, b: &Features, b_map: &Map) -> Found
     })
 }
 
-/// On which side of the plane through an edge with the given sides and another edge its facets lie: below it, above it, in it,
-/// or, if none of these, on both sides.
+/// Returns the side of the plane through an edge with the given sides and another edge that its facets lie on: below, above, in
+/// it, or `None` if on both sides.
 fn heights(sides: &[Normal], other: &Edge) -> Option<Ordering> {
     let mut all = Ordering::Equal;
     for side in sides {

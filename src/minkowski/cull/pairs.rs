@@ -5,19 +5,19 @@ use rayon::prelude::*;
 
 use super::gauss::Patch;
 
-/// Patches that one task looks up; what is found is in the order of the patches, whoever finds it.
+/// Patches that one task looks up; results are in the order of the patches, independent of threads.
 const PATCHES_PER_TASK: usize = 512;
 
-/// What a visitor made of pairs of features, and how many pairs it was shown.
+/// The results of a visitor of pairs of features, and the number of visited pairs.
 pub struct Found<T> {
-    /// In lists whose order only the patches determine, as that in each.
+    /// Lists whose order, within and among them, depends only on the patches.
     pub kept: Vec<Vec<T>>,
     /// Pairs of patches that meet.
     pub visited: u64,
 }
 
-/// Shows every pair of patches that meet to `visit`, features of `a` first; features that share several faces are shown
-/// for each. The patches of the smaller set stand in a hierarchy of boxes, those of the larger are looked up in it.
+/// Calls `visit` for every pair of patches that meet, features of `a` first; features that share several faces are visited for
+/// each. The patches of the smaller set are held in a hierarchy of boxes, in which those of the larger are looked up.
 pub fn meeting<T: Send>(a: &[Patch], b: &[Patch], visit: impl Fn(&Patch, &Patch, &mut Vec<T>) + Sync) -> Found<T> {
     match a.len() < b.len() {
         true => look_up(b, a, |in_b, in_a, kept| visit(in_a, in_b, kept)),

@@ -1,42 +1,42 @@
-//! Exact signs of dot products: rounded first, in integers where the rounding does not settle them.
+//! Exact signs of dot products: in floating point first, in integers where rounding leaves the sign open.
 
 use std::cmp::Ordering;
 
-/// A normal's dot product with a direction is off by less than this times their largest components: three products of
-/// numbers that were rounded once, rounded once more themselves and in two sums, come to 15 units of 2⁻⁵³.
+/// The relative error bound of a normal's dot product with a direction, times their largest components: three products of
+/// numbers that were rounded once, rounded once more themselves and in two sums, add up to 15 units of 2⁻⁵³.
 const ROUNDING: f64 = 1.0 / (1_u64 << 49) as f64;
 
 /// The difference of two positions.
 #[derive(Clone, Copy, Debug)]
 pub struct Direction {
-    /// Components below 2^30 in size.
+    /// Components below 2^30 in magnitude.
     pub exact: [i32; 3],
-    /// The same numbers.
+    /// The same components in `f64`, exactly.
     pub rounded: [f64; 3],
-    /// The largest size of a component.
+    /// The largest magnitude of a component.
     pub size: f64,
 }
 
 /// The cross product of two differences of positions.
 #[derive(Clone, Copy, Debug)]
 pub struct Normal {
-    /// Components below 2^61 in size.
+    /// Components below 2^61 in magnitude.
     pub exact: [i64; 3],
-    /// Each component to the nearest.
+    /// Each component rounded to nearest.
     pub rounded: [f64; 3],
-    /// What a dot product with a direction of size 1 may be off by.
+    /// The error bound of a dot product with a direction of size 1.
     pub slack: f64,
 }
 
 impl Direction {
-    /// From one position to another.
+    /// Returns the direction from one position to another.
     pub fn between(from: [i32; 3], to: [i32; 3]) -> Direction {
         let exact = [0, 1, 2].map(|i| to[i] - from[i]);
         let rounded = exact.map(f64::from);
         Direction { exact, rounded, size: largest(rounded) }
     }
 
-    /// Their cross product.
+    /// Returns the cross product of two directions.
     pub fn cross(&self, other: &Direction) -> Normal {
         let product = |i: usize, j: usize| i64::from(self.exact[i]) * i64::from(other.exact[j]);
         Normal::new([(1, 2), (2, 0), (0, 1)].map(|(i, j)| product(i, j) - product(j, i)))
@@ -49,17 +49,17 @@ impl Normal {
         Normal { exact, rounded, slack: ROUNDING * largest(rounded) }
     }
 
-    /// The same plane from the other side.
+    /// Returns the normal of the same plane from the other side.
     pub fn reversed(&self) -> Normal {
         Normal { exact: self.exact.map(|n| -n), rounded: self.rounded.map(|n| -n), slack: self.slack }
     }
 
-    /// Whether there is no normal: the two directions are parallel.
+    /// Returns whether the normal is zero: the two directions are parallel.
     pub fn is_zero(&self) -> bool {
         self.exact == [0; 3]
     }
 
-    /// The exact sign of the dot product with a direction.
+    /// Returns the exact sign of the dot product with a direction.
     #[inline]
     pub fn sign(&self, along: &Direction) -> Ordering {
         let product: f64 = (0..3).map(|i| self.rounded[i] * along.rounded[i]).sum();
@@ -79,7 +79,7 @@ impl Normal {
         product.cmp(&0)
     }
 
-    /// Whether two normals enclose less than a right angle.
+    /// Returns whether two normals enclose less than a right angle.
     pub fn faces(&self, other: &Normal) -> bool {
         let product: i128 = (0..3).map(|i| i128::from(self.exact[i]) * i128::from(other.exact[i])).sum();
         product > 0
@@ -94,7 +94,7 @@ fn largest(components: [f64; 3]) -> f64 {
 mod tests {
     use super::*;
 
-    /// In a plane of the largest coordinates that there are, and one lattice step off it on either side.
+    /// In a plane of the largest possible coordinates, and one lattice step off it on either side.
     #[test]
     fn signs_are_exact_where_rounding_is_too_coarse() {
         const MOST: i32 = (1 << 30) - 2;

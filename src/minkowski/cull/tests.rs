@@ -1,4 +1,4 @@
-//! Every pair by plain integers, what covers the boundary by points of the sum, and known areas.
+//! Culling compared with all pairs by plain integers, coverage of the boundary by points of the sum, and known areas.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,7 +7,7 @@ use crate::solids;
 
 type Point = [i32; 3];
 
-/// Positions on an even lattice of the given number of steps to the unit, welded; triangles as they are.
+/// Places positions on an even lattice with the given number of steps per unit, welded; triangles are unchanged.
 fn on_lattice(positions: &[[f64; 3]], triangles: &[[u32; 3]], steps: f64) -> Polyhedron {
     let least = [0, 1, 2].map(|i| positions.iter().map(|p| p[i]).fold(f64::INFINITY, f64::min));
     let snap = |p: &[f64; 3]| [0, 1, 2].map(|i| 2 * ((p[i] - least[i]) * steps).round() as i32);
@@ -33,20 +33,20 @@ macro_rules! solid {
     }};
 }
 
-/// Numbers in [0, 1) without order.
+/// Returns a pseudo-random number in [0, 1).
 fn random(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*seed >> 40) as f64 / (1_u64 << 24) as f64
 }
 
-/// A geodesic sphere whose vertices are moved in and out at random.
+/// Returns a geodesic sphere whose vertices are moved in and out at random.
 fn crumpled(frequency: u32, depth: f64, steps: f64, mut seed: u64) -> Polyhedron {
     let mesh = solids::geodesic(1.0, frequency).unwrap();
     let moved = mesh.positions.iter().map(|&p| (p * (1.0 - depth * random(&mut seed))).to_array());
     on_lattice(&moved.collect::<Vec<_>>(), &mesh.triangles, steps)
 }
 
-/// Unit cells, without the walls between them; their faces are halved.
+/// Returns unit cells without the walls between them; their faces are halved.
 fn cells(of: &[Point]) -> Polyhedron {
     let mut positions = Vec::new();
     let mut triangles = Vec::new();
@@ -82,7 +82,7 @@ fn l_solid() -> Polyhedron {
     cells(&[[0, 0, 0], [1, 0, 0], [0, 1, 0]])
 }
 
-/// Two tetrahedra that share a vertex.
+/// Returns two tetrahedra that share a vertex.
 fn pinch() -> Polyhedron {
     let positions = [
         [0.0; 3],
@@ -97,21 +97,21 @@ fn pinch() -> Polyhedron {
     on_lattice(&positions, &triangles, 7.0)
 }
 
-/// A rectangle with two sides and nothing between; its diagonals are one edge or two.
+/// Returns a two-sided rectangle of zero thickness, with one diagonal edge or two.
 fn sheet(diagonals: usize) -> Polyhedron {
     let positions = [[0.0; 3], [4.0, 1.0, 0.5], [3.0, 4.0, 1.5], [-1.0, 3.0, 1.0]];
     let back = if diagonals == 1 { [[0, 2, 1], [0, 3, 2]] } else { [[0, 3, 1], [1, 3, 2]] };
     on_lattice(&positions, &[&[[0, 1, 2], [0, 2, 3]], &back[..]].concat(), 5.0)
 }
 
-/// A tetrahedron with a needle at one of its corners.
+/// Returns a tetrahedron with a needle at one of its corners.
 fn spike() -> Polyhedron {
     let positions = [[0.0; 3], [3.0, 1.0, 0.0], [0.0, 4.0, 1.0], [1.0, 0.0, 5.0], [2.0, -1.0, 7.0], [4.0, -3.0, 11.0]];
     let triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3], [3, 4, 5], [3, 5, 4]];
     on_lattice(&positions, &triangles, 6.0)
 }
 
-/// A cube with slivers between its faces that rounding has turned over in all ways.
+/// Returns a cube with slivers between its faces that rounding has flipped in all ways.
 fn slivers() -> Polyhedron {
     let mesh = crate::mesh::testing::cube(DVec3::ZERO, 1.0);
     let (mut positions, mut triangles) = (mesh.positions, mesh.triangles);
@@ -127,7 +127,7 @@ fn slivers() -> Polyhedron {
     on_lattice(&positions.iter().map(|&p| (turn * p).to_array()).collect::<Vec<_>>(), &triangles, 1e6)
 }
 
-/// Solids without ties, with many, and with features that few solids have.
+/// Returns solids without ties, with many, and with rare features.
 fn zoo() -> Vec<(&'static str, Polyhedron)> {
     vec![
         ("cube", cells(&[[0, 0, 0]])),
@@ -168,7 +168,7 @@ fn dot(u: [i128; 3], v: [i128; 3]) -> i128 {
     (0..3).map(|i| u[i] * v[i]).sum()
 }
 
-/// A polyhedron's features in the words of the module's docs.
+/// A polyhedron's features as defined in the module's docs.
 struct Plain<'p> {
     solid: &'p Polyhedron,
     /// Third vertex and normal of each facet at an edge.
@@ -208,7 +208,7 @@ impl Plain<'_> {
         cross(less(self.at(b), self.at(a)), less(self.at(c), self.at(a)))
     }
 
-    /// Whether a facet at an edge has an area, but less than 4 steps of height.
+    /// Returns whether a facet at an edge has an area, but a height of less than 4 steps.
     fn has_turned(&self, edge: [u32; 2]) -> bool {
         self.edges[&edge].iter().any(|&(third, n)| self.is_turned([edge[0], edge[1], third], n))
     }
@@ -221,7 +221,8 @@ impl Plain<'_> {
         n != [0; 3] && dot(n, n) < 16 * squared(0).max(squared(1)).max(squared(2))
     }
 
-    /// How many convex edges an edge counts for: all that a corner needs, if it may belong to a sheet or a needle.
+    /// Returns the number of convex edges that an edge counts for: as many as a corner needs, if it may belong to a sheet or a
+    /// needle.
     fn counts(&self, edge: &[u32; 2]) -> usize {
         match self.edges[edge][..] {
             [(_, n), (third, m)]
@@ -253,7 +254,7 @@ impl Plain<'_> {
     }
 }
 
-/// All primitives by all pairs, and how many pairs there are.
+/// Returns all primitives found by testing all pairs, and the number of pairs.
 fn brute_force(a: &Polyhedron, b: &Polyhedron) -> (BTreeSet<Shape>, u64) {
     let (a, b) = (Plain::new(a), Plain::new(b));
     let mut found = Vec::new();
@@ -284,7 +285,7 @@ fn brute_force(a: &Polyhedron, b: &Polyhedron) -> (BTreeSet<Shape>, u64) {
     (found.into_iter().collect(), kept)
 }
 
-/// The primitives again, by their triangles.
+/// Recovers the shapes of primitives from their triangles.
 fn shapes(primitives: &Primitives) -> Vec<Shape> {
     let at = |vertex: u32| primitives.positions[vertex as usize];
     let mut shapes = Vec::new();
@@ -343,7 +344,7 @@ fn threads_change_nothing() {
 }
 
 /// Convex bodies in general position: the primitives are the hull's facets, a closed surface whose volume is a polynomial in
-/// how much of each body goes in (Minkowski).
+/// the scale factors of the two bodies (Minkowski).
 #[test]
 fn primitives_of_convex_bodies_are_the_boundary_of_their_sum() {
     let skewed = |frequency, skew: [f64; 3]| {
@@ -381,8 +382,8 @@ fn enclosed(primitives: &Primitives) -> f64 {
     primitives.triangles.iter().map(|&[a, b, c]| at(a).dot(at(b).cross(at(c)))).sum::<f64>() / 6.0
 }
 
-/// Points along random lines are in or out of the sum by what A and x − B share; where that changes, a primitive lies between,
-/// and one that is alone there faces the side that is out.
+/// Points along random lines are in or out of the sum by the intersection of A and x − B; where that changes, a primitive lies
+/// between, and a single one there faces outwards.
 #[test]
 fn primitives_cover_the_boundary() {
     let mut seed = 77;
@@ -435,7 +436,7 @@ fn corners_of(solid: &Polyhedron) -> Vec<[DVec3; 3]> {
     solid.triangles().iter().map(|triangle| triangle.map(at)).collect()
 }
 
-/// Whether A and x − B share a point, for x in general position and connected solids.
+/// Returns whether A and x − B share a point, for x in general position and connected solids.
 fn is_in_sum(a: &Polyhedron, b: &Polyhedron, x: DVec3) -> bool {
     let a = corners_of(a);
     let b: Vec<[DVec3; 3]> = corners_of(b).into_iter().map(|[p, q, r]| [x - p, x - q, x - r]).collect();
@@ -450,7 +451,8 @@ fn is_in_sum(a: &Polyhedron, b: &Polyhedron, x: DVec3) -> bool {
     meets(&edges(&a), &b) || meets(&edges(&b), &a) || holds(&a, b[0][0]) || holds(&b, a[0][0])
 }
 
-/// Where a segment crosses a triangle: positive if along its normal.
+/// Returns a positive number if a segment crosses a triangle along its normal, a negative one if against it, `None` if it does
+/// not cross it.
 fn crossing(from: DVec3, to: DVec3, [a, b, c]: &[DVec3; 3]) -> Option<f64> {
     let normal = (b - a).cross(c - a);
     let (before, after) = (normal.dot(from - a), normal.dot(to - a));

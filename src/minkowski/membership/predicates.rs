@@ -1,7 +1,7 @@
-//! Exact signs of what a small movement decides: where triangles cross, and how often a surface winds around a point.
+//! Exact predicates under a small movement: crossings of triangles, and winding numbers of a surface around a point.
 //!
-//! A *movable* position is one that stands for itself + ε, ε₁ ≫ ε₂ ≫ ε₃ > 0. All coordinates are below 2^30 in size, and so
-//! are the differences of fixed ones; differences of a fixed and a movable one are below 2^31. Normals are then below 2^61
+//! A *movable* position is one that stands for itself + ε, ε₁ ≫ ε₂ ≫ ε₃ > 0. All coordinates are below 2^30 in magnitude, and
+//! so are the differences of fixed ones; differences of a fixed and a movable one are below 2^31. Normals are then below 2^61
 //! and fit `i64`, and their products with differences are summed in `i128`.
 
 use crate::grid::{Axis, LatticeBox};
@@ -11,8 +11,8 @@ pub type Corners = [[i32; 3]; 3];
 
 type Vector = [i64; 3];
 
-/// A sum of three products of integers that were rounded to `f64`, and itself rounded, is off by less than this part of the
-/// sum of their sizes: five roundings of 2^-53 go into each of its terms.
+/// Relative error bound of a rounded sum of three products of integers that were rounded to `f64`, in units of the sum of their
+/// magnitudes: five roundings of 2^-53 affect each of its terms.
 const DOUBT: f64 = 1.0 / (1u64 << 50) as f64;
 
 #[inline]
@@ -26,13 +26,13 @@ fn product([ax, ay, az]: Vector, [bx, by, bz]: Vector) -> Vector {
     [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
 }
 
-/// (b − a) × (c − a).
+/// Returns (b − a) × (c − a).
 #[inline]
 fn normal([a, b, c]: &Corners) -> Vector {
     product(difference(*b, *a), difference(*c, *a))
 }
 
-/// The sign of n·(d + ε): 1 or −1, and 0 if n is.
+/// Returns the sign of n·(d + ε): 1 or −1, and 0 if n is zero.
 #[inline]
 fn moved_sign(normal: Vector, difference: Vector) -> i32 {
     let term = |i: usize| normal[i] as f64 * difference[i] as f64;
@@ -53,13 +53,13 @@ fn exact_moved_sign(normal: Vector, difference: Vector) -> i32 {
     }
 }
 
-/// Whether a triangle may come within a lattice step of a box: false only if its plane passes by.
+/// Returns whether a triangle may come within a lattice step of a box: false only if its plane misses the box.
 #[inline]
 pub fn may_reach(corners: &Corners, bounds: &LatticeBox) -> bool {
     let normal = normal(corners).map(|n| n as f64);
     let along = |i: usize| {
         let (low, high) = (f64::from(bounds.min[i]), f64::from(bounds.max[i]));
-        // From the corner to the middle of the box, along the normal; what the box adds to it, and two steps.
+        // From the corner to the middle of the box, along the normal; the contribution of the box, and two steps.
         let middle = 0.5 * (low + high) - f64::from(corners[0][i]);
         (normal[i] * middle, normal[i].abs() * (0.5 * (high - low) + 2.0), (normal[i] * middle).abs())
     };
@@ -68,28 +68,30 @@ pub fn may_reach(corners: &Corners, bounds: &LatticeBox) -> bool {
     sum(|term| term.0).abs() <= sum(|term| term.1) + sum(|term| term.2) * DOUBT
 }
 
-/// On which sides of the plane of a fixed triangle the corners of a movable one lie; all 0 if the former has no area.
+/// Returns the sides of the plane of a fixed triangle that the corners of a movable one lie on; all 0 if the former has no
+/// area.
 #[inline]
 fn sides_of_moved(normal: Vector, corner: [i32; 3], [a, b, c]: &Corners) -> [i32; 3] {
     let side = |position: &[i32; 3]| moved_sign(normal, difference(*position, corner));
     [side(a), side(b), side(c)]
 }
 
-/// On which sides of the plane of a movable triangle the corners of a fixed one lie; all 0 if the former has no area.
+/// Returns the sides of the plane of a movable triangle that the corners of a fixed one lie on; all 0 if the former has no
+/// area.
 #[inline]
 fn sides_of_fixed(normal: Vector, corner: [i32; 3], [a, b, c]: &Corners) -> [i32; 3] {
     let side = |position: &[i32; 3]| -moved_sign(normal, difference(corner, *position));
     [side(a), side(b), side(c)]
 }
 
-/// How a triangle lies to a plane.
+/// The position of a triangle relative to a plane.
 #[derive(Clone, Copy)]
 enum Split {
     /// All on one side.
     No,
     /// This corner is on one side, and the others are on the other.
     Lone(usize),
-    /// The plane is that of a triangle without area, which has none.
+    /// The plane is undefined, as its triangle has no area.
     NoPlane,
 }
 
@@ -110,12 +112,12 @@ type Edge = [usize; 2];
 
 const EDGES: [Edge; 3] = [[0, 1], [1, 2], [2, 0]];
 
-/// The edges from a corner.
+/// Returns the edges from a corner.
 fn edges_from(corner: usize) -> [Edge; 2] {
     [[corner, (corner + 1) % 3], [corner, (corner + 2) % 3]]
 }
 
-/// The sense in which an edge of a movable triangle passes one of a fixed triangle; 0 if they are parallel.
+/// Returns the sense in which an edge of a movable triangle passes one of a fixed triangle; 0 if they are parallel.
 fn passing(fixed: &Corners, [from, to]: Edge, moved: &Corners, [moved_from, moved_to]: Edge) -> i32 {
     let edge = difference(fixed[to], fixed[from]);
     let moved_edge = difference(moved[moved_to], moved[moved_from]);
@@ -128,7 +130,8 @@ fn all_same(signs: impl IntoIterator<Item = i32>) -> bool {
     signs.all(|sign| Some(sign) == first)
 }
 
-/// Whether a fixed triangle and a movable one cross. Either may have no area, and is a segment then; two segments never do.
+/// Returns whether a fixed triangle and a movable one cross. Either may have no area, and is then a segment; two segments never
+/// cross.
 pub fn do_cross(fixed: &Corners, moved: &Corners) -> bool {
     let of_moved = Split::of(sides_of_moved(normal(fixed), fixed[0], moved));
     if let Split::No = of_moved {
@@ -148,17 +151,17 @@ pub fn do_cross(fixed: &Corners, moved: &Corners) -> bool {
     }
 }
 
-/// Whether two triangles that meet one another's planes meet one another. Each meets the line that the planes share in a
-/// span between two edges, those from its lone corner. All four pairs of edges pass in the same sense if and only if one
-/// span ends before the other begins: the sense says which of the two edges meets the line first, since the edges from a
-/// corner cross the other plane in the same direction.
+/// Returns whether two triangles that meet one another's planes meet one another. Each meets the intersection line of the
+/// planes in a span between two edges, those from its lone corner. All four pairs of edges pass in the same sense if and only
+/// if one span ends before the other begins: the sense shows which of the two edges meets the line first, since the edges from
+/// a corner cross the other plane in the same direction.
 fn spans_overlap(fixed: &Corners, i: usize, moved: &Corners, j: usize) -> bool {
     let of_edge = |edge| edges_from(j).into_iter().map(move |other| passing(fixed, edge, moved, other));
     !all_same(edges_from(i).into_iter().flat_map(of_edge))
 }
 
-/// What a triangle adds to the winding number around a movable point, counted on the ray from there upwards or downwards
-/// along an axis: 1 where the ray leaves the triangle's solid, −1 where it enters.
+/// Returns the contribution of a triangle to the winding number around a movable point, counted on the ray from there upwards
+/// or downwards along an axis: 1 where the ray leaves the triangle's solid, −1 where it enters.
 pub fn winding(triangle: &Corners, point: [i32; 3], ray: Ray) -> i32 {
     let axis = ray.axis.depth();
     let turn = turn_around(triangle, point, axis);
@@ -166,7 +169,7 @@ pub fn winding(triangle: &Corners, point: [i32; 3], ray: Ray) -> i32 {
         return 0;
     }
     let [a, b, c] = triangle.map(|corner| corner[axis]);
-    // The point's own height is a little more than it says.
+    // The point's true height is slightly greater than its coordinate.
     let is_above = match point[axis] {
         height if height < a.min(b).min(c) => true,
         height if height >= a.max(b).max(c) => false,
@@ -185,12 +188,12 @@ pub fn winding(triangle: &Corners, point: [i32; 3], ray: Ray) -> i32 {
 pub struct Ray {
     /// Its axis.
     pub axis: Axis,
-    /// Where along the axis it goes.
+    /// The direction along the axis.
     pub way: Way,
 }
 
 impl Ray {
-    /// Whether the ray from a movable point meets a box.
+    /// Returns whether the ray from a movable point meets a box.
     #[inline]
     pub fn meets(&self, bounds: &LatticeBox, point: [i32; 3]) -> bool {
         let is_within = |i: usize| (bounds.min[i] <= point[i]) & (point[i] < bounds.max[i]);
@@ -212,7 +215,8 @@ pub enum Way {
     Down,
 }
 
-/// The sign of the triangle's normal along the axis if the line through a movable point meets the triangle, and 0 if not.
+/// Returns the sign of the triangle's normal along the axis if the line through a movable point meets the triangle, and 0
+/// otherwise.
 fn turn_around(triangle: &Corners, point: [i32; 3], axis: usize) -> i32 {
     let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
     let turn_at = |[from, to]: Edge| {

@@ -1,8 +1,8 @@
-//! Shells: triangles that shared vertices connect.
+//! Shells: vertex-connected sets of triangles.
 
 use crate::minkowski::Polyhedron;
 
-/// A vertex of each shell of a surface.
+/// Returns a vertex of each shell of a surface.
 pub fn vertex_of_each_shell(surface: &Polyhedron) -> Vec<[i32; 3]> {
     let mut parents: Vec<u32> = (0..surface.positions().len() as u32).collect();
     for &[a, b, c] in surface.triangles() {

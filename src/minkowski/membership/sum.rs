@@ -8,9 +8,9 @@ use super::tree::{PairStack, Stack, Tree, do_meet};
 use crate::grid::{Axis, LatticeBox};
 use crate::minkowski::{Membership, Outer, Polyhedron};
 
-/// The sum of two solids, ready to say of a point whether it is in.
+/// The exact membership test of the sum of two solids.
 ///
-/// Lattice positions of both are even and in [0, 2^30), and so are those of points, which need not be even.
+/// Lattice positions of both are even and in [0, 2^30); those of points are in the same range and need not be even.
 #[derive(Clone, Debug)]
 pub struct SumMembership {
     a: Surface,
@@ -18,23 +18,23 @@ pub struct SumMembership {
     b: Surface,
 }
 
-/// What a thread remembers from one point to the next.
+/// The memory of a thread from one point to the next.
 #[derive(Clone, Debug, Default)]
 pub struct SumMemory {
-    /// The triangles that crossed last, in the orders of the trees.
+    /// The triangles that crossed last, as indices in the trees' orders.
     crossing: Option<[usize; 2]>,
     pairs: PairStack,
     stack: Stack,
     ray_stack: Stack,
 }
 
-/// A surface that can be asked what it meets and what it winds around.
+/// A surface prepared for crossing tests and winding numbers.
 #[derive(Clone, Debug)]
 struct Surface {
-    /// Over `triangles`.
+    /// The tree over `triangles`.
     tree: Tree,
     triangles: Vec<Corners>,
-    /// Over `shells`.
+    /// The tree over `shells`.
     shell_tree: Tree,
     /// A vertex of each shell.
     shells: Vec<[i32; 3]>,
@@ -43,30 +43,30 @@ struct Surface {
 }
 
 impl SumMembership {
-    /// The sum of `a` and `b`. With [`Outer::In`], `a` is the complement of a bounded solid and its triangles face inwards;
-    /// its shells must not overlap then. `b` is always bounded.
+    /// Prepares the sum of `a` and `b`. With [`Outer::In`], `a` is the complement of a bounded solid and its triangles face
+    /// inwards; its shells must not overlap then. `b` is always bounded.
     pub fn new(a: &Polyhedron, outer_a: Outer, b: &Polyhedron) -> SumMembership {
         SumMembership { a: Surface::new(a), outer_a, b: Surface::new(b) }
     }
 
-    /// Whether a movable point lies in A.
+    /// Returns whether a movable point lies in A.
     fn is_in_a(&self, point: [i32; 3], stack: &mut Stack) -> bool {
         let is_wound = self.a.winding(point, stack) != 0;
         match self.outer_a {
             Outer::Out => is_wound,
-            // The solid that A is the complement of winds around what is not in A.
+            // The solid that A is the complement of winds around the points outside A.
             Outer::In => !is_wound,
         }
     }
 
-    /// Whether the two triangles, in the orders of the trees, cross where B is reflected and moved to the point.
+    /// Returns whether two triangles, by indices in the trees' orders, cross where B is reflected and moved to the point.
     fn do_cross(&self, [i, j]: [usize; 2], point: [i32; 3]) -> bool {
         do_cross(&self.a.triangles[i], &moved_to(point, &self.b.triangles[j]))
     }
 
     fn any_crossing(&self, point: [i32; 3], memory: &mut SumMemory) -> bool {
         let SumMemory { crossing, pairs, .. } = memory;
-        // The box of B's is reflected and moved to the point, and so are the triangles of B.
+        // The boxes and triangles of B are reflected and moved to the point.
         let any_of_a = |of_a: Range<usize>, around_b: &LatticeBox| {
             let moved = LatticeBox { min: minus(point, around_b.max), max: minus(point, around_b.min) };
             self.a.triangles[of_a].iter().any(|corners| may_reach(corners, &moved))
@@ -89,14 +89,14 @@ impl SumMembership {
         found.is_break()
     }
 
-    /// Whether a vertex of a shell of B, reflected and moved to the point, lies in A.
+    /// Returns whether a vertex of a shell of B, reflected and moved to the point, lies in A.
     fn any_shell_of_b_in_a(&self, point: [i32; 3], memory: &mut SumMemory) -> bool {
         let SumMemory { stack, ray_stack, .. } = memory;
         let is_inside = |vertex| self.is_in_a(minus(point, vertex), ray_stack);
         any_shell(&self.b, stack, |around| do_meet(&self.a.tree.bounds(), around, point), is_inside)
     }
 
-    /// Whether a vertex of a shell of A lies in B, reflected and moved to the point.
+    /// Returns whether a vertex of a shell of A lies in B, reflected and moved to the point.
     fn any_shell_of_a_in_b(&self, point: [i32; 3], memory: &mut SumMemory) -> bool {
         let SumMemory { stack, ray_stack, .. } = memory;
         let is_inside = |vertex| self.b.winding(minus(point, vertex), ray_stack) != 0;
@@ -142,7 +142,7 @@ impl Surface {
         }
     }
 
-    /// How often the surface winds around a movable point.
+    /// Returns the winding number of the surface around a movable point.
     fn winding(&self, point: [i32; 3], stack: &mut Stack) -> i32 {
         let bounds = self.tree.bounds();
         let depth = self.ray_axis.depth();
@@ -162,7 +162,7 @@ impl Surface {
     }
 }
 
-/// Whether a vertex of any of a surface's shells, among those in boxes that are to be entered, is inside.
+/// Returns whether a vertex of any of a surface's shells, among those in boxes accepted by `enter`, is inside.
 fn any_shell(
     of: &Surface,
     stack: &mut Stack,
@@ -176,12 +176,12 @@ fn any_shell(
     of.shell_tree.visit(stack, enter, ask).is_break()
 }
 
-/// Whether a box that is reflected and moved to a movable point reaches out of another one.
+/// Returns whether a box, reflected and moved to a movable point, extends beyond another one.
 fn reaches_out(reflected: &LatticeBox, of: &LatticeBox, point: [i32; 3]) -> bool {
     (0..3).any(|i| point[i] < of.min[i] + reflected.max[i] || point[i] >= of.max[i] + reflected.min[i])
 }
 
-/// The axis along which a line through the box of all, anywhere, meets the fewest boxes on average.
+/// Returns the axis along which a random line through the common box meets the fewest boxes on average.
 fn axis_of_fewest(boxes: &[LatticeBox]) -> Axis {
     let all = boxes.iter().fold(LatticeBox::EMPTY, |all, one| all.hull(one));
     let side = |of: &LatticeBox, i: usize| f64::from(of.max[i] - of.min[i]);
@@ -201,7 +201,7 @@ fn minus([x, y, z]: [i32; 3], [from_x, from_y, from_z]: [i32; 3]) -> [i32; 3] {
     [x - from_x, y - from_y, z - from_z]
 }
 
-/// A triangle, reflected and moved to a point.
+/// Returns a triangle reflected and moved to a point.
 #[inline]
 fn moved_to(point: [i32; 3], [a, b, c]: &Corners) -> Corners {
     [minus(point, *a), minus(point, *b), minus(point, *c)]

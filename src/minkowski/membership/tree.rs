@@ -1,8 +1,8 @@
 //! A hierarchy of boxes on the lattice.
 //!
-//! `obvhs` finds which boxes belong together (locally ordered clustering, then reinsertion where that lowers the cost). It
-//! does so in `f32`, which does not hold lattice positions, and it has no descent through two hierarchies; so its nodes are
-//! copied with exact boxes, and descents are made here.
+//! `obvhs` clusters the boxes (locally ordered clustering, then reinsertion where that lowers the cost). It works in `f32`,
+//! which cannot represent lattice positions, and has no descent through two hierarchies; so its nodes are copied with exact
+//! boxes, and the descents are implemented here.
 
 use std::ops::{ControlFlow, Range};
 use std::time::Duration;
@@ -14,18 +14,18 @@ use obvhs::bvh2::builder::build_bvh2;
 
 use crate::grid::LatticeBox;
 
-/// A hierarchy of boxes over items, which it puts in an order such that each node has a range of them.
+/// A hierarchy of boxes over items, ordered such that each node has a range of them.
 #[derive(Clone, Debug, Default)]
 pub struct Tree {
     nodes: Vec<Node>,
 }
 
-/// A box around all items below.
+/// A node of the hierarchy.
 #[derive(Clone, Copy, Debug)]
 pub struct Node {
-    /// Around all items below.
+    /// The box around all items below.
     pub bounds: LatticeBox,
-    /// The first item, or where there are none the first of two nodes below, which lie side by side.
+    /// The first item, or where there are none the first of two child nodes, which are adjacent.
     first: u32,
     items: u32,
 }
@@ -37,7 +37,7 @@ pub type Stack = Vec<u32>;
 pub type PairStack = Vec<[u32; 2]>;
 
 impl Node {
-    /// Indices of its items, in the tree's order, if it is a leaf.
+    /// Returns the indices of its items, in the tree's order; only for a leaf.
     fn items(&self) -> Range<usize> {
         self.first as usize..(self.first + self.items) as usize
     }
@@ -50,7 +50,7 @@ impl Node {
         [self.first, self.first + 1]
     }
 
-    /// Sum of the three sides.
+    /// Returns the sum of the three sides.
     #[inline]
     fn girth(&self) -> i64 {
         {
@@ -60,7 +60,7 @@ impl Node {
     }
 }
 
-/// Whether a box of one solid meets that of another which was reflected and moved to a movable point.
+/// Returns whether a box of one solid meets that of another which was reflected and moved to a movable point.
 #[inline]
 pub fn do_meet(one: &LatticeBox, reflected: &LatticeBox, point: [i32; 3]) -> bool {
     let meet = |i: usize| (one.min[i] + reflected.min[i] <= point[i]) & (point[i] < one.max[i] + reflected.max[i]);
@@ -68,7 +68,7 @@ pub fn do_meet(one: &LatticeBox, reflected: &LatticeBox, point: [i32; 3]) -> boo
 }
 
 impl Tree {
-    /// A tree over boxes, and their indices in its order.
+    /// Builds a tree over boxes; returns it with their indices in its order.
     pub fn new(boxes: &[LatticeBox]) -> (Tree, Vec<u32>) {
         if boxes.is_empty() {
             return (Tree::default(), Vec::new());
@@ -89,12 +89,12 @@ impl Tree {
         (Tree { nodes }, order)
     }
 
-    /// The box of all; empty if there is nothing.
+    /// Returns the box of all items; empty if there are none.
     pub fn bounds(&self) -> LatticeBox {
         self.nodes.first().map_or(LatticeBox::EMPTY, |root| root.bounds)
     }
 
-    /// Asks ranges of items below nodes that are to be entered, until an answer is to break.
+    /// Calls `ask` with ranges of items below the nodes that `enter` accepts, until it breaks.
     pub fn visit(
         &self,
         stack: &mut Stack,
@@ -116,9 +116,9 @@ impl Tree {
         ControlFlow::Continue(())
     }
 
-    /// Asks pairs of ranges of items, of this tree and of another one that was reflected and moved to a movable point, whose
-    /// boxes meet, until an answer is to break. Before the boxes of one tree are opened about a leaf of the other, `may_meet`
-    /// or `may_meet_reflected` is asked about the leaf's items and the box: what lies far from large items is left out.
+    /// Calls `ask` with pairs of ranges of items, of this tree and of another one that was reflected and moved to a movable
+    /// point, whose boxes meet, until it breaks. Before the boxes of one tree are opened about a leaf of the other, `may_meet`
+    /// or `may_meet_reflected` tests the leaf's items against the box, which prunes boxes far from large items.
     pub fn visit_pairs(
         &self,
         reflected: &Tree,
@@ -165,13 +165,13 @@ impl Tree {
     }
 }
 
-/// The box in `f32`, about where it is.
+/// Returns the box in `f32`, rounded.
 fn rounded(exact: &LatticeBox) -> Aabb {
     let corner = |position: [i32; 3]| position.map(|c| c as f32).into();
     Aabb::new(corner(exact.min), corner(exact.max))
 }
 
-/// The nodes of a hierarchy from the root on, without their boxes, and the items in the order of leaves.
+/// Copies the nodes of a hierarchy from the root on, without their boxes, and the items in the order of leaves.
 fn copied(hierarchy: &Bvh2) -> (Vec<Node>, Vec<u32>) {
     let unset = Node { bounds: LatticeBox::EMPTY, first: 0, items: 0 };
     let mut nodes = vec![unset];

@@ -1,4 +1,4 @@
-//! Removing gaps from spans.
+//! Removal of gaps from spans.
 
 use crate::fixed::Hit;
 use crate::minkowski::RaySpans;
@@ -8,7 +8,7 @@ pub fn fill<H: Hit>(spans: &mut RaySpans<H>, mut begins: Vec<u32>) {
     begins.sort_unstable();
     let Some(&first) = begins.first() else { return };
     let RaySpans { offsets, hits, .. } = spans;
-    // What lies between two removed gaps moves up; offsets count the gaps that begin before them.
+    // The hits between two removed gaps move up; offsets decrease by the gaps that begin before them.
     let mut kept = first as usize;
     for (at, &begin) in begins.iter().enumerate() {
         let end = begins.get(at + 1).map_or(hits.len(), |&next| next as usize);

@@ -1,4 +1,4 @@
-//! Nodes as bits, and which of them are joined to their neighbours.
+//! Nodes as bits, and the connections between neighbouring nodes.
 
 use std::ops::Range;
 
@@ -7,22 +7,22 @@ use super::sets::{Contradiction, IN, OUT};
 use crate::fixed::Pixels;
 use crate::grid::Grid;
 
-/// Planes of a slab. Its masks stay in the second-level cache at 512² nodes a plane, and every ray along z is looked up
-/// once for each slab.
+/// Planes of a slab. Its masks stay in the second-level cache at 512² nodes a plane, and every ray along z is looked up once
+/// for each slab.
 const SLAB: usize = 32;
 
-/// The nodes of a grid: bit `x % 64` of word `x / 64` of a row; a plane is its rows one after another.
+/// The nodes of a grid: bit `x % 64` of word `x / 64` of a row; a plane is its rows in order.
 #[derive(Clone, Copy, Debug)]
 pub struct Raster {
-    /// Along x, y and z.
+    /// The number of nodes along x, y and z.
     pub nodes: [usize; 3],
-    /// Words of a row.
+    /// The number of words of a row.
     pub words: usize,
-    /// Which nodes a crossing lies between.
+    /// The mapping from a crossing to the nodes around it.
     pub pixels: Pixels,
 }
 
-/// Some nodes, row after row, and the sets of those that are open. A run of open nodes along x that no crossing parts is an
+/// Some nodes, row after row, and the sets of the open ones. A run of open nodes along x without a crossing between them is an
 /// element of the sets.
 #[derive(Clone, Copy, Debug)]
 pub struct Layer<'a> {
@@ -37,30 +37,30 @@ pub struct Layer<'a> {
 }
 
 impl Raster {
-    /// The nodes of a grid.
+    /// Creates the raster of a grid.
     pub fn new(grid: &Grid) -> Raster {
         let nodes = grid.rays().map(|n| n as usize);
         Raster { nodes, words: nodes[0].div_ceil(64), pixels: Pixels::new(grid.shift()) }
     }
 
-    /// Words of a plane.
+    /// Returns the number of words of a plane.
     pub fn plane(&self) -> usize {
         self.nodes[1] * self.words
     }
 
-    /// The planes of all slabs.
+    /// Returns the planes of all slabs.
     pub fn slabs(&self) -> Vec<Range<usize>> {
         let planes = self.nodes[2];
         (0..planes).step_by(SLAB).map(|first| first..planes.min(first + SLAB)).collect()
     }
 
-    /// The node at a bit of a word, counted from the first of a plane.
+    /// Returns the node at a bit of a word, counted from the first word of a plane.
     pub fn node(&self, plane: usize, word: usize, bit: u32) -> [u32; 3] {
         let (z, within) = (plane + word / self.plane(), word % self.plane());
         [(within % self.words * 64) as u32 + bit, (within / self.words) as u32, z as u32]
     }
 
-    /// What is wrong with that node.
+    /// Returns the error for a contradiction at that node.
     pub fn contradiction(&self, plane: usize, word: usize, bit: u32) -> SettleError {
         SettleError::Contradiction { node: self.node(plane, word, bit) }
     }
@@ -71,13 +71,13 @@ impl Layer<'_> {
         !(self.open[word] | self.inside[word])
     }
 
-    /// The element of the last run that begins at or before a bit: of the run that an open node belongs to.
+    /// Returns the element of the last run that begins at or before a bit: for an open node, of its own run.
     #[inline]
     fn run(&self, word: usize, bit: u32) -> u32 {
         self.elements[word] + (self.starts[word] & (u64::MAX >> (63 - bit))).count_ones()
     }
 
-    /// The word and the bit that a run begins at.
+    /// Returns the word and the bit that a run begins at.
     pub fn start_of(&self, element: u32) -> (usize, u32) {
         let word = self.elements.partition_point(|&before| before < element) - 1;
         let mut starts = self.starts[word];
@@ -85,7 +85,7 @@ impl Layer<'_> {
         (word, starts.trailing_zeros())
     }
 
-    /// The element that a node belongs to.
+    /// Returns the element that a node belongs to.
     pub fn element(&self, word: usize, bit: u32) -> u32 {
         match (self.open[word] >> bit & 1, self.inside[word] >> bit & 1) {
             (1, _) => self.run(word, bit),
@@ -94,8 +94,8 @@ impl Layer<'_> {
     }
 }
 
-/// Finds the runs of open nodes along x: their starts, and their elements from `next` on, which is that of the run to come.
-/// Returns that of the run after the last.
+/// Finds the runs of open nodes along x: their starts, and their elements, numbered from `next` on. Returns the element of the
+/// run after the last.
 pub fn find_runs(open: &[u64], walls: &[u64], starts: &mut [u64], elements: &mut [u32], mut next: u32) -> u32 {
     let mut before = 0;
     for (word, (&open, &walls)) in open.iter().zip(walls).enumerate() {
@@ -107,14 +107,14 @@ pub fn find_runs(open: &[u64], walls: &[u64], starts: &mut [u64], elements: &mut
     next
 }
 
-/// Unites each run of a row with what it touches along x. A wall bit stands for a crossing before its node. Fails at the
-/// first node where what is in touches what is out.
+/// Unites each run of a row with its neighbours along x. A wall bit stands for a crossing before its node. Fails at the first
+/// node where an inside node touches an outside one.
 pub fn link_row(
     row: Layer,
     walls: &[u64],
     mut unite: impl FnMut(u32, u32) -> Result<(), Contradiction>,
 ) -> Result<(), (usize, u32)> {
-    // Beyond the row's ends nothing is joined: the nodes there are as the first one is.
+    // Beyond the row's ends nothing is connected: the nodes there have the state of the first one.
     let (mut open_before, mut inside_before) = (row.open[0] & 1, row.inside[0] & 1);
     let mut outside_before = row.outside(0) & 1;
     for (word, &walls) in walls.iter().enumerate() {
@@ -136,9 +136,9 @@ pub fn link_row(
     Ok(())
 }
 
-/// Unites each run of a layer with what it touches in the next layer, along y or z. A wall bit stands for a crossing before
-/// the node of the next layer. `unite` is given an element of each. Fails at the first node where what is in touches what
-/// is out.
+/// Unites each run of a layer with its neighbours in the next layer, along y or z. A wall bit stands for a crossing before the
+/// node of the next layer. `unite` takes an element of each. Fails at the first node where an inside node touches an outside
+/// one.
 pub fn link(
     a: Layer,
     b: Layer,
@@ -170,7 +170,7 @@ pub fn link(
     Ok(())
 }
 
-/// Calls `unite` for each bit of a word that is set; fails with the place of the bit.
+/// Calls `unite` for each set bit of a word; fails with the position of the bit.
 #[inline]
 fn for_bits(
     mut bits: u64,

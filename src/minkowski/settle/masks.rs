@@ -1,4 +1,4 @@
-//! From the crossings of rays to bits of nodes.
+//! Conversion of the crossings of rays to bits of nodes.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use crate::fixed::{Hit, Pixels};
 use crate::grid::Axis;
 use crate::minkowski::{Outer, RaySpans};
 
-/// What the rays along one axis say of nodes.
+/// The state of nodes by the rays along one axis.
 #[derive(Debug, Default)]
 pub struct Masks {
     /// The node lies in no gap of its ray, nor beyond its crossings.
@@ -23,11 +23,11 @@ pub struct Masks {
 pub struct RayGap {
     /// Index of the hit that begins it.
     pub hit: u32,
-    /// Nodes that lie in it.
+    /// The range of nodes that lie in it.
     pub nodes: (usize, usize),
 }
 
-/// The rays along an axis, ready to tell of nodes.
+/// The rays along an axis, prepared for conversion to nodes.
 #[derive(Clone, Copy, Debug)]
 pub struct Rays<'a, H> {
     spans: &'a RaySpans<H>,
@@ -39,7 +39,7 @@ pub struct Rays<'a, H> {
 }
 
 impl<'a, H: Hit> Rays<'a, H> {
-    /// The rays of some spans.
+    /// Prepares the rays of some spans.
     pub fn new(raster: &Raster, spans: &'a RaySpans<H>, outer: Outer) -> Rays<'a, H> {
         let Raster { nodes, words, pixels } = *raster;
         Rays { spans, outer, pixels, nodes: nodes[spans.axis.depth()], columns: nodes[spans.axis.column()], words }
@@ -49,9 +49,9 @@ impl<'a, H: Hit> Rays<'a, H> {
         self.pixels.index_from(hit.crossing().nearest()) as usize
     }
 
-    /// Calls `wall` for each crossing by the node behind it, if that is in a range, and `gap` for each gap that begins with
-    /// such a crossing. The last range has what lies behind the last node, too. If there are crossings, returns how many
-    /// come before the range, and the nodes behind the first and last of all.
+    /// Calls `wall` for each crossing with the node behind it, if that is in a range, and `gap` for each gap that begins with
+    /// such a crossing. The last range includes crossings behind the last node. If there are crossings, returns the number of
+    /// those before the range, and the nodes behind the first and last of all.
     #[inline]
     pub fn walk(
         &self,
@@ -85,8 +85,8 @@ impl<'a, H: Hit> Rays<'a, H> {
         Some((passed, ends))
     }
 
-    /// The nodes of one ray along x, whose masks are given cleared. What the last word has beyond the last node is as what
-    /// lies outside of everything; if that node is not, there is a crossing between them.
+    /// Computes the nodes of one ray along x; the masks must be clear. Bits of the last word beyond the last node have the
+    /// state outside of everything; if that node has another one, there is a crossing between them.
     pub fn row(&self, ray: u32, masks: [&mut [u64]; 3], gap: impl FnMut(RayGap)) {
         let [inside, hull, walls] = masks;
         let wall = |node: usize| {
@@ -114,8 +114,8 @@ impl<'a, H: Hit> Rays<'a, H> {
 }
 
 impl Masks {
-    /// The nodes of consecutive rays along y or z, one for each node of a row along x, in a range of the nodes of each: row
-    /// by row.
+    /// Computes the nodes of consecutive rays along y or z, one for each node of a row along x, in a range of the nodes of
+    /// each: row by row.
     pub fn cast<H: Hit>(
         &mut self,
         rays: &Rays<H>,
@@ -159,14 +159,14 @@ impl Masks {
     }
 }
 
-/// Flips a bit of a row, or nothing where the row has ended.
+/// Flips a bit of a row; does nothing beyond its end.
 fn flip(row: &mut [u64], bit: usize) {
     if let Some(word) = row.get_mut(bit / 64) {
         *word ^= 1 << (bit % 64);
     }
 }
 
-/// The running parity along the bits of a row.
+/// Computes the running parity along the bits of a row.
 fn parity(row: &mut [u64]) {
     let mut carry = 0;
     for word in row {

@@ -1,19 +1,18 @@
-//! Which gaps are out of the solid: from spans that are certain, with all that may be gaps, to spans that are settled.
+//! Gap resolution: decides which of the possible gaps are out of the solid.
 //!
-//! A gap lies wholly in or wholly out. Of the lattice nodes, which three rays share each, some are decided at once: a node
-//! that lies in no gap of one of its rays is in, and one beyond the crossings of one of its rays is out. Two neighbours
-//! with no crossing between them on the ray through both lie in one interval, and so are in or out together. The nodes that
-//! are still **open** fall into sets, which touch a node that is in, one that is out, or neither. Sets of neither kind are
-//! the components: one exact test of one node decides each. A gap is what its nodes are; a gap between two nodes is tested
-//! by itself.
+//! A gap lies wholly in or wholly out. Each lattice node lies on three rays. Some nodes are decided at once: a node that lies
+//! in no gap of one of its rays is in, and one beyond the crossings of one of its rays is out. Two neighbours with no crossing
+//! between them on the ray through both lie in one interval, and so are in or out together. The nodes that are still **open**
+//! fall into sets, which touch a node that is in, one that is out, or neither. Sets of the last kind are the components: one
+//! exact test of one node decides each. A gap has the state of its nodes; a gap between two nodes is tested by itself.
 //!
-//! Nodes are bits, 64 of a row a word, as in [`NodePlanes`](crate::ldi::NodePlanes), but no volume of them is ever whole: they are made
-//! slab by slab (`slab`), and all that is kept of a slab are its two outer planes and the sets of its gaps. Within a slab
-//! the runs of open nodes along x are united with what they touch (`sets`, `layer`), then slab with slab. A flood, plane
-//! after plane until nothing changes, would do as well where cavities are simple; runs are united in one pass even in a maze.
+//! Nodes are bits, 64 of a row per word, as in [`NodePlanes`](crate::ldi::NodePlanes), but never all in memory: they are made
+//! slab by slab (`slab`), and only the two outer planes of a slab and the sets of its gaps are kept. Within a slab the runs of
+//! open nodes along x are united with their neighbours (`sets`, `layer`), then slab with slab. A flood, plane after plane until
+//! nothing changes, would do as well where cavities are simple; union–find takes one pass even in a maze.
 //!
-//! What is in by one ray must not be out by another. Exact crossings of primitives that cover the boundary never say so, and
-//! where some do, that is an error and no image.
+//! A node that is in by one ray must not be out by another. Exact crossings of primitives that cover the boundary never
+//! contradict one another; where others do, the result is an error and no image.
 
 mod fill;
 #[cfg(feature = "gpu")]
@@ -36,23 +35,23 @@ use layer::Raster;
 use sets::{IN, Sets};
 use slab::SlabSets;
 
-/// Spans whose gaps are all out, and how that was found.
+/// Spans whose gaps are all out, and the counts of their resolution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settled<H> {
-    /// Along x, y and z.
+    /// The spans along x, y and z.
     pub spans: [RaySpans<H>; 3],
-    /// What was decided, and by what.
+    /// The counts of decisions.
     pub counts: SettleCounts,
 }
 
-/// How many nodes, components and gaps were decided, and how.
+/// The numbers of nodes, components and gaps that were decided, by method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SettleCounts {
     /// Nodes that lie in a gap of all three of their rays.
     pub open_nodes: u64,
-    /// Sets of open nodes that no path of nodes joins to one that is certainly in or out; one test each.
+    /// Sets of open nodes that no path of nodes connects to one that is certainly in or out; one test each.
     pub components: u64,
-    /// Components that are out: cavities, and with them pockets whose mouth is narrower than the pitch.
+    /// Components that are out: cavities, including pockets whose mouth is narrower than the pitch.
     pub cavities: u64,
     /// Components that are in.
     pub filled: u64,
@@ -64,7 +63,7 @@ pub struct SettleCounts {
     pub gaps_out: u64,
 }
 
-/// Why gaps could not be settled.
+/// The reason why gaps could not be resolved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SettleError {
     /// The crossings of different rays contradict one another.
@@ -73,19 +72,19 @@ pub enum SettleError {
         /// Indices of the node along x, y and z.
         node: [u32; 3],
     },
-    /// Spans are not those of the grid's rays along the axis of their place.
+    /// The spans at some axis are not those of the grid's rays along it.
     #[error(
         "spans of {rays} rays along {}, where those of {expected} rays along {} are needed",
         found.name(), axis.name()
     )]
     Mismatch {
-        /// The axis whose turn it is.
+        /// The expected axis.
         axis: Axis,
         /// The axis of the spans.
         found: Axis,
-        /// Rays of the spans.
+        /// Number of rays of the spans.
         rays: usize,
-        /// Rays of the grid along `axis`.
+        /// Number of rays of the grid along `axis`.
         expected: usize,
     },
 }
@@ -95,8 +94,8 @@ const BATCH: usize = 256;
 
 /// Decides every gap of the spans along x, y and z, and removes those that are in.
 ///
-/// `progress` is told how many tests of a point are done, and how many there are, at the beginning and after every few of
-/// them. The result depends on no order of threads. Beside the spans it takes, for each thread, about five bits for each
+/// `progress` is called with the number of completed point tests and their total, at the beginning and after every few of them.
+/// The result does not depend on the order of threads. Besides the spans this takes, for each thread, about five bits for each
 /// node of 32 planes.
 pub fn settle<H: Hit + Sync>(
     grid: &Grid,
@@ -113,7 +112,7 @@ pub fn settle<H: Hit + Sync>(
         .with_max_len(1)
         .map(|planes| slab::settle(&raster, planes, &spans, outer))
         .collect();
-    // The first of several contradictions, whichever was found first.
+    // The first contradiction in order, whichever was found first.
     let slabs = slabs.into_iter().collect::<Result<Vec<SlabSets>, SettleError>>()?;
     let (mut sets, first_sets) = unite_slabs(&raster, &slabs)?;
 
@@ -144,7 +143,7 @@ pub fn settle<H: Hit + Sync>(
     Ok(Settled { spans, counts })
 }
 
-/// Whether the spans are those of the grid's rays along x, y and z.
+/// Checks that the spans are those of the grid's rays along x, y and z.
 fn compare<H>(grid: &Grid, spans: &[RaySpans<H>; 3]) -> Result<(), SettleError> {
     for (axis, spans) in Axis::ALL.into_iter().zip(spans) {
         let (columns, rows) = grid.image_size(axis);
@@ -156,7 +155,7 @@ fn compare<H>(grid: &Grid, spans: &[RaySpans<H>; 3]) -> Result<(), SettleError> 
     Ok(())
 }
 
-/// Which sets are in, when the components have been tested.
+/// Returns which sets are in, from the answers for the components.
 fn sets_that_are_in(sets: &mut Sets, components: &[u32], answers: &[bool]) -> Vec<bool> {
     let mut is_in = vec![false; sets.len() as usize];
     is_in[IN as usize] = true;
@@ -167,7 +166,7 @@ fn sets_that_are_in(sets: &mut Sets, components: &[u32], answers: &[bool]) -> Ve
     is_in
 }
 
-/// The hits that begin gaps which are in, by axis. `answers` are those for gaps between two nodes, in their order.
+/// Returns the hits that begin gaps which are in, by axis. `answers` are those for gaps between two nodes, in their order.
 fn gaps_that_are_in(slabs: &[SlabSets], first_sets: &[u32], is_in: &[bool], answers: &[bool]) -> [Vec<u32>; 3] {
     let mut found: [Vec<u32>; 3] = Default::default();
     let mut answers = answers.iter();
@@ -183,7 +182,7 @@ fn gaps_that_are_in(slabs: &[SlabSets], first_sets: &[u32], is_in: &[bool], answ
     found
 }
 
-/// Unites the sets of neighbouring slabs. Set s ≥ 2 of a slab is set s + the slab's number in the vector that comes with them.
+/// Unites the sets of neighbouring slabs. Set s ≥ 2 of a slab becomes set s plus the slab's entry in the returned vector.
 fn unite_slabs(raster: &Raster, slabs: &[SlabSets]) -> Result<(Sets, Vec<u32>), SettleError> {
     let mut first = Vec::with_capacity(slabs.len());
     let mut count = 0;
@@ -203,7 +202,7 @@ fn unite_slabs(raster: &Raster, slabs: &[SlabSets]) -> Result<(Sets, Vec<u32>), 
     Ok((sets, first))
 }
 
-/// Whether each point is in the solid.
+/// Tests whether each point is in the solid.
 fn test(points: &[[i32; 3]], membership: &impl Membership, progress: &(dyn Fn(u64, u64) + Sync)) -> Vec<bool> {
     let (done, total) = (AtomicU64::new(0), points.len() as u64);
     progress(0, total);

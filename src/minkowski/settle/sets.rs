@@ -1,4 +1,4 @@
-//! Sets of open nodes, united as they are found to touch.
+//! A union–find of the sets of open nodes.
 
 /// The set of all nodes that are certainly out.
 pub const OUT: u32 = 0;
@@ -6,39 +6,39 @@ pub const OUT: u32 = 0;
 /// The set of all nodes that are certainly in.
 pub const IN: u32 = 1;
 
-/// Disjoint sets, each known by its least element, so that no order of unions changes a name.
+/// A union–find whose representatives are the least elements, so that the order of unions does not matter.
 #[derive(Debug)]
 pub struct Sets {
-    /// None is greater than its element.
+    /// No parent is greater than its element.
     parents: Vec<u32>,
 }
 
-/// [`OUT`] and [`IN`] were to be united.
+/// The error of uniting [`OUT`] and [`IN`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Contradiction;
 
 impl Sets {
-    /// `open` elements, from 2 on, beside [`OUT`] and [`IN`].
+    /// Creates `open` elements, from 2 on, besides [`OUT`] and [`IN`].
     pub fn new(open: u32) -> Sets {
         Sets { parents: (0..open + IN + 1).collect() }
     }
 
-    /// Adds elements up to the given number of all.
+    /// Adds elements up to the given total number.
     pub fn grow(&mut self, len: u32) {
         self.parents.extend(self.len()..len);
     }
 
-    /// Elements, [`OUT`] and [`IN`] among them.
+    /// Returns the number of elements, including [`OUT`] and [`IN`].
     pub fn len(&self) -> u32 {
         self.parents.len() as u32
     }
 
-    /// Whether an element is the least of its set.
+    /// Returns whether an element is the least of its set.
     pub fn is_root(&self, element: u32) -> bool {
         self.parents[element as usize] == element
     }
 
-    /// The least element of a set. Halves the path to it.
+    /// Returns the least element of a set. Halves the path to it.
     pub fn root(&mut self, mut element: u32) -> u32 {
         loop {
             let parent = self.parents[element as usize];
@@ -51,7 +51,7 @@ impl Sets {
         }
     }
 
-    /// Makes two sets one.
+    /// Unites two sets.
     #[inline]
     pub fn unite(&mut self, a: u32, b: u32) -> Result<(), Contradiction> {
         let (a, b) = (self.root(a), self.root(b));
@@ -63,8 +63,8 @@ impl Sets {
         Ok(())
     }
 
-    /// Numbers the sets by their least elements: the number of each element's set, and the elements that are least, those of
-    /// [`OUT`] and [`IN`] left out.
+    /// Numbers the sets by their least elements. Returns the number of each element's set, and the least elements without
+    /// [`OUT`] and [`IN`].
     pub fn number(mut self) -> (Vec<u32>, Vec<u32>) {
         let mut least = Vec::new();
         for element in IN + 1..self.len() {

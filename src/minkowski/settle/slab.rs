@@ -1,4 +1,4 @@
-//! Some planes of nodes, and the sets that their gaps belong to.
+//! Slabs of planes of nodes, and the sets that their gaps belong to.
 
 use std::ops::Range;
 
@@ -9,10 +9,10 @@ use super::sets::{IN, OUT, Sets};
 use crate::fixed::Hit;
 use crate::minkowski::{Outer, RaySpans};
 
-/// What is left of a slab.
+/// The data kept of a slab.
 #[derive(Debug)]
 pub struct SlabSets {
-    /// A node of each set but those of what is certainly out and in; set 2 comes first.
+    /// A node of each set except those of certain outside and inside, from set 2 on.
     pub set_nodes: Vec<[u32; 3]>,
     /// The first plane.
     pub first: Border,
@@ -20,27 +20,27 @@ pub struct SlabSets {
     pub last: Border,
     /// Gaps that begin in the slab, by axis.
     pub gaps: [SlabGaps; 3],
-    /// How many those are.
+    /// The number of all gaps that begin in the slab.
     pub gap_count: u64,
-    /// Nodes that are neither certainly in nor out.
+    /// Number of nodes that are neither certainly in nor out.
     pub open_nodes: u64,
 }
 
-/// Gaps of one axis by the hits that begin them; those that are certainly out are left out.
+/// Gaps of one axis by the hits that begin them; those that are certainly out are omitted.
 #[derive(Debug, Default)]
 pub struct SlabGaps {
-    /// Certainly in.
+    /// Gaps that are certainly in.
     pub inside: Vec<u32>,
-    /// In if the set is.
+    /// Gaps with their sets, in if the set is.
     pub open: Vec<(u32, u32)>,
-    /// Between two nodes; with a point in them.
+    /// Gaps between two nodes, each with a point in it.
     pub thin: Vec<(u32, [i32; 3])>,
 }
 
 /// A plane at an end of a slab.
 #[derive(Debug)]
 pub struct Border {
-    /// Which one of the grid.
+    /// The index of the plane in the grid.
     pub plane: usize,
     /// Crossings between it and the plane before.
     pub walls: Vec<u64>,
@@ -48,17 +48,17 @@ pub struct Border {
     inside: Vec<u64>,
     starts: Vec<u64>,
     elements: Vec<u32>,
-    /// Of its elements, from the first on.
+    /// The sets of its elements, from the first on.
     sets: Vec<u32>,
 }
 
 impl Border {
-    /// Its nodes.
+    /// Returns its nodes.
     pub fn layer(&self) -> Layer<'_> {
         Layer { open: &self.open, inside: &self.inside, starts: &self.starts, elements: &self.elements }
     }
 
-    /// The set of an element of its layer.
+    /// Returns the set of an element of its layer.
     pub fn set(&self, element: u32) -> u32 {
         match element {
             OUT | IN => element,
@@ -75,7 +75,7 @@ struct NodeGap {
     bit: u32,
 }
 
-/// A slab in the making.
+/// A slab under construction.
 struct Slab<'a, H> {
     raster: &'a Raster,
     planes: Range<usize>,
@@ -91,7 +91,7 @@ struct Slab<'a, H> {
     gaps: [SlabGaps; 3],
 }
 
-/// A point in a gap between two nodes of the ray through `node`; `hit` begins the gap.
+/// Returns a point in a gap between two nodes of the ray through `node`; `hit` begins the gap.
 pub fn point_between<H: Hit>(raster: &Raster, spans: &RaySpans<H>, node: [usize; 3], hit: u32) -> [i32; 3] {
     let hits = &spans.hits[hit as usize..];
     let [before, after] = [hits[0].crossing().ceil(), hits[1].crossing().floor()];
@@ -137,13 +137,13 @@ pub fn settle<H: Hit>(
 }
 
 impl<H: Hit> Slab<'_, H> {
-    /// Words of a plane.
+    /// Returns the words of a plane.
     fn words_of(&self, z: usize) -> Range<usize> {
         let at = (z - self.planes.start) * self.raster.plane();
         at..at + self.raster.plane()
     }
 
-    /// Some words of it.
+    /// Returns some words of the slab as a layer.
     fn layer(&self, words: Range<usize>) -> Layer<'_> {
         Layer {
             open: &self.open[words.clone()],
@@ -153,7 +153,7 @@ impl<H: Hit> Slab<'_, H> {
         }
     }
 
-    /// Takes a gap of the ray through a node along an axis.
+    /// Records a gap of the ray through a node along an axis.
     fn add_gap(&mut self, axis: usize, mut node: [usize; 3], gap: RayGap) {
         let RayGap { hit, nodes: (from, to) } = gap;
         if from < to {
@@ -168,7 +168,7 @@ impl<H: Hit> Slab<'_, H> {
         }
     }
 
-    /// What the rays along z say, of all planes: their hull is kept in `open` until the other rays are heard.
+    /// Applies the rays along z to all planes: their hull is kept in `open` until the other rays are applied.
     fn cast_along_z(&mut self) {
         let [columns, rows, _] = self.raster.nodes;
         let (words, plane) = (self.raster.words, self.raster.plane());
@@ -185,7 +185,7 @@ impl<H: Hit> Slab<'_, H> {
         }
     }
 
-    /// What the rays along y say, of one plane.
+    /// Applies the rays along y to one plane.
     fn cast_along_y(&mut self, z: usize, masks: &mut Masks) {
         let [columns, rows, _] = self.raster.nodes;
         let rays = Rays::new(self.raster, &self.spans[1], self.outer);
@@ -196,7 +196,7 @@ impl<H: Hit> Slab<'_, H> {
         }
     }
 
-    /// What the rays along x say, of one plane.
+    /// Applies the rays along x to one plane.
     fn cast_along_x(&mut self, z: usize, walls: &mut [u64]) {
         let (rows, words) = (self.raster.nodes[1], self.raster.words);
         let rays = Rays::new(self.raster, &self.spans[0], self.outer);
@@ -212,7 +212,7 @@ impl<H: Hit> Slab<'_, H> {
         }
     }
 
-    /// From hulls to open nodes and their runs, in one plane that all rays are heard of.
+    /// Converts hulls to open nodes and their runs, in one plane to which all rays have been applied.
     fn open_plane(&mut self, z: usize, walls: &[u64]) -> Result<(), SettleError> {
         let words = self.words_of(z);
         for word in words.clone() {
@@ -233,7 +233,7 @@ impl<H: Hit> Slab<'_, H> {
         Ok(())
     }
 
-    /// Unites the runs of a plane with what they touch in it and in the plane before.
+    /// Unites the runs of a plane with their neighbours in it and in the plane before.
     fn link_plane(&mut self, z: usize, walls_x: &[u64], walls_y: &[u64]) -> Result<(), SettleError> {
         let (words, plane, row) = (self.words_of(z), self.raster.plane(), self.raster.words);
         let mut sets = std::mem::replace(&mut self.sets, Sets::new(0));
@@ -255,7 +255,7 @@ impl<H: Hit> Slab<'_, H> {
         Ok(())
     }
 
-    /// Numbers the sets, and keeps what others need.
+    /// Numbers the sets, and keeps the data that other slabs need.
     fn finish(mut self) -> SlabSets {
         let (sets, least) = std::mem::replace(&mut self.sets, Sets::new(0)).number();
         let whole = self.layer(0..self.open.len());

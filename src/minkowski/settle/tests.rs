@@ -1,4 +1,4 @@
-//! Unions of shapes whose every crossing is kept, the buried ones too, against gaps that are decided one by one.
+//! Unions of shapes with all crossings kept, including buried ones, compared with gaps decided one by one.
 
 use std::collections::HashSet;
 use std::sync::Mutex;
@@ -28,14 +28,14 @@ impl Random {
 /// A closed surface with its solid behind it.
 #[derive(Clone, Debug)]
 enum Shape {
-    /// Twice the centre, odd, so that the nearest lattice positions on both sides are equally near, and four times the
-    /// square of the radius, divisible by eight, so that no lattice position lies on it.
+    /// Twice the centre, odd, so that the nearest lattice positions on both sides are equally near, and four times the square
+    /// of the radius, divisible by eight, so that no lattice position lies on it.
     Ball([i32; 3], i64),
-    /// All of the second that is not in the first.
+    /// The second shape without the first.
     Shell(Box<Shape>, Box<Shape>),
     /// Cuts at even positions, and the cells between them; those before the first and after the last cut are out.
     Cells([Vec<i32>; 3], Vec<bool>),
-    /// All but the shape.
+    /// The complement of the shape.
     Not(Box<Shape>),
 }
 
@@ -69,7 +69,7 @@ impl Shape {
         }
     }
 
-    /// Adds what a ray through `point` crosses.
+    /// Adds the crossings of a ray through `point`.
     fn cross(&self, axis: Axis, mut point: [i32; 3], to: &mut Vec<Crossing>) {
         let depth = axis.depth();
         match self {
@@ -82,7 +82,7 @@ impl Shape {
                 if !holds(middle) {
                     return;
                 }
-                // The greatest position before the first, and the last.
+                // The greatest position before the first crossing, and the last.
                 let mut search = |mut inside: i32, mut outside: i32| {
                     while (inside - outside).abs() > 1 {
                         let between = (inside + outside) / 2;
@@ -142,7 +142,7 @@ impl Union {
         Union { grid: Grid::from_parts(DVec3::ZERO, 1.0, rays, shift, 32).unwrap(), outer: Outer::Out, shapes }
     }
 
-    /// The spans of all crossings, and those with true gaps only.
+    /// Returns the spans of all crossings, and those with true gaps only.
     fn spans(&self, axis: Axis) -> [RaySpans<Crossing>; 2] {
         let (columns, rows) = self.grid.image_size(axis);
         let pixels = Pixels::new(self.grid.shift());
@@ -159,7 +159,7 @@ impl Union {
             self.outer.keep_gaps(pixels, &crossings, &mut certain.hits);
             let hits = &certain.hits[certain.offsets[ray as usize] as usize..];
             let mut is_gap = |pair: &[Crossing]| {
-                // All of it is out if a position in it is, be it a node.
+                // All of the gap is out if a position in it is, even a node.
                 let ends = [pair[0], pair[1]].map(|hit| pixels.index_from(hit.nearest()));
                 point[axis.depth()] = match ends[0] < ends[1] {
                     true => pixels.ray(ends[0]),
@@ -178,8 +178,8 @@ impl Union {
         [certain, exact]
     }
 
-    /// Settles it, holds the result to gaps decided one by one and its counts to nodes looked at one by one, and returns the
-    /// counts.
+    /// Resolves the union, compares the result with gaps decided one by one and its counts with a scan of all nodes, and
+    /// returns the counts.
     fn check(&self) -> SettleCounts {
         let spans = Axis::ALL.map(|axis| self.spans(axis));
         let certain = || spans.each_ref().map(|[certain, _]| certain.clone());
@@ -203,7 +203,8 @@ impl Union {
         settled.counts
     }
 
-    /// How many nodes are neither certainly in nor out, and a node of each component, by a search from node to node.
+    /// Returns the number of nodes that are neither certainly in nor out, and a node of each component, by a search from node
+    /// to node.
     fn components(&self, spans: &[RaySpans<Crossing>; 3]) -> (u64, Vec<[i32; 3]>) {
         let rays = self.grid.rays();
         let hits = |node: [u32; 3], axis: Axis| {
@@ -255,7 +256,7 @@ impl Union {
     }
 }
 
-/// Cells as large as pixels, with a node in each.
+/// Returns cells as large as pixels, with a node in each.
 fn pixel_cells(rays: [u32; 3], shift: u32, mut inside: impl FnMut([u32; 3]) -> bool) -> Shape {
     let cuts = rays.map(|n| (0..=n as i32).map(|i| i << shift).collect());
     let nodes = (0..rays[0]).flat_map(|x| (0..rays[1]).flat_map(move |y| (0..rays[2]).map(move |z| [x, y, z])));
@@ -301,7 +302,7 @@ fn unions_of_shapes_are_settled_gap_by_gap() {
         let mut shapes: Vec<Shape> = (0..random.between(1, 12)).map(|_| random_shape(&mut random, lengths)).collect();
         let outer = if case % 4 == 3 { Outer::In } else { Outer::Out };
         if outer == Outer::In {
-            // Room that the others stand in, as wide as the grid.
+            // The room that the others stand in, as wide as the grid.
             shapes.push(Shape::Not(Box::new(cuboid([2; 3], lengths))));
         }
         let counts = Union { outer, ..Union::new(rays, shift, shapes) }.check();
@@ -318,7 +319,7 @@ fn random_nodes_make_mazes() {
     let mut random = Random(2);
     let mut cavities = 0;
     for case in 0..24 {
-        // Around the density at which paths reach through the whole block, and buried balls beside it.
+        // Around the percolation density of the block, with buried balls beside it.
         let out = [20, 32, 45, 60][case % 4];
         let (rays, shift) = ([random.between(60, 70) as u32, 17, random.between(30, 70) as u32], 6);
         let mut shapes = vec![pixel_cells(rays, shift, |_| random.below(100) >= out)];
@@ -356,7 +357,7 @@ fn a_serpentine_is_one_set_whether_it_is_open_or_not() {
     }
 }
 
-/// A tunnel with a bend in a block: from its dead end, a gap of every ray, to a mouth that one ray looks into.
+/// Returns a tunnel with a bend in a block: from its dead end, a gap of every ray, to a mouth that one ray looks into.
 fn bent_tunnel(order: [usize; 3]) -> Union {
     let rays = [40; 3];
     let cells = pixel_cells(rays, 4, |node| {
@@ -374,7 +375,7 @@ fn crossings_that_contradict_one_another_are_an_error() {
         let union = bent_tunnel(order);
         assert_eq!(union.check().components, 0);
         let spans = Axis::ALL.map(|axis| union.spans(axis)[0].clone());
-        // A gap is missing at the dead end, beside what is certainly out, and in what is. Sets meet anywhere between.
+        // A gap is missing at the dead end, beside the certain outside, and in it. Sets meet anywhere between.
         for a in [29, 31, 33] {
             let mut spans = spans.clone();
             let axis = Axis::ALL[order[2]];
@@ -396,7 +397,7 @@ fn crossings_that_contradict_one_another_are_an_error() {
 
 #[test]
 fn a_node_that_two_rays_contradict_is_an_error_even_by_itself() {
-    // One node at a corner is the solid, and its ray along y has all of its crossings behind it.
+    // The solid is one node at a corner, and its ray along y has all of its crossings behind it.
     let union = Union::new([3; 3], 4, vec![cuboid([0; 3], [16; 3])]);
     let mut spans = Axis::ALL.map(|axis| union.spans(axis)[0].clone());
     assert_eq!(spans[1].of_ray(0).len(), 2);

@@ -12,7 +12,7 @@ fn unit_cube() -> TriangleMesh {
     cube(DVec3::ZERO, 1.0)
 }
 
-/// The sentences of the gates that a mesh fails.
+/// Returns the sentences of the gates that a mesh fails.
 fn sentences(mesh: &TriangleMesh) -> Vec<String> {
     Gates::of(mesh, Precision::Single).failures().iter().map(GateFailure::to_string).collect()
 }
@@ -71,7 +71,7 @@ fn a_doubled_triangle_is_one_in_any_rotation_and_order() {
         let place = gates.duplicates.first[0];
         assert_eq!((place.earlier, place.triangle), (5, 12));
     }
-    // Two triangles back to back border each other properly and are no solid.
+    // Two triangles back to back border each other properly but enclose no volume.
     let flat = TriangleMesh { positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y], triangles: vec![[0, 1, 2], [0, 2, 1]] };
     let gates = Gates::of(&flat, Precision::Single);
     assert_eq!((gates.edges.count, gates.duplicates.count, gates.non_manifold_vertices.count), (0, 1, 0));
@@ -93,7 +93,7 @@ fn bad_and_repeated_indices_are_counted_for_themselves() {
 fn two_cubes_that_share_an_edge_or_a_vertex_by_index() {
     let (a, b) = (unit_cube(), cube(DVec3::new(1.0, 1.0, 0.0), 1.0));
     let mut by_edge = together(&[a.clone(), b.clone()]);
-    // Vertices 3 and 7 of the first stand where 0 and 4 of the second do.
+    // Vertices 3 and 7 of the first coincide with 0 and 4 of the second.
     by_edge.triangles.as_flattened_mut().iter_mut().for_each(|index| match *index {
         8 => *index = 3,
         12 => *index = 7,
@@ -114,7 +114,7 @@ fn two_cubes_that_share_an_edge_or_a_vertex_by_index() {
 
 #[test]
 fn what_a_reader_of_f32_would_weld() {
-    // By position alone two cubes that touch in a corner are welded there, however near they only seem to touch.
+    // By position alone two cubes that touch in a corner are welded there, even if they only seem to touch.
     for gap in [0.0, 1e-9] {
         let mesh = together(&[unit_cube(), cube(DVec3::splat(1.0 + gap), 1.0)]);
         let gates = Gates::of(&mesh, Precision::Single);
@@ -126,7 +126,7 @@ fn what_a_reader_of_f32_would_weld() {
     // A thin cube far from the origin: its four long edges remain.
     let gates = Gates::of(&cube(DVec3::new(1e6, 0.0, 0.0), 1e-3), Precision::Single);
     assert_eq!((gates.welded.count, gates.collapsed.count), (4, 8));
-    // Three in one place weld two; minus zero is zero.
+    // Three vertices in one place weld two; minus zero equals zero.
     let mut three = unit_cube();
     three.positions[1] = DVec3::new(-0.0, 1e-60, 0.0);
     three.positions[2] = DVec3::ZERO;
@@ -162,7 +162,7 @@ fn sentences_count_and_name_the_first() {
 
 #[test]
 fn long_stars_are_sorted_out() {
-    // A double cone whose two tips have stars longer than the quick way takes.
+    // A double cone whose two tips have stars longer than the fast path accepts.
     let mut mesh = solids::cylinder(1.0, 2.0, 100).unwrap();
     let gates = Gates::of(&mesh, Precision::Single);
     assert!(gates.passed() && gates.genus == Some(0), "{:?}", gates.failures());
@@ -216,7 +216,7 @@ proptest! {
     }
 }
 
-/// For every edge, how often it is used upwards and how often in all.
+/// Returns for every edge the number of its upward uses and of all its uses.
 fn mesh_edges(mesh: &TriangleMesh) -> Vec<(usize, usize)> {
     let mut edges = std::collections::BTreeMap::new();
     for &[a, b, c] in mesh.triangles.iter().filter(|[a, b, c]| a != b && b != c && c != a) {

@@ -1,4 +1,4 @@
-//! A part of the surface that is decimated by itself: its border stays, so that parts need not know of each other.
+//! A part of the surface that is decimated by itself: its border stays, so that parts are independent.
 
 use glam::DVec3;
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_locks, typed_to_bytes};
@@ -7,76 +7,76 @@ use crate::closest::{ClosestTriangle, longest};
 use crate::mesh::{Aabb, TriangleMesh};
 use crate::surface::gates::Faults;
 
-/// How often a patch is decimated anew, with more vertices locked, before it is left as it was.
+/// Most decimations of a patch, each with more vertices locked, before it is restored.
 const ATTEMPTS: usize = 8;
 
-/// The error that meshoptimizer is allowed at first, in bounds. It is the root of a weighted mean of squared distances from
-/// planes, so that the largest distance comes out as more. On a gyroid of a million triangles and 0.09 % of its side, 0.5
-/// leaves 44 % of the triangles, 0.6 leaves 35 % for a sixth more time, 0.8 leaves 27 % for twice and a half that time.
+/// The initial error target of meshoptimizer, in bounds. It is the root of a weighted mean of squared distances from planes, so
+/// that the largest distance comes out larger. On a gyroid of a million triangles and 0.09 % of its side, 0.5 leaves 44 % of
+/// the triangles, 0.6 leaves 35 % for a sixth more time, 0.8 leaves 27 % for twice and a half that time.
 const TARGET: f64 = 0.6;
 
-/// Where more than one in so many points is too far, the error is made smaller, by this factor, instead of locking.
+/// Where more than one in this number of points is too far, the error target is reduced by this factor instead of locking.
 const MANY: usize = 64;
 const LESS: f64 = 0.75;
 
-/// Sides of a triangle are divided into so many parts at most, where its distance is sampled.
+/// Most subdivisions of a triangle's sides where its distance is sampled.
 const MOST_PARTS: f64 = 16.0;
 
-/// A part of the surface and the part of the original that it answers for.
+/// A part of the surface and the part of the original assigned to it.
 pub(super) struct Patch {
     /// Vertices that its triangles use, as indices of original positions, sorted.
     vertices: Vec<u32>,
-    /// Its triangles as they were before, by places in `vertices`.
+    /// Its initial triangles, by places in `vertices`.
     start: Vec<[u32; 3]>,
-    /// Which of `vertices` must stay.
+    /// For each of `vertices`, whether it must stay.
     locked: Vec<bool>,
-    /// The error that meshoptimizer is allowed, in bounds.
+    /// The current error target of meshoptimizer, in bounds.
     allowed: f64,
-    /// What it answers for.
+    /// The assigned part of the original.
     original: Share,
     result: Decimated,
 }
 
-/// The part of the original that a patch answers for.
+/// The part of the original assigned to a patch.
 #[derive(Default)]
 pub(super) struct Share {
     /// Original vertices that must be near the patch.
     pub points: Vec<u32>,
     /// Original triangles whose centroids must be near the patch.
     pub centroids: Vec<u32>,
-    /// Original triangles that the patch must be near of.
+    /// Original triangles that the patch must be near.
     pub triangles: Vec<u32>,
 }
 
-/// What of a patch is closest to a point.
+/// The part of a patch that is closest to a point.
 pub(super) struct Near {
-    /// How far it is from the point.
+    /// Its distance from the point.
     pub distance: f64,
     /// Places of vertices of the triangles there.
     pub places: Vec<u32>,
 }
 
-/// Why a decimated patch is not near enough to the original.
+/// The reason why a decimated patch is not near enough to the original.
 enum TooFar {
-    /// At these places it is not.
+    /// It is too far at these places.
     At(Vec<DVec3>),
-    /// At so many places that a smaller error is the better answer.
+    /// It is too far at so many places that a smaller error target is better.
     Throughout,
 }
 
-/// What became of a patch.
+/// The result of the decimation of a patch.
 #[derive(Default)]
 struct Decimated {
     /// Triangles by places in the vertices of the patch.
     triangles: Vec<[u32; 3]>,
-    /// For the points of the share, then for its centroids: the triangle that is closest.
+    /// The closest triangle for the points of the share, then for its centroids.
     homes: Vec<u32>,
-    /// The largest distance that was measured, either way.
+    /// The largest distance measured, in either direction.
     distance: f64,
 }
 
 impl Patch {
-    /// A patch of triangles of original vertices, of which those for which `is_border` holds must stay.
+    /// Creates a patch of triangles of original vertices; those for which `is_border` holds must stay.
     pub(super) fn new(triangles: &[[u32; 3]], is_border: impl Fn(u32) -> bool, original: Share) -> Patch {
         let mut vertices = triangles.as_flattened().to_vec();
         vertices.sort_unstable();
@@ -87,33 +87,33 @@ impl Patch {
         Patch { vertices, start, locked, allowed: TARGET, original, result: Decimated::default() }
     }
 
-    /// Its triangles as they are now, by original vertices.
+    /// Returns its current triangles, by original vertices.
     pub(super) fn triangles(&self) -> impl Iterator<Item = [u32; 3]> {
         self.result.triangles.iter().map(|indices| indices.map(|place| self.vertices[place as usize]))
     }
 
-    /// The largest distance that was measured, in either direction.
+    /// Returns the largest distance measured, in either direction.
     pub(super) fn distance(&self) -> f64 {
         self.result.distance
     }
 
-    /// How many of its vertices must stay.
+    /// Returns the number of its locked vertices.
     pub(super) fn locked(&self) -> usize {
         self.locked.iter().filter(|locked| **locked).count()
     }
 
-    /// Original vertices, each with the triangle of the patch that is closest.
+    /// Returns the original vertices, each with the closest triangle of the patch.
     pub(super) fn homes_of_points(&self) -> impl Iterator<Item = (u32, u32)> {
         self.original.points.iter().copied().zip(self.result.homes.iter().copied())
     }
 
-    /// Original triangles, each with the triangle of the patch that is closest to its centroid.
+    /// Returns the original triangles, each with the triangle of the patch that is closest to its centroid.
     pub(super) fn homes_of_centroids(&self) -> impl Iterator<Item = (u32, u32)> {
         let homes = &self.result.homes[self.original.points.len()..];
         self.original.centroids.iter().copied().zip(homes.iter().copied())
     }
 
-    /// The box around it.
+    /// Returns its bounding box.
     pub(super) fn bounds(&self, original: &TriangleMesh) -> Aabb {
         let empty = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
         self.vertices.iter().fold(empty, |bounds, &vertex| {
@@ -122,7 +122,7 @@ impl Patch {
         })
     }
 
-    /// Decimates it as far as the distances from the original allow; in the worst case it stays as it was.
+    /// Decimates the patch as far as the distances from the original allow; restores it in the worst case.
     pub(super) fn decimate(&mut self, original: &TriangleMesh, bound: f64) {
         for rings in 0..ATTEMPTS {
             let triangles = self.decimated(original, bound);
@@ -149,7 +149,7 @@ impl Patch {
         self.leave(original);
     }
 
-    /// Leaves the patch as it was, for good.
+    /// Restores the patch permanently.
     pub(super) fn leave(&mut self, original: &TriangleMesh) {
         self.locked.fill(true);
         let corners: Vec<_> = self.start.iter().map(|&indices| self.corners(original, indices)).collect();
@@ -158,18 +158,18 @@ impl Patch {
         self.result = Decimated { triangles: self.start.clone(), homes, distance };
     }
 
-    /// Locks these original vertices, where the patch has them, and all within so many edges of them.
+    /// Locks these original vertices, where the patch has them, and all within `rings` edges of them.
     pub(super) fn lock_around(&mut self, vertices: &[u32], rings: usize) {
         let places = vertices.iter().filter_map(|vertex| self.vertices.binary_search(vertex).ok());
         self.lock(places.map(|place| place as u32).collect::<Vec<_>>(), rings);
     }
 
-    /// Whether one of its vertices is this.
+    /// Returns whether the patch uses a vertex.
     pub(super) fn has(&self, vertex: u32) -> bool {
         self.vertices.binary_search(&vertex).is_ok()
     }
 
-    /// Locks places and all within so many edges of them.
+    /// Locks places and all within `rings` edges of them.
     pub(super) fn lock(&mut self, places: impl IntoIterator<Item = u32>, rings: usize) {
         let mut fresh = vec![false; self.vertices.len()];
         places.into_iter().for_each(|place| fresh[place as usize] = true);
@@ -184,8 +184,8 @@ impl Patch {
         self.locked.iter_mut().zip(fresh).for_each(|(locked, fresh)| *locked |= fresh);
     }
 
-    /// For each point its distance from the patch as it was, and the vertices of the triangles there that are closest to
-    /// it or no more than `slack` farther than the closest.
+    /// Returns for each point its distance from the initial patch, and the vertices of the triangles that are closest to it or
+    /// at most `slack` farther than the closest.
     pub(super) fn near(&self, original: &TriangleMesh, points: &[DVec3], slack: f64) -> Vec<Near> {
         let corners: Vec<_> = self.start.iter().map(|&indices| self.corners(original, indices)).collect();
         let tree = ClosestTriangle::new(&corners);
@@ -205,7 +205,7 @@ impl Patch {
         indices.map(|place| original.positions[self.vertices[place as usize] as usize])
     }
 
-    /// What meshoptimizer makes of the patch.
+    /// Runs meshoptimizer on the patch.
     fn decimated(&self, original: &TriangleMesh, bound: f64) -> Vec<[u32; 3]> {
         let positions = || self.vertices.iter().map(|&vertex| original.positions[vertex as usize]);
         let min = positions().fold(DVec3::INFINITY, DVec3::min);
@@ -226,14 +226,14 @@ impl Patch {
         indices.as_chunks().0.to_vec()
     }
 
-    /// Vertices at which decimation broke the surface, or that belong to a part whose shape it changed.
+    /// Returns the vertices at which decimation broke the surface, or that belong to a part whose topology it changed.
     fn spoiled(&self, triangles: &[[u32; 3]]) -> Vec<u32> {
         let faults = |triangles: &[[u32; 3]]| {
             let positions = vec![DVec3::ZERO; self.vertices.len()];
             Faults::of(&TriangleMesh { positions, triangles: triangles.to_vec() })
         };
         let now = faults(triangles);
-        // An edge with one use is one of the border. Fans of the border may meet in a vertex there.
+        // An edge with one use is a border edge. Fans of the border may meet in a vertex there.
         let edges = now.edges.iter().filter(|edge| edge.forward + edge.backward != 1).flat_map(|edge| edge.ends);
         let doubles = now.duplicates.iter().flat_map(|pair| triangles[pair[1] as usize]);
         let mut broken: Vec<u32> = edges.chain(doubles).collect();
@@ -241,7 +241,7 @@ impl Patch {
             let before = faults(&self.start).vertices;
             broken.extend(now.vertices.iter().filter(|fault| !before.contains(fault)).map(|&(vertex, _)| vertex));
         }
-        // A part may be large, so that where it is broken is the better answer, if there is one.
+        // A part may be large, so locking only broken places is preferred, if there are any.
         if broken.is_empty() {
             let [before, after] = [&self.start, triangles].map(|t| shapes(t, self.vertices.len(), &self.start));
             broken.extend((0..self.vertices.len() as u32).filter(|&place| before.of(place) != after.of(place)));
@@ -249,7 +249,7 @@ impl Patch {
         broken
     }
 
-    /// The triangle that is closest to each point and centroid of the share, and the square of its distance.
+    /// Returns the triangle that is closest to each point and centroid of the share, and the square of its distance.
     fn homes(&self, original: &TriangleMesh, tree: &ClosestTriangle) -> impl Iterator<Item = (u32, f64)> {
         let mut hint = 0;
         self.share_points(original).map(move |point| {
@@ -259,7 +259,7 @@ impl Patch {
         })
     }
 
-    /// Points and then centroids of the share.
+    /// Returns the points and then the centroids of the share.
     fn share_points(&self, original: &TriangleMesh) -> impl Iterator<Item = DVec3> {
         let points = self.original.points.iter().map(|&vertex| original.positions[vertex as usize]);
         let centroids = self.original.centroids.iter().map(|&triangle| {
@@ -269,8 +269,8 @@ impl Patch {
         points.chain(centroids)
     }
 
-    /// The triangles with their distances from the original, or the places where these are beyond the bound or a
-    /// triangle is turned over.
+    /// Returns the triangles with their distances from the original, or the places where these exceed the bound or a triangle
+    /// is flipped.
     fn measured(&self, original: &TriangleMesh, triangles: Vec<[u32; 3]>, bound: f64) -> Result<Decimated, TooFar> {
         let corners: Vec<_> = triangles.iter().map(|&indices| self.corners(original, indices)).collect();
         let tree = ClosestTriangle::new(&corners);
@@ -299,8 +299,8 @@ impl Patch {
         Ok(Decimated { triangles, homes, distance: largest.max(reverse).sqrt() })
     }
 
-    /// The square of the largest distance of new triangles from the original, and the places where it is beyond the bound
-    /// or a triangle is turned over.
+    /// Returns the square of the largest distance of new triangles from the original; adds the places where it exceeds the
+    /// bound or a triangle is flipped.
     fn reverse_distance(
         &self,
         original: &TriangleMesh,
@@ -338,15 +338,15 @@ impl Patch {
     }
 }
 
-/// Whether a triangle has an area and is turned from another by less than 75 degrees.
+/// Returns whether a triangle has an area and is turned from another by less than 75 degrees.
 ///
-/// That is the turn at which meshoptimizer refuses a collapse, but several may turn a triangle farther together.
+/// That is the turn at which meshoptimizer refuses a collapse, but several collapses together may turn a triangle farther.
 fn faces_like(corners: [DVec3; 3], original: [DVec3; 3]) -> bool {
     let [new, old] = [corners, original].map(|[a, b, c]| (b - a).cross(c - a));
     new.dot(old) > 0.25 * new.length() * old.length()
 }
 
-/// Points of a triangle, no more than about `spacing` apart, midpoints of its sides and its centroid among them: all but
+/// Returns points of a triangle, no more than about `spacing` apart, including midpoints of its sides and its centroid but not
 /// its corners, which are on the original.
 fn samples([a, b, c]: [DVec3; 3], spacing: f64) -> impl Iterator<Item = DVec3> {
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
@@ -358,13 +358,13 @@ fn samples([a, b, c]: [DVec3; 3], spacing: f64) -> impl Iterator<Item = DVec3> {
     raster.map(on).chain([(a + b + c) / 3.0])
 }
 
-/// What collapses must not change of the connected parts of a patch.
+/// The topology of the connected parts of a patch, which collapses must preserve.
 struct Shapes {
-    /// For each place the part it belonged to in the beginning.
+    /// For each place the initial part that it belonged to.
     labels: Vec<u32>,
-    /// For each part twice its vertices less its triangles, which with the border fixed is its Euler characteristic.
+    /// For each part twice its vertices minus its triangles, which with the border fixed determines its Euler characteristic.
     characters: Vec<i64>,
-    /// For each part into how many it fell.
+    /// For each part the number of pieces that it fell into.
     pieces: Vec<usize>,
 }
 
@@ -375,7 +375,7 @@ impl Shapes {
     }
 }
 
-/// The shapes of what the parts of `start` have become in `triangles`.
+/// Computes the shapes of the parts of `start` after decimation to `triangles`.
 fn shapes(triangles: &[[u32; 3]], places: usize, start: &[[u32; 3]]) -> Shapes {
     let labels = parts(start, places);
     let now = parts(triangles, places);
@@ -391,7 +391,7 @@ fn shapes(triangles: &[[u32; 3]], places: usize, start: &[[u32; 3]]) -> Shapes {
     Shapes { labels, characters, pieces }
 }
 
-/// For each place the lowest place that triangles connect it with.
+/// Returns for each place the lowest place that triangles connect it with.
 fn parts(triangles: &[[u32; 3]], places: usize) -> Vec<u32> {
     fn root(parents: &mut [u32], mut place: u32) -> u32 {
         while parents[place as usize] != place {

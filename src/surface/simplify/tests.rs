@@ -1,4 +1,4 @@
-//! Simplified meshes against brute force: distances, gates, topology, what is asked for beyond them.
+//! Simplified meshes compared with brute force: distances, gates, topology, the caller's criterion.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,7 +10,7 @@ use super::*;
 use crate::mesh::testing::{cube, reversed, tetrahedron, together};
 use crate::solids;
 
-/// Every triangle as four, so many times, with shared midpoints.
+/// Splits every triangle into four, `times` times, with shared midpoints.
 fn refined(mesh: &TriangleMesh, times: usize) -> TriangleMesh {
     let mut mesh = mesh.clone();
     for _ in 0..times {
@@ -36,7 +36,7 @@ fn simplified(mesh: &TriangleMesh, bound: f64) -> Simplified {
     simplify(mesh, bound, |_| Vec::new()).unwrap()
 }
 
-/// The distance of a point from a triangle that has an area: from its plane above it, else from a side.
+/// Returns the distance of a point from a triangle that has an area: from its plane above it, else from a side.
 fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
     let sides = [0, 1, 2].map(|i| (corners[i], corners[(i + 1) % 3]));
     let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
@@ -54,15 +54,15 @@ fn corners(mesh: &TriangleMesh) -> Vec<[DVec3; 3]> {
     mesh.triangles.iter().map(|indices| indices.map(|vertex| mesh.positions[vertex as usize])).collect()
 }
 
-/// The largest distance of points from a mesh, by comparing every one with every triangle.
+/// Returns the largest distance of points from a mesh, by comparing every one with every triangle.
 fn farthest(points: &[DVec3], mesh: &TriangleMesh) -> f64 {
     let corners = corners(mesh);
     let of = |point: &DVec3| corners.iter().map(|corners| distance(*point, *corners)).fold(f64::INFINITY, f64::min);
     points.par_iter().map(of).reduce(|| 0.0, f64::max)
 }
 
-/// The larger of the distances of vertices of one from the other, and of midpoints of sides and centroids of a thousand
-/// triangles of the other from the one.
+/// Returns the larger of the distances of the vertices of `original` from `other`, and of midpoints of sides and centroids of a
+/// thousand triangles of `other` from `original`.
 fn apart(original: &TriangleMesh, other: &TriangleMesh) -> f64 {
     let some = corners(other).into_iter().step_by(other.triangles.len() / 1000 + 1);
     let inner: Vec<DVec3> = some.flat_map(|[a, b, c]| [(a + b) / 2.0, (b + c) / 2.0, (a + b + c) / 3.0]).collect();

@@ -1,4 +1,4 @@
-//! Crossings of images, of what regions cut.
+//! Crossings of images, including those cut by regions.
 
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{Fill, Sampler};
 use crate::solids;
 
-/// The raster of the cube from 0 to 1.
+/// Returns the raster of the cube from 0 to 1.
 fn unit_grid(resolution: u32) -> Grid {
     Grid::with_resolution(Aabb { min: DVec3::ZERO, max: DVec3::ONE }, resolution, 1024).unwrap()
 }
@@ -26,7 +26,7 @@ fn images(mesh: TriangleMesh, grid: &Grid) -> [Ldi; 3] {
     Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap())
 }
 
-/// A ball of radius 0.4 in the middle of the cube.
+/// Returns a ball of radius 0.4 in the middle of the cube.
 fn ball(grid: &Grid) -> [Ldi; 3] {
     let mut mesh = solids::geodesic(0.4, 40).unwrap();
     mesh.positions.iter_mut().for_each(|position| *position += DVec3::splat(0.5));

@@ -1,4 +1,4 @@
-//! Meshes whose edges are slivers of triangles, which rounding may turn over.
+//! Meshes whose edges are slivers of triangles, which rounding may flip.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use crate::sampler::cpu::CpuSampler;
 use crate::surface::{SurfaceMode, contour};
 
 impl Offset {
-    /// Compares the spans of all rays at the nodes with what an exact test says.
+    /// Compares the spans of all rays at the nodes with an exact test.
     fn agrees_at_nodes(&self) {
         for axis in Axis::ALL {
             let (columns, rows) = self.grid.image_size(axis);
@@ -24,8 +24,8 @@ impl Offset {
     }
 }
 
-/// A mesh with each edge parted into two slivers: each of its triangles sticks out over its sides by half of `width`, or
-/// ends before them where that is below zero.
+/// Splits each edge of a mesh into two slivers: each of its triangles protrudes over its sides by half of `width`, or ends
+/// before them where that is negative.
 fn with_slivers(mesh: &TriangleMesh, mut width: impl FnMut() -> f64) -> TriangleMesh {
     let mut positions = mesh.positions.clone();
     let mut triangles = Vec::new();
@@ -51,7 +51,7 @@ fn with_slivers(mesh: &TriangleMesh, mut width: impl FnMut() -> f64) -> Triangle
     TriangleMesh { positions, triangles }
 }
 
-/// The surface of a grown solid, as it is made of cells.
+/// Returns the contoured surface of a grown solid.
 fn contoured(mesh: TriangleMesh, distance: f64, pitch: f64) -> TriangleMesh {
     let mesh = ClosedMesh::check(mesh).unwrap();
     let grid = offset_grid(mesh.bounds(), distance, pitch, 1024).unwrap();
@@ -79,7 +79,7 @@ fn slivers_that_are_turned_over_leave_no_gap() {
     let mesh = || turned(l_solid(), DVec3::new(1.0, 2.0, -1.0), 0.8);
     for width in [3e-9, 3e-8, 1e-6, 1e-4] {
         for distance in [0.4, -0.3] {
-            // All turned over, and some.
+            // All slivers flipped, and some.
             Offset::new(with_slivers(&mesh(), || width), distance, 0.1).agrees_at_nodes();
             let mesh = with_slivers(&mesh(), random_widths(width));
             let offset = Offset::new(mesh, distance, 0.13);
@@ -107,7 +107,7 @@ fn surfaces_made_of_cells_grow_and_shrink() {
     for mesh in solids {
         let size = mesh.bounds().unwrap().extent().max_element();
         let fine = contoured(mesh, 0.11 * size, size / 40.0);
-        // As a file with few digits has it, too: that turns many a sliver over.
+        // Also as stored in a file with few digits, which flips many slivers.
         for digit in [1e-12, 1e-6, 1e-4] {
             let digit = digit * size;
             let positions = fine.positions.iter().map(|position| (position / digit).round() * digit).collect();

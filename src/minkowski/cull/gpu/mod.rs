@@ -1,9 +1,9 @@
-//! Culling on a GPU: every pair of features that may be looked at, one invocation a pair.
+//! Culling on a GPU: every candidate pair of features, one invocation per pair.
 //!
-//! What a pair is asked is asked of it on the CPU, too, by the same exact signs; a device goes through all pairs where the CPU
-//! looks up the few whose normals may meet. Features are found on the host, and pairs that are kept come back in the order of
-//! arrival and are sorted, so that the result is the same on any device. It has the primitives that [`cull`](super::cull()) has,
-//! in another order.
+//! The test of a pair is that of the CPU, by the same exact signs; a device tests all pairs where the CPU looks up the few
+//! whose normals may meet. Features are found on the host, and pairs that are kept come back in the order of arrival and are
+//! sorted, so that the result is the same on any device. It has the primitives that [`cull`](super::cull()) has, in another
+//! order.
 
 mod stages;
 
@@ -20,37 +20,38 @@ use crate::minkowski::{CullCounts, Polyhedron, Primitives};
 use crate::sampler::gpu::Arithmetic;
 use stages::{CORNERS, DIRECTION_WORDS, EDGES, NORMAL_WORDS, PairView, head};
 
-/// Pairs of one dispatch, which is not to keep a device that also draws from drawing.
+/// Pairs of one dispatch, limited so that a device that also draws stays responsive.
 const PAIRS_AT_ONCE: u32 = 1 << 26;
 
-/// Pairs of which one task makes shapes.
+/// Pairs whose shapes one task makes.
 const PAIRS_PER_TASK: usize = 1 << 14;
 
-/// Culls on one device. Calls from several threads take turns.
+/// A culler on one device. Calls from several threads take turns.
 pub struct GpuCuller {
     device: Arc<Device>,
     state: Mutex<State>,
 }
 
-/// What is kept from call to call.
+/// The state kept between calls.
 struct State {
     pool: Pool,
     kernels: StageKernels,
 }
 
 impl GpuCuller {
-    /// A culler on a device, that of a sampler for one, which calculates as that does.
+    /// Creates a culler on a device, such as that of a sampler, with the arithmetic of that sampler.
     pub fn new(device: &Arc<Device>, arithmetic: Arithmetic) -> GpuCuller {
         GpuCuller::prefilled(device, arithmetic, None)
     }
 
-    /// One that fills every buffer with a word, if one is given, before it is used, so that what no stage writes shows. For tests.
+    /// Creates a culler that fills every buffer with a word, if one is given, before use, so that tests detect unwritten
+    /// elements.
     pub fn prefilled(device: &Arc<Device>, arithmetic: Arithmetic, word: Option<u32>) -> GpuCuller {
         let state = State { pool: Pool::new(word), kernels: StageKernels::new(head(arithmetic)) };
         GpuCuller { device: Arc::clone(device), state: Mutex::new(state) }
     }
 
-    /// The primitives that cover the boundary of A ⊕ B, as [`cull`](super::cull()) finds them, and how many pairs there were.
+    /// Returns the primitives that cover the boundary of A ⊕ B, as [`cull`](super::cull()) finds them, and the counts of pairs.
     pub fn cull(&self, a: &Polyhedron, b: &Polyhedron) -> Result<(Primitives, CullCounts), DeviceError> {
         let (a_features, b_features) = rayon::join(|| Features::new(a), || Features::new(b));
         let (mut lists, mut visited) = (Vec::new(), 0);
@@ -71,7 +72,7 @@ impl GpuCuller {
         Ok(assemble([a, b], [&a_features, &b_features], lists, visited))
     }
 
-    /// Facets and corners that make primitives.
+    /// Returns the pairs of facets and corners that make primitives.
     fn facets_on_corners(&self, of: &Features, on: &Features) -> Result<Vec<[u32; 2]>, DeviceError> {
         let facets: Vec<u32> = of.facets.iter().flat_map(|facet| words_of_normal(&facet.normal)).collect();
         let corners: Vec<u32> = on.corners.iter().flat_map(|corner| corner.spokes).collect();
@@ -80,7 +81,8 @@ impl GpuCuller {
         self.kept(&CORNERS, pairs, &[("facets", &facets), ("corners", &corners), ("spokes", &spokes)])
     }
 
-    /// Edges that make primitives; of the second twice its index, and one more for the parallelogram that is turned.
+    /// Returns the pairs of edges that make primitives; for the second edge twice its index, plus one for the reversed
+    /// parallelogram.
     fn edges_on_edges(&self, a: &Features, b: &Features) -> Result<Vec<[u32; 2]>, DeviceError> {
         let edges = |of: &Features| of.edges.iter().flat_map(words_of_edge).collect::<Vec<u32>>();
         let sides = |of: &Features| of.sides.iter().flat_map(words_of_normal).collect::<Vec<u32>>();
@@ -94,7 +96,7 @@ impl GpuCuller {
         self.kept(&EDGES, [a.edges.len(), b.edges.len()], &buffers)
     }
 
-    /// Runs a stage over all pairs; what it keeps, ascending. Where more is kept than there was room for, it runs twice.
+    /// Runs a stage over all pairs and returns the kept ones, ascending. Runs twice if the buffer was too small.
     fn kept(
         &self,
         stage: &'static Stage,
@@ -116,7 +118,7 @@ impl GpuCuller {
         }
         let kernel = kernels.get(&self.device, stage)?;
         let count = pool.room(&self.device, "kept pairs count", bytes_of(1))?;
-        // A pair for each feature is what convex solids come to.
+        // Convex solids yield about one pair for each feature.
         let mut room = 4 * (firsts + others) as u64;
         loop {
             let kept = pool.room(&self.device, "kept pairs", bytes_of(2 * room).min(largest))?;
@@ -151,7 +153,7 @@ impl GpuCuller {
     }
 }
 
-/// What pairs amount to, in lists of which each is one task's.
+/// Makes the shapes of pairs, one list for each task.
 fn shapes(pairs: &[[u32; 2]], shape: impl Fn(&[u32; 2]) -> Shape + Sync) -> Vec<Vec<Shape>> {
     pairs.par_chunks(PAIRS_PER_TASK).map(|pairs| pairs.iter().map(&shape).collect()).collect()
 }
@@ -160,7 +162,7 @@ fn words_of_normal(normal: &Normal) -> [u32; NORMAL_WORDS] {
     let mut words = [0; NORMAL_WORDS];
     let mut size = 0_f32;
     for (i, component) in normal.exact.into_iter().enumerate() {
-        // To the nearest, which the host is certain to round to.
+        // Rounded to nearest, which is guaranteed on the host.
         let rounded = component as f32;
         size = size.max(rounded.abs());
         [words[2 * i], words[2 * i + 1]] = [component as u32, (component >> 32) as u32];

@@ -1,4 +1,4 @@
-//! The stages: which WGSL files make each, how it sees its buffers, and what it is told.
+//! The stages of culling: their WGSL files, bindings and uniforms.
 
 use std::fmt::Write;
 
@@ -38,16 +38,16 @@ shared_struct! {
     pub struct PairView {
         /// The first feature of the first solid.
         first: u32,
-        /// Features of the second.
+        /// Number of features of the second solid.
         others: u32,
-        /// Pairs.
+        /// Number of pairs.
         pairs: u32,
-        /// Pairs that there is room for.
+        /// Capacity of the buffer of kept pairs.
         capacity: u32,
     }
 }
 
-/// What stands before every shader.
+/// Returns the text that precedes every shader.
 pub fn head(arithmetic: Arithmetic) -> String {
     let mut text = String::new();
     let constants =

@@ -1,15 +1,15 @@
-//! Solids made of cells of a cubic lattice, or of a sheared one: what of them meets what is counted on fingers.
+//! Solids made of cells of a cubic or sheared lattice, compared with a direct count of cells.
 
 use super::*;
 
 const SIDE: usize = 3;
 
-/// Which of 3 × 3 × 3 cells are filled.
+/// The filled cells among 3 × 3 × 3.
 #[derive(Clone, Copy, Debug)]
 pub struct Cells([[[bool; SIDE]; SIDE]; SIDE]);
 
 impl Cells {
-    /// A block of cells.
+    /// Returns a block of cells.
     pub fn solid(size: [usize; 3]) -> Cells {
         let is_filled = |x, y, z| x < size[0] && y < size[1] && z < size[2];
         Cells(std::array::from_fn(|x| std::array::from_fn(|y| std::array::from_fn(|z| is_filled(x, y, z)))))
@@ -35,7 +35,7 @@ impl Cells {
         all.filter(|&cell| self.has(cell))
     }
 
-    /// The faces between filled cells and empty ones, with sides of 1.
+    /// Returns the faces between filled cells and empty ones, with sides of 1.
     pub fn surface(&self) -> Unit {
         let mut unit = Unit { positions: Vec::new(), triangles: Vec::new() };
         for cell in self.filled() {
@@ -53,7 +53,7 @@ impl Cells {
     }
 }
 
-/// A surface before it is put on a lattice.
+/// A surface before it is placed on a lattice.
 pub struct Unit {
     positions: Vec<[i32; 3]>,
     triangles: Vec<[u32; 3]>,
@@ -113,7 +113,7 @@ impl Frame {
         self
     }
 
-    /// The cell coordinates of a movable point, doubled where it lies in no wall and plus or minus 1 where it does.
+    /// Returns the cell coordinates of a movable point, doubled where it lies in no wall and plus or minus 1 where it does.
     fn in_cells(&self, point: [i32; 3]) -> [i32; 3] {
         let place = times(self.to_cells, point);
         std::array::from_fn(|i| {
@@ -150,7 +150,7 @@ impl Placed {
     }
 }
 
-/// Whether a place, doubled and off all walls, is in the sum of any two cells.
+/// Returns whether a position, doubled and off all walls, is in the sum of any two cells.
 fn is_in_sum(a: &Placed, b: &Placed, place: [i32; 3]) -> bool {
     let is_in = |a: [[i32; 3]; 2], b: [[i32; 3]; 2]| {
         (0..3).all(|i| 2 * (a[0][i] + b[0][i]) < place[i] && place[i] < 2 * (a[1][i] + b[1][i]))
@@ -158,7 +158,7 @@ fn is_in_sum(a: &Placed, b: &Placed, place: [i32; 3]) -> bool {
     a.boxes().any(|a| b.boxes().any(|b| is_in(a, b)))
 }
 
-/// Whether any cell of B, reflected and moved to a place, reaches out of A.
+/// Returns whether any cell of B, reflected and moved to a position, extends beyond A.
 fn reaches_out(a: &Placed, b: &Placed, place: [i32; 3]) -> bool {
     let cells_between = |i: usize, b: [[i32; 3]; 2]| {
         let cell = |c: i32| (c - 2 * a.corner[i]).div_euclid(2 * a.side);

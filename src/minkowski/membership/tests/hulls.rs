@@ -23,7 +23,7 @@ fn polyhedron(tetrahedra: &[Tetrahedron]) -> Polyhedron {
     together(&parts)
 }
 
-/// Four corners that are in no plane, turned such that the faces look outwards.
+/// Returns four corners in general position, oriented such that the faces look outwards.
 fn random_tetrahedron(random: &mut Random, mut corner: impl FnMut(&mut Random) -> [i32; 3]) -> Tetrahedron {
     loop {
         let [a, b, c, d] = std::array::from_fn(|_| corner(random));
@@ -35,8 +35,8 @@ fn random_tetrahedron(random: &mut Random, mut corner: impl FnMut(&mut Random) -
     }
 }
 
-/// Whether a movable point is in the hull of the sums of two tetrahedra's corners: on the inner side of every plane through
-/// three of them that has all of them on one side.
+/// Returns whether a movable point is in the hull of the sums of two tetrahedra's corners: on the inner side of every plane
+/// through three of them that has all of them on one side.
 fn is_in_hull(a: &Tetrahedron, b: &Tetrahedron, point: [i32; 3]) -> bool {
     let sums: Vec<[i32; 3]> =
         a.iter().flat_map(|a| b.iter().map(move |b| std::array::from_fn(|i| a[i] + b[i]))).collect();
@@ -96,7 +96,7 @@ fn heaps_of_tetrahedra_as_large_as_the_lattice() {
     const HALF: i32 = 1 << 29;
     let counts = compare(100, |random| random.even_point(0, HALF / 2), |random| random.point(0, 2 * HALF));
     assert!(counts.iter().all(|&count| count > 300), "{counts:?}");
-    // All differences as large as they can be.
+    // All differences are as large as possible.
     let extreme = |random: &mut Random| random.point(0, 2).map(|c| if c == 0 { 0 } else { 2 * HALF - 2 });
     let near = |random: &mut Random| {
         let [least, greatest] = [random.between(0, 5), 2 * HALF - 1 - random.between(0, 5)];

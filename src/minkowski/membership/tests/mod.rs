@@ -1,4 +1,4 @@
-//! Membership against what cells and hulls say.
+//! Membership compared with counts of cells and with hulls.
 
 mod cells;
 mod hulls;
@@ -12,7 +12,7 @@ use random::Random;
 use super::SumMembership;
 use crate::minkowski::{Membership, Outer, Polyhedron};
 
-/// The answers for points, each found twice: by itself, and with what was remembered from those before it.
+/// Returns the answers for points, each found twice: by itself, and with the memory of the points before it.
 fn answers(sum: &SumMembership, points: impl IntoIterator<Item = [i32; 3]>) -> Vec<([i32; 3], bool)> {
     let mut memory = Default::default();
     let answer = |point| {
@@ -23,7 +23,7 @@ fn answers(sum: &SumMembership, points: impl IntoIterator<Item = [i32; 3]>) -> V
     points.into_iter().map(answer).collect()
 }
 
-/// All of one polyhedron and all of another, which share no vertex.
+/// Returns the union of several polyhedra without shared vertices.
 fn together(parts: &[Polyhedron]) -> Polyhedron {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     for part in parts {
@@ -34,13 +34,13 @@ fn together(parts: &[Polyhedron]) -> Polyhedron {
     Polyhedron::from_parts(positions, triangles)
 }
 
-/// A box between even positions.
+/// Returns a box between even positions.
 fn cuboid(min: [i32; 3], max: [i32; 3]) -> Polyhedron {
     let side: [i32; 3] = std::array::from_fn(|i| max[i] - min[i]);
     Cells::solid([1; 3]).surface().map(|[x, y, z]| [min[0] + x * side[0], min[1] + y * side[1], min[2] + z * side[2]])
 }
 
-/// A box with a smaller one cut out.
+/// Returns a box with a smaller one cut out.
 fn hollow([min, max]: [i32; 2], [inner_min, inner_max]: [i32; 2]) -> Polyhedron {
     together(&[cuboid([min; 3], [max; 3]), cuboid([inner_min; 3], [inner_max; 3]).complement()])
 }

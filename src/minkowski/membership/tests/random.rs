@@ -1,4 +1,4 @@
-//! Numbers that look random and are the same every time.
+//! Reproducible pseudo-random numbers.
 
 /// SplitMix64.
 pub struct Random(pub u64);
@@ -12,17 +12,17 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// From `from` up to but without `to`.
+    /// Returns a number in `from..to`.
     pub fn between(&mut self, from: i32, to: i32) -> i32 {
         from + (self.next() % (to - from) as u64) as i32
     }
 
-    /// Three numbers from `from` up to but without `to`.
+    /// Returns three numbers in `from..to`.
     pub fn point(&mut self, from: i32, to: i32) -> [i32; 3] {
         std::array::from_fn(|_| self.between(from, to))
     }
 
-    /// Three even numbers, from twice `from` up to but without twice `to`.
+    /// Returns three even numbers, from twice `from` up to but without twice `to`.
     pub fn even_point(&mut self, from: i32, to: i32) -> [i32; 3] {
         self.point(from, to).map(|c| 2 * c)
     }

@@ -1,12 +1,12 @@
-//! Tori and balls: what their formulas say of points that are not close to a surface, and what does not change where a
-//! sum is written the other way round or lies elsewhere.
+//! Tori and balls: analytic membership of points that are not close to a surface, and invariance under exchange of the operands
+//! and under translation.
 
 use super::*;
 use crate::solids;
 
 const CENTRE: i32 = 1 << 20;
 
-/// Positions, times 2^10 and about the centre, with coordinates turned by so many places.
+/// Places positions, times 2^10, about the centre, with coordinates permuted cyclically by `turn`.
 fn placed(positions: impl IntoIterator<Item = [f64; 3]>, triangles: &[[u32; 3]], turn: usize) -> Polyhedron {
     let place = |p: [f64; 3]| std::array::from_fn(|i| CENTRE + 2 * (p[(i + turn) % 3] * 512.0).round() as i32);
     Polyhedron::from_parts(positions.into_iter().map(place).collect(), triangles.to_vec())
@@ -22,7 +22,7 @@ fn ball(radius: f64) -> Polyhedron {
     placed(mesh.positions.iter().map(|p| p.to_array()), &mesh.triangles, 0)
 }
 
-/// Points about a sum, and their distances from the circle of radius 100 in its middle.
+/// Returns points about a sum, and their distances from the circle of radius 100 in its middle.
 fn around_a_circle(seed: u64) -> Vec<([i32; 3], f64)> {
     let mut random = Random(seed);
     let mut point = || {

@@ -1,4 +1,4 @@
-//! Cavities, shells in shells, and surfaces with facets that have no area or no room between them.
+//! Cavities, nested shells, and surfaces with facets of zero area or zero distance.
 
 use super::*;
 
@@ -6,7 +6,7 @@ fn is_in(sum: &SumMembership, point: [i32; 3]) -> bool {
     answers(sum, [point])[0].1
 }
 
-/// x ∈ (0, 20)³ without [6, 14]³.
+/// Returns (0, 20)³ without [6, 14]³.
 fn hollow_cube() -> Polyhedron {
     hollow([0, 20], [6, 14])
 }
@@ -41,14 +41,14 @@ fn a_cube_larger_than_the_cavity_fills_it() {
 
 #[test]
 fn a_cube_as_large_as_the_cavity_fills_it() {
-    // No facets cross in general position: neither's vertices are in the other but for the movement.
+    // No facets cross in general position: neither's vertices are in the other except by the movement.
     let sum = SumMembership::new(&hollow_cube(), Outer::Out, &cuboid([0; 3], [8; 3]));
     assert!(is_in(&sum, [14, 14, 14]) && is_in(&sum, [13, 13, 13]) && is_in(&sum, [13, 15, 14]));
 }
 
 #[test]
 fn shells_within_shells_are_each_asked() {
-    // A grain in the cavity of a hollow cube, which B holds whole without touching a wall; only the grain is met.
+    // A grain in the cavity of a hollow cube, which B contains entirely without touching a wall; only the grain is met.
     let grain = cuboid([10; 3], [12; 3]);
     let solid = together(&[hollow([0, 40], [2, 38]), grain]);
     let sum = SumMembership::new(&solid, Outer::Out, &cuboid([0; 3], [8; 3]));
@@ -68,7 +68,7 @@ fn shells_within_shells_are_each_asked() {
 fn the_complement_of_a_hollow_cube_is_within_and_without() {
     let wall = hollow_cube().complement();
     let sum = SumMembership::new(&wall, Outer::In, &cuboid([0; 3], [2; 3]));
-    // What B reflected fits into the wall of is not in the sum: x − (0, 2) within (0, 6) or beyond.
+    // Points where B reflected fits into the wall are not in the sum: x − (0, 2) within (0, 6) or beyond.
     for (point, expected) in
         [([3, 3, 3], false), ([1, 3, 3], true), ([2, 3, 3], false), ([6, 9, 9], true), ([5, 9, 9], false)]
     {

@@ -11,34 +11,35 @@ use crate::grid::Axis;
 use crate::minkowski::settle::layer::Raster;
 use crate::minkowski::{Outer, RaySpans};
 
-/// Rounds of sweeps after which it is first asked whether the last one has reached anything new; twice as many each time after.
+/// Rounds of sweeps before the first check for progress; the number doubles after each check.
 const FIRST_ROUNDS: u32 = 2;
 
-/// The most rounds between two such questions.
+/// Most rounds between two such checks.
 const MOST_ROUNDS: u32 = 32;
 
-/// Where the flood of a device has come to, in bits of nodes: row after row of words along x, the last of a row filled up with
+/// The result of a flood on a device, in bits of nodes: row after row of words along x, with the last word of a row padded by
 /// zeros in `inside` and ones in `outside`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reached {
-    /// In, certainly or joined to what is.
+    /// Nodes that are in, certainly or by connection.
     pub inside: Vec<u64>,
-    /// Out, certainly or joined to what is.
+    /// Nodes that are out, certainly or by connection.
     pub outside: Vec<u64>,
-    /// Whether there is a crossing between a node and the one before it along x, y and z; nothing where all nodes are reached.
+    /// For each node, whether a crossing lies between it and the one before it along x, y and z; empty where all nodes are
+    /// reached.
     pub walls: [Vec<u64>; 3],
-    /// Nodes that were neither certainly in nor out.
+    /// Number of nodes that were neither certainly in nor out.
     pub open_nodes: u64,
 }
 
-/// What is kept from flood to flood.
+/// The state kept between floods.
 pub struct State {
     pool: Pool,
     kernels: StageKernels,
 }
 
 impl State {
-    /// Nothing yet; buffers are to be filled with the given word, if any, before they are used.
+    /// Creates an empty state; buffers are filled with the given word, if any, before use.
     pub fn new(prefill: Option<u32>) -> State {
         State { pool: Pool::new(prefill), kernels: StageKernels::new(head()) }
     }
@@ -48,11 +49,11 @@ impl State {
 struct Flood<'a> {
     device: &'a Device,
     state: &'a mut State,
-    /// Of x, y and z.
+    /// The views along x, y and z.
     views: [NodeView; 3],
 }
 
-/// How many words a mask of all nodes has on the device, if there is room for one.
+/// Returns the number of words of a mask of all nodes on the device, if it fits.
 pub fn admit(device: &Device, raster: &Raster) -> Result<u64, DeviceError> {
     let words = u64::from(device_words(raster)) * raster.nodes[1] as u64 * raster.nodes[2] as u64;
     if bytes_of(words) > device.largest_binding() {
@@ -63,7 +64,7 @@ pub fn admit(device: &Device, raster: &Raster) -> Result<u64, DeviceError> {
     Ok(words)
 }
 
-/// Runs the flood; gives nothing where some node is reached from both sides.
+/// Runs the flood; returns `None` where some node is reached from both sides.
 pub fn flood<H: Hit + Sync>(
     device: &Device,
     state: &Mutex<State>,
@@ -96,7 +97,7 @@ impl Flood<'_> {
         recorder.read_back(&tally, 0, bytes_of(TALLY_WORDS));
         let seeds = tally_of(&recorder.finish()?[0]);
 
-        // Also where no node is open: what is certain may be contradictory.
+        // Also where no node is open: certain nodes may be contradictory.
         self.spread(&uniforms, &walls, [&inside, &outside], &tally)?;
 
         let mut recorder = Recorder::new(device);
@@ -154,7 +155,7 @@ impl Flood<'_> {
         }
     }
 
-    /// Records how what the rays along all axes tell comes together: what is inside, and what is within all crossings.
+    /// Records the combination of the rays along all axes: the nodes inside, and those within all crossings.
     fn cast<H: Hit + Sync>(
         &mut self,
         recorder: &mut Recorder,
@@ -209,12 +210,12 @@ fn tally_of(words: &[u32]) -> NodeTally {
     bytemuck::cast_slice(words)[0]
 }
 
-/// Nodes that no state had reached.
+/// Returns the number of nodes that no state had reached.
 fn open_in(tally: &NodeTally) -> u64 {
     u64::from(tally.open_low) | u64::from(tally.open_high) << 32
 }
 
-/// Words of the host from those of the device, the lower half first.
+/// Converts words of the device to words of the host, the lower half first.
 fn host_words(words: &[u32]) -> Vec<u64> {
     words.par_chunks_exact(2).map(|pair| u64::from(pair[0]) | u64::from(pair[1]) << 32).collect()
 }

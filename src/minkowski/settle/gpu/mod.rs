@@ -1,13 +1,14 @@
-//! Settling with the flood on a GPU.
+//! Gap resolution with the flood on a GPU.
 //!
-//! The device makes whole masks of nodes from the ends of spans (`cast`, `spread`), takes for seeds what is certainly in and
-//! certainly out (`seeds`), and lets both spread to neighbours that no crossing parts from them, by sweeps along each axis and
-//! back (`flood`), round after round until nothing changes. A sweep goes as far as it sees, so that rounds are as many as the
-//! turns of the most winding way, not its length. Both states come back, and with them, where some nodes are reached by
-//! neither, the crossings between nodes: their components, of which there are few, are found and tested on the host.
+//! The device makes whole masks of nodes from the ends of spans (`cast`, `spread`), takes the nodes that are certainly in and
+//! certainly out as seeds (`seeds`), and lets both spread to neighbours that no crossing separates from them, by sweeps along
+//! each axis and back (`flood`), round after round until nothing changes. A sweep goes as far as it can, so that the number of
+//! rounds is that of the turns of the most winding path, not its length. Both states come back, and with them, where some nodes
+//! are reached by neither, the crossings between nodes: their components, of which there are few, are found and tested on the
+//! host.
 //!
 //! The result is that of [`settle`](super::settle()), which needs no flood and no masks of all nodes at once. Where rays
-//! contradict one another, it is asked which node they do so about.
+//! contradict one another, that function identifies the node.
 
 mod flood;
 mod stages;
@@ -29,45 +30,45 @@ use flood::State;
 
 pub use flood::Reached;
 
-/// Settles with the help of one device. Calls from several threads take turns.
+/// A gap resolver that uses one device. Calls from several threads take turns.
 pub struct GpuSettler {
     device: Arc<Device>,
     state: Mutex<State>,
 }
 
-/// Why gaps could not be settled with the help of a device.
+/// The reason why gaps could not be resolved with a device.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GpuSettleError {
-    /// They could not be settled in any way.
+    /// They cannot be resolved by any method.
     #[error(transparent)]
     Settle(#[from] SettleError),
-    /// The device failed, or has no room for masks of all nodes.
+    /// The device failed, or has no memory for masks of all nodes.
     #[error(transparent)]
     Device(#[from] DeviceError),
 }
 
-/// Rays whose gaps one task looks at.
+/// Rays whose gaps one task processes.
 const RAYS_PER_TASK: usize = 4096;
 
 impl GpuSettler {
-    /// A settler on a device, that of a sampler for one.
+    /// Creates a resolver on a device, such as that of a sampler.
     pub fn new(device: &Arc<Device>) -> GpuSettler {
         GpuSettler { device: Arc::clone(device), state: Mutex::new(State::new(None)) }
     }
 
-    /// One that fills every buffer with a word before it is used, so that what no stage writes shows. For tests.
+    /// Creates a resolver that fills every buffer with a word before use, so that tests detect unwritten elements.
     pub fn prefilled(device: &Arc<Device>, word: u32) -> GpuSettler {
         GpuSettler { device: Arc::clone(device), state: Mutex::new(State::new(Some(word))) }
     }
 
-    /// Refuses a grid whose masks of nodes no binding of the device holds, or whose sweeps need longer loops than it goes
-    /// through for certain. To be asked before spans are made.
+    /// Refuses a grid whose masks of nodes exceed the device's largest binding, or whose sweeps need longer loops than the
+    /// device is certain to complete. Call it before spans are made.
     pub fn admit(&self, grid: &Grid) -> Result<(), DeviceError> {
         flood::admit(&self.device, &Raster::new(grid)).map(drop)
     }
 
-    /// Decides every gap of the spans along x, y and z, and removes those that are in; the same as
-    /// [`settle`](super::settle()), point by point that is tested. Takes seven bits for each node of the grid on the device, in
+    /// Decides every gap of the spans along x, y and z, and removes those that are in; the result equals that of
+    /// [`settle`](super::settle()), including the tested points. Takes seven bits for each node of the grid on the device, in
     /// buffers of one bit each, and up to seven on the host.
     pub fn settle<H: Hit + Sync>(
         &self,
@@ -105,8 +106,8 @@ impl GpuSettler {
         Ok(Settled { spans, counts })
     }
 
-    /// The nodes that the flood reaches; nothing where some node is reached from both sides. To hold the device to, or to look
-    /// at.
+    /// Returns the nodes that the flood reaches; `None` where some node is reached from both sides. For verification of the
+    /// device and for inspection.
     pub fn reached<H: Hit + Sync>(
         &self,
         grid: &Grid,
@@ -121,7 +122,7 @@ impl GpuSettler {
 /// The sets of nodes that the flood has not reached.
 #[derive(Default)]
 struct Components {
-    /// A node of each, the first; set 2 comes first.
+    /// The first node of each set, from set 2 on.
     nodes: Vec<[u32; 3]>,
     /// The set of each run of such nodes along x.
     sets: Vec<u32>,
@@ -130,10 +131,10 @@ struct Components {
     elements: Vec<u32>,
 }
 
-/// What is still to be decided when the flood is over.
+/// The components and gaps that are undecided when the flood is over.
 struct Open {
     components: Components,
-    /// Of the rays along x, y and z.
+    /// The gaps of the rays along x, y and z.
     gaps: [Vec<RayGaps>; 3],
 }
 
@@ -145,14 +146,14 @@ struct RayGaps {
 }
 
 impl Open {
-    /// The points to test: one node of each component, then a point of each gap between two nodes.
+    /// Returns the points to test: one node of each component, then a point of each gap between two nodes.
     fn points(&self, grid: &Grid) -> Vec<[i32; 3]> {
         let nodes = self.components.nodes.iter().map(|node| node.map(|index| grid.node(index)));
         let thin = self.gaps.iter().flatten().flat_map(|gaps| &gaps.gaps.thin);
         nodes.chain(thin.map(|&(_, point)| point)).collect()
     }
 
-    /// The hits that begin gaps which are in, by axis, from the answers for components and for gaps between two nodes.
+    /// Returns the hits that begin gaps which are in, by axis, from the answers for components and for gaps between two nodes.
     fn gaps_that_are_in(&self, of_components: &[bool], of_gaps: &[bool]) -> [Vec<u32>; 3] {
         let mut of_gaps = of_gaps.iter();
         self.gaps.each_ref().map(|tasks| {
@@ -179,7 +180,7 @@ impl Components {
         let (row, plane) = (raster.words, raster.plane());
         let mut walls_x = walls_x.clone();
         if !raster.nodes[0].is_multiple_of(64) {
-            // Nothing is joined to what the last word has beyond the last node.
+            // The bits of the last word beyond the last node are connected to nothing.
             walls_x.chunks_mut(row).for_each(|walls| walls[row - 1] |= 1 << (raster.nodes[0] % 64));
         }
         let open: Vec<u64> = inside.par_iter().zip(outside).map(|(inside, outside)| !(inside | outside)).collect();
@@ -221,7 +222,7 @@ impl Components {
         Components { nodes, sets, open, starts, elements }
     }
 
-    /// What the gaps of all rays along an axis are; those that are out are left out.
+    /// Classifies the gaps of all rays along an axis; those that are out are omitted.
     fn gaps<H: Hit + Sync>(
         &self,
         raster: &Raster,

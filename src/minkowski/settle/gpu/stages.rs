@@ -1,4 +1,4 @@
-//! The stages: which WGSL files make each, how it sees its buffers, and what it is told.
+//! The stages of the flood: their WGSL files, bindings and uniforms.
 
 use std::fmt::Write;
 
@@ -47,14 +47,14 @@ macro_rules! flood {
     };
 }
 
-/// Along x, y and z.
+/// The stages along x, y and z.
 pub static SPREAD: [Stage; 3] = [
     spread!("spread (rows)", "spread_rows"),
     spread!("spread (lines)", "spread_lines"),
     spread!("spread (lines)", "spread_lines"),
 ];
 
-/// Along x, y and z.
+/// The stages along x, y and z.
 pub static FLOOD: [Stage; 3] = [
     flood!("flood (rows)", "flood_rows"),
     flood!("flood (lines)", "flood_lines"),
@@ -75,7 +75,7 @@ pub static REACHED: Stage = Stage {
     bindings: &[VIEW, (1, Read), (2, Read), (3, ReadWrite)],
 };
 
-/// What stands before every shader.
+/// Returns the text that precedes every shader.
 pub fn head() -> String {
     let mut text = String::new();
     let constants = [
@@ -91,7 +91,7 @@ pub fn head() -> String {
 }
 
 shared_struct! {
-    /// Nodes as the rays along one axis have them.
+    /// The nodes in the order of the rays along one axis.
     pub struct NodeView {
         /// A pixel is 2^shift lattice steps wide.
         shift: u32,
@@ -99,35 +99,35 @@ shared_struct! {
         first_ray: i32,
         /// The coordinate along the rays: 0, 1 or 2.
         axis: u32,
-        /// Rays.
+        /// Number of rays.
         rays: u32,
-        /// Columns of rays.
+        /// Number of columns of rays.
         columns: u32,
-        /// Nodes of a ray.
+        /// Number of nodes of a ray.
         ray_nodes: u32,
-        /// Nodes of a row along x, and rows of a plane.
+        /// Number of nodes of a row along x, and of rows of a plane.
         nodes_x: u32,
         nodes_y: u32,
-        /// Words of a row, and of all rows.
+        /// Number of words of a row, and of all rows.
         words: u32,
         all_words: u32,
-        /// 1 if what is beyond all crossings is inside.
+        /// 1 if the side beyond all crossings is inside.
         outer_is_in: u32,
-        /// Lines of words along the axis, and how many of them follow one another before the next block of words begins.
+        /// Number of lines of words along the axis, and of consecutive lines before the next block of words begins.
         lines: u32,
         lines_of_block: u32,
-        /// Words of a block.
+        /// Number of words of a block.
         block: u32,
-        /// From a word of a line to the next, and the words of a line.
+        /// Distance from a word of a line to the next, and number of words of a line.
         stride: u32,
         steps: u32,
     }
 }
 
 shared_struct! {
-    /// What is found out about all nodes.
+    /// The counts and flags over all nodes.
     pub struct NodeTally {
-        /// Nodes that no state has reached, in two words.
+        /// Number of nodes that no state has reached, in two words.
         open_low: u32 atomic,
         open_high: u32 atomic,
         /// Not zero if both states have reached a node.
@@ -141,7 +141,7 @@ shared_struct! {
 pub const TALLY_WORDS: u64 = size_of::<NodeTally>() as u64 / 4;
 
 impl NodeView {
-    /// The nodes of a raster whose masks have fewer than 2^32 words.
+    /// Creates the view of a raster whose masks have fewer than 2^32 words.
     pub fn new(raster: &Raster, axis: Axis, outer: Outer) -> NodeView {
         let [nodes_x, nodes_y, nodes_z] = raster.nodes.map(|nodes| nodes as u32);
         let words = device_words(raster);
@@ -172,7 +172,7 @@ impl NodeView {
     }
 }
 
-/// Words of a row on the device, which are half as long as those of the host.
+/// Returns the number of words of a row on the device, which are half as long as those of the host.
 pub fn device_words(raster: &Raster) -> u32 {
     raster.words as u32 * (u64::BITS / WORD_BITS)
 }
