@@ -15,7 +15,7 @@ use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 use ldi_ops::solids::Model;
 
 const RESOLUTION: u32 = 512;
@@ -42,11 +42,11 @@ fn solids() -> Vec<ClosedMesh> {
 }
 
 fn sample(solid: &LatticeSolid, mode: Mode) -> Ldi {
-    CpuSampler::default().sample(solid, Axis::Z, mode, Fill::EvenOdd).expect("the image is small")
+    CpuSampler::default().sample(solid, Axis::Z, mode, FillRule::EvenOdd).expect("the image is small")
 }
 
 fn surface(solid: &LatticeSolid) -> Ldi {
-    CpuSampler::default().sample_surface(solid, Axis::Z, Fill::EvenOdd).expect("the image is small")
+    CpuSampler::default().sample_surface(solid, Axis::Z, FillRule::EvenOdd).expect("the image is small")
 }
 
 fn sweep(plan: &Plan, images: &[Ldi]) -> Ldi {

@@ -14,7 +14,7 @@ use ldi_ops::integrate::{self, AxisVolume};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 use ldi_ops::solids::{Model, cuboid};
 
 const RESOLUTION: u32 = 512;
@@ -59,7 +59,7 @@ fn grid_around(meshes: &[&ClosedMesh]) -> Grid {
 
 fn exact(sampler: &CpuSampler, mesh: &ClosedMesh, grid: &Grid, axis: Axis) -> Ldi {
     let solid = grid.quantise(mesh).expect("the grid is around the mesh");
-    sampler.sample(&solid, axis, Mode::Exact, Fill::EvenOdd).expect("the image is small")
+    sampler.sample(&solid, axis, Mode::Exact, FillRule::EvenOdd).expect("the image is small")
 }
 
 fn sampling(criterion: &mut Criterion) {
@@ -72,10 +72,10 @@ fn sampling(criterion: &mut Criterion) {
         ("brush", built("brush", &[])),
     ];
     let ways = [
-        ("exact", Mode::Exact, Fill::EvenOdd),
-        ("over", Mode::Estimate(Estimate::Over), Fill::EvenOdd),
-        ("under", Mode::Estimate(Estimate::Under), Fill::EvenOdd),
-        ("nonzero", Mode::Exact, Fill::NonZero),
+        ("exact", Mode::Exact, FillRule::EvenOdd),
+        ("over", Mode::Estimate(Estimate::Over), FillRule::EvenOdd),
+        ("under", Mode::Estimate(Estimate::Under), FillRule::EvenOdd),
+        ("nonzero", Mode::Exact, FillRule::NonZero),
     ];
     let sampler = CpuSampler::default();
     for (model, mesh) in models {
@@ -108,14 +108,14 @@ fn intersection(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements((triangles + crossings) as u64));
     group.bench_function("over by masks", |bencher| {
         bencher.iter_with_large_drop(|| {
-            sampler.sample_intersection(&solid_a, &solid_b, Axis::Z, Estimate::Over, Fill::EvenOdd)
+            sampler.sample_intersection(&solid_a, &solid_b, Axis::Z, Estimate::Over, FillRule::EvenOdd)
         });
     });
     for (name, mode) in [("over by merge", Mode::Estimate(Estimate::Over)), ("exact by merge", Mode::Exact)] {
         group.bench_function(name, |bencher| {
             bencher.iter_with_large_drop(|| {
                 let [a, b] = [&solid_a, &solid_b]
-                    .map(|solid| sampler.sample(solid, Axis::Z, mode, Fill::EvenOdd).expect("the image is small"));
+                    .map(|solid| sampler.sample(solid, Axis::Z, mode, FillRule::EvenOdd).expect("the image is small"));
                 merge(BooleanOperation::Intersection, &a, &b)
             });
         });

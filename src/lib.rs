@@ -29,7 +29,7 @@
 //! use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
 //! use ldi_ops::mesh::ClosedMesh;
 //! use ldi_ops::sampler::cpu::CpuSampler;
-//! use ldi_ops::sampler::{Fill, Mode, Sampler};
+//! use ldi_ops::sampler::{FillRule, Mode, Sampler};
 //! use ldi_ops::solids;
 //!
 //! let ball = ClosedMesh::check(solids::geodesic(10.0, 24)?)?;
@@ -41,8 +41,8 @@
 //! let sampler = CpuSampler::default();
 //! let mut axes = Vec::new();
 //! for axis in Axis::ALL {
-//!     let a = sampler.sample(&ball, axis, Mode::Exact, Fill::EvenOdd)?;
-//!     let b = sampler.sample(&ring, axis, Mode::Exact, Fill::EvenOdd)?;
+//!     let a = sampler.sample(&ball, axis, Mode::Exact, FillRule::EvenOdd)?;
+//!     let b = sampler.sample(&ring, axis, Mode::Exact, FillRule::EvenOdd)?;
 //!     let common = merge(BooleanOperation::Intersection, &a, &b)?;
 //!     assert!(common.unclosed().is_empty());
 //!     axes.push(AxisVolume::of(&common));
@@ -59,6 +59,7 @@ mod cell;
 mod closest;
 pub mod driver;
 mod error;
+mod estimate;
 pub mod excerpt;
 pub mod fixed;
 mod forest;
@@ -78,15 +79,31 @@ pub mod placement;
 mod progress;
 #[cfg(feature = "report")]
 pub mod report;
+mod sampled;
 pub mod sampler;
+mod settings;
+mod shape;
+mod solid;
 pub mod solids;
 pub mod surface;
 pub mod unit;
 pub mod voxels;
 mod warning;
 
+pub use driver::job::Backend;
+pub use driver::measure::Method;
 pub use error::{Error, ErrorKind, OpenMesh};
+pub use estimate::{Estimate, with_error};
+pub use grid::Axis;
+pub use mesh::LengthUnit as Unit;
 pub use progress::{Monitor, Progress};
+#[cfg(feature = "report")]
+pub use report::{Limits, Report};
+pub use sampled::{Sampled, SolidMoments, SurfaceMesh, Voxels};
+pub use sampler::{FillRule, Mode};
+pub use settings::{Axes, Settings};
+pub use shape::Shape;
+pub use solid::Solid;
 pub use warning::Warning;
 
 // Compiles and runs the examples of the guide with the doc tests.

@@ -10,14 +10,14 @@ use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
 use ldi_ops::mesh::{ClosedMesh, Precision, TriangleMesh, io};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Fill, Sampler};
+use ldi_ops::sampler::{FillRule, Sampler};
 use ldi_ops::surface::gates::Gates;
 use ldi_ops::surface::{Surface, SurfaceMode, contour};
 
 /// The images of a mesh, which may overlap itself, and its surface.
 fn surface(mesh: &ClosedMesh, grid: &Grid) -> ([Ldi; 3], Surface) {
     let solid = grid.quantise(mesh).unwrap();
-    let images = Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap());
+    let images = Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap());
     let surface = contour(images.each_ref(), Some(&solid.normals()), SurfaceMode::Exact).unwrap();
     (images, surface)
 }

@@ -11,7 +11,7 @@ use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
 use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::mesh::io::{self, ReadNote};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 use manifest::Entry;
 
 const OVER: Mode = Mode::Estimate(Estimate::Over);
@@ -49,7 +49,7 @@ fn along_axes(mesh: &ClosedMesh, resolution: u32, mode: Mode) -> [AxisVolume; 3]
     let grid = Grid::with_resolution(mesh.bounds(), resolution, 1024).unwrap();
     let solid = grid.quantise(mesh).unwrap();
     Axis::ALL.map(|axis| {
-        let image = CpuSampler::default().sample(&solid, axis, mode, Fill::EvenOdd).unwrap();
+        let image = CpuSampler::default().sample(&solid, axis, mode, FillRule::EvenOdd).unwrap();
         assert!(image.unclosed().is_empty(), "{} rays of a closed mesh are unclosed", image.unclosed().len());
         AxisVolume::of(&image)
     })
@@ -122,7 +122,7 @@ fn cortex_differences_are_those_of_manifold3d() {
     let (pia, wm) = (of("cortex_pia_lh.ply"), of("cortex_wm_lh.ply"));
     let grid = Grid::with_resolution(pia.mesh.bounds().union(wm.mesh.bounds()), 512, 1024).unwrap();
     let [pia_solid, wm_solid] = [pia, wm].map(|solid| grid.quantise(&solid.mesh).unwrap());
-    let sample = |solid, axis, mode| CpuSampler::default().sample(solid, axis, mode, Fill::EvenOdd).unwrap();
+    let sample = |solid, axis, mode| CpuSampler::default().sample(solid, axis, mode, FillRule::EvenOdd).unwrap();
     for mode in [Mode::Exact, OVER] {
         for (name, a, b, expected) in
             [("pia − wm", &pia_solid, &wm_solid, PIA_LESS_WM), ("wm − pia", &wm_solid, &pia_solid, WM_LESS_PIA)]

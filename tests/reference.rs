@@ -26,7 +26,7 @@ use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::{ClosedMesh, io};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
@@ -103,7 +103,7 @@ fn placement(text: &str) -> DAffine3 {
 /// The image of an operation, as the command line makes it.
 fn image(operation: BooleanOperation, [a, b]: &[LatticeSolid; 2], axis: Axis, mode: Mode) -> Ldi {
     let sampler = CpuSampler::default();
-    let fill = Fill::EvenOdd;
+    let fill = FillRule::EvenOdd;
     match (operation, mode) {
         (BooleanOperation::Intersection, Mode::Estimate(estimate)) => {
             sampler.sample_intersection(a, b, axis, estimate, fill).unwrap()

@@ -52,6 +52,18 @@ impl Expression {
         Expression::combine(operation, (0..inputs).map(Expression::input))
     }
 
+    /// Returns the expression with an expression in the place of each input.
+    ///
+    /// # Panics
+    /// If there are fewer than the inputs.
+    pub fn with_inputs(&self, inputs: &[Expression]) -> Expression {
+        let of_term = |term: &Term| match *term {
+            Term::Input(index) => inputs[index].terms.clone(),
+            Term::Operation(..) => vec![*term],
+        };
+        Expression { terms: self.terms.iter().flat_map(of_term).collect() }
+    }
+
     pub(super) fn from_terms(terms: Vec<Term>) -> Expression {
         Expression { terms }
     }

@@ -7,7 +7,7 @@ use crate::gpu::DeviceError;
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, Summary};
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Estimate, Fill, Mode, SampleError, Sampler};
+use crate::sampler::{Estimate, FillRule, Mode, SampleError, Sampler};
 
 use super::gpu;
 use super::job::Backend;
@@ -223,11 +223,11 @@ impl WithCpu {
 }
 
 impl Sampler for WithCpu {
-    fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError> {
+    fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Ldi, SampleError> {
         self.make(|sampler| sampler.sample(solid, axis, mode, fill))
     }
 
-    fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: Fill) -> Result<Ldi, SampleError> {
+    fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: FillRule) -> Result<Ldi, SampleError> {
         self.make(|sampler| sampler.sample_surface(solid, axis, fill))
     }
 
@@ -237,12 +237,12 @@ impl Sampler for WithCpu {
         b: &LatticeSolid,
         axis: Axis,
         estimate: Estimate,
-        fill: Fill,
+        fill: FillRule,
     ) -> Result<Ldi, SampleError> {
         self.make(|sampler| sampler.sample_intersection(a, b, axis, estimate, fill))
     }
 
-    fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Summary, SampleError> {
+    fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Summary, SampleError> {
         self.make(|sampler| sampler.summarise(solid, axis, mode, fill))
     }
 
@@ -252,7 +252,7 @@ impl Sampler for WithCpu {
         b: &LatticeSolid,
         axis: Axis,
         estimate: Estimate,
-        fill: Fill,
+        fill: FillRule,
     ) -> Result<Summary, SampleError> {
         self.make(|sampler| sampler.summarise_intersection(a, b, axis, estimate, fill))
     }
@@ -286,11 +286,11 @@ mod tests {
     }
 
     impl Sampler for Faltering {
-        fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError> {
+        fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Ldi, SampleError> {
             self.image(CpuSampler::default().sample(solid, axis, mode, fill))
         }
 
-        fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: Fill) -> Result<Ldi, SampleError> {
+        fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: FillRule) -> Result<Ldi, SampleError> {
             self.image(CpuSampler::default().sample_surface(solid, axis, fill))
         }
 
@@ -300,7 +300,7 @@ mod tests {
             b: &LatticeSolid,
             axis: Axis,
             estimate: Estimate,
-            fill: Fill,
+            fill: FillRule,
         ) -> Result<Ldi, SampleError> {
             self.image(CpuSampler::default().sample_intersection(a, b, axis, estimate, fill))
         }
@@ -315,7 +315,7 @@ mod tests {
         let gpu = Gpu { name: "A card".to_owned(), sampler: Box::new(Faltering { left: Rc::clone(&left) }) };
         let gpu = WithCpu { gpu, fault: OnceCell::new() };
         let choice = Choice::AutoGpu { gpu: &gpu, reason: "it is there" };
-        let image = || choice.sampler().sample(&solid, Axis::Z, Mode::Exact, Fill::EvenOdd).unwrap();
+        let image = || choice.sampler().sample(&solid, Axis::Z, Mode::Exact, FillRule::EvenOdd).unwrap();
         let first = image();
         assert_eq!(choice.ran().to_string(), "gpu, A card (auto: it is there)");
         assert!(image() == first && image() == first);

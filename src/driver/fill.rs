@@ -3,7 +3,7 @@
 use crate::grid::{Axis, Grid, LOD_RANGE};
 use crate::integrate;
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Fill, Mode, Sampler};
+use crate::sampler::{FillRule, Mode, Sampler};
 
 use super::input::Solid;
 use crate::Error;
@@ -37,7 +37,7 @@ impl FillDifference {
         let volume = |fill| {
             CpuSampler::default().sample(&lattice, Axis::Z, Mode::Exact, fill).map(|image| integrate::volume(&image))
         };
-        Ok(Some(FillDifference { even_odd: volume(Fill::EvenOdd)?, non_zero: volume(Fill::NonZero)? }))
+        Ok(Some(FillDifference { even_odd: volume(FillRule::EvenOdd)?, non_zero: volume(FillRule::NonZero)? }))
     }
 
     /// How much the rules differ, as a share of the larger volume.
@@ -47,11 +47,11 @@ impl FillDifference {
     }
 
     /// What to say of it where the rules differ by more than a tenth of a percent.
-    pub fn warning(&self, solid: &Solid, fill: Fill) -> Option<Warning> {
+    pub fn warning(&self, solid: &Solid, fill: FillRule) -> Option<Warning> {
         let FillDifference { even_odd, non_zero } = self;
         let used = match fill {
-            Fill::EvenOdd => "even-odd was used, in which overlaps cancel; --fill nonzero unites them",
-            Fill::NonZero => "nonzero was used, in which overlaps unite",
+            FillRule::EvenOdd => "even-odd was used, in which overlaps cancel; --fill nonzero unites them",
+            FillRule::NonZero => "nonzero was used, in which overlaps unite",
         };
         (self.share() > NOTEWORTHY).then(|| {
             let message = format!(

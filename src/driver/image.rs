@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::boolean::{Expression, Images, Leaf, Operand, Plan, Role};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, Summary, Windings};
-use crate::sampler::{Estimate, Fill, Mode, SampleError, Sampler};
+use crate::sampler::{Estimate, FillRule, Mode, SampleError, Sampler};
 
 use super::job::{Boolean, Measurement};
 use super::measure::Seconds;
@@ -16,7 +16,7 @@ pub struct ImageMaker<'a> {
     pub sampler: &'a dyn Sampler,
     pub axis: Axis,
     pub mode: Mode,
-    pub fill: Fill,
+    pub fill: FillRule,
     pub triangles: Triangles,
     /// The time that goes into sampling and into operations is added here.
     pub seconds: &'a mut Seconds,
@@ -94,7 +94,7 @@ impl ImageMaker<'_> {
             return Ok(image);
         }
         // The even-odd rule alone keeps every crossing.
-        let sample = |solid| self.timed(|maker| maker.sampler.sample_surface(solid, maker.axis, Fill::EvenOdd));
+        let sample = |solid| self.timed(|maker| maker.sampler.sample_surface(solid, maker.axis, FillRule::EvenOdd));
         let exact = solids.iter().map(sample).collect::<Result<Vec<Ldi>, Error>>()?;
         let start = Instant::now();
         let image = image.with_triangles_of(&exact.iter().zip(first_triangles(solids)).collect::<Vec<_>>());

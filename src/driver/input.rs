@@ -2,12 +2,13 @@
 
 use std::io::{Cursor, ErrorKind};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::grid::{Grid, LatticeSolid};
 use crate::mesh::check::{MeshReport, check};
 use crate::mesh::io::{self, Format, MeshFile, ReadError, ReadNote, WriteNote};
 use crate::mesh::{Aabb, ClosedMesh, LengthUnit, NotClosed, Precision, TriangleMesh};
-use crate::sampler::Fill;
+use crate::sampler::FillRule;
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -22,6 +23,7 @@ use crate::progress::Monitor;
 use crate::unit;
 
 /// An input that may be sampled, with what is known of it.
+#[derive(Clone, Debug)]
 pub struct Solid {
     /// What an expression calls it.
     pub operand: Option<String>,
@@ -37,12 +39,17 @@ pub struct Solid {
     pub volume: f64,
     /// The hash of the file, where JSON is asked for.
     pub sha256: Option<String>,
+    /// Remarks of the reader and of the placement.
+    pub(crate) warnings: Vec<Warning>,
+    /// The remark that the shells of beams overlap, where they do.
+    pub(crate) beams: Option<String>,
 }
 
 /// A mesh and what the check said of it.
+#[derive(Clone, Debug)]
 pub enum Surface {
     /// A closed mesh.
-    Closed(ClosedMesh),
+    Closed(Arc<ClosedMesh>),
     /// Sampled because the user wishes it.
     Open {
         /// The mesh.
@@ -82,7 +89,7 @@ impl Solid {
     /// Returns the mesh if it is closed.
     pub fn closed(&self) -> Option<&ClosedMesh> {
         match &self.surface {
-            Surface::Closed(closed) => Some(closed),
+            Surface::Closed(closed) => Some(closed.as_ref()),
             Surface::Open { .. } => None,
         }
     }
@@ -112,7 +119,7 @@ pub struct InputRequirements {
     /// Whether triangles must agree on what is outside.
     pub sides: Sides,
     /// The fill rule.
-    pub fill: Fill,
+    pub fill: FillRule,
     /// Whether the files are hashed.
     pub hashes: bool,
 }
@@ -196,6 +203,25 @@ pub fn solids(inputs: &[Input], requirements: InputRequirements) -> Result<(Vec<
         solids.push(solid);
         warnings.extend(said);
     }
+    warnings.extend(bring_to_one_unit(&mut solids, requirements)?);
+    Ok((solids, warnings))
+}
+
+/// Checks solids that were made or read before, and brings them to one unit.
+pub fn ready(solids: &mut [Solid], requirements: InputRequirements) -> Result<Vec<Warning>, Error> {
+    let mut warnings = Vec::new();
+    for solid in &mut *solids {
+        let mut said = std::mem::take(&mut solid.warnings);
+        warnings.append(&mut said);
+        warnings.extend(check_rules(solid, requirements)?);
+    }
+    warnings.extend(bring_to_one_unit(solids, requirements)?);
+    Ok(warnings)
+}
+
+/// Brings solids to the unit of the first that has one.
+fn bring_to_one_unit(solids: &mut [Solid], requirements: InputRequirements) -> Result<Vec<Warning>, Error> {
+    let mut warnings = Vec::new();
     // Where any file states no unit, the one that was given is for that file.
     if solids.iter().all(|solid| solid.stated_unit.is_some()) {
         let ignored = |s: &Solid| size::unit_ignored(&s.path, s.stated_unit, requirements.unit, s.bounds().extent());
@@ -216,7 +242,7 @@ pub fn solids(inputs: &[Input], requirements: InputRequirements) -> Result<(Vec<
         warnings.push(Warning::new("unit-assumed", format!("{files}: no unit is stated; {taken}; --unit tells it")));
     }
     if let Some(common) = common {
-        for solid in &mut solids {
+        for solid in solids {
             let own = solid.unit.replace(common).unwrap_or(common);
             if own != common {
                 let (name, own_name, common_name) =
@@ -228,37 +254,99 @@ pub fn solids(inputs: &[Input], requirements: InputRequirements) -> Result<(Vec<
             }
         }
     }
-    Ok((solids, warnings))
+    Ok(warnings)
 }
 
 /// Reads, places and checks one input.
 fn solid(input: &Input, requirements: InputRequirements) -> Result<(Solid, Vec<Warning>), Error> {
+    let mut solid = load(input, requirements)?;
+    let mut warnings = std::mem::take(&mut solid.warnings);
+    warnings.extend(check_rules(&solid, requirements)?);
+    Ok((solid, warnings))
+}
+
+/// Reads and places one input, and checks that it is closed.
+pub fn load(input: &Input, requirements: InputRequirements) -> Result<Solid, Error> {
     let ReadMesh { file, sha256, mut warnings } = read(&input.path, requirements.hashes)?;
-    let MeshFile { mut mesh, unit, notes: said } = file;
-    refuse_beams(&input.path, &said, requirements.fill)?;
+    let MeshFile { mut mesh, unit, notes } = file;
+    let beams = notes.iter().find(|note| matches!(note, ReadNote::BeamsMeshed { .. })).map(ToString::to_string);
     if let Some(placement) = &input.placement {
         let map = placement.map(unit.or(requirements.unit));
         mesh.transform(&map.map_err(|error| Error::input(format!("{}: {error}", input.path.display())))?);
         warnings.extend(placed_exactly(&mesh, &input.path)?);
     }
-    let surface = bounding(mesh, &input.path, requirements)?;
+    let mut solid = made(mesh, &input.path, requirements)?;
+    solid.operand = input.name.clone();
+    (solid.stated_unit, solid.unit) = (unit, unit.or(requirements.unit));
+    (solid.sha256, solid.warnings, solid.beams) = (sha256, warnings, beams);
+    Ok(solid)
+}
+
+impl Solid {
+    /// Returns the solid of a closed mesh, without unit, by a name.
+    pub(crate) fn from_closed(closed: ClosedMesh, name: &str) -> Solid {
+        let volume = closed.signed_volume();
+        Solid::unnamed(Surface::Closed(Arc::new(closed)), volume, Path::new(name))
+    }
+
+    fn unnamed(surface: Surface, volume: f64, path: &Path) -> Solid {
+        Solid {
+            operand: None,
+            path: path.to_path_buf(),
+            surface,
+            stated_unit: None,
+            unit: None,
+            volume,
+            sha256: None,
+            warnings: Vec::new(),
+            beams: None,
+        }
+    }
+}
+
+/// Returns the solid of a mesh, without unit, by the name of `path`.
+pub fn made(mesh: TriangleMesh, path: &Path, requirements: InputRequirements) -> Result<Solid, Error> {
+    let surface = bounding(mesh, path, requirements)?;
     let volume = match &surface {
         Surface::Closed(closed) => closed.signed_volume(),
         Surface::Open { mesh, .. } => mesh.signed_volume(),
     };
-    let solid = Solid {
-        operand: input.name.clone(),
-        path: input.path.clone(),
-        surface,
-        stated_unit: unit,
-        unit: unit.or(requirements.unit),
-        volume,
-        sha256,
-    };
-    if requirements.sides == Sides::NotNeeded {
-        warnings.extend(remarks(&solid, requirements.fill));
+    Ok(Solid::unnamed(surface, volume, path))
+}
+
+/// Checks whether the triangles of a solid say what the fill rule and the operation have to know.
+fn check_rules(solid: &Solid, requirements: InputRequirements) -> Result<Option<Warning>, Error> {
+    let name = solid.name();
+    if let (Some(beams), FillRule::EvenOdd) = (&solid.beams, requirements.fill) {
+        return Err(Error::input(format!(
+            "{name}: {beams}; the even-odd rule would cut away what beams have in common, so use --fill nonzero"
+        )));
     }
-    Ok((solid, warnings))
+    if let Some(closed) = solid.closed() {
+        if requirements.sides == Sides::Needed && !closed.oriented() {
+            return Err(Error::input(format!(
+                "{name}: the triangles do not agree on what is outside, and without that there is no sum:\n{}",
+                defects(&check(closed.mesh()))
+            )));
+        }
+        match requirements.fill {
+            FillRule::EvenOdd if closed.every_triangle_even() => {
+                return Err(Error::input(format!(
+                    "{name}: every triangle occurs an even number of times, so the even-odd rule sees nothing; use --fill \
+                     nonzero or remove the duplicates"
+                )));
+            }
+            FillRule::NonZero if !closed.oriented() => {
+                return Err(Error::input(format!(
+                    "{name}: --fill nonzero needs a mesh whose triangles agree on what is outside, and this one's do not; \
+                     use even-odd\n{}",
+                    defects(&check(closed.mesh()))
+                )));
+            }
+            _ => {}
+        }
+    }
+    Ok(remarks(solid, requirements.fill).filter(|_| requirements.sides == Sides::NotNeeded))
 }
 
 /// A placement may round coordinates by this share of the mesh's size and nothing is said.
@@ -289,24 +377,12 @@ fn placed_exactly(mesh: &TriangleMesh, path: &Path) -> Result<Option<Warning>, E
     Ok(Some(Warning::new("placement-rounded", message)))
 }
 
-/// The shells of beams overlap wherever beams meet, and the even-odd rule would take each node for a hole.
-fn refuse_beams(path: &Path, notes: &[ReadNote], fill: Fill) -> Result<(), Error> {
-    let beams = notes.iter().find(|note| matches!(note, ReadNote::BeamsMeshed { .. }));
-    match (beams, fill) {
-        (Some(note), Fill::EvenOdd) => Err(Error::input(format!(
-            "{}: {note}; the even-odd rule would cut away what beams have in common, so use --fill nonzero",
-            path.display()
-        ))),
-        _ => Ok(()),
-    }
-}
-
 /// What the check found that does not stand in the way.
-fn remarks(solid: &Solid, fill: Fill) -> Option<Warning> {
+fn remarks(solid: &Solid, fill: FillRule) -> Option<Warning> {
     let name = solid.name();
     let care = match fill {
-        Fill::EvenOdd => "the even-odd rule does not care",
-        Fill::NonZero => "the non-zero rule takes it as solid all the same",
+        FillRule::EvenOdd => "the even-odd rule does not care",
+        FillRule::NonZero => "the non-zero rule takes it as solid all the same",
     };
     match solid.is_oriented() {
         true if solid.volume < 0.0 => Some(Warning::new(
@@ -330,22 +406,7 @@ fn bounding(mesh: TriangleMesh, path: &Path, requirements: InputRequirements) ->
         Ok(closed) if closed.every_triangle_even() && !has_three_corners(closed.mesh()) => {
             Err(Error::input(format!("{name}: no triangle has three different corners, so the mesh bounds no solid")))
         }
-        Ok(closed) if requirements.sides == Sides::Needed && !closed.oriented() => Err(Error::input(format!(
-            "{name}: the triangles do not agree on what is outside, and without that there is no sum:\n{}",
-            defects(&check(closed.mesh()))
-        ))),
-        Ok(closed) => match requirements.fill {
-            Fill::EvenOdd if closed.every_triangle_even() => Err(Error::input(format!(
-                "{name}: every triangle occurs an even number of times, so the even-odd rule sees nothing; use --fill \
-                 nonzero or remove the duplicates"
-            ))),
-            Fill::NonZero if !closed.oriented() => Err(Error::input(format!(
-                "{name}: --fill nonzero needs a mesh whose triangles agree on what is outside, and this one's do not; \
-                 use even-odd\n{}",
-                defects(&check(closed.mesh()))
-            ))),
-            _ => Ok(Surface::Closed(closed)),
-        },
+        Ok(closed) => Ok(Surface::Closed(Arc::new(closed))),
         Err(NotClosed { mesh, report }) => match (requirements.openness, mesh.bounds()) {
             (Openness::Sampled, Some(bounds)) if report.bad_positions.count == 0 && report.bad_indices.count == 0 => {
                 Ok(Surface::Open { mesh, bounds })
@@ -400,7 +461,7 @@ fn remake(
 ) -> Result<(), Error> {
     let nothing = Surface::Open { mesh: TriangleMesh::default(), bounds: solid.bounds() };
     let mut mesh = match std::mem::replace(&mut solid.surface, nothing) {
-        Surface::Closed(closed) => closed.into_mesh(),
+        Surface::Closed(closed) => Arc::unwrap_or_clone(closed).into_mesh(),
         Surface::Open { mesh, .. } => mesh,
     };
     change(&mut mesh);

@@ -10,7 +10,7 @@ use crate::length::Length;
 use crate::mesh::LengthUnit;
 use crate::picture::{Background, Facets, Format, View};
 use crate::placement::Placement;
-use crate::sampler::{Fill, Mode};
+use crate::sampler::{FillRule, Mode};
 use crate::voxels;
 
 /// A file to read, and where to place its mesh.
@@ -150,7 +150,7 @@ pub struct MeasureJob {
     /// Exact images, over- or under-estimates.
     pub mode: Mode,
     /// The fill rule.
-    pub fill: Fill,
+    pub fill: FillRule,
     /// The device that samples.
     pub backend: Backend,
     /// Whether images check a volume that is known exactly.
@@ -177,7 +177,7 @@ pub struct SumJob {
     /// Exact images, over- or under-estimates.
     pub mode: Mode,
     /// The fill rule.
-    pub fill: Fill,
+    pub fill: FillRule,
     /// The device that finds crossings and resolves gaps.
     pub backend: Backend,
     /// The most bytes that the process may hold; a share of the free memory without it.
@@ -312,7 +312,7 @@ pub struct RenderJob {
     /// The treatment of meshes that are not closed.
     pub openness: Openness,
     /// The fill rule.
-    pub fill: Fill,
+    pub fill: FillRule,
     /// The device that samples.
     pub backend: Backend,
     /// Whether the files are hashed.

@@ -14,7 +14,7 @@ use crate::grid::{Axis, Grid, LatticeBox, LatticeSolid};
 use crate::integrate::{self, AxisVolume, CHECK_PITCHES, Moments, SurfaceHits, VolumeEstimate};
 use crate::ldi::Ldi;
 use crate::mesh::{self, Aabb, LengthUnit, MassProperties, Unproved};
-use crate::sampler::{Fill, Mode, Sampler};
+use crate::sampler::{FillRule, Mode, Sampler};
 use glam::{DMat3, DVec3};
 use serde::Serialize;
 
@@ -28,12 +28,13 @@ use super::surface::{Imaged, SurfaceReport};
 use super::work::work;
 use super::{machine, memory, write};
 use crate::Error;
-use crate::Warning;
 use crate::number::number;
 use crate::progress::Monitor;
 use crate::unit;
+use crate::{Estimate, Warning};
 
 /// Everything that is known of a result.
+#[derive(Clone, Debug)]
 pub struct Measured {
     /// The name of the command.
     pub command: &'static str,
@@ -56,7 +57,7 @@ pub struct Measured {
     /// The mode of the images.
     pub mode: Mode,
     /// The fill rule.
-    pub fill: Fill,
+    pub fill: FillRule,
     /// Where the images were made, if any were.
     pub ran: Option<Ran>,
     /// Times by stage.
@@ -313,6 +314,11 @@ pub fn measure(
 }
 
 impl Measured {
+    /// Returns the volume with its error, its method and its unit.
+    pub fn estimate(&self) -> Estimate {
+        Estimate::of_volume(&self.volume, self.unit)
+    }
+
     /// Returns the images, with all that a file of them needs.
     pub fn imaged(&self) -> Imaged<'_> {
         let (images, normals, volume) = (&self.images[..], Some(&self.normals[..]), self.volume.rays);
@@ -629,11 +635,11 @@ fn surface_area(
             Ok(integrate::surface_hits(&image, |triangle| lattice.facing(triangle, axis)))
         };
         // The even-odd rule alone keeps every crossing.
-        let every = hits(Fill::EvenOdd)?;
+        let every = hits(FillRule::EvenOdd)?;
         total.all += every.all;
         total.boundary += match job.fill {
-            Fill::EvenOdd => every.boundary,
-            Fill::NonZero => hits(Fill::NonZero)?.boundary,
+            FillRule::EvenOdd => every.boundary,
+            FillRule::NonZero => hits(FillRule::NonZero)?.boundary,
         };
     }
     let share = if total.all > 0.0 { total.boundary / total.all } else { 1.0 };

@@ -4,7 +4,7 @@
 //! [`surface`] and [`write`] make files of the images. [`memory`] forecasts and admits, [`backend`] chooses the device.
 
 pub mod backend;
-mod bound;
+pub(crate) mod bound;
 mod bytes;
 mod fill;
 #[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]

@@ -12,7 +12,7 @@ use crate::picture::{
     Camera, Canvas, Colour, Cut, Scene, Skin, View, ViewBox, outline_of, palette, png, shaded, slice,
 };
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Fill, Mode, SampleError, Sampler};
+use crate::sampler::{FillRule, Mode, SampleError, Sampler};
 use glam::{DAffine3, DVec3};
 use serde::Serialize;
 
@@ -56,7 +56,7 @@ pub struct Rendered {
     /// Rays that did not close.
     pub unclosed: u64,
     /// The fill rule.
-    pub fill: Fill,
+    pub fill: FillRule,
     /// The device that sampled.
     pub ran: Ran,
     /// Times by stage.
@@ -235,7 +235,7 @@ impl Told {
     }
 }
 
-fn fill_warnings(solids: &[Solid], agree: &[Option<bool>], fill: Fill) -> Result<Vec<Warning>, Error> {
+fn fill_warnings(solids: &[Solid], agree: &[Option<bool>], fill: FillRule) -> Result<Vec<Warning>, Error> {
     let mut warnings = Vec::new();
     for (solid, _) in solids.iter().zip(agree).filter(|(_, agree)| **agree != Some(true)) {
         warnings.extend(FillDifference::of(solid)?.and_then(|difference| difference.warning(solid, fill)));

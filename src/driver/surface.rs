@@ -8,7 +8,7 @@ use crate::ldi::{Combine, Ldi, NodePlanes};
 use crate::mesh::io::Format;
 use crate::mesh::{Aabb, ClosedMesh, LengthUnit, Precision, TriangleMesh, io};
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Estimate, Fill, Mode, Sampler};
+use crate::sampler::{Estimate, FillRule, Mode, Sampler};
 use crate::surface::gates::{GateFailure, Gates};
 use crate::surface::parts::{Dropped, Parts};
 use crate::surface::simplify::simplify;
@@ -266,7 +266,7 @@ fn planes_of(mesh: &TriangleMesh, grid: &Grid) -> Result<Vec<Vec<u64>>, Error> {
     let closed = ClosedMesh::check(mesh.clone()).map_err(Error::input)?;
     let solid = grid.quantise(&closed).map_err(Error::input)?;
     // All three images of one mesh say the same of nodes.
-    let image = CpuSampler::default().sample(&solid, Axis::X, Mode::Exact, Fill::EvenOdd)?;
+    let image = CpuSampler::default().sample(&solid, Axis::X, Mode::Exact, FillRule::EvenOdd)?;
     Ok(NodePlanes::new([&image], Combine::Most).map_err(Error::input)?.planes().collect())
 }
 

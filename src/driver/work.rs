@@ -45,7 +45,7 @@ mod tests {
     use crate::grid::{Grid, LatticeBox};
     use crate::mesh::{ClosedMesh, TriangleMesh};
     use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Fill, Mode, Sampler};
+    use crate::sampler::{FillRule, Mode, Sampler};
     use crate::solids;
     use glam::DVec3;
 
@@ -60,7 +60,7 @@ mod tests {
         let half = LatticeBox { max: [grid.length(0) / 2, grid.length(1), grid.length(2)], ..*solid.bounds() };
         for solid in [solid.clone(), solid.within(&half)] {
             for axis in Axis::ALL {
-                let image = CpuSampler::default().sample(&solid, axis, Mode::Exact, Fill::EvenOdd).unwrap();
+                let image = CpuSampler::default().sample(&solid, axis, Mode::Exact, FillRule::EvenOdd).unwrap();
                 let found = image.depths().len() as f64;
                 let expected = work(std::slice::from_ref(&solid), &[axis]) - 120_000.0;
                 assert!((expected - found).abs() < 0.05 * found, "{axis:?}: {expected} for {found}");

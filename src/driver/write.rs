@@ -73,7 +73,7 @@ pub fn mode(mode: ImageMode) -> Mode {
 }
 
 /// What holds of a node about which images disagree: an over-estimate stays one, and so does an under-estimate.
-fn combine(mode: Mode) -> Combine {
+pub(crate) fn combine(mode: Mode) -> Combine {
     match mode {
         Mode::Estimate(Estimate::Over) => Combine::Any,
         Mode::Estimate(Estimate::Under) => Combine::All,

@@ -63,7 +63,7 @@ mod tests {
     use crate::integrate::volume;
     use crate::mesh::ClosedMesh;
     use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Fill, Sampler};
+    use crate::sampler::{FillRule, Sampler};
     use crate::solids;
 
     #[test]
@@ -75,7 +75,7 @@ mod tests {
         let area: f64 = Axis::ALL
             .iter()
             .map(|&axis| {
-                let image = CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap();
+                let image = CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap();
                 surface_hits(&image, |triangle| solid.facing(triangle, axis)).boundary
             })
             .sum();
@@ -92,10 +92,10 @@ mod tests {
         let mesh = ClosedMesh::check(pair).unwrap();
         let grid = Grid::with_resolution(mesh.bounds(), 64, 1024).unwrap();
         let solid = grid.quantise(&mesh).unwrap();
-        for fill in [Fill::EvenOdd, Fill::NonZero] {
+        for fill in [FillRule::EvenOdd, FillRule::NonZero] {
             let image = CpuSampler::default().sample_surface(&solid, Axis::Z, fill).unwrap();
             let hits = surface_hits(&image, |triangle| solid.facing(triangle, Axis::Z));
-            let all = if fill == Fill::EvenOdd { 4.0 } else { 2.0 };
+            let all = if fill == FillRule::EvenOdd { 4.0 } else { 2.0 };
             assert_eq!(hits, SurfaceHits { boundary: 2.0, all }, "{fill:?}");
             assert_eq!(volume(&image), 2.0);
         }

@@ -144,7 +144,7 @@ mod tests {
     use crate::integrate::surface_hits;
     use crate::mesh::ClosedMesh;
     use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Fill, Mode, Sampler};
+    use crate::sampler::{FillRule, Mode, Sampler};
     use crate::solids;
 
     fn box_of(min: DVec3, max: DVec3) -> ClosedMesh {
@@ -159,7 +159,7 @@ mod tests {
         let solid = grid.quantise(&mesh).unwrap();
         let mut area = 0.0;
         for axis in Axis::ALL {
-            let image = CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap();
+            let image = CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap();
             area += surface_hits(&image, |triangle| solid.facing(triangle, axis)).boundary;
             let found = moments(&image);
             assert_eq!(found.volume, 64.0);
@@ -185,7 +185,7 @@ mod tests {
         let grid = Grid::with_resolution(mesh.bounds(), 512, 1024).unwrap();
         let solid = grid.quantise(&mesh).unwrap();
         for axis in Axis::ALL {
-            let image = CpuSampler::default().sample(&solid, axis, Mode::Exact, Fill::EvenOdd).unwrap();
+            let image = CpuSampler::default().sample(&solid, axis, Mode::Exact, FillRule::EvenOdd).unwrap();
             let found = moments(&image);
             assert!((found.volume - 0.5).abs() < 2e-3);
             assert!((found.inertia.col(0)[1] - 1.0 / 72.0).abs() < 1e-4, "{axis:?} {}", found.inertia);

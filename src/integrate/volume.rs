@@ -197,7 +197,7 @@ mod tests {
     use crate::grid::Grid;
     use crate::mesh::ClosedMesh;
     use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Estimate, Fill, Mode, Sampler};
+    use crate::sampler::{Estimate, FillRule, Mode, Sampler};
     use crate::solids;
 
     fn box_of(min: DVec3, max: DVec3) -> ClosedMesh {
@@ -208,7 +208,7 @@ mod tests {
         let grid = Grid::with_resolution(mesh.bounds(), resolution, 1024).unwrap();
         let solid = grid.quantise(mesh).unwrap();
         let sampler = CpuSampler::default();
-        let image = |axis| sampler.sample(&solid, axis, Mode::Exact, Fill::EvenOdd).unwrap();
+        let image = |axis| sampler.sample(&solid, axis, Mode::Exact, FillRule::EvenOdd).unwrap();
         Axis::ALL.iter().map(|&axis| AxisVolume::of(&image(axis))).collect()
     }
 
@@ -280,7 +280,7 @@ mod tests {
             let mesh = ClosedMesh::check(mesh.clone()).unwrap();
             let grid = Grid::with_resolution(mesh.bounds(), 77, 128).unwrap();
             let solid = grid.quantise(&mesh).unwrap();
-            AxisVolume::of(&CpuSampler::default().sample(&solid, Axis::X, mode, Fill::EvenOdd).unwrap())
+            AxisVolume::of(&CpuSampler::default().sample(&solid, Axis::X, mode, FillRule::EvenOdd).unwrap())
         };
         let torus = solids::torus(3.0, 1.0, 31, 17).unwrap();
         let mut inside_out = torus.clone();

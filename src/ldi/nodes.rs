@@ -318,14 +318,14 @@ mod tests {
     use super::*;
     use crate::mesh::{ClosedMesh, TriangleMesh};
     use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Estimate, Fill, Mode, Sampler};
+    use crate::sampler::{Estimate, FillRule, Mode, Sampler};
     use crate::solids;
 
     fn images(mesh: TriangleMesh, resolution: u32, lod: u32, mode: Mode) -> Vec<Ldi> {
         let closed = ClosedMesh::check(mesh).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), resolution, lod).unwrap();
         let solid = grid.quantise(&closed).unwrap();
-        Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, mode, Fill::EvenOdd).unwrap()).to_vec()
+        Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, mode, FillRule::EvenOdd).unwrap()).to_vec()
     }
 
     /// Returns whether a node is inside an image, sample by sample.

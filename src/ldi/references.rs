@@ -79,7 +79,7 @@ mod tests {
     use crate::grid::{Axis, Grid};
     use crate::mesh::ClosedMesh;
     use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Estimate, Fill, Mode, Sampler};
+    use crate::sampler::{Estimate, FillRule, Mode, Sampler};
     use crate::solids;
 
     #[test]
@@ -90,13 +90,14 @@ mod tests {
         let solids = [&torus, &ball].map(|mesh| grid.quantise(mesh).unwrap());
         let sampler = CpuSampler::default();
         for axis in Axis::ALL {
-            let exact = solids.each_ref().map(|solid| sampler.sample_surface(solid, axis, Fill::EvenOdd).unwrap());
+            let exact = solids.each_ref().map(|solid| sampler.sample_surface(solid, axis, FillRule::EvenOdd).unwrap());
             for estimate in [Estimate::Over, Estimate::Under] {
                 let mode = Mode::Estimate(estimate);
-                let [a, b] = solids.each_ref().map(|solid| sampler.sample(solid, axis, mode, Fill::EvenOdd).unwrap());
+                let [a, b] =
+                    solids.each_ref().map(|solid| sampler.sample(solid, axis, mode, FillRule::EvenOdd).unwrap());
                 let merged = merge(BooleanOperation::Union, &a, &b).unwrap();
                 let [solid_a, solid_b] = &solids;
-                let masks = sampler.sample_intersection(solid_a, solid_b, axis, estimate, Fill::EvenOdd).unwrap();
+                let masks = sampler.sample_intersection(solid_a, solid_b, axis, estimate, FillRule::EvenOdd).unwrap();
                 for image in [merged, masks] {
                     let depths = image.depths().to_vec();
                     let image = image.with_triangles_of(&[(&exact[0], 0), (&exact[1], 10_000)]).unwrap();
@@ -127,8 +128,8 @@ mod tests {
         let torus = ClosedMesh::check(solids::torus(3.0, 1.0, 31, 17).unwrap()).unwrap();
         let grid = Grid::with_resolution(torus.bounds(), 20, 64).unwrap();
         let solid = grid.quantise(&torus).unwrap();
-        let plain = |axis| CpuSampler::default().sample(&solid, axis, Mode::Exact, Fill::EvenOdd).unwrap();
-        let along_y = CpuSampler::default().sample_surface(&solid, Axis::Y, Fill::EvenOdd).unwrap();
+        let plain = |axis| CpuSampler::default().sample(&solid, axis, Mode::Exact, FillRule::EvenOdd).unwrap();
+        let along_y = CpuSampler::default().sample_surface(&solid, Axis::Y, FillRule::EvenOdd).unwrap();
         assert_eq!(plain(Axis::X).with_triangles_of(&[(&along_y, 0)]).unwrap_err(), LdiError::RaysDiffer);
         let without = plain(Axis::X).with_triangles_of(&[(&plain(Axis::X), 0)]).unwrap_err();
         assert!(matches!(without, LdiError::TriangleCount { found: 0, .. }));

@@ -120,7 +120,7 @@ mod tests {
     use crate::ldi::Ldi;
     use crate::mesh::ClosedMesh;
     use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Fill, Sampler};
+    use crate::sampler::{FillRule, Sampler};
     use crate::solids;
 
     /// Returns the exact images of a ball of radius 10, with triangles.
@@ -128,7 +128,7 @@ mod tests {
         let closed = ClosedMesh::check(solids::geodesic(10.0, 24).unwrap()).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), resolution, 1024).unwrap();
         let solid = grid.quantise(&closed).unwrap();
-        Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap())
+        Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap())
     }
 
     #[test]
@@ -159,7 +159,7 @@ mod tests {
         let grid = Grid::with_resolution(plate.bounds().union(roi.bounds()), 41, 1024).unwrap();
         let images = |mesh| {
             let solid = grid.quantise(mesh).unwrap();
-            Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap())
+            Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap())
         };
         let (plate, roi) = (images(&plate), images(&roi));
         let (solid, region) = (Region::of_solid(&plate), Region::of_solid(&roi));

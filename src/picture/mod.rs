@@ -47,7 +47,7 @@ mod tests {
     use crate::ldi::Ldi;
     use crate::mesh::{ClosedMesh, TriangleMesh};
     use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Fill, Sampler};
+    use crate::sampler::{FillRule, Sampler};
     use crate::solids;
 
     const FORMAT: Format = Format { width: 120, height: 100, supersampling: 3 };
@@ -74,7 +74,7 @@ mod tests {
         let mesh = turned(mesh, view);
         let camera = Camera::aim(FORMAT, bounds(&mesh), bounds(&mesh)).unwrap();
         let solid = camera.grid().quantise(&mesh).unwrap();
-        let image = CpuSampler::default().sample_surface(&solid, Axis::Z, Fill::EvenOdd).unwrap();
+        let image = CpuSampler::default().sample_surface(&solid, Axis::Z, FillRule::EvenOdd).unwrap();
         let skins = [Skin { positions: solid.positions(), triangles: solid.triangles(), tint: palette::alone() }];
         let scene = Scene { camera: &camera, image: &image, skins: &skins, cut, cut_tint: palette::cut() };
         let canvas = shaded(&scene, Facets::Smooth, Background::Transparent);
@@ -126,7 +126,7 @@ mod tests {
             let lattice = [&block, &hole].map(|mesh| camera.grid().quantise(mesh).unwrap());
             let images = lattice
                 .each_ref()
-                .map(|solid| CpuSampler::default().sample_surface(solid, Axis::Z, Fill::EvenOdd).unwrap());
+                .map(|solid| CpuSampler::default().sample_surface(solid, Axis::Z, FillRule::EvenOdd).unwrap());
             let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Difference, 2), Images::Exact);
             let operands = [
                 Operand { image: &images[0], first_triangle: 0 },
@@ -201,7 +201,7 @@ mod tests {
         let camera = Camera::aim(FORMAT, all, all).unwrap();
         let images = meshes.each_ref().map(|mesh| {
             let solid = camera.grid().quantise(mesh).unwrap();
-            CpuSampler::default().sample_surface(&solid, Axis::Z, Fill::EvenOdd).unwrap()
+            CpuSampler::default().sample_surface(&solid, Axis::Z, FillRule::EvenOdd).unwrap()
         });
         let images: Vec<&Ldi> = images.iter().collect();
         let fills = |inputs: u32| Colour::srgb([0, 0xff0000, 0x00ff00, 0x0000ff][inputs as usize]);

@@ -19,7 +19,7 @@ use super::page::{self, compare, summary};
 use super::sheet::{self, Alert, InputFile, Severity, Sheet};
 use super::{ReportJob, Roi, write};
 use crate::driver::backend::Backends;
-use crate::driver::input::{self, InputRequirements, Sides, Solid, Surface};
+use crate::driver::input::{self, InputRequirements, Sides, Solid};
 use crate::driver::job::Input;
 use crate::driver::work::work;
 use crate::driver::{FillDifference, machine, output};
@@ -30,7 +30,7 @@ use crate::metrics;
 use crate::metrics::wrap::RADIUS_MIN;
 use crate::number::number;
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Fill, Sampler};
+use crate::sampler::{FillRule, Sampler};
 use crate::surface::{Coordinates, SurfaceMode, contour_in};
 use crate::{Error, ErrorKind, Monitor, Warning};
 
@@ -124,7 +124,7 @@ fn said_of(failures: &[Unmeasured], all: usize) -> String {
 }
 
 /// Reads limits, and holds them against metrics without values: nobody should wait for a misspelt name.
-fn limits(path: &Path, unit: Option<LengthUnit>) -> Result<Limits, Error> {
+pub(super) fn limits(path: &Path, unit: Option<LengthUnit>) -> Result<Limits, Error> {
     let text = crate::input::open(path)
         .and_then(io::read_to_string)
         .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
@@ -196,7 +196,7 @@ pub fn files(job: &ReportJob) -> Vec<PathBuf> {
 }
 
 /// Writes the files of one solid.
-fn write_sheet(sheet: &Sheet, folder: &Path) -> Result<(), Error> {
+pub(super) fn write_sheet(sheet: &Sheet, folder: &Path) -> Result<(), Error> {
     fs::create_dir_all(folder).map_err(|error| Error::output(folder, &error))?;
     let texts = [write::json(sheet), write::csv(&[sheet]), write::methods(sheet), page::html(sheet)];
     for (name, text) in FILES.into_iter().zip(texts) {
@@ -217,39 +217,73 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Monitor) 
         fill: job.settings.fill,
         hashes: true,
     };
-    let roi = match &job.roi {
-        Some(Roi::File(roi)) => Some(roi.clone()),
-        Some(Roi::Hull | Roi::Wrap(_)) | None => None,
+    let (roi, region) = match &job.roi {
+        Some(Roi::File(roi)) => (Some(roi.clone()), Region::Solid),
+        Some(Roi::Hull) => (None, Region::Hull),
+        Some(Roi::Wrap(diameter)) => (None, Region::Wrap(*diameter)),
+        None => (None, Region::Solid),
     };
     let inputs: Vec<Input> = [Some(input.clone()), roi].into_iter().flatten().collect();
     let (mut solids, warnings) = clock.time("read", || input::solids(&inputs, requirements))?;
-    // What bulges and overhangs, normals say.
+    // Normals say which surfaces bulge and overhang.
     for solid in solids.iter_mut().filter(|solid| solid.is_oriented() && solid.volume < 0.0) {
         input::turn(solid, requirements)?;
         solid.volume = -solid.volume;
     }
+    let (settings, command_line) = (&job.settings, job.command_line.clone());
+    let task = Task { settings, region, command_line, warnings, backends, start };
+    let mut sheet = sheet(task, solids, clock, progress)?;
+    sheet.title = input.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(sheet)
+}
+
+/// The region that solids are measured in.
+pub(super) enum Region {
+    /// The second solid, or the box of the first without one.
+    Solid,
+    /// The convex hull of the solid.
+    Hull,
+    /// The solid with everything filled that a ball of a diameter cannot enter.
+    Wrap(Option<Length>),
+}
+
+/// One report to be made.
+pub(super) struct Task<'t> {
+    pub settings: &'t super::Settings,
+    pub region: Region,
+    pub command_line: String,
+    /// Remarks on the solids.
+    pub warnings: Vec<Warning>,
+    pub backends: &'t Backends,
+    /// The time from which the total counts.
+    pub start: Instant,
+}
+
+/// Measures the first solid, within the second if there is one.
+pub(super) fn sheet(task: Task, mut solids: Vec<Solid>, mut clock: Clock, progress: &Monitor) -> Result<Sheet, Error> {
+    let Task { settings, region, command_line, warnings, backends, start } = task;
     let files: Vec<InputFile> =
         ["solid", "roi"].into_iter().zip(&solids).map(|(role, solid)| file(role, solid)).collect();
-    match &job.roi {
-        Some(Roi::Hull) => solids.push(hull(&solids[0])?),
-        Some(Roi::Wrap(diameter)) => {
-            progress.stage(format!("{}: wrapping", input.path.display()))?;
-            let wrap = clock.time("wrapping", || wrap(&solids[0], *diameter, job.settings.fill))?;
+    match region {
+        Region::Hull => solids.push(hull(&solids[0])?),
+        Region::Wrap(diameter) => {
+            progress.stage(format!("{}: wrapping", solids[0].name()))?;
+            let wrap = clock.time("wrapping", || wrap(&solids[0], diameter, settings.fill))?;
             solids.push(wrap);
         }
-        Some(Roi::File(_)) | None => {}
+        Region::Solid => {}
     }
     let subject = Subject { solid: &solids[0], roi: solids.get(1) };
     let mut alerts: Vec<Alert> = warnings.into_iter().map(alert).collect();
     for solid in &solids {
         let difference = FillDifference::of(solid)?;
-        alerts.extend(difference.and_then(|difference| difference.warning(solid, job.settings.fill)).map(alert));
+        alerts.extend(difference.and_then(|difference| difference.warning(solid, settings.fill)).map(alert));
     }
-    let grid = subject.grid(job.settings.spacing.in_unit(subject.solid.unit)?, job.settings.edges)?;
+    let grid = subject.grid(settings.spacing.in_unit(subject.solid.unit)?, settings.edges)?;
     let lattice = subject.solid.quantise(&grid)?;
     let choice = backends.choose(|| work(slice::from_ref(&lattice), &Axis::ALL));
     drop(lattice);
-    let measured = measure(subject, &job.settings, choice.sampler(), &mut clock, progress)?;
+    let measured = measure(subject, settings, choice.sampler(), &mut clock, progress)?;
     let ran = choice.ran();
     alerts.extend(ran.auto.iter().filter_map(|auto| auto.warning.clone()).map(alert));
     let Measurements { metrics, histograms, access, profiles, anisotropy, convergence, pictures, alerts: found } =
@@ -259,7 +293,7 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Monitor) 
     seconds.push(("total", start.elapsed().as_secs_f64()));
     Ok(Sheet {
         schema: sheet::SCHEMA,
-        title: input.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        title: solids[0].name().to_string(),
         unit: solids[0].unit,
         verdict: None,
         alerts,
@@ -271,14 +305,14 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Monitor) 
         convergence,
         provenance: sheet::Provenance {
             inputs: files,
-            command_line: job.command_line.clone(),
+            command_line,
             version: env!("CARGO_PKG_VERSION"),
             made: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
             device: ran.to_string(),
             threads: rayon::current_num_threads(),
             rays: grid.rays(),
             pitch: grid.pitch(),
-            edges: job.settings.edges.name(),
+            edges: settings.edges.name(),
             region: solids.get(1).map_or_else(|| "box".to_owned(), |roi| roi.name().to_string()),
             seconds,
             peak_memory_bytes: machine::peak_memory_bytes(),
@@ -302,7 +336,7 @@ const WRAP_RAYS: f64 = 256.0;
 const WRAP_SHARE: f64 = 0.25;
 
 /// Returns the shape of a solid: everything filled that a ball of a diameter cannot enter from outside.
-fn wrap(solid: &Solid, diameter: Option<Length>, fill: Fill) -> Result<Solid, Error> {
+fn wrap(solid: &Solid, diameter: Option<Length>, fill: FillRule) -> Result<Solid, Error> {
     let bounds = solid.bounds();
     let longest = bounds.extent().max_element();
     let diameter = match diameter {
@@ -338,15 +372,7 @@ fn wrap(solid: &Solid, diameter: Option<Length>, fill: Fill) -> Result<Solid, Er
 
 /// A region of interest that was made from a solid.
 fn region_of(solid: &Solid, closed: ClosedMesh, name: String) -> Solid {
-    Solid {
-        operand: None,
-        path: PathBuf::from(name),
-        volume: closed.signed_volume(),
-        surface: Surface::Closed(closed),
-        stated_unit: None,
-        unit: solid.unit,
-        sha256: None,
-    }
+    Solid { unit: solid.unit, ..Solid::from_closed(closed, &name) }
 }
 
 fn alert(warning: Warning) -> Alert {
@@ -357,7 +383,7 @@ fn file(role: &'static str, solid: &Solid) -> InputFile {
     InputFile {
         role,
         path: solid.name().to_string(),
-        sha256: solid.sha256.clone().expect("hashes were asked for"),
+        sha256: solid.sha256.clone().unwrap_or_default(),
         triangles: solid.mesh().triangles.len() as u64,
         closed: solid.is_closed(),
         oriented: solid.is_oriented(),

@@ -4,6 +4,7 @@
 //! said) → [`write`] (metrics.json, metrics.csv, methods.txt) and [`page`] (report.html). Nothing behind the sheet computes, and
 //! nothing before it formats.
 
+mod build;
 pub mod files;
 #[cfg(test)]
 mod fixture;
@@ -17,13 +18,15 @@ mod write;
 
 use std::path::PathBuf;
 
+pub use build::{Limits, Report, ReportBuilder};
+
 use glam::DVec3;
 
 use crate::driver::job::{Backend, Input, Openness, Spacing};
 use crate::length::Length;
 use crate::mesh::LengthUnit;
 use crate::metrics::Edges;
-use crate::sampler::Fill;
+use crate::sampler::FillRule;
 
 /// Reports of several solids, written to a folder.
 #[derive(Clone, Debug)]
@@ -69,7 +72,7 @@ pub struct Settings {
     /// The boundary condition at the faces of the region.
     pub edges: Edges,
     /// The fill rule.
-    pub fill: Fill,
+    pub fill: FillRule,
     /// The direction that is up in the printer.
     pub build: DVec3,
     /// The angle from the horizontal below which a facet overhangs, in degrees.

@@ -119,6 +119,11 @@ impl Estimate {
 }
 
 impl Mode {
+    /// The over-estimate.
+    pub const OVER: Mode = Mode::Estimate(Estimate::Over);
+    /// The under-estimate.
+    pub const UNDER: Mode = Mode::Estimate(Estimate::Under);
+
     /// Returns [`Mode::Exact`] for itself, the other estimate for an estimate.
     pub fn opposite(self) -> Mode {
         match self {
@@ -130,7 +135,7 @@ impl Mode {
 
 /// The fill rule: which points are inside where shells overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Fill {
+pub enum FillRule {
     /// A point is inside when a ray from it crosses the mesh an odd number of times: overlapping shells cancel.
     EvenOdd,
     /// A point is inside when its winding number is not zero: overlapping shells unite. Needs an oriented mesh.
@@ -162,10 +167,10 @@ pub enum SampleError {
 /// Makes layered depth images. Every implementation returns the same bits, those of the contract in this module's docs.
 pub trait Sampler {
     /// Returns the image of one solid along `axis`.
-    fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError>;
+    fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Ldi, SampleError>;
 
     /// Returns the exact image of one solid, each sample with the triangle that made it ([`Ldi::triangles`]).
-    fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: Fill) -> Result<Ldi, SampleError>;
+    fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: FillRule) -> Result<Ldi, SampleError>;
 
     /// Returns a conservative image of the intersection of two solids on one grid, computed with masks.
     ///
@@ -176,11 +181,11 @@ pub trait Sampler {
         b: &LatticeSolid,
         axis: Axis,
         estimate: Estimate,
-        fill: Fill,
+        fill: FillRule,
     ) -> Result<Ldi, SampleError>;
 
     /// Returns the summary of the result of [`sample`](Self::sample), for which a device need not transfer the image.
-    fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Summary, SampleError> {
+    fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Summary, SampleError> {
         Ok(self.sample(solid, axis, mode, fill)?.summary())
     }
 
@@ -191,21 +196,21 @@ pub trait Sampler {
         b: &LatticeSolid,
         axis: Axis,
         estimate: Estimate,
-        fill: Fill,
+        fill: FillRule,
     ) -> Result<Summary, SampleError> {
         Ok(self.sample_intersection(a, b, axis, estimate, fill)?.summary())
     }
 }
 
 /// Checks the input before any sampling, for every backend.
-pub(crate) fn admit(solids: &[&LatticeSolid], fill: Fill) -> Result<Grid, SampleError> {
+pub(crate) fn admit(solids: &[&LatticeSolid], fill: FillRule) -> Result<Grid, SampleError> {
     let grid = *solids[0].grid();
     if let Some(other) = solids.iter().find(|s| *s.grid() != grid) {
         return Err(SampleError::GridsDiffer { first: grid.pitch(), second: other.grid().pitch() });
     }
     let unoriented = |s: &&LatticeSolid| s.closure() == Closure::Closed { oriented: false };
     match fill {
-        Fill::NonZero if solids.iter().any(unoriented) => Err(SampleError::NotOriented),
+        FillRule::NonZero if solids.iter().any(unoriented) => Err(SampleError::NotOriented),
         _ => Ok(grid),
     }
 }

@@ -87,7 +87,7 @@ mod testing {
     use crate::ldi::Ldi;
     use crate::mesh::ClosedMesh;
     use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Fill, Mode, Sampler};
+    use crate::sampler::{FillRule, Mode, Sampler};
     use crate::solids;
 
     /// Returns the images of a torus, with `resolution` nodes along x and y, and fewer along z.
@@ -95,7 +95,7 @@ mod testing {
         let closed = ClosedMesh::check(solids::torus(3.0, 1.0, 31, 17).unwrap()).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), resolution, 32).unwrap();
         let solid = grid.quantise(&closed).unwrap();
-        Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, mode, Fill::EvenOdd).unwrap()).to_vec()
+        Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, mode, FillRule::EvenOdd).unwrap()).to_vec()
     }
 
     /// Returns whether a node is inside an image along z, sample by sample.

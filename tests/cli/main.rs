@@ -14,6 +14,7 @@ mod images;
 #[cfg(unix)]
 mod interrupt;
 mod json;
+mod library;
 #[cfg(target_os = "linux")]
 mod memory;
 mod operations;

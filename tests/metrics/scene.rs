@@ -7,7 +7,7 @@ use ldi_ops::mesh::{Aabb, ClosedMesh, TriangleMesh};
 use ldi_ops::metrics::elements::SurfaceElements;
 use ldi_ops::metrics::{Facets, NodeSet, Region};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Fill, Sampler};
+use ldi_ops::sampler::{FillRule, Sampler};
 use ldi_ops::solids::{self, LatticeForm, MinimalSurface, Part, StrutLattice, StrutPattern, Surface};
 
 use crate::convergence::Measured;
@@ -38,7 +38,8 @@ impl Scene {
 
     fn sampled(mesh: ClosedMesh, grid: &Grid, bounds: LatticeBox) -> Scene {
         let solid = grid.quantise(&mesh).unwrap();
-        let images = Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap());
+        let images =
+            Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap());
         Scene { mesh, images, bounds }
     }
 

@@ -8,7 +8,7 @@ use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::ldi::{Ldi, Windings};
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, Fill, Mode, SampleError, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, SampleError, Sampler};
 
 use super::brute_force as oracle;
 use super::soups::{self, Frame, Random, Soup};
@@ -19,8 +19,8 @@ const MODES: [(Mode, oracle::Mode); 3] = [
     (Mode::Estimate(Estimate::Over), oracle::Mode::Over),
     (Mode::Estimate(Estimate::Under), oracle::Mode::Under),
 ];
-const FILLS: [(Fill, oracle::Fill); 2] =
-    [(Fill::EvenOdd, oracle::Fill::EvenOdd), (Fill::NonZero, oracle::Fill::NonZero)];
+const FILLS: [(FillRule, oracle::FillRule); 2] =
+    [(FillRule::EvenOdd, oracle::FillRule::EvenOdd), (FillRule::NonZero, oracle::FillRule::NonZero)];
 
 /// A grid on which one lattice step is one world unit, so that soups are quantised to themselves.
 fn grid(frame: &Frame, lod: u32) -> Grid {
@@ -134,13 +134,13 @@ fn meshes_without_orientation_agree_under_even_odd_and_are_refused_under_non_zer
         let (grid, mesh) = (grid(frame, lod), closed(soup));
         let quantised = quantised(&grid, &mesh, soup);
         for (mode, oracle_mode) in MODES {
-            let image = random_sampler(random).sample(&quantised, Axis::Y, mode, Fill::EvenOdd).unwrap();
+            let image = random_sampler(random).sample(&quantised, Axis::Y, mode, FillRule::EvenOdd).unwrap();
             let lattice = lattice(frame, lod);
-            let expected = oracle::image(&lattice, solid(soup), 1, oracle_mode, oracle::Fill::EvenOdd);
+            let expected = oracle::image(&lattice, solid(soup), 1, oracle_mode, oracle::FillRule::EvenOdd);
             assert_same(name, &image, &expected);
         }
         if !mesh.oriented() {
-            let refused = CpuSampler::default().sample(&quantised, Axis::Y, Mode::Exact, Fill::NonZero);
+            let refused = CpuSampler::default().sample(&quantised, Axis::Y, Mode::Exact, FillRule::NonZero);
             assert_eq!(refused, Err(SampleError::NotOriented), "{name}");
         }
     });
@@ -228,8 +228,8 @@ fn the_comparison_can_fail() {
     let mesh = closed(&soup);
     let grid = grid(&frame, 64);
     let quantised = quantised(&grid, &mesh, &soup);
-    let image = CpuSampler::default().sample(&quantised, Axis::Z, Mode::Exact, Fill::EvenOdd).unwrap();
-    let expected = oracle::image(&lattice(&frame, 64), solid(&soup), 2, oracle::Mode::Exact, oracle::Fill::EvenOdd);
+    let image = CpuSampler::default().sample(&quantised, Axis::Z, Mode::Exact, FillRule::EvenOdd).unwrap();
+    let expected = oracle::image(&lattice(&frame, 64), solid(&soup), 2, oracle::Mode::Exact, oracle::FillRule::EvenOdd);
     assert_eq!(difference(&image, &expected), None);
     let occupied = expected.samples.iter().position(|samples| !samples.is_empty()).unwrap();
     for spoil in [

@@ -64,7 +64,7 @@ pub struct Solid<'a> {
 
 /// Which points are inside: those of odd crossing parity, or those of non-zero winding number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fill {
+pub enum FillRule {
     EvenOdd,
     NonZero,
 }
@@ -239,15 +239,15 @@ fn winding<'a>(crossings: impl IntoIterator<Item = &'a Crossing>) -> i64 {
 }
 
 /// Whether a point beyond exactly these crossings is inside.
-fn inside<'a>(crossings: impl IntoIterator<Item = &'a Crossing>, fill: Fill) -> bool {
+fn inside<'a>(crossings: impl IntoIterator<Item = &'a Crossing>, fill: FillRule) -> bool {
     match fill {
-        Fill::EvenOdd => crossings.into_iter().count() % 2 == 1,
-        Fill::NonZero => winding(crossings) != 0,
+        FillRule::EvenOdd => crossings.into_iter().count() % 2 == 1,
+        FillRule::NonZero => winding(crossings) != 0,
     }
 }
 
 /// A ray of a closed solid ends outside it.
-fn is_closed(crossings: &[Crossing], fill: Fill) -> bool {
+fn is_closed(crossings: &[Crossing], fill: FillRule) -> bool {
     !inside(crossings, fill)
 }
 
@@ -260,14 +260,14 @@ fn grouped<K: Ord>(crossings: &[Crossing], key: impl Fn(&Crossing) -> K) -> BTre
     groups
 }
 
-fn exact_ray(crossings: &[Crossing], fill: Fill) -> Vec<i32> {
+fn exact_ray(crossings: &[Crossing], fill: FillRule) -> Vec<i32> {
     match fill {
-        Fill::EvenOdd => {
+        FillRule::EvenOdd => {
             let mut depths: Vec<i32> = crossings.iter().map(|crossing| crossing.nearest).collect();
             depths.sort_unstable();
             depths
         }
-        Fill::NonZero => grouped(crossings, |crossing| crossing.nearest)
+        FillRule::NonZero => grouped(crossings, |crossing| crossing.nearest)
             .into_keys()
             .filter(|&depth| {
                 let before = crossings.iter().filter(|crossing| crossing.nearest < depth);
@@ -295,14 +295,14 @@ impl Voxel {
     }
 }
 
-fn voxel(lattice: &Lattice, axis: usize, fill: Fill, on_ray: &[Crossing], index: i64) -> Voxel {
+fn voxel(lattice: &Lattice, axis: usize, fill: FillRule, on_ray: &[Crossing], index: i64) -> Voxel {
     let voxel_of = |crossing: &Crossing| lattice.voxel_of(axis, crossing.floor);
     let before: Vec<Crossing> = on_ray.iter().filter(|crossing| voxel_of(crossing) < index).copied().collect();
     let crossings: Vec<Crossing> = on_ray.iter().filter(|crossing| voxel_of(crossing) == index).copied().collect();
     let touched = !crossings.is_empty()
         && match fill {
-            Fill::EvenOdd => true,
-            Fill::NonZero => {
+            FillRule::EvenOdd => true,
+            FillRule::NonZero => {
                 let mut current = winding(&before);
                 let mut possible = BTreeSet::from([current]);
                 for group in grouped(&crossings, |crossing| crossing.floor).into_values() {
@@ -332,7 +332,7 @@ fn voxel_samples(mode: Mode, before: bool, after: bool, between: bool, crossings
 }
 
 /// The image of one solid along an axis.
-pub fn image(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: Fill) -> Image {
+pub fn image(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: FillRule) -> Image {
     let rays = crossings(lattice, solid, axis);
     let samples_of = |on_ray: &Vec<Crossing>| {
         if mode == Mode::Exact {
@@ -360,7 +360,7 @@ pub struct Windings {
 }
 
 /// The windings of one solid along an axis. Groups are of one depth in the exact image and of one voxel in the others.
-pub fn windings(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: Fill) -> Windings {
+pub fn windings(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: FillRule) -> Windings {
     let mut windings = Windings { wound: 0, aligned: 0, changes: 0, unpaired: 0 };
     for on_ray in crossings(lattice, solid, axis).iter().filter(|on_ray| is_closed(on_ray, fill)) {
         for crossing in on_ray {
@@ -371,8 +371,8 @@ pub fn windings(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: 
             Mode::Over | Mode::Under => lattice.voxel_of(axis, crossing.floor),
         };
         for (index, group) in grouped(on_ray, group_of) {
-            let near = inside(on_ray.iter().filter(|crossing| group_of(crossing) < index), Fill::EvenOdd);
-            let far = inside(on_ray.iter().filter(|crossing| group_of(crossing) <= index), Fill::EvenOdd);
+            let near = inside(on_ray.iter().filter(|crossing| group_of(crossing) < index), FillRule::EvenOdd);
+            let far = inside(on_ray.iter().filter(|crossing| group_of(crossing) <= index), FillRule::EvenOdd);
             let towards_inside = i64::from(far) - i64::from(near);
             windings.aligned += towards_inside * winding(&group);
             windings.changes += towards_inside.abs();
@@ -385,7 +385,7 @@ pub fn windings(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: 
 }
 
 /// The image of the intersection of two solids: the conservative ones by voxels, the exact one from the exact images.
-pub fn intersection(lattice: &Lattice, a: Solid, b: Solid, axis: usize, mode: Mode, fill: Fill) -> Image {
+pub fn intersection(lattice: &Lattice, a: Solid, b: Solid, axis: usize, mode: Mode, fill: FillRule) -> Image {
     if mode == Mode::Exact {
         let image_of = |solid| image(lattice, solid, axis, mode, fill);
         return boolean(Operation::Intersection, &image_of(a), &image_of(b));

@@ -7,10 +7,12 @@ mod brute_force;
 mod soups;
 mod sums;
 
-use brute_force::{Fill, Image, Lattice, Mode, Operation, Solid, boolean, contains, crossings, image, intersection};
+use brute_force::{
+    FillRule, Image, Lattice, Mode, Operation, Solid, boolean, contains, crossings, image, intersection,
+};
 use soups::{Frame, Generator, Random, Soup};
 
-const FILLS: [Fill; 2] = [Fill::EvenOdd, Fill::NonZero];
+const FILLS: [FillRule; 2] = [FillRule::EvenOdd, FillRule::NonZero];
 
 fn solid(soup: &Soup) -> Solid<'_> {
     Solid { positions: &soup.positions, triangles: &soup.triangles }
@@ -100,7 +102,7 @@ fn box_lattice() -> Lattice {
 fn the_axes_of_an_image_are_those_of_the_contract() {
     // Nodes lie at 3, 7, 11, 15, 19. The box spans node 1 of x, nodes 0 and 1 of y, nodes 2 to 4 of z.
     let soup = soups::cuboid([4, 2, 8], [10, 8, 20]);
-    let along = |axis| image(&box_lattice(), solid(&soup), axis, Mode::Exact, Fill::EvenOdd);
+    let along = |axis| image(&box_lattice(), solid(&soup), axis, Mode::Exact, FillRule::EvenOdd);
     let rays_with = |image: &Image| -> Vec<usize> {
         (0..image.samples.len()).filter(|&ray| !image.samples[ray].is_empty()).collect()
     };
@@ -136,13 +138,13 @@ fn the_fill_rules_differ_where_two_boxes_overlap() {
     let mut soup = soups::cuboid([0, 0, 2], [16, 12, 10]);
     soup.add(&soups::cuboid([0, 0, 6], [16, 12, 14]));
     let samples = |mode, fill| image(&box_lattice(), solid(&soup), 2, mode, fill).samples[0].clone();
-    assert_eq!(samples(Mode::Exact, Fill::EvenOdd), [2, 6, 10, 14]);
-    assert_eq!(samples(Mode::Exact, Fill::NonZero), [2, 14]);
+    assert_eq!(samples(Mode::Exact, FillRule::EvenOdd), [2, 6, 10, 14]);
+    assert_eq!(samples(Mode::Exact, FillRule::NonZero), [2, 14]);
     // Voxels are 4 steps long: the crossings fall into voxels 0, 1, 2 and 3.
-    assert_eq!(samples(Mode::Over, Fill::EvenOdd), [2, 6, 10, 14]);
-    assert_eq!(samples(Mode::Under, Fill::EvenOdd), [2, 6, 10, 14]);
-    assert_eq!(samples(Mode::Over, Fill::NonZero), [2, 14]);
-    assert_eq!(samples(Mode::Under, Fill::NonZero), [2, 14]);
+    assert_eq!(samples(Mode::Over, FillRule::EvenOdd), [2, 6, 10, 14]);
+    assert_eq!(samples(Mode::Under, FillRule::EvenOdd), [2, 6, 10, 14]);
+    assert_eq!(samples(Mode::Over, FillRule::NonZero), [2, 14]);
+    assert_eq!(samples(Mode::Under, FillRule::NonZero), [2, 14]);
 }
 
 #[test]
@@ -150,7 +152,7 @@ fn a_thin_box_in_one_voxel_is_kept_over_and_lost_under() {
     let lattice = Lattice { lod: 2, ..box_lattice() };
     assert_eq!(lattice.voxel(2), 10);
     let soup = soups::cuboid([0, 0, 2], [16, 12, 8]);
-    let samples = |mode| image(&lattice, solid(&soup), 2, mode, Fill::EvenOdd).samples[0].clone();
+    let samples = |mode| image(&lattice, solid(&soup), 2, mode, FillRule::EvenOdd).samples[0].clone();
     assert_eq!(samples(Mode::Over), [2, 8]);
     assert_eq!(samples(Mode::Exact), [2, 8]);
     assert_eq!(samples(Mode::Under), [0; 0]);
@@ -176,7 +178,7 @@ fn a_crossing_belongs_to_the_voxel_of_its_floor() {
     // The near face leans from depth 2 to 4, so its crossings lie within (2, 4), and voxels are 4 steps long.
     let mut soup = soups::cuboid([0, 0, 2], [16, 12, 6]);
     soup.positions.iter_mut().filter(|p| p[0] == 16 && p[2] == 2).for_each(|p| p[2] = 4);
-    let samples = |mode| image(&box_lattice(), solid(&soup), 2, mode, Fill::EvenOdd).samples[0].clone();
+    let samples = |mode| image(&box_lattice(), solid(&soup), 2, mode, FillRule::EvenOdd).samples[0].clone();
     assert_eq!(samples(Mode::Over), [2, 6]);
     assert_eq!(samples(Mode::Exact), [2, 6]);
     assert_eq!(samples(Mode::Under), [4, 6]);
@@ -189,8 +191,8 @@ fn touching_boxes_of_one_winding_are_one_but_for_under() {
     let mut soup = soups::cuboid([0, 0, 2], [16, 12, 8]);
     soup.add(&soups::cuboid([0, 0, 8], [16, 12, 16]));
     let samples = |mode, fill| image(&lattice, solid(&soup), 2, mode, fill).samples[0].clone();
-    assert_eq!(samples(Mode::Exact, Fill::EvenOdd), [2, 8, 8, 16]);
-    assert_eq!(samples(Mode::Exact, Fill::NonZero), [2, 16]);
+    assert_eq!(samples(Mode::Exact, FillRule::EvenOdd), [2, 8, 8, 16]);
+    assert_eq!(samples(Mode::Exact, FillRule::NonZero), [2, 16]);
     for fill in FILLS {
         assert_eq!(samples(Mode::Over, fill), [2, 16]);
         // The order of the two faces within their group is unknown, so their voxel is touched under both rules.
@@ -207,12 +209,12 @@ fn an_untouched_solid_gives_the_intersection_no_ends() {
     let b = soups::cuboid([0, 0, 10], [16, 12, 14]);
     let masks = |mode, fill| intersection(&lattice, solid(&a), solid(&b), 2, mode, fill).samples[0].clone();
     for mode in [Mode::Exact, Mode::Over, Mode::Under] {
-        assert_eq!(masks(mode, Fill::NonZero), [10, 14], "{mode:?}");
+        assert_eq!(masks(mode, FillRule::NonZero), [10, 14], "{mode:?}");
     }
     // Under the even-odd rule the first solid has a gap there.
-    assert_eq!(masks(Mode::Exact, Fill::EvenOdd), [0; 0]);
-    assert_eq!(masks(Mode::Over, Fill::EvenOdd), [8, 10, 14, 16]);
-    assert_eq!(masks(Mode::Under, Fill::EvenOdd), [0; 0]);
+    assert_eq!(masks(Mode::Exact, FillRule::EvenOdd), [0; 0]);
+    assert_eq!(masks(Mode::Over, FillRule::EvenOdd), [8, 10, 14, 16]);
+    assert_eq!(masks(Mode::Under, FillRule::EvenOdd), [0; 0]);
 }
 
 #[test]
@@ -221,16 +223,16 @@ fn faces_on_voxel_boundaries_belong_to_the_voxel_beyond_but_for_the_last() {
     assert_eq!(lattice.voxel(2), 4);
     let soup = soups::cuboid([0, 0, 4], [16, 12, 20]);
     for mode in [Mode::Exact, Mode::Over, Mode::Under] {
-        assert_eq!(image(&lattice, solid(&soup), 2, mode, Fill::EvenOdd).samples[0], [4, 20], "{mode:?}");
+        assert_eq!(image(&lattice, solid(&soup), 2, mode, FillRule::EvenOdd).samples[0], [4, 20], "{mode:?}");
     }
     // A box that fills voxel 1 has its faces in voxels 1 and 2, so nothing of it is lost.
     let soup = soups::cuboid([0, 0, 4], [16, 12, 8]);
     for mode in [Mode::Exact, Mode::Over, Mode::Under] {
-        assert_eq!(image(&lattice, solid(&soup), 2, mode, Fill::EvenOdd).samples[0], [4, 8], "{mode:?}");
+        assert_eq!(image(&lattice, solid(&soup), 2, mode, FillRule::EvenOdd).samples[0], [4, 8], "{mode:?}");
     }
     // A box that fills the last voxel has both faces in it.
     let soup = soups::cuboid([0, 0, 16], [16, 12, 20]);
-    let samples = |mode| image(&lattice, solid(&soup), 2, mode, Fill::EvenOdd).samples[0].clone();
+    let samples = |mode| image(&lattice, solid(&soup), 2, mode, FillRule::EvenOdd).samples[0].clone();
     assert_eq!(samples(Mode::Over), [16, 20]);
     assert_eq!(samples(Mode::Under), [0; 0]);
 }
@@ -322,7 +324,7 @@ fn an_open_ray_has_no_samples_and_is_named() {
     let lattice = Lattice { lod: 10, ..box_lattice() };
     let whole = soups::cuboid([0, 0, 0], [16, 12, 20]);
     for mode in [Mode::Exact, Mode::Over, Mode::Under] {
-        let both = intersection(&lattice, solid(&whole), solid(&soup), 2, mode, Fill::EvenOdd);
+        let both = intersection(&lattice, solid(&whole), solid(&soup), 2, mode, FillRule::EvenOdd);
         assert_eq!(both.unclosed.len(), 1, "{mode:?}");
         assert_eq!(both.samples[2], [2, 6], "{mode:?}");
     }
@@ -452,7 +454,7 @@ fn every_ray_of_a_closed_soup_closes() {
         }
     });
     for_every_soup(&[("disoriented", soups::disoriented)], 200, |what, frame, soup, _| {
-        closed(what, frame, soup, Fill::EvenOdd)
+        closed(what, frame, soup, FillRule::EvenOdd)
     });
 }
 
@@ -471,7 +473,7 @@ fn the_three_views_agree_about_every_node() {
         }
     });
     for_every_soup(&[("disoriented", soups::disoriented)], 200, |what, frame, soup, _| {
-        agree(what, frame, soup, Fill::EvenOdd)
+        agree(what, frame, soup, FillRule::EvenOdd)
     });
 }
 
@@ -605,7 +607,7 @@ fn the_merge_of_conservative_images_is_between_the_exact_and_the_masks() {
 fn the_masks_of_two_entries_in_one_voxel_keep_the_earlier() {
     let (a, b) = (soups::cuboid([0, 0, 0], [16, 12, 20]), soups::cuboid([0, 0, 2], [16, 12, 18]));
     let lattice = box_lattice();
-    let masks = |mode| intersection(&lattice, solid(&a), solid(&b), 2, mode, Fill::EvenOdd).samples[0].clone();
+    let masks = |mode| intersection(&lattice, solid(&a), solid(&b), 2, mode, FillRule::EvenOdd).samples[0].clone();
     assert_eq!(masks(Mode::Over), [0, 20]);
     assert_eq!(masks(Mode::Exact), [2, 18]);
     assert_eq!(masks(Mode::Under), [2, 18]);
@@ -651,7 +653,7 @@ fn comparisons_notice_what_differs() {
     let frame = Frame { shift: 2, rays: [6; 3] };
     let lattice = lattice(&frame, 3);
     let soup = soups::octahedron([12, 12, 12], 10);
-    let of = |mode| image(&lattice, solid(&soup), 2, mode, Fill::EvenOdd);
+    let of = |mode| image(&lattice, solid(&soup), 2, mode, FillRule::EvenOdd);
     let (under, exact, over) = (of(Mode::Under), of(Mode::Exact), of(Mode::Over));
     assert!(outside(&exact, &under).is_some() && outside(&over, &under).is_some());
     assert_eq!(malformed(&exact, 24), None);
@@ -665,7 +667,7 @@ fn comparisons_notice_what_differs() {
     longer.samples[middle][0] -= 2;
     assert_eq!(outside(&longer, &exact), Some(middle));
     // A sample on the wrong side of a node is noticed by the views' agreement.
-    let other_view = node_states(&lattice, &image(&lattice, solid(&soup), 0, Mode::Exact, Fill::EvenOdd), 0);
+    let other_view = node_states(&lattice, &image(&lattice, solid(&soup), 0, Mode::Exact, FillRule::EvenOdd), 0);
     assert_eq!(other_view, node_states(&lattice, &exact, 2));
     let mut shifted = exact.clone();
     shifted.samples.iter_mut().flatten().for_each(|depth| *depth += 4);

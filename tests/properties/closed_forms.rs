@@ -8,7 +8,7 @@ use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::integrate::{AxisVolume, VolumeEstimate, length, volume};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
-use ldi_ops::sampler::{Fill, Mode};
+use ldi_ops::sampler::{FillRule, Mode};
 use ldi_ops::solids::{LatticeForm, StrutLattice, StrutPattern, cuboid, cylinder, geodesic, torus};
 
 use super::images::{
@@ -16,12 +16,12 @@ use super::images::{
 };
 use super::material::{closed, grid_around, moved, quantised, together};
 
-fn on_grid(grid: &Grid, mesh: &ClosedMesh, mode: Mode, fill: Fill) -> VolumeEstimate {
+fn on_grid(grid: &Grid, mesh: &ClosedMesh, mode: Mode, fill: FillRule) -> VolumeEstimate {
     let solid = quantised(grid, mesh);
     VolumeEstimate::from_axes(&Axis::ALL.map(|axis| AxisVolume::of(&sample(&solid, axis, mode, fill))))
 }
 
-fn estimate(mesh: &ClosedMesh, resolution: u32, mode: Mode, fill: Fill) -> VolumeEstimate {
+fn estimate(mesh: &ClosedMesh, resolution: u32, mode: Mode, fill: FillRule) -> VolumeEstimate {
     on_grid(&grid_around(&[mesh], resolution, 1024), mesh, mode, fill)
 }
 
@@ -72,7 +72,7 @@ fn spheres_converge_to_their_mesh_and_meshes_to_the_sphere() {
                 let bounds = geodesic(1.1, 1).unwrap().bounds().unwrap();
                 let room = ldi_ops::mesh::Aabb { min: bounds.min.min(DVec3::splat(-1.2)), max: DVec3::splat(2.6) };
                 let grid = Grid::with_pitch(room, 2.0 / f64::from(resolution), 1024).unwrap();
-                (on_grid(&grid, &mesh, Mode::Exact, Fill::EvenOdd).value / exact - 1.0).powi(2)
+                (on_grid(&grid, &mesh, Mode::Exact, FillRule::EvenOdd).value / exact - 1.0).powi(2)
             })
             .sum();
         errors.push((resolution, (squares / f64::from(places)).sqrt()));
@@ -86,9 +86,9 @@ fn spheres_converge_to_their_mesh_and_meshes_to_the_sphere() {
 #[test]
 fn tori_and_cylinders() {
     let torus = closed(torus(3.0, 1.0, 400, 160).unwrap());
-    assert_close("torus", estimate(&torus, 200, Mode::Exact, Fill::EvenOdd).value, 2.0 * PI * PI * 3.0, 1e-3);
+    assert_close("torus", estimate(&torus, 200, Mode::Exact, FillRule::EvenOdd).value, 2.0 * PI * PI * 3.0, 1e-3);
     let cylinder = closed(cylinder(1.0, 3.0, 600).unwrap());
-    assert_close("cylinder", estimate(&cylinder, 200, Mode::Exact, Fill::EvenOdd).value, 3.0 * PI, 1e-3);
+    assert_close("cylinder", estimate(&cylinder, 200, Mode::Exact, FillRule::EvenOdd).value, 3.0 * PI, 1e-3);
 }
 
 #[test]
@@ -102,13 +102,13 @@ fn cubic_struts() {
     let own = merged.signed_volume();
     assert_close("the merged mesh", own, exact, 4e-3);
     // A cell is 77.7 pixels wide, so that struts meet the raster at different places.
-    assert_close("merged", estimate(&merged, 233, Mode::Exact, Fill::EvenOdd).value, own, 1e-3);
+    assert_close("merged", estimate(&merged, 233, Mode::Exact, FillRule::EvenOdd).value, own, 1e-3);
     // With whole pixels in a cell all struts err alike, and more than the estimate tells.
-    assert_close("merged, whole pixels", estimate(&merged, 240, Mode::Exact, Fill::EvenOdd).value, own, 2e-3);
+    assert_close("merged, whole pixels", estimate(&merged, 240, Mode::Exact, FillRule::EvenOdd).value, own, 2e-3);
     let heap = closed(lattice(LatticeForm::Overlapping { segments: 256 }).build().unwrap());
-    assert_close("heap", estimate(&heap, 233, Mode::Exact, Fill::NonZero).value, exact, 2e-3);
+    assert_close("heap", estimate(&heap, 233, Mode::Exact, FillRule::NonZero).value, exact, 2e-3);
     // Each overlap has another sign under even-odd, and the mesh's own volume counts it twice.
-    assert!(!is_close(estimate(&heap, 233, Mode::Exact, Fill::EvenOdd).value, exact, 0.05));
+    assert!(!is_close(estimate(&heap, 233, Mode::Exact, FillRule::EvenOdd).value, exact, 0.05));
     assert!(!is_close(heap.signed_volume(), exact, 0.05));
 }
 
@@ -122,8 +122,8 @@ fn two_spheres_in_one_mesh() {
     let lens = PI / 12.0 * (4.0 * radius + apart) * (2.0 * radius - apart).powi(2);
     for mode in MODES {
         let of = |fill| estimate(&pair, 512, mode, fill).value;
-        assert_close("nonzero is the union", of(Fill::NonZero), 2.0 * sphere - lens, 1e-3);
-        assert_close("even-odd is the symmetric difference", of(Fill::EvenOdd), 2.0 * (sphere - lens), 1e-3);
+        assert_close("nonzero is the union", of(FillRule::NonZero), 2.0 * sphere - lens, 1e-3);
+        assert_close("even-odd is the symmetric difference", of(FillRule::EvenOdd), 2.0 * (sphere - lens), 1e-3);
     }
     assert!(!is_close(pair.signed_volume(), 2.0 * sphere - lens, 0.05), "the mesh's own volume counts the lens twice");
 }
@@ -149,18 +149,18 @@ fn two_hundred_struts_that_nobody_merged_in_a_box() {
     for axis in Axis::ALL {
         let of = |mesh: &ClosedMesh, fill| sample(&quantised(&grid, mesh), axis, Mode::Exact, fill);
         let folded = |operation| {
-            let images = struts.iter().map(|strut| of(strut, Fill::EvenOdd));
+            let images = struts.iter().map(|strut| of(strut, FillRule::EvenOdd));
             images.reduce(|a: Ldi, b| boolean(operation, &a, &b)).unwrap()
         };
         let union = folded(BooleanOperation::Union);
-        let found = of(&heap, Fill::NonZero);
+        let found = of(&heap, FillRule::NonZero);
         assert_same_set(&format!("{axis:?}: the heap is the union of its struts"), &found, &union);
         assert_eq!(length(&found), length(&union));
         let xor = folded(BooleanOperation::Xor);
-        assert_same_set(&format!("{axis:?}: by even-odd overlaps cancel"), &of(&heap, Fill::EvenOdd), &xor);
+        assert_same_set(&format!("{axis:?}: by even-odd overlaps cancel"), &of(&heap, FillRule::EvenOdd), &xor);
         assert!(!is_close(volume(&xor), volume(&union), 0.02), "the two rules differ");
 
-        let block = of(&block, Fill::NonZero);
+        let block = of(&block, FillRule::NonZero);
         assert_same(&format!("{axis:?}: in a box"), &intersection(&found, &block), &intersection(&union, &block));
         assert!(length(&intersection(&found, &block)) > 0);
     }

@@ -2,7 +2,7 @@
 
 use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 use proptest::prelude::*;
 use rayon::prelude::*;
 
@@ -10,7 +10,7 @@ use super::images::{FILLS, OVER, UNDER, assert_within, escape, intersection, sam
 use super::material::{closed, generators, grid, grid_around, mesh, models, quantised, random_frame, random_lod};
 use super::soups::{self, Frame, Random, Soup};
 
-fn assert_conservative(what: &str, solid: &LatticeSolid, axis: Axis, fill: Fill) {
+fn assert_conservative(what: &str, solid: &LatticeSolid, axis: Axis, fill: FillRule) {
     let [under, exact, over] = [UNDER, Mode::Exact, OVER].map(|mode| sample(solid, axis, mode, fill));
     for (name, image) in [("under", &under), ("exact", &exact), ("over", &over)] {
         assert!(image.unclosed().is_empty(), "{what}: a closed solid has unclosed rays in {name}");
@@ -20,7 +20,7 @@ fn assert_conservative(what: &str, solid: &LatticeSolid, axis: Axis, fill: Fill)
 }
 
 /// The whole chain: under∩ ⊆ under_A ∩ under_B ⊆ exact ⊆ over_A ∩ over_B ⊆ over∩.
-fn assert_conservative_intersection(what: &str, a: &LatticeSolid, b: &LatticeSolid, axis: Axis, fill: Fill) {
+fn assert_conservative_intersection(what: &str, a: &LatticeSolid, b: &LatticeSolid, axis: Axis, fill: FillRule) {
     let merged = |mode| intersection(&sample(a, axis, mode, fill), &sample(b, axis, mode, fill));
     let masked = |estimate| CpuSampler::default().sample_intersection(a, b, axis, estimate, fill).unwrap();
     let chain = [

@@ -6,7 +6,7 @@ use ldi_ops::integrate::{length, volume};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::{ClosedMesh, Defect, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Fill, Mode, SampleError, Sampler};
+use ldi_ops::sampler::{FillRule, Mode, SampleError, Sampler};
 use ldi_ops::solids::{cuboid, geodesic};
 
 use super::images::{
@@ -43,7 +43,7 @@ fn one_triangle_missing_is_refused_and_unclosed_on_the_rays_through_the_hole_alo
             let open = grid.quantise_open(&open).unwrap();
             for axis in Axis::ALL {
                 // By even-odd an image keeps every crossing, so the rays through the hole are those with a sample of it.
-                let surface = CpuSampler::default().sample_surface(&whole, axis, Fill::EvenOdd).unwrap();
+                let surface = CpuSampler::default().sample_surface(&whole, axis, FillRule::EvenOdd).unwrap();
                 let hole: Vec<u32> = (0..surface.rays())
                     .filter(|&ray| {
                         let samples =
@@ -74,7 +74,7 @@ fn a_hole_that_faces_an_axis_is_seen_along_it_and_not_across() {
     open.triangles.remove(0);
     let grid = grid_around(&[&closed(cube_at(0.0, 0.0, 0.0))], 64, 1024);
     let open = grid.quantise_open(&open).unwrap();
-    let unclosed = Axis::ALL.map(|axis| sample(&open, axis, Mode::Exact, Fill::EvenOdd).unclosed().len());
+    let unclosed = Axis::ALL.map(|axis| sample(&open, axis, Mode::Exact, FillRule::EvenOdd).unclosed().len());
     // Half of the face at the least x; which half owns the diagonal is for the tie rule to say.
     assert!((64 * 63 / 2..=64 * 65 / 2).contains(&unclosed[0]), "{unclosed:?}");
     assert_eq!(unclosed[1..], [0, 0]);
@@ -90,14 +90,14 @@ fn all_triangles_doubled_is_told_and_is_the_solid_by_nonzero_and_nothing_by_even
         let grid = grid_around(&[&model], 50, 1024);
         for axis in Axis::ALL {
             let of = |mesh, fill| sample(&quantised(&grid, mesh), axis, Mode::Exact, fill);
-            assert_same_set(name, &of(&doubled, Fill::NonZero), &of(&model, Fill::NonZero));
-            assert_eq!(length(&of(&doubled, Fill::EvenOdd)), 0, "{name}");
-            assert_eq!(length(&sample(&quantised(&grid, &doubled), axis, UNDER, Fill::EvenOdd)), 0, "{name}");
+            assert_same_set(name, &of(&doubled, FillRule::NonZero), &of(&model, FillRule::NonZero));
+            assert_eq!(length(&of(&doubled, FillRule::EvenOdd)), 0, "{name}");
+            assert_eq!(length(&sample(&quantised(&grid, &doubled), axis, UNDER, FillRule::EvenOdd)), 0, "{name}");
         }
         // Twice and facing both ways, it bounds nothing by either rule.
         let cancelled = closed(together(&[mesh.clone(), reversed(mesh)]));
         assert!(cancelled.every_triangle_even(), "{name}");
-        let image = sample(&quantised(&grid, &cancelled), Axis::Z, Mode::Exact, Fill::NonZero);
+        let image = sample(&quantised(&grid, &cancelled), Axis::Z, Mode::Exact, FillRule::NonZero);
         assert_eq!(length(&image), 0, "{name}");
     }
 }
@@ -127,9 +127,9 @@ fn one_triangle_turned_over_is_the_same_solid_by_even_odd_and_refused_by_nonzero
         let grid = grid_around(&[&model], 50, 1024);
         let solid = quantised(&grid, &turned);
         for mode in MODES {
-            let expected = sample(&quantised(&grid, &model), Axis::Z, mode, Fill::EvenOdd);
-            assert_same(name, &sample(&solid, Axis::Z, mode, Fill::EvenOdd), &expected);
-            let refused = CpuSampler::default().sample(&solid, Axis::Z, mode, Fill::NonZero);
+            let expected = sample(&quantised(&grid, &model), Axis::Z, mode, FillRule::EvenOdd);
+            assert_same(name, &sample(&solid, Axis::Z, mode, FillRule::EvenOdd), &expected);
+            let refused = CpuSampler::default().sample(&solid, Axis::Z, mode, FillRule::NonZero);
             assert_eq!(refused, Err(SampleError::NotOriented), "{name}");
         }
     }
@@ -167,7 +167,7 @@ fn an_unwelded_soup_is_the_same_solid() {
         assert_eq!(soup.mesh().positions.len(), 3 * soup.mesh().triangles.len());
         let grid = grid_around(&[&model], 50, 1024);
         for axis in Axis::ALL {
-            let of = |mesh| sample(&quantised(&grid, mesh), axis, OVER, Fill::NonZero);
+            let of = |mesh| sample(&quantised(&grid, mesh), axis, OVER, FillRule::NonZero);
             assert_same(name, &of(&soup), &of(&model));
         }
     }
@@ -239,9 +239,9 @@ fn where_the_fill_rules_agree_the_shells_wind_once_around_the_inside() {
         for mesh in [model.mesh().clone(), reversed(model.mesh())].map(closed) {
             let solid = quantised(&grid_around(&[&mesh], 50, 1024), &mesh);
             for (axis, mode) in Axis::ALL.into_iter().flat_map(|axis| MODES.map(|mode| (axis, mode))) {
-                let windings = sample(&solid, axis, mode, Fill::EvenOdd).windings().unwrap();
+                let windings = sample(&solid, axis, mode, FillRule::EvenOdd).windings().unwrap();
                 assert!(windings.fill_rules_agree(), "{name}, {axis:?}, {mode:?}: {windings:?}");
-                let exact = length(&sample(&solid, axis, Mode::Exact, Fill::EvenOdd));
+                let exact = length(&sample(&solid, axis, Mode::Exact, FillRule::EvenOdd));
                 assert_eq!(windings.wound.abs(), exact, "{name}, {axis:?}, {mode:?}");
             }
         }
@@ -256,20 +256,20 @@ fn coincident_solids_are_one() {
         let grid = grid_around(&[&model], 64, 1024);
         for (axis, mode) in Axis::ALL.into_iter().flat_map(|axis| MODES.map(|mode| (axis, mode))) {
             let solid = quantised(&grid, &model);
-            let a = sample(&solid, axis, mode, Fill::NonZero);
+            let a = sample(&solid, axis, mode, FillRule::NonZero);
             // The same solid from another mesh of it: the same faces cut along other lines in another order.
             let again = closed(unwelded(model.mesh()));
-            let b = sample(&quantised(&grid, &again), axis, mode, Fill::NonZero);
+            let b = sample(&quantised(&grid, &again), axis, mode, FillRule::NonZero);
             assert_same_set(name, &intersection(&a, &b), &a);
             assert_same_set(name, &union(&a, &b), &a);
             assert_empty(name, &less(&a, &b));
         }
-        let exact = sample(&quantised(&grid, &model), Axis::Z, Mode::Exact, Fill::NonZero);
+        let exact = sample(&quantised(&grid, &model), Axis::Z, Mode::Exact, FillRule::NonZero);
         for (estimate, inner) in [(ldi_ops::sampler::Estimate::Over, false), (ldi_ops::sampler::Estimate::Under, true)]
         {
             let solid = quantised(&grid, &model);
             let sampler = CpuSampler::default();
-            let masked = sampler.sample_intersection(&solid, &solid, Axis::Z, estimate, Fill::NonZero).unwrap();
+            let masked = sampler.sample_intersection(&solid, &solid, Axis::Z, estimate, FillRule::NonZero).unwrap();
             match inner {
                 true => assert_within(name, &masked, &exact),
                 false => assert_within(name, &exact, &masked),
@@ -286,7 +286,7 @@ fn nearly_coincident_cubes_differ_by_less_than_a_slice() {
         let grid = around(&a, &b);
         for axis in Axis::ALL {
             let [first, second] =
-                [&a, &b].map(|mesh| sample(&quantised(&grid, mesh), axis, Mode::Exact, Fill::EvenOdd));
+                [&a, &b].map(|mesh| sample(&quantised(&grid, mesh), axis, Mode::Exact, FillRule::EvenOdd));
             let difference = volume(&less(&first, &second));
             // A slice across the rays, one pixel wider than the cube; the other two faces fall between the same rays.
             let slice = 1.05 * offset + 2.0 * grid.step();
@@ -301,12 +301,12 @@ fn nested_shells_are_a_cavity_or_solid_by_their_orientation() {
     let inner = geodesic(1.0, 12).unwrap();
     let grid = Grid::with_resolution(outer.bounds().unwrap(), 80, 1024).unwrap();
     let of = |mesh: &ClosedMesh, fill| sample(&quantised(&grid, mesh), Axis::Y, Mode::Exact, fill);
-    let [whole, core] = [&outer, &inner].map(|mesh| of(&closed(mesh.clone()), Fill::EvenOdd));
+    let [whole, core] = [&outer, &inner].map(|mesh| of(&closed(mesh.clone()), FillRule::EvenOdd));
     let hollow = closed(together(&[outer.clone(), reversed(&inner)]));
     let filled = closed(together(&[outer, inner]));
     let shell: Ldi = less(&whole, &core);
-    assert_same_set("a cavity, even-odd", &of(&hollow, Fill::EvenOdd), &shell);
-    assert_same_set("a cavity, nonzero", &of(&hollow, Fill::NonZero), &shell);
-    assert_same_set("a solid in a solid, even-odd", &of(&filled, Fill::EvenOdd), &shell);
-    assert_same_set("a solid in a solid, nonzero", &of(&filled, Fill::NonZero), &whole);
+    assert_same_set("a cavity, even-odd", &of(&hollow, FillRule::EvenOdd), &shell);
+    assert_same_set("a cavity, nonzero", &of(&hollow, FillRule::NonZero), &shell);
+    assert_same_set("a solid in a solid, even-odd", &of(&filled, FillRule::EvenOdd), &shell);
+    assert_same_set("a solid in a solid, nonzero", &of(&filled, FillRule::NonZero), &whole);
 }

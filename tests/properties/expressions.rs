@@ -5,7 +5,7 @@ use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::integrate::length;
 use ldi_ops::ldi::Ldi;
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Fill, Mode, Sampler};
+use ldi_ops::sampler::{FillRule, Mode, Sampler};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
@@ -83,7 +83,7 @@ fn laws_of_random_soups() {
 }
 
 /// The images that an estimate of an expression needs.
-fn estimate(expression: &Expression, solids: &[LatticeSolid], axis: Axis, mode: Mode, fill: Fill) -> Ldi {
+fn estimate(expression: &Expression, solids: &[LatticeSolid], axis: Axis, mode: Mode, fill: FillRule) -> Ldi {
     let plan = Plan::new(expression, Images::Estimates);
     let image = |&Leaf { input, role }: &Leaf| {
         let mode = if role == Role::Same { mode } else { mode.opposite() };
@@ -147,7 +147,7 @@ fn threads_change_no_bit_and_order_no_depth() {
     let grid = grid_around(&meshes, 70, 1024);
     let images: Vec<Ldi> = meshes
         .iter()
-        .map(|mesh| CpuSampler::default().sample_surface(&quantised(&grid, mesh), Axis::X, Fill::NonZero).unwrap())
+        .map(|mesh| CpuSampler::default().sample_surface(&quantised(&grid, mesh), Axis::X, FillRule::NonZero).unwrap())
         .collect();
     let mut random = Random::new(140_000);
     for round in 0..30 {

@@ -4,15 +4,15 @@ use ldi_ops::boolean::{BooleanOperation, merge};
 use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::ldi::{Ldi, Spans};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 
-pub const FILLS: [Fill; 2] = [Fill::EvenOdd, Fill::NonZero];
+pub const FILLS: [FillRule; 2] = [FillRule::EvenOdd, FillRule::NonZero];
 pub const OVER: Mode = Mode::Estimate(Estimate::Over);
 pub const UNDER: Mode = Mode::Estimate(Estimate::Under);
 pub const MODES: [Mode; 3] = [Mode::Exact, OVER, UNDER];
 
 /// The image of one solid by a sampler with its defaults.
-pub fn sample(solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Ldi {
+pub fn sample(solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Ldi {
     CpuSampler::default().sample(solid, axis, mode, fill).unwrap()
 }
 

@@ -9,7 +9,7 @@ use ldi_ops::integrate::{length, moments, volume};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
@@ -81,7 +81,7 @@ fn integrals_have_the_same_bits_for_any_number_of_threads() {
         let solid = quantised(&grid, &mesh);
         let all = |threads| {
             ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| {
-                let image = sample(&solid, Axis::X, Mode::Exact, Fill::NonZero);
+                let image = sample(&solid, Axis::X, Mode::Exact, FillRule::NonZero);
                 let moments = moments(&image);
                 let bits = [moments.centroid.to_array().to_vec(), moments.inertia.to_cols_array().to_vec()].concat();
                 (length(&image), volume(&image).to_bits(), bits.into_iter().map(f64::to_bits).collect::<Vec<_>>())
@@ -134,7 +134,7 @@ fn arrangements_of_models() {
             let other = quantised(&grid, &other);
             for axis in Axis::ALL {
                 for mode in MODES {
-                    let [a, b] = [&solid, &other].map(|solid| sample(solid, axis, mode, Fill::NonZero));
+                    let [a, b] = [&solid, &other].map(|solid| sample(solid, axis, mode, FillRule::NonZero));
                     assert_same(&format!("{name}, {how}, {axis:?}, {mode:?}"), &b, &a);
                 }
             }
@@ -207,7 +207,7 @@ fn a_shift_by_half_a_pixel_is_noticed() {
     let grid = grid(&frame, 32);
     let of = |by: f64| {
         let mesh = closed(moved(&mesh(&super::soups::octahedron([120; 3], 60)), DVec3::splat(by)));
-        sample(&quantised(&grid, &mesh), Axis::Z, Mode::Exact, Fill::EvenOdd)
+        sample(&quantised(&grid, &mesh), Axis::Z, Mode::Exact, FillRule::EvenOdd)
     };
     assert!(difference(&of(16.0), &of(0.0)).is_some());
     assert!(difference(&shifted(&of(0.0), &grid, [0, 0, 1]), &of(0.0)).is_some());
@@ -217,14 +217,14 @@ fn a_shift_by_half_a_pixel_is_noticed() {
 fn scales_by_powers_of_two_change_no_bit() {
     for (name, mesh) in models() {
         let expected = grid_around(&[&mesh], 40, 64);
-        let expected = Axis::ALL.map(|axis| sample(&quantised(&expected, &mesh), axis, Mode::Exact, Fill::NonZero));
+        let expected = Axis::ALL.map(|axis| sample(&quantised(&expected, &mesh), axis, Mode::Exact, FillRule::NonZero));
         (-100..=100i32).into_par_iter().filter(|k| k % 10 == 0 || k.abs() < 4).for_each(|k| {
             let factor = f64::from(k).exp2();
             let scaled = closed(scaled(mesh.mesh(), factor));
             let grid = grid_around(&[&scaled], 40, 64);
             let solid = quantised(&grid, &scaled);
             for (axis, expected) in Axis::ALL.into_iter().zip(&expected) {
-                let found = sample(&solid, axis, Mode::Exact, Fill::NonZero);
+                let found = sample(&solid, axis, Mode::Exact, FillRule::NonZero);
                 let what = format!("{name} × 2^{k}, {axis:?}");
                 assert_same(&what, &found, expected);
                 assert_eq!(volume(&found), volume(expected) * factor.powi(3), "{what}");
@@ -244,8 +244,8 @@ fn every_power_of_two_of_a_random_soup() {
         let (mesh, scaled) = (closed(soup.clone()), closed(scaled(&soup, factor)));
         let there = Grid::with_resolution(scaled.bounds(), 24, 1024).unwrap();
         for mode in MODES {
-            let found = sample(&quantised(&there, &scaled), Axis::Y, mode, Fill::NonZero);
-            let expected = sample(&quantised(&grid, &mesh), Axis::Y, mode, Fill::NonZero);
+            let found = sample(&quantised(&there, &scaled), Axis::Y, mode, FillRule::NonZero);
+            let expected = sample(&quantised(&grid, &mesh), Axis::Y, mode, FillRule::NonZero);
             assert_same(&format!("2^{k}, {mode:?}"), &found, &expected);
         }
     });
@@ -256,7 +256,7 @@ fn very_small_and_very_large_solids_have_their_volumes() {
     for (name, mesh) in models() {
         let of = |mesh: &ClosedMesh| {
             let grid = grid_around(&[mesh], 64, 1024);
-            volume(&sample(&quantised(&grid, mesh), Axis::Z, Mode::Exact, Fill::NonZero))
+            volume(&sample(&quantised(&grid, mesh), Axis::Z, Mode::Exact, FillRule::NonZero))
         };
         let expected = of(&mesh);
         for factor in [1e-30, 1e-9, 1e9, 1e30] {

@@ -9,7 +9,7 @@ use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
 use ldi_ops::mesh::check::check;
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Fill, Sampler};
+use ldi_ops::sampler::{FillRule, Sampler};
 use ldi_ops::surface::{Surface, SurfaceMode, contour};
 
 pub fn closed(mesh: TriangleMesh) -> ClosedMesh {
@@ -19,7 +19,7 @@ pub fn closed(mesh: TriangleMesh) -> ClosedMesh {
 /// The images of one solid with triangles, and the normals of those.
 pub fn images(mesh: &ClosedMesh, grid: &Grid) -> ([Ldi; 3], Vec<[f32; 3]>) {
     let solid = grid.quantise(mesh).unwrap();
-    let image = |axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap();
+    let image = |axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap();
     (Axis::ALL.map(image), solid.normals())
 }
 

@@ -5,7 +5,7 @@ use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::{GpuOptions, Route};
-use ldi_ops::sampler::{Estimate, Fill, Mode, SampleError, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, SampleError, Sampler};
 use ldi_ops::solids;
 
 use crate::lattice::{closed, grid, mesh};
@@ -95,9 +95,9 @@ fn a_ray_that_does_not_fit_is_told_with_what_it_needs_and_what_is_allowed() {
             let over = Mode::Estimate(Estimate::Over);
             let by_route = if twin.options.route == Route::Masks { "samples" } else { "crossings" };
             for (mode, fill, expected) in [
-                (Mode::Exact, Fill::EvenOdd, "crossings"),
-                (over, Fill::NonZero, "crossings"),
-                (over, Fill::EvenOdd, by_route),
+                (Mode::Exact, FillRule::EvenOdd, "crossings"),
+                (over, FillRule::NonZero, "crossings"),
+                (over, FillRule::EvenOdd, by_route),
             ] {
                 let refused = twin.gpu.sample(&solid, axis, mode, fill).unwrap_err();
                 let adapter = twin.gpu.device().adapter().name.clone();

@@ -138,7 +138,7 @@ mod tests {
 
     use ldi_ops::grid::Axis;
     use ldi_ops::sampler::cpu::CpuSampler;
-    use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+    use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 
     use super::*;
     use crate::lattice::{closed, grid, mesh};
@@ -191,7 +191,7 @@ mod tests {
         let (whole, open) = (grid.quantise(&whole).unwrap(), grid.quantise_open(&open).unwrap());
         let mut seen = BTreeSet::new();
         for solid in [&whole, &open] {
-            let image = CpuSampler::default().sample_surface(solid, Axis::Z, Fill::EvenOdd).unwrap();
+            let image = CpuSampler::default().sample_surface(solid, Axis::Z, FillRule::EvenOdd).unwrap();
             seen.extend(every_bit_shows(Parts::from(&image), &Parts::from(&image)));
         }
         let parts = ["raster", "rays", "offsets", "depths", "has triangles", "triangles", "windings", "unclosed"];
@@ -216,7 +216,7 @@ mod tests {
         let cpu = CpuSampler::default();
         let sample = |soup: &Soup, lod: u32| {
             let mesh = closed(soup);
-            cpu.sample_surface(&grid(&FRAME, lod).quantise(&mesh).unwrap(), Axis::Z, Fill::EvenOdd).unwrap()
+            cpu.sample_surface(&grid(&FRAME, lod).quantise(&mesh).unwrap(), Axis::Z, FillRule::EvenOdd).unwrap()
         };
         let soup = solid();
         let image = sample(&soup, 64);
@@ -254,7 +254,7 @@ mod tests {
     fn outcomes_that_differ_differ() {
         let mesh = closed(&solid());
         let solid = grid(&FRAME, 64).quantise(&mesh).unwrap();
-        let image = CpuSampler::default().sample(&solid, Axis::X, Mode::Exact, Fill::EvenOdd);
+        let image = CpuSampler::default().sample(&solid, Axis::X, Mode::Exact, FillRule::EvenOdd);
         let refused = Err(SampleError::NotOriented);
         let refused_otherwise = Err(SampleError::GridsDiffer { first: 1.0, second: 2.0 });
         let outcomes: [&Result<Ldi, _>; 3] = [&image, &refused, &refused_otherwise];
@@ -286,9 +286,9 @@ mod tests {
                 assert!(difference(&(&found.unwrap()).into(), &(&expected.unwrap()).into()).is_some());
             }
             for mode in twin::MODES {
-                let expected = cpu.sample(&expected, axis, mode, Fill::EvenOdd).unwrap();
+                let expected = cpu.sample(&expected, axis, mode, FillRule::EvenOdd).unwrap();
                 for twin in twin::all() {
-                    let found = twin.gpu.sample(&aside, axis, mode, Fill::EvenOdd).unwrap();
+                    let found = twin.gpu.sample(&aside, axis, mode, FillRule::EvenOdd).unwrap();
                     assert!(differ(&found, &expected), "{axis:?}, {mode:?}; {}", twin.name());
                 }
             }

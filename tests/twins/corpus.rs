@@ -3,7 +3,7 @@
 use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::mesh::io::{self, ReadNote};
-use ldi_ops::sampler::{Estimate, Fill, Mode};
+use ldi_ops::sampler::{Estimate, FillRule, Mode};
 
 use crate::manifest;
 use crate::twin::{self, compare_image};
@@ -26,10 +26,10 @@ fn corpus_solids_have_the_same_images() {
         let compare = |solid: &LatticeSolid| {
             for axis in Axis::ALL {
                 for mode in [Mode::Exact, Mode::Estimate(Estimate::Over)] {
-                    compare_image(&entry.name, twin::plain(), solid, axis, mode, Fill::EvenOdd);
+                    compare_image(&entry.name, twin::plain(), solid, axis, mode, FillRule::EvenOdd);
                 }
                 if solid.closure().is_oriented() {
-                    compare_image(&entry.name, twin::plain(), solid, axis, Mode::Exact, Fill::NonZero);
+                    compare_image(&entry.name, twin::plain(), solid, axis, Mode::Exact, FillRule::NonZero);
                 }
             }
         };

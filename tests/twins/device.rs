@@ -5,7 +5,7 @@ use ldi_ops::gpu::{Device, Needs};
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::sampler::gpu::{GpuOptions, GpuSampler, Route};
-use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 use ldi_ops::solids::cuboid;
 
 use crate::twin::ADAPTER;
@@ -27,7 +27,7 @@ fn every_stage_is_timed() {
     let cube = ClosedMesh::check(cuboid(DVec3::ZERO, DVec3::ONE).unwrap()).unwrap();
     let grid = Grid::with_resolution(cube.bounds(), 16, 64).unwrap();
     let cube = grid.quantise(&cube).unwrap();
-    let sample = || sampler.sample(&cube, Axis::X, Mode::Estimate(Estimate::Over), Fill::EvenOdd).unwrap();
+    let sample = || sampler.sample(&cube, Axis::X, Mode::Estimate(Estimate::Over), FillRule::EvenOdd).unwrap();
     sample();
     assert_eq!(device.take_stage_times(), [], "nobody asked for times");
     device.keep_stage_times();
@@ -51,7 +51,7 @@ fn every_route_is_taken() {
         let sampler = GpuSampler::open(&ADAPTER, GpuOptions { route, ..GpuOptions::default() }).unwrap();
         let device = sampler.device();
         device.keep_stage_times();
-        sampler.sample(&cube, Axis::Y, Mode::Estimate(Estimate::Under), Fill::EvenOdd).unwrap();
+        sampler.sample(&cube, Axis::Y, Mode::Estimate(Estimate::Under), FillRule::EvenOdd).unwrap();
         let times = device.take_stage_times();
         let is_timed = times.iter().any(|time| time.stage == stage);
         assert_eq!(is_timed, device.adapter().timestamps, "{stage}: {times:?}");

@@ -2,7 +2,7 @@
 
 use ldi_ops::grid::Axis;
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Fill, Mode, SampleError, Sampler};
+use ldi_ops::sampler::{FillRule, Mode, SampleError, Sampler};
 
 use crate::lattice::{closed, frame, generators, grid, lod, region};
 use crate::soups::{self, Frame, Random};
@@ -58,7 +58,7 @@ fn meshes_without_orientation_are_refused_alike() {
     soup.triangles[0].swap(1, 2);
     let mesh = closed(&soup);
     let solid = grid(&frame, 64).quantise(&mesh).unwrap();
-    let refused = CpuSampler::default().sample(&solid, Axis::X, Mode::Exact, Fill::NonZero);
+    let refused = CpuSampler::default().sample(&solid, Axis::X, Mode::Exact, FillRule::NonZero);
     assert_eq!(refused, Err(SampleError::NotOriented));
     compare_all("a box with a triangle turned over", twin::all(), &solid);
 }

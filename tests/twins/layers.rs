@@ -4,7 +4,7 @@ use ldi_ops::gpu::DeviceError;
 use ldi_ops::grid::Axis;
 use ldi_ops::mesh::TriangleMesh;
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Fill, Mode, SampleError, Sampler};
+use ldi_ops::sampler::{FillRule, Mode, SampleError, Sampler};
 
 use crate::comparison::assert_same;
 use crate::lattice::{closed, grid};
@@ -115,9 +115,9 @@ fn a_software_adapter_refuses_more_crossings_than_its_loops_bear() {
     let frame = Frame { shift: 20, rays: [2, 3, 2] };
     let mesh = closed(&plates(&frame, Axis::Z, 1100, 2, 4, 0));
     let solid = grid(&frame, 1024).quantise(&mesh).unwrap();
-    let expected = CpuSampler::default().sample(&solid, Axis::Z, Mode::Exact, Fill::EvenOdd);
+    let expected = CpuSampler::default().sample(&solid, Axis::Z, Mode::Exact, FillRule::EvenOdd);
     for twin in twin::plain() {
-        let found = twin.gpu.sample(&solid, Axis::Z, Mode::Exact, Fill::EvenOdd);
+        let found = twin.gpu.sample(&solid, Axis::Z, Mode::Exact, FillRule::EvenOdd);
         match twin::is_software() {
             true => assert!(
                 matches!(found, Err(SampleError::Device(DeviceError::Inadequate { needed: 2200, .. }))),

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::mesh::{ClosedMesh, io};
-use ldi_ops::sampler::Fill;
+use ldi_ops::sampler::FillRule;
 
 use crate::soups::Random;
 use crate::twin::{self, MODES, compare_along, compare_image, compare_intersections};
@@ -33,7 +33,7 @@ fn models_have_the_same_images() {
             let solid = grid.quantise(mesh).unwrap();
             for axis in Axis::ALL {
                 for mode in MODES {
-                    compare_image(&what, twin::plain(), &solid, axis, mode, Fill::EvenOdd);
+                    compare_image(&what, twin::plain(), &solid, axis, mode, FillRule::EvenOdd);
                 }
             }
             // Along one axis under the other rule, and surfaces, too.

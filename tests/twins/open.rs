@@ -2,7 +2,7 @@
 
 use ldi_ops::grid::Axis;
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Fill, Mode, Sampler};
+use ldi_ops::sampler::{FillRule, Mode, Sampler};
 
 use crate::lattice::{closed, frame, generators, grid, lod, mesh, region};
 use crate::soups::Random;
@@ -22,7 +22,7 @@ fn unclosed_rays_are_the_same() {
             let mesh = mesh(&soup);
             let solid = grid(&frame, lod(&mut random)).quantise_open(&mesh).unwrap();
             compare_all(format_args!("{name} less a triangle, seed {seed}"), twin::all(), &solid);
-            let image = CpuSampler::default().sample(&solid, Axis::Z, Mode::Exact, Fill::NonZero);
+            let image = CpuSampler::default().sample(&solid, Axis::Z, Mode::Exact, FillRule::NonZero);
             unclosed += image.unwrap().unclosed().len();
         }
     }

@@ -2,7 +2,7 @@
 
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::mesh::ClosedMesh;
-use ldi_ops::sampler::{Estimate, Fill, Mode};
+use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::solids;
 
 use crate::lattice::{closed, grid, lod};
@@ -62,7 +62,7 @@ fn the_widest_rasters_agree() {
         let mesh = closed(&soup);
         let solid = grid(&frame, 64).quantise(&mesh).unwrap();
         for mode in [Mode::Exact, OVER] {
-            compare_image(format_args!("{rays:?}"), twin::plain(), &solid, axis, mode, Fill::EvenOdd);
+            compare_image(format_args!("{rays:?}"), twin::plain(), &solid, axis, mode, FillRule::EvenOdd);
         }
     }
 }
@@ -78,10 +78,10 @@ fn more_than_half_a_million_rays_agree() {
     let mesh = closed(&soup);
     for lod in [33, 100] {
         let solid = grid(&frame, lod).quantise(&mesh).unwrap();
-        compare_image("600 × 1024", twin::plain(), &solid, Axis::Z, OVER, Fill::EvenOdd);
+        compare_image("600 × 1024", twin::plain(), &solid, Axis::Z, OVER, FillRule::EvenOdd);
     }
     let solid = grid(&frame, 64).quantise(&mesh).unwrap();
-    compare_image("600 × 1024", twin::plain(), &solid, Axis::Z, Mode::Exact, Fill::NonZero);
+    compare_image("600 × 1024", twin::plain(), &solid, Axis::Z, Mode::Exact, FillRule::NonZero);
 }
 
 /// More rays, and more triangles, than the invocations along the first dimension of a dispatch.
@@ -93,5 +93,5 @@ fn more_rays_and_triangles_than_one_dimension_of_a_dispatch_agree() {
     let grid = Grid::with_resolution(ring.bounds(), 1460, 32).unwrap();
     assert!(grid.rays()[0] * grid.rays()[1] > ONE_DIMENSION);
     let solid = grid.quantise(&ring).unwrap();
-    compare_image("a ring", twin::plain(), &solid, Axis::Z, OVER, Fill::EvenOdd);
+    compare_image("a ring", twin::plain(), &solid, Axis::Z, OVER, FillRule::EvenOdd);
 }

@@ -3,7 +3,7 @@
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::{GpuOptions, Route};
-use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 use ldi_ops::solids;
 
 use crate::comparison::assert_same;
@@ -81,8 +81,8 @@ fn the_device_sums_what_the_image_holds() {
     let solid = grid.quantise(&mesh).unwrap();
     let mode = Mode::Estimate(Estimate::Over);
     for twin in plain() {
-        let image = twin.gpu.sample(&solid, Axis::Z, mode, Fill::EvenOdd).unwrap();
-        let summary = twin.gpu.summarise(&solid, Axis::Z, mode, Fill::EvenOdd).unwrap();
+        let image = twin.gpu.sample(&solid, Axis::Z, mode, FillRule::EvenOdd).unwrap();
+        let summary = twin.gpu.summarise(&solid, Axis::Z, mode, FillRule::EvenOdd).unwrap();
         assert_eq!(summary.length(), ldi_ops::integrate::length(&image));
         assert_eq!(summary, image.summary());
     }

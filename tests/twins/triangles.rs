@@ -3,7 +3,7 @@
 use ldi_ops::grid::Axis;
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::GpuOptions;
-use ldi_ops::sampler::{Estimate, Fill, Mode};
+use ldi_ops::sampler::{Estimate, FillRule, Mode};
 
 use crate::lattice::{closed, grid};
 use crate::layers::plates;
@@ -89,7 +89,7 @@ fn tens_of_thousands_of_blocks_are_covered_alike() {
     let mesh = closed(&plates(&frame, Axis::Z, 12, 100, 1000, 12));
     let solid = grid(&frame, 33).quantise(&mesh).unwrap();
     for mode in [Mode::Exact, Mode::Estimate(Estimate::Over)] {
-        compare_image("12 high plates", twin::plain(), &solid, Axis::Z, mode, Fill::EvenOdd);
+        compare_image("12 high plates", twin::plain(), &solid, Axis::Z, mode, FillRule::EvenOdd);
     }
 }
 

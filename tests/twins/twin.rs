@@ -7,13 +7,13 @@ use ldi_ops::gpu::{Adapter, AdapterKind, adapters, choose};
 use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::{Arithmetic, GpuOptions, GpuSampler, Route};
-use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 
 use crate::comparison::assert_same;
 
 pub const MODES: [Mode; 3] = [Mode::Exact, Mode::Estimate(Estimate::Over), Mode::Estimate(Estimate::Under)];
 pub const ESTIMATES: [Estimate; 2] = [Estimate::Over, Estimate::Under];
-pub const FILLS: [Fill; 2] = [Fill::EvenOdd, Fill::NonZero];
+pub const FILLS: [FillRule; 2] = [FillRule::EvenOdd, FillRule::NonZero];
 pub const ROUTES: [Route; 3] = [Route::Masks, Route::Lists, Route::Tiles];
 
 /// What buffers hold before they are used; as a count, an offset, a mask or a depth it is wrong.
@@ -80,13 +80,13 @@ pub fn is_software() -> bool {
 
 /// Those of the twins that may differ: exact images and the other fill rule take the lists by every route, so that one twin
 /// an arithmetic is enough for them.
-fn distinct(twins: &[Twin], mode: Mode, fill: Fill) -> impl Iterator<Item = &Twin> {
-    let routes_differ = mode != Mode::Exact && fill == Fill::EvenOdd;
+fn distinct(twins: &[Twin], mode: Mode, fill: FillRule) -> impl Iterator<Item = &Twin> {
+    let routes_differ = mode != Mode::Exact && fill == FillRule::EvenOdd;
     twins.iter().filter(move |twin| routes_differ || twin.options.route == Route::Masks)
 }
 
 /// Compares the images of a solid along an axis in one mode, under one fill rule.
-pub fn compare_image(what: impl Display, twins: &[Twin], solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) {
+pub fn compare_image(what: impl Display, twins: &[Twin], solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) {
     let expected = CpuSampler::default().sample(solid, axis, mode, fill);
     for twin in distinct(twins, mode, fill) {
         let found = twin.gpu.sample(solid, axis, mode, fill);

@@ -6,7 +6,7 @@ use glam::DVec3;
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::mesh::{ClosedMesh, LengthUnit, TriangleMesh, io};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Fill, Mode, Sampler};
+use ldi_ops::sampler::{FillRule, Mode, Sampler};
 use ldi_ops::solids::{Model, cuboid};
 
 use crate::BenchError;
@@ -187,7 +187,7 @@ pub fn write_seeds(folder: &Path) -> Result<Table, BenchError> {
 fn layers(name: &str, mesh: &ClosedMesh) -> Result<[u32; 3], BenchError> {
     let grid = Grid::with_resolution(mesh.bounds(), 512, 1024).map_err(|error| BenchError::model(name, error))?;
     let solid = grid.quantise(mesh).map_err(|error| BenchError::model(name, error))?;
-    let images = Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, Mode::Exact, Fill::EvenOdd));
+    let images = Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, Mode::Exact, FillRule::EvenOdd));
     Ok(images.map(|image| image.expect("the model is closed").layers()))
 }
 

@@ -6,7 +6,7 @@ use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
 use serde_json::json;
@@ -37,14 +37,14 @@ const THREADS: usize = 2;
 struct Way {
     name: &'static str,
     mode: Mode,
-    fill: Fill,
+    fill: FillRule,
 }
 
 const WAYS: [Way; 4] = [
-    Way { name: "exact", mode: Mode::Exact, fill: Fill::EvenOdd },
-    Way { name: "over", mode: Mode::Estimate(Estimate::Over), fill: Fill::EvenOdd },
-    Way { name: "under", mode: Mode::Estimate(Estimate::Under), fill: Fill::EvenOdd },
-    Way { name: "exact nonzero", mode: Mode::Exact, fill: Fill::NonZero },
+    Way { name: "exact", mode: Mode::Exact, fill: FillRule::EvenOdd },
+    Way { name: "over", mode: Mode::Estimate(Estimate::Over), fill: FillRule::EvenOdd },
+    Way { name: "under", mode: Mode::Estimate(Estimate::Under), fill: FillRule::EvenOdd },
+    Way { name: "exact nonzero", mode: Mode::Exact, fill: FillRule::NonZero },
 ];
 
 impl Way {

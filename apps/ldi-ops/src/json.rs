@@ -8,7 +8,7 @@ use std::path::Path;
 
 use ldi_ops::grid::Grid;
 use ldi_ops::mesh::check::{Defect, Severity};
-use ldi_ops::sampler::{Estimate, Fill, Mode};
+use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use serde_json::{Value, json};
 
 use crate::exit::Exit;
@@ -295,10 +295,10 @@ pub fn mode(mode: Mode) -> &'static str {
 }
 
 /// The name of a fill rule, as the flag takes it.
-pub fn fill(fill: Fill) -> &'static str {
+pub fn fill(fill: FillRule) -> &'static str {
     match fill {
-        Fill::EvenOdd => "even-odd",
-        Fill::NonZero => "nonzero",
+        FillRule::EvenOdd => "even-odd",
+        FillRule::NonZero => "nonzero",
     }
 }
 

@@ -6,20 +6,21 @@ use glam::DVec3;
 use ldi_ops::grid::Axis;
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::check::Severity;
-use ldi_ops::sampler::{Estimate, Fill, Mode};
+use ldi_ops::sampler::{Estimate, FillRule, Mode};
 
 use crate::resolve::Verbosity;
 use crate::run::{Checked, Converted, Devices, Each, Generated, Outcome, Surfaced};
 use ldi_ops::driver::backend::Ran;
 use ldi_ops::driver::machine::peak_memory_bytes;
-use ldi_ops::driver::measure::{Measured, Method, Volume};
+use ldi_ops::driver::measure::Measured;
 use ldi_ops::driver::render::Rendered;
 use ldi_ops::driver::sum::StepReport;
 use ldi_ops::driver::surface::{SimplifiedReport, SurfaceReport};
-use ldi_ops::number::{number, plain};
+use ldi_ops::number::number;
 use ldi_ops::report::files::Reported;
 use ldi_ops::report::sheet::{LimitOutcome, Metric, Sheet};
 use ldi_ops::unit;
+use ldi_ops::with_error;
 
 /// The text of a result: its value alone where quiet, and how it came about where verbose.
 pub fn of(outcome: &Outcome, verbosity: Verbosity) -> String {
@@ -122,7 +123,7 @@ fn metric_value(metric: &Metric) -> String {
     let unit = metric.unit.for_people();
     let said = match metric.error.filter(|&error| error > 0.0) {
         Some(error) => {
-            let (value, error) = estimate(value * scale, error * scale);
+            let (value, error) = with_error(value * scale, error * scale);
             format!("{value} ± {error} {unit}")
         }
         None => format!("{} {unit}", rounded(value * scale)),
@@ -146,7 +147,7 @@ fn measured(results: &[Each<Measured>], verbosity: Verbosity) -> String {
         for result in results.iter().flatten() {
             // Values alone do not say whose they are.
             let name = if results.len() > 1 { format!("  {}", result.solids[0].name()) } else { String::new() };
-            table.line(result.command, format_args!("{}{name}", volume(&result.volume, &unit::suffix(result.unit, 3))));
+            table.line(result.command, format_args!("{}{name}", result.estimate()));
         }
         return table.text;
     }
@@ -154,25 +155,10 @@ fn measured(results: &[Each<Measured>], verbosity: Verbosity) -> String {
     tables.join("\n")
 }
 
-/// A volume and how well it is known.
-fn volume(volume: &Volume, unit: &str) -> String {
-    if volume.is_unresolved() {
-        let [least, greatest] = volume.possible.map(number);
-        return format!("at least {least} and at most {greatest}{unit}: not resolved");
-    }
-    match volume.method {
-        Method::Exact => format!("{}{unit} (exact)", number(volume.value)),
-        Method::Estimate(_) => {
-            let (value, error) = estimate(volume.value, volume.error);
-            format!("{value} ± {error}{unit}")
-        }
-    }
-}
-
 fn one_measured(result: &Measured, verbosity: Verbosity) -> String {
     let is_verbose = verbosity == Verbosity::Verbose;
     let mut table = Table::default();
-    table.line(result.command, volume(&result.volume, &unit::suffix(result.unit, 3)));
+    table.line(result.command, result.estimate());
     if let Some(expression) = result.expression.as_ref().filter(|_| is_verbose) {
         table.line("expression", expression);
     }
@@ -291,8 +277,8 @@ fn images(table: &mut Table, result: &Measured, ran: &Ran) {
         Mode::Estimate(Estimate::Under) => format!("under-estimate with LOD-C {}", result.grid.lod()),
     };
     let fill = match result.fill {
-        Fill::EvenOdd => "even-odd",
-        Fill::NonZero => "non-zero",
+        FillRule::EvenOdd => "even-odd",
+        FillRule::NonZero => "non-zero",
     };
     table.line("image", format_args!("{image}, {fill}"));
     table.line("backend", ran);
@@ -536,24 +522,6 @@ fn bytes(size: u64) -> String {
     }
 }
 
-/// A value with as many digits as its error leaves meaning to, and the error with two.
-fn estimate(value: f64, error: f64) -> (String, String) {
-    // What is lost in the last digit of f64 is no error to speak of.
-    let error = if error <= 4.0 * f64::EPSILON * value.abs() { 0.0 } else { error };
-    if !(error > 0.0 && error.is_finite() && value.is_finite()) {
-        return (number(value), number(error));
-    }
-    // Digits after the point at which the error has two.
-    let digits = 1 - error.log10().floor() as i32;
-    if plain(value.abs().max(error)) && (-3..=9).contains(&digits) {
-        let digits = digits.max(0) as usize;
-        return (format!("{value:.digits$}"), format!("{error:.digits$}"));
-    }
-    let magnitude = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
-    let significant = (magnitude + digits).clamp(1, 8) as usize;
-    (format!("{value:.significant$e}"), format!("{error:.1e}"))
-}
-
 fn vector(vector: DVec3) -> String {
     let [x, y, z] = vector.to_array().map(number);
     format!("({x}, {y}, {z})")
@@ -563,35 +531,9 @@ fn vector(vector: DVec3) -> String {
 mod tests {
     use super::*;
 
-    fn written(value: f64, error: f64) -> String {
-        let (value, error) = estimate(value, error);
-        format!("{value} ± {error}")
-    }
-
-    #[test]
-    fn a_value_has_the_digits_that_its_error_leaves() {
-        assert_eq!(written(523.598_776, 0.0123), "523.599 ± 0.012");
-        assert_eq!(written(523_598.776, 123.0), "523599 ± 123");
-        assert_eq!(written(1.5e-30, 2.5e-33), "1.5000e-30 ± 2.5e-33");
-        assert_eq!(written(8.0, 0.0), "8 ± 0");
-        assert_eq!(written(27.0, 8.9e-16), "27 ± 0");
-        assert_eq!(written(0.0, 0.0), "0 ± 0");
-        assert_eq!(written(2.5e20, 1.0e17), "2.5000e20 ± 1.0e17");
-    }
-
     #[test]
     fn sizes_are_in_units_that_fit() {
         assert_eq!([0, 1023, 32768, 3 << 19].map(bytes), ["0 bytes", "1023 bytes", "32 KiB", "1.5 MiB"]);
         assert_eq!([(1 << 31) - 1, 5 << 40].map(bytes), ["2 GiB", "5120 GiB"]);
-    }
-
-    #[test]
-    fn numbers_are_short() {
-        assert_eq!(number(8.0), "8");
-        assert_eq!(number(0.1), "0.1");
-        assert_eq!(number(123_456_789.0), "123456789");
-        assert_eq!(number(-1.0 / 3.0), "-0.3333333");
-        assert_eq!(number(1e-7), "1e-7");
-        assert_eq!(number(f64::NAN), "NaN");
     }
 }

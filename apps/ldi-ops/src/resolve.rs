@@ -12,7 +12,7 @@ use ldi_ops::grid::{Axis, LOD_RANGE, RAYS_MAX};
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::io::{Format, WriteError};
 use ldi_ops::report::ReportJob;
-use ldi_ops::sampler::{Estimate, Fill, Mode};
+use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::solids::Model;
 use ldi_ops::voxels;
 
@@ -367,10 +367,10 @@ fn backend(backend: BackendChoice, adapter: Option<String>) -> Result<Backend, E
     }
 }
 
-fn fill(choice: FillChoice) -> Fill {
+fn fill(choice: FillChoice) -> FillRule {
     match choice {
-        FillChoice::EvenOdd => Fill::EvenOdd,
-        FillChoice::Nonzero => Fill::NonZero,
+        FillChoice::EvenOdd => FillRule::EvenOdd,
+        FillChoice::Nonzero => FillRule::NonZero,
     }
 }
 

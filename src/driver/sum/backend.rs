@@ -22,7 +22,9 @@ const BITS_OF_FLOODED_NODE: f64 = 7.0;
 
 /// One of them.
 pub enum SumBackend {
+    /// The processor.
     Cpu,
+    /// A GPU.
     Gpu(Box<SumGpu>),
 }
 

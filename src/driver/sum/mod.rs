@@ -18,10 +18,10 @@ use crate::grid::Axis;
 use crate::integrate::{AxisVolume, VolumeEstimate};
 use crate::ldi::Summary;
 use crate::mesh::{Aabb, ClosedMesh, Precision};
-use crate::sampler::{Fill, Mode};
+use crate::sampler::{FillRule, Mode};
 use glam::{DAffine3, DVec3};
 
-use self::backend::SumBackend;
+pub use self::backend::SumBackend;
 use self::budget::Limit;
 use self::shells::{Shells, Windings};
 use self::steps::{Made, Setting, Step};
@@ -37,6 +37,7 @@ use crate::progress::Monitor;
 pub use self::steps::StepReport;
 
 /// What a sum took.
+#[derive(Clone, Debug)]
 pub struct SumReport {
     /// Two of an opening or a closing, one of all else; the first alone if it left nothing.
     pub steps: Vec<StepReport>,
@@ -298,8 +299,8 @@ fn face_outwards(solid: &mut Solid, side: Side, requirements: InputRequirements)
     if let Some(share) = windings.overlap() {
         let overlap = format!("{name}: shells overlap in {:.2} % of the solid", 100.0 * share);
         match (requirements.fill, side) {
-            (Fill::NonZero, Side::Inside) => {}
-            (Fill::EvenOdd, Side::Inside) => {
+            (FillRule::NonZero, Side::Inside) => {}
+            (FillRule::EvenOdd, Side::Inside) => {
                 return Err(Error::input(format!(
                     "{overlap}, and what cancels there, as even-odd has it, has no sum; --fill nonzero unites them"
                 )));

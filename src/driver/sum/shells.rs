@@ -7,7 +7,7 @@
 use crate::grid::{Axis, Grid, LOD_RANGE, LatticeSolid};
 use crate::ldi::Ldi;
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Fill, Sampler};
+use crate::sampler::{FillRule, Sampler};
 
 use crate::Error;
 use crate::driver::input::Solid;
@@ -107,7 +107,7 @@ impl Windings {
 
 /// The image of every crossing, whatever the fill rule.
 fn crossings(lattice: &LatticeSolid, axis: Axis) -> Result<Ldi, Error> {
-    Ok(CpuSampler::default().sample_surface(lattice, axis, Fill::EvenOdd)?)
+    Ok(CpuSampler::default().sample_surface(lattice, axis, FillRule::EvenOdd)?)
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::{largest_balls, radii};
 use crate::metrics::{Edges, NodeSet, Phase, Region};
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Fill, Sampler};
+use crate::sampler::{FillRule, Sampler};
 use crate::solids;
 
 fn radii_at_nodes(side: usize, distance: impl Fn([f64; 3]) -> f64) -> Vec<f32> {
@@ -237,7 +237,7 @@ fn a_region_that_is_no_box_ends_in_its_outer_twentieths() {
     let grid = Grid::with_resolution(closed.bounds(), 60, 1024).unwrap();
     let solid = grid.quantise(&closed).unwrap();
     let images: [Ldi; 3] =
-        Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap());
+        Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap());
     let region = Region::of_solid(&images);
     let ends = Ends::of_region(&region, Axis::X).unwrap();
     assert_eq!((ends.low.clone(), ends.high.clone(), ends.axis()), (0..3, 57..60, Axis::X));

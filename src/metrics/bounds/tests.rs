@@ -8,7 +8,7 @@ use crate::ldi::{Combine, Ldi, NodePlanes};
 use crate::mesh::testing::{cube, tetrahedron, together};
 use crate::mesh::{ClosedMesh, TriangleMesh};
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Fill, Sampler};
+use crate::sampler::{FillRule, Sampler};
 use crate::solids::{self, LatticeForm, StrutLattice, StrutPattern};
 
 /// Returns a generator of numbers from 0 to 1.
@@ -27,7 +27,7 @@ fn grid_around(mesh: &TriangleMesh, resolution: u32) -> Grid {
 }
 
 fn image(solid: &LatticeSolid, axis: Axis) -> Ldi {
-    CpuSampler::default().sample_surface(solid, axis, Fill::EvenOdd).unwrap()
+    CpuSampler::default().sample_surface(solid, axis, FillRule::EvenOdd).unwrap()
 }
 
 fn whole(grid: &Grid) -> LatticeBox {

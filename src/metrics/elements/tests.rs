@@ -8,7 +8,7 @@ use crate::grid::{Axis, Grid, LatticeBox};
 use crate::integrate::{AxisVolume, VolumeEstimate};
 use crate::mesh::{Aabb, ClosedMesh, TriangleMesh};
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Fill, Sampler};
+use crate::sampler::{FillRule, Sampler};
 use crate::solids::{self, LatticeForm, MinimalSurface, Part, StrutLattice, StrutPattern, Surface};
 
 /// A mesh with its exact images.
@@ -29,7 +29,8 @@ impl Sampled {
     pub fn on(grid: &Grid, mesh: TriangleMesh) -> Sampled {
         let closed = ClosedMesh::check(mesh).unwrap();
         let solid = grid.quantise(&closed).unwrap();
-        let images = Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::NonZero).unwrap());
+        let images =
+            Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::NonZero).unwrap());
         let bounds = *solid.bounds();
         Sampled { images, bounds, mesh: closed.into_mesh() }
     }

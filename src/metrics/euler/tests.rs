@@ -12,7 +12,7 @@ use crate::mesh::testing::{cube, soup, together};
 use crate::mesh::{Aabb, ClosedMesh, TriangleMesh, check};
 use crate::metrics::Region;
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Fill, Sampler};
+use crate::sampler::{FillRule, Sampler};
 use crate::solids::{self, LatticeForm, MinimalSurface, Part, StrutLattice, StrutPattern, Surface};
 
 /// Returns random nodes, a share of all.
@@ -180,7 +180,7 @@ fn sampled(mesh: &TriangleMesh, resolution: u32, beyond: u32) -> ([Ldi; 3], Node
 fn images(mesh: &TriangleMesh, grid: &Grid) -> [Ldi; 3] {
     let closed = ClosedMesh::check(mesh.clone()).unwrap();
     let solid = grid.quantise(&closed).unwrap();
-    Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap())
+    Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap())
 }
 
 fn mesh_of(parts: &[TriangleMesh]) -> TriangleMesh {

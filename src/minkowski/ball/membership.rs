@@ -10,7 +10,7 @@ use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::ldi::Ldi;
 use crate::minkowski::{Membership, Outer, Polyhedron};
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Fill, Mode, SampleError, Sampler};
+use crate::sampler::{FillRule, Mode, SampleError, Sampler};
 
 /// The exact membership test of a polyhedron dilated by a ball.
 ///
@@ -43,7 +43,7 @@ impl BallMembership {
         let sample = || -> Result<Vec<Ldi>, SampleError> {
             let lattice = LatticeSolid::of_primitives(grid, solid.positions(), solid.triangles());
             let sampler = CpuSampler::default();
-            let image = |axis| sampler.sample(&lattice, axis, Mode::Exact, Fill::NonZero);
+            let image = |axis| sampler.sample(&lattice, axis, Mode::Exact, FillRule::NonZero);
             Axis::ALL.into_iter().map(image).collect()
         };
         let (surface, images) = rayon::join(surface, sample);

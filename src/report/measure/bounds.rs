@@ -10,7 +10,7 @@ use crate::metrics::bounds::{Interval, Sampled, SolidBounds, VolumeBounds, Withi
 use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::local_thickness;
 use crate::metrics::{Distribution, Edges, NodeSet, Phase};
-use crate::sampler::{Fill, Mode, Sampler};
+use crate::sampler::{FillRule, Mode, Sampler};
 
 use super::balls::{Ways, free_thickness, uncut};
 use super::record::Record;
@@ -93,7 +93,7 @@ fn of_region(
     sampled: &Sampled,
     roi: &Solid,
     grid: &Grid,
-    fill: Fill,
+    fill: FillRule,
     sampler: &dyn Sampler,
 ) -> Result<VolumeBounds, Error> {
     let roi = roi.quantise(grid)?;

@@ -7,7 +7,7 @@ use crate::ldi::Ldi;
 use crate::metrics::elements::{Scale, SurfaceElements};
 use crate::metrics::{Edges, Facets, Region};
 
-use crate::sampler::{Fill, Sampler};
+use crate::sampler::{FillRule, Sampler};
 
 use super::Shells;
 use crate::Error;
@@ -110,7 +110,7 @@ impl Subject<'_> {
     }
 
     /// Samples the solid and its region.
-    pub fn sample<'s>(&'s self, grid: &Grid, fill: Fill, sampler: &dyn Sampler) -> Result<Images<'s>, Error> {
+    pub fn sample<'s>(&'s self, grid: &Grid, fill: FillRule, sampler: &dyn Sampler) -> Result<Images<'s>, Error> {
         let lattice = self.solid.quantise(grid)?;
         let solid = along_axes(|axis| Ok(sampler.sample_surface(&lattice, axis, fill)?))?;
         let within = match self.roi {
@@ -126,10 +126,10 @@ impl Subject<'_> {
             }
         };
         let shells = match fill {
-            Fill::EvenOdd => Shells::of(&solid),
+            FillRule::EvenOdd => Shells::of(&solid),
             // The non-zero rule leaves out what lies within.
-            Fill::NonZero => {
-                Shells::of(&along_axes(|axis| Ok(sampler.sample_surface(&lattice, axis, Fill::EvenOdd)?))?)
+            FillRule::NonZero => {
+                Shells::of(&along_axes(|axis| Ok(sampler.sample_surface(&lattice, axis, FillRule::EvenOdd)?))?)
             }
         };
         Ok(Images { bounds: *lattice.bounds(), lattice, solid, shells, within })

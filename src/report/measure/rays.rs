@@ -11,7 +11,7 @@ use crate::metrics::orientation::{Plate, overhang};
 use crate::metrics::permeability::kozeny_carman;
 use crate::metrics::profiles::profiles;
 use crate::metrics::{Facets, Phase};
-use crate::sampler::Fill;
+use crate::sampler::FillRule;
 
 use super::plots::{self, Plot};
 use super::record::Record;
@@ -83,7 +83,7 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
     let overhang = overhang(surface, settings.build, settings.overhang_angle, Plate::Counted);
     let entry = match (study.images.shells, settings.fill) {
         // Parity turns facets over that wind does not.
-        (Shells::Meeting, Fill::EvenOdd) => record.lacks("overhang", SHELLS_MEET),
+        (Shells::Meeting, FillRule::EvenOdd) => record.lacks("overhang", SHELLS_MEET),
         _ => record.put_or("overhang", overhang.map(|overhang| overhang.share), NO_SURFACE),
     };
     entry.with("angle from the horizontal, degrees", settings.overhang_angle);

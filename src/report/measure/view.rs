@@ -6,7 +6,7 @@ use crate::ldi::Ldi;
 use crate::mesh::{ClosedMesh, TriangleMesh};
 use crate::picture::annotate::{Annotator, ScaleBar};
 use crate::picture::{Background, Camera, Facets, Format, Scene, Skin, View, ViewBox, palette, png, shaded};
-use crate::sampler::{Fill, Sampler};
+use crate::sampler::{FillRule, Sampler};
 use glam::DAffine3;
 
 use super::raster::Subject;
@@ -20,7 +20,7 @@ const FORMAT: Format = Format { width: 1000, height: 760, supersampling: 2 };
 const NEAR: f64 = 3.0;
 
 /// A shaded view of the solid, or of what of it lies in the region of interest, as PNG.
-pub fn view(subject: Subject, fill: Fill, sampler: &dyn Sampler) -> Result<Vec<u8>, Error> {
+pub fn view(subject: Subject, fill: FillRule, sampler: &dyn Sampler) -> Result<Vec<u8>, Error> {
     let length = subject.solid.unit;
     let rotation = DAffine3::from_mat3(View::Isometric.rotation());
     let solids: Vec<_> = [Some(subject.solid), subject.roi].into_iter().flatten().collect();

@@ -1,16 +1,16 @@
 //! Exact images: the sorted crossings of a ray.
 
 use crate::fixed::{Crossing, Hit};
-use crate::sampler::Fill;
+use crate::sampler::FillRule;
 use crate::sampler::layout::Voxels;
 
 /// Passes the exact samples of one ray, whose crossings close, to `keep`; sorts `hits` first. Where several crossings
 /// make one sample under the non-zero rule, it is the first with the direction of the sample.
-pub fn resolve<H: Hit>(hits: &mut [H], fill: Fill, mut keep: impl FnMut(H)) {
+pub fn resolve<H: Hit>(hits: &mut [H], fill: FillRule, mut keep: impl FnMut(H)) {
     sort(hits);
     match fill {
-        Fill::EvenOdd => hits.iter().for_each(|&hit| keep(hit)),
-        Fill::NonZero => {
+        FillRule::EvenOdd => hits.iter().for_each(|&hit| keep(hit)),
+        FillRule::NonZero => {
             let mut winding = 0;
             for group in hits.chunk_by(|a, b| a.crossing().nearest() == b.crossing().nearest()) {
                 let step: i32 = group.iter().map(|hit| hit.crossing().winding()).sum();

@@ -14,7 +14,7 @@ use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::ldi::{Ldi, TooManySamples, Windings, image_from_bands};
 use crate::sampler::layout::Voxels;
 use crate::sampler::lists::{Keep, ListSampler, RayLists};
-use crate::sampler::{Fill, Mode};
+use crate::sampler::{FillRule, Mode};
 
 /// The lists of a band of rows.
 #[derive(Default)]
@@ -96,7 +96,7 @@ impl CpuSampler {
                         crossings.clear();
                         crossings.extend(hits.iter().map(|hit| hit.crossing()));
                         let mut windings = Windings::default();
-                        estimator.estimate_ray(crossings, Fill::EvenOdd, &voxels, estimate, image, &mut windings);
+                        estimator.estimate_ray(crossings, FillRule::EvenOdd, &voxels, estimate, image, &mut windings);
                     }
                 }
             }

@@ -4,7 +4,7 @@
 //! single pass, and T1 is the prefix parity of W (sampling.md §3).
 
 use crate::fixed::Crossing;
-use crate::sampler::Fill;
+use crate::sampler::FillRule;
 use crate::sampler::layout::{Voxels, WORD_BITS};
 
 /// Masks W and ANY of one ray, and which of their words are not zero.
@@ -26,16 +26,16 @@ impl RayMasks {
     }
 
     /// Enters the crossings of a ray into empty masks; the non-zero rule requires them sorted.
-    pub fn enter(&mut self, crossings: &[Crossing], fill: Fill, voxels: &Voxels) {
+    pub fn enter(&mut self, crossings: &[Crossing], fill: FillRule, voxels: &Voxels) {
         match fill {
-            Fill::EvenOdd => {
+            FillRule::EvenOdd => {
                 for &crossing in crossings {
                     let voxel = voxels.of(crossing);
                     self.change[(voxel / WORD_BITS) as usize] ^= 1 << (voxel % WORD_BITS);
                     self.touch(voxel);
                 }
             }
-            Fill::NonZero => {
+            FillRule::NonZero => {
                 let mut winding = 0;
                 for in_voxel in crossings.chunk_by(|&a, &b| voxels.of(a) == voxels.of(b)) {
                     let voxel = voxels.of(in_voxel[0]);

@@ -18,7 +18,7 @@ mod windings;
 use std::num::NonZeroU32;
 
 use super::layout::Voxels;
-use super::{Estimate, Fill, Mode, SampleError, Sampler, admit, region_of_both};
+use super::{Estimate, FillRule, Mode, SampleError, Sampler, admit, region_of_both};
 use crate::fixed::{Crossing, Hit, TriangleHit};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{BandImage, Ldi, TooManySamples, Windings, image_from_bands};
@@ -55,7 +55,7 @@ impl CpuSampler {
         &self,
         solid: &LatticeSolid,
         axis: Axis,
-        fill: Fill,
+        fill: FillRule,
         keep: impl Fn(&mut BandImage, H) + Sync + Send,
     ) -> Result<Ldi, TooManySamples> {
         let (grid, band_rows) = (*solid.grid(), self.band_rows.get());
@@ -84,7 +84,7 @@ impl CpuSampler {
 }
 
 impl Sampler for CpuSampler {
-    fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError> {
+    fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Ldi, SampleError> {
         let grid = admit(&[solid], fill)?;
         let band_rows = self.band_rows.get();
         let image = match mode {
@@ -114,7 +114,7 @@ impl Sampler for CpuSampler {
         Ok(image?)
     }
 
-    fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: Fill) -> Result<Ldi, SampleError> {
+    fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: FillRule) -> Result<Ldi, SampleError> {
         admit(&[solid], fill)?;
         let image = self.exact_image::<TriangleHit>(solid, axis, fill, |image, hit| {
             image.depths().push(hit.crossing().nearest());
@@ -129,7 +129,7 @@ impl Sampler for CpuSampler {
         b: &LatticeSolid,
         axis: Axis,
         estimate: Estimate,
-        fill: Fill,
+        fill: FillRule,
     ) -> Result<Ldi, SampleError> {
         let grid = admit(&[a, b], fill)?;
         let band_rows = self.band_rows.get();
@@ -177,7 +177,7 @@ impl Estimator {
     fn estimate_ray(
         &mut self,
         crossings: &mut [Crossing],
-        fill: Fill,
+        fill: FillRule,
         voxels: &Voxels,
         estimate: Estimate,
         image: &mut BandImage,
@@ -187,7 +187,7 @@ impl Estimator {
             return image.end_unclosed_ray();
         }
         exact::sort(crossings);
-        if fill == Fill::EvenOdd && exact::in_voxels_of_their_own(crossings, voxels) {
+        if fill == FillRule::EvenOdd && exact::in_voxels_of_their_own(crossings, voxels) {
             image
                 .depths()
                 .extend((0..).zip(&*crossings).map(|(rank, &crossing)| retrieve::rounded(crossing, rank, estimate)));
@@ -214,14 +214,14 @@ struct TwoSolids {
 
 impl TwoSolids {
     /// Appends the estimate of the intersection on one ray of the band; unclosed if either solid's ray is.
-    fn intersect_ray(&mut self, ray: u32, fill: Fill, voxels: &Voxels, estimate: Estimate, image: &mut BandImage) {
+    fn intersect_ray(&mut self, ray: u32, fill: FillRule, voxels: &Voxels, estimate: Estimate, image: &mut BandImage) {
         let [a, b] = self.crossings.each_mut().map(|crossings| crossings.on_ray(ray));
         if !(closes(a, fill) && closes(b, fill)) {
             return image.end_unclosed_ray();
         }
         if !(a.is_empty() || b.is_empty()) {
             let [masks_a, masks_b] = &mut self.masks;
-            if fill == Fill::NonZero {
+            if fill == FillRule::NonZero {
                 exact::sort(a);
                 exact::sort(b);
             }
@@ -242,10 +242,10 @@ impl TwoSolids {
 }
 
 /// Returns whether the crossings of a ray close under a fill rule.
-fn closes<H: Hit>(hits: &[H], fill: Fill) -> bool {
+fn closes<H: Hit>(hits: &[H], fill: FillRule) -> bool {
     match fill {
-        Fill::EvenOdd => hits.len().is_multiple_of(2),
-        Fill::NonZero => hits.iter().map(|hit| hit.crossing().winding()).sum::<i32>() == 0,
+        FillRule::EvenOdd => hits.len().is_multiple_of(2),
+        FillRule::NonZero => hits.iter().map(|hit| hit.crossing().winding()).sum::<i32>() == 0,
     }
 }
 

@@ -9,7 +9,7 @@ use crate::fixed::Crossing;
 use crate::grid::{Axis, LatticeSolid};
 use crate::sampler::layout::Voxels;
 use crate::sampler::stages::{ListStages, MaskStages, UNCLOSED};
-use crate::sampler::{Estimate, Fill, SampleError, admit, region_of_both};
+use crate::sampler::{Estimate, FillRule, SampleError, admit, region_of_both};
 
 impl CpuSampler {
     /// Returns the buffers between the stages of masks, for one solid or the intersection of two, whole images at once.
@@ -19,7 +19,7 @@ impl CpuSampler {
         axis: Axis,
         estimate: Estimate,
     ) -> Result<MaskStages, SampleError> {
-        let grid = admit(solids, Fill::EvenOdd)?;
+        let grid = admit(solids, FillRule::EvenOdd)?;
         let region = match solids {
             [a, b] => region_of_both(a, b),
             _ => *solids[0].region(),
@@ -48,9 +48,9 @@ impl CpuSampler {
                 .iter_mut()
                 .map(|crossings| {
                     let crossings = crossings.on_ray(ray as u32);
-                    closed &= closes(crossings, Fill::EvenOdd);
+                    closed &= closes(crossings, FillRule::EvenOdd);
                     let mut masks = RayMasks::new(&voxels);
-                    masks.enter(crossings, Fill::EvenOdd, &voxels);
+                    masks.enter(crossings, FillRule::EvenOdd, &voxels);
                     masks
                 })
                 .collect();
@@ -89,7 +89,7 @@ impl CpuSampler {
 
     /// Returns the crossings of all rays, sorted.
     pub fn list_stages(&self, solid: &LatticeSolid, axis: Axis) -> Result<ListStages, SampleError> {
-        let grid = admit(&[solid], Fill::EvenOdd)?;
+        let grid = admit(&[solid], FillRule::EvenOdd)?;
         let (columns, rows) = grid.image_size(axis);
         let mut crossings = BandCrossings::<Crossing>::default();
         crossings.gather(&grid, axis, &Bins::new(solid, solid.region(), axis, rows), 0..rows);

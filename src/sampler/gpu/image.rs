@@ -14,14 +14,14 @@ use crate::ldi::{BandImage, ImageBuilder, Ldi, LdiError, Windings};
 use crate::sampler::layout::Window;
 use crate::sampler::lists::Keep;
 use crate::sampler::stages::UNCLOSED;
-use crate::sampler::{Estimate, Fill, Mode, SampleError, admit, region_of_both};
+use crate::sampler::{Estimate, FillRule, Mode, SampleError, admit, region_of_both};
 
 /// The parameters of a requested image.
 pub(super) struct Image {
     pub grid: Grid,
     pub axis: Axis,
     pub mode: Mode,
-    pub fill: Fill,
+    pub fill: FillRule,
     pub window: Window,
     pub keeps_triangles: bool,
     /// Lists keep the first and the last crossing of each ray.
@@ -35,7 +35,7 @@ pub(super) struct Image {
 
 impl Image {
     /// Returns the parameters of an image of one solid.
-    pub fn of_one(solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Image, SampleError> {
+    pub fn of_one(solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Image, SampleError> {
         let grid = admit(&[solid], fill)?;
         Ok(Image {
             grid,
@@ -58,7 +58,7 @@ impl Image {
         keep: Keep,
         keeps_triangles: bool,
     ) -> Result<Image, SampleError> {
-        let image = Image::of_one(triangles, axis, Mode::Exact, Fill::EvenOdd)?;
+        let image = Image::of_one(triangles, axis, Mode::Exact, FillRule::EvenOdd)?;
         Ok(Image { keeps_triangles, keeps_ends: keep == Keep::GapsAndEnds, ..image })
     }
 
@@ -68,7 +68,7 @@ impl Image {
         b: &LatticeSolid,
         axis: Axis,
         estimate: Estimate,
-        fill: Fill,
+        fill: FillRule,
     ) -> Result<Image, SampleError> {
         let grid = admit(&[a, b], fill)?;
         Ok(Image {
@@ -90,7 +90,7 @@ impl Image {
         Flags::of(&[
             (Flag::Over, self.mode == Mode::Estimate(Estimate::Over)),
             (Flag::Exact, self.mode == Mode::Exact),
-            (Flag::NonZero, self.fill == Fill::NonZero),
+            (Flag::NonZero, self.fill == FillRule::NonZero),
             (Flag::TwoSolids, self.solids == 2),
             (Flag::KeepsTriangles, self.keeps_triangles),
             (Flag::KeepsEnds, self.keeps_ends),
@@ -101,7 +101,7 @@ impl Image {
     pub fn way(&self, sampler: &GpuSampler) -> Way {
         let options = &sampler.options;
         let by_lists = Way { route: Route::Lists, most_rays: self.band_rays(sampler) };
-        if self.mode == Mode::Exact || self.fill == Fill::NonZero {
+        if self.mode == Mode::Exact || self.fill == FillRule::NonZero {
             return by_lists;
         }
         match options.route {

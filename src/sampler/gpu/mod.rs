@@ -43,7 +43,7 @@ mod view;
 use std::sync::{Arc, Mutex};
 
 use super::stages::{ListStages, MaskStages};
-use super::{Estimate, Fill, Mode, SampleError, Sampler};
+use super::{Estimate, FillRule, Mode, SampleError, Sampler};
 use crate::gpu::{Adapter, Device, DeviceError, Pool};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, Summary};
@@ -148,8 +148,8 @@ impl GpuSampler {
         estimate: Estimate,
     ) -> Result<MaskStages, SampleError> {
         let image = match solids {
-            [a, b] => Image::of_two(a, b, axis, estimate, Fill::EvenOdd)?,
-            _ => Image::of_one(solids[0], axis, Mode::Estimate(estimate), Fill::EvenOdd)?,
+            [a, b] => Image::of_two(a, b, axis, estimate, FillRule::EvenOdd)?,
+            _ => Image::of_one(solids[0], axis, Mode::Estimate(estimate), FillRule::EvenOdd)?,
         };
         self.in_one_band(solids, &image, |job| job.mask_stages())
     }
@@ -159,7 +159,7 @@ impl GpuSampler {
     /// # Panics
     /// Panics if the image needs more than one band.
     pub fn list_stages(&self, solid: &LatticeSolid, axis: Axis) -> Result<ListStages, SampleError> {
-        let image = Image::of_one(solid, axis, Mode::Exact, Fill::EvenOdd)?;
+        let image = Image::of_one(solid, axis, Mode::Exact, FillRule::EvenOdd)?;
         self.in_one_band(&[solid], &image, |job| job.list_stages())
     }
 
@@ -176,11 +176,11 @@ impl GpuSampler {
 }
 
 impl Sampler for GpuSampler {
-    fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Ldi, SampleError> {
+    fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Ldi, SampleError> {
         self.image(&[solid], &Image::of_one(solid, axis, mode, fill)?)
     }
 
-    fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: Fill) -> Result<Ldi, SampleError> {
+    fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: FillRule) -> Result<Ldi, SampleError> {
         let image = Image::of_one(solid, axis, Mode::Exact, fill)?;
         self.image(&[solid], &Image { keeps_triangles: true, ..image })
     }
@@ -191,12 +191,12 @@ impl Sampler for GpuSampler {
         b: &LatticeSolid,
         axis: Axis,
         estimate: Estimate,
-        fill: Fill,
+        fill: FillRule,
     ) -> Result<Ldi, SampleError> {
         self.image(&[a, b], &Image::of_two(a, b, axis, estimate, fill)?)
     }
 
-    fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: Fill) -> Result<Summary, SampleError> {
+    fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Summary, SampleError> {
         self.summary(&[solid], &Image::of_one(solid, axis, mode, fill)?)
     }
 
@@ -206,7 +206,7 @@ impl Sampler for GpuSampler {
         b: &LatticeSolid,
         axis: Axis,
         estimate: Estimate,
-        fill: Fill,
+        fill: FillRule,
     ) -> Result<Summary, SampleError> {
         self.summary(&[a, b], &Image::of_two(a, b, axis, estimate, fill)?)
     }

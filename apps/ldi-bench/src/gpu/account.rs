@@ -257,7 +257,7 @@ mod tests {
     use ldi_ops::grid::{Axis, Grid};
     use ldi_ops::mesh::ClosedMesh;
     use ldi_ops::sampler::cpu::CpuSampler;
-    use ldi_ops::sampler::{Fill, Sampler};
+    use ldi_ops::sampler::{FillRule, Sampler};
 
     /// One of each, but more rays than two blocks of a prefix sum or two workgroups would need.
     const SIZE: Size = Size {
@@ -322,7 +322,7 @@ mod tests {
         let cube = ClosedMesh::check(cube).unwrap();
         let grid = Grid::with_resolution(cube.bounds(), 16, 64).unwrap();
         let solid = grid.quantise(&cube).unwrap();
-        let exact = CpuSampler::default().sample_surface(&solid, Axis::Z, Fill::EvenOdd).unwrap();
+        let exact = CpuSampler::default().sample_surface(&solid, Axis::Z, FillRule::EvenOdd).unwrap();
         let size = Size::of(&solid, &exact, 7);
         assert_eq!((size.triangles, size.positions, size.samples), (12, 8, 7));
         assert_eq!(size.mask_words, 2 * size.rays);

@@ -25,7 +25,7 @@ use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::{GpuOptions, GpuSampler, Route};
-use ldi_ops::sampler::{Estimate, Fill, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 use serde::Serialize;
 use serde_json::json;
 
@@ -195,7 +195,7 @@ fn of_model(plan: &Plan, adapter: &Adapter, model: &SeedModel) -> Result<Vec<Cas
     let solid = grid.quantise(mesh).map_err(|error| BenchError::model(name, error))?;
     let cpu = CpuSampler::default();
     let surface =
-        |axis| cpu.sample_surface(&solid, axis, Fill::EvenOdd).map_err(|error| BenchError::model(name, error));
+        |axis| cpu.sample_surface(&solid, axis, FillRule::EvenOdd).map_err(|error| BenchError::model(name, error));
     let exact: Vec<Ldi> = Axis::ALL.into_iter().map(surface).collect::<Result<_, _>>()?;
     let mut cases = Vec::new();
     for way in WAYS {
@@ -227,7 +227,7 @@ fn of_model(plan: &Plan, adapter: &Adapter, model: &SeedModel) -> Result<Vec<Cas
 
 /// The images along all axes.
 fn images(name: &str, sampler: &dyn Sampler, solid: &LatticeSolid, mode: Mode) -> Result<Vec<Ldi>, BenchError> {
-    let image = |axis| sampler.sample(solid, axis, mode, Fill::EvenOdd);
+    let image = |axis| sampler.sample(solid, axis, mode, FillRule::EvenOdd);
     Axis::ALL.into_iter().map(|axis| image(axis).map_err(|error| BenchError::model(name, error))).collect()
 }
 
@@ -364,7 +364,7 @@ mod tests {
         let grid = Grid::with_resolution(cube.bounds(), 16, 64).unwrap();
         let image = |mesh| {
             let solid = grid.quantise(mesh).unwrap();
-            CpuSampler::default().sample(&solid, Axis::Y, Mode::Exact, Fill::EvenOdd).unwrap()
+            CpuSampler::default().sample(&solid, Axis::Y, Mode::Exact, FillRule::EvenOdd).unwrap()
         };
         assert!(check_twins("box", "exact by lists", &image(&cube), &image(&cube)).is_ok());
         let told = check_twins("box", "exact by lists", &image(&cube), &image(&smaller)).unwrap_err().to_string();

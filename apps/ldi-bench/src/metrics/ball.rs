@@ -9,7 +9,7 @@ use ldi_ops::metrics::distance::{Crossings, DistanceField};
 use ldi_ops::metrics::thickness::local_thickness;
 use ldi_ops::metrics::{Distribution, Edges, NodeSet, Region};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Fill, Mode, Sampler};
+use ldi_ops::sampler::{FillRule, Mode, Sampler};
 use ldi_ops::solids;
 use serde_json::{Value, json};
 
@@ -28,7 +28,7 @@ pub fn of_ball(radius: u32) -> Result<Value, BenchError> {
     let grid = Grid::with_resolution(mesh.bounds(), 2 * radius, 1024).map_err(|error| wrong(&error))?;
     let solid = grid.quantise(&mesh).map_err(|error| wrong(&error))?;
     let start = Instant::now();
-    let image = |axis| CpuSampler::default().sample(&solid, axis, Mode::Exact, Fill::EvenOdd);
+    let image = |axis| CpuSampler::default().sample(&solid, axis, Mode::Exact, FillRule::EvenOdd);
     let [x, y, z] = Axis::ALL.map(image);
     let images = [x, y, z].into_iter().collect::<Result<Vec<_>, _>>().map_err(|error| wrong(&error))?;
     let images = images.try_into().expect("an image for each of three axes");

@@ -8,7 +8,7 @@ use crate::ldi::Ldi;
 use crate::mesh::{Aabb, ClosedMesh, TriangleMesh};
 use crate::metrics::Region;
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Fill, Sampler};
+use crate::sampler::{FillRule, Sampler};
 use crate::solids;
 
 /// Returns the raster of the cube from 0 to 1.
@@ -23,7 +23,7 @@ fn whole(grid: &Grid) -> LatticeBox {
 fn images(mesh: TriangleMesh, grid: &Grid) -> [Ldi; 3] {
     let closed = ClosedMesh::check(mesh).unwrap();
     let solid = grid.quantise(&closed).unwrap();
-    Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, Fill::EvenOdd).unwrap())
+    Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap())
 }
 
 /// Returns a ball of radius 0.4 in the middle of the cube.

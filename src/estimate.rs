@@ -1,0 +1,105 @@
+//! Values with their errors.
+
+use std::fmt;
+
+use crate::driver::measure::{Method, Volume};
+use crate::mesh::LengthUnit;
+use crate::number::{number, plain};
+use crate::unit;
+
+/// A value, its error and its unit. `Display` prints as many digits as the error leaves meaning to: `317.118 ± 0.094 mm³`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Estimate {
+    /// The value, in `unit` to the power of `power`.
+    pub value: f64,
+    /// The bound of the rounding of an exact value; of an estimate its error estimate, which is no bound.
+    pub error: f64,
+    /// The method.
+    pub method: Method,
+    /// The least and the greatest value that the inputs allow.
+    pub possible: [f64; 2],
+    /// The unit of length, where it is known.
+    pub unit: Option<LengthUnit>,
+    /// The power of the unit: 3 of a volume.
+    pub power: u32,
+    is_unresolved: bool,
+}
+
+impl Estimate {
+    pub(crate) fn of_volume(volume: &Volume, unit: Option<LengthUnit>) -> Estimate {
+        let &Volume { value, error, method, possible, .. } = volume;
+        Estimate { value, error, method, possible, unit, power: 3, is_unresolved: volume.is_unresolved() }
+    }
+
+    /// Returns whether no ray met the result, so that `possible` is all that is known.
+    pub fn is_unresolved(&self) -> bool {
+        self.is_unresolved
+    }
+}
+
+impl fmt::Display for Estimate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = unit::suffix(self.unit, self.power);
+        if self.is_unresolved {
+            let [least, greatest] = self.possible.map(number);
+            return write!(f, "at least {least} and at most {greatest}{unit}: not resolved");
+        }
+        match self.method {
+            Method::Exact => write!(f, "{}{unit} (exact)", number(self.value)),
+            Method::Estimate(_) => {
+                let (value, error) = with_error(self.value, self.error);
+                write!(f, "{value} ± {error}{unit}")
+            }
+        }
+    }
+}
+
+/// Returns a value with as many digits as its error leaves meaning to, and the error with two.
+pub fn with_error(value: f64, error: f64) -> (String, String) {
+    // What is lost in the last digit of f64 is no error to speak of.
+    let error = if error <= 4.0 * f64::EPSILON * value.abs() { 0.0 } else { error };
+    if !(error > 0.0 && error.is_finite() && value.is_finite()) {
+        return (number(value), number(error));
+    }
+    // Digits after the point at which the error has two.
+    let digits = 1 - error.log10().floor() as i32;
+    if plain(value.abs().max(error)) && (-3..=9).contains(&digits) {
+        let digits = digits.max(0) as usize;
+        return (format!("{value:.digits$}"), format!("{error:.digits$}"));
+    }
+    let magnitude = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    let significant = (magnitude + digits).clamp(1, 8) as usize;
+    (format!("{value:.significant$e}"), format!("{error:.1e}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written(value: f64, error: f64) -> String {
+        let (value, error) = with_error(value, error);
+        format!("{value} ± {error}")
+    }
+
+    #[test]
+    fn a_value_has_the_digits_that_its_error_leaves() {
+        assert_eq!(written(523.598_776, 0.0123), "523.599 ± 0.012");
+        assert_eq!(written(523_598.776, 123.0), "523599 ± 123");
+        assert_eq!(written(1.5e-30, 2.5e-33), "1.5000e-30 ± 2.5e-33");
+        assert_eq!(written(8.0, 0.0), "8 ± 0");
+        assert_eq!(written(27.0, 8.9e-16), "27 ± 0");
+        assert_eq!(written(0.0, 0.0), "0 ± 0");
+        assert_eq!(written(2.5e20, 1.0e17), "2.5000e20 ± 1.0e17");
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(number(8.0), "8");
+        assert_eq!(number(0.1), "0.1");
+        assert_eq!(number(123_456_789.0), "123456789");
+        assert_eq!(number(-1.0 / 3.0), "-0.3333333");
+        assert_eq!(number(1e-7), "1e-7");
+        assert_eq!(number(f64::NAN), "NaN");
+    }
+}

@@ -1,0 +1,197 @@
+//! Images of a shape, and what they give.
+
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+
+use crate::driver::bound::Bound;
+use crate::driver::job::{Content, Finish, ImageTarget};
+use crate::driver::measure::{Measured, Seconds};
+use crate::driver::surface::{self, SurfaceReport};
+use crate::driver::write;
+use crate::grid::{Axis, Grid};
+use crate::integrate;
+use crate::ldi::{Ldi, NodePlanes};
+use crate::length::Length;
+use crate::mesh::io::Format;
+use crate::mesh::{LengthUnit, Precision, TriangleMesh};
+use crate::{Error, Estimate, Monitor, Warning, voxels};
+
+/// The images of a shape along the axes that were asked for, with all that made them.
+#[derive(Debug)]
+pub struct Sampled {
+    measured: Measured,
+}
+
+/// The first and second moments of a solid of unit density.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolidMoments {
+    /// The centre of mass, in units of length; not a number where there is no volume.
+    pub centroid: DVec3,
+    /// The inertia about the centroid, in fifth powers of the unit of length.
+    pub inertia: DMat3,
+}
+
+/// Voxels: whether each lattice node is inside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Voxels {
+    /// Voxels along x, y and z.
+    pub size: [usize; 3],
+    /// The centre of the first voxel.
+    pub origin: DVec3,
+    /// The distance of centres.
+    pub spacing: f64,
+    /// 1 inside and 0 outside, of voxel (x, y, z) at `(x · size[1] + y) · size[2] + z`.
+    pub values: Vec<u8>,
+}
+
+impl Sampled {
+    pub(crate) fn new(measured: Measured) -> Sampled {
+        Sampled { measured }
+    }
+
+    /// Returns the volume, from the images.
+    pub fn volume(&self) -> Estimate {
+        self.measured.estimate()
+    }
+
+    /// Returns the surface area: that of the mesh of the images, in square units.
+    ///
+    /// # Errors
+    /// Those of [`surface`](Sampled::surface).
+    pub fn area(&self) -> Result<f64, Error> {
+        Ok(self.surface()?.mesh()?.area())
+    }
+
+    /// Returns the moments: the mean over the images.
+    pub fn moments(&self) -> SolidMoments {
+        let moments = self.measured.images.iter().map(integrate::moments);
+        let share = 1.0 / self.measured.images.len() as f64;
+        let none = SolidMoments { centroid: DVec3::ZERO, inertia: DMat3::ZERO };
+        moments.fold(none, |sum, image| SolidMoments {
+            centroid: sum.centroid + share * image.centroid,
+            inertia: sum.inertia + image.inertia * share,
+        })
+    }
+
+    /// Returns the image along an axis, if it was asked for.
+    pub fn image(&self, axis: Axis) -> Option<&Ldi> {
+        self.measured.images.iter().find(|image| image.axis() == axis)
+    }
+
+    /// Returns the raster.
+    pub fn grid(&self) -> &Grid {
+        &self.measured.grid
+    }
+
+    /// Returns the unit of all lengths, where it is known.
+    pub fn unit(&self) -> Option<LengthUnit> {
+        self.measured.unit
+    }
+
+    /// Returns the surface of the solid, to be written or taken as a mesh. Nothing is computed yet.
+    ///
+    /// # Errors
+    /// Images that were not made along all three axes.
+    pub fn surface(&self) -> Result<SurfaceMesh<'_>, Error> {
+        match self.measured.images.len() {
+            3 => Ok(SurfaceMesh { measured: &self.measured, finish: Finish::default() }),
+            _ => Err(Error::Usage("a surface needs images along all axes: leave Settings::axes as it is".to_owned())),
+        }
+    }
+
+    /// Returns the lattice nodes inside, as dense voxels.
+    pub fn voxels(&self) -> Voxels {
+        let planes = NodePlanes::new(&self.measured.images, write::combine(self.measured.mode));
+        let planes = planes.expect("the images are of one grid");
+        let grid = self.grid();
+        let size @ [columns, rows, layers] = grid.rays().map(|n| n as usize);
+        let mut values = vec![0; size.iter().product()];
+        let words = columns.div_ceil(64);
+        for (z, plane) in planes.planes().enumerate() {
+            for y in 0..rows {
+                let row = &plane[y * words..(y + 1) * words];
+                for x in 0..columns {
+                    values[(x * rows + y) * layers + z] = (row[x / 64] >> (x % 64) & 1) as u8;
+                }
+            }
+        }
+        let origin = grid.origin() + DVec3::splat(0.5 * grid.pitch());
+        Voxels { size, origin, spacing: grid.pitch(), values }
+    }
+
+    /// Writes the images (`.npz`), the voxels (`.vti`, `.npy`) or the surface (mesh formats), by the extension of the file, which
+    /// appears whole or not at all.
+    ///
+    /// # Errors
+    /// Extensions that are not known, files that cannot be written, and surfaces that cannot be made.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Error> {
+        let path = path.as_ref();
+        let extension =
+            path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let content = match voxels::Format::from_extension(&extension) {
+            Some(format) => Content::Voxels(format),
+            None if extension == "npz" => Content::Images,
+            None => {
+                Format::from_path(path).map_err(Error::input)?;
+                return self.surface()?.write(path).map(drop);
+            }
+        };
+        let target = ImageTarget { path: path.to_path_buf(), content };
+        write::images(&target, &self.measured.imaged(), &Monitor::new(None)).map(drop)
+    }
+
+    /// Returns remarks on the solids and on the result.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.measured.warnings
+    }
+
+    /// Returns the times by stage.
+    pub fn timings(&self) -> &Seconds {
+        &self.measured.seconds
+    }
+}
+
+/// The surface of sampled images: a closed, oriented 2-manifold.
+#[derive(Clone, Debug)]
+pub struct SurfaceMesh<'s> {
+    measured: &'s Measured,
+    finish: Finish,
+}
+
+impl SurfaceMesh<'_> {
+    /// Asks for fewer triangles, none further from the surface than a distance in the unit of the solid.
+    pub fn simplified(mut self, distance: f64) -> Self {
+        self.finish.simplify = Some(Bound::Length(Length { value: distance, unit: None }));
+        self
+    }
+
+    /// Leaves out parts of less than a share of the volume.
+    pub fn without_parts_below(mut self, share: f64) -> Self {
+        self.finish.least_part = Some(share);
+        self
+    }
+
+    /// Returns the mesh, in `f64`.
+    ///
+    /// # Errors
+    /// Meshes that do not fit into memory, and results whose mesh is no manifold.
+    pub fn mesh(&self) -> Result<TriangleMesh, Error> {
+        let imaged = self.measured.imaged();
+        Ok(surface::mesh(&imaged, self.finish, Precision::Double, &Monitor::new(None))?.0)
+    }
+
+    /// Writes the mesh, in the format of the extension; the file appears whole or not at all.
+    ///
+    /// # Errors
+    /// Those of [`mesh`](SurfaceMesh::mesh), files that cannot be written, and meshes that are empty or whose volume is far from
+    /// that of the images.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<SurfaceReport, Error> {
+        let path = path.as_ref();
+        let (report, warnings) = surface::write(&self.measured.imaged(), path, self.finish, &Monitor::new(None))?;
+        match (&report.path, warnings.last()) {
+            (None, Some(refusal)) => Err(Error::input(refusal)),
+            _ => Ok(report),
+        }
+    }
+}

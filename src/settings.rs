@@ -1,0 +1,214 @@
+//! Settings of an operation.
+
+use crate::Error;
+use crate::driver::job::{Backend, Keep, MeasureJob, Measurement, Openness, Spacing, SumJob, SumOperation};
+use crate::grid::Axis;
+use crate::length::Length;
+use crate::progress::{Monitor, Progress};
+use crate::sampler::{FillRule, Mode};
+
+/// The axes that images are made along.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Axes {
+    /// X alone.
+    X,
+    /// Y alone.
+    Y,
+    /// Z alone.
+    Z,
+    /// All three: the best volume, and what a surface needs.
+    #[default]
+    All,
+}
+
+impl Axes {
+    pub(crate) fn list(self) -> Vec<Axis> {
+        match self {
+            Axes::X => vec![Axis::X],
+            Axes::Y => vec![Axis::Y],
+            Axes::Z => vec![Axis::Z],
+            Axes::All => Axis::ALL.to_vec(),
+        }
+    }
+}
+
+/// Rays along the longest side where nothing else is asked for.
+const DEFAULT_RAYS: u32 = 512;
+
+/// Voxels along each ray (LOD-C) of over- and under-estimates.
+const DEFAULT_LOD: u32 = 1024;
+
+/// The settings of an operation: raster, axes, mode, fill rule, device, threads, memory and progress. None needs to be given.
+///
+/// ```
+/// use ldi_ops::{Axes, Backend, FillRule, Mode, Settings};
+///
+/// let settings = Settings::pitch(0.05).mode(Mode::Exact).axes(Axes::Z).fill(FillRule::NonZero).backend(Backend::Cpu).threads(2);
+/// # let _ = settings;
+/// ```
+#[derive(Clone)]
+pub struct Settings<'p> {
+    spacing: Spacing,
+    axes: Axes,
+    mode: Mode,
+    fill: FillRule,
+    backend: Backend,
+    lod: u32,
+    threads: usize,
+    memory: Option<u64>,
+    progress: Option<&'p dyn Progress>,
+}
+
+impl Default for Settings<'_> {
+    /// Returns 512 rays along the longest side, exact images along all axes, the even-odd rule, and all threads.
+    fn default() -> Self {
+        Settings::with_spacing(Spacing::Resolution(DEFAULT_RAYS))
+    }
+}
+
+impl<'p> Settings<'p> {
+    /// Returns settings with so many rays along the longest side of the common box.
+    pub fn rays(rays: u32) -> Settings<'p> {
+        Settings::with_spacing(Spacing::Resolution(rays))
+    }
+
+    /// Returns settings with a distance of rays, in the unit of the first solid.
+    pub fn pitch(pitch: f64) -> Settings<'p> {
+        Settings::with_spacing(Spacing::Pitch(pitch))
+    }
+
+    /// Returns settings whose raster is refined until the error estimate is below this share of the volume. Sums and offsets
+    /// take no tolerance.
+    pub fn tolerance(share: f64) -> Settings<'p> {
+        Settings::with_spacing(Spacing::Tolerance(share))
+    }
+
+    fn with_spacing(spacing: Spacing) -> Settings<'p> {
+        Settings {
+            spacing,
+            axes: Axes::All,
+            mode: Mode::Exact,
+            fill: FillRule::EvenOdd,
+            backend: Backend::Auto,
+            lod: DEFAULT_LOD,
+            threads: 0,
+            memory: None,
+            progress: None,
+        }
+    }
+
+    /// Sets the mode of the images: exact, over- or under-estimate.
+    pub fn mode(self, mode: Mode) -> Self {
+        Settings { mode, ..self }
+    }
+
+    /// Sets the axes of the images.
+    pub fn axes(self, axes: Axes) -> Self {
+        Settings { axes, ..self }
+    }
+
+    /// Sets the fill rule: which winding numbers are inside.
+    pub fn fill(self, fill: FillRule) -> Self {
+        Settings { fill, ..self }
+    }
+
+    /// Sets the device that samples.
+    pub fn backend(self, backend: Backend) -> Self {
+        Settings { backend, ..self }
+    }
+
+    /// Sets the voxels along each ray (LOD-C) of over- and under-estimates.
+    pub fn lod(self, lod: u32) -> Self {
+        Settings { lod, ..self }
+    }
+
+    /// Sets the number of threads; 0 is one for each processor.
+    pub fn threads(self, threads: usize) -> Self {
+        Settings { threads, ..self }
+    }
+
+    /// Sets the most bytes that the process may hold while it makes sums and offsets.
+    pub fn memory_limit(self, bytes: u64) -> Self {
+        Settings { memory: Some(bytes), ..self }
+    }
+
+    /// Sets the listener that hears of stages and may stop the operation.
+    pub fn progress(self, progress: &'p dyn Progress) -> Self {
+        Settings { progress: Some(progress), ..self }
+    }
+
+    pub(crate) fn fill_rule(&self) -> FillRule {
+        self.fill
+    }
+
+    pub(crate) fn device(&self) -> &Backend {
+        &self.backend
+    }
+
+    pub(crate) fn spacing(&self) -> Spacing<Length> {
+        match self.spacing {
+            Spacing::Resolution(rays) => Spacing::Resolution(rays),
+            Spacing::Pitch(value) => Spacing::Pitch(Length { value, unit: None }),
+            Spacing::Tolerance(share) => Spacing::Tolerance(share),
+        }
+    }
+
+    /// Runs an operation on the threads of the settings, with a monitor of its progress.
+    pub(crate) fn run<T: Send>(&self, operation: impl FnOnce(&Monitor) -> Result<T, Error> + Send) -> Result<T, Error> {
+        let run = || operation(&Monitor::new(self.progress));
+        if self.threads == 0 {
+            return run();
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build();
+        pool.map_err(|error| Error::machine(format!("no threads could be started: {error}")))?.install(run)
+    }
+
+    pub(crate) fn measure_job(&self, measurement: Measurement, keep: Keep) -> Result<MeasureJob, Error> {
+        self.check()?;
+        Ok(MeasureJob {
+            measurement,
+            unit: None,
+            openness: Openness::Refused,
+            spacing: self.spacing(),
+            lod: self.lod,
+            axes: self.axes.list(),
+            mode: self.mode,
+            fill: self.fill,
+            backend: self.backend.clone(),
+            check_rays: false,
+            hashes: false,
+            keep,
+        })
+    }
+
+    pub(crate) fn sum_job(&self, operation: SumOperation<Length>, keep: Keep) -> Result<SumJob, Error> {
+        self.check()?;
+        if let Spacing::Tolerance(_) = self.spacing {
+            return Err(Error::Usage("sums and offsets take no tolerance; give rays or a pitch".to_owned()));
+        }
+        Ok(SumJob {
+            operation,
+            unit: None,
+            spacing: self.spacing(),
+            lod: self.lod,
+            axes: self.axes.list(),
+            mode: self.mode,
+            fill: self.fill,
+            backend: self.backend.clone(),
+            memory: self.memory,
+            hashes: false,
+            keep,
+        })
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let usage = |message: String| Err(Error::Usage(message));
+        match self.spacing {
+            Spacing::Resolution(0) => usage("0 rays: at least 1 is needed".to_owned()),
+            Spacing::Pitch(value) | Spacing::Tolerance(value) if !(value.is_finite() && value > 0.0) => {
+                usage(format!("{value}: a pitch or tolerance is a positive number"))
+            }
+            _ => Ok(()),
+        }
+    }
+}

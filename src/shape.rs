@@ -1,0 +1,306 @@
+//! Expressions over solids.
+
+use std::ops::{BitAnd, BitOr, BitXor, Sub};
+use std::slice;
+use std::sync::Arc;
+
+use crate::boolean::{BooleanOperation, Expression};
+use crate::driver::backend::Backends;
+use crate::driver::input::{self, InputRequirements, Sides, ready};
+use crate::driver::job::{
+    Boolean, Finish, Keep, MeasureJob, Measurement, Openness, Operand, SumJob, SumOperation, Wording,
+};
+use crate::driver::measure::{Measured, measure};
+use crate::driver::sum::{SumBackend, sum};
+use crate::driver::surface;
+use crate::length::Length;
+use crate::mesh::{ClosedMesh, Precision};
+use crate::{Error, Estimate, Monitor, Sampled, Settings, Solid, Warning, excerpt};
+
+/// An expression over solids: Booleans, Minkowski sums and differences, offsets, openings and closings. Cheap to clone.
+///
+/// Nothing is computed until the shape is [sampled](Shape::sample) or its [volume](Shape::volume) is asked for. Booleans of solids
+/// are one pass over all images. A sum or an offset within another operation is first made into a mesh, on the raster of the
+/// settings.
+///
+/// ```no_run
+/// # fn main() -> Result<(), ldi_ops::Error> {
+/// use ldi_ops::{Settings, Shape, Solid};
+///
+/// let [a, b, c] = [Solid::open("a.stl")?, Solid::open("b.stl")?, Solid::open("c.stl")?];
+/// let part = (&a & &b) - &c;
+/// let same = Shape::parse("a & b - c", [("a", &a), ("b", &b), ("c", &c)])?;
+/// println!("{} {}", part.volume(&Settings::rays(512))?, same.volume(&Settings::rays(512))?);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Shape {
+    node: Arc<Node>,
+}
+
+#[derive(Debug)]
+enum Node {
+    Solid(input::Solid),
+    /// An expression over operands by their indices.
+    Boolean(Boolean, Vec<Shape>),
+    /// An operation on one operand or on two.
+    Sum(SumOperation<Length>, Vec<Shape>),
+}
+
+impl From<&Solid> for Shape {
+    fn from(solid: &Solid) -> Shape {
+        Shape::clone(solid)
+    }
+}
+
+impl From<Solid> for Shape {
+    fn from(solid: Solid) -> Shape {
+        Shape::clone(&solid)
+    }
+}
+
+impl From<&Shape> for Shape {
+    fn from(shape: &Shape) -> Shape {
+        shape.clone()
+    }
+}
+
+impl Shape {
+    pub(crate) fn of_solid(solid: input::Solid) -> Shape {
+        Shape { node: Arc::new(Node::Solid(solid)) }
+    }
+
+    /// Reads an expression of named shapes: `a & (b | c) - d`, with `&`, `|`, `-`, `^` and parentheses.
+    ///
+    /// # Errors
+    /// Expressions that are none, with the place, and names that are not among the operands.
+    pub fn parse<'n, S: Into<Shape>>(
+        text: &str,
+        operands: impl IntoIterator<Item = (&'n str, S)>,
+    ) -> Result<Shape, Error> {
+        let (names, shapes): (Vec<&str>, Vec<Shape>) =
+            operands.into_iter().map(|(name, shape)| (name, shape.into())).unzip();
+        let expression = Expression::parse(text, &names).map_err(|error| match error.at() {
+            Some(at) => Error::Usage(format!(
+                "the expression, at character {}: {error}\n{}",
+                at + 1,
+                excerpt::pointing_at(text, at)
+            )),
+            None => Error::Usage(error.to_string()),
+        })?;
+        let boolean = Boolean { expression, wording: Wording::Typed(text.to_owned()) };
+        Ok(Shape { node: Arc::new(Node::Boolean(boolean, shapes)) })
+    }
+
+    fn combined(operation: BooleanOperation, a: &Shape, b: Shape) -> Shape {
+        let boolean =
+            Boolean { expression: Expression::of_inputs(operation, 2), wording: Wording::Operation(operation) };
+        Shape { node: Arc::new(Node::Boolean(boolean, vec![a.clone(), b])) }
+    }
+
+    fn summed(operation: SumOperation<Length>, operands: Vec<Shape>) -> Shape {
+        Shape { node: Arc::new(Node::Sum(operation, operands)) }
+    }
+
+    /// Returns the points in both.
+    pub fn intersect(&self, other: impl Into<Shape>) -> Shape {
+        Shape::combined(BooleanOperation::Intersection, self, other.into())
+    }
+
+    /// Returns the points in either.
+    pub fn union(&self, other: impl Into<Shape>) -> Shape {
+        Shape::combined(BooleanOperation::Union, self, other.into())
+    }
+
+    /// Returns the points in this one and not in the other.
+    pub fn difference(&self, other: impl Into<Shape>) -> Shape {
+        Shape::combined(BooleanOperation::Difference, self, other.into())
+    }
+
+    /// Returns the points in exactly one of the two.
+    pub fn xor(&self, other: impl Into<Shape>) -> Shape {
+        Shape::combined(BooleanOperation::Xor, self, other.into())
+    }
+
+    /// Returns the Minkowski sum: all sums of a point of this one and a point of the other.
+    pub fn minkowski_sum(&self, other: impl Into<Shape>) -> Shape {
+        Shape::summed(SumOperation::Sum(Operand::AsItIs), vec![self.clone(), other.into()])
+    }
+
+    /// Returns the Minkowski difference: all displacements by which the other lies within this one.
+    pub fn minkowski_difference(&self, other: impl Into<Shape>) -> Shape {
+        Shape::summed(SumOperation::Difference(Operand::AsItIs), vec![self.clone(), other.into()])
+    }
+
+    /// Returns all points within a distance; a negative one takes away all that is so near to the outside. The length is in the
+    /// unit of the solid.
+    pub fn offset(&self, distance: f64) -> Shape {
+        Shape::summed(SumOperation::Offset(Length { value: distance, unit: None }), vec![self.clone()])
+    }
+
+    /// Returns the opening: all points of balls of a radius that lie within. Parts thinner than the ball go.
+    pub fn open(&self, radius: f64) -> Shape {
+        Shape::summed(SumOperation::Opening(Length { value: radius, unit: None }), vec![self.clone()])
+    }
+
+    /// Returns the closing: all points that no ball of a radius in the outside covers. Gaps narrower than the ball are filled.
+    pub fn close(&self, radius: f64) -> Shape {
+        Shape::summed(SumOperation::Closing(Length { value: radius, unit: None }), vec![self.clone()])
+    }
+
+    /// Makes the images of the shape.
+    ///
+    /// # Errors
+    /// Solids that the fill rule or the operation does not allow, rasters that do not fit into memory, devices that are missing
+    /// or fail, and operations that the caller stops.
+    pub fn sample(&self, settings: &Settings) -> Result<Sampled, Error> {
+        let measured = settings.run(|monitor| self.measured(settings, Keep::ImagesWithTriangles, false, monitor))?;
+        Ok(Sampled::new(measured))
+    }
+
+    /// Returns the best volume that can be known: exact where that is possible, else an estimate from images;
+    /// [`Estimate::method`] tells which.
+    ///
+    /// # Errors
+    /// Those of [`sample`](Shape::sample).
+    pub fn volume(&self, settings: &Settings) -> Result<Estimate, Error> {
+        Ok(settings.run(|monitor| self.measured(settings, Keep::Summaries, true, monitor))?.estimate())
+    }
+
+    /// Measures the shape; `is_volume` asks for the best volume of a single solid instead of its image.
+    fn measured(&self, settings: &Settings, keep: Keep, is_volume: bool, monitor: &Monitor) -> Result<Measured, Error> {
+        let (measurement, operands) = match &*self.node {
+            Node::Solid(_) if is_volume => (Measurement::Volume, slice::from_ref(self)),
+            Node::Solid(_) => (Measurement::Sample, slice::from_ref(self)),
+            Node::Boolean(..) => {
+                let (boolean, operands) = self.flattened();
+                let job = settings.measure_job(Measurement::Boolean(boolean), keep)?;
+                return booleans(&job, settings, &operands, monitor);
+            }
+            Node::Sum(operation, operands) => {
+                check_length(*operation)?;
+                return sums(&settings.sum_job(*operation, keep)?, settings, operands, monitor);
+            }
+        };
+        booleans(&settings.measure_job(measurement, keep)?, settings, operands, monitor)
+    }
+
+    /// Returns one expression over operands that are no Booleans, each once.
+    fn flattened(&self) -> (Boolean, Vec<Shape>) {
+        let mut operands = Vec::new();
+        let expression = self.expression(&mut operands);
+        let wording = match &*self.node {
+            Node::Boolean(boolean, _) => boolean.wording.clone(),
+            _ => Wording::Operation(BooleanOperation::Union),
+        };
+        (Boolean { expression, wording }, operands)
+    }
+
+    fn expression(&self, operands: &mut Vec<Shape>) -> Expression {
+        let Node::Boolean(boolean, own) = &*self.node else {
+            let known = operands.iter().position(|operand| Arc::ptr_eq(&operand.node, &self.node));
+            return Expression::input(known.unwrap_or_else(|| {
+                operands.push(self.clone());
+                operands.len() - 1
+            }));
+        };
+        let inputs: Vec<Expression> = own.iter().map(|operand| operand.expression(operands)).collect();
+        boolean.expression.with_inputs(&inputs)
+    }
+
+    /// Returns a solid: the shape itself, or the mesh of its images.
+    fn to_solid(
+        &self,
+        settings: &Settings,
+        monitor: &Monitor,
+        warnings: &mut Vec<Warning>,
+    ) -> Result<input::Solid, Error> {
+        if let Node::Solid(solid) = &*self.node {
+            return Ok(solid.clone());
+        }
+        let whole = settings.clone().axes(crate::Axes::All).mode(crate::Mode::Exact);
+        let measured = self.measured(&whole, Keep::Mesh, false, monitor)?;
+        let (mesh, report) = surface::mesh(&measured.imaged(), Finish::default(), Precision::Double, monitor)?;
+        warnings.extend(measured.warnings);
+        warnings.extend(surface::warnings(&report, true));
+        let closed = ClosedMesh::check(mesh)
+            .map_err(|_| Error::input("an operand of the shape is empty on this raster; ask for more rays"))?;
+        Ok(input::Solid { unit: measured.unit, ..input::Solid::from_closed(closed, "operand") })
+    }
+}
+
+/// Runs a Boolean, or measures one solid.
+fn booleans(job: &MeasureJob, settings: &Settings, operands: &[Shape], monitor: &Monitor) -> Result<Measured, Error> {
+    let (solids, warnings) = solids_of(operands, settings, Sides::NotNeeded, monitor)?;
+    let backends = Backends::open(settings.device())?;
+    finished(measure(job, solids, &backends, monitor)?, warnings)
+}
+
+/// Runs a sum, a difference or an offset.
+fn sums(job: &SumJob, settings: &Settings, operands: &[Shape], monitor: &Monitor) -> Result<Measured, Error> {
+    let (solids, warnings) = solids_of(operands, settings, Sides::Needed, monitor)?;
+    finished(sum(job, solids, &SumBackend::open(settings.device())?, monitor)?, warnings)
+}
+
+fn solids_of(
+    operands: &[Shape],
+    settings: &Settings,
+    sides: Sides,
+    monitor: &Monitor,
+) -> Result<(Vec<input::Solid>, Vec<Warning>), Error> {
+    let mut warnings = Vec::new();
+    let solids = operands.iter().map(|operand| operand.to_solid(settings, monitor, &mut warnings));
+    let mut solids = solids.collect::<Result<Vec<_>, Error>>()?;
+    let (openness, fill) = (Openness::Refused, settings.fill_rule());
+    warnings.extend(ready(&mut solids, InputRequirements { unit: None, openness, sides, fill, hashes: false })?);
+    Ok((solids, warnings))
+}
+
+fn finished(mut measured: Measured, mut warnings: Vec<Warning>) -> Result<Measured, Error> {
+    warnings.append(&mut measured.warnings);
+    measured.warnings = warnings;
+    measured.look_over();
+    Ok(measured)
+}
+
+fn check_length(operation: SumOperation<Length>) -> Result<(), Error> {
+    let (length, is_radius) = match operation {
+        SumOperation::Offset(length) => (length.value, false),
+        SumOperation::Opening(length) | SumOperation::Closing(length) => (length.value, true),
+        SumOperation::Sum(_) | SumOperation::Difference(_) => return Ok(()),
+    };
+    match length.is_finite() && length != 0.0 && (length > 0.0 || !is_radius) {
+        true => Ok(()),
+        false => Err(Error::Usage(format!("{length} is no distance or radius of an offset, an opening or a closing"))),
+    }
+}
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $operation:ident, [$(($left:ty, $right:ty)),* $(,)?]) => {$(
+        impl $trait<$right> for $left {
+            type Output = Shape;
+
+            fn $method(self, other: $right) -> Shape {
+                self.$operation(other)
+            }
+        }
+    )*};
+}
+
+macro_rules! operators {
+    ($($trait:ident, $method:ident, $operation:ident;)*) => {$(
+        operator!($trait, $method, $operation, [
+            (&Solid, &Solid), (&Solid, &Shape), (&Solid, Shape),
+            (&Shape, &Solid), (&Shape, &Shape), (&Shape, Shape),
+            (Shape, &Solid), (Shape, &Shape), (Shape, Shape),
+        ]);
+    )*};
+}
+
+operators! {
+    BitAnd, bitand, intersect;
+    BitOr, bitor, union;
+    BitXor, bitxor, xor;
+    Sub, sub, difference;
+}

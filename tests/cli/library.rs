@@ -1,0 +1,194 @@
+//! The library gives the very numbers of the command line.
+
+use ldi_ops::{Axes, Axis, Backend, Error, FillRule, Limits, Mode, Report, Settings, Shape, Solid, Unit};
+use serde_json::Value;
+
+use crate::{Folder, cube};
+
+/// A gyroid and a ball of different units, and a brush.
+fn models() -> Folder {
+    let folder = Folder::new();
+    let gyroid = ["generate", "gyroid", "--cells", "2", "--cell-size", "4", "--wall", "0.8", "--resolution", "12"];
+    folder.run(&[&gyroid[..], &["-o", "a.3mf"]].concat()).code(0);
+    folder.run(&["generate", "sphere", "--radius", "3", "-o", "b.stl"]).code(0);
+    folder.run(&["generate", "cubic", "--cells", "2", "--radius", "0.5", "-o", "c.stl"]).code(0);
+    folder
+}
+
+fn solid(folder: &Folder, name: &str) -> Solid {
+    Solid::open(folder.path(name)).unwrap()
+}
+
+/// Holds an estimate to the `volume` of a JSON result.
+fn assert_same(estimate: &ldi_ops::Estimate, json: &Value) {
+    let volume = &json["volume"];
+    assert_eq!(volume["value"].as_f64(), Some(estimate.value), "{volume}");
+    assert_eq!(volume["estimate_error"].as_f64(), Some(estimate.error), "{volume}");
+}
+
+#[test]
+fn the_first_program_of_the_interface_prints_what_the_command_line_prints() {
+    let folder = models();
+    let common = solid(&folder, "a.3mf").intersect(solid(&folder, "b.stl")).sample(&Settings::rays(64)).unwrap();
+    common.surface().unwrap().write(folder.path("common.stl")).unwrap();
+    let job = ["intersect", "a.3mf", "b.stl", "--resolution", "64", "--mode", "exact", "-o", "same.stl"];
+    let json = folder.json(&job);
+    assert_same(&common.volume(), &json);
+    let [ours, theirs] = ["common.stl", "same.stl"].map(|name| std::fs::read(folder.path(name)).unwrap());
+    assert_eq!(ours, theirs);
+    let printed = folder.run(&job[..7]).code(0).stdout();
+    assert!(printed.contains(&common.volume().to_string()), "{printed} {}", common.volume());
+}
+
+#[test]
+fn expressions_by_operators_methods_and_text_are_one() {
+    let folder = models();
+    let [a, b, c] = ["a.3mf", "b.stl", "c.stl"].map(|name| solid(&folder, name));
+    let settings = Settings::rays(48);
+    let part = (&a & &(&b | &c)) - &c.offset(-0.1);
+    assert!(part.volume(&settings).unwrap().value > 0.0);
+    let operators = (&a & &(&b | &c)) ^ &b;
+    let methods = a.intersect(b.union(&c)).xor(&b);
+    let text = Shape::parse("(a & (b | c)) ^ b", [("a", &a), ("b", &b), ("c", &c)]).unwrap();
+    let json = folder.json(&[
+        "csg",
+        "(a & (b | c)) ^ b",
+        "a=a.3mf",
+        "b=b.stl",
+        "c=c.stl",
+        "--resolution",
+        "48",
+        "--mode",
+        "exact",
+    ]);
+    for shape in [operators, methods, text] {
+        assert_same(&shape.volume(&settings).unwrap(), &json);
+    }
+    let wrong = Shape::parse("a & & b", [("a", &a), ("b", &b)]).unwrap_err();
+    assert!(wrong.to_string().contains("character 5"), "{wrong}");
+}
+
+#[test]
+fn single_solids_have_exact_volumes_and_their_images_estimates() {
+    let folder = models();
+    let a = solid(&folder, "a.3mf");
+    let json = folder.json(&["volume", "a.3mf", "--resolution", "40"]);
+    let volume = a.volume(&Settings::rays(40)).unwrap();
+    assert_same(&volume, &json);
+    assert_eq!(volume.method, ldi_ops::Method::Exact);
+    for (mode, word) in [(Mode::Exact, "exact"), (Mode::OVER, "over"), (Mode::UNDER, "under")] {
+        let settings =
+            Settings::pitch(0.2).mode(mode).axes(Axes::Z).fill(FillRule::NonZero).backend(Backend::Cpu).threads(2);
+        let sampled = a.sample(&settings).unwrap();
+        let job =
+            ["sample", "a.3mf", "--pitch", "0.2", "--mode", word, "--axis", "z", "--fill", "nonzero", "-o", "a.npz"];
+        assert_same(&sampled.volume(), &folder.json(&job));
+        sampled.write(folder.path("b.npz")).unwrap();
+        let [ours, theirs] = ["b.npz", "a.npz"].map(|name| std::fs::read(folder.path(name)).unwrap());
+        assert!(ours == theirs, "{word}");
+        assert!(sampled.image(Axis::Z).is_some() && sampled.image(Axis::X).is_none());
+        assert!(sampled.surface().is_err());
+    }
+}
+
+#[test]
+fn sums_and_offsets_are_those_of_the_command_line() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    folder.stl("b.stl", &cube(0.0, 0.5));
+    let [a, b] = ["a.stl", "b.stl"].map(|name| solid(&folder, name));
+    let settings = Settings::rays(32).memory_limit(2 << 30);
+    let cases: [(Shape, &[&str]); 5] = [
+        (a.minkowski_sum(&b), &["minkowski", "a.stl", "b.stl"]),
+        (a.minkowski_difference(&b), &["minkowski", "a.stl", "b.stl", "--difference"]),
+        (a.offset(0.2), &["offset", "a.stl", "--distance", "0.2"]),
+        (a.open(0.5), &["open", "a.stl", "--radius", "0.5"]),
+        (a.close(0.5), &["close", "a.stl", "--radius", "0.5"]),
+    ];
+    for (shape, job) in cases {
+        let json = folder.json(&[job, &["--resolution", "32", "--mode", "exact"]].concat());
+        let sampled = shape.sample(&settings).unwrap();
+        assert_same(&sampled.volume(), &json);
+        assert_same(&shape.volume(&settings).unwrap(), &json);
+    }
+    assert!(matches!(a.offset(0.0).volume(&settings), Err(Error::Usage(_))));
+    assert!(matches!(a.offset(0.1).volume(&Settings::tolerance(0.1)), Err(Error::Usage(_))));
+}
+
+#[test]
+fn reports_are_those_of_the_command_line() {
+    let folder = models();
+    std::fs::write(folder.path("limits.toml"), "porosity = { min = \"50 %\" }\n").unwrap();
+    let [a, b] = ["a.3mf", "b.stl"].map(|name| solid(&folder, name));
+    let limits = Limits::open(folder.path("limits.toml")).unwrap();
+    let report = Report::of(&a).region(&b).limits(&limits).measure(&Settings::rays(32)).unwrap();
+    let job = ["report", "a.3mf", "--roi", "b.stl", "--limits", "limits.toml", "--resolution", "32", "-o", "report"];
+    let json = folder.json(&job);
+    for metric in json["metrics"].as_array().unwrap() {
+        let ours = &report[metric["id"].as_str().unwrap()];
+        assert_eq!(ours.value, metric["value"].as_f64(), "{metric}");
+    }
+    assert_eq!(json["verdict"]["passed"].as_bool(), Some(report.verdict().unwrap().passed));
+    report.write(folder.path("ours")).unwrap();
+    for name in ["report.html", "metrics.json", "metrics.csv", "methods.txt"] {
+        assert!(folder.path("ours").join(name).is_file(), "{name}");
+    }
+    assert!(report["porosity"].to_string().contains('%'), "{}", report["porosity"]);
+}
+
+#[test]
+fn meshes_that_are_open_are_an_error_with_all_their_defects() {
+    let folder = Folder::new();
+    let mut open = cube(0.0, 1.0);
+    open.pop();
+    folder.stl("open.stl", &open);
+    match Solid::open(folder.path("open.stl")) {
+        Err(Error::NotClosed(mesh)) => {
+            assert_eq!(mesh.report.open_edges.count, 3);
+            assert!(mesh.to_string().contains("open.stl: the mesh is not closed"), "{mesh}");
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn solids_from_triangles_take_units_and_placements() {
+    let folder = models();
+    let mesh = solid(&folder, "b.stl").mesh().clone();
+    let ball = Solid::from_triangles(mesh.positions, mesh.triangles).unwrap().unit(Unit::Metre);
+    let settings = Settings::rays(16);
+    let volume = ball.volume(&settings).unwrap();
+    let scaled = ball.clone().transformed(glam::DAffine3::from_scale(glam::DVec3::splat(2.0)));
+    let twice = scaled.volume(&settings).unwrap();
+    assert!((twice.value / volume.value - 8.0).abs() < 1e-12);
+    assert!(volume.to_string().ends_with(" m³ (exact)"), "{volume}");
+    // The first solid says the unit.
+    let both = scaled.intersect(solid(&folder, "b.stl").unit(Unit::Millimetre)).volume(&settings).unwrap();
+    assert!(both.value < 1e-6 * volume.value && both.unit == Some(Unit::Metre), "{both}");
+}
+
+#[test]
+fn a_listener_stops_any_operation() {
+    struct Stop;
+    impl ldi_ops::Progress for Stop {
+        fn update(&self, _: &str, _: u64, _: u64) -> std::ops::ControlFlow<()> {
+            std::ops::ControlFlow::Break(())
+        }
+    }
+    let folder = models();
+    let [a, b] = ["a.3mf", "b.stl"].map(|name| solid(&folder, name));
+    let settings = Settings::rays(32).progress(&Stop);
+    for shape in [a.intersect(&b), a.minkowski_sum(&b), a.offset(0.1), a.close(0.2), Shape::from(&a)] {
+        assert_eq!(shape.sample(&settings).unwrap_err(), Error::Cancelled);
+    }
+    assert_eq!(Report::of(&a).measure(&settings).unwrap_err(), Error::Cancelled);
+}
+
+#[test]
+fn voxels_are_the_nodes_that_the_images_have_inside() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    let voxels = solid(&folder, "a.stl").sample(&Settings::rays(8)).unwrap().voxels();
+    assert_eq!((voxels.size, voxels.values.iter().map(|&v| u32::from(v)).sum::<u32>()), ([8; 3], 512));
+    assert!((voxels.spacing - 0.25).abs() < 1e-12 && (voxels.origin.x - 0.125).abs() < 1e-6);
+}
