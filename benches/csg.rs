@@ -1,9 +1,8 @@
-//! A CSG of five solids, `gyroid & (bone | torus | sphere) - cylinder`, against what it consists of:
-//! `cargo bench --bench csg [-- FILTER]`.
+//! A CSG of five solids, `gyroid & (bone | torus | sphere) - cylinder`, and its parts: `cargo bench --bench csg [-- FILTER]`.
 //!
-//! *sample* makes the five images, *sweep* the result from them, *chain* the result by Booleans of two and images between,
-//! and *whole* all of it. Elements are the samples of the five images, of which a sweep is one pass. *read once* goes
-//! through them and does nothing but add the depths up. `RAYON_NUM_THREADS=1` gives the cost on one thread.
+//! *sample* makes the five images, *sweep* the result from them, *chain* the result by Booleans of two operands with
+//! intermediate images, and *whole* all of it. Elements are the samples of the five images; a sweep is one pass over them.
+//! *read once* only passes over them and adds the depths up. `RAYON_NUM_THREADS=1` gives the cost on one thread.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -22,7 +21,7 @@ const RESOLUTION: u32 = 512;
 const NAMES: [&str; 5] = ["gyroid", "bone", "torus", "sphere", "cylinder"];
 const EXPRESSION: &str = "gyroid & (bone | torus | sphere) - cylinder";
 
-/// The five solids about one place, the gyroid of some 870 000 triangles.
+/// Returns the five solids about one centre, the gyroid of some 870 000 triangles.
 fn solids() -> Vec<ClosedMesh> {
     let built = |kind: &str, parameters: &[(&str, &str)], size: f64| {
         let model = Model::from_parameters(kind, parameters).expect("the parameters exist");
@@ -53,7 +52,7 @@ fn sweep(plan: &Plan, images: &[Ldi]) -> Ldi {
     plan.sweep(&images.iter().map(Operand::from).collect::<Vec<_>>()).expect("the images are of one grid")
 }
 
-/// Booleans of two at a time.
+/// Evaluates the CSG by Booleans of two operands.
 fn chain(images: &[Ldi]) -> Ldi {
     let two = |operation, a: &Ldi, b: &Ldi| merge(operation, a, b).expect("the images are of one grid");
     let either = two(BooleanOperation::Union, &images[1], &images[2]);
@@ -107,7 +106,7 @@ fn five(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// What each operation costs for as many copies of a gyroid, shifted.
+/// Measures the cost of each operation on a number of shifted copies of a gyroid.
 fn copies(criterion: &mut Criterion) {
     let model = Model::from_parameters("gyroid", &[("resolution", "16")]).expect("the parameters exist");
     let mesh = model.build().expect("the parameters are in range");

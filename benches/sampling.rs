@@ -1,7 +1,7 @@
-//! The stages from a mesh to a volume, each by itself: `cargo bench --bench sampling [-- FILTER]`.
+//! The stages from a mesh to a volume, each separately: `cargo bench --bench sampling [-- FILTER]`.
 //!
-//! Throughput is in elements, triangles and crossings together, so that models of any size compare. All threads of the
-//! machine take part; `RAYON_NUM_THREADS=1` gives the cost on one.
+//! Throughput is in elements, triangles and crossings together, so that models of any size compare. All threads of the machine
+//! run; `RAYON_NUM_THREADS=1` gives the cost on one.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -29,17 +29,17 @@ fn built(kind: &str, parameters: &[(&str, &str)]) -> TriangleMesh {
     model.build().expect("the parameters are in range")
 }
 
-/// Some 870 000 triangles.
+/// Builds a gyroid of some 870 000 triangles.
 fn gyroid() -> TriangleMesh {
     built("gyroid", &[("resolution", "26")])
 }
 
-/// Some 33 000 triangles.
+/// Builds a bone of some 33 000 triangles.
 fn bone() -> TriangleMesh {
     built("bone", &[])
 }
 
-/// Many thin plates across z: deep along z, slivers along x and y.
+/// Builds many thin plates across z: deep along z, slivers along x and y.
 fn plates() -> TriangleMesh {
     let mut all = TriangleMesh::default();
     for i in 0..24 {
@@ -96,7 +96,7 @@ fn sampling(criterion: &mut Criterion) {
     }
 }
 
-/// The over-estimate of an intersection in one pass of masks, against two images and a merge; then exact.
+/// Measures the over-estimate of an intersection in one pass of masks, against two images and a merge; then exact.
 fn intersection(criterion: &mut Criterion) {
     let (a, b) = (closed(gyroid()), closed(bone()));
     let grid = grid_around(&[&a, &b]);
@@ -123,7 +123,7 @@ fn intersection(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// What is done with images: elements are samples.
+/// Measures operations on images; elements are samples.
 fn images(criterion: &mut Criterion) {
     let a = closed(gyroid());
     let mut shifted = gyroid();
@@ -152,7 +152,7 @@ fn images(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// What is done with meshes before any ray is cast: elements are triangles. A soup is what STL files hold.
+/// Measures operations on meshes before sampling; elements are triangles. STL files hold a soup.
 fn meshes(criterion: &mut Criterion) {
     let shared = gyroid();
     let corners = shared.triangles.iter().flatten().map(|&vertex| shared.positions[vertex as usize]);
@@ -166,7 +166,7 @@ fn meshes(criterion: &mut Criterion) {
         let mut held = Some(mesh);
         group.bench_function("check", |bencher| {
             bencher.iter(|| {
-                // The check takes the mesh and gives it back, so that no copy is timed.
+                // The check takes and returns the mesh, so that no copy is timed.
                 let mesh = held.take().expect("every round gives the mesh back");
                 held = Some(closed(mesh).into_mesh());
             });

@@ -1,4 +1,4 @@
-//! Sheets to render: one with everything, one with hardly anything. Their numbers are made up, near those of a gyroid.
+//! Sheets for tests: one with everything, one with hardly anything. Their numbers are invented, near those of a gyroid.
 
 use crate::mesh::LengthUnit;
 
@@ -7,10 +7,10 @@ use super::quantity::Quantity;
 use super::sheet::*;
 
 const MM: Option<LengthUnit> = Some(LengthUnit::Millimetre);
-/// A title that every writer has to escape.
+/// A title that every writer must escape.
 pub const AWKWARD: &str = "a&b <script>alert(\"1\")</script> 'quoted', with a name so long that it has to be broken somewhere_or_other_however_few_spaces_it_has.stl";
 
-/// A metric with a value, an error and bounds 2 % around it.
+/// Returns a metric with a value, an error and bounds 2 % around it.
 fn metric(
     id: &'static str,
     group: Group,
@@ -50,13 +50,13 @@ fn missing(mut metric: Metric, why: &str) -> Metric {
     metric
 }
 
-/// A metric with a parameter more.
+/// Returns a metric with one more parameter.
 fn with(mut metric: Metric, name: &'static str, value: &str) -> Metric {
     metric.parameters.push((name, value.to_owned()));
     metric
 }
 
-/// Everything that a sheet can hold.
+/// Returns a sheet with every kind of content.
 pub fn rich() -> Sheet {
     use Group::*;
     use Quantity::*;
@@ -121,7 +121,7 @@ pub fn rich() -> Sheet {
     }
 }
 
-/// A block without unit and pores, of which little can be said.
+/// Returns the sheet of a block without unit and pores, for which few metrics have values.
 pub fn poor() -> Sheet {
     let mut block = rich();
     block.title = AWKWARD.to_owned();
@@ -142,7 +142,7 @@ pub fn poor() -> Sheet {
             _ => *metric = missing(metric.clone(), "no pores <in> this & that solid"),
         }
     }
-    // What a writer may meet though it should not.
+    // Values that a writer must survive although measuring never produces them.
     block.metrics[0].value = Some(f64::NAN);
     block.metrics[1].lower = Some(f64::NEG_INFINITY);
     block
@@ -304,7 +304,7 @@ fn provenance(path: &str) -> Provenance {
     }
 }
 
-/// A gyroid's slices, thickness a smooth invention.
+/// Returns slices of a gyroid; the thickness is an invented smooth function.
 fn slices() -> Vec<Slice> {
     let slice = |(across, along): (&'static str, [&'static str; 2])| {
         let size = [96, 72];
@@ -323,7 +323,7 @@ fn slices() -> Vec<Slice> {
     [("x", ["y", "z"]), ("y", ["x", "z"]), ("z", ["x", "y"])].into_iter().map(slice).collect()
 }
 
-/// A picture, as a PNG file.
+/// Returns a picture as a PNG file.
 fn view() -> Vec<u8> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, 64, 48);

@@ -1,6 +1,6 @@
-//! Names of metrics that do not change, for programs, limits and the places of a report that pick metrics by name.
+//! Stable names of metrics, for programs, limits and the parts of a report that select metrics by name.
 //!
-//! A name is the path from phase or subject to statistic. Statistics of a distribution are `mean`, `deviation`, `min`, `p1`,
+//! A name is the path from phase or subject to statistic. Statistics of a distribution are `mean`, `sd`, `min`, `p1`,
 //! `p5`, `p50`, `p95` and `max`; directions are `x`, `y` and `z`.
 
 /// TV, the volume of the region.
@@ -9,9 +9,9 @@ pub const TOTAL_VOLUME: &str = "volume.total";
 pub const SOLID_VOLUME: &str = "volume.solid";
 /// 1 − BV/TV.
 pub const POROSITY: &str = "porosity";
-/// The pores that reach the region's faces.
+/// The share of the region in pores that reach its faces.
 pub const OPEN_POROSITY: &str = "porosity.open";
-/// The pores that do not.
+/// The share of the region in pores that do not reach its faces.
 pub const CLOSED_POROSITY: &str = "porosity.closed";
 /// BS.
 pub const SURFACE: &str = "surface.area";
@@ -19,9 +19,9 @@ pub const SURFACE: &str = "surface.area";
 pub const SURFACE_PER_SOLID: &str = "surface.specific";
 /// BS/TV.
 pub const SURFACE_PER_TOTAL: &str = "surface.density";
-/// The largest ball that passes from face to face along the hardest of the axes.
+/// The diameter of the largest ball that passes from face to face along the hardest of the axes.
 pub const PERCOLATION: &str = "percolation";
-/// The largest ball that fits into the pores.
+/// The diameter of the largest ball that fits into the pores.
 pub const LARGEST_PORE: &str = "pore.largest";
 /// Tb.Th.
 pub const THICKNESS: &str = "solid.thickness.mean";

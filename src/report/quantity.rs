@@ -1,4 +1,4 @@
-//! What the values of a report are in: pure numbers, shares and powers of a length.
+//! Quantities and units of the values of a report: pure numbers, shares and powers of a length.
 
 use std::fmt;
 
@@ -7,18 +7,18 @@ use serde::{Serialize, Serializer};
 
 use crate::unit;
 
-/// What kind of thing a value is.
+/// The kind of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
     /// A pure number.
     Number,
-    /// A part of a whole, from 0 to 1; people read it in percent.
+    /// A part of a whole, from 0 to 1; shown in percent.
     Share,
     /// A power of a length: 1, 2 for areas, −3 for a density of connections.
     Length(i8),
 }
 
-/// A quantity and, for powers of a length, which length that is, if it is known.
+/// A quantity and, for powers of a length, the unit of length, if known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit {
     pub quantity: Quantity,
@@ -26,15 +26,15 @@ pub struct Unit {
 }
 
 impl Quantity {
-    /// The unit of this quantity in a solid whose coordinates are in `length`.
+    /// Returns the unit of this quantity in a solid whose coordinates are in `length`.
     pub fn of(self, length: Option<LengthUnit>) -> Unit {
         Unit { quantity: self, length }
     }
 }
 
 impl Unit {
-    /// As people write it: `mm²`, `1/µm`, `%`; nothing for pure numbers. What is in coordinates of an unknown unit is
-    /// in `units`.
+    /// Returns the symbol for readers: `mm²`, `1/µm`, `%`; empty for pure numbers. Lengths in coordinates of an unknown unit
+    /// are in `units`.
     pub fn for_people(&self) -> String {
         match self.quantity {
             Quantity::Number => String::new(),
@@ -57,7 +57,7 @@ impl Unit {
         }
     }
 
-    /// What a value in this unit is multiplied by to be in another one; nothing where the two do not convert.
+    /// Returns the factor that converts a value in this unit to another one; `None` if the two do not convert.
     pub fn factor_to(&self, other: &Unit) -> Option<f64> {
         match (self.quantity, self.length, other.length) {
             _ if self.quantity != other.quantity => None,
@@ -68,7 +68,7 @@ impl Unit {
         }
     }
 
-    /// What a value is multiplied by before people read it.
+    /// Returns the factor of a value in its text for readers.
     pub fn scale_for_people(&self) -> f64 {
         match self.quantity {
             Quantity::Share => 100.0,
@@ -77,7 +77,7 @@ impl Unit {
     }
 }
 
-/// As machines read it, in ASCII: `mm^2`, `1/um`; `1` of numbers and shares; nothing where the length is not known.
+/// The form for programs, in ASCII: `mm^2`, `1/um`; `1` for numbers and shares; empty if the length is unknown.
 impl fmt::Display for Unit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.quantity, self.length) {
@@ -94,7 +94,7 @@ impl fmt::Display for Unit {
     }
 }
 
-/// The text for machines; null where the length is not known.
+/// The text for programs; null if the length is unknown.
 impl Serialize for Unit {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match (self.quantity, self.length) {

@@ -1,4 +1,4 @@
-//! Everything that a report says of one solid, before it is said.
+//! The data behind one scaffold report.
 //!
 //! All values are in world units (`unit` names the length, if it is known), positions in world coordinates. JSON is this
 //! structure without pictures.
@@ -8,26 +8,26 @@ use serde::{Serialize, Serializer};
 
 use super::quantity::Unit;
 
-/// The version of metrics.json.
+/// The schema version of metrics.json.
 pub const SCHEMA: &str = "ldi-ops-report/1";
 
 /// A report on one solid.
 #[derive(Clone, Debug, Serialize)]
 pub struct Sheet {
-    /// The version of the JSON.
+    /// The schema version of the JSON.
     pub schema: &'static str,
     /// The name of the solid: that of its file.
     pub title: String,
-    /// The unit of length; nothing where neither the file nor the user says.
+    /// The unit of length; `None` if neither the file nor the user states it.
     #[serde(serialize_with = "symbol")]
     pub unit: Option<LengthUnit>,
-    /// What the limits come to, where any were given.
+    /// The result of checking the limits, if any were given.
     pub verdict: Option<Verdict>,
     /// Remarks on inputs and metrics.
     pub alerts: Vec<Alert>,
     /// All metrics of the catalogue, in its order.
     pub metrics: Vec<Metric>,
-    /// Distributions.
+    /// The distributions.
     pub histograms: Vec<HistogramPlot>,
     /// Access to the pores from outside, by diameter.
     pub access: Option<AccessCurve>,
@@ -45,49 +45,49 @@ pub struct Sheet {
 }
 
 impl Sheet {
-    /// A metric by its id.
+    /// Returns a metric by its id.
     pub fn metric(&self, id: &str) -> Option<&Metric> {
         self.metrics.iter().find(|metric| metric.id == id)
     }
 }
 
-/// A number, what it means and how it came about.
+/// A number with its meaning and its provenance.
 #[derive(Clone, Debug, Serialize)]
 pub struct Metric {
-    /// A name that does not change, for programs: `porosity`, `solid.thickness.mean`; see [`super::id`].
+    /// A stable name for programs: `porosity`, `solid.thickness.mean`; see [`super::id`].
     pub id: &'static str,
     /// The family that the metric belongs to.
     pub group: Group,
-    /// As the field writes it: `BV/TV`, `Tb.Th`.
+    /// The symbol in the literature: `BV/TV`, `Tb.Th`.
     pub symbol: &'static str,
-    /// The name for people.
+    /// The name for readers.
     pub name: &'static str,
-    /// One line: what it is.
+    /// The definition in one line.
     pub definition: &'static str,
-    /// Nothing where there is none; `status` and `warnings` say why.
+    /// The value; if `None`, `status` and `warnings` say why.
     pub value: Option<f64>,
     /// An estimate of the error of the value, ±; not a bound.
     pub error: Option<f64>,
-    /// What it is at least, and at most: from the inner and the outer solid.
+    /// The lower bound, from the inner and the outer solid.
     pub lower: Option<f64>,
     /// The upper bound, likewise.
     pub upper: Option<f64>,
     /// The unit of the value.
     pub unit: Unit,
-    /// How it was found.
+    /// The method of measurement.
     pub method: &'static str,
-    /// What it depends on beside the solid: names and values.
+    /// Parameters of the value beside the solid: names and values.
     #[serde(serialize_with = "object")]
     pub parameters: Vec<(&'static str, String)>,
-    /// Where the definition is from.
+    /// The source of the definition.
     pub reference: &'static str,
-    /// Whether the value holds.
+    /// The status of the value.
     pub status: Status,
     /// Reasons for doubt.
     pub warnings: Vec<String>,
 }
 
-/// The section of the table a metric is in.
+/// The section of the table that a metric is in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Group {
@@ -113,33 +113,33 @@ pub enum Group {
     Manufacture,
 }
 
-/// Whether there is a value, and if not, why.
+/// The status of a value: present, or the reason why not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
-    /// There is one.
+    /// The value is measured.
     Measured,
-    /// There is none in this solid: the separation of a block without pores.
+    /// The metric is undefined for this solid: the separation of a block without pores.
     NotApplicable,
-    /// The raster is too coarse for it; a value may be there, and a warning is.
+    /// The raster is too coarse for the metric; there may be a value, and there is a warning.
     NotResolved,
 }
 
-/// What the user's limits come to.
+/// The result of checking the user's limits.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
-    /// Whether every limit is kept.
+    /// True if every limit is kept.
     pub passed: bool,
     /// The limits, in the order of their file.
     pub limits: Vec<LimitVerdict>,
 }
 
-/// One limit, and the metric held to it.
+/// One limit and the metric checked against it.
 #[derive(Clone, Debug, Serialize)]
 pub struct LimitVerdict {
     /// The metric's id.
     pub metric: String,
-    /// The name of the metric for people.
+    /// The name of the metric for readers.
     pub name: String,
     /// The least value allowed.
     pub min: Option<f64>,
@@ -161,20 +161,20 @@ pub struct LimitVerdict {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LimitOutcome {
-    /// Value and bounds keep it.
+    /// The value and its bounds keep it.
     Kept,
-    /// The value keeps it, though a bound does not.
+    /// The value keeps it, but a bound does not.
     KeptWithinBounds,
     /// The value breaks it.
     Broken,
-    /// There is no value to hold against it; counts as broken.
+    /// There is no value to check; counts as broken.
     NoValue,
 }
 
-/// Something that the reader must know before believing a number.
+/// A fact that the reader must know before trusting a number.
 #[derive(Clone, Debug, Serialize)]
 pub struct Alert {
-    /// A name that does not change, for programs.
+    /// A stable name for programs.
     pub code: &'static str,
     /// The severity.
     pub severity: Severity,
@@ -188,18 +188,18 @@ pub struct Alert {
 pub enum Severity {
     /// For information.
     Note,
-    /// The values may not hold.
+    /// The values may be wrong.
     Warning,
 }
 
 /// A distribution to be drawn.
 #[derive(Clone, Debug, Serialize)]
 pub struct HistogramPlot {
-    /// `solid.thickness`, `pore.size.local`, `pore.size.access`, `chords.solid.x` …
+    /// The id: `solid.thickness`, `pore.size.local`, `pore.size.access`, `chords.solid.x` …
     pub id: String,
     /// The title of the chart.
     pub title: String,
-    /// What its axis is in.
+    /// The unit of its axis.
     pub unit: Unit,
     /// `solid` or `pore`.
     pub phase: &'static str,
@@ -213,7 +213,7 @@ pub struct HistogramPlot {
     pub deviation: f64,
     /// Shares of weight and the values below which they lie: p1, p5, p50, p95.
     pub quantiles: Vec<(f64, f64)>,
-    /// What it shows, and what good and bad look like.
+    /// The meaning of the plot, with examples of good and bad ones.
     pub reading: &'static str,
 }
 
@@ -222,7 +222,7 @@ pub struct HistogramPlot {
 pub struct AccessCurve {
     /// Diameters and shares (0 to 1), diameters ascending from 0.
     pub points: Vec<[f64; 2]>,
-    /// The largest ball that gets from face to face along x, y and z, by its diameter.
+    /// Diameters of the largest balls that pass from face to face along x, y and z.
     pub percolation: [Option<f64>; 3],
 }
 
@@ -233,7 +233,7 @@ pub struct Profile {
     pub axis: &'static str,
     /// Centres of the slices, in world coordinates.
     pub positions: Vec<f64>,
-    /// From 0 to 1; not a number (null) where the region has no area.
+    /// Porosities from 0 to 1; not a number (null) where the region has no area.
     pub porosity: Vec<f64>,
 }
 
@@ -242,13 +242,13 @@ pub struct Profile {
 pub struct Anisotropy {
     /// Degree of anisotropy, 1 − (c/a)².
     pub degree: f64,
-    /// Half axes a ≥ b ≥ c, as lengths; infinite (null) of plates.
+    /// Half axes a ≥ b ≥ c, as lengths; infinite (null) for plates.
     pub lengths: [f64; 3],
-    /// Their directions, of length 1.
+    /// Their directions, as unit vectors.
     pub directions: [[f64; 3]; 3],
 }
 
-/// What the main metrics come to when something is varied that should not matter.
+/// The main metrics as a quantity varies that should not matter.
 #[derive(Clone, Debug, Serialize)]
 pub struct Convergence {
     /// The quantity that is varied.
@@ -272,65 +272,65 @@ pub enum Varied {
 /// One metric of a convergence study.
 #[derive(Clone, Debug, Serialize)]
 pub struct ConvergenceSeries {
-    /// Its id.
+    /// The id of the metric.
     pub metric: &'static str,
-    /// One for each of [`Convergence::at`].
+    /// One value for each of [`Convergence::at`].
     pub values: Vec<Option<f64>>,
-    /// The observed order p of an error that shrinks as h^p; nothing where the values do not tell.
+    /// The observed order p of an error that shrinks as h^p; `None` if the values do not determine it.
     pub order: Option<f64>,
 }
 
-/// Where the numbers are from.
+/// The provenance of the numbers.
 #[derive(Clone, Debug, Serialize)]
 pub struct Provenance {
     /// The files that were read.
     pub inputs: Vec<InputFile>,
-    /// As it was typed.
+    /// The command line as typed.
     pub command_line: String,
     /// The version of the library.
     pub version: &'static str,
-    /// ISO 8601, UTC.
+    /// The time of the report, in ISO 8601, UTC.
     pub made: String,
     /// The device that sampled.
     pub device: String,
-    /// Threads of the processor.
+    /// Number of processor threads.
     pub threads: usize,
-    /// Rays along x, y and z.
+    /// Numbers of rays along x, y and z.
     pub rays: [u32; 3],
-    /// In world units.
+    /// The pitch in world units.
     pub pitch: f64,
-    /// `clip`, `periodic` or `border`.
+    /// The boundary condition: `clip`, `periodic` or `border`.
     pub edges: &'static str,
-    /// `box`, `hull`, `wrap:` and a diameter, or the file of the region of interest.
+    /// The region: `box`, `hull`, `wrap:` and a diameter, or the file of the region of interest.
     pub region: String,
     /// Stages and their seconds, in order.
     #[serde(serialize_with = "object")]
     pub seconds: Vec<(&'static str, f64)>,
-    /// The most memory that the process held.
+    /// Peak memory of the process.
     pub peak_memory_bytes: Option<u64>,
 }
 
-/// A file that was read.
+/// An input file.
 #[derive(Clone, Debug, Serialize)]
 pub struct InputFile {
     /// `solid` or `roi`.
     pub role: &'static str,
     /// Its path as it was given.
     pub path: String,
-    /// Its hash (SHA-256), in hexadecimal.
+    /// Its SHA-256 hash, in hexadecimal.
     pub sha256: String,
-    /// Its triangles.
+    /// Its number of triangles.
     pub triangles: u64,
-    /// Whether its mesh is closed.
+    /// True if its mesh is closed.
     pub closed: bool,
-    /// Whether its triangles agree on what is outside.
+    /// True if its triangles agree on which side is outside.
     pub oriented: bool,
     /// The unit that it states.
     #[serde(serialize_with = "symbol")]
     pub unit: Option<LengthUnit>,
 }
 
-/// Pairs as an object with their names as keys.
+/// Serialises pairs as an object with their names as keys.
 fn object<S: Serializer, V: Serialize>(pairs: &[(&'static str, V)], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_map(pairs.iter().map(|(name, value)| (name, value)))
 }
@@ -339,7 +339,7 @@ fn symbol<S: Serializer>(unit: &Option<LengthUnit>, serializer: S) -> Result<S::
     unit.map(LengthUnit::symbol).serialize(serializer)
 }
 
-/// What is to be seen, as arrays and files.
+/// The pictures, as arrays and files.
 #[derive(Clone, Debug, Default)]
 pub struct Pictures {
     /// A shaded view, as PNG.
@@ -348,20 +348,20 @@ pub struct Pictures {
     pub slices: Vec<Slice>,
 }
 
-/// A plane of nodes with what is known of them.
+/// A plane of nodes with their phases and local sizes.
 #[derive(Clone, Debug)]
 pub struct Slice {
     /// `x`, `y` or `z`: the axis across the slice.
     pub across: &'static str,
-    /// Where it lies on that axis, in world units.
+    /// Its coordinate on that axis, in world units.
     pub position: f64,
     /// The axes along columns and rows, by name.
     pub along: [&'static str; 2],
     /// Columns and rows; row 0 is the lowest coordinate.
     pub size: [usize; 2],
-    /// Of each node, rows one after another.
+    /// The nodes, row by row.
     pub nodes: Vec<SliceNode>,
-    /// The distance of nodes, in world units.
+    /// The distance between nodes, in world units.
     pub pitch: f64,
 }
 
@@ -370,8 +370,8 @@ pub struct Slice {
 pub enum SliceNode {
     /// Outside the region.
     Outside,
-    /// With the local thickness, in world units.
+    /// In the solid, with the local thickness, in world units.
     Solid(f32),
-    /// With the local width of the pore, in world units.
+    /// In a pore, with its local width, in world units.
     Pore(f32),
 }

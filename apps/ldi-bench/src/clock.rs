@@ -4,19 +4,19 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-/// How long work took, in seconds.
+/// The duration of work, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Times {
-    /// By the clock on the wall.
+    /// Wall-clock time.
     pub wall: f64,
-    /// Of all processors together, as far as this process had them: other programs slow the wall clock alone.
+    /// Time of all processors together spent on this process: other programs slow only the wall clock.
     pub cpu: f64,
 }
 
-/// Rounds before any is timed.
+/// Untimed warm-up rounds.
 const WARM_UP: usize = 2;
 
-/// The median times of `runs` rounds of `work`, wall and processor apart, after a warm-up.
+/// Returns the median times of `runs` rounds of `work`, wall and processor separately, after a warm-up.
 pub fn median_times<T>(runs: usize, mut work: impl FnMut() -> T) -> Times {
     for _ in 0..WARM_UP {
         drop(work());
@@ -32,7 +32,7 @@ pub fn median_times<T>(runs: usize, mut work: impl FnMut() -> T) -> Times {
     Times { wall: median(walls), cpu: median(cpus) }
 }
 
-/// The median; the mean of the middle two of an even number.
+/// Returns the median; of an even number of values, the mean of the middle two.
 ///
 /// # Panics
 /// If there is no value.
@@ -42,7 +42,7 @@ pub fn median(mut values: Vec<f64>) -> f64 {
     if values.len().is_multiple_of(2) { 0.5 * (values[middle - 1] + values[middle]) } else { values[middle] }
 }
 
-/// Processor time of this process so far; not a number where the system does not tell.
+/// Returns the processor time of this process so far; NaN if the system does not report it.
 #[cfg(unix)]
 fn processor_seconds() -> f64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };

@@ -1,28 +1,28 @@
-//! Least squares: what a triangle, a crossing and a ray cost, and how a cost grows.
+//! Least-squares fits: the cost of a triangle, a crossing and a ray, and the growth of a cost.
 
 use serde::Serialize;
 
-/// One measurement: what was there and how long it took.
+/// One measurement: the size of a case and its time.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Observation {
-    /// Triangles of the mesh.
+    /// Number of triangles of the mesh.
     pub triangles: f64,
-    /// Crossings of rays with triangles.
+    /// Number of crossings of rays with triangles.
     pub crossings: f64,
-    /// Rays.
+    /// Number of rays.
     pub rays: f64,
     /// Seconds.
     pub seconds: f64,
 }
 
-/// A linear cost, in nanoseconds each.
+/// A linear cost model, in nanoseconds per item.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct LinearCost {
-    /// Of a triangle.
+    /// Cost of a triangle.
     pub per_triangle: f64,
-    /// Of a crossing.
+    /// Cost of a crossing.
     pub per_crossing: f64,
-    /// Of a ray.
+    /// Cost of a ray.
     pub per_ray: f64,
     /// Root of the mean square of (model − measured) / measured.
     pub residual: f64,
@@ -30,8 +30,8 @@ pub struct LinearCost {
     pub worst: f64,
 }
 
-/// The cost t = a·triangles + b·crossings + c·rays with the least sum of squared *relative* errors, so that large models
-/// do not drown small ones; none of a, b, c is below zero. `None` for fewer than three observations.
+/// Fits the cost t = a·triangles + b·crossings + c·rays with the least sum of squared *relative* errors, so that large models
+/// do not dominate; none of a, b, c is below zero. `None` for fewer than three observations.
 pub fn linear_cost(observations: &[Observation]) -> Option<LinearCost> {
     if observations.len() < 3 {
         return None;
@@ -39,7 +39,7 @@ pub fn linear_cost(observations: &[Observation]) -> Option<LinearCost> {
     let rows: Vec<[f64; 3]> =
         observations.iter().map(|o| [o.triangles, o.crossings, o.rays].map(|n| n / o.seconds)).collect();
     let error = |solution: &[f64; 3]| -> f64 { rows.iter().map(|row| (dot(row, solution) - 1.0).powi(2)).sum() };
-    // With three unknowns, every choice of those that are zero can be tried.
+    // With three unknowns, all choices of the zero ones can be tried.
     let free_sets = (1..8u8).map(|bits| [bits & 1 != 0, bits & 2 != 0, bits & 4 != 0]);
     let candidates = free_sets.filter_map(|free| solve(&rows, free)).filter(|s| s.iter().all(|&x| x >= 0.0));
     let best = candidates.min_by(|a, b| error(a).total_cmp(&error(b)))?;
@@ -53,7 +53,7 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// The least-squares solution of `rows · x = 1` where only the free unknowns differ from zero, by normal equations with
+/// Returns the least-squares solution of `rows · x = 1` where only the free unknowns differ from zero, by normal equations with
 /// columns scaled to unit length.
 fn solve(rows: &[[f64; 3]], free: [bool; 3]) -> Option<[f64; 3]> {
     let scale: [f64; 3] = std::array::from_fn(|i| rows.iter().map(|row| row[i] * row[i]).sum::<f64>().sqrt());
@@ -69,7 +69,7 @@ fn solve(rows: &[[f64; 3]], free: [bool; 3]) -> Option<[f64; 3]> {
         m[i][3] = rows.iter().map(|row| row[i] / scale[i]).sum();
     }
     for i in 0..3 {
-        // The matrix is positive semidefinite, so pivots on the diagonal will do.
+        // The matrix is positive semidefinite, so pivots on the diagonal suffice.
         if m[i][i] < 1e-12 {
             return None;
         }
@@ -83,7 +83,7 @@ fn solve(rows: &[[f64; 3]], free: [bool; 3]) -> Option<[f64; 3]> {
     Some(std::array::from_fn(|i| if scale[i] == 0.0 { 0.0 } else { m[i][3] / m[i][i] / scale[i] }))
 }
 
-/// The exponent p of y ∝ x^p: the slope of the least-squares line through the logarithms.
+/// Returns the exponent p of y ∝ x^p: the slope of the least-squares line through the logarithms.
 ///
 /// # Panics
 /// If there are fewer than two points.

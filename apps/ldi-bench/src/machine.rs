@@ -1,4 +1,4 @@
-//! What the figures were taken on; nothing where the system does not tell.
+//! The machine of the measurements; values that the system does not report are missing.
 
 use std::fs;
 use std::time::Instant;
@@ -8,21 +8,21 @@ use serde::Serialize;
 
 use crate::clock::median;
 
-/// The machine and how busy it was.
+/// The machine and its load.
 #[derive(Clone, Debug, Serialize)]
 pub struct Machine {
     /// Name of the processor.
     pub processor: String,
     /// Processors that this process may use.
     pub processors: usize,
-    /// Processes that were ready to run, on average over the last minute, before anything was timed.
+    /// Load average over the last minute: processes ready to run before any timing.
     pub load_before: Option<f64>,
-    /// Copying speed on one thread and on all, in bytes a second, each byte counted as read and as written.
+    /// Copying speed on one thread and on all, in bytes per second, each byte counted as read and as written.
     pub copy_bandwidth: [f64; 2],
 }
 
 impl Machine {
-    /// Asks the system, and measures how fast memory is copied.
+    /// Queries the system, and measures the speed of copying memory.
     pub fn ask() -> Machine {
         let name = fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
             let line = text.lines().find(|line| line.starts_with("model name"))?;
@@ -37,7 +37,7 @@ impl Machine {
         }
     }
 
-    /// A line for people.
+    /// Returns a line of text.
     pub fn describe(&self) -> String {
         let busy = |load: Option<f64>| load.map_or("unknown".to_owned(), |load| format!("{load:.2}"));
         format!(
@@ -54,19 +54,19 @@ impl Machine {
     }
 }
 
-/// The most memory that this process held so far, in bytes.
+/// Returns the peak memory of this process so far, in bytes.
 pub fn peak_memory() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     Some(1024 * line.split_whitespace().next()?.parse::<u64>().ok()?)
 }
 
-/// The load average over the last minute.
+/// Returns the load average over the last minute.
 fn load() -> Option<f64> {
     fs::read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
 }
 
-/// Bytes read and written a second when memory far larger than any cache is copied.
+/// Measures the bytes read and written per second when memory far larger than any cache is copied.
 fn copy_bandwidth(threads: usize) -> f64 {
     const WORDS: usize = 1 << 24;
     let from = vec![1u64; WORDS];

@@ -1,7 +1,6 @@
-//! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, whole [`process`]es and the [`meshes`]
-//! that they write beside those of other programs, [`minkowski`] sums, the [`gpu`]'s sampler by stages, and [`metrics`] of
-//! voxel arrays that other programs are given, too. What is printed are medians; all of it goes to a JSON file too where one
-//! is asked for.
+//! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, whole [`process`]es and the [`meshes`] that
+//! they write beside those of other programs, [`minkowski`] sums, the [`gpu`]'s sampler by stages, and [`metrics`] of voxel
+//! arrays that other programs also measure. The tables show medians; on request, all data goes to a JSON file.
 
 #![expect(clippy::print_stdout, reason = "tables on stdout, as each is done, are what this program is for")]
 
@@ -23,38 +22,38 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-/// What can go wrong in a benchmark.
+/// An error of a benchmark.
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
-    /// A file or a process could not be handled.
+    /// An operation on a file or a process failed.
     #[error("{what}: {source}")]
     Io {
-        /// What was being done.
+        /// The operation.
         what: String,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
-    /// A program that was run failed, or said something unexpected.
+    /// A program failed, or its output was unexpected.
     #[error("{program}: {said}")]
     Program {
         /// The program.
         program: String,
-        /// What it said, or what was wrong with it.
+        /// Its output, or the fault in it.
         said: String,
     },
-    /// A model could not be made, written or sampled.
+    /// A model could not be built, written or sampled.
     #[error("model {model}: {reason}")]
     Model {
         /// The model's name.
         model: String,
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// A GPU could not be used.
     #[cfg(feature = "gpu")]
     #[error(transparent)]
     Device(ldi_ops::gpu::DeviceError),
-    /// The GPU's image is not the CPU's.
+    /// The images of GPU and CPU differ.
     #[cfg(feature = "gpu")]
     #[error("model {model}: the image along {axis}, {way}, is not the same on the GPU as on the CPU")]
     Twins {
@@ -62,7 +61,7 @@ pub enum BenchError {
         model: String,
         /// The axis.
         axis: &'static str,
-        /// The kind of image and how it was made.
+        /// The kind of image and its algorithm.
         way: &'static str,
     },
 }

@@ -1,8 +1,8 @@
-//! Whole processes: from two mesh files to the mesh of their common solid in a third, ldi-ops beside other programs.
+//! Whole processes: from two mesh files to the mesh of their intersection in a third, ldi-ops beside other programs.
 //!
-//! The programs take turns, as in [`process`](crate::process). For ldi-ops the whole process counts, reading included. For a
-//! peer there are two figures: from arrays in memory to the file, and from files to the file; neither has the start of Python
-//! nor the import of modules, but its peak memory has both.
+//! The programs take turns, as in [`process`](crate::process). For ldi-ops the figure is the whole process, reading included.
+//! For a peer there are two figures: from arrays in memory to the file, and from files to the file; both exclude the start of
+//! Python and the import of modules, but its peak memory includes them.
 
 use std::path::Path;
 use std::process::Command;
@@ -19,20 +19,20 @@ use crate::process::{
 };
 use crate::table::{Table, count, number};
 
-/// What is intersected, by title and files.
+/// The intersections, by title and files.
 const CONTESTS: [(&str, [&str; 2]); 2] =
     [("Gyroid scaffold ∩ bone", ["gyroid", "bone"]), ("Gyroid scaffold ∩ sphere", ["gyroid", "sphere"])];
 
 /// Rays along the longest side.
 const RESOLUTIONS: [u32; 2] = [256, 512];
 
-/// Medians of one program, in seconds.
+/// Medians of one program, in seconds; its peak memory is the maximum.
 #[derive(Clone, Debug, Serialize)]
 struct Entry {
     program: String,
-    /// Reading and welding the files, building the solids and intersecting them, and writing, where they are told apart.
+    /// Reading and welding the files, building the solids and intersecting them, and writing, if timed separately.
     steps: Option<[f64; 3]>,
-    /// From files to file.
+    /// Time from files to file.
     whole: f64,
     cpu: f64,
     peak_memory_bytes: u64,
@@ -41,13 +41,13 @@ struct Entry {
 }
 
 impl Entry {
-    /// From arrays in memory to the file; of ldi-ops everything.
+    /// Returns the time from arrays in memory to the file; for ldi-ops the whole time.
     fn memory_to_file(&self) -> f64 {
         self.steps.map_or(self.whole, |[_, work, write]| work + write)
     }
 }
 
-/// Runs everything and prints the tables.
+/// Runs the benchmark and prints the tables.
 pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     let folder = tempfile::tempdir().map_err(BenchError::io("a folder for the models"))?;
     write_models(folder.path(), "mesh-models")?;

@@ -1,4 +1,4 @@
-//! The solids that are timed, all made by the library itself.
+//! The benchmark models, all built by the library itself.
 
 use std::path::{Path, PathBuf};
 
@@ -12,17 +12,17 @@ use ldi_ops::solids::{Model, cuboid};
 use crate::BenchError;
 use crate::table::{Table, count, number};
 
-/// A solid by name.
+/// A solid with its name.
 pub struct NamedSolid {
-    /// What it is called in tables.
+    /// Its name in tables.
     pub name: &'static str,
-    /// What it looks like, for the text under a table.
+    /// Its appearance, for the text under a table.
     pub about: &'static str,
     /// The checked mesh.
     pub mesh: ClosedMesh,
 }
 
-/// The solids of the sampling tables.
+/// Returns the solids of the sampling tables.
 pub fn for_sampling() -> Result<Vec<NamedSolid>, BenchError> {
     let solid = |name, about, mesh: Result<TriangleMesh, BenchError>| {
         Ok(NamedSolid { name, about, mesh: closed(name, mesh?)? })
@@ -37,17 +37,17 @@ pub fn for_sampling() -> Result<Vec<NamedSolid>, BenchError> {
     ])
 }
 
-/// Some 870 000 triangles.
+/// Builds a gyroid of some 870 000 triangles.
 fn gyroid() -> Result<TriangleMesh, BenchError> {
     build("gyroid", &[("resolution", "26")])
 }
 
-/// A gyroid scaffold in a fineness of choice, its wall thick enough for the coarsest of the growth table.
+/// Builds a gyroid scaffold of a given resolution, with a wall thick enough for the coarsest one of the growth table.
 pub fn thick_gyroid(resolution: u32) -> Result<TriangleMesh, BenchError> {
     build("gyroid", &[("wall", "2"), ("resolution", &resolution.to_string())])
 }
 
-/// A checked mesh.
+/// Returns a checked mesh.
 pub fn closed(name: &str, mesh: TriangleMesh) -> Result<ClosedMesh, BenchError> {
     ClosedMesh::check(mesh).map_err(|error| BenchError::model(name, error))
 }
@@ -56,18 +56,18 @@ fn bone() -> Result<TriangleMesh, BenchError> {
     build("bone", &[])
 }
 
-/// A fine lattice, as scaffolds have them: many struts of few triangles each, some 800 000 in all.
+/// Builds a fine lattice like those of scaffolds: many struts of few triangles each, some 800 000 in all.
 fn lattice() -> Result<TriangleMesh, BenchError> {
     build("bcc", &[("cells", "6"), ("cell-size", "5"), ("radius", "0.5"), ("resolution", "20")])
 }
 
-/// A solid of the library's by name and parameters.
+/// Builds a solid of the library by name and parameters.
 pub fn build(kind: &str, parameters: &[(&str, &str)]) -> Result<TriangleMesh, BenchError> {
     let model = Model::from_parameters(kind, parameters).and_then(|model| model.build());
     model.map_err(|error| BenchError::model(kind, error))
 }
 
-/// Thin plates, one above the other.
+/// Builds thin plates, one above the other.
 fn plates() -> Result<TriangleMesh, BenchError> {
     let mut all = TriangleMesh::default();
     for i in 0..24 {
@@ -81,22 +81,22 @@ fn plates() -> Result<TriangleMesh, BenchError> {
     Ok(all)
 }
 
-/// A solid of the kind and size of one that Leung and Wang timed, with what they published of theirs.
+/// A solid of the kind and size of one that Leung and Wang timed, with their published figures.
 ///
 /// Y.-S. Leung and C. C. L. Wang, Conservative Sampling of Solids in Image Space, IEEE Computer Graphics and Applications
 /// 33(1), 2013.
 pub struct SeedModel {
     /// Our solid.
     pub solid: NamedSolid,
-    /// Triangles of theirs.
+    /// Number of triangles of theirs.
     pub triangles: u32,
-    /// The most samples of theirs on a ray of any axis, at 512 rays along the longest side.
+    /// Most samples of theirs on a ray of any axis, at 512 rays along the longest side.
     pub layers: u32,
-    /// Milliseconds that their sampling along three axes took on a GeForce GTX 580, at 512² rays and LOD-C 1024.
+    /// Milliseconds of their sampling along three axes on a GeForce GTX 580, at 512² rays and LOD-C 1024.
     pub milliseconds: f64,
 }
 
-/// Solids like the six that Leung and Wang timed, within 5 % of their triangles and 30 % of their layers.
+/// Returns solids like the six that Leung and Wang timed, within 5 % of their triangles and 30 % of their layers.
 pub fn seed_models() -> Result<Vec<SeedModel>, BenchError> {
     let seed = |name, about, kind, parameters: &[(&str, &str)], triangles, layers, milliseconds| {
         let mesh = closed(name, build(kind, parameters)?)?;
@@ -160,7 +160,7 @@ pub fn seed_models() -> Result<Vec<SeedModel>, BenchError> {
     ])
 }
 
-/// Writes the solids of [`seed_models`] to a folder and gives a table of them beside those of the publication.
+/// Writes the solids of [`seed_models`] to a folder and returns a table of them beside those of the publication.
 pub fn write_seeds(folder: &Path) -> Result<Table, BenchError> {
     let mut table =
         Table::new(&["model", "triangles", "published", "layers x", "y", "z", "published", "ms on a GTX 580"]);
@@ -183,7 +183,7 @@ pub fn write_seeds(folder: &Path) -> Result<Table, BenchError> {
     Ok(table)
 }
 
-/// The most samples on a ray along each axis, at 512 rays along the longest side.
+/// Returns the most samples on a ray along each axis, at 512 rays along the longest side.
 fn layers(name: &str, mesh: &ClosedMesh) -> Result<[u32; 3], BenchError> {
     let grid = Grid::with_resolution(mesh.bounds(), 512, 1024).map_err(|error| BenchError::model(name, error))?;
     let solid = grid.quantise(mesh).map_err(|error| BenchError::model(name, error))?;
@@ -191,10 +191,10 @@ fn layers(name: &str, mesh: &ClosedMesh) -> Result<[u32; 3], BenchError> {
     Ok(images.map(|image| image.expect("the model is closed").layers()))
 }
 
-/// How far the second lattice stands from the first, so that nothing coincides.
+/// The offset of the second lattice from the first, so that nothing coincides.
 const SHIFT: DVec3 = DVec3::new(1.31, 2.17, 0.73);
 
-/// A file of the whole-process benchmarks, in their folder.
+/// Returns the path of a file of the whole-process benchmarks.
 pub fn file(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{name}.stl"))
 }
@@ -217,13 +217,13 @@ pub fn write_all(folder: &Path) -> Result<(), BenchError> {
     Ok(())
 }
 
-/// Writes the files of the benchmark that goes from meshes to a mesh.
+/// Writes the files of the `meshes` benchmark.
 pub fn write_for_meshes(folder: &Path) -> Result<(), BenchError> {
     let write = |name: &str, mesh: &TriangleMesh| {
         io::write(&file(folder, name), mesh, Some(LengthUnit::Millimetre)).map_err(|e| BenchError::model(name, e))
     };
     write("gyroid", &build("gyroid", &[("resolution", "27")])?)?;
-    // Its ends lie beyond the gyroid, and its shaft has several cells across.
+    // The ends of the bone lie outside the gyroid, and its shaft is several cells wide.
     let mut bone = build("bone", &[("length", "60"), ("resolution", "300")])?;
     let place = |p: &mut DVec3| *p = (*p - DVec3::new(0.0, 0.0, 30.0)) * DVec3::new(1.6, 1.6, 1.0);
     bone.positions.iter_mut().for_each(place);

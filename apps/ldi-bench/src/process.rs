@@ -1,8 +1,8 @@
-//! Whole processes: from two mesh files to their common volume, ldi-ops beside other programs.
+//! Whole processes: from two mesh files to the volume of their intersection, ldi-ops beside other programs.
 //!
-//! The programs take turns, so that a slow spell of the machine hits all of them. For ldi-ops the whole process counts,
-//! from its start to its end. For a peer only the steps of its own run, not the start of Python: what it takes to read and
-//! weld the files is stated apart from building and intersecting its solids.
+//! The programs take turns, so that a slow spell of the machine affects all of them. For ldi-ops the figure is the whole
+//! process, from its start to its end. For a peer it is only its own steps, without the start of Python: reading and welding
+//! the files, and, stated separately, building and intersecting its solids.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -19,21 +19,21 @@ use crate::machine::Machine;
 use crate::models;
 use crate::table::{Table, number};
 
-/// What to run.
+/// The settings of a run.
 pub struct Plan {
     /// The command line program.
     pub ldi_ops: PathBuf,
     /// A Python with the peers.
     pub python: Option<PathBuf>,
-    /// The program that times them.
+    /// The program that times the peers.
     pub peers: PathBuf,
-    /// Rounds.
+    /// Number of rounds.
     pub runs: usize,
     /// Runs of a peer within its process.
     pub peer_runs: usize,
 }
 
-/// Peers by their name in the program that times them.
+/// Names of the peers in the program that times them.
 pub const PEERS: [&str; 2] = ["manifold3d", "trueform"];
 
 /// A comparison.
@@ -48,36 +48,36 @@ const CONTESTS: [Contest; 2] = [
     Contest { title: "Strut lattice ∩ the same lattice, shifted", a: "lattice", b: "lattice-shifted" },
 ];
 
-/// How ldi-ops runs in every comparison; the files come first.
+/// The flags of ldi-ops in every comparison; they follow the files.
 const FLAGS: [&str; 6] = ["--axis", "z", "--resolution", "512", "--mode", "exact"];
 
-/// What a process took.
+/// The cost of a process.
 #[derive(Clone, Debug, Serialize)]
 pub struct Run {
-    /// From its start to its end.
+    /// Time from its start to its end.
     pub seconds: f64,
-    /// Of all processors together.
+    /// Time of all processors together.
     pub cpu_seconds: f64,
-    /// At most at once.
+    /// Peak memory.
     pub peak_memory_bytes: u64,
 }
 
-/// Medians of one program, in seconds; of a peer by step.
+/// Medians of one program, in seconds; for a peer by step. Peak memory is that of one run or the maximum of all.
 #[derive(Clone, Debug, Serialize)]
 struct Entry {
     program: String,
-    /// Reading and welding the files, where it is told apart.
+    /// Reading and welding the files, if timed separately.
     prepare: Option<f64>,
-    /// Building the solids and intersecting them, where it is told apart.
+    /// Building the solids and intersecting them, if timed separately.
     work: Option<f64>,
-    /// Everything.
+    /// The whole time.
     whole: f64,
     cpu: f64,
     peak_memory_bytes: u64,
     volume: f64,
 }
 
-/// Runs everything and prints the tables.
+/// Runs the benchmark and prints the tables.
 pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     let folder = tempfile::tempdir().map_err(BenchError::io("a folder for the models"))?;
     write_models(folder.path(), "models")?;
@@ -89,13 +89,13 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
         contests.push(json!({"a": contest.a, "b": contest.b, "programs": entries}));
     }
     let large = large_images(plan, folder.path())?;
-    // Last, as what is asked here takes memory, and a child's peak counts what its parent held when it was started.
+    // Last, as the query takes memory, and a child's peak includes its parent's memory at the start.
     let machine = Machine::ask();
     println!("{}", machine.describe());
     write_json(json, &json!({"runs": plan.runs, "machine": machine, "contests": contests, "large_images": large}))
 }
 
-/// Has another process make the models, by this program's command of that name, so that this one stays small.
+/// Builds the models in another process, by this program's command of that name, so that this process stays small.
 pub fn write_models(folder: &Path, models: &str) -> Result<(), BenchError> {
     let own = std::env::current_exe().map_err(BenchError::io("finding this program"))?;
     let mut command = Command::new(own);
@@ -110,7 +110,7 @@ fn compete(plan: &Plan, contest: &Contest, folder: &Path) -> Result<Vec<Entry>, 
         command.arg("intersect").args(&files).args(FLAGS).arg("--quiet");
         command
     };
-    // Which also brings the files into the system's cache.
+    // This run also brings the files into the system's cache.
     let told = told_by_own_json(own_command())?;
     let mut own = Vec::new();
     let mut peers = PEERS.map(|_| Vec::new());
@@ -192,7 +192,7 @@ fn print_contest(contest: &Contest, entries: &[Entry]) {
     );
 }
 
-/// Peak memory of images of 2048 × 2048 rays.
+/// Measures the peak memory of images of 2048 × 2048 rays.
 fn large_images(plan: &Plan, folder: &Path) -> Result<Vec<Value>, BenchError> {
     let file = |name: &str| models::file(folder, name).display().to_string();
     let (gyroid, shifted, bone) = (file("gyroid"), file("gyroid-shifted"), file("bone"));
@@ -238,19 +238,19 @@ fn large_images(plan: &Plan, folder: &Path) -> Result<Vec<Value>, BenchError> {
     Ok(results)
 }
 
-/// What ldi-ops says of itself as JSON, in a run that is not timed: it then hashes its inputs, which costs time.
+/// Returns the JSON output of ldi-ops, from an untimed run: hashing the inputs for it costs time.
 pub fn told_by_own_json(mut command: Command) -> Result<Value, BenchError> {
     command.args(["--json", "-"]);
     let said = said_by(&mut command)?;
     let told = parse_json(Path::new("ldi-ops"), &said)?;
-    // `volume` makes a list, of one entry a file.
+    // A list has one entry per file.
     Ok(match told {
         Value::Array(mut list) if !list.is_empty() => list.swap_remove(0),
         told => told,
     })
 }
 
-/// The JSON that a program said.
+/// Parses the JSON output of a program.
 pub fn parse_json(program: &Path, text: &str) -> Result<Value, BenchError> {
     serde_json::from_str(text).map_err(|error| BenchError::Program {
         program: program.display().to_string(),
@@ -258,12 +258,12 @@ pub fn parse_json(program: &Path, text: &str) -> Result<Value, BenchError> {
     })
 }
 
-/// A number of a document; zero for a step that a program does not have.
+/// Returns a number of a document; zero for a step that a program does not have.
 pub fn number_at(document: &Value, pointer: &str) -> f64 {
     document.pointer(pointer).and_then(Value::as_f64).unwrap_or(0.0)
 }
 
-/// Runs a program to its end and gives what it wrote on stdout.
+/// Runs a program to its end and returns its stdout.
 pub fn said_by(command: &mut Command) -> Result<String, BenchError> {
     let program = command.get_program().to_string_lossy().into_owned();
     let output = command.output().map_err(BenchError::io(format!("running {program}")))?;
@@ -274,17 +274,17 @@ pub fn said_by(command: &mut Command) -> Result<String, BenchError> {
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// Runs a program to its end, its output thrown away, and asks the system what it took.
+/// Runs a program to its end, discards its output, and asks the system for its costs.
 #[cfg(unix)]
 pub fn timed(command: &mut Command) -> Result<Run, BenchError> {
     let program = command.get_program().to_string_lossy().into_owned();
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     let start = Instant::now();
     let child = command.spawn().map_err(BenchError::io(format!("running {program}")))?;
-    // SAFETY: all zero bytes are a value of this plain C structure.
+    // SAFETY: all zero bytes are a valid value of this plain C structure.
     let mut usage: libc::rusage = unsafe { std::mem::zeroed() };
     let mut status = 0;
-    // Waiting through the standard library would not tell what the process used. The child is not waited for again.
+    // The standard library's wait would not report resource usage. Nothing else waits for the child.
     // SAFETY: the pointers are to live values of the types that the call fills, and the process is a child of this one.
     let waited = unsafe { libc::wait4(child.id() as libc::pid_t, &mut status, 0, &mut usage) };
     let seconds = start.elapsed().as_secs_f64();
@@ -295,7 +295,7 @@ pub fn timed(command: &mut Command) -> Result<Run, BenchError> {
         return Err(BenchError::Program { program, said: format!("ended with wait status {status}") });
     }
     let time = |t: libc::timeval| t.tv_sec as f64 + 1e-6 * t.tv_usec as f64;
-    // Kibibytes, but bytes on macOS.
+    // The unit is kibibytes, but bytes on macOS.
     let unit = if cfg!(target_os = "macos") { 1 } else { 1024 };
     Ok(Run {
         seconds,
@@ -304,7 +304,7 @@ pub fn timed(command: &mut Command) -> Result<Run, BenchError> {
     })
 }
 
-/// Runs a program to its end, its output thrown away; memory and processor time are not known.
+/// Runs a program to its end and discards its output; memory and processor time are unknown.
 #[cfg(not(unix))]
 pub fn timed(command: &mut Command) -> Result<Run, BenchError> {
     let program = command.get_program().to_string_lossy().into_owned();
@@ -318,7 +318,7 @@ pub fn timed(command: &mut Command) -> Result<Run, BenchError> {
     Ok(Run { seconds, cpu_seconds: f64::NAN, peak_memory_bytes: 0 })
 }
 
-/// Writes a document where one is wanted.
+/// Writes a document if there is a path.
 pub fn write_json(path: Option<&Path>, document: &Value) -> Result<(), BenchError> {
     let Some(path) = path else { return Ok(()) };
     let file = File::create(path).map_err(BenchError::io(path.display().to_string()))?;

@@ -1,4 +1,4 @@
-//! The sampler by itself: meshes are read, checked and quantised before the clock starts.
+//! Benchmark of the sampler alone: meshes are read, checked and quantised before the clock starts.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ use crate::machine::Machine;
 use crate::models::{self, NamedSolid};
 use crate::table::{Table, count, number};
 
-/// What to time.
+/// The settings of a run.
 pub struct Plan {
     /// Timed rounds of each case.
     pub runs: usize,
@@ -29,7 +29,7 @@ pub struct Plan {
 /// LOD-C of the estimates.
 const LOD: u32 = 1024;
 
-/// Threads that the speed-up is of.
+/// Threads of the speed-up.
 const THREADS: usize = 2;
 
 /// A way to sample.
@@ -76,7 +76,7 @@ struct Growth {
     seconds: Times,
 }
 
-/// Runs everything and prints the tables.
+/// Runs the benchmark and prints the tables.
 pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     let machine = Machine::ask();
     let pools = [1, THREADS].map(|threads| {
@@ -184,13 +184,13 @@ fn print_cases(cases: &[Case], machine: &Machine) {
     );
 }
 
-/// What a fit was made from.
+/// The models behind a fit.
 #[derive(Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum Meshes {
-    /// Models of at least [`FINE`] triangles, each of a few pixels or less, as scans and scaffolds have them.
+    /// Models of at least [`FINE`] triangles, each of a few pixels or less, as in scans and scaffolds.
     Fine,
-    /// All models. Large triangles cost by the rows they reach over, which three numbers cannot tell.
+    /// All models. The cost of a large triangle depends on the rows it covers, which three numbers cannot express.
     All,
 }
 
@@ -204,9 +204,10 @@ struct Cost {
     nanoseconds: LinearCost,
 }
 
-/// The cost of triangles, crossings and rays by mode, from several models on several rasters along z, one thread.
+/// Fits the cost of triangles, crossings and rays by mode, from several models on several rasters along z, on one thread.
 ///
-/// One model will not do: on finer rasters its crossings grow as its rays do, and the two costs cannot be told apart.
+/// One model does not suffice: on finer rasters its crossings grow in proportion to its rays, and the fit cannot separate the
+/// two costs.
 fn costs(plan: &Plan, solids: &[NamedSolid], pool: &ThreadPool) -> Result<Vec<Cost>, BenchError> {
     let mut observations = [const { Vec::new() }; WAYS.len()];
     for NamedSolid { name, mesh, .. } in solids {

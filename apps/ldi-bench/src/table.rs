@@ -1,13 +1,13 @@
 //! Tables in markdown.
 
-/// A table of text; the first column is aligned left and the others right.
+/// A table of text; the first column is left-aligned and the others right-aligned.
 pub struct Table {
     heads: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    /// A table without rows.
+    /// Creates a table without rows.
     pub fn new(heads: &[&str]) -> Table {
         Table { heads: heads.iter().map(|&head| head.to_owned()).collect(), rows: Vec::new() }
     }
@@ -15,13 +15,13 @@ impl Table {
     /// Adds a row.
     ///
     /// # Panics
-    /// If it has not one cell a column.
+    /// If it does not have one cell per column.
     pub fn row(&mut self, cells: Vec<String>) {
         assert_eq!(cells.len(), self.heads.len(), "a row has a cell for each column");
         self.rows.push(cells);
     }
 
-    /// The markdown of the table, its columns lined up.
+    /// Returns the markdown of the table, with aligned columns.
     pub fn markdown(&self) -> String {
         let width = |column: usize| {
             let cells = self.rows.iter().map(|row| &row[column]).chain([&self.heads[column]]);
@@ -45,7 +45,7 @@ impl Table {
     }
 }
 
-/// A number with three significant digits or all that stand before the point.
+/// Formats a number with three significant digits, or all digits before the point.
 pub fn number(value: f64) -> String {
     if !value.is_finite() {
         return "–".to_owned();
@@ -54,7 +54,7 @@ pub fn number(value: f64) -> String {
     format!("{value:.*}", digits as usize)
 }
 
-/// A count with its thousands apart.
+/// Formats a count with separated thousands.
 pub fn count(value: u64) -> String {
     let digits = value.to_string();
     let parts: Vec<&str> = digits.as_bytes().rchunks(3).rev().map(|part| str::from_utf8(part).unwrap_or("")).collect();

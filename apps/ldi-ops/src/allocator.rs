@@ -1,9 +1,9 @@
-//! Memory for large arrays, in large pages where the system has them.
+//! The allocator: large arrays in large pages, where the system has them.
 //!
-//! A job touches each of its large arrays a few times, so that the page faults of the first touch, one for every 4 KiB,
-//! cost an eighth of all its time; with pages of 2 MiB they cost next to nothing. The system's allocator stays in charge.
+//! A job touches each of its large arrays a few times, so that the page faults of the first touch, one for every 4 KiB, cost an
+//! eighth of all its time; with pages of 2 MiB they cost next to nothing. The system's allocator stays in charge.
 //!
-//! Where it has no memory, the program ends with a sentence and the exit code of the machine, and removes its temporary files.
+//! If memory runs out, the program prints an error, removes its temporary files and exits with the exit code for the machine.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -22,10 +22,10 @@ const LARGE: usize = 4 << 20;
 /// The system's allocator, with advice to use large pages for large blocks.
 pub struct LargePages;
 
-// SAFETY: every call is handed to the system's allocator as it is, and the advice changes no content.
+// SAFETY: every call is passed on to the system's allocator unchanged, and the advice changes no content.
 unsafe impl GlobalAlloc for LargePages {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's promises are those that the system's allocator asks for.
+        // SAFETY: the caller's guarantees are those that the system's allocator requires.
         advised(unsafe { System.alloc(layout) }, layout.size())
     }
 
@@ -45,7 +45,7 @@ unsafe impl GlobalAlloc for LargePages {
     }
 }
 
-/// The block that was given, after advice about the whole pages in it.
+/// Returns the given block, after advising the system about the whole pages in it.
 #[inline]
 fn advised(block: *mut u8, size: usize) -> *mut u8 {
     if block.is_null() {
@@ -56,7 +56,7 @@ fn advised(block: *mut u8, size: usize) -> *mut u8 {
     block
 }
 
-/// Ends the program for want of memory, unless the failure is handled.
+/// Ends the program for lack of memory, unless the failure is handled.
 #[cold]
 fn refused(size: usize) {
     thread_local! {
@@ -68,7 +68,7 @@ fn refused(size: usize) {
     }
     let is_again = IS_ENDING.try_with(|ending| ending.replace(true)).unwrap_or(true);
     if !is_again {
-        // One thread ends the program, and others that have no memory either wait for that.
+        // One thread ends the program; others that run out of memory wait for that.
         while ENDS.swap(true, Ordering::Relaxed) {
             thread::sleep(Duration::from_secs(1));
         }
@@ -86,10 +86,10 @@ fn refused(size: usize) {
     Exit::Machine.at_once()
 }
 
-/// Writes to stderr without its lock, which a thread that waits may hold.
+/// Writes to stderr without its lock, which a waiting thread may hold.
 #[cfg(unix)]
 fn say(text: &[u8]) {
-    // SAFETY: the bytes are there, and so many.
+    // SAFETY: pointer and length are those of the slice.
     unsafe { libc::write(2, text.as_ptr().cast(), text.len()) };
 }
 
@@ -103,8 +103,8 @@ fn advise(block: *mut u8, size: usize) {
     const PAGE: usize = 4096;
     let skipped = block.addr().wrapping_neg() % PAGE;
     let length = (size - skipped) / PAGE * PAGE;
-    // SAFETY: the range lies within the block. Where the advice fails, on systems with larger pages or without huge ones,
-    // everything is as it was.
+    // SAFETY: the range lies within the block. If the advice fails, on systems with larger pages or without huge ones, nothing
+    // changes.
     unsafe { libc::madvise(block.wrapping_add(skipped).cast(), length, libc::MADV_HUGEPAGE) };
 }
 

@@ -7,13 +7,13 @@ use ldi_ops::{Error, ErrorKind};
 /// The exit code of the program; the greater, the worse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Exit {
-    /// What was asked for is done.
+    /// The job is done.
     Done = 0,
-    /// A check that was asked for is false.
+    /// A requested check is false.
     CheckFalse = 1,
-    /// The command line or an input is not what it has to be.
+    /// The command line or an input is invalid.
     Input = 2,
-    /// The machine has too little memory or lacks a device.
+    /// The machine lacks memory or a device.
     Machine = 3,
 }
 
@@ -23,10 +23,10 @@ impl Exit {
         process::exit(self as i32)
     }
 
-    /// Ends the process without anything more being run.
+    /// Ends the process immediately, without exit handlers.
     pub fn at_once(self) -> ! {
         #[cfg(unix)]
-        // SAFETY: this needs nothing.
+        // SAFETY: the call has no preconditions.
         unsafe {
             libc::_exit(self as i32)
         }
@@ -34,7 +34,7 @@ impl Exit {
         self.now()
     }
 
-    /// Returns what is at fault, for programs.
+    /// Returns the cause of a failure, as a word for programs.
     pub fn kind(self) -> &'static str {
         match self {
             Exit::Done => "none",

@@ -1,24 +1,24 @@
-//! Signals that end the program: it removes the temporary files of the writes under way and exits with 128 plus the
-//! number of the signal, as shells report it.
+//! Signals that end the program: it removes the temporary files of unfinished writes and exits with 128 plus the number of the
+//! signal, the convention of shells.
 
-/// Handles the signals from here on. Where that cannot be, they end the program all the same, only less tidily.
+/// Installs the handler. If that fails, signals still end the program, but temporary files stay.
 #[cfg(unix)]
 pub fn handle() {
     use std::{mem, process, ptr, thread};
 
-    // SAFETY: the set is initialised before it is used, and all pointers are to values that live during the calls.
+    // SAFETY: the set is initialised before use, and all pointers are to values that live during the calls.
     let signals = unsafe {
         let mut signals: libc::sigset_t = mem::zeroed();
         libc::sigemptyset(&mut signals);
         libc::sigaddset(&mut signals, libc::SIGINT);
         libc::sigaddset(&mut signals, libc::SIGTERM);
-        // `nohup` has hangups ignored.
+        // `nohup` makes the process ignore hangups; they stay ignored.
         let mut action: libc::sigaction = mem::zeroed();
         libc::sigaction(libc::SIGHUP, ptr::null(), &mut action);
         if action.sa_sigaction != libc::SIG_IGN {
             libc::sigaddset(&mut signals, libc::SIGHUP);
         }
-        // Every thread inherits the mask, so that the one below alone takes them.
+        // Every thread inherits the mask, so that only the one below receives the signals.
         libc::pthread_sigmask(libc::SIG_BLOCK, &signals, ptr::null_mut());
         signals
     };
@@ -36,7 +36,7 @@ pub fn handle() {
     }
 }
 
-/// Handles the interrupt of a console from here on.
+/// Installs the handler of console interrupts.
 #[cfg(not(unix))]
 pub fn handle() {
     const INTERRUPTED: i32 = 130;

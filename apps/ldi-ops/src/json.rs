@@ -1,6 +1,6 @@
-//! Results for machines: the schema `ldi-ops/1`.
+//! JSON output: the schema `ldi-ops/1`.
 //!
-//! Numbers that are not finite become null. Keys of the schema are always there.
+//! Non-finite numbers become null. Keys of the schema are always present.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -30,7 +30,7 @@ use ldi_ops::unit;
 /// The name and version of the schema.
 const SCHEMA: &str = "ldi-ops/1";
 
-/// The object of a result.
+/// Returns the object of a result.
 fn of(outcome: &Outcome) -> Value {
     match outcome {
         Outcome::Measured(results) => measured(results),
@@ -44,7 +44,7 @@ fn of(outcome: &Outcome) -> Value {
     }
 }
 
-/// Puts a result where it was asked for; gives what belongs on stdout.
+/// Writes a result to the requested place; returns the text for stdout.
 pub fn deliver(report: &Report, outcome: &Outcome, verbosity: Verbosity) -> Result<String, Error> {
     let serialised = || format!("{:#}\n", of(outcome));
     match report {
@@ -58,7 +58,7 @@ pub fn deliver(report: &Report, outcome: &Outcome, verbosity: Verbosity) -> Resu
     }
 }
 
-/// Puts the object of a command that failed where JSON was asked for; gives what belongs on stdout.
+/// Writes the object of a failed command if JSON was requested; returns the text for stdout.
 pub fn deliver_failure(path: &Path, command: Option<&str>, kind: &str, failure: &Error) -> Result<String, Error> {
     let error = error(kind, failure);
     let object = json!({ "schema": SCHEMA, "command": command, "error": error, "warnings": Vec::<Warning>::new() });
@@ -66,7 +66,7 @@ pub fn deliver_failure(path: &Path, command: Option<&str>, kind: &str, failure: 
     if path.as_os_str() == "-" {
         return Ok(text);
     }
-    // What is refused may be refused because this file is not ours to overwrite.
+    // The failure may be that the job must not overwrite this file.
     if !path.exists() || is_result(path) {
         output::replace(path, |file| file.write_all(text.as_bytes()))?;
     }
@@ -84,8 +84,8 @@ fn error(kind: &str, failure: &Error) -> Value {
     json!({ "kind": kind, "message": failure.to_string(), "exit_code": Exit::from(failure) as i32 })
 }
 
-/// The object of a command that takes each input for itself: `results` has an object for each, also for those that gave no
-/// result, and `inputs` and `warnings` are those of all.
+/// Returns the object of a command that processes each input separately: `results` has an object for each input, also for those
+/// that failed, and `inputs` and `warnings` cover all inputs.
 fn of_each<T>(command: &str, results: &[Each<T>], input: fn(&T) -> Value, one: fn(&T) -> Value) -> Value {
     let inputs: Vec<Value> = results
         .iter()
@@ -105,7 +105,7 @@ fn of_each<T>(command: &str, results: &[Each<T>], input: fn(&T) -> Value, one: f
     let warnings: Vec<Value> =
         objects.iter().filter_map(|object| object["warnings"].as_array()).flatten().cloned().collect();
     let mut whole = json!({ "schema": SCHEMA, "command": command, "inputs": inputs });
-    // What stopped the only input stopped the command.
+    // The failure of the only input is the failure of the command.
     if let [Err(Refused { failure, .. })] = results {
         whole["error"] = error(Exit::from(failure).kind(), failure);
     }
@@ -114,7 +114,7 @@ fn of_each<T>(command: &str, results: &[Each<T>], input: fn(&T) -> Value, one: f
     whole
 }
 
-/// What is in metrics.json, or those of several in an envelope.
+/// Returns the content of metrics.json, or those of several solids in an envelope.
 fn reported(result: &Reported) -> Value {
     let mut objects: Vec<Value> = result.sheets.iter().map(|sheet| json!(sheet)).collect();
     match (objects.len(), result.failures.as_slice()) {
@@ -124,7 +124,7 @@ fn reported(result: &Reported) -> Value {
     }
 }
 
-/// The object of one result; `volume` has results for each of its inputs, and that of one input alone also at the top.
+/// Returns the object of the results; `volume` lists those of all inputs, and that of a single input also at the top level.
 fn measured(results: &[Each<Measured>]) -> Value {
     match results {
         [Ok(result)] if result.measures.is_none() => one_measured(result),
@@ -181,7 +181,7 @@ fn one_measured(result: &Measured) -> Value {
     object
 }
 
-/// A volume, how it was found, and what is known beside it.
+/// Returns a volume with its method and bounds.
 fn volume(volume: &Volume, unit: Option<String>) -> Value {
     let (method, unproved) = match volume.method {
         Method::Exact => ("exact", None),
@@ -204,11 +204,11 @@ fn volume(volume: &Volume, unit: Option<String>) -> Value {
     })
 }
 
-/// How it is known that the triangles give the volume.
+/// The proof that the triangles give the volume.
 const PROOF: &str = "no two triangles touch or cross but in shared corners and sides, and every shell faces the right way, so that \
                      every winding number is 0 or 1";
 
-/// What a step of a sum took.
+/// Returns the statistics of a step of a sum.
 fn step(report: &StepReport) -> Value {
     let StepReport { operation, distance, pairs, primitives, sampled, crossings, settled, .. } = report;
     json!({
@@ -227,7 +227,7 @@ fn step(report: &StepReport) -> Value {
     })
 }
 
-/// What a mesh came to.
+/// Returns the data of a written mesh.
 fn surface(report: &SurfaceReport) -> Value {
     json!({
         "path": report.path.as_deref().map(path),
@@ -271,12 +271,12 @@ fn path(path: &Path) -> String {
     path.to_string_lossy().into_owned()
 }
 
-/// What `auto` chose, and why.
+/// Returns the choice of `auto` and its reason.
 fn auto(ran: &Ran) -> Option<Value> {
     ran.auto.as_ref().map(|auto| json!({ "backend": ran.backend(), "reason": auto.reason }))
 }
 
-/// The GPU, or the processor and the threads that are used of it.
+/// Returns the name of the GPU, or of the processor with its number of threads.
 fn device(ran: &Ran) -> String {
     let cpu = || {
         let threads = rayon::current_num_threads();
@@ -285,7 +285,7 @@ fn device(ran: &Ran) -> String {
     ran.gpu.clone().unwrap_or_else(cpu)
 }
 
-/// The name of a mode, as the flag takes it.
+/// Returns the name of a mode, as in the flag.
 pub fn mode(mode: Mode) -> &'static str {
     match mode {
         Mode::Exact => "exact",
@@ -294,7 +294,7 @@ pub fn mode(mode: Mode) -> &'static str {
     }
 }
 
-/// The name of a fill rule, as the flag takes it.
+/// Returns the name of a fill rule, as in the flag.
 pub fn fill(fill: FillRule) -> &'static str {
     match fill {
         FillRule::EvenOdd => "even-odd",
@@ -302,7 +302,7 @@ pub fn fill(fill: FillRule) -> &'static str {
     }
 }
 
-/// What `surface` wrote.
+/// Returns the object of `surface`.
 fn surfaced(result: &Surfaced) -> Value {
     let [read, total] = result.seconds;
     let mut object = json!({
@@ -331,7 +331,7 @@ fn grid(grid: &Grid) -> Value {
     })
 }
 
-/// What `check` found.
+/// Returns the object of `check`.
 fn checked(results: &[Each<Checked>]) -> Value {
     let input = |result: &Checked| json!({ "path": path(&result.path), "sha256": result.sha256 });
     of_each("check", results, input, |result| {
@@ -368,7 +368,7 @@ fn defect(defect: &Defect) -> Value {
     json!({ "code": defect.code(), "severity": severity, "count": defect.count(), "message": defect.to_string() })
 }
 
-/// What `convert` wrote.
+/// Returns the object of `convert`.
 fn converted(result: &Converted) -> Value {
     json!({
         "schema": SCHEMA,
@@ -384,7 +384,7 @@ fn converted(result: &Converted) -> Value {
     })
 }
 
-/// What `generate` wrote.
+/// Returns the object of `generate`.
 fn generated(result: &Generated) -> Value {
     json!({
         "schema": SCHEMA,
@@ -398,7 +398,7 @@ fn generated(result: &Generated) -> Value {
     })
 }
 
-/// What `render` drew.
+/// Returns the object of `render`.
 fn rendered(result: &Rendered) -> Value {
     let grid = &result.grid;
     json!({
@@ -428,7 +428,7 @@ fn rendered(result: &Rendered) -> Value {
     })
 }
 
-/// Where sampling can run.
+/// Returns the object of `devices`.
 fn devices(devices: &Devices) -> Value {
     let mut each = vec![json!({ "backend": "cpu", "name": devices.cpu, "threads": devices.threads })];
     each.extend(devices.gpus.iter().map(gpu_device));

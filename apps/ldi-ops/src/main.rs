@@ -1,7 +1,7 @@
 //! The command line of ldi-ops: arguments as typed ([`args`]) → jobs ([`resolve`]) → results ([`run`]) → text and JSON
 //! ([`report`], [`json`]).
 //!
-//! stdout carries the result and nothing else; progress, warnings and errors go to stderr.
+//! stdout carries only the result; progress, warnings and errors go to stderr.
 
 mod allocator;
 mod args;
@@ -38,7 +38,7 @@ fn main() {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            // The help text is the answer to a command line that says nothing.
+            // A command line without arguments prints the help text.
             let _ = error.print();
             Exit::Input.now()
         }
@@ -47,7 +47,7 @@ fn main() {
             fail(&words, USAGE, &Error::input(message.trim_start_matches("error: ").trim_end()))
         }
         Err(help) => {
-            // A reader that has seen enough of a help text is no failure.
+            // A reader that closes the pipe during a help text causes no failure.
             let _ = help.print();
             Exit::Done.now()
         }
@@ -71,14 +71,14 @@ fn main() {
     }
 }
 
-/// What is at fault where a command line is refused before its inputs are read.
+/// The kind of an error in the command line, found before any input is read.
 const USAGE: &str = "usage";
 
-/// Ends the program with an error: a sentence on stderr, and an object where JSON was asked for.
+/// Ends the program with an error: a message on stderr, and an object if JSON was requested.
 fn fail(words: &Words, kind: &str, failure: &Error) -> ! {
     complain(&failure.to_string());
     if let Some(path) = words.json() {
-        // Where the object has nowhere to go, the sentence is all there is.
+        // If the object cannot be written, the message remains.
         let _ = json::deliver_failure(&path, words.command().as_deref(), kind, failure).and_then(|text| say(&text));
     }
     Exit::from(failure).now()
@@ -95,17 +95,17 @@ fn complain_of_each(outcome: &Outcome) {
     }
 }
 
-/// Keeps Mesa's device-select layer out, which reorders adapters for desktops, and on machines without one complains on
-/// stderr: adapters are chosen here.
+/// Disables Mesa's device-select layer, which reorders adapters for desktops and prints errors on machines without one; ldi-ops
+/// chooses the adapter.
 fn choose_adapters_ourselves() {
     const SWITCH: &str = "NODEVICE_SELECT";
     if std::env::var_os(SWITCH).is_none() {
-        // SAFETY: nothing has started a thread yet that could read the environment meanwhile.
+        // SAFETY: no other thread has started yet that could read the environment at the same time.
         unsafe { std::env::set_var(SWITCH, "1") };
     }
 }
 
-/// Writes the result. A reader that has gone away is no failure.
+/// Writes the result to stdout. A closed pipe is no failure.
 fn say(text: &str) -> Result<(), Error> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
@@ -114,7 +114,7 @@ fn say(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Writes an error. Where stderr is gone too there is nobody left to tell.
+/// Writes an error to stderr; a failure to write is ignored.
 fn complain(message: &str) {
     let _ = writeln!(io::stderr(), "ldi-ops: error: {message}");
 }

@@ -1,4 +1,4 @@
-//! Files that the program writes; how they are put in place is [`ldi_ops::output`]'s to say.
+//! Files that the program writes; [`ldi_ops::output`] puts them in place.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter};
@@ -6,27 +6,27 @@ use std::path::{Path, PathBuf};
 
 use ldi_ops::Error;
 
-/// Puts a new file in place of `path` once `fill` has written all of it.
+/// Replaces `path` by a new file once `fill` has written all of it.
 pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> Result<(), Error> {
     ldi_ops::output::replace(path, fill).map_err(|error| Error::output(path, &error))
 }
 
-/// The folder that a path lies in.
+/// Returns the folder of a path.
 pub fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A file, whatever path leads to it.
+/// The identity of a file, independent of the path to it.
 #[derive(Debug, PartialEq, Eq, Hash)]
 pub enum Identity {
-    /// A file that is there: its device and its number on it, which symbolic and hard links share.
+    /// An existing file: its device and its number on it, which symbolic and hard links share.
     #[cfg(unix)]
     Existing(u64, u64),
-    /// A path without links, `.` and `..`, as far as the file system knows it.
+    /// A path without links, `.` and `..`, as far as the file system can resolve it.
     Place(PathBuf),
 }
 
-/// Returns which file a path leads to, be it there yet or not.
+/// Returns the identity of the file at a path, which need not exist yet.
 pub fn identity(path: &Path) -> Identity {
     #[cfg(unix)]
     if let Ok(metadata) = fs::metadata(path) {
@@ -54,7 +54,7 @@ mod tests {
         fs::create_dir(at("inner")).unwrap();
         assert_eq!(identity(&at("a")), identity(&at("./inner/../a")));
         assert_ne!(identity(&at("a")), identity(&at("b")));
-        // Files, and folders, that are not there yet.
+        // Files and folders that do not exist yet.
         assert_eq!(identity(&at("c")), identity(&at("inner/../c")));
         assert_eq!(identity(&at("new/x/c")), identity(&at("inner/../new/x/c")));
         assert_ne!(identity(&at("new/x/c")), identity(&at("new/y/c")));

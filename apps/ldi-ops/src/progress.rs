@@ -1,4 +1,4 @@
-//! What is said on stderr while a job runs.
+//! Messages and progress on stderr while a job runs.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -12,13 +12,13 @@ use ldi_ops::Monitor;
 
 use crate::resolve::Verbosity;
 
-/// A bar that stays away from jobs that are done before anyone looks.
+/// The delay of the progress bar, which keeps it away from short jobs.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// How a job talks on stderr: a progress bar on a terminal, warnings, and details where they are asked for.
+/// The messages of a job on stderr: a progress bar on a terminal, warnings, and details on request.
 pub struct Progress {
     verbosity: Verbosity,
-    /// Absent where stderr is no terminal or nobody wants it.
+    /// `None` if stderr is not a terminal or with `-q`.
     bar: Option<ProgressBar>,
 }
 
@@ -44,30 +44,30 @@ impl Progress {
         Progress { verbosity, bar }
     }
 
-    /// Returns the library's end of the bar.
+    /// Returns the monitor through which the library drives the bar.
     pub fn monitor(&self) -> Monitor<'_> {
         Monitor::new(Some(self))
     }
 
-    /// Says something that the user must not miss.
+    /// Prints a warning, at every verbosity.
     pub fn warn(&self, message: impl Display) {
         self.line(format_args!("warning: {message}"));
     }
 
-    /// Says what was decided for the user, unless they want to hear of nothing.
+    /// Prints a note on an automatic choice, unless quiet.
     pub fn note(&self, message: impl Display) {
         if self.verbosity != Verbosity::Quiet {
             self.line(message);
         }
     }
 
-    /// Whether details were asked for with `-v`.
+    /// Returns whether `-v` requests details.
     pub fn is_verbose(&self) -> bool {
         self.verbosity == Verbosity::Verbose
     }
 
     fn line(&self, message: impl Display) {
-        // Where stderr is gone there is nobody left to tell.
+        // A failure to write to stderr is ignored.
         let write = || drop(writeln!(io::stderr(), "ldi-ops: {message}"));
         match &self.bar {
             Some(bar) => bar.suspend(write),
@@ -75,7 +75,7 @@ impl Progress {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();

@@ -1,4 +1,4 @@
-//! Results for people.
+//! Text output of results.
 
 use std::fmt::Write;
 
@@ -22,7 +22,7 @@ use ldi_ops::report::sheet::{LimitOutcome, Metric, Sheet};
 use ldi_ops::unit;
 use ldi_ops::with_error;
 
-/// The text of a result: its value alone where quiet, and how it came about where verbose.
+/// Returns the text of a result: only its value if quiet, with details if verbose.
 pub fn of(outcome: &Outcome, verbosity: Verbosity) -> String {
     match outcome {
         Outcome::Measured(results) => measured(results, verbosity),
@@ -36,7 +36,7 @@ pub fn of(outcome: &Outcome, verbosity: Verbosity) -> String {
     }
 }
 
-/// Lines of a label and what belongs to it.
+/// A table of lines, each with a label.
 #[derive(Default)]
 struct Table {
     text: String,
@@ -44,7 +44,7 @@ struct Table {
 
 impl Table {
     fn line(&mut self, label: &str, what: impl std::fmt::Display) {
-        // A long label keeps a space.
+        // A space separates even a long label.
         let _ = writeln!(self.text, "{label:<11} {what}");
     }
 
@@ -53,7 +53,7 @@ impl Table {
     }
 }
 
-/// The metrics that come to stdout; all are in the files.
+/// The metrics printed on stdout; the files have all of them.
 const KEY_METRICS: &[&str] = &[
     "porosity",
     "porosity.closed",
@@ -68,7 +68,7 @@ const KEY_METRICS: &[&str] = &[
     "tortuosity.pore.diffusive.z",
 ];
 
-/// The results of `report`.
+/// Returns the text of `report`.
 fn reported(result: &Reported) -> String {
     let mut tables: Vec<String> = result.sheets.iter().map(one_reported).collect();
     let mut table = Table::default();
@@ -114,7 +114,7 @@ fn one_reported(sheet: &Sheet) -> String {
     table.text
 }
 
-/// A value with the estimate of its error; its bounds, which are worst cases, are in the files.
+/// Formats a value with its estimated error; its bounds, which are worst cases, are in the files.
 fn metric_value(metric: &Metric) -> String {
     let Some(value) = metric.value else {
         return format!("– ({})", metric.warnings.first().map_or("no value", String::as_str));
@@ -131,7 +131,7 @@ fn metric_value(metric: &Metric) -> String {
     said.trim_end().to_owned()
 }
 
-/// Four digits, which is more than most of these numbers are good for.
+/// Rounds to four digits, more than most of these numbers are accurate to.
 fn rounded(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return number(value);
@@ -140,12 +140,12 @@ fn rounded(value: f64) -> String {
     number((value * scale).round() / scale)
 }
 
-/// The results of `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`.
+/// Returns the text of `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`.
 fn measured(results: &[Each<Measured>], verbosity: Verbosity) -> String {
     if verbosity == Verbosity::Quiet {
         let mut table = Table::default();
         for result in results.iter().flatten() {
-            // Values alone do not say whose they are.
+            // Several values need the names of their solids.
             let name = if results.len() > 1 { format!("  {}", result.solids[0].name()) } else { String::new() };
             table.line(result.command, format_args!("{}{name}", result.estimate()));
         }
@@ -176,7 +176,7 @@ fn one_measured(result: &Measured, verbosity: Verbosity) -> String {
     table.text
 }
 
-/// What `volume` adds.
+/// Adds the measures of `volume`.
 fn measures(table: &mut Table, result: &Measured) {
     let length = unit::suffix(result.unit, 1);
     if let Some(measures) = &result.measures {
@@ -191,7 +191,7 @@ fn measures(table: &mut Table, result: &Measured) {
     }
 }
 
-/// The inputs, a line each; that a mesh is as it should be is said where verbose alone.
+/// Adds the inputs, a line each; properties that a mesh should have are listed only if verbose.
 fn inputs(table: &mut Table, result: &Measured, verbosity: Verbosity) {
     let cubed = unit::suffix(result.unit, 3);
     for (i, solid) in result.solids.iter().enumerate() {
@@ -214,7 +214,7 @@ fn inputs(table: &mut Table, result: &Measured, verbosity: Verbosity) {
     }
 }
 
-/// How a result came about.
+/// Adds the grid, the images and other details of the computation.
 fn making(table: &mut Table, result: &Measured) {
     let length = unit::suffix(result.unit, 1);
     let grid = &result.grid;
@@ -252,7 +252,7 @@ fn making(table: &mut Table, result: &Measured) {
     }
 }
 
-/// The time and memory that a result took.
+/// Adds the time and memory of a result.
 fn cost(table: &mut Table, result: &Measured) {
     let seconds = &result.seconds;
     table.line(
@@ -269,7 +269,7 @@ fn cost(table: &mut Table, result: &Measured) {
     }
 }
 
-/// The images that were made.
+/// Adds the kind of the images, the backend, layers and samples.
 fn images(table: &mut Table, result: &Measured, ran: &Ran) {
     let image = match result.mode {
         Mode::Exact => "exact".to_owned(),
@@ -287,7 +287,7 @@ fn images(table: &mut Table, result: &Measured, ran: &Ran) {
     table.line("layers", format_args!("at most {}; {} samples in all", layers.join(", "), result.samples));
 }
 
-/// What a step of a sum took, on two lines.
+/// Adds the statistics of a step of a sum, on two lines.
 fn sum_step(table: &mut Table, report: &StepReport, unit: Option<LengthUnit>) {
     let StepReport { operation, distance, pairs, primitives, sampled, crossings, settled, .. } = report;
     let by = distance.map(|distance| format!(" by {}{}", number(distance), unit::suffix(unit, 1)));
@@ -306,7 +306,7 @@ fn sum_step(table: &mut Table, report: &StepReport, unit: Option<LengthUnit>) {
     ));
 }
 
-/// A mesh that was made of images, on two lines.
+/// Formats the data of a mesh extracted from images, on two lines.
 fn surface(report: &SurfaceReport, unit: Option<LengthUnit>) -> [String; 2] {
     let (length, cubed) = (unit::suffix(unit, 1), unit::suffix(unit, 3));
     let SurfaceReport { vertices, triangles, components, genus, .. } = report;
@@ -344,7 +344,7 @@ fn surface(report: &SurfaceReport, unit: Option<LengthUnit>) -> [String; 2] {
     ]
 }
 
-/// What `surface` wrote.
+/// Returns the text of `surface`.
 fn surfaced(result: &Surfaced, verbosity: Verbosity) -> String {
     let is_verbose = verbosity == Verbosity::Verbose;
     let mut table = Table::default();
@@ -371,7 +371,7 @@ fn surfaced(result: &Surfaced, verbosity: Verbosity) -> String {
     table.text
 }
 
-/// What `check` found.
+/// Returns the text of `check`.
 fn checked(results: &[Each<Checked>], verbosity: Verbosity) -> String {
     let mut table = Table::default();
     for result in results.iter().flatten() {
@@ -411,7 +411,7 @@ fn checked(results: &[Each<Checked>], verbosity: Verbosity) -> String {
     table.text
 }
 
-/// What `convert` wrote.
+/// Returns the text of `convert`.
 fn converted(result: &Converted) -> String {
     let unit = match result.unit {
         Some(unit) => format!("in{}", unit::suffix(Some(unit), 1)),
@@ -421,12 +421,12 @@ fn converted(result: &Converted) -> String {
     format!("{}: {} triangles, {unit}{recentred}\n", result.to.display(), result.triangles)
 }
 
-/// What was subtracted from the coordinates of a mesh.
+/// Formats the offset that was subtracted from the coordinates of a mesh.
 fn recentred(offset: Option<DVec3>, unit: Option<LengthUnit>) -> String {
     offset.map_or(String::new(), |offset| format!("; recentred by {}{}", vector(offset), unit::suffix(unit, 1)))
 }
 
-/// What `generate` wrote.
+/// Returns the text of `generate`.
 fn generated(result: &Generated, verbosity: Verbosity) -> String {
     let mut table = Table::default();
     let unit = Some(LengthUnit::Millimetre);
@@ -442,7 +442,7 @@ fn generated(result: &Generated, verbosity: Verbosity) -> String {
     table.text
 }
 
-/// What `render` drew.
+/// Returns the text of `render`.
 fn rendered(result: &Rendered, verbosity: Verbosity) -> String {
     let mut table = Table::default();
     let length = unit::suffix(result.unit, 1);
@@ -486,7 +486,7 @@ fn rendered(result: &Rendered, verbosity: Verbosity) -> String {
     table.text
 }
 
-/// Where sampling can run.
+/// Returns the text of `devices`.
 fn devices(devices: &Devices) -> String {
     let mut table = Table::default();
     let name = devices.cpu.as_deref().unwrap_or("of unknown make");
@@ -512,7 +512,7 @@ fn devices(devices: &Devices) -> String {
     table.text
 }
 
-/// A size in the largest unit of which it has at least one.
+/// Formats a size in the largest unit of which it has at least one.
 fn bytes(size: u64) -> String {
     match [("GiB", 30), ("MiB", 20), ("KiB", 10)].into_iter().find(|(_, shift)| size >> shift > 0) {
         Some((unit, shift)) => {

@@ -1,4 +1,4 @@
-//! From arguments as typed to jobs that can be run: everything that can be refused without reading an input is.
+//! Resolution of arguments into jobs; rejects every error that can be found without reading an input.
 
 mod render;
 mod report;
@@ -30,22 +30,22 @@ use ldi_ops::length::Length;
 use ldi_ops::placement::Placement;
 use ldi_ops::unit;
 
-/// What the program is to do, and how it is to talk meanwhile.
+/// A job and its settings of threads and verbosity.
 #[derive(Debug)]
 pub struct Invocation {
     pub job: Job,
-    /// The number of threads that was asked for.
+    /// The requested number of threads.
     pub threads: Option<NonZeroUsize>,
     pub verbosity: Verbosity,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verbosity {
-    /// The value alone on stdout, and on stderr warnings and errors.
+    /// Only the value on stdout, and warnings and errors on stderr.
     Quiet,
-    /// Also inputs and files that were written, and a progress bar on a terminal.
+    /// Also inputs and written files, and a progress bar on a terminal.
     Normal,
-    /// Also the raster, the backend, time and memory, and on stderr what was decided.
+    /// Also the raster, the backend, time and memory, and automatic choices on stderr.
     Verbose,
 }
 
@@ -62,17 +62,17 @@ pub enum Job {
     Report(Box<ReportJob>, Report),
 }
 
-/// An operation of the library, its inputs, and where its results go.
+/// A job of the library, its inputs, and the destination of its results.
 #[derive(Debug)]
 pub struct Command<J> {
     pub job: J,
     pub inputs: Vec<Input>,
-    /// The file made of the images.
+    /// The output file made from the images.
     pub target: Option<ImageTarget>,
     pub report: Report,
 }
 
-/// Where the result goes.
+/// The destination of the result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Report {
     /// Text on stdout.
@@ -84,19 +84,19 @@ pub enum Report {
 }
 
 impl Report {
-    /// Whether any JSON is made.
+    /// Returns whether JSON is written.
     pub fn has_json(&self) -> bool {
         *self != Report::Text
     }
 }
 
-/// `surface`.
+/// A `surface` command.
 #[derive(Debug)]
 pub struct SurfaceJob {
     /// The file of the images.
     pub images: PathBuf,
     pub unit: Option<LengthUnit>,
-    /// What kind of images they are, where it was given.
+    /// The mode of the images, if given.
     pub mode: Option<Mode>,
     pub target: ImageTarget,
     pub report: Report,
@@ -114,7 +114,7 @@ pub struct ConvertJob {
     pub from: Input,
     pub to: PathBuf,
     pub unit: Option<LengthUnit>,
-    /// A round offset is subtracted from the coordinates.
+    /// True if a round offset is subtracted from the coordinates.
     pub recentre: bool,
     pub report: Report,
 }
@@ -132,7 +132,7 @@ pub struct DevicesJob {
     pub report: Report,
 }
 
-/// What to use where a mesh is not a solid.
+/// Advice for meshes that are not solids.
 const NO_REPAIR: &str = "there is no command that repairs a mesh; what helps instead depends on its defects:
   ldi-ops check A                                          names all defects
   --allow-open                                             samples a mesh that is not closed
@@ -199,7 +199,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Error> {
     }
 }
 
-/// A model, whose lengths are in millimetres or have units.
+/// Returns a model; lengths are in millimetres or have units.
 fn model(arguments: &args::GenerateArguments) -> Result<Model, Error> {
     let kind = Model::kinds().iter().find(|kind| kind.name == arguments.kind);
     let in_millimetres = |name: &str, text: &str| -> String {
@@ -227,7 +227,7 @@ fn invocation(job: Job, common: &CommonArguments) -> Invocation {
     Invocation { job, threads: common.threads, verbosity }
 }
 
-/// An operation on a list of inputs, which go by letters.
+/// Resolves an operation on a list of inputs, which are named by letters.
 fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<Invocation, Error> {
     let args::ListOfSolids { a, others, placing, operation: rest } = arguments;
     let args::ListPlacingArguments { first: PlacingArguments { reading, transform_a }, transform_b, named } = placing;
@@ -243,7 +243,7 @@ fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<In
     measure(Measurement::Boolean(boolean), inputs.collect(), reading, sampling, writing, common)
 }
 
-/// What an expression makes of inputs.
+/// Resolves `csg`: an expression over named inputs.
 fn csg(arguments: args::CsgArguments) -> Result<Invocation, Error> {
     let args::CsgArguments { expression: text, solids, reading, named, operation } = arguments;
     let (names, paths): (Vec<String>, Vec<PathBuf>) = solids.into_iter().map(|solid| (solid.name, solid.path)).unzip();
@@ -257,7 +257,7 @@ fn csg(arguments: args::CsgArguments) -> Result<Invocation, Error> {
     measure(Measurement::Boolean(boolean), inputs, reading, sampling, writing, common)
 }
 
-/// An expression as it is typed.
+/// Parses an expression as typed.
 fn parsed(text: &str, names: &[String]) -> Result<Expression, Error> {
     Expression::parse(text, names).map_err(|error| match error.at() {
         Some(at) => Error::input(format!(
@@ -269,7 +269,7 @@ fn parsed(text: &str, names: &[String]) -> Result<Expression, Error> {
     })
 }
 
-/// The name of an input in a list: a, b, … z, aa, ab, …
+/// Returns the name of an input in a list: a, b, … z, aa, ab, …
 fn letters(index: usize) -> String {
     let mut name = String::new();
     let mut rest = index + 1;
@@ -280,7 +280,7 @@ fn letters(index: usize) -> String {
     name
 }
 
-/// Gives placements to the inputs of their names.
+/// Assigns placements to inputs by name.
 fn place(
     names: &[String],
     placements: &mut [Option<Placement>],
@@ -362,7 +362,7 @@ fn backend(backend: BackendChoice, adapter: Option<String>) -> Result<Backend, E
         (BackendChoice::Cpu, Some(name)) => {
             Err(Error::input(format!("--adapter {name} asks for a GPU, and --backend cpu for none")))
         }
-        // Who names an adapter leaves no choice to auto.
+        // A named adapter leaves `auto` no choice.
         (BackendChoice::Auto | BackendChoice::Gpu, name) => Ok(Backend::Gpu(name)),
     }
 }
@@ -374,7 +374,7 @@ fn fill(choice: FillChoice) -> FillRule {
     }
 }
 
-/// Rays along the longest side where neither resolution nor pitch nor tolerance is given.
+/// Rays along the longest side if neither resolution nor pitch nor tolerance is given.
 const DEFAULT_RESOLUTION: u32 = 512;
 
 fn spacing(
@@ -407,7 +407,7 @@ fn report(common: &CommonArguments) -> Result<Report, Error> {
     }
 }
 
-/// A target whose folder is there, so that nobody waits for a result that has nowhere to go.
+/// Checks that a target's folder exists before any work is done.
 fn writable(path: &Path) -> Result<(), Error> {
     let folder = output::folder(path);
     if path.is_dir() {
@@ -419,7 +419,7 @@ fn writable(path: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// A mesh file of a format that can be written.
+/// Checks that a mesh file has a writable format.
 fn mesh_target(path: &Path) -> Result<(), Error> {
     let format = Format::from_path(path).map_err(Error::input)?;
     if !format.is_written() {
@@ -428,11 +428,11 @@ fn mesh_target(path: &Path) -> Result<(), Error> {
     writable(path)
 }
 
-/// What is written of images by files of an extension.
+/// The formats of `-o` and their contents.
 const WRITTEN: &str =
     "-o takes .npz, the image; .stl, .obj, .ply, .off, .glb or .3mf, its surface; .vti or .npy, voxels";
 
-/// A file that is made of images.
+/// Returns the file to make from the images.
 fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Option<ImageTarget>, Error> {
     let args::ImageArguments { output, finish: args::FinishArguments { simplify, drop_parts, recentre } } = writing;
     let flag = match (simplify, drop_parts, recentre) {

@@ -1,4 +1,4 @@
-//! The words of a command line before they are parsed: what they ask of JSON where parsing or the job fails.
+//! The words of a command line before parsing, for the `--json` option of a command line that fails.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -16,14 +16,14 @@ impl Words {
         Words(words.take_while(|word| word != "--").collect())
     }
 
-    /// The name of the command, where there is one.
+    /// Returns the name of the command, if any.
     pub fn command(&self) -> Option<String> {
         let word = self.0.iter().find(|word| !word.as_encoded_bytes().starts_with(b"-"))?;
         let command = Arguments::command();
         Some(command.find_subcommand(word)?.get_name().to_owned())
     }
 
-    /// What follows `--json`, and where that stands.
+    /// Returns the argument of `--json` and the index of the word that holds it.
     fn json_at(&self) -> Option<(usize, PathBuf)> {
         (0..self.0.len()).rev().find_map(|at| match self.0[at].to_str()? {
             "--json" => Some((at + 1, self.0.get(at + 1)?.into())),
@@ -31,7 +31,7 @@ impl Words {
         })
     }
 
-    /// The file of `--json`, or `-`; nothing where no JSON is asked for, or where another word names the same file, which may
+    /// Returns the file of `--json`, or `-`; `None` if no JSON is requested, or if another word names the same file, which may
     /// be an input.
     pub fn json(&self) -> Option<PathBuf> {
         let (at, path) = self.json_at()?;

@@ -1,4 +1,4 @@
-//! Amounts as they are typed: a number, and perhaps its unit.
+//! Amounts as the user types them: a number with an optional unit.
 
 use crate::mesh::LengthUnit;
 use thiserror::Error;
@@ -6,10 +6,10 @@ use thiserror::Error;
 use crate::report::quantity::Quantity;
 use crate::unit;
 
-/// A number that may have a unit.
+/// A number with an optional unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Amount {
-    /// As typed.
+    /// The text as typed.
     text: String,
     value: f64,
     unit: TypedUnit,
@@ -18,7 +18,7 @@ pub struct Amount {
 /// The unit of an amount.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum TypedUnit {
-    /// None: that of the metric.
+    /// No unit: that of the metric.
     None,
     Percent,
     Length(LengthUnit, i8),
@@ -41,7 +41,7 @@ pub enum AmountError {
 }
 
 impl Amount {
-    /// A number without a unit.
+    /// Returns a number without a unit.
     pub fn plain(value: f64) -> Amount {
         Amount { text: value.to_string(), value, unit: TypedUnit::None }
     }
@@ -49,7 +49,7 @@ impl Amount {
     /// Reads `0.6`, `60 %`, `300 um`, `3 mm^2`, `1.5 1/mm³`.
     pub fn parse(text: &str) -> Result<Amount, AmountError> {
         let trimmed = text.trim();
-        // `1e3 um` begins with a number of three letters, `1em` with one of one.
+        // The longest prefix that parses is the number: three characters of `1e3 um`, one of `1em`.
         let ends = trimmed.char_indices().map(|(at, _)| at).chain([trimmed.len()]).rev();
         let (value, rest) = ends
             .filter_map(|end| Some((trimmed[..end].parse::<f64>().ok()?, trimmed[end..].trim())))
@@ -63,7 +63,7 @@ impl Amount {
         Ok(Amount { text: trimmed.to_owned(), value, unit })
     }
 
-    /// The value in what a metric of a solid is in, whose coordinates are in `solid`.
+    /// Returns the value in the unit of a metric of the given quantity, for a solid with coordinates in `solid`.
     pub fn in_unit(&self, quantity: Quantity, solid: Option<LengthUnit>) -> Result<f64, AmountError> {
         let text = || self.text.clone();
         match (self.unit, quantity) {
@@ -81,7 +81,7 @@ impl Amount {
     }
 }
 
-/// Dividing by what is a whole number keeps 300 µm what people call 0.3 mm.
+/// Converts a power of a length. Dividing by a whole factor makes 300 µm exactly 0.3 mm.
 fn converted(value: f64, from: LengthUnit, to: LengthUnit, power: i8) -> f64 {
     let factor = unit::factor(from, to);
     let (factor, power) =

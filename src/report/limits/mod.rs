@@ -1,4 +1,4 @@
-//! What the user asks of a solid: a TOML file with the least and the greatest value of metrics, held against a sheet.
+//! The user's requirements of a solid: a TOML file with the least and greatest values of metrics, checked against a sheet.
 //!
 //! ```toml
 //! porosity = { min = 0.6, max = "80 %" }
@@ -7,8 +7,8 @@
 //! [solid.thickness]
 //! mean = { min = "0.2 mm" }
 //! ```
-//! A key is the id of a metric or one of [`ALIASES`]; dots lead into tables, as TOML has it. Plain numbers are in the unit of
-//! the solid, shares from 0 to 1; texts carry their unit and are converted.
+//! A key is the id of a metric or one of [`ALIASES`]; dots lead into tables, as in TOML. Plain numbers are in the unit of the
+//! solid, shares from 0 to 1; strings carry their unit and are converted.
 
 mod amount;
 
@@ -24,7 +24,7 @@ pub use amount::{Amount, AmountError};
 use super::id;
 use super::sheet::{LimitOutcome, LimitVerdict, Metric, Verdict};
 
-/// Other names of metrics, for people.
+/// Readable aliases of metrics.
 pub const ALIASES: [(&str, &str); 20] = [
     ("open-porosity", id::OPEN_POROSITY),
     ("closed-porosity", id::CLOSED_POROSITY),
@@ -48,32 +48,32 @@ pub const ALIASES: [(&str, &str); 20] = [
     ("Conn.D", id::CONNECTIVITY),
 ];
 
-/// So many of the known ids an error names, the nearest first.
+/// Number of known ids that an error lists, the nearest first.
 const NAMED: usize = 12;
 
-/// What a file asks, in its order.
+/// The limits of a file, in its order.
 #[derive(Clone, Debug)]
 pub struct Limits {
     file: PathBuf,
     limits: Vec<Limit>,
 }
 
-/// What is asked of one metric.
+/// The limit of one metric.
 #[derive(Clone, Debug)]
 struct Limit {
-    /// As it is written.
+    /// The key as written.
     key: String,
     line: usize,
     min: Option<Amount>,
     max: Option<Amount>,
 }
 
-/// Why limits cannot be held against a solid.
+/// A fault in a file of limits, or a limit that does not fit the solid.
 #[derive(Debug, Error)]
 #[error("{}{}: {problem}", file.display(), line.map_or(String::new(), |line| format!(":{line}")))]
 pub struct LimitsError {
     pub file: PathBuf,
-    /// From 1.
+    /// The line, counted from 1.
     pub line: Option<usize>,
     pub problem: Box<Problem>,
 }
@@ -119,10 +119,10 @@ impl Limits {
         Ok(Limits { file: file.to_owned(), limits })
     }
 
-    /// Holds the metrics of a solid in a unit against the limits.
+    /// Checks the metrics of a solid with lengths in `unit` against the limits.
     ///
     /// # Errors
-    /// Where a key is none of the metrics, or an amount does not fit its metric.
+    /// If a key names no metric, or an amount does not fit its metric.
     pub fn judge(&self, metrics: &[Metric], unit: Option<LengthUnit>) -> Result<Verdict, LimitsError> {
         let fault =
             |line, problem| LimitsError { file: self.file.clone(), line: Some(line), problem: Box::new(problem) };
@@ -142,14 +142,14 @@ impl Limits {
     }
 }
 
-/// The limits of a table and of the tables in it, each with its place in the text.
+/// Collects the limits of a table and of the tables in it, each with its offset in the text.
 fn collect(path: &str, table: &DeTable, limits: &mut Vec<(usize, Limit)>) -> Result<(), (usize, Problem)> {
     let (mut min, mut max, mut first) = (None, None, usize::MAX);
     for (name, value) in table {
         let at = name.span().start;
         let key = if path.is_empty() { name.get_ref().to_string() } else { format!("{path}.{}", name.get_ref()) };
         match (value.get_ref(), name.get_ref().as_ref()) {
-            // `min` and `max` are names of metrics, too: solid.thickness.min = { min = 0.2 }.
+            // `min` and `max` are also names of metrics: solid.thickness.min = { min = 0.2 }.
             (DeValue::Table(inner), _) => {
                 let before = limits.len();
                 collect(&key, inner, limits)?;
@@ -195,7 +195,7 @@ fn amount_of(value: &Spanned<DeValue>) -> Result<Amount, AmountError> {
     }
 }
 
-/// The metric that a key names.
+/// Returns the metric that a key names.
 fn find<'s>(key: &str, metrics: &'s [Metric]) -> Result<&'s Metric, Problem> {
     let called = |id: &str| metrics.iter().find(|metric| metric.id == id);
     let id = ALIASES.iter().find(|(alias, _)| alias.eq_ignore_ascii_case(key)).map_or(key, |(_, id)| id);
@@ -265,7 +265,7 @@ mod tests {
             "# What we ask\nporosity = { min = 0.6, max = \"80 %\" }\n\n[percolation]\nmin = \"410 um\"\n\
              [solid]\nthickness.mean = { min = \"0.2 mm\" }\n\"BS/BV\".min = \"10 1/mm\"\n",
         );
-        // `"BS/BV"` stands in the table `solid`.
+        // `"BS/BV"` is in the table `solid`.
         assert!(verdict.unwrap_err().to_string().starts_with("limits.toml:8: solid.BS/BV: there is no such metric"));
         let verdict = judge(
             "porosity = { min = 0.6, max = \"80 %\" }\npercolation.min = \"410 µm\"\n\"wall.thinnest\" = { min = \"0.2 mm\" }\n\

@@ -1,4 +1,4 @@
-//! What the reader must know before believing a number.
+//! Alerts: facts that limit the trust in a number.
 
 use crate::mesh::convex_hull;
 use crate::metrics::Edges;
@@ -9,18 +9,18 @@ use super::record::Record;
 use crate::number::number;
 use crate::report::sheet::{Alert, Convergence, Severity, Varied};
 
-/// Chords that the region cuts, above which chord metrics are doubtful.
+/// Share of chords cut by the region above which chord metrics are doubtful.
 const CENSORED: f64 = 0.05;
 
-/// A change of a metric from twice the pitch, above which it is doubtful.
+/// Relative change of a metric from twice the pitch above which it is doubtful.
 const CHANGE: f64 = 0.01;
 
-/// The share of its box that the convex hull of a solid fills at least, if the box is what cut it.
+/// Least share of its box that the convex hull of a solid fills if the box has cut the solid.
 const FILLED: f64 = 0.9;
 
-/// That the solid has a shape of its own, and what its porosity is within that.
+/// Returns the message that the solid has a shape of its own, with its porosity within that shape.
 ///
-/// A scaffold that a box cut reaches all its faces and, but for single cells, its edges and corners, so that its convex hull
+/// A scaffold cut by a box reaches all its faces and, except for single cells, its edges and corners, so that its convex hull
 /// fills it; even 2 × 2 × 2 cells of a primitive sheet, which have none of the corners, fill 94.7 %, and a cylinder 78.5 %.
 fn unfilled_box(study: &Study, record: &Record) -> Option<String> {
     let settings = study.settings;
@@ -41,7 +41,7 @@ fn unfilled_box(study: &Study, record: &Record) -> Option<String> {
     })
 }
 
-/// Everything that the metrics themselves give reason to say.
+/// Returns all alerts that follow from the metrics themselves.
 pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Alert> {
     let pitch = study.region.grid().pitch();
     let mut alerts = Vec::new();
@@ -90,7 +90,7 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
     for study in convergence.iter().filter(|study| study.over == Varied::Pitch) {
         for series in &study.series {
             let [.., Some(coarse), Some(fine)] = series.values[..] else { continue };
-            // Of a share, as a share of all.
+            // The change of a share is relative to 1.
             let whole = if series.metric == "porosity" { 1.0 } else { fine.abs().max(f64::MIN_POSITIVE) };
             let change = (fine - coarse).abs() / whole;
             if change > CHANGE {

@@ -1,4 +1,4 @@
-//! What balls tell: thickness, widths of pores, access from outside, percolation.
+//! Metrics from inscribed balls: thickness, pore widths, access from outside, percolation.
 
 use crate::grid::Axis;
 use crate::metrics::access::{self, Ends, access_sizes, bottlenecks, percolation};
@@ -17,10 +17,10 @@ use super::slices::{SliceMaker, position};
 use crate::number::number;
 use crate::report::sheet::{AccessCurve, HistogramPlot};
 
-/// Points that the curve of access is drawn through.
+/// Number of points in the access curve.
 const POINTS: usize = 128;
 
-/// Lengths of fewer pitches are not resolved.
+/// Lengths below this many pitches are not resolved.
 const RESOLVED: f64 = 3.0;
 
 const TOO_COARSE: &str = "fewer than 3 pitches: the raster is too coarse for it";
@@ -28,7 +28,7 @@ const NO_PORES: &str = "there are no pores in the region";
 const NO_SOLID: &str = "there is no solid in the region";
 const NO_SURFACE: &str = "there is no surface in the region for a ball to touch";
 
-/// How balls meet the ends of the region when they come from outside: its faces are no walls.
+/// Returns the boundary condition for balls that come from outside: the faces of the region are not walls.
 pub fn from_outside(edges: Edges) -> Edges {
     match edges {
         Edges::Periodic => Edges::Periodic,
@@ -36,21 +36,21 @@ pub fn from_outside(edges: Edges) -> Edges {
     }
 }
 
-/// The largest balls of the pores: those that come in from outside, and those that lie within the region.
+/// The largest balls of the pores: those that enter from outside, and those that lie within the region.
 pub struct Ways {
     free: PoreBalls,
-    /// Where balls are to lie within the region.
+    /// Only where balls must lie within the region.
     within: Option<PoreBalls>,
 }
 
-/// The largest balls of the pores, and how large a ball has room in each node's cell.
+/// The largest balls of the pores, and the radius of the largest ball centred in each node's cell.
 struct PoreBalls {
     balls: Vec<Ball>,
     radii: Vec<f32>,
 }
 
 impl PoreBalls {
-    /// Of pores in a field; nothing where no ball is held back by anything.
+    /// Computes the balls of a study's pores; `None` if no surface limits them.
     fn of(study: &Study, pores: &NodeSet, edges: Edges) -> Option<PoreBalls> {
         let field = DistanceField::of(&Crossings::of_images(&study.images.solid, study.region, edges), edges);
         PoreBalls::in_field(&field, pores)
@@ -64,7 +64,7 @@ impl PoreBalls {
 }
 
 impl Ways {
-    /// Of the pores of a study; nothing where no ball is held back by anything.
+    /// Computes the balls of a study's pores; `None` if no surface limits them.
     pub fn of(study: &Study, pores: &NodeSet) -> Option<Ways> {
         let free = PoreBalls::of(study, pores, from_outside(study.settings.edges))?;
         let within = match study.settings.edges {
@@ -74,17 +74,17 @@ impl Ways {
         Some(Ways { free, within })
     }
 
-    /// Of the pores of another solid, between the cubes of its nodes.
+    /// Computes the balls of the pores of another solid, between the cubes of its nodes.
     pub fn between_cubes(study: &Study, solid: &NodeSet, pores: &NodeSet) -> Option<Ways> {
         let field = |edges| DistanceField::of(&Crossings::of_nodes(solid, edges), edges);
         let free = PoreBalls::in_field(&field(from_outside(study.settings.edges)), pores)?;
         Some(Ways { free, within: None })
     }
 
-    /// The diameters of the largest balls that span the axes, in pitches, and the nodes where they are stopped.
+    /// Returns the diameters of the largest balls that span the axes, in pitches, and their bottleneck nodes.
     ///
-    /// The ends are open. With [`Edges::Border`] the other faces of a box are walls; a region that is no box has no other
-    /// faces, and balls are held by what solid there is.
+    /// The ends are open. With [`Edges::Border`] the other faces of a box are walls; a region that is not a box has no other
+    /// faces, and only the solid limits the balls.
     pub fn percolation(&self, study: &Study, pores: &NodeSet) -> [Option<access::Percolation>; 3] {
         Axis::ALL.map(|axis| {
             let ends = Ends::of_region(study.region, axis)?;
@@ -101,8 +101,8 @@ impl Ways {
         })
     }
 
-    /// Radii with walls around the axis and none across it: those within the region, but next to the ends those from outside,
-    /// to as far as the walls around are away.
+    /// Returns radii with walls around the axis and none across it: those of balls within the region, except that balls next to
+    /// the ends may reach outside as far as the distance to the walls around.
     fn between_walls(&self, within: &PoreBalls, study: &Study, axis: Axis) -> Vec<f32> {
         let [low, high] = study.region.bounds_in_pitches();
         let [columns, rows, _] = study.solid.size();
@@ -122,7 +122,7 @@ impl Ways {
     }
 }
 
-/// Puts on record what balls reach from outside; gives the curve and the distribution of sizes.
+/// Records the access from outside; returns the curve and the distribution of sizes.
 pub fn access(study: &Study, record: &mut Record) -> (Option<AccessCurve>, Option<HistogramPlot>) {
     let pores = Phase::Pore.nodes(&study.solid, study.region.nodes());
     let free = from_outside(study.settings.edges);
@@ -141,7 +141,7 @@ pub fn access(study: &Study, record: &mut Record) -> (Option<AccessCurve>, Optio
     put_percolation(study, spans, record);
 
     let Ways { free: PoreBalls { balls, radii }, within } = ways;
-    // Balls get in through the faces, and where they are to lie within the region, they cover what they do there.
+    // Balls enter through the faces; if they must lie within the region, only balls within it cover pores.
     let balls = within.map_or(balls, |within| within.balls);
     let reached = bottlenecks(&radii, &pores, &rim(study.region.nodes()), free);
     drop(radii);
@@ -184,7 +184,7 @@ fn lacks_access(record: &mut Record, why: &str) {
         NO_PORES => ["porosity.open", "porosity.closed"].into_iter().for_each(|id| {
             record.put(id, 0.0);
         }),
-        // Nothing walls anything in.
+        // No surface encloses any pore.
         _ => {
             record.put("porosity.open", 1.0);
             record.put("porosity.closed", 0.0);
@@ -218,19 +218,19 @@ fn put_percolation(study: &Study, spans: [Option<access::Percolation>; 3], recor
     record.put_or("percolation", all, &why).with("edges", edges.name());
 }
 
-/// The shares of the region that are open and closed pores.
+/// Records the shares of the region that are open and closed pores.
 fn put_open(study: &Study, pores: &NodeSet, open: &NodeSet, record: &mut Record) {
     let porosity = record.value("porosity").unwrap_or(f64::NAN);
     let share = open.count() as f64 / pores.count() as f64;
     let nodes = study.region.nodes().count() as f64;
     let closed = (pores.count() - open.count()) as f64;
-    // Rays know the porosity better than nodes do; nodes know which of it is open.
+    // The porosity comes from rays, which are more accurate than nodes; the nodes give its open part.
     record.put("porosity.open", porosity * share).with("nodes", open.count());
     record.put("porosity.closed", porosity * (1.0 - share)).with("nodes", closed);
     debug_assert!(closed <= nodes);
 }
 
-/// Puts thickness and pore widths on record, colours slices with them, follows their means through the region, and gives their
+/// Records thickness and pore widths, colours the slices with them, follows their means through the region, and returns their
 /// distributions.
 pub fn thickness(
     study: &Study,
@@ -284,7 +284,7 @@ pub fn thickness(
         let counted = uncut(map, free.as_deref());
         let values = Distribution::of_map(&counted, 1.0).expect("some nodes always count");
         let most = values.quantile(0.99) as f32;
-        // What the region cuts is no thin place in a picture, nor a thicker one than the rest has.
+        // In a picture, nodes at a cut by the region appear neither thin nor thicker than the rest.
         let shown = |(&counted, &free): (&f32, &f32)| if counted > 0.0 { counted } else { free.min(most) };
         let shown: Option<Vec<f32>> = free.map(|free| counted.iter().zip(&free).map(shown).collect());
         let shown = shown.as_ref().unwrap_or(&counted);
@@ -323,18 +323,18 @@ const WIDTH: Plot = Plot {
               is wide here and narrow there lies behind throats.",
 };
 
-/// A solid that has a volume, but no node.
+/// Marks the metrics of a solid that has volume but no node as unresolved.
 fn lost_between_rays(spread: Spread, record: &mut Record) {
     spread.ids().into_iter().chain(["wall.thinnest"]).for_each(|id| {
         record.unresolved(id, "no node of the raster lies in the solid: it is thinner than a pitch");
     });
 }
 
-/// What a ball may differ by from one map to another, in pitches, where nothing but painting does.
+/// Largest difference between two maps, in pitches, that painting alone can cause.
 const REPAINTED: f32 = 0.5;
 
-/// The thickness of a solid, in pitches, if balls may reach beyond the region; nothing where `edges` let them anyway, or where
-/// nothing would hold them.
+/// Returns the thickness of a solid, in pitches, with balls that may reach beyond the region; `None` if `edges` allows that
+/// anyway, or if nothing would limit the balls.
 pub fn free_thickness(crossings: impl FnOnce() -> Crossings, nodes: &NodeSet, edges: Edges) -> Option<Vec<f32>> {
     if edges != Edges::Border {
         return None;
@@ -343,8 +343,8 @@ pub fn free_thickness(crossings: impl FnOnce() -> Crossings, nodes: &NodeSet, ed
     free.iter().all(|thickness| thickness.is_finite()).then_some(free)
 }
 
-/// The thickness of the nodes that are not thinner because the region ends there, and 0 of the others; of all nodes, where
-/// that are all of them.
+/// Returns the thickness map with 0 at nodes that are thinner only because the region ends there; the unchanged map if that
+/// applies to all nodes.
 pub fn uncut(map: Vec<f32>, free: Option<&[f32]>) -> Vec<f32> {
     let Some(free) = free else { return map };
     let left: Vec<f32> =
@@ -352,7 +352,7 @@ pub fn uncut(map: Vec<f32>, free: Option<&[f32]>) -> Vec<f32> {
     if left.iter().any(|&thickness| thickness > 0.0) { left } else { map }
 }
 
-/// The thinnest wall, and one place that is so thin; from the thickness of the nodes that count.
+/// Records the thinnest wall and a place of that thickness, from the nodes that count.
 fn put_thinnest(study: &Study, map: &[f32], thinnest: f64, nodes: &NodeSet, record: &mut Record) {
     let grid = study.region.grid();
     let [columns, rows, _] = study.solid.size();
@@ -376,7 +376,7 @@ fn put_thinnest(study: &Study, map: &[f32], thinnest: f64, nodes: &NodeSet, reco
     }
 }
 
-/// Distributions of which mean, spread and percentiles are metrics.
+/// A distribution whose mean, spread and percentiles are metrics.
 #[derive(Clone, Copy)]
 enum Spread {
     Thickness,
@@ -385,7 +385,7 @@ enum Spread {
 }
 
 impl Spread {
-    /// Mean, standard deviation, least, percentiles 1, 5, 50 and 95, largest.
+    /// Returns the ids of mean, standard deviation, minimum, percentiles 1, 5, 50 and 95, and maximum.
     const fn ids(self) -> [&'static str; 8] {
         macro_rules! ids {
             ($id:literal) => {

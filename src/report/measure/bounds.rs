@@ -1,8 +1,8 @@
-//! What metrics are at least and at most: from the solid that certainly is there and the one that may be.
+//! Lower and upper bounds of metrics, from an inner and an outer solid.
 //!
-//! The inner solid is all cubes of one pitch that lie in the solid, the outer one all that have part in it. Volumes are summed
-//! on a finer raster, as there cubes are counted and nothing more. Percolation and thickness are found again on either, as
-//! they grow or shrink with the solid: the pores of the outer solid let no larger ball pass than those of the solid itself.
+//! The inner solid is all cubes of one pitch that lie in the solid, the outer one all that intersect it. Volumes are summed on
+//! a finer raster, because they only need cubes to be counted. Percolation and thickness are measured again on both, as they
+//! grow or shrink with the solid: the pores of the outer solid let no larger ball pass than those of the solid itself.
 
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Combine, Ldi, NodePlanes};
@@ -18,15 +18,15 @@ use super::{Clock, Study};
 use crate::Error;
 use crate::driver::input::Solid;
 
-/// Cubes along the longest side for volumes, at most.
+/// Most cubes along the longest side for volumes.
 const FINEST: u32 = 1024;
 
-/// Bounds of volume, porosity, percolation and the thinnest wall, put beside their values.
+/// Adds bounds to volume, porosity, percolation and the thinnest wall.
 pub fn measure(study: &Study, sampler: &dyn Sampler, clock: &mut Clock, record: &mut Record) -> Result<(), Error> {
     clock.time("bounds of volume", || volumes(study, sampler, record))?;
     let grid = study.region.grid();
     let is_fine = grid.rays().into_iter().max().is_some_and(|rays| rays > COARSE);
-    // A cell that repeats is to fit onto itself.
+    // A periodic cell must consist of whole pitches.
     let halves = study.settings.edges != Edges::Periodic || grid.rays().iter().all(|rays| rays % 2 == 0);
     if !(is_fine && halves) {
         between_cubes(study, clock, record);
@@ -41,17 +41,17 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, clock: &mut Clock, record: 
     Ok(())
 }
 
-/// Rasters of more rays along the longest side have half of them for what is found between cubes: that takes longer than the
-/// values themselves do, and is good to a few cubes at any rate.
+/// Rasters of more rays than this along the longest side are halved for metrics between cubes: these take longer than the
+/// values themselves, and are accurate to a few cubes at best.
 const COARSE: u32 = 128;
 
-/// Bounds of percolation and of the thinnest wall on the raster of a study.
+/// Computes bounds of percolation and of the thinnest wall on the raster of a study.
 fn between_cubes(study: &Study, clock: &mut Clock, record: &mut Record) {
     let bounds =
         clock.time("inner and outer solid", || SolidBounds::of(&study.images.lattice, &study.solid, study.region));
     let region = match study.images.roi() {
         Some(roi) if !study.region.is_box() => SolidBounds::of(roi, study.region.nodes(), study.region),
-        // A box is what it is.
+        // A box is exact.
         _ => SolidBounds { inner: study.region.nodes().clone(), outer: study.region.nodes().clone() },
     };
     clock.time("bounds of percolation", || percolation(study, &bounds, &region, record));
@@ -69,7 +69,7 @@ fn volumes(study: &Study, sampler: &dyn Sampler, record: &mut Record) -> Result<
         Some(roi) => of_region(&sampled, roi, &grid, fill, sampler)?,
     };
     if !study.subject.solid.is_closed() {
-        // What rays that do not close leave open is not known.
+        // The state along unclosed rays is unknown.
         return Ok(());
     }
     let put = |record: &mut Record, id, Interval { lower, upper }: Interval| {
@@ -105,19 +105,19 @@ fn nodes(image: &Ldi) -> NodePlanes<'_> {
     NodePlanes::new([image], Combine::Most).expect("one image is a view of its own grid")
 }
 
-/// The largest balls that span the axes between the cubes of the outer solid, and of the inner one.
+/// Bounds the largest balls that span the axes: between the cubes of the outer solid, and of the inner one.
 fn percolation(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &mut Record) {
     let least_and_most = [(&bounds.outer, &region.inner), (&bounds.inner, &region.outer)];
     let found = least_and_most.map(|(solid, region)| spans(study, solid, region));
     let pitch = study.region.grid().pitch();
     let diameter = |span: Option<f64>| span.map(|diameter| diameter * pitch);
-    // Centres of balls at a wall of the region are at nodes, half a pitch from where they might be.
+    // Centres of balls at a wall of the region are at nodes, up to half a pitch from their true place.
     let [lower, upper] = found;
     let lower = lower.map(|span| span.map(|diameter| (diameter - 1.0).max(0.0)));
     let upper = upper.map(|span| span.map(|diameter| diameter + 1.0));
     for (axis, id) in ["percolation.x", "percolation.y", "percolation.z"].into_iter().enumerate() {
         if let Some(entry) = record.found(id) {
-            // Where the outer solid leaves no way the ball may be as small as one likes.
+            // Where the outer solid leaves no way, the lower bound is 0.
             entry.bounds(Some(diameter(lower[axis]).unwrap_or(0.0)), diameter(upper[axis]));
         }
     }
@@ -127,15 +127,15 @@ fn percolation(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record
     }
 }
 
-/// Diameters in pitches, along x, y and z.
+/// Returns the diameters of spanning balls along x, y and z, in pitches.
 fn spans(study: &Study, solid: &NodeSet, region: &NodeSet) -> [Option<f64>; 3] {
     let pores = region.minus(solid);
     let found = Ways::between_cubes(study, solid, &pores).map(|ways| ways.percolation(study, &pores));
     found.map_or([None; 3], |spans| spans.map(|span| span.map(|span| span.diameter)))
 }
 
-/// The thickness that 1 % of the solid falls below, of the inner and of the outer solid, and a pitch more either way. Where the inner one has lost more than
-/// 1 % of the solid altogether, a wall may be as thin as one likes.
+/// Bounds the thinnest wall by the 1st percentiles of the thickness of the inner and of the outer solid, and a pitch more
+/// either way. Where the inner one has lost more than 1 % of the solid altogether, the lower bound is 0.
 fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &mut Record) {
     let Some(value) = record.value("wall.thinnest") else { return };
     let edges = study.settings.edges;
@@ -151,12 +151,12 @@ fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &
     };
     let solid = Phase::Solid.nodes(&study.solid, study.region.nodes());
     let (inner, outer) = (bounds.inner.and(&region.inner), bounds.outer.and(&region.outer));
-    // What no node sees is lost, too.
+    // Parts of the solid without a node are lost, too.
     let lost = outer.minus(&grown(&inner)).count() as f64 / solid.count() as f64;
     let lower = if lost > 0.01 { None } else { p1(&inner, &bounds.inner) };
     let upper = p1(&outer, &bounds.outer);
     if let Some(entry) = record.found("wall.thinnest") {
-        // The 1 % are not the same nodes in each, and are known to a pitch.
+        // The 1 % are different nodes in each, and known to a pitch.
         let least = lower.map_or(0.0, |lower| (lower.min(value) - pitch).max(0.0));
         entry.bounds(Some(least), upper.map(|upper| upper.max(value) + pitch));
         if lower.is_none() {
@@ -165,10 +165,10 @@ fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &
     }
 }
 
-/// How far the inner solid ends within the solid, in nodes: a cube that the surface meets, and its diagonal.
+/// Greatest depth of the inner solid below the surface, in nodes: a cube that the surface meets, and its diagonal.
 const RIND: usize = 3;
 
-/// A set with all nodes that are [`RIND`] nodes or less from it along each axis.
+/// Returns a set with all nodes that are at most [`RIND`] nodes from it along each axis.
 fn grown(nodes: &NodeSet) -> NodeSet {
     let [columns, rows, planes] = nodes.size();
     let words = nodes.words();

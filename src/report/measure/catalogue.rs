@@ -1,9 +1,9 @@
-//! What each metric is: its names, its definition, where that is from, how it is found here.
+//! The catalogue of metrics: names, definitions, references and methods.
 
 use crate::report::quantity::Quantity;
 use crate::report::sheet::Group;
 
-/// A metric, without its value.
+/// The definition of a metric.
 #[derive(Clone, Copy, Debug)]
 pub struct Definition {
     pub id: &'static str,
@@ -56,7 +56,7 @@ macro_rules! definition {
     };
 }
 
-/// The same along x, y and z.
+/// Expands to definitions along x, y and z.
 macro_rules! along_axes {
     ($id:literal, $group:ident, $symbol:literal, $name:literal, $quantity:expr, $method:expr, $reference:expr, $text:literal) => {
         [
@@ -94,7 +94,7 @@ macro_rules! along_axes {
     };
 }
 
-/// What is said of a distribution of lengths.
+/// Expands to the statistics of a distribution of lengths.
 macro_rules! spread {
     ($id:literal, $group:ident, $symbol:literal, $name:literal, $method:expr, $reference:expr, $text:literal) => {
         [
@@ -258,15 +258,15 @@ pub const CATALOGUE: &[&[Definition]] = &[
     ],
 ];
 
-/// All metrics, in the order of the report.
+/// Returns all metrics, in the order of the report.
 pub fn all() -> impl Iterator<Item = &'static Definition> {
     CATALOGUE.iter().copied().flatten()
 }
 
-/// The metric of a name.
+/// Returns the metric of an id.
 ///
 /// # Panics
-/// If there is none: names are constants.
+/// If no metric has this id: ids are constants.
 pub fn definition(id: &str) -> &'static Definition {
     all().find(|definition| definition.id == id).unwrap_or_else(|| panic!("no metric is called {id}"))
 }

@@ -1,15 +1,15 @@
-//! Where the time goes.
+//! Wall times of the stages.
 
 use std::time::Instant;
 
-/// Stages and their seconds, in the order in which they came first.
+/// Stages and their seconds, in the order of their first start.
 #[derive(Clone, Debug, Default)]
 pub struct Clock {
     stages: Vec<(&'static str, f64)>,
 }
 
 impl Clock {
-    /// Does something, and adds its time to that of a stage.
+    /// Runs a closure and adds its time to that of a stage.
     pub fn time<T>(&mut self, stage: &'static str, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let done = work();
@@ -21,7 +21,7 @@ impl Clock {
         done
     }
 
-    /// All stages and their seconds.
+    /// Returns all stages and their seconds.
     pub fn stages(self) -> Vec<(&'static str, f64)> {
         self.stages
     }

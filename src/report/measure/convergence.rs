@@ -1,4 +1,4 @@
-//! How far the main metrics change with the raster, and with the size of the region.
+//! Convergence: the change of the main metrics with the raster.
 
 use crate::grid::Grid;
 use crate::ldi::{Combine, NodePlanes};
@@ -15,11 +15,11 @@ use crate::Error;
 use crate::report::Settings;
 use crate::report::sheet::{Convergence, ConvergenceSeries, Varied};
 
-/// The metrics that are found again on coarser rasters.
+/// The metrics that are measured again on coarser rasters.
 const WATCHED: [&str; 5] =
     ["porosity", "surface.density", "solid.thickness.mean", "pore.thickness.mean", "percolation"];
 
-/// The watched metrics at twice and four times the pitch, beside those at the pitch itself.
+/// Measures the watched metrics at four times and twice the pitch, and appends those at the pitch itself.
 pub fn over_pitch(
     subject: Subject,
     settings: &Settings,
@@ -27,7 +27,7 @@ pub fn over_pitch(
     sampler: &dyn Sampler,
     record: &Record,
 ) -> Result<Convergence, Error> {
-    // A cell that repeats is to fit onto itself.
+    // A periodic cell must consist of whole pitches.
     let fits = |times: &u32| settings.edges != Edges::Periodic || grid.rays().iter().all(|rays| rays % times == 0);
     let mut at: Vec<f64> = [4, 2].into_iter().filter(fits).map(|times| f64::from(times) * grid.pitch()).collect();
     let mut columns = Vec::new();
@@ -43,15 +43,15 @@ pub fn over_pitch(
     Ok(Convergence { over: Varied::Pitch, at, series: series.collect() })
 }
 
-/// The observed order of convergence of values at 4, 2 and 1 pitches: log₂ of the ratio of their differences. Nothing where
-/// they turn back, or do not differ.
+/// Returns the observed order of convergence of values at 4, 2 and 1 pitches: log₂ of the ratio of their differences. `None` if
+/// the values are not monotone, or do not differ.
 fn order(values: &[Option<f64>]) -> Option<f64> {
     let [Some(coarse), Some(middle), Some(fine)] = values else { return None };
     let ratio = (coarse - middle) / (middle - fine);
     (ratio.is_finite() && ratio > 0.0).then(|| ratio.log2())
 }
 
-/// The watched metrics at another pitch.
+/// Measures the watched metrics at another pitch.
 fn watched(
     subject: Subject,
     settings: &Settings,

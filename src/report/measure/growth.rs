@@ -1,7 +1,7 @@
-//! How the main metrics change as the region grows: whether it is large enough to stand for the structure.
+//! The change of the main metrics as the region grows: a test of whether it represents the structure.
 //!
-//! Parts of the region about its middle, of half its sides to all of them. Thickness and widths are those of the whole region's
-//! map, so that no part has edges of its own.
+//! The parts are centred in the region and have from half its sides to all of them. Thickness and widths come from the map of
+//! the whole region, so that no part has boundaries of its own.
 
 use std::ops::Range;
 
@@ -23,7 +23,7 @@ pub struct Growth {
 }
 
 impl Growth {
-    /// The parts of a region, and the porosity of their nodes.
+    /// Returns the parts of a region, with the porosity of their nodes.
     pub fn of(region: &Region, solid: &NodeSet) -> Growth {
         let ranges = node_ranges(region);
         let parts = SHARES.map(|share| {
@@ -40,7 +40,7 @@ impl Growth {
         Growth { porosity: porosity.collect(), parts, thickness: Vec::new(), width: Vec::new() }
     }
 
-    /// Takes the means of a phase's map, in pitches.
+    /// Records the means of a phase's map, which is in pitches.
     pub fn take(&mut self, phase: Phase, map: &[f32], nodes: &NodeSet, pitch: f64) {
         let means = self.parts.iter().map(|part| {
             let count = sum(nodes, part, |_| 1.0);
@@ -53,7 +53,7 @@ impl Growth {
         }
     }
 
-    /// All of it; nothing of phases that were not there.
+    /// Returns the study; phases that were absent are left out.
     pub fn finished(self) -> Convergence {
         let series = [
             ("porosity", self.porosity),
@@ -69,7 +69,7 @@ impl Growth {
     }
 }
 
-/// The sum of a term over the nodes of a set within a part, plane by plane.
+/// Sums a term over the nodes of a set within a part, plane by plane.
 fn sum(nodes: &NodeSet, [xs, ys, zs]: &[Range<usize>; 3], term: impl Fn(usize) -> f64 + Sync) -> f64 {
     let [columns, rows, _] = nodes.size();
     let of_row = |y: usize, z: usize| -> f64 {

@@ -1,9 +1,9 @@
-//! Measuring: from meshes to all that a report says.
+//! Measuring: from meshes to the content of a report.
 //!
 //! [`raster`] samples; [`rays`], [`topology`], [`balls`], [`bounds`] and [`transport`] take the images and the region and put
-//! metrics on the [`record`], whose names and definitions are the [`catalogue`]'s; [`convergence`] does the main ones again on
-//! coarser rasters; [`alerts`] says what there is to say of it. Distance fields and maps are the large arrays (4 to 8 bytes a
-//! node each), so that one room is done with them before the next begins.
+//! metrics into the [`record`], with names and definitions from the [`catalogue`]; [`convergence`] repeats the main ones on
+//! coarser rasters; [`alerts`] states reasons for doubt. Distance fields and maps are the large arrays (4 to 8 bytes per node
+//! each), so each phase is finished with them before the next begins.
 
 mod alerts;
 mod balls;
@@ -45,31 +45,31 @@ pub struct Study<'s> {
     pub settings: &'s Settings,
     pub images: &'s Images<'s>,
     pub region: &'s Region<'s>,
-    /// Nodes of the solid, in the region or not.
+    /// Nodes of the solid, within the region or not.
     pub solid: NodeSet,
 }
 
-/// Whether every facet of the mesh is surface.
+/// The relation between the shells of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shells {
-    /// It is.
+    /// Every facet is surface.
     Apart,
-    /// Shells overlap or touch, and facets lie within the solid, or face it from the wrong side.
+    /// Shells overlap or touch: facets lie within the solid, or face it from the wrong side.
     Meeting,
 }
 
 impl Shells {
-    /// As exact images under the even-odd rule show them, which keep every crossing.
+    /// Determines the relation from exact images under the even-odd rule, which keep every crossing.
     pub fn of(images: &[Ldi; 3]) -> Shells {
         if show_every_facet(images) { Shells::Apart } else { Shells::Meeting }
     }
 }
 
-/// Why there is no value where shells meet.
+/// The reason for a missing value where shells meet.
 pub const SHELLS_MEET: &str =
     "shells of the mesh overlap or touch, and facets within the solid cannot be told from its surface";
 
-/// What was measured of one solid.
+/// The measurements of one solid.
 pub struct Measurements {
     pub metrics: Vec<Metric>,
     pub histograms: Vec<HistogramPlot>,
@@ -81,7 +81,7 @@ pub struct Measurements {
     pub pictures: Pictures,
 }
 
-/// All metrics there are, without values.
+/// Returns all metrics, without values.
 pub fn unmeasured(unit: Option<LengthUnit>) -> Vec<Metric> {
     let mut record = Record::default();
     catalogue::all().for_each(|definition| {
@@ -90,7 +90,7 @@ pub fn unmeasured(unit: Option<LengthUnit>) -> Vec<Metric> {
     record.into_metrics(unit)
 }
 
-/// Stages that progress is told of.
+/// Number of stages reported as progress.
 const STAGES: usize = 9;
 
 /// Measures a solid within its region.

@@ -6,22 +6,22 @@ use crate::metrics::{Distribution, Phase};
 use crate::report::quantity::Quantity;
 use crate::report::sheet::HistogramPlot;
 
-/// Bins of a histogram.
+/// Number of bins of a histogram.
 const BINS: usize = 64;
 
-/// Shares of the weight whose values are marked.
+/// Shares of the weight whose quantiles are marked.
 const MARKED: [f64; 4] = [0.01, 0.05, 0.5, 0.95];
 
-/// What a plot is called and how to read it.
+/// The title of a plot and a guide to reading it.
 #[derive(Clone, Copy, Debug)]
 pub struct Plot {
     pub id: &'static str,
     pub title: &'static str,
-    /// What it shows, and what good and bad look like.
+    /// The meaning of the plot, with examples of good and bad ones.
     pub reading: &'static str,
 }
 
-/// A distribution of lengths.
+/// Returns the histogram of a distribution of lengths.
 pub fn histogram(plot: Plot, phase: Phase, values: &Distribution, unit: Option<LengthUnit>) -> HistogramPlot {
     let histogram = values.histogram(BINS);
     HistogramPlot {

@@ -16,25 +16,25 @@ use crate::driver::job::Spacing;
 use crate::driver::machine;
 use crate::number::number;
 
-/// What a node takes where most arrays are alive: a distance, its site, two maps, and change.
+/// Memory per node in bytes while most arrays are alive: a distance, its site, two maps, and smaller data.
 const BYTES_OF_NODE: u64 = 20;
 
-/// Rasters of fewer nodes are never the reason for which memory runs out.
+/// Rasters of fewer nodes are never the cause of running out of memory.
 const FEW_NODES: u64 = 1 << 24;
 
-/// Nodes are numbered in 31 bits.
+/// Limit of the number of nodes: indices have 31 bits.
 const NODES_MAX: u64 = 1 << 31;
 
-/// A solid, and what it is measured in.
+/// A solid and its region of interest.
 #[derive(Clone, Copy)]
 pub struct Subject<'s> {
     pub solid: &'s Solid,
-    /// The region of interest; the solid's box where there is none.
+    /// The region of interest; the solid's box if `None`.
     pub roi: Option<&'s Solid>,
 }
 
 impl Subject<'_> {
-    /// A grid whose pitch goes by the region and which holds all there is.
+    /// Returns a grid whose pitch follows from the region and which contains solid and region.
     pub fn grid(&self, spacing: Spacing, edges: Edges) -> Result<Grid, Error> {
         let region = self.roi.unwrap_or(self.solid);
         let bounds = region.bounds();
@@ -57,7 +57,7 @@ impl Subject<'_> {
         Ok(grid)
     }
 
-    /// Refuses rasters whose fields would not fit, before the system ends the process for them.
+    /// Rejects rasters whose fields would not fit into memory, before the system kills the process.
     fn admit(&self, grid: &Grid) -> Result<(), Error> {
         let nodes: u64 = grid.rays().into_iter().map(u64::from).product();
         let needed = nodes * BYTES_OF_NODE;
@@ -83,14 +83,14 @@ impl Subject<'_> {
         )))
     }
 
-    /// A grid of another pitch that holds all there is.
+    /// Returns a grid of another pitch that contains solid and region.
     pub fn grid_of_pitch(&self, pitch: f64) -> Result<Grid, Error> {
         let bounds = self.roi.map_or(self.solid.bounds(), |roi| roi.bounds().union(self.solid.bounds()));
         Grid::with_pitch(bounds, pitch, *LOD_RANGE.start())
             .map_err(|error| Error::input(format!("{}: {error}", self.solid.name())))
     }
 
-    /// Refuses a cell whose sides are not whole numbers of pitches: it would not fit onto itself.
+    /// Rejects a periodic cell whose sides are not whole numbers of pitches.
     fn whole(&self, grid: &Grid) -> Result<(), Error> {
         let extent = self.solid.bounds().extent();
         for axis in Axis::ALL {
@@ -127,7 +127,7 @@ impl Subject<'_> {
         };
         let shells = match fill {
             FillRule::EvenOdd => Shells::of(&solid),
-            // The non-zero rule leaves out what lies within.
+            // The non-zero rule drops crossings within the solid.
             FillRule::NonZero => {
                 Shells::of(&along_axes(|axis| Ok(sampler.sample_surface(&lattice, axis, FillRule::EvenOdd)?))?)
             }
@@ -144,26 +144,26 @@ fn along_axes(image: impl Fn(Axis) -> Result<Ldi, Error>) -> Result<[Ldi; 3], Er
 pub struct Images<'s> {
     pub lattice: LatticeSolid<'s>,
     bounds: LatticeBox,
-    /// Of the solid, in the region or not, with triangles.
+    /// Images of the solid, within the region or not, with triangles.
     pub solid: [Ldi; 3],
-    /// Of the solid.
+    /// The relation between the shells of the solid.
     pub shells: Shells,
     within: Option<Within<'s>>,
 }
 
-/// What there is where a region of interest is given.
+/// The images of a region of interest.
 struct Within<'s> {
     lattice: LatticeSolid<'s>,
-    /// Of its mesh.
+    /// The volume of its mesh.
     volume: f64,
     roi: [Ldi; 3],
-    /// What of the solid lies in it.
+    /// The part of the solid within it.
     common: [Ldi; 3],
 }
 
 impl Within<'_> {
-    /// Whether the region is an axis-parallel box, but for the lattice: then its rays all have its length, and its columns and
-    /// rows are those of its bounds.
+    /// Returns whether the region is an axis-parallel box up to the lattice: then all its rays have the same span, and its
+    /// columns and rows are those of its bounds.
     fn is_box(&self) -> bool {
         let bounds = self.lattice.bounds();
         let step = self.roi[0].grid().step();
@@ -177,12 +177,12 @@ impl Within<'_> {
 }
 
 impl<'s> Images<'s> {
-    /// The region of interest on the lattice, where there is one.
+    /// Returns the region of interest on the lattice, if any.
     pub fn roi(&self) -> Option<&LatticeSolid<'s>> {
         self.within.as_ref().map(|within| &within.lattice)
     }
 
-    /// The region; a box where the region of interest is one.
+    /// Returns the region; as a box if the region of interest is one.
     pub fn region(&self) -> Region<'_> {
         match &self.within {
             None => Region::of_box(self.solid[0].grid(), self.bounds),
@@ -191,12 +191,12 @@ impl<'s> Images<'s> {
         }
     }
 
-    /// Of the solid within the region.
+    /// Returns the images of the solid within the region.
     pub fn common(&self) -> &[Ldi; 3] {
         self.within.as_ref().map_or(&self.solid, |within| &within.common)
     }
 
-    /// The surface of the solid within the region.
+    /// Returns the surface of the solid within the region.
     pub fn surface<'f>(&self, facets: &'f Facets<'f>, region: &Region) -> SurfaceElements<'f> {
         match self.shells {
             Shells::Apart => SurfaceElements::within(facets, &self.solid, region),
@@ -204,12 +204,12 @@ impl<'s> Images<'s> {
         }
     }
 
-    /// Rays of the solid that did not close, along all axes.
+    /// Returns the number of unclosed rays of the solid, along all axes.
     pub fn unclosed(&self) -> usize {
         self.solid.iter().map(|image| image.unclosed().len()).sum()
     }
 
-    /// The volume of the solid within the region. On rasters of a few rays the estimate may be beyond what there is room for.
+    /// Returns the volume of the solid within the region, at most that of the region: with few rays the estimate may exceed it.
     pub fn volume(&self, region: &Region) -> VolumeEstimate {
         let estimate = VolumeEstimate::from_axes(&self.common().each_ref().map(AxisVolume::of));
         VolumeEstimate { value: estimate.value.clamp(0.0, region.volume()), ..estimate }

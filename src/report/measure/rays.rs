@@ -1,4 +1,4 @@
-//! What rays and facets tell: volume, surface, chords, profiles, intercepts, curvature, moments.
+//! Metrics from rays and facets: volume, surface, chords, profiles, intercepts, curvature, moments.
 
 use crate::grid::Axis;
 use crate::integrate::Moments;
@@ -19,7 +19,7 @@ use super::{SHELLS_MEET, Shells, Study};
 use crate::number::number;
 use crate::report::sheet::{Anisotropy, HistogramPlot, Profile};
 
-/// What is drawn of it.
+/// The results to be drawn.
 #[derive(Default)]
 pub struct Drawn {
     pub histograms: Vec<HistogramPlot>,
@@ -29,7 +29,7 @@ pub struct Drawn {
 
 const NO_SURFACE: &str = "there is no surface within the region";
 
-/// Puts all of it on record.
+/// Records all metrics from rays and facets.
 pub fn measure(study: &Study, record: &mut Record) -> Drawn {
     let mesh = study.subject.solid.mesh();
     let facets = Facets::of(&mesh.positions, &mesh.triangles);
@@ -52,7 +52,7 @@ pub fn measure(study: &Study, record: &mut Record) -> Drawn {
     drawn
 }
 
-/// The shares of the region that are solid and pore.
+/// Records the volumes and the shares of the region that are solid and pore.
 fn volume(study: &Study, record: &mut Record) {
     let solid = study.images.volume(study.region);
     let total = study.region.volume();
@@ -63,7 +63,7 @@ fn volume(study: &Study, record: &mut Record) {
     record.put("porosity", 1.0 - solid.value / total).error(solid.error / total);
 }
 
-/// What is summed over the surface within the region.
+/// Records the sums over the surface within the region.
 fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> Option<Anisotropy> {
     let (area, total) = (surface.area(), study.region.volume());
     let solid = record.value("volume.solid").unwrap_or(f64::NAN);
@@ -82,7 +82,7 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
     let settings = study.settings;
     let overhang = overhang(surface, settings.build, settings.overhang_angle, Plate::Counted);
     let entry = match (study.images.shells, settings.fill) {
-        // Parity turns facets over that wind does not.
+        // The even-odd rule flips facets that the non-zero rule does not.
         (Shells::Meeting, FillRule::EvenOdd) => record.lacks("overhang", SHELLS_MEET),
         _ => record.put_or("overhang", overhang.map(|overhang| overhang.share), NO_SURFACE),
     };
@@ -98,7 +98,7 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
         }
         return None;
     };
-    // What symmetry makes nothing is nothing, but for rounding.
+    // A degree that is 0 by symmetry is 0 except for rounding.
     let degree = if ellipsoid.degree < 1e-9 { 0.0 } else { ellipsoid.degree };
     record.put("anisotropy", degree);
     for (id, length) in ["intercept.long", "intercept.middle", "intercept.short"].into_iter().zip(ellipsoid.half_axes) {
@@ -112,7 +112,7 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
     })
 }
 
-/// What the mesh is curved by.
+/// Records the curvature of the mesh.
 fn of_mesh(study: &Study, facets: &Facets, record: &mut Record) {
     let ids = ["surface.curvature.mean", "surface.curvature.gauss"];
     if study.images.shells == Shells::Meeting {
@@ -135,7 +135,7 @@ fn of_mesh(study: &Study, facets: &Facets, record: &mut Record) {
     }
 }
 
-/// Chords of a phase along the axes, and their distribution.
+/// Records the chords of a phase along the axes; returns their distribution.
 fn chords(study: &Study, phase: Phase, record: &mut Record) -> Option<HistogramPlot> {
     let edges = study.settings.edges;
     let along = |axis: Axis| Chords::along(&study.images.solid[axis.depth()], study.region, phase, edges);
@@ -190,10 +190,10 @@ fn chord_ids(phase: Phase, axis: Axis) -> [&'static str; 2] {
     by_axis[axis.depth()]
 }
 
-/// Centroid of a phase, and inertia of the solid.
+/// Records the centroid of a phase, and the inertia of the solid.
 fn moments(phase: Phase, moments: &Moments, extent: f64, record: &mut Record) {
     let nothing = "the region has none of it";
-    // What cancels but for rounding is nothing.
+    // Sums that cancel except for rounding are 0.
     let finite = |value: f64, size: f64| value.is_finite().then(|| if value.abs() < 1e-9 * size { 0.0 } else { value });
     let ids = match phase {
         Phase::Solid => ["centroid.solid.x", "centroid.solid.y", "centroid.solid.z"],

@@ -1,4 +1,4 @@
-//! Metrics as they are found: values by name, put in the order of the catalogue at the end.
+//! The record of measured metrics: values by id, sorted by the catalogue at the end.
 
 use std::collections::HashMap;
 
@@ -7,13 +7,13 @@ use crate::mesh::LengthUnit;
 use super::catalogue;
 use crate::report::sheet::{Metric, Status};
 
-/// What is known so far.
+/// The metrics measured so far.
 #[derive(Default)]
 pub struct Record {
     entries: HashMap<&'static str, Entry>,
 }
 
-/// What is known of one metric.
+/// The measured data of one metric.
 #[derive(Clone, Debug, Default)]
 pub struct Entry {
     value: Option<f64>,
@@ -26,7 +26,7 @@ pub struct Entry {
 }
 
 impl Record {
-    /// A value that was found. One that is not finite is none, and says so.
+    /// Records a value. One that is not finite becomes a missing value with a warning.
     pub fn put(&mut self, id: &'static str, value: f64) -> &mut Entry {
         let entry = self.entry(id);
         entry.value = value.is_finite().then_some(value);
@@ -36,7 +36,7 @@ impl Record {
         entry
     }
 
-    /// A value that there is not, and why.
+    /// Records that a value is missing, and why.
     pub fn lacks(&mut self, id: &'static str, why: impl Into<String>) -> &mut Entry {
         let entry = self.entry(id);
         entry.value = None;
@@ -44,7 +44,7 @@ impl Record {
         entry
     }
 
-    /// A value, or why there is none.
+    /// Records a value, or why it is missing.
     pub fn put_or(&mut self, id: &'static str, value: Option<f64>, why: &str) -> &mut Entry {
         match value {
             Some(value) => self.put(id, value),
@@ -52,32 +52,32 @@ impl Record {
         }
     }
 
-    /// A value that the raster is too coarse for.
+    /// Marks a metric as unresolved: the raster is too coarse.
     pub fn unresolved(&mut self, id: &'static str, why: impl Into<String>) {
         self.entry(id).unresolved(why);
     }
 
-    /// Whether the raster is too coarse for a metric.
+    /// Returns whether the raster is too coarse for a metric.
     pub fn is_unresolved(&self, id: &str) -> bool {
         self.entries.get(id).is_some_and(|entry| entry.unresolved)
     }
 
     fn entry(&mut self, id: &'static str) -> &mut Entry {
-        // A name that is in no catalogue is a mistake of this program.
+        // An id that is not in the catalogue is a bug.
         self.entries.entry(catalogue::definition(id).id).or_default()
     }
 
-    /// What is known of a metric that has a value.
+    /// Returns the entry of a metric that has a value.
     pub fn found(&mut self, id: &str) -> Option<&mut Entry> {
         self.entries.get_mut(id).filter(|entry| entry.value.is_some())
     }
 
-    /// The value of a metric, where there is one.
+    /// Returns the value of a metric, if any.
     pub fn value(&self, id: &str) -> Option<f64> {
         self.entries.get(id)?.value
     }
 
-    /// All metrics that were looked at, in the order of the catalogue.
+    /// Returns all recorded metrics, in the order of the catalogue.
     pub fn into_metrics(mut self, length: Option<LengthUnit>) -> Vec<Metric> {
         let all = catalogue::all().filter_map(|definition| Some((definition, self.entries.remove(definition.id)?)));
         all.map(|(definition, entry)| Metric {
@@ -106,31 +106,31 @@ impl Record {
 }
 
 impl Entry {
-    /// How far the value may be off, as an estimate.
+    /// Sets the estimated error of the value.
     pub fn error(&mut self, error: f64) -> &mut Entry {
         self.error = error.is_finite().then_some(error);
         self
     }
 
-    /// What the value is at least and at most.
+    /// Sets the lower and upper bound of the value.
     pub fn bounds(&mut self, lower: Option<f64>, upper: Option<f64>) -> &mut Entry {
         (self.lower, self.upper) = (lower, upper);
         self
     }
 
-    /// What the value depends on.
+    /// Adds a parameter that the value depends on.
     pub fn with(&mut self, name: &'static str, value: impl ToString) -> &mut Entry {
         self.parameters.push((name, value.to_string()));
         self
     }
 
-    /// Something to know of the value.
+    /// Adds a warning about the value.
     pub fn warn(&mut self, warning: impl Into<String>) -> &mut Entry {
         self.warnings.push(warning.into());
         self
     }
 
-    /// The raster is too coarse for it.
+    /// Marks the value as unresolved: the raster is too coarse.
     pub fn unresolved(&mut self, why: impl Into<String>) -> &mut Entry {
         self.unresolved = true;
         self.warn(why)

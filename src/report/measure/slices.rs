@@ -7,17 +7,17 @@ use crate::metrics::{NodeSet, Phase, Region};
 
 use crate::report::sheet::{Slice, SliceNode};
 
-/// A slice in the making.
+/// A slice under construction.
 pub struct SliceMaker {
     slice: Slice,
     axis: Axis,
-    /// The node across the slice that it lies at.
+    /// The index of the slice's plane of nodes along its axis.
     at: usize,
-    /// Nodes of the raster where columns and rows begin.
+    /// The first column and row of the slice in the raster.
     first: [usize; 2],
 }
 
-/// Slices across x, y and z through the middle of the region's box, without values yet.
+/// Returns slices across x, y and z through the middle of the region's box, without values yet.
 pub fn through_the_middle(region: &Region, solid: &NodeSet) -> Vec<SliceMaker> {
     Axis::ALL.map(|axis| SliceMaker::new(region, solid, axis)).into()
 }
@@ -57,7 +57,7 @@ impl SliceMaker {
         maker
     }
 
-    /// The node of the raster at a place of the slice.
+    /// Returns the node of the raster at a place of the slice.
     fn node(&self, column: usize, row: usize) -> [usize; 3] {
         let mut node = [0; 3];
         node[self.axis.depth()] = self.at;
@@ -66,7 +66,7 @@ impl SliceMaker {
         node
     }
 
-    /// Takes over the values of a phase from a map of the whole raster, in pitches, x fastest.
+    /// Copies the values of a phase from a map of the whole raster, in pitches, x fastest.
     pub fn fill(&mut self, phase: Phase, map: &[f32], size: [usize; 3]) {
         let pitch = self.slice.pitch as f32;
         let columns = self.slice.size[0];
@@ -80,19 +80,19 @@ impl SliceMaker {
         }
     }
 
-    /// The slice.
+    /// Returns the slice.
     pub fn finished(self) -> Slice {
         self.slice
     }
 }
 
-/// The world coordinate of a node; 0 where only rounding makes it differ.
+/// Returns the world coordinate of a node; 0 if it differs from 0 by rounding only.
 pub fn position(grid: &Grid, axis: Axis, node: usize) -> f64 {
     let position = grid.origin()[axis.depth()] + grid.step() * f64::from(grid.node(node as u32));
     if position.abs() < 1e-6 * grid.pitch() { 0.0 } else { position }
 }
 
-/// The nodes along each axis that may lie in the region.
+/// Returns the ranges of nodes along each axis that may lie in the region.
 pub fn node_ranges(region: &Region) -> [Range<usize>; 3] {
     let [low, high] = region.bounds_in_pitches();
     let size = region.nodes().size();

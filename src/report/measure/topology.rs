@@ -1,4 +1,4 @@
-//! What nodes tell by being neighbours: pieces, tunnels, cavities.
+//! Metrics from the adjacency of nodes: components, tunnels, cavities.
 
 use crate::metrics::Phase;
 use crate::metrics::components::{Components, Connectivity};
@@ -7,7 +7,7 @@ use crate::metrics::euler::{SurfaceCharacteristic, Topology};
 use super::record::Record;
 use super::{SHELLS_MEET, Shells, Study};
 
-/// Puts it on record.
+/// Records the topology.
 pub fn measure(study: &Study, record: &mut Record) {
     let edges = study.settings.edges;
     let mesh = study.subject.solid.mesh();

@@ -1,7 +1,7 @@
-//! How much longer ways through a phase are, and how much slower diffusion is.
+//! Tortuosity: the detour of paths through a phase, and the slowing of diffusion.
 //!
-//! Equations are solved on a raster of its own, as their cost grows faster than that of all else; in a box alone, as what flows
-//! needs flat ends.
+//! Equations are solved on a raster of their own, as their cost grows faster than that of all other metrics; only in a box, as
+//! flow needs flat ends.
 
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Combine, NodePlanes};
@@ -16,7 +16,7 @@ use crate::Error;
 use crate::Monitor;
 use crate::number::number;
 
-/// The residual at which solutions are good enough.
+/// The residual at which the solver stops.
 const TOLERANCE: f64 = 1e-8;
 
 const GEODESIC: [&str; 3] = ["tortuosity.pore.geodesic.x", "tortuosity.pore.geodesic.y", "tortuosity.pore.geodesic.z"];
@@ -24,7 +24,7 @@ const PORE: [&str; 3] = ["tortuosity.pore.diffusive.x", "tortuosity.pore.diffusi
 const SOLID: [&str; 3] =
     ["tortuosity.solid.diffusive.x", "tortuosity.solid.diffusive.y", "tortuosity.solid.diffusive.z"];
 
-/// Puts tortuosities on record.
+/// Records tortuosities.
 pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record: &mut Record) -> Result<(), Error> {
     if !study.region.is_box() {
         let why = "tortuosity is measured between flat faces, and the region of interest is no box";
@@ -73,14 +73,14 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record:
     Ok(())
 }
 
-/// The nodes of a box, as a raster of its own.
+/// Returns the nodes of a box as a raster of its own.
 fn cropped(nodes: &NodeSet, region: &Region) -> NodeSet {
     let ranges = node_ranges(region);
     let size = [0, 1, 2].map(|axis| ranges[axis].len());
     NodeSet::from_fn(size, |node| nodes.contains([0, 1, 2].map(|axis| ranges[axis].start + node[axis])))
 }
 
-/// The raster for equations: that of the report, or one of a whole multiple of its pitch. A cell that repeats must be whole
+/// Returns the raster for equations: that of the report, or one of a whole multiple of its pitch. A periodic cell must be whole
 /// pitches of it, too.
 fn coarse(study: &Study) -> Result<Grid, Error> {
     let grid = study.region.grid();

@@ -1,4 +1,4 @@
-//! The picture of a solid from the side.
+//! The shaded view of a solid.
 
 use crate::boolean::{BooleanOperation, Expression, Images, Operand, Plan};
 use crate::grid::Axis;
@@ -16,10 +16,10 @@ use crate::unit;
 
 const FORMAT: Format = Format { width: 1000, height: 760, supersampling: 2 };
 
-/// How many times larger than the region of interest all there is may be for the picture to be filled by the region.
+/// Largest ratio of the size of everything to that of the region of interest at which the picture is framed on the region.
 const NEAR: f64 = 3.0;
 
-/// A shaded view of the solid, or of what of it lies in the region of interest, as PNG.
+/// Renders a shaded view of the solid, or of its part within the region of interest, as PNG.
 pub fn view(subject: Subject, fill: FillRule, sampler: &dyn Sampler) -> Result<Vec<u8>, Error> {
     let length = subject.solid.unit;
     let rotation = DAffine3::from_mat3(View::Isometric.rotation());
@@ -40,7 +40,7 @@ pub fn view(subject: Subject, fill: FillRule, sampler: &dyn Sampler) -> Result<V
     let region = *boxes.last().expect("a solid has a box");
     let all = boxes.iter().copied().reduce(|a, b| ViewBox { min: a.min.min(b.min), max: a.max.max(b.max) });
     let all = all.expect("a solid has a box");
-    // Rays are as far apart everywhere as the picture has them, be it in the picture or not.
+    // Rays have the spacing of the picture everywhere, also outside of it.
     let is_near = (all.max - all.min).max_element() <= NEAR * (region.max - region.min).max_element();
     let camera = Camera::aim(FORMAT, if is_near { region } else { all }, all).map_err(Error::input)?;
     let closed: Vec<Result<ClosedMesh, TriangleMesh>> =

@@ -1,6 +1,6 @@
-//! Colours of values: maps whose lightness rises evenly, so that they read the same to everyone and in grey.
+//! Colour maps whose lightness rises evenly, so that they read the same with any colour vision and in grey.
 
-/// Thickness of the solid: cividis, made for readers with any colour vision (Nuñez, Anderton & Renslow 2018).
+/// The map for the thickness of the solid: cividis, made for readers with any colour vision (Nuñez, Anderton & Renslow 2018).
 pub const SOLID: [[u8; 3]; 11] = [
     [0, 34, 78],
     [18, 53, 112],
@@ -15,7 +15,7 @@ pub const SOLID: [[u8; 3]; 11] = [
     [254, 232, 56],
 ];
 
-/// Width of pores: viridis (Smith & van der Walt 2015).
+/// The map for the width of pores: viridis (Smith & van der Walt 2015).
 pub const PORE: [[u8; 3]; 11] = [
     [68, 1, 84],
     [72, 36, 117],
@@ -30,7 +30,7 @@ pub const PORE: [[u8; 3]; 11] = [
     [253, 231, 37],
 ];
 
-/// The colour of a share from 0 to 1 along a map.
+/// Returns the colour of a share from 0 to 1 along a map.
 pub fn along(map: &[[u8; 3]; 11], share: f64) -> [u8; 3] {
     let place = share.clamp(0.0, 1.0) * (map.len() - 1) as f64;
     let i = (place as usize).min(map.len() - 2);

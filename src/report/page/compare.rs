@@ -1,4 +1,4 @@
-//! Two designs side by side.
+//! The page that compares two designs.
 
 use askama::Template;
 use base64::Engine;
@@ -22,10 +22,10 @@ struct Page<'s> {
     designs: Vec<Design<'s>>,
     groups: Vec<GroupTable>,
     pictures: Vec<Picture>,
-    /// What the colours of the pictures mean, and the colours.
+    /// Title and drawing of the colour bar.
     colour_bar: Option<(String, String)>,
     figures: Vec<Figure>,
-    /// Why there are no plots of both.
+    /// True if plots are left out because the designs have different units.
     apart: bool,
 }
 
@@ -45,7 +45,7 @@ struct GroupTable {
 }
 
 struct Row {
-    /// As HTML.
+    /// HTML.
     symbol: String,
     name: &'static str,
     values: [String; 2],
@@ -53,7 +53,7 @@ struct Row {
     unit: String,
     difference: String,
     percent: String,
-    /// Whether the bounds of both tell them apart.
+    /// True if the bounds of A and B do not overlap.
     apart: bool,
 }
 
@@ -64,7 +64,7 @@ struct Picture {
 
 const LETTERS: [&str; 2] = ["A", "B"];
 
-/// The page as one file; B is held against A.
+/// Returns the page; differences are those of B from A.
 pub fn html(a: &Entry, b: &Entry) -> String {
     let sheets = [a.sheet, b.sheet];
     let length = Quantity::Length(1).of(a.sheet.unit);
@@ -111,14 +111,14 @@ fn table([a, b]: [&Sheet; 2], group: Group) -> GroupTable {
     GroupTable { name: named(group).0, open: is_open(group), rows: pairs.filter_map(|(a, b)| row(a, b)).collect() }
 }
 
-/// The two values of a metric; those of B in the unit of A, where both units are known.
+/// Returns the row of a metric; differences are in the unit of A, if both units are known.
 fn row(a: Option<&Metric>, b: Option<&Metric>) -> Option<Row> {
     let shown = a.or(b)?;
     let unit = shown.unit;
     let factor = b.and_then(|b| b.unit.factor_to(&unit));
     let text = |metric: Option<&Metric>| match metric.and_then(|metric| Some((metric, finite(metric.value)?))) {
         Some((metric, value)) if metric.unit == unit => words::with_error(value, metric.error, &unit),
-        // In a unit of its own.
+        // In the metric's own unit.
         Some((metric, value)) => words::with_unit(value, &metric.unit),
         None => words::NOTHING.to_owned(),
     };
@@ -130,7 +130,7 @@ fn row(a: Option<&Metric>, b: Option<&Metric>) -> Option<Row> {
         (Some(a), Some(b), Some(factor)) => {
             let b = b * factor;
             let change = b - a;
-            // Rounding alone is no difference.
+            // A change within rounding counts as 0.
             let is_rounding = change.abs() <= 1e-9 * a.abs().max(b.abs());
             Some((if is_rounding { 0.0 } else { change }, a))
         }
@@ -167,12 +167,12 @@ fn signed(text: String, value: f64) -> String {
     if value > 0.0 { format!("+{text}") } else { text }
 }
 
-/// The values that colours of both go from and to.
+/// Returns the range of thickness that the colours of both designs cover.
 fn thicknesses(sheets: [&Sheet; 2]) -> Option<[f64; 2]> {
     slices::range(sheets.into_iter().flat_map(|sheet| &sheet.pictures.slices), Shown::Solid)
 }
 
-/// Slices of both across the same axes, in the same colours.
+/// Returns slices of both designs across the same axes, in the same colours.
 fn pictures(sheets: [&Sheet; 2], length: &Unit) -> Vec<Picture> {
     let Some(range) = thicknesses(sheets) else { return Vec::new() };
     let of_axis = |axis: &str| {
@@ -190,7 +190,7 @@ fn pictures(sheets: [&Sheet; 2], length: &Unit) -> Vec<Picture> {
     ["x", "y", "z"].into_iter().map(of_axis).filter(|picture| !picture.drawings.is_empty()).collect()
 }
 
-/// Curves of both in one frame, where both have them.
+/// Returns plots of both designs in one frame each, where both have the data.
 fn figures([a, b]: [&Sheet; 2], length: &Unit) -> Vec<Figure> {
     let mut figures = Vec::new();
     for in_a in &a.histograms {

@@ -1,8 +1,8 @@
-//! Pages that say what a [`Sheet`] holds: HTML with everything inside it, styles, drawings and pictures, so that a page can
-//! be mailed, archived and printed, and asks no network for anything; a policy in its head forbids it to.
+//! HTML pages from a [`Sheet`], with styles, drawings and pictures embedded, so that a page can be mailed, archived and
+//! printed, and makes no network requests; a policy in its head forbids them.
 //!
-//! A page reads without scripts. What script there is makes tables sortable. Templates escape what they are given;
-//! drawings escape their own texts and are let through.
+//! Pages work without scripts; the only script makes tables sortable. Templates escape their inputs; drawings escape their own
+//! texts and are inserted as they are.
 
 mod colour;
 pub mod compare;
@@ -20,12 +20,12 @@ use super::sheet::Sheet;
 
 /// The style of all pages.
 const STYLE: &str = include_str!("../templates/style.css");
-/// What makes tables sortable.
+/// The script that makes tables sortable.
 const SORT: &str = include_str!("../templates/sort.js");
-/// What stands below all pages.
+/// The footer of all pages.
 const FOOT: &str = concat!("Made by ldi-ops ", env!("CARGO_PKG_VERSION"));
 
-/// The report on one solid, as a file of its own.
+/// Returns the report on one solid, as a self-contained page.
 pub fn html(sheet: &Sheet) -> String {
     report::html(sheet)
 }
@@ -42,7 +42,7 @@ mod tests {
     use super::summary::{self, Entry};
     use crate::report::fixture;
 
-    /// The pages of both fixtures, the summary and the comparison.
+    /// Returns the pages of both fixtures, the summary and the comparison.
     fn pages() -> Vec<(&'static str, String)> {
         let (rich, poor) = (fixture::rich(), fixture::poor());
         let entry = |sheet, link: &str| Entry { sheet, link: link.to_owned() };
@@ -66,7 +66,7 @@ mod tests {
         ]
     }
 
-    /// Where LDI_OPS_PAGES names a folder, the pages are left there to be looked at.
+    /// If LDI_OPS_PAGES names a folder, the test writes the pages there for inspection.
     #[test]
     fn pages_hold_no_raw_text_and_no_missing_numbers() {
         for (name, page) in pages() {

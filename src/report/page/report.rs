@@ -14,7 +14,7 @@ use crate::report::sheet::{
     Alert, Anisotropy, Convergence, ConvergenceSeries, Group, InputFile, Profile, Provenance, Severity, Sheet, Varied,
 };
 
-/// A plot and what is said of it.
+/// A plot with its title, its result and a guide to reading it.
 pub struct Figure {
     pub title: String,
     pub drawing: String,
@@ -97,7 +97,7 @@ struct InputRow<'s> {
     unit: &'static str,
 }
 
-/// The page as one file.
+/// Returns the page.
 pub fn html(sheet: &Sheet) -> String {
     let length = Quantity::Length(1).of(sheet.unit);
     let page = Page {

@@ -11,13 +11,13 @@ use super::words;
 use crate::report::quantity::Unit;
 use crate::report::sheet::{Slice, SliceNode};
 
-/// The side that a picture has at least, in pixels: nodes become squares of a whole number of pixels.
+/// Least side of a picture, in pixels: nodes become squares of a whole number of pixels.
 const LEAST_SIDE: usize = 480;
-/// The drawing around it.
+/// Width of the drawing around it.
 const WIDTH: f64 = 340.0;
 const BELOW: f64 = 34.0;
 
-/// Which phase's nodes are coloured.
+/// The phase whose nodes are coloured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shown {
     Solid,
@@ -40,8 +40,8 @@ impl Shown {
     }
 }
 
-/// The values that colours go from and to: the 1st and the 99th percentile of all slices. A few extremes would leave an even
-/// scaffold with one colour.
+/// Returns the range of values that the colours cover: the 1st to the 99th percentile of all slices. With a few extremes
+/// included, an even scaffold would have one colour.
 pub fn range<'s>(slices: impl IntoIterator<Item = &'s Slice>, shown: Shown) -> Option<[f64; 2]> {
     let values = slices.into_iter().flat_map(|slice| &slice.nodes).filter_map(|&node| shown.of(node));
     let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
@@ -51,7 +51,7 @@ pub fn range<'s>(slices: impl IntoIterator<Item = &'s Slice>, shown: Shown) -> O
     (high > 0.0).then_some(if low < high { [low, high] } else { [0.0, high] })
 }
 
-/// One slice with axes and scale bar.
+/// Draws one slice with axes and scale bar.
 pub fn drawing(slice: &Slice, shown: Shown, range: [f64; 2], length: &Unit) -> String {
     let [columns, rows] = slice.size.map(|side| side.max(1) as f64);
     // The longer side fills the square.
@@ -72,7 +72,7 @@ pub fn drawing(slice: &Slice, shown: Shown, range: [f64; 2], length: &Unit) -> S
     svg.finish(&finding(slice, shown, length))
 }
 
-/// What a slice shows, in a sentence.
+/// Summarises a slice in a sentence.
 pub fn finding(slice: &Slice, shown: Shown, length: &Unit) -> String {
     let inside = slice.nodes.iter().filter(|&&node| node != SliceNode::Outside).count();
     let values: Vec<f64> = slice.nodes.iter().filter_map(|&node| shown.of(node)).collect();
@@ -89,7 +89,7 @@ pub fn finding(slice: &Slice, shown: Shown, length: &Unit) -> String {
     format!("Slice at {place}: {share}\u{a0}% {what}, of mean {measure} {}.", words::with_unit(mean, length))
 }
 
-/// The colours of values of a range.
+/// Draws the colour bar of a range of values.
 pub fn colour_bar(shown: Shown, range: [f64; 2], length: &Unit) -> String {
     const STEPS: usize = 64;
     let mut svg = Svg::new(WIDTH, 46.0);
@@ -116,14 +116,14 @@ pub fn colour_bar(shown: Shown, range: [f64; 2], length: &Unit) -> String {
     ))
 }
 
-/// Indices of colours: what is outside, the other phase, and values above them.
+/// Colour indices: outside, the other phase, and values from there on.
 const OUTSIDE: u8 = 0;
 const OTHER: u8 = 1;
 const FIRST: u8 = 2;
 const GREY: u8 = 128;
 const TINT: u8 = 40;
 
-/// A slice as a PNG file of indexed colours, row 0 of the nodes at the bottom.
+/// Encodes a slice as a PNG file of indexed colours, row 0 of the nodes at the bottom.
 fn png(slice: &Slice, shown: Shown, [least, largest]: [f64; 2]) -> Vec<u8> {
     let [columns, rows] = slice.size;
     let times = LEAST_SIDE.div_ceil(columns.max(rows).max(1));
@@ -140,11 +140,11 @@ fn png(slice: &Slice, shown: Shown, [least, largest]: [f64; 2]) -> Vec<u8> {
     }
     let colours = (0..=u8::MAX - FIRST).flat_map(|level| colour::along(shown.map(), f64::from(level) / levels));
     let palette: Vec<u8> = [GREY; 6].into_iter().chain(colours).collect();
-    // Outside lets the page through; the other phase tints it, a dark page as well as a light one.
+    // Outside is transparent; the other phase is a tint that suits a dark page and a light one.
     encoded(columns * times, rows * times, &pixels, palette, vec![0, TINT])
 }
 
-/// A line of colours as a PNG file.
+/// Encodes a row of colours as a PNG file.
 fn strip(colours: &[[u8; 3]]) -> Vec<u8> {
     let pixels: Vec<u8> = (0..colours.len() as u8).collect();
     encoded(colours.len(), 1, &pixels, colours.concat(), Vec::new())

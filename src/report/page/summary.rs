@@ -1,4 +1,4 @@
-//! Several solids on one page: a row each, to be sorted.
+//! The summary page: a sortable table with a row per solid.
 
 use std::io::Cursor;
 
@@ -14,7 +14,7 @@ use crate::report::id;
 use crate::report::quantity::Unit;
 use crate::report::sheet::{Metric, Sheet};
 
-/// A report that was written, and where.
+/// A written report and its location.
 pub struct Entry<'s> {
     pub sheet: &'s Sheet,
     /// The path of its page from the summary: `NAME/report.html`.
@@ -25,11 +25,11 @@ pub struct Entry<'s> {
 #[derive(Clone, Debug, Serialize)]
 pub struct Unmeasured {
     pub path: String,
-    /// Why.
+    /// The reason.
     pub message: String,
 }
 
-/// The columns, where any of the solids has a value: as many as a window shows.
+/// The columns, each shown if any solid has a value: as many as fit a window.
 const COLUMNS: [&str; 9] = [
     id::POROSITY,
     id::PERCOLATION,
@@ -58,7 +58,7 @@ struct Page<'s> {
 }
 
 struct Column {
-    /// As HTML.
+    /// HTML.
     symbol: String,
     name: &'static str,
     unit: String,
@@ -67,12 +67,12 @@ struct Column {
 struct Row {
     title: String,
     link: String,
-    /// The shaded view, small, as an address.
+    /// The shaded view, reduced, as a `data:` address.
     thumbnail: Option<String>,
     state: &'static str,
     sign: &'static str,
     verdict: String,
-    /// Broken limits come last: the number of them, then of those that are kept only by the value.
+    /// Sort key by broken limits first, then by limits kept by the value but not by a bound; broken ones come last.
     rank: usize,
     alerts: usize,
     cells: Vec<Cell>,
@@ -80,11 +80,11 @@ struct Row {
 
 struct Cell {
     text: String,
-    /// What the column is sorted by; nothing sorts last.
+    /// The sort key; an empty one sorts last.
     key: String,
 }
 
-/// The page as one file; links to the pages of its entries, and names what could not be measured.
+/// Returns the page; it links to the pages of its entries and lists the solids that could not be measured.
 pub fn html(entries: &[Entry], failures: &[Unmeasured]) -> String {
     let shown: Vec<&str> = COLUMNS
         .into_iter()
@@ -155,10 +155,10 @@ fn cell(metric: Option<&Metric>, one_unit: bool) -> Cell {
     }
 }
 
-/// How many pixels of a view become one of its thumbnail, along each side.
+/// Pixels of a view per pixel of its thumbnail, along each side.
 const SHRINK: usize = 5;
 
-/// A view, a fifth as wide and as high, as the address of an image.
+/// Returns a view, a fifth as wide and high, as the address of an image.
 fn thumbnail(view: &[u8]) -> Option<String> {
     let mut reader = png::Decoder::new(Cursor::new(view)).read_info().ok()?;
     let mut pixels = vec![0; reader.output_buffer_size()?];
@@ -181,12 +181,12 @@ fn thumbnail(view: &[u8]) -> Option<String> {
     Some(format!("data:image/png;base64,{}", STANDARD.encode(file)))
 }
 
-/// So that lengths of several units sort; those without a unit stay as they are.
+/// Returns the factor to metres, which makes lengths of several units sortable; 1 for values without a unit.
 fn to_metres(unit: &Unit) -> f64 {
     unit.factor_to(&unit.quantity.of(Some(LengthUnit::Metre))).unwrap_or(1.0)
 }
 
-/// A path as the address of a link: signs that mean something in addresses are written as their bytes.
+/// Percent-encodes a path as the address of a link.
 pub fn address(path: &str) -> String {
     let mut address = String::with_capacity(path.len());
     for byte in path.bytes() {
@@ -211,7 +211,7 @@ mod tests {
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         let frame = reader.next_frame(&mut pixels).unwrap();
         assert_eq!((frame.width, frame.height), (64 / 5, 48 / 5));
-        // The fixture's grey rises by 3 a column.
+        // The fixture's grey rises by 3 per column.
         assert_eq!(pixels[..3], [6, 21, 36]);
         assert_eq!(thumbnail(b"no picture"), None);
     }

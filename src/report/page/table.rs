@@ -1,4 +1,4 @@
-//! Metrics as rows of tables, group by group, and the few that come first.
+//! Tables of metrics by group, and the key figures.
 
 use super::words;
 use crate::report::id;
@@ -8,13 +8,13 @@ use crate::report::sheet::{Group, Metric, Sheet};
 pub struct GroupTable {
     pub name: &'static str,
     pub anchor: &'static str,
-    /// Whether it is unfolded where nobody asks.
+    /// True if it is initially expanded.
     pub open: bool,
     pub count: usize,
     pub tables: Vec<Table>,
 }
 
-/// Metrics that have the same columns.
+/// Metrics with the same columns.
 pub struct Table {
     pub caption: &'static str,
     pub columns: &'static [&'static str],
@@ -23,7 +23,7 @@ pub struct Table {
 
 /// One metric, or several that differ by axis or by statistic, a cell each.
 pub struct Row {
-    /// As HTML.
+    /// HTML.
     pub symbol: String,
     pub name: &'static str,
     pub definition: &'static str,
@@ -33,30 +33,30 @@ pub struct Row {
     pub parameters: String,
     pub reference: &'static str,
     pub ids: String,
-    /// What to know of the values, and why some are not there.
+    /// Warnings about the values, and reasons for missing ones.
     pub notes: Vec<String>,
 }
 
 /// The value of one metric.
 pub struct Cell {
     pub column: &'static str,
-    /// With its error, without its unit; `–` where there is none.
+    /// The value with its error, without its unit; `–` if missing.
     pub value: String,
     pub bounds: Option<String>,
 }
 
-/// A metric that is shown large.
+/// A metric shown in large type.
 pub struct KeyFigure {
-    /// As HTML.
+    /// HTML.
     pub symbol: String,
     pub name: &'static str,
-    /// With its error, without its unit.
+    /// The value with its error, without its unit.
     pub value: String,
     pub unit: String,
     pub reason: Option<String>,
 }
 
-/// Those that are shown large, in this order, where they are there.
+/// The key figures, in this order, each shown if present.
 const KEY: [&str; 8] = [
     id::POROSITY,
     id::PERCOLATION,
@@ -82,7 +82,7 @@ pub const GROUPS: [Group; 10] = [
     Group::Manufacture,
 ];
 
-/// The name of a group, and that of its anchor.
+/// Returns the name and the anchor of a group.
 pub const fn named(group: Group) -> (&'static str, &'static str) {
     match group {
         Group::Volume => ("Volume and porosity", "metrics-volume"),
@@ -98,12 +98,12 @@ pub const fn named(group: Group) -> (&'static str, &'static str) {
     }
 }
 
-/// Whether the metrics of a group are shown before anyone asks: those that other sections say too, and those for few, are not.
+/// Returns whether a group is initially expanded: not those that other sections repeat, nor those for specialists.
 pub const fn is_open(group: Group) -> bool {
     !matches!(group, Group::Chords | Group::Anisotropy | Group::Topology | Group::Moments)
 }
 
-/// Ends of ids that are columns of one row, what the columns are called, and what a table of them is.
+/// Endings of ids that form the columns of one row, the names of the columns, and the caption of the table.
 struct Series {
     ends: &'static [&'static str],
     columns: &'static [&'static str],
@@ -128,7 +128,7 @@ pub fn groups(sheet: &Sheet) -> Vec<GroupTable> {
     GROUPS.into_iter().map(table).filter(|group| group.count > 0).collect()
 }
 
-/// Metrics that stand alone, then those of several columns.
+/// Returns the tables: single metrics first, then those of several columns.
 fn tables(mut metrics: &[&Metric]) -> Vec<Table> {
     let kinds = [&SINGLE, &STATISTICS, &AXES];
     let mut rows = kinds.map(|_| Vec::new());
@@ -143,20 +143,20 @@ fn tables(mut metrics: &[&Metric]) -> Vec<Table> {
     made.map(|(kind, rows)| Table { caption: kind.caption, columns: kind.columns, rows }).collect()
 }
 
-/// What the ids of the first metrics have in common, where their ends are those of a series.
+/// Returns the common stem of the ids of the first metrics, if their endings are those of a series.
 fn series_of<'s>(metrics: &[&'s Metric], series: &Series) -> Option<&'s str> {
     let stem = metrics.first()?.id.strip_suffix(series.ends[0])?;
     let is_next = |(metric, end): (&&Metric, &&str)| metric.id.strip_suffix(end) == Some(stem);
     (metrics.len() >= series.ends.len() && metrics.iter().zip(series.ends).all(is_next)).then_some(stem)
 }
 
-/// The metrics of a group, a row each.
+/// Returns the metrics of a group, a row each.
 pub fn rows(sheet: &Sheet, group: Group) -> Vec<Row> {
     let of_group = sheet.metrics.iter().filter(|metric| metric.group == group);
     of_group.map(|metric| Row::of(&[metric], &SINGLE, metric.id)).collect()
 }
 
-/// The value of a metric, where it is one that can be said.
+/// Returns the value if it is finite.
 pub fn finite(value: Option<f64>) -> Option<f64> {
     value.filter(|value| value.is_finite())
 }
@@ -194,13 +194,13 @@ impl Row {
         }
     }
 
-    /// The value of a metric that stands alone.
+    /// Returns the value of a single metric.
     pub fn value(&self) -> &str {
         &self.cells[0].value
     }
 }
 
-/// What is said of metrics, each text once, with the columns that it is said of where it is not said of all.
+/// Returns the texts on some metrics, each once, with its columns if it does not apply to all.
 fn together(metrics: &[&Metric], series: &Series, said: impl Fn(&Metric) -> Vec<String>) -> Vec<String> {
     let mut texts: Vec<(String, Vec<&str>)> = Vec::new();
     for (metric, column) in metrics.iter().zip(series.columns) {

@@ -1,4 +1,4 @@
-//! What the user's limits come to, as a strip.
+//! The result of checking the user's limits, as a strip.
 
 use super::plot::scale::Scale;
 use super::plot::svg::Svg;
@@ -7,14 +7,14 @@ use crate::report::sheet::{LimitOutcome, LimitVerdict, Verdict};
 
 /// The strip on top of a page.
 pub struct Strip {
-    /// A class: `kept`, `within`, `broken` or `none`.
+    /// The CSS class: `kept`, `within`, `broken` or `none`.
     pub state: &'static str,
     pub sign: &'static str,
     pub headline: String,
     pub limits: Vec<LimitRow>,
 }
 
-/// One limit.
+/// A row of the strip: one limit.
 pub struct LimitRow {
     pub state: &'static str,
     pub sign: &'static str,
@@ -84,7 +84,7 @@ fn asked_range(limit: &LimitVerdict) -> [f64; 2] {
     [limit.min.unwrap_or(f64::NEG_INFINITY), limit.max.unwrap_or(f64::INFINITY)]
 }
 
-/// The allowed range as a bar, the value as a dot on it, its bounds as whiskers.
+/// Draws the allowed range as a bar, the value as a dot on it, and its bounds as whiskers.
 fn drawing(limit: &LimitVerdict, [min, max]: [f64; 2]) -> Option<String> {
     const WIDTH: f64 = 180.0;
     const HEIGHT: f64 = 22.0;

@@ -1,20 +1,20 @@
-//! Numbers and missing values as a page says them.
+//! Text of numbers and missing values on a page.
 
 use super::plot::svg::escaped;
 use crate::number;
 use crate::report::quantity::{Quantity, Unit};
 use crate::report::sheet::{Metric, Status};
 
-/// What stands where there is no number.
+/// The placeholder of a missing number.
 pub const NOTHING: &str = "–";
-/// Digits of a value whose error is not known.
+/// Digits of a value without a known error.
 const DIGITS: usize = 4;
 /// Digits of an error.
 const ERROR_DIGITS: i32 = 2;
-/// What a value with an error has at most: an error of 1e-12 is no reason to print twelve decimals.
+/// Most digits of a value with an error: an error of 1e-12 does not justify twelve decimals.
 const MOST_DIGITS: i32 = 6;
 
-/// A number with so many digits, and a power of ten where it would be long.
+/// Formats a number with `digits` significant digits, and a power of ten where it would be long.
 pub fn significant(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return if value == f64::INFINITY { "∞".to_owned() } else { NOTHING.to_owned() };
@@ -27,7 +27,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{} × 10{}", minus(mantissa), exponent.chars().map(superscript).collect::<String>())
 }
 
-/// With the sign that is as wide as a digit, and none before a zero.
+/// Replaces hyphens by minus signs, which are as wide as a digit, and removes the sign of zero.
 pub fn minus(text: &str) -> String {
     match text.strip_prefix('-') {
         Some(zero) if zero.chars().all(|c| matches!(c, '0' | '.')) => zero.to_owned(),
@@ -40,7 +40,7 @@ fn superscript(c: char) -> char {
     c.to_digit(10).map_or('⁻', |digit| DIGITS[digit as usize])
 }
 
-/// A value without its unit; whole numbers keep all their digits.
+/// Formats a value without its unit; whole numbers keep all their digits.
 pub fn value(value: f64, unit: &Unit) -> String {
     let scaled = value * unit.scale_for_people();
     match unit.quantity {
@@ -49,12 +49,12 @@ pub fn value(value: f64, unit: &Unit) -> String {
     }
 }
 
-/// A whole number with its thousands set apart.
+/// Formats a whole number with grouped thousands.
 fn grouped(value: f64) -> String {
     let digits = format!("{:.0}", value.abs());
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        // Four digits read well as they are.
+        // Four digits are not grouped.
         if i > 0 && (digits.len() - i) % 3 == 0 && digits.len() > 4 {
             text.push('\u{202f}');
         }
@@ -63,12 +63,12 @@ fn grouped(value: f64) -> String {
     if value < 0.0 { format!("−{text}") } else { text }
 }
 
-/// A count with its thousands set apart.
+/// Formats a count with grouped thousands.
 pub fn count(count: u64) -> String {
     grouped(count as f64)
 }
 
-/// A value with its unit: `0.213 mm`, `71.2 %`, `−4`.
+/// Formats a value with its unit: `0.213 mm`, `71.2 %`, `−4`.
 pub fn with_unit(value: f64, unit: &Unit) -> String {
     let text = self::value(value, unit);
     let symbol = unit.for_people();
@@ -79,7 +79,7 @@ pub fn with_unit(value: f64, unit: &Unit) -> String {
     }
 }
 
-/// A value and the estimate of its error, with as many decimals as the error has meaning for; without their unit.
+/// Formats a value and its estimated error, with the decimals that the error justifies, without their unit.
 pub fn with_error(value: f64, error: Option<f64>, unit: &Unit) -> String {
     let scale = unit.scale_for_people();
     let Some(error) = error.map(|error| (error * scale).abs()).filter(|&error| error > 0.0 && error.is_finite()) else {
@@ -93,7 +93,7 @@ pub fn with_error(value: f64, error: Option<f64>, unit: &Unit) -> String {
     let decimals = ERROR_DIGITS - 1 - error.log10().floor() as i32;
     let most = MOST_DIGITS - 1 - size.log10().floor() as i32;
     let decimals_shown = decimals.min(most).clamp(0, 9) as usize;
-    // An error that would read as 0 is said with its own digits.
+    // An error that would round to 0 has its own digits.
     let error = match decimals > most {
         true => significant(error, 1),
         false => format!("{error:.decimals_shown$}"),
@@ -101,13 +101,13 @@ pub fn with_error(value: f64, error: Option<f64>, unit: &Unit) -> String {
     format!("{} ± {error}", minus(&format!("{scaled:.decimals_shown$}")))
 }
 
-/// `bounds LOWER to UPPER` without the unit; an end that is not known is left open.
+/// Formats `bounds LOWER to UPPER` without the unit; an unknown end is `–`.
 pub fn bounds(lower: Option<f64>, upper: Option<f64>, unit: &Unit) -> Option<String> {
     let end = |end: Option<f64>| end.map_or(NOTHING.to_owned(), |end| value(end, unit));
     (lower.is_some() || upper.is_some()).then(|| format!("bounds {} to {}", end(lower), end(upper)))
 }
 
-/// Why a metric has no value.
+/// Returns the reason why a metric has no value.
 pub fn reason(metric: &Metric) -> String {
     match metric.warnings.as_slice() {
         [] => match metric.status {
@@ -119,7 +119,7 @@ pub fn reason(metric: &Metric) -> String {
     }
 }
 
-/// A symbol as HTML: what follows the first space or `_` stands below the line.
+/// Formats a symbol as HTML: the part after the first space or `_` is a subscript.
 pub fn symbol(symbol: &str) -> String {
     match symbol.split_once([' ', '_']) {
         Some((base, below)) => format!("{}<sub>{}</sub>", escaped(base), escaped(below)),
@@ -127,7 +127,7 @@ pub fn symbol(symbol: &str) -> String {
     }
 }
 
-/// A value that may be there, with its unit.
+/// Formats an optional value with its unit.
 pub fn maybe(value: Option<f64>, unit: &Unit) -> String {
     match value {
         Some(value) if value.is_finite() => with_unit(value, unit),
@@ -135,7 +135,7 @@ pub fn maybe(value: Option<f64>, unit: &Unit) -> String {
     }
 }
 
-/// Seconds for people.
+/// Formats seconds in ms, s or min.
 pub fn seconds(seconds: f64) -> String {
     match seconds {
         s if s < 0.9995 => format!("{:.0}\u{a0}ms", 1e3 * s),

@@ -1,4 +1,4 @@
-//! metrics.csv: a line for each metric of each solid, as RFC 4180 has it.
+//! metrics.csv: a line for each metric of each solid, following RFC 4180.
 
 use csv::{Terminator, WriterBuilder};
 use serde::Serialize;
@@ -23,7 +23,7 @@ struct Line<'s> {
     reference: &'s str,
 }
 
-/// The table of the metrics of all sheets; a cell is empty where there is no finite number.
+/// Returns the table of the metrics of all sheets; a cell is empty if there is no finite number.
 pub fn csv(sheets: &[&Sheet]) -> String {
     let write = || -> Result<Vec<u8>, csv::Error> {
         let mut writer = WriterBuilder::new().terminator(Terminator::CRLF).from_writer(Vec::new());

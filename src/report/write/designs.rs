@@ -6,11 +6,11 @@ use csv::{Terminator, WriterBuilder};
 use crate::report::page::summary::Unmeasured;
 use crate::report::sheet::{Metric, Sheet};
 
-/// What tells spreadsheets that a file is UTF-8.
+/// The mark by which spreadsheets recognise UTF-8.
 const BYTE_ORDER_MARK: &str = "\u{feff}";
 
-/// The table; a cell is empty where there is no finite number. Lengths are in the unit of the first design, where each design
-/// has one; else in that of each, which the second column names.
+/// Returns the table; a cell is empty if there is no finite number. Lengths are in the unit of the first design if every design
+/// has one; otherwise in that of each design, which the second column names.
 pub fn designs(sheets: &[&Sheet], failures: &[Unmeasured]) -> String {
     let mut metrics: Vec<&Metric> = Vec::new();
     for metric in sheets.iter().flat_map(|sheet| &sheet.metrics) {

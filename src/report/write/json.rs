@@ -2,7 +2,7 @@
 
 use crate::report::sheet::Sheet;
 
-/// The object, in lines. What is not a finite number is null.
+/// Returns the object, with line breaks. Non-finite numbers are null.
 pub fn json(sheet: &Sheet) -> String {
     let text = serde_json::to_string_pretty(sheet).expect("a sheet has no keys but texts and no serialiser that fails");
     text + "\n"

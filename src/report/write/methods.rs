@@ -1,13 +1,13 @@
-//! methods.txt: what to write into a paper about how the numbers were found. Only what was measured is said.
+//! methods.txt: a methods paragraph for a paper. It covers only measured metrics.
 
 use crate::report::page::words;
 use crate::report::quantity::Quantity;
 use crate::report::sheet::{InputFile, Metric, Sheet, Status};
 
-/// Lines end before this column.
+/// Longest line, in characters.
 const COLUMNS: usize = 100;
 
-/// Metrics that are found alike, by what their ids begin with, and how; `{…}` stands for a parameter of one of them.
+/// Families of metrics with one method: the beginnings of their ids, and the text; `{…}` stands for a parameter of one of them.
 const FAMILIES: [(&[&str], &str); 11] = [
     (
         &["volume.", "porosity"],
@@ -49,7 +49,7 @@ const FAMILIES: [(&[&str], &str); 11] = [
     (&["centroid.", "inertia."], "Centroids and inertia are integrals along the rays"),
 ];
 
-/// The paragraph, and the sources.
+/// Returns the paragraph and the references.
 pub fn methods(sheet: &Sheet) -> String {
     let measured: Vec<&Metric> = sheet.metrics.iter().filter(|metric| is_measured(metric)).collect();
     let mut sources = Vec::new();
@@ -71,7 +71,7 @@ pub fn methods(sheet: &Sheet) -> String {
     text
 }
 
-/// How a family was found, with its source; nothing of one of which nothing was measured.
+/// Returns the method of a family, with its reference; `None` if nothing of it was measured.
 fn how<'s>(family: &[&'s Metric], text: &str, sources: &mut Vec<&'s str>) -> Option<String> {
     let reference = family.iter().map(|metric| metric.reference).find(|reference| !reference.is_empty());
     let mut text = text.to_owned();
@@ -155,7 +155,7 @@ fn resolution(sheet: &Sheet) -> Option<String> {
     (!unresolved.is_empty()).then(|| format!("The raster did not resolve {}.", listed(&unresolved)))
 }
 
-/// `mean thickness (Tb.Th)`.
+/// Returns the name with its symbol: `mean thickness (Tb.Th)`.
 fn named(metric: &Metric) -> String {
     match metric.symbol {
         "" | "–" | "-" => metric.name.to_owned(),
@@ -171,7 +171,7 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-/// Lines of a readable length, all but the first indented; with a line end.
+/// Wraps a text at `COLUMNS`, with all lines but the first indented and a line end.
 fn wrapped(text: &str, indent: &str) -> String {
     let mut lines = String::new();
     let mut width = 0;

@@ -1,9 +1,9 @@
-//! What each stage must move, however good its shader: an account of bytes and atomics to hold measured times against.
+//! Compulsory traffic of each stage, for any shader: bytes and atomics to compare measured times with.
 //!
-//! A stage reads each of its inputs once and writes each of its outputs once. Words of four bytes that atomics change, one
-//! by one and in no order, count as read and written once, however often they are hit. What fits a cache of any size, such
-//! as block sums, uniforms and the queue of large triangles, is left out. So is the grain of memory: a scattered word
-//! drags a whole sector along, which is part of what a ratio to this account shows.
+//! A stage reads each of its inputs once and writes each of its outputs once. Words of four bytes that atomics change, one by
+//! one and in no order, count as read and written once, however often they are hit. Data that fits any cache, such as block
+//! sums, uniforms and the queue of large triangles, is left out. So is the granularity of memory: a scattered word transfers a
+//! whole sector, which is part of what a ratio to this traffic shows.
 
 use std::ops::AddAssign;
 
@@ -23,43 +23,44 @@ const WORD_BITS: u32 = 32;
 /// Invocations of a workgroup of all stages that count windings.
 const WORKGROUP: u64 = 64;
 
-/// Places where every workgroup of such a stage adds up.
+/// Counters to which every workgroup of such a stage adds.
 const TALLIES: u64 = 4;
 
 /// Rows and columns of a tile of rays.
 const TILE_SIDE: u32 = 8;
 
-/// Words of the tally that comes back to the host.
+/// Words of the tally that is read back to the host.
 const TALLY_WORDS: u64 = 8;
 
-/// What one image of one solid amounts to.
+/// The size of one image of one solid.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Size {
-    /// Triangles.
+    /// Number of triangles.
     pub triangles: u64,
-    /// Vertices.
+    /// Number of vertices.
     pub positions: u64,
-    /// Rays.
+    /// Number of rays.
     pub rays: u64,
-    /// Words of a mask, of all rays.
+    /// Words of a mask, over all rays.
     pub mask_words: u64,
-    /// Crossings of rays with triangles.
+    /// Number of crossings of rays with triangles.
     pub crossings: u64,
-    /// Rays with a crossing.
+    /// Number of rays with a crossing.
     pub crossed_rays: u64,
-    /// Words of a mask that a crossing falls into.
+    /// Words of a mask with a crossing.
     pub crossed_words: u64,
-    /// Tiles of rays.
+    /// Number of tiles of rays.
     pub tiles: u64,
-    /// Pairs of a tile and a triangle that crosses a ray of it.
+    /// Pairs of a tile and a triangle that crosses one of its rays.
     pub binned: u64,
-    /// Samples of the image.
+    /// Number of samples of the image.
     pub samples: u64,
 }
 
 impl Size {
-    /// The size of an image of `samples` samples whose crossings are those of `exact`, the exact image under the even-odd
-    /// rule, which knows its triangles. Its depths are rounded, so that a crossing at the very end of a word may be taken for one of the next.
+    /// Returns the size of an image of `samples` samples with the crossings of `exact`, the exact image under the even-odd
+    /// rule, which has triangle ids. Its depths are rounded, so that a crossing at the very end of a word may count for the
+    /// next one.
     pub fn of(solid: &LatticeSolid, exact: &Ldi, samples: u64) -> Size {
         let grid = exact.grid();
         let word = |depth: i32| (depth as u32 / grid.voxel(exact.axis())).min(grid.lod() - 1) / WORD_BITS;
@@ -69,7 +70,7 @@ impl Size {
         let triangles = exact.triangles().expect("a surface knows its triangles");
         let mut binned: Vec<(u32, u32)> = Vec::with_capacity(triangles.len());
         for ray in 0..exact.rays() {
-            // Depths of a ray do not decrease, nor do the words they fall into.
+            // Depths along a ray do not decrease, nor do their word indices.
             let runs = exact.samples(ray).chunk_by(|&a, &b| word(a) == word(b)).count() as u64;
             crossed_words += runs;
             crossed_rays += u64::from(runs > 0);
@@ -93,27 +94,28 @@ impl Size {
         }
     }
 
-    /// A geometry pass reads all triangles and all positions.
+    /// Returns the bytes of a geometry pass: it reads all triangles and all positions.
     fn geometry(&self) -> u64 {
         CORNERS * (self.triangles + self.positions)
     }
 
-    /// The prefix sum reads the counts twice, to sum the blocks and to spread their sums, and writes where rays begin.
+    /// Returns the traffic of a prefix sum: it reads the counts twice, to sum the blocks and to spread their sums, and writes
+    /// the offsets of rays.
     fn scan(&self) -> Moved {
         Moved::bytes(WORD * (2 * self.rays + self.rays + 1))
     }
 
-    /// All workgroups of a stage of so many invocations add to the tally.
+    /// Returns the atomics on the tally: all workgroups of a stage of `invocations` add to it.
     fn tallied(&self, invocations: u64) -> u64 {
         TALLIES * invocations.div_ceil(WORKGROUP)
     }
 
-    /// What is moved by masks, by stage.
+    /// Returns the traffic of sampling by masks, by stage.
     pub fn by_masks(&self) -> Vec<(&'static str, Moved)> {
         vec![
             // Both masks, written.
             ("clear", Moved::bytes(WORD * 2 * self.mask_words)),
-            // The geometry; of both masks the words that are hit, read and written; two atomics a crossing.
+            // The geometry; the words of both masks that are hit, read and written; two atomics per crossing.
             (
                 "masks",
                 Moved {
@@ -122,7 +124,8 @@ impl Size {
                     contended: 0,
                 },
             ),
-            // Both masks read, ranks and counts written; the mask of what was touched becomes that of pairs, where any was.
+            // Both masks, read; ranks and counts, written; the mask of touched voxels becomes that of pairs, where there are
+            // any.
             (
                 "classify",
                 Moved {
@@ -132,9 +135,9 @@ impl Size {
                 },
             ),
             ("scan", self.scan()),
-            // Samples written.
+            // The samples, written.
             ("identities", Moved::bytes(WORD * self.samples)),
-            // The geometry; both masks and the ranks, where words were hit; first rank and first place of each ray that was;
+            // The geometry; both masks and the ranks, where words were hit; first rank and first offset of each crossed ray;
             // samples read and written. A crossing changes one sample, or two, or none: about one.
             (
                 "retrieve",
@@ -144,21 +147,21 @@ impl Size {
                     contended: self.tallied(self.triangles),
                 },
             ),
-            // Where rays begin, the samples and the tally.
+            // The offsets of rays, the samples and the tally.
             ("read back", Moved::bytes(WORD * (self.rays + 1 + self.samples + TALLY_WORDS))),
         ]
     }
 
-    /// What is moved by tiles, by stage. What workgroups do in their own memory is left out: two atomics a crossing there.
+    /// Returns the traffic of sampling by tiles, by stage. Workgroup memory is left out: two atomics per crossing there.
     pub fn by_tiles(&self) -> Vec<(&'static str, Moved)> {
         let scan_of_tiles = WORD * (3 * self.tiles + 1);
         vec![
             ("clear", Moved::bytes(WORD * self.tiles)),
-            // The geometry; counts of tiles, read and written; an atomic a pair.
+            // The geometry; counts of tiles, read and written; an atomic per pair.
             ("bin", Moved { bytes: self.geometry() + WORD * 2 * self.tiles, atomics: self.binned, contended: 0 }),
-            // Once over the counts of pairs, once over those of samples.
+            // One scan of the counts of pairs, one of those of samples.
             ("scan", Moved::bytes(scan_of_tiles + self.scan().bytes)),
-            // The geometry; where tiles begin, read; their counts, read and written; pairs written; an atomic a pair.
+            // The geometry; offsets of tiles, read; their counts, read and written; pairs written; an atomic per pair.
             (
                 "fill bins",
                 Moved {
@@ -167,8 +170,8 @@ impl Size {
                     contended: 0,
                 },
             ),
-            // Where tiles begin, pairs and the geometry, read; of each ray a count and a place, written; samples, written
-            // first and then read and written by about one atomic a crossing; the next place, and the tally.
+            // Offsets of tiles, pairs and the geometry, read; a count and an offset per ray, written; samples, written first
+            // and then read and written by about one atomic per crossing; the next offset, and the tally.
             (
                 "tiles",
                 Moved {
@@ -177,26 +180,26 @@ impl Size {
                     contended: self.tiles + TALLIES * self.tiles,
                 },
             ),
-            // Where rays begin with gaps and without, read; samples read and written.
+            // Offsets of rays with gaps and without, read; samples read and written.
             ("compact", Moved::bytes(WORD * (2 * (self.rays + 1) + 2 * self.samples))),
-            // Where rays begin, the samples and the tally.
+            // The offsets of rays, the samples and the tally.
             ("read back", Moved::bytes(WORD * (self.rays + 1 + self.samples + TALLY_WORDS))),
         ]
     }
 
-    /// What is moved by lists, by stage.
+    /// Returns the traffic of sampling by lists, by stage.
     pub fn by_lists(&self) -> Vec<(&'static str, Moved)> {
         vec![
-            // Counts, written.
+            // The counts, written.
             ("clear", Moved::bytes(WORD * self.rays)),
-            // The geometry; counts of the rays that are hit, read and written; an atomic a crossing.
+            // The geometry; counts of the crossed rays, read and written; an atomic per crossing.
             (
                 "count",
                 Moved { bytes: self.geometry() + WORD * 2 * self.crossed_rays, atomics: self.crossings, contended: 0 },
             ),
-            // Once over the counts of crossings, once over those of samples.
+            // One scan of the counts of crossings, one of those of samples.
             ("scan", Moved::bytes(2 * self.scan().bytes)),
-            // The geometry; where rays begin, read; their counts, read and written; crossings written; an atomic a crossing.
+            // The geometry; offsets of rays, read; their counts, read and written; crossings written; an atomic per crossing.
             (
                 "scatter",
                 Moved {
@@ -205,9 +208,9 @@ impl Size {
                     contended: 0,
                 },
             ),
-            // Where rays begin, read; crossings read and written.
+            // The offsets of rays, read; crossings read and written.
             ("sort", Moved::bytes(WORD * (self.rays + 1 + 2 * self.crossings))),
-            // Where rays begin and the crossings, read; samples and their counts, written.
+            // The offsets of rays and the crossings, read; samples and their counts, written.
             (
                 "resolve",
                 Moved {
@@ -216,23 +219,23 @@ impl Size {
                     contended: self.tallied(self.rays),
                 },
             ),
-            // Where rays begin with gaps and without, read; samples read and written.
+            // Offsets of rays with gaps and without, read; samples read and written.
             ("compact", Moved::bytes(WORD * (2 * (self.rays + 1) + 2 * self.samples))),
-            // Where rays begin, room for as many samples as there are crossings, and the tally.
+            // The offsets of rays, space for as many samples as there are crossings, and the tally.
             ("read back", Moved::bytes(WORD * (self.rays + 1 + self.crossings + TALLY_WORDS))),
         ]
     }
 }
 
-/// What is moved.
+/// The memory traffic of a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Moved {
-    /// Bytes read and bytes written.
+    /// Bytes read plus bytes written.
     pub bytes: u64,
-    /// Atomic operations all over a buffer.
+    /// Atomic operations spread over a buffer.
     pub atomics: u64,
-    /// Atomic operations of all workgroups on the same few words, which must wait for each other. Workgroups that take
-    /// blocks of large triangles come on top; how many there are only the device knows.
+    /// Atomic operations of all workgroups on the same few words, which are serialised. Workgroups that take blocks of large
+    /// triangles add to them; only the device knows their number.
     pub contended: u64,
 }
 
@@ -259,7 +262,7 @@ mod tests {
     use ldi_ops::sampler::cpu::CpuSampler;
     use ldi_ops::sampler::{FillRule, Sampler};
 
-    /// One of each, but more rays than two blocks of a prefix sum or two workgroups would need.
+    /// A size without zeros, with more rays than fit two blocks of a prefix sum or two workgroups.
     const SIZE: Size = Size {
         triangles: 100,
         positions: 52,
@@ -326,10 +329,10 @@ mod tests {
         let size = Size::of(&solid, &exact, 7);
         assert_eq!((size.triangles, size.positions, size.samples), (12, 8, 7));
         assert_eq!(size.mask_words, 2 * size.rays);
-        // Every ray that is hit enters in the first of its two words and leaves in the second.
+        // Every crossed ray enters in the first of its two words and leaves in the second.
         assert_eq!((size.crossings, size.crossed_words), (2 * size.crossed_rays, 2 * size.crossed_rays));
         assert!(size.crossed_rays > 0 && size.crossed_rays <= size.rays);
-        // A tile in the middle is crossed by one triangle or both of either end.
+        // One or both triangles of each end cross a tile in the middle.
         assert!(size.binned >= 2 * size.tiles && size.binned <= 4 * size.tiles, "{size:?}");
     }
 }

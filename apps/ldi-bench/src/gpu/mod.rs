@@ -1,18 +1,18 @@
-//! The GPU's sampler by stages, over solids like the six that Leung and Wang timed, beside what they published.
+//! The GPU's sampler by stages, on solids like the six that Leung and Wang timed, beside their published figures.
 //!
 //! # On a machine with a GPU
 //! ```text
 //! $ cargo build --release -p ldi-bench              # anywhere with the same system
-//! $ ldi-bench gpu --json gpu.json > gpu.md          # there; target/release/ldi-bench is all that it takes
+//! $ ldi-bench gpu --json gpu.json > gpu.md          # there; it needs only target/release/ldi-bench
 //! ```
-//! The binary needs the GPU's driver and its Vulkan loader (Debian: `libvulkan1`), and makes its models itself. Every image
-//! is first compared with the CPU's; one that differs ends the run with an error.
+//! The binary needs the GPU's driver and its Vulkan loader (Debian: `libvulkan1`), and builds its models itself. It first
+//! compares every image with the CPU's; one that differs ends the run with an error.
 //!
-//! # What is timed
-//! Stages, by the device's own clock, summed over the three directions; of each stage the median over all rounds. Their sum
-//! without what is read back to the host is called the whole: it is what Leung and Wang stated, as theirs stayed on the GPU
-//! too. The wall time is that of three calls of `sample`, with all that the host does for them: recording, waiting twice an
-//! image, and copying the image to its own memory.
+//! # Timed quantities
+//! Stages, by the device's own clock, summed over the three directions; for each stage the median over all rounds. Their sum
+//! without the readback to the host is called the whole: Leung and Wang stated this figure, as their images stayed on the GPU
+//! too. The wall time is that of three calls of `sample`, with all work of the host: recording, waiting twice per image, and
+//! copying the image to its own memory.
 
 mod account;
 mod report;
@@ -35,11 +35,11 @@ use crate::machine::Machine;
 use crate::models::{self, NamedSolid, SeedModel};
 use account::{Moved, Size};
 
-/// What to time.
+/// The settings of a run.
 pub struct Plan {
-    /// A name of an adapter, or part of one; the first where there is none.
+    /// Name of an adapter, or part of one; the first adapter if `None`.
     pub adapter: Option<String>,
-    /// Names of models, or parts of them; all where there are none.
+    /// Names of models, or parts of them; all models if empty.
     pub models: Vec<String>,
     /// Rays along the longest side.
     pub resolution: u32,
@@ -50,16 +50,16 @@ pub struct Plan {
 /// LOD-C of the estimates.
 const LOD: u32 = 1024;
 
-/// Rounds before any is timed, in which clocks rise and buffers grow.
+/// Untimed rounds, in which clock rates rise and buffers grow.
 const WARM_UP: usize = 3;
 
-/// Bytes of the copies that tell the bandwidth: more than any cache holds.
+/// Size in bytes of the copies that measure the bandwidth: larger than any cache.
 const COPIED: u64 = 256 << 20;
 
-/// The stage that brings images to the host.
+/// The stage that transfers images to the host.
 const READ_BACK: &str = "read back";
 
-/// A kind of image and the way to it.
+/// A kind of image and the algorithm that samples it.
 #[derive(Clone, Copy)]
 struct Way {
     name: &'static str,
@@ -84,15 +84,15 @@ impl Way {
     }
 }
 
-/// One model, one way.
+/// One model sampled in one way.
 #[derive(Serialize)]
 struct Case {
     model: &'static str,
     way: &'static str,
-    /// By axis.
+    /// Sizes by axis.
     sizes: [Size; 3],
     layers: [u32; 3],
-    /// Three calls of `sample`, by the clock on the wall.
+    /// Wall-clock time of three calls of `sample`.
     wall: f64,
     stages: Vec<Stage>,
     published_milliseconds: f64,
@@ -102,7 +102,7 @@ struct Case {
 #[derive(Clone, Debug, Serialize)]
 struct Stage {
     name: &'static str,
-    /// The medians of its dispatches by name; none where the adapter does not time them.
+    /// The medians of its dispatches by name; empty if the adapter does not time them.
     dispatches: Vec<(&'static str, f64)>,
     #[serde(flatten)]
     moved: Moved,
@@ -113,19 +113,19 @@ impl Stage {
         !self.dispatches.is_empty()
     }
 
-    /// Zero where it is not timed.
+    /// Returns the seconds of the stage; zero if it is not timed.
     fn seconds(&self) -> f64 {
         self.dispatches.iter().map(|(_, seconds)| seconds).sum()
     }
 }
 
 impl Case {
-    /// The stages that make an image where it stays on the device.
+    /// Returns the stages that produce an image on the device.
     fn on_device(&self) -> impl Iterator<Item = &Stage> {
         self.stages.iter().filter(|stage| stage.name != READ_BACK)
     }
 
-    /// Seconds of all stages on the device; on the wall where those are not timed.
+    /// Returns the seconds of all stages on the device; the wall time if those are not timed.
     fn whole(&self) -> f64 {
         match self.on_device().any(Stage::is_timed) {
             true => self.on_device().map(Stage::seconds).sum(),
@@ -133,7 +133,7 @@ impl Case {
         }
     }
 
-    /// What the stages that make up the [`whole`](Self::whole) must move.
+    /// Returns the compulsory traffic of the stages in [`whole`](Self::whole).
     fn moved(&self) -> Moved {
         let is_timed = self.on_device().any(Stage::is_timed);
         let mut moved = Moved::default();
@@ -142,7 +142,7 @@ impl Case {
     }
 }
 
-/// Runs everything and prints the tables.
+/// Runs the benchmark and prints the tables.
 pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     let adapters = adapters();
     let adapter = choose(&adapters, plan.adapter.as_deref()).map_err(BenchError::Device)?;
@@ -178,7 +178,7 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     crate::process::write_json(json, &document)
 }
 
-/// Those of the known names that are wanted, by themselves or by part of them; all where none is.
+/// Returns the known names that contain a wanted text; all of them if none is wanted.
 fn chosen<'n>(known: &[&'n str], wanted: &[String]) -> Result<Vec<&'n str>, BenchError> {
     let is_called = |name: &str, wanted: &String| name.contains(&wanted.to_lowercase());
     if let Some(unknown) = wanted.iter().find(|wanted| !known.iter().any(|name| is_called(name, wanted))) {
@@ -225,13 +225,13 @@ fn of_model(plan: &Plan, adapter: &Adapter, model: &SeedModel) -> Result<Vec<Cas
     Ok(cases)
 }
 
-/// The images along all axes.
+/// Returns the images along all axes.
 fn images(name: &str, sampler: &dyn Sampler, solid: &LatticeSolid, mode: Mode) -> Result<Vec<Ldi>, BenchError> {
     let image = |axis| sampler.sample(solid, axis, mode, FillRule::EvenOdd);
     Axis::ALL.into_iter().map(|axis| image(axis).map_err(|error| BenchError::model(name, error))).collect()
 }
 
-/// An error where the GPU's image is not the CPU's to the bit.
+/// Checks that the images of GPU and CPU are identical to the bit.
 fn check_twins(model: &str, way: &'static str, gpu: &Ldi, cpu: &Ldi) -> Result<(), BenchError> {
     match gpu == cpu {
         true => Ok(()),
@@ -242,11 +242,11 @@ fn check_twins(model: &str, way: &'static str, gpu: &Ldi, cpu: &Ldi) -> Result<(
 /// Medians over rounds of three images each, in seconds.
 struct Measured {
     wall: f64,
-    /// The device's own times, by dispatch.
+    /// Device times by dispatch.
     dispatches: Vec<(&'static str, f64)>,
 }
 
-/// Times three images, round after round.
+/// Times three images in each round.
 fn rounds(
     rounds: usize,
     name: &str,
@@ -270,7 +270,7 @@ fn rounds(
     Ok(Measured { wall: median(walls), dispatches: medians_by_name(&times) })
 }
 
-/// Of each name, in the order of their first appearance, the median over rounds of its sum within a round.
+/// Returns the median over rounds of each name's sum within a round, in the order of first appearance.
 fn medians_by_name(rounds: &[Vec<StageTime>]) -> Vec<(&'static str, f64)> {
     let mut names: Vec<&'static str> = Vec::new();
     for time in rounds.iter().flatten() {
@@ -284,7 +284,7 @@ fn medians_by_name(rounds: &[Vec<StageTime>]) -> Vec<(&'static str, f64)> {
     names.into_iter().map(|name| (name, median(rounds.iter().map(|round| sum(name, round)).collect()))).collect()
 }
 
-/// The stages of all directions: those accounted for, and behind them those that were timed besides.
+/// Returns the stages of all directions: those in the accounts, then those that are only timed.
 fn stages(accounts: &[Vec<(&'static str, Moved)>], times: &[(&'static str, f64)]) -> Vec<Stage> {
     let mut stages: Vec<Stage> = Vec::new();
     let mut of_name = |name: &'static str, moved: Moved, dispatch: Option<(&'static str, f64)>| {
@@ -297,7 +297,7 @@ fn stages(accounts: &[Vec<(&'static str, Moved)>], times: &[(&'static str, f64)]
     };
     accounts.iter().flatten().for_each(|&(name, moved)| of_name(name, moved, None));
     for &(dispatch, seconds) in times {
-        // What a dispatch does of its stage stands in brackets.
+        // A dispatch is named by its stage, with its part of it in brackets.
         let name = dispatch.split(" (").next().unwrap_or(dispatch);
         of_name(name, Moved::default(), Some((dispatch, seconds)));
     }
@@ -351,7 +351,7 @@ mod tests {
             stages,
             published_milliseconds: 1.0,
         };
-        // What is read back is no part of the whole.
+        // The readback is not part of the whole.
         assert_eq!((case.whole(), case.moved().bytes), (3.25, 20));
         case.stages.iter_mut().for_each(|stage| stage.dispatches.clear());
         assert_eq!((case.whole(), case.moved().bytes), (20.0, 20));

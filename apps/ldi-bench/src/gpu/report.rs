@@ -1,4 +1,4 @@
-//! The tables of the GPU's sampler.
+//! Tables of the GPU benchmark.
 
 use ldi_ops::gpu::{Adapter, AdapterKind};
 use serde_json::{Value, json};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::{Case, LOD, Moved, Plan, READ_BACK, Stage, WAYS};
 use crate::table::{Table, count, number};
 
-/// Stages that share a column of the table by model; what is in none is the rest.
+/// Stages that share a column of the table by model; the others are the rest.
 const GROUPS: [(&str, &[&str]); 5] = [
     ("clear", &["clear"]),
     ("geometry 1", &["masks", "count", "bin", "fill bins"]),
@@ -15,7 +15,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("geometry 2", &["retrieve", "scatter"]),
 ];
 
-/// What was measured, and on what.
+/// Prints the command, the device and its bandwidth.
 pub fn print_head(plan: &Plan, adapter: &Adapter, copied: u64, bandwidth: f64) {
     let mut command = format!("ldi-bench gpu --rounds {} --resolution {}", plan.rounds, plan.resolution);
     if let Some(name) = &plan.adapter {
@@ -57,7 +57,7 @@ pub fn print_head(plan: &Plan, adapter: &Adapter, copied: u64, bandwidth: f64) {
     }
 }
 
-/// The table by model.
+/// Prints the table by model.
 pub fn print_wholes(cases: &[Case], bandwidth: f64) {
     let heads = ["model", "image", "triangles", "crossings", "layers x", "y", "z"].into_iter();
     let heads = heads.chain(GROUPS.map(|(name, _)| name)).chain([
@@ -116,7 +116,7 @@ pub fn print_wholes(cases: &[Case], bandwidth: f64) {
     }
 }
 
-/// The table by stage, over all models.
+/// Prints the table by stage, over all models.
 pub fn print_stages(cases: &[Case], bandwidth: f64) {
     let heads = ["image", "stage", "ms", "large triangles ms", "of the whole", "MB", "M atomics", "M on few words"];
     let heads = heads.into_iter().chain(["GB/s", "of copying", "time / its bytes copied"]);
@@ -156,7 +156,7 @@ pub fn print_stages(cases: &[Case], bandwidth: f64) {
     println!("#### By stage, all models together\n\n{}", table.markdown());
 }
 
-/// The cases with what is made of them.
+/// Returns the cases with their derived ratios.
 pub fn with_ratios(cases: &[Case], bandwidth: f64) -> Vec<Value> {
     let of = |moved: Moved, seconds: f64| {
         json!({
@@ -174,12 +174,12 @@ pub fn with_ratios(cases: &[Case], bandwidth: f64) -> Vec<Value> {
     cases.iter().map(with_ratios).collect()
 }
 
-/// Time over that of moving the bytes at the speed of copies; infinite where nothing must be moved.
+/// Returns the time divided by that of copying the compulsory bytes; infinite if there are none.
 fn ratio(moved: Moved, seconds: f64, bandwidth: f64) -> f64 {
     seconds * bandwidth / moved.bytes as f64
 }
 
-/// The ratio as a cell; a dash where nothing must be moved.
+/// Formats the ratio as a cell; a dash if there are no compulsory bytes.
 fn times(moved: Moved, seconds: f64, bandwidth: f64) -> String {
     match moved.bytes {
         0 => number(f64::NAN),
@@ -187,7 +187,7 @@ fn times(moved: Moved, seconds: f64, bandwidth: f64) -> String {
     }
 }
 
-/// The rate at which bytes were moved, of that of copies, as a cell; a dash where nothing must be moved.
+/// Formats the rate of compulsory bytes, relative to that of copies, as a cell; a dash if there are none.
 fn share(moved: Moved, seconds: f64, bandwidth: f64) -> String {
     match moved.bytes {
         0 => number(f64::NAN),
@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn ratios_are_to_the_time_of_copies() {
         let moved = Moved { bytes: 200, ..Moved::default() };
-        // At 100 bytes a second, 200 bytes take two seconds.
+        // At 100 bytes per second, 200 bytes take two seconds.
         assert_eq!(ratio(moved, 8.0, 100.0), 4.0);
         assert_eq!((times(moved, 8.0, 100.0), share(moved, 8.0, 100.0)), ("4.00 ×".into(), "25.0 %".into()));
         assert_eq!([times, share].map(|cell| cell(Moved::default(), 8.0, 100.0)), ["–", "–"]);

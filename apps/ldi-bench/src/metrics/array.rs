@@ -1,4 +1,4 @@
-//! Voxel arrays as what metrics are taken of.
+//! Voxel arrays in the form that metrics take.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -13,22 +13,22 @@ use ldi_ops::voxels::read_npy;
 
 use crate::BenchError;
 
-/// A pitch of the lattice that faces of voxels lie on is 2^this many steps.
+/// Log₂ of the lattice steps per pitch; faces of voxels lie on the lattice.
 const SHIFT: u32 = 16;
 
-/// Solid voxels of an array, as nodes and as images whose rays cross the surface in the faces of voxels. A voxel is 1 wide.
+/// Solid voxels of an array, as nodes and as images whose rays cross the surface at the faces of voxels. A voxel is 1 wide.
 pub struct Array {
     /// The solid.
     pub nodes: NodeSet,
     grid: Grid,
-    /// Along x, y and z.
+    /// Images along x, y and z.
     pub images: [Ldi; 3],
-    /// What it took to make each image.
+    /// Seconds of making each image.
     pub seconds: [f64; 3],
 }
 
 impl Array {
-    /// Reads an array of `uint8`; what is not 0 is solid.
+    /// Reads an array of `uint8`; nonzero voxels are solid.
     pub fn read(path: &Path) -> Result<Array, BenchError> {
         let name = path.display().to_string();
         let file = File::open(path).map_err(BenchError::io(name.clone()))?;
@@ -36,7 +36,7 @@ impl Array {
         Array::of(NodeSet::from_bytes(voxels.size, &voxels.bytes)).map_err(|error| BenchError::model(&name, error))
     }
 
-    /// Of nodes, each the middle of a voxel.
+    /// Makes an array from nodes, each the centre of a voxel.
     pub fn of(nodes: NodeSet) -> Result<Array, ldi_ops::grid::GridError> {
         let grid = Grid::from_parts(DVec3::ZERO, 1.0, nodes.size().map(|n| n as u32), SHIFT, 1024)?;
         let timed = Axis::ALL.map(|axis| {
@@ -47,14 +47,14 @@ impl Array {
         Ok(Array { nodes, grid, images: timed.map(|(image, _)| image), seconds })
     }
 
-    /// All of the array.
+    /// Returns the whole array as a region.
     pub fn region(&self) -> Region<'_> {
         let max = [0, 1, 2].map(|axis| self.grid.length(axis));
         Region::of_box(&self.grid, LatticeBox { min: [0; 3], max })
     }
 }
 
-/// The image along an axis: each run of solid voxels is a span.
+/// Returns the image along an axis: each run of solid voxels is a span.
 fn image(nodes: &NodeSet, grid: Grid, axis: Axis) -> Ldi {
     let (columns, rows) = grid.image_size(axis);
     let length = nodes.size()[axis.depth()];
@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn images_have_the_nodes_of_the_array() {
-        // Sides that differ and are not whole words, and solid at faces.
+        // The sides differ and are not whole words, and there is solid at the faces.
         let nodes = NodeSet::from_fn([67, 5, 9], |[x, y, z]| (x * x + 3 * y + 7 * z) % 5 < 2);
         let array = Array::of(nodes.clone()).unwrap();
         let planes = NodePlanes::new(&array.images, Combine::Any).unwrap();

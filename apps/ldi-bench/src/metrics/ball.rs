@@ -1,4 +1,4 @@
-//! The thickness of balls, from where rays meet their meshes: what voxels no longer know.
+//! The thickness of balls, from the crossings of rays with their meshes, which voxels do not have.
 
 use std::time::Instant;
 
@@ -15,10 +15,10 @@ use serde_json::{Value, json};
 
 use crate::BenchError;
 
-/// Parts of an edge of the icosahedron that a ball's mesh is made from: it is flat by less than 10⁻⁴ of the radius.
+/// Subdivisions of an edge of the icosahedron behind a ball's mesh: its deviation is below 10⁻⁴ of the radius.
 const FREQUENCY: u32 = 96;
 
-/// The local thickness of a ball whose radius is a whole number of pitches, on the raster of the array that has it in the
+/// Measures the local thickness of a ball with a radius of whole pitches, on the raster of the array with the ball in the
 /// middle of an even number of voxels.
 pub fn of_ball(radius: u32) -> Result<Value, BenchError> {
     let name = format!("ball of {radius}");

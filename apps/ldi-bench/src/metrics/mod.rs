@@ -1,8 +1,8 @@
-//! What metrics make of voxel arrays that other programs are given, too, and how long each takes.
+//! Metrics of voxel arrays that other programs also measure, with their times.
 //!
-//! Arrays come from `.npy` files of uint8, `a[i, j, k]` being the voxel (x, y, z) in whichever order they stand, and not 0
-//! where solid; a voxel is 1 wide. All is said as JSON on stdout, in pitches. `tests/reference/metrics_peers.py` sets it
-//! beside what PoreSpy, localthickness, scikit-image and scipy say.
+//! Arrays come from `.npy` files of uint8; `a[i, j, k]` is the voxel (x, y, z) in any memory order, nonzero where solid; a
+//! voxel is 1 wide. All results are printed as JSON on stdout, in pitches. `tests/reference/metrics_peers.py` compares them
+//! with those of PoreSpy, localthickness, scikit-image and scipy.
 
 mod array;
 mod ball;
@@ -18,7 +18,7 @@ use serde_json::{Map, Value, json};
 use self::array::Array;
 use crate::BenchError;
 
-/// What can be left out.
+/// A selectable measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Measure {
     /// Components, Euler characteristics, open pores
@@ -38,7 +38,7 @@ pub enum Measure {
 }
 
 impl Measure {
-    /// All of them, in the order in which they are made.
+    /// All measures, in the order of execution.
     pub const ALL: [Measure; 7] = [
         Measure::Topology,
         Measure::Chords,
@@ -50,23 +50,23 @@ impl Measure {
     ];
 }
 
-/// What to measure.
+/// The settings of a run.
 pub struct Plan {
-    /// Arrays, as `.npy`.
+    /// Arrays, as `.npy` files.
     pub arrays: Vec<PathBuf>,
-    /// Balls of these radii in pitches, measured from their meshes.
+    /// Radii of balls in pitches, measured from their meshes.
     pub balls: Vec<u32>,
-    /// What of arrays.
+    /// Measures of arrays.
     pub measures: Vec<Measure>,
-    /// Times that each is done; what is said is the median.
+    /// Repetitions of each measure; the time is the median.
     pub rounds: usize,
-    /// Where to write values of all voxels.
+    /// The folder for values of all voxels.
     pub maps: Option<PathBuf>,
-    /// Threads; all there are by default.
+    /// Number of threads; all by default.
     pub threads: Option<usize>,
 }
 
-/// Measures all arrays, and balls.
+/// Measures all arrays and balls.
 pub fn run(plan: &Plan) -> Result<Value, BenchError> {
     let mut pool = rayon::ThreadPoolBuilder::new();
     if let Some(threads) = plan.threads {

@@ -1,4 +1,4 @@
-//! What is said of one phase of an array.
+//! Metrics of one phase of an array.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -21,10 +21,10 @@ use super::{Measure, Plan};
 use crate::BenchError;
 use crate::clock::median;
 
-/// The residual at which diffusion is settled.
+/// The residual at which diffusion has converged.
 const RESIDUAL: f64 = 1e-8;
 
-/// What is said, and in how many seconds, by what.
+/// The results, and the seconds of each.
 struct Said {
     rounds: usize,
     values: Map<String, Value>,
@@ -36,7 +36,7 @@ impl Said {
         self.values.insert(name.to_owned(), value);
     }
 
-    /// Does work as often as there are rounds, and says the median time.
+    /// Runs work once per round, and records the median time.
     fn timed<T>(&mut self, name: &str, work: impl Fn() -> T) -> T {
         let round = || {
             let start = Instant::now();
@@ -126,7 +126,7 @@ fn chords(said: &mut Said, array: &Array, phase: Phase) {
     said.add("chords", Value::Object(by_axis));
 }
 
-/// How many chords have each length, which of voxels is a whole number.
+/// Counts chords by length, which in voxels is a whole number.
 fn counts(lengths: Option<Distribution>) -> BTreeMap<u64, u64> {
     let Some(lengths) = lengths else { return BTreeMap::new() };
     let from = |length: f64| (lengths.share_from(length) * lengths.weight()).round() as u64;
@@ -162,7 +162,7 @@ fn access(
     Ok(())
 }
 
-/// Ways through along each axis; nothing where there is none.
+/// Records the result of `find` along each axis; null if there is no way through.
 fn through<T>(
     said: &mut Said,
     name: &str,
@@ -180,7 +180,7 @@ fn through<T>(
     Ok(())
 }
 
-/// Says what values nodes have, and writes those of all voxels, 0 elsewhere.
+/// Records the distribution of the values of nodes, and writes those of all voxels, 0 elsewhere.
 fn summarise(
     said: &mut Said,
     name: &str,

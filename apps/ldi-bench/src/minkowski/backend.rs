@@ -1,4 +1,4 @@
-//! What culls, crosses and settles: the CPU, or a GPU where one is asked for.
+//! The device that culls, samples and resolves gaps: the CPU, or a GPU on request.
 
 use ldi_ops::fixed::Crossing;
 use ldi_ops::grid::{Axis, Grid};
@@ -12,14 +12,14 @@ use ldi_ops::sampler::gpu::{GpuOptions, GpuSampler};
 
 use crate::BenchError;
 
-/// One of them.
+/// The backend.
 pub enum Backend {
     Cpu,
     #[cfg(feature = "gpu")]
     Gpu(Box<OnDevice>),
 }
 
-/// All that works on one device.
+/// All stages on one device.
 #[cfg(feature = "gpu")]
 pub struct OnDevice {
     sampler: GpuSampler,
@@ -28,7 +28,7 @@ pub struct OnDevice {
 }
 
 impl Backend {
-    /// The adapter of the given name, or the CPU where none is named.
+    /// Opens the adapter of the given name, or the CPU if there is no name.
     pub fn named(adapter: Option<&str>) -> Result<Backend, BenchError> {
         match adapter {
             None => Ok(Backend::Cpu),
@@ -48,7 +48,7 @@ impl Backend {
         Ok(Backend::Gpu(Box::new(OnDevice { sampler, culler, settler })))
     }
 
-    /// The adapter's name, if it is one.
+    /// Returns the adapter's name, if any.
     pub fn name(&self) -> Option<String> {
         match self {
             Backend::Cpu => None,
@@ -57,7 +57,7 @@ impl Backend {
         }
     }
 
-    /// The primitives of a sum.
+    /// Returns the primitives of a sum.
     pub fn cull(&self, a: &Polyhedron, b: &Polyhedron) -> Result<(Primitives, CullCounts), BenchError> {
         match self {
             Backend::Cpu => Ok(cull(a, b)),
@@ -66,7 +66,7 @@ impl Backend {
         }
     }
 
-    /// The spans of a bounded sum along an axis.
+    /// Returns the spans of a bounded sum along an axis.
     pub fn spans(
         &self,
         name: &str,
@@ -82,7 +82,7 @@ impl Backend {
         spans.map_err(|error| BenchError::model(name, error))
     }
 
-    /// The settled spans of a bounded sum.
+    /// Returns the spans of a bounded sum with resolved gaps.
     pub fn settle(
         &self,
         name: &str,

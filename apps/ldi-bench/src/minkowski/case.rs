@@ -1,4 +1,4 @@
-//! One sum by stages, in a process of its own, so that its peak memory is its own.
+//! One sum by stages, in its own process, so that its peak memory is known.
 
 use std::time::Instant;
 
@@ -17,26 +17,26 @@ use crate::BenchError;
 use crate::clock::median;
 use crate::machine;
 
-/// LOD-C, which an exact image has none of.
+/// LOD-C, which exact images do not use.
 const LOD: u32 = 1024;
 
-/// What is timed, in this order.
+/// The timed stages, in this order.
 pub const STAGES: [&str; 8] = ["quantise", "cull", "interior", "spans_x", "spans_y", "spans_z", "settle", "retrieve"];
 
-/// A sum with all that there is to tell of it.
+/// A sum with its statistics.
 struct Sum {
     seconds: [f64; STAGES.len()],
     rays: [u32; 3],
     pairs: CullCounts,
-    /// Primitives that are not certainly inside.
+    /// Number of primitives that are not certainly inside.
     sampled: usize,
     crossings: [u64; 3],
     settled: SettleCounts,
     images: [Ldi; 3],
 }
 
-/// Adds a pair `runs` times after a warm-up, and tells as JSON what it took: medians, and the process's peak memory. An adapter
-/// that is named culls, crosses and settles.
+/// Adds a pair `runs` times after a warm-up, and returns its costs as JSON: medians, and the process's peak memory. A named
+/// adapter culls, samples and resolves gaps.
 pub fn run(name: &str, resolution: u32, runs: usize, adapter: Option<&str>) -> Result<Value, BenchError> {
     let pair = Pair::named(name)?;
     let (a, b) = (pair.a.mesh()?, pair.b.mesh()?);
@@ -113,7 +113,7 @@ fn add(name: &str, a: &ClosedMesh, b: &ClosedMesh, resolution: u32, backend: &Ba
     Ok(Sum { seconds, rays, pairs, sampled, crossings, settled: settled.counts, images })
 }
 
-/// Seconds from one reading to the next.
+/// A clock of the seconds between laps.
 struct Clock {
     since: Instant,
     seconds: Vec<f64>,

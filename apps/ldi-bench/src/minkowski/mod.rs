@@ -1,8 +1,8 @@
 //! Minkowski sums by stages, on pairs like those of Table IV of Leung and Wang, beside manifold3d.
 //!
-//! Each sum is made in a process of its own. Its solids are made and checked before the clock starts; what is timed begins
-//! with their rounding to the lattice and ends with three exact images. manifold3d begins with arrays in memory and ends with a mesh;
-//! its sum is wrong where the second solid is not convex, and is timed all the same where it ends in time.
+//! Each sum runs in its own process. Its solids are built and checked before the clock starts; the timed part begins with their
+//! rounding to the lattice and ends with three exact images. manifold3d begins with arrays in memory and ends with a mesh; its
+//! sum is wrong if the second solid is not convex, and is still timed if it ends in time.
 
 mod backend;
 mod case;
@@ -23,33 +23,33 @@ use crate::models;
 use crate::process::{number_at, parse_json, said_by, write_json};
 use crate::table::{Table, count, number};
 
-/// What to run.
+/// The settings of a run.
 pub struct Plan {
-    /// Only these pairs; all where there is none.
+    /// Names of pairs; all pairs if empty.
     pub pairs: Vec<String>,
     /// Rays along the longest side of the sum.
     pub resolution: u32,
     /// Timed rounds of each sum.
     pub runs: usize,
-    /// The adapter that culls, crosses and settles; the CPU where none is named.
+    /// The adapter that culls, samples and resolves gaps; the CPU if `None`.
     pub adapter: Option<String>,
     /// A Python with manifold3d; without it ldi-ops runs alone.
     pub python: Option<PathBuf>,
-    /// The program that times it.
+    /// The program that times manifold3d.
     pub peers: PathBuf,
-    /// Seconds after which a peer is given up.
+    /// Seconds after which a peer is aborted.
     pub peer_timeout: u32,
 }
 
-/// A pair with what was measured.
+/// A pair with its measurements.
 struct Row {
     pair: &'static Pair,
     own: Value,
-    /// What manifold3d took, or why there is no figure.
+    /// The measurements of manifold3d, or the reason why there are none.
     peer: Value,
 }
 
-/// Runs everything and prints the tables.
+/// Runs the benchmark and prints the tables.
 pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     let chosen: Vec<&Pair> = match plan.pairs.is_empty() {
         true => PAIRS.iter().collect(),
@@ -83,7 +83,7 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     write_json(json, &json!({"resolution": plan.resolution, "runs": plan.runs, "machine": machine, "sums": results}))
 }
 
-/// Has another process of this program add a pair.
+/// Runs the sum of a pair in another process of this program.
 fn own(plan: &Plan, pair: &Pair) -> Result<Value, BenchError> {
     let program = std::env::current_exe().map_err(BenchError::io("finding this program"))?;
     let mut command = Command::new(&program);
@@ -93,7 +93,7 @@ fn own(plan: &Plan, pair: &Pair) -> Result<Value, BenchError> {
     parse_json(&program, &said_by(&mut command)?)
 }
 
-/// What manifold3d does with a pair: its entry among the results of the program that times it.
+/// Runs manifold3d on a pair; returns its entry among the results of the program that times it.
 fn peer(plan: &Plan, python: &Path, pair: &Pair, folder: &Path) -> Result<Value, BenchError> {
     pair.write(folder)?;
     let mut command = Command::new(python);

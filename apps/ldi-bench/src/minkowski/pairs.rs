@@ -7,45 +7,45 @@ use ldi_ops::mesh::{ClosedMesh, LengthUnit, io};
 use crate::BenchError;
 use crate::models;
 
-/// A solid of the library's by name and parameters.
+/// A solid of the library, by name and parameters.
 pub struct Operand {
     kind: &'static str,
     parameters: &'static [(&'static str, &'static str)],
 }
 
 impl Operand {
-    /// The checked mesh.
+    /// Returns the checked mesh.
     pub fn mesh(&self) -> Result<ClosedMesh, BenchError> {
         models::closed(self.kind, models::build(self.kind, self.parameters)?)
     }
 }
 
-/// What Leung and Wang published of a sum in their Table IV, on a GeForce GTX 580 at 512² rays (see
+/// The published figures of a sum in Table IV of Leung and Wang, on a GeForce GTX 580 at 512² rays (see
 /// [`SeedModel`](crate::models::SeedModel)).
 pub struct Published {
-    /// Primitives that were sampled.
+    /// Number of sampled primitives.
     pub primitives: u64,
-    /// Seconds that sampling the flooded volume took: neither culling nor flooding is in it.
+    /// Seconds of sampling the flooded volume, without culling and flooding.
     pub retrieval: f64,
-    /// Samples of the result, where they say.
+    /// Number of samples of the result, if stated.
     pub samples: Option<u64>,
 }
 
 /// Two solids to be added.
 pub struct Pair {
-    /// The name by which it is asked for, and of its files.
+    /// The name on the command line and of its files.
     pub name: &'static str,
-    /// What it is, in tables.
+    /// Its description in tables.
     pub title: &'static str,
     /// The first operand.
     pub a: Operand,
     /// The second.
     pub b: Operand,
-    /// What was published of such a pair.
+    /// The published figures of such a pair.
     pub published: Option<Published>,
 }
 
-/// Pairs like those of Table IV, and two that manifold3d ends with in reasonable time.
+/// Pairs like those of Table IV, and two that manifold3d finishes in reasonable time.
 pub const PAIRS: [Pair; 5] = [
     Pair {
         name: "organic-ball",
@@ -94,7 +94,7 @@ pub const PAIRS: [Pair; 5] = [
 const BALL: Operand = Operand { kind: "geodesic", parameters: &[("radius", "2"), ("frequency", "5")] };
 
 impl Pair {
-    /// The pair of a name.
+    /// Returns the pair of a name.
     pub fn named(name: &str) -> Result<&'static Pair, BenchError> {
         let known = || PAIRS.iter().map(|pair| pair.name).collect::<Vec<_>>().join(", ");
         let found = PAIRS.iter().find(|pair| pair.name == name);

@@ -1,4 +1,4 @@
-//! `render`, resolved.
+//! Resolution of `render`.
 
 use ldi_ops::Error;
 use ldi_ops::boolean::{BooleanOperation, Expression};
@@ -63,7 +63,7 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
     Ok(invocation(Job::Render(Command { job, inputs, target: None, report }), &common))
 }
 
-/// What is seen of the inputs; what they have in common, if nothing is typed.
+/// Returns the expression to render; the intersection of the inputs if none is typed.
 fn expression(names: &[String], typed: Option<&str>) -> Result<Expression, Error> {
     if names.len() > INPUTS_MAX {
         return Err(Error::input(format!("{} solids; a picture holds {INPUTS_MAX}", names.len())));

@@ -1,4 +1,4 @@
-//! `report`, resolved.
+//! Resolution of `report`.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use super::{Invocation, Job, backend, fill, invocation, report, spacing};
 use crate::args::{BuildChoice, EdgesChoice, JudgingArguments, RasterArguments, RegionArguments, ReportArguments};
 use crate::output;
 
-/// Rays along the longest side where nothing else is asked for.
+/// Rays along the longest side by default.
 const DEFAULT_RESOLUTION: u32 = 256;
 
 pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Error> {
@@ -88,7 +88,7 @@ fn direction(choice: BuildChoice) -> DVec3 {
     }
 }
 
-/// A folder that is there, or whose parent is.
+/// Checks that a folder or its parent exists.
 fn usable(folder: &Path) -> Result<(), Error> {
     if folder.exists() && !folder.is_dir() {
         return Err(Error::input(format!("-o {}: is a file, and a report takes a folder", folder.display())));
@@ -124,7 +124,7 @@ fn roi(text: &Path, placement: Option<Placement>) -> Result<Roi, Error> {
     }
 }
 
-/// The command as it was typed, but for where the program lies.
+/// Returns the command line as typed, with `ldi-ops` in place of the program's path.
 fn command_line() -> String {
     let arguments = std::env::args().skip(1);
     let quoted = arguments.map(|word| if word.contains(char::is_whitespace) { format!("'{word}'") } else { word });

@@ -1,4 +1,4 @@
-//! `minkowski`, `offset`, `open` and `close`, resolved.
+//! Resolution of `minkowski`, `offset`, `open` and `close`.
 
 use ldi_ops::Error;
 use ldi_ops::driver::job::{Input, Keep, Operand, SumJob, SumOperation};

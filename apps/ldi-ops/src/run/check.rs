@@ -1,4 +1,4 @@
-//! `check`: is each mesh a solid? All defects.
+//! `check`: reports whether each mesh is a solid, with all defects.
 
 use std::path::{Path, PathBuf};
 
@@ -15,17 +15,17 @@ use ldi_ops::Warning;
 use ldi_ops::driver::input;
 use ldi_ops::driver::size;
 
-/// What was found out about one mesh.
+/// The result for one mesh.
 pub struct Checked {
     pub path: PathBuf,
     pub sha256: Option<String>,
     pub unit: Option<LengthUnit>,
     pub report: MeshReport,
-    /// What the reader had to say.
+    /// The warnings of the reader.
     pub warnings: Vec<Warning>,
 }
 
-/// Checks all meshes, one after another; a file that cannot be read does not keep the others from being checked.
+/// Checks all meshes, one after another; an unreadable file does not stop the others.
 pub fn run(job: &CheckJob, progress: &Progress) -> Result<Finished, Error> {
     let monitor = progress.monitor();
     monitor.expect(job.meshes.len())?;

@@ -1,4 +1,4 @@
-//! `convert`: from one mesh format to another.
+//! `convert`: converts between mesh formats.
 
 use std::path::PathBuf;
 
@@ -16,20 +16,20 @@ use ldi_ops::driver::input;
 use ldi_ops::driver::{size, surface};
 use ldi_ops::unit;
 
-/// What was written.
+/// The result of a conversion.
 pub struct Converted {
     pub from: PathBuf,
     pub sha256: Option<String>,
     pub to: PathBuf,
     pub triangles: usize,
-    /// What was subtracted from the coordinates.
+    /// The offset subtracted from the coordinates.
     pub recentred: Option<DVec3>,
     /// The unit of the numbers in the written file.
     pub unit: Option<LengthUnit>,
     pub warnings: Vec<Warning>,
 }
 
-/// Converts a mesh as it is, solid or not. Coordinates stay as they are, but for GLB, which has no unit but the metre.
+/// Converts a mesh as it is, solid or not. Coordinates are unchanged, except for GLB, whose only unit is the metre.
 pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Error> {
     let monitor = progress.monitor();
     monitor.stage("reading")?;
@@ -39,7 +39,7 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Error> {
         let map = placement.map(read.file.unit.or(job.unit));
         mesh.transform(&map.map_err(|error| Error::input(format!("{}: {error}", job.from.path.display())))?);
     }
-    // An STL file is a soup, and readers of other formats go by indices.
+    // STL has no shared vertices, while readers of other formats rely on indices.
     if Format::from_path(&job.from.path) == Ok(Format::Stl) {
         mesh.weld();
     }
@@ -69,7 +69,7 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Error> {
     Ok(Finished { outcome: Outcome::Converted(converted), report: job.report.clone(), exit: Exit::Done })
 }
 
-/// Says that a format has no place for the unit that a file stated.
+/// Warns that a format cannot store the unit that a file stated.
 fn unit_not_kept(job: &ConvertJob, stated: Option<LengthUnit>) -> Option<Warning> {
     let has_none = |format| matches!(format, Format::Stl | Format::Obj | Format::Ply | Format::Off);
     let format = Format::from_path(&job.to).ok().filter(|format| has_none(*format))?;

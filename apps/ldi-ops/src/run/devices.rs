@@ -1,4 +1,4 @@
-//! `devices`: where sampling can run.
+//! `devices`: lists the devices that can sample.
 
 use ldi_ops::gpu::DeviceError;
 
@@ -11,16 +11,16 @@ use crate::exit::Exit;
 use crate::resolve::DevicesJob;
 use ldi_ops::Error;
 
-/// What there is to run on.
+/// The available devices.
 pub struct Devices {
-    /// The processor's name, where the system tells it.
+    /// The processor's name, if the system reports it.
     pub cpu: Option<String>,
     pub threads: usize,
-    /// Whether this build can use a GPU.
+    /// True if this build can use a GPU.
     pub gpu_built: bool,
-    /// The likeliest choice first.
+    /// The GPUs, the likeliest choice first.
     pub gpus: Vec<GpuDevice>,
-    /// Why there is no GPU to list.
+    /// The reason why no GPU is listed.
     pub no_gpu: Option<String>,
     pub auto: AutoChoice,
 }
@@ -32,19 +32,19 @@ pub struct GpuDevice {
     pub api: &'static str,
     pub driver: String,
     pub largest_buffer: u64,
-    /// What a shader may see of a buffer at once.
+    /// Largest part of a buffer that a shader can access at once.
     pub largest_binding: u64,
-    /// Buffers that a shader may see at once.
+    /// Number of buffers that a shader can access at once.
     pub bindings: u32,
-    /// Invocations of a workgroup.
+    /// Most invocations of a workgroup.
     pub workgroup: u32,
     pub workgroup_memory: u32,
-    /// Whether shaders have 64-bit integers of their own.
+    /// True if shaders have native 64-bit integers.
     pub int64: bool,
     pub timestamps: bool,
 }
 
-/// What `--backend auto` takes for large work, and why. Small work stays on the CPU.
+/// The choice of `--backend auto` for large work, and its reason. Small work stays on the CPU.
 pub struct AutoChoice {
     pub backend: &'static str,
     pub reason: String,

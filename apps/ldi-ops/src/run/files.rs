@@ -1,4 +1,4 @@
-//! Keeps the files of a job apart: no output overwrites an input or another output.
+//! A check that no output overwrites an input or another output.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use ldi_ops::driver::job::Input;
 use ldi_ops::report::Roi;
 use ldi_ops::report::files;
 
-/// Refuses a job whose outputs would overwrite an input, a file that an input refers to, or one another.
+/// Rejects a job whose outputs would overwrite an input, a file that an input refers to, or one another.
 pub fn keep_apart(job: &Job) -> Result<(), Error> {
     let mut outputs: HashMap<Identity, String> = HashMap::new();
     let mut is_replaced = false;
@@ -28,7 +28,7 @@ pub fn keep_apart(job: &Job) -> Result<(), Error> {
     };
     for input in files_read(job) {
         refuse(input, format!("the input {}", input.display()))?;
-        // Only outputs that are there already can be files that an input refers to; to look costs reading the input.
+        // Only existing outputs can be files that an input refers to; finding these requires reading the input.
         let side_files = if is_replaced { io::side_files(input) } else { Vec::new() };
         for file in side_files {
             refuse(&file, format!("{}, which {} refers to,", file.display(), input.display()))?;
@@ -37,7 +37,7 @@ pub fn keep_apart(job: &Job) -> Result<(), Error> {
     Ok(())
 }
 
-/// The files that the command line names to be read.
+/// Returns the input files named on the command line.
 fn files_read(job: &Job) -> Vec<&Path> {
     match job {
         Job::Measure(job) => paths(&job.inputs),
@@ -62,7 +62,7 @@ fn paths(inputs: &[Input]) -> Vec<&Path> {
     inputs.iter().map(|input| input.path.as_path()).collect()
 }
 
-/// The files that are to be written, each with what names it.
+/// Returns the files to be written, each with a description.
 fn files_written(job: &Job) -> Vec<(String, PathBuf)> {
     let (output, report) = match job {
         Job::Measure(job) => (job.target.as_ref().map(|target| &target.path), &job.report),

@@ -1,4 +1,4 @@
-//! `surface`: from images in a file back to a mesh.
+//! `surface`: converts images in a file back to a mesh.
 
 use std::io::{self, BufReader};
 use std::path::PathBuf;
@@ -18,23 +18,23 @@ use super::{Finished, Outcome, say_warnings, surface_exit};
 use crate::progress::Progress;
 use crate::resolve::SurfaceJob;
 
-/// What was made of a file of images.
+/// The result of converting a file of images.
 pub struct Surfaced {
     pub from: PathBuf,
     pub grid: Grid,
-    /// Samples of all images together.
+    /// Number of samples of all images together.
     pub samples: usize,
     pub unit: Option<LengthUnit>,
     pub output: Option<PathBuf>,
-    /// Nothing where voxels or images were written.
+    /// `None` if voxels or images were written.
     pub surface: Option<SurfaceReport>,
-    /// Reading, and all.
+    /// Seconds of reading, and in total.
     pub seconds: [f64; 2],
     pub peak_memory: Option<u64>,
     pub warnings: Vec<Warning>,
 }
 
-/// Reads images and writes what was asked for.
+/// Reads images and writes the requested file.
 pub fn run(job: &SurfaceJob, start: Instant, progress: &Progress) -> Result<Finished, Error> {
     let monitor = progress.monitor();
     monitor.stage("reading")?;

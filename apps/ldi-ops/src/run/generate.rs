@@ -1,4 +1,4 @@
-//! `generate`: model solids.
+//! `generate`: builds model solids.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use ldi_ops::Error;
 use ldi_ops::Warning;
 use ldi_ops::driver::{input, surface};
 
-/// What was written.
+/// The result of writing a model.
 pub struct Generated {
     pub kind: String,
     pub to: PathBuf,

@@ -1,4 +1,4 @@
-//! `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`.
+//! The commands `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`.
 
 use std::slice;
 use std::time::Instant;
@@ -13,7 +13,7 @@ use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::resolve::Command;
 
-/// Runs a command; `start` is when the process began.
+/// Runs a command; `start` is the start of the process.
 pub fn run(command: &Command<MeasureJob>, start: Instant, progress: &Progress) -> Result<Finished, Error> {
     let Command { job, inputs, target, report } = command;
     let monitor = progress.monitor();

@@ -1,4 +1,4 @@
-//! Commands, one module a kind: each calls the library and says what came of it.
+//! Commands, one module per kind: each calls the library and reports the result.
 
 mod check;
 mod convert;
@@ -31,10 +31,10 @@ pub use devices::{Devices, GpuDevice};
 pub use from_images::Surfaced;
 pub use generate::Generated;
 
-/// A job that ran to its end.
+/// A finished job.
 pub struct Finished {
     pub outcome: Outcome,
-    /// Where the result was asked to go.
+    /// The requested destination of the result.
     pub report: Report,
     pub exit: Exit,
 }
@@ -52,7 +52,7 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// Why inputs gave no result while others did.
+    /// Returns the errors of inputs that failed while others gave results.
     pub fn failures(&self) -> Vec<&Error> {
         fn of<T>(results: &[Each<T>]) -> Vec<&Error> {
             results.iter().filter_map(|result| Some(&result.as_ref().err()?.failure)).collect()
@@ -65,13 +65,13 @@ impl Outcome {
     }
 }
 
-/// What one of several independent inputs gave.
+/// The result of one of several independent inputs.
 pub type Each<T> = Result<T, Refused>;
 
 /// An input that gave no result.
 pub struct Refused {
     pub path: PathBuf,
-    /// Its message names the path.
+    /// The error; its message names the path.
     pub failure: Error,
 }
 
@@ -87,16 +87,16 @@ impl Refused {
     }
 }
 
-/// The worst of the exits of several inputs; `of` is that of a result.
+/// Returns the worst exit of several inputs; `of` gives that of a result.
 fn worst<T>(results: &[Each<T>], of: impl Fn(&T) -> Exit) -> Exit {
     let each = results.iter().map(|result| result.as_ref().map_or_else(|refused| Exit::from(&refused.failure), &of));
     each.max().unwrap_or(Exit::Done)
 }
 
-/// Runs a job; `start` is when the process began.
+/// Runs a job; `start` is the start of the process.
 pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Error> {
     files::keep_apart(&invocation.job)?;
-    // Zero stands for one thread for each processor.
+    // Zero means one thread per processor.
     let threads = invocation.threads.map_or(0, NonZeroUsize::get);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
     pool.map_err(|error| Error::machine(format!("no threads could be started ({error}); try fewer --threads")))?;
@@ -114,14 +114,14 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Error> {
     }
 }
 
-/// Says all warnings on stderr.
+/// Prints all warnings to stderr.
 fn say_warnings(warnings: &[Warning], progress: &Progress) {
     for warning in warnings {
         progress.warn(&warning.message);
     }
 }
 
-/// Returns whether a job ends as done: where a mesh was asked for, it was written.
+/// Returns the exit of a job; a check is false if a mesh was requested but not written.
 fn surface_exit(report: Option<&SurfaceReport>) -> Exit {
     match report {
         Some(SurfaceReport { path: None, .. }) => Exit::CheckFalse,

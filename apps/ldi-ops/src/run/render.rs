@@ -1,4 +1,4 @@
-//! `render`.
+//! The command `render`.
 
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::resolve::Command;
 
-/// Runs a command; `start` is when the process began.
+/// Runs a command; `start` is the start of the process.
 pub fn run(command: &Command<RenderJob>, start: Instant, progress: &Progress) -> Result<Finished, Error> {
     let Command { job, inputs, report, .. } = command;
     let rendered = render(job, inputs, start, &progress.monitor())?;

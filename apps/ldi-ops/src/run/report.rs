@@ -1,4 +1,4 @@
-//! `report`.
+//! The command `report`.
 
 use ldi_ops::report::ReportJob;
 use ldi_ops::report::files::report_files;

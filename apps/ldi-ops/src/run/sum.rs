@@ -1,4 +1,4 @@
-//! `minkowski`, `offset`, `open` and `close`.
+//! The commands `minkowski`, `offset`, `open` and `close`.
 
 use std::time::Instant;
 
@@ -10,7 +10,7 @@ use super::{Finished, Outcome, say_warnings, surface_exit};
 use crate::progress::Progress;
 use crate::resolve::Command;
 
-/// Runs a command; `start` is when the process began.
+/// Runs a command; `start` is the start of the process.
 pub fn run(command: &Command<SumJob>, start: Instant, progress: &Progress) -> Result<Finished, Error> {
     let Command { job, inputs, target, report } = command;
     let measured = sum_files(job, inputs, target.as_ref(), start, &progress.monitor())?;

@@ -1,4 +1,4 @@
-//! How metrics change as something is varied that should not matter.
+//! The plot of a convergence study: differences of metrics over the pitch or the size of the region.
 
 use super::svg::Anchor;
 use super::{AxisOf, Frame};
@@ -6,14 +6,14 @@ use crate::report::page::words;
 use crate::report::quantity::Unit;
 use crate::report::sheet::{Convergence, ConvergenceSeries, Varied};
 
-/// The room that the number of a curve takes.
+/// The space for the number of a curve.
 const NUMBER: f64 = 14.0;
 
-/// So many classes of series are told apart.
+/// Number of classes of series in the style sheet.
 pub const SERIES: usize = 6;
 
-/// Differences from the last value in percent, over the pitch or the size of the region; nothing where fewer than two
-/// values of a metric are known.
+/// Draws differences from the last value in percent, over the pitch or the size of the region; `None` if no metric has two
+/// known values.
 pub fn convergence(study: &Convergence, length: &Unit) -> Option<String> {
     let curves: Vec<(usize, Vec<[f64; 2]>)> = study
         .series
@@ -34,7 +34,7 @@ pub fn convergence(study: &Convergence, length: &Unit) -> Option<String> {
     let scale = scale(study.over);
     let reach = |sign: f64| {
         let furthest = curves.iter().flat_map(|(_, curve)| curve).map(|[_, change]| sign * change).fold(0.0, f64::max);
-        // A line of nothing but zeros still needs a frame; room is left for the numbers of the curves.
+        // All-zero curves still need a frame; the margin leaves space for the numbers of the curves.
         if largest > 0.0 { sign * (furthest + 0.15 * largest) } else { sign }
     };
     let mut frame = Frame::new(
@@ -59,9 +59,9 @@ pub fn convergence(study: &Convergence, length: &Unit) -> Option<String> {
             );
             frame.svg.circle(&format!("dot s{class}"), *place, 3.5, Some(&says));
         }
-        // Colour is not the only thing that tells them apart.
+        // Numbers identify the curves without colour.
         if let Some(&[x, y]) = places.first() {
-            // A number that would lie on another one moves aside.
+            // A number that would overlap another one moves left.
             let near = |x: f64, other: &[f64; 2]| (other[0] - x).abs() < NUMBER && (other[1] - y).abs() < NUMBER;
             let mut x = x;
             while numbers.iter().any(|other| near(x, other)) {
@@ -79,7 +79,7 @@ pub fn convergence(study: &Convergence, length: &Unit) -> Option<String> {
     )
 }
 
-/// What places on the axis are multiplied by.
+/// Returns the factor of values on the horizontal axis.
 fn scale(over: Varied) -> f64 {
     match over {
         Varied::Pitch => 1.0,
@@ -87,7 +87,7 @@ fn scale(over: Varied) -> f64 {
     }
 }
 
-/// Where a metric was found, and by how many percent it differs there from its last value.
+/// Returns the varied quantity, and the difference of the metric from its last value in percent, for each known value.
 fn changes(study: &Convergence, series: &ConvergenceSeries) -> Vec<[f64; 2]> {
     let Some(last) = series.values.last().copied().flatten().filter(|last| last.is_finite() && *last != 0.0) else {
         return Vec::new();
@@ -96,7 +96,7 @@ fn changes(study: &Convergence, series: &ConvergenceSeries) -> Vec<[f64; 2]> {
     known.filter(|[_, value]| value.is_finite()).map(|[at, value]| [at, 100.0 * (value - last) / last.abs()]).collect()
 }
 
-/// By how many percent the last value differs from the one before.
+/// Returns the difference of the last value from the one before, in percent.
 pub fn last_change(study: &Convergence, series: &ConvergenceSeries) -> Option<f64> {
     match changes(study, series).as_slice() {
         [.., [_, before], _] => Some(-before),

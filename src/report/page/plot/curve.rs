@@ -1,4 +1,4 @@
-//! What a ball reaches from outside, by its diameter.
+//! The access curve: the share of the pores that a ball reaches from outside, by its diameter.
 
 use super::{AxisOf, Frame, Mark};
 use crate::report::page::words;
@@ -7,7 +7,7 @@ use crate::report::sheet::AccessCurve;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// The curve of one solid, with the largest balls that pass along the axes.
+/// Draws the curve of one solid, with the largest balls that pass along the axes.
 pub fn access(curve: &AccessCurve, length: &Unit) -> String {
     let mut frame = frame(&[curve], length, marks(curve, length));
     let points: Vec<_> = curve.points.iter().map(|&[d, share]| frame.at([d, 100.0 * share])).collect();
@@ -24,7 +24,7 @@ pub fn access(curve: &AccessCurve, length: &Unit) -> String {
     frame.finish(&finding(curve, length))
 }
 
-/// The curves of two solids.
+/// Draws the curves of two solids.
 pub fn accesses(curves: [&AccessCurve; 2], length: &Unit) -> String {
     let mut frame = frame(&curves, length, Vec::new());
     for (curve, class) in curves.into_iter().zip(["series a", "series b"]) {
@@ -34,7 +34,7 @@ pub fn accesses(curves: [&AccessCurve; 2], length: &Unit) -> String {
     frame.finish(&format!("A: {} B: {}", finding(curves[0], length), finding(curves[1], length)))
 }
 
-/// What the curve comes to, in a sentence.
+/// Summarises the curve in a sentence.
 pub fn finding(curve: &AccessCurve, length: &Unit) -> String {
     let open = curve.points.first().map_or(0.0, |&[_, share]| share);
     let half = curve.points.iter().take_while(|&&[_, share]| share >= 0.5).last();
@@ -67,7 +67,7 @@ fn frame(curves: &[&AccessCurve], length: &Unit, marks: Vec<Mark>) -> Frame {
     )
 }
 
-/// One mark for axes that agree to what is printed.
+/// Returns the percolation marks; axes whose printed values agree share one.
 fn marks(curve: &AccessCurve, length: &Unit) -> Vec<Mark> {
     let mut marks: Vec<(String, String, f64)> = Vec::new();
     for (axis, d) in AXES.into_iter().zip(curve.percolation) {

@@ -9,7 +9,7 @@ use crate::report::sheet::Anisotropy;
 const AXES: [&str; 3] = ["x", "y", "z"];
 const NAMES: [&str; 3] = ["a", "b", "c"];
 
-/// The half axes as bars from nought.
+/// Draws the half axes as bars from 0.
 pub fn bars(anisotropy: &Anisotropy, length: &Unit) -> String {
     const ROW: f64 = 34.0;
     let mut svg = Svg::new(WIDTH, 3.0 * ROW + 8.0);
@@ -17,7 +17,7 @@ pub fn bars(anisotropy: &Anisotropy, length: &Unit) -> String {
     let room = WIDTH - 30.0 - 110.0;
     for (i, (&value, name)) in anisotropy.lengths.iter().zip(NAMES).enumerate() {
         let top = ROW * i as f64 + 8.0;
-        // An axis without end fills the room.
+        // An infinite axis fills the width.
         let share = if value.is_finite() && longest > 0.0 { value / longest } else { 1.0 };
         svg.text("mark-label", Anchor::Start, [6.0, top + 16.0], name);
         svg.rect("bar solid", [30.0, top], [room * share, ROW - 12.0], Some(&words::with_unit(value, length)));
@@ -26,7 +26,7 @@ pub fn bars(anisotropy: &Anisotropy, length: &Unit) -> String {
     svg.finish(&finding(anisotropy, length))
 }
 
-/// The three outlines, or nothing where an axis has no end.
+/// Draws the three outlines; `None` if an axis is infinite.
 pub fn outlines(anisotropy: &Anisotropy) -> Option<String> {
     const SIDE: f64 = WIDTH / 3.0;
     if !anisotropy.lengths.iter().all(|length| length.is_finite() && *length > 0.0) {
@@ -55,8 +55,8 @@ pub fn outlines(anisotropy: &Anisotropy) -> Option<String> {
     Some(svg.finish("The ellipsoid of mean intercept lengths seen along z, y and x, each against a circle as large as its longest half axis."))
 }
 
-/// The half axes of the shadow of the ellipsoid on a plane of two axes, and the angle from the first axis to the longer one.
-/// With Q = Σ l² d dᵀ the shadow is {y : yᵀ Q₂⁻¹ y ≤ 1} with the block Q₂ of the two axes.
+/// Returns the half axes of the projection of the ellipsoid onto a plane of two axes, and the angle from the first axis to the
+/// longer one. With Q = Σ l² d dᵀ the projection is {y : yᵀ Q₂⁻¹ y ≤ 1} with the block Q₂ of the two axes.
 fn projected(anisotropy: &Anisotropy, across: usize, up: usize) -> ([f64; 2], f64) {
     let sum = |i: usize, j: usize| -> f64 {
         anisotropy.lengths.iter().zip(&anisotropy.directions).map(|(length, d)| length * length * d[i] * d[j]).sum()
@@ -67,7 +67,7 @@ fn projected(anisotropy: &Anisotropy, across: usize, up: usize) -> ([f64; 2], f6
     (half_axes, 0.5 * (2.0 * q).atan2(p - r))
 }
 
-/// What it comes to, in a sentence.
+/// Summarises the ellipsoid in a sentence.
 pub fn finding(anisotropy: &Anisotropy, length: &Unit) -> String {
     let [a, b, c] = anisotropy.lengths.map(|value| words::with_unit(value, length));
     let degree = words::significant(anisotropy.degree, 3);

@@ -1,10 +1,10 @@
-//! Distributions as histograms, one alone or two over one another.
+//! Histograms of distributions, one alone or two overlaid.
 
 use super::{AxisOf, Frame, Mark};
 use crate::report::page::words;
 use crate::report::sheet::HistogramPlot;
 
-/// Bars of one distribution, with its mean and percentiles.
+/// Draws one distribution as bars, with its mean and percentiles.
 pub fn histogram(plot: &HistogramPlot) -> String {
     let marks = marks(plot);
     let largest = plot.shares.iter().copied().fold(0.0, f64::max);
@@ -25,7 +25,7 @@ pub fn histogram(plot: &HistogramPlot) -> String {
     frame.finish(&finding(plot))
 }
 
-/// Two distributions as outlines, in shares per unit, so that bins of different widths compare.
+/// Draws two distributions as outlines, in shares per unit, so that bins of different widths compare.
 pub fn histograms(plots: [&HistogramPlot; 2]) -> String {
     let ranges = plots.map(|plot| plot.range);
     let range = [ranges[0][0].min(ranges[1][0]), ranges[0][1].max(ranges[1][1])];
@@ -56,7 +56,7 @@ pub fn histograms(plots: [&HistogramPlot; 2]) -> String {
     frame.finish(&format!("A: {} B: {}", finding(plots[0]), finding(plots[1])))
 }
 
-/// What a distribution comes to, in a sentence.
+/// Summarises a distribution in a sentence.
 pub fn finding(plot: &HistogramPlot) -> String {
     let HistogramPlot { title, unit, mean, deviation, .. } = plot;
     let mut text = format!("{title}: mean {}", words::with_unit(*mean, unit));

@@ -1,5 +1,5 @@
-//! Plots: a frame with two axes, and what is drawn into it. Small on purpose: plotters writes its colours into the SVG as
-//! attributes, so that its drawings can follow neither a dark page nor paper, and knows no labels that keep apart.
+//! Plots: a frame with two axes, and the content drawn into it. Not built on plotters, which writes colours into the SVG as
+//! attributes, so that a drawing cannot adapt to a dark page or to paper, and does not keep labels apart.
 
 pub mod convergence;
 pub mod curve;
@@ -12,30 +12,30 @@ pub mod svg;
 use scale::{Scale, Ticks};
 use svg::{Anchor, Svg};
 
-/// As wide as a phone, so that type keeps its size there.
+/// The width of a phone, so that type keeps its size there.
 pub const WIDTH: f64 = 400.0;
 const HEIGHT: f64 = 216.0;
 const LEFT: f64 = 52.0;
 const RIGHT: f64 = 12.0;
 const BOTTOM: f64 = 40.0;
 const TOP: f64 = 10.0;
-/// A line of labels of marks.
+/// The height of a line of mark labels.
 const LABEL_LINE: f64 = 15.0;
 
-/// What an axis shows.
+/// The title and the range of an axis.
 pub struct AxisOf<'t> {
     pub title: &'t str,
     pub range: [f64; 2],
 }
 
-/// A value on the horizontal axis that is pointed out.
+/// A highlighted value on the horizontal axis.
 pub struct Mark {
     pub at: f64,
     pub label: String,
     pub class: &'static str,
 }
 
-/// A frame to draw into. Marks and hints come on top of what is drawn, whenever they are made.
+/// A frame to draw into. Marks and hints lie on top of the drawing, regardless of the order of calls.
 pub struct Frame {
     pub svg: Svg,
     pub x: Scale,
@@ -44,7 +44,7 @@ pub struct Frame {
     hints: Vec<([f64; 2], String)>,
 }
 
-/// A mark, the top of its line and the place of its label.
+/// A mark, the top of its line and the position of its label.
 struct PlacedMark {
     class: &'static str,
     x: f64,
@@ -73,17 +73,17 @@ impl Frame {
         Frame { svg, x: x_scale, y: y_scale, marks: placed.collect(), hints: Vec::new() }
     }
 
-    /// The place of a point.
+    /// Returns the position of a point.
     pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [self.x.at(x), self.y.within(y)]
     }
 
-    /// A stripe of the frame that says something where a pointer rests on it.
+    /// Adds a stripe of the frame with a tooltip.
     pub fn hint(&mut self, ends: [f64; 2], says: String) {
         self.hints.push((ends.map(|end| self.x.within(end)), says));
     }
 
-    /// The element; `says` is what those hear who cannot see it.
+    /// Returns the SVG element; `says` is its text for screen readers.
     pub fn finish(self, says: &str) -> String {
         let Frame { mut svg, y, marks, hints, .. } = self;
         let [bottom, top] = y.places();
@@ -100,7 +100,7 @@ impl Frame {
     }
 }
 
-/// Grid lines, axes and what is written along them.
+/// Draws grid lines, axes, ticks and tick labels.
 fn rules(svg: &mut Svg, x: &Scale, y: &Scale) {
     let ([left, right], [bottom, _]) = (x.places(), y.places());
     let ticks: Ticks = y.ticks(4);
@@ -110,7 +110,7 @@ fn rules(svg: &mut Svg, x: &Scale, y: &Scale) {
         svg.text("tick", Anchor::End, [left - 6.0, at + 4.0], &label);
     }
     let ticks = x.ticks(6);
-    // Wide labels take every other tick.
+    // Wide labels skip ticks.
     let labels = ticks.labels();
     let room = (right - left) / labels.len().max(1) as f64;
     let widest = labels.iter().map(|label| width_of(label)).fold(0.0, f64::max);
@@ -130,10 +130,10 @@ fn place_of_label(at: f64, label: &str) -> f64 {
     at.clamp(LEFT + half - 8.0, (WIDTH - half).max(LEFT + half - 8.0))
 }
 
-/// How far labels stay apart.
+/// Least distance of labels.
 const APART: f64 = 8.0;
 
-/// The width of a label, on the safe side: that in DejaVu Sans, the widest of the typefaces that the style sheet names.
+/// Returns an upper bound of a label's width: that in DejaVu Sans, the widest of the typefaces in the style sheet.
 fn width_of(label: &str) -> f64 {
     const SIZE: f64 = 12.0;
     let width = |letter: char| match letter {
@@ -144,7 +144,7 @@ fn width_of(label: &str) -> f64 {
     SIZE * label.chars().map(width).sum::<f64>()
 }
 
-/// The line that the label of each mark is on, 0 next to the frame, such that none touch; and how many lines there are.
+/// Returns the line of each mark's label, 0 next to the frame, such that labels do not touch; and the number of lines.
 fn lines_of_labels(x: &Scale, marks: &[Mark]) -> (Vec<usize>, usize) {
     let mut order: Vec<usize> = (0..marks.len()).collect();
     order.sort_by(|&a, &b| marks[a].at.total_cmp(&marks[b].at));

@@ -1,11 +1,11 @@
-//! Porosity, slice by slice.
+//! Plots of porosity profiles, slice by slice.
 
 use super::{AxisOf, Frame};
 use crate::report::page::words;
 use crate::report::quantity::{Quantity, Unit};
 use crate::report::sheet::Profile;
 
-/// The profile along one axis, in a frame that has room for all of `profiles`.
+/// Draws the profile along one axis, in a frame that fits all of `profiles`.
 pub fn profile(profile: &Profile, profiles: &[Profile], length: &Unit) -> String {
     let mut frame = frame(&[profile], range(profiles), length);
     draw(&mut frame, profile, "series pore");
@@ -23,7 +23,7 @@ pub fn profile(profile: &Profile, profiles: &[Profile], length: &Unit) -> String
     frame.finish(&finding(profile))
 }
 
-/// The profiles of two solids along the same axis.
+/// Draws the profiles of two solids along the same axis.
 pub fn profiles(profiles: [&Profile; 2], length: &Unit) -> String {
     let mut frame = frame(&profiles, range(profiles), length);
     for (profile, class) in profiles.into_iter().zip(["series a", "series b"]) {
@@ -32,7 +32,7 @@ pub fn profiles(profiles: [&Profile; 2], length: &Unit) -> String {
     frame.finish(&format!("A: {} B: {}", finding(profiles[0]), finding(profiles[1])))
 }
 
-/// What a profile comes to, in a sentence.
+/// Summarises a profile in a sentence.
 pub fn finding(profile: &Profile) -> String {
     let axis = profile.axis;
     let known = || profile.porosity.iter().copied().filter(|value| value.is_finite());
@@ -48,13 +48,13 @@ fn share() -> Unit {
     Quantity::Share.of(None)
 }
 
-/// The mean of the slices that have one.
+/// Returns the mean over slices with a value.
 fn mean(profile: &Profile) -> Option<f64> {
     let known: Vec<f64> = profile.porosity.iter().copied().filter(|value| value.is_finite()).collect();
     (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
 }
 
-/// The tenths between which the porosities of profiles lie, in percent.
+/// Returns the range of porosities of profiles, rounded outwards to tenths, in percent.
 fn range<'p>(profiles: impl IntoIterator<Item = &'p Profile>) -> [f64; 2] {
     let known = profiles.into_iter().flat_map(|profile| &profile.porosity).copied().filter(|value| value.is_finite());
     let [low, high] = known.fold([1.0, 0.0], |[low, high]: [f64; 2], value| [low.min(value), high.max(value)]);
@@ -76,7 +76,7 @@ fn frame(profiles: &[&Profile], range_of_porosity: [f64; 2], length: &Unit) -> F
     )
 }
 
-/// The line is broken where a slice has no value.
+/// Draws a profile; the line is broken where a slice has no value.
 fn draw(frame: &mut Frame, profile: &Profile, class: &str) {
     let points: Vec<[f64; 2]> =
         profile.positions.iter().copied().zip(profile.porosity.iter().copied()).map(|(x, y)| [x, y]).collect();

@@ -1,8 +1,8 @@
-//! From values to places, and the round values that are written along an axis.
+//! Linear scales from values to positions, and the round values of ticks.
 
 use crate::report::page::words;
 
-/// A linear map from values to places.
+/// A linear map from values to positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     values: [f64; 2],
@@ -10,7 +10,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// `values` are widened where they do not differ.
+    /// Creates a scale; an empty range of `values` is widened.
     pub fn new(values: [f64; 2], places: [f64; 2]) -> Scale {
         let [low, high] = values;
         let values = if high > low { values } else { [low, low + if low == 0.0 { 1.0 } else { low.abs() }] };
@@ -23,7 +23,7 @@ impl Scale {
         from + (value - low) / (high - low) * (to - from)
     }
 
-    /// [`Scale::at`] of the nearest value that is on the axis.
+    /// Returns [`Scale::at`] of the nearest value on the axis.
     pub fn within(&self, value: f64) -> f64 {
         self.at(value.clamp(self.values[0], self.values[1]))
     }
@@ -32,18 +32,18 @@ impl Scale {
         self.places
     }
 
-    /// Round values on the axis, about `count` of them.
+    /// Returns round values on the axis, about `count` of them.
     pub fn ticks(&self, count: usize) -> Ticks {
         let [low, high] = self.values;
         let step = round_step((high - low) / count.max(1) as f64);
-        // A tick is not lost to the rounding of its own multiple.
+        // Rounding must not drop a tick at an end.
         let slack = 1e-9;
         let (first, last) = ((low / step - slack).ceil() as i64, (high / step + slack).floor() as i64);
         Ticks { values: (first..=last).map(|i| i as f64 * step).collect(), step }
     }
 }
 
-/// Values along an axis and how far they are apart.
+/// Tick values along an axis and their distance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ticks {
     pub values: Vec<f64>,
@@ -51,7 +51,7 @@ pub struct Ticks {
 }
 
 impl Ticks {
-    /// The values, all with as many decimals as their steps need.
+    /// Returns the labels, all with as many decimals as the step needs.
     pub fn labels(&self) -> Vec<String> {
         let largest = self.values.iter().fold(self.step, |largest: f64, value| largest.max(value.abs()));
         let power = self.step.log10().floor() as i32;
@@ -63,20 +63,20 @@ impl Ticks {
     }
 }
 
-/// The nearest of 1, 2 and 5 times powers of ten.
+/// Returns the nearest of 1, 2 and 5 times powers of ten.
 fn round_step(step: f64) -> f64 {
     if !(step > 0.0 && step.is_finite()) {
         return 1.0;
     }
     let power = step.log10().floor() as i32;
     let mantissa = step / 10f64.powi(power);
-    // Half way between two steps as factors, not as differences.
+    // The limits are geometric means of neighbouring steps.
     let factor =
         [(2f64.sqrt(), 1.0), (10f64.sqrt(), 2.0), (50f64.sqrt(), 5.0)].into_iter().find(|(end, _)| mantissa < *end);
     round(factor.map_or(10.0, |(_, factor)| factor), power)
 }
 
-/// The largest of 1, 2 and 5 times powers of ten that is at most `length`.
+/// Returns the largest of 1, 2 and 5 times powers of ten that is at most `length`.
 pub fn round_length(length: f64) -> f64 {
     if !(length > 0.0 && length.is_finite()) {
         return 1.0;
@@ -86,7 +86,7 @@ pub fn round_length(length: f64) -> f64 {
     lengths.filter(|&round| round <= length * (1.0 + 1e-9)).fold(0.0, f64::max)
 }
 
-/// `factor`·10^`power`; dividing by a whole number is exact to the nearest, multiplying by 0.001 is not.
+/// Returns `factor`·10^`power`; dividing by a whole number is correctly rounded, multiplying by 0.001 is not.
 fn round(factor: f64, power: i32) -> f64 {
     if power < 0 { factor / 10f64.powi(-power) } else { factor * 10f64.powi(power) }
 }

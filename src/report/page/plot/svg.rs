@@ -1,16 +1,16 @@
-//! Drawings as SVG text. Colours, widths of lines and type are left to classes, so that the page's style sheet decides them
-//! for light, for dark and for paper.
+//! Drawings as SVG text. Classes stand for colours, line widths and type, so that the page's style sheet sets them for light,
+//! dark and paper.
 
 use std::fmt::Write;
 
-/// A drawing in the making; lengths are in its own units, about a pixel each.
+/// A drawing under construction; lengths are in its own units, about a pixel each.
 pub struct Svg {
     width: f64,
     height: f64,
     body: String,
 }
 
-/// Which end of a text its position is.
+/// The point of a text that its position refers to.
 #[derive(Clone, Copy)]
 pub enum Anchor {
     Start,
@@ -44,7 +44,7 @@ impl Svg {
         );
     }
 
-    /// A rectangle; `says` is shown where a pointer rests on it.
+    /// Adds a rectangle; `says` is its tooltip.
     pub fn rect(&mut self, class: &str, [x, y]: [f64; 2], [width, height]: [f64; 2], says: Option<&str>) {
         let _ = write!(
             self.body,
@@ -62,12 +62,12 @@ impl Svg {
         }
     }
 
-    /// A line through points.
+    /// Adds a line through points.
     pub fn polyline(&mut self, class: &str, points: impl IntoIterator<Item = [f64; 2]>) {
         let _ = write!(self.body, r#"<polyline class="{class}" points="{}"/>"#, listed(points));
     }
 
-    /// An area between points.
+    /// Adds a filled polygon.
     pub fn polygon(&mut self, class: &str, points: impl IntoIterator<Item = [f64; 2]>) {
         let _ = write!(self.body, r#"<polygon class="{class}" points="{}"/>"#, listed(points));
     }
@@ -83,7 +83,7 @@ impl Svg {
         }
     }
 
-    /// An ellipse whose first half axis is turned by so many degrees from x to y of the drawing.
+    /// Adds an ellipse whose first half axis is rotated by `degrees` from x to y of the drawing.
     pub fn ellipse(&mut self, class: &str, [x, y]: [f64; 2], [a, b]: [f64; 2], degrees: f64) {
         let _ = write!(
             self.body,
@@ -106,7 +106,7 @@ impl Svg {
         );
     }
 
-    /// A text that reads upwards, its middle at a position.
+    /// Adds a text that reads upwards, centred at a position.
     pub fn upright(&mut self, class: &str, [x, y]: [f64; 2], text: &str) {
         let _ = write!(
             self.body,
@@ -117,7 +117,7 @@ impl Svg {
         );
     }
 
-    /// A picture that is part of the drawing, from a `data:` address.
+    /// Adds an embedded picture from a `data:` address.
     pub fn image(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], address: &str) {
         let _ = write!(
             self.body,
@@ -130,7 +130,7 @@ impl Svg {
         );
     }
 
-    /// The element; `says` is what those hear who cannot see it.
+    /// Returns the SVG element; `says` is its text for screen readers.
     pub fn finish(self, says: &str) -> String {
         let Svg { width, height, body } = self;
         format!(
@@ -152,19 +152,19 @@ fn listed(points: impl IntoIterator<Item = [f64; 2]>) -> String {
     list
 }
 
-/// A length with two decimals at most; 0 in place of what is not finite, which no drawing can show.
+/// A length with at most two decimals; 0 in place of non-finite values, which a drawing cannot show.
 struct Short(f64);
 
 impl std::fmt::Display for Short {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let value = if self.0.is_finite() { self.0 } else { 0.0 };
-        // Adding zero makes −0 a plain 0.
+        // Adding zero turns −0 into 0.
         let rounded = (value * 100.0).round() / 100.0 + 0.0;
         write!(f, "{rounded}")
     }
 }
 
-/// A text as part of an element or of an attribute in double quotes.
+/// Escapes a text for an element or an attribute in double quotes.
 pub fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
