@@ -21,9 +21,11 @@ fn solid(folder: &Folder, name: &str) -> Solid {
 
 /// Holds an estimate to the `volume` of a JSON result.
 fn assert_same(estimate: &ldi_ops::Estimate, json: &Value) {
+    // The reader of JSON may be off by the last bit.
+    let is_near = |json: &Value, value: f64| (json.as_f64().unwrap() - value).abs() <= f64::EPSILON * value.abs();
     let volume = &json["volume"];
-    assert_eq!(volume["value"].as_f64(), Some(estimate.value), "{volume}");
-    assert_eq!(volume["estimate_error"].as_f64(), Some(estimate.error), "{volume}");
+    assert!(is_near(&volume["value"], estimate.value), "{volume} {estimate}");
+    assert!(is_near(&volume["estimate_error"], estimate.error), "{volume} {estimate}");
 }
 
 #[test]
@@ -118,7 +120,7 @@ fn sums_and_offsets_are_those_of_the_command_line() {
 #[test]
 fn reports_are_those_of_the_command_line() {
     let folder = models();
-    std::fs::write(folder.path("limits.toml"), "porosity = { min = \"50 %\" }\n").unwrap();
+    std::fs::write(folder.path("limits.toml"), "porosity = { min = \"1 %\" }\n").unwrap();
     let [a, b] = ["a.3mf", "b.stl"].map(|name| solid(&folder, name));
     let limits = Limits::open(folder.path("limits.toml")).unwrap();
     let report = Report::of(&a).region(&b).limits(&limits).measure(&Settings::rays(32)).unwrap();
@@ -126,7 +128,9 @@ fn reports_are_those_of_the_command_line() {
     let json = folder.json(&job);
     for metric in json["metrics"].as_array().unwrap() {
         let ours = &report[metric["id"].as_str().unwrap()];
-        assert_eq!(ours.value, metric["value"].as_f64(), "{metric}");
+        let theirs = metric["value"].as_f64();
+        let difference = ours.value.zip(theirs).map_or(0.0, |(a, b)| (a - b).abs() / b.abs().max(f64::MIN_POSITIVE));
+        assert!(ours.value.is_some() == theirs.is_some() && difference <= f64::EPSILON, "{metric} {ours}");
     }
     assert_eq!(json["verdict"]["passed"].as_bool(), Some(report.verdict().unwrap().passed));
     report.write(folder.path("ours")).unwrap();

@@ -454,7 +454,7 @@ pub struct SamplingArguments {
     pub axis: AxisChoice,
     /// Which image is kept: one that encloses the solid on every ray, one that lies inside, or every crossing. A mesh of it
     /// passes through the samples and is itself no bound
-    #[arg(long, value_enum, default_value_t = ModeChoice::Over)]
+    #[arg(long, value_enum, default_value_t = ModeChoice::Exact)]
     pub mode: ModeChoice,
     /// What is inside where shells overlap: even-odd cancels, nonzero unites
     #[arg(long, value_enum, default_value_t = FillChoice::EvenOdd)]

@@ -137,7 +137,7 @@ pub struct SumSamplingArguments {
     pub axis: AxisChoice,
     /// Which image is kept: one that encloses the result on every ray, one that lies inside, or every crossing. A mesh of it
     /// passes through the samples and is itself no bound
-    #[arg(long, value_enum, default_value_t = ModeChoice::Over)]
+    #[arg(long, value_enum, default_value_t = ModeChoice::Exact)]
     pub mode: ModeChoice,
     /// What is inside where shells overlap: nonzero unites them, and with even-odd, in which they cancel, there is no sum
     /// of them
