@@ -1,4 +1,4 @@
-//! Volumes of intersections, unions and differences against those of manifold3d and CGAL, pinned in `data/reference`.
+//! Compares volumes of intersections, unions and differences with those of manifold3d and CGAL, pinned in `data/reference`.
 //!
 //! # The tolerance
 //! Let h be the pitch and S the area of both inputs together, which is at least that of any Boolean of them. Of a
@@ -42,11 +42,11 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// One pair with what the peers say of it.
+/// One pair of solids with the answers of the peers.
 struct Pair {
     name: String,
     solids: [ClosedMesh; 2],
-    /// The peers' answers, a JSON object each.
+    /// The answers of the peers, one JSON object each.
     results: Vec<Value>,
 }
 
@@ -82,7 +82,7 @@ fn sha256(path: &Path) -> String {
     Sha256::digest(fs::read(path).unwrap()).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The map of a placement such as `rotate(0,0,1,30) translate(1,0,0)`, the leftmost step first.
+/// Returns the affine map of a placement such as `rotate(0,0,1,30) translate(1,0,0)`; the leftmost step is applied first.
 fn placement(text: &str) -> DAffine3 {
     let steps = text.split(')').map(str::trim).filter(|step| !step.is_empty());
     steps.fold(DAffine3::IDENTITY, |before, step| {
@@ -100,7 +100,7 @@ fn placement(text: &str) -> DAffine3 {
     })
 }
 
-/// The image of an operation, as the command line makes it.
+/// Returns the image of an operation, made as the command line makes it.
 fn image(operation: BooleanOperation, [a, b]: &[LatticeSolid; 2], axis: Axis, mode: Mode) -> Ldi {
     let sampler = CpuSampler::default();
     let fill = Fill::EvenOdd;
@@ -116,7 +116,7 @@ fn image(operation: BooleanOperation, [a, b]: &[LatticeSolid; 2], axis: Axis, mo
     }
 }
 
-/// What the peers agree on; nothing where all refuse.
+/// Returns the volume on which the peers agree; `None` where all of them refuse.
 fn agreed(pair: &Pair, operation: &str) -> Option<f64> {
     let values: Vec<f64> = pair.results.iter().filter_map(|result| result[operation].as_f64()).collect();
     let scale = pair.solids[0].signed_volume();
@@ -126,8 +126,8 @@ fn agreed(pair: &Pair, operation: &str) -> Option<f64> {
     values.first().copied()
 }
 
-/// The rule of `tests/reference/live_manifold.py`: a difference of at most 1e-9 of the value, or of `scale`, the volume of
-/// A, where the value is nothing but rounding.
+/// Applies the rule of `tests/reference/live_manifold.py`: the difference is at most 1e-9 of the value, or of `scale`, the volume
+/// of A, where the value is mere rounding.
 fn is_same(found: f64, pinned: f64, scale: f64) -> bool {
     const TOLERANCE: f64 = 1e-9;
     let reference = if pinned.abs() > TOLERANCE * scale { pinned.abs() } else { scale };
@@ -139,7 +139,7 @@ fn is_within(found: f64, expected: f64, tolerance: f64) -> bool {
 }
 
 #[test]
-fn all_pairs_are_within_a_fiftieth_of_a_pixel_of_the_peers() {
+fn volumes_of_all_pairs_are_within_a_fiftieth_of_a_pixel_of_the_peers() {
     let pairs = pairs();
     assert!(pairs.len() >= 10, "only {} pairs", pairs.len());
     let (mut wrong, mut compared, mut honest) = (Vec::new(), 0, 0);
@@ -160,7 +160,7 @@ fn all_pairs_are_within_a_fiftieth_of_a_pixel_of_the_peers() {
                 let found = VolumeEstimate::from_axes(&images.each_ref().map(AxisVolume::of));
                 let error = found.value - expected;
                 compared += 1;
-                // Peers round as well: sums of f64 leave what is zero at some 1e-12.
+                // Peers round too: sums of f64 give about 1e-12 where the value is zero.
                 honest += usize::from(error.abs() <= 2.0 * found.error + 1e-9 * expected.abs() + 1e-9);
                 let line = format!(
                     "{:22}{name:14}{mode_name:7}{expected:14.6}{:14.6}{error:12.2e}{:12.2e}{tolerance:12.2e}",
@@ -180,10 +180,10 @@ fn all_pairs_are_within_a_fiftieth_of_a_pixel_of_the_peers() {
 }
 
 #[test]
-fn the_comparison_can_fail() {
+fn the_comparison_rejects_other_operations_other_operands_and_nan() {
     assert!(is_within(1.0, 1.5, 0.5) && !is_within(1.0, 1.6, 0.5) && !is_within(1.0, 0.4, 0.5));
     assert!(!is_within(f64::NAN, 1.0, 0.5) && !is_within(1.0, f64::NAN, 0.5));
-    // Another pair's answers, another operation's and another place are told from the right ones.
+    // The comparison rejects the volume of another operation and of other operands.
     let pair = pair(&root().join("data/reference/rotated_boxes.json"));
     let [a, b] = &pair.solids;
     let grid = Grid::with_resolution(a.bounds().union(b.bounds()), 128, 1024).unwrap();
@@ -200,14 +200,14 @@ fn the_comparison_can_fail() {
 }
 
 #[test]
-fn peers_differ_by_a_billionth_at_most() {
+fn answers_that_differ_by_more_than_a_billionth_are_not_the_same() {
     assert!(is_same(2.0 + 1e-9, 2.0, 1.0) && !is_same(2.0 + 3e-9, 2.0, 1.0));
     assert!(is_same(1e-12, 0.0, 1.0) && !is_same(2e-9, 0.0, 1.0));
     assert!(!is_same(f64::NAN, 1.0, 1.0) && !is_same(1.0, f64::NAN, 1.0));
 }
 
 #[test]
-fn placements_are_done_from_the_left() {
+fn placement_steps_apply_from_left_to_right() {
     let place = |text| placement(text).transform_point3(DVec3::X);
     assert!((place("translate(1,0,0) scale(3)") - DVec3::new(6.0, 0.0, 0.0)).length() < 1e-12);
     assert!((place("scale(3) translate(1,0,0)") - DVec3::new(4.0, 0.0, 0.0)).length() < 1e-12);
