@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn hollow_box_lacks_its_hollow() {
+    fn hollow_box_has_the_volume_of_the_box_less_its_hollow() {
         let mesh = hollow_box(DVec3::new(4.0, 3.0, 2.0), DVec3::new(1.0, 2.0, 1.5)).unwrap();
         assert_solid(&mesh);
         assert_eq!((components(&mesh), euler_characteristic(&mesh)), (2, 4));

@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn bars_are_straight_and_have_the_volume_of_what_windows_leave() {
+    fn bars_are_straight_and_have_the_volume_that_windows_leave() {
         let mesh = TOWER.build().unwrap();
         let middle = |row: u32, i: u32| {
             let at = (row * 24 + i % 24) as usize;

@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn overlapping_struts_are_closed_cylinders_each() {
+    fn overlapping_struts_are_separate_closed_cylinders() {
         for pattern in [StrutPattern::Cubic, StrutPattern::BodyCentred] {
             let model = lattice(pattern, LatticeForm::Overlapping { segments: 12 });
             let mesh = model.build().unwrap();

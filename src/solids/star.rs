@@ -38,7 +38,7 @@ mod tests {
     use crate::solids::closure::{assert_solid, euler_characteristic, volume};
 
     #[test]
-    fn star_is_a_ball_with_a_tip_a_face() {
+    fn star_has_genus_zero_and_one_tip_per_face() {
         for frequency in [1, 2, 5] {
             let mesh = star(10.0, 4.0, frequency).unwrap();
             assert_solid(&mesh);

@@ -170,7 +170,7 @@ mod tests {
     };
 
     #[test]
-    fn bone_is_one_solid_full_of_holes() {
+    fn bone_is_one_component_with_many_holes() {
         for seed in 0..4 {
             let bone = TrabecularBone { seed, ..BONE };
             let mesh = bone.build().unwrap();
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn stretch_draws_out_what_crosses_z() {
+    fn stretch_elongates_the_bone_along_z() {
         // In a Gaussian field the area across an axis grows with the mean square of the waves along it.
         let across = |stretch: f64| {
             let mesh = TrabecularBone { stretch, resolution: 8, ..BONE }.build().unwrap();
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn waves_are_of_one_length_and_in_all_directions() {
+    fn waves_have_one_length_and_all_directions() {
         let field = Field::new(7, DVec3::splat(3.0));
         let sum: DVec3 = field.waves.iter().map(|(k, _)| k).sum();
         assert!(field.waves.iter().all(|(k, _)| (k.length() - 3.0).abs() < 1e-12));
