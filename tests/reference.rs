@@ -1,20 +1,19 @@
 //! Compares volumes of intersections, unions and differences with those of manifold3d and CGAL, pinned in `data/reference`.
 //!
 //! # The tolerance
-//! Let h be the pitch and S the area of both inputs together, which is at least that of any Boolean of them. Of a
-//! volume found from rays only the pixels that the surface cuts can be wrong, each by no more than the part of the
-//! pixel beyond the surface. A flat face that lies between rays is wrong by up to h/2 all over, so no image along one
-//! axis can be off by more than h S / 2. The three images make good what each is blind to, so that this first order
-//! cancels where a face is parallel to a coordinate plane or axis. Faces in general position meet pixels at depths that
-//! are as good as evenly spread: N = S / h² errors of at most h³ / 2 each, independent, add up to about h³ √(N / 12) =
-//! h S / √(12 N), and with the most that may be made good, by weights of 1, 1, 1 and −2, to √7 times that. At 512 rays
-//! N is 300 000 or more for all of the pairs, which makes a 700th of h S; twice the sum for the union with its two
-//! independent surfaces, and three standard deviations, stay below a hundredth. What is left is edges, where h² times
-//! their length is at stake: h² L / (h S) = h L / S is another hundredth for the finest lattice among the pairs. So the
-//! tolerance is **h S / 50**: a fiftieth of a pixel all over the surface. It is the same for over-estimates, which
-//! differ from the exact image only where two crossings share a voxel of half a pixel, that is along edges and curves
-//! of intersection; where whole surfaces coincide, as in A ∩ A, the ends that two solids share still lie within one
-//! voxel of half a pixel, and all depths but theirs are the same.
+//! Let h be the pitch and S the area of both inputs together, which is at least that of any Boolean of them. A volume found from
+//! rays is wrong only in the pixels that the surface cuts, each by no more than the part of the pixel beyond the surface. A flat
+//! face that lies between rays is wrong by up to h/2 all over, so no image along one axis can be off by more than h S / 2. Each
+//! image corrects the faces that the others miss, so that this first order cancels where a face is parallel to a coordinate plane
+//! or axis. Faces in general position meet pixels at depths that are nearly uniformly distributed: N = S / h² errors of at most
+//! h³ / 2 each, independent, add up to about h³ √(N / 12) = h S / √(12 N), and with the largest correction, by weights of 1, 1, 1
+//! and −2, to √7 times that. At 512 rays N is 300 000 or more for all of the pairs, which makes a 700th of h S; twice the sum for
+//! the union with its two independent surfaces, and three standard deviations, stay below a hundredth. The rest is the error at
+//! edges, h² times their length: h² L / (h S) = h L / S is another hundredth for the finest lattice among the pairs. So the
+//! tolerance is **h S / 50**: a fiftieth of a pixel all over the surface. It is the same for over-estimates, which differ from
+//! the exact image only where two crossings share a voxel of half a pixel, that is along edges and curves of intersection; where
+//! whole surfaces coincide, as in A ∩ A, the ends that two solids share still lie within one voxel of half a pixel, and all
+//! depths but theirs are the same.
 
 use std::fs;
 use std::path::{Path, PathBuf};

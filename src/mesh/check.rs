@@ -1579,7 +1579,7 @@ mod tests {
     }
 
     #[test]
-    fn thread_count_does_not_change_the_report_of_many_shells() {
+    fn reports_of_many_shells_do_not_depend_on_the_thread_count() {
         let mut parts = vec![cube(DVec3::splat(-1.0), 60.0)];
         for i in 0..1000u32 {
             let corner = DVec3::new(f64::from(i % 10), f64::from(i / 10 % 10), f64::from(i / 100)) * 5.0;

@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_do_not_depend_on_the_number_of_threads() {
+    fn pictures_do_not_depend_on_the_thread_count() {
         let file = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {

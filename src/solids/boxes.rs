@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |result: Result<TriangleMesh, SolidError>| result.unwrap_err().to_string();
         assert_eq!(text(ell(DVec3::ONE, [0.5, 1.0])), "notch is 1, but must be below the side 1 of the box");
         assert!(text(ell(DVec3::ONE, [0.0, 0.5])).starts_with("notch is 0, but must be from"));

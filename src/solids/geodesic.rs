@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         assert!(geodesic(0.0, 4).is_err());
         assert!(geodesic(1.0, 0).is_err());
         let error = geodesic(1.0, 2000).unwrap_err();

@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |knot: TorusKnot| knot.build().unwrap_err().to_string();
         assert_eq!(text(TorusKnot { q: 4, ..TREFOIL }), "q is 4, but must be without a factor in common with p = 2");
         assert!(text(TorusKnot { tube: 5.0, ..TREFOIL }).contains("or the tube would meet itself"));

@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_do_not_change_the_mesh() {
+    fn the_mesh_does_not_depend_on_the_thread_count() {
         let [one, two] = [1, 2].map(|threads| {
             rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| BONE.build().unwrap())
         });
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |bone: LongBone| bone.build().unwrap_err().to_string();
         assert!(text(LongBone { length: 0.0, ..BONE }).starts_with("length is 0, but must be from"));
         assert_eq!(text(LongBone { girth: 3.0, ..BONE }), "girth is 3, but must be from 0.5 to 2.5");

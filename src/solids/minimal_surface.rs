@@ -380,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_do_not_change_the_mesh() {
+    fn the_mesh_does_not_depend_on_the_thread_count() {
         let model = block(Surface::Gyroid, Part::Sheet { wall: 0.5 });
         let [one, two] = [1, 2].map(|threads| {
             rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| model.build().unwrap())

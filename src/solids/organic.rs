@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |organic: Organic| organic.build().unwrap_err().to_string();
         assert_eq!(text(Organic { bumps: -1.0, ..ORGANIC }), "bumps is -1, but must be from 0 to 2");
         assert_eq!(text(Organic { resolution: 8, ..ORGANIC }), "resolution is 8, but must be from 24 to 1024");

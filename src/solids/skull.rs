@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |skull: Skull| skull.build().unwrap_err().to_string();
         assert_eq!(text(Skull { wall: 0.2, ..SKULL }), "wall is 0.2, but must be from 0.04 to 0.1");
         assert_eq!(

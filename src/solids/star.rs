@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |result: Result<TriangleMesh, SolidError>| result.unwrap_err().to_string();
         assert_eq!(text(star(4.0, 4.0, 1)), "valley is 4, but must be below the radius 4 of the tips");
         assert!(text(star(4.0, 2.0, 0)).starts_with("frequency is 0, but must be from 1"));

@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_do_not_change_the_mesh_and_seeds_do() {
+    fn the_mesh_depends_on_the_seed_and_not_on_the_thread_count() {
         let [one, two] = [1, 2].map(|threads| {
             rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| BONE.build().unwrap())
         });
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |bone: TrabecularBone| bone.build().unwrap_err().to_string();
         assert_eq!(text(TrabecularBone { fraction: 0.7, ..BONE }), "fraction is 0.7, but must be from 0.2 to 0.6");
         assert_eq!(text(TrabecularBone { stretch: 0.5, ..BONE }), "stretch is 0.5, but must be from 1 to 4");

@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |weave: Weave| weave.build().unwrap_err().to_string();
         assert!(text(Weave { radius: 0.4, ..CLOTH }).starts_with("radius is 0.4, but must be at most 0.35"));
         assert!(text(Weave { yarns: [0, 3], ..CLOTH }).starts_with("yarns is 0, but must be from 1"));

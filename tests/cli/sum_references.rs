@@ -1,13 +1,13 @@
 //! Compares Minkowski sums and differences with those of CGAL and manifold3d, pinned in `data/reference/minkowski`.
 //!
 //! # The tolerance
-//! Let h be the pitch and S the area of the result. As `tests/reference.rs` derives, a volume from three images is off by
-//! what N = S / h² pixels that the surface cuts are off, as good as independently: by √7 h S / √(12 N), one standard
-//! deviation, of which three are allowed. Edges and corners are a hundredth of h S beside. So the tolerance is
-//! **h S (0.01 + 3 √(7 / 12 N))**, a fiftieth of h S where N is 52 500. Faces between rays, which all cubes have, cost a
-//! first order only along single axes, and the three images make it good. The sum itself adds nothing: the only gaps that it
-//! closes are shorter than four steps of a lattice that is thousands of times finer than h. Images of the peers' own
-//! results are off by a four-hundredth of h S at most.
+//! Let h be the pitch and S the area of the result. As `tests/reference.rs` derives, the error of a volume from three images is
+//! the sum of the errors of the N = S / h² pixels that the surface cuts, which are nearly independent: √7 h S / √(12 N), one
+//! standard deviation, of which three are allowed. Edges and corners add a hundredth of h S. So the tolerance is **h S (0.01 + 3
+//! √(7 / 12 N))**, a fiftieth of h S where N is 52 500. Faces between rays, which all cubes have, cost a first order only along
+//! single axes, and the three images correct it. The sum itself adds no error: the only gaps that it closes are shorter than four
+//! steps of a lattice that is thousands of times finer than h. Images of the peers' own results are off by a four-hundredth of h
+//! S at most.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -253,7 +253,7 @@ fn gauss_curvature_gives_the_euler_characteristic() {
     });
 }
 
-/// The ray through a slab at right angles to it has one chord, and the box cuts none of these chords.
+/// Each ray through a slab at right angles to it has one chord, and the box cuts none of these chords.
 #[test]
 fn chords_of_a_slab_equal_its_thickness() {
     converges("chords along z of a slab", 0.3, Within::Pitches(1e-4), [16, 32, 64], |n| {
