@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn room_is_room_whatever_its_size() {
+    fn allocations_have_the_requested_capacity_or_fail() {
         assert!(try_vec_with_room::<u64>(usize::MAX).is_err());
         assert!(try_vec_with_room::<u64>(1 << 21).is_ok_and(|vec| vec.capacity() >= 1 << 21));
         for count in [0, 1, 1 << 20, (1 << 20) + 1] {

@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn each_crossing_is_in_one_loop_and_nothing_else_is() {
+    fn loops_contain_each_crossing_exactly_once() {
         let check = |signs: Signs| {
             let loops = loops(signs);
             assert!(loops.count <= if signs.cut == 0 { 4 } else { 8 });
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn joining_a_face_at_fault_mends_it_and_merges_nothing() {
+    fn joining_a_faulty_face_repairs_it_and_merges_no_loops() {
         let mut faults = 0;
         for inside in 0..=255u8 {
             for joined in 0..64u8 {

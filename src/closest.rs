@@ -260,7 +260,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn distance_from_a_triangle(places in places(4)) {
+        fn distance_to_a_triangle_agrees_with_a_raster_of_points(places in places(4)) {
             let triangle = [places[0], places[1], places[2]];
             let exact = squared_distance(places[3], triangle).sqrt();
             let near = by_raster(places[3], triangle);
@@ -268,7 +268,7 @@ mod tests {
         }
 
         #[test]
-        fn the_closest_of_many(places in places(96), hint in 0..31u32) {
+        fn the_closest_triangle_agrees_with_brute_force(places in places(96), hint in 0..31u32) {
             let set: Vec<[DVec3; 3]> = places.as_chunks().0.to_vec();
             let tree = ClosestTriangle::new(&set);
             for point in &places {
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn trees_that_grow_apart_are_those_that_grow_together() {
+    fn trees_built_in_parallel_equal_trees_built_serially() {
         let place = |i: usize| DVec3::new((i * 7919 % 1009) as f64, (i * 104_729 % 997) as f64, (i * 31 % 83) as f64);
         let set: Vec<[DVec3; 3]> = (0..3 * APART).map(|i| [place(i), place(i + 1), place(i + 7)]).collect();
         let order = || (0..).zip(&set).map(|(index, [a, b, c])| ((*a + *b + *c) / 3.0, index)).collect::<Vec<_>>();

@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ordinary_files_alone_are_opened() {
+    fn only_regular_files_are_opened() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         assert_eq!(open(&path).unwrap_err().kind(), io::ErrorKind::NotFound);

@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_have_units_or_none() {
+    fn lengths_are_read_with_or_without_a_unit() {
         let read = |text: &str| text.parse::<Length>().map(|length| (length.value, length.unit));
         assert_eq!(read("0.05"), Ok((0.05, None)));
         assert_eq!(read("-1e-3"), Ok((-1e-3, None)));
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn lengths_become_those_of_the_file() {
+    fn lengths_convert_to_the_unit_of_the_file() {
         let length = |text: &str| text.parse::<Length>().unwrap();
         assert_eq!(length("500um").in_unit(Some(LengthUnit::Millimetre), "--radius"), Ok(0.5));
         assert_eq!(length("3in").in_unit(Some(LengthUnit::Inch), "--radius"), Ok(3.0));

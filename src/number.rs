@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_no_zeros_that_say_nothing() {
+    fn numbers_have_no_redundant_zeros() {
         assert_eq!([0.0, -0.0, 0.5, -2.0, 7.772e-15].map(number), ["0", "0", "0.5", "-2", "7.772e-15"]);
         assert_eq!([1e9, 1.25e10].map(number), ["1e9", "1.25e10"]);
     }

@@ -164,7 +164,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_failure_leaves_what_was_there() {
+    fn failed_writes_keep_the_old_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         replace(&path, |file| file.write_all(b"old")).unwrap();
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_abandoned_leaves_nothing() {
+    fn abandoned_writes_leave_no_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         let abandoned = replace(&path, |file| {
@@ -194,7 +194,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn what_a_killed_process_left_is_removed_and_what_a_live_one_writes_is_not() {
+    fn partial_files_of_killed_processes_alone_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         for name in [".ldi-ops-killed.part", ".foreign.part", ".ldi-ops-killed.txt"] {
@@ -223,7 +223,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn links_stay_links() {
+    fn writing_through_a_link_keeps_the_link() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         fs::create_dir(at("inner")).unwrap();
@@ -238,7 +238,7 @@ mod tests {
 
     #[cfg(target_os = "linux")]
     #[test]
-    fn devices_stay_devices() {
+    fn writing_to_a_device_keeps_the_device() {
         let folder = tempfile::tempdir().unwrap();
         let link = folder.path().join("full");
         std::os::unix::fs::symlink("/dev/full", &link).unwrap();

@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn translations_have_units_or_those_of_the_file() {
+    fn translations_use_their_own_unit_or_that_of_the_file() {
         let placement: Placement = "translate(1mm, 2, 0.5in) scale(2) translate(1,0,-1mm)".parse().unwrap();
         let at = |unit| placement.map(Some(unit)).unwrap().transform_point3(DVec3::ZERO).to_array();
         assert_eq!(at(LengthUnit::Millimetre), [3.0, 4.0, 24.4]);
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_are_done_from_left_to_right() {
+    fn steps_apply_from_left_to_right() {
         assert_eq!(place("translate(1,0,0) scale(2)", [0.0; 3]), [2.0, 0.0, 0.0]);
         assert_eq!(place("scale(2) translate(1,0,0)", [0.0; 3]), [1.0, 0.0, 0.0]);
         assert_eq!(place("translate(1,0,0)rotate(0,0,1,90)", [0.0; 3]), [0.0, 1.0, 0.0]);
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_long_text_the_surroundings_of_the_fault_are_shown() {
+    fn errors_in_long_text_show_the_surroundings_of_the_fault() {
         let text = format!("{}spin(3){}", "scale(1) ".repeat(10_000), " scale(1)".repeat(100));
         let said = text.parse::<Placement>().unwrap_err().to_string();
         let lines: Vec<&str> = said.lines().collect();
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_placed() {
+    fn errors_give_the_position_of_the_fault() {
         let fault = |text: &str| {
             let error = text.parse::<Placement>().unwrap_err();
             (error.at, error.problem)

@@ -69,14 +69,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_letters_of_micrometres_are_read() {
+    fn both_unicode_micro_signs_are_read() {
         assert_eq!(parse("\u{b5}m"), Ok(LengthUnit::Micrometre));
         assert_eq!(parse("\u{3bc}m"), Ok(LengthUnit::Micrometre));
         assert!(parse("miles").is_err());
     }
 
     #[test]
-    fn units_are_read_by_symbol_and_name_in_capitals_or_not() {
+    fn units_are_read_by_symbol_and_name_in_any_case() {
         for text in ["mm", "MM", "Mm", "Millimeters", "millimetre"] {
             assert_eq!(parse(text), Ok(LengthUnit::Millimetre), "{text}");
         }
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn factors_are_exact_where_they_can_be() {
+    fn factors_are_exact_where_representable() {
         assert_eq!(factor(LengthUnit::Metre, LengthUnit::Micrometre), 1e6);
         assert_eq!(factor(LengthUnit::Inch, LengthUnit::Millimetre), 25.4);
         assert_eq!(factor(LengthUnit::Foot, LengthUnit::Inch), 12.0);

@@ -1,6 +1,6 @@
-//! Reads a folder of real meshes, named by `LDI_CORPUS`, and compares with what its manifests say.
+//! Reads a folder of real meshes, named by `LDI_CORPUS`, and compares them with the manifests of the folder.
 //!
-//! The manifests were made with other software, in Python. OBJ files are read a second time with `tobj` as well.
+//! The manifests come from other software, in Python. The test also reads OBJ files with `tobj`.
 
 #[path = "corpus/manifest.rs"]
 mod manifest;
@@ -12,7 +12,7 @@ use ldi_ops::mesh::TriangleMesh;
 use ldi_ops::mesh::io::{Format, ReadError, ReadNote, read};
 use manifest::{Entry, entries};
 
-/// The volume by the divergence theorem, about the box's centre so that places far from the origin cost no digits.
+/// Returns the volume by the divergence theorem, about the box's centre so that a place far from the origin costs no digits.
 fn volume(mesh: &TriangleMesh) -> f64 {
     let used = || mesh.triangles.iter().flatten().map(|&index| mesh.positions[index as usize]);
     let min = used().fold(DVec3::INFINITY, DVec3::min);
@@ -26,16 +26,16 @@ fn is_close(found: f64, expected: f64) -> bool {
     (found - expected).abs() <= 1e-6 * expected.abs()
 }
 
-/// What is wrong with a file that should be read, or nothing.
+/// Compares a file with its manifest entry; returns the difference, or `None`.
 fn compare(entry: &Entry) -> Option<String> {
     let path = &entry.path;
     let mut file = match read(path) {
         Ok(file) => file,
-        // A scaffold of clipped beams alone is listed without triangles.
+        // The manifest lists a scaffold of clipped beams alone without triangles.
         Err(ReadError::Unsupported { .. }) if entry.triangles.is_none() => return None,
         Err(error) => return Some(error.to_string()),
     };
-    // The other software left beams out; they stand behind the triangles here.
+    // The other software left beams out; this program puts them after the triangles.
     if file.notes.iter().any(|note| matches!(note, ReadNote::BeamsMeshed { .. })) {
         file.mesh.triangles.truncate(entry.triangles.map_or(0, |triangles| triangles as usize));
     }
@@ -53,7 +53,7 @@ fn compare(entry: &Entry) -> Option<String> {
 
 #[test]
 #[ignore = "needs LDI_CORPUS"]
-fn solids_have_the_triangles_and_volumes_of_the_manifest() {
+fn solids_have_the_triangle_counts_and_volumes_of_the_manifest() {
     let entries = entries();
     let sound = entries.iter().filter(|entry| entry.class != "nasty");
     let wrong: Vec<String> = sound.clone().filter_map(compare).collect();
@@ -63,7 +63,7 @@ fn solids_have_the_triangles_and_volumes_of_the_manifest() {
 
 #[test]
 #[ignore = "needs LDI_CORPUS"]
-fn nasty_files_are_read_or_refused_and_counted_alike() {
+fn nasty_files_are_read_with_the_triangle_count_of_the_manifest_or_refused() {
     let (mut wrong, mut nasty) = (Vec::new(), 0);
     for entry in entries().iter().filter(|entry| entry.class == "nasty") {
         nasty += 1;
@@ -91,7 +91,7 @@ fn nasty_files_are_read_or_refused_and_counted_alike() {
 
 #[test]
 #[ignore = "needs LDI_CORPUS"]
-fn obj_files_of_triangles_are_as_tobj_reads_them() {
+fn obj_files_of_triangles_equal_what_tobj_reads() {
     let mut compared = 0;
     for Entry { path, .. } in entries() {
         if Format::from_path(&path) != Ok(Format::Obj) {
@@ -99,7 +99,7 @@ fn obj_files_of_triangles_are_as_tobj_reads_them() {
         }
         let options = tobj::LoadOptions { ignore_lines: true, ignore_points: true, ..Default::default() };
         let (Ok((models, _)), Ok(file)) = (tobj::load_obj(&path, &options), read(&path)) else { continue };
-        // Faces of more corners may be cut otherwise.
+        // The two programs may cut faces of more corners differently.
         if models.iter().any(|model| !model.mesh.face_arities.is_empty()) {
             continue;
         }

@@ -1,4 +1,5 @@
-//! Surfaces of real meshes, in a folder named by `LDI_CORPUS`: fit to be written, true to their nodes, near their originals.
+//! Surfaces of the real meshes in the folder `LDI_CORPUS`: they are solids, contain the nodes of their images, and stay near the
+//! original mesh.
 
 #[path = "corpus/manifest.rs"]
 mod manifest;
@@ -14,7 +15,7 @@ use ldi_ops::sampler::{FillRule, Sampler};
 use ldi_ops::surface::gates::Gates;
 use ldi_ops::surface::{Surface, SurfaceMode, contour};
 
-/// The images of a mesh, which may overlap itself, and its surface.
+/// Returns the images of a mesh, which may overlap itself, and its surface.
 fn surface(mesh: &ClosedMesh, grid: &Grid) -> ([Ldi; 3], Surface) {
     let solid = grid.quantise(mesh).unwrap();
     let images = Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap());
@@ -28,7 +29,7 @@ fn nodes(images: &[Ldi]) -> Vec<Vec<u64>> {
 
 #[test]
 #[ignore = "needs LDI_CORPUS"]
-fn surfaces_pass_the_gates_and_give_their_nodes_back() {
+fn surfaces_of_the_corpus_are_manifold_and_contain_the_nodes_of_their_images() {
     let mut files = 0;
     for entry in manifest::entries() {
         let Ok(file) = io::read(&entry.path) else { continue };
@@ -53,7 +54,7 @@ fn surfaces_pass_the_gates_and_give_their_nodes_back() {
     assert!(files > 40, "only {files} closed meshes were found");
 }
 
-/// Triangles by the blocks of a raster that they come near.
+/// An index of triangles by the blocks of a raster that they are near.
 struct Near<'m> {
     mesh: &'m TriangleMesh,
     reach: f64,
@@ -82,7 +83,7 @@ impl<'m> Near<'m> {
         (point / (2.0 * self.reach)).floor().to_array().map(|c| c as i64)
     }
 
-    /// The distance of a point from the mesh, if it is within reach.
+    /// Returns the distance of a point from the mesh, if it is within reach.
     fn distance(&self, point: DVec3) -> Option<f64> {
         let triangles = self.blocks.get(&self.block(point))?;
         let of = |&index: &u32| {
@@ -92,7 +93,7 @@ impl<'m> Near<'m> {
     }
 }
 
-/// The distance of a point from a triangle: from its plane where the point is above it, and from its sides elsewhere.
+/// Returns the distance of a point from a triangle: from its plane where the point projects into it, else from its sides.
 fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a);
@@ -108,7 +109,8 @@ fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
     (0..3).map(side).fold(f64::INFINITY, f64::min)
 }
 
-/// The largest distance of vertices and middles of triangles from another mesh, in units of `pitch`; nothing beyond 2.
+/// Returns the largest distance, in units of `pitch`, of the vertices and triangle centres of one mesh from another mesh; `None`
+/// if it exceeds 2.
 fn one_sided(from: &TriangleMesh, to: &TriangleMesh, pitch: f64) -> Option<f64> {
     let near = Near::new(to, 2.0 * pitch);
     let middles = from.triangles.iter().map(|t| t.map(|v| from.positions[v as usize]).into_iter().sum::<DVec3>() / 3.0);
@@ -118,7 +120,7 @@ fn one_sided(from: &TriangleMesh, to: &TriangleMesh, pitch: f64) -> Option<f64> 
 
 #[test]
 #[ignore = "needs LDI_CORPUS"]
-fn a_fandisk_stays_within_half_a_pitch() {
+fn fandisk_surface_is_within_half_a_pitch_of_the_mesh_and_the_mesh_within_a_pitch_of_it() {
     let entry = manifest::entries().into_iter().find(|entry| entry.name.starts_with("fandisk")).unwrap();
     let mesh = ClosedMesh::check(io::read(&entry.path).unwrap().mesh).unwrap();
     let grid = Grid::with_resolution(mesh.bounds(), 256, 1024).unwrap();

@@ -1,6 +1,6 @@
-//! Volumes of real meshes, in a folder named by `LDI_CORPUS`, against those that other software gave.
+//! Compares volumes of the real meshes in the folder `LDI_CORPUS` with those of other software.
 //!
-//! What is measured is what `ldi-ops volume --axis all` prints with its defaults: over-estimates with LOD-C 1024, even-odd.
+//! The volumes are those that `ldi-ops volume --axis all` prints with its defaults: over-estimates with LOD-C 1024, even-odd.
 
 #[path = "corpus/manifest.rs"]
 mod manifest;
@@ -17,7 +17,7 @@ use manifest::Entry;
 const OVER: Mode = Mode::Estimate(Estimate::Over);
 const RESOLUTIONS: [u32; 4] = [64, 128, 256, 512];
 
-/// A tenth of a percent.
+/// The tolerance of a volume: a tenth of a percent.
 const PROMISED: f64 = 1e-3;
 
 /// A solid of the corpus.
@@ -27,11 +27,11 @@ struct Sound {
     volume: f64,
 }
 
-/// Files that are classed as solids, scaffolds and bones, with the volume that the manifest states.
+/// Returns the files classed as solids, scaffolds and bones, with the volume that the manifest states.
 fn sound() -> impl Iterator<Item = Sound> {
     manifest::entries().into_iter().filter(|entry| entry.class != "nasty").filter_map(
         |Entry { name, path, volume, .. }| {
-            // A scaffold of beams alone is listed without a volume.
+            // The manifest lists a scaffold of beams alone without a volume.
             let volume = volume?;
             let file = io::read(&path).unwrap_or_else(|error| panic!("{error}"));
             // The other software left beams out.
@@ -55,19 +55,19 @@ fn along_axes(mesh: &ClosedMesh, resolution: u32, mode: Mode) -> [AxisVolume; 3]
     })
 }
 
-/// The share by which a volume is off.
+/// Returns the relative error of a volume.
 fn off(found: f64, expected: f64) -> f64 {
     (found / expected - 1.0).abs()
 }
 
-/// Whether an estimate is honest: the error is at most twice the estimate, but for the last digits of f64.
+/// Returns whether the true error is at most twice the estimated error, up to rounding in f64.
 fn is_honest(error: f64, estimate: f64) -> bool {
     error <= 2.0 * estimate + 1e-9
 }
 
 #[test]
 #[ignore = "needs LDI_CORPUS"]
-fn volumes_are_within_a_tenth_of_a_percent_and_estimates_are_honest() {
+fn volumes_are_within_a_tenth_of_a_percent_and_most_errors_within_twice_the_estimate() {
     let (mut wrong, mut dishonest, mut cases) = (Vec::new(), Vec::new(), 0);
     let mut files = 0;
     eprintln!("{:26}{:>16}   error % (estimate %) at {RESOLUTIONS:?} rays", "file", "volume");
@@ -83,7 +83,7 @@ fn volumes_are_within_a_tenth_of_a_percent_and_estimates_are_honest() {
                 dishonest.push(format!("{name} at {resolution}: {:.1} times the estimate", error / estimate));
                 line += "!";
             }
-            // What is not a number is wrong as well.
+            // A NaN counts as wrong.
             if resolution == 512 && (error.is_nan() || error > PROMISED) {
                 wrong.push(format!("{name}: off by {:.4} %, {:.4} % allowed", 100.0 * error, 100.0 * PROMISED));
             }
@@ -110,13 +110,13 @@ fn the_three_exact_images_agree_about_nodes() {
     }
 }
 
-/// The volumes by manifold3d 3.5.4.
+/// Volumes computed by manifold3d 3.5.4.
 const PIA_LESS_WM: f64 = 268_030.002_5;
 const WM_LESS_PIA: f64 = 67.170_7;
 
 #[test]
 #[ignore = "needs LDI_CORPUS"]
-fn cortex_differences_are_those_of_manifold3d() {
+fn cortex_differences_are_near_those_of_manifold3d() {
     let solids: Vec<Sound> = sound().collect();
     let of = |name: &str| solids.iter().find(|solid| solid.name == name).unwrap_or_else(|| panic!("{name} is missing"));
     let (pia, wm) = (of("cortex_pia_lh.ply"), of("cortex_wm_lh.ply"));
@@ -145,7 +145,7 @@ fn cortex_differences_are_those_of_manifold3d() {
 }
 
 #[test]
-fn the_comparisons_can_fail() {
+fn comparisons_reject_wrong_volumes() {
     assert!(off(1.002, 1.0) > PROMISED && off(0.998, 1.0) > PROMISED && off(1.0005, 1.0) < PROMISED);
     assert!(is_honest(2.0, 1.0) && !is_honest(2.1, 1.0) && !is_honest(f64::NAN, 1.0) && is_honest(1e-12, 0.0));
 }

@@ -1,20 +1,19 @@
-//! Volumes of intersections, unions and differences against those of manifold3d and CGAL, pinned in `data/reference`.
+//! Compares volumes of intersections, unions and differences with those of manifold3d and CGAL, pinned in `data/reference`.
 //!
 //! # The tolerance
-//! Let h be the pitch and S the area of both inputs together, which is at least that of any Boolean of them. Of a
-//! volume found from rays only the pixels that the surface cuts can be wrong, each by no more than the part of the
-//! pixel beyond the surface. A flat face that lies between rays is wrong by up to h/2 all over, so no image along one
-//! axis can be off by more than h S / 2. The three images make good what each is blind to, so that this first order
-//! cancels where a face is parallel to a coordinate plane or axis. Faces in general position meet pixels at depths that
-//! are as good as evenly spread: N = S / h² errors of at most h³ / 2 each, independent, add up to about h³ √(N / 12) =
-//! h S / √(12 N), and with the most that may be made good, by weights of 1, 1, 1 and −2, to √7 times that. At 512 rays
-//! N is 300 000 or more for all of the pairs, which makes a 700th of h S; twice the sum for the union with its two
-//! independent surfaces, and three standard deviations, stay below a hundredth. What is left is edges, where h² times
-//! their length is at stake: h² L / (h S) = h L / S is another hundredth for the finest lattice among the pairs. So the
-//! tolerance is **h S / 50**: a fiftieth of a pixel all over the surface. It is the same for over-estimates, which
-//! differ from the exact image only where two crossings share a voxel of half a pixel, that is along edges and curves
-//! of intersection; where whole surfaces coincide, as in A ∩ A, the ends that two solids share still lie within one
-//! voxel of half a pixel, and all depths but theirs are the same.
+//! Let h be the pitch and S the area of both inputs together, which is at least that of any Boolean of them. A volume found from
+//! rays is wrong only in the pixels that the surface cuts, each by no more than the part of the pixel beyond the surface. A flat
+//! face that lies between rays is wrong by up to h/2 all over, so no image along one axis can be off by more than h S / 2. Each
+//! image corrects the faces that the others miss, so that this first order cancels where a face is parallel to a coordinate plane
+//! or axis. Faces in general position meet pixels at depths that are nearly uniformly distributed: N = S / h² errors of at most
+//! h³ / 2 each, independent, add up to about h³ √(N / 12) = h S / √(12 N), and with the largest correction, by weights of 1, 1, 1
+//! and −2, to √7 times that. At 512 rays N is 300 000 or more for all of the pairs, which makes a 700th of h S; twice the sum for
+//! the union with its two independent surfaces, and three standard deviations, stay below a hundredth. The rest is the error at
+//! edges, h² times their length: h² L / (h S) = h L / S is another hundredth for the finest lattice among the pairs. So the
+//! tolerance is **h S / 50**: a fiftieth of a pixel all over the surface. It is the same for over-estimates, which differ from
+//! the exact image only where two crossings share a voxel of half a pixel, that is along edges and curves of intersection; where
+//! whole surfaces coincide, as in A ∩ A, the ends that two solids share still lie within one voxel of half a pixel, and all
+//! depths but theirs are the same.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -42,11 +41,11 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// One pair with what the peers say of it.
+/// One pair of solids with the answers of the peers.
 struct Pair {
     name: String,
     solids: [ClosedMesh; 2],
-    /// The peers' answers, a JSON object each.
+    /// The answers of the peers, one JSON object each.
     results: Vec<Value>,
 }
 
@@ -82,7 +81,7 @@ fn sha256(path: &Path) -> String {
     Sha256::digest(fs::read(path).unwrap()).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The map of a placement such as `rotate(0,0,1,30) translate(1,0,0)`, the leftmost step first.
+/// Returns the affine map of a placement such as `rotate(0,0,1,30) translate(1,0,0)`; the leftmost step is applied first.
 fn placement(text: &str) -> DAffine3 {
     let steps = text.split(')').map(str::trim).filter(|step| !step.is_empty());
     steps.fold(DAffine3::IDENTITY, |before, step| {
@@ -100,7 +99,7 @@ fn placement(text: &str) -> DAffine3 {
     })
 }
 
-/// The image of an operation, as the command line makes it.
+/// Returns the image of an operation, made as the command line makes it.
 fn image(operation: BooleanOperation, [a, b]: &[LatticeSolid; 2], axis: Axis, mode: Mode) -> Ldi {
     let sampler = CpuSampler::default();
     let fill = FillRule::EvenOdd;
@@ -116,7 +115,7 @@ fn image(operation: BooleanOperation, [a, b]: &[LatticeSolid; 2], axis: Axis, mo
     }
 }
 
-/// What the peers agree on; nothing where all refuse.
+/// Returns the volume on which the peers agree; `None` where all of them refuse.
 fn agreed(pair: &Pair, operation: &str) -> Option<f64> {
     let values: Vec<f64> = pair.results.iter().filter_map(|result| result[operation].as_f64()).collect();
     let scale = pair.solids[0].signed_volume();
@@ -126,8 +125,8 @@ fn agreed(pair: &Pair, operation: &str) -> Option<f64> {
     values.first().copied()
 }
 
-/// The rule of `tests/reference/live_manifold.py`: a difference of at most 1e-9 of the value, or of `scale`, the volume of
-/// A, where the value is nothing but rounding.
+/// Applies the rule of `tests/reference/live_manifold.py`: the difference is at most 1e-9 of the value, or of `scale`, the volume
+/// of A, where the value is mere rounding.
 fn is_same(found: f64, pinned: f64, scale: f64) -> bool {
     const TOLERANCE: f64 = 1e-9;
     let reference = if pinned.abs() > TOLERANCE * scale { pinned.abs() } else { scale };
@@ -139,7 +138,7 @@ fn is_within(found: f64, expected: f64, tolerance: f64) -> bool {
 }
 
 #[test]
-fn all_pairs_are_within_a_fiftieth_of_a_pixel_of_the_peers() {
+fn volumes_of_all_pairs_are_within_a_fiftieth_of_a_pixel_of_the_peers() {
     let pairs = pairs();
     assert!(pairs.len() >= 10, "only {} pairs", pairs.len());
     let (mut wrong, mut compared, mut honest) = (Vec::new(), 0, 0);
@@ -160,7 +159,7 @@ fn all_pairs_are_within_a_fiftieth_of_a_pixel_of_the_peers() {
                 let found = VolumeEstimate::from_axes(&images.each_ref().map(AxisVolume::of));
                 let error = found.value - expected;
                 compared += 1;
-                // Peers round as well: sums of f64 leave what is zero at some 1e-12.
+                // Peers round too: sums of f64 give about 1e-12 where the value is zero.
                 honest += usize::from(error.abs() <= 2.0 * found.error + 1e-9 * expected.abs() + 1e-9);
                 let line = format!(
                     "{:22}{name:14}{mode_name:7}{expected:14.6}{:14.6}{error:12.2e}{:12.2e}{tolerance:12.2e}",
@@ -180,10 +179,10 @@ fn all_pairs_are_within_a_fiftieth_of_a_pixel_of_the_peers() {
 }
 
 #[test]
-fn the_comparison_can_fail() {
+fn the_comparison_rejects_other_operations_other_operands_and_nan() {
     assert!(is_within(1.0, 1.5, 0.5) && !is_within(1.0, 1.6, 0.5) && !is_within(1.0, 0.4, 0.5));
     assert!(!is_within(f64::NAN, 1.0, 0.5) && !is_within(1.0, f64::NAN, 0.5));
-    // Another pair's answers, another operation's and another place are told from the right ones.
+    // The comparison rejects the volume of another operation and of other operands.
     let pair = pair(&root().join("data/reference/rotated_boxes.json"));
     let [a, b] = &pair.solids;
     let grid = Grid::with_resolution(a.bounds().union(b.bounds()), 128, 1024).unwrap();
@@ -200,14 +199,14 @@ fn the_comparison_can_fail() {
 }
 
 #[test]
-fn peers_differ_by_a_billionth_at_most() {
+fn answers_that_differ_by_more_than_a_billionth_are_not_the_same() {
     assert!(is_same(2.0 + 1e-9, 2.0, 1.0) && !is_same(2.0 + 3e-9, 2.0, 1.0));
     assert!(is_same(1e-12, 0.0, 1.0) && !is_same(2e-9, 0.0, 1.0));
     assert!(!is_same(f64::NAN, 1.0, 1.0) && !is_same(1.0, f64::NAN, 1.0));
 }
 
 #[test]
-fn placements_are_done_from_the_left() {
+fn placement_steps_apply_from_left_to_right() {
     let place = |text| placement(text).transform_point3(DVec3::X);
     assert!((place("translate(1,0,0) scale(3)") - DVec3::new(6.0, 0.0, 0.0)).length() < 1e-12);
     assert!((place("scale(3) translate(1,0,0)") - DVec3::new(4.0, 0.0, 0.0)).length() < 1e-12);

@@ -1,17 +1,17 @@
-//! What must never be in the sources, checked on their text: who may import whom, where printing, file formats and the
-//! GPU may be named, that every module says what it is, and that no large file slips in.
+//! Checks the text of the sources: which modules may import which, where printing, file formats and the GPU may be named, that
+//! every module has a doc comment, and that no large file is in the tree.
 //!
-//! Comments and string literals are set aside first, and so is what only tests compile. `use` trees are written out and
-//! `super`, `self` and the crate's own name resolved, so that no spelling of an import escapes.
+//! The checks first remove comments, string literals and code that only tests compile. They expand `use` trees and resolve
+//! `super`, `self` and the crate's own name, so that every spelling of an import is found.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Larger files belong elsewhere than in the history of the sources.
+/// The largest size of a file in the tree, in bytes; a larger file does not belong in the history of the sources.
 const LARGEST_FILE: u64 = 2 << 20;
 
-/// Crates that read or write files of a format.
+/// Crates that read or write file formats.
 const FORMAT_CRATES: &[&str] = &[
     "tobj",
     "gltf",
@@ -27,10 +27,10 @@ const FORMAT_CRATES: &[&str] = &[
     "ndarray_npy",
 ];
 
-/// Where those may be named.
+/// Paths that may name those crates.
 const FORMAT_PLACES: &[&str] = &["src/mesh/io/", "src/ldi/npz/", "src/voxels/", "src/picture/png.rs"];
 
-/// What works on images and must not know how they come about.
+/// Modules that work on images and must not depend on the modules that make them.
 const OPERATIONS: &[&str] = &[
     "src/boolean",
     "src/integrate",
@@ -43,7 +43,7 @@ const OPERATIONS: &[&str] = &[
 ];
 
 #[test]
-fn sources_keep_to_their_places() {
+fn no_source_breaks_the_structure_rules() {
     let root = root();
     let mut wrong = Vec::new();
     let mut seen = 0;
@@ -56,9 +56,10 @@ fn sources_keep_to_their_places() {
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
 }
 
-/// Constants that both sides need are declared in Rust and emitted into WGSL (`src/sampler/gpu/view.rs`).
+/// Asserts that no constant is declared both in Rust and in WGSL; shared constants are declared in Rust and emitted into WGSL
+/// (`src/sampler/gpu/view.rs`).
 #[test]
-fn no_constant_is_typed_in_rust_and_in_wgsl() {
+fn no_constant_is_declared_in_both_rust_and_wgsl() {
     let root = root();
     let constants = |text: &str, of: &[char]| -> Vec<String> {
         let names = text.lines().filter_map(|line| line.trim_start().trim_start_matches("pub ").strip_prefix("const "));
@@ -79,11 +80,11 @@ fn no_constant_is_typed_in_rust_and_in_wgsl() {
 }
 
 #[test]
-fn no_file_of_the_tree_is_large() {
+fn no_file_of_the_tree_exceeds_the_size_limit() {
     let root = root();
     let mut seen = 0;
     for path in files(&root) {
-        // A file that was removed and is not yet committed is still listed.
+        // Git still lists a removed file until the removal is committed.
         let Ok(data) = fs::metadata(root.join(&path)) else { continue };
         seen += 1;
         assert!(!is_large(data.len()), "{path} has {} bytes", data.len());
@@ -99,7 +100,8 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Files of the tree, by their paths from the root: those that git knows or would take, or all where there is no git.
+/// Returns the files of the tree by their paths from the root: those that git tracks or would add, or all where git is not
+/// available.
 fn files(root: &Path) -> Vec<String> {
     let listed = Command::new("git")
         .args(["ls-files", "-z", "--cached", "--others", "--exclude-standard"])
@@ -136,7 +138,7 @@ fn rust_files(root: &Path) -> Vec<String> {
     paths
 }
 
-/// Everything that is wrong with one source.
+/// Returns everything that is wrong with one source.
 fn faults(path: &str, text: &str) -> Vec<String> {
     let mut found = Vec::new();
     let mut fault = |what: String| found.push(format!("{path}: {what}"));
@@ -151,7 +153,7 @@ fn faults(path: &str, text: &str) -> Vec<String> {
     if !path.starts_with("src/") {
         return found;
     }
-    // Tests that have a file or a folder of their own stand behind `#[cfg(test)]` in the module above.
+    // A test module with its own file or folder stands behind `#[cfg(test)]` in the parent module.
     let code = match path.starts_with("src/") && (path.ends_with("/tests.rs") || path.contains("/tests/")) {
         true => String::new(),
         false => without_tests(&code),
@@ -183,7 +185,7 @@ fn faults(path: &str, text: &str) -> Vec<String> {
         .iter()
         .any(|operation| path.strip_prefix(operation).is_some_and(|rest| rest == ".rs" || rest.starts_with('/')));
     if is_operation {
-        // A sum has no mesh to sample: its images are made of the crossings of its primitives, by the sampler's stages.
+        // A sum has no mesh to sample: the sampler's stages make its images from the crossings of its primitives.
         if imports("sampler") && !path.starts_with("src/minkowski") {
             fault("an operation imports the sampler".to_owned());
         }
@@ -200,7 +202,7 @@ fn faults(path: &str, text: &str) -> Vec<String> {
     found
 }
 
-/// The code with comments and the insides of literals turned into spaces; lines stay where they are.
+/// Returns the code with comments and the contents of literals replaced by spaces; line numbers stay the same.
 fn without_comments_and_strings(text: &str) -> String {
     let bytes: Vec<char> = text.chars().collect();
     let at = |i: usize| bytes.get(i).copied().unwrap_or('\0');
@@ -248,7 +250,7 @@ fn without_comments_and_strings(text: &str) -> String {
             i += 1;
             code.push(' ');
         } else if at(i) == '\'' && (at(i + 2) == '\'' || at(i + 1) == '\\') {
-            // A character; what else begins with a quote is a lifetime.
+            // This is a character literal; any other quote begins a lifetime.
             i += if at(i + 1) == '\\' { 3 } else { 2 };
             while i < bytes.len() && at(i) != '\'' {
                 i += 1;
@@ -263,14 +265,14 @@ fn without_comments_and_strings(text: &str) -> String {
     code
 }
 
-/// The code without the items that stand behind `#[cfg(test)]`.
+/// Returns the code without the items behind `#[cfg(test)]`.
 fn without_tests(code: &str) -> String {
     let mut rest = code;
     let mut kept = String::new();
     while let Some(start) = rest.find("#[cfg(test)]") {
         kept.push_str(&rest[..start]);
         let item = &rest[start + "#[cfg(test)]".len()..];
-        // An item ends with its block or, where a semicolon comes first, with that.
+        // An item ends with its block, or with a semicolon if one comes first.
         let end = match (item.find('{'), item.find(';')) {
             (Some(block), semicolon) if semicolon.is_none_or(|semicolon| block < semicolon) => {
                 let mut depth = 0;
@@ -288,7 +290,7 @@ fn without_tests(code: &str) -> String {
     kept + rest
 }
 
-/// Every path in the code, `use` trees written out, with `self` and `super` resolved to where the file stands.
+/// Returns every path in the code, with `use` trees expanded and `self` and `super` resolved by the file's module.
 fn imports(file: &str, code: &str) -> Vec<Vec<String>> {
     let tokens = tokens(code);
     let mut found = Vec::new();
@@ -313,7 +315,7 @@ fn imports(file: &str, code: &str) -> Vec<Vec<String>> {
     found.into_iter().map(|path| resolved(&module, path)).collect()
 }
 
-/// Reads one `use` tree from `tokens[*i]` on and adds its paths, each behind `before`.
+/// Reads one `use` tree from `tokens[*i]` on and adds its paths, each prefixed with `before`.
 fn tree(tokens: &[String], i: &mut usize, mut before: Vec<String>, found: &mut Vec<Vec<String>>) {
     while *i < tokens.len() {
         match tokens[*i].as_str() {
@@ -344,7 +346,7 @@ fn is_name(token: &str) -> bool {
     token.starts_with(|c: char| c.is_alphabetic() || c == '_')
 }
 
-/// Names, `::`, and every other character that is no space on its own.
+/// Splits code into names, `::`, and every other single character that is not a space.
 fn tokens(code: &str) -> Vec<String> {
     let mut tokens: Vec<String> = Vec::new();
     let mut characters = code.chars().peekable();
@@ -364,7 +366,7 @@ fn tokens(code: &str) -> Vec<String> {
     tokens
 }
 
-/// The module that a file of the library is, from the crate on.
+/// Returns the module path, from the crate on, of a file of the library.
 fn module_of(file: &str) -> Vec<String> {
     let inner = file.strip_prefix("src/").unwrap_or(file).trim_end_matches(".rs");
     let names = inner.split('/').filter(|name| !["mod", "lib", "main"].contains(name)).map(str::to_owned);
@@ -387,7 +389,7 @@ fn resolved(module: &[String], path: Vec<String>) -> Vec<String> {
 }
 
 fn names_crate(paths: &[Vec<String>], name: &str) -> bool {
-    // A path of one name is a variable or a type, except in `use`, where a crate alone is useless but for its macros.
+    // A path of one name is a variable or a type, except in `use`, where a bare crate is useful only for its macros.
     paths.iter().any(|path| path.first().is_some_and(|first| first == name) && path.len() > 1)
 }
 
@@ -399,13 +401,13 @@ fn calls_macro(code: &str, name: &str) -> bool {
 mod tests {
     use super::*;
 
-    /// What is wrong with a source that has docs.
+    /// Returns the faults of a source that has a module comment.
     fn faults_of(path: &str, code: &str) -> Vec<String> {
         faults(path, &format!("//! A module.\n{code}"))
     }
 
     #[test]
-    fn bad_snippets_are_found() {
+    fn snippets_that_break_a_rule_are_found() {
         let bad = [
             ("src/sampler/cpu/mod.rs", "use wgpu::Device;"),
             ("src/boolean.rs", "fn f(device: &wgpu::Device) {}"),
@@ -452,7 +454,7 @@ mod tests {
     }
 
     #[test]
-    fn good_snippets_pass() {
+    fn snippets_that_keep_the_rules_pass() {
         let good = [
             ("src/sampler/gpu/mod.rs", "use wgpu::Device; use super::layout::Voxels;"),
             ("src/minkowski/gpu/flood.rs", "use wgpu::Queue;"),
@@ -479,7 +481,7 @@ mod tests {
     }
 
     #[test]
-    fn what_follows_a_test_module_counts_again() {
+    fn code_after_a_test_module_is_checked() {
         let code = "#[cfg(test)]\nmod tests { fn f() { if true { } } }\nuse crate::sampler::Mode;";
         assert_eq!(faults_of("src/boolean.rs", code).len(), 1);
         let code = "#[cfg(test)]\nmod testing;\nuse crate::sampler::Mode;";
@@ -487,7 +489,7 @@ mod tests {
     }
 
     #[test]
-    fn large_files_are_large() {
+    fn files_above_the_limit_are_large() {
         assert!(is_large((2 << 20) + 1) && !is_large(2 << 20) && !is_large(0));
     }
 }

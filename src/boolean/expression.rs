@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn operations_go_from_left_to_right() {
+    fn operations_evaluate_from_left_to_right() {
         let of = |operation, inside: &[bool]| Expression::of_inputs(operation, inside.len()).holds(|i| inside[i]);
         assert!(of(BooleanOperation::Difference, &[true, false, false]));
         assert!(!of(BooleanOperation::Difference, &[true, false, true]));

@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn operators_bind_as_on_the_sets_of_python() {
+    fn operators_have_the_precedence_of_pythons_sets() {
         for (text, expected) in [
             ("a | b & c - d", "(a|(b&(c-d)))"),
             ("a - b & c | d", "(((a-b)&c)|d)"),
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_placed_by_characters() {
+    fn errors_count_characters_to_the_fault() {
         let fault = |text: &str| Expression::parse(text, &["a", "Knochen_2", "größe"]).unwrap_err();
         let character = Found::Character;
         assert_eq!(fault(""), ExpressionError::Operand { at: 0, found: Found::End });
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn depth_is_not_limited_by_the_stack() {
+    fn parsing_depth_is_not_limited_by_the_stack() {
         const DEPTH: usize = 300_000;
         let text = format!("{}b{}", "a - (".repeat(DEPTH), ")".repeat(DEPTH));
         let expression = Expression::parse(&text, &["a", "b"]).unwrap();

@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn an_estimate_takes_opposite_estimates_away() {
+    fn estimates_subtract_opposite_estimates() {
         for (text, expected) in [
             ("a", "a"),
             ("a & (b | c)", "abc"),
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn polarities_follow_differences() {
+    fn differences_reverse_the_polarity() {
         let of = |text| plan(text, Images::Exact).polarities;
         use Polarity::{Against, Along, Both};
         assert_eq!(of("a - (b - c)"), [Along, Against, Along]);
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn chains_of_any_length_are_one_counter() {
+    fn chains_of_any_length_need_one_counter() {
         for sign in ["-", "|", "&", "^"] {
             let chain = vec!["a"; 100_000].join(sign);
             let plan = plan(&chain, Images::Exact);
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn deep_expressions_take_linear_room() {
+    fn deep_expressions_take_linear_memory() {
         for images in [Images::Exact, Images::Estimates] {
             let deep = format!("{}a{}", "a ^ (b | ".repeat(50_000), ")".repeat(50_000));
             let plan = plan(&deep, images);

@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn only_rays_that_matter_remain() {
+    fn regions_hold_only_rays_that_affect_the_result() {
         assert_eq!(regions("a | b | c | d"), [(0, 8), (4, 20), (16, 30), (6, 9)]);
         assert_eq!(regions("(a - b) - (c | d)"), [(0, 8), (4, 8), (0, 0), (6, 8)]);
         assert_eq!(regions("(a ^ b) & (c | d)"), [(6, 8), (6, 20), (16, 20), (6, 9)]);

@@ -58,7 +58,7 @@ fn swept(text: &str, rays: &[&[i32]]) -> Vec<i32> {
 }
 
 #[test]
-fn touching_intervals_unite_and_intersect_in_nothing() {
+fn touching_intervals_unite_and_have_an_empty_intersection() {
     assert_eq!(swept("a | b", &[&[0, 4], &[4, 8]]), [0, 8]);
     assert_eq!(swept("a & b", &[&[0, 4], &[4, 8]]), [0; 0]);
     assert_eq!(swept("a - b", &[&[0, 4], &[4, 8]]), [0, 4]);
@@ -76,7 +76,7 @@ fn an_operand_may_hold_empty_and_touching_intervals() {
 }
 
 #[test]
-fn rays_unclosed_anywhere_are_unclosed_in_the_result() {
+fn rays_unclosed_in_any_operand_are_unclosed_in_the_result() {
     let grid = grid(3);
     let open = |ray| Ldi::from_parts(grid, Axis::Z, vec![0; 4], vec![], vec![ray]).unwrap();
     let [a, b, c] = [open(0), bare(&[vec![0, 4], vec![0, 4], vec![0, 4]]), open(2)];
@@ -104,7 +104,7 @@ fn with_triangles(operation: BooleanOperation, rays: &[&[Sample]]) -> Vec<Sample
 }
 
 #[test]
-fn triangles_are_counted_through() {
+fn triangle_numbers_continue_from_operand_to_operand() {
     let (a, b) = (&[(0, 7), (8, 3)][..], &[(4, 5), (12, 6)][..]);
     assert_eq!(with_triangles(BooleanOperation::Union, &[a, b]), [(0, 7), (12, 106)]);
     assert_eq!(with_triangles(BooleanOperation::Intersection, &[a, b]), [(4, 105), (8, 3)]);
@@ -114,7 +114,7 @@ fn triangles_are_counted_through() {
 }
 
 #[test]
-fn of_samples_at_one_depth_the_least_that_goes_the_right_way_stands() {
+fn samples_at_one_depth_keep_the_least_triangle_of_the_right_direction() {
     // B enters where A leaves: the end of the intersection with C is A's, whatever comes first.
     let (a, b, c) = (&[(0, 9), (4, 9)][..], &[(4, 1), (8, 1)][..], &[(0, 2), (8, 2)][..]);
     assert_eq!(with_triangles(BooleanOperation::Intersection, &[b, c]), [(4, 1), (8, 1)]);
@@ -131,7 +131,7 @@ fn of_samples_at_one_depth_the_least_that_goes_the_right_way_stands() {
 }
 
 #[test]
-fn triangles_are_carried_by_all_operands_or_by_none() {
+fn results_have_triangles_only_if_all_operands_have() {
     let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Union, 2), Images::Exact);
     let (with, without) = (image(&[vec![(0, 1), (4, 2)]]), bare(&[vec![6, 8]]));
     assert_eq!(plan.sweep(&operands(&[with.clone(), without])).unwrap().triangles(), None);
@@ -198,7 +198,7 @@ fn spans(holds: impl Fn(i32) -> bool) -> Vec<i32> {
 }
 
 #[test]
-fn random_expressions_hold_what_is_true_at_every_depth() {
+fn random_expressions_agree_with_pointwise_evaluation() {
     let mut random = Random(1);
     for round in 0..400 {
         // Some have a table and some do not.
@@ -257,7 +257,7 @@ fn estimate(operation: BooleanOperation, operands: &[(bool, bool)]) -> (bool, bo
 }
 
 #[test]
-fn random_estimates_hold_what_follows_from_those_of_their_inputs() {
+fn random_estimates_agree_with_pointwise_bounds_of_their_inputs() {
     let mut random = Random(2);
     for round in 0..600 {
         let inputs = 1 + random.below(8);

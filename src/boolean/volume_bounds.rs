@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_hold_the_volumes_of_all_sets_of_cells_and_are_reached() {
+    fn bounds_enclose_the_volumes_of_all_sets_of_cells_and_are_reached() {
         for operation in OPERATIONS {
             let expression = Expression::of_inputs(operation, 2);
             let mut reached = std::collections::BTreeMap::new();
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_that_barely_overlap_leave_little_room() {
+    fn boxes_that_barely_overlap_give_tight_bounds() {
         let solid = |from: f64, volume: f64| VolumeBounds {
             volume: [volume; 2],
             corners: [DVec3::new(from, 0.0, 0.0), DVec3::new(from + 1.0, 1.0, 1.0)],
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn three_operands_are_taken_from_left_to_right() {
+    fn bounds_fold_three_operands_from_left_to_right() {
         let inputs = [[4.0, 5.0], [1.0, 2.0], [0.0, 1.0]];
         let bounds = Expression::of_inputs(BooleanOperation::Difference, 3)
             .volume_bounds(|i| VolumeBounds { volume: inputs[i], ..of_cells(0.0) });

@@ -49,7 +49,7 @@ mod tests {
 
     /// Operands of which one is nearly as long as their sum, at the largest possible number of rays.
     #[test]
-    fn operands_have_no_more_rays_than_the_sum() {
+    fn operand_grids_have_no_more_rays_than_the_sum() {
         let long = Aabb { min: DVec3::splat(-3.0), max: DVec3::new(7.0, -2.99, -2.99) };
         for size in [1e-9, 1e-5, 1e-3] {
             let short = Aabb { min: DVec3::ZERO, max: DVec3::splat(size) };

@@ -67,7 +67,7 @@ mod tests {
     use crate::solids;
 
     #[test]
-    fn the_area_of_a_sphere_is_found_from_its_hits() {
+    fn hits_give_the_area_of_a_sphere() {
         let mesh = ClosedMesh::check(solids::geodesic(1.0, 40).unwrap()).unwrap();
         let exact = mesh.mesh().area();
         let grid = Grid::with_resolution(mesh.bounds(), 256, 1024).unwrap();

@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn the_inertia_of_a_turned_box_has_products() {
+    fn a_turned_box_has_products_of_inertia() {
         // A prism over the right triangle (0,0), (1,0), (0,1): I_xy about the centroid is −∫(x − x̄)(y − ȳ) = 1/72 of h.
         let mut prism = solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
         for p in &mut prism.positions {

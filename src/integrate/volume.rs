@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_between_the_rays_are_right_to_first_order() {
+    fn faces_between_the_rays_are_corrected_to_first_order() {
         // Sides of 100, 7.3 and 3.4 pixels: each image is off by up to 14 %.
         let mesh = box_of(DVec3::ZERO, DVec3::new(100.0, 7.3, 3.4));
         let axes = axis_volumes(&mesh, 100);
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn no_volume_is_negative() {
+    fn volume_estimates_are_never_negative() {
         let estimate = |unseen: f64| {
             VolumeEstimate::from_axes(&Axis::ALL.map(|axis| {
                 let unseen = Axis::ALL.map(|other| if other == axis { 0.0 } else { unseen });

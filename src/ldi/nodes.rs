@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn every_node_is_as_its_rays_have_it() {
+    fn node_states_agree_with_the_rays() {
         // 130 nodes along x: three words, the last of them short.
         let exact = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 130, 1024, Mode::Exact);
         let rays = exact[0].grid().rays().map(|n| n as i32);
@@ -401,7 +401,7 @@ mod tests {
     }
 
     #[test]
-    fn images_must_belong_together() {
+    fn images_of_different_grids_or_axes_are_refused() {
         let a = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 20, 64, Mode::Exact);
         let b = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 21, 64, Mode::Exact);
         assert_eq!(NodePlanes::new([], Combine::Any).unwrap_err(), NodesError::NoImage);

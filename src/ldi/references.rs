@@ -83,7 +83,7 @@ mod tests {
     use crate::solids;
 
     #[test]
-    fn every_sample_of_an_estimate_has_the_triangle_of_its_crossing() {
+    fn samples_of_an_estimate_have_the_triangle_of_their_crossing() {
         let torus = ClosedMesh::check(solids::torus(3.0, 1.0, 31, 17).unwrap()).unwrap();
         let ball = ClosedMesh::check(solids::geodesic(2.9, 6).unwrap()).unwrap();
         let grid = Grid::with_resolution(torus.bounds().union(ball.bounds()), 50, 64).unwrap();

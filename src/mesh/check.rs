@@ -1267,7 +1267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cube_is_a_solid_shared_or_not() {
+    fn cubes_are_solids_with_shared_or_separate_vertices() {
         for mesh in [unit_cube(), soup(&unit_cube())] {
             let report = check(&mesh);
             assert!(report.is_closed() && report.is_oriented() && report.is_solid());
@@ -1298,7 +1298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_triangle_too_many_leaves_three_odd_edges() {
+    fn an_extra_triangle_leaves_three_odd_edges() {
         let mut mesh = unit_cube();
         mesh.triangles.push(mesh.triangles[5]);
         let report = check(&mesh);
@@ -1326,7 +1326,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flat_shell_faces_neither_way() {
+    fn flat_shells_have_no_orientation() {
         // Back to back and oblique, so that rounding gives it some volume.
         let positions = vec![
             DVec3::new(47.263699, 36.56691, 12.565804),
@@ -1344,7 +1344,7 @@ mod tests {
     }
 
     #[test]
-    fn a_doubled_mesh_is_closed_but_no_solid() {
+    fn doubled_meshes_are_closed_and_not_solids() {
         let mesh = unit_cube();
         let report = check(&together(&[mesh.clone(), mesh.clone()]));
         assert!(report.is_closed() && report.is_oriented() && !report.is_solid());
@@ -1368,7 +1368,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cube_inside_out_is_found_alone_and_in_company() {
+    fn inside_out_cubes_are_found_alone_and_beside_others() {
         let inside_out = reversed(&unit_cube());
         let report = check(&inside_out);
         assert!(report.is_closed() && report.is_oriented() && !report.is_solid());
@@ -1429,14 +1429,14 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_mesh_is_no_solid() {
+    fn empty_meshes_are_not_solids() {
         let report = check(&TriangleMesh::default());
         assert_eq!(codes(&report), [("no-triangles", 1)]);
         assert!(!report.is_closed() && !report.is_solid());
     }
 
     #[test]
-    fn touching_cubes_are_two_shells_and_a_solid() {
+    fn touching_cubes_are_two_shells_of_a_solid() {
         let touching = |corner| check(&together(&[unit_cube(), cube(corner, 1.0)]));
         let face = touching(DVec3::X);
         assert_eq!(codes(&face), [("opposed-duplicate-triangle", 2), ("non-manifold-edge", 5)]);
@@ -1513,7 +1513,7 @@ mod tests {
     }
 
     #[test]
-    fn a_soup_of_random_triangles_is_all_open() {
+    fn all_edges_of_a_random_soup_are_open() {
         let mut state = 1u64;
         let mut random = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -1540,7 +1540,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_without_area_are_notes() {
+    fn triangles_without_area_give_notes() {
         let mut mesh = unit_cube();
         mesh.triangles.extend([[0, 0, 0], [0, 0, 5], [3, 5, 3]]);
         // The edge from 0 to 1 gets a vertex in its middle on one side only, and a sliver that closes the gap.
@@ -1579,7 +1579,7 @@ mod tests {
     }
 
     #[test]
-    fn many_shells_are_judged_alike_by_any_number_of_threads() {
+    fn reports_of_many_shells_do_not_depend_on_the_thread_count() {
         let mut parts = vec![cube(DVec3::splat(-1.0), 60.0)];
         for i in 0..1000u32 {
             let corner = DVec3::new(f64::from(i % 10), f64::from(i / 10 % 10), f64::from(i / 100)) * 5.0;
@@ -1618,7 +1618,7 @@ mod tests {
         }
 
         #[test]
-        fn the_order_of_triangles_changes_no_count(picks in prop::collection::vec((0..6u32, 0..6u32, 0..6u32), 1..30)) {
+        fn triangle_order_changes_no_count(picks in prop::collection::vec((0..6u32, 0..6u32, 0..6u32), 1..30)) {
             let positions: Vec<DVec3> =
                 (0..6).map(|i| DVec3::new(f64::from(i), f64::from(i * i), f64::from(i % 2))).collect();
             let triangles: Vec<[u32; 3]> = picks.iter().map(|&(a, b, c)| [a, b, c]).collect();

@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn closed_meshes_pass_shared_or_not() {
+    fn closed_meshes_pass_with_shared_or_separate_vertices() {
         for mesh in [cube(DVec3::ZERO, 1.0), tetrahedron(), torus(300, 200)] {
             for mesh in both_forms(&mesh) {
                 let bounds = mesh.bounds().unwrap();
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_triangle_is_found_wherever_it_is() {
+    fn every_missing_triangle_is_found() {
         let mesh = torus(30, 20);
         for missing in 0..mesh.triangles.len() {
             for mut mesh in both_forms(&mesh) {
@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_moved_by_one_ulp_is_found_wherever_it_is() {
+    fn every_corner_moved_by_one_ulp_is_found() {
         let mesh = soup(&torus(20, 10));
         for corner in 0..mesh.positions.len() {
             for axis in 0..3 {
@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn zero_has_no_sign() {
+    fn negative_zero_equals_zero() {
         let mut mesh = soup(&tetrahedron());
         for coordinate in mesh.positions.iter_mut().step_by(2).flat_map(|p| p.as_mut()) {
             if *coordinate == 0.0 {
@@ -380,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flipped_triangle_leaves_it_closed_but_not_oriented() {
+    fn a_flipped_triangle_leaves_a_mesh_closed_but_not_oriented() {
         for mut mesh in both_forms(&torus(30, 20)) {
             mesh.triangles[77].swap(0, 1);
             let closed = ClosedMesh::check(mesh).unwrap();
@@ -415,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_sound_is_refused() {
+    fn empty_non_finite_and_out_of_range_meshes_are_refused() {
         assert!(ClosedMesh::check(TriangleMesh::default()).is_err());
         for mesh in both_forms(&tetrahedron()) {
             for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -463,7 +463,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
         #[test]
-        fn the_hash_agrees_with_tables(
+        fn edge_hashes_agree_with_edge_tables(
             places in prop::collection::vec((0..2u8, 0..2u8, 0..2u8), 4..6),
             picks in prop::collection::vec((0..4u32, 0..4u32, 0..4u32), 1..10),
             solids in prop::collection::vec((0..3u8, any::<bool>()), 0..3),

@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_of_a_box_may_lie_in_its_faces_edges_and_corners() {
+    fn hulls_hold_positions_in_faces_edges_and_corners_of_a_box() {
         let grid = |side: usize| (0..side * side * side).map(move |i| [i % side, i / side % side, i / side / side]);
         let positions: Vec<DVec3> = grid(7).map(|p| DVec3::from_array(p.map(|c| c as f64))).collect();
         assert!((checked(&positions) - 216.0).abs() < 1e-9);
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn random_positions_of_a_small_lattice_have_a_hull() {
+    fn random_lattice_positions_have_a_closed_hull() {
         let mut state = 7u64;
         let mut below = |end: u64| {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_flat_has_no_hull() {
+    fn flat_position_sets_have_no_hull() {
         let flat = |p: [f64; 2]| DVec3::new(p[0], p[1], p[0] + 2.0 * p[1]);
         let plane: Vec<DVec3> = (0..20).map(|i| flat([f64::from(i % 5), f64::from(i / 5)])).collect();
         assert!(convex_hull(&plane).is_none());

@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plate_has_the_mass_properties_of_a_plate_wherever_it_is() {
+    fn plates_have_closed_form_mass_properties_at_any_place() {
         for corner in [DVec3::ZERO, DVec3::new(-7.0, 1e3, 50.0)] {
             let size = DVec3::new(100.0, 1.125, 64.0);
             let found = of(solids::cuboid(corner, corner + size).unwrap());
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hollow_cube_is_a_cube_less_its_hollow() {
+    fn mass_properties_of_a_hollow_cube_are_the_cubes_less_its_hollows() {
         let mesh = together(&[cube(DVec3::ZERO, 4.0), reversed(&cube(DVec3::ONE, 2.0))]);
         let found = of(mesh.clone());
         assert_eq!((found.volume, found.area), (56.0, 120.0));

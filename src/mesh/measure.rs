@@ -183,7 +183,7 @@ mod tests {
     use crate::mesh::testing::{cube, tetrahedron, together};
 
     #[test]
-    fn volume_and_area_of_a_cube_are_exact_wherever_it_is() {
+    fn volume_and_area_of_a_cube_are_exact_at_any_place() {
         for (corner, side) in [(0.0, 1.0), (1e6, 3.0), (-1e15, 2.0), (0.0, 2f64.powi(100)), (0.0, 2f64.powi(-330))] {
             let mesh = cube(DVec3::splat(corner), side);
             assert_eq!(mesh.signed_volume(), side * side * side, "{corner} {side}");
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_are_of_used_positions_only() {
+    fn bounds_enclose_used_positions_only() {
         let mut mesh = tetrahedron();
         let bounds = mesh.bounds();
         assert_eq!(bounds, Some(Aabb { min: DVec3::ZERO, max: DVec3::ONE }));
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_coordinate_that_is_not_finite_leaves_no_number() {
+    fn coordinates_that_are_not_finite_give_nan() {
         for bad in [f64::NAN, f64::INFINITY] {
             let mut mesh = tetrahedron();
             mesh.positions[1].x = bad;
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn sums_do_not_depend_on_the_thread_count() {
+    fn volume_and_area_do_not_depend_on_the_thread_count() {
         let cubes: Vec<_> = (0..5000)
             .map(|i| {
                 let corner = DVec3::new(f64::from(i) * 0.37, f64::from(i % 71) * 1.1, f64::from(i % 13) / 3.0);

@@ -35,7 +35,7 @@ mod tests {
     use crate::mesh::testing::tetrahedron;
 
     #[test]
-    fn a_mirrored_solid_still_faces_outwards() {
+    fn mirrored_solids_face_outwards() {
         let mut mesh = tetrahedron();
         mesh.transform(&DAffine3::from_scale(DVec3::new(-2.0, 1.0, 1.0)));
         assert_eq!(mesh.signed_volume(), 2.0 * tetrahedron().signed_volume());
@@ -43,7 +43,7 @@ mod tests {
     }
 
     #[test]
-    fn a_moved_solid_keeps_its_triangles() {
+    fn moved_solids_keep_their_triangles() {
         let mut mesh = tetrahedron();
         mesh.transform(&DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0)));
         assert_eq!(mesh.triangles, tetrahedron().triangles);

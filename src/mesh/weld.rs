@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_of_each_position_stays() {
+    fn welding_keeps_the_first_of_equal_positions() {
         let corners = [[1.0, 2.0, 3.0], [0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [5.0, 0.0, 0.0], [-0.0, 0.0, -0.0]];
         let nan = DVec3::new(f64::NAN, 0.0, 0.0);
         let positions: Vec<DVec3> = corners.into_iter().map(DVec3::from).chain([nan, nan]).collect();
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_soup_of_a_solid_becomes_the_solid() {
+    fn welding_the_soup_of_a_solid_restores_the_solid() {
         let solid = crate::solids::geodesic(1.0, 20).unwrap();
         let positions = solid.triangles.iter().flatten().map(|&index| solid.positions[index as usize]).collect();
         let triangles = (0..solid.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();

@@ -363,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn shells_must_alternate() {
+    fn nested_shells_are_proved_only_if_they_alternate() {
         let nested = |inner: TriangleMesh| together(&[cube(DVec3::ZERO, 4.0), inner]);
         let hollow = reversed(&cube(DVec3::ONE, 2.0));
         assert_eq!(proof(&nested(hollow.clone())), Ok(()));
@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn what_crosses_touches_or_is_folded_is_not_proved() {
+    fn crossing_touching_and_folded_meshes_are_not_proved() {
         let pair = |by: DVec3| together(&[cube(DVec3::ZERO, 1.0), cube(by, 1.0)]);
         let skewed = together(&[cube(DVec3::ZERO, 1.0), tetrahedron()]);
         let doubled = together(&[tetrahedron(), tetrahedron(), tetrahedron()]);
@@ -395,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_pushed_through_the_far_side_is_found_wherever_it_is() {
+    fn every_corner_pushed_through_the_far_side_is_found() {
         let torus = solids::torus(3.0, 1.0, 24, 12).unwrap();
         for vertex in (0..torus.positions.len()).step_by(7) {
             let mut mesh = torus.clone();
@@ -405,7 +405,7 @@ mod tests {
     }
 
     #[test]
-    fn the_answer_does_not_depend_on_threads() {
+    fn the_proof_does_not_depend_on_the_thread_count() {
         let balls: Vec<TriangleMesh> = (0..8)
             .map(|i| {
                 let mut ball = solids::geodesic(1.0, 12).unwrap();
@@ -426,7 +426,7 @@ mod tests {
 
         /// Boxes on a lattice, some facing inwards: the winding number of a unit cell is the sum over the boxes around it.
         #[test]
-        fn a_proof_means_that_cells_have_windings_of_0_and_1(
+        fn proved_meshes_have_winding_numbers_0_and_1_alone(
             boxes in prop::collection::vec(((0..6i32, 0..6i32, 0..6i32), (1..5i32, 1..5i32, 1..5i32), any::<bool>()), 1..4),
         ) {
             let mut meshes = Vec::new();

@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn an_ellipsoid_has_intercepts_like_its_half_axes() {
+    fn intercepts_of_an_ellipsoid_are_proportional_to_its_half_axes() {
         let half = DVec3::new(3.0, 2.0, 1.0);
         let turn = turns(3).last().unwrap();
         let errors = [8, 16, 32].map(|frequency| {
@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cube_is_isotropic_however_it_lies() {
+    fn cubes_are_isotropic_at_any_rotation() {
         let along_the_axes = of(&cube(1.0));
         assert!(along_the_axes.degree.abs() < 1e-13, "{along_the_axes:?}");
         let worst = turns(50).map(|turn| of(&turned(cube(1.0), turn)).degree).fold(0.0, f64::max);
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn where_there_is_no_surface_there_is_no_ellipsoid() {
+    fn empty_surfaces_have_no_ellipsoid() {
         let block = Sampled::of(cube(1.0), 8);
         let facets = block.facets();
         let surface = SurfaceElements::of_facets(&facets, &block.boxed()).unwrap();

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn chords_of_a_ball() {
+    fn chord_lengths_of_a_ball_converge_to_the_closed_form() {
         // By length, the mean is ⟨l²⟩/⟨l⟩ = 2R²/(4R/3).
         let exact = [4.0 / 3.0, 2.0f64.sqrt() / 3.0, 1.5];
         let errors = [32, 64, 128].map(|resolution| {
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn mean_chords_are_twice_the_share_over_the_crossings() {
+    fn mean_chords_converge_to_twice_the_share_over_the_crossings() {
         for surface in [Surface::Gyroid, Surface::Diamond] {
             let mesh = network(surface, 1, 32);
             let errors = [32, 64, 128].map(|resolution| {
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_box_cuts_is_censored_and_what_repeats_is_joined() {
+    fn chords_cut_by_the_box_are_censored_and_periodic_ones_are_joined() {
         // Pores of 3 between plates of 1 in a box that begins in the middle of a pore: 1.5, then 3, then 1.5.
         let plate = |z: f64| solids::cuboid(DVec3::new(0.0, 0.0, z), DVec3::new(8.0, 8.0, z + 1.0)).unwrap();
         let (mut plates, other) = (plate(1.5), plate(5.5));
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn another_mesh_ends_chords_as_a_box_does() {
+    fn a_mesh_region_ends_chords_as_a_box_does() {
         // A rod within a ball: solid chords along it end at the ball, those across it at its sides.
         let grid = grid_of(DVec3::splat(-2.0), DVec3::splat(2.0), 64);
         let rod = solids::cuboid(DVec3::new(-0.3, -0.3, -1.9), DVec3::new(0.3, 0.3, 1.9)).unwrap();
@@ -338,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_cut_with_the_region_itself_is_censored() {
+    fn chords_that_end_at_faces_of_the_region_are_censored() {
         // A rod that ends where the region does: its ends are not surface.
         let grid = grid_of(DVec3::splat(-2.0), DVec3::splat(2.0), 32);
         let block = |x: f64, z: f64| solids::cuboid(DVec3::new(-x, -x, -z), DVec3::new(x, x, z)).unwrap();

@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_has_its_edges() {
+    fn mean_curvature_of_a_box_is_that_of_its_edges() {
         let sides = DVec3::new(1.0, 2.0, 5.0);
         let corner = solids::cuboid(DVec3::ZERO, sides).unwrap();
         for turn in turns(10) {
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn balls_shells_and_rings_have_what_is_known_of_them() {
+    fn balls_shells_and_rings_have_their_known_curvatures() {
         let errors = [8, 16, 32].map(|frequency| {
             let ball = of(&solids::geodesic(3.0, frequency).unwrap());
             assert!((ball.gauss - 4.0 * PI).abs() < 1e-9);
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn periodic_cells_close() {
+    fn gauss_curvature_of_periodic_cells_gives_their_characteristic() {
         let networks = [(Surface::Gyroid, -4), (Surface::Primitive, -2), (Surface::Diamond, -8)];
         let cells = networks.map(|(surface, chi)| (network(surface, 1, 24), chi)).into_iter();
         for (mesh, chi) in cells.chain([(struts(1, 24), -2), (struts(2, 16), -16)]) {
@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn the_two_sides_of_half_a_network_are_alike() {
+    fn mean_curvature_of_half_networks_vanishes() {
         // Pores and solid are congruent, so ∫H = 0; a ball of as much surface would have about 6. The rest is due to the rim.
         for surface in [Surface::Gyroid, Surface::Primitive, Surface::Diamond] {
             let found = [16, 32, 64].map(|resolution| {
@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn solids_that_touch_in_an_edge_have_the_curvature_of_both() {
+    fn solids_that_touch_in_an_edge_have_the_sum_of_their_curvatures() {
         let mut pair = cube(1.0);
         let base = pair.positions.len() as u32;
         let other = solids::cuboid(DVec3::new(0.5, 0.5, -0.5), DVec3::new(1.5, 1.5, 0.5)).unwrap();
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn a_region_must_be_a_box_that_holds_the_mesh() {
+    fn regions_other_than_boxes_that_hold_the_mesh_are_refused() {
         let ball = Sampled::of(solids::geodesic(1.0, 4).unwrap(), 16);
         let region = Region::of_solid(&ball.images);
         assert_eq!(curvature(&ball.facets(), &region, Edges::Clip), Err(SurfaceError::NotABox));

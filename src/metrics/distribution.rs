@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_uniform_spread_has_the_moments_that_it_has() {
+    fn a_uniform_distribution_has_its_known_moments() {
         let values: Vec<(f64, f64)> = (0..100_000).map(|i| ((f64::from(i) + 0.5) * 1e-5, 2.0)).collect();
         let d = Distribution::of_weighted(&values).unwrap();
         assert_eq!((d.count(), d.weight()), (100_000, 200_000.0));
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_weigh() {
+    fn weights_scale_the_mean_and_zero_weights_are_ignored() {
         let d = Distribution::of_weighted(&[(1.0, 3.0), (5.0, 1.0), (9.0, 0.0)]).unwrap();
         assert_eq!((d.count(), d.mean(), d.min(), d.max()), (2, 2.0, 1.0, 5.0));
         assert!(Distribution::of_weighted(&[(1.0, 0.0)]).is_none());

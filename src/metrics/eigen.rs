@@ -51,7 +51,7 @@ mod tests {
     use glam::DQuat;
 
     #[test]
-    fn values_and_directions_give_the_matrix_back() {
+    fn eigenvalues_and_eigenvectors_reconstruct_the_matrix() {
         let cases = [[1.0, 2.0, 3.0], [1.0, 1.0, 4.0], [0.0, 0.0, 1.0], [-5.0, 1e-9, 1e3], [7.0, 7.0, 7.0]];
         for (i, values) in cases.into_iter().enumerate() {
             for turn in 0..20 {

@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_in_a_box_has_its_moments_and_so_has_the_rest() {
+    fn a_box_in_a_box_and_its_complement_have_their_known_moments() {
         let (min, max) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(3.0, 6.0, 4.0));
         let (low, high) = (DVec3::ZERO, DVec3::new(8.0, 8.0, 6.0));
         let block = Sampled::on(&grid_of(low, high, 32), solids::cuboid(min, max).unwrap());
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn turned_boxes_have_the_moments_of_their_mesh() {
+    fn turned_boxes_converge_to_the_moments_of_their_mesh() {
         let exact = of_box(DVec3::new(-1.0, -0.5, -0.3), DVec3::new(1.0, 0.5, 0.3));
         let block = solids::cuboid(DVec3::new(-1.0, -0.5, -0.3), DVec3::new(1.0, 0.5, 0.3)).unwrap();
         assert!(off(&of_mesh(&block), &exact) < 1e-12);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn within_another_mesh_the_phases_fill_it() {
+    fn phases_within_a_mesh_region_fill_it() {
         let grid = grid_of(DVec3::splat(-2.0), DVec3::splat(2.0), 64);
         let block = solids::cuboid(DVec3::new(0.0, -1.5, -1.5), DVec3::splat(1.5)).unwrap();
         let [block, ball] = [block, solids::geodesic(1.0, 24).unwrap()].map(|mesh| Sampled::on(&grid, mesh));
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_has_no_centroid() {
+    fn empty_phases_have_no_centroid() {
         let block = Sampled::of(solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap(), 16);
         let pores = phase_moments(&block.images, &block.boxed(), Phase::Pore);
         assert!(pores.volume == 0.0 && pores.centroid.is_nan() && principal_moments(&pores).is_none());

@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn the_box_of_a_ball_is_a_region_and_so_is_the_ball() {
+    fn boxes_and_solids_are_regions() {
         let images = ball(65);
         let grid = *images[0].grid();
         let of_ball = Region::of_solid(&images);
@@ -152,7 +152,7 @@ mod tests {
 
     /// A plate of height 1 from which a box of 2 × 2 × 4 cuts a piece: the balls that fit in the piece, above and below.
     #[test]
-    fn the_walls_of_a_region_hold_balls() {
+    fn walls_of_a_region_bound_inscribed_balls() {
         let closed = |min, max| ClosedMesh::check(solids::cuboid(min, max).unwrap()).unwrap();
         let plate = closed(DVec3::ZERO, DVec3::new(4.0, 4.0, 1.0));
         let roi = closed(DVec3::new(1.0, 1.0, -1.0), DVec3::new(3.0, 3.0, 3.0));

@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sets_are_combined_node_by_node() {
+    fn node_sets_combine_node_by_node() {
         let size = [70, 3, 5];
         let threes = NodeSet::from_fn(size, |[x, y, z]| (x + y + z) % 3 == 0);
         let low = NodeSet::from_fn(size, |[x, ..]| x < 65);

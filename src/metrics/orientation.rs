@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn what_rests_on_the_plate_need_not_be_supported() {
+    fn faces_on_the_build_plate_are_no_overhang() {
         let turn = turns(3).last().unwrap();
         let block = turned(cube(2.0), turn);
         let bounds = block.bounds().unwrap();

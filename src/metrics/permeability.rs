@@ -34,7 +34,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_said_where_there_is_no_meaning() {
+    fn permeability_is_none_for_impossible_inputs() {
         assert_eq!(kozeny_carman(0.5, 0.0, KOZENY), None);
         assert_eq!(kozeny_carman(f64::NAN, 1.0, KOZENY), None);
         assert_eq!(kozeny_carman(1.1, 1.0, KOZENY), None);

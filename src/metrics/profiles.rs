@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_of_slices_is_the_porosity_of_their_images() {
+    fn the_mean_of_slices_equals_the_porosity_of_the_images() {
         let cell = Sampled::of(network(Surface::Gyroid, 1, 24), 40);
         let region = cell.boxed();
         let volumes = cell.images.each_ref().map(integrate::volume);
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_is_seen_where_it_is() {
+    fn profiles_show_a_step_at_its_place() {
         let grid = grid_of(DVec3::ZERO, DVec3::splat(4.0), 16);
         let block = solids::cuboid(DVec3::ZERO, DVec3::new(4.0, 4.0, 1.5)).unwrap();
         let block = Sampled::on(&grid, block);
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn slices_beyond_the_region_are_not_numbers() {
+    fn slices_beyond_the_region_are_nan() {
         let grid = grid_of(DVec3::splat(-2.0), DVec3::splat(2.0), 32);
         let plate = solids::cuboid(DVec3::new(-2.0, -2.0, -0.25), DVec3::new(2.0, 2.0, 0.25)).unwrap();
         let [plate, ball] = [plate, solids::geodesic(1.0, 16).unwrap()].map(|mesh| Sampled::on(&grid, mesh));

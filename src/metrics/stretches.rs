@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_in_the_boundary_but_for_rounding_is_cut_there() {
+    fn ends_within_rounding_of_the_boundary_are_cut_there() {
         let (solid, region) = ([13, 20, 30, 48], [10, 50]);
         assert_eq!(
             of(&solid, &region, Phase::Solid, 4),

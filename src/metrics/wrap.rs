@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn pores_that_the_ball_cannot_enter_are_filled_and_others_are_not() {
+    fn only_pores_that_the_ball_cannot_enter_are_filled() {
         let (centre, size) = ([20.2, 19.7, 20.4], [41; 3]);
         let hole = |[x, y, _]: [f64; 3], radius: f64| (x - centre[0]).hypot(y - centre[1]) - radius;
         let cavity = |p| ball(p, [centre[0] + 8.0, centre[1], centre[2]], 3.0);

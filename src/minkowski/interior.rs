@@ -445,7 +445,7 @@ mod tests {
     }
 
     #[test]
-    fn most_of_a_sum_of_boxes_is_interior_and_nothing_else() {
+    fn most_of_a_sum_of_boxes_and_nothing_outside_is_interior() {
         let a = [[[0, 0, 0], [300, 300, 100]], [[200, 0, 0], [300, 300, 300]], [[0, 0, 260], [40, 40, 300]]];
         let b = [[[0, 0, 0], [180, 60, 40]], [[100, 0, 0], [140, 200, 200]]];
         let sums: Vec<Box3> = a
@@ -465,7 +465,7 @@ mod tests {
     }
 
     #[test]
-    fn the_interior_of_a_complement_lies_about_the_difference() {
+    fn the_interior_of_a_complement_surrounds_the_difference() {
         let a = [[[100, 100, 100], [400, 400, 400]]];
         let b = [[[0, 0, 0], [40, 60, 80]]];
         let solid = heap(&a).complement();
@@ -478,7 +478,7 @@ mod tests {
     }
 
     #[test]
-    fn thin_solids_have_an_interior_where_the_other_is_thick() {
+    fn sums_of_a_thin_and_a_thick_solid_have_an_interior() {
         let sheet = [[[0, 0, 0], [300, 300, 2]]];
         let cube = [[[0, 0, 0], [200, 200, 200]]];
         let interior = Interior::new(&grid(512), &heap(&sheet), Outer::Out, &heap(&cube), &CpuSampler::default());

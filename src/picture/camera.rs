@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn the_eye_is_where_the_view_says() {
+    fn the_eye_lies_in_the_direction_of_the_view() {
         let eye = |view: View| view.rotation().transpose() * DVec3::Z;
         assert_eq!(eye(View::From(Axis::Y)), DVec3::Y);
         assert_eq!(eye(View::FromBelow(Axis::X)), -DVec3::X);
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn views_are_read() {
+    fn views_are_parsed() {
         assert_eq!("iso".parse(), Ok(View::Isometric));
         assert_eq!("-y".parse(), Ok(View::FromBelow(Axis::Y)));
         assert_eq!("30, -12.5".parse(), Ok(View::Angles { azimuth: 30.0, elevation: -12.5 }));
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_taken_is_refused() {
+    fn impossible_picture_sizes_and_subjects_are_refused() {
         let cube = ViewBox { min: DVec3::ZERO, max: DVec3::ONE };
         let aim = |width, supersampling| Camera::aim(Format { width, height: 100, supersampling }, cube, cube);
         assert_eq!(aim(8, 1), Err(CameraError::Size { width: 8, height: 100 }));

@@ -159,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colours_come_back_as_they_were() {
+    fn colours_survive_srgb_encoding() {
         for code in [0, 0x0a, 0x7f, 0xff] {
             let Colour(c) = Colour::srgb(code << 16 | code);
             assert!((encoded(c.x) * 255.0 - code as f32).abs() < 1e-3 && c.y == 0.0 && c.z == c.x);

@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_in_a_pit_is_darker_and_what_something_stands_before_is_in_shadow() {
+    fn pits_are_darker_and_covered_surfaces_are_in_shadow() {
         let pit = |depth: f64| {
             let block = turned(solids::cuboid(DVec3::ZERO, DVec3::splat(4.0)).unwrap(), View::From(Axis::Z));
             let hole = turned(
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_shows_its_tint_inside_and_takes_away_what_is_before_it() {
+    fn cuts_tint_the_inside_and_remove_the_near_part() {
         let cut = Cut::facing_the_eye(DVec3::new(0.0, 0.0, -1.0), -0.5);
         let (camera, canvas) = picture(ball(), View::From(Axis::Z), Some(cut));
         let Colour(tint) = palette::cut();
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_do_not_depend_on_the_number_of_threads() {
+    fn pictures_do_not_depend_on_the_thread_count() {
         let file = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scale_bar_is_round_and_true() {
+    fn scale_bars_have_a_round_length_at_the_right_scale() {
         let (camera, canvas) = picture(cube(), View::From(Axis::Z), None);
         let bar = ScaleBar::of(&camera);
         assert!([0.1, 0.2, 0.5].contains(&bar.length), "{bar:?}");
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slice_tells_the_inputs_apart() {
+    fn slices_draw_inputs_in_different_colours() {
         let meshes = [cube(), solids::cuboid(DVec3::splat(1.0), DVec3::splat(3.0)).unwrap()];
         let meshes = meshes.map(|mesh| turned(mesh, View::From(Axis::Z)));
         let all = ViewBox { min: DVec3::ZERO, max: DVec3::splat(3.0) };

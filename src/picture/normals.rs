@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_smooth_ball_is_round_and_flat_facets_are_their_own() {
+    fn smooth_normals_are_radial_on_a_ball_and_flat_ones_constant_per_facet() {
         let least = |facets| {
             let cosines = cosines(solids::geodesic(1.0, 4).unwrap(), facets, |at, _| at.normalize());
             cosines.into_iter().fold(1.0, f32::min)
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbouring_facets_meet_without_an_edge() {
+    fn smooth_normals_are_continuous_across_facets() {
         let closed = ClosedMesh::check(solids::geodesic(1.0, 3).unwrap()).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), 64, 1024).unwrap();
         let solid = grid.quantise(&closed).unwrap();
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn sharp_edges_stay() {
+    fn smooth_normals_keep_sharp_edges() {
         let cube = || solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
         assert!(cosines(cube(), Facets::Smooth, |_, face| face).into_iter().all(|cosine| cosine > 0.999_99));
     }

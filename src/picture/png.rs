@@ -52,7 +52,7 @@ mod tests {
     use crate::picture::canvas::Colour;
 
     #[test]
-    fn a_file_holds_the_colours() {
+    fn png_files_hold_the_colours_of_the_canvas() {
         for (background, channels) in [(Background::White, 3), (Background::Transparent, 4)] {
             let mut canvas = Canvas::new(3, 2, background);
             canvas.cover(1, 0, Colour::srgb(0x336699), 1.0);

@@ -63,7 +63,7 @@ mod tests {
     use crate::picture::canvas::Background;
 
     #[test]
-    fn text_covers_what_it_says_it_covers() {
+    fn drawn_text_has_the_stated_extent() {
         let letters = Type::of_size(30.0);
         let mut canvas = Canvas::new(200, 60, Background::Transparent);
         letters.draw(&mut canvas, [10.0, 40.0], "100 µm", Colour::srgb(0));

@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn hollow_box_lacks_its_hollow() {
+    fn hollow_box_has_the_volume_of_the_box_less_its_hollow() {
         let mesh = hollow_box(DVec3::new(4.0, 3.0, 2.0), DVec3::new(1.0, 2.0, 1.5)).unwrap();
         assert_solid(&mesh);
         assert_eq!((components(&mesh), euler_characteristic(&mesh)), (2, 4));
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |result: Result<TriangleMesh, SolidError>| result.unwrap_err().to_string();
         assert_eq!(text(ell(DVec3::ONE, [0.5, 1.0])), "notch is 1, but must be below the side 1 of the box");
         assert!(text(ell(DVec3::ONE, [0.0, 0.5])).starts_with("notch is 0, but must be from"));

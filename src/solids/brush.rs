@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |brush: Brush| brush.build().unwrap_err().to_string();
         assert!(text(Brush { radius: 0.05, ..BRUSH }).starts_with("radius is 0.05, but must be from 0.1 (a grid cell"));
         assert!(text(Brush { bristles: [0, 1], ..BRUSH }).starts_with("bristles is 0, but must be from 1"));

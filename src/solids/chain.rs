@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         assert!(chain(0, 5.0, 1.0, 8, 8).is_err());
         let error = chain(2, 7.5, 2.1, 8, 8).unwrap_err();
         assert_eq!(error.to_string(), "minor is 2.1, but must be from 0 to 2");

@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         assert!(chain_mail(0, 1, 5.0, 1.0, 8, 8).is_err());
         let error = chain_mail(2, 2, 5.0, 1.2, 8, 8).unwrap_err().to_string();
         assert!(error.starts_with("minor is 1.2, but must be from 0 to 1.17"), "{error}");

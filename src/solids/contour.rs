@@ -544,7 +544,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_block_is_the_box() {
+    fn a_full_block_gives_the_box() {
         struct Full;
         impl Implicit for Full {
             fn value(&self, _: DVec3) -> f64 {
@@ -560,7 +560,7 @@ mod tests {
     }
 
     #[test]
-    fn a_solid_between_nodes_is_an_error() {
+    fn solids_between_nodes_are_refused() {
         struct Speck;
         impl Implicit for Speck {
             fn value(&self, p: DVec3) -> f64 {

@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn bars_are_straight_and_have_the_volume_of_what_windows_leave() {
+    fn bars_are_straight_and_have_the_volume_that_windows_leave() {
         let mesh = TOWER.build().unwrap();
         let middle = |row: u32, i: u32| {
             let at = (row * 24 + i % 24) as usize;
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |frame: GeodesicFrame| frame.build().unwrap_err().to_string();
         assert_eq!(text(GeodesicFrame { window: 1.0, ..DOME }), "window is 1, but must be from 0.01 to 0.99");
         assert!(text(GeodesicFrame { depth: 10.0, ..DOME }).starts_with("depth is 10, but must be below 10, at"));

@@ -124,7 +124,7 @@ mod tests {
     use crate::solids::closure::{assert_solid, euler_characteristic, least_angles, volume};
 
     #[test]
-    fn any_frequency_gives_a_sphere() {
+    fn spheres_of_any_frequency_are_solids() {
         for frequency in [1, 2, 3, 4, 7, 20] {
             let mesh = geodesic(1.5, frequency).unwrap();
             assert_solid(&mesh);
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         assert!(geodesic(0.0, 4).is_err());
         assert!(geodesic(1.0, 0).is_err());
         let error = geodesic(1.0, 2000).unwrap_err();

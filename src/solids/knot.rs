@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn strands_of_the_thickest_tube_keep_apart() {
+    fn strands_of_the_thickest_tube_do_not_touch() {
         let knot = TorusKnot { tube: 0.89 * TREFOIL.thickness(), ..TREFOIL };
         let mesh = knot.build().unwrap();
         assert_solid(&mesh);
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn thickness_is_that_of_known_curves() {
+    fn thickness_agrees_with_known_curves() {
         // The (1, 1) curve that is just a tilted circle: all circles that touch it and pass through it are itself.
         let villarceau = |major: f64, minor: f64| TorusKnot { p: 1, q: 1, major, minor, ..TREFOIL }.thickness();
         assert!((villarceau(10.0, 0.001) / 10.0 - 1.0).abs() < 1e-3);
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |knot: TorusKnot| knot.build().unwrap_err().to_string();
         assert_eq!(text(TorusKnot { q: 4, ..TREFOIL }), "q is 4, but must be without a factor in common with p = 2");
         assert!(text(TorusKnot { tube: 5.0, ..TREFOIL }).contains("or the tube would meet itself"));

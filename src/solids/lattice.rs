@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn overlapping_struts_are_closed_cylinders_each() {
+    fn overlapping_struts_are_separate_closed_cylinders() {
         for pattern in [StrutPattern::Cubic, StrutPattern::BodyCentred] {
             let model = lattice(pattern, LatticeForm::Overlapping { segments: 12 });
             let mesh = model.build().unwrap();
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn union_triangles_are_well_shaped_and_threads_change_nothing() {
+    fn union_triangles_are_well_shaped_and_independent_of_the_thread_count() {
         for pattern in [StrutPattern::Cubic, StrutPattern::BodyCentred] {
             let model = lattice(pattern, LatticeForm::Union { resolution: 24 });
             let [one, two] = [1, 2].map(|threads| {

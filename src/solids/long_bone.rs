@@ -130,7 +130,7 @@ mod tests {
     const BONE: LongBone = LongBone { length: 100.0, girth: 1.0, bow: 1.0, resolution: 120 };
 
     #[test]
-    fn bone_is_one_ball_of_its_length() {
+    fn bone_is_one_shell_of_genus_zero_with_its_length() {
         for bone in [
             BONE,
             LongBone { girth: 0.5, ..BONE },
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn bone_stays_off_the_box() {
+    fn bone_does_not_touch_its_box() {
         // A cap would hold many vertices of exactly the same greatest coordinate.
         for bone in [BONE, LongBone { girth: 2.5, bow: 3.0, ..BONE }] {
             let mesh = bone.build().unwrap();
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn volume_settles_and_triangles_are_well_shaped() {
+    fn volume_converges_and_triangles_are_well_shaped() {
         let fine = LongBone { resolution: 240, ..BONE }.build().unwrap();
         let coarse = BONE.build().unwrap();
         assert!((volume(&coarse) / volume(&fine) - 1.0).abs() < 0.005);
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_do_not_change_the_mesh() {
+    fn the_mesh_does_not_depend_on_the_thread_count() {
         let [one, two] = [1, 2].map(|threads| {
             rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| BONE.build().unwrap())
         });
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |bone: LongBone| bone.build().unwrap_err().to_string();
         assert!(text(LongBone { length: 0.0, ..BONE }).starts_with("length is 0, but must be from"));
         assert_eq!(text(LongBone { girth: 3.0, ..BONE }), "girth is 3, but must be from 0.5 to 2.5");

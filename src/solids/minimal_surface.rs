@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn no_chips_come_loose() {
+    fn networks_are_one_component() {
         for surface in SURFACES {
             for fraction in [0.3, 0.4, 0.5, 0.6, 0.7] {
                 let mesh = block(surface, Part::Network { fraction }).build().unwrap();
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn networks_have_the_volume_asked_for() {
+    fn networks_have_the_requested_volume() {
         for surface in SURFACES {
             for fraction in [0.2, 0.5, 0.7] {
                 let mesh = block(surface, Part::Network { fraction }).build().unwrap();
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn walls_are_as_thick_as_asked_on_average() {
+    fn walls_have_the_requested_mean_thickness() {
         // For a thin wall the two sides have the area of the middle between them, so that volume over area measures the
         // wall.
         let wall = 0.4;
@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn gradients_are_those_of_the_values() {
+    fn gradients_agree_with_finite_differences() {
         for surface in SURFACES {
             for p in [DVec3::new(0.3, 1.7, -2.2), DVec3::new(2.9, -0.4, 1.1)] {
                 let (value, gradient) = surface.value_and_gradient(p);
@@ -380,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_do_not_change_the_mesh() {
+    fn the_mesh_does_not_depend_on_the_thread_count() {
         let model = block(Surface::Gyroid, Part::Sheet { wall: 0.5 });
         let [one, two] = [1, 2].map(|threads| {
             rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| model.build().unwrap())
@@ -390,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn coarse_grids_still_give_manifolds() {
+    fn coarse_grids_give_manifolds() {
         for surface in SURFACES {
             for resolution in 4..9 {
                 for fraction in [0.05, 0.3, 0.5, 0.9] {

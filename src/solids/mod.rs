@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn limits_that_are_shown_are_accepted() {
+    fn printed_limits_are_accepted() {
         for low in [1.5 * (5.0 / 25.0), 0.1 + 0.2, 1.0 / 3.0, 2.0f64.sqrt(), 0.95 * 10.0 / 3.0917] {
             assert_eq!(check_range("x", rounded(low), low, 10.0), Ok(()), "{low}");
             assert_eq!(check_range("x", rounded(low), 0.0, low), Ok(()), "{low}");

@@ -727,7 +727,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_read_and_the_last_one_counts() {
+    fn the_last_of_repeated_values_is_used() {
         let given = [("cells", "2, 3,4"), ("wall", "0.5"), ("part", "network"), ("wall", "0.7"), ("fraction", "0.3")];
         let expected = MinimalSurface {
             surface: Surface::Diamond,
@@ -743,7 +743,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_named() {
+    fn errors_name_values_that_cannot_be_read() {
         let text = |kind: &str, values: &[(&str, &str)]| Model::from_parameters(kind, values).unwrap_err().to_string();
         assert!(
             text("ball", &[]).starts_with("there is no model `ball`; the models are cuboid, ell, hollow-box, sphere")

@@ -84,7 +84,7 @@ mod tests {
     const ORGANIC: Organic = Organic { size: 20.0, bumps: 1.0, resolution: 40 };
 
     #[test]
-    fn organic_is_one_ball_inside_its_box() {
+    fn organic_is_one_shell_of_genus_zero_inside_its_box() {
         for organic in [
             ORGANIC,
             Organic { bumps: 0.0, ..ORGANIC },
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn volume_settles_and_triangles_are_well_shaped() {
+    fn volume_converges_and_triangles_are_well_shaped() {
         let fine = Organic { resolution: 120, ..ORGANIC }.build().unwrap();
         let coarse = Organic { resolution: 60, ..ORGANIC }.build().unwrap();
         assert!((volume(&coarse) / volume(&fine) - 1.0).abs() < 0.005);
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |organic: Organic| organic.build().unwrap_err().to_string();
         assert_eq!(text(Organic { bumps: -1.0, ..ORGANIC }), "bumps is -1, but must be from 0 to 2");
         assert_eq!(text(Organic { resolution: 8, ..ORGANIC }), "resolution is 8, but must be from 24 to 1024");

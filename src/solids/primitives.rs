@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_are_as_documented() {
+    fn triangle_counts_are_as_documented() {
         assert_eq!(sphere(1.0, 10).unwrap().triangles.len(), 2 * 10 * 4);
         assert_eq!(cylinder(1.0, 1.0, 10).unwrap().triangles.len(), 40);
         assert_eq!(hyperboloid(1.0, 2.0, 1.0, 10, 6).unwrap().triangles.len(), 140);

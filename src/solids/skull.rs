@@ -109,14 +109,14 @@ mod tests {
     }
 
     #[test]
-    fn volume_settles_and_grows_with_the_wall() {
+    fn volume_converges_and_grows_with_the_wall() {
         let of = |wall: f64, resolution: u32| volume(&Skull { wall, resolution, ..SKULL }.build().unwrap());
         assert!((of(0.08, 45) / of(0.08, 90) - 1.0).abs() < 0.02);
         assert!(of(0.10, 45) > 1.15 * of(0.08, 45));
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |skull: Skull| skull.build().unwrap_err().to_string();
         assert_eq!(text(Skull { wall: 0.2, ..SKULL }), "wall is 0.2, but must be from 0.04 to 0.1");
         assert_eq!(

@@ -38,7 +38,7 @@ mod tests {
     use crate::solids::closure::{assert_solid, euler_characteristic, volume};
 
     #[test]
-    fn star_is_a_ball_with_a_tip_a_face() {
+    fn star_has_genus_zero_and_one_tip_per_face() {
         for frequency in [1, 2, 5] {
             let mesh = star(10.0, 4.0, frequency).unwrap();
             assert_solid(&mesh);
@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |result: Result<TriangleMesh, SolidError>| result.unwrap_err().to_string();
         assert_eq!(text(star(4.0, 4.0, 1)), "valley is 4, but must be below the radius 4 of the tips");
         assert!(text(star(4.0, 2.0, 0)).starts_with("frequency is 0, but must be from 1"));

@@ -170,7 +170,7 @@ mod tests {
     };
 
     #[test]
-    fn bone_is_one_solid_full_of_holes() {
+    fn bone_is_one_component_with_many_holes() {
         for seed in 0..4 {
             let bone = TrabecularBone { seed, ..BONE };
             let mesh = bone.build().unwrap();
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn stretch_draws_out_what_crosses_z() {
+    fn stretch_elongates_the_bone_along_z() {
         // In a Gaussian field the area across an axis grows with the mean square of the waves along it.
         let across = |stretch: f64| {
             let mesh = TrabecularBone { stretch, resolution: 8, ..BONE }.build().unwrap();
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_do_not_change_the_mesh_and_seeds_do() {
+    fn the_mesh_depends_on_the_seed_and_not_on_the_thread_count() {
         let [one, two] = [1, 2].map(|threads| {
             rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| BONE.build().unwrap())
         });
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn waves_are_of_one_length_and_in_all_directions() {
+    fn waves_have_one_length_and_all_directions() {
         let field = Field::new(7, DVec3::splat(3.0));
         let sum: DVec3 = field.waves.iter().map(|(k, _)| k).sum();
         assert!(field.waves.iter().all(|(k, _)| (k.length() - 3.0).abs() < 1e-12));
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |bone: TrabecularBone| bone.build().unwrap_err().to_string();
         assert_eq!(text(TrabecularBone { fraction: 0.7, ..BONE }), "fraction is 0.7, but must be from 0.2 to 0.6");
         assert_eq!(text(TrabecularBone { stretch: 0.5, ..BONE }), "stretch is 0.5, but must be from 1 to 4");

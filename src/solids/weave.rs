@@ -131,7 +131,7 @@ mod tests {
         Weave { yarns: [4, 3], layers: 2, spacing: 2.0, radius: 0.3, gap: 0.2, segments: 12, steps: 8 };
 
     #[test]
-    fn yarns_are_balls_of_known_volume() {
+    fn yarns_have_genus_zero_and_a_known_volume() {
         let mesh = CLOTH.build().unwrap();
         assert_solid(&mesh);
         assert_eq!(components(&mesh), 14);
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_parameters_are_errors() {
+    fn wrong_parameters_are_refused() {
         let text = |weave: Weave| weave.build().unwrap_err().to_string();
         assert!(text(Weave { radius: 0.4, ..CLOTH }).starts_with("radius is 0.4, but must be at most 0.35"));
         assert!(text(Weave { yarns: [0, 3], ..CLOTH }).starts_with("yarns is 0, but must be from 1"));

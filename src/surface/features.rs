@@ -285,7 +285,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nodes_in_tetrahedra_are_found_and_no_others() {
+    fn only_nodes_inside_tetrahedra_are_found() {
         let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
         let around = [at(0.6, 0.7, 0.8), at(1.5, 0.8, 0.9), at(0.9, 1.6, 0.8), at(0.9, 0.9, 1.7)];
         assert!(holds_node(around, MARGIN));

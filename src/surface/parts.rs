@@ -114,13 +114,13 @@ mod tests {
     }
 
     #[test]
-    fn nothing_has_no_parts() {
+    fn empty_meshes_have_no_parts() {
         let parts = Parts::of(&TriangleMesh::default());
         assert_eq!((parts.count(), parts.largest_share()), (0, 0.0));
     }
 
     #[test]
-    fn broken_triangles_connect_nothing() {
+    fn invalid_triangles_connect_no_parts() {
         let mut mesh = together(&[cube(DVec3::ZERO, 1.0), cube(DVec3::splat(3.0), 1.0)]);
         let parts = part_of_vertices(&mesh);
         mesh.triangles.extend([[0, 0, 8], [0, 8, 99]]);

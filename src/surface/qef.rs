@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_is_found_in_the_cell_and_beyond_it() {
+    fn corners_are_found_inside_and_outside_the_cell() {
         let (a, b, c) = (DVec3::new(0.9, 0.3, 0.3), DVec3::new(0.2, 0.9, -0.4), DVec3::new(0.3, -0.3, 0.9));
         let [a, b, c] = [a, b, c].map(DVec3::normalize);
         for corner in [DVec3::new(0.4, 0.5, 0.6), DVec3::new(0.5, 0.6, 1.15)] {
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn on_a_plane_the_vertex_is_the_mean_and_on_an_edge_it_is_on_the_edge() {
+    fn the_vertex_is_the_mean_on_a_plane_and_on_the_edge_at_an_edge() {
         let plane = DVec3::new(0.1, 0.2, 1.0).normalize();
         let offset = plane.dot(DVec3::splat(0.5));
         let four = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::X + DVec3::Y].map(|corner| (corner, 2, plane, offset));
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn eigenvectors_are_those_of_the_matrix() {
+    fn eigenvectors_diagonalise_the_matrix() {
         let columns = [DVec3::new(4.0, 1.0, -2.0), DVec3::new(1.0, 3.0, 0.5), DVec3::new(-2.0, 0.5, 5.0)];
         let matrix = DMat3::from_cols(columns[0], columns[1], columns[2]);
         let (values, vectors) = eigen(matrix);

@@ -252,7 +252,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_nearest_point_of_a_triangle_is_as_near_as_any() {
+    fn no_other_point_of_a_triangle_is_nearer_than_the_nearest() {
         let triangle = [Vec3::new(0.1, 0.2, 0.0), Vec3::new(1.0, 0.3, 0.4), Vec3::new(0.2, 1.1, -0.3)];
         for i in 0..343 {
             let point = Vec3::new((i % 7) as f32, (i / 7 % 7) as f32, (i / 49) as f32) * 0.4 - 0.8;

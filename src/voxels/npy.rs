@@ -105,7 +105,7 @@ mod tests {
     use crate::sampler::{Estimate, Mode};
 
     #[test]
-    fn voxels_are_nodes() {
+    fn voxels_equal_the_nodes() {
         // Rows of two words and part of a third; one slab of planes and part of a second.
         let images = torus(140, Mode::Exact);
         let rays = images[0].grid().rays();
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn indices_and_not_bytes_say_which_voxel_is_which() {
+    fn voxels_are_addressed_by_index_in_either_order() {
         let of = |order| read_npy(counting("'|u1'", order, &[2, 3, 4], 24).as_slice()).unwrap();
         let (fortran, c) = (of(Order::Fortran), of(Order::C));
         assert_eq!((fortran.size, c.size), ([2, 3, 4], [2, 3, 4]));
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn written_voxels_are_read_back() {
         let images = torus(70, Mode::Exact);
         let mut file = Vec::new();
         write_npy(&NodePlanes::new(&images, Combine::Most).unwrap(), &mut file).unwrap();

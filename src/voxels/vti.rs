@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_are_nodes() {
+    fn cells_equal_the_nodes() {
         // Several whole blocks and part of one.
         let images = torus(170, Mode::Exact);
         let grid = *images[0].grid();
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_change_nothing_and_blocks_may_end_evenly() {
+    fn files_do_not_depend_on_the_thread_count_or_even_blocks() {
         let grid = Grid::from_parts(DVec3::ZERO, 1e-7, [64, 128, 256], 4, 64).unwrap();
         let rays = 64 * 128;
         let depths = [0, 2048].repeat(rays);

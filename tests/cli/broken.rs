@@ -1,9 +1,10 @@
-//! Meshes that are no solids, or not the ones they seem: a right answer with a warning, or a refusal that names the place.
+//! Meshes that are not solids, or not the solids that they seem: a right answer with a warning, or a refusal that names the
+//! place.
 
 use crate::{Folder, Triangle, assert_near, cube, inside_out, warning_codes};
 
 #[test]
-fn one_triangle_missing_is_refused_with_all_defects() {
+fn a_mesh_with_a_missing_triangle_is_refused_with_all_defects() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0)[1..]);
     folder.stl("b.stl", &cube(0.0, 2.0));
@@ -16,7 +17,7 @@ fn one_triangle_missing_is_refused_with_all_defects() {
 }
 
 #[test]
-fn one_bad_file_does_not_keep_the_others_from_being_checked() {
+fn check_continues_after_a_bad_file() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
@@ -46,12 +47,12 @@ fn one_bad_file_does_not_keep_the_others_from_being_checked() {
 }
 
 #[test]
-fn an_open_mesh_is_sampled_where_the_user_insists() {
+fn open_meshes_are_sampled_with_allow_open() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0)[1..]);
     let arguments = ["volume", "a.stl", "--allow-open", "--resolution", "64", "--axis", "all"];
     let result = folder.json(&arguments);
-    // Half of one of the faces across x is missing.
+    // One triangle, half of one of the faces across x, is missing.
     let unclosed = result["unclosed_rays"].as_u64().unwrap();
     assert!((1950..2150).contains(&unclosed), "{unclosed}");
     assert_eq!(result["inputs"][0]["closed"], false);
@@ -67,7 +68,7 @@ fn an_open_mesh_is_sampled_where_the_user_insists() {
 }
 
 #[test]
-fn a_mesh_that_holds_everything_twice_is_refused_by_even_odd() {
+fn doubled_meshes_are_refused_by_even_odd() {
     let folder = Folder::new();
     let twice = [cube(0.0, 2.0), cube(0.0, 2.0)].concat();
     folder.stl("a.stl", &twice);
@@ -77,7 +78,7 @@ fn a_mesh_that_holds_everything_twice_is_refused_by_even_odd() {
 }
 
 #[test]
-fn a_mesh_inside_out_is_told_and_measured() {
+fn inside_out_meshes_are_measured_with_a_warning() {
     let folder = Folder::new();
     folder.stl("a.stl", &inside_out(&cube(0.0, 2.0)));
     for fill in ["even-odd", "nonzero"] {
@@ -92,7 +93,7 @@ fn a_mesh_inside_out_is_told_and_measured() {
 }
 
 #[test]
-fn a_mesh_without_orientation_is_measured_by_even_odd_alone() {
+fn unoriented_meshes_are_measured_by_even_odd_alone() {
     let folder = Folder::new();
     let mut triangles = cube(0.0, 2.0);
     triangles[3].swap(1, 2);
@@ -106,7 +107,7 @@ fn a_mesh_without_orientation_is_measured_by_even_odd_alone() {
 }
 
 #[test]
-fn coordinates_that_are_no_numbers_are_refused_with_their_place() {
+fn coordinates_that_are_not_finite_are_refused_with_their_place() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let folder = Folder::new();
         let mut triangles = cube(0.0, 2.0);
@@ -121,7 +122,7 @@ fn coordinates_that_are_no_numbers_are_refused_with_their_place() {
 }
 
 #[test]
-fn a_mesh_of_no_extent_is_refused() {
+fn meshes_without_extent_are_refused() {
     let folder = Folder::new();
     let point: Triangle = [[1.0; 3]; 3];
     folder.stl("a.stl", &[point, point]);
@@ -133,7 +134,7 @@ fn a_mesh_of_no_extent_is_refused() {
 }
 
 #[test]
-fn a_solid_between_the_rays_has_the_area_of_its_mesh() {
+fn solids_between_the_rays_have_the_area_of_their_mesh() {
     let folder = Folder::new();
     folder.stl("a.stl", &[cube(0.0, 0.25), cube(9.75, 0.25)].concat());
     let result = folder.json(&["volume", "a.stl", "--resolution", "1"]);
@@ -141,7 +142,7 @@ fn a_solid_between_the_rays_has_the_area_of_its_mesh() {
 }
 
 #[test]
-fn sizes_at_the_ends_of_the_numbers_work() {
+fn very_small_and_very_large_meshes_are_measured() {
     for scale in [1e-30, 1e-9, 1e12, 1e30] {
         let folder = Folder::new();
         let triangles: Vec<Triangle> =
@@ -158,17 +159,17 @@ fn sizes_at_the_ends_of_the_numbers_work() {
 #[test]
 fn a_file_larger_than_memory_is_refused() {
     let folder = Folder::new();
-    // Nothing is written, so that the file takes no room on the disk.
+    // The file is sparse: it takes no room on the disk.
     std::fs::File::create(folder.path("big.stl")).unwrap().set_len(1 << 43).unwrap();
     for command in ["volume", "check"] {
         folder.run(&[command, "big.stl"]).code(3).says(&["big.stl", "8796093022208", "memory"]);
     }
 }
 
-/// Nobody writes into the pipe, so that whoever opened it would wait.
+/// Nobody writes into the pipe, so a program that opened it would wait.
 #[cfg(unix)]
 #[test]
-fn inputs_that_are_no_ordinary_files_are_refused() {
+fn inputs_that_are_not_regular_files_are_refused() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     for name in ["pipe.stl", "pipe.npz", "pipe.toml"] {
@@ -189,7 +190,7 @@ fn inputs_that_are_no_ordinary_files_are_refused() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_file_that_ends_in_zeros_is_refused_before_it_is_read() {
+fn files_that_end_in_zeros_are_refused_before_they_are_read() {
     let folder = Folder::new();
     folder.stl("text.stl", &cube(0.0, 2.0));
     folder.run(&["convert", "text.stl", "-o", "binary.stl"]).code(0);
@@ -200,7 +201,7 @@ fn a_file_that_ends_in_zeros_is_refused_before_it_is_read() {
 }
 
 #[test]
-fn files_that_cannot_be_read_are_named() {
+fn errors_name_files_that_cannot_be_read() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     std::fs::create_dir(folder.path("folder.stl")).unwrap();

@@ -1,7 +1,7 @@
-//! The nasty files of a corpus, in a folder named by `LDI_CORPUS`, through the program itself: each gives a right answer,
-//! with a warning where the mesh is odd, or a refusal that names the place; never a panic, a signal, a minute or 2 GiB.
+//! Runs the program on the nasty files of a corpus, in a folder named by `LDI_CORPUS`. Each file gives a right answer, with a
+//! warning where the mesh is odd, or a refusal that names the place; never a panic, a signal, a run of a minute or 2 GiB.
 //!
-//! Every file has a line in [`FILES`] that somebody looked at and judged.
+//! Every file has a line in [`FILES`] that a person has reviewed.
 
 #[path = "../corpus/manifest.rs"]
 mod manifest;
@@ -14,7 +14,7 @@ use serde_json::Value;
 
 use crate::Folder;
 
-/// What must become of a file.
+/// The expected result for a file.
 #[derive(Clone, Copy)]
 enum Expected {
     /// Exit code 0, and the volume within a share of this one or twice the printed estimate.
@@ -23,12 +23,12 @@ enum Expected {
     Refused(&'static [&'static str]),
 }
 
-/// What `--fill nonzero` must give.
+/// The expected result with `--fill nonzero`.
 #[derive(Clone, Copy)]
 enum NonZero {
     /// The same volume: no shells overlap.
     Same,
-    /// Another volume, by uniting overlaps.
+    /// Another volume, since the rule unites overlaps.
     Volume(f64),
     /// A refusal, as the triangles do not agree on what is outside.
     NotOriented,
@@ -36,7 +36,7 @@ enum NonZero {
 
 use Expected::{Refused, Volume};
 
-/// Off by so much a volume is right, whatever the estimate says.
+/// The relative error up to which a volume is right, whatever the estimate says.
 const SHARE: f64 = 1e-3;
 
 const TIME: Duration = Duration::from_secs(60);
@@ -54,8 +54,8 @@ const fn not_oriented(volume: f64, warnings: &'static [&'static str]) -> Expecte
     Volume { even_odd: volume, non_zero: NonZero::NotOriented, warnings }
 }
 
-/// Every nasty file by name. Volumes are those of the mesh itself where no shells overlap and the triangles agree on what
-/// is outside; elsewhere those of a raster eight times as fine, along all axes.
+/// Every nasty file by name. The volume is that of the mesh itself where no shells overlap and the triangles agree on what is
+/// outside; elsewhere that of a raster eight times as fine, along all axes.
 const FILES: &[(&str, Expected)] = &[
     ("20mmbox-CR.stl", same(8000.0, &[])),
     ("20mmbox-nonstandard.stl", same(8000.0, &[])),
@@ -66,8 +66,8 @@ const FILES: &[(&str, Expected)] = &[
     ("Cray_left.obj", same(1956864649950.981, &[])),
     ("Cray_right.obj", same(1.5760799710533451e116, &[])),
     ("FLYWIRE_whole_brain.ply", same(2.7837581710287556e16, &[])),
-    // Walls a thirteenth of a pixel thick.
-    // Sheets of 1 and 2 units at a pitch of 15, whose triangles touch: estimated, and far from sure.
+    // The walls are a thirteenth of a pixel thick.
+    // Sheets of 1 and 2 units at a pitch of 15, whose triangles touch: the volume is estimated, with a large error.
     ("Generic_Twin_7081_left.obj", same(101590.8775582339, &["imprecise"])),
     ("Generic_Twin_7081_right.obj", same(43004.36805158224, &["imprecise"])),
     ("IndexOutOfRange.gltf", Refused(&["accessor 0", "vertex 255 is out of range"])),
@@ -109,7 +109,7 @@ const FILES: &[(&str, Expected)] = &[
     ("openscad-nonmanifold-crash.obj", overlapping(348.964, 389.517, &["fill-rules-differ"])),
     ("polygonfaces.obj", Refused(&["5 edges are open", "of triangle 0"])),
     ("pond.0.ply", Refused(&["70051 elements `vertex` are promised", "70048"])),
-    // A sliver of 1.5e-8 of its box, far below a pixel, whose triangles do not touch: exact.
+    // A sliver of 1.5e-8 of its box, far below a pixel, whose triangles do not touch: the volume is exact.
     ("rounding.glb", same(8.029641044085545e-8, &[])),
     ("seam_test_object.3mf", same(15550.53099740922, &[])),
     ("self_intersectA.obj", overlapping(0.13737112, 0.14266238, &["fill-rules-differ"])),
@@ -126,7 +126,7 @@ const FILES: &[(&str, Expected)] = &[
 /// Runs `ldi-ops volume` on a file within the limits.
 fn volume(path: &std::path::Path, fill: &str) -> (Output, Duration) {
     let start = Instant::now();
-    // Address space is the limit that every system has; what is used stays below it.
+    // The limit is on the address space, which every system can limit; the memory in use stays below it.
     let script = format!("ulimit -v {MEMORY_KIB} && exec \"$0\" \"$@\"");
     let output = Command::new("sh")
         .args(["-c", &script])
@@ -140,7 +140,7 @@ fn volume(path: &std::path::Path, fill: &str) -> (Output, Duration) {
     (output, start.elapsed())
 }
 
-/// What is wrong with an answer, or nothing.
+/// Compares an answer with the expected result; returns the difference, or `None`.
 fn fault(output: &Output, volume: f64, warnings: &[&str]) -> Option<String> {
     let stderr = String::from_utf8_lossy(&output.stderr);
     if output.status.code() != Some(0) {
@@ -164,7 +164,7 @@ fn fault(output: &Output, volume: f64, warnings: &[&str]) -> Option<String> {
     if result["unclosed_rays"] != 0 {
         return Some(format!("{} unclosed rays", result["unclosed_rays"]));
     }
-    // That no unit is stated is no matter of the mesh.
+    // The warning about the missing unit does not concern the mesh.
     let mut codes = crate::warning_codes(&result);
     codes.retain(|code| *code != "unit-assumed");
     if codes != warnings {
@@ -173,7 +173,7 @@ fn fault(output: &Output, volume: f64, warnings: &[&str]) -> Option<String> {
     codes.iter().find(|_| !stderr.contains("ldi-ops: warning: ")).map(|code| format!("{code} is not said on stderr"))
 }
 
-/// What is wrong with a refusal, or nothing.
+/// Checks a refusal; returns what is wrong with it, or `None`.
 fn refusal_fault(output: &Output, file: &str, words: &[&str]) -> Option<String> {
     let stderr = String::from_utf8_lossy(&output.stderr);
     if output.status.code() != Some(2) {
@@ -189,7 +189,7 @@ fn refusal_fault(output: &Output, file: &str, words: &[&str]) -> Option<String> 
 
 #[test]
 #[ignore = "needs LDI_CORPUS"]
-fn nasty_files_give_a_right_answer_or_a_refusal_that_names_the_place() {
+fn nasty_files_give_the_listed_answer_or_refusal() {
     let mut wrong = Vec::new();
     let mut nasty = manifest::entries();
     nasty.retain(|entry| entry.class == "nasty");
@@ -219,10 +219,10 @@ fn nasty_files_give_a_right_answer_or_a_refusal_that_names_the_place() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Thousands of crumbs, of which one was inside out.
+/// A mesh of thousands of small parts, of which one was inside out.
 #[test]
 #[ignore = "needs LDI_CORPUS"]
-fn a_scaffold_in_the_shape_of_a_bone_passes_the_check() {
+fn a_bone_shaped_scaffold_passes_the_check() {
     let bone = manifest::entries().into_iter().find(|entry| entry.name == "human_metacarpal2.stl").unwrap();
     let bone = bone.path.canonicalize().unwrap();
     let folder = Folder::new();
@@ -237,7 +237,7 @@ fn a_scaffold_in_the_shape_of_a_bone_passes_the_check() {
 
 #[cfg(unix)]
 #[test]
-fn the_judgement_can_fail() {
+fn wrong_answers_and_refusals_are_rejected() {
     use std::os::unix::process::ExitStatusExt;
     use std::process::ExitStatus;
     let output = |code: i32, stdout: &str, stderr: &str| Output {

@@ -2,7 +2,7 @@
 
 use crate::{Folder, assert_near, cube, cuboid, warning_codes};
 
-/// Cubes and a slab in a box of side 3: |A| 8, |B| 8, |C| 9; A∩B 1, A∩C 4, nothing else.
+/// Two cubes and a slab in a box of side 3. Volumes: |A| 8, |B| 8, |C| 9, A∩B 1, A∩C 4; B∩C is empty.
 fn three_solids() -> Folder {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
@@ -39,7 +39,7 @@ fn expressions_have_their_volumes_in_every_mode() {
 }
 
 #[test]
-fn an_expression_gives_the_numbers_of_the_command_that_says_the_same() {
+fn expressions_give_the_numbers_of_the_equivalent_command() {
     let folder = Folder::new();
     folder.run(&["generate", "sphere", "--radius", "10", "-o", "a.stl"]).code(0);
     folder.run(&["generate", "torus", "--major", "9", "-o", "b.stl"]).code(0);
@@ -62,7 +62,7 @@ fn an_expression_gives_the_numbers_of_the_command_that_says_the_same() {
 }
 
 #[test]
-fn estimates_of_nested_expressions_lie_on_their_side() {
+fn estimates_of_nested_expressions_enclose_the_exact_volume() {
     let folder = Folder::new();
     folder.run(&["generate", "sphere", "--radius", "10", "-o", "a.stl"]).code(0);
     folder.run(&["generate", "torus", "--major", "9", "-o", "b.stl"]).code(0);
@@ -79,7 +79,7 @@ fn estimates_of_nested_expressions_lie_on_their_side() {
 }
 
 #[test]
-fn json_and_text_tell_the_expression_and_the_names() {
+fn json_and_text_state_the_expression_and_the_names() {
     let folder = three_solids();
     let arguments = ["csg", "knochen & (b | größe)", "größe=c.stl", "b=b.stl", "knochen=a.stl", "--resolution", "30"];
     let result = folder.json(&arguments);
@@ -93,19 +93,19 @@ fn json_and_text_tell_the_expression_and_the_names() {
     for words in ["csg ", "expression  knochen & (b | größe)\n", "größe = c.stl: 12 triangles", "knochen = a.stl"] {
         assert!(text.contains(words), "no `{words}` in:\n{text}");
     }
-    // The commands have no names of the user's to tell.
+    // The commands have no names from the user to repeat.
     let result = folder.json(&["union", "a.stl", "b.stl", "--resolution", "30"]);
     assert!(result.get("expression").is_none() && result["inputs"][0].get("name").is_none());
 }
 
 #[test]
-fn a_wrong_expression_is_shown_where_it_is_wrong() {
+fn errors_mark_the_fault_in_an_expression() {
     let folder = three_solids();
     let says = |arguments: &[&str], words: &[&str]| {
         folder.run(&[&["csg"], arguments].concat()).code(2).says(words);
     };
     says(&["a & @ b", "a=a.stl", "b=b.stl"], &["character 5", "a name or `(`, found `@`", "\n    a & @ b\n        ^"]);
-    // Characters are counted, not bytes.
+    // The program counts characters, not bytes.
     says(&["größe b", "größe=a.stl", "b=b.stl"], &["character 7", "operators", "\n    größe b\n          ^"]);
     says(&["a | b)", "a=a.stl", "b=b.stl"], &["character 6", "closes nothing", "\n    a | b)\n         ^"]);
     says(&["(a | b", "a=a.stl", "b=b.stl"], &["character 1", "not closed", "\n    (a | b\n    ^"]);
@@ -115,15 +115,15 @@ fn a_wrong_expression_is_shown_where_it_is_wrong() {
     says(&["a", "a=a.stl", "b=b.stl"], &["the input `b` does not occur in the expression"]);
     says(&["a", "a=a.stl", "a=b.stl"], &["two inputs are named `a`"]);
     says(&["a", "a=none.stl"], &["none.stl"]);
-    // A long one is cut around the fault.
+    // A long expression is shortened around the fault.
     let long = format!("{}a @ a{}", "a | ".repeat(1000), " | a".repeat(1000));
     says(&[&long, "a=a.stl"], &["character 4003", "\n    … ", " …\n"]);
 }
 
 #[test]
-fn deep_expressions_are_no_matter() {
+fn deep_expressions_are_evaluated() {
     let folder = three_solids();
-    // Longer ones are beyond what Linux takes as one argument.
+    // Longer expressions exceed the limit of Linux for one argument.
     let deep = format!("{}b{}", "a - (".repeat(15_000), ")".repeat(15_000));
     let volume = folder.volume(&["csg", &deep, "a=a.stl", "b=b.stl", "--axis", "z", "--resolution", "30"]);
     assert_near(volume, 1.0, 1e-6);
@@ -139,7 +139,7 @@ fn inputs_are_placed_by_name() {
     assert_near(csg(&[]), 8.0, 1e-6);
     assert_near(csg(&["--transform", "two=translate(1,0,0) translate(0,1,0)"]), 2.0, 1e-6);
     assert_near(csg(&["--transform", "two=translate(1,0,0)", "--transform", "one=translate(0,1,0)"]), 2.0, 1e-6);
-    // In lists the inputs are a, b, c, …
+    // Inputs without names are called a, b, c, …
     let list = |rest: &[&str]| common(&[&["intersect", "a.stl", "a.stl", "a.stl"], rest].concat());
     assert_near(list(&["--transform", "c=translate(0,1,0)"]), 4.0, 1e-6);
     let three = ["--transform-a", "translate(1,0,0)", "--transform", "b=translate(0,1,0)", "--transform", "c=scale(2)"];
@@ -155,7 +155,7 @@ fn inputs_are_placed_by_name() {
 }
 
 #[test]
-fn an_input_may_occur_twice_and_be_far_from_the_others() {
+fn inputs_may_occur_twice_and_lie_far_apart() {
     let folder = three_solids();
     folder.stl("far.stl", &cube(40.0, 2.0));
     let result = folder.json(&[
@@ -176,7 +176,7 @@ fn an_input_may_occur_twice_and_be_far_from_the_others() {
 }
 
 #[test]
-fn open_meshes_are_swept_where_it_is_allowed() {
+fn open_meshes_are_evaluated_with_allow_open() {
     let folder = three_solids();
     folder.stl("open.stl", &cube(0.0, 2.0)[2..]);
     let arguments = ["csg", "a - o", "a=a.stl", "o=open.stl", "--resolution", "30"];
@@ -187,7 +187,7 @@ fn open_meshes_are_swept_where_it_is_allowed() {
 }
 
 #[test]
-fn the_image_of_an_expression_is_written() {
+fn expressions_write_their_image() {
     let folder = three_solids();
     let run = ["csg", "a & (b | c)", "a=a.stl", "b=b.stl", "c=c.stl", "--resolution", "30", "-o", "r.npz"];
     assert_eq!(folder.json(&run)["output"], "r.npz");

@@ -1,4 +1,4 @@
-//! Where the program says that it runs, and why there, whatever the build and the machine.
+//! The device that the program reports and the reason for its choice, for any build and machine.
 
 use crate::{Folder, cube};
 
@@ -9,7 +9,7 @@ fn with_cube() -> Folder {
 }
 
 #[test]
-fn devices_tells_what_auto_chooses_and_why() {
+fn devices_states_the_choice_of_auto_and_its_reason() {
     let folder = Folder::new();
     let text = folder.run(&["devices", "--threads", "2"]).code(0).stdout();
     for words in ["cpu         ", "2 threads\n", "\ngpu         ", "\nauto        ", "the same bits"] {
@@ -24,7 +24,7 @@ fn devices_tells_what_auto_chooses_and_why() {
 }
 
 #[test]
-fn what_was_asked_for_is_not_autos_choice() {
+fn json_states_autos_choice_only_where_auto_chose() {
     let folder = with_cube();
     let small = folder.json(&["volume", "a.stl", "--resolution", "8"]);
     assert_eq!((&small["backend"], &small["auto"]["backend"]), (&"cpu".into(), &"cpu".into()));
@@ -42,10 +42,10 @@ fn what_was_asked_for_is_not_autos_choice() {
 
 #[test]
 #[cfg(not(feature = "gpu"))]
-fn a_build_without_a_gpu_sampler_says_so() {
+fn builds_without_a_gpu_sampler_refuse_a_gpu() {
     let folder = with_cube();
     let absent = "this build has no GPU sampler";
-    // Before a file is read, so that nobody waits for a refusal.
+    // The refusal comes before a file is read, so that nobody waits for it.
     folder.run(&["volume", "absent.stl", "--backend", "gpu"]).code(3).says(&["--backend gpu", absent]);
     folder.run(&["minkowski", "absent.stl", "a.stl", "--backend", "gpu"]).code(3).says(&["--backend gpu", absent]);
     folder.run(&["volume", "a.stl", "--adapter", "Any"]).code(3).says(&["--adapter Any", absent]);

@@ -1,11 +1,11 @@
-//! Files that are written, and those that must not be.
+//! Files that the program writes, and files that it must not write.
 
 use std::fs;
 
 use crate::{Folder, assert_near, cube, read, warning_codes};
 
 #[test]
-fn meshes_are_converted() {
+fn convert_keeps_and_places_meshes() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.1, 2.0));
     let text = folder.run(&["convert", "a.stl", "-o", "a.obj", "--unit", "mm"]).code(0).stdout();
@@ -18,7 +18,7 @@ fn meshes_are_converted() {
 }
 
 #[test]
-fn formats_without_a_writer_are_refused_before_anything_is_read() {
+fn formats_without_a_writer_are_refused_before_inputs_are_read() {
     let folder = Folder::new();
     for (target, words) in [
         ("b.gltf", &["b.gltf", "glTF", ".glb and .3mf are"][..]),
@@ -33,7 +33,7 @@ fn formats_without_a_writer_are_refused_before_anything_is_read() {
 }
 
 #[test]
-fn every_kind_of_model_is_a_solid() {
+fn every_kind_of_model_passes_the_check() {
     let folder = Folder::new();
     let small: [(&str, &[&str]); 27] = [
         ("cuboid", &["--min", "-1,-2,-3", "--max", "1,2,3"]),
@@ -79,7 +79,7 @@ fn every_kind_of_model_is_a_solid() {
 }
 
 #[test]
-fn outputs_that_cannot_be_are_refused_before_any_computing() {
+fn impossible_outputs_are_refused_before_inputs_are_read() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     for (target, words) in [
@@ -90,7 +90,7 @@ fn outputs_that_cannot_be_are_refused_before_any_computing() {
         ("nowhere/b.npz", &["no folder nowhere"]),
         ("nowhere/b.vti", &["no folder nowhere"]),
     ] {
-        // The second input is missing, which nobody finds out.
+        // The second input is missing, but the program does not get that far.
         folder.run(&["union", "a.stl", "missing.stl", "-o", target]).code(2).says(words);
         folder.run(&["sample", "missing.stl", "-o", target]).code(2).says(words);
     }
@@ -98,13 +98,13 @@ fn outputs_that_cannot_be_are_refused_before_any_computing() {
 }
 
 #[test]
-fn nothing_is_left_of_an_output_that_failed() {
+fn failed_runs_leave_no_new_output_and_keep_the_old_one() {
     let folder = Folder::new();
     folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
     fs::write(folder.path("old.npz"), "what was there before").unwrap();
     folder.run(&["sample", "open.stl", "-o", "old.npz"]).code(2);
     folder.run(&["sample", "open.stl", "-o", "new.npz", "--json", "new.json"]).code(2);
-    // What the JSON holds is the error.
+    // The JSON file holds the error.
     assert_eq!(folder.names(), ["new.json", "old.npz", "open.stl"]);
     assert!(read(&folder.path("new.json")).contains("not closed"));
     assert_eq!(read(&folder.path("old.npz")), "what was there before");
@@ -114,10 +114,10 @@ fn nothing_is_left_of_an_output_that_failed() {
     assert!(!folder.path("big.stl").exists());
 }
 
-/// Nobody makes files in /proc, whatever their permissions.
+/// Files cannot be created in /proc, whatever their permissions.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_folder_that_may_not_be_written_is_named() {
+fn errors_name_folders_that_cannot_be_written() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.run(&["sample", "a.stl", "--resolution", "8", "-o", "/proc/a.npz"]).code(2).says(&["/proc/a.npz"]);
@@ -125,7 +125,7 @@ fn a_folder_that_may_not_be_written_is_named() {
 
 #[cfg(unix)]
 #[test]
-fn what_is_no_ordinary_file_is_written_into() {
+fn devices_pipes_and_links_are_written_into() {
     use std::os::unix::fs::{FileTypeExt, symlink};
 
     let folder = Folder::new();
@@ -135,7 +135,7 @@ fn what_is_no_ordinary_file_is_written_into() {
     assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
     let run = with_json("/dev/stderr");
     assert!(run.stdout().starts_with("volume") && run.stderr().contains("\"schema\": \"ldi-ops/1\""));
-    // A link stays a link, to a file that is made and one that is replaced.
+    // A link stays a link, whether its target is created or replaced.
     symlink("b.json", folder.path("link.json")).unwrap();
     for _ in 0..2 {
         with_json("link.json");
@@ -147,7 +147,7 @@ fn what_is_no_ordinary_file_is_written_into() {
         symlink("/dev/full", folder.path("full.npz")).unwrap();
         folder.run(&["sample", "a.stl", "--resolution", "8", "-o", "full.npz"]).code(3).says(&["full.npz"]);
     }
-    // An archive goes into a pipe too.
+    // The program writes an archive into a pipe, too.
     let pipe = folder.path("pipe.npz");
     assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     let reader = std::thread::spawn({
@@ -161,7 +161,7 @@ fn what_is_no_ordinary_file_is_written_into() {
 }
 
 #[test]
-fn two_outputs_need_two_files() {
+fn two_outputs_to_one_file_are_refused() {
     let folder = Folder::new();
     for (json, output) in [("a.npz", "a.npz"), ("./a.npz", "a.npz")] {
         let arguments = ["sample", "missing.stl", "--json", json, "-o", output];
@@ -187,7 +187,7 @@ fn meshes_are_converted_to_every_format_and_back_with_their_size() {
         let checked = &folder.json(&["check", &file])["results"][0];
         let side: f64 = if in_metres { 0.02 } else { 2.0 };
         assert_near(checked["volume"].as_f64().unwrap() / side.powi(3), 1.0, 1e-6);
-        // A soup of triangles has corners of its own for each; these share them.
+        // A soup of triangles has three corners of its own for each; these triangles share corners.
         assert_eq!((&checked["solid"], &checked["vertices"]), (&true.into(), &8.into()));
     }
     for (target, unit) in [("c.3mf", "in mm"), ("c.glb", "in m")] {
@@ -222,8 +222,8 @@ fn beams_need_the_non_zero_rule() {
     folder.run(even_odd).code(2).says(&["beams.3mf", "beams", "use --fill nonzero"]);
     let result = folder.json(&[even_odd, &["--fill", "nonzero"]].concat());
     assert!(warning_codes(&result).contains(&"beams-meshed"), "{result}");
-    // Two cylinders of length 9 with round ends, less what they have in common: a quarter of Steinmetz's solid between the
-    // beams, 4/3, and three quarters of a ball around the corner.
+    // Two cylinders of length 9 with round ends, less their common part: a quarter of Steinmetz's solid between the beams, 4/3,
+    // and three quarters of a ball around the corner.
     let pi = std::f64::consts::PI;
     let expected = 2.0 * (9.0 * pi + 4.0 / 3.0 * pi) - (4.0 / 3.0 + pi);
     assert_near(result["volume"]["value"].as_f64().unwrap(), expected, 0.01 * expected);
@@ -233,14 +233,14 @@ fn beams_need_the_non_zero_rule() {
 }
 
 #[test]
-fn coordinates_that_a_format_cannot_hold_are_told() {
+fn coordinates_that_a_format_rounds_warn_and_spoiled_ones_are_refused() {
     let folder = Folder::new();
     let cube_at = |name: &str, x: f64| {
         let corners = (0..8).map(|i| format!("v {} {} {}\n", x + f64::from(i & 1), i >> 1 & 1, i >> 2));
         let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
         std::fs::write(folder.path(name), corners.collect::<String>() + faces).unwrap();
     };
-    // What rounding moves is told, what it spoils is refused.
+    // Rounding that moves coordinates gives a warning; rounding that spoils the mesh is refused.
     cube_at("far.obj", 1e5 + 0.3);
     cube_at("farthest.obj", 1e9);
     folder.run(&["convert", "farthest.obj", "-o", "farthest.stl"]).code(2).says(&["farthest.stl", "32"]);

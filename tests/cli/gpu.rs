@@ -1,4 +1,4 @@
-//! The program on a GPU. Needs an adapter, be it a software one, and fails without.
+//! Runs the program on a GPU. The tests need an adapter, be it a software one, and fail without one.
 //!
 //! The adapter is the first that is found, or the one that `LDI_ADAPTER` names.
 
@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::sums::{ell, hollow};
 use crate::{Folder, Run, cube, cuboid};
 
-/// Arguments that ask for the adapter of these tests.
+/// Returns the arguments that select the adapter of these tests.
 fn on_gpu() -> Vec<String> {
     match std::env::var("LDI_ADAPTER") {
         Ok(name) => vec!["--adapter".to_owned(), name],
@@ -23,8 +23,8 @@ fn model(name: &str) -> String {
     models.join(name).into_os_string().into_string().unwrap()
 }
 
-/// Runs a command on the CPU and on the GPU and asserts that both say the same, but for where and how long it ran and the
-/// memory that it took. Returns that.
+/// Runs a command on the CPU and on the GPU and asserts that the output is the same, except for the device, the times and the
+/// memory. Returns this output.
 fn same_on_both(folder: &Folder, arguments: &[&str]) -> Value {
     let gpu_arguments = on_gpu();
     let gpu_arguments: Vec<&str> = gpu_arguments.iter().map(String::as_str).collect();
@@ -39,19 +39,19 @@ fn same_on_both(folder: &Folder, arguments: &[&str]) -> Value {
     assert!(gpu["auto"].is_null());
     for result in [&mut cpu, &mut gpu] {
         strip(result);
-        // Those of `volume`, a whole object for each solid.
+        // The results of `volume` are a whole object for each solid.
         result["results"].as_array_mut().into_iter().flatten().for_each(strip);
     }
     assert_eq!(cpu, gpu, "{arguments:?}");
     cpu
 }
 
-/// Removes where and how long something ran and the memory that it took.
+/// Removes the device, the times and the memory from a result.
 fn strip(result: &mut Value) {
     for key in ["backend", "device", "auto", "seconds", "peak_memory_bytes"] {
         assert!(result.as_object_mut().unwrap().remove(key).is_some());
     }
-    // Of sums alone.
+    // Only sums have this key.
     result.as_object_mut().unwrap().remove("memory");
 }
 
@@ -59,7 +59,7 @@ const MODES: [&str; 3] = ["over", "under", "exact"];
 const FILLS: [&str; 2] = ["even-odd", "nonzero"];
 
 #[test]
-fn operations_give_the_same_on_both() {
+fn operations_are_equal_on_cpu_and_gpu() {
     let folder = Folder::new();
     let pairs =
         [["gyroid_sheet.stl", "bone.stl"], ["bcc_lattice.stl", "sphere.stl"], ["diamond_network.stl", "torus.stl"]];
@@ -79,7 +79,7 @@ fn operations_give_the_same_on_both() {
 }
 
 #[test]
-fn meshes_are_the_same_on_both() {
+fn meshes_are_equal_on_cpu_and_gpu() {
     let folder = Folder::new();
     let [a, b, c] = ["gyroid_sheet.stl", "bone.stl", "sphere.stl"].map(model);
     for mode in MODES {
@@ -93,7 +93,7 @@ fn meshes_are_the_same_on_both() {
 }
 
 #[test]
-fn volumes_give_the_same_on_both() {
+fn volumes_are_equal_on_cpu_and_gpu() {
     let folder = Folder::new();
     for (solid, fill) in [("bone.stl", "even-odd"), ("bcc_lattice.stl", "even-odd"), ("bcc_lattice.stl", "nonzero")] {
         same_on_both(&folder, &["volume", &model(solid), "--fill", fill, "--resolution", "60"]);
@@ -102,7 +102,7 @@ fn volumes_give_the_same_on_both() {
 }
 
 #[test]
-fn images_are_the_same_on_both() {
+fn images_are_equal_on_cpu_and_gpu() {
     let folder = Folder::new();
     for mode in MODES {
         for fill in FILLS {
@@ -114,14 +114,14 @@ fn images_are_the_same_on_both() {
 }
 
 #[test]
-fn open_meshes_give_the_same_on_both() {
+fn open_meshes_are_equal_on_cpu_and_gpu() {
     let folder = Folder::new();
     folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
     same_on_both(&folder, &["volume", "open.stl", "--allow-open", "--resolution", "30"]);
 }
 
 #[test]
-fn pictures_are_the_same_on_both() {
+fn pictures_are_equal_on_cpu_and_gpu() {
     let folder = Folder::new();
     let [gyroid, bone] = ["gyroid_sheet.stl", "bone.stl"].map(model);
     for more in [&["--view", "iso"][..], &["--slice", "x=40%"], &["--fill", "nonzero", "--csg", "b - a"]] {
@@ -131,13 +131,13 @@ fn pictures_are_the_same_on_both() {
 }
 
 #[test]
-fn sums_give_the_same_on_both() {
+fn sums_are_equal_on_cpu_and_gpu() {
     let folder = Folder::new();
     folder.stl("ell.stl", &ell(1.0));
     folder.stl("hollow.stl", &hollow(4.0, 2.0));
     folder.stl("small.stl", &cuboid([0.0; 3], [0.5, 0.25, 1.0]));
     let turned = ["--transform-b", "rotate(1,2,3,25)"];
-    // Over- and under-estimates are summed as they are; images and meshes have the primitive of every sample.
+    // Over- and under-estimates are summed without primitives; images and meshes have the primitive of every sample.
     for more in [&["--mode", "under"][..], &["--mode", "exact", "-o", "image.npz"], &["-o", "mesh.ply", "--reflect"]] {
         let arguments = [&["minkowski", "ell.stl", "ell.stl", "--resolution", "70"], &turned[..], more].concat();
         assert!(same_on_both(&folder, &arguments)["volume"]["value"].as_f64().unwrap() > 0.0);
@@ -150,7 +150,7 @@ fn sums_give_the_same_on_both() {
 }
 
 #[test]
-fn offsets_give_the_same_on_both() {
+fn offsets_are_equal_on_cpu_and_gpu() {
     let folder = Folder::new();
     folder.stl("ell.stl", &ell(4.0));
     for [command, flag, distance] in
@@ -161,7 +161,7 @@ fn offsets_give_the_same_on_both() {
 }
 
 #[test]
-fn a_gpu_that_has_no_room_for_a_sum_refuses_it() {
+fn sums_beyond_the_limits_of_a_gpu_are_refused() {
     let folder = Folder::new();
     folder.stl("needle.stl", &cuboid([0.0; 3], [0.01, 1.0, 0.01]));
     let name = adapters(&folder)[0]["name"].as_str().unwrap().to_owned();
@@ -175,7 +175,7 @@ fn a_gpu_that_has_no_room_for_a_sum_refuses_it() {
     }
 }
 
-/// The adapters that `devices` lists.
+/// Returns the adapters that `devices` lists.
 fn adapters(folder: &Folder) -> Vec<Value> {
     folder.json(&["devices"])["devices"].as_array().unwrap()[1..].to_vec()
 }
@@ -203,14 +203,14 @@ fn devices_describes_every_adapter() {
 }
 
 #[test]
-fn auto_never_takes_what_is_no_hardware() {
+fn auto_never_chooses_a_software_adapter() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     let adapters = adapters(&folder);
     let hardware = adapters.iter().any(|a| ["discrete", "integrated", "virtual"].iter().any(|kind| a["kind"] == *kind));
     let backend = if hardware { "gpu" } else { "cpu" };
     assert_eq!(folder.json(&["devices"])["auto"]["backend"], backend);
-    // Eighteen million crossings, which are worth a look at adapters for one thread.
+    // Eighteen million crossings, enough that one thread looks for adapters.
     let large = ["volume", "a.stl", "--axis", "z", "--resolution", "3000", "--threads", "1"];
     let result = folder.json(&large);
     let reason = result["auto"]["reason"].as_str().unwrap();
@@ -224,7 +224,7 @@ fn auto_never_takes_what_is_no_hardware() {
 }
 
 #[test]
-fn an_adapter_is_known_by_a_part_of_its_name() {
+fn adapters_are_selected_by_part_of_their_name() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     let adapters = adapters(&folder);
@@ -232,12 +232,12 @@ fn an_adapter_is_known_by_a_part_of_its_name() {
     let result = folder.json(&["volume", "a.stl", "--resolution", "8", "--adapter", &name.to_uppercase()]);
     assert_eq!(result["backend"], "gpu");
     assert!(result["device"].as_str().unwrap().starts_with(name));
-    // Before a file is read, so that nobody waits for a refusal.
+    // The refusal comes before a file is read, so that nobody waits for it.
     folder.run(&["volume", "absent.stl", "--adapter", "nonsense"]).code(3).says(&["`nonsense`", name]);
     folder.run(&["volume", "a.stl", "--backend", "gpu", "--adapter", "nonsense"]).code(3).says(&["`nonsense`", name]);
 }
 
-/// A run on a machine whose Vulkan loader finds no driver.
+/// Runs a command on a machine whose Vulkan loader finds no driver.
 fn without_drivers(folder: &Folder, arguments: &[&str]) -> Run {
     let mut command = folder.command(arguments);
     command.envs([("VK_ICD_FILENAMES", "/nonexistent"), ("VK_DRIVER_FILES", "/nonexistent")]);
@@ -247,7 +247,7 @@ fn without_drivers(folder: &Folder, arguments: &[&str]) -> Run {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_machine_without_a_driver_refuses_a_gpu_and_nothing_else() {
+fn machines_without_a_driver_refuse_a_gpu_and_nothing_else() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     let none = ["no GPU was found", "no graphics driver", "the CPU gives the same bits"];
@@ -270,16 +270,16 @@ fn a_machine_without_a_driver_refuses_a_gpu_and_nothing_else() {
 }
 
 #[test]
-fn drivers_say_nothing_on_stderr() {
+fn drivers_print_nothing_on_stderr() {
     let folder = Folder::new();
-    // On machines without a desktop.
+    // As on machines without a desktop.
     let mut command = folder.command(&["devices"]);
     command.env_remove("XDG_RUNTIME_DIR").env_remove("NODEVICE_SELECT");
     assert_eq!(String::from_utf8(command.output().unwrap().stderr).unwrap(), "");
 }
 
 #[test]
-fn help_texts_tell_how_to_ask_for_a_gpu() {
+fn help_texts_explain_how_to_select_a_gpu() {
     let folder = Folder::new();
     assert!(folder.run(&["--help"]).code(0).stdout().contains("--backend gpu"));
     let text = folder.run(&["intersect", "--help"]).code(0).stdout();

@@ -60,7 +60,7 @@ fn the_examples_of_the_help_texts_run() {
     for command in COMMANDS {
         let text = folder.run(&[command, "--help"]).code(0).stdout();
         for line in text.lines().filter_map(|line| line.trim_start().strip_prefix("ldi-ops ")) {
-            // Formats that nothing here writes, and names for the shell to expand.
+            // Formats that the program does not write, and names that the shell would expand.
             if line.contains(".3mf") || line.contains(".ply") || line.contains('*') {
                 continue;
             }
@@ -69,7 +69,7 @@ fn the_examples_of_the_help_texts_run() {
             }
             let arguments = shell_words(line);
             let mut arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-            // The last one counts, and small ones are done sooner.
+            // The last value counts, and a small one runs faster.
             if !line.contains("--resolution") && !line.contains("--tolerance") && line.contains(".stl") {
                 match arguments[0] {
                     "check" | "convert" | "generate" => {}
@@ -84,7 +84,7 @@ fn the_examples_of_the_help_texts_run() {
     assert!(ran >= 15, "{ran} examples");
 }
 
-/// Words of a command line, single quotes kept together.
+/// Splits a command line into words; single quotes keep a word together.
 fn shell_words(line: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     for (i, part) in line.split('\'').enumerate() {
@@ -104,7 +104,7 @@ fn shell_words(line: &str) -> Vec<String> {
 }
 
 #[test]
-fn wrong_usage_ends_with_two() {
+fn wrong_usage_exits_with_two() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     for (arguments, words) in [
@@ -132,7 +132,7 @@ fn wrong_usage_ends_with_two() {
         (&["volume", "a.stl", "--quiet", "-v"], &["--quiet"]),
         (&["volume", "a.stl", "--backend", "cpu", "--adapter", "A card"], &["--adapter A card", "--backend cpu"]),
         (&["sample", "a.stl"], &["--output"]),
-        // What later work brings is not pretended.
+        // Options that do not exist yet are refused.
         (&["volume", "a.stl", "--bounds"], &["--bounds"]),
         (&["minkowski", "a.stl"], &["<B>"]),
         (&["minkowski", "a.stl", "a.stl", "--lod", "31"], &["--lod 31", "32 to 65536"]),
@@ -153,7 +153,7 @@ fn wrong_usage_ends_with_two() {
 }
 
 #[test]
-fn a_machine_without_what_was_asked_for_ends_with_three() {
+fn requests_beyond_the_machine_exit_with_three() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     // Four thousand million rays, and one row more than can be counted.
@@ -162,7 +162,7 @@ fn a_machine_without_what_was_asked_for_ends_with_three() {
 }
 
 #[test]
-fn commands_go_by_other_words_too() {
+fn commands_have_aliases() {
     let folder = Folder::with_two_cubes();
     for (word, command) in [
         ("subtract", "difference"),

@@ -1,4 +1,4 @@
-//! Images as `.npz`.
+//! Images in `.npz` files.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::{Folder, assert_near, cube};
 
-/// The arrays of an archive: the text of each header, and the bytes after it.
+/// Reads the arrays of an archive: the text of each header, and the bytes after it.
 fn arrays(path: &Path) -> BTreeMap<String, (String, Vec<u8>)> {
     let mut archive = zip::ZipArchive::new(File::open(path).unwrap()).unwrap();
     (0..archive.len())
@@ -32,7 +32,7 @@ fn number(bytes: &[u8]) -> f64 {
 }
 
 #[test]
-fn an_image_holds_what_the_volume_is_made_of() {
+fn images_hold_the_samples_of_the_volume() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.run(&["sample", "a.stl", "--axis", "z", "--resolution", "16", "-o", "a.npz"]).code(0);
@@ -57,7 +57,7 @@ fn an_image_holds_what_the_volume_is_made_of() {
 }
 
 #[test]
-fn three_axes_and_the_results_of_operations_are_kept() {
+fn images_hold_three_axes_and_the_results_of_operations() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.stl("b.stl", &cube(1.0, 2.0));
@@ -70,7 +70,7 @@ fn three_axes_and_the_results_of_operations_are_kept() {
 }
 
 #[test]
-fn a_known_unit_is_kept() {
+fn images_keep_a_known_unit() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.run(&["sample", "a.stl", "--unit", "mm", "--resolution", "8", "-o", "a.npz"]).code(0);
@@ -79,7 +79,7 @@ fn a_known_unit_is_kept() {
 }
 
 #[test]
-fn equal_images_are_equal_files() {
+fn equal_images_give_equal_files() {
     let folder = Folder::new();
     folder.run(&["generate", "torus", "-o", "a.stl"]).code(0);
     for (name, threads) in [("one.npz", "1"), ("two.npz", "2")] {
@@ -89,7 +89,7 @@ fn equal_images_are_equal_files() {
 }
 
 #[test]
-fn images_keep_their_mode_and_surfaces_use_it() {
+fn images_keep_the_mode_that_surface_uses() {
     let folder = Folder::new();
     // Long voxels, so that over-estimates along the three axes disagree.
     folder.stl("a.stl", &cube(0.03, 2.0));
@@ -134,9 +134,9 @@ fn images_of_every_kind_are_read_back() {
     }
 }
 
-/// As files were before they stated their mode.
+/// Older files did not state their mode.
 #[test]
-fn images_without_a_mode_are_taken_as_exact() {
+fn images_without_a_mode_are_read_as_exact() {
     let folder = Folder::new();
     let images = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/images/compressed.npz");
     let run = folder.run(&["surface", images, "-o", "out.stl"]).code(0);

@@ -1,4 +1,4 @@
-//! Whoever interrupts a job finds nothing of it.
+//! An interrupted job leaves no partial output.
 
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::{Folder, cube};
 
-/// Nothing here takes longer, even on a busy machine.
+/// The longest time that a step may take, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn spawn(folder: &Folder, arguments: &[&str]) -> Child {
@@ -26,7 +26,7 @@ fn end(mut child: Child, signal: &str) -> ExitStatus {
 fn end_while_it_writes(signal: &str, is_ended: impl Fn(ExitStatus) -> bool) -> (Folder, Vec<String>) {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
-    // Compressing 340 million voxels takes a while; still, a write may be done before the signal comes.
+    // The compression of 340 million voxels takes a while; still, a write may be done before the signal comes.
     for _ in 0..10 {
         let mut child = spawn(&folder, &["sample", "a.stl", "--resolution", "700", "--axis", "z", "-o", "out.vti"]);
         let start = Instant::now();
@@ -47,7 +47,7 @@ fn end_while_it_writes(signal: &str, is_ended: impl Fn(ExitStatus) -> bool) -> (
 }
 
 #[test]
-fn a_job_that_is_interrupted_while_it_writes_leaves_nothing() {
+fn jobs_interrupted_while_writing_leave_no_files() {
     for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
         let (_, names) = end_while_it_writes(signal, |status| status.code() == Some(code));
         assert_eq!(names, ["a.stl"], "{signal}");
@@ -55,7 +55,7 @@ fn a_job_that_is_interrupted_while_it_writes_leaves_nothing() {
 }
 
 #[test]
-fn what_a_killed_job_left_goes_with_the_next_write() {
+fn the_next_write_removes_the_files_of_a_killed_job() {
     let (folder, names) = end_while_it_writes("-KILL", |status| status.signal() == Some(9));
     assert!(names.iter().any(|name| name.ends_with(".part")), "{names:?}");
     folder.run(&["convert", "a.stl", "-o", "b.stl"]).code(0);
@@ -73,7 +73,7 @@ fn folder_with_gyroid() -> Folder {
 }
 
 #[test]
-fn a_job_that_ignores_hangups_runs_on() {
+fn jobs_that_ignore_hangups_finish() {
     let folder = folder_with_gyroid();
     let program = assert_cmd::cargo::cargo_bin!("ldi-ops").display().to_string();
     let script = format!("trap '' HUP; exec '{program}' {}", LONG_JOB.join(" "));
@@ -89,7 +89,7 @@ fn a_job_that_ignores_hangups_runs_on() {
 }
 
 #[test]
-fn a_sum_that_is_interrupted_leaves_nothing() {
+fn interrupted_sums_leave_no_files() {
     let folder = folder_with_gyroid();
     let mut child = spawn(&folder, &LONG_JOB);
     sleep(Duration::from_millis(500));

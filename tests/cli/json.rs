@@ -26,7 +26,7 @@ fn keys(value: &serde_json::Value) -> Vec<&str> {
 }
 
 #[test]
-fn every_key_of_the_schema_is_there() {
+fn results_have_every_key_of_the_schema() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.stl("b.stl", &cube(1.0, 2.0));
@@ -83,7 +83,7 @@ fn every_key_of_the_schema_is_there() {
 }
 
 #[test]
-fn the_results_of_volume_have_one_shape_for_one_solid_and_several() {
+fn results_of_volume_have_the_same_keys_for_one_solid_and_several() {
     let folder = Folder::with_two_cubes();
     let of = |files: &[&str]| folder.json(&[&["volume"], files, &["--resolution", "32"]].concat());
     let (one, two) = (of(&["a.stl"]), of(&["a.stl", "b.stl"]));
@@ -99,7 +99,7 @@ fn the_results_of_volume_have_one_shape_for_one_solid_and_several() {
             }
         }
     }
-    // The keys of one result stand at the top as well.
+    // The keys of a single result stand at the top level as well.
     for key in keys(&one["results"][0]) {
         assert_eq!(one[key], one["results"][0][key], "{key}");
     }
@@ -109,7 +109,7 @@ fn the_results_of_volume_have_one_shape_for_one_solid_and_several() {
 }
 
 #[test]
-fn errors_have_json_too() {
+fn errors_are_written_as_json() {
     let folder = Folder::with_two_cubes();
     folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
     for (arguments, command, kind, code) in [
@@ -139,7 +139,7 @@ fn errors_have_json_too() {
     }
     let run = folder.run(&["frobnicate", "--json", "-"]).code(2);
     assert!(run.json()["command"].is_null());
-    // No input is overwritten with an error.
+    // The error does not overwrite an input.
     let before = read(&folder.path("a.stl"));
     folder.run(&["volume", "a.stl", "--nonsense", "--json", "a.stl"]).code(2);
     folder.run(&["intersect", "open.stl", "a.stl", "--json=./a.stl"]).code(2);
@@ -147,7 +147,7 @@ fn errors_have_json_too() {
 }
 
 #[test]
-fn hashes_are_those_of_the_files() {
+fn hashes_equal_the_sha256_of_the_inputs() {
     let folder = Folder::new();
     std::fs::write(
         folder.path("a.off"),
@@ -181,9 +181,9 @@ fn json_goes_to_a_file_and_the_text_to_stdout() {
 }
 
 #[test]
-fn nothing_comes_out_of_no_volume_but_null() {
+fn empty_solids_have_null_centroid_and_inertia() {
     let folder = Folder::new();
-    // A sheet that is folded on itself: closed, and nothing inside.
+    // The sheet is folded on itself: it is closed and encloses nothing.
     let [a, b, c] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [0.0, 1.0, 0.5]];
     folder.stl("a.stl", &[[a, b, c], [a, c, b]]);
     let result = folder.json(&["volume", "a.stl", "--fill", "nonzero", "--mode", "exact", "--resolution", "16"]);
@@ -193,7 +193,7 @@ fn nothing_comes_out_of_no_volume_but_null() {
 }
 
 #[test]
-fn check_convert_generate_and_devices_have_json_too() {
+fn check_convert_generate_and_devices_write_json() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     let result = folder.json(&["check", "a.stl"]);

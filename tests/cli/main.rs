@@ -1,6 +1,6 @@
-//! The command line, as users and scripts meet it: exit codes, stdout and stderr, JSON, files, refusals.
+//! Tests of the command line as users and scripts see it: exit codes, stdout and stderr, JSON, files, refusals.
 //!
-//! Every input is a small file that the test writes itself.
+//! Each test writes its own small input files.
 
 mod broken;
 mod corpus;
@@ -36,15 +36,15 @@ use std::process::Output;
 use assert_cmd::Command;
 use serde_json::Value;
 
-/// A triangle of three corners.
+/// The three corners of a triangle.
 type Triangle = [[f64; 3]; 3];
 
-/// A folder of its own for each test, removed at the end.
+/// A temporary folder for one test, removed at the end.
 struct Folder {
     folder: tempfile::TempDir,
 }
 
-/// What a run left behind.
+/// The exit code and the output of one run.
 struct Run {
     output: Output,
 }
@@ -54,7 +54,7 @@ impl Folder {
         Folder { folder: tempfile::tempdir().unwrap() }
     }
 
-    /// With two cubes of side 2 that share one of side 1.
+    /// Creates a folder with two cubes of side 2 that share one of side 1.
     fn with_two_cubes() -> Folder {
         let folder = Folder::new();
         folder.stl("a.stl", &cube(0.0, 2.0));
@@ -66,7 +66,7 @@ impl Folder {
         self.folder.path().join(name)
     }
 
-    /// Names of all that is in the folder.
+    /// Returns the names of everything in the folder.
     fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(self.folder.path()).unwrap();
         let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
@@ -99,14 +99,14 @@ impl Folder {
         command
     }
 
-    /// The JSON of a run that must succeed.
+    /// Returns the JSON of a run and asserts that the run succeeds.
     fn json(&self, arguments: &[&str]) -> Value {
         let mut all = arguments.to_vec();
         all.extend(["--json", "-"]);
         self.run(&all).code(0).json()
     }
 
-    /// The volume that a run that must succeed gives.
+    /// Returns the volume that a run gives and asserts that the run succeeds.
     fn volume(&self, arguments: &[&str]) -> f64 {
         self.json(arguments)["volume"]["value"].as_f64().unwrap()
     }
@@ -132,7 +132,7 @@ impl Run {
         serde_json::from_slice(&self.output.stdout).unwrap_or_else(|e| panic!("{e}: {}", self.stdout()))
     }
 
-    /// Asserts that an error was said with all these words, and that nothing went to stdout.
+    /// Asserts that the error on stderr contains all these words, and that stdout is empty.
     #[track_caller]
     fn says(self, words: &[&str]) -> Run {
         let stderr = self.stderr();
@@ -144,7 +144,7 @@ impl Run {
         self
     }
 
-    /// Asserts that a warning was said with all these words.
+    /// Asserts that a warning on stderr contains all these words.
     #[track_caller]
     fn warns(self, words: &[&str]) -> Run {
         let stderr = self.stderr();
@@ -156,12 +156,12 @@ impl Run {
     }
 }
 
-/// The codes of the warnings in a result.
+/// Returns the codes of the warnings in a result.
 fn warning_codes(result: &Value) -> Vec<&str> {
     result["warnings"].as_array().unwrap().iter().map(|warning| warning["code"].as_str().unwrap()).collect()
 }
 
-/// The box between two corners, facing outwards.
+/// Returns the box between two corners, facing outwards.
 fn cuboid(min: [f64; 3], max: [f64; 3]) -> Vec<Triangle> {
     let corner = |i: usize| -> [f64; 3] { std::array::from_fn(|k| if i >> k & 1 == 1 { max[k] } else { min[k] }) };
     let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
@@ -169,7 +169,7 @@ fn cuboid(min: [f64; 3], max: [f64; 3]) -> Vec<Triangle> {
     triangles.map(|triangle| triangle.map(corner)).collect()
 }
 
-/// The cube of a side at a corner on the diagonal.
+/// Returns the cube of this side whose lower corner is on the diagonal.
 fn cube(at: f64, side: f64) -> Vec<Triangle> {
     cuboid([at; 3], [at + side; 3])
 }

@@ -1,4 +1,5 @@
-//! Jobs for which there is not enough memory: refused before it is taken, and ended with a sentence where it fails.
+//! Jobs without enough memory: the program refuses them before it takes the memory, or ends with a message if an allocation
+//! fails.
 
 use std::process::Command;
 
@@ -13,7 +14,7 @@ fn plates(count: usize) -> Vec<Triangle> {
     (0..count).flat_map(plate).collect()
 }
 
-/// Runs ldi-ops with so many kilobytes of addresses.
+/// Runs ldi-ops with an address space of this many kilobytes.
 fn run_within(folder: &Folder, kilobytes: u32, arguments: &str) -> Run {
     let program = assert_cmd::cargo::cargo_bin!("ldi-ops").display().to_string();
     let script = format!("ulimit -v {kilobytes}; exec '{program}' {arguments} --threads 2");
@@ -40,7 +41,7 @@ fn images_that_do_not_fit_are_refused_with_a_resolution_that_fits() {
 }
 
 #[test]
-fn an_allocation_that_fails_ends_with_a_sentence() {
+fn failed_allocations_end_with_a_message_and_code_three() {
     let folder = Folder::new();
     let run = run_within(&folder, 300_000, "generate gyroid --cells 20 -o a.stl").code(3).says(&["out of memory"]);
     assert!(!run.stderr().contains("backtrace"), "{}", run.stderr());
@@ -50,7 +51,7 @@ fn an_allocation_that_fails_ends_with_a_sentence() {
 #[test]
 fn files_larger_than_the_limit_are_refused() {
     let folder = Folder::new();
-    // Nothing is written, so that the file takes no room on the disk.
+    // The file is sparse: it takes no room on the disk.
     std::fs::File::create(folder.path("big.stl")).unwrap().set_len(1 << 30).unwrap();
     run_within(&folder, 800_000, "check big.stl").code(3).says(&["big.stl", "do not fit into memory"]);
 }

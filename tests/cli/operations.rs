@@ -1,4 +1,4 @@
-//! Each operation gives the volume that it should, in every mode.
+//! Tests that each operation gives the right volume in every mode.
 
 use crate::{Folder, assert_near, cube, cuboid, warning_codes};
 
@@ -19,7 +19,7 @@ fn booleans_of_two_cubes_are_exact_in_every_mode() {
 }
 
 #[test]
-fn more_than_two_solids_are_taken_from_left_to_right() {
+fn operations_fold_several_solids_from_left_to_right() {
     let folder = Folder::with_two_cubes();
     folder.stl("c.stl", &cuboid([0.0, 0.0, 0.0], [3.0, 3.0, 1.0]));
     // The volumes of A, B, C and their overlaps: 8, 8, 9; AB 1, AC 4, BC 0, ABC 0.
@@ -37,7 +37,7 @@ fn more_than_two_solids_are_taken_from_left_to_right() {
 }
 
 #[test]
-fn estimates_lie_on_their_side() {
+fn over_and_under_enclose_the_exact_volume() {
     let folder = Folder::new();
     folder.run(&["generate", "sphere", "--radius", "10", "-o", "a.stl"]).code(0);
     folder.run(&["generate", "torus", "--major", "9", "-o", "b.stl"]).code(0);
@@ -63,7 +63,7 @@ fn estimates_lie_on_their_side() {
 }
 
 #[test]
-fn touching_cubes_have_nothing_in_common() {
+fn touching_cubes_share_no_volume() {
     let folder = Folder::new();
     folder.stl("a.stl", &cuboid([0.0; 3], [1.0; 3]));
     folder.stl("b.stl", &cuboid([1.0, 0.0, 0.0], [2.0, 1.0, 1.0]));
@@ -75,7 +75,7 @@ fn touching_cubes_have_nothing_in_common() {
 }
 
 #[test]
-fn coincident_cubes_are_one_cube() {
+fn booleans_of_coincident_cubes_are_exact() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 1.0));
     folder.stl("b.stl", &cube(0.0, 1.0));
@@ -88,7 +88,7 @@ fn coincident_cubes_are_one_cube() {
 }
 
 #[test]
-fn solids_apart_have_no_common_volume() {
+fn disjoint_solids_share_no_volume() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 1.0));
     folder.stl("b.stl", &cube(5.0, 1.0));
@@ -120,7 +120,7 @@ fn volume_gives_area_centroid_and_inertia() {
 }
 
 #[test]
-fn several_volumes_are_a_report_each() {
+fn volume_reports_each_of_several_solids() {
     let folder = Folder::with_two_cubes();
     folder.stl("c.stl", &cube(0.0, 1.0));
     let result = folder.json(&["volume", "a.stl", "c.stl", "--resolution", "32"]);
@@ -136,7 +136,7 @@ fn several_volumes_are_a_report_each() {
 }
 
 #[test]
-fn one_bad_file_does_not_keep_the_others_from_being_measured() {
+fn volume_continues_after_a_bad_file() {
     let folder = Folder::with_two_cubes();
     folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
     let files = ["a.stl", "open.stl", "missing.stl", "b.stl"];
@@ -163,7 +163,7 @@ fn one_bad_file_does_not_keep_the_others_from_being_measured() {
     for (i, file) in files.iter().enumerate() {
         assert_eq!(result["inputs"][i]["path"], *file);
     }
-    // The worst code wins: too many rays for the machine, and a file that is not there.
+    // The worst exit code wins: too many rays for the machine, and a missing file.
     folder
         .run(&["volume", "a.stl", "missing.stl", "-v", "--resolution", "65535"])
         .code(3)
@@ -171,7 +171,7 @@ fn one_bad_file_does_not_keep_the_others_from_being_measured() {
 }
 
 #[test]
-fn the_tolerance_is_met_and_told() {
+fn volumes_meet_and_state_the_tolerance() {
     let folder = Folder::new();
     folder.run(&["generate", "geodesic", "-o", "a.stl"]).code(0);
     for given in ["0.01%", "0.0001"] {
@@ -187,7 +187,7 @@ fn the_tolerance_is_met_and_told() {
 }
 
 #[test]
-fn a_tolerance_out_of_reach_gives_the_best_there_is_and_ends_with_one() {
+fn unreachable_tolerances_give_the_best_volume_and_exit_with_one() {
     let folder = Folder::new();
     folder.run(&["generate", "geodesic", "--frequency", "2", "-o", "a.stl"]).code(0);
     let arguments = ["intersect", "a.stl", "a.stl", "--axis", "z", "--mode", "exact", "--tolerance", "0.0001%"];
@@ -200,9 +200,9 @@ fn a_tolerance_out_of_reach_gives_the_best_there_is_and_ends_with_one() {
 }
 
 #[test]
-fn fill_rules_are_told_apart() {
+fn volumes_follow_the_fill_rule_and_warn_where_the_rules_differ() {
     let folder = Folder::new();
-    // Two shells in one file: they overlap in a half.
+    // Two shells in one file overlap in half of each.
     let mut shells = cuboid([0.0; 3], [2.0, 1.0, 1.0]);
     shells.extend(cuboid([1.0, 0.0, 0.0], [3.0, 1.0, 1.0]));
     folder.stl("a.stl", &shells);
@@ -215,7 +215,7 @@ fn fill_rules_are_told_apart() {
     assert!(crate::warning_codes(&result).contains(&"fill-rules-differ"));
     // The area is that of the surface alone.
     assert_near(folder.json(&with("nonzero"))["area"].as_f64().unwrap(), 14.0, 1e-6);
-    // Intersections compare the rules although no solid is sampled on its own.
+    // Intersections compare the fill rules although they sample no solid on its own.
     folder.stl("b.stl", &cube(0.0, 1.0));
     let result = folder.json(&["intersect", "a.stl", "b.stl", "--resolution", "64"]);
     assert!(crate::warning_codes(&result).contains(&"fill-rules-differ"));
@@ -224,7 +224,7 @@ fn fill_rules_are_told_apart() {
 }
 
 #[test]
-fn pitch_and_resolution_lay_the_grid() {
+fn pitch_and_resolution_set_the_grid() {
     let folder = Folder::with_two_cubes();
     let result = folder.json(&["intersect", "a.stl", "b.stl", "--pitch", "0.1"]);
     assert_eq!(result["grid"]["pitch"], 0.1);
@@ -241,7 +241,7 @@ fn pitch_and_resolution_lay_the_grid() {
 }
 
 #[test]
-fn the_number_of_threads_changes_no_number() {
+fn thread_count_changes_no_number() {
     let folder = Folder::new();
     folder.run(&["generate", "gyroid", "--cells", "1", "-o", "a.stl"]).code(0);
     folder.run(&["generate", "sphere", "--radius", "5", "-o", "b.stl"]).code(0);

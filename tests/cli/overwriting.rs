@@ -63,7 +63,7 @@ fn reports_never_overwrite_what_they_read() {
 }
 
 #[test]
-fn every_path_to_an_input_is_known() {
+fn inputs_are_protected_whatever_path_leads_to_them() {
     let folder = Folder::with_two_cubes();
     fs::create_dir(folder.path("inner")).unwrap();
     let whole = folder.path("a.stl");
@@ -84,14 +84,14 @@ fn every_path_to_an_input_is_known() {
 
 #[cfg(unix)]
 #[test]
-fn links_to_one_new_file_are_the_same_output() {
+fn two_links_to_one_new_file_are_refused_as_outputs() {
     let folder = Folder::with_two_cubes();
     std::os::unix::fs::symlink("new.stl", folder.path("link.stl")).unwrap();
     is_refused(&folder, &["convert", "a.stl", "-o", "new.stl", "--json", "link.stl"], &["same file"]);
 }
 
 #[test]
-fn files_that_an_input_refers_to_are_kept() {
+fn files_that_an_input_refers_to_are_not_overwritten() {
     let folder = Folder::new();
     let corners = [[0f32, 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
     let mut bytes: Vec<u8> = corners.iter().flatten().flat_map(|c| c.to_le_bytes()).collect();

@@ -9,7 +9,7 @@ fn with_box() -> Folder {
 }
 
 #[test]
-fn placements_are_done_from_left_to_right() {
+fn placement_steps_apply_from_left_to_right() {
     let folder = with_box();
     let centroid = |placement| {
         let result = folder.json(&["volume", "a.stl", "--resolution", "30", "--transform-a", placement]);
@@ -31,7 +31,7 @@ fn placements_are_done_from_left_to_right() {
 }
 
 #[test]
-fn a_mirrored_mesh_still_faces_outwards() {
+fn mirrored_meshes_face_outwards() {
     let folder = with_box();
     let result = folder.json(&["volume", "a.stl", "--resolution", "32", "--transform-a", "scale(-1,1,1)"]);
     assert_eq!(result["inputs"][0]["volume"], 6.0);
@@ -51,7 +51,7 @@ fn either_solid_can_be_placed() {
 }
 
 #[test]
-fn a_wrong_placement_is_shown_where_it_is_wrong() {
+fn errors_mark_the_fault_in_a_placement() {
     let folder = with_box();
     let run = folder.run(&["volume", "a.stl", "--transform-a", "translate(1,0,0) rotate(0,0,z,30)"]);
     run.code(2).says(&["character 29", "`z` is not a finite number", "\n                                ^"]);
@@ -60,7 +60,7 @@ fn a_wrong_placement_is_shown_where_it_is_wrong() {
 }
 
 #[test]
-fn units_are_told_and_assumed() {
+fn units_are_stated_or_assumed_with_a_warning() {
     let folder = with_box();
     for (given, named) in [("mm", "mm^3"), ("um", "um^3"), ("\u{b5}m", "um^3"), ("\u{3bc}m", "um^3"), ("in", "in^3")] {
         let result = folder.json(&["volume", "a.stl", "--resolution", "16", "--unit", given]);
@@ -75,7 +75,7 @@ fn units_are_told_and_assumed() {
 }
 
 #[test]
-fn units_go_by_names_in_capitals_or_not() {
+fn unit_names_ignore_case() {
     let folder = with_box();
     for (given, named) in
         [("MM", "mm^3"), ("Millimeters", "mm^3"), ("inches", "in^3"), ("IN", "in^3"), ("microns", "um^3")]
@@ -85,7 +85,7 @@ fn units_go_by_names_in_capitals_or_not() {
 }
 
 #[test]
-fn lengths_take_units() {
+fn lengths_accept_units() {
     let folder = with_box();
     let json = |arguments: &[&str]| folder.json(&[arguments, &["--resolution", "16"]].concat());
     let pitch = |given| folder.json(&["volume", "a.stl", "--unit", "mm", "--pitch", given])["grid"]["pitch"].clone();
@@ -115,7 +115,7 @@ fn lengths_take_units() {
 }
 
 #[test]
-fn parts_take_the_unit_of_a_model_in_millimetres() {
+fn generate_converts_lengths_to_millimetres() {
     let folder = Folder::new();
     let size = |arguments: &[&str]| {
         let result = folder.json(&[&["generate"], arguments, &["-o", "a.stl"]].concat());
@@ -132,7 +132,7 @@ fn parts_take_the_unit_of_a_model_in_millimetres() {
 }
 
 #[test]
-fn sizes_that_speak_for_another_unit_are_asked_about() {
+fn implausible_sizes_suggest_another_unit() {
     let folder = Folder::new();
     folder.stl("a.stl", &cuboid([0.0; 3], [0.05, 0.02, 0.01]));
     let run = |unit| folder.run(&["volume", "a.stl", "--resolution", "16", "--unit", unit]).code(0);
@@ -144,7 +144,7 @@ fn sizes_that_speak_for_another_unit_are_asked_about() {
     folder.run(&["volume", "a.3mf", "--resolution", "16"]).code(0).warns(&["a.3mf", "states meant?", "--unit m "]);
 }
 
-/// A tetrahedron of one unit, as glTF with its buffer inside; glTF is in metres.
+/// A tetrahedron of side 1, as glTF with its buffer inside; glTF is in metres.
 const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
 "accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,1]},
@@ -153,7 +153,7 @@ const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0
 "buffers":[{"byteLength":60,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAIBAAEDAAMCAQID"}]}"#;
 
 #[test]
-fn files_of_different_units_are_brought_to_that_of_the_first() {
+fn files_are_converted_to_the_unit_of_the_first() {
     let folder = Folder::new();
     std::fs::write(folder.path("m.gltf"), GLTF).unwrap();
     folder.stl("mm.stl", &cube(0.0, 100.0));
@@ -168,12 +168,12 @@ fn files_of_different_units_are_brought_to_that_of_the_first() {
     assert_eq!(warning_codes(&result), ["unit-converted"]);
     let arguments = ["intersect", "mm.stl", "m.gltf", "--unit", "mm", "--axis", "z", "--resolution", "500"];
     assert_near(folder.volume(&arguments), 1e6, 1e3);
-    // Without a word the unit of the other file is assumed.
+    // Without a stated unit, the program assumes that of the other file.
     let result = folder.json(&["intersect", "mm.stl", "m.gltf", "--axis", "z", "--resolution", "16"]);
     assert_eq!(result["volume"]["unit"], "m^3");
-    // At sixteen rays their pitch exceeds the smaller cube.
+    // At sixteen rays the pitch exceeds the smaller cube.
     assert_eq!(warning_codes(&result), ["unit-assumed", "thinner-than-pitch", "not-resolved"]);
-    // What a file states stands.
+    // The unit that a file states is kept.
     folder.run(&["volume", "m.gltf", "--unit", "mm", "--resolution", "16"]).code(0).warns(&[
         "m.gltf",
         "states m",
@@ -188,7 +188,7 @@ fn files_of_different_units_are_brought_to_that_of_the_first() {
 }
 
 #[test]
-fn a_placement_that_64_bits_cannot_hold_is_told_or_refused() {
+fn placements_that_round_64_bit_coordinates_warn_or_are_refused() {
     let folder = with_box();
     let run = |x: &str| {
         let placement = format!("translate({x},0,0)");

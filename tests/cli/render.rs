@@ -1,4 +1,4 @@
-//! Pictures.
+//! Pictures that `render` draws.
 
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::{Folder, assert_near, cube, warning_codes};
 
-/// A picture's sides and pixels, of as many bytes as it has channels.
+/// The size and the pixels of a picture; a pixel has one byte per channel.
 struct Picture {
     width: u32,
     height: u32,
@@ -26,7 +26,7 @@ fn picture(path: &Path) -> Picture {
 }
 
 impl Picture {
-    /// The share of the pixels that are as asked for.
+    /// Returns the share of the pixels that meet a condition.
     fn share(&self, is: impl Fn(&[u8]) -> bool) -> f64 {
         self.pixels.iter().filter(|pixel| is(pixel)).count() as f64 / self.pixels.len() as f64
     }
@@ -35,7 +35,7 @@ impl Picture {
 const SMALL: [&str; 4] = ["--size", "160x120", "--unit", "mm"];
 
 #[test]
-fn a_picture_is_what_was_asked_for() {
+fn pictures_have_the_requested_size_and_view() {
     let folder = Folder::with_two_cubes();
     let result = folder.json(&[&["render", "a.stl", "-o", "a.png", "--view", "z"], &SMALL[..]].concat());
     let found = picture(&folder.path("a.png"));
@@ -43,7 +43,7 @@ fn a_picture_is_what_was_asked_for() {
     assert_eq!((&result["command"], &result["view"], &result["plane"]), (&"render".into(), &"z".into(), &().into()));
     assert_eq!((&result["output"]["path"], &result["output"]["width"]), (&"a.png".into(), &160.into()));
     assert_eq!((&result["output"]["unit"], &result["inputs"][0]["triangles"]), (&"mm".into(), &12.into()));
-    // As much of the picture is covered as the pixels' size says; notes cover little.
+    // The covered share of the picture follows from the size of a pixel; notes cover little.
     let pixel = result["output"]["pixel"].as_f64().unwrap();
     let light = &found.pixels[160 * 60 + 2];
     let covered = found.share(|pixel| pixel != &light[..]);
@@ -57,7 +57,7 @@ fn a_picture_is_what_was_asked_for() {
 }
 
 #[test]
-fn each_input_has_its_tint_and_an_expression_says_what_is_seen() {
+fn inputs_have_their_tints_and_expressions_select_what_is_drawn() {
     let folder = Folder::with_two_cubes();
     let blue = |p: &[u8]| i32::from(p[2]) > i32::from(p[0]) + 25;
     let orange = |p: &[u8]| i32::from(p[0]) > i32::from(p[2]) + 25;
@@ -66,7 +66,7 @@ fn each_input_has_its_tint_and_an_expression_says_what_is_seen() {
         let found = picture(&folder.path("c.png"));
         (found.share(blue), found.share(orange))
     };
-    // The common cube is seen from above: its upper faces are those of the first, its lower ones those of the second.
+    // From above, the upper faces of the common cube are those of the first, its lower ones those of the second.
     let (blue, orange) = shares(&["--view", "z"]);
     assert!(blue > 0.3 && orange < 0.05, "{blue} {orange}");
     let (blue, orange) = shares(&["--view", "-z"]);
@@ -83,7 +83,7 @@ fn slices_and_cuts_are_drawn() {
     let result = folder.json(&[&["render", "a.stl", "b.stl", "--slice", "z=50%", "-o", "s.png"], &SMALL[..]].concat());
     assert_eq!((&result["plane"]["axis"], &result["plane"]["at"]), (&"z".into(), &1.5.into()));
     let dark = |p: &[u8]| p.iter().all(|&channel| channel < 0x70);
-    // The common square of side 1, and lines; the pixels tell its area.
+    // The common square of side 1, and lines; the pixels give its area.
     let pixel = result["output"]["pixel"].as_f64().unwrap();
     let expected = 1.0 / (pixel * pixel) / (160.0 * 120.0);
     let found = picture(&folder.path("s.png")).share(dark);
@@ -96,7 +96,7 @@ fn slices_and_cuts_are_drawn() {
 }
 
 #[test]
-fn pictures_are_the_same_for_any_number_of_threads() {
+fn pictures_do_not_depend_on_the_thread_count() {
     let folder = Folder::new();
     folder.run(&["generate", "gyroid", "--cells", "1", "-o", "a.stl"]).code(0);
     for (name, threads) in [("one.png", "1"), ("three.png", "3")] {
@@ -106,7 +106,7 @@ fn pictures_are_the_same_for_any_number_of_threads() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_refused() {
+fn impossible_pictures_are_refused() {
     let folder = Folder::with_two_cubes();
     folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
     let refused = |arguments: &[&str], words: &[&str]| {
@@ -131,7 +131,7 @@ fn what_cannot_be_drawn_is_refused() {
 }
 
 #[test]
-fn solids_that_share_nothing_have_an_empty_picture_that_says_so() {
+fn empty_pictures_give_a_warning() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 1.0));
     folder.stl("b.stl", &cube(5.0, 1.0));

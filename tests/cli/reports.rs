@@ -1,4 +1,4 @@
-//! `report`: metrics that are known, the files that say them, limits, several solids, and what is refused.
+//! Tests of `report`: metrics with known values, the files it writes, limits, several solids, and refusals.
 
 use std::fs;
 
@@ -9,7 +9,7 @@ use crate::{Folder, Triangle, assert_near, cube, cuboid, inside_out};
 
 /// A block with two square channels of side 1 through it along z.
 fn channels() -> Vec<Triangle> {
-    // Slabs and bars that share no face: the channels' walls are made of boxes merged by the fill rule.
+    // Slabs and bars that share no face: the fill rule merges the boxes, which form the walls of the channels.
     [
         cuboid([0.0, 0.0, 0.0], [5.0, 1.0, 3.0]),
         cuboid([0.0, 2.0, 0.0], [5.0, 3.0, 3.0]),
@@ -34,7 +34,7 @@ fn value(sheet: &Value, id: &str) -> f64 {
 }
 
 #[test]
-fn a_hollow_box_has_the_metrics_that_it_has() {
+fn a_hollow_box_has_its_known_metrics() {
     let folder = Folder::new();
     folder.stl("a.stl", &hollow(3.0, 1.0));
     let sheet = report(&folder, &["a.stl", "--resolution", "48"]);
@@ -45,7 +45,7 @@ fn a_hollow_box_has_the_metrics_that_it_has() {
     assert_near(value(&sheet, "porosity"), 1.0 / 27.0, 1e-6);
     assert_near(value(&sheet, "porosity.closed"), 1.0 / 27.0, 1e-9);
     assert_eq!(value(&sheet, "porosity.open"), 0.0);
-    // The faces of the outer box lie in the region's faces: they are cut, not surface.
+    // The faces of the outer box lie in the faces of the region: they are cut faces, not surface.
     assert_near(value(&sheet, "surface.area"), 6.0, 1e-6);
     assert_near(value(&sheet, "pore.largest"), 1.0, pitch);
     for (id, exact) in [("euler", 2.0), ("euler.mesh", 2.0), ("betti.0", 1.0), ("betti.1", 0.0), ("betti.2", 1.0)] {
@@ -66,12 +66,12 @@ fn a_hollow_box_has_the_metrics_that_it_has() {
 }
 
 #[test]
-fn channels_are_found_along_their_axis_alone() {
+fn channels_percolate_along_their_axis_alone() {
     let folder = Folder::new();
     folder.stl("a.stl", &channels());
     let sheet = report(&folder, &["a.stl", "--fill", "nonzero", "--resolution", "50"]);
     assert_near(value(&sheet, "porosity"), 6.0 / 45.0, 1e-6);
-    // The boxes touch: what lies between two of them is no surface, and what facets alone could tell is not told.
+    // The boxes touch: faces between two of them are not surface, and metrics that need facets alone are not given.
     assert_near(value(&sheet, "surface.area"), 24.0, 0.3);
     assert_eq!(metric(&sheet, "surface.curvature.mean")["value"], Value::Null);
     assert_near(value(&sheet, "percolation.z"), 1.0, 0.1);
@@ -82,20 +82,20 @@ fn channels_are_found_along_their_axis_alone() {
 }
 
 #[test]
-fn a_mesh_that_is_inside_out_is_turned() {
+fn inside_out_meshes_are_measured_facing_outwards() {
     let folder = Folder::new();
     folder.stl("a.stl", &hollow(3.0, 1.0));
     folder.stl("b.stl", &inside_out(&hollow(3.0, 1.0)));
     for name in ["a.stl", "b.stl"] {
         let sheet = report(&folder, &[name, "--resolution", "24"]);
-        // Of the six faces of the hollow the ceiling faces down.
+        // Of the six faces of the hollow, the ceiling faces down.
         assert_near(value(&sheet, "overhang"), 1.0 / 6.0, 1e-9);
         assert_near(value(&sheet, "surface.curvature.mean"), -3.0 * std::f64::consts::PI, 1e-6);
     }
 }
 
 #[test]
-fn a_box_as_a_region_of_interest_is_a_box() {
+fn a_box_shaped_region_of_interest_gives_the_metrics_of_the_box() {
     let folder = Folder::new();
     folder.stl("a.stl", &channels());
     folder.stl("roi.stl", &cuboid([0.5, 0.5, 0.5], [4.5, 2.5, 2.5]));
@@ -106,7 +106,7 @@ fn a_box_as_a_region_of_interest_is_a_box() {
 }
 
 #[test]
-fn rasters_that_do_not_fit_are_refused_with_one_that_does() {
+fn rasters_that_do_not_fit_in_memory_are_refused_with_a_resolution() {
     let folder = Folder::with_two_cubes();
     let run = folder.run(&["report", "a.stl", "--resolution", "60000", "-o", "out"]).code(3);
     assert!(run.stderr().contains("GB") && run.stderr().contains("--resolution"), "{}", run.stderr());
@@ -114,7 +114,7 @@ fn rasters_that_do_not_fit_are_refused_with_one_that_does() {
 }
 
 #[test]
-fn the_files_say_what_stdout_says() {
+fn report_files_hold_the_metrics_of_stdout() {
     let folder = Folder::new();
     folder.stl("a.stl", &channels());
     let sheet = report(&folder, &["a.stl", "--fill", "nonzero", "--resolution", "30"]);
@@ -141,7 +141,7 @@ fn the_files_say_what_stdout_says() {
     let table = fs::read_to_string(folder.path("out/metrics.csv")).unwrap();
     assert_eq!(table.lines().count(), 1 + sheet["metrics"].as_array().unwrap().len());
     let page = fs::read_to_string(folder.path("out/report.html")).unwrap();
-    // Pictures are base64, in which any letters may meet.
+    // Pictures are base64, in which any letters may follow one another.
     let words =
         page.split("base64,").map(|part| part.split_once('"').map_or(part, |(_, rest)| rest)).collect::<String>();
     assert!(words.contains("a.stl") && words.contains("Tb.Th") && !words.contains("NaN"));
@@ -150,7 +150,7 @@ fn the_files_say_what_stdout_says() {
 }
 
 #[test]
-fn limits_are_kept_or_broken() {
+fn broken_limits_exit_with_one_and_wrong_limits_with_two() {
     let folder = Folder::new();
     folder.stl("a.stl", &channels());
     let run = |limits: &str| {
@@ -161,7 +161,7 @@ fn limits_are_kept_or_broken() {
     run("porosity = { min = \"13 %\", max = 0.14 }\n\"percolation.z\" = { min = \"500 um\" }\n").code(0);
     let broken = run("porosity = { min = \"60 %\" }\n").code(1);
     assert!(broken.stdout().contains("BROKEN"), "{}", broken.stdout());
-    // What has no value keeps no limit.
+    // A metric without a value breaks its limit.
     run("\"percolation.x\" = { min = \"1 um\" }\n").code(1);
     let unknown = run("porosty = { min = 0.5 }\n").code(2);
     assert!(unknown.stderr().contains("limits.toml") && unknown.stderr().contains("porosity"), "{}", unknown.stderr());
@@ -171,7 +171,7 @@ fn limits_are_kept_or_broken() {
 }
 
 #[test]
-fn a_region_of_interest_is_all_that_counts() {
+fn metrics_count_only_the_region_of_interest() {
     let folder = Folder::new();
     folder.stl("a.stl", &cuboid([0.0; 3], [4.0, 4.0, 1.0]));
     folder.stl("roi.stl", &cuboid([1.0, 1.0, -1.0], [3.0, 3.0, 3.0]));
@@ -206,7 +206,7 @@ fn several_solids_share_a_table_and_have_a_page_each() {
 }
 
 #[test]
-fn what_cannot_be_reported_is_refused_before_it_is_measured() {
+fn impossible_reports_are_refused_before_measuring() {
     let folder = Folder::with_two_cubes();
     folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
     folder.stl("odd.stl", &cuboid([0.0; 3], [1.0, 0.33, 1.0]));
@@ -227,7 +227,7 @@ fn what_cannot_be_reported_is_refused_before_it_is_measured() {
 }
 
 #[test]
-fn a_unit_that_nobody_states_is_an_alert() {
+fn a_missing_unit_is_an_alert() {
     let folder = Folder::with_two_cubes();
     let sheet = folder.json(&["report", "a.stl", "--resolution", "16", "-o", "out"]);
     assert!(
@@ -239,7 +239,7 @@ fn a_unit_that_nobody_states_is_an_alert() {
 }
 
 #[test]
-fn walls_that_the_box_cuts_are_not_thin() {
+fn walls_cut_by_the_box_do_not_count_as_thin() {
     let folder = Folder::new();
     let gyroid = ["generate", "gyroid", "--cells", "2", "--cell-size", "2.5", "--wall", "0.4", "--resolution", "24"];
     folder.run(&[&gyroid[..], &["-o", "a.stl"]].concat()).code(0);
@@ -256,7 +256,7 @@ fn walls_that_the_box_cuts_are_not_thin() {
     fs::write(folder.path("limits.toml"), "\"wall.thinnest\" = { min = \"0.3 mm\" }\n").unwrap();
     let flags = ["report", "a.stl", "--unit", "mm", "--resolution", "64", "--limits", "limits.toml", "-o", "out"];
     folder.run(&flags).code(0);
-    // A block is nothing but what its box cuts, and all of it counts.
+    // The box cuts every face of a block, and all of it counts.
     folder.stl("block.stl", &cuboid([0.0; 3], [4.0, 4.0, 1.0]));
     let block = report(&folder, &["block.stl", "--resolution", "32"]);
     assert_eq!(value(&block, "wall.thinnest"), value(&block, "solid.thickness.p1"));
@@ -264,7 +264,7 @@ fn walls_that_the_box_cuts_are_not_thin() {
 }
 
 #[test]
-fn closed_pores_do_not_lengthen_the_way_through_open_ones() {
+fn closed_pores_do_not_change_the_tortuosity_of_open_ones() {
     let folder = Folder::new();
     // Boxes within a box are holes: six channels along z, and a cavity.
     let channel = |i: usize| {
@@ -281,7 +281,7 @@ fn closed_pores_do_not_lengthen_the_way_through_open_ones() {
 }
 
 #[test]
-fn a_solid_that_does_not_fill_its_box_is_measured_within_its_hull() {
+fn roi_hull_measures_a_solid_within_its_convex_hull() {
     let folder = Folder::new();
     folder.run(&["generate", "sphere", "--radius", "5", "-o", "ball.stl"]).code(0);
     folder.stl("box.stl", &hollow(3.0, 1.0));
@@ -308,7 +308,7 @@ fn a_solid_that_does_not_fill_its_box_is_measured_within_its_hull() {
 
 /// A ball of radius 5 with a channel of radius 1 through it.
 #[test]
-fn a_solid_is_measured_within_what_a_ball_cannot_enter() {
+fn roi_wrap_measures_a_solid_within_what_a_ball_cannot_enter() {
     let folder = Folder::new();
     folder.run(&["generate", "sphere", "--radius", "5", "-o", "ball.stl"]).code(0);
     folder.run(&["generate", "cylinder", "--radius", "1", "--height", "12", "-o", "rod.stl"]).code(0);
@@ -328,7 +328,7 @@ fn a_solid_is_measured_within_what_a_ball_cannot_enter() {
 }
 
 #[test]
-fn the_surface_of_the_mesh_is_told_beside_that_of_the_pores() {
+fn reports_state_the_area_of_the_mesh_and_of_the_pores() {
     let folder = Folder::new();
     folder.stl("a.stl", &hollow(3.0, 1.0));
     let sheet = report(&folder, &["a.stl", "--resolution", "24"]);
@@ -339,7 +339,7 @@ fn the_surface_of_the_mesh_is_told_beside_that_of_the_pores() {
 }
 
 #[test]
-fn what_is_thinner_than_the_raster_is_not_resolved() {
+fn walls_thinner_than_the_pitch_are_not_resolved() {
     let folder = Folder::new();
     folder.stl("plate.stl", &cuboid([0.0; 3], [10.0, 10.0, 0.3]));
     folder.stl("roi.stl", &cuboid([0.0, 0.0, -5.0], [10.0, 10.0, 5.0]));
@@ -354,7 +354,7 @@ fn what_is_thinner_than_the_raster_is_not_resolved() {
 }
 
 #[test]
-fn the_headline_has_errors_and_no_bounds() {
+fn headline_figures_have_errors_and_no_bounds() {
     let folder = Folder::new();
     folder.run(&["generate", "sphere", "--radius", "5", "-o", "ball.stl"]).code(0);
     let run = folder.run(&["report", "ball.stl", "--unit", "mm", "--resolution", "24", "-o", "out"]);
@@ -369,7 +369,7 @@ fn the_headline_has_errors_and_no_bounds() {
 }
 
 #[test]
-fn one_bad_file_does_not_end_a_batch() {
+fn batches_continue_after_a_bad_file() {
     let folder = Folder::with_two_cubes();
     folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
     let flags = ["report", "a.stl", "open.stl", "b.stl", "no.stl", "--unit", "mm", "--resolution", "16", "-o", "out"];
@@ -392,12 +392,12 @@ fn one_bad_file_does_not_end_a_batch() {
     }
     let json = folder.run(&[&flags[..], &["--json", "-"]].concat()).code(2).json();
     assert_eq!(["results", "failures"].map(|key| json[key].as_array().unwrap().len()), [2, 2]);
-    // Where nothing could be measured there is nothing to look at.
+    // Without a measured solid there is no page to open.
     let none = folder.run(&["report", "open.stl", "no.stl", "-o", "none"]).code(2);
     assert!(none.stderr().contains("2 of 2 solids") && !folder.path("none/index.html").exists());
 }
 
-/// What must hold in any report of a solid: bounds about values, shares that add up, sizes in their order.
+/// Asserts the rules of any report of a solid: bounds enclose values, shares add up, sizes are in their order.
 fn faults(sheet: &Value) -> Vec<String> {
     let mut faults = Vec::new();
     let known = |id: &str| metric(sheet, id)["value"].as_f64();
@@ -434,7 +434,7 @@ fn faults(sheet: &Value) -> Vec<String> {
 }
 
 #[test]
-fn the_faults_of_a_report_are_noticed() {
+fn inconsistent_reports_fail_the_checks() {
     let folder = Folder::new();
     folder.stl("a.stl", &channels());
     let sheet = report(&folder, &["a.stl", "--fill", "nonzero", "--resolution", "20"]);
@@ -447,10 +447,10 @@ fn the_faults_of_a_report_are_noticed() {
     }
 }
 
-/// Scaffolds and a bone of other people, and a scaffold within a bone.
+/// Scaffolds and a bone from other sources, and a scaffold within a bone.
 #[test]
 #[ignore = "needs LDI_CORPUS"]
-fn scaffolds_and_bones_of_a_corpus_are_reported() {
+fn reports_of_corpus_scaffolds_and_bones_are_consistent() {
     let meshes =
         std::path::PathBuf::from(std::env::var_os("LDI_CORPUS").expect("LDI_CORPUS names a folder")).join("meshes");
     let mesh = |name: &str| meshes.join(name).to_str().unwrap().to_owned();

@@ -1,4 +1,4 @@
-//! What goes to stdout and what to stderr, and what happens when nobody reads.
+//! The division of output between stdout and stderr, and the behaviour when a reader goes away.
 
 use std::io::Read;
 use std::process::{Command, Stdio};
@@ -18,18 +18,18 @@ fn stdout_carries_the_result_alone() {
     assert!(run.stdout().starts_with("volume      8 (exact)\n"), "{}", run.stdout());
     assert!(!run.stdout().contains("warning") && run.stderr().contains("ldi-ops: warning: "));
     assert!(run.stderr().contains(" threads (auto: "), "{}", run.stderr());
-    // Without a terminal there is no bar, whatever the time it takes.
+    // Without a terminal the program shows no progress bar, however long it runs.
     assert!(run.stderr().lines().all(|line| line.starts_with("ldi-ops: ")), "{}", run.stderr());
     let run = folder.run(&["volume", "a.stl", "--resolution", "16", "--unit", "mm"]).code(0);
     assert_eq!(run.stderr(), "");
     let run = folder.run(&["volume", "a.stl", "--resolution", "16", "--json", "-", "--quiet"]).code(0);
     assert!(run.stdout().starts_with('{') && run.json()["command"] == "volume");
-    // Quiet is about progress: what the user must not miss is still said.
+    // `--quiet` silences progress; warnings remain.
     assert!(run.stderr().contains("warning"));
 }
 
 #[test]
-fn the_text_tells_what_was_done() {
+fn verbose_text_states_inputs_grid_and_backend() {
     let folder = with_cube();
     let text = folder.run(&["volume", "a.stl", "--resolution", "16", "--unit", "mm", "-v"]).code(0).stdout();
     let labels = labels(&text);
@@ -43,13 +43,13 @@ fn the_text_tells_what_was_done() {
     }
 }
 
-/// The first word of each line.
+/// Returns the first word of each line.
 fn labels(text: &str) -> Vec<&str> {
     text.lines().filter_map(|line| line.split_whitespace().next()).collect()
 }
 
 #[test]
-fn by_default_there_are_the_value_the_inputs_and_the_file() {
+fn default_text_is_the_value_the_inputs_and_the_file() {
     let folder = Folder::with_two_cubes();
     let run = |arguments: &[&str]| {
         let run = folder.run(&[arguments, &["--resolution", "30", "--unit", "mm"]].concat()).code(0);
@@ -68,7 +68,7 @@ fn by_default_there_are_the_value_the_inputs_and_the_file() {
     for arguments in [&["intersect", "a.stl", "b.stl", "-q"][..], &["volume", "a.stl", "-q"]] {
         assert_eq!(labels(&run(arguments)), [arguments[0]]);
     }
-    // Of several values each says whose it is.
+    // Where there are several values, each line names its solid.
     let text = run(&["volume", "a.stl", "b.stl", "-q"]);
     let lines: Vec<&str> = text.lines().collect();
     assert!(
@@ -81,7 +81,7 @@ fn by_default_there_are_the_value_the_inputs_and_the_file() {
 }
 
 #[test]
-fn meshes_and_pictures_are_told_of_in_a_few_lines() {
+fn surface_and_render_print_a_few_lines() {
     let folder = with_cube();
     folder.run(&["sample", "a.stl", "--resolution", "16", "--unit", "mm", "-o", "a.npz"]).code(0);
     let run = |arguments: &[&str]| folder.run(arguments).code(0).stdout();
@@ -97,7 +97,7 @@ fn meshes_and_pictures_are_told_of_in_a_few_lines() {
 }
 
 #[test]
-fn a_reader_that_goes_away_is_no_failure() {
+fn a_closed_stdout_is_no_failure() {
     let folder = with_cube();
     for arguments in [&["volume", "a.stl", "--resolution", "16"][..], &["--help"], &["volume", "a.stl", "--json", "-"]]
     {

@@ -1,13 +1,13 @@
-//! Minkowski sums and differences against those of CGAL and manifold3d, pinned in `data/reference/minkowski`.
+//! Compares Minkowski sums and differences with those of CGAL and manifold3d, pinned in `data/reference/minkowski`.
 //!
 //! # The tolerance
-//! Let h be the pitch and S the area of the result. As `tests/reference.rs` derives, a volume from three images is off by
-//! what N = S / h² pixels that the surface cuts are off, as good as independently: by √7 h S / √(12 N), one standard
-//! deviation, of which three are allowed. Edges and corners are a hundredth of h S beside. So the tolerance is
-//! **h S (0.01 + 3 √(7 / 12 N))**, a fiftieth of h S where N is 52 500. Faces between rays, which all cubes have, cost a
-//! first order only along single axes, and the three images make it good. The sum itself adds nothing: the only gaps that it
-//! closes are shorter than four steps of a lattice that is thousands of times finer than h. Images of the peers' own
-//! results are off by a four-hundredth of h S at most.
+//! Let h be the pitch and S the area of the result. As `tests/reference.rs` derives, the error of a volume from three images is
+//! the sum of the errors of the N = S / h² pixels that the surface cuts, which are nearly independent: √7 h S / √(12 N), one
+//! standard deviation, of which three are allowed. Edges and corners add a hundredth of h S. So the tolerance is **h S (0.01 + 3
+//! √(7 / 12 N))**, a fiftieth of h S where N is 52 500. Faces between rays, which all cubes have, cost a first order only along
+//! single axes, and the three images correct it. The sum itself adds no error: the only gaps that it closes are shorter than four
+//! steps of a lattice that is thousands of times finer than h. Images of the peers' own results are off by a four-hundredth of h
+//! S at most.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,12 +18,12 @@ use crate::Folder;
 
 const RESOLUTION: &str = "256";
 
-/// A ⊕ B or A ⊖ B, and what the peers say of it.
+/// One case: A ⊕ B or A ⊖ B, and the answers of the peers.
 struct Case {
     name: String,
     difference: bool,
     inputs: [Value; 2],
-    /// By the way it was computed in.
+    /// The answers, by the way that a peer computed them.
     results: Vec<Value>,
 }
 
@@ -53,7 +53,7 @@ fn cases() -> Vec<Case> {
 }
 
 impl Case {
-    /// What the peers agree on.
+    /// Returns the volume on which the peers agree.
     fn volume(&self) -> f64 {
         let values: Vec<f64> = self.results.iter().filter_map(|result| result["volume"].as_f64()).collect();
         for value in &values {
@@ -62,13 +62,13 @@ impl Case {
         *values.first().unwrap_or_else(|| panic!("{}: all refuse", self.name))
     }
 
-    /// A number that some ways tell.
+    /// Returns a number that some of the ways state.
     fn told(&self, name: &str) -> f64 {
         let told = self.results.iter().find_map(|result| result[name].as_f64());
         told.unwrap_or_else(|| panic!("{}: nobody tells {name}", self.name))
     }
 
-    /// The command line but for its outputs.
+    /// Returns the command line without its outputs.
     fn arguments(&self) -> Vec<String> {
         let path = |input: &Value| root().join(input["path"].as_str().unwrap()).to_str().unwrap().to_owned();
         let mut words = vec!["minkowski".to_owned(), path(&self.inputs[0]), path(&self.inputs[1])];
@@ -80,7 +80,7 @@ impl Case {
         words
     }
 
-    /// What the program says of it, on the very inputs that the peers had.
+    /// Returns the program's result for the same inputs that the peers had.
     fn run(&self, more: &[&str]) -> Value {
         let words = self.arguments();
         let words: Vec<&str> = words.iter().map(String::as_str).chain(more.iter().copied()).collect();
@@ -93,7 +93,7 @@ impl Case {
     }
 }
 
-/// By how much a volume may be off, as the head of this file derives.
+/// Returns the tolerance of a volume, as the head of this file derives it.
 fn tolerance(pitch: f64, area: f64) -> f64 {
     let pixels = area / pitch.powi(2);
     assert!(pixels >= 5000.0, "{pixels} pixels are too few");
@@ -105,7 +105,7 @@ fn is_within(found: f64, expected: f64, tolerance: f64) -> bool {
 }
 
 #[test]
-fn volumes_are_those_of_the_peers() {
+fn volumes_of_sums_are_within_the_tolerance_of_the_peers() {
     let mut wrong = Vec::new();
     eprintln!("{:26}{:>16}{:>16}{:>12}{:>12}{:>12}", "case", "peers", "found", "error", "estimate", "tolerance");
     for case in cases() {
@@ -127,7 +127,7 @@ fn volumes_are_those_of_the_peers() {
 }
 
 #[test]
-fn cavities_are_found_at_every_resolution() {
+fn cavities_of_sums_are_found_at_every_resolution() {
     let mut seen = 0;
     for case in cases() {
         let [components, cavities] = ["components", "cavities"].map(|name| case.told(name));
@@ -148,10 +148,10 @@ fn cavities_are_found_at_every_resolution() {
 }
 
 #[test]
-fn the_comparison_can_fail() {
+fn the_comparison_rejects_filled_cavities_and_offset_surfaces() {
     assert!(is_within(1.0, 1.5, 0.5) && !is_within(1.0, 1.6, 0.5) && !is_within(1.0, 0.4, 0.5));
     assert!(!is_within(f64::NAN, 1.0, 0.5) && !is_within(1.0, f64::NAN, 0.5));
-    // A cavity that was filled, or a difference that was taken for a sum, does not pass.
+    // The comparison rejects a filled cavity, and a sum in place of a difference.
     let cases = cases();
     let named = |name: &str| cases.iter().find(|case| case.name == name).unwrap();
     let case = named("hollow_cube_cube");
@@ -161,6 +161,6 @@ fn the_comparison_can_fail() {
     let difference = named("star_less_tetrahedron");
     let allowed = tolerance(45.0 / 256.0, sum.told("area"));
     assert!(!is_within(difference.volume(), sum.volume(), allowed));
-    // Nor does the sum that is wrong by a tenth of a pitch all over.
+    // It also rejects a sum that is wrong by a tenth of a pitch all over.
     assert!(!is_within(sum.volume() + 0.1 * 45.0 / 256.0 * sum.told("area"), sum.volume(), allowed));
 }

@@ -1,16 +1,16 @@
-//! `minkowski`, `offset`, `open` and `close`: volumes that are known, what does not change a sum, and what is refused.
+//! Tests of `minkowski`, `offset`, `open` and `close`: known volumes, changes that leave a sum the same, and refusals.
 
 use serde_json::Value;
 
 use crate::{Folder, Triangle, assert_near, cube, cuboid, inside_out, warning_codes};
 
-/// A box with a smaller one left out of it.
+/// A box with a smaller box as a cavity.
 pub fn hollow(outer: f64, inner: f64) -> Vec<Triangle> {
     let margin = 0.5 * (outer - inner);
     [cube(0.0, outer), inside_out(&cube(margin, inner))].concat()
 }
 
-/// An L of three squares, a quarter of one high, its inner edge along z.
+/// An L of three squares, a quarter of one high, with its inner edge along z.
 pub fn ell(scale: f64) -> Vec<Triangle> {
     let section = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
     let at = |i: usize, z: f64| [section[i % 6][0] * scale, section[i % 6][1] * scale, 0.25 * z * scale];
@@ -19,7 +19,7 @@ pub fn ell(scale: f64) -> Vec<Triangle> {
         triangles.push([at(i, 0.0), at(i + 1, 0.0), at(i, 1.0)]);
         triangles.push([at(i + 1, 0.0), at(i + 1, 1.0), at(i, 1.0)]);
     }
-    // A fan from the inner edge sees every side from within.
+    // From the inner edge every side is visible, so a fan from it triangulates the L.
     for i in [4, 5, 0, 1] {
         triangles.push([at(3, 1.0), at(i, 1.0), at(i + 1, 1.0)]);
         triangles.push([at(3, 0.0), at(i + 1, 0.0), at(i, 0.0)]);
@@ -27,7 +27,7 @@ pub fn ell(scale: f64) -> Vec<Triangle> {
     triangles
 }
 
-/// A sum of two files, whose rays fall on the lattice of its faces.
+/// Returns the JSON of `minkowski` for two files in mm.
 fn sum(folder: &Folder, flags: &[&str]) -> Value {
     folder.json(&[&["minkowski", "--unit", "mm"], flags].concat())
 }
@@ -55,7 +55,7 @@ fn sums_of_boxes_are_boxes_in_every_mode() {
 }
 
 #[test]
-fn the_json_has_the_schema_and_what_the_sum_took() {
+fn json_of_a_sum_has_the_schema_its_steps_and_memory() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.stl("b.stl", &cube(1.0, 1.0));
@@ -73,12 +73,12 @@ fn the_json_has_the_schema_and_what_the_sum_took() {
     assert_eq!(result["warnings"], serde_json::json!([]));
     let step = &result["steps"][0];
     assert_eq!((&step["operation"], &step["distance"]), (&"sum".into(), &Value::Null));
-    // 12 facets and 8 vertices of each, 18 edges.
+    // Each operand has 12 facets, 8 vertices and 18 edges.
     assert_eq!(step["pairs"]["candidates"], 2 * 12 * 8 + 18 * 18);
     let [visited, kept] = ["visited", "kept"].map(|key| step["pairs"][key].as_u64().unwrap());
     let primitives = step["primitives"].as_u64().unwrap();
     assert!(visited >= kept && kept > 0 && primitives >= 12, "{step:#}");
-    // Each of six faces is seen by 900 rays, and by none from the side.
+    // Each of the six faces is hit by 900 rays along its axis, and by none across it.
     assert!(numbers(&step["crossings"]).iter().all(|&crossings| crossings >= 1800), "{step:#}");
     assert_eq!(step["components"], serde_json::json!({ "tested": 0, "cavities": 0, "filled": 0 }));
     let memory = &result["memory"];
@@ -90,7 +90,7 @@ fn the_json_has_the_schema_and_what_the_sum_took() {
 }
 
 #[test]
-fn the_origin_may_lie_anywhere() {
+fn translated_operands_give_the_same_sum() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 1.0));
     folder.stl("b.stl", &cube(10.0, 1.0));
@@ -106,14 +106,14 @@ fn the_origin_may_lie_anywhere() {
 }
 
 #[test]
-fn two_ells_either_way_round() {
+fn sums_of_two_ells_commute() {
     let folder = Folder::new();
     folder.stl("l.stl", &ell(1.0));
     folder.stl("l10.stl", &ell(10.0));
     let flags = ["--resolution", "176", "--mode", "exact"];
     for files in [["l.stl", "l10.stl"], ["l10.stl", "l.stl"]] {
         let result = sum(&folder, &[&files[..], &flags].concat());
-        // The sections make stairs of 11, 1, 9 and 1 that are 22, 21, 12 and 11 high.
+        // The sections are stairs: widths 11, 1, 9 and 1 with heights 22, 21, 12 and 11.
         assert_near(volume(&result), 2.75 * (242.0 + 21.0 + 108.0 + 11.0), 1e-6);
     }
 }
@@ -136,17 +136,17 @@ fn a_hollow_cube_keeps_its_cavity_or_is_filled() {
 }
 
 #[test]
-fn differences_are_where_the_second_fits_in() {
+fn differences_are_the_places_where_the_second_fits() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 4.0));
     folder.stl("b.stl", &cuboid([0.0; 3], [1.0, 2.0, 3.0]));
     let difference = ["a.stl", "b.stl", "--difference", "--mode", "exact", "--resolution", "64"];
     let result = sum(&folder, &difference);
     assert_near(volume(&result), 3.0 * 2.0 * 1.0, 1e-6);
-    // The resolution counts along A.
+    // The resolution counts pixels along A.
     assert_eq!(result["grid"]["pitch"], 0.0625);
     assert_eq!(result["steps"][0]["operation"], "difference");
-    // B reflected fits into as much, but elsewhere: from (1, 2, 3) to (4, 4, 4) against from 0 to (3, 2, 1).
+    // The reflected B has the same room at another place: from (1, 2, 3) to (4, 4, 4) against from 0 to (3, 2, 1).
     for (flags, least) in [(&[][..], [0.0; 3]), (&["--reflect"], [1.0, 2.0, 3.0])] {
         sum(&folder, &[&difference[..], flags, &["-o", "out.ply"]].concat());
         let checked = folder.json(&["check", "out.ply"]);
@@ -156,7 +156,7 @@ fn differences_are_where_the_second_fits_in() {
             assert_near(bounds["max"][i].as_f64().unwrap(), least[i] + [3.0, 2.0, 1.0][i], 1e-6);
         }
     }
-    // What does not fit in leaves nothing.
+    // If B does not fit into A, the result is empty.
     let flags = ["b.stl", "a.stl", "--difference", "--resolution", "32", "-o", "none.stl"];
     let run = folder.run(&[&["minkowski"], &flags[..], &["--unit", "mm", "--json", "-"]].concat()).code(1);
     let result = run.json();
@@ -167,7 +167,7 @@ fn differences_are_where_the_second_fits_in() {
 }
 
 #[test]
-fn what_rounding_leaves_nothing_of_is_refused() {
+fn solids_that_vanish_by_rounding_are_refused() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 1.0));
     let scaled = |scale| ["minkowski", "a.stl", "a.stl", "--unit", "mm", "--resolution", "32", "--transform-b", scale];
@@ -179,7 +179,7 @@ fn what_rounding_leaves_nothing_of_is_refused() {
     assert_near(volume(&folder.json(&scaled("scale(1e-8)"))), 1.0 + 3e-8, 1e-9);
 }
 
-/// The triangles of a cube, each with a point on one side of it and a sliver beyond, as T-junctions are filled.
+/// A cube whose triangles are each divided by a point beside the side and a sliver beyond, as programs fill T-junctions.
 fn with_slivers(triangles: &[Triangle]) -> Vec<Triangle> {
     let split = |(i, &[a, b, c]): (usize, &Triangle)| {
         let share = 0.2 + 0.05 * i as f64;
@@ -202,9 +202,9 @@ fn slivers_open_no_boundary() {
     }
 }
 
-/// A pyramid on each face of a cube, whose tip lies far beyond an edge of the face: its sides are folded over one another.
+/// A cube with a pyramid on each face, whose tip lies far beyond an edge of the face: the sides fold over one another.
 #[test]
-fn folds_are_walls() {
+fn folds_are_part_of_the_sum() {
     let folder = Folder::new();
     let mut folded = Vec::new();
     for (i, &[a, b, c]) in cube(0.0, 1.0).iter().enumerate() {
@@ -221,7 +221,7 @@ fn folds_are_walls() {
 }
 
 #[test]
-fn the_reflected_lies_on_the_other_side_of_the_origin() {
+fn reflect_mirrors_the_second_operand_at_the_origin() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 1.0));
     folder.stl("b.stl", &cuboid([2.0, 4.0, 8.0], [3.0, 5.0, 9.0]));
@@ -236,7 +236,7 @@ fn the_reflected_lies_on_the_other_side_of_the_origin() {
 }
 
 #[test]
-fn sums_are_written_as_whatever_is_asked_for() {
+fn sums_are_written_as_meshes_and_images() {
     let folder = Folder::new();
     folder.stl("a.stl", &hollow(4.0, 2.0));
     folder.run(&["generate", "geodesic", "--radius", "0.5", "--frequency", "3", "-o", "b.stl"]).code(0);
@@ -260,13 +260,13 @@ fn sums_are_written_as_whatever_is_asked_for() {
         &["a.stl", "b.stl", "--mode", "exact", "--resolution", "40", "--simplify", "0.1h", "-o", "small.ply"],
     );
     assert!(simplified["surface"]["simplified"]["triangles_before"].is_u64());
-    // Images are read where meshes are.
+    // A command that reads meshes reads images, too.
     let of_images = sum(&folder, &["sum.npz", "b.stl", "--resolution", "40"]);
     assert!(self::volume(&of_images) > volume, "{of_images:#}");
 }
 
 #[test]
-fn the_number_of_threads_changes_no_byte() {
+fn thread_count_changes_no_byte_of_a_sum() {
     let folder = Folder::new();
     folder.run(&["generate", "gyroid", "--cells", "1", "--resolution", "16", "-o", "a.stl"]).code(0);
     folder.run(&["generate", "torus", "--major", "2", "--minor", "0.5", "-o", "b.stl"]).code(0);
@@ -278,7 +278,7 @@ fn the_number_of_threads_changes_no_byte() {
 }
 
 #[test]
-fn a_job_above_the_memory_is_refused_with_what_would_fit() {
+fn jobs_above_the_memory_limit_are_refused_with_a_resolution_that_fits() {
     let folder = Folder::new();
     folder.run(&["generate", "gyroid", "--cells", "1", "--resolution", "16", "-o", "a.stl"]).code(0);
     folder.run(&["generate", "geodesic", "--radius", "0.5", "--frequency", "3", "-o", "b.stl"]).code(0);
@@ -291,15 +291,15 @@ fn a_job_above_the_memory_is_refused_with_what_would_fit() {
     let result = folder.json(&[&job[..], &["--resolution", rays]].concat());
     assert_eq!(result["memory"]["limit_bytes"], 60_000_000);
     assert!(result["memory"]["estimate_bytes"].as_u64().unwrap() <= 60_000_000);
-    // What is there whatever the raster is too much.
+    // A run needs more than this, whatever the raster.
     folder.run(&["minkowski", "a.stl", "b.stl", "--memory", "1M"]).code(3).says(&["no raster would fit"]);
     folder.run(&["minkowski", "a.stl", "b.stl", "--memory", "much"]).code(2).says(&["800M, 2G or 1.5GiB"]);
 }
 
-/// What is expected is held to what was needed.
+/// Compares the estimated memory with the measured peak.
 #[cfg(target_os = "linux")]
 #[test]
-fn the_memory_is_about_what_was_expected() {
+fn the_memory_estimate_is_within_a_factor_of_two_of_the_peak() {
     let folder = Folder::new();
     folder.run(&["generate", "gyroid", "--cells", "2", "--resolution", "16", "-o", "a.stl"]).code(0);
     folder.run(&["generate", "geodesic", "--radius", "0.5", "--frequency", "3", "-o", "b.stl"]).code(0);
@@ -313,7 +313,7 @@ fn the_memory_is_about_what_was_expected() {
 }
 
 #[test]
-fn overlapping_shells_unite_where_that_is_asked_for() {
+fn overlapping_shells_unite_under_nonzero() {
     let folder = Folder::new();
     let overlapping = [cuboid([0.0; 3], [2.0, 1.0, 1.0]), cuboid([1.0, 0.0, 0.0], [3.0, 1.0, 1.0])].concat();
     folder.stl("a.stl", &overlapping);
@@ -328,7 +328,7 @@ fn overlapping_shells_unite_where_that_is_asked_for() {
 }
 
 #[test]
-fn solids_that_are_inside_out_are_turned_and_others_refused() {
+fn inside_out_solids_are_turned_and_unoriented_ones_refused() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.stl("turned.stl", &inside_out(&cube(0.0, 1.0)));
@@ -345,7 +345,7 @@ fn solids_that_are_inside_out_are_turned_and_others_refused() {
     folder.stl("open.stl", &open);
     let run = folder.run(&["minkowski", "a.stl", "open.stl"]).code(2).says(&["open.stl", "not closed"]);
     assert!(!run.stderr().contains("--allow-open"), "{}", run.stderr());
-    // Two faces of a cube turned around: closed, but not of one mind.
+    // Two faces of a cube turned around: the mesh is closed but not oriented.
     let mut torn = cube(0.0, 1.0);
     torn[0].swap(1, 2);
     torn[1].swap(1, 2);
@@ -354,7 +354,7 @@ fn solids_that_are_inside_out_are_turned_and_others_refused() {
 }
 
 #[test]
-fn offsets_go_both_ways() {
+fn offsets_grow_and_shrink_by_steiners_formula() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 4.0));
     let of = |distance: &str, flags: &[&str]| {
@@ -385,7 +385,7 @@ fn offsets_go_both_ways() {
 }
 
 #[test]
-fn opening_takes_away_what_is_thin_and_closing_fills_it() {
+fn opening_removes_thin_parts_and_closing_fills_thin_gaps() {
     let folder = Folder::new();
     // A cube with a fin, and one with a slot.
     let fin = cuboid([3.0, 1.0, 1.0], [6.0, 1.5, 3.0]);
@@ -396,7 +396,7 @@ fn opening_takes_away_what_is_thin_and_closing_fills_it() {
     folder.run(&[&["difference", "cube.stl", "fin.stl", "-o", "slotted.stl"], &flags[..]].concat()).code(0);
     let of = |command, file| folder.json(&[&[command, file, "--radius", "0.5"], &flags[..]].concat());
     let pi = std::f64::consts::PI;
-    // A rounded cube: as if grown from one of side 3.
+    // The result is a rounded cube, as if grown from a cube of side 3.
     let rounded = 27.0 + 54.0 * 0.5 + 12.0 * 3.0 * pi / 16.0 + 4.0 * pi / 3.0 / 8.0;
     let opened = of("open", "finned.stl");
     assert_near(volume(&opened), rounded, 0.02 * rounded);
@@ -416,7 +416,7 @@ fn opening_takes_away_what_is_thin_and_closing_fills_it() {
 }
 
 #[test]
-fn auto_stays_on_the_cpu_and_says_why() {
+fn auto_stays_on_the_cpu_and_states_the_reason() {
     let folder = Folder::with_two_cubes();
     let flags = ["a.stl", "b.stl", "--resolution", "16"];
     let result = sum(&folder, &flags);

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::{Folder, assert_near, cube, cuboid, read, warning_codes};
 
-/// What `check` says of a mesh.
+/// Returns the JSON that `check` gives for a mesh.
 fn checked(folder: &Folder, path: &str) -> Value {
     folder.json(&["check", path])["results"][0].clone()
 }
@@ -31,7 +31,7 @@ fn every_operation_writes_a_solid_in_every_format() {
             assert_eq!((&result["output"], &surface["path"]), (&target.into(), &target.into()));
             assert_near(surface["volume"].as_f64().unwrap(), volume, 2e-3 * volume);
             let found = checked(&folder, target);
-            // The two cubes of an xor touch along six edges, which the mesh keeps apart or joins by whole faces.
+            // The two cubes of an xor touch along six edges; the mesh keeps them apart or joins them by whole faces.
             assert!(
                 found["solid"] == true && found["defects"] == Value::Array(vec![]),
                 "{operation} {mode}: {found:#}"
@@ -62,7 +62,7 @@ fn a_cube_keeps_its_corners_and_loses_its_triangles() {
 }
 
 #[test]
-fn images_of_a_file_give_the_mesh_that_the_operation_gives() {
+fn surface_of_an_image_file_equals_the_mesh_of_the_operation() {
     let folder = Folder::with_two_cubes();
     for mode in ["exact", "over"] {
         let operation = ["difference", "a.stl", "b.stl", "--mode", mode, "--resolution", "31", "--unit", "mm"];
@@ -78,7 +78,7 @@ fn images_of_a_file_give_the_mesh_that_the_operation_gives() {
 }
 
 #[test]
-fn an_empty_result_fails_and_leaves_the_old_file() {
+fn empty_results_exit_with_one_and_keep_the_old_file() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 1.0));
     folder.stl("b.stl", &cube(2.0, 1.0));
@@ -97,11 +97,11 @@ fn an_empty_result_fails_and_leaves_the_old_file() {
 }
 
 #[test]
-fn a_mesh_that_lacks_what_was_measured_is_not_written() {
+fn meshes_that_lack_measured_volume_are_not_written() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.stl("b.stl", &cube(0.001, 3.0));
-    // A wall of a thousandth is left of each of three faces, and no node lies in them.
+    // The difference leaves a wall of a thousandth at each of three faces, and no node lies in these walls.
     let command = ["difference", "a.stl", "b.stl", "--resolution", "16", "-o", "thin.stl"];
     let result = folder.run(&[&command[..], &["--json", "-"]].concat()).code(1).json();
     assert!(warning_codes(&result).contains(&"below-resolution"));
@@ -120,13 +120,13 @@ fn a_mesh_that_lacks_what_was_measured_is_not_written() {
     folder.run(&["sample", "a.stl", "--resolution", "64", "-o", "plate.npz"]).code(0);
     folder.run(&["surface", "plate.npz", "-o", "plate.stl"]).code(1).warns(&words);
     folder.run(&["volume", "plate.npz"]).code(0).warns(&["plate.npz", "encloses"]);
-    // The mesh is held against the volume before parts are dropped as asked.
+    // The program compares the volume of the mesh before it drops parts.
     folder.stl("a.stl", &[cube(0.0, 2.0), cube(3.0, 1.0)].concat());
     folder.run(&["sample", "a.stl", "--resolution", "64", "--drop-parts", "20%", "-o", "one.stl"]).code(0);
 }
 
 #[test]
-fn what_cannot_be_a_mesh_is_refused() {
+fn impossible_mesh_outputs_are_refused() {
     let folder = Folder::with_two_cubes();
     let along_one = ["intersect", "a.stl", "b.stl", "--axis", "x", "-o", "out.stl"];
     folder.run(&along_one).code(2).says(&["out.stl", "all axes", "--axis"]);
@@ -139,9 +139,9 @@ fn what_cannot_be_a_mesh_is_refused() {
     folder.run(&["surface", "none.npz", "-o", "x.stl"]).code(2).says(&["none.npz", "No such file"]);
 }
 
-/// Images without normals, as another program may have made them.
+/// Images without normals, as another program may write them.
 #[test]
-fn without_normals_edges_are_cut_off_and_that_is_told() {
+fn images_without_normals_give_cut_edges_and_a_warning() {
     let folder = Folder::new();
     let images = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/images/compressed.npz");
     let result = folder.json(&["surface", images, "-o", "out.stl"]);
@@ -152,7 +152,7 @@ fn without_normals_edges_are_cut_off_and_that_is_told() {
 }
 
 #[test]
-fn crumbs_are_counted_and_dropped_where_that_is_asked_for() {
+fn small_parts_are_counted_and_dropped_with_drop_parts() {
     let folder = Folder::new();
     folder.stl("a.stl", &[cube(0.0, 2.0), cube(3.0, 0.2)].concat());
     let whole = folder.json(&["sample", "a.stl", "--resolution", "64", "-o", "whole.ply"]);
@@ -172,14 +172,14 @@ fn crumbs_are_counted_and_dropped_where_that_is_asked_for() {
     folder.run(&["intersect", "a.stl", "a.stl", "--drop-parts", "1%"]).code(2).says(&["--drop-parts", "-o FILE"]);
 }
 
-/// A model of `data/models`.
+/// Returns the path of a model in `data/models`.
 fn model(name: &str) -> String {
     format!("{}/../../data/models/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Booleans in which vertices beyond their cells keep one another from going back, so that triangles crossed.
+/// Booleans in which vertices outside their cells keep one another from going back, so that triangles crossed.
 #[test]
-fn meshes_of_booleans_pass_the_check_and_do_not_cross_themselves() {
+fn meshes_of_booleans_pass_the_check_without_self_intersections() {
     let folder = Folder::new();
     let cases = [
         ("difference", "cubic_lattice.stl", "bcc_lattice.stl", "rotate(-9,-2,-9,204) scale(1.3)", "d.stl"),
@@ -192,7 +192,7 @@ fn meshes_of_booleans_pass_the_check_and_do_not_cross_themselves() {
         assert_eq!(made["surface"]["crossing_pairs"], 0, "{operation}");
         let found = checked(&folder, target);
         assert!(found["solid"] == true && found["defects"] == Value::Array(vec![]), "{operation}: {found:#}");
-        // Cut into four triangles a quadrilateral is still of the same surface.
+        // If a quadrilateral is cut into four triangles, they are still of the same surface.
         for key in ["triangles", "components", "genus"] {
             assert_eq!(found[key], made["surface"][key], "{operation} {key}");
         }
@@ -200,7 +200,7 @@ fn meshes_of_booleans_pass_the_check_and_do_not_cross_themselves() {
 }
 
 #[test]
-fn far_from_the_origin_each_format_holds_what_it_can() {
+fn far_meshes_are_refused_by_formats_that_would_round_them() {
     let folder = Folder::new();
     folder.run(&["generate", "sphere", "--radius", "1", "-o", "s.stl"]).code(0);
     let near = folder.volume(&["volume", "s.stl", "--resolution", "64"]);
@@ -221,7 +221,7 @@ fn far_from_the_origin_each_format_holds_what_it_can() {
         assert_near(found["volume"].as_f64().unwrap(), near, 5e-3 * near);
         assert_near(least_x(&found), 999_999.0, 1e-3);
     }
-    // GLB and 3MF hold the place.
+    // GLB and 3MF hold the place of the model.
     for (target, place) in [("near.stl", 0.0), ("near.ply", 0.0), ("near.glb", 1e6), ("near.3mf", 1e6)] {
         let made = folder.json(&[&sample(target)[..], &["--recentre"]].concat());
         assert_eq!(made["surface"]["recentred"], serde_json::json!([1e6, 0.0, 0.0]));
@@ -235,7 +235,7 @@ fn far_from_the_origin_each_format_holds_what_it_can() {
 }
 
 #[test]
-fn conversion_to_32_bits_that_would_change_the_shape_is_refused() {
+fn conversions_to_32_bits_that_change_the_shape_are_refused() {
     let folder = Folder::new();
     folder.run(&["generate", "sphere", "--radius", "1", "-o", "s.obj"]).code(0);
     let volume = checked(&folder, "s.obj")["volume"].as_f64().unwrap();
@@ -252,7 +252,7 @@ fn conversion_to_32_bits_that_would_change_the_shape_is_refused() {
         assert_near(checked(&folder, target)["volume"].as_f64().unwrap(), volume, 1e-5 * volume);
     }
     assert_near(checked(&folder, "far.glb")["bounds"]["min"][0].as_f64().unwrap(), 1e7 - 1.0, 1e-3);
-    // A little rounding is told, as before.
+    // A little rounding still gives a warning.
     folder
         .run(&["convert", "s.obj", "--transform-a", "translate(1e3,0,0)", "-o", "told.stl"])
         .code(0)

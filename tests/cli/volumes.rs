@@ -1,4 +1,4 @@
-//! Volumes that are known exactly, and errors that are as large as they are said to be.
+//! Volumes that are known exactly; the stated error must contain the true one.
 
 use serde_json::Value;
 
@@ -8,7 +8,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()
 }
 
-/// Asserts that the true volume lies within the error that a result states, and that the error is no excuse.
+/// Asserts that the true volume lies within the error that a result states, and that this error is not needlessly large.
 #[track_caller]
 fn assert_honest(result: &Value, exact: f64, largest_error: f64) {
     let (value, error) = (number(&result["volume"]["value"]), number(&result["volume"]["estimate_error"]));
@@ -39,7 +39,7 @@ fn a_thin_plate_has_its_exact_volume_and_inertia_on_any_axis() {
 }
 
 #[test]
-fn a_mesh_that_is_inside_out_or_hollow_has_its_exact_volume() {
+fn inside_out_and_hollow_meshes_have_their_exact_volume() {
     let folder = Folder::new();
     let (outer, inner) = (cuboid([0.0; 3], [4.0, 5.0, 6.0]), cuboid([1.0; 3], [2.0, 2.0, 2.0]));
     folder.stl("inside_out.stl", &inside_out(&outer));
@@ -52,12 +52,12 @@ fn a_mesh_that_is_inside_out_or_hollow_has_its_exact_volume() {
 }
 
 #[test]
-fn shells_that_overlap_or_touch_are_estimated_and_the_reason_is_given() {
+fn overlapping_or_touching_shells_are_estimated_and_the_reason_is_stated() {
     let folder = Folder::new();
     let first = cuboid([0.0; 3], [2.0; 3]);
     folder.stl("overlapping.stl", &[first.clone(), cuboid([1.0; 3], [3.0; 3])].concat());
     folder.stl("touching.stl", &[first, cuboid([2.0, 0.5, 0.5], [3.0, 1.5, 1.5])].concat());
-    // Even-odd takes the common cube away, which counts twice in the mesh's own 16.
+    // Even-odd removes the common cube, which counts twice in the mesh's own volume of 16.
     for (file, exact) in [("overlapping.stl", 14.0), ("touching.stl", 9.0)] {
         let result = folder.json(&["volume", file, "--resolution", "64"]);
         assert_honest(&result, exact, 0.1);
@@ -68,9 +68,9 @@ fn shells_that_overlap_or_touch_are_estimated_and_the_reason_is_given() {
 }
 
 #[test]
-fn no_union_exceeds_the_sum_and_no_difference_the_whole() {
+fn unions_and_differences_respect_the_volumes_of_the_inputs() {
     let folder = Folder::new();
-    // Plates thinner than the pitch, far apart: their boxes share nothing.
+    // Two plates thinner than the pitch, far apart: their boxes do not overlap.
     folder.stl("a.stl", &cuboid([0.0; 3], [100.0, 1.1, 100.0]));
     folder.stl("b.stl", &cuboid([0.0, 50.0, 0.0], [100.0, 51.3, 100.0]));
     for mode in ["over", "exact", "under"] {
@@ -85,14 +85,14 @@ fn no_union_exceeds_the_sum_and_no_difference_the_whole() {
 }
 
 #[test]
-fn an_overlap_that_no_ray_meets_is_bounded_not_denied() {
+fn overlaps_that_no_ray_meets_are_bounded() {
     let folder = Folder::new();
-    // Two boxes that fill the box around both: what they share is what they have too much.
+    // Two boxes fill the box around both: the common part is the excess of their volumes.
     folder.stl("a.stl", &cuboid([0.0; 3], [100.0; 3]));
     folder.stl("b.stl", &cuboid([99.9, 0.0, 0.0], [199.9, 100.0, 100.0]));
     assert_honest(&folder.json(&["intersect", "a.stl", "b.stl", "--axis", "z"]), 1000.0, 1e-5);
 
-    // Two needles that cross: no more than the box that they share.
+    // Two needles that cross: the common part is at most the box that they share.
     folder.stl("x.stl", &cuboid([0.0; 3], [100.0, 0.01, 0.01]));
     folder.stl("y.stl", &cuboid([50.0, -50.0, 0.0], [50.01, 50.0, 0.01]));
     let arguments = ["intersect", "x.stl", "y.stl", "--resolution", "100", "--unit", "mm"];
@@ -106,7 +106,7 @@ fn an_overlap_that_no_ray_meets_is_bounded_not_denied() {
 }
 
 #[test]
-fn struts_in_step_with_the_rays_are_within_the_error_of_one_axis() {
+fn struts_aligned_with_the_rays_are_within_the_stated_error() {
     let folder = Folder::new();
     folder.run(&["generate", "cubic", "--cells", "8", "--radius", "0.8", "--resolution", "16", "-o", "l.stl"]).code(0);
     folder.stl("box.stl", &cuboid([-60.0; 3], [60.0; 3]));
@@ -119,7 +119,7 @@ fn struts_in_step_with_the_rays_are_within_the_error_of_one_axis() {
 }
 
 #[test]
-fn sums_and_offsets_are_within_their_error() {
+fn sums_and_offsets_are_within_their_stated_error() {
     let folder = Folder::new();
     folder.stl("needle.stl", &cuboid([0.0; 3], [5.0, 0.01, 0.01]));
     folder.stl("cube.stl", &cuboid([0.0; 3], [1.0; 3]));

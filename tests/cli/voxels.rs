@@ -4,7 +4,7 @@ use std::fs;
 
 use crate::{Folder, assert_near, cube, cuboid, read};
 
-/// The shape that the header of a `.npy` file tells, and its elements, which stand with x fastest.
+/// Returns the shape in the header of a `.npy` file, and its elements, with x fastest.
 fn array(folder: &Folder, name: &str) -> (String, Vec<u8>) {
     let bytes = fs::read(folder.path(name)).unwrap();
     assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");
@@ -13,7 +13,7 @@ fn array(folder: &Folder, name: &str) -> (String, Vec<u8>) {
 }
 
 #[test]
-fn voxels_of_a_solid_are_the_nodes_inside() {
+fn voxels_equal_the_nodes_inside() {
     let folder = Folder::new();
     folder.stl("a.stl", &cuboid([0.0; 3], [8.0, 4.0, 2.0]));
     // 16 × 8 × 4 pixels, of which those on the near side of each axis are outside the smaller box.
@@ -29,7 +29,7 @@ fn voxels_of_a_solid_are_the_nodes_inside() {
 }
 
 #[test]
-fn one_axis_is_enough_and_estimates_enclose() {
+fn voxels_from_one_axis_agree_and_estimates_enclose() {
     let folder = Folder::new();
     folder.run(&["generate", "torus", "-o", "a.stl"]).code(0);
     let count = |mode, axis| {
@@ -48,7 +48,7 @@ fn one_axis_is_enough_and_estimates_enclose() {
 }
 
 #[test]
-fn image_data_knows_its_place_and_its_unit() {
+fn image_data_states_its_place_and_unit() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(1.0, 2.0));
     let run = folder.run(&["sample", "a.stl", "--resolution", "16", "--unit", "um", "-o", "A.VTI", "-v"]).code(0);
@@ -68,7 +68,7 @@ fn image_data_knows_its_place_and_its_unit() {
 }
 
 #[test]
-fn threads_change_nothing_of_voxels() {
+fn voxels_do_not_depend_on_the_thread_count() {
     let folder = Folder::new();
     folder.run(&["generate", "torus", "-o", "a.stl"]).code(0);
     for extension in ["vti", "npy"] {
@@ -82,7 +82,7 @@ fn threads_change_nothing_of_voxels() {
 }
 
 #[test]
-fn a_failure_leaves_no_voxels() {
+fn failed_runs_leave_no_voxels() {
     let folder = Folder::new();
     folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
     fs::write(folder.path("old.vti"), "what was there before").unwrap();

@@ -1,5 +1,5 @@
-//! The files that the manifests of a corpus list; the corpus is the folder that `LDI_CORPUS` names, with one manifest in
-//! `meshes` and one in `large`.
+//! The manifests of the corpus, one in `meshes` and one in `large`; the environment variable `LDI_CORPUS` names the folder of the
+//! corpus.
 
 // Each test binary that includes this file uses a part of it.
 #![allow(dead_code)]
@@ -9,21 +9,21 @@ use std::path::PathBuf;
 
 use serde_json::Value;
 
-/// A file of the corpus.
+/// A file of the corpus, with the values that its manifest states.
 pub struct Entry {
     pub name: String,
     pub path: PathBuf,
     /// `solid`, `scaffold`, `bone` or `nasty`.
     pub class: String,
-    /// The volume of the mesh, in cubic file units, by other software; nothing where that had none.
+    /// The volume of the mesh in cubic file units, computed by other software; `None` where that software gave none.
     pub volume: Option<f64>,
-    /// The same after coordinates were rounded to 32 bits, where the other software did that.
+    /// The same volume after the other software rounded the coordinates to 32 bits, where it did.
     pub rounded_volume: Option<f64>,
-    /// How many triangles the file has; nothing where the other software could not read it.
+    /// The number of triangles of the file; `None` where the other software could not read it.
     pub triangles: Option<u64>,
 }
 
-/// Every file that the manifests list, in the order of their names.
+/// Returns every file that the manifests list, sorted by name.
 pub fn entries() -> Vec<Entry> {
     let folder = std::env::var_os("LDI_CORPUS").expect("LDI_CORPUS names the folder of the corpus");
     let folder = PathBuf::from(folder);

@@ -1,17 +1,17 @@
-//! A metric at three resolutions, beside what is exact.
+//! Compares a metric with its exact value at three resolutions.
 
-/// How far a value may be off.
+/// The tolerance of a value.
 #[derive(Clone, Copy, Debug)]
 pub enum Within {
-    /// By so many pitches.
+    /// A number of pitches.
     Pitches(f64),
-    /// By a share of what is exact.
+    /// A share of the exact value.
     Share(f64),
-    /// By so much.
+    /// An absolute difference, in the unit of the value.
     Difference(f64),
 }
 
-/// A value, and the pitch that it was measured with.
+/// A measured value and the pitch of the raster.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured {
     pub value: f64,
@@ -19,7 +19,7 @@ pub struct Measured {
 }
 
 impl Within {
-    /// By how much a value is off, in the unit of what is allowed, and what is allowed.
+    /// Returns the error of a value and the tolerance, both in the unit of the tolerance.
     fn off(self, Measured { value, pitch }: Measured, exact: f64) -> (f64, f64) {
         let off = value - exact;
         match self {
@@ -38,7 +38,7 @@ impl Within {
     }
 }
 
-/// Measures at each of three resolutions, prints a line, and holds every value to what is exact.
+/// Measures at three resolutions, prints a line, and asserts that every value is within the tolerance of the exact value.
 pub fn converges(
     metric: &str,
     exact: f64,
@@ -69,7 +69,8 @@ pub fn converges(
     }
 }
 
-/// The power of the pitch by which errors fall from the first to the last; a word where they are but rounding.
+/// Returns the power of the pitch by which the error falls from the first to the last resolution; a word where the errors are
+/// mere rounding.
 fn order(errors: [f64; 3], pitches: [f64; 3]) -> String {
     if errors[2] <= 1e-9 * pitches[2] {
         return "exact".to_owned();
@@ -79,7 +80,7 @@ fn order(errors: [f64; 3], pitches: [f64; 3]) -> String {
 
 #[test]
 #[should_panic(expected = "off by 0.0200")]
-fn what_is_off_is_noticed() {
+fn values_beyond_the_tolerance_panic() {
     converges("a test of this", 1.0, Within::Share(0.01), [1, 2, 4], |n| Measured {
         value: 1.0 + 0.02 / f64::from(n),
         pitch: f64::from(n).recip(),
@@ -88,6 +89,6 @@ fn what_is_off_is_noticed() {
 
 #[test]
 #[should_panic(expected = "off by NaN")]
-fn what_is_no_number_is_noticed() {
+fn nan_values_panic() {
     converges("a test of this", 1.0, Within::Pitches(9.0), [1, 2, 4], |_| Measured { value: f64::NAN, pitch: 1.0 });
 }

@@ -1,4 +1,4 @@
-//! Balls that fit: thickness, the largest pore, what gets in from outside and through.
+//! Metrics by inscribed balls: thickness, the largest pore, access from outside, and percolation.
 
 use std::f64::consts::SQRT_2;
 
@@ -15,7 +15,7 @@ use ldi_ops::solids::{self, Surface};
 use crate::convergence::{Within, converges};
 use crate::scene::{Scene, ball, cuboid, hollowed, moved, network, struts, together};
 
-/// A pitch, as the specification has it.
+/// One pitch, the tolerance of the specification.
 const PITCH: Within = Within::Pitches(1.0);
 
 /// A phase of a scene, and the distances from its nodes to the surface.
@@ -31,7 +31,7 @@ impl Balls {
         Balls { nodes: phase.nodes(&scene.nodes(), region.nodes()), field }
     }
 
-    /// In world units.
+    /// Returns the distribution of the local thickness, in world units.
     fn thickness(&self, scene: &Scene) -> Distribution {
         Distribution::of_map(&local_thickness(&self.field, &self.nodes), scene.pitch()).unwrap()
     }
@@ -53,11 +53,11 @@ fn mean_thickness(mesh: TriangleMesh, resolution: u32) -> crate::convergence::Me
     scene.measured(Balls::of(&scene, Phase::Solid, Edges::Clip).thickness(&scene).mean())
 }
 
-/// At R/h = 4, 8 and 24. Voxel programs have 0.60, 0.81 and 0.95 of 2R.
+/// A ball of radius R at R/h = 4, 8 and 24. Voxel programs give 0.60, 0.81 and 0.95 of 2R.
 #[test]
-fn thickness_of_a_ball() {
+fn thickness_of_a_ball_converges_to_its_diameter() {
     converges("thickness of a ball", 2.0, PITCH, [8, 16, 48], |n| mean_thickness(ball(1.0), n));
-    // Off the nodes' planes of symmetry.
+    // This centre avoids the symmetry planes of the nodes.
     converges("thickness of a turned box of rays, ball", 2.0, PITCH, [9, 17, 49], |n| {
         let speck = |at: DVec3| moved(ball(0.05), DAffine3::from_translation(at));
         let corners = [DVec3::splat(-1.37), DVec3::new(1.21, 1.43, 1.33)];
@@ -67,7 +67,7 @@ fn thickness_of_a_ball() {
     });
 }
 
-/// A parallelogram across y whose ends are faces of its box, where nothing ends: a plate that goes on for ever.
+/// A parallelogram, extruded along y, whose ends are faces of its box. Such faces are no surface, so the plate has no end.
 fn slab(thickness: f64, slope: f64) -> TriangleMesh {
     let rise = 0.5 * thickness / slope.cos();
     let mut mesh = cuboid(DVec3::ONE);
@@ -78,22 +78,22 @@ fn slab(thickness: f64, slope: f64) -> TriangleMesh {
 }
 
 #[test]
-fn thickness_of_tilted_slabs() {
+fn thickness_of_tilted_slabs_converges_to_their_width() {
     for degrees in [7.0f64, 20.0, 33.0, 45.0] {
         converges(&format!("thickness of a slab at {degrees}°"), 0.217, PITCH, [24, 48, 96], |n| {
             let scene = Scene::of(slab(0.217, degrees.to_radians()), n);
-            // At its ends a ball that touches one of its faces finds no place on the other.
+            // At the ends of the slab a ball that touches one face does not reach the other.
             scene.measured(Balls::of(&scene, Phase::Solid, Edges::Clip).thickness(&scene).quantile(0.5))
         });
     }
 }
 
 #[test]
-fn thickness_and_separation_of_plates() {
+fn thickness_and_separation_of_plates_converge_to_their_distances() {
     let plate = |z, thickness| {
         moved(cuboid(DVec3::new(1.0, 1.0, thickness)), DAffine3::from_translation(DVec3::new(0.0, 0.0, z)))
     };
-    // The outer ones are cut by the box, so that nothing says how thick they are; between are pores of 0.35 and of 0.2.
+    // The box cuts the outer plates, so their thickness is unknown. The pores between the plates are 0.35 and 0.2 wide.
     let plates = || together([plate(-0.45, 0.1), plate(0.0, 0.1), plate(0.375, 0.25)]);
     converges("separation of plates, widest", 0.35, PITCH, [32, 64, 128], |n| {
         let scene = Scene::of(plates(), n);
@@ -110,7 +110,7 @@ fn thickness_and_separation_of_plates() {
 }
 
 #[test]
-fn thickness_of_rods() {
+fn thickness_of_rods_converges_to_their_diameter() {
     converges("thickness of a rod that the box cuts", 0.5, PITCH, [8, 16, 32], |n| {
         mean_thickness(solids::cylinder(0.25, 0.5, 180).unwrap(), n)
     });
@@ -124,10 +124,10 @@ fn thickness_of_rods() {
 /// Three struts hold a ball that touches the eight points where the sides of all three meet: its diameter is √6 of their
 /// radius.
 ///
-/// These points are the bottoms of notches, whose sides rise as fast as one leaves them. So what the nearest crossing of a ray
-/// is away counts in full, not squared, and the error stays about a pitch however many rays there are.
+/// These points are the bottoms of notches, whose sides rise in proportion to the distance from the bottom. The offset of the
+/// nearest crossing of a ray therefore counts linearly, not squared, and the error stays at about one pitch at every resolution.
 #[test]
-fn thickness_of_a_strut_node() {
+fn thickness_of_a_strut_node_converges_to_root_six_radii() {
     converges("thickness of a strut node", 6.0f64.sqrt() * 0.15, Within::Pitches(1.25), [32, 64, 128], |n| {
         let scene = Scene::of(struts(1, 0.15, 64), n);
         scene.measured(Balls::of(&scene, Phase::Solid, Edges::Clip).thickness(&scene).max())
@@ -135,7 +135,7 @@ fn thickness_of_a_strut_node() {
 }
 
 #[test]
-fn pores_between_struts() {
+fn percolation_and_largest_pore_of_struts_converge_to_closed_forms() {
     for edges in [Edges::Clip, Edges::Periodic] {
         let balls = |n: u32| {
             let scene = Scene::of(struts(2, 0.15, 48), n);
@@ -160,13 +160,14 @@ fn pores_between_struts() {
 }
 
 #[test]
-fn pores_of_a_gyroid() {
+fn percolation_and_largest_pore_of_a_gyroid_converge() {
     let balls = |n: u32| {
         let scene = Scene::of(network(Surface::Gyroid, 1, 64), n);
         let balls = Balls::of(&scene, Phase::Pore, Edges::Periodic);
         (scene, balls)
     };
-    // Where |f| is greatest, at (⅛, ⅛, ⅛) of a cell, the surface is nearest at (0, 0, 0): √3/8 away, on the way through.
+    // The middle of a pore is at (⅛, ⅛, ⅛) of a cell, where |f| is greatest. The surface is nearest to it at (0, 0, 0), √3/8
+    // away; that point lies on the way through the pore.
     converges("percolation of a gyroid", 0.25 * 3.0f64.sqrt(), Within::Share(0.02), [48, 64, 96], |n| {
         let (scene, balls) = balls(n);
         scene.measured(balls.spans(&scene, Axis::X, Edges::Periodic))
@@ -177,9 +178,10 @@ fn pores_of_a_gyroid() {
     });
 }
 
-/// From outside, the hollow of a ball is out of reach, and ever less of the rest as the ball that comes grows.
+/// No ball from outside enters the hollow of a ball; the share of the other pores that is reached falls as the entering ball
+/// grows.
 #[test]
-fn access_falls_from_the_open_share() {
+fn access_starts_at_the_open_share_and_never_rises_with_ball_size() {
     for resolution in [24, 48, 96] {
         let scene = Scene::of(hollowed(ball(1.0), &ball(0.6)), resolution);
         let region = scene.region();

@@ -1,8 +1,8 @@
-//! Metrics from the mesh, or a formula, to the number: beside what is exact, at three resolutions.
+//! Compares metrics of meshes and formulas with exact values at three resolutions.
 //!
-//! Each check makes its model, samples it on a growing number of rays, and holds what the public functions say to a value in
-//! closed form, or one of another source, within a tolerance in pitches or as a share. A line for each says all three values,
-//! how far they are off, and by which power of the pitch the error falls, which is seen with `--nocapture`.
+//! Each test builds a model, samples it with three growing numbers of rays, and compares the results of the public functions with
+//! a value in closed form, or with one of another source. The tolerance is in pitches or a share. Each test prints a line with
+//! the three values, their errors, and the power of the pitch by which the error falls; `--nocapture` shows it.
 
 #![expect(clippy::print_stdout, reason = "a line for each check, with what it found, is what this test is for, too")]
 

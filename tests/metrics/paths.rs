@@ -1,4 +1,4 @@
-//! How much longer ways through a phase are than straight ones, and how much slower diffusion.
+//! Tortuosity: the length of the shortest ways through a phase relative to straight ones, and the slow-down of diffusion.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use crate::scene::{Scene, moved, together};
 
 const RESOLUTIONS: [u32; 3] = [32, 64, 128];
 
-/// In the cube of side 1 about the origin.
+/// The cube of side 1 about the origin.
 fn scene(mesh: TriangleMesh, resolution: u32) -> Scene {
     Scene::within(mesh, Aabb { min: DVec3::splat(-0.5), max: DVec3::splat(0.5) }, resolution)
 }
@@ -28,7 +28,7 @@ fn shortest(scene: &Scene, phase: Phase, axis: Axis, edges: Edges) -> Option<f64
     geodesic(&phase.nodes(&scene.nodes(), scene.region().nodes()), axis, edges).unwrap()
 }
 
-/// A plate through the cube that rises along x, cut by its faces.
+/// A plate through the cube that rises along x and is cut by the faces of the cube.
 fn slit(thickness: f64, slope: f64) -> TriangleMesh {
     let rise = 0.5 * thickness / slope.cos();
     let mut mesh = solids::cuboid(DVec3::splat(-0.5), DVec3::splat(0.5)).unwrap();
@@ -39,7 +39,7 @@ fn slit(thickness: f64, slope: f64) -> TriangleMesh {
 }
 
 #[test]
-fn a_tube_is_straight() {
+fn a_straight_tube_has_tortuosity_one() {
     let tube = || solids::cylinder(0.3, 1.0, 64).unwrap();
     converges("diffusion along a tube", 1.0, Within::Difference(1e-6), RESOLUTIONS, |n| {
         let scene = scene(tube(), n);
@@ -52,14 +52,16 @@ fn a_tube_is_straight() {
 }
 
 #[test]
-fn a_slit_is_as_long_as_it_is_tilted() {
+fn tortuosity_of_a_tilted_slit_follows_from_its_angle() {
     let slope = 30.0f64.to_radians();
-    // Exact of a slit that is long: its ends are not at right angles to what flows. And 32 rays see but 9 across it.
+    // The value is exact for a long slit: the ends of this one are not at right angles to the flow. And 32 rays see only 9 nodes
+    // across it.
     converges("diffusion in a slit at 30°", 1.0 / slope.cos().powi(2), Within::Share(0.05), RESOLUTIONS, |n| {
         let scene = scene(slit(0.25, slope), n);
         scene.measured(diffusion(&scene, Phase::Solid, Axis::X, Edges::Clip).unwrap())
     });
-    // Ways start at the upper edge of the entrance, as far as the slit is wide above where one would follow it.
+    // A shortest way starts at the upper edge of the entrance, up to one slit width above the point that a parallel way would
+    // start at.
     let width = 0.25 / slope.cos();
     let steps = (0..1000).map(|i| 1.0f64.hypot(slope.tan() - width * (f64::from(i) + 0.5) / 1000.0));
     converges("shortest way in a slit at 30°", steps.sum::<f64>() / 1000.0, Within::Share(0.02), RESOLUTIONS, |n| {
@@ -69,7 +71,7 @@ fn a_slit_is_as_long_as_it_is_tilted() {
 }
 
 #[test]
-fn a_dead_end_leads_nowhere() {
+fn dead_ends_have_no_tortuosity() {
     for resolution in RESOLUTIONS {
         let stub = |z| {
             let stub = solids::cylinder(0.2, 0.45, 32).unwrap();
@@ -85,9 +87,9 @@ fn a_dead_end_leads_nowhere() {
     }
 }
 
-/// A square array of cylinders, across them: Rayleigh has it as a series in their share f (Phil. Mag. 34, 1892).
+/// Diffusion across a square array of cylinders; Rayleigh gives it as a series in their share f (Phil. Mag. 34, 1892).
 #[test]
-fn diffusion_round_cylinders() {
+fn diffusion_round_cylinders_matches_rayleighs_series() {
     let f = PI * 0.04;
     let series = 1.0 - 2.0 * f / (1.0 + f - 0.305827 * f.powi(4));
     let exact = (1.0 - f) / series;
@@ -96,7 +98,7 @@ fn diffusion_round_cylinders() {
         converges(
             &format!("diffusion round cylinders, along {}", axis.name()),
             exact,
-            // Walls are stairs: of first order, 1.4 % at 32 nodes a period and 0.2 % at 256.
+            // Voxel walls are stairs: the error is of first order, 1.4 % at 32 nodes a period and 0.2 % at 256.
             Within::Share(0.015),
             RESOLUTIONS,
             |n| {

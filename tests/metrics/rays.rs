@@ -1,4 +1,4 @@
-//! What rays and facets tell: volume, surface, chords, intercepts, overhang, curvature, moments.
+//! Metrics of rays and facets: volume, surface area, chords, intercepts, overhang, curvature, moments.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2, TAU};
 
@@ -28,7 +28,7 @@ fn chords(scene: &Scene, phase: Phase) -> Chords {
 }
 
 #[test]
-fn volume_of_a_ball() {
+fn volume_of_a_ball_converges() {
     converges("volume of a ball", 4.0 / 3.0 * PI, Within::Share(1e-3), [58, 96, 160], |n| {
         let scene = Scene::of(ball(1.0), n);
         scene.measured(volume(&scene))
@@ -36,7 +36,7 @@ fn volume_of_a_ball() {
 }
 
 #[test]
-fn volume_and_porosity_of_struts() {
+fn volume_and_porosity_of_struts_converge() {
     let exact = 3.0 * PI * 0.15f64.powi(2) - 8.0 * SQRT_2 * 0.15f64.powi(3);
     assert!((exact - 0.173874).abs() < 1e-6);
     // Struts along the axes are a whole number of rays wide, or one more.
@@ -52,7 +52,7 @@ fn volume_and_porosity_of_struts() {
 }
 
 #[test]
-fn surface_of_struts_without_cut_faces() {
+fn surface_area_of_struts_excludes_cut_faces() {
     let exact = 6.0 * PI * 0.15 - 24.0 * SQRT_2 * 0.15f64.powi(2);
     assert!((exact - 2.06376).abs() < 1e-5);
     converges("surface of struts", exact, Within::Share(0.01), [32, 64, 128], |n| {
@@ -62,7 +62,7 @@ fn surface_of_struts_without_cut_faces() {
 }
 
 #[test]
-fn surface_of_minimal_surfaces() {
+fn area_of_minimal_surfaces_converges() {
     for (surface, exact) in [(Surface::Gyroid, 3.0917), (Surface::Primitive, 2.3526), (Surface::Diamond, 3.8380)] {
         converges(&format!("surface of {surface:?}"), exact, Within::Share(0.01), [24, 48, 96], |n| {
             let scene = Scene::of(network(surface, 1, n), n);
@@ -71,9 +71,9 @@ fn surface_of_minimal_surfaces() {
     }
 }
 
-/// Hits of rays along three axes, whatever the pose.
+/// The area by ray hits along three axes, in any pose.
 #[test]
-fn surface_of_turned_cubes_by_hits() {
+fn area_of_turned_cubes_by_hits_converges() {
     let turns = |n: u32| DQuat::from_euler(EulerRot::XYZ, 0.71 * f64::from(n), 1.3 * f64::from(n), 0.37 * f64::from(n));
     for pose in 1..=6 {
         converges(&format!("surface of a cube by hits, pose {pose}"), 6.0, Within::Share(0.02), [48, 96, 192], |n| {
@@ -88,13 +88,13 @@ fn surface_of_turned_cubes_by_hits() {
 }
 
 #[test]
-fn chords_of_a_ball() {
+fn mean_chord_of_a_ball_converges() {
     let lengths = |n| {
         let scene = Scene::of(ball(1.0), n);
         let lengths = chords(&scene, Phase::Solid).distribution(Weighting::Number, Counted::Complete).unwrap();
         (scene, lengths)
     };
-    // How many rays of a lattice meet a disc is not quite its area.
+    // The number of lattice rays that meet a disc differs a little from its area.
     converges("mean chord of a ball", 4.0 / 3.0, Within::Share(1e-2), [32, 64, 128], |n| {
         let (scene, lengths) = lengths(n);
         scene.measured(lengths.mean())
@@ -105,9 +105,9 @@ fn chords_of_a_ball() {
     });
 }
 
-/// 2φ/P_L, the crossings per length being those along the rays.
+/// The mean chord is 2φ/P_L, where P_L counts crossings per length along the rays.
 #[test]
-fn mean_chord_of_pores_is_what_crossings_say() {
+fn mean_chord_of_pores_follows_from_the_crossing_density() {
     for (name, mesh) in [Surface::Gyroid, Surface::Primitive].map(|surface| (surface, network(surface, 1, 64))) {
         let closed = Scene::of(mesh.clone(), 128);
         let crossings = closed.of_surface(|surface| {
@@ -128,10 +128,10 @@ fn mean_chord_of_pores_is_what_crossings_say() {
 }
 
 #[test]
-fn intercepts_of_an_ellipsoid() {
+fn intercepts_of_an_ellipsoid_converge() {
     let axes = DVec3::new(3.0, 2.0, 1.0);
     let turn = DQuat::from_euler(EulerRot::XYZ, 0.4, 1.1, 2.3);
-    // Its mesh alone decides; the resolution is that of the mesh.
+    // Only the mesh decides the value; the resolution is that of the mesh.
     let measured = |n: u32| {
         let mesh = moved(solids::geodesic(1.0, n).unwrap(), DAffine3::from_quat(turn) * DAffine3::from_scale(axes));
         let scene = Scene::of(mesh, 48);
@@ -153,7 +153,7 @@ fn intercepts_of_an_ellipsoid() {
 }
 
 #[test]
-fn anisotropy_of_plates_and_of_a_cubic_lattice() {
+fn plates_are_anisotropic_and_a_cubic_lattice_is_isotropic() {
     // BoneJ asserts 1 ± 1e-4 for plates.
     converges("DA of plates", 1.0, Within::Difference(1e-4), [16, 32, 64], |n| {
         let plate = |z| moved(cuboid(DVec3::new(1.0, 1.0, 0.1)), DAffine3::from_translation(DVec3::new(0.0, 0.0, z)));
@@ -171,7 +171,8 @@ fn anisotropy_of_plates_and_of_a_cubic_lattice() {
         let fitted = scene.of_surface(|surface| anisotropy::Crossings::of(surface, 1.0).ellipsoid()).unwrap();
         crate::convergence::Measured { value: fitted.degree, pitch: f64::from(n).recip() }
     });
-    // The mesh of merged struts is not as alike along all axes as they are; it becomes so.
+    // The mesh of merged struts is less symmetric between the axes than the struts; it approaches their symmetry as it is
+    // refined.
     converges("DA of a cubic lattice", 0.0, Within::Difference(2e-2), [16, 32, 64], |n| {
         let scene = Scene::of(struts(2, 0.15, n), 2 * n);
         let fitted = scene.of_surface(|surface| anisotropy::Crossings::of(surface, 1.0).ellipsoid()).unwrap();
@@ -180,7 +181,7 @@ fn anisotropy_of_plates_and_of_a_cubic_lattice() {
 }
 
 #[test]
-fn moments_of_a_box() {
+fn centroid_and_moments_of_a_box_converge() {
     let size = DVec3::new(1.0, 2.0, 3.0);
     let middle = DVec3::new(0.3, -0.2, 5.0);
     let placed = |turn: DQuat| moved(cuboid(size), DAffine3::from_rotation_translation(turn, middle));
@@ -205,13 +206,13 @@ fn moments_of_a_box() {
 }
 
 #[test]
-fn overhangs() {
+fn overhang_of_a_ball_and_a_lying_cylinder_converges() {
     let shared = |scene: &Scene, build| {
         scene.of_surface(|surface| overhang(surface, build, 45.0, Plate::Counted)).unwrap().share
     };
     let exact = 0.5 * (1.0 - FRAC_1_SQRT_2);
     assert!((exact - 0.1464).abs() < 1e-4);
-    // Facets count whole: the error is that of a polygon's edge.
+    // Each facet counts as a whole, so the error is that of a polygon's edge.
     converges("overhang of a ball", exact, Within::Difference(2e-3), [32, 64, 128], |n| {
         let scene = Scene::of(solids::geodesic(1.0, n).unwrap(), 48);
         crate::convergence::Measured { value: shared(&scene, DVec3::new(0.3, 0.2, 1.0)), pitch: f64::from(n).recip() }
@@ -222,9 +223,9 @@ fn overhangs() {
     });
 }
 
-/// ∫K dA = 2πχ of the surface, which has twice the χ of a solid: of a cell that repeats, and of a ball.
+/// ∫K dA = 2πχ of the surface, which is twice the χ of the solid; checked on a periodic cell and on a ball.
 #[test]
-fn curvature_is_topology() {
+fn gauss_curvature_gives_the_euler_characteristic() {
     let of = |scene: &Scene, edges| {
         let mesh = scene.mesh.mesh();
         curvature(&Facets::of(&mesh.positions, &mesh.triangles), &scene.region(), edges).unwrap()
@@ -252,9 +253,9 @@ fn curvature_is_topology() {
     });
 }
 
-/// A chord along each ray through a slab at right angles to it, none of them cut.
+/// Each ray through a slab at right angles to it has one chord, and the box cuts none of these chords.
 #[test]
-fn chords_of_a_slab() {
+fn chords_of_a_slab_equal_its_thickness() {
     converges("chords along z of a slab", 0.3, Within::Pitches(1e-4), [16, 32, 64], |n| {
         let ball = |x: f64| moved(ball(0.1), DAffine3::from_translation(DVec3::new(x, 0.0, x)));
         let scene = Scene::of(together([cuboid(DVec3::new(1.0, 1.0, 0.3)), ball(0.8), ball(-0.8)]), n);

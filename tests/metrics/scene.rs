@@ -1,4 +1,4 @@
-//! Models, and what is sampled of them.
+//! Models and their samples.
 
 use glam::{DAffine3, DVec3};
 use ldi_ops::grid::{Axis, Grid, LatticeBox};
@@ -21,7 +21,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// With so many rays along the longest side of its box, which is the region.
+    /// Samples a mesh in its own box, which is the region, with this number of rays along the longest side.
     pub fn of(mesh: TriangleMesh, resolution: u32) -> Scene {
         let mesh = ClosedMesh::check(mesh).unwrap();
         let grid = Grid::with_resolution(mesh.bounds(), resolution, 1024).unwrap();
@@ -29,7 +29,7 @@ impl Scene {
         Scene::sampled(mesh, &grid, bounds)
     }
 
-    /// In a box, which is the region and of which each side has a whole number of rays.
+    /// Samples a mesh in a box, which is the region. Each side of the box has a whole number of rays.
     pub fn within(mesh: TriangleMesh, bounds: Aabb, resolution: u32) -> Scene {
         let grid = Grid::with_resolution(bounds, resolution, 1024).unwrap();
         let max = [0, 1, 2].map(|axis| grid.length(axis));
@@ -55,12 +55,12 @@ impl Scene {
         Region::of_box(self.grid(), self.bounds)
     }
 
-    /// The nodes inside.
+    /// Returns the nodes inside the solid.
     pub fn nodes(&self) -> NodeSet {
         NodeSet::of_planes(&NodePlanes::new(&self.images, Combine::Most).unwrap())
     }
 
-    /// What is made of the facets that are surface in the region.
+    /// Applies a function to the facets that are surface within the region.
     pub fn of_surface<T>(&self, of: impl FnOnce(&SurfaceElements) -> T) -> T {
         let mesh = self.mesh.mesh();
         let facets = Facets::of(&mesh.positions, &mesh.triangles);
@@ -78,18 +78,18 @@ pub fn struts(cells: u32, radius: f64, resolution: u32) -> TriangleMesh {
     StrutLattice { pattern: StrutPattern::Cubic, form, cells: [cells; 3], cell_size: 1.0, radius }.build().unwrap()
 }
 
-/// The half of a cell of side 1 on one side of a minimal surface.
+/// One side of a minimal surface: half the volume of each cell of side 1.
 pub fn network(surface: Surface, cells: u32, resolution: u32) -> TriangleMesh {
     let part = Part::Network { fraction: 0.5 };
     MinimalSurface { surface, part, cells: [cells; 3], cell_size: 1.0, resolution }.build().unwrap()
 }
 
-/// A ball about the origin that is round to some 10⁻⁵ of its radius.
+/// A ball about the origin whose radius is constant to about 10⁻⁵.
 pub fn ball(radius: f64) -> TriangleMesh {
     solids::geodesic(radius, 96).unwrap()
 }
 
-/// A solid with a hollow, whose mesh is turned inside out.
+/// A solid with a hollow: the mesh of the hollow is added inside out.
 pub fn hollowed(mut outer: TriangleMesh, inner: &TriangleMesh) -> TriangleMesh {
     let first = outer.positions.len() as u32;
     outer.positions.extend(&inner.positions);
@@ -97,7 +97,7 @@ pub fn hollowed(mut outer: TriangleMesh, inner: &TriangleMesh) -> TriangleMesh {
     outer
 }
 
-/// Several solids that do not meet, as one.
+/// Joins meshes that do not meet into one.
 pub fn together(parts: impl IntoIterator<Item = TriangleMesh>) -> TriangleMesh {
     parts
         .into_iter()

@@ -1,4 +1,4 @@
-//! Pieces, pores that are closed, Euler characteristics: counts, which are exact at every resolution.
+//! Counts of components and closed pores, and Euler characteristics. Counts are exact at every resolution.
 
 use std::f64::consts::PI;
 
@@ -34,7 +34,7 @@ fn a_hollow_is_a_closed_pore() {
     type Count = fn(&NodeSet, &NodeSet) -> f64;
     let counts: [(&str, f64, Count); 5] = [
         ("pieces", 1.0, |solid, _| Components::of(solid, Connectivity::All, Edges::Clip).count() as f64),
-        // The hollow, and what lies around the ball.
+        // The pores are the hollow and the space around the ball.
         ("pores", 2.0, |_, pore| Components::of(pore, Connectivity::Faces, Edges::Clip).count() as f64),
         ("χ", 2.0, |solid, _| characteristic(solid, Connectivity::All, Edges::Clip) as f64),
         ("cavities", 1.0, |solid, _| Betti::of(solid, Connectivity::All, Edges::Clip).cavities as f64),
@@ -48,9 +48,9 @@ fn a_hollow_is_a_closed_pore() {
     }
 }
 
-/// k³ nodes and 3k²(k − 1) struts between them; those that end in a face change nothing.
+/// k³ nodes and the 3k²(k − 1) struts between them; struts that end in a face of the box change nothing.
 #[test]
-fn characteristic_of_blocks_of_struts() {
+fn euler_characteristic_of_strut_blocks_is_nodes_less_struts() {
     for (cells, exact) in [(1, 1.0), (2, -4.0), (3, -27.0)] {
         let resolutions = [24, 32, 48].map(|n| n * cells);
         converges(&format!("χ of {cells}³ cells of struts"), exact, EXACT, resolutions, |n| {
@@ -75,7 +75,7 @@ fn characteristic_of_blocks_of_struts() {
 }
 
 #[test]
-fn characteristic_of_cells_that_repeat() {
+fn euler_characteristic_of_periodic_cells_is_exact() {
     let cells = [
         ("gyroid", -4.0, Some(Surface::Gyroid)),
         ("primitive", -2.0, Some(Surface::Primitive)),

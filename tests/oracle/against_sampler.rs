@@ -1,4 +1,4 @@
-//! The sampler, the merges and the node signs of the library against the oracle: sample for sample.
+//! Compares the sampler, the merges and the node signs of the library with the oracle, sample by sample.
 
 use std::num::NonZeroU32;
 
@@ -42,7 +42,7 @@ fn quantised<'m>(grid: &Grid, mesh: &'m ClosedMesh, soup: &Soup) -> LatticeSolid
     solid
 }
 
-/// LOD-C from the least to more than there are lattice steps.
+/// Draws LOD-C, from the least to more voxels than there are lattice steps.
 fn random_lod(random: &mut Random) -> u32 {
     random.choose(&[32, 33, 64, 100, 256, 1024, 65_536])
 }
@@ -51,7 +51,7 @@ fn random_sampler(random: &mut Random) -> CpuSampler {
     CpuSampler::with_band_rows(NonZeroU32::new(random.choose(&[1, 2, 3, 8, 64])).unwrap())
 }
 
-/// The first ray where the two differ, with both sides.
+/// Returns the first ray where the two differ, with both sides.
 fn difference(image: &Ldi, expected: &oracle::Image) -> Option<String> {
     if image.size() != (expected.columns, expected.rows) {
         return Some(format!("size {:?} instead of {:?}", image.size(), (expected.columns, expected.rows)));
@@ -127,7 +127,7 @@ fn windings_agree_in_all_modes_and_both_fill_rules() {
 }
 
 #[test]
-fn meshes_without_orientation_agree_under_even_odd_and_are_refused_under_non_zero() {
+fn unoriented_meshes_agree_under_even_odd_and_are_refused_under_non_zero() {
     let disoriented: [(&str, soups::Generator); 1] = [("disoriented", soups::disoriented)];
     for_every_case(&disoriented, 100, |name, frame, soup, random| {
         let lod = random_lod(random);
@@ -147,7 +147,7 @@ fn meshes_without_orientation_agree_under_even_odd_and_are_refused_under_non_zer
 }
 
 #[test]
-fn open_meshes_agree_about_the_rays_that_do_not_close() {
+fn open_meshes_agree_about_unclosed_rays() {
     for_every_case(&oriented(), 20, |name, frame, soup, random| {
         let lod = random_lod(random);
         let mut soup = soup.clone();
@@ -207,7 +207,7 @@ fn intersections_and_merges_of_two_solids_agree() {
                     oracle_fill,
                 );
                 let image = match mode {
-                    // Sampling each only where the other is changes nothing of what they share.
+                    // Sampling each solid only where the other one is does not change what they share.
                     Mode::Exact => {
                         let near = [a.clone().within(b.bounds()), b.clone().within(a.bounds())];
                         let images = near.each_ref().map(|solid| sampler.sample(solid, axis, mode, fill).unwrap());
@@ -222,7 +222,7 @@ fn intersections_and_merges_of_two_solids_agree() {
 }
 
 #[test]
-fn the_comparison_can_fail() {
+fn the_comparison_finds_changed_samples_and_unclosed_rays() {
     let frame = Frame { shift: 7, rays: [8, 8, 8] };
     let soup = soups::cuboid([100, 100, 100], [900, 800, 700]);
     let mesh = closed(&soup);

@@ -1,4 +1,4 @@
-//! Sums and differences of the library against brute force, sample for sample.
+//! Compares sums and differences of the library with brute force, sample by sample.
 
 use ldi_ops::fixed::Crossing;
 use ldi_ops::grid::{Axis, Grid};
@@ -22,7 +22,7 @@ impl Piece {
         self.corners.iter().map(|corner| corner.map(i128::from)).collect()
     }
 
-    /// The same surface as that of a hole.
+    /// Returns the same surface turned over, as that of a hole.
     fn reversed(mut self) -> Piece {
         self.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
         self
@@ -46,7 +46,8 @@ const BOX: [[u32; 3]; 12] = [
     [3, 7, 5],
 ];
 
-/// A random convex piece with even corners in `[0, size]`: boxes and octahedra, whose faces tie with rays, or tetrahedra.
+/// Returns a random convex piece with even corners in `[0, size]`: a box or an octahedron, whose faces tie with rays, or a
+/// tetrahedron.
 fn random_piece(random: &mut Random, size: i32) -> Piece {
     match random.between(0, 2) {
         0 => {
@@ -84,7 +85,7 @@ fn random_piece(random: &mut Random, size: i32) -> Piece {
     }
 }
 
-/// A small random piece anywhere in `[0, size]`.
+/// Returns a small random piece anywhere in `[0, size]`.
 fn random_hole(random: &mut Random, size: i32) -> Piece {
     let mut hole = random_piece(random, (size / 4).max(4) & !1);
     let by: [i32; 3] = std::array::from_fn(|_| random.even(0, (size - size / 4) & !1));
@@ -96,7 +97,7 @@ fn random_heap(random: &mut Random, size: i32) -> Vec<Piece> {
     (0..random.between(1, 3)).map(|_| random_piece(random, size)).collect()
 }
 
-/// All pieces as one solid, vertices of one position being one.
+/// Joins all pieces into one solid; vertices of equal position become one.
 fn polyhedron<'p>(pieces: impl IntoIterator<Item = &'p Piece>) -> Polyhedron {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     for piece in pieces {
@@ -113,13 +114,13 @@ fn polyhedron<'p>(pieces: impl IntoIterator<Item = &'p Piece>) -> Polyhedron {
     Polyhedron::from_parts(positions, triangles)
 }
 
-/// A grid of pixels of 2^shift steps that reaches over `size` lattice steps.
+/// Returns a grid of pixels of 2^shift steps that covers `size` lattice steps.
 fn grid(size: i32, shift: u32, lod: u32) -> Grid {
     let rays = (size as u32 >> shift) + 1;
     Grid::from_parts(glam::DVec3::ZERO, 1.0, [rays; 3], shift, lod).unwrap()
 }
 
-/// The images of A ⊕ B, or of complement(complement(A) ⊕ B), along x, y and z.
+/// Returns the images of A ⊕ B, or of complement(complement(A) ⊕ B), along x, y and z.
 fn images(grid: &Grid, a: &Polyhedron, outer: Outer, b: &Polyhedron, mode: Mode) -> [Ldi; 3] {
     let sampler = CpuSampler::default();
     let (primitives, _) = cull(a, b);
@@ -129,7 +130,7 @@ fn images(grid: &Grid, a: &Polyhedron, outer: Outer, b: &Polyhedron, mode: Mode)
     settled.spans.map(|spans| spans.image(grid, mode, &sampler).unwrap())
 }
 
-/// Spans of a ray that have a length.
+/// Returns those spans of a ray that have a length.
 fn spans_of(image: &Ldi, ray: u32) -> Vec<(i128, i128)> {
     let spans = image.samples(ray).chunks(2).map(|span| (i128::from(span[0]), i128::from(span[1])));
     spans.filter(|(low, high)| low < high).collect()
@@ -137,7 +138,7 @@ fn spans_of(image: &Ldi, ray: u32) -> Vec<(i128, i128)> {
 
 type Spans = Vec<(crate::sums::Depth, crate::sums::Depth)>;
 
-/// Compares three images with what brute force makes of every ray.
+/// Compares three images with the brute-force result of every ray.
 fn compare(images: &[Ldi; 3], case: &str, brute: impl Fn(usize, Point) -> Spans) {
     for image in images {
         let (grid, axis) = (image.grid(), image.axis());
@@ -156,12 +157,12 @@ fn compare(images: &[Ldi; 3], case: &str, brute: impl Fn(usize, Point) -> Spans)
     }
 }
 
-/// The spans of a union of convex bodies.
+/// Returns the spans of a union of convex bodies.
 fn of_union(bodies: &[Vec<HalfSpace>], shift: u32, axis: usize, position: Point) -> Spans {
     union(bodies.iter().filter_map(|body| clip(body, axis, position)).collect(), shift)
 }
 
-/// Every span of `inner` lies in one of `outer`.
+/// Returns whether every span of `inner` lies in one of `outer`.
 fn assert_inside(inner: &Ldi, outer: &Ldi, case: &str) {
     let (columns, rows) = inner.size();
     for ray in 0..columns * rows {
@@ -174,7 +175,7 @@ fn assert_inside(inner: &Ldi, outer: &Ldi, case: &str) {
 }
 
 #[test]
-fn sums_of_heaps_are_unions_of_hulls() {
+fn sums_of_heaps_equal_unions_of_hulls() {
     for seed in 0..300 {
         let mut random = Random::new(seed);
         let (shift, size) = (random.between(2, 5) as u32, random.between(12, 120) & !1);
@@ -196,9 +197,9 @@ fn sums_of_heaps_are_unions_of_hulls() {
     }
 }
 
-/// A ⊖ B of a convex A with a convex hole H: what A ⊖ B of the convex body leaves when H ⊕ (−B) is taken away.
+/// For a convex A with a convex hole H, A ⊖ B is A ⊖ B of the convex body less H ⊕ (−B).
 #[test]
-fn differences_are_what_fits_inside() {
+fn differences_of_convex_bodies_match_brute_force() {
     let mut with_holes = 0;
     for seed in 0..300 {
         let mut random = Random::new(seed);
@@ -210,7 +211,7 @@ fn differences_are_what_fits_inside() {
         let fits = |hole: &Piece| hole.points().iter().all(|&corner| bounds.iter().all(|h| h.holds_within(corner)));
         let hole = (0..50).map(|_| random_hole(&mut random, size - reach)).find(fits);
         with_holes += u32::from(hole.is_some());
-        // −B, moved so that the sum of the complement of A and it lies in the grid.
+        // −B, moved so that the sum of it and the complement of A lies in the grid.
         let reflect = |piece: &Piece| {
             let corners = piece.corners.iter().map(|corner| corner.map(|c| reach - c)).collect();
             Piece { corners, triangles: piece.triangles.clone() }.reversed()
@@ -226,7 +227,7 @@ fn differences_are_what_fits_inside() {
         let holes: Vec<Vec<HalfSpace>> =
             hole.iter().flat_map(|h| reflected.iter().map(|q| sum(&h.points(), &q.points()))).collect();
         compare(&found, &format!("seed {seed}"), |axis, position| {
-            // Gaps of what is taken away are closed, as they are gaps of the complement's sum.
+            // Gaps of the subtracted set are closed, since they are gaps of the complement's sum.
             let taken = of_union(&holes, shift, axis, position);
             let left = clip(&inner, axis, position).map(|span| minus_spans(span, &taken)).unwrap_or_default();
             left.into_iter().filter(|(low, high)| low.has_gap_to(high, shift)).collect()

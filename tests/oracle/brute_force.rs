@@ -1,8 +1,8 @@
-//! The sampling contract a second time, for plainness: every ray against every triangle, in exact integers.
+//! A second, plain implementation of the sampling contract: it intersects every ray with every triangle in exact integers.
 //!
-//! This file uses nothing of the library, so an error here and the same error there would be two accidents. It follows
-//! the words of the contract where the library follows speed: the perturbation is a polynomial in ε whose sign is found
-//! by comparing coefficients, a depth is a fraction, and a voxel's states are recounted from all crossings of its ray.
+//! This file uses nothing of the library, so that an error in one of them is not copied to the other. It follows the words of the
+//! contract where the library is optimised for speed: the perturbation is a polynomial in ε, and comparing coefficients gives its
+//! sign; a depth is a fraction; and the states of a voxel are recounted from all crossings of its ray.
 //!
 //! Positions are lattice positions from 0 to 2³⁰. An edge function then stays below 2⁶², the numerator of a depth below
 //! 2⁹⁵, and the plane function below 2⁹⁵, so `i128` never overflows.
@@ -12,7 +12,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The two axes of an image's columns and rows, by the axis of its rays.
+/// The axes of an image's columns and rows, indexed by the axis of its rays.
 const COLUMN_AND_ROW_AXES: [(usize, usize); 3] = [(1, 2), (0, 2), (0, 1)];
 
 /// The raster in lattice terms: pixels of `2^shift` steps, their number along x, y and z, and the voxels of a ray.
@@ -24,22 +24,22 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The steps across one pixel, `S` in the contract.
+    /// Returns the steps across one pixel, `S` in the contract.
     pub fn step(&self) -> i64 {
         1 << self.shift
     }
 
-    /// The length of an axis in lattice steps.
+    /// Returns the length of an axis in lattice steps.
     pub fn length(&self, axis: usize) -> i64 {
         i64::from(self.rays[axis]) * self.step()
     }
 
-    /// The odd position of ray or node `index` along an axis.
+    /// Returns the odd position of ray or node `index` along an axis.
     pub fn node(&self, index: u32) -> i64 {
         i64::from(index) * self.step() + self.step() / 2 + 1
     }
 
-    /// The steps along one LOD-C voxel: the least even `V` with `lod · V ≥ length`.
+    /// Returns the steps along one LOD-C voxel: the least even `V` with `lod · V ≥ length`.
     pub fn voxel(&self, axis: usize) -> i64 {
         let (lod, length) = (i64::from(self.lod), self.length(axis));
         let mut voxel = length / lod / 2 * 2;
@@ -49,7 +49,7 @@ impl Lattice {
         voxel
     }
 
-    /// The voxel that a crossing belongs to; a depth at the very end of the axis belongs to the last one.
+    /// Returns the voxel that a crossing belongs to; a depth at the very end of the axis belongs to the last voxel.
     fn voxel_of(&self, axis: usize, floor: i32) -> i64 {
         (i64::from(floor) / self.voxel(axis)).min(i64::from(self.lod) - 1)
     }
@@ -62,14 +62,14 @@ pub struct Solid<'a> {
     pub triangles: &'a [[u32; 3]],
 }
 
-/// Which points are inside: those of odd crossing parity, or those of non-zero winding number.
+/// The fill rule: a point is inside if its crossing parity is odd, or if its winding number is not zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FillRule {
     EvenOdd,
     NonZero,
 }
 
-/// Which image: the exact one, or a conservative one.
+/// The kind of image: the exact one, or a conservative one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     Exact,
@@ -114,7 +114,7 @@ struct Perturbed {
 }
 
 impl Perturbed {
-    /// The coordinate `position` of a node along `axis`, which stands for `position + ε` of that axis.
+    /// Returns the coordinate `position` of a node along `axis`, which stands for `position + ε` of that axis.
     fn coordinate(position: i64, axis: usize) -> Self {
         let mut epsilon = [0; 3];
         epsilon[axis] = 1;
@@ -140,21 +140,21 @@ impl Perturbed {
         Self { constant: self.constant * factor, epsilon: self.epsilon.map(|coefficient| coefficient * factor) }
     }
 
-    /// −1, 0 or 1: the sign of the first coefficient that is not zero, in order of falling size.
+    /// Returns −1, 0 or 1: the sign of the first coefficient that is not zero, in order of falling size.
     fn sign(self) -> i128 {
         let [first, second, third] = self.epsilon;
         [self.constant, first, second, third].into_iter().map(i128::signum).find(|&sign| sign != 0).unwrap_or(0)
     }
 }
 
-/// (b − a) × (c − a): the normal that points outward where the corners run anticlockwise seen from outside.
+/// Returns (b − a) × (c − a), the normal that points outwards where the corners run anticlockwise seen from outside.
 fn normal([a, b, c]: [[i32; 3]; 3]) -> [i128; 3] {
     let ab: [i128; 3] = std::array::from_fn(|i| i128::from(b[i]) - i128::from(a[i]));
     let ac: [i128; 3] = std::array::from_fn(|i| i128::from(c[i]) - i128::from(a[i]));
     [ab[1] * ac[2] - ab[2] * ac[1], ab[2] * ac[0] - ab[0] * ac[2], ab[0] * ac[1] - ab[1] * ac[0]]
 }
 
-/// Whether the perturbed ray at (column, row) passes strictly through the projection of a triangle.
+/// Returns whether the perturbed ray at (column, row) passes strictly through the projection of a triangle.
 fn passes_through(corners: [[i32; 3]; 3], axis: usize, column: i64, row: i64) -> bool {
     let (u, v) = COLUMN_AND_ROW_AXES[axis];
     let (ray_u, ray_v) = (Perturbed::coordinate(column, u), Perturbed::coordinate(row, v));
@@ -168,7 +168,7 @@ fn passes_through(corners: [[i32; 3]; 3], axis: usize, column: i64, row: i64) ->
     sides == [1; 3] || sides == [-1; 3]
 }
 
-/// The crossing of one triangle with one ray, if there is one.
+/// Returns the crossing of one triangle with one ray, if there is one.
 fn crossing(corners: [[i32; 3]; 3], triangle: u32, axis: usize, column: i64, row: i64) -> Option<Crossing> {
     let normal = normal(corners);
     if normal[axis] == 0 || !passes_through(corners, axis, column, row) {
@@ -217,7 +217,7 @@ fn crossing(corners: [[i32; 3]; 3], triangle: u32, axis: usize, column: i64, row
     })
 }
 
-/// The crossings of every ray along an axis, in ray order; those of one ray in triangle order.
+/// Returns the crossings of every ray along an axis, in ray order; those of one ray in triangle order.
 pub fn crossings(lattice: &Lattice, solid: Solid, axis: usize) -> Vec<Vec<Crossing>> {
     let (u, v) = COLUMN_AND_ROW_AXES[axis];
     let mut rays = Vec::new();
@@ -233,12 +233,12 @@ pub fn crossings(lattice: &Lattice, solid: Solid, axis: usize) -> Vec<Vec<Crossi
     rays
 }
 
-/// The winding number that some crossings add up to.
+/// Returns the winding number that some crossings add up to.
 fn winding<'a>(crossings: impl IntoIterator<Item = &'a Crossing>) -> i64 {
     crossings.into_iter().map(|crossing| if crossing.entering { 1 } else { -1 }).sum()
 }
 
-/// Whether a point beyond exactly these crossings is inside.
+/// Returns whether a point beyond exactly these crossings is inside.
 fn inside<'a>(crossings: impl IntoIterator<Item = &'a Crossing>, fill: FillRule) -> bool {
     match fill {
         FillRule::EvenOdd => crossings.into_iter().count() % 2 == 1,
@@ -246,12 +246,12 @@ fn inside<'a>(crossings: impl IntoIterator<Item = &'a Crossing>, fill: FillRule)
     }
 }
 
-/// A ray of a closed solid ends outside it.
+/// Returns whether a ray is closed: it ends outside the solid.
 fn is_closed(crossings: &[Crossing], fill: FillRule) -> bool {
     !inside(crossings, fill)
 }
 
-/// The crossings by the value of `key`, in its order.
+/// Groups crossings by the value of `key`, in its order.
 fn grouped<K: Ord>(crossings: &[Crossing], key: impl Fn(&Crossing) -> K) -> BTreeMap<K, Vec<Crossing>> {
     let mut groups = BTreeMap::<K, Vec<Crossing>>::new();
     for crossing in crossings {
@@ -278,7 +278,7 @@ fn exact_ray(crossings: &[Crossing], fill: FillRule) -> Vec<i32> {
     }
 }
 
-/// What the conservative images ask of one solid about one voxel of one ray.
+/// The state of one voxel of one ray for one solid, as the conservative images need it.
 struct Voxel {
     /// The state at the near face.
     before: bool,
@@ -289,7 +289,7 @@ struct Voxel {
 }
 
 impl Voxel {
-    /// The voxel may hold a part of the solid.
+    /// True if the voxel may hold a part of the solid.
     fn occupied(&self) -> bool {
         self.before || self.after || self.touched
     }
@@ -317,8 +317,8 @@ fn voxel(lattice: &Lattice, axis: usize, fill: FillRule, on_ray: &[Crossing], in
     Voxel { before: inside(&before, fill), after: inside(before.iter().chain(&crossings), fill), touched, crossings }
 }
 
-/// The samples of one voxel: `before` and `after` are the states at its faces, `between` says whether the state may
-/// change and change back in between, and the ends are found over `crossings`.
+/// Returns the samples of one voxel. `before` and `after` are the states at its faces; `between` says whether the state may
+/// change and change back in between; the ends are found over `crossings`.
 fn voxel_samples(mode: Mode, before: bool, after: bool, between: bool, crossings: &[Crossing]) -> Vec<i32> {
     let floor = || crossings.iter().map(|crossing| crossing.floor).min().expect("a class has crossings");
     let ceil = || crossings.iter().map(|crossing| crossing.ceil).max().expect("a class has crossings");
@@ -331,7 +331,7 @@ fn voxel_samples(mode: Mode, before: bool, after: bool, between: bool, crossings
     }
 }
 
-/// The image of one solid along an axis.
+/// Returns the image of one solid along an axis.
 pub fn image(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: FillRule) -> Image {
     let rays = crossings(lattice, solid, axis);
     let samples_of = |on_ray: &Vec<Crossing>| {
@@ -348,9 +348,9 @@ pub fn image(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: Fil
     collect(lattice, axis, rays.iter().map(|on_ray| is_closed(on_ray, fill).then(|| samples_of(on_ray))))
 }
 
-/// Sums over the crossings of all rays that close: each point counted as often as shells wind around it; the windings of
-/// the groups that change the parity, negated where it becomes even; the number of those groups; and what the others wind
-/// around, by the positions of groups.
+/// Sums over the crossings of all closed rays. `wound` counts each point as often as shells wind around it. `aligned` sums the
+/// windings of the groups that change the parity, negated where the parity becomes even, and `changes` counts these groups.
+/// `unpaired` sums what the windings of all other groups enclose, by the positions of the groups.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Windings {
     pub wound: i64,
@@ -359,7 +359,7 @@ pub struct Windings {
     pub unpaired: i64,
 }
 
-/// The windings of one solid along an axis. Groups are of one depth in the exact image and of one voxel in the others.
+/// Returns the windings of one solid along an axis. A group has one depth in the exact image, and one voxel in the others.
 pub fn windings(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: FillRule) -> Windings {
     let mut windings = Windings { wound: 0, aligned: 0, changes: 0, unpaired: 0 };
     for on_ray in crossings(lattice, solid, axis).iter().filter(|on_ray| is_closed(on_ray, fill)) {
@@ -384,7 +384,7 @@ pub fn windings(lattice: &Lattice, solid: Solid, axis: usize, mode: Mode, fill: 
     windings
 }
 
-/// The image of the intersection of two solids: the conservative ones by voxels, the exact one from the exact images.
+/// Returns the image of the intersection of two solids: the conservative ones by voxels, the exact one from the exact images.
 pub fn intersection(lattice: &Lattice, a: Solid, b: Solid, axis: usize, mode: Mode, fill: FillRule) -> Image {
     if mode == Mode::Exact {
         let image_of = |solid| image(lattice, solid, axis, mode, fill);
@@ -415,7 +415,7 @@ pub fn intersection(lattice: &Lattice, a: Solid, b: Solid, axis: usize, mode: Mo
     collect(lattice, axis, rays)
 }
 
-/// An image from the samples of its rays in ray order, where `None` is an unclosed ray.
+/// Builds an image from the samples of its rays in ray order, where `None` is an unclosed ray.
 fn collect(lattice: &Lattice, axis: usize, rays: impl Iterator<Item = Option<Vec<i32>>>) -> Image {
     let (u, v) = COLUMN_AND_ROW_AXES[axis];
     let (mut samples, mut unclosed) = (Vec::new(), Vec::new());
@@ -428,14 +428,14 @@ fn collect(lattice: &Lattice, axis: usize, rays: impl Iterator<Item = Option<Vec
     Image { columns: lattice.rays[u], rows: lattice.rays[v], samples, unclosed }
 }
 
-/// Whether the step from `depth` to just beyond it is inside, by the half-open intervals of one ray.
+/// Returns whether the step from `depth` to just beyond it is inside, by the half-open intervals of one ray.
 pub fn contains(samples: &[i32], depth: i32) -> bool {
     samples.chunks(2).any(|span| span[0] <= depth && depth < span[1])
 }
 
-/// The Boolean of two images of equal size: membership is constant between neighbouring ends of intervals, so it is
-/// asked once for each stretch between two of them. Intervals of no length vanish, touching ones merge, and a ray that
-/// is unclosed in either image is unclosed in the result.
+/// Returns the Boolean of two images of equal size. Membership is constant between neighbouring ends of intervals, so it is
+/// evaluated once for each segment between two ends. Intervals of no length vanish, touching ones merge, and a ray that is
+/// unclosed in either image is unclosed in the result.
 pub fn boolean(operation: Operation, a: &Image, b: &Image) -> Image {
     assert_eq!((a.columns, a.rows), (b.columns, b.rows), "the images are of one raster");
     let unclosed: BTreeSet<u32> = a.unclosed.iter().chain(&b.unclosed).copied().collect();

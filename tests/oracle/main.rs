@@ -1,5 +1,5 @@
-//! The oracle of the sampling contract, and the tests that hold the contract itself to its promises: closure, agreement
-//! of the three views about every node, and under ⊆ exact ⊆ over.
+//! The oracle of the sampling contract, and tests that the contract itself keeps its promises: rays of closed solids close, the
+//! three views agree about every node, and under ⊆ exact ⊆ over.
 
 mod against_sampler;
 mod against_sums;
@@ -22,13 +22,13 @@ fn lattice(frame: &Frame, lod: u32) -> Lattice {
     Lattice { shift: frame.shift, rays: frame.rays, lod }
 }
 
-/// Random frames: mostly small pixels, where nodes meet edges and planes often, and sometimes the whole 30 bits.
+/// Returns random frames: mostly small pixels, where nodes often meet edges and planes, and sometimes the whole 30 bits.
 fn random_frame(random: &mut Random) -> Frame {
     let shift = random.choose(&[2, 2, 2, 3, 4, 7, 12, 26]);
     Frame { shift, rays: std::array::from_fn(|_| random.between(6, if shift == 26 { 15 } else { 9 }) as u32) }
 }
 
-/// Voxels from one for the whole ray to the two steps that are the least.
+/// Draws LOD-C, from one voxel for the whole ray to voxels of two steps, the smallest.
 fn random_lod(random: &mut Random) -> u32 {
     random.choose(&[1, 2, 3, 5, 8, 13, 64, 1024, 1 << 20])
 }
@@ -44,7 +44,7 @@ fn oriented() -> Vec<(&'static str, Generator)> {
     generators
 }
 
-/// One solid, by name, for every generator and seed; the random source goes on from there.
+/// Calls a check with one named solid for every generator and seed; the random source continues after the solid.
 fn for_every_soup(generators: &[(&str, Generator)], seeds: u64, check: impl Fn(&str, &Frame, &Soup, &mut Random)) {
     for (name, generator) in generators {
         for seed in 0..seeds {
@@ -56,12 +56,12 @@ fn for_every_soup(generators: &[(&str, Generator)], seeds: u64, check: impl Fn(&
     }
 }
 
-/// The first ray where `smaller` has something that `larger` has not.
+/// Returns the first ray where `smaller` covers something that `larger` does not.
 fn outside(smaller: &Image, larger: &Image) -> Option<usize> {
     boolean(Operation::Difference, smaller, larger).samples.iter().position(|samples| !samples.is_empty())
 }
 
-/// The first ray whose samples are not an even number of non-decreasing even depths within the axis.
+/// Returns the first ray whose samples are not an even number of non-decreasing even depths within the axis.
 fn malformed(image: &Image, length: i64) -> Option<usize> {
     image.samples.iter().position(|samples| {
         let even = samples.len() % 2 == 0 && samples.iter().all(|depth| depth % 2 == 0);
@@ -78,7 +78,7 @@ fn assert_conservative(what: &str, under: &Image, exact: &Image, over: &Image, l
     assert_eq!(outside(exact, over), None, "{what}: exact is not within over\n{exact:?}\n{over:?}");
 }
 
-/// The states of all nodes, x fastest, as one exact image along an axis tells them.
+/// Returns the states of all nodes, x fastest, by one exact image along an axis.
 fn node_states(lattice: &Lattice, exact: &Image, axis: usize) -> Vec<bool> {
     let [nx, ny, nz] = lattice.rays;
     let mut states = Vec::new();
@@ -99,7 +99,7 @@ fn box_lattice() -> Lattice {
 }
 
 #[test]
-fn the_axes_of_an_image_are_those_of_the_contract() {
+fn columns_rows_and_depths_follow_the_axes_of_the_contract() {
     // Nodes lie at 3, 7, 11, 15, 19. The box spans node 1 of x, nodes 0 and 1 of y, nodes 2 to 4 of z.
     let soup = soups::cuboid([4, 2, 8], [10, 8, 20]);
     let along = |axis| image(&box_lattice(), solid(&soup), axis, Mode::Exact, FillRule::EvenOdd);
@@ -148,7 +148,7 @@ fn the_fill_rules_differ_where_two_boxes_overlap() {
 }
 
 #[test]
-fn a_thin_box_in_one_voxel_is_kept_over_and_lost_under() {
+fn a_thin_box_in_one_voxel_is_in_over_and_not_in_under() {
     let lattice = Lattice { lod: 2, ..box_lattice() };
     assert_eq!(lattice.voxel(2), 10);
     let soup = soups::cuboid([0, 0, 2], [16, 12, 8]);
@@ -159,7 +159,7 @@ fn a_thin_box_in_one_voxel_is_kept_over_and_lost_under() {
 }
 
 #[test]
-fn a_gap_within_one_voxel_is_closed_over_and_kept_under() {
+fn a_gap_within_one_voxel_is_filled_in_over_and_kept_in_under() {
     let lattice = Lattice { lod: 2, ..box_lattice() };
     let mut soup = soups::cuboid([0, 0, 2], [16, 12, 12]);
     soup.add(&soups::cuboid([0, 0, 16], [16, 12, 18]));
@@ -174,7 +174,7 @@ fn a_gap_within_one_voxel_is_closed_over_and_kept_under() {
 }
 
 #[test]
-fn a_crossing_belongs_to_the_voxel_of_its_floor() {
+fn crossings_belong_to_the_voxel_of_their_floor() {
     // The near face leans from depth 2 to 4, so its crossings lie within (2, 4), and voxels are 4 steps long.
     let mut soup = soups::cuboid([0, 0, 2], [16, 12, 6]);
     soup.positions.iter_mut().filter(|p| p[0] == 16 && p[2] == 2).for_each(|p| p[2] = 4);
@@ -185,7 +185,7 @@ fn a_crossing_belongs_to_the_voxel_of_its_floor() {
 }
 
 #[test]
-fn touching_boxes_of_one_winding_are_one_but_for_under() {
+fn touching_boxes_of_one_winding_merge_except_in_under() {
     let lattice = Lattice { lod: 4, ..box_lattice() };
     assert_eq!(lattice.voxel(2), 6);
     let mut soup = soups::cuboid([0, 0, 2], [16, 12, 8]);
@@ -201,7 +201,7 @@ fn touching_boxes_of_one_winding_are_one_but_for_under() {
 }
 
 #[test]
-fn an_untouched_solid_gives_the_intersection_no_ends() {
+fn an_untouched_solid_adds_no_ends_to_the_intersection() {
     // In voxels 1 and 2, of 6 steps, the winding number of the first solid goes from 1 to 2 and back.
     let lattice = Lattice { lod: 4, ..box_lattice() };
     let mut a = soups::cuboid([0, 0, 0], [16, 12, 20]);
@@ -218,7 +218,7 @@ fn an_untouched_solid_gives_the_intersection_no_ends() {
 }
 
 #[test]
-fn faces_on_voxel_boundaries_belong_to_the_voxel_beyond_but_for_the_last() {
+fn faces_on_voxel_boundaries_belong_to_the_next_voxel_except_at_the_end() {
     let lattice = box_lattice();
     assert_eq!(lattice.voxel(2), 4);
     let soup = soups::cuboid([0, 0, 4], [16, 12, 20]);
@@ -238,7 +238,7 @@ fn faces_on_voxel_boundaries_belong_to_the_voxel_beyond_but_for_the_last() {
 }
 
 #[test]
-fn voxels_are_even_and_reach_the_end_of_the_axis() {
+fn voxels_have_even_length_and_cover_the_axis() {
     let voxel = |length_in_pixels, lod| Lattice { shift: 2, rays: [length_in_pixels; 3], lod }.voxel(0);
     assert_eq!(voxel(5, 1), 20);
     assert_eq!(voxel(5, 2), 10);
@@ -250,7 +250,7 @@ fn voxels_are_even_and_reach_the_end_of_the_axis() {
 }
 
 #[test]
-fn a_wide_plane_rounds_outward_and_to_the_nearest() {
+fn depths_have_an_even_floor_ceiling_and_nearest() {
     // Along z the plane through these corners has depth x / 3 + 2 at every y. Nodes of x: 3, 7, 11 → 3, 4⅓, 5⅔.
     let mut soup = soups::Soup { positions: vec![[0, 0, 2], [24, 0, 10], [0, 24, 2]], triangles: vec![[0, 1, 2]] };
     let lattice = Lattice { shift: 2, rays: [6; 3], lod: 4 };
@@ -267,7 +267,7 @@ fn a_wide_plane_rounds_outward_and_to_the_nearest() {
 }
 
 #[test]
-fn a_depth_halfway_between_follows_the_perturbation() {
+fn depths_halfway_between_round_by_the_perturbation() {
     // Planes through the node (3, 3, 3), each seen along z, by the slope of depth over x and y.
     let lattice = Lattice { shift: 2, rays: [6; 3], lod: 4 };
     let nearest = |slope_x: i32, slope_y: i32| {
@@ -288,7 +288,7 @@ fn a_depth_halfway_between_follows_the_perturbation() {
 
 #[test]
 fn a_ray_through_an_edge_crosses_one_of_its_two_triangles() {
-    // The diagonal x + y = 6 runs through the node (3, 3); the perturbed ray has the greater x + y.
+    // The diagonal x + y = 6 runs through the node (3, 3); the perturbed ray has a greater x + y.
     let positions = vec![[0, 6, 2], [6, 0, 2], [0, 0, 2], [6, 6, 2]];
     let soup = soups::Soup { positions, triangles: vec![[2, 1, 0], [0, 1, 3]] };
     let lattice = Lattice { shift: 2, rays: [6; 3], lod: 4 };
@@ -301,7 +301,7 @@ fn a_ray_through_an_edge_crosses_one_of_its_two_triangles() {
 }
 
 #[test]
-fn an_open_ray_has_no_samples_and_is_named() {
+fn unclosed_rays_have_no_samples_and_are_listed() {
     let mut soup = soups::cuboid([0, 0, 2], [8, 4, 6]);
     soup.add(&soups::cuboid([8, 0, 2], [12, 4, 6]));
     // The near face of the first box is the first quadrilateral seen along z; without one of its triangles, one of
@@ -356,7 +356,7 @@ fn rotation_rounds_to_even_positions() {
 }
 
 #[test]
-fn soups_are_what_they_say() {
+fn soups_are_closed_oriented_even_and_within_their_frame() {
     for_every_soup(&oriented(), 200, |what, frame, soup, _| {
         assert!(soup.is_closed() && soup.is_oriented(), "{what}");
         let mut coordinates = soup.positions.iter().flat_map(|position| position.iter().zip([0, 1, 2]));
@@ -375,7 +375,7 @@ fn soups_are_what_they_say() {
 }
 
 #[test]
-fn a_soup_that_lacks_a_triangle_is_not_closed() {
+fn soups_with_a_missing_or_turned_triangle_are_not_closed_or_not_oriented() {
     let mut soup = soups::octahedron([8, 8, 8], 4);
     soup.triangles.pop();
     assert!(!soup.is_closed() && !soup.is_oriented());
@@ -384,9 +384,9 @@ fn a_soup_that_lacks_a_triangle_is_not_closed() {
     assert!(soup.is_closed() && !soup.is_oriented());
 }
 
-/// The generators are to be difficult: each of these must happen often, or a test of them shows nothing.
+/// The generators must often produce each of these difficult cases; otherwise tests that use them prove little.
 #[test]
-fn soups_reach_the_cases_that_they_are_for() {
+fn soups_often_hit_odd_depths_crowded_rays_and_edges() {
     let (mut crossed, mut halfway, mut crowded, mut tied) = (0, 0, 0, 0);
     for (_, generator) in oriented() {
         for seed in 0..40 {
@@ -410,7 +410,7 @@ fn soups_reach_the_cases_that_they_are_for() {
     assert!(tied > 1_000, "{tied} rays through edges");
 }
 
-/// Whether a crossing may have an odd depth: its triangle is seen at 45° from this axis and one other alone.
+/// Returns whether a crossing may have an odd depth: its triangle is at 45° to this axis and exactly one other.
 fn is_halfway(soup: &Soup, crossing: &brute_force::Crossing, axis: usize) -> bool {
     let [a, b, c] = soup.triangles[crossing.triangle as usize].map(|vertex| soup.positions[vertex as usize]);
     let component = |u: usize, v: usize| {
@@ -422,7 +422,7 @@ fn is_halfway(soup: &Soup, crossing: &brute_force::Crossing, axis: usize) -> boo
     (normal[u] == 0 && normal[v] == normal[axis]) || (normal[v] == 0 && normal[u] == normal[axis])
 }
 
-/// How many pairs of a ray and an edge meet exactly, in one view.
+/// Counts the pairs of a ray and an edge that meet exactly, in one view.
 fn rays_on_edges(lattice: &Lattice, soup: &Soup, axis: usize) -> usize {
     let (u, v) = [(1, 2), (0, 2), (0, 1)][axis];
     let mut tied = 0;
@@ -477,10 +477,10 @@ fn the_three_views_agree_about_every_node() {
     });
 }
 
-/// The state of a node is that of one real point near it, found with a ray in an oblique direction: ε has values here,
-/// small enough for this geometry, in place of an order.
+/// The state of a node is that of one real point near it, which a ray in an oblique direction tests. Here each ε has a value,
+/// small enough for this geometry, in place of the order ε₁ ≫ ε₂ ≫ ε₃.
 #[test]
-fn a_node_stands_for_a_real_point_beside_it() {
+fn node_states_equal_those_of_a_real_point_beside_the_node() {
     // A normal's components stay below 2¹³ on 64 steps, so each ε outweighs all smaller ones by 2¹⁵, and the largest
     // is below 2⁻¹⁵.
     const SCALE: i128 = 1 << 48;
@@ -499,7 +499,7 @@ fn a_node_stands_for_a_real_point_beside_it() {
         for corners in soup.corners() {
             let [a, b, c] = corners.map(|corner| corner.map(i128::from));
             let normal = cross(minus(b, a), minus(c, a));
-            // Which side of each edge the ray's line passes: direction · ((from − point) × (to − point)).
+            // The side of each edge on which the ray's line passes: direction · ((from − point) × (to − point)).
             let side = |from: [i128; 3], to: [i128; 3]| {
                 let scaled = cross(from, to).map(|product| product * SCALE);
                 dot(DIRECTION, minus(scaled, cross(point, minus(to, from)))).signum()
@@ -543,7 +543,7 @@ fn a_node_stands_for_a_real_point_beside_it() {
 }
 
 #[test]
-fn under_is_within_exact_is_within_over() {
+fn under_lies_within_exact_within_over() {
     let conservative = |what: &str, frame: &Frame, soup: &Soup, random: &mut Random, fill| {
         let lattice = lattice(frame, random_lod(random));
         for axis in 0..3 {
@@ -559,7 +559,7 @@ fn under_is_within_exact_is_within_over() {
         }
     });
     for_every_soup(&[("disoriented", soups::disoriented)], 150, |what, frame, soup, random| {
-        // Under the non-zero rule some rays are unclosed; the others are conservative all the same.
+        // Under the non-zero rule some rays are unclosed; the other rays are still conservative.
         for fill in FILLS {
             conservative(what, frame, soup, random, fill);
         }
@@ -567,7 +567,7 @@ fn under_is_within_exact_is_within_over() {
 }
 
 #[test]
-fn the_intersection_is_conservative_too() {
+fn conservative_intersections_enclose_the_exact_one() {
     for_every_soup(&oriented(), 60, |what, frame, soup, random| {
         let other = random_oriented(random, frame);
         let lattice = lattice(frame, random_lod(random));
@@ -581,10 +581,10 @@ fn the_intersection_is_conservative_too() {
     });
 }
 
-/// The masks keep at most two depths a voxel for both solids together, which costs some tightness against an interval
-/// merge of the two solids' own conservative images, and never more than that.
+/// The masks keep at most two depths a voxel for both solids together. Their image is therefore less tight than a merge of the
+/// two solids' own conservative images, but it still encloses the exact one.
 #[test]
-fn the_merge_of_conservative_images_is_between_the_exact_and_the_masks() {
+fn merged_conservative_images_lie_between_the_exact_one_and_the_masks() {
     for_every_soup(&oriented(), 60, |what, frame, soup, random| {
         let other = random_oriented(random, frame);
         let lattice = lattice(frame, random_lod(random));
@@ -613,7 +613,8 @@ fn the_masks_of_two_entries_in_one_voxel_keep_the_earlier() {
     assert_eq!(masks(Mode::Under), [2, 18]);
 }
 
-/// What over adds and under takes away lies in voxels that hold crossings: elsewhere the three images are equal.
+/// The over-estimate adds and the under-estimate removes only within voxels that hold crossings; elsewhere the three images are
+/// equal.
 #[test]
 fn the_images_differ_only_in_voxels_with_crossings() {
     let local = |what: &str, lattice: &Lattice, axis: usize, solids: &[Solid], over: &Image, under: &Image| {
@@ -649,7 +650,7 @@ fn the_images_differ_only_in_voxels_with_crossings() {
 }
 
 #[test]
-fn comparisons_notice_what_differs() {
+fn comparisons_find_escapes_malformed_rays_and_wrong_nodes() {
     let frame = Frame { shift: 2, rays: [6; 3] };
     let lattice = lattice(&frame, 3);
     let soup = soups::octahedron([12, 12, 12], 10);
@@ -666,7 +667,7 @@ fn comparisons_notice_what_differs() {
     let mut longer = exact.clone();
     longer.samples[middle][0] -= 2;
     assert_eq!(outside(&longer, &exact), Some(middle));
-    // A sample on the wrong side of a node is noticed by the views' agreement.
+    // The agreement of the views detects a sample on the wrong side of a node.
     let other_view = node_states(&lattice, &image(&lattice, solid(&soup), 0, Mode::Exact, FillRule::EvenOdd), 0);
     assert_eq!(other_view, node_states(&lattice, &exact, 2));
     let mut shifted = exact.clone();

@@ -1,15 +1,15 @@
-//! Test geometry on the lattice: triangle soups that are closed by construction and sit where sampling is hardest.
+//! Test geometry on the lattice: triangle soups, closed by construction, at places that are hardest to sample.
 //!
-//! Every generator takes a random source and a [`Frame`] and returns even positions within the frame. All soups are
-//! closed: an edge is found the same number of times in both directions, up to edges of no length. The one exception to
-//! orientation is [`disoriented`], whose edges are merely even. Equal seeds give equal soups on every machine.
+//! Every generator takes a random source and a [`Frame`] and returns even positions within the frame. All soups are closed: every
+//! edge occurs as often in one direction as in the other, up to edges of no length. The one exception to orientation is
+//! [`disoriented`], whose edges merely occur an even number of times. Equal seeds give equal soups on every machine.
 
 // Each test binary that includes this file uses a part of it.
 #![allow(dead_code)]
 
 use std::collections::BTreeMap;
 
-/// SplitMix64: small, and the same everywhere.
+/// SplitMix64: a small random source that gives the same numbers on every machine.
 pub struct Random(u64);
 
 impl Random {
@@ -25,17 +25,17 @@ impl Random {
         bits ^ (bits >> 31)
     }
 
-    /// From 0 to `count − 1`.
+    /// Draws from 0 to `count − 1`.
     pub fn below(&mut self, count: usize) -> usize {
         (self.bits() % count as u64) as usize
     }
 
-    /// From `least` to `most`, both included.
+    /// Draws from `least` to `most`, both included.
     pub fn between(&mut self, least: i32, most: i32) -> i32 {
         (i64::from(least) + (self.bits() % (i64::from(most) - i64::from(least) + 1) as u64) as i64) as i32
     }
 
-    /// An even number from `least` to `most`, where both are even.
+    /// Draws an even number from `least` to `most`, where both are even.
     pub fn even(&mut self, least: i32, most: i32) -> i32 {
         self.between(least / 2, most / 2) * 2
     }
@@ -48,13 +48,13 @@ impl Random {
         choices[self.below(choices.len())]
     }
 
-    /// From −1 to 1.
+    /// Draws from −1 to 1.
     fn unit(&mut self) -> f64 {
         self.between(-1_000_000, 1_000_000) as f64 / 1e6
     }
 }
 
-/// The part of the lattice that a soup has to itself: pixels of `2^shift` steps (2 to 26), and their numbers.
+/// The part of the lattice that a soup occupies: pixels of `2^shift` steps (2 to 26), and their numbers.
 /// Shapes on oblique directions need at least six pixels an axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
@@ -63,12 +63,12 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The greatest even position along an axis; it is the end of the axis unless that is 2³⁰ itself.
+    /// Returns the greatest even position along an axis; it is the end of the axis unless that is 2³⁰ itself.
     pub fn most(&self, axis: usize) -> i32 {
         ((i64::from(self.rays[axis])) << self.shift).min((1 << 30) - 2) as i32
     }
 
-    /// The least of `most` over the axes.
+    /// Returns the least of `most` over the axes.
     pub fn side(&self) -> i32 {
         (0..3).map(|axis| self.most(axis)).min().expect("three axes")
     }
@@ -92,7 +92,7 @@ impl Soup {
         self.triangles.push([first, first + 1, first + 2]);
     }
 
-    /// The quadrilateral a b c d as two triangles, divided along either diagonal.
+    /// Adds the quadrilateral a b c d as two triangles, divided along either diagonal.
     fn push_quad(&mut self, [a, b, c, d]: [[i32; 3]; 4], along_ac: bool) {
         if along_ac {
             self.push([a, b, c]);
@@ -110,12 +110,12 @@ impl Soup {
         self.triangles.extend(other.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
     }
 
-    /// The corner positions of every triangle.
+    /// Returns the corner positions of every triangle.
     pub fn corners(&self) -> impl Iterator<Item = [[i32; 3]; 3]> + '_ {
         self.triangles.iter().map(|triangle| triangle.map(|vertex| self.positions[vertex as usize]))
     }
 
-    /// The same surface with its inside out.
+    /// Returns the same surface turned inside out.
     pub fn inverted(&self) -> Self {
         Self {
             positions: self.positions.clone(),
@@ -127,7 +127,7 @@ impl Soup {
         Self { positions: self.positions.iter().map(|&p| plus(p, by)).collect(), triangles: self.triangles.clone() }
     }
 
-    /// The same triangles over positions without repeats, in sorted order.
+    /// Returns the same triangles over positions without repeats, in sorted order.
     pub fn welded(&self) -> Self {
         let mut positions = self.positions.clone();
         positions.sort_unstable();
@@ -139,7 +139,7 @@ impl Soup {
         Self { positions, triangles }
     }
 
-    /// How often each edge between different positions is met, as (forwards, backwards).
+    /// Counts how often each edge between different positions occurs, as (forwards, backwards).
     fn edges(&self) -> BTreeMap<([i32; 3], [i32; 3]), (u32, u32)> {
         let mut edges = BTreeMap::<_, (u32, u32)>::new();
         for [a, b, c] in self.corners() {
@@ -154,12 +154,12 @@ impl Soup {
         edges
     }
 
-    /// Every edge is met an even number of times.
+    /// Returns whether every edge occurs an even number of times.
     pub fn is_closed(&self) -> bool {
         self.edges().values().all(|(forwards, backwards)| (forwards + backwards) % 2 == 0)
     }
 
-    /// Every edge is met as often forwards as backwards.
+    /// Returns whether every edge occurs as often forwards as backwards.
     pub fn is_oriented(&self) -> bool {
         self.edges().values().all(|(forwards, backwards)| forwards == backwards)
     }
@@ -177,12 +177,12 @@ fn times(a: [i32; 3], factor: i32) -> [i32; 3] {
     a.map(|coordinate| coordinate * factor)
 }
 
-/// The even integer nearest to a coordinate; the greater one of two.
+/// Returns the even integer nearest to a coordinate; the greater of two that are equally near.
 pub fn rounded_to_even(coordinate: f64) -> i32 {
     (coordinate / 2.0 + 0.5).floor() as i32 * 2
 }
 
-/// `point` turned by `angle` about the line through `centre` along `direction`, rounded to even positions.
+/// Returns `point` turned by `angle` about the line through `centre` along `direction`, rounded to even positions.
 pub fn rotated(point: [i32; 3], centre: [f64; 3], direction: [f64; 3], angle: f64) -> [i32; 3] {
     let length = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
     let axis = direction.map(|d| d / length);
@@ -196,7 +196,7 @@ pub fn rotated(point: [i32; 3], centre: [f64; 3], direction: [f64; 3], angle: f6
     })
 }
 
-/// Where the vertices of a shape fall.
+/// The places where the vertices of a shape fall.
 #[derive(Clone, Copy, Debug)]
 enum Placement {
     /// Anywhere in the frame.
@@ -239,7 +239,7 @@ impl Placement {
     }
 }
 
-/// A tetrahedron with its outside outward. One that is flat keeps its corners' order: it is closed all the same.
+/// Returns a tetrahedron that faces outwards. A flat one keeps the order of its corners: it is closed all the same.
 pub fn tetrahedron([a, b, c, d]: [[i32; 3]; 4]) -> Soup {
     let [u, v, w] = [b, c, d].map(|corner| minus(corner, a).map(i128::from));
     let volume =
@@ -251,7 +251,7 @@ pub fn tetrahedron([a, b, c, d]: [[i32; 3]; 4]) -> Soup {
     if volume < 0 { soup.inverted() } else { soup }
 }
 
-/// The octahedron of all points with |x − centre| + |y − centre| + |z − centre| ≤ radius.
+/// Returns the octahedron of all points with |x − centre| + |y − centre| + |z − centre| ≤ radius.
 pub fn octahedron(centre: [i32; 3], radius: i32) -> Soup {
     let tip = |axis: usize, sign: i32| {
         let mut tip = centre;
@@ -267,7 +267,7 @@ pub fn octahedron(centre: [i32; 3], radius: i32) -> Soup {
     soup
 }
 
-/// The box between two opposite corners, the first the lesser on every axis.
+/// Returns the box between two opposite corners, the first the lesser on every axis.
 pub fn cuboid(from: [i32; 3], to: [i32; 3]) -> Soup {
     let edge = |axis: usize| {
         let mut edge = [0; 3];
@@ -277,8 +277,8 @@ pub fn cuboid(from: [i32; 3], to: [i32; 3]) -> Soup {
     brick(&mut Random::new(0), from, [edge(0), edge(1), edge(2)], [1; 3])
 }
 
-/// The parallelepiped over `count[i]` steps of `steps[i]` from a corner, each face divided into that grid of
-/// quadrilaterals. The steps form a right-handed triple where the outside is to be outward.
+/// Returns the parallelepiped over `count[i]` steps of `steps[i]` from a corner, with each face divided into that grid of
+/// quadrilaterals. It faces outwards if the steps form a right-handed triple.
 fn brick(random: &mut Random, corner: [i32; 3], steps: [[i32; 3]; 3], count: [i32; 3]) -> Soup {
     let mut soup = Soup::default();
     for axis in 0..3 {
@@ -297,7 +297,7 @@ fn brick(random: &mut Random, corner: [i32; 3], steps: [[i32; 3]; 3], count: [i3
     soup
 }
 
-/// The cone from one apex over a closed loop, less the cone from another.
+/// Returns the cone from one apex over a closed loop, less the cone from another.
 pub fn double_cone(rim: &[[i32; 3]], first: [i32; 3], second: [i32; 3]) -> Soup {
     let mut soup = Soup::default();
     for (index, &from) in rim.iter().enumerate() {
@@ -308,7 +308,7 @@ pub fn double_cone(rim: &[[i32; 3]], first: [i32; 3], second: [i32; 3]) -> Soup 
     soup
 }
 
-/// Draws until a soup lies within the frame. A draw is small often enough for this to end.
+/// Draws until a soup lies within the frame. Draws are small often enough for this to end.
 fn within(random: &mut Random, frame: &Frame, draw: impl Fn(&mut Random) -> Soup) -> Soup {
     loop {
         let soup = draw(random);
@@ -318,7 +318,7 @@ fn within(random: &mut Random, frame: &Frame, draw: impl Fn(&mut Random) -> Soup
     }
 }
 
-/// One to four tetrahedra, each with a placement of its own.
+/// Draws one to four tetrahedra, each with a placement of its own.
 pub fn tetrahedra(random: &mut Random, frame: &Frame) -> Soup {
     let mut soup = Soup::default();
     for _ in 0..=random.below(4) {
@@ -328,7 +328,7 @@ pub fn tetrahedra(random: &mut Random, frame: &Frame) -> Soup {
     soup
 }
 
-/// One to three octahedra: edges of 45° through nodes, and faces whose depth at a node is an even integer.
+/// Draws one to three octahedra: edges of 45° through nodes, and faces whose depth at a node is an even integer.
 pub fn octahedra(random: &mut Random, frame: &Frame) -> Soup {
     let mut soup = Soup::default();
     for _ in 0..=random.below(3) {
@@ -340,7 +340,7 @@ pub fn octahedra(random: &mut Random, frame: &Frame) -> Soup {
     soup
 }
 
-/// One to four boxes along the axes, some of no thickness.
+/// Draws one to four boxes along the axes, some of no thickness.
 pub fn boxes(random: &mut Random, frame: &Frame) -> Soup {
     let mut soup = Soup::default();
     for _ in 0..=random.below(4) {
@@ -354,10 +354,10 @@ pub fn boxes(random: &mut Random, frame: &Frame) -> Soup {
     soup
 }
 
-/// A brick whose edges run along directions such as (1, 1, 0), divided into many coplanar triangles: depths are odd
+/// Draws a brick whose edges run along directions such as (1, 1, 0), divided into many coplanar triangles: depths are odd
 /// integers at every node that its faces meet, and the inner edges run through nodes too.
 pub fn slanted_brick(random: &mut Random, frame: &Frame) -> Soup {
-    // All are right-handed.
+    // All of these triples are right-handed.
     const FRAMES: [[[i32; 3]; 3]; 6] = [
         [[1, 0, 1], [0, 1, 0], [-1, 0, 1]],
         [[1, 1, 0], [-1, 1, 0], [0, 0, 1]],
@@ -376,7 +376,7 @@ pub fn slanted_brick(random: &mut Random, frame: &Frame) -> Soup {
     })
 }
 
-/// A prism over a right triangle with two equal legs, its 45° face towards any of the twelve diagonals.
+/// Draws a prism over a right triangle with two equal legs; its 45° face is towards any of the twelve diagonals.
 pub fn wedge(random: &mut Random, frame: &Frame) -> Soup {
     let side = frame.side();
     within(random, frame, |random| {
@@ -400,7 +400,7 @@ pub fn wedge(random: &mut Random, frame: &Frame) -> Soup {
     })
 }
 
-/// A box turned about an axis by the angle of the triangle 3-4-5, exact on the lattice.
+/// Draws a box turned about an axis by the angle of the triangle 3-4-5, exact on the lattice.
 pub fn pythagorean_box(random: &mut Random, frame: &Frame) -> Soup {
     let size = (frame.side() / 16).max(2) / 2 * 2;
     within(random, frame, |random| {
@@ -417,7 +417,7 @@ pub fn pythagorean_box(random: &mut Random, frame: &Frame) -> Soup {
     })
 }
 
-/// A box turned by any angle about any direction; rounding makes its faces slightly bent, as in a file.
+/// Draws a box turned by any angle about any direction; rounding bends its faces slightly, as in a file.
 pub fn rotated_box(random: &mut Random, frame: &Frame) -> Soup {
     within(random, frame, |random| {
         let placement = Placement::random(random, frame);
@@ -435,7 +435,7 @@ pub fn rotated_box(random: &mut Random, frame: &Frame) -> Soup {
     })
 }
 
-/// Triangles of no area: pillows of coincident, edge-on and collinear triangles, needles with two equal corners, and a
+/// Draws triangles of no area: pillows of coincident, edge-on and collinear triangles, needles with two equal corners, and a
 /// tetrahedron with a vertex on one edge that only a collinear triangle closes.
 pub fn degenerate(random: &mut Random, frame: &Frame) -> Soup {
     let mut soup = Soup::default();
@@ -468,7 +468,7 @@ pub fn degenerate(random: &mut Random, frame: &Frame) -> Soup {
     soup
 }
 
-/// A soup twice or three times over: under the even-odd rule two copies cancel, under the non-zero rule they do not.
+/// Repeats a soup two or three times: under the even-odd rule two copies cancel, under the non-zero rule they do not.
 pub fn duplicated(random: &mut Random, frame: &Frame) -> Soup {
     let once = simple(random, frame);
     let mut soup = once.clone();
@@ -478,7 +478,7 @@ pub fn duplicated(random: &mut Random, frame: &Frame) -> Soup {
     soup
 }
 
-/// A soup inside out, alone or with another that is not.
+/// Draws a soup inside out, alone or with another that faces outwards.
 pub fn inside_out(random: &mut Random, frame: &Frame) -> Soup {
     let mut soup = simple(random, frame).inverted();
     if random.chance(2) {
@@ -487,7 +487,7 @@ pub fn inside_out(random: &mut Random, frame: &Frame) -> Soup {
     soup
 }
 
-/// Boxes within boxes, the inner ones turned inside out or not.
+/// Draws boxes within boxes, the inner ones turned inside out or not.
 pub fn nested_shells(random: &mut Random, frame: &Frame) -> Soup {
     let mut soup = Soup::default();
     let (mut from, mut to) = ([0; 3], std::array::from_fn(|axis| frame.most(axis)));
@@ -503,7 +503,7 @@ pub fn nested_shells(random: &mut Random, frame: &Frame) -> Soup {
     soup
 }
 
-/// Boxes that share a face, a part of one, an edge, or everything.
+/// Draws boxes that share a face, a part of one, an edge, or everything.
 pub fn touching_boxes(random: &mut Random, frame: &Frame) -> Soup {
     within(random, frame, |random| {
         let placement = Placement::random(random, frame);
@@ -524,7 +524,7 @@ pub fn touching_boxes(random: &mut Random, frame: &Frame) -> Soup {
     })
 }
 
-/// Tetrahedra that are almost a line or almost a plane, from one end of the frame to the other.
+/// Draws tetrahedra that are almost a line or almost a plane, from one end of the frame to the other.
 pub fn slivers(random: &mut Random, frame: &Frame) -> Soup {
     let mut soup = Soup::default();
     let near = |random: &mut Random, point: [i32; 3]| {
@@ -540,7 +540,7 @@ pub fn slivers(random: &mut Random, frame: &Frame) -> Soup {
     soup
 }
 
-/// A slab across the frame that leans by a few steps over its whole length, so that its planes are almost edge-on.
+/// Draws a slab across the frame that leans by a few steps over its whole length, so that its planes are almost edge-on.
 pub fn steep_slab(random: &mut Random, frame: &Frame) -> Soup {
     within(random, frame, |random| {
         let axis = random.below(3);
@@ -558,7 +558,7 @@ pub fn steep_slab(random: &mut Random, frame: &Frame) -> Soup {
     })
 }
 
-/// Two cones over one random loop, which cross themselves and each other.
+/// Draws two cones over one random loop, which cross themselves and each other.
 pub fn cones(random: &mut Random, frame: &Frame) -> Soup {
     let mut soup = Soup::default();
     for _ in 0..=random.below(2) {
@@ -570,7 +570,7 @@ pub fn cones(random: &mut Random, frame: &Frame) -> Soup {
     soup
 }
 
-/// Closed, but with some of the triangles turned over: for the even-odd rule alone.
+/// Draws a closed soup with some of the triangles turned over: for the even-odd rule alone.
 pub fn disoriented(random: &mut Random, frame: &Frame) -> Soup {
     let mut soup = simple(random, frame);
     for triangle in &mut soup.triangles {
@@ -584,7 +584,7 @@ pub fn disoriented(random: &mut Random, frame: &Frame) -> Soup {
 /// A generator of soups.
 pub type Generator = fn(&mut Random, &Frame) -> Soup;
 
-/// The generators of closed shapes that others repeat, turn and combine.
+/// Generators of closed shapes that others repeat, turn and combine.
 const SIMPLE: [(&str, Generator); 8] = [
     ("tetrahedra", tetrahedra),
     ("octahedra", octahedra),
@@ -596,7 +596,7 @@ const SIMPLE: [(&str, Generator); 8] = [
     ("cones", cones),
 ];
 
-/// The generators of shapes that are difficult by what they repeat, lack or stretch.
+/// Generators of shapes that are difficult because they repeat, lack or stretch something.
 const DIFFICULT: [(&str, Generator); 7] = [
     ("degenerate", degenerate),
     ("duplicated", duplicated),
@@ -612,7 +612,7 @@ fn simple(random: &mut Random, frame: &Frame) -> Soup {
     generator(random, frame)
 }
 
-/// A few soups of any oriented kind together.
+/// Joins a few soups of any oriented kind.
 pub fn mixture(random: &mut Random, frame: &Frame) -> Soup {
     let mut soup = Soup::default();
     for _ in 0..2 + random.below(2) {
@@ -622,7 +622,7 @@ pub fn mixture(random: &mut Random, frame: &Frame) -> Soup {
     soup
 }
 
-/// Every generator of oriented soups by name, except for [`mixture`], which draws from them.
+/// Returns every generator of oriented soups by name, except for [`mixture`], which draws from them.
 pub fn oriented() -> Vec<(&'static str, Generator)> {
     SIMPLE.into_iter().chain(DIFFICULT).collect()
 }

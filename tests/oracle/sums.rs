@@ -1,6 +1,6 @@
-//! Brute force for Minkowski sums of heaps of convex pieces: the sum of two heaps is the union of the sums of their pieces,
-//! and that of two convex pieces the hull of the sums of their vertices. Every ray is clipped by every half space of every
-//! hull, in rational arithmetic and with the perturbation of the world. Nothing of the library is used here.
+//! Brute force for Minkowski sums of heaps of convex pieces. The sum of two heaps is the union of the sums of their pieces, and
+//! the sum of two convex pieces is the hull of the sums of their vertices. Every ray is clipped by every half space of every
+//! hull, in rational arithmetic and with the perturbation of the sampling contract. This file uses nothing of the library.
 
 use std::cmp::Ordering;
 
@@ -33,8 +33,8 @@ impl Rational {
     }
 }
 
-/// Where a perturbed ray meets a plane, relative to the perturbed node at the same depth: the depth, and how much of ε₁, ε₂
-/// and ε₃ comes on top.
+/// The place where a perturbed ray meets a plane, relative to the perturbed node at the same depth: the depth, and the parts of
+/// ε₁, ε₂ and ε₃ that are added.
 #[derive(Clone, Copy, Debug)]
 pub struct Depth {
     value: Rational,
@@ -47,25 +47,25 @@ impl Depth {
         self.value.cmp(other.value).then(by_epsilon.unwrap_or(Ordering::Equal))
     }
 
-    /// The largest even integer that is not above.
+    /// Returns the largest even integer that is not above.
     fn floor(&self) -> i128 {
         self.value.floor().div_euclid(2) * 2
     }
 
-    /// The least even integer that is not below.
+    /// Returns the least even integer that is not below.
     fn ceil(&self) -> i128 {
         let floor = self.floor();
         floor + if self.value.is_whole() && self.value.floor() == floor { 0 } else { 2 }
     }
 
-    /// Whether there is a gap between this depth and a later one: where an odd position has room between their even
-    /// roundings, upwards and downwards, or a node lies between. Pixels are of 2^`shift` steps.
+    /// Returns whether there is a gap between this depth and a later one: there is an odd position between their even roundings,
+    /// upwards and downwards, or a node between them. Pixels have 2^`shift` steps.
     pub fn has_gap_to(&self, later: &Depth, shift: u32) -> bool {
         let nodes_before = |depth: i128| (depth + (1 << (shift - 1)) - 2).div_euclid(1 << shift);
         self.ceil() < later.floor() || nodes_before(self.nearest()) < nodes_before(later.nearest())
     }
 
-    /// The nearest even integer; of an odd one, the neighbour on the side that the perturbation points to.
+    /// Returns the nearest even integer; of an odd one, the neighbour on the side that the perturbation points to.
     pub fn nearest(&self) -> i128 {
         let (whole, floor) = (self.value.floor(), self.floor());
         if self.value.is_whole() && whole != floor {
@@ -77,7 +77,7 @@ impl Depth {
     }
 }
 
-/// {x : n·x ≤ d}.
+/// The half space {x : n·x ≤ d}.
 #[derive(Clone, Copy, Debug)]
 pub struct HalfSpace {
     normal: Point,
@@ -85,7 +85,7 @@ pub struct HalfSpace {
 }
 
 impl HalfSpace {
-    /// Whether a point lies inside, and not on the plane.
+    /// Returns whether a point lies inside, and not on the plane.
     pub fn holds_within(&self, point: Point) -> bool {
         dot(self.normal, point) < self.offset
     }
@@ -103,7 +103,7 @@ fn cross(a: Point, b: Point) -> Point {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// The half spaces that bound the hull of some points, each once.
+/// Returns the half spaces that bound the hull of some points, each once.
 pub fn hull(points: &[Point]) -> Vec<HalfSpace> {
     let mut found: Vec<HalfSpace> = Vec::new();
     for (i, &a) in points.iter().enumerate() {
@@ -132,14 +132,14 @@ fn gcd(a: i128, b: i128) -> i128 {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
-/// The hull of all sums of a point of one piece and one of the other.
+/// Returns the hull of all sums of a point of one piece and one of the other.
 pub fn sum(a: &[Point], b: &[Point]) -> Vec<HalfSpace> {
     let points: Vec<Point> =
         a.iter().flat_map(|p| b.iter().map(move |q| std::array::from_fn(|i| p[i] + q[i]))).collect();
     hull(&points)
 }
 
-/// {x : x + B ⊆ A} for a convex A.
+/// Returns {x : x + B ⊆ A} for a convex A.
 pub fn eroded(a: &[Point], b: &[Point]) -> Vec<HalfSpace> {
     let mut bounds = hull(a);
     for half_space in &mut bounds {
@@ -148,8 +148,8 @@ pub fn eroded(a: &[Point], b: &[Point]) -> Vec<HalfSpace> {
     bounds
 }
 
-/// What a perturbed ray and a convex body share, if it has any length. The ray runs along `axis` through `position`, of which
-/// that coordinate is not looked at.
+/// Returns the segment that a perturbed ray and a convex body share, if it has any length. The ray runs along `axis` through
+/// `position`; the coordinate of `position` along `axis` is ignored.
 pub fn clip(body: &[HalfSpace], axis: usize, position: Point) -> Option<(Depth, Depth)> {
     let (mut low, mut high): (Option<Depth>, Option<Depth>) = (None, None);
     let across = |n: Point| (0..3).filter(|&i| i != axis).map(|i| n[i] * position[i]).sum::<i128>();
@@ -157,7 +157,7 @@ pub fn clip(body: &[HalfSpace], axis: usize, position: Point) -> Option<(Depth, 
         let (n, along) = (half_space.normal, half_space.normal[axis]);
         let room = half_space.offset - across(n);
         if along == 0 {
-            // Of a ray in the plane itself, the perturbation says on which side it is.
+            // For a ray in the plane itself, the perturbation decides on which side it is.
             let beyond = (0..3).filter(|&i| i != axis).map(|i| n[i].signum()).find(|&sign| sign != 0).unwrap_or(0);
             if room < 0 || room == 0 && beyond > 0 {
                 return None;
@@ -179,7 +179,7 @@ pub fn clip(body: &[HalfSpace], axis: usize, position: Point) -> Option<(Depth, 
     (low.cmp(&high) == Ordering::Less).then_some((low, high))
 }
 
-/// The union of spans, as disjoint ones in order. Gaps too short to be one are closed.
+/// Returns the union of spans as disjoint spans in order. Gaps that are too short to count are closed.
 pub fn union(mut spans: Vec<(Depth, Depth)>, shift: u32) -> Vec<(Depth, Depth)> {
     spans.sort_by(|a, b| a.0.cmp(&b.0));
     let mut united: Vec<(Depth, Depth)> = Vec::new();
@@ -196,7 +196,7 @@ pub fn union(mut spans: Vec<(Depth, Depth)>, shift: u32) -> Vec<(Depth, Depth)> 
     united
 }
 
-/// What of `from` the disjoint spans of `taken` leave.
+/// Returns the parts of `from` that the disjoint spans of `taken` leave.
 pub fn minus_spans(from: (Depth, Depth), taken: &[(Depth, Depth)]) -> Vec<(Depth, Depth)> {
     let mut left = Vec::new();
     let (mut at, end) = from;

@@ -1,4 +1,4 @@
-//! The laws of sets, in exact integers.
+//! Tests of the laws of set algebra, in exact integers.
 
 use ldi_ops::boolean::BooleanOperation;
 use ldi_ops::grid::{Axis, Grid};
@@ -12,7 +12,7 @@ use super::images::{
 use super::material::{closed, grid, grid_around, mesh, models, quantised, random_frame, random_lod, random_soup};
 use super::soups::{self, Random};
 
-/// Every point of the grid.
+/// Returns the image of every point of the grid.
 fn everything(grid: &Grid, axis: Axis) -> Ldi {
     let (columns, rows) = grid.image_size(axis);
     let rays = columns * rows;
@@ -60,7 +60,7 @@ fn assert_laws(what: &str, a: &Ldi, b: &Ldi, c: &Ldi) {
 }
 
 #[test]
-fn laws_of_random_soups() {
+fn random_soups_obey_the_laws_of_sets() {
     (0..2000u64).into_par_iter().for_each(|seed| {
         let mut random = Random::new(30_000 + seed);
         let frame = random_frame(&mut random);
@@ -73,7 +73,7 @@ fn laws_of_random_soups() {
 }
 
 #[test]
-fn laws_of_models() {
+fn models_obey_the_laws_of_sets() {
     let models = models();
     let meshes: Vec<_> = models.iter().map(|(_, mesh)| mesh).collect();
     let grid = grid_around(&meshes, 90, 1024);
@@ -86,9 +86,9 @@ fn laws_of_models() {
     }
 }
 
-/// The image of shells in one mesh is the union, or by even-odd the symmetric difference, of their images.
+/// The image of several shells in one mesh is the union of their images, or by even-odd the symmetric difference.
 #[test]
-fn shells_in_one_mesh_are_merged_by_the_fill_rule() {
+fn shells_in_one_mesh_unite_or_cancel_by_the_fill_rule() {
     (0..1000u64).into_par_iter().for_each(|seed| {
         let mut random = Random::new(40_000 + seed);
         let frame = random_frame(&mut random);
@@ -107,7 +107,7 @@ fn shells_in_one_mesh_are_merged_by_the_fill_rule() {
 }
 
 #[test]
-fn the_laws_can_fail() {
+fn different_images_break_a_law() {
     let frame = soups::Frame { shift: 4, rays: [8; 3] };
     let grid = grid(&frame, 64);
     let of = |from, to| {
@@ -117,7 +117,7 @@ fn the_laws_can_fail() {
     let (a, b) = (of([0; 3], [64; 3]), of([32; 3], [100; 3]));
     assert_laws("boxes", &a, &b, &a);
     assert_ne!(length(&a), length(&b));
-    // Images of other sizes break the first law that compares them.
+    // Different images break the law that compares them.
     let broken = || assert_same("", &less(&a, &b), &intersection(&a, &b));
     assert!(std::panic::catch_unwind(broken).is_err());
 }

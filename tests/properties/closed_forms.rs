@@ -1,4 +1,4 @@
-//! Volumes that are known without any mesh program.
+//! Compares volumes with closed forms, without any mesh program.
 
 use std::f64::consts::PI;
 
@@ -26,21 +26,21 @@ fn estimate(mesh: &ClosedMesh, resolution: u32, mode: Mode, fill: FillRule) -> V
 }
 
 #[test]
-fn boxes() {
+fn boxes_have_exact_volumes_and_close_estimates() {
     for size in [DVec3::ONE, DVec3::new(1.0, 2.0, 4.0), DVec3::new(100.0, 1.0, 1.0), DVec3::new(0.5, 8.0, 3.0)] {
         let mesh = closed(cuboid(DVec3::splat(-0.25), size - 0.25).unwrap());
         let exact = size.element_product();
         for fill in FILLS {
             assert_close(&format!("{size}"), estimate(&mesh, 200, Mode::Exact, fill).value, exact, 1e-12);
             for mode in MODES {
-                // An estimate of a face across the rays is off by less than a voxel at either end.
+                // The estimate of a face across the rays is off by less than a voxel at either end.
                 assert_close(&format!("{size}, {mode:?}"), estimate(&mesh, 200, mode, fill).value, exact, 2e-2);
             }
         }
     }
 }
 
-/// The slope of the line through (ln resolution, ln error) with the least squares, negated.
+/// Returns the negated slope of the line that fits (ln resolution, ln error) with the least squares.
 fn order(errors: &[(u32, f64)]) -> f64 {
     let points: Vec<(f64, f64)> = errors.iter().map(|&(n, error)| (f64::from(n).ln(), error.ln())).collect();
     let count = points.len() as f64;
@@ -51,19 +51,19 @@ fn order(errors: &[(u32, f64)]) -> f64 {
 }
 
 #[test]
-fn the_order_is_the_slope() {
+fn the_order_is_the_slope_of_the_errors() {
     assert!((order(&[(16, 1.0), (32, 0.25), (64, 0.0625)]) - 2.0).abs() < 1e-12);
     assert!((order(&[(16, 1.0), (32, 1.0)])).abs() < 1e-12);
 }
 
 #[test]
-fn spheres_converge_to_their_mesh_and_meshes_to_the_sphere() {
+fn sphere_volumes_converge_to_that_of_the_mesh() {
     let sphere = geodesic(1.0, 60).unwrap();
     let exact = sphere.signed_volume();
     assert_close("the mesh", exact, 4.0 / 3.0 * PI, 1e-3);
     let mut errors = Vec::new();
     for resolution in [16, 32, 64, 128, 256, 512] {
-        // One placement is luck; the root mean square over several is the error that is to be expected.
+        // The error at one placement is accidental; the root mean square over several is the expected error.
         let places = if resolution <= 128 { 8 } else { 2 };
         let squares: f64 = (0..places)
             .map(|i| {
@@ -84,7 +84,7 @@ fn spheres_converge_to_their_mesh_and_meshes_to_the_sphere() {
 }
 
 #[test]
-fn tori_and_cylinders() {
+fn tori_and_cylinders_have_their_closed_form_volumes() {
     let torus = closed(torus(3.0, 1.0, 400, 160).unwrap());
     assert_close("torus", estimate(&torus, 200, Mode::Exact, FillRule::EvenOdd).value, 2.0 * PI * PI * 3.0, 1e-3);
     let cylinder = closed(cylinder(1.0, 3.0, 600).unwrap());
@@ -92,28 +92,28 @@ fn tori_and_cylinders() {
 }
 
 #[test]
-fn cubic_struts() {
+fn cubic_struts_have_their_closed_form_volume_except_overlapping_under_even_odd() {
     let (cells, side, radius) = ([2u32, 3, 1], 4.0f64, 0.7f64);
     let lattice = |form| StrutLattice { pattern: StrutPattern::Cubic, form, cells, cell_size: side, radius };
     let cell = 3.0 * PI * radius * radius * side - 8.0 * 2.0f64.sqrt() * radius.powi(3);
     let exact = cell * f64::from(cells.iter().product::<u32>());
     let merged = closed(lattice(LatticeForm::Union { resolution: 48 }).build().unwrap());
-    // Where struts meet, the mesh rounds the crease off, on the outside of the solid.
+    // Where struts meet, the mesh rounds off the crease on the outside of the solid.
     let own = merged.signed_volume();
     assert_close("the merged mesh", own, exact, 4e-3);
     // A cell is 77.7 pixels wide, so that struts meet the raster at different places.
     assert_close("merged", estimate(&merged, 233, Mode::Exact, FillRule::EvenOdd).value, own, 1e-3);
-    // With whole pixels in a cell all struts err alike, and more than the estimate tells.
+    // With whole pixels in a cell all struts err alike, and by more than the estimate states.
     assert_close("merged, whole pixels", estimate(&merged, 240, Mode::Exact, FillRule::EvenOdd).value, own, 2e-3);
     let heap = closed(lattice(LatticeForm::Overlapping { segments: 256 }).build().unwrap());
     assert_close("heap", estimate(&heap, 233, Mode::Exact, FillRule::NonZero).value, exact, 2e-3);
-    // Each overlap has another sign under even-odd, and the mesh's own volume counts it twice.
+    // Under even-odd each overlap changes sign, and the mesh's own volume counts it twice.
     assert!(!is_close(estimate(&heap, 233, Mode::Exact, FillRule::EvenOdd).value, exact, 0.05));
     assert!(!is_close(heap.signed_volume(), exact, 0.05));
 }
 
 #[test]
-fn two_spheres_in_one_mesh() {
+fn two_spheres_in_one_mesh_unite_or_cancel_by_the_fill_rule() {
     let (radius, apart) = (1.0f64, 1.1f64);
     let one = geodesic(radius, 80).unwrap();
     let pair = closed(together(&[one.clone(), moved(&one, DVec3::new(0.6, -0.2, 0.9).normalize() * apart)]));
@@ -129,7 +129,7 @@ fn two_spheres_in_one_mesh() {
 }
 
 #[test]
-fn two_hundred_struts_that_nobody_merged_in_a_box() {
+fn a_heap_of_struts_is_the_union_of_its_struts() {
     let segments = 24;
     let form = LatticeForm::Overlapping { segments };
     let cells = [5, 5, 1];

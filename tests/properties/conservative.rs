@@ -1,4 +1,4 @@
-//! under ⊆ exact ⊆ over on every ray, for single solids and for intersections found in masks.
+//! Tests that under ⊆ exact ⊆ over on every ray, for single solids and for intersections found in masks.
 
 use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -19,7 +19,7 @@ fn assert_conservative(what: &str, solid: &LatticeSolid, axis: Axis, fill: FillR
     assert_within(&format!("{what}: exact, over"), &exact, &over);
 }
 
-/// The whole chain: under∩ ⊆ under_A ∩ under_B ⊆ exact ⊆ over_A ∩ over_B ⊆ over∩.
+/// Asserts the whole chain: under∩ ⊆ under_A ∩ under_B ⊆ exact ⊆ over_A ∩ over_B ⊆ over∩.
 fn assert_conservative_intersection(what: &str, a: &LatticeSolid, b: &LatticeSolid, axis: Axis, fill: FillRule) {
     let merged = |mode| intersection(&sample(a, axis, mode, fill), &sample(b, axis, mode, fill));
     let masked = |estimate| CpuSampler::default().sample_intersection(a, b, axis, estimate, fill).unwrap();
@@ -36,7 +36,7 @@ fn assert_conservative_intersection(what: &str, a: &LatticeSolid, b: &LatticeSol
 }
 
 #[test]
-fn random_soups() {
+fn estimates_of_random_soups_enclose_the_exact_image() {
     generators().into_par_iter().for_each(|(name, generator)| {
         for seed in 0..150 {
             let mut random = Random::new(10_000 + seed);
@@ -56,7 +56,7 @@ fn random_soups() {
 }
 
 #[test]
-fn intersections_of_random_soups() {
+fn estimates_of_intersections_of_random_soups_enclose_the_exact_one() {
     generators().into_par_iter().for_each(|(name, generator)| {
         for seed in 0..150 {
             let mut random = Random::new(20_000 + seed);
@@ -77,7 +77,7 @@ fn intersections_of_random_soups() {
 }
 
 #[test]
-fn models_of_the_library_and_their_intersections() {
+fn estimates_of_models_and_their_intersections_enclose_the_exact_ones() {
     let models = models();
     let mut random = Random::new(3);
     for (i, (name, mesh)) in models.iter().enumerate() {
@@ -100,7 +100,7 @@ fn models_of_the_library_and_their_intersections() {
     }
 }
 
-/// Tetrahedra in a frame of 4 × 4 × 4 pixels of eight steps: small enough for a failure to shrink to a few corners.
+/// Returns tetrahedra in a frame of 4 × 4 × 4 pixels of eight steps: small enough for a failure to shrink to a few corners.
 fn tetrahedra() -> impl Strategy<Value = Vec<[[i32; 3]; 4]>> {
     let coordinate = (0..=16i32).prop_map(|half| 2 * half);
     prop::collection::vec(prop::array::uniform4(prop::array::uniform3(coordinate)), 1..5)
@@ -118,7 +118,7 @@ fn soup_of(tetrahedra: &[[[i32; 3]; 4]], inverted: usize) -> Soup {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(3000) })]
     #[test]
-    fn few_tetrahedra(first in tetrahedra(), second in tetrahedra(), inverted in 0..16usize, lod in 32..80u32) {
+    fn tetrahedra_have_nested_images(first in tetrahedra(), second in tetrahedra(), inverted in 0..16usize, lod in 32..80u32) {
         let frame = Frame { shift: 3, rays: [4; 3] };
         let grid = grid(&frame, lod);
         let (a, b) = (closed(mesh(&soup_of(&first, inverted))), closed(mesh(&soup_of(&second, 0))));

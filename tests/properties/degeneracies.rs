@@ -1,4 +1,4 @@
-//! Meshes that other programs fail on, each with its right answer or its refusal.
+//! Tests of meshes on which other programs fail: each gives a right answer or a refusal.
 
 use glam::DVec3;
 use ldi_ops::grid::{Axis, Grid};
@@ -20,7 +20,7 @@ fn cube_at(x: f64, y: f64, z: f64) -> TriangleMesh {
     cuboid(corner, corner + 1.0).unwrap()
 }
 
-/// A grid around both cubes that touch, on which their common face lies between rays.
+/// Returns a grid around both touching cubes, on which their common face lies between rays.
 fn around(a: &ClosedMesh, b: &ClosedMesh) -> Grid {
     grid_around(&[a, b], 64, 1024)
 }
@@ -31,7 +31,7 @@ fn defect_codes(mesh: TriangleMesh) -> Vec<&'static str> {
 }
 
 #[test]
-fn one_triangle_missing_is_refused_and_unclosed_on_the_rays_through_the_hole_alone() {
+fn a_missing_triangle_is_refused_and_leaves_only_the_rays_through_the_hole_unclosed() {
     for (name, model) in models() {
         let grid = grid_around(&[&model], 60, 1024);
         let whole = quantised(&grid, &model);
@@ -42,7 +42,7 @@ fn one_triangle_missing_is_refused_and_unclosed_on_the_rays_through_the_hole_alo
             assert!(defect_codes(open.clone()).contains(&"open-edge"), "{name}");
             let open = grid.quantise_open(&open).unwrap();
             for axis in Axis::ALL {
-                // By even-odd an image keeps every crossing, so the rays through the hole are those with a sample of it.
+                // Under even-odd an image keeps every crossing, so exactly the rays through the hole have a sample of it.
                 let surface = CpuSampler::default().sample_surface(&whole, axis, FillRule::EvenOdd).unwrap();
                 let hole: Vec<u32> = (0..surface.rays())
                     .filter(|&ray| {
@@ -69,19 +69,19 @@ fn one_triangle_missing_is_refused_and_unclosed_on_the_rays_through_the_hole_alo
 }
 
 #[test]
-fn a_hole_that_faces_an_axis_is_seen_along_it_and_not_across() {
+fn a_hole_across_an_axis_leaves_rays_unclosed_along_that_axis_alone() {
     let mut open = cube_at(0.0, 0.0, 0.0);
     open.triangles.remove(0);
     let grid = grid_around(&[&closed(cube_at(0.0, 0.0, 0.0))], 64, 1024);
     let open = grid.quantise_open(&open).unwrap();
     let unclosed = Axis::ALL.map(|axis| sample(&open, axis, Mode::Exact, FillRule::EvenOdd).unclosed().len());
-    // Half of the face at the least x; which half owns the diagonal is for the tie rule to say.
+    // One triangle is half of the face at the least x; the tie rule decides which half owns the diagonal.
     assert!((64 * 63 / 2..=64 * 65 / 2).contains(&unclosed[0]), "{unclosed:?}");
     assert_eq!(unclosed[1..], [0, 0]);
 }
 
 #[test]
-fn all_triangles_doubled_is_told_and_is_the_solid_by_nonzero_and_nothing_by_even_odd() {
+fn doubled_triangles_are_reported_and_cancel_under_even_odd_alone() {
     for (name, model) in models() {
         let mesh = model.mesh();
         let doubled = closed(together(&[mesh.clone(), mesh.clone()]));
@@ -94,7 +94,7 @@ fn all_triangles_doubled_is_told_and_is_the_solid_by_nonzero_and_nothing_by_even
             assert_eq!(length(&of(&doubled, FillRule::EvenOdd)), 0, "{name}");
             assert_eq!(length(&sample(&quantised(&grid, &doubled), axis, UNDER, FillRule::EvenOdd)), 0, "{name}");
         }
-        // Twice and facing both ways, it bounds nothing by either rule.
+        // Twice and facing both ways, the mesh bounds nothing by either rule.
         let cancelled = closed(together(&[mesh.clone(), reversed(mesh)]));
         assert!(cancelled.every_triangle_even(), "{name}");
         let image = sample(&quantised(&grid, &cancelled), Axis::Z, Mode::Exact, FillRule::NonZero);
@@ -103,7 +103,7 @@ fn all_triangles_doubled_is_told_and_is_the_solid_by_nonzero_and_nothing_by_even
 }
 
 #[test]
-fn inside_out_is_the_same_solid_by_either_rule() {
+fn a_solid_turned_inside_out_has_the_same_image_by_either_rule() {
     for (name, model) in models() {
         let turned = closed(reversed(model.mesh()));
         assert!(turned.oriented() && turned.signed_volume() == -model.signed_volume(), "{name}");
@@ -118,7 +118,7 @@ fn inside_out_is_the_same_solid_by_either_rule() {
 }
 
 #[test]
-fn one_triangle_turned_over_is_the_same_solid_by_even_odd_and_refused_by_nonzero() {
+fn a_turned_triangle_changes_nothing_under_even_odd_and_is_refused_by_nonzero() {
     for (name, model) in models() {
         let mut mesh = model.mesh().clone();
         mesh.triangles[7].swap(0, 1);
@@ -136,14 +136,14 @@ fn one_triangle_turned_over_is_the_same_solid_by_even_odd_and_refused_by_nonzero
 }
 
 #[test]
-fn coordinates_that_are_no_numbers_are_refused_by_name_and_place() {
+fn coordinates_that_are_not_finite_are_refused_by_name_and_place() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         for vertex in 0..8 {
             for axis in 0..3 {
                 for whole in [cube_at(1.0, 2.0, 3.0), unwelded(&cube_at(1.0, 2.0, 3.0))] {
                     let mut mesh = whole;
                     let corner = mesh.positions[vertex];
-                    // Every copy of the corner, so that the mesh would be closed but for the number.
+                    // Every copy of the corner, so that the mesh would be closed but for the invalid number.
                     for position in mesh.positions.iter_mut().filter(|position| **position == corner) {
                         position[axis] = bad;
                     }
@@ -161,7 +161,7 @@ fn coordinates_that_are_no_numbers_are_refused_by_name_and_place() {
 }
 
 #[test]
-fn an_unwelded_soup_is_the_same_solid() {
+fn unwelded_soups_have_the_images_of_the_welded_mesh() {
     for (name, model) in models() {
         let soup = closed(unwelded(model.mesh()));
         assert_eq!(soup.mesh().positions.len(), 3 * soup.mesh().triangles.len());
@@ -174,7 +174,7 @@ fn an_unwelded_soup_is_the_same_solid() {
 }
 
 #[test]
-fn touching_cubes_have_nothing_in_common_and_unite_without_loss() {
+fn touching_cubes_share_no_volume_and_unite_without_loss() {
     let a = closed(cube_at(0.0, 0.0, 0.0));
     let touching = [
         ("face", cube_at(1.0, 0.0, 0.0)),
@@ -193,7 +193,7 @@ fn touching_cubes_have_nothing_in_common_and_unite_without_loss() {
                 assert_empty(&format!("{what}: ∩"), &intersection(&first, &second));
                 assert_same_set(&format!("{what}: −"), &less(&first, &second), &first);
                 assert_eq!(length(&union(&first, &second)), length(&first) + length(&second), "{what}: ∪");
-                // As two shells of one mesh they are the same union by either rule.
+                // As two shells of one mesh the cubes give the same union by either rule.
                 let both = closed(together(&[a.mesh().clone(), b.mesh().clone()]));
                 let image = sample(&quantised(&grid, &both), axis, Mode::Exact, fill);
                 assert_same_set(&format!("{what}: one mesh"), &image, &union(&first, &second));
@@ -203,7 +203,7 @@ fn touching_cubes_have_nothing_in_common_and_unite_without_loss() {
 }
 
 #[test]
-fn windings_tell_overlaps_from_shells_that_touch_and_from_what_is_inside_out() {
+fn windings_distinguish_overlapping_touching_and_inverted_shells() {
     let of = |shells: &[TriangleMesh], axis, mode, fill| {
         let mesh = closed(together(shells));
         sample(&quantised(&grid_around(&[&mesh], 64, 1024), &mesh), axis, mode, fill).windings().unwrap()
@@ -218,7 +218,7 @@ fn windings_tell_overlaps_from_shells_that_touch_and_from_what_is_inside_out() {
                 assert!(windings.fill_rules_agree() && windings.aligned == windings.changes, "{what}: {windings:?}");
                 assert!(windings.changes > 0 && windings.wound > 0, "{what}: {windings:?}");
             }
-            // In general position, through faces in one plane, and a body that is there twice.
+            // A cube in general position, a cube with coplanar faces, and a cube that occurs twice.
             for other in [cube_at(0.5, 0.25, 0.125), cube_at(0.5, 0.0, 0.0), cube.clone()] {
                 let overlapping = of(&[cube_at(2.0, 0.0, 0.0), cube.clone(), other], axis, mode, fill);
                 assert!(!overlapping.fill_rules_agree(), "{what}: {overlapping:?}");
@@ -226,7 +226,7 @@ fn windings_tell_overlaps_from_shells_that_touch_and_from_what_is_inside_out() {
             let turned = of(&[reversed(&cube)], axis, mode, fill);
             assert!(turned.fill_rules_agree() && turned.aligned == -turned.changes, "{what}: {turned:?}");
             assert!(turned.changes > 0 && turned.wound < 0, "{what}: {turned:?}");
-            // One of two is inside out.
+            // One of the two cubes is inside out.
             let mixed = of(&[cube.clone(), reversed(&cube_at(1.5, 0.25, 0.125))], axis, mode, fill);
             assert!(!mixed.fill_rules_agree(), "{what}: {mixed:?}");
         }
@@ -234,7 +234,7 @@ fn windings_tell_overlaps_from_shells_that_touch_and_from_what_is_inside_out() {
 }
 
 #[test]
-fn where_the_fill_rules_agree_the_shells_wind_once_around_the_inside() {
+fn shells_wind_once_around_the_inside_where_the_fill_rules_agree() {
     for (name, model) in models().into_iter().filter(|(name, _)| *name != "heap of struts") {
         for mesh in [model.mesh().clone(), reversed(model.mesh())].map(closed) {
             let solid = quantised(&grid_around(&[&mesh], 50, 1024), &mesh);
@@ -249,7 +249,7 @@ fn where_the_fill_rules_agree_the_shells_wind_once_around_the_inside() {
 }
 
 #[test]
-fn coincident_solids_are_one() {
+fn booleans_of_coincident_solids_are_exact() {
     let mut solids = models();
     solids.push(("cube", closed(cube_at(0.0, 0.0, 0.0))));
     for (name, model) in solids {
@@ -257,7 +257,7 @@ fn coincident_solids_are_one() {
         for (axis, mode) in Axis::ALL.into_iter().flat_map(|axis| MODES.map(|mode| (axis, mode))) {
             let solid = quantised(&grid, &model);
             let a = sample(&solid, axis, mode, FillRule::NonZero);
-            // The same solid from another mesh of it: the same faces cut along other lines in another order.
+            // Another mesh of the same solid: the same faces cut along other lines, in another order.
             let again = closed(unwelded(model.mesh()));
             let b = sample(&quantised(&grid, &again), axis, mode, FillRule::NonZero);
             assert_same_set(name, &intersection(&a, &b), &a);
@@ -296,7 +296,7 @@ fn nearly_coincident_cubes_differ_by_less_than_a_slice() {
 }
 
 #[test]
-fn nested_shells_are_a_cavity_or_solid_by_their_orientation() {
+fn nested_shells_are_cavities_or_solid_by_their_orientation() {
     let outer = geodesic(2.0, 12).unwrap();
     let inner = geodesic(1.0, 12).unwrap();
     let grid = Grid::with_resolution(outer.bounds().unwrap(), 80, 1024).unwrap();

@@ -1,4 +1,4 @@
-//! Expressions over any number of images: the laws of sets, chains of two, estimates on their side, order and threads.
+//! Tests of expressions over any number of images: the laws of sets, chains of two, enclosing estimates, order and threads.
 
 use ldi_ops::boolean::{BooleanOperation, Expression, Images, Leaf, Operand, Plan, Role};
 use ldi_ops::grid::{Axis, LatticeSolid};
@@ -16,14 +16,14 @@ use super::soups::{self, Random};
 const OPERATIONS: [BooleanOperation; 4] =
     [BooleanOperation::Intersection, BooleanOperation::Union, BooleanOperation::Difference, BooleanOperation::Xor];
 
-/// What an expression makes of exact images of inputs.
+/// Evaluates an expression on exact images of its inputs.
 fn swept(expression: &Expression, images: &[Ldi]) -> Ldi {
     let plan = Plan::new(expression, Images::Exact);
     let operands: Vec<Operand> = plan.leaves().iter().map(|leaf| Operand::from(&images[leaf.input])).collect();
     plan.sweep(&operands).unwrap()
 }
 
-/// An expression that uses every input once, and some twice.
+/// Returns a random expression that uses every input once, and some twice.
 fn random_expression(random: &mut Random, inputs: usize) -> Expression {
     let mut parts: Vec<Expression> = (0..inputs).map(Expression::input).collect();
     for _ in 0..random.below(3) {
@@ -37,7 +37,7 @@ fn random_expression(random: &mut Random, inputs: usize) -> Expression {
     parts.remove(0)
 }
 
-/// What is made of images two at a time.
+/// Applies an operation to images two at a time.
 fn chained(operation: BooleanOperation, images: &[Ldi]) -> Ldi {
     images[1..].iter().fold(images[0].clone(), |left, right| boolean(operation, &left, right))
 }
@@ -48,7 +48,7 @@ fn parsed(text: &str) -> Expression {
 }
 
 #[test]
-fn laws_of_random_soups() {
+fn expressions_of_random_soups_obey_the_laws_of_sets() {
     (0..600u64).into_par_iter().for_each(|seed| {
         let mut random = Random::new(110_000 + seed);
         let frame = random_frame(&mut random);
@@ -82,7 +82,7 @@ fn laws_of_random_soups() {
     });
 }
 
-/// The images that an estimate of an expression needs.
+/// Evaluates the estimate of an expression from the images that it needs.
 fn estimate(expression: &Expression, solids: &[LatticeSolid], axis: Axis, mode: Mode, fill: FillRule) -> Ldi {
     let plan = Plan::new(expression, Images::Estimates);
     let image = |&Leaf { input, role }: &Leaf| {
@@ -94,7 +94,7 @@ fn estimate(expression: &Expression, solids: &[LatticeSolid], axis: Axis, mode: 
 }
 
 #[test]
-fn estimates_of_random_expressions_lie_on_their_side() {
+fn estimates_of_random_expressions_enclose_the_exact_result() {
     (0..800u64).into_par_iter().for_each(|seed| {
         let mut random = Random::new(120_000 + seed);
         let frame = random_frame(&mut random);
@@ -114,7 +114,7 @@ fn estimates_of_random_expressions_lie_on_their_side() {
 }
 
 #[test]
-fn solids_restricted_to_their_regions_make_the_same() {
+fn restricting_solids_to_their_regions_changes_no_result() {
     (0..600u64).into_par_iter().for_each(|seed| {
         let mut random = Random::new(130_000 + seed);
         let frame = random_frame(&mut random);
@@ -141,7 +141,7 @@ fn solids_restricted_to_their_regions_make_the_same() {
 }
 
 #[test]
-fn threads_change_no_bit_and_order_no_depth() {
+fn thread_count_changes_no_bit_and_input_order_no_depth() {
     let models = models();
     let meshes: Vec<_> = models.iter().map(|(_, mesh)| mesh).collect();
     let grid = grid_around(&meshes, 70, 1024);

@@ -1,4 +1,4 @@
-//! Comparisons of images, and the proof that each of them can fail.
+//! Comparisons of images, and tests that each of them can fail.
 
 use ldi_ops::boolean::{BooleanOperation, merge};
 use ldi_ops::grid::{Axis, LatticeSolid};
@@ -11,7 +11,7 @@ pub const OVER: Mode = Mode::Estimate(Estimate::Over);
 pub const UNDER: Mode = Mode::Estimate(Estimate::Under);
 pub const MODES: [Mode; 3] = [Mode::Exact, OVER, UNDER];
 
-/// The image of one solid by a sampler with its defaults.
+/// Returns the image of one solid by a sampler with its defaults.
 pub fn sample(solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Ldi {
     CpuSampler::default().sample(solid, axis, mode, fill).unwrap()
 }
@@ -32,7 +32,7 @@ pub fn less(a: &Ldi, b: &Ldi) -> Ldi {
     boolean(BooleanOperation::Difference, a, b)
 }
 
-/// Where two images differ sample by sample, with both sides; nothing where they are the same. Grids may differ in their
+/// Returns where two images differ sample by sample, with both sides; `None` where they are equal. Grids may differ in their
 /// place and pitch, not in their rays.
 pub fn difference(found: &Ldi, expected: &Ldi) -> Option<String> {
     if (found.axis(), found.size()) != (expected.axis(), expected.size()) {
@@ -46,7 +46,7 @@ pub fn difference(found: &Ldi, expected: &Ldi) -> Option<String> {
         .map(|ray| format!("ray {ray}: {:?} against {:?}", found.samples(ray), expected.samples(ray)))
 }
 
-/// Where two images differ as point sets: intervals of no length and ends that touch do not count.
+/// Returns where two images differ as point sets: intervals of no length and ends that touch do not count.
 pub fn set_difference(found: &Ldi, expected: &Ldi) -> Option<String> {
     if (found.axis(), found.size()) != (expected.axis(), expected.size()) {
         return Some(format!("{:?} of {:?} rays against {:?}", found.axis(), found.size(), expected.size()));
@@ -56,7 +56,7 @@ pub fn set_difference(found: &Ldi, expected: &Ldi) -> Option<String> {
         .map(|ray| format!("ray {ray}: {:?} against {:?}", found.samples(ray), expected.samples(ray)))
 }
 
-/// The first ray where `inner` is somewhere that `outer` is not.
+/// Returns the first ray where `inner` covers something that `outer` does not.
 pub fn escape(inner: &Ldi, outer: &Ldi) -> Option<String> {
     if (inner.axis(), inner.size()) != (outer.axis(), outer.size()) {
         return Some(format!("{:?} of {:?} rays against {:?}", inner.axis(), inner.size(), outer.size()));
@@ -102,7 +102,7 @@ pub fn assert_close(what: &str, found: f64, expected: f64, relative: f64) {
     assert!(is_close(found, expected, relative), "{what}: {found} is not {expected} within {relative:e} of it");
 }
 
-/// A comparison that a number which is none never passes.
+/// Returns whether two numbers are close; a NaN never is.
 pub fn is_close(found: f64, expected: f64, relative: f64) -> bool {
     (found - expected).abs() <= relative * expected.abs()
 }
@@ -113,7 +113,7 @@ mod tests {
 
     use super::*;
 
-    /// An image of 2 × 1 rays; the first has the samples, the second none.
+    /// Returns an image of 2 × 1 rays; the first has the samples, the second none.
     fn image(samples: &[i32], axis: Axis) -> Ldi {
         let rays = if axis == Axis::Z { [2, 1, 4] } else { [2, 4, 1] };
         let grid = Grid::from_parts(DVec3::ZERO, 16.0, rays, 4, 32).unwrap();
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_ignore_what_has_no_length_and_where_ends_touch() {
+    fn set_comparison_ignores_empty_and_touching_intervals() {
         let whole = along_z(&[4, 12]);
         for same in [&[4, 8, 8, 12][..], &[2, 2, 4, 12], &[4, 12, 14, 14]] {
             assert_eq!(set_difference(&whole, &along_z(same)), None);
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn what_sticks_out_is_found() {
+    fn samples_outside_the_outer_image_are_found() {
         let outer = along_z(&[4, 8, 8, 20, 24, 30]);
         for inner in [&[][..], &[4, 20], &[6, 10, 24, 30], &[4, 4, 31, 31]] {
             assert_eq!(escape(&along_z(inner), &outer), None, "{inner:?}");
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn assertions_fail_on_what_differs() {
+    fn assertions_fail_on_differences_and_nan() {
         let (a, b) = (along_z(&[4, 8]), along_z(&[4, 10]));
         let failing: [(&str, &(dyn Fn() + std::panic::RefUnwindSafe)); 5] = [
             ("assert_same", &|| assert_same("", &a, &b)),

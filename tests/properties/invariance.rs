@@ -1,5 +1,5 @@
-//! What must not change an image, to the bit: threads, the order of triangles, corners and vertices, the height of bands,
-//! repetition, a shift of everything by whole pitches, a scale by powers of two, a place far from the origin.
+//! Tests of changes that must not alter a bit of an image: the thread count, the order of triangles, corners and vertices, the
+//! height of bands, repetition, a shift of everything by whole pitches, a scale by powers of two, a place far from the origin.
 
 use std::num::NonZeroU32;
 
@@ -20,7 +20,7 @@ use super::material::{
 };
 use super::soups::{Frame, Random};
 
-/// Every image that a sampler makes of two solids, along one axis, with a name.
+/// Returns every image that a sampler makes of two solids along one axis, with a name.
 fn images(sampler: &CpuSampler, a: &LatticeSolid, b: &LatticeSolid, axis: Axis) -> Vec<(String, Ldi)> {
     let mut images = Vec::new();
     for fill in FILLS {
@@ -50,7 +50,7 @@ fn assert_same_images(what: &str, found: &[(String, Ldi)], expected: &[(String, 
 }
 
 #[test]
-fn threads_bands_and_repetition_of_models() {
+fn threads_bands_and_repetition_change_no_image_of_models() {
     let models = models();
     for (i, (name, a)) in models.iter().enumerate() {
         let (_, b) = &models[(i + 1) % models.len()];
@@ -92,7 +92,7 @@ fn integrals_have_the_same_bits_for_any_number_of_threads() {
     }
 }
 
-/// Meshes of the same surface: other orders of triangles, corners and positions, welded and not.
+/// Returns meshes of the same surface with other orders of triangles, corners and positions, welded and not.
 fn arrangements(random: &mut Random, mesh: &TriangleMesh) -> Vec<(&'static str, ClosedMesh)> {
     let both = shuffled(random, mesh);
     let both = renumbered(random, &both);
@@ -101,7 +101,7 @@ fn arrangements(random: &mut Random, mesh: &TriangleMesh) -> Vec<(&'static str, 
 }
 
 #[test]
-fn arrangements_of_random_soups() {
+fn rearranging_random_soups_changes_no_image() {
     generators().into_par_iter().for_each(|(name, generator)| {
         for seed in 0..40 {
             let mut random = Random::new(60_000 + seed);
@@ -124,7 +124,7 @@ fn arrangements_of_random_soups() {
 }
 
 #[test]
-fn arrangements_of_models() {
+fn rearranging_models_changes_no_image() {
     let mut random = Random::new(7);
     for (name, mesh) in models() {
         let grid = grid_around(&[&mesh], 64, 1024);
@@ -160,7 +160,7 @@ fn a_shift_of_mesh_and_grid_changes_no_bit() {
     });
 }
 
-/// The image with every ray and depth moved by whole pixels, as an image on a larger grid.
+/// Returns the image with every ray and depth moved by whole pixels, as an image on a larger grid.
 fn shifted(image: &Ldi, to: &Grid, by: [u32; 3]) -> Ldi {
     let axis = image.axis();
     let (columns, rows) = to.image_size(axis);
@@ -180,14 +180,15 @@ fn shifted(image: &Ldi, to: &Grid, by: [u32; 3]) -> Ldi {
 }
 
 #[test]
-fn a_solid_shifted_within_a_grid_shifts_its_samples() {
+fn shifting_a_solid_by_whole_pixels_shifts_its_samples() {
     (0..600u64).into_par_iter().for_each(|seed| {
         let mut random = Random::new(80_000 + seed);
         // Voxels that divide a pixel, so that whole pixels are whole voxels in either grid.
         let frame = Frame { shift: random.choose(&[3, 5, 9]), rays: [8; 3] };
         let (small, large) = (grid(&frame, 32), grid(&Frame { rays: [16; 3], ..frame }, 64));
         assert!(Axis::ALL.iter().all(|&axis| small.voxel(axis) == large.voxel(axis)));
-        // A crossing at the far end of a grid belongs to the last voxel, and elsewhere to one more, so that end is kept free.
+        // A crossing at the far end of a grid belongs to the last voxel, elsewhere to one voxel more; so the far end is kept
+        // free.
         let mesh = closed(mesh(&random_soup(&mut random, &Frame { rays: [7; 3], ..frame })));
         let by: [u32; 3] = std::array::from_fn(|_| random.below(9) as u32);
         let moved = closed(moved(mesh.mesh(), DVec3::from(by.map(f64::from)) * small.pitch()));
@@ -202,7 +203,7 @@ fn a_solid_shifted_within_a_grid_shifts_its_samples() {
 }
 
 #[test]
-fn a_shift_by_half_a_pixel_is_noticed() {
+fn a_shift_by_half_a_pixel_changes_the_image() {
     let frame = Frame { shift: 5, rays: [8; 3] };
     let grid = grid(&frame, 32);
     let of = |by: f64| {
@@ -214,7 +215,7 @@ fn a_shift_by_half_a_pixel_is_noticed() {
 }
 
 #[test]
-fn scales_by_powers_of_two_change_no_bit() {
+fn scaling_models_by_powers_of_two_changes_no_bit() {
     for (name, mesh) in models() {
         let expected = grid_around(&[&mesh], 40, 64);
         let expected = Axis::ALL.map(|axis| sample(&quantised(&expected, &mesh), axis, Mode::Exact, FillRule::NonZero));
@@ -234,7 +235,7 @@ fn scales_by_powers_of_two_change_no_bit() {
 }
 
 #[test]
-fn every_power_of_two_of_a_random_soup() {
+fn scaling_random_soups_by_powers_of_two_changes_no_bit() {
     (-100..=100i32).into_par_iter().for_each(|k| {
         let mut random = Random::new(90_000 + k.unsigned_abs() as u64);
         let frame = Frame { shift: 12, rays: [8; 3] };
@@ -252,7 +253,7 @@ fn every_power_of_two_of_a_random_soup() {
 }
 
 #[test]
-fn very_small_and_very_large_solids_have_their_volumes() {
+fn very_small_and_very_large_solids_keep_their_scaled_volumes() {
     for (name, mesh) in models() {
         let of = |mesh: &ClosedMesh| {
             let grid = grid_around(&[mesh], 64, 1024);

@@ -1,8 +1,8 @@
-//! What holds of every image, whatever the solid: nesting of the three modes, the algebra of sets, the same bits however
-//! the work is divided, shifts and scales; and the right volume where a closed form tells it, degenerate meshes included.
+//! Tests of properties that every image has, whatever the solid: nesting of the three modes, the algebra of sets, equal bits
+//! however the work is divided, shifts and scales; and volumes with closed forms, degenerate meshes included.
 //!
-//! Nothing here knows how a sampler works. The oracle test says what every sample must be; these say what must be true of
-//! all of them together, on solids too large for the oracle as well.
+//! These tests do not depend on how a sampler works. The oracle test defines every single sample; these test all samples
+//! together, also on solids that are too large for the oracle.
 
 mod algebra;
 mod closed_forms;

@@ -1,4 +1,4 @@
-//! Solids to try properties on: random soups on lattices of their own, models of the library, and their rearrangements.
+//! Solids for the property tests: random soups on lattices of their own, models of the library, and their rearrangements.
 
 use glam::DVec3;
 use ldi_ops::grid::{Grid, LatticeSolid};
@@ -7,18 +7,18 @@ use ldi_ops::solids::{LatticeForm, LongBone, MinimalSurface, Part, StrutLattice,
 
 use super::soups::{self, Frame, Generator, Random, Soup};
 
-/// LOD-C from the least to more than there are lattice steps.
+/// Draws LOD-C, from the least to more voxels than there are lattice steps.
 pub fn random_lod(random: &mut Random) -> u32 {
     random.choose(&[32, 33, 48, 64, 100, 256, 1024, 65_536])
 }
 
-/// Mostly small pixels, in which crossings crowd, and sometimes the whole 30 bits.
+/// Draws frames: mostly small pixels, in which crossings crowd, and sometimes the whole 30 bits.
 pub fn random_frame(random: &mut Random) -> Frame {
     let shift = random.choose(&[2, 2, 3, 4, 7, 12, 26]);
     Frame { shift, rays: std::array::from_fn(|_| random.between(6, if shift == 26 { 15 } else { 9 }) as u32) }
 }
 
-/// Every generator of oriented soups, mixtures of them among them.
+/// Returns every generator of oriented soups, mixtures of them among them.
 pub fn generators() -> Vec<(&'static str, Generator)> {
     let mut generators = soups::oriented();
     generators.push(("mixture", soups::mixture));
@@ -50,13 +50,13 @@ pub fn quantised<'m>(grid: &Grid, mesh: &'m ClosedMesh) -> LatticeSolid<'m> {
     grid.quantise(mesh).unwrap()
 }
 
-/// A grid around all of the meshes.
+/// Returns a grid around all of the meshes.
 pub fn grid_around(meshes: &[&ClosedMesh], resolution: u32, lod: u32) -> Grid {
     let bounds = meshes.iter().map(|mesh| mesh.bounds()).reduce(|a, b| a.union(b)).unwrap();
     Grid::with_resolution(bounds, resolution, lod).unwrap()
 }
 
-/// The models of the library that differ most from each other, by name.
+/// Returns the models of the library that differ most from each other, by name.
 pub fn models() -> Vec<(&'static str, ClosedMesh)> {
     let sheet = |surface| MinimalSurface {
         surface,
@@ -80,7 +80,7 @@ pub fn models() -> Vec<(&'static str, ClosedMesh)> {
     .to_vec()
 }
 
-/// All meshes as one, nothing welded.
+/// Joins all meshes into one and welds nothing.
 pub fn together(meshes: &[TriangleMesh]) -> TriangleMesh {
     let mut all = TriangleMesh::default();
     for mesh in meshes {
@@ -91,13 +91,13 @@ pub fn together(meshes: &[TriangleMesh]) -> TriangleMesh {
     all
 }
 
-/// The same surface facing the other way.
+/// Returns the same surface facing the other way.
 pub fn reversed(mesh: &TriangleMesh) -> TriangleMesh {
     let triangles = mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
     TriangleMesh { positions: mesh.positions.clone(), triangles }
 }
 
-/// The same triangles with three positions each, shared by none.
+/// Returns the same triangles with three positions each, shared by none.
 pub fn unwelded(mesh: &TriangleMesh) -> TriangleMesh {
     let positions: Vec<DVec3> = mesh.triangles.iter().flatten().map(|&i| mesh.positions[i as usize]).collect();
     let triangles = (0..mesh.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
@@ -118,7 +118,7 @@ fn shuffle<T>(random: &mut Random, items: &mut [T]) {
     }
 }
 
-/// The same triangles in another order, each beginning at any of its corners.
+/// Returns the same triangles in another order, each beginning at any of its corners.
 pub fn shuffled(random: &mut Random, mesh: &TriangleMesh) -> TriangleMesh {
     let mut mesh = mesh.clone();
     shuffle(random, &mut mesh.triangles);
@@ -128,7 +128,7 @@ pub fn shuffled(random: &mut Random, mesh: &TriangleMesh) -> TriangleMesh {
     mesh
 }
 
-/// The same triangles over positions in another order.
+/// Returns the same triangles over positions in another order.
 pub fn renumbered(random: &mut Random, mesh: &TriangleMesh) -> TriangleMesh {
     let mut order: Vec<usize> = (0..mesh.positions.len()).collect();
     shuffle(random, &mut order);
@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rearranged_meshes_are_rearranged() {
+    fn rearranged_meshes_differ_and_keep_their_volume() {
         let (_, torus) = models().pop().unwrap();
         let torus = torus.into_mesh();
         let mut random = Random::new(1);

@@ -1,4 +1,4 @@
-//! The three exact images of a solid agree about every node of the lattice.
+//! Tests that the three exact images of a solid agree about every node of the lattice.
 
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::integrate::AxisVolume;
@@ -10,7 +10,7 @@ use super::images::{FILLS, sample};
 use super::material::{closed, generators, grid, grid_around, mesh, models, quantised, random_frame};
 use super::soups::Random;
 
-/// The state of every node, x fastest, as an image along one axis tells it.
+/// Returns the state of every node, x fastest, by an image along one axis.
 fn states(grid: &Grid, image: &Ldi) -> Vec<bool> {
     let rays = grid.rays();
     let axis = image.axis();
@@ -29,7 +29,7 @@ fn states(grid: &Grid, image: &Ldi) -> Vec<bool> {
 }
 
 #[test]
-fn three_images_of_a_random_soup_tell_the_same_of_every_node() {
+fn images_of_a_random_soup_agree_about_every_node() {
     let inside: usize = generators()
         .into_par_iter()
         .map(|(name, generator)| {
@@ -57,7 +57,7 @@ fn three_images_of_a_random_soup_tell_the_same_of_every_node() {
 }
 
 #[test]
-fn three_images_of_a_model_tell_the_same_of_every_node() {
+fn images_of_a_model_agree_about_every_node() {
     for (name, mesh) in models() {
         let grid = grid_around(&[&mesh], 71, 1024);
         let solid = quantised(&grid, &mesh);
@@ -69,7 +69,7 @@ fn three_images_of_a_model_tell_the_same_of_every_node() {
 }
 
 #[test]
-fn other_solids_have_other_states() {
+fn solids_with_other_nodes_have_other_states() {
     let frame = super::soups::Frame { shift: 4, rays: [8; 3] };
     let grid = grid(&frame, 64);
     let of = |to| {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Do the commands of README.md and docs/*.md print what these pages show?
+"""Checks that the commands of README.md and docs/*.md print the output that these pages show.
 
 usage: docs.py --program LDI-OPS [--update | --self-test] [DOCUMENT …]
 

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""How honest is the ± that the program prints?
+"""Checks the error (±) that the program prints against the true error.
 
-Runs the program on random cases whose volumes are known otherwise (divergence sums of meshes that do not cross themselves,
-manifold3d's exact Booleans, hulls of vertex sums, Steiner's formula) and compares the true error with what was printed:
-within ± in at least 97 % of the cases, within three times in all. A printed bound must hold. Prints a table by family, axis
-and mode; exits 1 where a share is missed.
+Runs the program on random cases whose volumes are known from other sources (divergence sums of meshes that do not cross
+themselves, manifold3d's exact Booleans, hulls of vertex sums, Steiner's formula) and compares the true error with the printed ±:
+it must be within ± in at least 97 % of the cases, and within three times ± in all. A printed bound must hold. Prints a table by
+family, axis and mode; exits 1 where a share is missed.
 
   estimates.py --program target/release/ldi-ops --cases 5000 [--seed 1] [--rows FILE] [--only FAMILY] [--self-test]
 """
@@ -34,7 +34,7 @@ TIMEOUT = 300
 # Meshes: (positions, triangles), both numpy arrays.
 
 def volume_of(mesh):
-    """The divergence sum."""
+    """Returns the volume of a mesh by its divergence sum."""
     p, t = mesh
     p = p - p.mean(axis=0)
     a, b, c = p[t[:, 0]], p[t[:, 1]], p[t[:, 2]]
@@ -70,7 +70,7 @@ def box(size, at=(0.0, 0.0, 0.0)):
 
 
 def hull(points):
-    """The convex hull, facing outwards."""
+    """Returns the convex hull, facing outwards."""
     points = np.asarray(points, dtype=float)
     found = ConvexHull(points)
     middle, triangles = points[found.vertices].mean(axis=0), []
@@ -83,7 +83,7 @@ def hull(points):
 
 
 def turned(mesh, rng):
-    """Turned at random about the middle of its box."""
+    """Turns a mesh at random about the middle of its box."""
     q = np.array([rng.gauss(0, 1) for _ in range(4)])
     w, x, y, z = q / np.linalg.norm(q)
     turn = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -98,7 +98,7 @@ def moved(mesh, by):
 
 
 def sized(mesh, size):
-    """Scaled to a longest side, in the middle of space."""
+    """Scales a mesh to a longest side and moves it to the origin."""
     low, high = mesh[0].min(axis=0), mesh[0].max(axis=0)
     return (mesh[0] - (low + high) / 2) * (size / (high - low).max()), mesh[1]
 
@@ -145,7 +145,7 @@ def needle(rng):
 
 
 def lattice(rng, cells):
-    """Struts of a cubic lattice, square or round, along the axes."""
+    """Returns the struts of a cubic lattice, square or round, along the axes."""
     side = 10.0 / cells
     radius = side * rng.uniform(0.08, 0.3)
     struts = []
@@ -257,7 +257,7 @@ def case_sum(rng, parts):
 
 
 def steiner(mesh, distance):
-    """The volume of a convex polyhedron grown by a ball."""
+    """Returns the volume of a convex polyhedron grown by a ball."""
     p, t = mesh
     normals = np.cross(p[t[:, 1]] - p[t[:, 0]], p[t[:, 2]] - p[t[:, 0]])
     area = np.linalg.norm(normals, axis=1).sum() / 2
@@ -332,9 +332,9 @@ PARTS = models()
 
 
 def judged(row):
-    """True errors in units of what was printed: of the value, and of what the rays alone say of an exact one."""
+    """Yields true errors in units of the printed error: of the value, and of the estimate by rays beside an exact value."""
     volume, truth = row["volume"], row["truth"]
-    # Rounding of the truth itself.
+    # The tolerance for rounding of the true volume itself.
     slack = 1e-9 * abs(truth) + 1e-12
     pairs = [("exact" if volume["method"] == "exact" else "value", volume["value"], volume["estimate_error"])]
     if volume["method"] == "exact":
@@ -346,7 +346,7 @@ def judged(row):
 
 
 def table(rows):
-    """Prints shares by group; returns whether all is as promised."""
+    """Prints shares by group; returns whether all shares and bounds are met."""
     groups, skipped = collections.defaultdict(list), collections.Counter()
     for row in rows:
         if "skipped" in row:
@@ -379,7 +379,7 @@ def table(rows):
 
 
 def self_test(rows):
-    """Every falsehood is noticed: an error made too small, a value moved, a bound put on the wrong side."""
+    """Checks that the judgement finds every falsehood: an error made too small, a value moved, a bound on the wrong side."""
     import contextlib
     import copy
     import io

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Does manifold3d still say what data/reference holds of it?
+"""Checks that manifold3d still gives the values that data/reference holds.
 
 Computes every pair anew and compares with the committed values. Exits 1, with a table of what differs, where a value is
 off by more than 1e-9 of the pinned one, an input file is not the one the values were made from, the pinned values of
@@ -21,7 +21,7 @@ TOLERANCE = 1e-9
 
 
 def same(found, pinned, scale):
-    """Refusals compare as they are. `scale`, the volume of A, stands in where the value is nothing but rounding."""
+    """Compares two values; refusals must be equal. `scale`, the volume of A, replaces a value that is mere rounding."""
     if isinstance(found, dict) or isinstance(pinned, dict):
         return found == pinned
     reference = abs(pinned) if abs(pinned) > TOLERANCE * scale else scale
@@ -29,7 +29,7 @@ def same(found, pinned, scale):
 
 
 def complaints(pair, document, live):
-    """What is wrong with one pair's document, as (name, pinned, found); `live` is what manifold3d says now."""
+    """Returns the faults of one pair's document as (name, pinned, found); `live` holds the values that manifold3d gives now."""
     if document is None:
         return [("file", "missing", "")]
     if document["inputs"] != pairs.inputs(pair):
@@ -45,7 +45,7 @@ def complaints(pair, document, live):
     for name in pairs.VALUES:
         if not same(live[name], pinned[name], scale):
             rows.append((name, pinned[name], live[name]))
-        # A refusal of the one says nothing about the other.
+        # A refusal of one peer does not contradict a value of the other.
         if not isinstance(exact[name], dict) and not same(pinned[name], exact[name], scale):
             rows.append((f"{name}, CGAL", exact[name], pinned[name]))
     return rows
@@ -75,7 +75,7 @@ def check():
 
 
 def falsify(document):
-    """(what, document) for every way in which a document can be false."""
+    """Yields (what, document) for every way in which a document can be false."""
     yield "missing document", None
     false = copy.deepcopy(document)
     false["inputs"][0]["sha256"] = "0" * 64

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Holds what numpy makes of ldi-ops' files to what they should say: images (.npz) and voxels (.npy).
+"""Checks with numpy that the program's images (.npz) and voxels (.npy) hold the right values.
 
 usage: live_numpy.py LDI_OPS_BINARY | --self-test
 
-The nodes inside are counted from every image by numpy alone, and must be the voxels, along each axis.
+numpy alone counts the nodes inside from every image; along each axis these must be the voxels.
 """
 import pathlib
 import subprocess
@@ -16,7 +16,7 @@ ACROSS = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}  # columns and rows of an image
 
 
 def nodes(image, axis):
-    """Which nodes are inside, by the image along an axis: shape (nx, ny, nz)."""
+    """Returns the nodes inside, by the image along an axis, as an array of shape (nx, ny, nz)."""
     grid = image["grid"]
     rays, shift, depth = grid["rays"], int(grid["shift"]), "xyz".index(axis)
     column, row = ACROSS[axis]
@@ -29,7 +29,7 @@ def nodes(image, axis):
 
 
 def complaints(image, voxels):
-    """What is wrong with an image along three axes and its voxels."""
+    """Returns the faults of an image along three axes and its voxels."""
     rays = tuple(int(n) for n in image["grid"]["rays"])
     if str(image["unit"]) != "mm" or "".join(image["axis"]) != "xyz":
         yield f"unit {image['unit']} and axes {image['axis']}, where mm and x, y, z were asked for"
@@ -45,7 +45,7 @@ def complaints(image, voxels):
 
 
 def self_test():
-    """A box of 2 × 1 × 1 pixels on a grid of 3 × 2 × 1, and the same with a mistake each."""
+    """Checks a box of 2 × 1 × 1 pixels on a grid of 3 × 2 × 1, and copies of it with one mistake each."""
     grid = np.array(([3, 2, 1], 4), dtype=[("rays", "u4", 3), ("shift", "u4")])
     voxels = np.zeros((3, 2, 1), np.uint8)
     voxels[:2, 0, 0] = 1

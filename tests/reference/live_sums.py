@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Does manifold3d still say what data/reference/minkowski holds of Minkowski sums and differences?
+"""Checks that manifold3d still gives the values that data/reference/minkowski holds of Minkowski sums and differences.
 
 Computes every quick case anew, in every way of manifold3d, and compares with the committed values. Exits 1, with a table of
 what differs, where a number is off by more than 1e-9 of the pinned one, an input file is not the one the values were made
@@ -21,7 +21,8 @@ TOLERANCE = 1e-9
 
 
 def same(found, pinned):
-    """Of numbers within the tolerance of the largest pinned, all else as it is; coordinates of a box are numbers of one size."""
+    """Compares numbers within the tolerance of the largest pinned one, all else exactly; the coordinates of a box share one
+    size."""
     if isinstance(pinned, float | int) and isinstance(found, float | int):
         return abs(found - pinned) <= TOLERANCE * abs(pinned)
     if isinstance(pinned, list) and isinstance(found, list):
@@ -32,7 +33,8 @@ def same(found, pinned):
 
 
 def complaints(case, document, live):
-    """What is wrong with a case's document, as (name, pinned, found); `live` is what manifold3d says now, by way."""
+    """Returns the faults of a case's document as (name, pinned, found); `live` holds the values that manifold3d gives now, by
+    way."""
     if document is None:
         return [("file", "missing", "")]
     inputs = sums.pairs.inputs(case.pair())
@@ -43,14 +45,14 @@ def complaints(case, document, live):
         return [("ways", sorted(results), sorted(case.ways))]
     rows = []
     for way, found in live.items():
-        # The way, the tool and its version are among them.
+        # These include the way, the tool and its version.
         for name in found.keys() | results[way].keys():
             if not same(found.get(name), results[way].get(name)):
                 rows.append((f"{name}, {way}", results[way].get(name), found.get(name)))
     first = results[case.ways[0]]
     for way in case.ways[1:]:
         for name in ("volume", *manifold_sums.SHAPE):
-            # Not every way tells all, and a refusal of the one says nothing about the other.
+            # Some ways give only some values, and a refusal of one way does not contradict a value of another.
             values = [result.get(name) for result in (first, results[way])]
             if not any(value is None or isinstance(value, dict) for value in values) and not same(*values[::-1]):
                 rows.append((f"{name}, {way} and {case.ways[0]}", *values))
@@ -70,7 +72,7 @@ def check(slow):
     rows = [(name, "case", "has values", "not in sums.toml") for name in pinned.keys() - {case.name for case in every}]
     computed = 0
     for case in every:
-        # What is pinned of a slow case is still compared with itself.
+        # The pinned values of a slow case are still compared with each other.
         live = live_results(case) if case.quick or slow else {}
         computed += len(live)
         rows += [(case.name, *row) for row in complaints(case, pinned.get(case.name), live)]
@@ -81,7 +83,7 @@ def check(slow):
 
 
 def falsify(document):
-    """(what, document) for every way in which a document can be false."""
+    """Yields (what, document) for every way in which a document can be false."""
     yield "missing document", None
     false = copy.deepcopy(document)
     false["inputs"][0]["sha256"] = "0" * 64

@@ -1,32 +1,33 @@
 #!/usr/bin/env python3
-"""Are metrics of voxel arrays what PoreSpy, localthickness, edt, scikit-image and scipy make of the same arrays?
+"""Compares metrics of voxel arrays with PoreSpy, localthickness, edt, scikit-image and scipy on the same arrays.
 
 usage: metrics_peers.py --program LDI-BENCH [--quick | --self-test] [--speed] [--threads N] [--json FILE]
 
-Writes arrays (minimal surfaces, balls, struts, blobs), has `ldi-bench metrics` measure them, and gives the peers the arrays
-themselves, solid and pores alike, so that nothing but what is done with voxels is compared. Compared are
+Writes arrays (minimal surfaces, balls, struts, blobs), has `ldi-bench metrics` measure them, and gives the peers the same arrays,
+solid and pores alike, so that only the voxel algorithms are compared. Compared are
 
 - counts, which must be equal: voxels and porosity (PoreSpy), sizes of components with 26 and with 6 neighbours (scipy),
   Euler characteristics of either (scikit-image), pores that are open (PoreSpy), and chords along each axis by length, those
   that end at the border counted and left out (PoreSpy);
-- distances: within a pitch of edt's at every voxel, half a pitch taken off, as it measures to the middles of voxels of the
-  other phase and the library to the faces between;
-- local thickness: the mean within a pitch of PoreSpy's with all radii that the distance has ("all radii"), which is what the
-  definition asks for. What it says by default, when it rounds radii down to whole numbers ("whole radii"), and what
-  localthickness says, whose balls are polyhedra that grow too large, is said beside;
-- balls, whose local thickness is their diameter everywhere, by the program from where rays meet their meshes and by the peers
-  from the voxels of the same raster, which know less: ours within a pitch of it, theirs said beside;
-- access, the size of the largest ball that gets to a pore from outside: mean within a pitch of PoreSpy's `porosimetry`, again
-  with all radii, where its own are whole numbers;
-- tortuosity of diffusion: within 1 % of PoreSpy's `tortuosity_fd`, and infinite where nothing gets through.
+- distances: within a pitch of edt's at every voxel, less half a pitch, as edt measures to the middles of voxels of the other
+  phase and the library to the faces between;
+- local thickness: the mean within a pitch of PoreSpy's with all radii that the distance has ("all radii"), which the definition
+  asks for. The table also shows, without a limit, PoreSpy's default, which rounds radii down to whole numbers ("whole radii"),
+  and localthickness, whose balls are polyhedra that grow too large;
+- balls, whose local thickness is their diameter everywhere: the program measures them from the crossings of rays with their
+  meshes, the peers from the voxels of the same raster, which hold less information. The program's value is within a pitch of the
+  diameter; the peers' values are shown without a limit;
+- access, the size of the largest ball that reaches a pore from outside: mean within a pitch of PoreSpy's `porosimetry`, again
+  with all radii, where PoreSpy's own are whole numbers;
+- tortuosity of diffusion: within 1 % of PoreSpy's `tortuosity_fd`, and infinite where the phase does not percolate.
 
 With `--speed`, a gyroid of 256³ is timed on as many threads as the peers have: local thickness must be ten times as fast as
-PoreSpy's with radii that are no whole numbers (`method="legacy"`; what it does by default is said beside). The distance
-transform is timed beside edt's, which is faster and is held to nothing; edt is given `uint8`, as it takes two to four times as
-long with `bool`. Time on a machine with other work is no measure of any.
+PoreSpy's with radii that are not whole numbers (`method="legacy"`; the table also shows PoreSpy's default). The distance
+transform is timed beside edt's, which is faster, without a limit; edt is given `uint8`, as it takes two to four times as long
+with `bool`. Times on a machine with other work mean nothing.
 
 Prints a table in Markdown, and exits 1 where anything differs. `--self-test` falsifies every result, one by one, and gives the
-program arrays that are not those of the peers; it exits 1 unless all that is noticed.
+program arrays other than the peers'; it exits 1 unless the comparison finds every difference.
 """
 
 import argparse
@@ -48,7 +49,7 @@ from pathlib import Path
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
 if "--threads" in sys.argv[:-1]:
     THREADS = int(sys.argv[sys.argv.index("--threads") + 1])
-# Read when numba and the libraries below numpy are loaded.
+# numba and the libraries below numpy read these when they are loaded.
 for variable in ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ[variable] = str(THREADS)
 warnings.filterwarnings("ignore")
@@ -62,17 +63,17 @@ import skimage.measure  # noqa: E402
 
 porespy.settings.tqdm["disable"] = True
 porespy.settings.ncores = THREADS
-# It warns of pores that do not get through.
+# PoreSpy warns of pores that do not percolate.
 porespy.settings.loglevel = 50
 
 AXES = "xyz"
 PHASES = ("solid", "pore")
-# Nodes whose neighbours across faces, edges and corners are theirs.
+# The neighbourhood across faces, edges and corners.
 ALL_NEIGHBOURS = np.ones((3, 3, 3))
 
 # In pitches.
 PITCH = 1.0
-# Said, and held to nothing.
+# No limit: the value is only shown.
 ANY = math.inf
 TORTUOSITY_SHARE = 0.01
 THICKNESS_SPEED = 10.0
@@ -82,7 +83,7 @@ THICKNESS_SPEED = 10.0
 
 
 def places(shape, period):
-    """The angles of voxels' middles, 2π a period, and their places in periods from the middle of the nearest cell."""
+    """Returns the places of the voxels' middles, in periods."""
     sides = [(np.arange(n) + 0.5) / period for n in shape]
     return np.meshgrid(*sides, indexing="ij", sparse=True)
 
@@ -94,21 +95,21 @@ def gyroid(shape, period, level, is_sheet):
 
 
 def ball(radius):
-    """A ball about the middle of an array of an even number of voxels, two layers of which are pore."""
+    """Returns a ball about the middle of an array of an even number of voxels, with two layers of pore around it."""
     middle = np.arange(2 * radius + 4) - (2 * radius + 3) / 2
     x, y, z = np.meshgrid(middle, middle, middle, indexing="ij", sparse=True)
     return x * x + y * y + z * z < radius * radius
 
 
 def struts(shape, period, radius):
-    """Orthogonal round struts through the middle of each cell."""
+    """Returns orthogonal round struts through the middle of each cell."""
     x, y, z = (side - np.floor(side) - 0.5 for side in places(shape, period))
     least = np.minimum(np.minimum(x * x + y * y, y * y + z * z), z * z + x * x)
     return least < (radius / period) ** 2
 
 
 def plates(shape, thickness):
-    """Plates across z, as thick as what is between them; a cut through all but the last, so that there are dead ends."""
+    """Returns plates across z, as thick as the gaps between them; a cut through all but the last plate leaves dead ends."""
     is_solid = np.zeros(shape, dtype=bool)
     for start in range(thickness, shape[2], 2 * thickness):
         is_solid[:, :, start : start + thickness] = True
@@ -117,7 +118,7 @@ def plates(shape, thickness):
 
 
 def balls(shape, radius, count):
-    """Balls at random places, which overlap."""
+    """Returns balls at random places, which overlap."""
     random = np.random.default_rng(6)
     is_solid = np.zeros(shape, dtype=bool)
     grid = np.meshgrid(*map(np.arange, shape), indexing="ij", sparse=True)
@@ -127,31 +128,31 @@ def balls(shape, radius, count):
 
 
 def blobs(shape, width, share):
-    """A level of smoothed noise, with crumbs and bubbles."""
+    """Returns a level set of smoothed noise, with small parts and bubbles."""
     noise = scipy.ndimage.gaussian_filter(np.random.default_rng(7).random(shape), width)
     return noise < np.quantile(noise, share)
 
 
 def crumbs(shape, share):
-    """Noise: pieces that touch one another at edges and corners, holes and cavities by the thousand."""
+    """Returns noise: components that touch at edges and corners, and thousands of holes and cavities."""
     return np.random.default_rng(8).random(shape) < share
 
 
 @dataclasses.dataclass(frozen=True)
 class Model:
-    """An array by its name, and what of it is compared beyond what always is."""
+    """An array with its name, and the metrics to compare besides those of every array."""
 
     name: str
     is_solid: np.ndarray
-    # Of a ball, in pitches.
+    # The radius of a ball, in pitches.
     radius: float | None = None
-    # Axes along which pores are diffused through.
+    # The axes along which the pores' diffusion is compared.
     diffusion: str = ""
     has_balls: bool = True
 
 
 def models(scale):
-    """The arrays; sides that differ, so that no axis passes for another."""
+    """Returns the arrays; their sides differ, so that an exchange of axes is found."""
 
     def shape(*sides):
         return tuple(scale * side for side in sides)
@@ -161,7 +162,7 @@ def models(scale):
         Model("gyroid sheet", gyroid(shape(48, 40, 44), cell, 0.45, True), diffusion="x"),
         Model("gyroid network", gyroid(shape(40, 48, 36), cell, -0.2, False), diffusion="yz"),
         Model("struts", struts(shape(48, 24, 36), cell, 0.15 * cell), diffusion="y"),
-        # Nothing gets along it.
+        # Nothing percolates along z.
         Model("plates", plates(shape(24, 20, 28), 4 * scale), diffusion="xz"),
         Model("balls", balls(shape(40, 36, 48), 6 * scale, 60), diffusion="z"),
         Model("blobs", blobs(shape(48, 36, 40), 2.0 * scale, 0.35), diffusion="xyz"),
@@ -170,19 +171,19 @@ def models(scale):
     ]
 
 
-# What peers say
+# Answers of the peers
 
 
 @dataclasses.dataclass(frozen=True)
 class Answer:
-    """What one program says, and how long it took to find out."""
+    """The answer of one program, and its time."""
 
     value: object
     seconds: float
 
 
 def asked(function, *arguments, rounds=1, **keywords):
-    """The answer, and the median time of the rounds."""
+    """Returns the answer of a function, and the median time of the rounds."""
     seconds = []
     for _ in range(rounds):
         start = time.perf_counter()
@@ -197,10 +198,10 @@ def sizes_of_components(is_in, structure):
 
 
 def chords(is_in, axis, is_complete):
-    """How many chords along an axis have each length, by PoreSpy, which numbers them voxel by voxel.
+    """Counts the chords along an axis by length, with PoreSpy, which numbers them voxel by voxel.
 
-    Its way of trimming drops every chord that touches a face of the array, those too that run along it. A layer of the other
-    phase around the rows keeps those that only run along.
+    PoreSpy's trimming drops every chord that touches a face of the array, and also those that run along it. A layer of the other
+    phase around the rows keeps the chords that only run along a face.
     """
     layer = [(0, 0) if other == axis else (1, 1) for other in range(3)]
     wide = np.pad(is_in, layer)
@@ -210,15 +211,15 @@ def chords(is_in, axis, is_complete):
 
 
 def all_radii(is_in):
-    """PoreSpy's local thickness with every radius that there is."""
+    """Returns PoreSpy's local thickness with every radius of the distance."""
     distances = edt.edt(is_in)
     radii = np.unique(distances[is_in])
     return porespy.filters.local_thickness(is_in, dt=distances, method="legacy", sizes=radii)
 
 
 def entered(pore):
-    """The radius of the largest ball that gets to each voxel from outside: PoreSpy's `porosimetry` with every radius that
-    there is. Its own takes whole numbers, whatever it is asked for."""
+    """Returns the radius of the largest ball that reaches each voxel from outside: PoreSpy's `porosimetry` with every radius of
+    the distance. PoreSpy's own call takes whole numbers only, whatever radii are given."""
     distances = edt.edt(pore)
     inlets = porespy.generators.borders(pore.shape, mode="faces")
     sizes = np.zeros(pore.shape)
@@ -230,7 +231,7 @@ def entered(pore):
 
 
 def diffusion(pore, axis):
-    """The tortuosity and the share of the array that takes part."""
+    """Returns the tortuosity and the share of the array that percolates."""
     if not porespy.metrics.is_percolating(pore, axis=axis):
         return math.inf, 0.0
     found = porespy.simulations.tortuosity_fd(pore, axis)
@@ -238,7 +239,7 @@ def diffusion(pore, axis):
 
 
 def warm_up():
-    """What is compiled, is compiled before anything is timed."""
+    """Runs functions that are compiled at their first call, before anything is timed."""
     small = blobs((12, 12, 12), 1.5, 0.5)
     porespy.filters.local_thickness(small)
     all_radii(small)
@@ -250,27 +251,27 @@ def warm_up():
     diffusion(np.ones((6, 6, 6), dtype=bool), 0)
 
 
-# Beside one another
+# Comparison
 
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """One metric by the program and by a peer; it is right where both are equal, or `within` of one another."""
+    """One metric by the program and by a peer; it is right where both are equal, or within `within` of one another."""
 
     array: str
     metric: str
     peer: str
     ours: Answer
     theirs: Answer
-    # Nothing where values have to be equal, counts and lists of them.
+    # None where values have to be equal: counts and lists of them.
     within: float | None = None
-    # How far the two are apart where they are furthest, of all slices or voxels.
+    # The largest difference of the two over all slices or voxels.
     off: float = 0.0
-    # Beside the peer's value, what is right; the peer's is then not held to anything.
+    # The exact value, where there is one; the peer's value then has no limit.
     right: float | None = None
-    # How many times faster ours has to be.
+    # The speed that the program needs, as a multiple of the peer's.
     faster: float | None = None
-    # More to say of the two.
+    # A remark on the two values.
     note: str = ""
 
     def is_right(self):
@@ -286,7 +287,7 @@ class Row:
         return is_right and (self.faster is None or self.theirs.seconds >= self.faster * self.ours.seconds)
 
     def complaint(self):
-        """What is wrong, or nothing."""
+        """Returns a complaint, or None."""
         if self.is_right():
             return None
         expected = told(self.theirs.value if self.right is None else self.right)
@@ -299,7 +300,7 @@ class Row:
 
 
 def told(value):
-    """A value in a few characters."""
+    """Returns a value in a few characters."""
     if isinstance(value, dict):
         count = sum(value.values())
         return f"{count} of mean {sum(length * n for length, n in value.items()) / max(count, 1):.4f}"
@@ -315,14 +316,14 @@ def of_phase(is_solid, phase):
 
 
 class Comparison:
-    """What the program said of one array, beside the peers; `rows` grows."""
+    """The program's answer for one array, compared with the peers; appends to `rows`."""
 
     def __init__(self, model, said, folder):
         self.model, self.said, self.folder = model, said, folder
         self.rows = []
 
     def ours(self, phase, metric, value, *also):
-        """What the program says, and how long that took, and what it rests on."""
+        """Returns the program's value, its time, and the time of the steps that it rests on."""
         seconds = self.said["phases"][phase]["seconds"]
         return Answer(value, sum(seconds[each] for each in (metric, *also)))
 
@@ -330,7 +331,7 @@ class Comparison:
         self.rows.append(Row(self.model.name, metric, peer, ours, theirs, **rest))
 
     def map_of(self, phase, metric):
-        """A value for each voxel, as the program wrote it: x fastest."""
+        """Reads a value for each voxel, as the program wrote it: x fastest."""
         path = self.folder / f"{Path(self.said['array']).stem}.{phase}.{metric}.f32"
         return np.fromfile(path, dtype="<f4").reshape(self.said["size"], order="F")
 
@@ -393,7 +394,7 @@ class Comparison:
             self.of_balls("pore", "access", "pore access", peer, function, PITCH if peer == ALL_RADII else ANY)
 
     def of_balls(self, phase, metric, title, peer, function, within, **rest):
-        """The mean of the diameters that a peer's radii say, and how far voxels are off."""
+        """Compares the mean diameter with that of a peer's radii, and notes quantiles of the differences of voxels."""
         is_in = of_phase(self.model.is_solid, phase)
         found = self.map_of(phase, metric)[is_in]
         theirs = asked(function, is_in)
@@ -403,7 +404,7 @@ class Comparison:
         self.add(title, peer, ours, Answer(mean, theirs.seconds), within=within, note=quantiles, **rest)
 
     def diffusion(self):
-        """PoreSpy's tortuosity is that of pores that reach from end to end, whose share of the array is said, too."""
+        """PoreSpy's tortuosity covers the pores that reach from end to end; their share of the array is compared, too."""
         pore, said = ~self.model.is_solid, self.said["phases"]["pore"]
         for name in self.model.diffusion:
             (tortuosity, share), seconds = dataclasses.astuple(asked(diffusion, pore, AXES.index(name)))
@@ -431,7 +432,7 @@ class Comparison:
 
 
 WHOLE_RADII, ALL_RADII = "PoreSpy, whole radii", "PoreSpy, all radii"
-# What PoreSpy did by default before 3.2: slower, and not held to whole numbers.
+# PoreSpy's default before 3.2: slower, and not limited to whole numbers.
 FORMER_RADII = "PoreSpy, 25 radii"
 THICKNESSES = {
     WHOLE_RADII: porespy.filters.local_thickness,
@@ -446,7 +447,7 @@ ACCESSES = {WHOLE_RADII: porespy.filters.porosimetry, ALL_RADII: entered}
 
 
 def measured(program, given, folder, *options):
-    """What the program says of arrays, in their order, with maps in the folder."""
+    """Returns the program's results for arrays, in their order, with maps in the folder."""
     paths = []
     for model in given:
         paths.append(folder / f"{model.name.replace(' ', '-').replace('/', '-').replace(',', '').replace('=', '')}.npy")
@@ -456,7 +457,7 @@ def measured(program, given, folder, *options):
 
 
 def told_by(words):
-    """The JSON that a command says."""
+    """Runs a command and returns the JSON that it prints."""
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise ValueError(f"exit code {done.returncode}: {done.stderr.strip()}")
@@ -464,7 +465,7 @@ def told_by(words):
 
 
 def balls_beside(program, given):
-    """Balls from their meshes, by the program, beside their voxels on the same raster, by the peers."""
+    """Compares balls measured from their meshes, by the program, with their voxels on the same raster, by the peers."""
     round_ones = [model for model in given if model.radius]
     radii = ",".join(str(model.radius) for model in round_ones)
     said = told_by([program, "metrics", "--balls", radii, "--threads", THREADS])["balls"]
@@ -481,7 +482,7 @@ def balls_beside(program, given):
 
 
 def compared(program, given):
-    """Every row of the arrays."""
+    """Returns every row of the arrays."""
     with tempfile.TemporaryDirectory() as folder:
         said = measured(program, given, Path(folder))
         comparisons = [Comparison(model, each, Path(folder)) for model, each in zip(given, said, strict=True)]
@@ -490,7 +491,7 @@ def compared(program, given):
 
 
 def raced(program):
-    """The rows that are held to speed."""
+    """Returns the rows that have a limit on speed."""
     n = 256
     given = [
         Model("gyroid sheet 256³", gyroid((n, n, n), n / 4, 0.45, True)),
@@ -510,11 +511,11 @@ def raced(program):
     return rows
 
 
-# Saying it
+# Printing
 
 
 def markdown(heads, rows):
-    """A table whose first column is aligned left and whose others are right."""
+    """Returns a table whose first column is aligned left and whose others are right."""
     cells = [heads, *([str(cell) for cell in row] for row in rows)]
     widths = [max(max(len(row[i]) for row in cells), 2) for i in range(len(heads))]
     lines = [[cell.ljust(widths[0]) if i == 0 else cell.rjust(widths[i]) for i, cell in enumerate(row)] for row in cells]
@@ -523,7 +524,7 @@ def markdown(heads, rows):
 
 
 def of_counts(rows):
-    """Counts by what is counted: how many comparisons there are, how many are equal, and what all took."""
+    """Returns a table by counted quantity: the number of comparisons, the number that are equal, and the total times."""
     kinds = collections.defaultdict(list)
     for row in rows:
         kinds[re.sub(" along [xyz]", "", row.metric), row.peer].append(row)
@@ -543,7 +544,7 @@ def seconds(value):
 
 
 def of_values(rows):
-    """A line for each row."""
+    """Returns a table with a line for each row."""
     heads = ("array", "metric", "ldi-ops", "peer", "its value", "right", "ldi-ops s", "peer s", "voxels are off by")
     lines = []
     for row in rows:
@@ -554,7 +555,7 @@ def of_values(rows):
 
 
 def of_speed(rows):
-    """How many times faster the program is."""
+    """Returns a table of the program's speed relative to the peers."""
     heads = ("array", "metric", "peer", "ldi-ops s", "peer s", "times faster", "at least")
     lines = []
     for row in rows:
@@ -571,7 +572,7 @@ def check(program, given, is_raced, path):
     rows = compared(program, given)
     races = raced(program) if is_raced else []
     counted = [row for row in rows if row.within is None]
-    # Slices of one porosity each are as good as counts.
+    # Slices of one porosity each compare like counts.
     valued = [row for row in rows if row.within is not None and "profile" not in row.metric]
     print(f"### Metrics beside peers\n\nporespy {porespy.__version__}, localthickness {version('localthickness')}, ", end="")
     print(f"edt {version('edt')}, scikit-image {version('scikit-image')}, scipy {version('scipy')}; {THREADS} threads.\n")
@@ -603,7 +604,7 @@ LEGEND = (
 
 
 def falsehoods(row):
-    """(what, row) for all that can be wrong with ours."""
+    """Yields (what, row) for every way in which the program's value can be wrong."""
 
     def ours(value):
         return dataclasses.replace(row, ours=dataclasses.replace(row.ours, value=value))
@@ -634,7 +635,7 @@ def falsehoods(row):
 
 
 def self_test(program, given):
-    """Whether every falsehood is noticed, arrays that are not those of the peers among them, and a program that fails."""
+    """Returns whether the comparison finds every falsehood, also arrays other than the peers', and a program that fails."""
     given = [model for model in given if model.name in ("blobs", "crumbs", "ball, R/h = 8")]
     unnoticed, count = [], 1
     try:

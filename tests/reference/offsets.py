@@ -1,22 +1,23 @@
 #!/usr/bin/env python3
-"""Are offsets of scaffolds by a ball what libigl's distances to their meshes say, thin walls and closing pores included?
+"""Compares offsets of scaffolds by a ball with libigl's distances to their meshes, thin walls and closing pores included.
 
 usage: offsets.py --program LDI-OPS [--self-test] [--verbose]
 
-Makes small scaffolds, has each offset outwards and inwards at 512 rays, and compares volumes with those of {distance < d},
-of the signed distance to the same mesh: libigl finds it by its own tree of boxes, with signs by pseudonormals. The scaffold
-is turned one way for the program and another way for the reference, so that nothing of it lies along rays or cells.
+Makes small scaffolds, has each offset outwards and inwards at 512 rays, and compares volumes with those of {distance < d}, where
+libigl computes the signed distance to the same mesh with its own tree of boxes and with signs by pseudonormals. The scaffold is
+turned one way for the program and another way for the reference, so that no part of it lies along rays or cells.
 
-A distance changes by no more than one moves, so a cell is wholly in or out if its middle is further from the level than its
-corners are from its middle. Cells that are neither, at the finest level of an octree, are cut by the plane that the distance
-at the middle and its gradient there tell. That misses how a level bends within a cell, and the creases where it meets the
-medial axis. Both errors are of second order: of what it changes to cut a cell as eight, a third is what smaller cells still
-would, and is added. What was added is also told as what the reference may be off by, and volumes in closed form hold it to
-that. It is an estimate: on a gyroid, where bends of both signs cancel, it came out too small, with the reference 4e-5 off.
+A distance changes by at most the length of a step, so a cell is wholly in or out if its middle is further from the level than its
+corners are from its middle. Cells that are neither, at the finest level of an octree, are cut by the plane that the distance at
+the middle and its gradient there give. That misses the curvature of a level within a cell, and the creases where it meets the
+medial axis. Both errors are of second order: a third of the change from cutting a cell as a whole to cutting it as eight remains
+for still smaller cells, and is added. This addition is also the stated error of the reference, which is checked against volumes
+in closed form. It is an estimate: on a gyroid, where curvatures of both signs cancel, it came out too small, with the reference
+4e-5 off.
 
-Exits 1 with a table of what differs: a volume by more than `TOLERANCE` of it (or, where next to nothing is left, than the
-reference may be off by), anything left where no point is as deep as d, nothing left where some is, or a reference that is not
-sure enough. `--self-test` falsifies each of these and exits 1 unless every falsehood is noticed.
+Exits 1 with a table of the differences: a volume by more than `TOLERANCE` of it (or, where next to nothing is left, by more than
+the error of the reference), anything left where no point is as deep as d, nothing left where some point is, or a reference whose
+error is too large. `--self-test` falsifies each of these and exits 1 unless the check finds every falsehood.
 """
 
 import argparse
@@ -41,31 +42,31 @@ import pairs  # noqa: E402
 TOLERANCE = 0.002
 RESOLUTION = 512
 
-# What the reference may be off by, as a share of its volume, or of the solid's where less is left.
+# The largest allowed error of the reference, as a share of its volume, or of the solid's where less is left.
 SURE = 0.001
 
-# Turns the reference against its cells.
+# The rotation of the reference relative to its cells.
 REFERENCE_PLACEMENT = "rotate(0.3,-1,0.7,50)"
 
-# Cells along the longest side of the box where the octree begins.
+# The number of cells along the longest side of the box at the root level of the octree.
 FIRST_CELLS = 16
 
-# A distance that changes between neighbouring cells otherwise than its gradient tells, by this share of the step, has a
-# crease there; and how many times finer cells become on them.
+# A crease is where a distance changes between neighbouring cells differently from its gradient, by this share of the step; and
+# the number of times by which cells become finer on creases.
 CREASE = 0.3
 FINER_CREASES = 4
 
 
 @dataclasses.dataclass(frozen=True)
 class Scaffold:
-    """A model solid, by its words for `generate`, how far it is offset, and how it is turned for the program."""
+    """A model solid: its words for `generate`, its offset distances, and its rotation for the program."""
 
     words: str
     distances: tuple
     placement: str
-    # Of the octree, along the longest side of the box.
+    # The number of cells of the octree along the longest side of the box.
     cells: int = 64
-    # Volume by distance, where there is a closed form; it may say None.
+    # The volume by distance, where there is a closed form; it may return None.
     known: Callable | None = None
 
     def name(self):
@@ -73,12 +74,12 @@ class Scaffold:
 
 
 def grown_box(side, distance):
-    """Steiner's formula for a cube and a ball."""
+    """Returns the volume of a cube grown by a ball, by Steiner's formula."""
     return side**3 + 6 * side**2 * distance + 3 * math.pi * side * distance**2 + 4 / 3 * math.pi * distance**3
 
 
 def hollow_box(distance, outer=20.0, inner=10.0):
-    """The offset of a box in a box, as long as its walls are neither gone nor the hollow filled in part; else None."""
+    """Returns the volume of the offset of a box in a box while its walls exist and its hollow is not partly filled; else None."""
     if distance >= 0:
         return grown_box(outer, distance) - max(inner - 2 * distance, 0) ** 3
     if -2 * distance <= (outer - inner) / 2:
@@ -87,8 +88,8 @@ def hollow_box(distance, outer=20.0, inner=10.0):
 
 
 SCAFFOLDS = (
-    # Walls are 2 thick on average, so that half of them is gone near −1, where distances lie on both sides of it; pores are
-    # 3 wide and have closed at 2.4.
+    # Walls are 2 thick on average, so that half of them vanish near −1, where distances lie on both sides of it; pores are 3 wide
+    # and are closed at 2.4.
     Scaffold(
         "gyroid --cells 1 --wall 2 --resolution 16",
         (0.4, 1.0, 1.6, 2.4, -0.3, -0.6, -0.9, -1.05, -1.5),
@@ -96,9 +97,9 @@ SCAFFOLDS = (
     ),
     Scaffold("gyroid --cells 2 --wall 1.5 --resolution 14", (0.6, -0.4), "rotate(2,-1,3,48)", cells=128),
     Scaffold("gyroid --part network --fraction 0.4 --cells 1 --resolution 16", (0.7, -0.7), "rotate(3,1,2,17)"),
-    # Windows between struts close at 3 and leave cavities, which close at 5.07. Struts are gone at −2, all but their joints.
+    # Windows between struts close at 3 and leave cavities, which close at 5.07. Struts vanish at −2, except for their joints.
     Scaffold("cubic --cells 2 --radius 2 --resolution 12", (1.0, 2.9, 3.2, 4.9, 5.2, -1.0, -1.9, -2.1), "rotate(1,0.3,2,23)"),
-    # Inwards, walls are gone at 2.5, the bars along its edges at 2.93 and its corners at 3.17. Its hollow closes at 5.
+    # Inwards, walls vanish at 2.5, the bars along its edges at 2.93 and its corners at 3.17. Its hollow closes at 5.
     Scaffold(
         "hollow-box --size 20,20,20 --hollow 10,10,10",
         (1.0, 4.9, 5.1, -1.0, -2.4, -2.6, -3.1, -3.7),
@@ -113,7 +114,7 @@ SCAFFOLDS = (
 
 @dataclasses.dataclass(frozen=True)
 class Reference:
-    """Volume of {distance < d} and what it may be off by, and whether it is certain that there is something, or nothing."""
+    """The volume of {distance < d} and its error, and two flags: it is certainly not empty, or certainly empty."""
 
     volume: float
     error: float
@@ -122,13 +123,13 @@ class Reference:
 
 
 def cut_share(normals, levels):
-    """The shares of unit cubes around the origin where normal · x < level.
+    """Returns the shares of unit cubes around the origin where normal · x < level.
 
     With mᵢ the sizes of the normal's parts and α the depth of the deepest corner below the plane, a share is
     (α³ − Σ (α − mᵢ)³ + Σ (α − mᵢ − mⱼ)³ − (α − m₁ − m₂ − m₃)³) / (6 m₁ m₂ m₃), with differences below zero left out.
     """
     sizes = np.abs(normals)
-    # Parts that vanish would have to be divided by. About the middle of a face, a small slant moves nothing.
+    # A zero component would be a divisor. A small slant about the middle of a face leaves the share as it is.
     sizes = np.maximum(sizes, 1e-3)
     depth = levels + sizes.sum(axis=1) / 2
     total = np.zeros(len(levels))
@@ -138,13 +139,13 @@ def cut_share(normals, levels):
 
 
 def cut_volumes(is_cut, below, gradients, side):
-    """What lies below each level in the cells that are marked for it, by how far their middles do."""
+    """Returns the volume below each level in the cells that are marked for it, from the depths of their middles."""
     cells = [np.flatnonzero(column) for column in is_cut.T]
     return side**3 * np.array([cut_share(gradients[at], below[at, i] / side).sum() for i, at in enumerate(cells)])
 
 
 def distances_of(mesh, points):
-    """Signed distances, below zero inside, and their gradients."""
+    """Returns signed distances, below zero inside, and their gradients."""
     found, _, nearest, normals = igl.signed_distance(points, *mesh, igl.SIGNED_DISTANCE_TYPE_PSEUDONORMAL)
     with np.errstate(invalid="ignore", divide="ignore"):
         gradients = (points - nearest) / found[:, None]
@@ -154,7 +155,7 @@ def distances_of(mesh, points):
 
 
 def creased(places, found, gradients, side):
-    """Cells between whose middle and that of a neighbour a distance bends sharply; `places` are their integer places."""
+    """Marks cells where the distance bends sharply between their middle and a neighbour's; `places` are integer positions."""
     stride = int(places.max()) + 2
     keys = (places[:, 0] * stride + places[:, 1]) * stride + places[:, 2]
     order = np.argsort(keys)
@@ -172,10 +173,10 @@ def creased(places, found, gradients, side):
 
 
 def references(mesh, levels, cells):
-    """The reference at each level of the distance to a mesh.
+    """Returns the reference at each level of the distance to a mesh.
 
-    The octree goes down to `cells` along the longest side, on creases to `FINER_CREASES` times as many. Each cell that is
-    left there, a leaf, is cut as a whole and once more as eight.
+    The octree goes down to `cells` along the longest side, on creases to `FINER_CREASES` times as many. Each cell of the finest
+    level, a leaf, is cut as a whole and once more as eight.
     """
     levels = np.array(levels)
     points, _ = mesh
@@ -186,7 +187,7 @@ def references(mesh, levels, cells):
     places = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 3)
     eighths = np.array(list(itertools.product((0, 1), repeat=3)))
 
-    # Which levels a cell may be on two sides of, and of what kind of leaf it is an eighth: smooth, creased, or none.
+    # The levels that may pass through a cell, and the kind of leaf that it is an eighth of: smooth, creased, or none.
     is_open = np.ones((len(places), len(levels)), dtype=bool)
     leaf = np.full(len(places), -1)
     certain = np.zeros(len(levels))
@@ -228,7 +229,7 @@ def references(mesh, levels, cells):
 
 @dataclasses.dataclass(frozen=True)
 class Finding:
-    """An offset as the program has it, beside what is right."""
+    """An offset by the program, and its reference."""
 
     scaffold: str
     distance: float
@@ -238,7 +239,7 @@ class Finding:
     known: float | None
 
     def complaints(self):
-        """What is wrong, as (what, expected, found)."""
+        """Returns complaints as (what, expected, found)."""
         rows = []
         volume, right = self.told["volume"]["value"], self.right
         allowed = max(TOLERANCE * right.volume, right.error)
@@ -264,12 +265,12 @@ class Finding:
         return f"{self.scaffold} by {self.distance:+}"
 
     def off(self):
-        """The difference as a share of what is right; 0 where nothing is."""
+        """Returns the difference as a share of the reference; 0 where the reference is empty."""
         return self.told["volume"]["value"] / self.right.volume - 1 if self.right.volume else 0.0
 
 
 def told_of(program, path, placement, distance):
-    """The JSON of one offset."""
+    """Returns the JSON of one offset."""
     words = [program, "offset", path, "--distance", distance, "--transform-a", placement, "--resolution", RESOLUTION]
     words += ["--mode", "exact", "--quiet", "--json", "-"]
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
@@ -279,7 +280,7 @@ def told_of(program, path, placement, distance):
 
 
 def examine(program, scaffold):
-    """The findings of a scaffold, and the seconds that the program's offsets took."""
+    """Returns the findings of a scaffold, and the seconds that the program's offsets took."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scaffold.obj"
         words = [program, "generate", *scaffold.words.split(), "--quiet", "-o", path]
@@ -296,7 +297,7 @@ def examine(program, scaffold):
 
 def check(program, verbose):
     start = time.monotonic()
-    # The costliest first, so that none is left for the end.
+    # The costliest scaffolds first, so that none is left for the end.
     order = sorted(SCAFFOLDS, key=lambda each: -len(each.distances) * each.cells**2)
     with concurrent.futures.ProcessPoolExecutor(2) as pool:
         every = list(pool.map(examine, itertools.repeat(program), order))
@@ -325,7 +326,7 @@ def check(program, verbose):
 
 
 def falsehoods(finding):
-    """(what, finding) for all that can be wrong."""
+    """Yields (what, finding) for every possible fault."""
 
     def told(**values):
         return dataclasses.replace(finding, told={**finding.told, **values})
@@ -360,7 +361,7 @@ def falsehoods(finding):
 
 
 def self_test(program):
-    """Whether every falsehood is noticed of a solid with something and one with nothing left, and a program that fails."""
+    """Returns whether the check finds every falsehood, for a solid with a rest and one without, and a program that fails."""
     scaffold = dataclasses.replace(SCAFFOLDS[-1], distances=(1.0, -1.0, -3.7))
     findings, _ = examine(program, scaffold)
     unnoticed, count = [], 1

@@ -1,19 +1,19 @@
 #!/usr/bin/env python3
-"""Are the meshes of results solids that other programs take, of the volume that the exact Boolean has?
+"""Checks that result meshes are solids that other programs accept, with the volume of the exact Boolean.
 
 usage: outputs.py --program LDI-OPS [--corpus DIR | --self-test] [--verbose]
 
 Runs `intersect`, `union`, `difference` and `xor` with `-o` on pairs of data/reference/pairs.toml, every operation in every
-format, or on pairs of the corpus of real meshes. What was written is read by lib3mf (3MF) or trimesh, and must be
+format, or on pairs of the corpus of real meshes. lib3mf (3MF) or trimesh reads each written mesh, which must be
 
 - a closed 2-manifold: each directed edge once and its opposite once, the triangles around a vertex one fan; by trimesh
   watertight and of one winding; by manifold3d without error;
-- what the JSON says of it: vertices, triangles, components, genus, volume;
+- as the JSON states: vertices, triangles, components, genus, volume;
 - near manifold3d's exact Boolean of the same coordinates: its volume within `allowed_volume`, its box no more than
   `REACH` pitches larger.
 
-Exits 1 with a table of what differs. `--self-test` damages meshes and falsifies what is said of them, and exits 1 unless
-every damage is noticed.
+Exits 1 with a table of the differences. `--self-test` damages meshes and falsifies the JSON and the references, and exits 1
+unless the check finds every damage.
 """
 
 import argparse
@@ -45,7 +45,7 @@ FORMATS = {"stl": 6e-8, "obj": 1e-15, "ply": 1e-15, "off": 1e-15, "glb": 6e-8, "
 
 OPERATIONS = ("intersect", "union", "difference", "xor")
 
-# Pairs in general position, and those special ones whose results other programs represent too.
+# Pairs in general position, and those special pairs whose results other programs represent, too.
 DATA_PAIRS = (
     "spheres",
     "tori",
@@ -66,16 +66,16 @@ DATA_PAIRS = (
     "edge_contact",
     "box_rotated_45",
 )
-# Those whose first and third operation are also made from conservative images, and also simplified.
+# The pairs whose first and third operation are also made from conservative images, and also simplified.
 CONSERVATIVE_PAIRS = ("rotated_boxes", "gyroid_bone", "primitive_diamond", "contained")
 SIMPLIFIED_PAIRS = ("spheres", "rotated_boxes", "gyroid_bone")
 SIMPLIFY = 0.1  # pitches
 
-# How far beyond the exact box a mesh may reach, in pitches. A vertex belongs to a cell with a node inside, and may leave it
-# by as much as this, to where the planes of its crossings meet.
+# The distance, in pitches, by which a mesh may exceed the exact box. A vertex belongs to a cell with a node inside; it may leave
+# the cell by this distance, towards the point where the planes of its crossings meet.
 REACH = 1.0
 
-# What a metre is in the unit of a result; numbers without a unit are kept by all formats.
+# A metre in the unit of a result; every format keeps numbers without a unit.
 PER_METRE = {None: 1.0, "um": 1e6, "mm": 1e3, "cm": 1e2, "m": 1.0, "in": 1 / 0.0254, "ft": 1 / 0.3048}
 
 
@@ -90,13 +90,13 @@ class Case:
     mode: str = "exact"
     resolution: int = 128
     simplified: bool = False
-    # Whether manifold3d's Boolean of the two is the right one: it is not where an input crosses itself.
+    # False where manifold3d's Boolean of the two is wrong, because an input crosses itself.
     has_reference: bool = True
-    # Volume that somebody else found, where it is known.
+    # The volume from another source, where it is known.
     known_volume: float | None = None
 
     def arguments(self, out, told):
-        """The command line but for the program."""
+        """Returns the command line without the program."""
         words = [self.operation, self.a[0], self.b[0], "--mode", self.mode, "--resolution", self.resolution]
         for side, placement in (("a", self.a[1]), ("b", self.b[1])):
             words += [f"--transform-{side}", placement] if placement else []
@@ -111,7 +111,7 @@ class Case:
 
 @dataclasses.dataclass(frozen=True)
 class Mesh:
-    """Points in f64 and triangles, as a reader found them."""
+    """Points in f64 and triangles, as a reader returned them."""
 
     points: np.ndarray
     faces: np.ndarray
@@ -119,7 +119,7 @@ class Mesh:
 
 @dataclasses.dataclass(frozen=True)
 class Reference:
-    """What is right: volume, area, the sum over edges of length × dihedral angle, and the box (None: empty)."""
+    """The expected values: volume, area, the sum over edges of length × dihedral angle, and the box (None: empty)."""
 
     volume: float
     area: float
@@ -131,7 +131,7 @@ class Reference:
 
 
 def read_3mf(path):
-    """The mesh of a package with one object."""
+    """Returns the mesh of a package with one object."""
     model = lib3mf.get_wrapper().CreateModel()
     reader = model.QueryReader("3mf")
     reader.SetStrictModeActive(True)
@@ -149,7 +149,7 @@ def read_3mf(path):
 
 
 def read(path):
-    """The mesh of a file: the file's own indices decide, but for STL, whose corners of equal coordinates become one."""
+    """Returns the mesh of a file by the file's own indices, except for STL, whose corners of equal coordinates become one."""
     if path.suffix == ".3mf":
         return read_3mf(path)
     if path.suffix.lower() == ".stl":
@@ -170,14 +170,14 @@ def signed_volume(mesh):
 
 
 def directed_edges(faces):
-    """All edges, each as one number, and those of the opposite direction; edge e belongs to triangle e % len(faces)."""
+    """Returns all edges, each as one number, and the opposite edges; edge e belongs to triangle e % len(faces)."""
     start, end = faces.T.reshape(-1), np.roll(faces, -1, axis=1).T.reshape(-1)
     count = int(faces.max()) + 1
     return start * count + end, end * count + start
 
 
 def opposites(faces):
-    """The opposite of each directed edge; None where an edge is not there once in each direction."""
+    """Returns the opposite of each directed edge; None unless every edge occurs once in each direction."""
     edges, reverse = directed_edges(faces)
     order = np.argsort(edges)
     placed = edges[order]
@@ -188,7 +188,7 @@ def opposites(faces):
 
 
 def measure(mesh):
-    """Volume, area, bending and box of a closed mesh."""
+    """Returns volume, area, bending and box of a closed mesh."""
     corners = mesh.points[mesh.faces]
     doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     sizes = np.linalg.norm(doubled, axis=1)
@@ -200,7 +200,7 @@ def measure(mesh):
     angles = np.arccos(np.clip(np.einsum("ij,ij->i", normals[here], normals[there]), -1, 1))
     # A triangle without area has no normal.
     angles[(sizes[here] == 0) | (sizes[there] == 0)] = 0
-    # Each edge was met twice.
+    # Each edge was counted twice.
     bending = float((lengths * angles).sum() / 2)
     used = mesh.points[np.unique(mesh.faces)]
     return Reference(signed_volume(mesh), float(sizes.sum() / 2), bending, np.array([used.min(0), used.max(0)]))
@@ -221,7 +221,7 @@ def of_manifold(solid):
 
 @functools.cache
 def placed(file, placement):
-    """manifold3d's solid of a file."""
+    """Returns manifold3d's solid of a file."""
     mesh = read(Path(file))
     # Equal points become one, as in a soup; GLB splits vertices where normals differ.
     points, index = np.unique(mesh.points + 0.0, axis=0, return_inverse=True)
@@ -233,7 +233,7 @@ def placed(file, placement):
 
 @functools.cache
 def reference(operation, a, b):
-    """What manifold3d makes of an operation; the two halves of an xor touch, and are measured apart."""
+    """Measures manifold3d's result of an operation; the two halves of an xor touch, and are measured separately."""
     a, b = placed(*a), placed(*b)
     if operation == "xor":
         one, other = of_manifold(a - b), of_manifold(b - a)
@@ -244,7 +244,7 @@ def reference(operation, a, b):
 
 
 def components_and_genus(mesh):
-    """Components, and the genus of all together by Euler's formula."""
+    """Returns the number of components, and the genus of all together by Euler's formula."""
     vertices, faces = len(mesh.points), mesh.faces
     links = coo_array((np.ones(faces.size), (faces.reshape(-1), np.roll(faces, 1, axis=1).reshape(-1))), (vertices,) * 2)
     components = connected_components(links, directed=False)[0]
@@ -253,9 +253,9 @@ def components_and_genus(mesh):
 
 
 def fans(faces, twin):
-    """Fans of triangles around vertices; in a 2-manifold as many as vertices."""
-    # Corner i of a triangle starts its edge i, and the corner of the neighbour that shares its vertex ends the opposite one,
-    # which is to say that it starts the edge after it.
+    """Counts the fans of triangles around vertices; a 2-manifold has as many as vertices."""
+    # Corner i of a triangle starts its edge i. The corner of the neighbour that shares this vertex ends the opposite edge, and
+    # therefore starts the edge after it.
     count = len(faces)
     corner = np.arange(3 * count)
     following = (twin // count + 1) % 3 * count + twin % count
@@ -267,15 +267,15 @@ def fans(faces, twin):
 
 
 def allowed_volume(right, told, case):
-    """How far the volume of a mesh may lie from the exact one.
+    """Returns the allowed difference of the volume of a mesh from the exact one.
 
-    Dual contouring puts its vertices on the tangent planes of the crossings of a cell, so that flat faces, and straight
-    edges and corners between them, are exact. What it misses is curvature within a cell: a curve of curvature κ lies up to
-    κ h² / 8 from its chord, or from its tangents, over a pitch h. Summed over the surface this is h² / 8 ∫ κ dA, and
-    ∫ κ dA of a polyhedron is the sum over its edges of length × dihedral angle. What lies between two neighbouring nodes
-    is missed whole: each wall and gap that the JSON counts is a pixel wide, and between nothing and a pitch thick, half of
-    one on average; so is what is cut off where a vertex had to stay in its cell, and a node about which the images
-    disagree. Simplification moves the surface by its bound.
+    Dual contouring puts its vertices on the tangent planes of the crossings of a cell, so that flat faces, and straight edges and
+    corners between them, are exact. It misses curvature within a cell: a curve of curvature κ lies up to κ h² / 8 from its chord,
+    or from its tangents, over a pitch h. Summed over the surface this is h² / 8 ∫ κ dA, and ∫ κ dA of a polyhedron is the sum
+    over its edges of length × dihedral angle. Parts between two neighbouring nodes are missed as a whole: each wall and gap that
+    the JSON counts is a pixel wide, and between zero and a pitch thick, half a pitch on average. The same holds for the part that
+    is cut off where a vertex had to stay in its cell, and for a node about which the images disagree. Simplification moves the
+    surface by its bound.
     """
     pitch, surface = told["grid"]["pitch"], told["surface"]
     lost = sum(surface["sub_resolution"].values()) + surface["blunted_vertices"] + surface["disagreements"]
@@ -284,7 +284,7 @@ def allowed_volume(right, told, case):
 
 
 def structure_complaints(mesh):
-    """What keeps a mesh from being the boundary of a solid, as (name, expected, found)."""
+    """Returns the defects that keep a mesh from being the boundary of a solid, as (name, expected, found)."""
     rows = []
     twin = opposites(mesh.faces)
     if twin is None:
@@ -304,7 +304,7 @@ def structure_complaints(mesh):
 
 
 def said_complaints(case, mesh, told):
-    """Where the JSON says of a mesh what is not so."""
+    """Returns the statements of the JSON about a mesh that are false."""
     surface = told["surface"]
     components, genus = components_and_genus(mesh)
     found = {"vertices": len(mesh.points), "triangles": len(mesh.faces), "components": components, "genus": genus}
@@ -318,7 +318,7 @@ def said_complaints(case, mesh, told):
 
 
 def solid_complaints(case, mesh, told, right):
-    """Where a mesh is not the solid that it should be."""
+    """Returns the differences of a mesh from the expected solid."""
     rows = []
     pitch, volume = told["grid"]["pitch"], signed_volume(mesh)
     if not volume > 0:
@@ -329,14 +329,14 @@ def solid_complaints(case, mesh, told, right):
     if right.bounds is not None:
         bounds = np.array([mesh.points.min(axis=0), mesh.points.max(axis=0)])
         outwards = (bounds - right.bounds) * [[-1], [1]]
-        # Tips that are thinner than a pixel may be lost, whole edges not be made up.
+        # Tips that are thinner than a pixel may be lost, but whole edges must not be added.
         if not outwards.max() <= REACH * pitch:
             rows.append(("box", right.bounds.tolist(), bounds.tolist()))
     return rows
 
 
 def simplified_complaints(case, mesh, told):
-    """Whether a simplified mesh has fewer triangles, and stayed within its bound."""
+    """Checks that a simplified mesh has fewer triangles, and stays within its bound."""
     simplified = told["surface"]["simplified"]
     if not case.simplified:
         return [] if simplified is None else [("simplified", None, simplified)]
@@ -350,19 +350,19 @@ def simplified_complaints(case, mesh, told):
 
 
 def is_refused(mesh, told):
-    """Whether nothing was written because the mesh is far from the volume, and says so: the rays are too few for it."""
+    """Returns whether the program refused to write a mesh far from the volume, and warned of it: there are too few rays."""
     surface, volume = told["surface"], told["volume"]["value"]
     said = any(warning["code"] == "mesh-far-from-volume" for warning in told["warnings"])
     return mesh is None and said and surface["path"] is None and abs(surface["volume"] - volume) > 0.01 * volume
 
 
 def complaints(case, mesh, told, right):
-    """What is wrong with what was written, as (name, expected, found); `mesh` is None where no file was."""
+    """Returns the faults of the written file as (name, expected, found); `mesh` is None where there is no file."""
     if is_refused(mesh, told):
         return []
     if mesh is None:
         rows = [] if told["surface"]["path"] is None and told["surface"]["triangles"] == 0 else [("file", "there", None)]
-        # Nothing may come of something that is finer than the grid, and of nothing else.
+        # A result may be empty only if it is finer than the grid, or empty in truth.
         if not right.volume <= allowed_volume(right, told, case):
             rows.append(("volume", right.volume, "no mesh"))
         return rows
@@ -376,13 +376,13 @@ def complaints(case, mesh, told, right):
 
 
 def data_cases():
-    """Every operation on every pair, the formats in turn, so that each operation is seen in each format."""
+    """Yields every operation on every pair, with the formats in turn, so that each operation occurs in each format."""
     suffixes = itertools.cycle(FORMATS)
     for pair in pairs.load(names=DATA_PAIRS):
         a, b = (str(pairs.ROOT / pair["a"]), None), (str(pairs.ROOT / pair["b"]), pair["transform_b"])
         for operation in OPERATIONS:
             yield Case(operation, a, b, next(suffixes))
-        # Four operations and six formats: without a step aside, each operation would see but three of them.
+        # Four operations and six formats: without an extra step, each operation would occur in only three of them.
         next(suffixes)
         for operation in ("intersect", "difference"):
             if pair["name"] in CONSERVATIVE_PAIRS:
@@ -392,8 +392,8 @@ def data_cases():
                 yield Case(operation, a, b, next(suffixes), simplified=True)
 
 
-# A, B, the turn of B and how far it is shifted from the middle of A, as a share of A's size, which B is scaled to. Where a
-# mesh crosses itself, the sampled volume stands in for the reference.
+# A, B, the turn of B and how far it is shifted from the middle of A, as a share of A's size, which B is scaled to. Where a mesh
+# crosses itself, the sampled volume replaces the reference.
 CORPUS_PAIRS = (
     ("meshes/fertility.off", "meshes/gyroid.stl", "rotate(1,2,3,41)", (0.03, 0.02, 0.01), True),
     ("meshes/bunny00.off", "meshes/gyroid.stl", "rotate(3,1,2,23)", (0.05, -0.03, 0.01), True),
@@ -405,7 +405,7 @@ CORPUS_PAIRS = (
     ("meshes/bunny00.off", "meshes/bones.off", "rotate(1,0.3,2,29)", (0.02, 0.01, 0.03), False),
     ("meshes/fertility.off", "meshes/5cm_BCC-2.5mm.stl", "rotate(1,3,2,14)", (0.01, 0.02, 0.03), False),
 )
-# By manifold3d, as the corpus' own notes say.
+# By manifold3d, as the corpus' own notes state.
 CORTEX = (("pia", "wm", 268030.0025), ("wm", "pia", 67.1707))
 
 
@@ -415,7 +415,7 @@ def bounds_of(path):
 
 
 def fitted(a, b, turn, shift):
-    """The placement that turns B and brings it to the size and place of A, shifted."""
+    """Returns the placement that turns B and brings it to the size and place of A, shifted."""
     (low_a, high_a), (low_b, high_b) = bounds_of(a), bounds_of(b)
     size = np.max(high_a - low_a)
 
@@ -427,7 +427,7 @@ def fitted(a, b, turn, shift):
 
 
 def corpus_cases(corpus):
-    """Pairs of real meshes, brought to one place."""
+    """Yields pairs of real meshes, brought to one place."""
     suffixes = itertools.cycle(FORMATS)
     for a, b, rotation, shift, has_reference in CORPUS_PAIRS:
         a, b = str(corpus / a), str(corpus / b)
@@ -444,25 +444,25 @@ def corpus_cases(corpus):
 
 
 def run(program, case):
-    """The mesh that a command line writes, and its JSON; no mesh where none was written."""
+    """Returns the mesh that a command line writes, and its JSON; None as the mesh where none was written."""
     with tempfile.TemporaryDirectory() as folder:
         out, told = Path(folder) / f"out.{case.suffix}", Path(folder) / "told.json"
         done = subprocess.run([program, *case.arguments(out, told)], capture_output=True, text=True, check=False)
-        # A result that leaves no mesh ends with 1; whether that is right the reference says.
+        # A result without a mesh exits with 1; the reference decides whether that is right.
         if done.returncode != (0 if out.exists() else 1):
             raise ValueError(f"exit code {done.returncode}: {done.stderr.strip()}")
         told = json.loads(told.read_text())
         mesh = read(out) if out.exists() else None
     if mesh is not None and case.suffix == "glb":
-        # Whatever the unit of the result, GLB is in metres.
+        # GLB is in metres, whatever the unit of the result.
         mesh = Mesh(mesh.points * PER_METRE[told["volume"]["unit"]], mesh.faces)
     return mesh, told
 
 
 def right_of(case, mesh, told):
-    """The reference of a case."""
+    """Returns the reference of a case."""
     if not case.has_reference:
-        # The surface's own bending and area: they are only to bound how far its volume is off.
+        # The surface's own bending and area, which only bound the error of its volume.
         return dataclasses.replace(measure(mesh), volume=told["volume"]["value"], bounds=None)
     right = reference(case.operation, case.a, case.b)
     if case.known_volume is not None and not abs(right.volume - case.known_volume) <= 1e-4:
@@ -472,7 +472,7 @@ def right_of(case, mesh, told):
 
 @dataclasses.dataclass
 class Finding:
-    """What came of a case: complaints, triangles (None: no file), and where the volume lies."""
+    """The outcome of a case: complaints, triangles (None: no file), and the difference of the volume."""
 
     case: Case
     rows: list
@@ -499,12 +499,12 @@ def examine(program, case):
 
 
 def examine_all(program, cases):
-    """The findings of cases of one pair, whose exact results are kept meanwhile."""
+    """Returns the findings of cases of one pair; exact results are kept between the cases."""
     return [examine(program, case) for case in cases]
 
 
 def check(program, cases, verbose):
-    """Whether nothing is wrong with what all cases write, and which operations were seen in which formats."""
+    """Returns whether all cases are without faults, and which operations occurred in which formats."""
     start = time.monotonic()
     groups = [(program, list(group)) for _, group in itertools.groupby(cases, key=lambda case: (case.a, case.b))]
     with concurrent.futures.ProcessPoolExecutor(min(4, os.cpu_count() or 1)) as pool:
@@ -531,7 +531,7 @@ def check(program, cases, verbose):
 
 
 def damages(mesh):
-    """(what, mesh) for ways in which a mesh can be wrong."""
+    """Yields (what, mesh) for ways in which a mesh can be wrong."""
     points, faces = mesh.points, mesh.faces
     flipped = faces.copy()
     flipped[7] = flipped[7][::-1]
@@ -542,7 +542,7 @@ def damages(mesh):
     yield "inside out", Mesh(points, faces[:, ::-1])
     yield "not welded", Mesh(points[faces.reshape(-1)], np.arange(faces.size).reshape(-1, 3))
     yield "a vertex that nothing uses", Mesh(np.vstack([points, points[:1]]), faces)
-    # Two vertices that share no neighbour become one: each edge still has two triangles.
+    # Two vertices without a common neighbour become one: each edge still has two triangles.
     far = int(np.argmax(np.linalg.norm(points - points[0], axis=1)))
     pinched = np.where(faces == far, 0, faces)
     yield "two vertices become one", Mesh(points, pinched)
@@ -555,7 +555,7 @@ def damages(mesh):
 
 
 def falsehoods(case, mesh, told, right):
-    """(what, case, mesh, told, right) for all that can be wrong: the mesh, what the JSON says, or what is right."""
+    """Yields (what, case, mesh, told, right) for every possible fault: of the mesh, of the JSON, or of the reference."""
     for what, damaged in damages(mesh):
         yield what, case, damaged, told, right
     for name in ("vertices", "triangles", "components", "genus", "volume"):
@@ -580,11 +580,12 @@ def falsehoods(case, mesh, told, right):
 
 
 def self_test(program):
-    """Whether every falsehood is noticed, in a result of each format, one of them simplified, and a program that fails."""
+    """Returns whether the check finds every falsehood, in a result of each format, one of them simplified, and a program that
+    fails."""
     pair = pairs.load(names=["spheres"])[0]
     a, b = (str(pairs.ROOT / pair["a"]), None), (str(pairs.ROOT / pair["b"]), pair["transform_b"])
     unnoticed, count = [], 1
-    # Python takes the operation for a script that is not there.
+    # Python takes the operation for a script, which does not exist.
     if not examine(Path(sys.executable), Case(OPERATIONS[0], a, b, "stl")).rows:
         unnoticed.append("a program that fails")
     for i, suffix in enumerate(FORMATS):

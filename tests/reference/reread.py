@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Do other programs read the files that ldi-ops writes as they are meant?
+"""Checks that other programs read the files of ldi-ops with the intended content.
 
 usage: reread.py --program LDI-OPS [--self-test]
 
-Runs every command line of `cases()`, in a folder of its own, and re-reads what it wrote: 3MF by lib3mf in strict mode, all
-else by trimesh. Volume, area, box, triangles, watertightness, winding and unit must be what the case expects. Exits 1 with
-a table of what differs. `--self-test` falsifies what is expected in each of these ways, and damages files, and exits 1
-unless every falsehood is noticed.
+Runs every command line of `cases()`, in a folder of its own, and re-reads the written file: 3MF by lib3mf in strict mode, all
+else by trimesh. Volume, area, box, triangles, watertightness, winding and unit must be those that the case expects. Exits 1 with
+a table of the differences. `--self-test` falsifies the expected values in each of these ways, and damages files, and exits 1
+unless the check finds every falsehood.
 """
 
 import argparse
@@ -35,7 +35,7 @@ FORMATS = {"stl": 2e-7, "obj": 1e-15, "ply": 1e-15, "off": 1e-15, "glb": 2e-7, "
 
 @dataclasses.dataclass
 class Solid:
-    """What a file holds, or should hold; lengths are in `unit`, where the format has one."""
+    """The found or expected content of a file; lengths are in `unit`, where the format has one."""
 
     volume: float
     area: float
@@ -46,7 +46,7 @@ class Solid:
     unit: str | None = None
 
     def scaled(self, factor, unit):
-        """The same solid in another unit."""
+        """Returns the same solid in another unit."""
         return dataclasses.replace(
             self, volume=self.volume * factor**3, area=self.area * factor**2, bounds=self.bounds * factor, unit=unit
         )
@@ -54,10 +54,10 @@ class Solid:
 
 @dataclasses.dataclass
 class Case:
-    """A command line, of which `{out}` is the file that it writes, and what that must hold.
+    """A command line, in which `{out}` is the file that it writes, and the expected content of this file.
 
-    Where the right values are not known to the last digits, `tolerance` is the share by which volume and area may be off.
-    A solid without a count of triangles (None) may have any.
+    Where the exact values are not known to the last digits, `tolerance` is the allowed relative error of volume and area. A solid
+    without a count of triangles (None) may have any.
     """
 
     arguments: list
@@ -79,7 +79,7 @@ def of_mesh(mesh, unit):
 
 
 def read_3mf(path):
-    """The solid of a package with one object and one item, as lib3mf reads it."""
+    """Returns the solid of a package with one object and one item, as lib3mf reads it."""
     model = lib3mf.get_wrapper().CreateModel()
     reader = model.QueryReader("3mf")
     reader.SetStrictModeActive(True)
@@ -115,7 +115,7 @@ def read(path):
 
 
 def complaints(case, found):
-    """What is wrong with what was found, as (name, expected, found)."""
+    """Returns the differences between the found and the expected content, as (name, expected, found)."""
     expected, rows = case.expected, []
     rounding = FORMATS[case.suffix]
     size = float(np.max(expected.bounds[1] - expected.bounds[0]))
@@ -137,14 +137,14 @@ def complaints(case, found):
 
 
 def in_file(solid, unit, suffix):
-    """What a file of this format holds of a solid in this unit; without one (None), GLB takes m and 3MF mm."""
+    """Returns the content of a file of this format for a solid in this unit; without a unit (None), GLB takes m and 3MF mm."""
     if suffix == "glb":
         return solid.scaled(UNITS[unit] if unit else 1.0, "m")
     return solid.scaled(1.0, (unit or "mm") if suffix == "3mf" else None)
 
 
 def conversions():
-    """Models, each in a unit of its own, to every format."""
+    """Yields models, each in a unit of its own, to every format."""
     models = [
         ("torus.stl", "mm", 1.0),
         ("gyroid_sheet.stl", "um", 250.0),
@@ -167,7 +167,7 @@ def conversions():
 
 
 def chains():
-    """Files that ldi-ops wrote, read by itself and written once more."""
+    """Yields files that ldi-ops wrote, read by itself and written once more."""
     cube = Solid(volume=8000.0, area=2400.0, triangles=12, bounds=np.array([[-10.0] * 3, [10.0] * 3]))
     for suffix in FORMATS:
         yield Case(
@@ -175,7 +175,7 @@ def chains():
             suffix,
             in_file(cube, "mm", suffix),
         )
-        # GLB gives metres back, so that the size stays what it was.
+        # GLB returns metres, so that the size stays the same.
         yield Case(
             ["convert", "{before}", "-o", "{out}", "--unit", "mm"],
             "3mf",
@@ -184,7 +184,7 @@ def chains():
 
 
 def cases():
-    """All command lines and what they must write. `{before}` is the file that the case before wrote."""
+    """Yields all command lines and the expected content. `{before}` is the file that the case before wrote."""
     yield from conversions()
     yield from chains()
 
@@ -204,7 +204,7 @@ def describe(case):
 
 
 def results(program, folder):
-    """Every case with what was found, or the error that stood in the way."""
+    """Yields every case with the found content, or the error that prevented it."""
     before = None
     for number, case in enumerate(cases()):
         try:
@@ -227,7 +227,7 @@ def check(program, folder):
 
 
 def falsify(case):
-    """(what, case) for every way in which an expectation can be false."""
+    """Yields (what, case) for every way in which an expectation can be false."""
 
     def expecting(**changes):
         return dataclasses.replace(case, expected=dataclasses.replace(case.expected, **changes))
@@ -245,10 +245,10 @@ def falsify(case):
 
 
 def damaged(path):
-    """The file with a triangle turned or lost, where a byte or a line can do that."""
+    """Returns the file with a triangle turned or lost, where a byte or a line can do that."""
     bytes_ = bytearray(path.read_bytes())
     if path.suffix == ".ply":
-        # The last triangle names its last two corners the other way round.
+        # The last triangle names its last two corners in reverse order.
         bytes_[-8:] = bytes_[-4:] + bytes_[-8:-4]
     elif path.suffix == ".stl":
         count = struct.unpack_from("<I", bytes_, 80)[0]

@@ -282,7 +282,7 @@ generate organic --resolution 24 -o a.stl -v
 generate skull --resolution 38 -o a.stl --threads 1
 """.strip().splitlines()
 
-# Existing outputs, which commands replace or add to.
+# Outputs that exist before the command runs; it replaces them or adds to them.
 REPLACING = """
 convert ball.stl -o old.obj -v
 intersect ball.stl block.off --resolution 24 -o old.stl --json old.json
@@ -631,7 +631,7 @@ MASKS: tuple[tuple[re.Pattern, str | Callable[[re.Match], str]], ...] = (
     # Messages of -v: "read in 0.0012 s", "sampled by 0.02 s", "4256 crossings are expected, and 17990016 bytes".
     (re.compile(r"^(ldi-ops: .*\b(?:in|by) )\d+\.\d+ s\b", re.MULTILINE), r"\1# s"),
     (re.compile(r"^(ldi-ops: \d+ crossings are expected, and )\d+ bytes$", re.MULTILINE), r"\1# bytes"),
-    # The refusal of --memory counts what the process has taken already.
+    # The refusal of --memory counts the memory that the process has taken already.
     (re.compile(r"^(ldi-ops: error: about )[\d.]+( [kMG]B are needed, )", re.MULTILINE), r"\1#\2"),
     (re.compile(r"^(ldi-ops: error: about .* as )[\d.]+( [kMG]B do not depend on it)", re.MULTILINE), r"\1#\2"),
     # Pages, which have no-break spaces before units: date, memory, and the list of times.
@@ -706,7 +706,7 @@ class Pair:
         """Runs a command line with both programs and returns what differs."""
         before = run(self.before, case, self.inputs)
         found = compare(before, run(self.after, case, self.inputs), self.versions)
-        # An error that nobody meant would hide what the command line is there for.
+        # An unexpected error would hide the part that the command line tests.
         if before.code is None or (before.code != 0) != case.fails:
             message = before.parts.get("stderr", b"").decode(errors="replace").strip()
             expected = "another than 0" if case.fails else "0"
@@ -835,7 +835,7 @@ def self_test(program: Path, version: str, inputs: dict[str, bytes], folder: Pat
         wrong += [f"two runs differ: {case}: {found.part}" for found in compare(first, second, versions)]
         for part, content in first.parts.items():
             masked = mask(part, content, version)
-            # A mask that took away lines would hide more than it names.
+            # A mask that removed whole lines would hide more than it names.
             if masked.count(b"\n") != content.count(b"\n"):
                 wrong.append(f"masks join lines: {case}: {part}")
                 continue

@@ -1,20 +1,20 @@
 #!/usr/bin/env python3
-"""Are the meshes of Minkowski sums, differences, offsets, openings and closings solids that other programs take?
+"""Checks that meshes of Minkowski sums, differences, offsets, openings and closings are solids that other programs accept.
 
 usage: sum_outputs.py --program LDI-OPS [--self-test] [--verbose]
 
 Runs `minkowski`, with `--difference` and with `--reflect`, on pairs of data/reference/minkowski, and `offset` outwards and
-inwards, `open` and `close` on models, each at two resolutions and in all `FORMATS`. What was written is held to all that
-outputs.py holds meshes of Booleans to: closed 2-manifolds by trimesh, manifold3d and their edges, and what the JSON says of
+inwards, `open` and `close` on models, each at two resolutions and in all `FORMATS`. The meshes must pass all checks that
+outputs.py makes of Booleans: closed 2-manifolds by trimesh, manifold3d and their edges, and the statements of the JSON about
 them. Besides,
 
-- no triangles may cross, by the JSON, and every ray must have closed;
-- the volume of the mesh must be that of the images, which the JSON has with an error estimate, within what a surface of that
-  pitch may miss (`outputs.allowed_volume`);
-- and it must be that of CGAL and manifold3d, where it is pinned; boxes must be the right ones, or lie within what they can be.
+- the JSON must count no crossing triangles and no unclosed ray;
+- the volume of the mesh must be that of the images, which the JSON states with an error estimate, within the error that a surface
+  of that pitch may have (`outputs.allowed_volume`);
+- and it must be that of CGAL and manifold3d, where it is pinned; boxes must be the right ones, or lie within their limits.
 
-Exits 1 with a table of what differs. `--self-test` damages meshes and falsifies what is said of them, and exits 1 unless
-every damage is noticed.
+Exits 1 with a table of the differences. `--self-test` damages meshes and falsifies the JSON and the references, and exits 1
+unless the check finds every damage.
 """
 
 import argparse
@@ -56,7 +56,7 @@ PINNED = (
     "knot_less_tetrahedron",
 )
 
-# A ⊕ (−B), which is pinned nowhere.
+# A ⊕ (−B), for which no value is pinned.
 REFLECTED = ("star_tetrahedron", "hollow_cube_l", "tori", "l_l10")
 
 # Models, and the share of their longest side by which they are offset, opened and closed.
@@ -71,8 +71,8 @@ BALLS = (
 )
 
 
-# More resolutions, by operation and model: the surface that the first step leaves has walls a hair apart there, which cross one
-# another once its vertices are on the lattice.
+# More resolutions, by operation and model: the surface after the first step has walls a hair apart there, which cross one another
+# once its vertices are on the lattice.
 FOLDED = {
     ("open", "knot", 48),
     ("open", "knot", 64),
@@ -90,7 +90,7 @@ class Case:
     words: tuple
     suffix: str
     resolution: int
-    # What the volume is by others, where they were asked, and the box of the result, or one that it lies within.
+    # The volume by peers, where they computed it, and the box of the result, or a box that contains it.
     volume: float | None
     box: tuple
     simplified: bool = False
@@ -109,7 +109,7 @@ def box_of(points):
 
 
 def requests():
-    """(operation, words, volume, box) of all that is asked for, those of one operation one after another."""
+    """Yields (operation, words, volume, box) of all requests, those of one operation one after another."""
     pinned = {case.name: case for case in sums.load(sorted({*PINNED, *REFLECTED}))}
 
     def words_of(case):
@@ -138,7 +138,7 @@ def requests():
 
 
 def cases():
-    """All requests at all resolutions, the formats in turn."""
+    """Yields all requests at all resolutions, with the formats in turn."""
     suffixes = itertools.cycle(FORMATS)
     for operation, words, volume, box in requests():
         others = {folded[2] for folded in FOLDED if folded[:2] == (operation, Path(words[1]).stem)}
@@ -147,7 +147,8 @@ def cases():
 
 
 def right_of(case, mesh, told):
-    """What is right; where nobody else was asked, the mesh's own volume, which leaves its measure to `complaints`."""
+    """Returns the expected values; without a peer's volume, the mesh's own volume, which `complaints` compares with the
+    images."""
     if mesh is None:
         return dataclasses.replace(outputs.EMPTY, volume=case.volume or 0.0)
     volume = told["surface"]["volume"] if case.volume is None else case.volume
@@ -155,7 +156,7 @@ def right_of(case, mesh, told):
 
 
 def complaints(case, mesh, told, right):
-    """What is wrong with what was written, as (name, expected, found); `mesh` is None where no file was."""
+    """Returns the faults of the written file as (name, expected, found); `mesh` is None where there is no file."""
     rows = outputs.complaints(case, mesh, told, right)
     surface, images = told["surface"], told["volume"]
     volume = 0.0 if mesh is None else outputs.signed_volume(mesh)
@@ -170,7 +171,7 @@ def complaints(case, mesh, told, right):
 
 @dataclasses.dataclass
 class Finding:
-    """What came of a case: complaints, triangles (None: no file), and how far off the images' and the pinned volume are."""
+    """The outcome of a case: complaints, triangles (None: no file), and the errors against the images and the pinned volume."""
 
     case: Case
     rows: list
@@ -236,7 +237,7 @@ def check(program, verbose):
 
 
 def falsehoods(case, mesh, told, right):
-    """(what, case, mesh, told, right) for all that can be wrong."""
+    """Yields (what, case, mesh, told, right) for every possible fault."""
     yield from outputs.falsehoods(case, mesh, told, right)
     allowed = outputs.allowed_volume(right, told, case) + told["volume"]["estimate_error"]
     for value in (1.01 * allowed, -1.01 * allowed, float("nan")):
@@ -247,10 +248,10 @@ def falsehoods(case, mesh, told, right):
 
 
 def self_test(program):
-    """Whether every falsehood is noticed in a pinned result of each format, and a program that fails."""
+    """Returns whether the check finds every falsehood in a pinned result of each format, and a program that fails."""
     pinned = [case for case in cases() if case.volume is not None]
     unnoticed, count = [], 0
-    # Python takes the operation for a script that is not there.
+    # Python takes the operation for a script, which does not exist.
     count += 1
     if not examine(Path(sys.executable), pinned[0]).rows:
         unnoticed.append("a program that fails")

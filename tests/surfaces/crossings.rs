@@ -1,5 +1,4 @@
-//! Triangles of a surface do not cross one another, by a test of all pairs in exact integers that shares no code with the
-//! library's.
+//! Checks that no two triangles of a surface cross, by an exact integer test of all pairs that shares no code with the library's.
 
 use std::path::Path;
 
@@ -25,12 +24,13 @@ fn dot(a: Point, b: Point) -> i128 {
     (0..3).map(|i| a[i] * b[i]).sum()
 }
 
-/// The sign of the volume that four points span.
+/// Returns the sign of the volume that four points span.
 fn volume([a, b, c]: [Point; 3], d: Point) -> i128 {
     dot(cross(minus(b, a), minus(c, a)), minus(d, a)).signum()
 }
 
-/// Whether a segment passes through the inside of a triangle or of its sides, or ends there; not if it lies in its plane.
+/// Returns whether a segment passes through or ends in the interior of a triangle or of its sides; false if it lies in the
+/// triangle's plane.
 fn pierces([p, q]: [Point; 2], [a, b, c]: [Point; 3]) -> bool {
     let ends = [volume([a, b, c], p), volume([a, b, c], q)];
     if ends[0] * ends[1] > 0 || ends == [0, 0] {
@@ -40,7 +40,7 @@ fn pierces([p, q]: [Point; 2], [a, b, c]: [Point; 3]) -> bool {
     !(turns.contains(&1) && turns.contains(&-1))
 }
 
-/// Whether two triangles have a point in common that is not of a common corner or side; those of one plane have none.
+/// Returns whether two triangles share a point that is not on a common corner or side; false for two triangles in one plane.
 fn cross_one_another(one: [u32; 3], other: [u32; 3], points: &[Point]) -> bool {
     let at = |triangle: [u32; 3]| triangle.map(|vertex| points[vertex as usize]);
     let pierced = |by: [u32; 3], triangle: [u32; 3]| {
@@ -52,9 +52,9 @@ fn cross_one_another(one: [u32; 3], other: [u32; 3], points: &[Point]) -> bool {
     pierced(one, other) || pierced(other, one)
 }
 
-/// All pairs of triangles that cross one another.
+/// Returns all pairs of triangles that cross.
 fn crossing_pairs(mesh: &TriangleMesh, grid: &Grid) -> Vec<[usize; 2]> {
-    // Some 50 bits are enough for a volume to fit.
+    // Coordinates of about 50 bits are small enough for a volume to fit.
     let whole =
         |p: &DVec3| ((*p - grid.origin()) / grid.pitch() * f64::from(1 << 28)).round().to_array().map(|c| c as i128);
     let points: Vec<Point> = mesh.positions.iter().map(whole).collect();
@@ -80,7 +80,7 @@ fn crossing_pairs(mesh: &TriangleMesh, grid: &Grid) -> Vec<[usize; 2]> {
     pairs
 }
 
-/// A mesh none of whose triangles cross, whether as it is or with coordinates of 32 bits.
+/// Asserts that no triangles of a mesh cross, both as it is and with coordinates rounded to 32 bits.
 pub fn assert_uncrossed(surface: &Surface, grid: &Grid, what: &str) {
     let mut rounded = surface.mesh.clone();
     rounded.positions.iter_mut().for_each(|p| *p = p.as_vec3().as_dvec3());
@@ -92,14 +92,14 @@ pub fn assert_uncrossed(surface: &Surface, grid: &Grid, what: &str) {
 }
 
 #[test]
-fn pairs_that_cross_are_found() {
+fn crossing_pairs_are_found_and_touching_pairs_are_not() {
     let points: Vec<Point> =
         vec![[0, 0, 0], [4, 0, 0], [0, 4, 0], [1, 1, -2], [1, 1, 2], [9, 9, 0], [1, 1, 1], [4, 4, 0]];
     let cross = |one, other| cross_one_another(one, other, &points);
     assert!(cross([0, 1, 2], [3, 4, 5]));
-    // With a corner in common, through the triangle and out of it.
+    // One common corner: a segment through the triangle, and one out of it.
     assert!(cross([0, 1, 2], [0, 3, 4]) && !cross([0, 1, 2], [0, 6, 4]));
-    // With a side in common, and all in one plane side by side.
+    // One common side, then two triangles side by side in one plane.
     assert!(!cross([0, 1, 2], [2, 1, 6]) && !cross([0, 1, 2], [1, 7, 2]));
 }
 
@@ -125,11 +125,11 @@ fn surfaces_of_models_do_not_cross_themselves() {
     assert!(pulled > 0, "nothing had to be parted");
 }
 
-/// A name, what is made of the nodes, the files, a turn and a place, and the rays.
+/// A name, the Boolean of the nodes, the files, the rotation (axis, degrees) and scale of the second, and the rays.
 type Case<'a> = (&'a str, fn(u64, u64) -> u64, [&'a str; 2], [f64; 5], u32);
 
-/// In the first two vertices beyond their cells keep one another from going back, until all of them do; in the last triangles
-/// meet in a cell that vertices of both came to from elsewhere.
+/// In the first two cases, vertices outside their cells keep one another from going back, until all of them go back. In the last,
+/// triangles meet in a cell that vertices of both entered from other cells.
 #[test]
 fn surfaces_of_booleans_do_not_cross_themselves() {
     let cases: [Case; 3] = [

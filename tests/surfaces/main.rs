@@ -1,4 +1,4 @@
-//! Surfaces made from images: manifold, sharp, true to the nodes they were made from.
+//! Surfaces made from images: they are manifold, keep sharp edges, and contain exactly the nodes that they were made from.
 
 mod crossings;
 mod sampled;

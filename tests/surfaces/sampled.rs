@@ -1,4 +1,4 @@
-//! Solids sampled along three axes, and what their surfaces are held to.
+//! Samples solids along three axes, makes their surfaces, and checks these.
 
 use std::collections::HashMap;
 
@@ -16,7 +16,7 @@ pub fn closed(mesh: TriangleMesh) -> ClosedMesh {
     ClosedMesh::check(mesh).unwrap()
 }
 
-/// The images of one solid with triangles, and the normals of those.
+/// Returns the images of one solid, with triangles, and the normals of the triangles.
 pub fn images(mesh: &ClosedMesh, grid: &Grid) -> ([Ldi; 3], Vec<[f32; 3]>) {
     let solid = grid.quantise(mesh).unwrap();
     let image = |axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap();
@@ -28,20 +28,20 @@ pub fn surface_of(mesh: &ClosedMesh, grid: &Grid) -> Surface {
     contour(images.each_ref(), Some(&normals), SurfaceMode::Exact).unwrap()
 }
 
-/// All nodes of a grid that are inside a mesh, plane after plane.
+/// Returns all nodes of a grid that are inside a mesh, plane by plane.
 pub fn nodes(mesh: &ClosedMesh, grid: &Grid) -> Vec<Vec<u64>> {
     let (images, _) = images(mesh, grid);
     NodePlanes::new(&images, Combine::Most).unwrap().planes().collect()
 }
 
-/// A mesh without a defect: closed, oriented, every edge in two triangles, every vertex in one fan, right side out.
+/// Asserts that a mesh has no defect: closed, oriented, every edge in two triangles, every vertex in one fan, facing outwards.
 pub fn assert_solid(mesh: &TriangleMesh) {
     let report = check(mesh);
     let defects: Vec<String> = report.defects().iter().map(|defect| defect.to_string()).collect();
     assert!(report.is_solid() && defects.is_empty(), "{}", defects.join("\n"));
 }
 
-/// The surface of what an expression makes of solids, named a, b, …, on a grid around all of them.
+/// Returns the surface of an expression over solids named a, b, …, and the grid around all of them.
 pub fn surface_of_expression(text: &str, solids: &[&ClosedMesh], resolution: u32) -> (Surface, Grid) {
     let bounds = solids.iter().map(|mesh| mesh.bounds()).reduce(|a, b| a.union(b)).unwrap();
     let grid = Grid::with_resolution(bounds, resolution, 1024).unwrap();
@@ -60,7 +60,7 @@ pub fn surface_of_expression(text: &str, solids: &[&ClosedMesh], resolution: u32
     (contour(result.each_ref(), Some(&normals), SurfaceMode::Exact).unwrap(), grid)
 }
 
-/// The edges of a mesh whose triangles turn by more than an angle, as pairs of positions.
+/// Returns the edges, as pairs of positions, at which the triangles of a mesh turn by more than an angle.
 pub fn sharp_edges(mesh: &TriangleMesh, cosine: f64) -> Vec<[DVec3; 2]> {
     let mut normals: HashMap<[u32; 2], DVec3> = HashMap::new();
     let mut sharp = Vec::new();
@@ -83,7 +83,7 @@ pub fn sharp_edges(mesh: &TriangleMesh, cosine: f64) -> Vec<[DVec3; 2]> {
     sharp
 }
 
-/// The distance of a point from the nearest of some segments.
+/// Returns the distance of a point from the nearest of some segments.
 pub fn distance(point: DVec3, segments: &[[DVec3; 2]]) -> f64 {
     let of_segment = |[a, b]: &[DVec3; 2]| {
         let along = *b - *a;

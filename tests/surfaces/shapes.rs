@@ -1,4 +1,4 @@
-//! Shapes that are known.
+//! Surfaces of shapes whose geometry is known.
 
 use std::f64::consts::PI;
 
@@ -18,7 +18,7 @@ fn turned_cube(turn: DQuat, side: f64) -> (TriangleMesh, [DVec3; 8]) {
 }
 
 #[test]
-fn turned_cubes_stay_cubes() {
+fn surfaces_of_turned_cubes_keep_faces_edges_and_corners() {
     for seed in 0..60u32 {
         let angle = |k: u32| f64::from(seed * 7 + k * 13 + 1) * 0.7310;
         let turn = match seed {
@@ -36,21 +36,21 @@ fn turned_cubes_stay_cubes() {
             let distances = surface.mesh.positions.iter().map(|p| p.distance(corner));
             assert!(distances.fold(f64::INFINITY, f64::min) < 1e-6 * grid.pitch(), "{seed}: {corner}");
         }
-        // All that is not on an edge is on a face.
+        // Every vertex that is not on an edge is on a face.
         let volume = surface.mesh.signed_volume();
         assert!((volume - 1.0).abs() < 1e-6, "{seed}: {volume}");
         assert!((surface.mesh.area() - 6.0).abs() < 1e-2, "{seed}: {}", surface.mesh.area());
         let far = |p: &DVec3| (turn.inverse() * *p).abs().max_element() - 0.5;
         let off = surface.mesh.positions.iter().map(|p| far(p).abs()).fold(0.0, f64::max);
-        // Vertices are held off the faces of their cells by 1e-4 of a pitch.
+        // Vertices are kept 1e-4 of a pitch off the faces of their cells.
         assert!(off < 2e-4 * grid.pitch(), "{seed}: {}", off / grid.pitch());
         assert!(surface.distance < 0.05 * grid.pitch(), "{seed}: {}", surface.distance / grid.pitch());
         assert!(nodes(&closed(surface.mesh), &grid) == nodes(&mesh, &grid), "{seed}");
     }
 }
 
-/// A turned cube and a ball around the middle of one of its faces, which cuts no edge. The circle where they meet is a chain of
-/// chords of up to two pitches; of a radius of 20 pitches they stay within 0.025.
+/// A turned cube and a ball around the middle of one of its faces; the ball cuts no edge. The surface replaces the circle where
+/// they meet by chords of up to two pitches; for a radius of 20 pitches these stay within 0.025 pitches of the circle.
 #[test]
 fn a_turned_cube_cut_by_a_ball_keeps_its_edges() {
     let (radius, frequency) = (0.35, 48);

@@ -1,4 +1,4 @@
-//! Whatever the images hold, the mesh is a manifold.
+//! The mesh is a manifold for any content of the images.
 
 use glam::DVec3;
 use ldi_ops::grid::{Axis, Grid};
@@ -11,7 +11,7 @@ use ldi_ops::surface::{SurfaceMode, contour};
 use crate::crossings::assert_uncrossed;
 use crate::sampled::{assert_solid, closed, nodes, surface_of_expression};
 
-/// A source of numbers that are the same everywhere.
+/// A pseudo-random source that gives the same numbers on every machine.
 struct Noise(u64);
 
 impl Noise {
@@ -21,7 +21,7 @@ impl Noise {
     }
 }
 
-/// Images whose nodes are given, the samples lying anywhere between them.
+/// Images with given nodes; the samples lie at arbitrary depths between the nodes.
 fn images_of(grid: &Grid, inside: impl Fn([u32; 3]) -> bool, noise: &mut Noise) -> [Ldi; 3] {
     Axis::ALL.map(|axis| {
         let (columns, rows) = grid.image_size(axis);
@@ -54,7 +54,7 @@ fn grid(rays: [u32; 3]) -> Grid {
 }
 
 #[test]
-fn any_nodes_give_a_manifold_that_gives_the_nodes_back() {
+fn surfaces_of_random_nodes_are_manifolds_that_contain_those_nodes() {
     let mut noise = Noise(7);
     for (rays, share) in [([7, 6, 9], 2), ([5, 70, 4], 3), ([66, 5, 35], 2), ([1, 1, 1], 1), ([2, 1, 3], 1)] {
         for _ in 0..6 {
@@ -82,7 +82,7 @@ fn any_nodes_give_a_manifold_that_gives_the_nodes_back() {
 }
 
 #[test]
-fn images_that_contradict_each_other_still_give_a_manifold() {
+fn images_that_disagree_about_nodes_still_give_a_manifold() {
     let mut noise = Noise(11);
     for mode in [SurfaceMode::Exact, SurfaceMode::Over, SurfaceMode::Under] {
         let grid = grid([9, 8, 7]);
@@ -97,7 +97,7 @@ fn images_that_contradict_each_other_still_give_a_manifold() {
 }
 
 #[test]
-fn the_order_of_images_and_the_number_of_threads_do_not_show() {
+fn surfaces_do_not_depend_on_image_order_or_thread_count() {
     let mut noise = Noise(3);
     let grid = grid([40, 30, 80]);
     let images = images_of(&grid, |node| (node[0] / 3 + node[1] / 2 + node[2] / 5) % 3 == 0, &mut noise);
@@ -110,7 +110,7 @@ fn the_order_of_images_and_the_number_of_threads_do_not_show() {
     assert!(contour([&images[0], &images[1], &images[1]], None, SurfaceMode::Exact).is_err());
 }
 
-/// The union of two solids that touch along an edge: two parts, or one, without handles, and the nodes of both.
+/// The union of two solids that touch along an edge has one or two parts, no handles, and the nodes of both.
 fn assert_no_handles(a: TriangleMesh, b: TriangleMesh, rays: u32, what: &str) {
     let (a, b) = (closed(a), closed(b));
     let (surface, grid) = surface_of_expression("a | b", &[&a, &b], rays);
@@ -138,7 +138,7 @@ fn boxes_that_touch_along_an_oblique_edge_have_no_handles() {
     }
 }
 
-/// The solids of EdgeUnion2, a test of manifold3d.
+/// The solids of the test EdgeUnion2 of manifold3d.
 #[test]
 fn tetrahedra_that_touch_along_a_diagonal_edge_have_no_handles() {
     let corners = [[-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [1.0, 1.0, 1.0]].map(DVec3::from_array);

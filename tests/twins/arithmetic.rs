@@ -1,7 +1,7 @@
-//! The exact arithmetic of the shaders by itself: crossings of triangles that leave floating point no digit to stand on.
+//! Tests of the shaders' exact arithmetic alone: crossings of triangles for which floating point has no correct digit.
 //!
-//! Every kind of triangle is made for the view along one axis and looked at along all three. The meshes are open: what is
-//! compared are lists of crossings, which need no closed ray.
+//! Every kind of triangle is made for the view along one axis and sampled along all three. The meshes are open, so the tests
+//! compare lists of crossings, which need no closed ray.
 
 use ldi_ops::grid::Axis;
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -12,7 +12,7 @@ use crate::lattice::{grid, mesh};
 use crate::soups::{Frame, Random, Soup};
 use crate::twin::{self, Twin};
 
-/// Corners by column, row and depth.
+/// The corners of a triangle by column, row and depth.
 type Seen = [[i32; 3]; 3];
 
 /// The cube that a triangle is made for: pixels of 2^shift steps, and the greatest even position.
@@ -23,24 +23,24 @@ struct Cube {
 }
 
 impl Cube {
-    /// Any even position.
+    /// Draws any even position.
     fn even(&self, random: &mut Random) -> i32 {
         random.even(0, self.most)
     }
 
-    /// Either end, or any even position.
+    /// Draws either end, or any even position.
     fn extreme(&self, random: &mut Random) -> i32 {
         let anywhere = self.even(random);
         random.choose(&[0, self.most, anywhere, anywhere])
     }
 
-    /// The position of any ray; odd.
+    /// Draws the position of a ray, which is odd.
     fn ray(&self, random: &mut Random) -> i32 {
         ((random.below(self.rays as usize) as i32) << self.shift) + (1 << (self.shift - 1)) + 1
     }
 
-    /// A triangle whose depth is `depth` at the middle and changes by `slope.0 / divisor` a column and `slope.1 / divisor` a
-    /// row, as far as it lies in the cube.
+    /// Draws a triangle whose depth is `depth` at the middle and changes by `slope.0 / divisor` a column and `slope.1 / divisor`
+    /// a row, if it lies in the cube.
     fn sloping(&self, random: &mut Random, slope: [i64; 2], divisor: i64, reach: i64) -> Option<Seen> {
         let middle = [self.ray(random), self.ray(random)].map(|ray| i64::from(ray) + random.choose(&[-1, 1]));
         let depth = i64::from(self.most / 4 + random.even(0, self.most / 4 / 2 * 2) / 2) / 2 * 2;
@@ -55,7 +55,7 @@ impl Cube {
         Some([corner(random)?, corner(random)?, corner(random)?])
     }
 
-    /// How far a triangle of `sloping` may reach, and a slope that keeps it in the cube at that.
+    /// Draws the reach of a triangle of `sloping`, and a slope that keeps a triangle of this reach in the cube.
     fn reach(&self, random: &mut Random, divisor: i64) -> (i64, i64) {
         let reach =
             (i64::from(self.most) >> random.between(1, 31 - self.most.leading_zeros() as i32 - 3)).max(2 * divisor);
@@ -67,7 +67,8 @@ fn anywhere(random: &mut Random, cube: &Cube) -> Option<Seen> {
     Some([(); 3].map(|()| [(); 3].map(|()| cube.even(random))))
 }
 
-/// Two steps wide and as high as the cube, about a column of rays: the depth changes by up to half the cube in one step.
+/// A triangle two steps wide and as high as the cube, about a column of rays: the depth changes by up to half the cube in one
+/// step.
 fn across_a_column(random: &mut Random, cube: &Cube) -> Option<Seen> {
     let column = cube.ray(random);
     let beside = |random: &mut Random| column + random.choose(&[-1, 1]);
@@ -79,7 +80,7 @@ fn across_a_column(random: &mut Random, cube: &Cube) -> Option<Seen> {
     ])
 }
 
-/// Along the diagonal, through rays or a few steps beside them: large terms that nearly cancel.
+/// A triangle along the diagonal, through rays or a few steps beside them: large terms nearly cancel.
 fn along_a_diagonal(random: &mut Random, cube: &Cube) -> Option<Seen> {
     Some([(); 3].map(|()| {
         let along = random.even(8, cube.most - 8);
@@ -87,14 +88,14 @@ fn along_a_diagonal(random: &mut Random, cube: &Cube) -> Option<Seen> {
     }))
 }
 
-/// About one ray and a few steps wide: all but parallel to it.
+/// A triangle about one ray and a few steps wide, almost parallel to the ray.
 fn around_a_ray(random: &mut Random, cube: &Cube) -> Option<Seen> {
     let (column, row) = (cube.ray(random), cube.ray(random));
     let beside = |random: &mut Random, ray: i32| (ray + random.choose(&[-3, -1, -1, 1, 1, 3])).clamp(0, cube.most);
     Some([(); 3].map(|()| [beside(random, column), beside(random, row), cube.extreme(random)]))
 }
 
-/// Slopes are integers of even sum: all depths at rays are even integers.
+/// A triangle whose slopes are integers of even sum: all depths at rays are even integers.
 fn even_depths(random: &mut Random, cube: &Cube) -> Option<Seen> {
     let (reach, steepest) = cube.reach(random, 1);
     let slope = random.between(-steepest as i32, steepest as i32) as i64;
@@ -102,7 +103,7 @@ fn even_depths(random: &mut Random, cube: &Cube) -> Option<Seen> {
     cube.sloping(random, [slope, other], 1, reach)
 }
 
-/// Slopes are integers of odd sum: all depths at rays are odd integers, which is a tie.
+/// A triangle whose slopes are integers of odd sum: all depths at rays are odd integers, which is a tie.
 fn odd_depths(random: &mut Random, cube: &Cube) -> Option<Seen> {
     let (reach, steepest) = cube.reach(random, 1);
     let slope = random.between(-steepest as i32, steepest as i32) as i64;
@@ -111,7 +112,7 @@ fn odd_depths(random: &mut Random, cube: &Cube) -> Option<Seen> {
     cube.sloping(random, slopes, 1, reach)
 }
 
-/// Slopes are integers but for one corner that is two steps aside: depths are as near to integers as they get.
+/// A triangle whose slopes are integers but for one corner that is two steps aside: depths are as near to integers as possible.
 fn next_to_integers(random: &mut Random, cube: &Cube) -> Option<Seen> {
     let seen = random.choose(&[even_depths, odd_depths])(random, cube);
     seen.map(|mut seen| {
@@ -121,7 +122,7 @@ fn next_to_integers(random: &mut Random, cube: &Cube) -> Option<Seen> {
     })
 }
 
-/// Slopes are fractions: some depths are integers, and the others are halves, thirds, fifths or sevenths.
+/// A triangle whose slopes are fractions: some depths are integers, and the others are halves, thirds, fifths or sevenths.
 fn fractions(random: &mut Random, cube: &Cube) -> Option<Seen> {
     let divisor = random.choose(&[2, 3, 5, 7]);
     let (reach, steepest) = cube.reach(random, divisor);
@@ -142,13 +143,14 @@ const KINDS: [(&str, Kind); 8] = [
     ("fractions", fractions),
 ];
 
-/// Pixels from four steps to half the lattice, and as many as fit; and pixels of few steps, where nothing is far from a tie.
+/// Cubes with pixels from four steps to half the lattice, and as many as fit; and pixels of few steps, where every depth is near
+/// a tie.
 const CUBES: [(u32, u32); 9] = [(29, 1), (28, 3), (27, 7), (26, 15), (25, 31), (24, 60), (12, 40), (4, 50), (2, 64)];
 
-/// Triangles of a mesh.
+/// The number of triangles of a mesh.
 const TRIANGLES: usize = 400;
 
-/// Crossings that each kind has to give along each axis.
+/// The number of crossings that each kind has to give along each axis.
 const CROSSINGS: usize = 4000;
 
 fn soup_for(random: &mut Random, cube: &Cube, axis: Axis, kind: Kind) -> Soup {
@@ -167,8 +169,8 @@ fn soup_for(random: &mut Random, cube: &Cube, axis: Axis, kind: Kind) -> Soup {
 }
 
 #[test]
-fn extreme_triangles_have_the_same_crossings() {
-    // Lists of crossings are the same by either route.
+fn extreme_triangles_have_equal_crossings_on_cpu_and_gpu() {
+    // The list routes all give the same lists of crossings, so one route is enough.
     let twins: Vec<&Twin> = twin::all().iter().filter(|twin| twin.options.route == Route::Lists).collect();
     for (name, kind) in KINDS {
         for axis in Axis::ALL {
@@ -187,7 +189,7 @@ fn extreme_triangles_have_the_same_crossings() {
                         assert_same(what, &found, &expected);
                     }
                     if view == axis {
-                        // Bits 1 and 2 say how far the depth is above an even integer: at it, less than one, or more.
+                        // Bits 1 and 2 encode the offset of the depth above an even integer: zero, less than one, or more.
                         for crossing in expected.unwrap().crossings {
                             crossings[(crossing >> 1 & 3) as usize] += 1;
                         }

@@ -1,4 +1,4 @@
-//! Images in bands: however small, and whatever makes them so.
+//! Images made in bands of any size, down to one ray, whatever limit forces them.
 
 use ldi_ops::gpu::DeviceError;
 use ldi_ops::grid::{Axis, Grid};
@@ -35,8 +35,8 @@ fn compare_soups(twins: &[Twin], seeds: std::ops::Range<u64>) {
 }
 
 #[test]
-fn bands_of_any_number_of_rays_give_the_same_images() {
-    // Rays, parts of a row, a row along some axis, a row and a part, a few rows.
+fn bands_of_any_number_of_rays_give_equal_images() {
+    // One ray, parts of a row, a row along some axis, a row and a part, a few rows.
     for band_rays in [1, 3, 4, 7, 13] {
         let twins = twins(GpuOptions { band_rays, binding: 64 << 10, ..GpuOptions::default() });
         compare_soups(&twins, 0..1);
@@ -44,14 +44,14 @@ fn bands_of_any_number_of_rays_give_the_same_images() {
 }
 
 #[test]
-fn any_memory_budget_gives_the_same_images() {
+fn any_memory_budget_gives_equal_images() {
     for memory in [0, 1 << 10] {
         compare_soups(&twins(GpuOptions { memory, binding: 64 << 10, ..GpuOptions::default() }), 10..11);
     }
 }
 
 #[test]
-fn geometry_in_chunks_and_crossings_in_halved_bands_give_the_same_images() {
+fn geometry_in_chunks_and_crossings_in_halved_bands_give_equal_images() {
     for (binding, segments, rays) in [(4 << 10, 32, 30), (64 << 10, 100, 110)] {
         let ball = ClosedMesh::check(solids::sphere(1.0, segments).unwrap()).unwrap();
         let grid = Grid::with_resolution(ball.bounds(), rays, 1024).unwrap();
@@ -66,9 +66,10 @@ fn geometry_in_chunks_and_crossings_in_halved_bands_give_the_same_images() {
     }
 }
 
-/// A triangle a chunk, the crossings of a ray a band, and no room in the queue of large triangles, or for four blocks.
+/// One triangle per chunk, the crossings of one ray per band, and no room in the queue of large triangles, or room for four
+/// blocks.
 #[test]
-fn the_least_bindings_give_the_same_images() {
+fn the_smallest_bindings_give_equal_images() {
     let frame = Frame { shift: 5, rays: [8, 9, 10] };
     let mesh = closed(&soups::octahedron([140; 3], 116));
     let solid = grid(&frame, 64).quantise(&mesh).unwrap();
@@ -82,13 +83,13 @@ fn the_least_bindings_give_the_same_images() {
     }
 }
 
-/// Of a stack of 600 plates the 1200 crossings of a single ray need 4800 bytes.
+/// A single ray through 600 plates has 1200 crossings, which need 4800 bytes.
 #[test]
-fn a_ray_that_does_not_fit_is_told_with_what_it_needs_and_what_is_allowed() {
+fn rays_that_do_not_fit_are_refused_with_the_needed_and_allowed_bytes() {
     let frame = Frame { shift: 14, rays: [2; 3] };
     for axis in Axis::ALL {
         let mesh = closed(&plates(&frame, axis, 600, 2, 20, 0));
-        // A voxel for every crossing, and masks of a ray that fill a binding.
+        // One voxel for every crossing, and masks of a ray that fill a binding.
         let solid = grid(&frame, 32_768).quantise(&mesh).unwrap();
         let twins = twins(GpuOptions { binding: 4 << 10, ..GpuOptions::default() });
         for twin in &twins {
@@ -105,14 +106,14 @@ fn a_ray_that_does_not_fit_is_told_with_what_it_needs_and_what_is_allowed() {
                 assert_eq!(refused, SampleError::Device(error), "{axis:?}, {mode:?}, {fill:?}; {}", twin.name());
             }
         }
-        // The samplers are none the worse.
+        // The samplers still work after the refusal.
         let sound = closed(&soups::cuboid([2; 3], [30_000; 3]));
         compare_all("after a refusal", &twins, &grid(&frame, 64).quantise(&sound).unwrap());
     }
 }
 
 #[test]
-fn a_single_ray_just_fits() {
+fn a_ray_that_fills_the_binding_is_sampled() {
     let frame = Frame { shift: 14, rays: [2; 3] };
     let mesh = closed(&plates(&frame, Axis::Z, 512, 2, 20, 0));
     let solid = grid(&frame, 32_768).quantise(&mesh).unwrap();

@@ -1,4 +1,4 @@
-//! The one comparison: all that a result is made of, part by part and bit by bit.
+//! The comparison that all twins use: it compares all parts of a result, bit by bit.
 
 use std::fmt::Display;
 
@@ -31,7 +31,7 @@ impl From<&Ldi> for Parts {
             ("rays", vec![image.rays()]),
             ("offsets", image.offsets().to_vec()),
             ("depths", image.depths().iter().map(|&depth| depth as u32).collect()),
-            // Without samples an image has triangles and has none.
+            // An image without samples may still have triangles: an empty list differs from none.
             ("has triangles", vec![u32::from(image.triangles().is_some())]),
             ("triangles", image.triangles().unwrap_or_default().to_vec()),
             ("windings", windings.unwrap_or_default()),
@@ -94,7 +94,7 @@ impl<H: Hit> From<&(RaySpans<H>, u64)> for Parts {
     }
 }
 
-/// The first word in which two results differ.
+/// Returns the first word in which two results differ.
 pub fn difference(found: &Parts, expected: &Parts) -> Option<String> {
     let (found, expected) = (&found.0, &expected.0);
     if !found.iter().map(|(name, _)| name).eq(expected.iter().map(|(name, _)| name)) {
@@ -115,7 +115,7 @@ pub fn difference(found: &Parts, expected: &Parts) -> Option<String> {
     None
 }
 
-/// The outcome of the GPU is that of the CPU: the same bits, or the same error.
+/// Asserts that the outcome of the GPU is that of the CPU: the same bits, or the same error.
 pub fn assert_same<T>(what: impl Display, found: &Result<T, SampleError>, expected: &Result<T, SampleError>)
 where
     for<'t> Parts: From<&'t T>,
@@ -147,7 +147,7 @@ mod tests {
 
     const FRAME: Frame = Frame { shift: 4, rays: [7, 8, 9] };
 
-    /// Two boxes that overlap, one of them with a cavity.
+    /// Returns two boxes that overlap, one of them with a cavity.
     fn solid() -> Soup {
         let mut soup = soups::cuboid([10, 12, 14], [90, 100, 120]);
         soup.add(&soups::cuboid([30, 30, 30], [60, 60, 60]).inverted());
@@ -165,7 +165,8 @@ mod tests {
         difference(&found.into(), &expected.into()).is_some()
     }
 
-    /// Changes every bit of every part in turn. Gives the names of the parts that hold anything.
+    /// Changes every bit of every part in turn and asserts that each change is found. Returns the names of the parts that are not
+    /// empty.
     fn every_bit_shows(mut parts: Parts, expected: &Parts) -> BTreeSet<&'static str> {
         assert_eq!(difference(&parts, expected), None);
         for part in 0..parts.0.len() {
@@ -185,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn every_bit_of_an_image_counts() {
+    fn every_changed_bit_of_an_image_is_found() {
         let (whole, open) = (closed(&solid()), mesh(&less_a_triangle()));
         let grid = grid(&FRAME, 64);
         let (whole, open) = (grid.quantise(&whole).unwrap(), grid.quantise_open(&open).unwrap());
@@ -199,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn every_bit_between_the_stages_counts() {
+    fn every_changed_bit_between_the_stages_is_found() {
         let whole = closed(&solid());
         let solid = grid(&FRAME, 64).quantise(&whole).unwrap();
         let cpu = CpuSampler::default();
@@ -212,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn images_that_differ_in_one_part_differ() {
+    fn images_that_differ_in_one_part_are_not_equal() {
         let cpu = CpuSampler::default();
         let sample = |soup: &Soup, lod: u32| {
             let mesh = closed(soup);
@@ -244,14 +245,14 @@ mod tests {
         assert!(differ(&rebuilt(offsets.clone(), vec![0]), &same), "an unclosed ray");
         let full = (1..offsets.len() - 1).find(|&ray| offsets[ray + 1] - offsets[ray] == 2).unwrap();
         let mut moved = offsets.clone();
-        // The samples of a ray go to the one before it, which is empty.
+        // The samples of a ray move to the ray before it, which is empty.
         assert_eq!(offsets[full], offsets[full - 1]);
         moved[full] += 2;
         assert!(differ(&rebuilt(moved, vec![]), &same), "samples on another ray");
     }
 
     #[test]
-    fn outcomes_that_differ_differ() {
+    fn different_outcomes_are_not_equal() {
         let mesh = closed(&solid());
         let solid = grid(&FRAME, 64).quantise(&mesh).unwrap();
         let image = CpuSampler::default().sample(&solid, Axis::X, Mode::Exact, FillRule::EvenOdd);
@@ -266,9 +267,9 @@ mod tests {
         }
     }
 
-    /// What a shader gives that is wrong by the least there is: one vertex elsewhere by one even step.
+    /// The smallest possible error of a shader: one vertex is off by one even step.
     #[test]
-    fn a_step_aside_shows_in_what_the_gpu_gives() {
+    fn a_vertex_moved_by_one_step_changes_the_image_of_the_gpu() {
         let soup = soups::tetrahedron([[4, 6, 8], [100, 20, 30], [40, 110, 50], [30, 20, 130]]);
         let whole = closed(&soup);
         let grid = grid(&FRAME, 1024);

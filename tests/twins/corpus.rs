@@ -1,4 +1,4 @@
-//! Real meshes, in the folder that `LDI_CORPUS` names: those that are closed, and as open meshes those that are not.
+//! Real meshes in the folder that `LDI_CORPUS` names: the closed ones as solids, the others as open meshes.
 
 use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::mesh::ClosedMesh;
@@ -10,13 +10,13 @@ use crate::twin::{self, compare_image};
 
 #[test]
 #[ignore = "needs LDI_CORPUS"]
-fn corpus_solids_have_the_same_images() {
+fn corpus_solids_have_equal_images() {
     let (mut closed, mut open) = (0, 0);
     for entry in manifest::entries() {
-        // A scaffold of beams alone is listed without a volume.
+        // The manifest lists a scaffold of beams alone without a volume.
         let sound = entry.class != "nasty" && entry.volume.is_some();
         let mesh = match io::read(&entry.path) {
-            // Beams are meshed so finely that tiles hold more triangles than a software adapter has rounds of a loop.
+            // Beams are meshed so finely that tiles hold more triangles than a loop of a software adapter has rounds.
             Ok(file) if file.notes.iter().any(|note| matches!(note, ReadNote::BeamsMeshed { .. })) => continue,
             Ok(file) => file.mesh,
             Err(error) if sound => panic!("{error}"),

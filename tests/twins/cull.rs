@@ -1,4 +1,5 @@
-//! Culling by all pairs on the device, and by those that meet on the Gauss map on the CPU.
+//! Compares culling on the device, which tests all pairs, with culling on the CPU, which tests the pairs that meet on the Gauss
+//! map.
 
 use std::fmt::Display;
 
@@ -23,7 +24,7 @@ fn polyhedron(soup: &crate::soups::Soup, frame: &Frame) -> Polyhedron {
     Polyhedron::new(&grid(frame, 64).quantise(&closed(soup)).unwrap())
 }
 
-/// The triangles by their corners, sorted: their order depends on the backend, and nothing else does.
+/// Returns the triangles by their corners, sorted: only their order depends on the backend.
 fn sorted(primitives: &Primitives) -> Vec<[[i32; 3]; 3]> {
     let corners = |triangle: &[u32; 3]| triangle.map(|vertex| primitives.positions[vertex as usize]);
     let mut triangles: Vec<[[i32; 3]; 3]> = primitives.triangles.iter().map(corners).collect();
@@ -31,7 +32,7 @@ fn sorted(primitives: &Primitives) -> Vec<[[i32; 3]; 3]> {
     triangles
 }
 
-/// Compares in each arithmetic that the adapter has; gives how many pairs were kept.
+/// Compares in each arithmetic that the adapter has; returns the number of pairs kept.
 fn compare(what: impl Display, a: &Polyhedron, b: &Polyhedron) -> u64 {
     let (expected, counts) = cull(a, b);
     let expected = sorted(&expected);
@@ -49,7 +50,7 @@ fn compare(what: impl Display, a: &Polyhedron, b: &Polyhedron) -> u64 {
 }
 
 #[test]
-fn soups_are_culled_alike() {
+fn soups_keep_equal_pairs() {
     let mut kept = 0;
     for (name, generator) in generators() {
         for seed in 500..503 {
@@ -63,9 +64,9 @@ fn soups_are_culled_alike() {
     assert!(kept > 10_000, "{kept}");
 }
 
-/// Larger than the room that is made for pairs at first, where all directions of one are ties with the other's.
+/// There are more pairs than the initial buffer holds, and all directions of one operand tie with those of the other.
 #[test]
-fn pairs_that_tie_are_culled_alike() {
+fn ties_keep_equal_pairs() {
     let frame = Frame { shift: 4, rays: [60; 3] };
     let mut random = Random::new(3);
     let mut soup = crate::soups::Soup::default();
@@ -79,9 +80,9 @@ fn pairs_that_tie_are_culled_alike() {
     assert!(kept > 5000, "{kept}");
 }
 
-/// Edges of one lie within two lattice steps of the facets of the other, 2^27 long: f32 cannot tell on which side.
+/// Edges of one operand lie within two lattice steps of the facets of the other, 2^27 long: f32 cannot decide the side.
 #[test]
-fn pairs_that_nearly_tie_are_culled_alike() {
+fn near_ties_keep_equal_pairs() {
     const REACH: i32 = 1 << 27;
     let frame = Frame { shift: 25, rays: [9; 3] };
     let mut random = Random::new(11);
@@ -100,11 +101,11 @@ fn pairs_that_nearly_tie_are_culled_alike() {
 }
 
 #[test]
-fn models_are_culled_alike() {
+fn models_keep_equal_pairs() {
     let quantised = |mesh: ldi_ops::mesh::TriangleMesh, resolution: u32| {
         let mesh = ClosedMesh::check(mesh).unwrap();
         let bounds = mesh.bounds();
-        // Positions of half the lattice.
+        // Positions reach half the lattice.
         let grid = Grid::with_resolution(bounds, resolution, 64).unwrap();
         let grid = Grid::from_parts(grid.origin(), grid.pitch(), grid.rays(), grid.shift() - 1, 64).unwrap();
         Polyhedron::new(&grid.quantise(&mesh).unwrap())
@@ -116,7 +117,7 @@ fn models_are_culled_alike() {
 }
 
 #[test]
-fn nothing_is_culled_alike() {
+fn empty_operands_keep_no_pairs() {
     let empty = Polyhedron::from_parts(Vec::new(), Vec::new());
     let frame = Frame { shift: 4, rays: [6; 3] };
     let cube = polyhedron(&crate::soups::cuboid([0; 3], [40; 3]), &frame);

@@ -1,4 +1,4 @@
-//! What a device tells of itself: its stages' times and how fast it copies.
+//! The measurements of a device: the times of its stages and its copy bandwidth.
 
 use glam::DVec3;
 use ldi_ops::gpu::{Device, Needs};
@@ -11,7 +11,7 @@ use ldi_ops::solids::cuboid;
 use crate::twin::ADAPTER;
 
 #[test]
-fn a_device_tells_how_fast_it_copies() {
+fn the_copy_bandwidth_of_a_device_is_positive() {
     let device = Device::open(&ADAPTER, Needs::default()).unwrap();
     device.keep_stage_times();
     let bandwidth = device.copy_bandwidth(1 << 22).unwrap();
@@ -42,9 +42,9 @@ fn every_stage_is_timed() {
     }
 }
 
-/// Where a route gives way to another without need, the twins compare less than they seem to.
+/// If one route replaces another without need, the twins compare less than they seem to.
 #[test]
-fn every_route_is_taken() {
+fn each_route_runs_its_own_stage() {
     let cube = ClosedMesh::check(cuboid(DVec3::ZERO, DVec3::ONE).unwrap()).unwrap();
     let cube = Grid::with_resolution(cube.bounds(), 16, 1024).unwrap().quantise(&cube).unwrap();
     for (route, stage) in [(Route::Masks, "masks"), (Route::Lists, "scatter"), (Route::Tiles, "tiles")] {

@@ -1,4 +1,4 @@
-//! What a sampler did before, and what others do meanwhile, changes no bit.
+//! The earlier work of a sampler, and concurrent samplers, change no bit of an image.
 
 use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
@@ -10,7 +10,7 @@ use crate::lattice::{closed, grid, lod, mesh, oriented};
 use crate::soups::{Frame, Random};
 use crate::twin::{self, ESTIMATES, ROUTES, Twin, compare_along, compare_intersections};
 
-/// A pair of solids on one grid, and the first of them less a triangle.
+/// A pair of solids on one grid, and the first of them with a triangle missing.
 struct Case {
     frame: Frame,
     lod: u32,
@@ -19,7 +19,7 @@ struct Case {
 }
 
 impl Case {
-    /// Frames from six pixels a side to hundreds, so that what a large image leaves behind would show in a small one.
+    /// Frames range from six pixels a side to hundreds, so that leftovers of a large image would show in a small one.
     fn random(random: &mut Random) -> Case {
         let most = random.choose(&[6, 10, 40, 150]);
         let frame = Frame { shift: 6, rays: std::array::from_fn(|_| random.between(6, most) as u32) };
@@ -39,8 +39,8 @@ impl Case {
     }
 }
 
-/// Operations to choose from: three that make images, and with them two that show what lies between the stages, for which
-/// an image must fit one band.
+/// The operations to choose from: three that make images, and two that return the data between the stages, for which an image
+/// must fit one band.
 const IMAGES: usize = 3;
 const EVERYTHING: usize = 5;
 
@@ -75,22 +75,22 @@ fn compare_cases(what: &str, twins: &[Twin], operations: usize, seed: u64, round
 }
 
 #[test]
-fn images_do_not_depend_on_those_before() {
+fn images_do_not_depend_on_earlier_images() {
     let twins = ROUTES.map(|route| Twin::open(GpuOptions { route, ..GpuOptions::default() }));
     for seed in 0..3 {
         compare_cases("one after another", &twins, EVERYTHING, seed, 25);
     }
 }
 
-/// Solids that give way to others in device memory, and come back.
+/// Solids evict one another from device memory and are loaded again.
 #[test]
-fn images_do_not_depend_on_what_is_resident() {
+fn images_do_not_depend_on_resident_solids() {
     let twins = ROUTES.map(|route| Twin::open(GpuOptions { route, memory: 2 << 20, ..GpuOptions::default() }));
     compare_cases("little memory", &twins, IMAGES, 50, 25);
 }
 
 #[test]
-fn two_samplers_at_once_are_not_in_each_others_way() {
+fn concurrent_samplers_give_equal_images() {
     std::thread::scope(|scope| {
         for seed in 100..102 {
             scope.spawn(move || {
@@ -102,7 +102,7 @@ fn two_samplers_at_once_are_not_in_each_others_way() {
 }
 
 #[test]
-fn one_sampler_serves_two_threads() {
+fn a_sampler_shared_by_two_threads_gives_equal_images() {
     std::thread::scope(|scope| {
         for seed in 200..202 {
             scope.spawn(move || compare_cases("one sampler, two threads", twin::plain(), EVERYTHING, seed, 15));

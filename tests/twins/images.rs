@@ -1,4 +1,4 @@
-//! Final images of soups.
+//! Complete images of soups.
 
 use ldi_ops::grid::Axis;
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -9,7 +9,7 @@ use crate::soups::{self, Frame, Random};
 use crate::twin::{self, compare_all};
 
 #[test]
-fn soups_have_the_same_images() {
+fn soups_have_equal_images() {
     for (name, generator) in generators() {
         for seed in 0..6 {
             let mut random = Random::new(seed);
@@ -25,7 +25,7 @@ fn soups_have_the_same_images() {
 }
 
 #[test]
-fn thirty_bits_are_enough() {
+fn soups_over_thirty_bits_have_equal_images() {
     for (name, generator) in generators() {
         for seed in 0..1 {
             let mut random = Random::new(1000 + seed);
@@ -38,7 +38,7 @@ fn thirty_bits_are_enough() {
 }
 
 #[test]
-fn regions_leave_the_same_rays_empty() {
+fn soups_within_regions_have_equal_images() {
     for (name, generator) in generators() {
         let mut random = Random::new(2000);
         let frame = frame(&mut random);
@@ -52,7 +52,7 @@ fn regions_leave_the_same_rays_empty() {
 }
 
 #[test]
-fn meshes_without_orientation_are_refused_alike() {
+fn unoriented_meshes_give_equal_errors() {
     let frame = Frame { shift: 4, rays: [6; 3] };
     let mut soup = soups::cuboid([2; 3], [60; 3]);
     soup.triangles[0].swap(1, 2);

@@ -9,7 +9,7 @@ use crate::soups::{self, Frame, Random};
 use crate::twin::{self, compare_intersections};
 
 #[test]
-fn any_two_soups_intersect_alike() {
+fn two_soups_have_equal_intersections() {
     let generators = generators();
     for (i, (name_a, a)) in generators.iter().enumerate() {
         for (j, (name_b, b)) in generators.iter().enumerate() {
@@ -28,7 +28,7 @@ fn any_two_soups_intersect_alike() {
 }
 
 #[test]
-fn a_solid_intersects_itself_alike() {
+fn a_solid_with_itself_has_equal_intersections() {
     for (name, generator) in generators() {
         let mut random = Random::new(77);
         let frame = frame(&mut random);
@@ -41,7 +41,7 @@ fn a_solid_intersects_itself_alike() {
 }
 
 #[test]
-fn solids_on_different_grids_are_refused_alike() {
+fn solids_on_different_grids_give_equal_errors() {
     let mesh = closed(&soups::cuboid([2; 3], [60; 3]));
     let solids = [(4, 64), (4, 65), (5, 64)]
         .map(|(shift, lod)| grid(&Frame { shift, rays: [6; 3] }, lod).quantise(&mesh).unwrap());
@@ -55,7 +55,7 @@ fn solids_on_different_grids_are_refused_alike() {
 }
 
 #[test]
-fn a_second_solid_without_orientation_is_refused_alike() {
+fn unoriented_second_solids_give_equal_errors() {
     let frame = Frame { shift: 4, rays: [6; 3] };
     let sound = soups::cuboid([2; 3], [60; 3]);
     let mut turned = sound.clone();

@@ -11,7 +11,7 @@ use crate::lattice::{closed, grid};
 use crate::soups::{self, Frame, Random, Soup};
 use crate::twin::{self, compare_along, compare_intersections};
 
-/// A stack of plates along `axis`, from `first` on, which leave rays free at the end of the columns.
+/// Returns a stack of plates along `axis`, from `first` on; the last columns have no plates.
 pub fn plates(frame: &Frame, axis: Axis, count: i32, thickness: i32, gap: i32, first: i32) -> Soup {
     let mut soup = Soup::default();
     let width = frame.most(axis.column()) - (1 << frame.shift) / 2 * 2;
@@ -26,7 +26,7 @@ pub fn plates(frame: &Frame, axis: Axis, count: i32, thickness: i32, gap: i32, f
 }
 
 #[test]
-fn a_mesh_without_triangles_gives_the_same_images() {
+fn a_mesh_without_triangles_gives_equal_images() {
     let empty = TriangleMesh::default();
     let frame = Frame { shift: 4, rays: [3, 4, 5] };
     let grid = grid(&frame, 64);
@@ -42,7 +42,7 @@ fn a_mesh_without_triangles_gives_the_same_images() {
 }
 
 #[test]
-fn stacks_of_plates_have_the_same_images() {
+fn stacks_of_plates_have_equal_images() {
     let mut random = Random::new(1);
     for (case, count) in
         [1, 2, 3, 4, 5, 8, 11, 12, 13, 16, 17, 31, 32, 33, 50, 64, 100, 127, 150].into_iter().enumerate()
@@ -67,14 +67,14 @@ fn stacks_of_plates_have_the_same_images() {
 }
 
 #[test]
-fn coincident_plates_have_the_same_images() {
+fn coincident_plates_have_equal_images() {
     for (case, count) in [2, 3, 7, 40, 150].into_iter().enumerate() {
         let axis = Axis::ALL[case % 3];
         let frame = Frame { shift: 10, rays: [3; 3] };
         let mut random = Random::new(count);
         let mut soup = Soup::default();
         for _ in 0..count {
-            // All at one place, or at one of two that share a face; some inside out.
+            // All plates are at one place, or at one of two places that share a face; some are inside out.
             let plate = plates(&frame, axis, 1, 100, 0, random.choose(&[500, 500, 600]));
             soup.add(&if random.chance(3) { plate.inverted() } else { plate });
         }
@@ -87,9 +87,9 @@ fn coincident_plates_have_the_same_images() {
     }
 }
 
-/// Rays that no invocation sorts alone: plates of random ends, in no order.
+/// Rays with too many crossings for one invocation to sort: plates with random ends, in no order.
 #[test]
-fn thousands_of_crossings_on_a_ray_give_the_same_images() {
+fn thousands_of_crossings_on_a_ray_give_equal_images() {
     let count = if twin::is_software() { 1000 } else { 5000 };
     let frame = Frame { shift: 20, rays: [2, 3, 2] };
     for axis in Axis::ALL {
@@ -108,10 +108,10 @@ fn thousands_of_crossings_on_a_ray_give_the_same_images() {
     }
 }
 
-/// llvmpipe, the software adapter of Mesa, leaves all loops of an invocation when together they have gone round 65 535 times,
-/// and says nothing. It is not asked to.
+/// llvmpipe, the software adapter of Mesa, silently leaves all loops of an invocation after 65 535 rounds together. The sampler
+/// therefore refuses such a job on it.
 #[test]
-fn a_software_adapter_refuses_more_crossings_than_its_loops_bear() {
+fn software_adapters_refuse_more_crossings_than_their_loops_support() {
     let frame = Frame { shift: 20, rays: [2, 3, 2] };
     let mesh = closed(&plates(&frame, Axis::Z, 1100, 2, 4, 0));
     let solid = grid(&frame, 1024).quantise(&mesh).unwrap();

@@ -1,7 +1,7 @@
-//! The GPU's sampler against the CPU's, byte for byte. Needs an adapter, be it a software one, and fails without.
+//! Compares the GPU's sampler with the CPU's, byte for byte. Needs an adapter, be it a software one, and fails without one.
 //!
-//! The adapter is the first that is found, or the one that `LDI_ADAPTER` names. Everything is compared by one function, in
-//! [`comparison`], which is shown to fail where it should.
+//! The adapter is the first that is found, or the one that `LDI_ADAPTER` names. One function, in [`comparison`], makes all
+//! comparisons; tests show that it fails where it should.
 
 mod arithmetic;
 mod bands;

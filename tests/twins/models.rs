@@ -22,7 +22,7 @@ fn models() -> Vec<(String, ClosedMesh)> {
 }
 
 #[test]
-fn models_have_the_same_images() {
+fn models_have_equal_images() {
     let models = models();
     assert!(models.len() >= 11, "only {} models", models.len());
     let mut random = Random::new(0);
@@ -36,7 +36,7 @@ fn models_have_the_same_images() {
                     compare_image(&what, twin::plain(), &solid, axis, mode, FillRule::EvenOdd);
                 }
             }
-            // Along one axis under the other rule, and surfaces, too.
+            // One axis also under the other fill rule, and surfaces, too.
             if resolution == 128 {
                 compare_along(&what, twin::plain(), &solid, random.choose(&Axis::ALL));
             }
@@ -45,7 +45,7 @@ fn models_have_the_same_images() {
 }
 
 #[test]
-fn models_intersect_alike() {
+fn models_have_equal_intersections() {
     let models = models();
     for (i, (name, a)) in models.iter().enumerate() {
         let (other, b) = &models[(i + 1) % models.len()];

@@ -1,4 +1,4 @@
-//! Meshes that are not closed: the same rays are listed as unclosed.
+//! Meshes that are not closed: CPU and GPU list the same rays as unclosed.
 
 use ldi_ops::grid::Axis;
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -9,7 +9,7 @@ use crate::soups::Random;
 use crate::twin::{self, compare_all, compare_intersections};
 
 #[test]
-fn unclosed_rays_are_the_same() {
+fn open_soups_have_equal_unclosed_rays() {
     let mut unclosed = 0;
     for (name, generator) in generators() {
         for seed in 0..3 {
@@ -30,7 +30,7 @@ fn unclosed_rays_are_the_same() {
 }
 
 #[test]
-fn a_ray_that_is_unclosed_in_either_solid_is_unclosed_in_both() {
+fn rays_unclosed_in_either_solid_are_unclosed_in_the_intersection() {
     for (name, generator) in generators() {
         for seed in 10..12 {
             let mut random = Random::new(seed);

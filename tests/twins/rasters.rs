@@ -11,7 +11,7 @@ use crate::twin::{self, Twin, compare_all, compare_image, compare_intersections}
 
 const OVER: Mode = Mode::Estimate(Estimate::Over);
 
-/// What any frame holds, be it one pixel.
+/// Draws a soup that fits into any frame, even one of a single pixel.
 fn soup(random: &mut Random, frame: &Frame) -> Soup {
     let mut soup = soups::nested_shells(random, frame);
     soup.add(&soups::tetrahedra(random, frame));
@@ -31,7 +31,7 @@ fn compare_raster(twins: &[Twin], shift: u32, rays: [u32; 3], lod: u32) {
 }
 
 #[test]
-fn rasters_of_one_ray_and_of_one_row_agree() {
+fn rasters_of_one_ray_and_of_one_row_have_equal_images() {
     let mut random = Random::new(3);
     for rays in
         [[1, 1, 1], [2, 1, 1], [1, 2, 1], [1, 1, 2], [1, 64, 1], [65, 1, 1], [1, 1, 63], [1, 300, 1], [1, 5, 300]]
@@ -45,15 +45,15 @@ fn rasters_of_one_ray_and_of_one_row_agree() {
 
 /// A workgroup of the prefix sum adds up 2048 counts.
 #[test]
-fn rasters_about_the_size_of_a_block_of_the_prefix_sum_agree() {
+fn rasters_near_a_block_of_the_prefix_sum_have_equal_images() {
     for (columns, rows) in [(2047, 1), (2048, 1), (2049, 1), (4097, 1), (83, 79)] {
         compare_raster(twin::all(), 8, [columns, rows, 2], 33);
     }
 }
 
-/// The guess of a first column has the fewest digits to spare where an image has 2^16 of them.
+/// The estimate of a first column has the fewest spare digits where an image has 2^16 columns.
 #[test]
-fn the_widest_rasters_agree() {
+fn the_widest_rasters_have_equal_images() {
     for (rays, axis) in [([1 << 16, 2, 2], Axis::Z), ([2, 1 << 16, 2], Axis::X), ([2, 1, 1 << 16], Axis::Y)] {
         let mut random = Random::new(4);
         let frame = Frame { shift: 13, rays };
@@ -67,9 +67,9 @@ fn the_widest_rasters_agree() {
     }
 }
 
-/// 256 blocks of the prefix sum are added up at once; here are 300, and nothing on most rays.
+/// The prefix sum adds up 256 blocks at once; this raster has 300, and most rays are empty.
 #[test]
-fn more_than_half_a_million_rays_agree() {
+fn more_than_half_a_million_rays_have_equal_images() {
     let frame = Frame { shift: 12, rays: [1024, 600, 4] };
     let mut soup = soups::cuboid([0; 3], [200 << 12, 500 << 12, 2 << 12]);
     // In the last block, which the second round adds up.
@@ -86,7 +86,7 @@ fn more_than_half_a_million_rays_agree() {
 
 /// More rays, and more triangles, than the invocations along the first dimension of a dispatch.
 #[test]
-fn more_rays_and_triangles_than_one_dimension_of_a_dispatch_agree() {
+fn more_rays_and_triangles_than_a_dispatch_dimension_have_equal_images() {
     const ONE_DIMENSION: u32 = 64 * 32_768;
     let ring = ClosedMesh::check(solids::torus(3.0, 1.0, 1100, 1000).unwrap()).unwrap();
     assert!(ring.mesh().triangles.len() as u32 > ONE_DIMENSION);

@@ -1,4 +1,4 @@
-//! Settled spans, by a flood on the device and by the CPU's sets.
+//! Compares spans settled by a flood on the device with those settled by the CPU's disjoint sets.
 
 use std::collections::HashSet;
 use std::fmt::Display;
@@ -15,7 +15,7 @@ use crate::twin::{self, Twin};
 
 type Spans = [RaySpans<TriangleHit>; 3];
 
-/// In or out by the digits of the point alone: whichever point is tested, the other backend has to test it, too.
+/// A membership test by the digits of the point alone: if the backends test different points, their results differ.
 struct AnyAnswer;
 
 impl Membership for AnyAnswer {
@@ -38,13 +38,13 @@ fn twin() -> &'static Twin {
 
 fn by_gpu(spans: &Spans, grid: &Grid, outer: Outer) -> Result<Settled<TriangleHit>, GpuSettleError> {
     let settler = GpuSettler::prefilled(twin().gpu.device(), 0xa5a5_a5a5);
-    // A second time with buffers that have been used.
+    // A second run with buffers that have been used.
     let first = settler.settle(grid, spans.clone(), outer, &AnyAnswer, &|_, _| {});
     assert_eq!(settler.settle(grid, spans.clone(), outer, &AnyAnswer, &|_, _| {}), first);
     first
 }
 
-/// Compares what is settled, and what the flood reaches with a search from node to node.
+/// Compares the settled spans, and the nodes that the flood reaches with those of a search from node to node.
 fn compare(what: impl Display, spans: &Spans, grid: &Grid, outer: Outer) -> Result<SettleCounts, SettleError> {
     let expected = settle(grid, spans.clone(), outer, &AnyAnswer, &|_, _| {});
     let found = by_gpu(spans, grid, outer);
@@ -65,7 +65,7 @@ fn compare(what: impl Display, spans: &Spans, grid: &Grid, outer: Outer) -> Resu
     }
 }
 
-/// What a ray says of its nodes: whether each is in, whether it is beyond all crossings, and whether there is a crossing before.
+/// Returns for each node of a ray whether it is in, whether it is beyond all crossings, and whether there is a crossing before.
 fn on_ray(hits: &[TriangleHit], grid: &Grid, nodes: u32, outer: Outer) -> Vec<[bool; 3]> {
     let before = |node: u32| hits.iter().filter(|hit| hit.crossing().nearest() < grid.node(node)).count();
     let state = |node: u32| {
@@ -132,7 +132,7 @@ fn compare_nodes(what: &impl Display, spans: &Spans, grid: &Grid, outer: Outer, 
     }
 }
 
-/// A pixel is a cell about its node; the surface of those for which `is_full`.
+/// Returns the surface of the nodes for which `is_full`; each is a pixel-sized cell about its node.
 fn cells(frame: &Frame, mut is_full: impl FnMut([u32; 3]) -> bool) -> Soup {
     let [nx, ny, nz] = frame.rays;
     let nodes = || (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
@@ -163,7 +163,7 @@ fn cells(frame: &Frame, mut is_full: impl FnMut([u32; 3]) -> bool) -> Soup {
 }
 
 #[test]
-fn heaps_of_soups_are_settled_alike() {
+fn heaps_of_soups_settle_to_equal_spans() {
     let mut sums = SettleCounts::default();
     for (name, generator) in crate::lattice::oriented() {
         for seed in 400..404 {
@@ -189,7 +189,7 @@ fn heaps_of_soups_are_settled_alike() {
 }
 
 #[test]
-fn mazes_are_settled_alike() {
+fn mazes_settle_to_equal_spans() {
     let mut random = Random::new(5);
     let (mut components, mut cavities) = (0, 0);
     // Rows of less than a word, of a word, of more; of a host's word and of more.
@@ -199,7 +199,7 @@ fn mazes_are_settled_alike() {
             let out = [20, 32, 45, 60][case % 4];
             let mut soup = cells(&frame, |_| random.below(100) >= out);
             if outer == Outer::In {
-                // What was full is room, and all else is solid.
+                // The full nodes become room, and all other nodes are solid.
                 soup = soup.inverted();
             }
             let grid = grid(&frame, 64);
@@ -215,8 +215,8 @@ fn mazes_are_settled_alike() {
 }
 
 #[test]
-fn long_ways_are_gone_to_their_end() {
-    // A tunnel one node wide that fills a block of 65 × 9 × 65 nodes, level by level, row by row; open or not.
+fn floods_reach_the_end_of_a_long_tunnel() {
+    // A tunnel one node wide that fills a block of 65 × 9 × 65 nodes, level by level, row by row, with an open or a closed end.
     for mouth in [1, 0] {
         let tunnel = |[x, y, z]: [u32; 3]| {
             let turn = |at: u32, end: u32| if at / 2 % 2 == 1 { end } else { 1 };
@@ -235,14 +235,14 @@ fn long_ways_are_gone_to_their_end() {
 }
 
 #[test]
-fn contradictions_are_told_alike() {
+fn contradictory_spans_give_equal_errors() {
     let frame = Frame { shift: 4, rays: [40, 6, 5] };
     let grid = grid(&frame, 64);
     let soup = soups::cuboid([20; 3], [500, 80, 70]);
     let whole = spans(&soup, &grid, Outer::Out);
     let mut contradicted = 0;
     for axis in 0..3 {
-        // One axis has seen nothing, or another cuboid.
+        // One axis has an empty image, or that of another cuboid.
         for other in [Soup::default(), soups::cuboid([30; 3], [300, 60, 50])] {
             let mut spans = whole.clone();
             spans[axis] = self::spans(&other, &grid, Outer::Out)[axis].clone();
@@ -257,7 +257,7 @@ fn contradictions_are_told_alike() {
 }
 
 #[test]
-fn nothing_is_settled_alike() {
+fn empty_spans_settle_to_no_components() {
     let frame = Frame { shift: 4, rays: [3, 1, 4] };
     let grid = grid(&frame, 64);
     for outer in [Outer::Out, Outer::In] {

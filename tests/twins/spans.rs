@@ -1,4 +1,4 @@
-//! Lists of crossings that may bound gaps, of triangles that bound nothing by themselves.
+//! Lists of crossings that may bound gaps; their triangles bound nothing by themselves.
 
 use std::fmt::Display;
 
@@ -27,7 +27,7 @@ fn by_cpu<H: Hit>(primitives: &Primitives, grid: &Grid, axis: Axis, outer: Outer
     primitives.spans(grid, axis, outer, &CpuSampler::default()).map_err(SampleError::from)
 }
 
-/// Compares what is kept along an axis, with triangles and without; gives what was kept with them.
+/// Compares the crossings kept along an axis, with triangles and without; returns those kept with triangles.
 fn compare(
     what: impl Display,
     twins: &[&Twin],
@@ -51,14 +51,14 @@ fn by_lists(twins: &[Twin]) -> Vec<&Twin> {
 }
 
 #[test]
-fn soups_have_the_same_gaps() {
+fn soups_have_equal_gaps() {
     let twins = by_lists(twin::all());
     let (mut gaps, mut alone) = (0, 0);
     for (name, generator) in generators() {
         for seed in 300..303 {
             let mut random = Random::new(seed);
             let frame = frame(&mut random);
-            // A heap that overlaps itself, and now and then a triangle that is missing.
+            // A heap that overlaps itself, now and then with a missing triangle.
             let mut soup = generator(&mut random, &frame);
             soup.add(&generator(&mut random, &frame));
             if random.chance(2) {
@@ -79,15 +79,15 @@ fn soups_have_the_same_gaps() {
     assert!(gaps > 1000 && alone > 10, "{gaps} gaps and {alone} rays with a single crossing");
 }
 
-/// Rays of thousands of crossings are sorted by many invocations and reduced by as many, whatever the adapter.
+/// Rays of thousands of crossings are sorted and reduced by many invocations, on any adapter.
 #[test]
-fn thousands_of_crossings_on_a_ray_have_the_same_gaps() {
+fn thousands_of_crossings_on_a_ray_have_equal_gaps() {
     let frame = Frame { shift: 20, rays: [2, 3, 2] };
     for (axis, outer, thickness) in [(Axis::X, Outer::Out, 2), (Axis::Y, Outer::In, 100), (Axis::Z, Outer::Out, 1000)] {
         let mut random = Random::new(9);
         let mut soup = Soup::default();
         for _ in 0..1500 {
-            // Some far apart, and many at one of a few places.
+            // Some are far apart, and many are at one of a few places.
             let most = frame.most(axis.depth()) - thickness;
             let first = random.even(0, most);
             let first = if random.chance(2) { first / 4096 * 4096 } else { first };
@@ -101,7 +101,7 @@ fn thousands_of_crossings_on_a_ray_have_the_same_gaps() {
 }
 
 #[test]
-fn bands_have_the_same_gaps() {
+fn bands_have_equal_gaps() {
     let small = GpuOptions { route: Route::Lists, prefill: Some(0x5a5a_5a5a), binding: 64 << 10, ..Default::default() };
     let options = [
         GpuOptions { band_rays: 1, ..small },
@@ -124,10 +124,10 @@ fn bands_have_the_same_gaps() {
 }
 
 #[test]
-fn nothing_has_no_gaps() {
+fn empty_and_missed_primitives_have_no_gaps() {
     let frame = Frame { shift: 4, rays: [3, 4, 5] };
     let empty = Primitives::default();
-    // One that every ray misses.
+    // A triangle that every ray misses.
     let edge_on = primitives(&Soup { positions: vec![[0; 3], [40, 0, 0], [0, 2, 0]], triangles: vec![[0, 1, 2]] });
     for axis in Axis::ALL {
         for (name, primitives) in [("no triangle", &empty), ("a missed one", &edge_on)] {
@@ -138,7 +138,7 @@ fn nothing_has_no_gaps() {
 }
 
 #[test]
-fn lists_that_differ_are_told() {
+fn different_lists_are_not_equal() {
     let frame = Frame { shift: 4, rays: [7, 8, 9] };
     let grid = grid(&frame, 64);
     let mut soup = soups::cuboid([10, 12, 14], [40, 100, 120]);

@@ -1,4 +1,4 @@
-//! What lies between the stages.
+//! The data between the stages of the sampler.
 
 use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -32,7 +32,7 @@ fn compare_stages(what: &str, a: &LatticeSolid, b: &LatticeSolid) {
 }
 
 #[test]
-fn soups_have_the_same_masks_classes_and_lists() {
+fn soups_have_equal_masks_classes_and_lists() {
     for (name, generator) in generators() {
         for seed in 100..104 {
             let mut random = Random::new(seed);
@@ -48,7 +48,7 @@ fn soups_have_the_same_masks_classes_and_lists() {
 }
 
 #[test]
-fn open_soups_have_the_same_masks_classes_and_lists() {
+fn open_soups_have_equal_masks_classes_and_lists() {
     for (name, generator) in generators() {
         for seed in 200..202 {
             let mut random = Random::new(seed);

@@ -1,4 +1,4 @@
-//! Summaries that are made on the device.
+//! Volume summaries that the device computes.
 
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -38,7 +38,7 @@ fn compare(what: &str, twins: &[Twin], a: &ldi_ops::grid::LatticeSolid, b: &ldi_
 }
 
 #[test]
-fn soups_have_the_same_summaries_in_bands_of_any_size() {
+fn soups_have_equal_summaries_in_bands_of_any_size() {
     let small =
         [(50, Route::Masks), (23, Route::Lists), (5, Route::Masks), (37, Route::Tiles)].map(|(band_rays, route)| {
             let binding = 1 << 20;
@@ -56,8 +56,8 @@ fn soups_have_the_same_summaries_in_bands_of_any_size() {
 }
 
 #[test]
-fn solids_have_the_same_summaries() {
-    // Flat faces along the axes are level, diagonal ones pass through nodes, and round ones are neither.
+fn solids_have_equal_summaries() {
+    // Flat faces along the axes are level, diagonal ones pass through nodes, and round ones do neither.
     let meshes = [
         solids::cuboid(glam::DVec3::new(-3.1, -2.0, -1.3), glam::DVec3::new(2.9, 2.0, 1.1)).unwrap(),
         solids::torus(3.0, 1.0, 64, 32).unwrap(),
@@ -75,7 +75,7 @@ fn solids_have_the_same_summaries() {
 }
 
 #[test]
-fn the_device_sums_what_the_image_holds() {
+fn device_summaries_equal_those_of_the_image() {
     let mesh = ldi_ops::mesh::ClosedMesh::check(solids::torus(3.0, 1.0, 64, 32).unwrap()).unwrap();
     let grid = Grid::with_resolution(mesh.bounds(), 64, 1024).unwrap();
     let solid = grid.quantise(&mesh).unwrap();

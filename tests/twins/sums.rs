@@ -12,7 +12,7 @@ use ldi_ops::solids;
 
 use crate::twin;
 
-/// Sums both ways, with all that lies outside of A if `outer` is in.
+/// Computes a sum on both; if `outer` is in, the first operand is all that lies outside of A.
 fn compare(what: &str, a: TriangleMesh, b: TriangleMesh, pitch: f64, outer: Outer) -> SettleCounts {
     let [a, b] = [a, b].map(|mesh| ClosedMesh::check(mesh).unwrap());
     let SumGrid { sum, a: grid_a, b: grid_b } = SumGrid::with_pitch(a.bounds(), b.bounds(), pitch, 256).unwrap();
@@ -29,7 +29,7 @@ fn compare(what: &str, a: TriangleMesh, b: TriangleMesh, pitch: f64, outer: Oute
     for axis in Axis::ALL {
         let (found, count) = by_cpu.spans::<TriangleHit, _>(&sum, axis, outer, gpu).unwrap();
         assert!(found == spans[axis.depth()], "{what}, {axis:?}: other spans");
-        // Triangles have other numbers where the device has culled.
+        // After culling on the device, triangles have other numbers.
         let (found, found_count) = by_gpu.spans::<Crossing, _>(&sum, axis, outer, gpu).unwrap();
         assert_eq!(found_count, count, "{what}, {axis:?}");
         assert!(found == by_cpu.spans(&sum, axis, outer, &cpu).unwrap().0, "{what}, {axis:?}: other crossings");
@@ -43,7 +43,7 @@ fn compare(what: &str, a: TriangleMesh, b: TriangleMesh, pitch: f64, outer: Oute
 }
 
 #[test]
-fn sums_of_rings_and_balls_are_the_same() {
+fn sums_of_rings_and_balls_are_equal() {
     let ring = || solids::torus(3.0, 1.0, 24, 12).unwrap();
     let ball = |radius: f64| solids::geodesic(radius, 2).unwrap();
     let all = [
@@ -58,7 +58,7 @@ fn sums_of_rings_and_balls_are_the_same() {
 }
 
 #[test]
-fn cavities_are_the_same() {
+fn cavities_of_sums_are_equal() {
     let box_mesh = |from: f64, to: f64| solids::cuboid([from; 3].into(), [to; 3].into()).unwrap();
     let hollow = |inner: f64| {
         let (mut mesh, inside) = (box_mesh(0.0, 4.0), box_mesh(2.0 - inner, 2.0 + inner));

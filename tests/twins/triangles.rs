@@ -1,4 +1,4 @@
-//! Triangles of every size and shape: those that a queue divides among workgroups, and those that no ray meets.
+//! Triangles of every size and shape, from those that a queue divides among workgroups to those that no ray meets.
 
 use ldi_ops::grid::Axis;
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -10,7 +10,7 @@ use crate::layers::plates;
 use crate::soups::{self, Frame, Random, Soup};
 use crate::twin::{self, ROUTES, Twin, compare_all, compare_along, compare_image, compare_intersections};
 
-/// The triangle there and back: closed, and nothing inside.
+/// Returns the triangle and its reverse: closed, with nothing inside.
 fn pillow(soup: &mut Soup, corners: [[i32; 3]; 3]) {
     let first = soup.positions.len() as u32;
     soup.positions.extend(corners);
@@ -18,7 +18,7 @@ fn pillow(soup: &mut Soup, corners: [[i32; 3]; 3]) {
 }
 
 #[test]
-fn triangles_over_the_whole_image_are_covered_alike() {
+fn triangles_over_the_whole_image_have_equal_images() {
     let frame = Frame { shift: 12, rays: [70, 90, 110] };
     let whole = soups::cuboid([0; 3], std::array::from_fn(|axis| frame.most(axis)));
     let inner = soups::octahedron([35 << 12, 45 << 12, 55 << 12], 33 << 12);
@@ -31,7 +31,7 @@ fn triangles_over_the_whole_image_are_covered_alike() {
 }
 
 #[test]
-fn hundreds_of_large_triangles_are_covered_alike() {
+fn hundreds_of_large_triangles_have_equal_images() {
     let frame = Frame { shift: 12, rays: [65, 66, 67] };
     for axis in Axis::ALL {
         let mesh = closed(&plates(&frame, axis, 60, 100, 1000, 12));
@@ -40,10 +40,10 @@ fn hundreds_of_large_triangles_are_covered_alike() {
     }
 }
 
-/// Thin triangles from one side of the image to the other: many blocks and few crossings, so that a binding that is large
-/// enough for the crossings, and for the masks of all rays, is too small for the queue.
+/// Thin triangles from one side of the image to the other give many blocks and few crossings: a binding that is large enough for
+/// the crossings, and for the masks of all rays, is too small for the queue.
 #[test]
-fn a_queue_that_is_full_changes_nothing() {
+fn a_full_queue_changes_no_image() {
     const BINDING: u64 = 64 << 10;
     let frame = Frame { shift: 12, rays: [100, 101, 102] };
     let mut random = Random::new(8);
@@ -74,7 +74,7 @@ fn a_queue_that_is_full_changes_nothing() {
             let rows = corners.map(|corner| corner[axis.row()] >> frame.shift);
             (rows.iter().max().unwrap() - rows.iter().min().unwrap()) as u64
         };
-        // Blocks are of 8 rows, and of 8 bytes in the queue.
+        // A block has 8 rows, and takes 8 bytes in the queue.
         let blocks: u64 = soup.corners().map(|corners| rows(corners) / 8).sum();
         assert!(8 * blocks > BINDING, "{blocks} blocks");
     }
@@ -82,9 +82,9 @@ fn a_queue_that_is_full_changes_nothing() {
     compare_all("400 thin tetrahedra", &twins, &solid);
 }
 
-/// More blocks than one dimension of a dispatch has workgroups.
+/// There are more blocks than one dimension of a dispatch has workgroups.
 #[test]
-fn tens_of_thousands_of_blocks_are_covered_alike() {
+fn tens_of_thousands_of_blocks_have_equal_images() {
     let frame = Frame { shift: 16, rays: [9, 8192, 2] };
     let mesh = closed(&plates(&frame, Axis::Z, 12, 100, 1000, 12));
     let solid = grid(&frame, 33).quantise(&mesh).unwrap();
@@ -94,7 +94,7 @@ fn tens_of_thousands_of_blocks_are_covered_alike() {
 }
 
 #[test]
-fn long_thin_triangles_are_covered_alike() {
+fn long_thin_triangles_have_equal_images() {
     let mut random = Random::new(5);
     for shift in [3, 12, 22] {
         let frame = Frame { shift, rays: [150, 170, 130] };
@@ -120,7 +120,7 @@ fn long_thin_triangles_are_covered_alike() {
 }
 
 #[test]
-fn triangles_that_no_ray_meets_leave_no_trace() {
+fn triangles_that_no_ray_meets_have_equal_images() {
     let frame = Frame { shift: 6, rays: [12, 11, 13] };
     let mut random = Random::new(6);
     let mut soup = Soup::default();
@@ -129,12 +129,12 @@ fn triangles_that_no_ray_meets_leave_no_trace() {
         let [a, mut b, mut c]: [[i32; 3]; 3] = [(); 3].map(|()| anywhere(&mut random));
         let axis = random.below(3);
         match random.below(5) {
-            // No area: twice or three times the same corner, or three on a line.
+            // No area: the same corner two or three times, or three corners on a line.
             0 => (b, c) = (a, random.choose(&[a, c])),
             1 => c = std::array::from_fn(|axis| (a[axis] / 4 + b[axis] / 4) * 2),
             // Edge-on for two of the views.
             2 => (b[axis], c[axis]) = (a[axis], a[axis]),
-            // On one line of the view along an axis, and not in space.
+            // On one line of the view along an axis, but not in space.
             3 => {
                 b = std::array::from_fn(|i| if i == axis { b[i] } else { a[i] / 4 * 2 });
                 c = std::array::from_fn(|i| if i == axis { c[i] } else { (a[i] - b[i]) / 2 * 2 + b[i] });
@@ -160,7 +160,7 @@ fn triangles_that_no_ray_meets_leave_no_trace() {
 }
 
 #[test]
-fn meshes_far_smaller_than_a_pixel_are_met_alike() {
+fn meshes_far_smaller_than_a_pixel_have_equal_images() {
     let frame = Frame { shift: 20, rays: [5; 3] };
     let ray = (2 << 20) + (1 << 19) + 1;
     for from in [ray - 1, ray + 1, 0, ray - 3] {

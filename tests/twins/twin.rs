@@ -1,4 +1,4 @@
-//! GPU samplers by the options they were opened with, and how each is held to the CPU's.
+//! GPU samplers, their options, and the comparison of each with the CPU's sampler.
 
 use std::fmt::Display;
 use std::sync::LazyLock;
@@ -16,17 +16,17 @@ pub const ESTIMATES: [Estimate; 2] = [Estimate::Over, Estimate::Under];
 pub const FILLS: [FillRule; 2] = [FillRule::EvenOdd, FillRule::NonZero];
 pub const ROUTES: [Route; 3] = [Route::Masks, Route::Lists, Route::Tiles];
 
-/// What buffers hold before they are used; as a count, an offset, a mask or a depth it is wrong.
+/// The initial content of buffers; as a count, an offset, a mask or a depth it is wrong.
 const SENTINEL: u32 = 0xa5a5_a5a5;
 
-/// The adapter that everything here runs on.
+/// The adapter that all of these tests run on.
 pub static ADAPTER: LazyLock<Adapter> = LazyLock::new(|| {
     let wanted = std::env::var("LDI_ADAPTER").ok();
     let adapters = adapters();
     choose(&adapters, wanted.as_deref()).unwrap_or_else(|error| panic!("twins need an adapter: {error}")).clone()
 });
 
-/// A GPU sampler that is to be the twin of the CPU's.
+/// A GPU sampler that is compared with the CPU's.
 pub struct Twin {
     pub gpu: GpuSampler,
     pub options: GpuOptions,
@@ -37,17 +37,17 @@ impl Twin {
         Twin { gpu: GpuSampler::open(&ADAPTER, options).unwrap_or_else(|error| panic!("{error}")), options }
     }
 
-    /// What tells it from other twins.
+    /// The difference from other twins, for messages.
     pub fn name(&self) -> String {
         let GpuOptions { arithmetic, route, memory, band_rays, binding, prefill } = self.options;
         format!("{arithmetic:?}, {route:?}, memory {memory}, band_rays {band_rays}, binding {binding}, {prefill:x?}")
     }
 }
 
-/// All routes in each arithmetic that the adapter has, the buffers filled with a sentinel.
+/// Returns all routes in each arithmetic that the adapter has, with buffers filled with a sentinel.
 ///
-/// A small binding keeps the queue of large triangles small, which is filled for every pass. It has room for the masks of
-/// 121 rays of the most voxels.
+/// A small binding keeps the queue of large triangles small, which is filled for every pass. The binding has room for the masks
+/// of 121 rays of the most voxels.
 pub fn all() -> &'static [Twin] {
     static ALL: LazyLock<Vec<Twin>> = LazyLock::new(|| {
         let native = ADAPTER.int64.then_some(Arithmetic::Native);
@@ -66,20 +66,20 @@ pub fn all() -> &'static [Twin] {
     &ALL
 }
 
-/// All routes with the options that users get.
+/// Returns all routes with the options that users get.
 pub fn plain() -> &'static [Twin] {
     static PLAIN: LazyLock<[Twin; ROUTES.len()]> =
         LazyLock::new(|| ROUTES.map(|route| Twin::open(GpuOptions { route, ..GpuOptions::default() })));
     &*PLAIN
 }
 
-/// Whether the adapter is a program on the processor.
+/// Returns whether the adapter is a program on the processor.
 pub fn is_software() -> bool {
     ADAPTER.kind == AdapterKind::Software
 }
 
-/// Those of the twins that may differ: exact images and the other fill rule take the lists by every route, so that one twin
-/// an arithmetic is enough for them.
+/// Returns the twins that may differ: for exact images and the other fill rule every route takes the lists, so that one twin per
+/// arithmetic is enough.
 fn distinct(twins: &[Twin], mode: Mode, fill: FillRule) -> impl Iterator<Item = &Twin> {
     let routes_differ = mode != Mode::Exact && fill == FillRule::EvenOdd;
     twins.iter().filter(move |twin| routes_differ || twin.options.route == Route::Masks)

@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_stand_for_triangles() {
+    fn sample_normals_are_numbered_as_triangles() {
         let images = Axis::ALL.map(image).to_vec();
         let normals: Normals = (0..8).map(|i| [i as f32, 0.0, 0.0]).collect();
         let with = |normals| Images {

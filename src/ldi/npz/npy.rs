@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn written_headers_are_read_back() {
         for (descr, order, shape) in
             [("'<u4'", Order::C, &[7][..]), ("'|u1'", Order::Fortran, &[2, 3, 4]), ("'<U1'", Order::C, &[])]
         {
@@ -400,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn other_headers_are_refused_at_their_place() {
+    fn malformed_headers_are_refused_with_their_place() {
         for (text, says) in [
             ("", "{ should stand at byte 0"),
             ("{'descr': '<u4', 'fortran_order': False, }", "shape should stand"),

@@ -94,7 +94,7 @@ fn refuses(name: &str, replacement: Vec<u8>, words: &[&str]) {
 }
 
 #[test]
-fn what_is_written_is_read() {
+fn written_images_are_read_back() {
     let three = Axis::ALL.map(image);
     let all = Extras {
         normals: vec![Some(normals(Axis::X)), None, Some(normals(Axis::Z))],
@@ -147,7 +147,7 @@ fn images_that_numpy_wrote_are_read() {
 }
 
 #[test]
-fn arrays_have_headers_of_whole_blocks_and_the_numbers_after_them() {
+fn arrays_have_padded_headers_followed_by_the_numbers() {
     let entries = entries(&written(&[image(Axis::Z)], &Extras::default()));
     let (_, depths) = entries.iter().find(|(name, _)| name == "depths.npy").unwrap();
     assert_eq!(&depths[..8], b"\x93NUMPY\x01\x00");
@@ -158,7 +158,7 @@ fn arrays_have_headers_of_whole_blocks_and_the_numbers_after_them() {
 }
 
 #[test]
-fn several_images_carry_their_axes() {
+fn arrays_of_several_images_are_named_by_axis() {
     let extras = Extras { normals: vec![None, Some(normals(Axis::Y))], ..Extras::default() };
     let entries = entries(&written(&[image(Axis::X), image(Axis::Y)], &extras));
     let names: Vec<&str> = entries.iter().map(|(name, _)| name.trim_end_matches(".npy")).collect();
@@ -168,7 +168,7 @@ fn several_images_carry_their_axes() {
 }
 
 #[test]
-fn one_image_may_carry_its_axis_and_do_without_what_can_be_known() {
+fn one_image_may_name_its_axis_and_omit_derivable_arrays() {
     let bare: Vec<(String, Vec<u8>)> = entries(&written(&[image(Axis::Z)], &Extras::default()))
         .into_iter()
         .filter(|(name, _)| name != "unclosed.npy")
@@ -241,7 +241,7 @@ fn wrong_types_and_shapes_are_named() {
 }
 
 #[test]
-fn normals_are_normals() {
+fn normals_must_have_length_one_or_zero() {
     let with_normal = |normal: [f32; 3]| {
         let mut all = normals(Axis::Z);
         all[2] = normal;
@@ -271,7 +271,7 @@ fn grid_array(origin: f64, pitch: f64, step: f64, rays: [u32; 3], shift: u32, lo
 }
 
 #[test]
-fn grids_that_cannot_be_are_refused() {
+fn impossible_grids_are_refused() {
     let good = [4, 3, 2];
     assert!(with("grid", Some(grid_array(0.0, 16.0, 1.0, good, 4, 64))).is_ok());
     for (grid, words) in [
@@ -296,7 +296,7 @@ fn grids_that_cannot_be_are_refused() {
 }
 
 #[test]
-fn arrays_that_are_no_image_are_refused() {
+fn arrays_that_form_no_valid_image_are_refused() {
     let mut offsets = vec![4u32; 13];
     (offsets[0], offsets[1], offsets[3]) = (0, 2, 9);
     let beyond = with("offsets", Some(array("'<u4'", &[13], &bytes(&offsets, u32::to_le_bytes)))).unwrap_err();
@@ -308,7 +308,7 @@ fn arrays_that_are_no_image_are_refused() {
 }
 
 #[test]
-fn a_mode_is_one_of_three() {
+fn modes_other_than_exact_over_and_under_are_refused() {
     let text = |text: &str| {
         array(
             "'<U5'",
@@ -342,7 +342,7 @@ fn normals_that_point_into_the_solid_are_refused() {
 }
 
 #[test]
-fn exact_images_agree_about_every_node() {
+fn exact_images_that_disagree_about_nodes_are_refused() {
     let grid = Grid::from_parts(DVec3::ZERO, 1.0, [2, 2, 2], 4, 64).unwrap();
     // Node (0, 0, 0) is inside; nodes lie half a pixel, 8 lattice steps, from the sides of pixels.
     let of =
@@ -392,7 +392,7 @@ fn damaged_files_are_refused() {
 }
 
 #[test]
-fn what_swells_is_refused_before_it_does() {
+fn oversized_arrays_are_refused_before_allocation() {
     // 2^15 by 2^15 rays: 4 GiB of offsets, in an archive that declares them and holds a small part of them.
     let grid = grid_array(0.0, 16.0, 1.0, [1 << 15, 1 << 15, 1], 4, 64);
     let offsets = array("'<u4'", &[(1 << 30) + 1], &vec![0; 1 << 20]);
@@ -412,7 +412,7 @@ fn what_swells_is_refused_before_it_does() {
 }
 
 #[test]
-fn a_full_disk_is_told_as_such() {
+fn full_disks_give_a_storage_full_error() {
     /// A file that has room for some bytes.
     struct Disk(Cursor<Vec<u8>>, usize);
     impl Write for Disk {
@@ -438,7 +438,7 @@ fn a_full_disk_is_told_as_such() {
 }
 
 #[test]
-fn what_does_not_belong_together_is_not_written() {
+fn mismatched_images_and_normals_are_not_written() {
     let write = |images: &[Ldi], extras: &Extras| write(images, extras, Cursor::new(Vec::new()));
     let (one, none) = ([image(Axis::Z)], Extras::default());
     assert!(matches!(write(&[], &none), Err(NpzError::NoImage)));

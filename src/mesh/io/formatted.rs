@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn elements_keep_their_order_whatever_their_number() {
+    fn parallel_writing_keeps_the_order_of_elements() {
         for count in [0, 1, ELEMENTS_PER_TASK, 5 * ELEMENTS_PER_TASK - 1, 9 * ELEMENTS_PER_TASK + 7] {
             let elements: Vec<u32> = (0..count as u32).collect();
             let mut bytes = Vec::new();
@@ -53,7 +53,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_disk_ends_the_writing() {
+    fn full_disks_end_the_writing() {
         struct Full(usize);
         impl Write for Full {
             fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {

@@ -186,7 +186,7 @@ mod tests {
     const CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
     #[test]
-    fn corners_of_every_form() {
+    fn face_corners_of_every_form_are_read() {
         for face in ["f 1 2 3", "f 1/1 2/2 3/3", "f 1//1 2//2 3//3", "f 1/1/1 2/2/2 3/3/3", "f -4 -3 -2", "f 1 \\\n2 3"]
         {
             let file = parsed(format!("{CORNERS}{face}\n").as_bytes(), FORMAT);
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_are_f64_and_unwelded() {
+    fn positions_are_read_as_f64_and_not_welded() {
         let text = "v 0.1 -0 1e-300\nv 0.1 -0 1e-300\nv 1 nan -inf\nf 1 2 3";
         let mesh = parsed(text.as_bytes(), FORMAT).mesh;
         assert_eq!(mesh.positions[..2], points(&[[0.1, -0.0, 1e-300], [0.1, -0.0, 1e-300]]));
@@ -207,13 +207,13 @@ mod tests {
     }
 
     #[test]
-    fn relative_indices_count_from_where_they_stand() {
+    fn relative_indices_count_back_from_their_line() {
         let text = format!("{CORNERS}f -4 -3 -2\nv 9 9 9\nf -5 -4 -1\n");
         assert_eq!(parsed(text.as_bytes(), FORMAT).mesh.triangles, [[0, 1, 2], [0, 1, 4]]);
     }
 
     #[test]
-    fn objects_share_vertices_and_missing_materials_do_not_matter() {
+    fn objects_share_vertices_and_materials_are_ignored() {
         let text = format!("mtllib none.mtl\no a\n{CORNERS}usemtl x\nf 1 2 3\ng b\no b\nf 1 3 4\no empty\n");
         let file = parsed(text.as_bytes(), FORMAT);
         assert_eq!(file.mesh.positions, points(&[[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]]));
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_and_colours_follow_positions() {
+    fn weights_and_colours_after_positions_are_ignored() {
         let text = "v 2 4 6 2\nv 1 0 0 1\nv 0 1 0 0.5 0.5 0.5\nv 0 1 0 0.5 0.5 0.5 1\nf 1 2 3\n";
         let file = parsed(text.as_bytes(), FORMAT);
         assert_eq!(file.mesh.positions[0], DVec3::new(2.0, 4.0, 6.0));
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn text_in_utf_16_latin_1_and_all_line_ends() {
+    fn utf_16_latin_1_and_all_line_ends_are_read() {
         let text = format!("# n\u{e9}\n{CORNERS}f 1 2 3\n");
         let latin_1: Vec<u8> = text.chars().map(|c| c as u8).collect();
         let samples = [
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn writes_what_it_reads() {
+    fn written_meshes_are_read_back() {
         let mesh = TriangleMesh {
             positions: points(&[[0.1, -0.0, 1e-300], [1e300, 1.0 / 3.0, -2.5], [f64::MIN_POSITIVE, 0., 7.]]),
             triangles: vec![[0, 2, 1], [1, 1, 2]],

@@ -148,7 +148,7 @@ mod tests {
     const BODY: &str = "0 0 0\n1 0.1 0\n1 1 -0\n0 1 0\n3 0 1 2\n4 0 1 2 3\n";
 
     #[test]
-    fn headers_of_every_form() {
+    fn headers_of_every_form_are_read() {
         let headers = [
             "OFF\n4 2 0\n",
             "OFF 4 2 0\n",
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn more_values_at_vertices_and_faces_are_left_out() {
+    fn extra_values_at_vertices_and_faces_are_ignored() {
         let headers = [("COFF", "255 0 0 255"), ("NOFF", "0 0 1"), ("CNOFF", "0 0 1 1 0 0 0 1"), ("STOFF", "0.5 0.5")];
         for (header, extra) in headers {
             let text = format!("{header}\n3 1 0\n0 0 0 {extra}\n1 0 0 {extra}\n0 1 0 {extra}\n3 0 1 2 0.5 0.5 0.5 1\n");

@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_have_only_the_vertices_that_triangles_use() {
+    fn copies_hold_only_the_used_vertices() {
         let positions = (0..4000).map(|k| DVec3::splat(k.into())).collect();
         let part = TriangleMesh { positions, triangles: vec![[3999, 7, 20]] };
         let mesh = placed(&part, PLACEMENTS_MAX).unwrap();
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_are_limited_and_parts_are_not() {
+    fn copied_triangles_are_limited_and_single_parts_are_not() {
         let many = |count| TriangleMesh { positions: vec![DVec3::ZERO], triangles: vec![[0; 3]; count] };
         assert!(placed(&many(COPIES_MAX as usize + 1), 1).is_ok());
         assert!(placed(&many(1 << 14), (1 << 10) + 1).is_ok());

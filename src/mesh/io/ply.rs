@@ -665,7 +665,7 @@ mod tests {
     }
 
     #[test]
-    fn binary_of_every_type_and_byte_order() {
+    fn binary_files_of_every_type_and_byte_order_are_read() {
         for format in ["binary_little_endian", "binary_big_endian"] {
             for coordinate in ["float", "double"] {
                 for count in ["char", "uchar", "short", "ushort", "int", "uint", "float"] {
@@ -687,7 +687,7 @@ mod tests {
     }
 
     #[test]
-    fn integer_coordinates() {
+    fn integer_coordinates_are_read() {
         for coordinate in ["char", "uchar", "short", "ushort", "int", "uint"] {
             let bytes = binary("binary_big_endian", [coordinate, "uchar", "int"], "vertex_index", &[&[0., 1., 3.]]);
             assert_eq!(parsed(&bytes, FORMAT).mesh.positions[3], DVec3::new(0., 1., 0.), "{coordinate}");
@@ -695,7 +695,7 @@ mod tests {
     }
 
     #[test]
-    fn text_with_more_elements_and_properties() {
+    fn other_elements_and_properties_are_skipped() {
         let lines = "element material 1\nproperty list uchar float values\nproperty int id\nelement vertex 4\n\
                      property double y\nproperty double x\nproperty uchar red\nproperty double z\nelement face 2\n\
                      property list uchar int vertex_indices\nproperty list uchar float texcoord\nelement edge 1\n\
@@ -712,7 +712,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_feed_after_a_header_of_carriage_returns_is_data() {
+    fn line_feeds_after_a_header_of_carriage_returns_are_data() {
         let lines = "element vertex 3\nproperty char x\nproperty char y\nproperty char z\nelement face 1\n\
                      property list char char vertex_index\n";
         let data = [10, 0, 0, 1, 0, 0, 0, 1, 0, 3, 0, 1, 2];
@@ -726,7 +726,7 @@ mod tests {
     }
 
     #[test]
-    fn strips_turn_every_other_triangle_and_restart() {
+    fn strips_reverse_every_other_triangle_and_restart() {
         let lines = "element vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 2\n\
                      property list int int vertex_indices\n";
         let body = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n2 2 0\n9 0 1 2 3 -1 2 3 4 4\n3 0 1 2\n";
@@ -735,7 +735,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_may_stand_before_vertices() {
+    fn faces_before_vertices_are_read() {
         let lines = "element face 1\nproperty list uchar int vertex_index\nelement vertex 4\nproperty int x\n\
                      property int y\nproperty int z\n";
         let text = format!("{}4 0 1 2 3\n0 0 0\n4 1 0\n1 1 0\n1 4 0\n", header("ascii", lines));

@@ -238,14 +238,14 @@ mod tests {
     }
 
     #[test]
-    fn convex_is_a_fan() {
+    fn convex_polygons_become_fans() {
         let square = [[0., 0., 5.], [1., 0., 5.], [1., 1., 5.], [0., 1., 5.]];
         let noted = vec![ReadNote::PolygonsTriangulated { count: 1 }];
         assert_eq!(cut(&square), (vec![[0, 1, 2], [0, 2, 3]], noted));
     }
 
     #[test]
-    fn convex_is_a_fan_in_each_plane_and_direction() {
+    fn convex_polygons_become_fans_in_each_plane_and_direction() {
         for turn in 0..3 {
             for mirrored in [false, true] {
                 let mut points =
@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn a_huge_spiral_ends() {
+    fn a_spiral_of_200_000_corners_is_cut() {
         let spiral: Vec<[f64; 3]> = (0..200_000)
             .map(|k| {
                 let (angle, radius) = (f64::from(k) * 0.1, 1.0 + f64::from(k));

@@ -55,7 +55,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn formats_of_64_bits_give_back_what_was_written(mesh in any_mesh(), unit in any_unit()) {
+    fn formats_of_64_bits_return_the_written_mesh(mesh in any_mesh(), unit in any_unit()) {
         for format in [Format::Obj, Format::Ply, Format::Off] {
             let (file, written) = through(format, &mesh, Some(unit));
             prop_assert_eq!(&file.mesh, &mesh);
@@ -83,7 +83,7 @@ proptest! {
     }
 
     #[test]
-    fn formats_of_32_bits_give_back_what_was_rounded(mesh in any_mesh(), unit in any_unit()) {
+    fn formats_of_32_bits_return_the_rounded_mesh(mesh in any_mesh(), unit in any_unit()) {
         let rounded = |scale: f64| -> Vec<[DVec3; 3]> {
             let round = |corner: DVec3| (corner * scale).as_vec3().as_dvec3();
             corners(&mesh).into_iter().map(|triangle| triangle.map(round)).collect()
@@ -104,7 +104,7 @@ fn tetrahedron(size: f64, at: f64) -> TriangleMesh {
 }
 
 #[test]
-fn units_that_are_assumed_and_rounding_that_shows_are_told() {
+fn assumed_units_and_visible_rounding_give_notes() {
     let mesh = tetrahedron(1.0, 0.0);
     for (format, unit) in [(Format::Glb, LengthUnit::Metre), (Format::ThreeMf, LengthUnit::Millimetre)] {
         let (file, written) = through(format, &mesh, None);
@@ -126,7 +126,7 @@ fn units_that_are_assumed_and_rounding_that_shows_are_told() {
 }
 
 #[test]
-fn what_a_format_cannot_hold_is_refused_and_nothing_is_left() {
+fn meshes_that_a_format_cannot_hold_are_refused_without_a_file() {
     let folder = tempfile::tempdir().unwrap();
     let said = |name: &str, at: f64, unit| {
         let path = folder.path().join(name);
@@ -149,7 +149,7 @@ fn what_a_format_cannot_hold_is_refused_and_nothing_is_left() {
 }
 
 #[test]
-fn a_mesh_without_triangles_is_written_and_read_as_none() {
+fn meshes_without_triangles_are_written_and_read_back_as_empty() {
     let folder = tempfile::tempdir().unwrap();
     for format in Format::ALL.into_iter().filter(|format| format.is_written()) {
         let path: PathBuf = folder.path().join(format!("empty.{}", format.extension()));
@@ -160,7 +160,7 @@ fn a_mesh_without_triangles_is_written_and_read_as_none() {
 }
 
 #[test]
-fn the_same_mesh_makes_the_same_bytes() {
+fn writing_a_mesh_twice_gives_equal_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = crate::solids::geodesic(1.0, 30).unwrap();
     for format in Format::ALL.into_iter().filter(|format| format.is_written()) {
@@ -175,7 +175,7 @@ fn the_same_mesh_makes_the_same_bytes() {
 }
 
 #[test]
-fn a_glb_file_is_laid_out_in_words_and_bounded_to_the_bit() {
+fn glb_files_are_aligned_to_words_and_have_exact_bounds() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh.glb");
     write(&path, &tetrahedron(0.1, 0.7), Some(LengthUnit::Millimetre)).unwrap();
@@ -191,7 +191,7 @@ fn a_glb_file_is_laid_out_in_words_and_bounded_to_the_bit() {
 }
 
 #[test]
-fn ply_and_off_begin_as_their_readers_expect() {
+fn ply_and_off_files_begin_with_their_headers() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = |name: &str| {
         let path = folder.path().join(name);

@@ -375,7 +375,7 @@ mod tests {
     const TRIANGLE: [[f32; 3]; 3] = [[0.0, -0.0, 1.0], [2.0, 0.1, 3.0], [4.0, 5.0, f32::NAN]];
 
     #[test]
-    fn binary_by_size_even_if_it_begins_with_solid() {
+    fn binary_files_are_recognised_by_size_even_after_solid() {
         let file = parsed(&binary(b"solid facet", 2, &[TRIANGLE; 2]), FORMAT);
         // Corners with the same bits become one position, NaNs included.
         assert_eq!(file.mesh.triangles, [[0, 1, 2]; 2]);
@@ -388,14 +388,14 @@ mod tests {
     }
 
     #[test]
-    fn binary_with_bytes_after_the_last_triangle() {
+    fn trailing_bytes_of_binary_files_are_noted() {
         let mut bytes = binary(b"solid", 1, &[TRIANGLE]);
         bytes.extend([7; 3]);
         assert_eq!(parsed(&bytes, FORMAT).notes, [ReadNote::TrailingBytes { count: 3 }]);
     }
 
     #[test]
-    fn binary_that_is_too_short() {
+    fn truncated_binary_files_are_refused() {
         let bytes = binary(b"", 3, &[TRIANGLE; 2]);
         assert_eq!(error(&bytes, FORMAT), "sample.stl, byte 80: 3 triangles are promised, 2 are there");
         let bytes = binary(b"", u32::MAX, &[TRIANGLE; 2]);
@@ -406,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn empty_files() {
+    fn files_without_triangles_are_refused() {
         assert_eq!(error(b"", FORMAT), "sample.stl: there are no triangles: the file has no bytes");
         assert_eq!(
             error(b"solid a\nendsolid a\n", FORMAT),
@@ -420,7 +420,7 @@ mod tests {
         "facet normal 0 0 1\n outer loop\n  vertex 0 -0 1\n  vertex 2 0.1 3\n  vertex 4 5 nan\n endloop\nendfacet\n";
 
     #[test]
-    fn text_in_all_line_ends_cases_and_spaces() {
+    fn text_is_read_in_all_line_ends_cases_and_spaces() {
         let plain = format!("solid a\n{FACET}endsolid a\n");
         let texts = [
             plain.clone(),
@@ -448,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn text_with_several_solids() {
+    fn text_with_several_solids_is_read_as_one_mesh() {
         let text =
             format!("solid a\n{FACET}endsolid a\nsolid nothing\nendsolid\nsolid b c\n{FACET}{FACET}endsolid b c\n");
         let file = parsed(text.as_bytes(), FORMAT);
@@ -457,7 +457,7 @@ mod tests {
     }
 
     #[test]
-    fn text_that_is_wrong_names_its_line() {
+    fn errors_in_text_name_the_line() {
         let text = |from: &str, to: &str| format!("solid a\n{}", FACET.replacen(from, to, 1));
         assert_eq!(error(text("0.1", "0,1").as_bytes(), FORMAT), "sample.stl, line 5: `0,1` is not a number");
         let many = text("vertex 0", "vertex 9 9 9 vertex 0");
@@ -477,7 +477,7 @@ mod tests {
     }
 
     #[test]
-    fn writes_what_it_reads() {
+    fn written_meshes_are_read_back() {
         let mesh = TriangleMesh {
             positions: points(&[[0., 0., 0.], [1., 0., 0.], [0., 0.1, 0.], [-0., 0., 1e-30]]),
             triangles: vec![[0, 2, 1], [0, 1, 3], [1, 1, 1]],
@@ -496,7 +496,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_of_a_large_file_are_all_there_and_most_are_shared() {
+    fn large_files_keep_all_corners_and_share_most() {
         // More than three tasks, the last of them short, with 0 and −0 among the coordinates.
         let mesh = crate::solids::geodesic(1.0, 60).unwrap();
         assert!(

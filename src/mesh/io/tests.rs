@@ -36,7 +36,7 @@ pub(super) fn utf_16(text: &str, bytes: fn(u16) -> [u8; 2]) -> Vec<u8> {
 }
 
 #[test]
-fn extensions_tell_formats_in_any_case() {
+fn extensions_select_formats_in_any_case() {
     for (name, format) in [("a.stl", Format::Stl), ("b/A.3MF", Format::ThreeMf), ("x.y.GlTf", Format::Gltf)] {
         assert_eq!(Format::from_path(Path::new(name)), Ok(format));
     }
@@ -56,7 +56,7 @@ fn notes_have_codes_and_sentences() {
 }
 
 #[test]
-fn files_that_are_not_there_are_named() {
+fn errors_name_missing_files() {
     let error = read(Path::new("no/such.stl")).unwrap_err().to_string();
     assert!(error.starts_with("no/such.stl: "), "{error}");
 }
@@ -107,7 +107,7 @@ fn files_are_replaced_whole_or_not_at_all() {
 
 #[cfg(unix)]
 #[test]
-fn written_files_can_be_read_by_others() {
+fn written_files_are_readable_by_other_users() {
     use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().unwrap();
     let (written, plain) = (folder.path().join("mesh.stl"), folder.path().join("plain"));
@@ -190,7 +190,7 @@ fn survive(bytes: &[u8], format: Format) {
 }
 
 #[test]
-fn samples_are_read() {
+fn sample_files_of_every_format_are_read() {
     for (format, bytes) in samples() {
         parsed(&bytes, format);
     }
@@ -256,7 +256,7 @@ fn packages_with_damaged_models_are_read_or_refused() {
 }
 
 #[test]
-fn every_file_read_as_every_format() {
+fn files_read_as_any_format_never_panic() {
     for (_, bytes) in samples() {
         for format in Format::ALL {
             // A wrong extension is one more way for a file to be broken, and may even be read: GLB as glTF.

@@ -241,7 +241,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_every_spelling() {
+    fn numbers_of_every_spelling_are_read() {
         let spelt: [(&str, f64); 13] = [
             ("1", 1.0),
             ("+1.", 1.0),
@@ -281,14 +281,14 @@ mod tests {
     }
 
     #[test]
-    fn comments_end_a_line_and_a_word() {
+    fn comments_end_the_word_before_them() {
         let mut words = Words::with_comments(b"1 2#3 4\n# 5\n6", b'#');
         let found: Vec<&[u8]> = std::iter::from_fn(|| words.next()).collect();
         assert_eq!(found, [b"1", b"2", b"6"]);
     }
 
     #[test]
-    fn utf_16_and_marks_are_decoded() {
+    fn utf_16_and_byte_order_marks_are_decoded() {
         assert_eq!(&*decode(b"\xEF\xBB\xBFv 1"), b"v 1");
         assert_eq!(&*decode(b"\xFF\xFEv\0 \0\x31\0"), b"v 1");
         assert_eq!(&*decode(b"\xFE\xFF\0v\0 \0\x31"), b"v 1");

@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_extent_is_that_of_the_nodes() {
+    fn the_extent_encloses_the_nodes() {
         let size = [130, 5, 6];
         let block = NodeSet::from_fn(size, |[x, y, z]| (62..68).contains(&x) && y > 0 && z > 1);
         assert_eq!(extent(&block), Some([62..68, 1..5, 2..6]));

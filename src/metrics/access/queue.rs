@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_widest_leave_first_and_blocks_are_used_again() {
+    fn the_queue_pops_the_widest_first_and_reuses_blocks() {
         let mut queue = Queue::new(16.0);
         let radius = |node: u32| (node * 7919 % 1000) as f32 / 1000.0 * 16.0;
         (0..1000).for_each(|node| queue.push(radius(node), node));

@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cube_holds_what_the_set_holds() {
+    fn neighbourhood_cubes_agree_with_the_node_set() {
         let size = [131, 4, 3];
         let nodes = scattered(size);
         for edges in [Edges::Clip, Edges::Periodic] {

@@ -39,7 +39,7 @@ fn spans(side: usize, edges: Edges, axis: Axis, solid: impl Fn([f64; 3]) -> f64 
 }
 
 #[test]
-fn between_struts_a_ball_as_wide_as_the_window_gets_through() {
+fn struts_percolate_at_the_width_of_their_windows() {
     for side in [16, 32, 64] {
         let (period, radius) = (side as f64, 0.15 * side as f64);
         let exact = period - 2.0 * radius;
@@ -61,7 +61,7 @@ fn between_struts_a_ball_as_wide_as_the_window_gets_through() {
 
 /// Radii are computed as if there were nothing beyond the lateral faces; with a border, they are walls.
 #[test]
-fn a_border_narrows_what_lies_at_the_sides() {
+fn a_border_limits_the_radii_at_the_sides() {
     let side = 24;
     let free = vec![100.0; side * side * side];
     let nodes = NodeSet::full([side; 3]);
@@ -81,7 +81,7 @@ fn a_border_narrows_what_lies_at_the_sides() {
 /// The channels of a gyroid are narrowest where three of them meet, at L/8 · (1, 1, 1) and equivalent points: from there the
 /// distance to the surface at (0, 0, 0) is √3/8 L. Half way between two such points it is 0.2297 L, which is the largest pore.
 #[test]
-fn a_gyroid_lets_through_what_has_room_where_its_channels_meet() {
+fn a_gyroid_percolates_at_the_width_where_its_channels_meet() {
     for side in [16, 32, 64] {
         let period = side as f64;
         let exact = 3.0f64.sqrt() / 4.0 * period;
@@ -104,7 +104,7 @@ fn a_gyroid_lets_through_what_has_room_where_its_channels_meet() {
 
 /// Compares the flood with the definition, by passes over all nodes until nothing changes.
 #[test]
-fn bottlenecks_are_those_of_the_widest_ways() {
+fn bottlenecks_agree_with_brute_force() {
     let size = [13, 9, 11];
     let nodes = NodeSet::from_fn(size, |[x, y, z]| (x * 5 + y * 3 + z * 7 + x * y * z) % 7 < 4);
     let radii: Vec<f32> = (0..nodes.volume())
@@ -232,7 +232,7 @@ fn painted(side: usize, radii: &[f32]) -> Vec<f32> {
 }
 
 #[test]
-fn a_region_that_is_no_box_ends_in_its_outer_twentieths() {
+fn regions_other_than_boxes_end_in_their_outer_twentieths() {
     let closed = ClosedMesh::check(solids::geodesic(10.0, 24).unwrap()).unwrap();
     let grid = Grid::with_resolution(closed.bounds(), 60, 1024).unwrap();
     let solid = grid.quantise(&closed).unwrap();

@@ -60,7 +60,7 @@ fn tilted(mesh: TriangleMesh) -> TriangleMesh {
 }
 
 #[test]
-fn bounds_enclose_the_volume_and_close_in_on_it() {
+fn bounds_enclose_the_volume_and_converge_to_it() {
     let cuboid = tilted(solids::cuboid(DVec3::splat(-1.0), DVec3::new(1.0, 0.5, 0.2)).unwrap());
     let ball = solids::geodesic(1.0, 24).unwrap();
     let torus = solids::torus(1.0, 0.35, 64, 32).unwrap();
@@ -83,7 +83,7 @@ fn bounds_enclose_the_volume_and_close_in_on_it() {
 }
 
 #[test]
-fn sets_and_volumes_are_the_same_bounds() {
+fn node_sets_and_volumes_give_equal_bounds() {
     let mesh = solids::torus(1.0, 0.35, 64, 32).unwrap();
     let grid = grid_around(&mesh, 70);
     let (inside, SolidBounds { inner, outer }) = sets(&mesh, &grid);
@@ -96,7 +96,7 @@ fn sets_and_volumes_are_the_same_bounds() {
 }
 
 #[test]
-fn a_plate_between_rays_is_outer_and_not_inner() {
+fn plates_between_rays_are_in_the_outer_set_alone() {
     let grid = Grid::from_parts(DVec3::ZERO, 1.0, [20; 3], 20, 1024).unwrap();
     for thickness in [0.3, 0.01, 1e-5] {
         let plate = solids::cuboid(DVec3::new(2.0, 2.0, 7.1), DVec3::new(18.0, 18.0, 7.1 + thickness)).unwrap();
@@ -113,7 +113,7 @@ fn a_plate_between_rays_is_outer_and_not_inner() {
 }
 
 #[test]
-fn where_the_box_cuts_the_solid_nothing_is_taken_from_it() {
+fn faces_cut_by_the_box_do_not_widen_the_bounds() {
     for resolution in [16, 24, 32] {
         let cuboid = solids::cuboid(DVec3::splat(1.0), DVec3::new(3.0, 2.0, 2.5)).unwrap();
         let grid = grid_around(&cuboid, resolution);
@@ -164,7 +164,7 @@ fn is_in([a, b, c, d]: &[DVec3; 4], p: DVec3) -> bool {
 }
 
 #[test]
-fn points_inside_are_in_outer_cubes_and_points_outside_in_none_that_are_inner() {
+fn points_inside_are_in_outer_cubes_and_points_outside_in_no_inner_cubes() {
     let mut seen = [0; 3];
     for seed in 0..12 {
         let (mesh, parts) = shards(8, seed);
@@ -210,7 +210,7 @@ fn overlap(triangle: [[i32; 3]; 3], low: [i64; 3], high: [i64; 3]) -> bool {
 }
 
 #[test]
-fn cubes_are_those_of_exact_overlaps_but_for_the_margin() {
+fn cubes_agree_with_exact_overlaps_within_the_margin() {
     let mut met_cubes = 0;
     for seed in 0..6 {
         let (mesh, _) = shards(6, seed + 40);
@@ -242,7 +242,7 @@ fn cubes_are_those_of_exact_overlaps_but_for_the_margin() {
 }
 
 #[test]
-fn a_finer_raster_lies_on_the_same_lattice_and_is_tighter() {
+fn finer_rasters_on_the_lattice_give_tighter_bounds() {
     let mesh = solids::torus(1.0, 0.35, 64, 32).unwrap();
     let grid = grid_around(&mesh, 30);
     assert_eq!(finer_grid(&grid, 59), grid);
@@ -283,7 +283,7 @@ fn within_a_solid_region_both_surfaces_are_uncertain() {
 }
 
 #[test]
-fn threads_do_not_change_bounds() {
+fn bounds_do_not_depend_on_the_thread_count() {
     let (mesh, _) = shards(20, 3);
     let grid = grid_around(&mesh, 70);
     let with = |threads| {

@@ -91,7 +91,7 @@ fn rank(mut rows: Vec<[i64; 3]>) -> usize {
 }
 
 #[test]
-fn pieces_are_those_of_a_flood() {
+fn components_agree_with_a_flood_fill() {
     let mut ranks_seen = [0; 4];
     for set in all_sets() {
         for connectivity in CONNECTIVITIES {
@@ -120,7 +120,7 @@ fn pieces_are_those_of_a_flood() {
 }
 
 #[test]
-fn what_is_reached_is_what_a_flood_from_there_reaches() {
+fn reached_nodes_agree_with_a_flood_fill() {
     for set in all_sets() {
         let from = random(set.size(), 0.02, 77);
         for connectivity in CONNECTIVITIES {
@@ -140,7 +140,7 @@ fn what_is_reached_is_what_a_flood_from_there_reaches() {
 }
 
 #[test]
-fn the_rim_of_a_region_has_a_neighbour_outside() {
+fn the_rim_is_the_nodes_with_a_neighbour_outside() {
     for set in all_sets() {
         let size = set.size();
         let outside = |node: [usize; 3], axis: usize, step: isize| {
@@ -168,7 +168,7 @@ fn shell(size: usize, inner: f64, outer: f64) -> NodeSet {
 }
 
 #[test]
-fn what_a_hollow_ball_encloses_is_closed() {
+fn the_hollow_of_a_ball_is_a_closed_pore() {
     for size in [24, 48, 96] {
         let n = size as f64;
         let solid = shell(size, 0.3 * n, 0.45 * n);
@@ -190,7 +190,7 @@ fn what_a_hollow_ball_encloses_is_closed() {
 }
 
 #[test]
-fn a_bubble_across_the_faces_of_a_repeating_cell_is_closed() {
+fn a_bubble_across_the_faces_of_a_periodic_cell_is_closed() {
     let size = [32; 3];
     let region = NodeSet::full(size);
     let apart = |i: usize, centre: usize| (i as f64 - centre as f64).abs().min(32.0 - (i as f64 - centre as f64).abs());
@@ -205,7 +205,7 @@ fn a_bubble_across_the_faces_of_a_repeating_cell_is_closed() {
 }
 
 #[test]
-fn one_piece_of_runs_that_wind_through_a_raster() {
+fn a_serpentine_is_one_component() {
     // A serpentine: every other row full, joined at alternate ends.
     let size = [200, 41, 3];
     let set = NodeSet::from_fn(size, |[x, y, z]| z == 1 && (y % 2 == 0 || x == if y % 4 == 1 { 199 } else { 0 }));
@@ -216,7 +216,7 @@ fn one_piece_of_runs_that_wind_through_a_raster() {
 }
 
 #[test]
-fn threads_do_not_change_numbers() {
+fn component_numbers_do_not_depend_on_the_thread_count() {
     let set = random([130, 40, 40], 0.35, 5);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -229,7 +229,7 @@ fn threads_do_not_change_numbers() {
 }
 
 #[test]
-fn nothing_has_no_pieces() {
+fn empty_sets_have_no_components() {
     for edges in [Edges::Clip, Edges::Periodic] {
         let pieces = Components::of(&NodeSet::empty([5, 6, 7]), Connectivity::All, edges);
         assert_eq!((pieces.count(), pieces.largest(), pieces.largest_share()), (0, None, None));

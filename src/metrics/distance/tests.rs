@@ -85,7 +85,7 @@ fn check(crossings: &Crossings, edges: Edges) -> DistanceField {
 }
 
 #[test]
-fn distances_of_random_nodes_are_those_to_the_nearest_crossing() {
+fn distances_of_random_nodes_equal_those_to_the_nearest_crossing() {
     for (seed, size) in [(1, [13, 9, 17]), (2, [70, 5, 6]), (3, [6, 67, 4]), (4, [5, 3, 41]), (5, [1, 8, 8])] {
         for share in [0.5, 0.05, 0.002, 0.0] {
             let solid = random_nodes(size, share, seed);
@@ -97,7 +97,7 @@ fn distances_of_random_nodes_are_those_to_the_nearest_crossing() {
 }
 
 #[test]
-fn distances_of_formulas_are_those_to_the_nearest_crossing() {
+fn distances_of_formulas_equal_those_to_the_nearest_crossing() {
     let sphere = |[x, y, z]: [f64; 3]| distance([x, y, z], [9.3, 10.1, 8.8]) - 7.4;
     let wave = |p: [f64; 3]| {
         let [x, y, z] = p.map(|x| x * std::f64::consts::TAU / 24.0);
@@ -110,7 +110,7 @@ fn distances_of_formulas_are_those_to_the_nearest_crossing() {
 }
 
 #[test]
-fn threads_do_not_change_a_field() {
+fn distance_fields_do_not_depend_on_the_thread_count() {
     let solid = random_nodes([40, 33, 37], 0.02, 9);
     let crossings = Crossings::of_nodes(&solid, Edges::Periodic);
     let of = |threads| {

@@ -116,7 +116,7 @@ fn hits_give_the_area_of_a_turned_cube_without_bias() {
 }
 
 #[test]
-fn struts_have_their_area_and_volume_per_cell() {
+fn struts_have_their_closed_form_area_and_volume_per_cell() {
     let (r, root) = (0.15f64, 2.0f64.sqrt());
     let [area, volume] = [6.0 * PI * r - 24.0 * root * r * r, 3.0 * PI * r * r - 8.0 * root * r.powi(3)];
     assert!((area - 2.06376).abs() < 1e-5 && (volume - 0.173874).abs() < 1e-6);
@@ -148,7 +148,7 @@ fn struts_have_their_area_and_volume_per_cell() {
 }
 
 #[test]
-fn minimal_surfaces_have_their_area_per_cell() {
+fn minimal_surfaces_have_their_known_area_per_cell() {
     for (surface, exact) in [(Surface::Gyroid, 3.0917), (Surface::Primitive, 2.3526), (Surface::Diamond, 3.8380)] {
         let errors = [16, 32, 64].map(|resolution| {
             let cell = Sampled::of(network(surface, 1, resolution), 64);
@@ -165,7 +165,7 @@ fn minimal_surfaces_have_their_area_per_cell() {
 }
 
 #[test]
-fn hits_tell_what_of_a_surface_lies_in_a_region() {
+fn hits_give_the_surface_area_within_a_region() {
     // A slanted plate through a ball: its two sides have circles in common with the ball.
     let turn = turns(4).last().unwrap();
     let plate = turned(solids::cuboid(DVec3::new(-3.0, -3.0, -0.2), DVec3::new(3.0, 3.0, 0.2)).unwrap(), turn);
@@ -186,7 +186,7 @@ fn hits_tell_what_of_a_surface_lies_in_a_region() {
 }
 
 #[test]
-fn what_was_cut_is_no_surface_and_what_reaches_out_is_counted_by_hits() {
+fn cut_faces_are_no_surface_and_facets_across_the_region_count_by_hits() {
     let rod = Sampled::of(solids::cuboid(DVec3::ZERO, DVec3::new(1.0, 2.0, 8.0)).unwrap(), 64);
     let grid = *rod.grid();
     let facets = rod.facets();
@@ -226,7 +226,7 @@ fn overlapping_shells_are_counted_by_hits() {
 }
 
 #[test]
-fn threads_do_not_change_the_areas() {
+fn areas_do_not_depend_on_the_thread_count() {
     let cell = Sampled::of(network(Surface::Gyroid, 1, 24), 40);
     let ball = Sampled::on(cell.grid(), solids::geodesic(0.4, 12).unwrap());
     let [one, two] = [1, 2].map(|threads| {

@@ -124,7 +124,7 @@ fn rank(cells: &BTreeSet<Cell>, size: [usize; 3], edges: Edges) -> usize {
 }
 
 #[test]
-fn numbers_are_those_of_the_complex_of_cells() {
+fn euler_numbers_agree_with_the_cell_complex() {
     let mut kinds = BTreeSet::new();
     let sizes = [[4, 3, 3], [5, 2, 3], [1, 4, 3], [3, 1, 1], [2, 2, 2], [3, 4, 2], [1, 1, 1], [5, 5, 4]];
     for (at, size) in sizes.into_iter().enumerate() {
@@ -152,7 +152,7 @@ fn numbers_are_those_of_the_complex_of_cells() {
 }
 
 #[test]
-fn rows_of_many_words_count_as_cells_do() {
+fn rows_of_many_words_agree_with_the_cell_complex() {
     for size in [[63, 3, 3], [64, 3, 2], [65, 2, 3], [129, 2, 2]] {
         for connectivity in [Connectivity::Faces, Connectivity::All] {
             for edges in [Edges::Clip, Edges::Periodic] {
@@ -188,7 +188,7 @@ fn mesh_of(parts: &[TriangleMesh]) -> TriangleMesh {
 }
 
 #[test]
-fn solids_have_the_numbers_that_they_have() {
+fn solids_have_their_known_euler_and_betti_numbers() {
     let bars = |corners: &[([f64; 3], [f64; 3])]| -> NodeSet {
         NodeSet::from_fn([48; 3], |node| {
             corners.iter().any(|(low, high)| (0..3).all(|i| (low[i]..high[i]).contains(&(node[i] as f64 / 48.0))))
@@ -280,7 +280,7 @@ fn a_block_of_struts_has_k_cubed_nodes_and_the_struts_between_them() {
 }
 
 #[test]
-fn what_a_shape_cuts_from_struts_counts_half_in_its_boundary() {
+fn struts_cut_by_a_region_count_half_in_its_boundary() {
     let block = struts(3);
     for resolution in [48, 60, 96] {
         let closed = ClosedMesh::check(block.clone()).unwrap();
@@ -303,7 +303,7 @@ fn what_a_shape_cuts_from_struts_counts_half_in_its_boundary() {
 }
 
 #[test]
-fn a_solid_that_touches_nothing_of_its_box_contributes_all_of_its_characteristic() {
+fn solids_off_the_box_contribute_all_of_their_characteristic() {
     let (images, nodes) = sampled(&solids::torus(1.0, 0.3, 48, 24).unwrap(), 40, 3);
     let found = Topology::of(&nodes, &box_of(images[0].grid()), Edges::Clip);
     assert_eq!((found.characteristic, found.contribution), (0, 0.0));
@@ -323,7 +323,7 @@ fn nodal(surface: Surface, [x, y, z]: [f64; 3]) -> f64 {
 }
 
 #[test]
-fn labyrinths_of_minimal_surfaces_have_the_genus_that_crystallographers_give() {
+fn labyrinths_of_minimal_surfaces_have_their_known_genus() {
     // Genus 3 for each primitive cell, of which a cubic cell has two (gyroid), one (primitive) and four (diamond): the surface
     // has χ 2 − 2·3 in each, and either labyrinth half of it.
     for (surface, expected) in [(Surface::Gyroid, -4), (Surface::Primitive, -2), (Surface::Diamond, -8)] {
@@ -347,7 +347,7 @@ fn labyrinths_of_minimal_surfaces_have_the_genus_that_crystallographers_give() {
 }
 
 #[test]
-fn networks_from_meshes_have_the_same_and_so_have_sheets_twice() {
+fn meshed_networks_have_the_characteristic_of_their_labyrinth_and_sheets_twice_it() {
     for (surface, expected) in [(Surface::Gyroid, -4), (Surface::Primitive, -2), (Surface::Diamond, -8)] {
         for (part, times) in [(Part::Network { fraction: 0.5 }, 1), (Part::Sheet { wall: 0.15 }, 2)] {
             let mesh = MinimalSurface { surface, part, cells: [1; 3], cell_size: 1.0, resolution: 48 }.build().unwrap();
@@ -361,7 +361,7 @@ fn networks_from_meshes_have_the_same_and_so_have_sheets_twice() {
 }
 
 #[test]
-fn surfaces_count_as_the_check_counts_them() {
+fn surface_characteristics_agree_with_the_mesh_check() {
     let ring = solids::torus(2.0, 0.5, 24, 12).unwrap();
     let hollow = solids::hollow_box(DVec3::splat(2.0), DVec3::splat(1.0)).unwrap();
     let knot = StrutLattice {

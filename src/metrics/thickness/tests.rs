@@ -47,7 +47,7 @@ fn unit(a: [f64; 3]) -> [f64; 3] {
 }
 
 #[test]
-fn a_slab_is_as_thick_as_it_is() {
+fn slabs_have_their_thickness() {
     for normal in [[0.0, 0.0, 1.0], unit([1.0, 1.0, 0.0]), unit([1.0, 2.0, 3.0]), unit([5.0, 1.0, 0.3])] {
         for thickness in [2.0, 3.3, 6.7, 13.1] {
             let middle = dot(normal, [20.2, 19.7, 20.4]);
@@ -63,7 +63,7 @@ fn a_slab_is_as_thick_as_it_is() {
 }
 
 #[test]
-fn no_node_of_a_thick_slab_is_of_a_thin_one() {
+fn every_node_of_a_thick_slab_has_the_full_thickness() {
     for normal in [unit([1.0, 2.0, 3.0]), unit([5.0, 1.0, 0.3]), unit([3.0, 3.0, 1.0]), unit([1.0, 0.02, 0.0])] {
         let middle = dot(normal, [24.2, 23.7, 24.4]);
         let function = |p: [f64; 3]| (dot(normal, p) - middle).abs() - 10.0;
@@ -128,7 +128,7 @@ fn struts(p: [f64; 3], cell: f64, radius: f64) -> f64 {
 }
 
 #[test]
-fn struts_have_the_thickest_nodes_and_the_widest_pores_that_they_have() {
+fn struts_have_their_closed_form_node_and_pore_sizes() {
     for cell in [16, 32, 64] {
         let (size, period) = ([cell; 3], cell as f64);
         let radius = 0.15 * period;
@@ -150,7 +150,7 @@ fn gyroid(p: [f64; 3], cell: f64) -> f64 {
 }
 
 #[test]
-fn a_gyroid_has_the_largest_pore_that_it_has() {
+fn a_gyroid_has_its_known_largest_pore() {
     for cell in [16, 32, 64] {
         let period = cell as f64;
         for phase in Phase::BOTH {
@@ -163,7 +163,7 @@ fn a_gyroid_has_the_largest_pore_that_it_has() {
 }
 
 #[test]
-fn thickness_is_at_least_twice_the_distance_and_moves_along() {
+fn thickness_is_at_least_twice_the_distance_and_shifts_with_the_solid() {
     let size = [24, 24, 24];
     for edges in [Edges::Clip, Edges::Border, Edges::Periodic] {
         let at = |shift: [f64; 3]| {
@@ -191,7 +191,7 @@ fn thickness_is_at_least_twice_the_distance_and_moves_along() {
 }
 
 #[test]
-fn threads_do_not_change_a_map() {
+fn thickness_maps_do_not_depend_on_the_thread_count() {
     let of = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| thickness_of([32; 3], Edges::Periodic, Phase::Solid, |p| gyroid(p, 16.0)).2)

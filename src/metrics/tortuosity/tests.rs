@@ -40,7 +40,7 @@ fn a_straight_tube_has_a_tortuosity_of_exactly_1() {
 }
 
 #[test]
-fn no_path_leads_through_a_dead_end() {
+fn dead_ends_have_no_path() {
     let dead = NodeSet::from_fn([20; 3], |[x, y, z]| (5..15).contains(&x) && y > 3 && z < 19);
     for (axis, open) in [(Axis::Z, false), (Axis::X, false), (Axis::Y, false)] {
         assert_eq!(geodesic(&dead, axis, Edges::Clip).unwrap().is_some(), open);
@@ -61,7 +61,7 @@ fn no_path_leads_through_a_dead_end() {
 }
 
 #[test]
-fn what_cannot_be_is_an_error() {
+fn impossible_inputs_are_refused() {
     let thin = NodeSet::full([4, 4, 1]);
     assert_eq!(
         geodesic(&thin, Axis::Z, Edges::Clip),
@@ -91,7 +91,7 @@ fn slits(length: usize, period: f64, gap: f64) -> NodeSet {
 /// length; it cancels between two lengths. Walls of nodes are stairs, whose treads conduct nothing: to first order in the
 /// pitch, the conducting gap is narrower than the share of nodes implies.
 #[test]
-fn slits_at_an_angle() {
+fn slits_at_an_angle_have_their_closed_form_tortuosity() {
     let exact = [1.5625, 1.25];
     let mut errors = [Vec::new(), Vec::new()];
     for nodes in [4, 8, 16, 32] {
@@ -118,7 +118,7 @@ fn slits_at_an_angle() {
 
 /// A plate across the path that leaves a gap at one side: straight lines to its edge and on from there.
 #[test]
-fn paths_bend_around_an_edge() {
+fn shortest_paths_bend_around_an_edge() {
     let mut errors = Vec::new();
     for side in [16, 32, 64, 128usize] {
         let half = side / 2;
@@ -145,7 +145,7 @@ fn paths_bend_around_an_edge() {
 
 /// Perrins, McKenzie and McPhedran's value for circular cylinders, from which D_eff / D₀ = 0.77672.
 #[test]
-fn across_a_square_array_of_cylinders() {
+fn diffusion_across_cylinders_matches_the_known_value() {
     let exact = 1.1257;
     let mut errors = Vec::new();
     for side in [32, 64, 128, 256] {
@@ -176,7 +176,7 @@ fn gyroid(side: usize, cells: f64, level: f64) -> NodeSet {
 /// The sum of the squares of differences of the solution is the flux, and an independent solver gives the same result: plain
 /// relaxation until nothing changes.
 #[test]
-fn the_solution_is_that_of_plain_relaxation() {
+fn the_solution_agrees_with_plain_relaxation() {
     let side = 12;
     let nodes = gyroid(side, 1.0, 0.2);
     for (edges, condition) in [(Edges::Clip, EndCondition::Faces), (Edges::Periodic, EndCondition::Nodes)] {
@@ -263,7 +263,7 @@ fn noise(of: usize) -> f64 {
 }
 
 #[test]
-fn threads_make_no_difference() {
+fn tortuosity_does_not_depend_on_the_thread_count() {
     let nodes = gyroid(48, 2.0, 0.0);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

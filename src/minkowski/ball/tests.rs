@@ -200,7 +200,7 @@ fn hollow(side: f64, wall: f64) -> TriangleMesh {
 }
 
 #[test]
-fn a_cube_gets_round_edges_and_corners() {
+fn growing_a_cube_rounds_its_edges_and_corners() {
     for (distance, pitch) in [(0.5, 0.021), (0.02, 0.017), (3.0, 0.07)] {
         let offset = Offset::new(cube(DVec3::new(1.0, -2.0, 3.0), 2.0), distance, pitch);
         offset.each_volume_is(steiner(&cube(DVec3::ZERO, 2.0), distance), 2e-3);
@@ -214,7 +214,7 @@ fn a_cube_gets_round_edges_and_corners() {
 }
 
 #[test]
-fn a_cube_shrinks_to_a_cube() {
+fn shrinking_a_cube_gives_a_cube() {
     let offset = Offset::new(cube(DVec3::ZERO, 2.0), -0.25, 0.0625);
     // Pitch, side and distance are powers of two, and all ends are exact.
     let (near, far) = (offset.radius as i32, offset.grid.length(0) - offset.radius as i32);
@@ -240,7 +240,7 @@ fn a_faceted_ball_has_the_volume_of_steiner() {
 }
 
 #[test]
-fn an_l_grows_and_shrinks() {
+fn offsets_of_an_l_agree_with_all_triangles() {
     for (mesh, distance) in [
         (l_solid(), 0.4),
         (l_solid(), 1.7),
@@ -257,7 +257,7 @@ fn an_l_grows_and_shrinks() {
 }
 
 #[test]
-fn an_l_is_the_union_of_two_round_boxes() {
+fn a_grown_l_is_the_union_of_two_rounded_boxes() {
     let offset = Offset::new(l_solid(), 0.5, 0.0625);
     let unit = 1.0 / offset.grid.step();
     let corner = exact(offset.solid.bounds().min);
@@ -269,7 +269,7 @@ fn an_l_is_the_union_of_two_round_boxes() {
 }
 
 #[test]
-fn the_hole_of_a_torus_closes() {
+fn growing_closes_the_hole_of_a_torus() {
     let torus = || solids::torus(3.0, 1.0, 20, 12).unwrap();
     for (distance, is_closed) in [(1.7, false), (2.1, true)] {
         let offset = Offset::new(torus(), distance, 0.34);
@@ -281,7 +281,7 @@ fn the_hole_of_a_torus_closes() {
 }
 
 #[test]
-fn thin_walls_vanish() {
+fn shrinking_removes_thin_walls() {
     let wall = || turned(solids::cuboid(DVec3::ZERO, DVec3::new(4.0, 3.0, 0.2)).unwrap(), DVec3::ONE, 0.3);
     let kept = Offset::new(wall(), -0.09, 0.05);
     kept.each_volume_is(3.82 * 2.82 * 0.02, 0.02);
@@ -298,7 +298,7 @@ fn sheet(sides: [f64; 2]) -> TriangleMesh {
 }
 
 #[test]
-fn sheets_grow_round() {
+fn grown_sheets_have_steiners_volume() {
     let radius = 0.5;
     let expected = 2.0 * radius * 12.0 + 7.0 * PI * radius * radius + 4.0 / 3.0 * PI * radius.powi(3);
     for angle in [0.0, 0.3] {
@@ -309,7 +309,7 @@ fn sheets_grow_round() {
 }
 
 #[test]
-fn needles_grow_round() {
+fn grown_needles_agree_with_all_triangles() {
     let mut mesh = cube(DVec3::ZERO, 1.0);
     mesh.positions.extend([DVec3::splat(2.0), DVec3::splat(3.0)]);
     mesh.triangles.extend([[7, 8, 9], [7, 9, 8]]);
@@ -338,7 +338,7 @@ fn slivers_at_edges_open_no_boundary() {
 }
 
 #[test]
-fn cavities_shrink_and_vanish() {
+fn growing_shrinks_and_closes_cavities() {
     let round = |distance| steiner(&cube(DVec3::ZERO, 4.0), distance);
     Offset::new(hollow(4.0, 1.0), 0.5, 0.0625).each_volume_is(round(0.5) - 1.0, 2e-3);
     Offset::new(hollow(4.0, 1.0), 1.01, 0.07).each_volume_is(round(1.01), 2e-3);
@@ -398,7 +398,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(48) })]
 
     #[test]
-    fn tetrahedra_grow_and_shrink(all in tetrahedra(), distance in -0.5..2.5f64, angle in prop::option::of(0.0..2.0)) {
+    fn offset_tetrahedra_match_all_triangles(all in tetrahedra(), distance in -0.5..2.5f64, angle in prop::option::of(0.0..2.0)) {
         prop_assume!(distance.abs() > 1e-3);
         // Overlapping solids can only grow.
         let mesh = if distance > 0.0 { together(&all) } else { all[0].clone() };

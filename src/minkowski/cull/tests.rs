@@ -303,7 +303,7 @@ fn shapes(primitives: &Primitives) -> Vec<Shape> {
 }
 
 #[test]
-fn all_pairs_by_plain_integers_give_the_same_primitives() {
+fn culling_agrees_with_all_pairs_in_plain_integers() {
     let zoo = zoo();
     for (i, (name, a)) in zoo.iter().enumerate() {
         for (other, b) in &zoo[i..] {
@@ -320,7 +320,7 @@ fn all_pairs_by_plain_integers_give_the_same_primitives() {
 }
 
 #[test]
-fn operands_commute_and_their_order_of_triangles_does_not_matter() {
+fn primitives_do_not_depend_on_operand_or_triangle_order() {
     for (name, a) in zoo() {
         for (other, b) in [("L", l_solid()), ("crumpled", crumpled(2, 0.5, 1e7, 9))] {
             let set = |a: &Polyhedron, b: &Polyhedron| shapes(&cull(a, b).0).into_iter().collect::<BTreeSet<_>>();
@@ -335,7 +335,7 @@ fn operands_commute_and_their_order_of_triangles_does_not_matter() {
 }
 
 #[test]
-fn threads_change_nothing() {
+fn primitives_do_not_depend_on_the_thread_count() {
     let (a, b) = (solid!(solids::torus(3.0, 1.0, 60, 30), 1e6), crumpled(4, 0.3, 1e7, 5));
     let on = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| cull(&a, &b));
     let alone = on(1);

@@ -315,7 +315,7 @@ fn unions_of_shapes_are_settled_gap_by_gap() {
 }
 
 #[test]
-fn random_nodes_make_mazes() {
+fn mazes_of_random_nodes_settle_as_expected() {
     let mut random = Random(2);
     let mut cavities = 0;
     for case in 0..24 {
@@ -339,7 +339,7 @@ fn random_nodes_make_mazes() {
 }
 
 #[test]
-fn a_serpentine_is_one_set_whether_it_is_open_or_not() {
+fn serpentines_are_one_component_open_or_closed() {
     // A tunnel one node wide that fills a block of 65 × 9 × 65 nodes, level by level, row by row.
     for (mouth, open) in [(1, false), (0, true)] {
         let tunnel = |[x, y, z]: [u32; 3]| {
@@ -369,7 +369,7 @@ fn bent_tunnel(order: [usize; 3]) -> Union {
 }
 
 #[test]
-fn crossings_that_contradict_one_another_are_an_error() {
+fn contradictory_crossings_are_refused() {
     // The bend lies between two nodes of one row, one plane or two slabs.
     for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
         let union = bent_tunnel(order);
@@ -396,7 +396,7 @@ fn crossings_that_contradict_one_another_are_an_error() {
 }
 
 #[test]
-fn a_node_that_two_rays_contradict_is_an_error_even_by_itself() {
+fn a_single_contradictory_node_is_refused() {
     // The solid is one node at a corner, and its ray along y has all of its crossings behind it.
     let union = Union::new([3; 3], 4, vec![cuboid([0; 3], [16; 3])]);
     let mut spans = Axis::ALL.map(|axis| union.spans(axis)[0].clone());
@@ -409,7 +409,7 @@ fn a_node_that_two_rays_contradict_is_an_error_even_by_itself() {
 }
 
 #[test]
-fn a_node_in_a_slit_of_one_lattice_step_is_out() {
+fn nodes_in_a_slit_of_one_lattice_step_are_outside() {
     let grid = Union::new([9; 3], 8, Vec::new()).grid;
     let (node, radius) = (grid.node(4), 500);
     for axis in 0..3 {
@@ -428,7 +428,7 @@ fn a_node_in_a_slit_of_one_lattice_step_is_out() {
 }
 
 #[test]
-fn threads_change_nothing_and_progress_is_told() {
+fn spans_do_not_depend_on_the_thread_count_and_progress_is_reported() {
     let (mut random, rays) = (Random(3), [66, 40, 130]);
     let lengths = rays.map(|n| (n << 6) as i32 - 2);
     let shapes = (0..40).map(|_| random_shape(&mut random, lengths.map(|length| length / 2))).collect();
@@ -453,7 +453,7 @@ fn threads_change_nothing_and_progress_is_told() {
 }
 
 #[test]
-fn spans_of_other_rays_are_an_error() {
+fn spans_of_other_rays_are_refused() {
     let union = Union::new([3, 4, 5], 4, Vec::new());
     let spans = Axis::ALL.map(|axis| union.spans(axis)[0].clone());
     let error = |spans| settle(&union.grid, spans, Outer::Out, &union, &|_, _| {}).unwrap_err();

@@ -151,7 +151,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_queue_of_large_triangles_counts_in_32_bits() {
+    fn block_counts_of_the_large_triangle_queue_fit_32_bits() {
         for triangles in [1, 1000, 524_287, 524_288, 524_289, 33_554_433, 1 << 31, (1 << 32) - 1] {
             let rows = most_rows(triangles).min(1 << 16);
             let blocks = triangles * u64::from(rows.div_ceil(BLOCK_ROWS));

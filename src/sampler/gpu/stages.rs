@@ -429,20 +429,20 @@ mod tests {
     }
 
     #[test]
-    fn every_variant_is_valid() {
+    fn every_shader_variant_is_valid() {
         for stage in all() {
             assert!(variants(stage).count() >= 2, "{}", stage.name);
         }
     }
 
     #[test]
-    fn a_shader_that_is_wrong_is_told() {
+    fn invalid_shaders_are_rejected() {
         let source = PLAN.source(Flags::default(), Arithmetic::Native).replace("min(blocks[0]", "min(blocks[0].x");
         assert!(naga::front::wgsl::parse_str(&source).is_err());
     }
 
     #[test]
-    fn shaders_see_their_buffers_as_the_host_binds_them() {
+    fn shaders_declare_the_hosts_bindings() {
         for stage in all() {
             for (name, module) in variants(stage) {
                 assert_eq!(bindings(&name, &module), stage.bindings, "{name}");
@@ -452,7 +452,7 @@ mod tests {
     }
 
     #[test]
-    fn structs_lie_in_memory_as_in_rust() {
+    fn shader_structs_have_the_layout_of_the_rust_structs() {
         let mut seen = 0;
         for stage in all() {
             for (name, module) in variants(stage) {

@@ -36,7 +36,7 @@ fn good_meshes_pass_with_their_genus() {
 }
 
 #[test]
-fn unused_positions_do_not_count() {
+fn unused_positions_are_ignored() {
     let mut mesh = unit_cube();
     mesh.positions.extend([DVec3::ZERO, DVec3::NAN]);
     let gates = Gates::of(&mesh, Precision::Single);
@@ -45,7 +45,7 @@ fn unused_positions_do_not_count() {
 }
 
 #[test]
-fn a_flipped_face_and_a_missing_one_spoil_their_three_edges() {
+fn flipped_and_missing_faces_each_leave_three_bad_edges() {
     let mut flipped = unit_cube();
     flipped.triangles[3].swap(0, 1);
     let gates = Gates::of(&flipped, Precision::Single);
@@ -61,7 +61,7 @@ fn a_flipped_face_and_a_missing_one_spoil_their_three_edges() {
 }
 
 #[test]
-fn a_doubled_triangle_is_one_in_any_rotation_and_order() {
+fn doubled_triangles_are_found_in_any_rotation_and_order() {
     let [a, b, c] = unit_cube().triangles[5];
     for copy in [[a, b, c], [b, c, a], [c, a, b], [b, a, c], [a, c, b], [c, b, a]] {
         let mut mesh = unit_cube();
@@ -79,7 +79,7 @@ fn a_doubled_triangle_is_one_in_any_rotation_and_order() {
 }
 
 #[test]
-fn bad_and_repeated_indices_are_counted_for_themselves() {
+fn bad_and_repeated_indices_are_counted_separately() {
     let mut mesh = unit_cube();
     mesh.triangles.extend([[0, 1, 8], [9, 9, 3], [2, 2, 5]]);
     let gates = Gates::of(&mesh, Precision::Single);
@@ -90,7 +90,7 @@ fn bad_and_repeated_indices_are_counted_for_themselves() {
 }
 
 #[test]
-fn two_cubes_that_share_an_edge_or_a_vertex_by_index() {
+fn cubes_that_share_an_edge_or_a_vertex_by_index_are_not_manifold() {
     let (a, b) = (unit_cube(), cube(DVec3::new(1.0, 1.0, 0.0), 1.0));
     let mut by_edge = together(&[a.clone(), b.clone()]);
     // Vertices 3 and 7 of the first coincide with 0 and 4 of the second.
@@ -113,7 +113,7 @@ fn two_cubes_that_share_an_edge_or_a_vertex_by_index() {
 }
 
 #[test]
-fn what_a_reader_of_f32_would_weld() {
+fn positions_equal_in_f32_are_reported_as_welded() {
     // By position alone two cubes that touch in a corner are welded there, even if they only seem to touch.
     for gap in [0.0, 1e-9] {
         let mesh = together(&[unit_cube(), cube(DVec3::splat(1.0 + gap), 1.0)]);
@@ -135,7 +135,7 @@ fn what_a_reader_of_f32_would_weld() {
 }
 
 #[test]
-fn inside_out_and_nowhere() {
+fn inside_out_meshes_and_invalid_positions_fail() {
     let gates = Gates::of(&reversed(&tetrahedron()), Precision::Single);
     assert!(matches!(gates.failures()[..], [GateFailure::NoVolume { signed_volume }] if signed_volume < 0.0));
     let mut mesh = unit_cube();
@@ -146,7 +146,7 @@ fn inside_out_and_nowhere() {
 }
 
 #[test]
-fn sentences_count_and_name_the_first() {
+fn messages_count_the_faults_and_name_the_first() {
     let mut mesh = unit_cube();
     mesh.triangles.remove(0);
     assert_eq!(
@@ -161,7 +161,7 @@ fn sentences_count_and_name_the_first() {
 }
 
 #[test]
-fn long_stars_are_sorted_out() {
+fn vertices_with_long_stars_are_checked() {
     // A double cone whose two tips have stars longer than the fast path accepts.
     let mut mesh = solids::cylinder(1.0, 2.0, 100).unwrap();
     let gates = Gates::of(&mesh, Precision::Single);
@@ -171,7 +171,7 @@ fn long_stars_are_sorted_out() {
 }
 
 #[test]
-fn the_thread_count_does_not_show() {
+fn failures_do_not_depend_on_the_thread_count() {
     let mut mesh = solids::torus(10.0, 3.0, 200, 100).unwrap();
     for i in (0..mesh.triangles.len()).step_by(97) {
         mesh.triangles[i].swap(0, 2);

@@ -76,7 +76,7 @@ fn assert_same_topology(original: &TriangleMesh, result: &TriangleMesh) {
 }
 
 #[test]
-fn a_cube_stays_a_cube_of_twelve_triangles() {
+fn refined_cubes_simplify_to_twelve_triangles() {
     for (corner, side, bound) in [(0.0, 1.0, 1e-3), (1e7, 20.0, 0.01), (-3.0, 1e-5, 1e-8), (0.0, 1e12, 1e9)] {
         // More triangles than two patches hold.
         let original = refined(&cube(DVec3::splat(corner), side), 5);
@@ -92,7 +92,7 @@ fn a_cube_stays_a_cube_of_twelve_triangles() {
 }
 
 #[test]
-fn the_bound_holds_by_brute_force_and_is_made_use_of() {
+fn the_bound_holds_by_brute_force_and_larger_bounds_leave_fewer_triangles() {
     let original = solids::torus(10.0, 3.0, 96, 48).unwrap();
     assert!(original.triangles.len() > PATCH);
     let mut before = usize::MAX;
@@ -110,7 +110,7 @@ fn the_bound_holds_by_brute_force_and_is_made_use_of() {
 }
 
 #[test]
-fn what_is_smaller_than_the_bound_neither_vanishes_nor_tears() {
+fn parts_smaller_than_the_bound_neither_vanish_nor_tear() {
     let scaled = |mesh: &TriangleMesh, scale: f64, by: DVec3| TriangleMesh {
         positions: mesh.positions.iter().map(|position| *position * scale + by).collect(),
         triangles: mesh.triangles.clone(),
@@ -129,7 +129,7 @@ fn what_is_smaller_than_the_bound_neither_vanishes_nor_tears() {
 }
 
 #[test]
-fn what_else_is_asked_for_is_restored() {
+fn requested_positions_are_restored() {
     let original = solids::torus(10.0, 3.0, 128, 48).unwrap();
     let wanted: Vec<DVec3> = original.positions.iter().step_by(137).copied().collect();
     let plain = simplified(&original, 0.1);
@@ -152,7 +152,7 @@ fn what_else_is_asked_for_is_restored() {
 }
 
 #[test]
-fn what_cannot_be_had_ends_with_the_original() {
+fn unreachable_requests_return_the_original() {
     let original = solids::torus(10.0, 3.0, 40, 20).unwrap();
     for place in [DVec3::ZERO, DVec3::X * 10.0, DVec3::splat(1e6)] {
         let result = simplify(&original, 0.1, |_| vec![place]).unwrap();
@@ -172,7 +172,7 @@ fn what_cannot_be_had_ends_with_the_original() {
 }
 
 #[test]
-fn the_thread_count_does_not_show() {
+fn simplification_does_not_depend_on_the_thread_count() {
     let original = solids::torus(10.0, 3.0, 160, 64).unwrap();
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -183,7 +183,7 @@ fn the_thread_count_does_not_show() {
 }
 
 #[test]
-fn what_cannot_be_simplified_is_refused() {
+fn invalid_bounds_are_refused() {
     for bound in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = simplify(&cube(DVec3::ZERO, 1.0), bound, |_| Vec::new()).unwrap_err();
         assert!(matches!(error, SimplifyError::Bound { .. }), "{error}");

@@ -739,7 +739,7 @@ mod tests {
     const ONE: &str = r#""nodes":[{"mesh":0}]"#;
 
     #[test]
-    fn bytes_that_are_shared_do_not_multiply_without_end() {
+    fn shared_buffers_do_not_multiply_without_limit() {
         const COUNT: usize = 120_000;
         let blob = vec![0; 3 * COUNT];
         let file = |primitives: &[String], accessors: &[String]| {
@@ -762,7 +762,7 @@ mod tests {
     }
 
     #[test]
-    fn buffers_as_text_as_a_chunk_and_beside_the_file() {
+    fn buffers_are_read_from_text_chunks_and_files() {
         let square = points(&[[0., -0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.5]]);
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("the buffer.bin"), blob()).unwrap();
@@ -821,7 +821,7 @@ mod tests {
     }
 
     #[test]
-    fn instances_are_placed_in_double_precision_and_mirrors_turned() {
+    fn instances_are_placed_in_f64_and_mirrored_ones_face_outwards() {
         let nodes = r#""nodes":[{"children":[1,2],"translation":[10.1,0,0]},{"mesh":0,"scale":[-1,1,1]},
             {"mesh":0,"matrix":[0,1,0,0,-1,0,0,0,0,0,1,0,0,0,5,1]},{"mesh":0}],
             "scenes":[{"nodes":[3]},{"nodes":[0]}],"scene":1"#;
@@ -836,7 +836,7 @@ mod tests {
     }
 
     #[test]
-    fn scenes_are_the_default_the_first_or_all_roots() {
+    fn the_default_scene_the_first_or_all_roots_are_read() {
         let count = |scenes: &str| parsed(&embedded(scenes, INDEXED), FORMAT).mesh.triangles.len();
         let nodes = r#""nodes":[{"mesh":0,"children":[1]},{"mesh":0},{"mesh":0},{"mesh":0}]"#;
         assert_eq!(count(nodes), 8);
@@ -845,7 +845,7 @@ mod tests {
     }
 
     #[test]
-    fn strips_fans_soup_points_and_sparse_values() {
+    fn strips_fans_soups_and_sparse_values_are_read() {
         let triangles = |primitive: &str| parsed(&embedded(ONE, primitive), FORMAT).mesh.triangles;
         assert_eq!(triangles(r#"{"attributes":{"POSITION":0},"mode":5}"#), [[0, 1, 2], [2, 1, 3]]);
         assert_eq!(triangles(r#"{"attributes":{"POSITION":0},"mode":6}"#), [[0, 1, 2], [0, 2, 3]]);
@@ -859,13 +859,13 @@ mod tests {
     }
 
     #[test]
-    fn rest_shapes_are_noted() {
+    fn morph_targets_are_ignored_with_a_note() {
         let targets = r#"{"attributes":{"POSITION":0},"indices":1,"targets":[{"POSITION":0}]}"#;
         assert_eq!(parsed(&embedded(ONE, targets), FORMAT).notes, [ReadNote::DeformationIgnored { count: 1 }]);
     }
 
     #[test]
-    fn integers_are_positions_too() {
+    fn integer_positions_are_read() {
         assert_eq!(coordinate(ComponentType::I8, true, &[0x80]), -1.0);
         assert_eq!(coordinate(ComponentType::U16, true, &[0xFF, 0xFF]), 1.0);
         assert_eq!(coordinate(ComponentType::I16, false, &[0xFE, 0xFF]), -2.0);
@@ -966,7 +966,7 @@ mod tests {
     }
 
     #[test]
-    fn containers_that_are_cut_short() {
+    fn truncated_containers_are_refused() {
         let whole = glb(&document(ONE, INDEXED, ""), &blob());
         let length = whole.len();
         let short = format!("sample.glb, byte 8: {length} bytes are promised, {} are there", length - 1);

@@ -452,7 +452,7 @@ mod tests {
     }
 
     #[test]
-    fn beams_are_solids_with_the_volumes_of_round_ones() {
+    fn beams_are_solids_with_the_volumes_of_round_beams() {
         let ball = |r: f64| 4.0 / 3.0 * PI * r.powi(3);
         for caps in [[Cap::Butt, Cap::Hemisphere], [Cap::Hemisphere; 2], [Cap::Sphere; 2], [Cap::Butt; 2]] {
             for radii in [[RADIUS; 2], [RADIUS, 0.25], [0.1, RADIUS]] {
@@ -477,7 +477,7 @@ mod tests {
     }
 
     #[test]
-    fn surfaces_are_off_by_what_the_docs_say() {
+    fn surfaces_deviate_by_the_documented_amount() {
         let dome = &*DOME;
         let farthest = dome.corners.iter().map(|corner| corner.length()).fold(0.0, f64::max);
         let mut nearest = f64::MAX;
@@ -495,7 +495,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_balls_show_where_the_frustum_does_not_hide_them() {
+    fn whole_balls_are_meshed_where_the_frustum_does_not_hide_them() {
         let triangles = |radii, caps, length| beam(radii, caps, length).0.triangles.len();
         let (round, flat, ball) = (96, 22, 192);
         assert_eq!(triangles([1.0, 1.0], [Cap::Sphere; 2], 3.0), 48 + 2 * round);
@@ -507,13 +507,13 @@ mod tests {
     }
 
     #[test]
-    fn short_beams_do_not_count() {
+    fn beams_below_the_minimum_length_are_skipped_and_counted() {
         let (mesh, meshed) = beam([1.0; 2], [Cap::Sphere; 2], 0.05);
         assert_eq!((mesh.triangles.len(), meshed), (0, Meshed { too_short: 1, ..Meshed::default() }));
     }
 
     #[test]
-    fn balls_stand_where_they_are_listed_or_at_all_ends() {
+    fn balls_are_meshed_where_listed_or_at_all_ends() {
         let end = |vertex, radius| End { vertex, radius, cap: Cap::Butt };
         let mut lattice = lattice(&[[end(0, 0.1), end(1, 0.1)], [end(1, 0.1), end(2, 0.1)]]);
         lattice.listed_balls = vec![Ball { vertex: 1, radius: 0.5 }];
@@ -535,14 +535,14 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_has_the_volume_of_a_round_one() {
+    fn meshed_balls_have_the_volume_of_a_ball() {
         let mut mesh = TriangleMesh::default();
         DOME.append_ball(&mut mesh, DVec3::new(3.0, 2.0, 1.0), RADIUS);
         assert_solid(&mesh, 4.0 / 3.0 * PI * RADIUS.powi(3));
     }
 
     #[test]
-    fn triangles_are_limited() {
+    fn lattice_triangles_are_limited() {
         let end = |vertex| End { vertex, radius: 1.0, cap: Cap::Butt };
         let mut mesh = TriangleMesh { positions: vec![DVec3::ZERO, DVec3::X], triangles: Vec::new() };
         let mut room = 48 + 2 * 22;

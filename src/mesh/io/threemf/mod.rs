@@ -663,7 +663,7 @@ pub(super) mod tests {
     const ITEM: &str = r#"<item objectid="1"/>"#;
 
     #[test]
-    fn one_object_in_each_unit() {
+    fn objects_are_read_in_each_unit() {
         let units = [
             ("unit=\"micron\"", LengthUnit::Micrometre),
             ("unit=\"millimeter\"", LengthUnit::Millimetre),
@@ -682,7 +682,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn components_nest_and_mirrors_are_turned() {
+    fn components_nest_and_mirrored_ones_face_outwards() {
         let objects = format!(
             r#"{TRIANGLE}<object id="2"><components><component objectid="1" transform="0 1 0 -1 0 0 0 0 1 0 0 5"/>
             <component objectid="1"/></components></object>"#
@@ -699,7 +699,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn components_may_lie_in_other_parts() {
+    fn components_in_other_parts_are_read() {
         let other = model("", TRIANGLE, "");
         let objects = r#"<object id="1"><components><component p:path="/3D/Objects/Other.model" objectid="1"/></components></object>"#;
         let bytes = package(&[(ROOT, &model("", objects, ITEM)), ("3d/objects/other.model", &other)]);
@@ -709,7 +709,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn supports_are_noted_and_unused_objects_do_not_count() {
+    fn supports_are_noted_and_unused_objects_are_ignored() {
         let support = TRIANGLE.replace("id=\"1\"", "id=\"3\"").replace("type=\"model\"", "type=\"support\"");
         let unused = TRIANGLE.replace("id=\"1\"", "id=\"4\"");
         let objects = format!("{TRIANGLE}{support}{unused}");
@@ -730,7 +730,7 @@ pub(super) mod tests {
     const BALL: usize = 192;
 
     #[test]
-    fn beams_are_meshed_beside_triangles_in_every_place() {
+    fn beams_are_meshed_beside_triangles_in_every_placement() {
         let lattice = r#"<b:beamlattice radius="0.1" minlength="0.001" cap="butt" representationmesh="9">
             <b:beams><b:beam v1="0" v2="1"/><b:beam v1="1" v2="2" r1="0.2" cap1="sphere" cap2="hemisphere"/>
             <b:beam v1="0" v2="2" r1="0.2" r2="0.1" cap1="sphere"/></b:beams>
@@ -754,7 +754,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn lattices_alone_are_read_and_short_beams_and_balls_told() {
+    fn lattices_alone_are_read_and_skipped_beams_and_balls_noted() {
         let lattice = r#"<b:beamlattice radius="0.1" minlength="1.2" b2:ballmode="mixed" b2:ballradius="0.3"><b:beams>
             <b:beam v1="0" v2="1"/><b:beam v1="1" v2="2"/></b:beams><b2:balls><b2:ball vindex="2"/></b2:balls></b:beamlattice>"#;
         let alone = with_lattice(lattice).replace(r#"<triangle v1="0" v2="1" v3="2" pid="1"/>"#, "");
@@ -764,7 +764,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn lattices_that_cannot_be_are_refused() {
+    fn impossible_lattices_are_refused() {
         let said = |attributes: &str, beam: &str| {
             let lattice = format!("<b:beamlattice {attributes}><b:beams><b:beam {beam}/></b:beams></b:beamlattice>");
             let error = error(&single("", &with_lattice(&lattice), ITEM), FORMAT);
@@ -811,7 +811,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn objects_that_are_their_own_components_or_multiply_without_end() {
+    fn recursive_and_multiplying_components_are_refused() {
         let own = r#"<object id="1"><components><component objectid="1"/></components></object>"#;
         let message = "sample.3mf, 3d/root.model line 3: object 1 is a component of itself";
         assert_eq!(error(&single("", own, ITEM), FORMAT), message);
@@ -844,7 +844,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn bombs_are_not_inflated() {
+    fn archives_that_inflate_beyond_the_limit_are_refused() {
         let model = model("", &format!("{TRIANGLE}{}", " ".repeat(40 << 20)), ITEM);
         let message = error(&package(&[(ROOT, &model)]), FORMAT);
         assert!(message.contains("bytes or more when inflated, and at most"), "{message}");

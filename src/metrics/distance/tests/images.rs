@@ -38,7 +38,7 @@ fn total(crossings: &Crossings) -> usize {
 }
 
 #[test]
-fn faces_cut_by_the_box_are_no_surface_unless_it_is_a_wall() {
+fn faces_cut_by_the_box_are_surface_only_with_a_border() {
     let grid = unit_grid(20);
     let region = Region::of_box(&grid, whole(&grid));
     let block = images(solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap(), &grid);
@@ -87,7 +87,7 @@ fn a_solid_that_is_the_region_bounds_balls_with_border_alone() {
 }
 
 #[test]
-fn distances_of_images_are_those_to_the_nearest_crossing_and_little_above_the_true_ones() {
+fn distances_of_images_equal_those_to_the_nearest_crossing_and_slightly_exceed_true_ones() {
     let grid = unit_grid(30);
     let region = Region::of_box(&grid, whole(&grid));
     let crossings = Crossings::of_images(&ball(&grid), &region, Edges::Clip);

@@ -75,7 +75,7 @@ fn random_widths(most: f64) -> impl FnMut() -> f64 {
 }
 
 #[test]
-fn slivers_that_are_turned_over_leave_no_gap() {
+fn slivers_turned_over_by_rounding_leave_no_gap() {
     let mesh = || turned(l_solid(), DVec3::new(1.0, 2.0, -1.0), 0.8);
     for width in [3e-9, 3e-8, 1e-6, 1e-4] {
         for distance in [0.4, -0.3] {
@@ -98,7 +98,7 @@ fn slivers_all_over_a_ball_leave_no_gap() {
 }
 
 #[test]
-fn surfaces_made_of_cells_grow_and_shrink() {
+fn offsets_of_contoured_surfaces_agree_with_an_exact_test() {
     let solids = [
         turned(l_solid(), DVec3::new(1.0, 2.0, -1.0), 0.8),
         solids::torus(3.0, 1.0, 13, 7).unwrap(),

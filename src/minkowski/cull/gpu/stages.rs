@@ -68,7 +68,7 @@ mod tests {
     use crate::gpu::validation::{bindings, members, validated};
 
     #[test]
-    fn shaders_are_valid_and_see_what_the_host_binds() {
+    fn shaders_are_valid_and_declare_the_hosts_bindings() {
         for arithmetic in [Arithmetic::Native, Arithmetic::Pairs] {
             for stage in [&CORNERS, &EDGES] {
                 let name = format!("{}, {arithmetic:?}", stage.name);

@@ -172,7 +172,7 @@ fn reaches_out(a: &Placed, b: &Placed, place: [i32; 3]) -> bool {
 }
 
 #[test]
-fn cells_add_up() {
+fn membership_in_sums_of_cells_agrees_with_counting() {
     let mut random = Random(1);
     let (mut counts, mut far_counts) = ([0; 2], [0; 2]);
     for round in 0..400 {

@@ -86,13 +86,13 @@ fn compare(
 }
 
 #[test]
-fn small_heaps_of_tetrahedra_that_tie_everywhere() {
+fn membership_in_sums_of_small_tied_heaps_agrees_with_hulls() {
     let counts = compare(150, |random| random.even_point(0, 5), |random| random.point(0, 17));
     assert!(counts.iter().all(|&count| count > 1000), "{counts:?}");
 }
 
 #[test]
-fn heaps_of_tetrahedra_as_large_as_the_lattice() {
+fn membership_in_sums_of_lattice_sized_heaps_agrees_with_hulls() {
     const HALF: i32 = 1 << 29;
     let counts = compare(100, |random| random.even_point(0, HALF / 2), |random| random.point(0, 2 * HALF));
     assert!(counts.iter().all(|&count| count > 300), "{counts:?}");

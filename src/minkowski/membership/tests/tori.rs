@@ -46,7 +46,7 @@ fn compare(sum: &SumMembership, seed: u64, expected: impl Fn(f64) -> Option<bool
 }
 
 #[test]
-fn a_ball_makes_a_torus_thicker_and_thinner() {
+fn adding_a_ball_thickens_and_subtracting_it_thins_a_torus() {
     let (ring, ball) = (torus(100.0, 30.0, 96, 48, 0), ball(20.0));
     let off = |distance: f64, limit: f64| ((distance - limit).abs() > 1.0).then_some(distance < limit);
     compare(&SumMembership::new(&ring, Outer::Out, &ball), 1, |distance| off(distance, 50.0));
@@ -65,7 +65,7 @@ fn a_ball_wider_than_the_hole_closes_it() {
 }
 
 #[test]
-fn a_sum_of_tori_is_the_same_either_way_round_and_wherever_they_lie() {
+fn sums_of_tori_commute_and_translate() {
     let (a, b) = (torus(100.0, 30.0, 24, 12, 0), torus(50.0, 12.0, 16, 8, 1));
     let mut random = Random(4);
     let mut pick = |of: &Polyhedron| of.positions()[random.between(0, of.positions().len() as i32) as usize];

@@ -47,7 +47,7 @@ fn a_cube_as_large_as_the_cavity_fills_it() {
 }
 
 #[test]
-fn shells_within_shells_are_each_asked() {
+fn every_nested_shell_is_tested() {
     // A grain in the cavity of a hollow cube, which B contains entirely without touching a wall; only the grain is met.
     let grain = cuboid([10; 3], [12; 3]);
     let solid = together(&[hollow([0, 40], [2, 38]), grain]);
@@ -65,7 +65,7 @@ fn shells_within_shells_are_each_asked() {
 }
 
 #[test]
-fn the_complement_of_a_hollow_cube_is_within_and_without() {
+fn the_complement_of_a_hollow_cube_lies_inside_and_outside() {
     let wall = hollow_cube().complement();
     let sum = SumMembership::new(&wall, Outer::In, &cuboid([0; 3], [2; 3]));
     // Points where B reflected fits into the wall are not in the sum: x − (0, 2) within (0, 6) or beyond.
@@ -110,14 +110,14 @@ fn facets_without_area_close_a_surface() {
 }
 
 #[test]
-fn a_wall_that_rounding_has_flattened_is_a_wall() {
+fn walls_flattened_by_rounding_have_a_sum() {
     let wall = Polyhedron::from_parts(vec![[0, 0, 0], [20, 0, 0], [0, 20, 0]], vec![[0, 1, 2], [0, 2, 1]]);
     let sum = SumMembership::new(&wall, Outer::Out, &cuboid([0; 3], [2; 3]));
     assert!(is_in(&sum, [5, 5, 1]) && !is_in(&sum, [5, 5, 3]) && !is_in(&sum, [19, 19, 1]));
 }
 
 #[test]
-fn a_needle_without_area_is_met() {
+fn needles_without_area_have_a_sum() {
     let needle = Polyhedron::from_parts(vec![[0, 0, 0], [20, 0, 0], [10, 0, 0]], vec![[0, 1, 2], [0, 2, 1]]);
     for sum in [
         SumMembership::new(&needle, Outer::Out, &cuboid([0; 3], [2; 3])),
@@ -129,7 +129,7 @@ fn a_needle_without_area_is_met() {
 }
 
 #[test]
-fn of_nothing_there_is_no_sum_and_of_everything_all() {
+fn sums_with_the_empty_set_are_empty_and_of_all_space_full() {
     let nothing = Polyhedron::from_parts(Vec::new(), Vec::new());
     let cube = cuboid([0; 3], [2; 3]);
     assert!(!is_in(&SumMembership::new(&nothing, Outer::Out, &cube), [1; 3]));

@@ -183,7 +183,7 @@ mod tests {
     use crate::gpu::validation::{bindings, members, validated};
 
     #[test]
-    fn shaders_are_valid_and_see_what_the_host_binds() {
+    fn shaders_are_valid_and_declare_the_hosts_bindings() {
         for stage in SPREAD.iter().chain(&FLOOD).chain([&CAST, &SEEDS, &REACHED]) {
             let source = stage.source(&head());
             let module = validated(stage.name, &source, false);
