@@ -21,8 +21,23 @@
 //! - [`voxels`] writes which lattice nodes are inside, for programs that know no images.
 //! - [`picture`] draws what images show.
 //! - [`solids`] makes models to try things on.
+//! - [`driver`] runs whole operations over these, for the types at the root; [`report`] measures scaffolds and writes pages.
 //!
-//! # The volume that a scaffold and a bone share
+//! # The common volume of a scaffold and a bone
+//! ```no_run
+//! use ldi_ops::{Settings, Solid};
+//!
+//! let scaffold = Solid::open("scaffold.stl")?;
+//! let bone = Solid::open("bone.stl")?;
+//! let common = scaffold.intersect(&bone).sample(&Settings::rays(512))?;
+//! println!("{}", common.volume());
+//! common.surface()?.write("common.stl")?;
+//! # Ok::<(), ldi_ops::Error>(())
+//! ```
+//! [`Solid`], [`Shape`], [`Settings`], [`Sampled`], [`Estimate`] and [`Report`] are all that most programs need. The modules are the
+//! steps underneath.
+//!
+//! # The steps by themselves
 //! ```
 //! use ldi_ops::boolean::{BooleanOperation, merge};
 //! use ldi_ops::grid::{Axis, Grid};

@@ -28,7 +28,28 @@ const FORMAT_CRATES: &[&str] = &[
 ];
 
 /// Paths that may name those crates.
-const FORMAT_PLACES: &[&str] = &["src/mesh/io/", "src/ldi/npz/", "src/voxels/", "src/picture/png.rs"];
+const FORMAT_PLACES: &[&str] = &[
+    "src/mesh/io/",
+    "src/ldi/npz/",
+    "src/voxels/",
+    "src/picture/png.rs",
+    // By way of `picture::png`.
+    "src/driver/render.rs",
+    // Pages hold pictures, and metrics are written as JSON.
+    "src/report/",
+];
+
+/// The upper floors: the facade, and the driver and the reports behind it. No other module imports them.
+const UPPER_FLOORS: &[&str] = &[
+    "src/driver/",
+    "src/report/",
+    "src/lib.rs",
+    "src/solid.rs",
+    "src/shape.rs",
+    "src/settings.rs",
+    "src/sampled.rs",
+    "src/estimate.rs",
+];
 
 /// Modules that work on images and must not depend on the modules that make them.
 const OPERATIONS: &[&str] = &[
@@ -181,6 +202,13 @@ fn faults(path: &str, text: &str) -> Vec<String> {
         let module: Vec<&str> = ["crate"].into_iter().chain(module.split("::")).collect();
         paths.iter().any(|path| path.len() >= module.len() && path.iter().zip(&module).all(|(a, b)| a == b))
     };
+    if !UPPER_FLOORS.iter().any(|floor| path.starts_with(floor)) {
+        for name in
+            ["driver", "report", "solid", "shape", "settings", "sampled"].into_iter().filter(|name| imports(name))
+        {
+            fault(format!("imports {name} from an upper floor"));
+        }
+    }
     let is_operation = OPERATIONS
         .iter()
         .any(|operation| path.strip_prefix(operation).is_some_and(|rest| rest == ".rs" || rest.starts_with('/')));
@@ -421,6 +449,8 @@ mod tests {
             ("src/lib.rs", "use clap::Parser;"),
             ("src/surface/gates.rs", "use meshopt::simplify;"),
             ("src/lib.rs", "fn f() -> anyhow::Result<()> { Ok(()) }"),
+            ("src/grid/mod.rs", "use crate::driver::machine;"),
+            ("src/metrics/mod.rs", "fn f(report: &crate::report::Report) {}"),
             ("src/fixed.rs", "fn f() { println!(\"x\") }"),
             ("src/fixed.rs", "fn f() { eprintln ! (\"x\") }"),
             ("src/fixed.rs", "fn f() { std::print!(\"x\"); }"),

@@ -1,7 +1,7 @@
 //! From solids to results: plan → grid → sample → operate → measure.
 //!
 //! [`job`] describes an operation; [`input`] reads, places and checks its solids; [`measure`](mod@measure) and [`sum`](mod@sum) run it;
-//! [`surface`] and [`write`] make files of the images. [`memory`] forecasts and admits, [`backend`] chooses the device.
+//! [`surface`](mod@surface) and `write` make files of the images. `memory` forecasts and admits, [`backend`] chooses the device.
 
 pub mod backend;
 pub(crate) mod bound;

@@ -1,8 +1,8 @@
-//! The scaffold report: what is measured of a solid and its pores, and the files that say so.
+//! The scaffold report: metrics of a solid and its pores, and their files.
 //!
-//! `measure` (images, fields, metrics) → [`sheet`] (everything that is known, in world units, ready to be
-//! said) → [`write`] (metrics.json, metrics.csv, methods.txt) and [`page`] (report.html). Nothing behind the sheet computes, and
-//! nothing before it formats.
+//! `measure` (images, fields, metrics) → [`sheet`] (all data, in world units) → `limits`, `write` (metrics.json, metrics.csv,
+//! methods.txt) and `page` (report.html). No step after the sheet computes, and no step before it formats. [`Report`] is the facade,
+//! [`files`] runs several solids.
 
 mod build;
 pub mod files;

@@ -54,7 +54,7 @@ impl Sheet {
 /// A number with its meaning and its provenance.
 #[derive(Clone, Debug, Serialize)]
 pub struct Metric {
-    /// A stable name for programs: `porosity`, `solid.thickness.mean`; see [`super::id`].
+    /// A stable name for programs: `porosity`, `solid.thickness.mean`.
     pub id: &'static str,
     /// The family that the metric belongs to.
     pub group: Group,

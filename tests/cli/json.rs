@@ -62,7 +62,7 @@ fn results_have_every_key_of_the_schema() {
         assert_eq!(result["volume"]["unit"], "mm^3");
         assert_eq!(
             (&result["backend"], &result["mode"], &result["fill"]),
-            (&"cpu".into(), &"over".into(), &"even-odd".into())
+            (&"cpu".into(), &"exact".into(), &"even-odd".into())
         );
         assert_eq!(keys(&result["auto"]), ["backend", "reason"]);
         assert_eq!(result["auto"]["backend"], "cpu");

@@ -229,10 +229,10 @@ fn pitch_and_resolution_set_the_grid() {
     let result = folder.json(&["intersect", "a.stl", "b.stl", "--pitch", "0.1"]);
     assert_eq!(result["grid"]["pitch"], 0.1);
     assert_eq!(result["grid"]["rays"], serde_json::json!([30, 30, 30]));
-    let result = folder.json(&["intersect", "a.stl", "b.stl", "--resolution", "60", "--lod", "32"]);
+    let result = folder.json(&["intersect", "a.stl", "b.stl", "--resolution", "60", "--mode", "over", "--lod", "32"]);
     assert_eq!(result["grid"]["rays"], serde_json::json!([60, 60, 60]));
     assert!(crate::warning_codes(&result).contains(&"coarse-voxels"));
-    for fine in [&["--mode", "exact"][..], &["--lod", "60"]] {
+    for fine in [&["--mode", "exact"][..], &["--mode", "over", "--lod", "60"]] {
         let command = ["intersect", "a.stl", "b.stl", "--resolution", "60"];
         let result = folder.json(&[&command, fine].concat());
         assert!(!crate::warning_codes(&result).contains(&"coarse-voxels"));
