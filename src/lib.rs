@@ -68,6 +68,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+// Parts that only some formats and outputs use.
+#![cfg_attr(not(feature = "cpu"), allow(dead_code, unused_imports, unused_mut, unused_variables, unreachable_code))]
+
 pub mod allocation;
 pub mod boolean;
 mod cell;
@@ -89,6 +92,7 @@ pub mod metrics;
 pub mod minkowski;
 pub mod number;
 pub mod output;
+#[cfg(feature = "picture")]
 pub mod picture;
 pub mod placement;
 mod progress;
@@ -102,6 +106,7 @@ mod solid;
 pub mod solids;
 pub mod surface;
 pub mod unit;
+#[cfg(feature = "npz")]
 pub mod voxels;
 mod warning;
 
@@ -122,6 +127,6 @@ pub use solid::Solid;
 pub use warning::Warning;
 
 // Compiles and runs the examples of the guide with the doc tests.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "cpu"))]
 #[doc = include_str!("../docs/library.md")]
 struct LibraryGuide;

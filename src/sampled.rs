@@ -5,7 +5,9 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 
 use crate::driver::bound::Bound;
-use crate::driver::job::{Content, Finish, ImageTarget};
+use crate::driver::job::Finish;
+#[cfg(feature = "npz")]
+use crate::driver::job::{Content, ImageTarget};
 use crate::driver::measure::{Measured, Seconds};
 use crate::driver::surface::{self, SurfaceReport};
 use crate::driver::write;
@@ -15,7 +17,9 @@ use crate::ldi::{Ldi, NodePlanes};
 use crate::length::Length;
 use crate::mesh::io::Format;
 use crate::mesh::{LengthUnit, Precision, TriangleMesh};
-use crate::{Error, Estimate, Monitor, Warning, voxels};
+#[cfg(feature = "npz")]
+use crate::voxels;
+use crate::{Error, Estimate, Monitor, Warning};
 
 /// The images of a shape along the axes that were asked for, with all that made them.
 #[derive(Debug)]
@@ -127,18 +131,21 @@ impl Sampled {
     /// Extensions that are not known, files that cannot be written, and surfaces that cannot be made.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Error> {
         let path = path.as_ref();
-        let extension =
-            path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default();
-        let content = match voxels::Format::from_extension(&extension) {
-            Some(format) => Content::Voxels(format),
-            None if extension == "npz" => Content::Images,
-            None => {
-                Format::from_path(path).map_err(Error::input)?;
-                return self.surface()?.write(path).map(drop);
+        #[cfg(feature = "npz")]
+        {
+            let extension =
+                path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default();
+            let content = match voxels::Format::from_extension(&extension) {
+                Some(format) => Some(Content::Voxels(format)),
+                None => (extension == "npz").then_some(Content::Images),
+            };
+            if let Some(content) = content {
+                let target = ImageTarget { path: path.to_path_buf(), content };
+                return write::images(&target, &self.measured.imaged(), &Monitor::new(None)).map(drop);
             }
-        };
-        let target = ImageTarget { path: path.to_path_buf(), content };
-        write::images(&target, &self.measured.imaged(), &Monitor::new(None)).map(drop)
+        }
+        Format::from_path(path).map_err(Error::input)?;
+        self.surface()?.write(path).map(drop)
     }
 
     /// Returns remarks on the solids and on the result.

@@ -2,10 +2,9 @@
 
 use std::fmt;
 
-use serde::Serialize;
-
 /// A remark on a result that did not stop the operation. `Display` is the message.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "report", derive(serde::Serialize))]
 pub struct Warning {
     /// A name that does not change, for programs: `thinner-than-pitch`.
     pub code: &'static str,

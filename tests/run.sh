@@ -62,7 +62,11 @@ install_missing() {
 }
 
 run_fmt() { cargo fmt --all -- --check; }
-run_clippy() { cargo clippy --workspace --all-targets -- -D warnings; }
+# The library also by itself, with the formats of its default and with none.
+run_clippy() {
+  cargo clippy --workspace --all-targets -- -D warnings && cargo clippy --package ldi-ops -- -D warnings &&
+    cargo clippy --package ldi-ops --no-default-features -- -D warnings
+}
 run_docs() { RUSTDOCFLAGS=-Dwarnings cargo doc --workspace --no-deps; }
 # The checked profile is optimised, which the oracle and the properties need, and panics where an integer overflows.
 run_test() { cargo test --profile checked --workspace --no-fail-fast; }

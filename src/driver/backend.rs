@@ -28,6 +28,33 @@ pub struct Gpu {
     pub sampler: Box<dyn Sampler>,
 }
 
+/// An adapter, as its driver describes it. Sizes are in bytes.
+#[derive(Clone, Debug)]
+pub struct GpuDevice {
+    /// The name.
+    pub name: String,
+    /// `discrete`, `integrated`, `virtual`, `software` or `other`.
+    pub kind: &'static str,
+    /// The graphics interface: `vulkan`, `metal`, `dx12`.
+    pub api: &'static str,
+    /// The driver, with its version.
+    pub driver: String,
+    /// The largest buffer.
+    pub largest_buffer: u64,
+    /// Largest part of a buffer that a shader can access at once.
+    pub largest_binding: u64,
+    /// Number of buffers that a shader can access at once.
+    pub bindings: u32,
+    /// Most invocations of a workgroup.
+    pub workgroup: u32,
+    /// Memory that a workgroup shares.
+    pub workgroup_memory: u32,
+    /// True if shaders have native 64-bit integers.
+    pub int64: bool,
+    /// Whether shaders can be timed on the device.
+    pub timestamps: bool,
+}
+
 /// The samplers of one run. A device is opened once, whatever the number of images.
 pub struct Backends {
     cpu: CpuSampler,

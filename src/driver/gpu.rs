@@ -3,7 +3,7 @@
 use crate::gpu::{self, Adapter, AdapterKind, DeviceError};
 use crate::sampler::gpu::{GpuOptions, GpuSampler};
 
-use super::backend::Gpu;
+use super::backend::{Gpu, GpuDevice};
 use crate::Error;
 
 /// Why this build can use no GPU, where it cannot.
@@ -27,10 +27,10 @@ pub fn automatic() -> Result<Automatic, String> {
 }
 
 /// All adapters, and what `auto` would take of them or why nothing.
-pub fn list() -> (Vec<Adapter>, Result<String, String>) {
+pub fn list() -> (Vec<GpuDevice>, Result<String, String>) {
     let adapters = gpu::adapters();
     let automatic = choose(&adapters).map(|automatic| automatic.reason);
-    (adapters, automatic)
+    (adapters.into_iter().map(describe).collect(), automatic)
 }
 
 /// A choice that `auto` made.
@@ -71,4 +71,20 @@ fn choose(adapters: &[Adapter]) -> Result<Automatic, String> {
 fn opened(adapter: &Adapter) -> Result<(String, GpuSampler), DeviceError> {
     let sampler = GpuSampler::open(adapter, GpuOptions::default())?;
     Ok((format!("{}, {}, {}", adapter.name, adapter.api, adapter.driver), sampler))
+}
+
+fn describe(adapter: Adapter) -> GpuDevice {
+    GpuDevice {
+        kind: adapter.kind.name(),
+        api: adapter.api,
+        driver: adapter.driver,
+        largest_buffer: adapter.limits.buffer,
+        largest_binding: adapter.limits.binding,
+        bindings: adapter.limits.bindings,
+        workgroup: adapter.limits.workgroup,
+        workgroup_memory: adapter.limits.workgroup_memory,
+        int64: adapter.int64,
+        timestamps: adapter.timestamps,
+        name: adapter.name,
+    }
 }

@@ -11,8 +11,10 @@ use crate::mesh::{Aabb, ClosedMesh, LengthUnit, NotClosed, Precision, TriangleMe
 use crate::sampler::FillRule;
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
+#[cfg(feature = "report")]
 use sha2::{Digest, Sha256};
 
+#[cfg(feature = "npz")]
 use super::image_file::ImageFile;
 use super::job::{Finish, Input, Openness};
 use super::{bytes, size, surface};
@@ -157,7 +159,10 @@ pub fn read(path: &Path, hashes: bool) -> Result<ReadMesh, Error> {
             _ => Error::input(error),
         }
     })?;
+    #[cfg(feature = "report")]
     let hash = || hashes.then(|| Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect());
+    #[cfg(not(feature = "report"))]
+    let hash = || None;
     let parse = || match format {
         Some(format) => {
             let file = io::parse(&bytes, format, path).map_err(Error::input)?;
@@ -172,6 +177,7 @@ pub fn read(path: &Path, hashes: bool) -> Result<ReadMesh, Error> {
     Ok(ReadMesh { file, sha256, warnings })
 }
 
+#[cfg(feature = "npz")]
 /// The surface of images in a file.
 fn surface_of_images(bytes: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning>), Error> {
     let file = ImageFile::read(Cursor::new(bytes), path)?;
@@ -187,6 +193,11 @@ fn surface_of_images(bytes: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning
     }
     warnings.extend(file.warnings);
     Ok((MeshFile { mesh, unit: file.unit, notes: Vec::new() }, warnings))
+}
+
+#[cfg(not(feature = "npz"))]
+fn surface_of_images(_: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning>), Error> {
+    Err(Error::input(format!("{}: build ldi_ops with the feature `npz` to read images", path.display())))
 }
 
 /// What a writer had to say.

@@ -8,9 +8,9 @@ use crate::boolean::{BooleanOperation, Expression};
 use crate::grid::Axis;
 use crate::length::Length;
 use crate::mesh::LengthUnit;
-use crate::picture::{Background, Facets, Format, View};
 use crate::placement::Placement;
 use crate::sampler::{FillRule, Mode};
+#[cfg(feature = "npz")]
 use crate::voxels;
 
 /// A file to read, and where to place its mesh.
@@ -264,7 +264,9 @@ impl From<Option<&ImageTarget>> for Keep {
     fn from(target: Option<&ImageTarget>) -> Keep {
         match target.map(|target| target.content) {
             None => Keep::Summaries,
+            #[cfg(feature = "npz")]
             Some(Content::Voxels(_)) => Keep::Images,
+            #[cfg(feature = "npz")]
             Some(Content::Images) => Keep::ImagesWithTriangles,
             Some(Content::Mesh(_)) => Keep::Mesh,
         }
@@ -284,8 +286,10 @@ pub struct ImageTarget {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Content {
     /// The images themselves, as `.npz`.
+    #[cfg(feature = "npz")]
     Images,
     /// The lattice nodes inside.
+    #[cfg(feature = "npz")]
     Voxels(voxels::Format),
     /// The surface of the solid.
     Mesh(Finish),
@@ -300,67 +304,4 @@ pub struct Finish {
     pub least_part: Option<f64>,
     /// A round offset is subtracted from the coordinates.
     pub recentre: bool,
-}
-
-/// A picture.
-#[derive(Clone, Debug)]
-pub struct RenderJob {
-    /// The names of the inputs in captions.
-    pub names: Vec<String>,
-    /// The unit of files that state none.
-    pub unit: Option<LengthUnit>,
-    /// The treatment of meshes that are not closed.
-    pub openness: Openness,
-    /// The fill rule.
-    pub fill: FillRule,
-    /// The device that samples.
-    pub backend: Backend,
-    /// Whether the files are hashed.
-    pub hashes: bool,
-    /// The solid that is seen, of the inputs by their indices.
-    pub expression: Expression,
-    /// The expression as text, where it was given so.
-    pub typed: Option<String>,
-    /// The view.
-    pub scenery: Scenery,
-    /// The size of the picture.
-    pub format: Format,
-    /// The colour behind the solid.
-    pub background: Background,
-    /// Smooth or flat shading.
-    pub facets: Facets,
-    /// The file.
-    pub to: PathBuf,
-}
-
-/// The view of a picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Scenery {
-    /// The solid, shaded.
-    Shaded {
-        /// The direction of sight.
-        view: View,
-        /// A plane that opens the solid.
-        cut: Option<Plane>,
-    },
-    /// A section by a plane.
-    Slice(Plane),
-}
-
-/// A plane across an axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plane {
-    /// The axis.
-    pub axis: Axis,
-    /// Its place on the axis.
-    pub position: SlicePosition,
-}
-
-/// The place of a plane on its axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SlicePosition {
-    /// A coordinate in file units, or in a unit of its own.
-    Coordinate(Length),
-    /// From 0 at the lower end of the solids' box to 1 at the upper one.
-    Share(f64),
 }

@@ -16,6 +16,7 @@ use crate::ldi::Ldi;
 use crate::mesh::{self, Aabb, LengthUnit, MassProperties, Unproved};
 use crate::sampler::{FillRule, Mode, Sampler};
 use glam::{DMat3, DVec3};
+#[cfg(feature = "report")]
 use serde::Serialize;
 
 use super::backend::{Backends, Choice, Ran};
@@ -141,7 +142,8 @@ pub struct SolidMeasures {
 }
 
 /// How `--tolerance` went.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "report", derive(Serialize))]
 pub struct Refinement {
     /// The share of the volume that the error estimate was to be below.
     pub asked: f64,
@@ -167,7 +169,8 @@ impl fmt::Display for Refinement {
 }
 
 /// Where the time went.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "report", derive(Serialize))]
 pub struct Seconds {
     /// Reading and checking.
     pub read: f64,

@@ -10,6 +10,7 @@ mod fill;
 #[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
 pub mod gpu;
 mod image;
+#[cfg(feature = "npz")]
 pub mod image_file;
 pub mod input;
 pub mod job;
@@ -17,6 +18,7 @@ pub mod machine;
 pub mod measure;
 mod memory;
 pub(crate) mod output;
+#[cfg(feature = "picture")]
 pub mod render;
 pub mod size;
 pub mod sum;

@@ -2,13 +2,15 @@
 
 use crate::gpu::DeviceError;
 
-use super::backend::Gpu;
+use super::backend::{Gpu, GpuDevice};
 use crate::Error;
 
 const WHY: &str = "this build has no GPU sampler";
 
+/// The reason why this build can use no GPU.
 pub const ABSENT: Option<&str> = Some(WHY);
 
+/// Refuses to open an adapter.
 pub fn open(wanted: Option<&str>) -> Result<Gpu, Error> {
     Err(refused(wanted))
 }
@@ -19,21 +21,25 @@ pub fn refused(wanted: Option<&str>) -> Error {
     Error::machine(format!("{flag}: {WHY}"))
 }
 
+/// Returns the reason why there is no GPU.
 pub fn automatic() -> Result<Automatic, String> {
     Err(WHY.to_owned())
 }
 
-pub fn list() -> (Vec<crate::gpu::Adapter>, Result<String, String>) {
+/// Returns no adapters, and the reason.
+pub fn list() -> (Vec<GpuDevice>, Result<String, String>) {
     (Vec::new(), Err(WHY.to_owned()))
 }
 
 /// A choice that is never made.
 pub struct Automatic {
+    /// The reason for the adapter.
     pub reason: String,
     never: std::convert::Infallible,
 }
 
 impl Automatic {
+    /// Opens the adapter.
     pub fn open(&self) -> Result<Gpu, DeviceError> {
         match self.never {}
     }

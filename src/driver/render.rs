@@ -3,24 +3,27 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::boolean::{Images, Operand, Plan};
+use crate::boolean::{Expression, Images, Operand, Plan};
 use crate::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
 use crate::ldi::{Ldi, Windings};
+use crate::length::Length;
 use crate::mesh::LengthUnit;
 use crate::picture::annotate::{Annotator, CaptionLine, ScaleBar};
 use crate::picture::{
-    Camera, Canvas, Colour, Cut, Scene, Skin, View, ViewBox, outline_of, palette, png, shaded, slice,
+    Background, Camera, Canvas, Colour, Cut, Facets, Format, Scene, Skin, View, ViewBox, outline_of, palette, png,
+    shaded, slice,
 };
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Mode, SampleError, Sampler};
 use glam::{DAffine3, DVec3};
+#[cfg(feature = "report")]
 use serde::Serialize;
 
 use super::backend::{Backends, Choice, Ran};
 use super::fill::FillDifference;
 use super::image::first_triangles;
 use super::input::{self, InputRequirements, Sides, Solid};
-use super::job::{Input, Plane, RenderJob, Scenery, SlicePosition};
+use super::job::{Backend, Input, Openness};
 use super::work::work;
 use super::{machine, memory, output};
 use crate::Error;
@@ -28,6 +31,69 @@ use crate::Warning;
 use crate::number::number;
 use crate::progress::Monitor;
 use crate::unit;
+
+/// A picture.
+#[derive(Clone, Debug)]
+pub struct RenderJob {
+    /// The names of the inputs in captions.
+    pub names: Vec<String>,
+    /// The unit of files that state none.
+    pub unit: Option<LengthUnit>,
+    /// The treatment of meshes that are not closed.
+    pub openness: Openness,
+    /// The fill rule.
+    pub fill: FillRule,
+    /// The device that samples.
+    pub backend: Backend,
+    /// Whether the files are hashed.
+    pub hashes: bool,
+    /// The solid that is seen, of the inputs by their indices.
+    pub expression: Expression,
+    /// The expression as text, where it was given so.
+    pub typed: Option<String>,
+    /// The view.
+    pub scenery: Scenery,
+    /// The size of the picture.
+    pub format: Format,
+    /// The colour behind the solid.
+    pub background: Background,
+    /// Smooth or flat shading.
+    pub facets: Facets,
+    /// The file.
+    pub to: PathBuf,
+}
+
+/// The view of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scenery {
+    /// The solid, shaded.
+    Shaded {
+        /// The direction of sight.
+        view: View,
+        /// A plane that opens the solid.
+        cut: Option<Plane>,
+    },
+    /// A section by a plane.
+    Slice(Plane),
+}
+
+/// A plane across an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane {
+    /// The axis.
+    pub axis: Axis,
+    /// Its place on the axis.
+    pub position: SlicePosition,
+}
+
+/// The place of a plane on its axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SlicePosition {
+    /// A coordinate in file units, or in a unit of its own.
+    Coordinate(Length),
+    /// From 0 at the lower end of the solids' box to 1 at the upper one.
+    Share(f64),
+}
 
 /// Everything that is known of a picture.
 pub struct Rendered {
@@ -66,7 +132,8 @@ pub struct Rendered {
 }
 
 /// Where the time went.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "report", derive(Serialize))]
 pub struct RenderSeconds {
     /// Reading and checking.
     pub read: f64,

@@ -11,6 +11,7 @@ use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{Estimate, FillRule, Mode, Sampler};
 use crate::surface::gates::{GateFailure, Gates};
 use crate::surface::parts::{Dropped, Parts};
+#[cfg(feature = "simplify")]
 use crate::surface::simplify::simplify;
 use crate::surface::{Coordinates, Surface, SurfaceMode, contour_in};
 use glam::DVec3;
@@ -237,6 +238,7 @@ pub fn mesh(
 /// and more triangles stay than with less.
 const FIRST_STEP: f64 = 0.1;
 
+#[cfg(feature = "simplify")]
 /// Removes triangles within a bound; the mesh sampled again gives the same nodes. A bound that is large beside the pitch is
 /// used in steps, each twice as long as the one before; their distances add up.
 fn simplified(mesh: TriangleMesh, grid: &Grid, bound: f64) -> Result<(TriangleMesh, SimplifiedReport), Error> {
@@ -259,6 +261,11 @@ fn simplified(mesh: TriangleMesh, grid: &Grid, bound: f64) -> Result<(TriangleMe
         step *= 2.0;
     }
     Ok((mesh, report))
+}
+
+#[cfg(not(feature = "simplify"))]
+fn simplified(_: TriangleMesh, _: &Grid, _: f64) -> Result<(TriangleMesh, SimplifiedReport), Error> {
+    Err(Error::Usage("build ldi_ops with the feature `simplify` to remove triangles".to_owned()))
 }
 
 /// The nodes inside a mesh, plane after plane.

@@ -2,10 +2,12 @@
 
 use std::io;
 
+#[cfg(feature = "npz")]
 use crate::ldi::npz::{self, Extras, ImageMode};
 use crate::ldi::{Combine, NodePlanes};
 use crate::mesh::LengthUnit;
 use crate::sampler::{Estimate, Mode};
+#[cfg(feature = "npz")]
 use crate::voxels;
 
 use super::job::{Content, ImageTarget};
@@ -26,14 +28,17 @@ pub fn images(
     match target.content {
         Content::Mesh(finish) => {
             let (report, warnings) = surface::write(imaged, &target.path, finish, progress)?;
-            return Ok((Some(report), warnings));
+            Ok((Some(report), warnings))
         }
+        #[cfg(feature = "npz")]
         Content::Images => {
             let normals = imaged.images.iter().map(|image| npz::normals_of_samples(image, imaged.normals?));
             let (unit, mode) = (unit.map(str::to_owned), Some(image_mode(imaged.mode)));
             let extras = Extras { normals: normals.collect(), unit, mode };
             output::replace(&target.path, |file| npz::write(imaged.images, &extras, file).map_err(io::Error::from))?;
+            Ok((None, Vec::new()))
         }
+        #[cfg(feature = "npz")]
         Content::Voxels(format) => {
             let nodes = NodePlanes::new(imaged.images, combine(imaged.mode)).map_err(Error::input)?;
             let mut written = voxels::Written::default();
@@ -49,12 +54,13 @@ pub fn images(
             progress.detail(format_args!(
                 "{x} × {y} × {z} voxels, of which {inside} are inside; the images disagree about {disagreements}"
             ));
+            Ok((None, Vec::new()))
         }
     }
-    Ok((None, Vec::new()))
 }
 
 /// What files call a mode.
+#[cfg(feature = "npz")]
 pub fn image_mode(mode: Mode) -> ImageMode {
     match mode {
         Mode::Exact => ImageMode::Exact,
@@ -64,6 +70,7 @@ pub fn image_mode(mode: Mode) -> ImageMode {
 }
 
 /// The mode that files call so.
+#[cfg(feature = "npz")]
 pub fn mode(mode: ImageMode) -> Mode {
     match mode {
         ImageMode::Exact => Mode::Exact,

@@ -3,6 +3,7 @@
 mod bands;
 mod error;
 mod nodes;
+#[cfg(feature = "npz")]
 pub mod npz;
 mod references;
 mod spans;

@@ -34,6 +34,7 @@ mod intersect;
 pub mod parts;
 mod qef;
 mod quads;
+#[cfg(feature = "simplify")]
 pub mod simplify;
 mod untangle;
 

@@ -1,6 +1,6 @@
 //! An interrupted job leaves no partial output.
 
-use std::os::unix::process::ExitStatusExt;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -13,6 +13,14 @@ const PATIENCE: Duration = Duration::from_secs(60);
 fn spawn(folder: &Folder, arguments: &[&str]) -> Child {
     let mut command = Command::new(assert_cmd::cargo::cargo_bin!("ldi-ops"));
     command.current_dir(folder.folder.path()).args(arguments).stdout(Stdio::null()).stderr(Stdio::null());
+    // Under `nohup` the tests ignore hangups, and the program would inherit that.
+    let reset = || {
+        // SAFETY: signal() may be called between fork and exec.
+        unsafe { libc::signal(libc::SIGHUP, libc::SIG_DFL) };
+        Ok(())
+    };
+    // SAFETY: the closure calls nothing else.
+    unsafe { command.pre_exec(reset) };
     command.spawn().unwrap()
 }
 

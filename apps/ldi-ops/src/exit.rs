@@ -1,7 +1,5 @@
 //! Exit codes of the program.
 
-use std::process;
-
 use ldi_ops::{Error, ErrorKind};
 
 /// The exit code of the program; the greater, the worse.
@@ -18,11 +16,6 @@ pub enum Exit {
 }
 
 impl Exit {
-    /// Ends the process.
-    pub fn now(self) -> ! {
-        process::exit(self as i32)
-    }
-
     /// Ends the process immediately, without exit handlers.
     pub fn at_once(self) -> ! {
         #[cfg(unix)]
@@ -31,7 +24,7 @@ impl Exit {
             libc::_exit(self as i32)
         }
         #[cfg(not(unix))]
-        self.now()
+        std::process::exit(self as i32)
     }
 
     /// Returns the cause of a failure, as a word for programs.

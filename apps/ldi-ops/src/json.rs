@@ -13,11 +13,11 @@ use serde_json::{Value, json};
 
 use crate::exit::Exit;
 use crate::resolve::{Report, Verbosity};
-use crate::run::{Checked, Converted, Devices, Each, Generated, GpuDevice, Outcome, Refused, Surfaced};
+use crate::run::{Checked, Converted, Devices, Each, Generated, Outcome, Refused, Surfaced};
 use crate::{output, report};
 use ldi_ops::Error;
 use ldi_ops::Warning;
-use ldi_ops::driver::backend::Ran;
+use ldi_ops::driver::backend::{GpuDevice, Ran};
 use ldi_ops::driver::input::Solid;
 use ldi_ops::driver::machine::{cpu_name, peak_memory_bytes};
 use ldi_ops::driver::measure::{Measured, Method, Volume};

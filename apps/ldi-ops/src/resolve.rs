@@ -22,9 +22,10 @@ use crate::args::{
 use crate::output;
 use ldi_ops::Error;
 use ldi_ops::driver::job::{
-    Backend, Boolean, Content, Finish, ImageTarget, Input, Keep, MeasureJob, Measurement, Openness, RenderJob, Spacing,
-    SumJob, SumOperation, Wording,
+    Backend, Boolean, Content, Finish, ImageTarget, Input, Keep, MeasureJob, Measurement, Openness, Spacing, SumJob,
+    SumOperation, Wording,
 };
+use ldi_ops::driver::render::RenderJob;
 use ldi_ops::excerpt;
 use ldi_ops::length::Length;
 use ldi_ops::placement::Placement;

@@ -24,6 +24,16 @@ pub enum FormatError {
         /// The extension, as spelt.
         extension: String,
     },
+    /// The library was built without the format.
+    #[error("{}: {format} files are not part of this build; build ldi_ops with the feature `{feature}`", .path.display())]
+    NotBuilt {
+        /// The path as given.
+        path: PathBuf,
+        /// The format.
+        format: Format,
+        /// The feature that has it.
+        feature: &'static str,
+    },
 }
 
 /// The reason why a mesh file could not be read. Every message begins with the file's name.

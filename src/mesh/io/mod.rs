@@ -11,15 +11,21 @@
 
 mod error;
 mod formatted;
+#[cfg(feature = "gltf")]
 mod gltf;
 mod note;
+#[cfg(feature = "obj")]
 mod obj;
+#[cfg(feature = "off")]
 mod off;
 mod placement;
+#[cfg(feature = "ply")]
 mod ply;
 mod polygon;
+#[cfg(feature = "stl")]
 mod stl;
 mod text;
+#[cfg(feature = "3mf")]
 mod threemf;
 mod write;
 
@@ -65,7 +71,28 @@ impl Format {
         };
         let extension = extension.to_string_lossy();
         let named = Format::ALL.into_iter().find(|format| format.extension().eq_ignore_ascii_case(&extension));
-        named.ok_or_else(|| FormatError::Unknown { path: path.to_path_buf(), extension: extension.into_owned() })
+        match named {
+            Some(format) if format.is_built() => Ok(format),
+            Some(format) => Err(format.not_built(path)),
+            None => Err(FormatError::Unknown { path: path.to_path_buf(), extension: extension.into_owned() }),
+        }
+    }
+
+    /// Returns whether this build reads and writes the format: whether its feature is on.
+    pub fn is_built(self) -> bool {
+        match self {
+            Format::Stl => cfg!(feature = "stl"),
+            Format::Obj => cfg!(feature = "obj"),
+            Format::Ply => cfg!(feature = "ply"),
+            Format::Off => cfg!(feature = "off"),
+            Format::Gltf | Format::Glb => cfg!(feature = "gltf"),
+            Format::ThreeMf => cfg!(feature = "3mf"),
+        }
+    }
+
+    fn not_built(self, path: &Path) -> FormatError {
+        let feature = if self == Format::Glb { "gltf" } else { self.extension() };
+        FormatError::NotBuilt { path: path.to_path_buf(), format: self, feature }
     }
 
     /// Returns the extension, in lower case and without a dot.
@@ -96,12 +123,14 @@ impl Format {
 
     /// Returns the extensions of all supported formats, as messages list them.
     fn known() -> String {
-        Format::list(&Format::ALL)
+        let built: Vec<Format> = Format::ALL.into_iter().filter(|format| format.is_built()).collect();
+        Format::list(&built)
     }
 
     /// Returns the extensions of all formats that can be written.
     fn written() -> String {
-        let written: Vec<Format> = Format::ALL.into_iter().filter(|format| format.is_written()).collect();
+        let written: Vec<Format> =
+            Format::ALL.into_iter().filter(|format| format.is_built() && format.is_written()).collect();
         Format::list(&written)
     }
 
@@ -200,16 +229,20 @@ fn is_text(format: Format, start: &[u8]) -> bool {
         && match format {
             Format::Obj | Format::Off => true,
             Format::Gltf => !start.starts_with(b"glTF"),
+            #[cfg(feature = "stl")]
             Format::Stl => stl::is_text(start),
+            #[cfg(feature = "ply")]
             Format::Ply => ply::is_text(start),
-            Format::Glb | Format::ThreeMf => false,
+            _ => false,
         }
 }
 
 /// Returns the length in bytes that a binary file has by its header, where the format states it at the start.
 fn binary_length(format: Format, start: &[u8]) -> Option<u64> {
     match format {
+        #[cfg(feature = "stl")]
         Format::Stl => stl::binary_length(start),
+        #[cfg(feature = "gltf")]
         Format::Gltf | Format::Glb => gltf::binary_length(start),
         _ => None,
     }
@@ -229,6 +262,7 @@ fn load(path: &Path) -> io::Result<Vec<u8>> {
 /// Returns the files that a mesh file refers to: buffers and images of glTF. Empty where the file cannot be read.
 pub fn side_files(path: &Path) -> Vec<PathBuf> {
     match Format::from_path(path) {
+        #[cfg(feature = "gltf")]
         Ok(format @ (Format::Gltf | Format::Glb)) if examine(path, format).is_ok() => {
             load(path).map_or(Vec::new(), |bytes| gltf::side_files(&bytes, path))
         }
@@ -239,15 +273,24 @@ pub fn side_files(path: &Path) -> Vec<PathBuf> {
 /// Parses a mesh from the bytes of a file. The path names the file in errors, and buffers that a glTF file refers to
 /// are looked up beside it; the path itself is not opened.
 pub fn parse(bytes: &[u8], format: Format, path: &Path) -> Result<MeshFile, ReadError> {
-    let parsed = match format {
+    let parsed: Result<MeshFile, Fault> = match format {
         _ if bytes.is_empty() => Err(Fault::Empty("the file has no bytes".to_owned())),
+        #[cfg(feature = "stl")]
         Format::Stl => stl::parse(bytes),
+        #[cfg(feature = "obj")]
         Format::Obj => obj::parse(bytes),
+        #[cfg(feature = "ply")]
         Format::Ply => ply::parse(bytes),
+        #[cfg(feature = "off")]
         Format::Off => off::parse(bytes),
+        #[cfg(feature = "gltf")]
         Format::Gltf => gltf::parse_text(bytes, path),
+        #[cfg(feature = "gltf")]
         Format::Glb => gltf::parse_binary(bytes, path),
+        #[cfg(feature = "3mf")]
         Format::ThreeMf => threemf::parse(bytes),
+        #[cfg(not(feature = "cpu"))]
+        _ => return Err(format.not_built(path).into()),
     };
     let file = parsed.map_err(|fault| fault.in_file(path))?;
     if file.mesh.triangles.is_empty() {
@@ -257,7 +300,7 @@ pub fn parse(bytes: &[u8], format: Format, path: &Path) -> Result<MeshFile, Read
     Ok(file)
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "cpu"))]
 mod round_trips;
-#[cfg(test)]
+#[cfg(all(test, feature = "cpu"))]
 mod tests;

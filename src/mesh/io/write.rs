@@ -1,13 +1,25 @@
 //! Writing of mesh files: what each format can hold, and how it stores the rest.
 
+use std::io;
 use std::path::Path;
 
 use glam::DVec3;
 
+use super::Format;
 use super::error::WriteError;
+#[cfg(feature = "gltf")]
 use super::gltf::Glb;
 use super::note::WriteNote;
-use super::{Format, obj, off, ply, stl, threemf};
+#[cfg(feature = "obj")]
+use super::obj;
+#[cfg(feature = "off")]
+use super::off;
+#[cfg(feature = "ply")]
+use super::ply;
+#[cfg(feature = "stl")]
+use super::stl;
+#[cfg(feature = "3mf")]
+use super::threemf;
 use crate::mesh::{LengthUnit, Precision, TriangleMesh};
 use crate::output;
 
@@ -52,7 +64,8 @@ pub fn write_at(
     let target = Target { path, format, mesh };
     target.check_indices()?;
     let mut written = Written { unit, notes: Vec::new() };
-    let done = match format {
+    let done: io::Result<()> = match format {
+        #[cfg(feature = "stl")]
         Format::Stl => {
             stl::check(path, mesh)?;
             target.check_single_precision(1.0)?;
@@ -60,9 +73,13 @@ pub fn write_at(
             written.notes.extend(target.rounding());
             output::replace(path, |file| stl::write(file, mesh, unit))
         }
+        #[cfg(feature = "obj")]
         Format::Obj => output::replace(path, |file| obj::write(file, mesh, unit)),
+        #[cfg(feature = "ply")]
         Format::Ply => output::replace(path, |file| ply::write(file, mesh, unit)),
+        #[cfg(feature = "off")]
         Format::Off => output::replace(path, |file| off::write(file, mesh, unit)),
+        #[cfg(feature = "gltf")]
         Format::Glb => {
             let unit = written.unit_or(LengthUnit::Metre, format);
             target.check_finite()?;
@@ -74,6 +91,7 @@ pub fn write_at(
             target.check_bytes(file.bytes())?;
             output::replace(path, |out| file.write(out))
         }
+        #[cfg(feature = "3mf")]
         Format::ThreeMf => {
             let unit = written.unit_or(LengthUnit::Millimetre, format);
             target.check_finite()?;
@@ -83,7 +101,9 @@ pub fn write_at(
             written.notes.extend((count > 0).then_some(WriteNote::CollapsedLeftOut { count }));
             output::replace(path, |file| threemf::write(file, &object, unit, place))
         }
-        Format::Gltf => return Err(WriteError::NoWriter { path: path.to_path_buf(), format }),
+        #[cfg(not(feature = "cpu"))]
+        _ if !format.is_built() => return Err(format.not_built(path).into()),
+        _ => return Err(WriteError::NoWriter { path: path.to_path_buf(), format }),
     };
     done.map_err(|source| WriteError::Io { path: path.to_path_buf(), source })?;
     Ok(written)

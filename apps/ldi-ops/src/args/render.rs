@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use ldi_ops::driver::job::{Plane, SlicePosition};
+use ldi_ops::driver::render::{Plane, SlicePosition};
 use ldi_ops::grid::Axis;
 use ldi_ops::picture::View;
 

@@ -2,7 +2,8 @@
 
 use ldi_ops::Error;
 use ldi_ops::boolean::{BooleanOperation, Expression};
-use ldi_ops::driver::job::{Input, Openness, RenderJob, Scenery};
+use ldi_ops::driver::job::{Input, Openness};
+use ldi_ops::driver::render::{RenderJob, Scenery};
 use ldi_ops::picture::camera::{SIDES, SUPERSAMPLING};
 use ldi_ops::picture::{Background, Facets, Format, INPUTS_MAX, View};
 

@@ -2,9 +2,8 @@
 
 use ldi_ops::gpu::DeviceError;
 
-use ldi_ops::driver::backend::{LARGE_WORK, crossings};
+use ldi_ops::driver::backend::{GpuDevice, LARGE_WORK, crossings};
 use ldi_ops::driver::{gpu, machine};
-use ldi_ops::gpu::Adapter;
 
 use super::{Finished, Outcome};
 use crate::exit::Exit;
@@ -23,25 +22,6 @@ pub struct Devices {
     /// The reason why no GPU is listed.
     pub no_gpu: Option<String>,
     pub auto: AutoChoice,
-}
-
-/// An adapter, as its driver describes it. Sizes are in bytes.
-pub struct GpuDevice {
-    pub name: String,
-    pub kind: &'static str,
-    pub api: &'static str,
-    pub driver: String,
-    pub largest_buffer: u64,
-    /// Largest part of a buffer that a shader can access at once.
-    pub largest_binding: u64,
-    /// Number of buffers that a shader can access at once.
-    pub bindings: u32,
-    /// Most invocations of a workgroup.
-    pub workgroup: u32,
-    pub workgroup_memory: u32,
-    /// True if shaders have native 64-bit integers.
-    pub int64: bool,
-    pub timestamps: bool,
 }
 
 /// The choice of `--backend auto` for large work, and its reason. Small work stays on the CPU.
@@ -63,23 +43,6 @@ pub fn run(job: &DevicesJob) -> Result<Finished, Error> {
         }
         Err(reason) => AutoChoice { backend: "cpu", reason },
     };
-    let gpus = gpus.into_iter().map(describe).collect();
     let devices = Devices { cpu: machine::cpu_name(), threads, gpu_built: gpu::ABSENT.is_none(), gpus, no_gpu, auto };
     Ok(Finished { outcome: Outcome::Devices(devices), report: job.report.clone(), exit: Exit::Done })
-}
-
-fn describe(adapter: Adapter) -> GpuDevice {
-    GpuDevice {
-        kind: adapter.kind.name(),
-        api: adapter.api,
-        driver: adapter.driver,
-        largest_buffer: adapter.limits.buffer,
-        largest_binding: adapter.limits.binding,
-        bindings: adapter.limits.bindings,
-        workgroup: adapter.limits.workgroup,
-        workgroup_memory: adapter.limits.workgroup_memory,
-        int64: adapter.int64,
-        timestamps: adapter.timestamps,
-        name: adapter.name,
-    }
 }

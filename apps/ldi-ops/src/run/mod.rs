@@ -27,7 +27,7 @@ use crate::resolve::{Invocation, Job, Report};
 
 pub use check::Checked;
 pub use convert::Converted;
-pub use devices::{Devices, GpuDevice};
+pub use devices::Devices;
 pub use from_images::Surfaced;
 pub use generate::Generated;
 

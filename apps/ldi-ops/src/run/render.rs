@@ -3,8 +3,7 @@
 use std::time::Instant;
 
 use ldi_ops::Error;
-use ldi_ops::driver::job::RenderJob;
-use ldi_ops::driver::render::render;
+use ldi_ops::driver::render::{RenderJob, render};
 
 use super::{Finished, Outcome, say_warnings};
 use crate::exit::Exit;
