@@ -30,7 +30,7 @@ const CLOSED: InputRequirements = InputRequirements {
 ///
 /// let ring = solids::torus(10.0, 3.0, 96, 48)?;
 /// let ring = Solid::from_triangles(ring.positions, ring.triangles)?.unit(Unit::Millimetre);
-/// assert_eq!(ring.volume(&Settings::default())?.to_string(), "1769.95 mm³ (exact)");
+/// assert_eq!(ring.volume(&Settings::default())?.to_string(), "1770.195 mm³ (exact)");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]
