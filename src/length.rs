@@ -3,9 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::mesh::LengthUnit;
-
 use crate::Error;
+use crate::mesh::LengthUnit;
 use crate::unit;
 
 /// A length that was typed, with a unit or in that of the file.

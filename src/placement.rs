@@ -4,10 +4,10 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::mesh::LengthUnit;
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::length::Length;
+use crate::mesh::LengthUnit;
 use crate::{excerpt, length, unit};
 
 /// A placement that was typed: a map of file coordinates, and beside it the part of the translation that was typed with

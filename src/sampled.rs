@@ -8,7 +8,7 @@ use crate::driver::bound::Bound;
 use crate::driver::job::Finish;
 #[cfg(feature = "npz")]
 use crate::driver::job::{Content, ImageTarget};
-use crate::driver::measure::{Measured, Seconds};
+use crate::driver::measure::{Measured, Seconds, mean_moments};
 use crate::driver::surface::{self, SurfaceReport};
 use crate::driver::write;
 use crate::grid::{Axis, Grid};
@@ -69,13 +69,9 @@ impl Sampled {
 
     /// Returns the moments: the mean over the images.
     pub fn moments(&self) -> SolidMoments {
-        let moments = self.measured.images.iter().map(integrate::moments);
-        let share = 1.0 / self.measured.images.len() as f64;
-        let none = SolidMoments { centroid: DVec3::ZERO, inertia: DMat3::ZERO };
-        moments.fold(none, |sum, image| SolidMoments {
-            centroid: sum.centroid + share * image.centroid,
-            inertia: sum.inertia + image.inertia * share,
-        })
+        let moments: Vec<_> = self.measured.images.iter().map(integrate::moments).collect();
+        let (centroid, inertia) = mean_moments(&moments);
+        SolidMoments { centroid, inertia }
     }
 
     /// Returns the image along an axis, if it was asked for.
@@ -120,7 +116,7 @@ impl Sampled {
                 }
             }
         }
-        let origin = grid.origin() + DVec3::splat(0.5 * grid.pitch());
+        let origin = grid.origin() + DVec3::splat(grid.step() * f64::from(grid.node(0)));
         Voxels { size, origin, spacing: grid.pitch(), values }
     }
 

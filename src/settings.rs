@@ -201,7 +201,8 @@ impl<'p> Settings<'p> {
         })
     }
 
-    fn check(&self) -> Result<(), Error> {
+    /// Checks the raster.
+    pub(crate) fn check(&self) -> Result<(), Error> {
         let usage = |message: String| Err(Error::Usage(message));
         match self.spacing {
             Spacing::Resolution(0) => usage("0 rays: at least 1 is needed".to_owned()),

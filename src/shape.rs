@@ -173,8 +173,10 @@ impl Shape {
         let (measurement, operands) = match &*self.node {
             Node::Solid(_) if is_volume => (Measurement::Volume, slice::from_ref(self)),
             Node::Solid(_) => (Measurement::Sample, slice::from_ref(self)),
-            Node::Boolean(..) => {
-                let (boolean, operands) = self.flattened();
+            Node::Boolean(boolean, _) => {
+                let mut operands = Vec::new();
+                let expression = self.expression(&mut operands);
+                let boolean = Boolean { expression, wording: boolean.wording.clone() };
                 let job = settings.measure_job(Measurement::Boolean(boolean), keep)?;
                 return booleans(&job, settings, &operands, monitor);
             }
@@ -186,17 +188,7 @@ impl Shape {
         booleans(&settings.measure_job(measurement, keep)?, settings, operands, monitor)
     }
 
-    /// Returns one expression over operands that are no Booleans, each once.
-    fn flattened(&self) -> (Boolean, Vec<Shape>) {
-        let mut operands = Vec::new();
-        let expression = self.expression(&mut operands);
-        let wording = match &*self.node {
-            Node::Boolean(boolean, _) => boolean.wording.clone(),
-            _ => Wording::Operation(BooleanOperation::Union),
-        };
-        (Boolean { expression, wording }, operands)
-    }
-
+    /// Returns one expression over operands that are no Booleans, each of them once in `operands`.
     fn expression(&self, operands: &mut Vec<Shape>) -> Expression {
         let Node::Boolean(boolean, own) = &*self.node else {
             let known = operands.iter().position(|operand| Arc::ptr_eq(&operand.node, &self.node));

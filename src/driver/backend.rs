@@ -3,16 +3,14 @@
 use std::cell::OnceCell;
 use std::fmt;
 
+use super::gpu;
+use super::job::Backend;
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, Summary};
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{Estimate, FillRule, Mode, SampleError, Sampler};
-
-use super::gpu;
-use super::job::Backend;
-use crate::Error;
-use crate::Warning;
+use crate::{Error, Warning};
 
 /// Triangles and expected crossings for each thread of the CPU from which on `auto` looks for a GPU.
 ///

@@ -2,10 +2,9 @@
 
 use std::str::FromStr;
 
-use crate::mesh::LengthUnit;
-
 use crate::Error;
 use crate::length::Length;
+use crate::mesh::LengthUnit;
 
 /// A length above zero.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,11 +4,10 @@ use std::io;
 use std::path::Path;
 
 #[cfg(unix)]
+use super::machine;
+#[cfg(unix)]
 use crate::allocation::handled;
 use crate::input;
-
-#[cfg(unix)]
-use super::machine;
 
 /// Reads a whole file.
 ///

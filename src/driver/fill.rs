@@ -1,13 +1,11 @@
 //! Whether the two fill rules see the same solid in a mesh.
 
+use super::input::Solid;
 use crate::grid::{Axis, Grid, LOD_RANGE};
 use crate::integrate;
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Mode, Sampler};
-
-use super::input::Solid;
-use crate::Error;
-use crate::Warning;
+use crate::{Error, Warning};
 
 /// Rays along the longest side of the solid; enough to tell a tenth of a percent, as both rules are asked on the same rays.
 const RESOLUTION: u32 = 128;

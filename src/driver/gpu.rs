@@ -1,10 +1,9 @@
 //! The GPUs of this machine, as the program sees them; `no_gpu.rs` takes this module's place in builds without them.
 
-use crate::gpu::{self, Adapter, AdapterKind, DeviceError};
-use crate::sampler::gpu::{GpuOptions, GpuSampler};
-
 use super::backend::{Gpu, GpuDevice};
 use crate::Error;
+use crate::gpu::{self, Adapter, AdapterKind, DeviceError};
+use crate::sampler::gpu::{GpuOptions, GpuSampler};
 
 /// Why this build can use no GPU, where it cannot.
 pub const ABSENT: Option<&str> = None;

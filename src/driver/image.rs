@@ -2,14 +2,13 @@
 
 use std::time::Instant;
 
+use super::job::{Boolean, Measurement};
+use super::measure::Seconds;
+use crate::Error;
 use crate::boolean::{Expression, Images, Leaf, Operand, Plan, Role};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, Summary, Windings};
 use crate::sampler::{Estimate, FillRule, Mode, SampleError, Sampler};
-
-use super::job::{Boolean, Measurement};
-use super::measure::Seconds;
-use crate::Error;
 
 /// Makes images along one axis, and keeps what else they tell.
 pub struct ImageMaker<'a> {

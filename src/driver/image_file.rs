@@ -3,17 +3,15 @@
 use std::io::{Read, Seek};
 use std::path::Path;
 
+use super::surface::{Imaged, SurfaceReport};
+use super::write;
 use crate::integrate::{AxisVolume, VolumeEstimate};
 use crate::ldi::Ldi;
 use crate::ldi::npz::{self, ImageMode, Normals, NpzError};
 use crate::mesh::LengthUnit;
 use crate::sampler::Mode;
-
-use super::surface::{Imaged, SurfaceReport};
-use super::write;
-use crate::Error;
-use crate::Warning;
 use crate::unit;
+use crate::{Error, Warning};
 
 /// Images that were read from a file, and what came with them.
 pub struct ImageFile {

@@ -4,11 +4,6 @@ use std::io::{Cursor, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::grid::{Grid, LatticeSolid};
-use crate::mesh::check::{MeshReport, check};
-use crate::mesh::io::{self, Format, MeshFile, ReadError, ReadNote, WriteNote};
-use crate::mesh::{Aabb, ClosedMesh, LengthUnit, NotClosed, Precision, TriangleMesh};
-use crate::sampler::FillRule;
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 #[cfg(feature = "report")]
@@ -18,11 +13,15 @@ use sha2::{Digest, Sha256};
 use super::image_file::ImageFile;
 use super::job::{Finish, Input, Openness};
 use super::{bytes, size, surface};
-use crate::Error;
-use crate::Warning;
 use crate::error::OpenMesh;
+use crate::grid::{Grid, LatticeSolid};
+use crate::mesh::check::{MeshReport, check};
+use crate::mesh::io::{self, Format, MeshFile, ReadError, ReadNote, WriteNote};
+use crate::mesh::{Aabb, ClosedMesh, LengthUnit, NotClosed, Precision, TriangleMesh};
 use crate::progress::Monitor;
+use crate::sampler::FillRule;
 use crate::unit;
+use crate::{Error, Warning};
 
 /// An input that may be sampled, with what is known of it.
 #[derive(Clone, Debug)]

@@ -9,12 +9,6 @@ use std::mem::take;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::boolean::VolumeBounds;
-use crate::grid::{Axis, Grid, LatticeBox, LatticeSolid};
-use crate::integrate::{self, AxisVolume, CHECK_PITCHES, Moments, SurfaceHits, VolumeEstimate};
-use crate::ldi::Ldi;
-use crate::mesh::{self, Aabb, LengthUnit, MassProperties, Unproved};
-use crate::sampler::{FillRule, Mode, Sampler};
 use glam::{DMat3, DVec3};
 #[cfg(feature = "report")]
 use serde::Serialize;
@@ -28,11 +22,16 @@ use super::sum::SumReport;
 use super::surface::{Imaged, SurfaceReport};
 use super::work::work;
 use super::{machine, memory, write};
-use crate::Error;
+use crate::boolean::VolumeBounds;
+use crate::grid::{Axis, Grid, LatticeBox, LatticeSolid};
+use crate::integrate::{self, AxisVolume, CHECK_PITCHES, Moments, SurfaceHits, VolumeEstimate};
+use crate::ldi::Ldi;
+use crate::mesh::{self, Aabb, LengthUnit, MassProperties, Unproved};
 use crate::number::number;
 use crate::progress::Monitor;
+use crate::sampler::{FillRule, Mode, Sampler};
 use crate::unit;
-use crate::{Estimate, Warning};
+use crate::{Error, Estimate, Warning};
 
 /// Everything that is known of a result.
 #[derive(Clone, Debug)]
@@ -677,8 +676,8 @@ fn refine<'b>(
     }
 }
 
-/// The mean over the images along different axes.
-fn mean_moments(moments: &[Moments]) -> (DVec3, DMat3) {
+/// Returns centroid and inertia, the mean over the images along different axes.
+pub fn mean_moments(moments: &[Moments]) -> (DVec3, DMat3) {
     let share = 1.0 / moments.len() as f64;
     let centroid = moments.iter().map(|m| m.centroid * share).sum();
     let inertia = moments.iter().fold(DMat3::ZERO, |sum, m| sum + m.inertia * share);

@@ -17,7 +17,7 @@ pub mod job;
 pub mod machine;
 pub mod measure;
 mod memory;
-pub(crate) mod output;
+pub mod output;
 #[cfg(feature = "picture")]
 pub mod render;
 pub mod size;

@@ -1,9 +1,8 @@
 //! In the place of `gpu.rs` in builds without the feature `gpu`: there is no GPU, and that is what it says.
 
-use crate::gpu::DeviceError;
-
 use super::backend::{Gpu, GpuDevice};
 use crate::Error;
+use crate::gpu::DeviceError;
 
 const WHY: &str = "this build has no GPU sampler";
 

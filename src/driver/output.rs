@@ -6,7 +6,10 @@ use std::path::Path;
 
 use crate::Error;
 
-/// Puts a new file in place of `path` once `fill` has written all of it.
+/// Replaces `path` by a new file once `fill` has written all of it.
+///
+/// # Errors
+/// Files that cannot be written.
 pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> Result<(), Error> {
     crate::output::replace(path, fill).map_err(|error| Error::output(path, &error))
 }

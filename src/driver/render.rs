@@ -3,18 +3,6 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::boolean::{Expression, Images, Operand, Plan};
-use crate::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
-use crate::ldi::{Ldi, Windings};
-use crate::length::Length;
-use crate::mesh::LengthUnit;
-use crate::picture::annotate::{Annotator, CaptionLine, ScaleBar};
-use crate::picture::{
-    Background, Camera, Canvas, Colour, Cut, Facets, Format, Scene, Skin, View, ViewBox, outline_of, palette, png,
-    shaded, slice,
-};
-use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{FillRule, Mode, SampleError, Sampler};
 use glam::{DAffine3, DVec3};
 #[cfg(feature = "report")]
 use serde::Serialize;
@@ -26,11 +14,22 @@ use super::input::{self, InputRequirements, Sides, Solid};
 use super::job::{Backend, Input, Openness};
 use super::work::work;
 use super::{machine, memory, output};
-use crate::Error;
-use crate::Warning;
+use crate::boolean::{Expression, Images, Operand, Plan};
+use crate::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
+use crate::ldi::{Ldi, Windings};
+use crate::length::Length;
+use crate::mesh::LengthUnit;
 use crate::number::number;
+use crate::picture::annotate::{Annotator, CaptionLine, ScaleBar};
+use crate::picture::{
+    Background, Camera, Canvas, Colour, Cut, Facets, Format, Scene, Skin, View, ViewBox, outline_of, palette, png,
+    shaded, slice,
+};
 use crate::progress::Monitor;
+use crate::sampler::cpu::CpuSampler;
+use crate::sampler::{FillRule, Mode, SampleError, Sampler};
 use crate::unit;
+use crate::{Error, Warning};
 
 /// A picture.
 #[derive(Clone, Debug)]

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use crate::mesh::LengthUnit;
 use glam::DVec3;
 
 use crate::Warning;
+use crate::mesh::LengthUnit;
 use crate::number::digits;
 use crate::unit;
 

@@ -2,11 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
+
+use super::input::write_notes;
+use super::job::Finish;
+use super::machine;
 use crate::grid::{Axis, Grid};
 use crate::integrate::VolumeEstimate;
 use crate::ldi::{Combine, Ldi, NodePlanes};
 use crate::mesh::io::Format;
 use crate::mesh::{Aabb, ClosedMesh, LengthUnit, Precision, TriangleMesh, io};
+use crate::number::number;
+use crate::progress::Monitor;
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{Estimate, FillRule, Mode, Sampler};
 use crate::surface::gates::{GateFailure, Gates};
@@ -14,15 +21,7 @@ use crate::surface::parts::{Dropped, Parts};
 #[cfg(feature = "simplify")]
 use crate::surface::simplify::simplify;
 use crate::surface::{Coordinates, Surface, SurfaceMode, contour_in};
-use glam::DVec3;
-
-use super::input::write_notes;
-use super::job::Finish;
-use super::machine;
-use crate::Error;
-use crate::Warning;
-use crate::number::number;
-use crate::progress::Monitor;
+use crate::{Error, Warning};
 
 /// What is known of a mesh that was made of images.
 #[derive(Clone, Debug)]

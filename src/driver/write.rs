@@ -2,20 +2,18 @@
 
 use std::io;
 
+use super::job::{Content, ImageTarget};
+use super::output;
+use super::surface::{self, Imaged, SurfaceReport};
 #[cfg(feature = "npz")]
 use crate::ldi::npz::{self, Extras, ImageMode};
 use crate::ldi::{Combine, NodePlanes};
 use crate::mesh::LengthUnit;
+use crate::progress::Monitor;
 use crate::sampler::{Estimate, Mode};
 #[cfg(feature = "npz")]
 use crate::voxels;
-
-use super::job::{Content, ImageTarget};
-use super::output;
-use super::surface::{self, Imaged, SurfaceReport};
-use crate::Error;
-use crate::Warning;
-use crate::progress::Monitor;
+use crate::{Error, Warning};
 
 /// Writes images along one axis or several, or what is made of them; of a mesh it tells what it came to.
 pub fn images(

@@ -7,14 +7,14 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::files::{Region, Task, sheet, write_sheet};
+use super::files::{Made, Task, checked_limits, limits, sheet, write_sheet};
 use super::limits::Limits as ParsedLimits;
 use super::measure::Clock;
 use super::page::words;
 use super::sheet::{Metric, Sheet, Verdict};
-use super::{Settings as Course, limits};
+use super::{Roi, Settings as Course};
 use crate::driver::backend::Backends;
-use crate::driver::input::{InputRequirements, Sides, ready, turn};
+use crate::driver::input::{InputRequirements, Sides, ready};
 use crate::driver::job::{Openness, Spacing};
 use crate::length::Length;
 use crate::metrics::Edges;
@@ -32,7 +32,7 @@ impl Limits {
     /// # Errors
     /// Files that cannot be read, and limits on metrics that do not exist, with the nearest name.
     pub fn open(path: impl AsRef<Path>) -> Result<Limits, Error> {
-        Ok(Limits { parsed: super::files::limits(path.as_ref(), None)? })
+        Ok(Limits { parsed: limits(path.as_ref(), None)? })
     }
 
     /// Reads limits from text.
@@ -40,7 +40,7 @@ impl Limits {
     /// # Errors
     /// Limits on metrics that do not exist, with the nearest name.
     pub fn parse(text: &str) -> Result<Limits, Error> {
-        Ok(Limits { parsed: limits::Limits::parse(Path::new("limits"), text).map_err(Error::input)? })
+        Ok(Limits { parsed: checked_limits(Path::new("limits"), text, None)? })
     }
 }
 
@@ -48,9 +48,7 @@ impl Limits {
 #[derive(Clone, Debug)]
 pub struct ReportBuilder {
     solid: Solid,
-    region: Option<Solid>,
-    hull: bool,
-    wrap: Option<Length>,
+    region: Option<Roi<Solid>>,
     limits: Option<Limits>,
     course: Course,
 }
@@ -72,20 +70,15 @@ pub struct Report {
     sheet: Sheet,
 }
 
-/// Rays along the longest side where the settings give a tolerance.
-const DEFAULT_RAYS: u32 = 256;
-
 impl Report {
     /// Returns a report to be made of a solid within its box.
     pub fn of(solid: &Solid) -> ReportBuilder {
         ReportBuilder {
             solid: solid.clone(),
             region: None,
-            hull: false,
-            wrap: None,
             limits: None,
             course: Course {
-                spacing: Spacing::Resolution(DEFAULT_RAYS),
+                spacing: Settings::default().spacing(),
                 tortuosity_resolution: 128,
                 edges: Edges::Border,
                 fill: crate::FillRule::EvenOdd,
@@ -152,19 +145,19 @@ impl fmt::Display for Metric {
 impl ReportBuilder {
     /// Measures within a closed solid: the bone around the scaffold.
     pub fn region(mut self, region: &Solid) -> Self {
-        self.region = Some(region.clone());
+        self.region = Some(Roi::Solid(region.clone()));
         self
     }
 
     /// Measures within the convex hull of the solid.
     pub fn within_hull(mut self) -> Self {
-        self.hull = true;
+        self.region = Some(Roi::Hull);
         self
     }
 
     /// Measures within the solid with all pores filled that a ball of a diameter from outside cannot enter.
     pub fn within_wrap(mut self, diameter: f64) -> Self {
-        self.wrap = Some(Length { value: diameter, unit: None });
+        self.region = Some(Roi::Wrap(Some(Length { value: diameter, unit: None })));
         self
     }
 
@@ -198,6 +191,7 @@ impl ReportBuilder {
     /// Solids that the fill rule does not allow, rasters that do not fit into memory, limits that do not apply, and operations
     /// that the caller stops.
     pub fn measure(mut self, settings: &Settings) -> Result<Report, Error> {
+        settings.check()?;
         self.course.spacing = settings.spacing();
         if let Spacing::Tolerance(_) = self.course.spacing {
             return Err(Error::Usage("reports take no tolerance; give rays or a pitch".to_owned()));
@@ -214,20 +208,20 @@ impl ReportBuilder {
                 hashes: false,
             };
             let mut solids = vec![self.solid.inner().clone()];
-            solids.extend(self.region.iter().map(|region| region.inner().clone()));
-            let warnings = ready(&mut solids, requirements)?;
-            for solid in solids.iter_mut().filter(|solid| solid.is_oriented() && solid.volume < 0.0) {
-                turn(solid, requirements)?;
-                solid.volume = -solid.volume;
+            if let Some(Roi::Solid(region)) = &self.region {
+                solids.push(region.inner().clone());
             }
-            let region = match (self.hull, self.wrap) {
-                (true, _) => Region::Hull,
-                (false, Some(diameter)) => Region::Wrap(Some(diameter)),
-                (false, None) => Region::Solid,
-            };
+            let warnings = ready(&mut solids, requirements)?;
             let backends = Backends::open(&self.course.backend)?;
-            let command_line = String::new();
-            let task = Task { settings: &self.course, region, command_line, warnings, backends: &backends, start };
+            let task = Task {
+                settings: &self.course,
+                made: self.region.as_ref().and_then(Made::of),
+                requirements,
+                command_line: String::new(),
+                warnings,
+                backends: &backends,
+                start,
+            };
             let mut sheet = sheet(task, solids, clock, monitor)?;
             if let Some(Limits { parsed }) = &self.limits {
                 sheet.verdict = Some(parsed.judge(&sheet.metrics, sheet.unit).map_err(Error::input)?);

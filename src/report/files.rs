@@ -123,12 +123,17 @@ fn said_of(failures: &[Unmeasured], all: usize) -> String {
     text
 }
 
-/// Reads limits, and holds them against metrics without values: nobody should wait for a misspelt name.
+/// Reads limits from a file.
 pub(super) fn limits(path: &Path, unit: Option<LengthUnit>) -> Result<Limits, Error> {
     let text = crate::input::open(path)
         .and_then(io::read_to_string)
         .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
-    let limits = Limits::parse(path, &text).map_err(Error::input)?;
+    checked_limits(path, &text, unit)
+}
+
+/// Parses limits, and holds them against metrics without values, which finds misspelt names before anything is measured.
+pub(super) fn checked_limits(path: &Path, text: &str, unit: Option<LengthUnit>) -> Result<Limits, Error> {
+    let limits = Limits::parse(path, text).map_err(Error::input)?;
     // Files may state a unit of their own, and what that is does not matter yet.
     let unit = unit.or(Some(LengthUnit::Millimetre));
     limits.judge(&unmeasured(unit), unit).map_err(Error::input)?;
@@ -217,40 +222,45 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Monitor) 
         fill: job.settings.fill,
         hashes: true,
     };
-    let (roi, region) = match &job.roi {
-        Some(Roi::File(roi)) => (Some(roi.clone()), Region::Solid),
-        Some(Roi::Hull) => (None, Region::Hull),
-        Some(Roi::Wrap(diameter)) => (None, Region::Wrap(*diameter)),
-        None => (None, Region::Solid),
+    let roi = match &job.roi {
+        Some(Roi::Solid(roi)) => Some(roi),
+        Some(Roi::Hull | Roi::Wrap(_)) | None => None,
     };
-    let inputs: Vec<Input> = [Some(input.clone()), roi].into_iter().flatten().collect();
-    let (mut solids, warnings) = clock.time("read", || input::solids(&inputs, requirements))?;
-    // Normals say which surfaces bulge and overhang.
-    for solid in solids.iter_mut().filter(|solid| solid.is_oriented() && solid.volume < 0.0) {
-        input::turn(solid, requirements)?;
-        solid.volume = -solid.volume;
-    }
+    let inputs: Vec<Input> = [Some(input), roi].into_iter().flatten().cloned().collect();
+    let (solids, warnings) = clock.time("read", || input::solids(&inputs, requirements))?;
     let (settings, command_line) = (&job.settings, job.command_line.clone());
-    let task = Task { settings, region, command_line, warnings, backends, start };
+    let made = job.roi.as_ref().and_then(Made::of);
+    let task = Task { settings, made, requirements, command_line, warnings, backends, start };
     let mut sheet = sheet(task, solids, clock, progress)?;
     sheet.title = input.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(sheet)
 }
 
-/// The region that solids are measured in.
-pub(super) enum Region {
-    /// The second solid, or the box of the first without one.
-    Solid,
-    /// The convex hull of the solid.
+/// A region of interest that is made of the solid.
+pub(super) enum Made {
+    /// Its convex hull.
     Hull,
     /// The solid with everything filled that a ball of a diameter cannot enter.
     Wrap(Option<Length>),
 }
 
+impl Made {
+    /// Returns the region to be made; `None` if it is a solid of its own.
+    pub fn of<S>(roi: &Roi<S>) -> Option<Made> {
+        match roi {
+            Roi::Solid(_) => None,
+            Roi::Hull => Some(Made::Hull),
+            Roi::Wrap(diameter) => Some(Made::Wrap(*diameter)),
+        }
+    }
+}
+
 /// One report to be made.
 pub(super) struct Task<'t> {
     pub settings: &'t super::Settings,
-    pub region: Region,
+    /// The region to be made of the solid, if it is no solid of its own.
+    pub made: Option<Made>,
+    pub requirements: InputRequirements,
     pub command_line: String,
     /// Remarks on the solids.
     pub warnings: Vec<Warning>,
@@ -261,17 +271,22 @@ pub(super) struct Task<'t> {
 
 /// Measures the first solid, within the second if there is one.
 pub(super) fn sheet(task: Task, mut solids: Vec<Solid>, mut clock: Clock, progress: &Monitor) -> Result<Sheet, Error> {
-    let Task { settings, region, command_line, warnings, backends, start } = task;
+    let Task { settings, made, requirements, command_line, warnings, backends, start } = task;
+    // Normals say which surfaces bulge and overhang.
+    for solid in solids.iter_mut().filter(|solid| solid.is_oriented() && solid.volume < 0.0) {
+        input::turn(solid, requirements)?;
+        solid.volume = -solid.volume;
+    }
     let files: Vec<InputFile> =
         ["solid", "roi"].into_iter().zip(&solids).map(|(role, solid)| file(role, solid)).collect();
-    match region {
-        Region::Hull => solids.push(hull(&solids[0])?),
-        Region::Wrap(diameter) => {
+    match made {
+        Some(Made::Hull) => solids.push(hull(&solids[0])?),
+        Some(Made::Wrap(diameter)) => {
             progress.stage(format!("{}: wrapping", solids[0].name()))?;
             let wrap = clock.time("wrapping", || wrap(&solids[0], diameter, settings.fill))?;
             solids.push(wrap);
         }
-        Region::Solid => {}
+        None => {}
     }
     let subject = Subject { solid: &solids[0], roi: solids.get(1) };
     let mut alerts: Vec<Alert> = warnings.into_iter().map(alert).collect();

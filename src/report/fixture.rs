@@ -1,10 +1,9 @@
 //! Sheets for tests: one with everything, one with hardly anything. Their numbers are invented, near those of a gyroid.
 
-use crate::mesh::LengthUnit;
-
 use super::id;
 use super::quantity::Quantity;
 use super::sheet::*;
+use crate::mesh::LengthUnit;
 
 const MM: Option<LengthUnit> = Some(LengthUnit::Millimetre);
 /// A title that every writer must escape.

@@ -51,11 +51,11 @@ pub struct ReportJob {
     pub command_line: String,
 }
 
-/// The boundary of the region of interest.
+/// The boundary of the region of interest, its solid a file or in memory.
 #[derive(Clone, Debug)]
-pub enum Roi {
+pub enum Roi<S = Input> {
     /// A closed mesh.
-    File(Input),
+    Solid(S),
     /// The convex hull of the solid.
     Hull,
     /// The solid with everything filled that a ball from outside cannot reach; its diameter, or a default.

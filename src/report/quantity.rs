@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use crate::mesh::LengthUnit;
 use serde::{Serialize, Serializer};
 
+use crate::mesh::LengthUnit;
 use crate::unit;
 
 /// The kind of a value.

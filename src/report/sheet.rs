@@ -3,10 +3,10 @@
 //! All values are in world units (`unit` names the length, if it is known), positions in world coordinates. JSON is this
 //! structure without pictures.
 
-use crate::mesh::LengthUnit;
 use serde::{Serialize, Serializer};
 
 use super::quantity::Unit;
+use crate::mesh::LengthUnit;
 
 /// The schema version of metrics.json.
 pub const SCHEMA: &str = "ldi-ops-report/1";

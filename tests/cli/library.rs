@@ -133,6 +133,12 @@ fn reports_are_those_of_the_command_line() {
         assert!(ours.value.is_some() == theirs.is_some() && difference <= f64::EPSILON, "{metric} {ours}");
     }
     assert_eq!(json["verdict"]["passed"].as_bool(), Some(report.verdict().unwrap().passed));
+    // The last region counts.
+    let hull = Report::of(&a).region(&b).within_hull().measure(&Settings::rays(32)).unwrap();
+    let json = folder.json(&["report", "a.3mf", "--roi", "hull", "--resolution", "32", "-o", "hull"]);
+    assert_eq!(hull.sheet().provenance.region, json["provenance"]["region"]);
+    let misspelt = Limits::parse("porosty = { min = \"1 %\" }").unwrap_err();
+    assert!(misspelt.to_string().contains("porosity"), "{misspelt}");
     report.write(folder.path("ours")).unwrap();
     for name in ["report.html", "metrics.json", "metrics.csv", "methods.txt"] {
         assert!(folder.path("ours").join(name).is_file(), "{name}");

@@ -6,17 +6,6 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::path::Path;
 
-use ldi_ops::grid::Grid;
-use ldi_ops::mesh::check::{Defect, Severity};
-use ldi_ops::sampler::{Estimate, FillRule, Mode};
-use serde_json::{Value, json};
-
-use crate::exit::Exit;
-use crate::resolve::{Report, Verbosity};
-use crate::run::{Checked, Converted, Devices, Each, Generated, Outcome, Refused, Surfaced};
-use crate::{output, report};
-use ldi_ops::Error;
-use ldi_ops::Warning;
 use ldi_ops::driver::backend::{GpuDevice, Ran};
 use ldi_ops::driver::input::Solid;
 use ldi_ops::driver::machine::{cpu_name, peak_memory_bytes};
@@ -24,8 +13,18 @@ use ldi_ops::driver::measure::{Measured, Method, Volume};
 use ldi_ops::driver::render::Rendered;
 use ldi_ops::driver::sum::StepReport;
 use ldi_ops::driver::surface::SurfaceReport;
+use ldi_ops::grid::Grid;
+use ldi_ops::mesh::check::{Defect, Severity};
 use ldi_ops::report::files::Reported;
+use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::unit;
+use ldi_ops::{Error, Warning};
+use serde_json::{Value, json};
+
+use crate::exit::Exit;
+use crate::resolve::{Report, Verbosity};
+use crate::run::{Checked, Converted, Devices, Each, Generated, Outcome, Refused, Surfaced};
+use crate::{output, report};
 
 /// The name and version of the schema.
 const SCHEMA: &str = "ldi-ops/1";

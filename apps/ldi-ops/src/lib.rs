@@ -21,13 +21,13 @@ use std::time::Instant;
 
 use clap::Parser;
 use clap::error::ErrorKind;
+use ldi_ops::Error;
 
 use crate::args::Arguments;
 use crate::exit::Exit;
 use crate::resolve::resolve;
 use crate::run::Outcome;
 use crate::words::Words;
-use ldi_ops::Error;
 
 pub use crate::allocator::LargePages;
 

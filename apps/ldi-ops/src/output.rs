@@ -1,15 +1,9 @@
 //! Files that the program writes; [`ldi_ops::output`] puts them in place.
 
-use std::fs::{self, File};
-use std::io::{self, BufWriter};
+use std::fs;
 use std::path::{Path, PathBuf};
 
-use ldi_ops::Error;
-
-/// Replaces `path` by a new file once `fill` has written all of it.
-pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> Result<(), Error> {
-    ldi_ops::output::replace(path, fill).map_err(|error| Error::output(path, &error))
-}
+pub use ldi_ops::driver::output::replace;
 
 /// Returns the folder of a path.
 pub fn folder(path: &Path) -> &Path {

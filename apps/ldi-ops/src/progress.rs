@@ -7,7 +7,6 @@ use std::thread;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-
 use ldi_ops::Monitor;
 
 use crate::resolve::Verbosity;

@@ -3,24 +3,24 @@
 use std::fmt::Write;
 
 use glam::DVec3;
-use ldi_ops::grid::Axis;
-use ldi_ops::mesh::LengthUnit;
-use ldi_ops::mesh::check::Severity;
-use ldi_ops::sampler::{Estimate, FillRule, Mode};
-
-use crate::resolve::Verbosity;
-use crate::run::{Checked, Converted, Devices, Each, Generated, Outcome, Surfaced};
 use ldi_ops::driver::backend::Ran;
 use ldi_ops::driver::machine::peak_memory_bytes;
 use ldi_ops::driver::measure::Measured;
 use ldi_ops::driver::render::Rendered;
 use ldi_ops::driver::sum::StepReport;
 use ldi_ops::driver::surface::{SimplifiedReport, SurfaceReport};
+use ldi_ops::grid::Axis;
+use ldi_ops::mesh::LengthUnit;
+use ldi_ops::mesh::check::Severity;
 use ldi_ops::number::number;
 use ldi_ops::report::files::Reported;
 use ldi_ops::report::sheet::{LimitOutcome, Metric, Sheet};
+use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::unit;
 use ldi_ops::with_error;
+
+use crate::resolve::Verbosity;
+use crate::run::{Checked, Converted, Devices, Each, Generated, Outcome, Surfaced};
 
 /// Returns the text of a result: only its value if quiet, with details if verbose.
 pub fn of(outcome: &Outcome, verbosity: Verbosity) -> String {

@@ -7,29 +7,29 @@ mod sum;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use ldi_ops::boolean::{BooleanOperation, Expression};
-use ldi_ops::grid::{Axis, LOD_RANGE, RAYS_MAX};
-use ldi_ops::mesh::LengthUnit;
-use ldi_ops::mesh::io::{Format, WriteError};
-use ldi_ops::report::ReportJob;
-use ldi_ops::sampler::{Estimate, FillRule, Mode};
-use ldi_ops::solids::Model;
-use ldi_ops::voxels;
-
-use crate::args::{
-    self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
-};
-use crate::output;
 use ldi_ops::Error;
+use ldi_ops::boolean::{BooleanOperation, Expression};
 use ldi_ops::driver::job::{
     Backend, Boolean, Content, Finish, ImageTarget, Input, Keep, MeasureJob, Measurement, Openness, Spacing, SumJob,
     SumOperation, Wording,
 };
 use ldi_ops::driver::render::RenderJob;
 use ldi_ops::excerpt;
+use ldi_ops::grid::{Axis, LOD_RANGE, RAYS_MAX};
 use ldi_ops::length::Length;
+use ldi_ops::mesh::LengthUnit;
+use ldi_ops::mesh::io::{Format, WriteError};
 use ldi_ops::placement::Placement;
+use ldi_ops::report::ReportJob;
+use ldi_ops::sampler::{Estimate, FillRule, Mode};
+use ldi_ops::solids::Model;
 use ldi_ops::unit;
+use ldi_ops::voxels;
+
+use crate::args::{
+    self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
+};
+use crate::output;
 
 /// A job and its settings of threads and verbosity.
 #[derive(Debug)]

@@ -3,16 +3,15 @@
 //! Culling takes milliseconds and images are made of what has come back, so both stay on the CPU, and so does the forecast on
 //! its coarse raster. The bits are the same by either. A GPU that gives up is an error and never a reason for the CPU to go on.
 
+use super::gpu::SumGpu;
+use crate::Error;
+use crate::driver::backend::{Auto, Ran};
+use crate::driver::job::Backend;
 use crate::fixed::Hit;
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Grid};
 use crate::minkowski::{Membership, Outer, Primitives, RaySpans, SettleError, Settled, settle};
 use crate::sampler::cpu::CpuSampler;
-
-use super::gpu::SumGpu;
-use crate::Error;
-use crate::driver::backend::{Auto, Ran};
-use crate::driver::job::Backend;
 
 /// Bits that settling on the CPU remembers of a node: two planes of each slab are kept.
 const BITS_OF_NODE: f64 = 0.5;

@@ -6,10 +6,9 @@
 
 use std::fmt;
 
-use crate::grid::{Axis, Grid};
-
 use crate::Error;
 use crate::driver::machine;
+use crate::grid::{Axis, Grid};
 use crate::number::number;
 
 /// The share of the free memory that is taken where nobody says how much may be.

@@ -4,14 +4,14 @@
 //! Crossings, gaps and samples go with the number of rays, so that those of the coarse raster, times 64, are near to those
 //! to come: within a tenth or so, where the result is not thinner than a coarse pixel.
 
-use crate::fixed::Crossing;
-use crate::grid::{Axis, Grid};
-use crate::ldi::TooManySamples;
-use crate::minkowski::RaySpans;
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::Error;
+use crate::fixed::Crossing;
+use crate::grid::{Axis, Grid};
+use crate::ldi::TooManySamples;
+use crate::minkowski::RaySpans;
 
 /// Rays along the longest side of the coarse raster, at least.
 const FEWEST: u32 = 64;

@@ -1,5 +1,7 @@
 //! The part of a sum that a GPU makes; `no_gpu.rs` takes this module's place in builds without them.
 
+use crate::Error;
+use crate::driver::gpu;
 use crate::fixed::Hit;
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Grid};
@@ -7,9 +9,6 @@ use crate::minkowski::settle::gpu::{GpuSettleError, GpuSettler};
 use crate::minkowski::{Membership, Outer, Primitives, RaySpans, SettleError, Settled};
 use crate::sampler::SampleError;
 use crate::sampler::gpu::GpuSampler;
-
-use crate::Error;
-use crate::driver::gpu;
 
 /// A GPU that is open, with all of its device that sums take.
 pub struct SumGpu {

@@ -14,12 +14,13 @@ mod steps;
 
 use std::time::Instant;
 
+use glam::{DAffine3, DVec3};
+
 use crate::grid::Axis;
 use crate::integrate::{AxisVolume, VolumeEstimate};
 use crate::ldi::Summary;
 use crate::mesh::{Aabb, ClosedMesh, Precision};
 use crate::sampler::{FillRule, Mode};
-use glam::{DAffine3, DVec3};
 
 pub use self::backend::SumBackend;
 use self::budget::Limit;

@@ -2,13 +2,12 @@
 
 use std::convert::Infallible;
 
+use crate::Error;
+use crate::driver::gpu;
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Grid};
 use crate::minkowski::{Outer, Primitives, RaySpans, SettleError, Settled};
 use crate::sampler::SampleError;
-
-use crate::Error;
-use crate::driver::gpu;
 
 /// A GPU that is never open.
 pub struct SumGpu {

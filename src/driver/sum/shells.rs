@@ -4,13 +4,12 @@
 //! there is right; where it is 2 or more, shells overlap, and the sum has them united. Meshes of practice have folds and
 //! overlaps too small to matter, so shares of the volume decide, on a raster that is fine enough to tell a thousandth.
 
+use crate::Error;
+use crate::driver::input::Solid;
 use crate::grid::{Axis, Grid, LOD_RANGE, LatticeSolid};
 use crate::ldi::Ldi;
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Sampler};
-
-use crate::Error;
-use crate::driver::input::Solid;
 
 /// Rays along the longest side of the solid.
 const RESOLUTION: u32 = 192;

@@ -3,10 +3,11 @@
 //! A flood is spoilt as a whole by one ray that slips through between two primitives. That must not happen, and if it does,
 //! nothing of the result is right; a few thousand nodes then tell, and cost a few milliseconds.
 
+use rayon::prelude::*;
+
 use crate::fixed::Hit;
 use crate::grid::{Axis, Grid};
 use crate::minkowski::{Membership, Outer, RaySpans};
-use rayon::prelude::*;
 
 /// Nodes that are looked at.
 const NODES: u64 = 4096;

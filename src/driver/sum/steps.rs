@@ -4,6 +4,14 @@ use std::borrow::Cow;
 use std::fmt::Display;
 use std::time::Instant;
 
+use super::backend::SumBackend;
+use super::budget::{self, Cost, Limit};
+use super::forecast::Forecast;
+use super::spot_check::first_difference;
+use crate::Error;
+use crate::driver::job::Keep;
+use crate::driver::machine;
+use crate::driver::measure::Seconds;
 use crate::fixed::{Crossing, Hit, TriangleHit};
 use crate::grid::{Axis, Grid, SumGrid, offset_grid};
 use crate::integrate;
@@ -13,19 +21,10 @@ use crate::minkowski::ball::{BallMembership, BallPatches, PatchCounts};
 use crate::minkowski::{
     CullCounts, Interior, Membership, Outer, Polyhedron, RaySpans, SettleCounts, Settled, SumMembership, cull,
 };
-use crate::sampler::Mode;
-use crate::sampler::cpu::CpuSampler;
-
-use super::backend::SumBackend;
-use super::budget::{self, Cost, Limit};
-use super::forecast::Forecast;
-use super::spot_check::first_difference;
-use crate::Error;
-use crate::driver::job::Keep;
-use crate::driver::machine;
-use crate::driver::measure::Seconds;
 use crate::number::number;
 use crate::progress::Monitor;
+use crate::sampler::Mode;
+use crate::sampler::cpu::CpuSampler;
 
 /// What a solid is to become.
 #[derive(Clone, Copy)]

@@ -1,8 +1,8 @@
 //! Amounts as the user types them: a number with an optional unit.
 
-use crate::mesh::LengthUnit;
 use thiserror::Error;
 
+use crate::mesh::LengthUnit;
 use crate::report::quantity::Quantity;
 use crate::unit;
 

@@ -14,10 +14,11 @@ mod amount;
 
 use std::path::{Path, PathBuf};
 
-use crate::mesh::LengthUnit;
 use thiserror::Error;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+use crate::mesh::LengthUnit;
 
 pub use amount::{Amount, AmountError};
 

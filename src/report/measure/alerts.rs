@@ -1,11 +1,10 @@
 //! Alerts: facts that limit the trust in a number.
 
-use crate::mesh::convex_hull;
-use crate::metrics::Edges;
-
 use super::Study;
 use super::catalogue::definition;
 use super::record::Record;
+use crate::mesh::convex_hull;
+use crate::metrics::Edges;
 use crate::number::number;
 use crate::report::sheet::{Alert, Convergence, Severity, Varied};
 

@@ -1,11 +1,5 @@
 //! Metrics from inscribed balls: thickness, pore widths, access from outside, percolation.
 
-use crate::grid::Axis;
-use crate::metrics::access::{self, Ends, access_sizes, bottlenecks, percolation};
-use crate::metrics::components::{open_pores, rim};
-use crate::metrics::distance::{Crossings, DistanceField};
-use crate::metrics::thickness::{Ball, largest_balls, local_thickness, radii};
-use crate::metrics::{Distribution, Edges, NodeSet, Phase};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -14,6 +8,12 @@ use super::growth::Growth;
 use super::plots::{self, Plot};
 use super::record::Record;
 use super::slices::{SliceMaker, position};
+use crate::grid::Axis;
+use crate::metrics::access::{self, Ends, access_sizes, bottlenecks, percolation};
+use crate::metrics::components::{open_pores, rim};
+use crate::metrics::distance::{Crossings, DistanceField};
+use crate::metrics::thickness::{Ball, largest_balls, local_thickness, radii};
+use crate::metrics::{Distribution, Edges, NodeSet, Phase};
 use crate::number::number;
 use crate::report::sheet::{AccessCurve, HistogramPlot};
 

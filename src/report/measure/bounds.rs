@@ -4,6 +4,11 @@
 //! a finer raster, because they only need cubes to be counted. Percolation and thickness are measured again on both, as they
 //! grow or shrink with the solid: the pores of the outer solid let no larger ball pass than those of the solid itself.
 
+use super::balls::{Ways, free_thickness, uncut};
+use super::record::Record;
+use super::{Clock, Study};
+use crate::Error;
+use crate::driver::input::Solid;
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Combine, Ldi, NodePlanes};
 use crate::metrics::bounds::{Interval, Sampled, SolidBounds, VolumeBounds, Within, finer_grid};
@@ -11,12 +16,6 @@ use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::local_thickness;
 use crate::metrics::{Distribution, Edges, NodeSet, Phase};
 use crate::sampler::{FillRule, Mode, Sampler};
-
-use super::balls::{Ways, free_thickness, uncut};
-use super::record::Record;
-use super::{Clock, Study};
-use crate::Error;
-use crate::driver::input::Solid;
 
 /// Most cubes along the longest side for volumes.
 const FINEST: u32 = 1024;

@@ -1,19 +1,18 @@
 //! Convergence: the change of the main metrics with the raster.
 
-use crate::grid::Grid;
-use crate::ldi::{Combine, NodePlanes};
-use crate::metrics::distance::{Crossings, DistanceField};
-use crate::metrics::thickness::local_thickness;
-use crate::metrics::{Distribution, Edges, Facets, NodeSet, Phase};
-use crate::sampler::Sampler;
-
 use super::Study;
 use super::balls::Ways;
 use super::raster::Subject;
 use super::record::Record;
 use crate::Error;
+use crate::grid::Grid;
+use crate::ldi::{Combine, NodePlanes};
+use crate::metrics::distance::{Crossings, DistanceField};
+use crate::metrics::thickness::local_thickness;
+use crate::metrics::{Distribution, Edges, Facets, NodeSet, Phase};
 use crate::report::Settings;
 use crate::report::sheet::{Convergence, ConvergenceSeries, Varied};
+use crate::sampler::Sampler;
 
 /// The metrics that are measured again on coarser rasters.
 const WATCHED: [&str; 5] =

@@ -5,10 +5,10 @@
 
 use std::ops::Range;
 
-use crate::metrics::{NodeSet, Phase, Region};
 use rayon::prelude::*;
 
 use super::slices::node_ranges;
+use crate::metrics::{NodeSet, Phase, Region};
 use crate::report::sheet::{Convergence, ConvergenceSeries, Varied};
 
 /// The parts, as shares of the region's sides.

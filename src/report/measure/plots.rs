@@ -2,7 +2,6 @@
 
 use crate::mesh::LengthUnit;
 use crate::metrics::{Distribution, Phase};
-
 use crate::report::quantity::Quantity;
 use crate::report::sheet::HistogramPlot;
 

@@ -1,20 +1,18 @@
 //! The raster of a report, and the exact images on it.
 
+use super::Shells;
+use crate::Error;
 use crate::boolean::{BooleanOperation, merge};
+use crate::driver::input::Solid;
+use crate::driver::job::Spacing;
+use crate::driver::machine;
 use crate::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
 use crate::integrate::{AxisVolume, VolumeEstimate};
 use crate::ldi::Ldi;
 use crate::metrics::elements::{Scale, SurfaceElements};
 use crate::metrics::{Edges, Facets, Region};
-
-use crate::sampler::{FillRule, Sampler};
-
-use super::Shells;
-use crate::Error;
-use crate::driver::input::Solid;
-use crate::driver::job::Spacing;
-use crate::driver::machine;
 use crate::number::number;
+use crate::sampler::{FillRule, Sampler};
 
 /// Memory per node in bytes while most arrays are alive: a distance, its site, two maps, and smaller data.
 const BYTES_OF_NODE: u64 = 20;

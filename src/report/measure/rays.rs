@@ -1,5 +1,8 @@
 //! Metrics from rays and facets: volume, surface, chords, profiles, intercepts, curvature, moments.
 
+use super::plots::{self, Plot};
+use super::record::Record;
+use super::{SHELLS_MEET, Shells, Study};
 use crate::grid::Axis;
 use crate::integrate::Moments;
 use crate::metrics::anisotropy::Crossings;
@@ -11,13 +14,9 @@ use crate::metrics::orientation::{Plate, overhang};
 use crate::metrics::permeability::kozeny_carman;
 use crate::metrics::profiles::profiles;
 use crate::metrics::{Facets, Phase};
-use crate::sampler::FillRule;
-
-use super::plots::{self, Plot};
-use super::record::Record;
-use super::{SHELLS_MEET, Shells, Study};
 use crate::number::number;
 use crate::report::sheet::{Anisotropy, HistogramPlot, Profile};
+use crate::sampler::FillRule;
 
 /// The results to be drawn.
 #[derive(Default)]

@@ -2,9 +2,8 @@
 
 use std::collections::HashMap;
 
-use crate::mesh::LengthUnit;
-
 use super::catalogue;
+use crate::mesh::LengthUnit;
 use crate::report::sheet::{Metric, Status};
 
 /// The metrics measured so far.

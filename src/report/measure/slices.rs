@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use crate::grid::{Axis, Grid};
 use crate::metrics::{NodeSet, Phase, Region};
-
 use crate::report::sheet::{Slice, SliceNode};
 
 /// A slice under construction.

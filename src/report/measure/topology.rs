@@ -1,11 +1,10 @@
 //! Metrics from the adjacency of nodes: components, tunnels, cavities.
 
+use super::record::Record;
+use super::{SHELLS_MEET, Shells, Study};
 use crate::metrics::Phase;
 use crate::metrics::components::{Components, Connectivity};
 use crate::metrics::euler::{SurfaceCharacteristic, Topology};
-
-use super::record::Record;
-use super::{SHELLS_MEET, Shells, Study};
 
 /// Records the topology.
 pub fn measure(study: &Study, record: &mut Record) {

@@ -3,18 +3,16 @@
 //! Equations are solved on a raster of their own, as their cost grows faster than that of all other metrics; only in a box, as
 //! flow needs flat ends.
 
+use super::Study;
+use super::record::Record;
+use super::slices::node_ranges;
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Combine, NodePlanes};
 use crate::metrics::tortuosity::{EndCondition, diffusive, geodesic};
 use crate::metrics::{Edges, NodeSet, Phase, Region};
-use crate::sampler::Sampler;
-
-use super::Study;
-use super::record::Record;
-use super::slices::node_ranges;
-use crate::Error;
-use crate::Monitor;
 use crate::number::number;
+use crate::sampler::Sampler;
+use crate::{Error, Monitor};
 
 /// The residual at which the solver stops.
 const TOLERANCE: f64 = 1e-8;

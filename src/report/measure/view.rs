@@ -1,17 +1,17 @@
 //! The shaded view of a solid.
 
-use crate::boolean::{BooleanOperation, Expression, Images, Operand, Plan};
-use crate::grid::Axis;
-use crate::ldi::Ldi;
-use crate::mesh::{ClosedMesh, TriangleMesh};
-use crate::picture::annotate::{Annotator, ScaleBar};
-use crate::picture::{Background, Camera, Facets, Format, Scene, Skin, View, ViewBox, palette, png, shaded};
-use crate::sampler::{FillRule, Sampler};
 use glam::DAffine3;
 
 use super::raster::Subject;
 use crate::Error;
+use crate::boolean::{BooleanOperation, Expression, Images, Operand, Plan};
+use crate::grid::Axis;
+use crate::ldi::Ldi;
+use crate::mesh::{ClosedMesh, TriangleMesh};
 use crate::number::number;
+use crate::picture::annotate::{Annotator, ScaleBar};
+use crate::picture::{Background, Camera, Facets, Format, Scene, Skin, View, ViewBox, palette, png, shaded};
+use crate::sampler::{FillRule, Sampler};
 use crate::unit;
 
 const FORMAT: Format = Format { width: 1000, height: 760, supersampling: 2 };

@@ -2,7 +2,6 @@
 
 use std::io::Cursor;
 
-use crate::mesh::LengthUnit;
 use askama::Template;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -10,6 +9,7 @@ use serde::Serialize;
 
 use super::verdict::Strip;
 use super::{FOOT, SORT, STYLE, words};
+use crate::mesh::LengthUnit;
 use crate::report::id;
 use crate::report::quantity::Unit;
 use crate::report::sheet::{Metric, Sheet};

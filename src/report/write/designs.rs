@@ -1,8 +1,8 @@
 //! designs.csv: a row for each design and a column for each metric, for spreadsheets.
 
-use crate::mesh::LengthUnit;
 use csv::{Terminator, WriterBuilder};
 
+use crate::mesh::LengthUnit;
 use crate::report::page::summary::Unmeasured;
 use crate::report::sheet::{Metric, Sheet};
 

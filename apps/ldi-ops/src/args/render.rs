@@ -6,10 +6,10 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 use ldi_ops::driver::render::{Plane, SlicePosition};
 use ldi_ops::grid::Axis;
+use ldi_ops::length::Length;
 use ldi_ops::picture::View;
 
 use super::{BackendChoice, CommonArguments, FillChoice, ListPlacingArguments};
-use ldi_ops::length::Length;
 
 #[derive(Debug, Args)]
 #[command(after_help = RENDER_EXAMPLES)]

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use ldi_ops::mesh::LengthUnit;
-
-use super::{BackendChoice, CommonArguments, FillChoice};
 use ldi_ops::length::Length;
+use ldi_ops::mesh::LengthUnit;
 use ldi_ops::placement::Placement;
 use ldi_ops::unit;
+
+use super::{BackendChoice, CommonArguments, FillChoice};
 
 #[derive(Debug, Args)]
 #[command(after_help = REPORT_EXAMPLES)]

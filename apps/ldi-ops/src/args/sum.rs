@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::Args;
-use ldi_ops::mesh::LengthUnit;
-
-use super::{AxisChoice, BackendChoice, CommonArguments, FillChoice, ImageArguments, ModeChoice};
 use ldi_ops::length::Length;
+use ldi_ops::mesh::LengthUnit;
 use ldi_ops::placement::Placement;
 use ldi_ops::unit;
+
+use super::{AxisChoice, BackendChoice, CommonArguments, FillChoice, ImageArguments, ModeChoice};
 
 #[derive(Debug, Args)]
 #[command(after_help = MINKOWSKI_EXAMPLES)]

@@ -113,7 +113,7 @@ fn roi(text: &Path, placement: Option<Placement>) -> Result<Roi, Error> {
             }
             Roi::Wrap(Some(diameter))
         }
-        _ => return Ok(Roi::File(Input { name: None, path: text.to_owned(), placement })),
+        _ => return Ok(Roi::Solid(Input { name: None, path: text.to_owned(), placement })),
     };
     match placement {
         None => Ok(shape),

@@ -3,17 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use ldi_ops::driver::input;
+use ldi_ops::driver::size;
 use ldi_ops::mesh::check::{MeshReport, check};
 use ldi_ops::mesh::{Aabb, LengthUnit};
+use ldi_ops::{Error, Warning};
 
 use super::{Each, Finished, Outcome, Refused, say_warnings};
 use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::resolve::CheckJob;
-use ldi_ops::Error;
-use ldi_ops::Warning;
-use ldi_ops::driver::input;
-use ldi_ops::driver::size;
 
 /// The result for one mesh.
 pub struct Checked {

@@ -3,18 +3,17 @@
 use std::path::PathBuf;
 
 use glam::DVec3;
+use ldi_ops::driver::input;
+use ldi_ops::driver::{size, surface};
 use ldi_ops::mesh::io::Format;
 use ldi_ops::mesh::{Aabb, LengthUnit, io};
+use ldi_ops::unit;
+use ldi_ops::{Error, Warning};
 
 use super::{Finished, Outcome, say_warnings};
 use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::resolve::ConvertJob;
-use ldi_ops::Error;
-use ldi_ops::Warning;
-use ldi_ops::driver::input;
-use ldi_ops::driver::{size, surface};
-use ldi_ops::unit;
 
 /// The result of a conversion.
 pub struct Converted {

@@ -1,14 +1,13 @@
 //! `devices`: lists the devices that can sample.
 
-use ldi_ops::gpu::DeviceError;
-
+use ldi_ops::Error;
 use ldi_ops::driver::backend::{GpuDevice, LARGE_WORK, crossings};
 use ldi_ops::driver::{gpu, machine};
+use ldi_ops::gpu::DeviceError;
 
 use super::{Finished, Outcome};
 use crate::exit::Exit;
 use crate::resolve::DevicesJob;
-use ldi_ops::Error;
 
 /// The available devices.
 pub struct Devices {

@@ -3,14 +3,14 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use ldi_ops::Error;
+use ldi_ops::driver::job::Input;
 use ldi_ops::mesh::io;
+use ldi_ops::report::Roi;
+use ldi_ops::report::files;
 
 use crate::output::{Identity, identity};
 use crate::resolve::{Job, Report};
-use ldi_ops::Error;
-use ldi_ops::driver::job::Input;
-use ldi_ops::report::Roi;
-use ldi_ops::report::files;
 
 /// Rejects a job whose outputs would overwrite an input, a file that an input refers to, or one another.
 pub fn keep_apart(job: &Job) -> Result<(), Error> {
@@ -48,7 +48,7 @@ fn files_read(job: &Job) -> Vec<&Path> {
         Job::Convert(job) => vec![&job.from.path],
         Job::Report(job, _) => {
             let roi = job.roi.iter().filter_map(|roi| match roi {
-                Roi::File(input) => Some(input),
+                Roi::Solid(input) => Some(input),
                 Roi::Hull | Roi::Wrap(_) => None,
             });
             let solids = job.solids.iter().chain(roi).chain(&job.compare);

@@ -2,15 +2,14 @@
 
 use std::path::PathBuf;
 
+use ldi_ops::driver::{input, surface};
 use ldi_ops::mesh::{Aabb, LengthUnit, io};
+use ldi_ops::{Error, Warning};
 
 use super::{Finished, Outcome, say_warnings};
 use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::resolve::GenerateJob;
-use ldi_ops::Error;
-use ldi_ops::Warning;
-use ldi_ops::driver::{input, surface};
 
 /// The result of writing a model.
 pub struct Generated {
