@@ -7,7 +7,7 @@
 //! # The way data flows
 //! ```text
 //! files → mesh → grid (quantise once) → sampler (crossings → masks → classes → samples) → Ldi
-//!         two solids → minkowski (primitives → spans → settled spans) → Ldi
+//!         two solids → minkowski (primitives → spans → resolved spans) → Ldi
 //!         Ldi → boolean | integrate | metrics | surface | voxels | picture → numbers, files
 //! ```
 //! - [`mesh`] reads files and checks them: a [`mesh::ClosedMesh`] is the way into a sampler.
@@ -80,7 +80,6 @@ mod error;
 mod estimate;
 pub mod excerpt;
 pub mod fixed;
-mod forest;
 pub mod gpu;
 pub mod grid;
 pub mod input;
@@ -105,6 +104,7 @@ mod shape;
 mod solid;
 pub mod solids;
 pub mod surface;
+mod union_find;
 pub mod unit;
 #[cfg(feature = "npz")]
 pub mod voxels;

@@ -165,7 +165,7 @@ impl Shape {
     /// # Errors
     /// Those of [`sample`](Shape::sample).
     pub fn volume(&self, settings: &Settings) -> Result<Estimate, Error> {
-        Ok(settings.run(|monitor| self.measured(settings, Keep::Summaries, true, monitor))?.estimate())
+        Ok(settings.run(|monitor| self.measured(settings, Keep::Sums, true, monitor))?.estimate())
     }
 
     /// Measures the shape; `is_volume` asks for the best volume of a single solid instead of its image.

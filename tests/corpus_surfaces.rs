@@ -12,7 +12,7 @@ use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
 use ldi_ops::mesh::{ClosedMesh, Precision, TriangleMesh, io};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{FillRule, Sampler};
-use ldi_ops::surface::gates::Gates;
+use ldi_ops::surface::manifold::ManifoldReport;
 use ldi_ops::surface::{Surface, SurfaceMode, contour};
 
 /// Returns the images of a mesh, which may overlap itself, and its surface.
@@ -36,16 +36,16 @@ fn surfaces_of_the_corpus_are_manifold_and_contain_the_nodes_of_their_images() {
         let Ok(mesh) = ClosedMesh::check(file.mesh) else { continue };
         let Ok(grid) = Grid::with_resolution(mesh.bounds(), 100, 1024) else { continue };
         let (images, Surface { mesh: made, disagreements, stayed, moved, .. }) = surface(&mesh, &grid);
-        let gates = Gates::of(&made, Precision::Single);
-        let failures: Vec<String> = gates.failures().iter().map(|failure| failure.to_string()).collect();
+        let manifold = ManifoldReport::of(&made, Precision::Single);
+        let failures: Vec<String> = manifold.failures().iter().map(|failure| failure.to_string()).collect();
         assert!(failures.is_empty(), "{}: {}", entry.name, failures.join("\n"));
         assert_eq!(disagreements, 0, "{}", entry.name);
         files += 1;
         eprintln!(
             "{:28} {:>8} triangles, {moved} vertices beyond their cells, {stayed} held",
-            entry.name, gates.triangles
+            entry.name, manifold.triangles
         );
-        if gates.triangles == 0 {
+        if manifold.triangles == 0 {
             continue;
         }
         let (again, _) = surface(&ClosedMesh::check(made).unwrap(), &grid);

@@ -447,7 +447,7 @@ mod tests {
             ("src/voxels/vti.rs", "use crate::mesh::LengthUnit;"),
             ("src/grid.rs", "use quick_xml::{Reader, events::Event};"),
             ("src/lib.rs", "use clap::Parser;"),
-            ("src/surface/gates.rs", "use meshopt::simplify;"),
+            ("src/surface/manifold.rs", "use meshopt::simplify;"),
             ("src/lib.rs", "fn f() -> anyhow::Result<()> { Ok(()) }"),
             ("src/grid/mod.rs", "use crate::driver::machine;"),
             ("src/metrics/mod.rs", "fn f(report: &crate::report::Report) {}"),

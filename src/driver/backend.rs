@@ -7,7 +7,7 @@ use super::gpu;
 use super::job::Backend;
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, LatticeSolid};
-use crate::ldi::{Ldi, Summary};
+use crate::ldi::{Ldi, VolumeSums};
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{Estimate, FillRule, Mode, SampleError, Sampler};
 use crate::{Error, Warning};
@@ -267,7 +267,13 @@ impl Sampler for WithCpu {
         self.make(|sampler| sampler.sample_intersection(a, b, axis, estimate, fill))
     }
 
-    fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Summary, SampleError> {
+    fn summarise(
+        &self,
+        solid: &LatticeSolid,
+        axis: Axis,
+        mode: Mode,
+        fill: FillRule,
+    ) -> Result<VolumeSums, SampleError> {
         self.make(|sampler| sampler.summarise(solid, axis, mode, fill))
     }
 
@@ -278,7 +284,7 @@ impl Sampler for WithCpu {
         axis: Axis,
         estimate: Estimate,
         fill: FillRule,
-    ) -> Result<Summary, SampleError> {
+    ) -> Result<VolumeSums, SampleError> {
         self.make(|sampler| sampler.summarise_intersection(a, b, axis, estimate, fill))
     }
 }

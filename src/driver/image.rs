@@ -7,7 +7,7 @@ use super::measure::Seconds;
 use crate::Error;
 use crate::boolean::{Expression, Images, Leaf, Operand, Plan, Role};
 use crate::grid::{Axis, LatticeSolid};
-use crate::ldi::{Ldi, Summary, Windings};
+use crate::ldi::{Ldi, VolumeSums, Windings};
 use crate::sampler::{Estimate, FillRule, Mode, SampleError, Sampler};
 
 /// Makes images along one axis, and keeps what else they tell.
@@ -101,8 +101,8 @@ impl ImageMaker<'_> {
         image.map_err(Error::input)
     }
 
-    /// The summary of [`image`](Self::image), which the sampler makes by itself where it makes the whole image.
-    pub fn summary(&mut self, measurement: &Measurement, solids: &[LatticeSolid]) -> Result<Summary, Error> {
+    /// The volume_sums of [`image`](Self::image), which the sampler makes by itself where it makes the whole image.
+    pub fn volume_sums(&mut self, measurement: &Measurement, solids: &[LatticeSolid]) -> Result<VolumeSums, Error> {
         match measurement {
             Measurement::Boolean(Boolean { expression, .. }) => {
                 if let Some(([a, b], estimate)) = masked(expression, self.mode) {
@@ -112,15 +112,16 @@ impl ImageMaker<'_> {
                 }
                 let image = self.sweep(expression, solids)?;
                 let start = Instant::now();
-                let summary = image.summary();
+                let volume_sums = image.volume_sums();
                 self.seconds.integrate += start.elapsed().as_secs_f64();
-                Ok(summary)
+                Ok(volume_sums)
             }
             Measurement::Volume | Measurement::Sample => {
                 let mode = self.mode;
-                let summary = self.timed(|maker| maker.sampler.summarise(&solids[0], maker.axis, mode, maker.fill))?;
-                self.look_at(0, summary.windings());
-                Ok(summary)
+                let volume_sums =
+                    self.timed(|maker| maker.sampler.summarise(&solids[0], maker.axis, mode, maker.fill))?;
+                self.look_at(0, volume_sums.windings());
+                Ok(volume_sums)
             }
         }
     }

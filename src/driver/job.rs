@@ -244,7 +244,7 @@ impl<L> SumOperation<L> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
     /// Sums alone.
-    Summaries,
+    Sums,
     /// The images.
     Images,
     /// The images, with the triangle of each sample.
@@ -263,7 +263,7 @@ impl Keep {
 impl From<Option<&ImageTarget>> for Keep {
     fn from(target: Option<&ImageTarget>) -> Keep {
         match target.map(|target| target.content) {
-            None => Keep::Summaries,
+            None => Keep::Sums,
             #[cfg(feature = "npz")]
             Some(Content::Voxels(_)) => Keep::Images,
             #[cfg(feature = "npz")]

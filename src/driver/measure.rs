@@ -237,7 +237,7 @@ pub fn measure(
     };
     let spacing = job.spacing.in_unit(solids[0].unit)?;
     // The images of what is known exactly are but a check.
-    let needs_images = exact.is_err() || job.check_rays || job.keep != Keep::Summaries;
+    let needs_images = exact.is_err() || job.check_rays || job.keep != Keep::Sums;
     let mut refinement = None;
     let mut round = None;
     if needs_images {
@@ -482,7 +482,7 @@ fn admit(job: &MeasureJob, solids: &[Solid], lattice: &[LatticeSolid], grid: &Gr
         axes: &job.axes,
         at_once: alive_at_once(&job.measurement, job.mode),
         have_triangles: job.keep.has_triangles(),
-        are_kept: job.keep != Keep::Summaries,
+        are_kept: job.keep != Keep::Sums,
         have_normals: job.keep == Keep::ImagesWithTriangles,
     };
     let bounds = solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("a job has an input");
@@ -521,7 +521,7 @@ fn check_raster(
     let (mode, fill) = (Mode::Exact, job.fill);
     let along = |axis| {
         let mut maker = ImageMaker { sampler, axis, mode, fill, triangles: Triangles::NotWanted, seconds, rules_agree };
-        Ok(AxisVolume::from_summary(&maker.summary(&job.measurement, &lattice)?))
+        Ok(AxisVolume::from_sums(&maker.volume_sums(&job.measurement, &lattice)?))
     };
     Axis::ALL.into_iter().map(along).collect()
 }
@@ -543,7 +543,7 @@ fn sample_round<'b>(
     let choice = backends.choose(|| work(&lattice, &job.axes));
 
     // A GPU sums where it samples, unless the images themselves are wanted.
-    let keeps_images = !choice.is_gpu() || job.keep != Keep::Summaries || job.measurement == Measurement::Volume;
+    let keeps_images = !choice.is_gpu() || job.keep != Keep::Sums || job.measurement == Measurement::Volume;
 
     let triangles = if job.keep.has_triangles() { Triangles::Wanted } else { Triangles::NotWanted };
 
@@ -576,25 +576,25 @@ fn sample_round<'b>(
             seconds,
             rules_agree: &mut round.rules_agree,
         };
-        let summary = if keeps_images {
+        let volume_sums = if keeps_images {
             let image = maker.image(&job.measurement, &lattice)?;
             let integrating = Instant::now();
-            let summary = image.summary();
+            let volume_sums = image.volume_sums();
             if job.measurement == Measurement::Volume {
                 round.moments.push(integrate::moments(&image));
             }
             seconds.integrate += integrating.elapsed().as_secs_f64();
-            if job.keep != Keep::Summaries {
+            if job.keep != Keep::Sums {
                 round.images.push(image);
             }
-            summary
+            volume_sums
         } else {
-            maker.summary(&job.measurement, &lattice)?
+            maker.volume_sums(&job.measurement, &lattice)?
         };
-        volumes.push(AxisVolume::from_summary(&summary));
-        round.layers[axis.depth()] = Some(summary.layers());
-        round.samples += summary.samples();
-        round.unclosed.push((axis, summary.unclosed()));
+        volumes.push(AxisVolume::from_sums(&volume_sums));
+        round.layers[axis.depth()] = Some(volume_sums.layers());
+        round.samples += volume_sums.samples();
+        round.unclosed.push((axis, volume_sums.unclosed()));
         progress.step()?;
     }
     progress.stage("coarser rasters")?;

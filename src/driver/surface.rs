@@ -1,4 +1,4 @@
-//! From images to a mesh that is fit to be written: contoured, if asked for simplified, and held to its gates.
+//! From images to a mesh that is fit to be written: contoured, if asked for simplified, and checked to be a manifold.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ use crate::number::number;
 use crate::progress::Monitor;
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{Estimate, FillRule, Mode, Sampler};
-use crate::surface::gates::{GateFailure, Gates};
+use crate::surface::manifold::{ManifoldFailure, ManifoldReport};
 use crate::surface::parts::{Dropped, Parts};
 #[cfg(feature = "simplify")]
 use crate::surface::simplify::simplify;
@@ -199,11 +199,11 @@ pub fn mesh(
         _ => (mesh, None),
     };
     progress.stage("checking the mesh")?;
-    let gates = Gates::of(&mesh, precision);
-    if let Some(failure) = gates.failures().first() {
+    let manifold = ManifoldReport::of(&mesh, precision);
+    if let Some(failure) = manifold.failures().first() {
         // Coordinates that fall together are the model's; all else would be a fault of this program.
         let way_out = match failure {
-            GateFailure::Collapsed(_, Precision::Single) | GateFailure::Welded(_, Precision::Single) => {
+            ManifoldFailure::Collapsed(_, Precision::Single) | ManifoldFailure::Welded(_, Precision::Single) => {
                 " Write .obj, .ply, .off or .3mf, which hold 64 bits, or pass --recentre."
             }
             _ => "",
@@ -212,11 +212,11 @@ pub fn mesh(
     }
     let report = SurfaceReport {
         path: None,
-        vertices: gates.vertices,
-        triangles: gates.triangles,
-        components: gates.components,
-        genus: gates.genus.unwrap_or(0),
-        volume: gates.signed_volume,
+        vertices: manifold.vertices,
+        triangles: manifold.triangles,
+        components: manifold.components,
+        genus: manifold.genus.unwrap_or(0),
+        volume: manifold.signed_volume,
         contoured_volume,
         cut_off,
         walls: sub_resolution.walls,

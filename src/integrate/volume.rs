@@ -25,7 +25,7 @@
 
 use super::volume_of_length;
 use crate::grid::Axis;
-use crate::ldi::{Ldi, Summary};
+use crate::ldi::{Ldi, VolumeSums};
 
 /// Volume data of the image along one axis: all that an estimate needs of the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,11 +53,11 @@ pub struct AxisVolume {
 impl AxisVolume {
     /// Integrates an image, in one pass.
     pub fn of(image: &Ldi) -> AxisVolume {
-        AxisVolume::from_summary(&image.summary())
+        AxisVolume::from_sums(&image.volume_sums())
     }
 
     /// Computes the volume data from the sums over an image.
-    pub fn from_summary(image: &Summary) -> AxisVolume {
+    pub fn from_sums(image: &VolumeSums) -> AxisVolume {
         let sums = image.sums();
         let (axis, pitch) = (image.axis(), image.grid().pitch());
         let node_volume = |nodes: i64| pitch * pitch * (pitch * nodes as f64);

@@ -5,9 +5,9 @@ mod error;
 mod nodes;
 #[cfg(feature = "npz")]
 pub mod npz;
-mod references;
 mod spans;
-mod summary;
+mod triangle_ids;
+mod volume_sums;
 
 #[cfg(feature = "gpu")]
 pub(crate) use bands::ImageBuilder;
@@ -15,11 +15,11 @@ pub use bands::TooManySamples;
 pub(crate) use bands::{BandImage, image_from_bands};
 pub use error::LdiError;
 pub use nodes::{Combine, NodePlanes, NodeSlab, NodesError};
-pub use references::NO_TRIANGLE;
 pub use spans::Spans;
+pub use triangle_ids::NO_TRIANGLE;
 #[cfg(feature = "gpu")]
-pub(crate) use summary::{ALONG_COLUMNS, ALONG_ROWS, THROUGH_NODES, level_tolerance};
-pub use summary::{RaySums, Summary};
+pub(crate) use volume_sums::{ALONG_COLUMNS, ALONG_ROWS, THROUGH_NODES, level_tolerance};
+pub use volume_sums::{RaySums, VolumeSums};
 
 use crate::grid::{Axis, Grid};
 

@@ -25,7 +25,7 @@ use rayon::prelude::*;
 
 use super::meet::{are_parted, meet, widest_axis};
 use super::{Aabb, ClosedMesh, TriangleMesh, check};
-use crate::forest::Forest;
+use crate::union_find::UnionFind;
 
 /// The reason why the winding number of a mesh is not proved to be 0 or 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -196,7 +196,7 @@ struct Surface<'m> {
     /// The level that each triangle belongs to.
     level_of: Vec<u8>,
     /// The sets of triangles that shared sides connect.
-    parts: Forest,
+    parts: UnionFind,
     /// Pairs of triangles that share a side, in opposite directions.
     shared_sides: AtomicUsize,
 }
@@ -226,7 +226,7 @@ impl<'m> Surface<'m> {
             Level::new(finest * f32::from(k).exp2(), size, &members, &extents)
         });
         let levels = levels.collect();
-        let parts = Forest::new(extents.len() as u32);
+        let parts = UnionFind::new(extents.len() as u32);
         Surface { mesh, extents, levels, level_of, parts, shared_sides: AtomicUsize::new(0) }
     }
 

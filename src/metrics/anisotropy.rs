@@ -20,7 +20,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::eigen::Principal;
-use super::elements::SurfaceElements;
+use super::surface_area::SurfaceElements;
 
 /// Cells along the edge of a face of the cube that directions run through.
 const CELLS: usize = 14;
@@ -148,7 +148,7 @@ impl Crossings {
 /// Returns the number of crossings per world unit, P_L, of a line in `direction`, a unit vector, with a surface in a volume TV.
 pub fn crossings_along(surface: &SurfaceElements, volume: f64, direction: DVec3) -> f64 {
     let normals = &surface.facets().normals;
-    super::elements::in_chunks(normals.len(), |f| surface.areas()[f] * normals[f].dot(direction).abs()) / volume
+    super::surface_area::in_chunks(normals.len(), |f| surface.areas()[f] * normals[f].dot(direction).abs()) / volume
 }
 
 /// Returns directions with their weights, proportional to the solid angle of their cell.
@@ -166,7 +166,7 @@ fn directions() -> impl Iterator<Item = (DVec3, f64)> {
 mod tests {
     use super::*;
     use crate::mesh::TriangleMesh;
-    use crate::metrics::elements::tests::{Sampled, cube, grid_of, network, order, struts, turned, turns, whole};
+    use crate::metrics::surface_area::tests::{Sampled, cube, grid_of, network, order, struts, turned, turns, whole};
     use crate::metrics::{Facets, Region};
     use crate::solids::{self, LatticeForm, StrutLattice, StrutPattern, Surface};
 

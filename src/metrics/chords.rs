@@ -22,8 +22,8 @@
 
 use rayon::prelude::*;
 
-use super::stretches::{End, flush, stretches};
-use super::{Distribution, Edges, Phase, Region};
+use super::segments::{End, flush, stretches};
+use super::{BoundaryCondition, Distribution, Phase, Region};
 use crate::ldi::{Ldi, Spans};
 
 /// The weight of a chord.
@@ -93,10 +93,10 @@ impl Found {
 impl Chords {
     /// Finds the chords on the rays of one exact image of the solid. Of [`Edges`], `Periodic` joins chords across a box; the
     /// others leave them cut, and so does every region that is not a box.
-    pub fn along(image: &Ldi, region: &Region, phase: Phase, edges: Edges) -> Chords {
+    pub fn along(image: &Ldi, region: &Region, phase: Phase, edges: BoundaryCondition) -> Chords {
         let (columns, rows) = image.size();
         let flush = flush(image.grid());
-        let joins = edges == Edges::Periodic && region.is_box();
+        let joins = edges == BoundaryCondition::Periodic && region.is_box();
         let of_row = |row: u32| {
             let mut found = Found::default();
             let mut of_ray = Vec::new();
@@ -196,11 +196,11 @@ mod tests {
     use crate::grid::{Axis, LatticeBox};
     use crate::integrate;
     use crate::metrics::anisotropy::crossings_along;
-    use crate::metrics::elements::SurfaceElements;
-    use crate::metrics::elements::tests::{Sampled, grid_of, network, order, struts, turned, turns};
+    use crate::metrics::surface_area::SurfaceElements;
+    use crate::metrics::surface_area::tests::{Sampled, grid_of, network, order, struts, turned, turns};
     use crate::solids::{self, Surface};
 
-    fn of_axes(sampled: &Sampled, region: &Region, phase: Phase, edges: Edges) -> Chords {
+    fn of_axes(sampled: &Sampled, region: &Region, phase: Phase, edges: BoundaryCondition) -> Chords {
         Chords::together(&sampled.images.each_ref().map(|image| Chords::along(image, region, phase, edges)))
     }
 
@@ -216,7 +216,7 @@ mod tests {
                     let corner = DVec3::splat(-1.1) - 2.2 / f64::from(resolution) * place.fract();
                     let grid = grid_of(corner, corner + 2.2, resolution);
                     let ball = Sampled::on(&grid, solids::geodesic(1.0, 64).unwrap());
-                    let chords = of_axes(&ball, &ball.whole(), Phase::Solid, Edges::Clip);
+                    let chords = of_axes(&ball, &ball.whole(), Phase::Solid, BoundaryCondition::Clip);
                     let number = chords.distribution(Weighting::Number, Counted::Complete).unwrap();
                     let length = chords.distribution(Weighting::Length, Counted::Complete).unwrap();
                     assert_eq!((chords.censored().count, number.count()), (0, chords.count()));
@@ -243,10 +243,11 @@ mod tests {
         let mut worst = 0.0f64;
         for (image, direction) in mesh.images.iter().zip(DVec3::AXES) {
             let crossings = crossings_along(&surface, region.volume(), direction);
-            let [solid, pore] = Phase::BOTH.map(|phase| Chords::along(image, region, phase, Edges::Clip).length());
+            let [solid, pore] =
+                Phase::BOTH.map(|phase| Chords::along(image, region, phase, BoundaryCondition::Clip).length());
             for (phase, length) in [(Phase::Solid, solid), (Phase::Pore, pore)] {
                 let expected = 2.0 * length / (solid + pore) / crossings;
-                for edges in [Edges::Clip, Edges::Periodic] {
+                for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
                     let mean = Chords::along(image, region, phase, edges).mean().unwrap();
                     worst = worst.max((mean / expected - 1.0).abs());
                 }
@@ -291,7 +292,7 @@ mod tests {
         let plates = Sampled::on(&grid_of(DVec3::ZERO, DVec3::splat(8.0), 16), plates);
         let [along_x, _, along_z] = [Axis::X, Axis::Y, Axis::Z].map(|axis| {
             Phase::BOTH.map(|phase| {
-                [Edges::Clip, Edges::Periodic]
+                [BoundaryCondition::Clip, BoundaryCondition::Periodic]
                     .map(|edges| Chords::along(&plates.images[axis.depth()], &plates.whole(), phase, edges))
             })
         });
@@ -324,14 +325,14 @@ mod tests {
         let rod = solids::cuboid(DVec3::new(-0.3, -0.3, -1.9), DVec3::new(0.3, 0.3, 1.9)).unwrap();
         let [rod, ball] = [rod, solids::geodesic(1.0, 24).unwrap()].map(|mesh| Sampled::on(&grid, mesh));
         let region = Region::of_solid(&ball.images);
-        let along = Chords::along(&rod.images[2], &region, Phase::Solid, Edges::Clip);
+        let along = Chords::along(&rod.images[2], &region, Phase::Solid, BoundaryCondition::Clip);
         assert_eq!(along.censored().share, 1.0);
-        let across = Chords::along(&rod.images[0], &region, Phase::Solid, Edges::Clip);
+        let across = Chords::along(&rod.images[0], &region, Phase::Solid, BoundaryCondition::Clip);
         let complete = across.distribution(Weighting::Number, Counted::Complete).unwrap();
         assert!((complete.mean() - 0.6).abs() < 1e-6 && complete.deviation() < 1e-6);
         assert!(across.censored().share < 0.1);
         // The pore chords along the rod are those of the ball beside it, and cut at both ends.
-        let pores = Chords::along(&rod.images[2], &region, Phase::Pore, Edges::Clip);
+        let pores = Chords::along(&rod.images[2], &region, Phase::Pore, BoundaryCondition::Clip);
         let of_ball = integrate::length(&ball.images[2]) as f64 * grid.step();
         assert!((pores.length() + along.length() - of_ball).abs() < 1e-9 * of_ball);
         assert_eq!(pores.censored().share, 1.0);
@@ -344,9 +345,9 @@ mod tests {
         let block = |x: f64, z: f64| solids::cuboid(DVec3::new(-x, -x, -z), DVec3::new(x, x, z)).unwrap();
         let [rod, region] = [block(0.5, 1.7), block(1.2, 1.7)].map(|mesh| Sampled::on(&grid, mesh));
         let region = Region::of_solid(&region.images);
-        let along = Chords::along(&rod.images[2], &region, Phase::Solid, Edges::Clip);
+        let along = Chords::along(&rod.images[2], &region, Phase::Solid, BoundaryCondition::Clip);
         assert_eq!(along.censored().share, 1.0);
-        let pores = Chords::along(&rod.images[2], &region, Phase::Pore, Edges::Clip);
+        let pores = Chords::along(&rod.images[2], &region, Phase::Pore, BoundaryCondition::Clip);
         assert!((pores.distribution(Weighting::Number, Counted::All).unwrap().min() - 3.4).abs() < 1e-6);
     }
 }

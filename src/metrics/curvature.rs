@@ -21,8 +21,8 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::elements::{BoxFaces, SurfaceError, cut_facets};
-use super::{Edges, Facets, Region};
+use super::surface_area::{BoxFaces, SurfaceError, cut_facets};
+use super::{BoundaryCondition, Facets, Region};
 
 /// The integrals of curvature of the surface within a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +46,7 @@ pub struct Curvature {
 ///
 /// # Errors
 /// If the region is not a box, or does not hold the mesh.
-pub fn curvature(facets: &Facets, region: &Region, edges: Edges) -> Result<Curvature, SurfaceError> {
+pub fn curvature(facets: &Facets, region: &Region, edges: BoundaryCondition) -> Result<Curvature, SurfaceError> {
     let faces = BoxFaces::of(region).ok_or(SurfaceError::NotABox)?;
     let is_cut = cut_facets(facets, region)?;
     let vertices = merged(facets.positions);
@@ -62,7 +62,7 @@ pub fn curvature(facets: &Facets, region: &Region, edges: Edges) -> Result<Curva
         gauss_of_mesh += TAU - all[vertex];
         gauss += match (is_rim[vertex], edges) {
             (false, _) => TAU - of_surface[vertex],
-            (true, Edges::Periodic) if of_surface[vertex] > 0.0 => {
+            (true, BoundaryCondition::Periodic) if of_surface[vertex] > 0.0 => {
                 TAU / f64::from(1 << faces.axes_on(position)) - of_surface[vertex]
             }
             (true, _) => 0.0,
@@ -225,14 +225,14 @@ fn exterior_of_wedges(around: &[HalfEdge], along: DVec3, normal: impl Fn(&HalfEd
 mod tests {
     use super::*;
     use crate::mesh::TriangleMesh;
-    use crate::metrics::elements::tests::{Sampled, cube, grid_of, network, order, struts, turned, turns, whole};
+    use crate::metrics::surface_area::tests::{Sampled, cube, grid_of, network, order, struts, turned, turns, whole};
     use crate::solids::{self, Surface};
 
     /// Returns the curvature of a mesh in a box that does not touch it.
     fn of(mesh: &TriangleMesh) -> Curvature {
         let bounds = mesh.bounds().unwrap();
         let grid = grid_of(bounds.min - DVec3::ONE, bounds.max + DVec3::ONE, 16);
-        curvature(&Facets::of(&mesh.positions, &mesh.triangles), &whole(&grid), Edges::Clip).unwrap()
+        curvature(&Facets::of(&mesh.positions, &mesh.triangles), &whole(&grid), BoundaryCondition::Clip).unwrap()
     }
 
     #[test]
@@ -275,7 +275,7 @@ mod tests {
         let cells = networks.map(|(surface, chi)| (network(surface, 1, 24), chi)).into_iter();
         for (mesh, chi) in cells.chain([(struts(1, 24), -2), (struts(2, 16), -16)]) {
             let cell = Sampled::of(mesh, 16);
-            let found = curvature(&cell.facets(), &cell.boxed(), Edges::Periodic).unwrap();
+            let found = curvature(&cell.facets(), &cell.boxed(), BoundaryCondition::Periodic).unwrap();
             // The surface has twice the characteristic of the solid in the cell.
             let expected = TAU * f64::from(2 * chi);
             println!("χ {chi}: ∫K dA = {:.6} ({expected:.6}), ∫H dA = {:.4}", found.gauss, found.mean);
@@ -291,7 +291,7 @@ mod tests {
         for surface in [Surface::Gyroid, Surface::Primitive, Surface::Diamond] {
             let found = [16, 32, 64].map(|resolution| {
                 let cell = Sampled::of(network(surface, 1, resolution), 16);
-                curvature(&cell.facets(), &cell.boxed(), Edges::Clip).unwrap().mean
+                curvature(&cell.facets(), &cell.boxed(), BoundaryCondition::Clip).unwrap().mean
             });
             println!("{surface:?}: ∫H dA = {found:.4?}, order {:.2}", order(found));
             assert!(found[2].abs() < 0.2 && (found[0].abs() < 0.05 || order(found) > 0.7), "{surface:?} {found:?}");
@@ -304,10 +304,10 @@ mod tests {
             let rod = solids::cylinder(0.5, height, segments).unwrap();
             let half = DVec3::new(1.0, 1.0, 0.5 * height);
             let rod = Sampled::on(&grid_of(-half, half, 32), rod);
-            let found = curvature(&rod.facets(), &rod.whole(), Edges::Clip).unwrap();
+            let found = curvature(&rod.facets(), &rod.whole(), BoundaryCondition::Clip).unwrap();
             // ∫H = 2πrL/(2r), which the edges of a prism have, too.
             assert!((found.mean - PI * height).abs() < 1e-9 && found.gauss.abs() < 1e-9, "{found:?}");
-            let periodic = curvature(&rod.facets(), &rod.whole(), Edges::Periodic).unwrap();
+            let periodic = curvature(&rod.facets(), &rod.whole(), BoundaryCondition::Periodic).unwrap();
             assert!(periodic.gauss.abs() < 1e-9, "{periodic:?}");
         }
     }
@@ -330,10 +330,10 @@ mod tests {
     fn regions_other_than_boxes_that_hold_the_mesh_are_refused() {
         let ball = Sampled::of(solids::geodesic(1.0, 4).unwrap(), 16);
         let region = Region::of_solid(&ball.images);
-        assert_eq!(curvature(&ball.facets(), &region, Edges::Clip), Err(SurfaceError::NotABox));
+        assert_eq!(curvature(&ball.facets(), &region, BoundaryCondition::Clip), Err(SurfaceError::NotABox));
         let mut bounds = ball.bounds;
         bounds.max[0] /= 2;
         let half = Region::of_box(ball.grid(), bounds);
-        assert!(matches!(curvature(&ball.facets(), &half, Edges::Clip), Err(SurfaceError::Beyond { .. })));
+        assert!(matches!(curvature(&ball.facets(), &half, BoundaryCondition::Clip), Err(SurfaceError::Beyond { .. })));
     }
 }

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 pub use super::eigen::Principal;
-use super::stretches::stretches;
+use super::segments::stretches;
 use super::{Phase, Region};
 use crate::integrate::{Moments, moments};
 use crate::ldi::{Ldi, Spans};
@@ -93,7 +93,7 @@ fn solid_within(image: &Ldi, region: &Region) -> Ldi {
 mod tests {
     use super::*;
     use crate::mesh::TriangleMesh;
-    use crate::metrics::elements::tests::{Sampled, grid_of, order, turned, turns};
+    use crate::metrics::surface_area::tests::{Sampled, grid_of, order, turned, turns};
     use crate::solids;
 
     /// Returns the moments of a full box between two corners.

@@ -36,16 +36,16 @@ pub mod curvature;
 pub mod distance;
 mod distribution;
 mod eigen;
-pub mod elements;
 pub mod euler;
 mod facets;
 pub mod inertia;
 mod nodes;
-pub mod orientation;
+pub mod overhang;
 pub mod permeability;
 pub mod profiles;
 mod region;
-mod stretches;
+mod segments;
+pub mod surface_area;
 pub mod thickness;
 pub mod tortuosity;
 pub mod wrap;
@@ -87,7 +87,7 @@ impl Phase {
 
 /// The boundary condition for balls and paths at the region's boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Edges {
+pub enum BoundaryCondition {
     /// The space beyond is ignored: balls touch only the surface and may extend beyond the region, as they do in BoneJ and
     /// PoreSpy. Pores at the faces of a box seem wider than they are.
     Clip,
@@ -98,13 +98,13 @@ pub enum Edges {
     Border,
 }
 
-impl Edges {
+impl BoundaryCondition {
     /// Returns `clip`, `periodic` or `border`.
     pub const fn name(self) -> &'static str {
         match self {
-            Edges::Clip => "clip",
-            Edges::Periodic => "periodic",
-            Edges::Border => "border",
+            BoundaryCondition::Clip => "clip",
+            BoundaryCondition::Periodic => "periodic",
+            BoundaryCondition::Border => "border",
         }
     }
 }
@@ -163,7 +163,10 @@ mod tests {
         };
         let (plate, roi) = (images(&plate), images(&roi));
         let (solid, region) = (Region::of_solid(&plate), Region::of_solid(&roi));
-        let field = DistanceField::of(&Crossings::of_images(&plate, &region, Edges::Border), Edges::Border);
+        let field = DistanceField::of(
+            &Crossings::of_images(&plate, &region, BoundaryCondition::Border),
+            BoundaryCondition::Border,
+        );
         for (phase, exact) in [(Phase::Solid, 1.0), (Phase::Pore, 2.0)] {
             let widths = local_thickness(&field, &phase.nodes(solid.nodes(), region.nodes()));
             let widest = Distribution::of_map(&widths, grid.pitch()).unwrap().max();

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::stretches::stretches;
+use super::segments::stretches;
 use super::{Phase, Region};
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Ldi, Spans};
@@ -142,7 +142,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use crate::integrate;
-    use crate::metrics::elements::tests::{Sampled, grid_of, network, order};
+    use crate::metrics::surface_area::tests::{Sampled, grid_of, network, order};
     use crate::solids::{self, Surface};
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::components::{Connectivity, reached, rim};
 use super::distance::{Crossings, DistanceField};
-use super::{Edges, NodeSet, Region};
+use super::{BoundaryCondition, NodeSet, Region};
 use crate::grid::{Axis, LatticeBox};
 use crate::ldi::{Combine, Ldi, LdiError, NodePlanes, NodesError};
 
@@ -47,7 +47,7 @@ pub fn wrap(images: &[Ldi; 3], radius: f64) -> Result<[Ldi; 3], WrapError> {
     let grid = *images[0].grid();
     let last = grid.rays().map(|n| grid.node(n - 1));
     let raster = Region::of_box(&grid, LatticeBox { min: [grid.node(0); 3], max: last });
-    let filled = filled(&Crossings::of_images(images, &raster, Edges::Clip), &solid, radius);
+    let filled = filled(&Crossings::of_images(images, &raster, BoundaryCondition::Clip), &solid, radius);
     Ok([filled.image(&grid, Axis::X)?, filled.image(&grid, Axis::Y)?, filled.image(&grid, Axis::Z)?])
 }
 
@@ -55,13 +55,13 @@ pub fn wrap(images: &[Ldi; 3], radius: f64) -> Result<[Ldi; 3], WrapError> {
 fn filled(surface: &Crossings, solid: &NodeSet, radius: f64) -> Crossings {
     let size = solid.size();
     let index = |[x, y, z]: [usize; 3]| (z * size[1] + y) * size[0] + x;
-    let from_solid = DistanceField::of(surface, Edges::Clip);
+    let from_solid = DistanceField::of(surface, BoundaryCondition::Clip);
     let clearance = |node| f64::from(from_solid.values()[index(node)]) - radius;
     let free = NodeSet::from_fn(size, |node| !solid.contains(node) && clearance(node) > 0.0);
-    let centres = reached(&free, Connectivity::Faces, Edges::Clip, &rim(&NodeSet::full(size)));
+    let centres = reached(&free, Connectivity::Faces, BoundaryCondition::Clip, &rim(&NodeSet::full(size)));
     // Neighbours of a reached node that the ball fits into are reached too.
     let ends = Crossings::between(size, |node| centres.contains(node), clearance);
-    let from_centres = DistanceField::of(&ends, Edges::Clip);
+    let from_centres = DistanceField::of(&ends, BoundaryCondition::Clip);
     let depth = |node| match centres.contains(node) {
         true => -radius,
         false => f64::from(from_centres.values()[index(node)]) - radius,
@@ -97,7 +97,7 @@ mod tests {
         let place = [19.3, 19.6, 31.7];
         let centres = [half, -half].map(|along| [place[0], place[1], place[2] + along]);
         let two = |p| ball(p, centres[0], ball_radius).min(ball(p, centres[1], ball_radius));
-        let (surface, solid) = Crossings::of_function(size, Edges::Clip, two);
+        let (surface, solid) = Crossings::of_function(size, BoundaryCondition::Clip, two);
         let found = volume(&filled(&surface, &solid, radius));
 
         // The profile around the axis: two circles, and between them the arc that touches both.
@@ -126,7 +126,7 @@ mod tests {
         let cavity = |p| ball(p, [centre[0] + 8.0, centre[1], centre[2]], 3.0);
         let drilled = |p| ball(p, centre, 15.0).max(-hole(p, 3.0)).max(-cavity(p));
         let whole = 4.0 / 3.0 * std::f64::consts::PI * 15_f64.powi(3);
-        let (surface, solid) = Crossings::of_function(size, Edges::Clip, drilled);
+        let (surface, solid) = Crossings::of_function(size, BoundaryCondition::Clip, drilled);
         // A ball of radius 2 passes through the hole of 3; one of 4 rests on its rims and adds a cap of itself and one of the
         // solid.
         let open = volume(&filled(&surface, &solid, 2.0));

@@ -11,7 +11,7 @@
 
 use rayon::prelude::*;
 
-use super::{Outer, Polyhedron, Primitives};
+use super::{Exterior, Polyhedron, Primitives};
 use crate::fixed::{Crossing, Pixels};
 use crate::grid::{Axis, Grid, LATTICE_MAX, LatticeBox};
 use crate::sampler::cpu::CpuSampler;
@@ -218,7 +218,7 @@ impl Occupancy {
     /// lattice.
     fn new(
         solid: &Polyhedron,
-        outer: Outer,
+        exterior: Exterior,
         shift: u32,
         margin: [usize; 3],
         sampler: &CpuSampler,
@@ -231,7 +231,7 @@ impl Occupancy {
         let grid = Grid::from_parts(glam::DVec3::ZERO, 1.0, rays, shift, 32).ok()?;
         let first = margin.map(|m| -(m as i32));
         let size = std::array::from_fn(|i| rays[i] as usize + 2 * margin[i]);
-        let mut touched = VoxelSet::new(first, size, outer == Outer::In);
+        let mut touched = VoxelSet::new(first, size, exterior == Exterior::In);
         // Spans enclosed by the surface, whatever its orientation.
         let as_triangles = Primitives { positions: solid.positions().to_vec(), triangles: solid.triangles().to_vec() };
         let lists = as_triangles.lists::<Crossing>(&grid, Axis::X, sampler, |sorted, kept| {
@@ -251,9 +251,9 @@ impl Occupancy {
             for span in lists.hits[range[0] as usize..range[1] as usize].chunks_exact(2) {
                 let node = |crossing: Crossing| pixels.index_from(crossing.nearest()) as usize + margin[0];
                 let nodes = node(span[0])..node(span[1]);
-                match outer {
-                    Outer::Out => set_range(touched.row_mut(y, z), nodes),
-                    Outer::In => clear_range(touched.row_mut(y, z), nodes),
+                match exterior {
+                    Exterior::Out => set_range(touched.row_mut(y, z), nodes),
+                    Exterior::In => clear_range(touched.row_mut(y, z), nodes),
                 }
             }
         }
@@ -340,7 +340,7 @@ fn clipped(polygon: &[[f64; 3]], i: usize, bound: f64, side: f64) -> Vec<[f64; 3
 impl Interior {
     /// Finds the voxels of `grid`, that of the sum, which certainly lie in the interior of A ⊕ B. Empty where the voxels needed
     /// do not fit a lattice.
-    pub fn new(grid: &Grid, a: &Polyhedron, outer_a: Outer, b: &Polyhedron, sampler: &CpuSampler) -> Interior {
+    pub fn new(grid: &Grid, a: &Polyhedron, exterior_a: Exterior, b: &Polyhedron, sampler: &CpuSampler) -> Interior {
         let longest = (0..3).map(|i| grid.length(i)).max().unwrap_or(LATTICE_MAX);
         let mut shift = LEAST_SHIFT;
         while longest >> shift >= MOST_VOXELS {
@@ -349,9 +349,9 @@ impl Interior {
         let size = std::array::from_fn(|i| (grid.length(i) >> shift) as usize + 1);
         let mut voxels = VoxelSet::new([0; 3], size, false);
         let extent = |solid: &Polyhedron| solid.bounds().max.map(|p| (p.max(0) >> shift) as usize + 2);
-        let margin_a = if outer_a == Outer::In { extent(b) } else { [1; 3] };
-        let of_a = Occupancy::new(a, outer_a, shift, margin_a, sampler);
-        let of_b = Occupancy::new(b, Outer::Out, shift, [1; 3], sampler);
+        let margin_a = if exterior_a == Exterior::In { extent(b) } else { [1; 3] };
+        let of_a = Occupancy::new(a, exterior_a, shift, margin_a, sampler);
+        let of_b = Occupancy::new(b, Exterior::Out, shift, [1; 3], sampler);
         if let (Some(of_a), Some(of_b)) = (of_a, of_b) {
             voxels.add_dilation(&of_a.touched, of_b.full.full_corners());
             voxels.add_dilation(&of_b.touched, of_a.full.full_corners());
@@ -452,7 +452,7 @@ mod tests {
             .iter()
             .flat_map(|p| b.iter().map(|q| std::array::from_fn(|k| std::array::from_fn(|i| p[k][i] + q[k][i]))))
             .collect();
-        let interior = Interior::new(&grid(512), &heap(&a), Outer::Out, &heap(&b), &CpuSampler::default());
+        let interior = Interior::new(&grid(512), &heap(&a), Exterior::Out, &heap(&b), &CpuSampler::default());
         assert_all(&interior, |point| sums.iter().any(|sum| within(sum, point)));
         let volume = interior.count() << (3 * interior.shift);
         // By inclusion and exclusion over a lattice of 4 steps.
@@ -469,7 +469,7 @@ mod tests {
         let a = [[[100, 100, 100], [400, 400, 400]]];
         let b = [[[0, 0, 0], [40, 60, 80]]];
         let solid = heap(&a).complement();
-        let interior = Interior::new(&grid(512), &solid, Outer::In, &heap(&b), &CpuSampler::default());
+        let interior = Interior::new(&grid(512), &solid, Exterior::In, &heap(&b), &CpuSampler::default());
         // complement(A) ⊕ B leaves [140, 400] × [160, 400] × [180, 400].
         assert_all(&interior, |point| !(0..3).all(|i| a[0][0][i] + b[0][1][i] < point[i] && point[i] < 400));
         let far = LatticeBox { min: [0; 3], max: [90; 3] };
@@ -481,7 +481,7 @@ mod tests {
     fn sums_of_a_thin_and_a_thick_solid_have_an_interior() {
         let sheet = [[[0, 0, 0], [300, 300, 2]]];
         let cube = [[[0, 0, 0], [200, 200, 200]]];
-        let interior = Interior::new(&grid(512), &heap(&sheet), Outer::Out, &heap(&cube), &CpuSampler::default());
+        let interior = Interior::new(&grid(512), &heap(&sheet), Exterior::Out, &heap(&cube), &CpuSampler::default());
         assert!(interior.holds(&LatticeBox { min: [20, 20, 20], max: [480, 480, 180] }));
         assert_all(&interior, |point| within(&[[0; 3], [500, 500, 202]], point));
     }

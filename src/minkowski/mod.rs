@@ -11,7 +11,7 @@
 //!    or wholly out of the sum. *Behind every primitive lies the sum*: a facet has its own solid behind it, and a convex edge
 //!    on another spans the half space behind their common plane. So an interval is in unless the crossing before it leaves and
 //!    the one after it enters. The remaining intervals are the **gaps**.
-//! 3. **Gap resolution** (`settle`): gaps of the three axes that share a lattice node are in or out together, and so are
+//! 3. **Gap resolution** (`resolve`): gaps of the three axes that share a lattice node are in or out together, and so are
 //!    neighbouring nodes without a crossing between them. Sets of such nodes are found on bit masks, 64 nodes at a time; a set
 //!    that touches neither certain outside nor certain inside is either a cavity or inside: one exact test of one point decides
 //!    each, and each gap between two nodes.
@@ -23,7 +23,7 @@
 //! millionths of a pitch, are closed unless a node lies in them.
 //!
 //! A GPU performs the first three steps, too, with the same results: `cull::gpu` tests every pair, [`Primitives::spans`] takes
-//! either sampler, and `settle::gpu` floods masks of all nodes.
+//! either sampler, and `resolve::gpu` floods masks of all nodes.
 //!
 //! The difference A ⊖ B = {x : x + B ⊆ A} is the complement of complement(A) ⊕ (−B): the same steps with A turned inside out
 //! and everything beyond the outermost crossings counted as in.
@@ -38,7 +38,7 @@
 //! use ldi_ops::grid::{Axis, SumGrid};
 //! use ldi_ops::integrate;
 //! use ldi_ops::mesh::ClosedMesh;
-//! use ldi_ops::minkowski::{Outer, Polyhedron, SumMembership, cull, settle};
+//! use ldi_ops::minkowski::{Exterior, Polyhedron, SumMembership, cull, resolve};
 //! use ldi_ops::sampler::{Mode, cpu::CpuSampler};
 //! use ldi_ops::solids;
 //!
@@ -49,11 +49,11 @@
 //!
 //! let (primitives, _) = cull(&a, &b);
 //! let sampler = CpuSampler::default();
-//! let along = |axis| primitives.spans::<Crossing, _>(&grids.sum, axis, Outer::Out, &sampler);
+//! let along = |axis| primitives.spans::<Crossing, _>(&grids.sum, axis, Exterior::Out, &sampler);
 //! let spans = [along(Axis::X)?.0, along(Axis::Y)?.0, along(Axis::Z)?.0];
-//! let membership = SumMembership::new(&a, Outer::Out, &b);
-//! let settled = settle(&grids.sum, spans, Outer::Out, &membership, &|_, _| ())?;
-//! let image = settled.spans[2].image(&grids.sum, Mode::Exact, &sampler)?;
+//! let membership = SumMembership::new(&a, Exterior::Out, &b);
+//! let resolved = resolve(&grids.sum, spans, Exterior::Out, &membership, &|_, _| ())?;
+//! let image = resolved.spans[2].image(&grids.sum, Mode::Exact, &sampler)?;
 //! assert!((integrate::volume(&image) - 2.0 * 3.0 * 4.0).abs() < 1e-4);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -63,7 +63,7 @@ pub mod cull;
 mod interior;
 pub mod membership;
 pub mod polyhedron;
-pub mod settle;
+pub mod resolve;
 pub mod spans;
 mod sum;
 
@@ -71,8 +71,8 @@ pub use cull::cull;
 pub use interior::Interior;
 pub use membership::SumMembership;
 pub use polyhedron::Polyhedron;
-pub use settle::{SettleCounts, SettleError, Settled, settle};
-pub use spans::{Outer, RaySpans};
+pub use resolve::{ResolveCounts, ResolveError, ResolvedSpans, resolve};
+pub use spans::{Exterior, RaySpans};
 
 /// A solid with an exact point membership test, whose boundary is covered by primitives.
 pub trait Membership: Sync {

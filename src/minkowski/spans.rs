@@ -6,7 +6,7 @@ use crate::sampler::lists::Keep;
 
 /// The state of everything before the first and after the last crossing of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outer {
+pub enum Exterior {
     /// Outside: the solid is bounded.
     Out,
     /// Inside: the solid is the complement of a bounded one.
@@ -15,10 +15,10 @@ pub enum Outer {
 
 /// Spans of all rays along one axis, by the crossings at their ends.
 ///
-/// The crossings of ray `r` are `hits[offsets[r] .. offsets[r + 1]]`, ascending in depth and of even count. With [`Outer::Out`]
-/// they alternately enter and leave, and a **gap** is from hit 2i + 1 to hit 2i + 2; with [`Outer::In`] they alternately leave
+/// The crossings of ray `r` are `hits[offsets[r] .. offsets[r + 1]]`, ascending in depth and of even count. With [`Exterior::Out`]
+/// they alternately enter and leave, and a **gap** is from hit 2i + 1 to hit 2i + 2; with [`Exterior::In`] they alternately leave
 /// and enter, and a gap is from hit 2i to hit 2i + 1. Everything outside the gaps is in, except beyond the first and last hit
-/// with [`Outer::Out`]. Every gap contains a node or spans at least two lattice steps from `ceil` of its first hit to `floor`
+/// with [`Exterior::Out`]. Every gap contains a node or spans at least two lattice steps from `ceil` of its first hit to `floor`
 /// of its second.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RaySpans<H> {
@@ -30,12 +30,12 @@ pub struct RaySpans<H> {
     pub hits: Vec<H>,
 }
 
-impl Outer {
+impl Exterior {
     /// Returns the index of the first hit of a ray that begins a gap.
     pub fn first_gap(self) -> usize {
         match self {
-            Outer::Out => 1,
-            Outer::In => 0,
+            Exterior::Out => 1,
+            Exterior::In => 0,
         }
     }
 
@@ -48,8 +48,8 @@ impl Outer {
     /// Returns which crossings of a ray to keep: the ends of possible gaps, and of its whole span if it has an end.
     pub fn keep(self) -> Keep {
         match self {
-            Outer::Out => Keep::GapsAndEnds,
-            Outer::In => Keep::Gaps,
+            Exterior::Out => Keep::GapsAndEnds,
+            Exterior::In => Keep::Gaps,
         }
     }
 }

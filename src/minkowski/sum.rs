@@ -1,6 +1,6 @@
 //! Conversion of primitives to certain spans, and of resolved spans to images.
 
-use super::{Outer, Primitives, RaySpans};
+use super::{Exterior, Primitives, RaySpans};
 use crate::fixed::Hit;
 use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::ldi::{Ldi, TooManySamples};
@@ -15,11 +15,11 @@ impl Primitives {
         &self,
         grid: &Grid,
         axis: Axis,
-        outer: Outer,
+        exterior: Exterior,
         sampler: &S,
     ) -> Result<(RaySpans<H>, u64), S::Error> {
         let triangles = LatticeSolid::of_primitives(grid, &self.positions, &self.triangles);
-        let lists = sampler.crossings(&triangles, axis, outer.keep())?;
+        let lists = sampler.crossings(&triangles, axis, exterior.keep())?;
         Ok((RaySpans { axis, offsets: lists.offsets, hits: lists.hits }, lists.crossings))
     }
 
@@ -42,7 +42,7 @@ impl Primitives {
 }
 
 impl<H: Hit + Sync> RaySpans<H> {
-    /// Returns the image of the spans, or with [`Outer::In`] that of their gaps: of the complement, which is bounded. Exact
+    /// Returns the image of the spans, or with [`Exterior::In`] that of their gaps: of the complement, which is bounded. Exact
     /// images of hits that record their triangles have them.
     pub fn image(&self, grid: &Grid, mode: Mode, sampler: &CpuSampler) -> Result<Ldi, TooManySamples> {
         sampler.image_of_lists(grid, self.axis, mode, |ray| self.of_ray(ray))

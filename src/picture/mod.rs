@@ -8,11 +8,12 @@
 //!
 //! - [`camera`]: views, and the raster behind a picture.
 //! - [`scene`]: the visible scene; each ray shows the last sample, or the plane that cuts the solid open.
-//! - `normals`, `fragments`, `sky`, `shade`: smooth normals; pieces of surface in a pixel; ambient occlusion and shadow from
+//! - `normals`, `fragments`, `ambient_occlusion`, `shade`: smooth normals; pieces of surface in a pixel; ambient occlusion and shadow from
 //!   all layers of the image; their colour. [`shaded`] runs all of them.
 //! - [`slice()`]: which inputs each ray is inside of at a plane.
 //! - [`annotate`], `text`: scale bar, axes, captions. [`palette`]: colours. [`png`]: the file.
 
+mod ambient_occlusion;
 pub mod annotate;
 pub mod camera;
 mod canvas;
@@ -22,7 +23,6 @@ pub mod palette;
 pub mod png;
 pub mod scene;
 mod shade;
-mod sky;
 mod slice;
 mod text;
 

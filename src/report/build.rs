@@ -11,13 +11,13 @@ use super::files::{Made, Task, checked_limits, limits, sheet, write_sheet};
 use super::limits::Limits as ParsedLimits;
 use super::measure::Clock;
 use super::page::words;
-use super::sheet::{Metric, Sheet, Verdict};
+use super::scaffold_report::{Metric, ScaffoldReport, Verdict};
 use super::{Roi, Settings as Course};
 use crate::driver::backend::Backends;
 use crate::driver::input::{InputRequirements, Sides, ready};
 use crate::driver::job::{Openness, Spacing};
 use crate::length::Length;
-use crate::metrics::Edges;
+use crate::metrics::BoundaryCondition;
 use crate::{Error, Settings, Solid};
 
 /// Limits that metrics are held to.
@@ -67,7 +67,7 @@ pub struct ReportBuilder {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Report {
-    sheet: Sheet,
+    sheet: ScaffoldReport,
 }
 
 impl Report {
@@ -80,7 +80,7 @@ impl Report {
             course: Course {
                 spacing: Settings::default().spacing(),
                 tortuosity_resolution: 128,
-                edges: Edges::Border,
+                edges: BoundaryCondition::Border,
                 fill: crate::FillRule::EvenOdd,
                 build: DVec3::Z,
                 overhang_angle: 45.0,
@@ -106,7 +106,7 @@ impl Report {
     }
 
     /// Returns all data of the report.
-    pub fn sheet(&self) -> &Sheet {
+    pub fn sheet(&self) -> &ScaffoldReport {
         &self.sheet
     }
 
@@ -168,7 +168,7 @@ impl ReportBuilder {
     }
 
     /// Sets the boundary condition at the faces of the region.
-    pub fn edges(mut self, edges: Edges) -> Self {
+    pub fn edges(mut self, edges: BoundaryCondition) -> Self {
         self.course.edges = edges;
         self
     }

@@ -16,7 +16,7 @@ use super::limits::Limits;
 use super::measure::{Clock, Measurements, Subject, measure, unmeasured};
 use super::page::summary::{Entry, Unmeasured};
 use super::page::{self, compare, summary};
-use super::sheet::{self, Alert, InputFile, Severity, Sheet};
+use super::scaffold_report::{self, Alert, InputFile, ScaffoldReport, Severity};
 use super::{ReportJob, Roi, write};
 use crate::driver::backend::Backends;
 use crate::driver::input::{self, InputRequirements, Sides, Solid};
@@ -37,7 +37,7 @@ use crate::{Error, ErrorKind, Monitor, Warning};
 /// What was reported.
 pub struct Reported {
     /// The reports, in the order of the inputs.
-    pub sheets: Vec<Sheet>,
+    pub sheets: Vec<ScaffoldReport>,
     /// Files to open, the first of them first.
     pub pages: Vec<PathBuf>,
     /// What of several solids could not be measured.
@@ -61,7 +61,11 @@ impl Reported {
 /// # Errors
 /// Limits that cannot be read, a single solid that cannot be measured, and files that cannot be written. Of several solids those
 /// that cannot be measured are listed, unless that is all of them.
-pub fn report_files(job: &ReportJob, progress: &Monitor, mut on_sheet: impl FnMut(&Sheet)) -> Result<Reported, Error> {
+pub fn report_files(
+    job: &ReportJob,
+    progress: &Monitor,
+    mut on_sheet: impl FnMut(&ScaffoldReport),
+) -> Result<Reported, Error> {
     let limits = job.limits.as_deref().map(|path| limits(path, job.unit)).transpose()?;
     let backends = Backends::open(&job.settings.backend)?;
     let (mut places, mut sheets, mut failures) = (Vec::new(), Vec::new(), Vec::new());
@@ -144,7 +148,7 @@ pub(super) fn checked_limits(path: &Path, text: &str, unit: Option<LengthUnit>) 
 fn overview(
     job: &ReportJob,
     places: &[PathBuf],
-    sheets: &[Sheet],
+    sheets: &[ScaffoldReport],
     failures: &[Unmeasured],
 ) -> Option<(&'static str, String)> {
     let entries: Vec<Entry> = places
@@ -178,7 +182,7 @@ fn places(job: &ReportJob) -> Vec<PathBuf> {
 }
 
 /// Gives solids of one file name the names of their paths, where they stand side by side.
-fn tell_apart(sheets: &mut [Sheet]) {
+fn tell_apart(sheets: &mut [ScaffoldReport]) {
     let titles: Vec<String> = sheets.iter().map(|sheet| sheet.title.clone()).collect();
     for sheet in sheets {
         if titles.iter().filter(|title| **title == sheet.title).count() > 1 {
@@ -201,7 +205,7 @@ pub fn files(job: &ReportJob) -> Vec<PathBuf> {
 }
 
 /// Writes the files of one solid.
-pub(super) fn write_sheet(sheet: &Sheet, folder: &Path) -> Result<(), Error> {
+pub(super) fn write_sheet(sheet: &ScaffoldReport, folder: &Path) -> Result<(), Error> {
     fs::create_dir_all(folder).map_err(|error| Error::output(folder, &error))?;
     let texts = [write::json(sheet), write::csv(&[sheet]), write::methods(sheet), page::html(sheet)];
     for (name, text) in FILES.into_iter().zip(texts) {
@@ -211,7 +215,7 @@ pub(super) fn write_sheet(sheet: &Sheet, folder: &Path) -> Result<(), Error> {
 }
 
 /// Reads and measures one solid.
-fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Monitor) -> Result<Sheet, Error> {
+fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Monitor) -> Result<ScaffoldReport, Error> {
     let start = Instant::now();
     let mut clock = Clock::default();
     progress.stage(format!("{}: reading", input.path.display()))?;
@@ -270,7 +274,12 @@ pub(super) struct Task<'t> {
 }
 
 /// Measures the first solid, within the second if there is one.
-pub(super) fn sheet(task: Task, mut solids: Vec<Solid>, mut clock: Clock, progress: &Monitor) -> Result<Sheet, Error> {
+pub(super) fn sheet(
+    task: Task,
+    mut solids: Vec<Solid>,
+    mut clock: Clock,
+    progress: &Monitor,
+) -> Result<ScaffoldReport, Error> {
     let Task { settings, made, requirements, command_line, warnings, backends, start } = task;
     // Normals say which surfaces bulge and overhang.
     for solid in solids.iter_mut().filter(|solid| solid.is_oriented() && solid.volume < 0.0) {
@@ -306,8 +315,8 @@ pub(super) fn sheet(task: Task, mut solids: Vec<Solid>, mut clock: Clock, progre
     alerts.extend(found);
     let mut seconds = clock.stages();
     seconds.push(("total", start.elapsed().as_secs_f64()));
-    Ok(Sheet {
-        schema: sheet::SCHEMA,
+    Ok(ScaffoldReport {
+        schema: scaffold_report::SCHEMA,
         title: solids[0].name().to_string(),
         unit: solids[0].unit,
         verdict: None,
@@ -318,7 +327,7 @@ pub(super) fn sheet(task: Task, mut solids: Vec<Solid>, mut clock: Clock, progre
         profiles,
         anisotropy,
         convergence,
-        provenance: sheet::Provenance {
+        provenance: scaffold_report::Provenance {
             inputs: files,
             command_line,
             version: env!("CARGO_PKG_VERSION"),

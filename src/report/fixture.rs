@@ -2,7 +2,7 @@
 
 use super::id;
 use super::quantity::Quantity;
-use super::sheet::*;
+use super::scaffold_report::*;
 use crate::mesh::LengthUnit;
 
 const MM: Option<LengthUnit> = Some(LengthUnit::Millimetre);
@@ -56,7 +56,7 @@ fn with(mut metric: Metric, name: &'static str, value: &str) -> Metric {
 }
 
 /// Returns a sheet with every kind of content.
-pub fn rich() -> Sheet {
+pub fn rich() -> ScaffoldReport {
     use Group::*;
     use Quantity::*;
     let mut spread = metric("chords.solid.x.mean", Chords, "ℓ̄_s,x", "Mean chord of the solid along x", Length(1), 0.62);
@@ -95,7 +95,7 @@ pub fn rich() -> Sheet {
             "45",
         ),
     ];
-    Sheet {
+    ScaffoldReport {
         schema: SCHEMA,
         title: "gyroid-10mm.stl".to_owned(),
         unit: MM,
@@ -109,7 +109,7 @@ pub fn rich() -> Sheet {
             .collect(),
         access: Some(access()),
         profiles: ["x", "y", "z"].into_iter().map(profile).collect(),
-        anisotropy: Some(super::sheet::Anisotropy {
+        anisotropy: Some(super::scaffold_report::Anisotropy {
             degree: 0.2143,
             lengths: [0.712, 0.655, 0.631],
             directions: [[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]],
@@ -121,7 +121,7 @@ pub fn rich() -> Sheet {
 }
 
 /// Returns the sheet of a block without unit and pores, for which few metrics have values.
-pub fn poor() -> Sheet {
+pub fn poor() -> ScaffoldReport {
     let mut block = rich();
     block.title = AWKWARD.to_owned();
     block.unit = None;

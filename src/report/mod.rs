@@ -13,7 +13,7 @@ mod limits;
 mod measure;
 mod page;
 mod quantity;
-pub mod sheet;
+pub mod scaffold_report;
 mod write;
 
 use std::path::PathBuf;
@@ -25,7 +25,7 @@ use glam::DVec3;
 use crate::driver::job::{Backend, Input, Openness, Spacing};
 use crate::length::Length;
 use crate::mesh::LengthUnit;
-use crate::metrics::Edges;
+use crate::metrics::BoundaryCondition;
 use crate::sampler::FillRule;
 
 /// Reports of several solids, written to a folder.
@@ -70,7 +70,7 @@ pub struct Settings {
     /// Rays along the longest side of the raster that diffusion is solved on.
     pub tortuosity_resolution: u32,
     /// The boundary condition at the faces of the region.
-    pub edges: Edges,
+    pub edges: BoundaryCondition,
     /// The fill rule.
     pub fill: FillRule,
     /// The direction that is up in the printer.

@@ -88,7 +88,7 @@ pub mod stages;
 
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
-use crate::ldi::{Ldi, Summary, TooManySamples};
+use crate::ldi::{Ldi, TooManySamples, VolumeSums};
 
 /// The kind of image of a solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -184,12 +184,18 @@ pub trait Sampler {
         fill: FillRule,
     ) -> Result<Ldi, SampleError>;
 
-    /// Returns the summary of the result of [`sample`](Self::sample), for which a device need not transfer the image.
-    fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Summary, SampleError> {
-        Ok(self.sample(solid, axis, mode, fill)?.summary())
+    /// Returns the volume_sums of the result of [`sample`](Self::sample), for which a device need not transfer the image.
+    fn summarise(
+        &self,
+        solid: &LatticeSolid,
+        axis: Axis,
+        mode: Mode,
+        fill: FillRule,
+    ) -> Result<VolumeSums, SampleError> {
+        Ok(self.sample(solid, axis, mode, fill)?.volume_sums())
     }
 
-    /// Returns the summary of the result of [`sample_intersection`](Self::sample_intersection).
+    /// Returns the volume_sums of the result of [`sample_intersection`](Self::sample_intersection).
     fn summarise_intersection(
         &self,
         a: &LatticeSolid,
@@ -197,8 +203,8 @@ pub trait Sampler {
         axis: Axis,
         estimate: Estimate,
         fill: FillRule,
-    ) -> Result<Summary, SampleError> {
-        Ok(self.sample_intersection(a, b, axis, estimate, fill)?.summary())
+    ) -> Result<VolumeSums, SampleError> {
+        Ok(self.sample_intersection(a, b, axis, estimate, fill)?.volume_sums())
     }
 }
 

@@ -329,7 +329,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
             // A margin keeps vertices of neighbouring cells apart, and with them the corners of every triangle.
             let margin = 1e-3 * (high - low);
             let start = (sum / f64::from(count)).clamp(low + margin, high - margin);
-            let position = self.settle(start, free, low + margin, high - margin).unwrap_or_else(|| {
+            let position = self.resolve(start, free, low + margin, high - margin).unwrap_or_else(|| {
                 // The edge crossed last has both signs at its ends, so a path from either meets the surface.
                 let end = at(if self.value(start) < 0.0 { anchors[1] } else { anchors[0] });
                 self.bisect(start, end).clamp(low + margin, high - margin)
@@ -339,7 +339,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
     }
 
     /// Runs Newton's method from `u` to F = 0 along the `free` axes and within bounds; `None` if it does not converge.
-    fn settle(&self, mut u: DVec3, free: DVec3, low: DVec3, high: DVec3) -> Option<DVec3> {
+    fn resolve(&self, mut u: DVec3, free: DVec3, low: DVec3, high: DVec3) -> Option<DVec3> {
         let start = u;
         for _ in 0..12 {
             let (value, slope) = self.value_and_gradient(u);
@@ -467,7 +467,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
                     }
                     let normal = (self.value_and_gradient(here).1 * free).normalize_or_zero();
                     shift -= shift.dot(normal) * normal;
-                    self.settle((here + shift).clamp(low, high), free, low, high).unwrap_or(here)
+                    self.resolve((here + shift).clamp(low, high), free, low, high).unwrap_or(here)
                 })
                 .collect();
         }

@@ -104,7 +104,7 @@ impl<'a> Features<'a> {
     /// vertices that did not reach them.
     ///
     /// `rounding` is the greatest movement of a surface by the lattice's rounding, in pitches.
-    pub fn settle(&self, rounding: f64, vertices: &mut [DVec3]) -> u64 {
+    pub fn resolve(&self, rounding: f64, vertices: &mut [DVec3]) -> u64 {
         let mut taken = self.others_near_targets(vertices);
         // Of several vertices with the same target, the nearest moves there.
         let way = |&feature: &usize| {

@@ -8,7 +8,7 @@
 //! - a vertex for each loop that the surface leaves on the faces of a cell (`cell`), so that two sheets in one cell
 //!   stay apart and every edge of the mesh has two triangles, whatever the signs;
 //! - each vertex at the minimum of its quadratic error function (`qef`), beyond its cell if necessary (`features`), and pulled
-//!   back where triangles would cross one another (`untangle`).
+//!   back where triangles would cross one another (`resolve_self_intersections`).
 //!
 //! # Guarantees
 //! - The mesh is closed, 2-manifold and consistently oriented, whatever the images hold.
@@ -29,14 +29,14 @@ mod cells;
 mod cuts;
 mod edges;
 mod features;
-pub mod gates;
 mod intersect;
+pub mod manifold;
 pub mod parts;
 mod qef;
 mod quads;
+mod resolve_self_intersections;
 #[cfg(feature = "simplify")]
 pub mod simplify;
-mod untangle;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -50,7 +50,7 @@ pub use edges::SubResolution;
 use edges::{EdgeSlab, Source};
 use features::{Feature, Features};
 use quads::{Cut, OpenQuad, Quad};
-use untangle::{Tangle, View};
+use resolve_self_intersections::{Tangle, View};
 
 /// The kind of images that a surface is made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -303,7 +303,7 @@ impl<'a> Contour<'a> {
     fn finish(mut self) -> Surface {
         let features = Features::new(&self.features, &self.marks, &self.open);
         let rounding = LATTICE_STEPS / f64::from(1u32 << self.grid.shift());
-        let stayed = features.settle(rounding, &mut self.vertices);
+        let stayed = features.resolve(rounding, &mut self.vertices);
         let see = View { grid: &self.grid, precision: self.precision };
         let mut tangle = Tangle::new(&features, see, rounding, &mut self.vertices, &mut self.triangles);
         let parted = tangle.part(&self.irregular);

@@ -6,8 +6,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::forest::Forest;
 use crate::mesh::TriangleMesh;
+use crate::union_find::UnionFind;
 
 /// Returns for each vertex the lowest vertex of its part; for a vertex without triangles the vertex itself. Triangles with an
 /// index out of range or with one twice connect nothing.
@@ -15,14 +15,14 @@ use crate::mesh::TriangleMesh;
 /// The result does not depend on threads.
 pub fn part_of_vertices(mesh: &TriangleMesh) -> Vec<u32> {
     let vertices = mesh.positions.len();
-    let forest = Forest::new(vertices as u32);
+    let union_find = UnionFind::new(vertices as u32);
     let connects =
         |&&[a, b, c]: &&[u32; 3]| a != b && b != c && c != a && [a, b, c].iter().all(|&v| (v as usize) < vertices);
     mesh.triangles.par_iter().filter(connects).for_each(|&[a, b, c]| {
-        forest.join(a, b);
-        forest.join(a, c);
+        union_find.join(a, b);
+        union_find.join(a, c);
     });
-    forest.roots()
+    union_find.roots()
 }
 
 /// The parts of a closed mesh.

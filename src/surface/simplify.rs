@@ -5,7 +5,7 @@
 //! are weaker than the requirements of an output here. Its error is a root mean square of distances from planes; it does not
 //! check whether a collapse makes an edge of four triangles or makes a small component vanish; and it knows no further gate. So
 //! it only proposes, and everything is verified afterwards:
-//! - every [gate](super::gates) holds, with the same components and the same genus;
+//! - the mesh passes the [manifold check](super::manifold), with the same components and the same genus;
 //! - every vertex and every centroid of the original is within the bound of the new surface, by exact distances from
 //!   triangles, and so are points of the new triangles, sampled as densely as the original is meshed, of the original;
 //! - the caller's own criterion: a function that takes the mesh and returns the places where it is not acceptable.
@@ -39,7 +39,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use self::patch::{Near, Patch, Share};
-use super::gates::{Faults, GateFailure, Gates};
+use super::manifold::{Faults, ManifoldFailure, ManifoldReport};
 use crate::closest::longest;
 use crate::mesh::{Aabb, Precision, TriangleMesh};
 
@@ -78,16 +78,16 @@ pub enum SimplifyError {
         /// The bound as given.
         bound: f64,
     },
-    /// The given mesh does not pass the gates.
-    #[error("the mesh to be simplified does not pass the gates: {}", .failures.iter().map(GateFailure::to_string).collect::<Vec<_>>().join(" "))]
-    Gates {
-        /// The gates that are not passed.
-        failures: Vec<GateFailure>,
+    /// The given mesh does not pass the manifold check.
+    #[error("the mesh to be simplified does not pass the manifold check: {}", .failures.iter().map(ManifoldFailure::to_string).collect::<Vec<_>>().join(" "))]
+    ManifoldReport {
+        /// The failures of the check.
+        failures: Vec<ManifoldFailure>,
     },
 }
 
 /// Removes triangles from a mesh while it stays within `bound` (world units) of the original, in both directions, passes all
-/// [gates](Gates) in `f64` with the same components and genus, and is acceptable.
+/// [manifold check](ManifoldReport) in `f64` with the same components and genus, and is acceptable.
 ///
 /// `acceptable` returns the places (world units) at or near which a mesh is not acceptable; none if it is. It is called at most
 /// once a round, with a mesh that has no faulty edge or vertex and no duplicate. Its findings should depend on the surface
@@ -103,16 +103,16 @@ pub fn simplify(
     if !(bound > 0.0 && bound.is_finite()) {
         return Err(SimplifyError::Bound { bound });
     }
-    let gates = Gates::of(mesh, Precision::Double);
-    if !gates.passed() {
-        return Err(SimplifyError::Gates { failures: gates.failures() });
+    let manifold = ManifoldReport::of(mesh, Precision::Double);
+    if !manifold.passed() {
+        return Err(SimplifyError::ManifoldReport { failures: manifold.failures() });
     }
     let mut state = Surface::of(mesh);
     let (mut rounds, mut passes) = (0, 0);
     for split in SPLITS {
         let before = state.triangles.len();
         let mut patches = state.patches(mesh, split);
-        let kept = settle(&mut patches, mesh, bound, &gates, &acceptable, &mut rounds);
+        let kept = resolve(&mut patches, mesh, bound, &manifold, &acceptable, &mut rounds);
         passes += 1;
         if !kept {
             break;
@@ -230,11 +230,11 @@ fn split_at(order: &mut [u32], split: f64, centroid: &(impl Fn(&u32) -> DVec3 + 
 
 /// Decimates all patches and verifies the whole, round after round, until all checks pass. Returns false if they fail even with
 /// all affected patches restored.
-fn settle(
+fn resolve(
     patches: &mut [Patch],
     original: &TriangleMesh,
     bound: f64,
-    gates: &Gates,
+    manifold: &ManifoldReport,
     acceptable: &impl Fn(&TriangleMesh) -> Vec<DVec3>,
     rounds: &mut usize,
 ) -> bool {
@@ -253,8 +253,8 @@ fn settle(
         broken.iter_mut().for_each(|vertex| *vertex = vertices[*vertex as usize]);
         let places = if broken.is_empty() { acceptable(&mesh) } else { Vec::new() };
         if broken.is_empty() && places.is_empty() {
-            let now = Gates::of(&mesh, Precision::Double);
-            return now.passed() && (now.components, now.genus) == (gates.components, gates.genus);
+            let now = ManifoldReport::of(&mesh, Precision::Double);
+            return now.passed() && (now.components, now.genus) == (manifold.components, manifold.genus);
         }
         drop(mesh);
         let locked: Vec<usize> = patches.iter().map(Patch::locked).collect();

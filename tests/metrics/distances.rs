@@ -9,7 +9,7 @@ use ldi_ops::metrics::access::{AccessCurve, Ends, access_sizes, bottlenecks, per
 use ldi_ops::metrics::components::{open_pores, rim};
 use ldi_ops::metrics::distance::{Crossings, DistanceField};
 use ldi_ops::metrics::thickness::{largest_balls, local_thickness, radii};
-use ldi_ops::metrics::{Distribution, Edges, NodeSet, Phase};
+use ldi_ops::metrics::{BoundaryCondition, Distribution, NodeSet, Phase};
 use ldi_ops::solids::{self, Surface};
 
 use crate::convergence::{Within, converges};
@@ -25,7 +25,7 @@ struct Balls {
 }
 
 impl Balls {
-    fn of(scene: &Scene, phase: Phase, edges: Edges) -> Balls {
+    fn of(scene: &Scene, phase: Phase, edges: BoundaryCondition) -> Balls {
         let region = scene.region();
         let field = DistanceField::of(&Crossings::of_images(&scene.images, &region, edges), edges);
         Balls { nodes: phase.nodes(&scene.nodes(), region.nodes()), field }
@@ -41,7 +41,7 @@ impl Balls {
         2.0 * f64::from(most) * scene.pitch()
     }
 
-    fn spans(&self, scene: &Scene, axis: Axis, edges: Edges) -> f64 {
+    fn spans(&self, scene: &Scene, axis: Axis, edges: BoundaryCondition) -> f64 {
         let rooms = radii(&self.field, &self.nodes, &largest_balls(&self.field, &self.nodes));
         let ends = Ends::of_raster(self.nodes.size(), axis);
         percolation(&rooms, &self.nodes, &ends, edges).unwrap().diameter * scene.pitch()
@@ -50,7 +50,7 @@ impl Balls {
 
 fn mean_thickness(mesh: TriangleMesh, resolution: u32) -> crate::convergence::Measured {
     let scene = Scene::of(mesh, resolution);
-    scene.measured(Balls::of(&scene, Phase::Solid, Edges::Clip).thickness(&scene).mean())
+    scene.measured(Balls::of(&scene, Phase::Solid, BoundaryCondition::Clip).thickness(&scene).mean())
 }
 
 /// A ball of radius R at R/h = 4, 8 and 24. Voxel programs give 0.60, 0.81 and 0.95 of 2R.
@@ -62,7 +62,7 @@ fn thickness_of_a_ball_converges_to_its_diameter() {
         let speck = |at: DVec3| moved(ball(0.05), DAffine3::from_translation(at));
         let corners = [DVec3::splat(-1.37), DVec3::new(1.21, 1.43, 1.33)];
         let scene = Scene::of(together([ball(1.0), speck(corners[0]), speck(corners[1])]), n * 11 / 8);
-        let balls = Balls::of(&scene, Phase::Solid, Edges::Clip);
+        let balls = Balls::of(&scene, Phase::Solid, BoundaryCondition::Clip);
         scene.measured(balls.thickness(&scene).quantile(0.5))
     });
 }
@@ -83,7 +83,7 @@ fn thickness_of_tilted_slabs_converges_to_their_width() {
         converges(&format!("thickness of a slab at {degrees}°"), 0.217, PITCH, [24, 48, 96], |n| {
             let scene = Scene::of(slab(0.217, degrees.to_radians()), n);
             // At the ends of the slab a ball that touches one face does not reach the other.
-            scene.measured(Balls::of(&scene, Phase::Solid, Edges::Clip).thickness(&scene).quantile(0.5))
+            scene.measured(Balls::of(&scene, Phase::Solid, BoundaryCondition::Clip).thickness(&scene).quantile(0.5))
         });
     }
 }
@@ -97,15 +97,15 @@ fn thickness_and_separation_of_plates_converge_to_their_distances() {
     let plates = || together([plate(-0.45, 0.1), plate(0.0, 0.1), plate(0.375, 0.25)]);
     converges("separation of plates, widest", 0.35, PITCH, [32, 64, 128], |n| {
         let scene = Scene::of(plates(), n);
-        scene.measured(Balls::of(&scene, Phase::Pore, Edges::Clip).thickness(&scene).quantile(0.9))
+        scene.measured(Balls::of(&scene, Phase::Pore, BoundaryCondition::Clip).thickness(&scene).quantile(0.9))
     });
     converges("separation of plates, narrowest", 0.2, PITCH, [32, 64, 128], |n| {
         let scene = Scene::of(plates(), n);
-        scene.measured(Balls::of(&scene, Phase::Pore, Edges::Clip).thickness(&scene).quantile(0.1))
+        scene.measured(Balls::of(&scene, Phase::Pore, BoundaryCondition::Clip).thickness(&scene).quantile(0.1))
     });
     converges("thinnest plate, 1st percentile", 0.1, PITCH, [32, 64, 128], |n| {
         let scene = Scene::of(plates(), n);
-        scene.measured(Balls::of(&scene, Phase::Solid, Edges::Clip).thickness(&scene).quantile(0.01))
+        scene.measured(Balls::of(&scene, Phase::Solid, BoundaryCondition::Clip).thickness(&scene).quantile(0.01))
     });
 }
 
@@ -117,7 +117,7 @@ fn thickness_of_rods_converges_to_their_diameter() {
     converges("thickness of a tilted rod", 0.4, PITCH, [24, 48, 96], |n| {
         let turn = DQuat::from_axis_angle(DVec3::new(1.0, 0.3, 0.0).normalize(), 0.7);
         let scene = Scene::of(moved(solids::cylinder(0.2, 2.0, 180).unwrap(), DAffine3::from_quat(turn)), n);
-        scene.measured(Balls::of(&scene, Phase::Solid, Edges::Clip).thickness(&scene).quantile(0.5))
+        scene.measured(Balls::of(&scene, Phase::Solid, BoundaryCondition::Clip).thickness(&scene).quantile(0.5))
     });
 }
 
@@ -130,13 +130,13 @@ fn thickness_of_rods_converges_to_their_diameter() {
 fn thickness_of_a_strut_node_converges_to_root_six_radii() {
     converges("thickness of a strut node", 6.0f64.sqrt() * 0.15, Within::Pitches(1.25), [32, 64, 128], |n| {
         let scene = Scene::of(struts(1, 0.15, 64), n);
-        scene.measured(Balls::of(&scene, Phase::Solid, Edges::Clip).thickness(&scene).max())
+        scene.measured(Balls::of(&scene, Phase::Solid, BoundaryCondition::Clip).thickness(&scene).max())
     });
 }
 
 #[test]
 fn percolation_and_largest_pore_of_struts_converge_to_closed_forms() {
-    for edges in [Edges::Clip, Edges::Periodic] {
+    for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
         let balls = |n: u32| {
             let scene = Scene::of(struts(2, 0.15, 48), n);
             let balls = Balls::of(&scene, Phase::Pore, edges);
@@ -150,7 +150,7 @@ fn percolation_and_largest_pore_of_struts_converge_to_closed_forms() {
                 scene.measured(balls.spans(&scene, axis, edges))
             });
         }
-        if edges == Edges::Periodic {
+        if edges == BoundaryCondition::Periodic {
             converges(&format!("largest pore of struts, {name}"), SQRT_2 - 0.3, PITCH, [32, 48, 96], |n| {
                 let (scene, balls) = balls(n);
                 scene.measured(balls.largest(&scene))
@@ -163,14 +163,14 @@ fn percolation_and_largest_pore_of_struts_converge_to_closed_forms() {
 fn percolation_and_largest_pore_of_a_gyroid_converge() {
     let balls = |n: u32| {
         let scene = Scene::of(network(Surface::Gyroid, 1, 64), n);
-        let balls = Balls::of(&scene, Phase::Pore, Edges::Periodic);
+        let balls = Balls::of(&scene, Phase::Pore, BoundaryCondition::Periodic);
         (scene, balls)
     };
     // The middle of a pore is at (⅛, ⅛, ⅛) of a cell, where |f| is greatest. The surface is nearest to it at (0, 0, 0), √3/8
     // away; that point lies on the way through the pore.
     converges("percolation of a gyroid", 0.25 * 3.0f64.sqrt(), Within::Share(0.02), [48, 64, 96], |n| {
         let (scene, balls) = balls(n);
-        scene.measured(balls.spans(&scene, Axis::X, Edges::Periodic))
+        scene.measured(balls.spans(&scene, Axis::X, BoundaryCondition::Periodic))
     });
     converges("largest pore of a gyroid", 0.459, PITCH, [32, 64, 96], |n| {
         let (scene, balls) = balls(n);
@@ -185,14 +185,15 @@ fn access_starts_at_the_open_share_and_never_rises_with_ball_size() {
     for resolution in [24, 48, 96] {
         let scene = Scene::of(hollowed(ball(1.0), &ball(0.6)), resolution);
         let region = scene.region();
-        let Balls { nodes, field } = Balls::of(&scene, Phase::Pore, Edges::Clip);
+        let Balls { nodes, field } = Balls::of(&scene, Phase::Pore, BoundaryCondition::Clip);
         let balls = largest_balls(&field, &nodes);
-        let gets_there = bottlenecks(&radii(&field, &nodes, &balls), &nodes, &rim(region.nodes()), Edges::Clip);
-        let open = open_pores(&nodes, region.nodes(), Edges::Clip);
+        let gets_there =
+            bottlenecks(&radii(&field, &nodes, &balls), &nodes, &rim(region.nodes()), BoundaryCondition::Clip);
+        let open = open_pores(&nodes, region.nodes(), BoundaryCondition::Clip);
         let [columns, rows, _] = nodes.size();
         let is_reached = |[x, y, z]: [usize; 3]| gets_there[(z * rows + y) * columns + x] > 0.0;
         assert!(open == NodeSet::from_fn(nodes.size(), is_reached));
-        let sizes = access_sizes(&balls, &gets_there, &open, Edges::Clip);
+        let sizes = access_sizes(&balls, &gets_there, &open, BoundaryCondition::Clip);
         let curve = AccessCurve::of(&sizes, &open, &nodes, scene.pitch()).unwrap();
         let share = open.count() as f64 / nodes.count() as f64;
         assert!(

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 use ldi_ops::grid::Axis;
 use ldi_ops::mesh::{Aabb, TriangleMesh};
 use ldi_ops::metrics::tortuosity::{EndCondition, diffusive, geodesic};
-use ldi_ops::metrics::{Edges, Phase};
+use ldi_ops::metrics::{BoundaryCondition, Phase};
 use ldi_ops::solids;
 
 use crate::convergence::{Within, converges};
@@ -19,12 +19,12 @@ fn scene(mesh: TriangleMesh, resolution: u32) -> Scene {
     Scene::within(mesh, Aabb { min: DVec3::splat(-0.5), max: DVec3::splat(0.5) }, resolution)
 }
 
-fn diffusion(scene: &Scene, phase: Phase, axis: Axis, edges: Edges) -> Option<f64> {
+fn diffusion(scene: &Scene, phase: Phase, axis: Axis, edges: BoundaryCondition) -> Option<f64> {
     let nodes = phase.nodes(&scene.nodes(), scene.region().nodes());
     diffusive(&nodes, axis, edges, EndCondition::Faces, 1e-8, &|_| ()).unwrap().map(|found| found.tortuosity)
 }
 
-fn shortest(scene: &Scene, phase: Phase, axis: Axis, edges: Edges) -> Option<f64> {
+fn shortest(scene: &Scene, phase: Phase, axis: Axis, edges: BoundaryCondition) -> Option<f64> {
     geodesic(&phase.nodes(&scene.nodes(), scene.region().nodes()), axis, edges).unwrap()
 }
 
@@ -43,11 +43,11 @@ fn a_straight_tube_has_tortuosity_one() {
     let tube = || solids::cylinder(0.3, 1.0, 64).unwrap();
     converges("diffusion along a tube", 1.0, Within::Difference(1e-6), RESOLUTIONS, |n| {
         let scene = scene(tube(), n);
-        scene.measured(diffusion(&scene, Phase::Solid, Axis::Z, Edges::Clip).unwrap())
+        scene.measured(diffusion(&scene, Phase::Solid, Axis::Z, BoundaryCondition::Clip).unwrap())
     });
     converges("shortest way along a tube", 1.0, Within::Difference(1e-6), RESOLUTIONS, |n| {
         let scene = scene(tube(), n);
-        scene.measured(shortest(&scene, Phase::Solid, Axis::Z, Edges::Clip).unwrap())
+        scene.measured(shortest(&scene, Phase::Solid, Axis::Z, BoundaryCondition::Clip).unwrap())
     });
 }
 
@@ -58,7 +58,7 @@ fn tortuosity_of_a_tilted_slit_follows_from_its_angle() {
     // across it.
     converges("diffusion in a slit at 30°", 1.0 / slope.cos().powi(2), Within::Share(0.05), RESOLUTIONS, |n| {
         let scene = scene(slit(0.25, slope), n);
-        scene.measured(diffusion(&scene, Phase::Solid, Axis::X, Edges::Clip).unwrap())
+        scene.measured(diffusion(&scene, Phase::Solid, Axis::X, BoundaryCondition::Clip).unwrap())
     });
     // A shortest way starts at the upper edge of the entrance, up to one slit width above the point that a parallel way would
     // start at.
@@ -66,7 +66,7 @@ fn tortuosity_of_a_tilted_slit_follows_from_its_angle() {
     let steps = (0..1000).map(|i| 1.0f64.hypot(slope.tan() - width * (f64::from(i) + 0.5) / 1000.0));
     converges("shortest way in a slit at 30°", steps.sum::<f64>() / 1000.0, Within::Share(0.02), RESOLUTIONS, |n| {
         let scene = scene(slit(0.25, slope), n);
-        scene.measured(shortest(&scene, Phase::Solid, Axis::X, Edges::Clip).unwrap())
+        scene.measured(shortest(&scene, Phase::Solid, Axis::X, BoundaryCondition::Clip).unwrap())
     });
 }
 
@@ -78,7 +78,7 @@ fn dead_ends_have_no_tortuosity() {
             moved(stub, DAffine3::from_translation(DVec3::new(0.0, 0.0, z)))
         };
         let scene = scene(together([stub(-0.275), stub(0.275)]), resolution);
-        for edges in [Edges::Clip, Edges::Periodic] {
+        for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
             assert_eq!(diffusion(&scene, Phase::Solid, Axis::Z, edges), None);
             assert_eq!(shortest(&scene, Phase::Solid, Axis::Z, edges), None);
             assert!(diffusion(&scene, Phase::Pore, Axis::Z, edges).is_some());
@@ -103,7 +103,7 @@ fn diffusion_round_cylinders_matches_rayleighs_series() {
             RESOLUTIONS,
             |n| {
                 let scene = scene(solids::cylinder(0.2, 1.0, 96).unwrap(), n);
-                scene.measured(diffusion(&scene, Phase::Pore, axis, Edges::Periodic).unwrap())
+                scene.measured(diffusion(&scene, Phase::Pore, axis, BoundaryCondition::Periodic).unwrap())
             },
         );
     }

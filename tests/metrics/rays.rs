@@ -8,11 +8,11 @@ use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
 use ldi_ops::metrics::anisotropy::{self, crossings_along};
 use ldi_ops::metrics::chords::{Chords, Counted, Weighting};
 use ldi_ops::metrics::curvature::curvature;
-use ldi_ops::metrics::elements::{Scale, SurfaceElements};
 use ldi_ops::metrics::inertia::phase_moments;
-use ldi_ops::metrics::orientation::{Plate, overhang};
+use ldi_ops::metrics::overhang::{Plate, overhang};
 use ldi_ops::metrics::profiles::profiles;
-use ldi_ops::metrics::{Edges, Facets, Phase};
+use ldi_ops::metrics::surface_area::{Scale, SurfaceElements};
+use ldi_ops::metrics::{BoundaryCondition, Facets, Phase};
 use ldi_ops::solids::{self, Surface};
 
 use crate::convergence::{Within, converges};
@@ -24,7 +24,9 @@ fn volume(scene: &Scene) -> f64 {
 
 fn chords(scene: &Scene, phase: Phase) -> Chords {
     let region = scene.region();
-    Chords::together(&scene.images.each_ref().map(|image| Chords::along(image, &region, phase, Edges::Clip)))
+    Chords::together(
+        &scene.images.each_ref().map(|image| Chords::along(image, &region, phase, BoundaryCondition::Clip)),
+    )
 }
 
 #[test]
@@ -240,16 +242,16 @@ fn gauss_curvature_gives_the_euler_characteristic() {
         let mut meshes = meshes.into_iter();
         converges(&format!("∫K/4π of a cell, {name}"), exact, Within::Difference(1e-6), [16, 24, 32], |_| {
             let scene = Scene::of(meshes.next().unwrap(), 32);
-            scene.measured(of(&scene, Edges::Periodic).gauss / (2.0 * TAU))
+            scene.measured(of(&scene, BoundaryCondition::Periodic).gauss / (2.0 * TAU))
         });
     }
     converges("∫K/4π of a ball", 1.0, Within::Difference(1e-9), [8, 16, 32], |n| {
         let scene = Scene::of(solids::geodesic(2.0, n).unwrap(), 32);
-        scene.measured(of(&scene, Edges::Clip).gauss / (2.0 * TAU))
+        scene.measured(of(&scene, BoundaryCondition::Clip).gauss / (2.0 * TAU))
     });
     converges("∫H of a ball of radius 2", 8.0 * PI, Within::Share(5e-3), [8, 16, 32], |n| {
         let scene = Scene::of(solids::geodesic(2.0, n).unwrap(), 32);
-        crate::convergence::Measured { value: of(&scene, Edges::Clip).mean, pitch: f64::from(n).recip() }
+        crate::convergence::Measured { value: of(&scene, BoundaryCondition::Clip).mean, pitch: f64::from(n).recip() }
     });
 }
 
@@ -259,7 +261,8 @@ fn chords_of_a_slab_equal_its_thickness() {
     converges("chords along z of a slab", 0.3, Within::Pitches(1e-4), [16, 32, 64], |n| {
         let ball = |x: f64| moved(ball(0.1), DAffine3::from_translation(DVec3::new(x, 0.0, x)));
         let scene = Scene::of(together([cuboid(DVec3::new(1.0, 1.0, 0.3)), ball(0.8), ball(-0.8)]), n);
-        let chords = Chords::along(&scene.images[Axis::Z.depth()], &scene.region(), Phase::Solid, Edges::Clip);
+        let chords =
+            Chords::along(&scene.images[Axis::Z.depth()], &scene.region(), Phase::Solid, BoundaryCondition::Clip);
         scene.measured(chords.distribution(Weighting::Length, Counted::Complete).unwrap().quantile(0.9))
     });
 }

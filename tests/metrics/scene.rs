@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 use ldi_ops::grid::{Axis, Grid, LatticeBox};
 use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
 use ldi_ops::mesh::{Aabb, ClosedMesh, TriangleMesh};
-use ldi_ops::metrics::elements::SurfaceElements;
+use ldi_ops::metrics::surface_area::SurfaceElements;
 use ldi_ops::metrics::{Facets, NodeSet, Region};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{FillRule, Sampler};

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use ldi_ops::metrics::components::{Components, Connectivity, open_pores};
 use ldi_ops::metrics::euler::{Betti, SurfaceCharacteristic, Topology, characteristic};
-use ldi_ops::metrics::{Edges, NodeSet, Phase};
+use ldi_ops::metrics::{BoundaryCondition, NodeSet, Phase};
 use ldi_ops::solids::Surface;
 
 use crate::convergence::{Within, converges};
@@ -27,18 +27,18 @@ fn a_hollow_is_a_closed_pore() {
         [48, 96, 192],
         |n| {
             let (scene, [_, pore]) = hollow_ball(n);
-            let open = open_pores(&pore, scene.region().nodes(), Edges::Clip);
+            let open = open_pores(&pore, scene.region().nodes(), BoundaryCondition::Clip);
             scene.measured(pore.minus(&open).count() as f64 * scene.pitch().powi(3))
         },
     );
     type Count = fn(&NodeSet, &NodeSet) -> f64;
     let counts: [(&str, f64, Count); 5] = [
-        ("pieces", 1.0, |solid, _| Components::of(solid, Connectivity::All, Edges::Clip).count() as f64),
+        ("pieces", 1.0, |solid, _| Components::of(solid, Connectivity::All, BoundaryCondition::Clip).count() as f64),
         // The pores are the hollow and the space around the ball.
-        ("pores", 2.0, |_, pore| Components::of(pore, Connectivity::Faces, Edges::Clip).count() as f64),
-        ("χ", 2.0, |solid, _| characteristic(solid, Connectivity::All, Edges::Clip) as f64),
-        ("cavities", 1.0, |solid, _| Betti::of(solid, Connectivity::All, Edges::Clip).cavities as f64),
-        ("tunnels", 0.0, |solid, _| Betti::of(solid, Connectivity::All, Edges::Clip).tunnels as f64),
+        ("pores", 2.0, |_, pore| Components::of(pore, Connectivity::Faces, BoundaryCondition::Clip).count() as f64),
+        ("χ", 2.0, |solid, _| characteristic(solid, Connectivity::All, BoundaryCondition::Clip) as f64),
+        ("cavities", 1.0, |solid, _| Betti::of(solid, Connectivity::All, BoundaryCondition::Clip).cavities as f64),
+        ("tunnels", 0.0, |solid, _| Betti::of(solid, Connectivity::All, BoundaryCondition::Clip).tunnels as f64),
     ];
     for (name, exact, count) in counts {
         converges(&format!("{name} of a hollow ball"), exact, EXACT, [24, 48, 96], |n| {
@@ -55,7 +55,7 @@ fn euler_characteristic_of_strut_blocks_is_nodes_less_struts() {
         let resolutions = [24, 32, 48].map(|n| n * cells);
         converges(&format!("χ of {cells}³ cells of struts"), exact, EXACT, resolutions, |n| {
             let scene = Scene::of(struts(cells, 0.15, n / cells), n);
-            scene.measured(characteristic(&scene.nodes(), Connectivity::All, Edges::Clip) as f64)
+            scene.measured(characteristic(&scene.nodes(), Connectivity::All, BoundaryCondition::Clip) as f64)
         });
         converges(&format!("χ of {cells}³ cells of struts, of the mesh"), exact, EXACT, resolutions, |n| {
             let scene = Scene::of(struts(cells, 0.15, n / cells), 16);
@@ -64,13 +64,13 @@ fn euler_characteristic_of_strut_blocks_is_nodes_less_struts() {
         });
         converges(&format!("χ of {cells}³ cells of struts, of their box"), -2.0, EXACT, resolutions, |n| {
             let scene = Scene::of(struts(cells, 0.15, n / cells), n);
-            let topology = Topology::of(&scene.nodes(), &scene.region(), Edges::Clip);
+            let topology = Topology::of(&scene.nodes(), &scene.region(), BoundaryCondition::Clip);
             scene.measured(topology.contribution / f64::from(cells).powi(3))
         });
     }
     converges("connectivity density of 2³ cells of struts", 17.0 / 8.0, Within::Share(1e-6), [32, 48, 64], |n| {
         let scene = Scene::of(struts(2, 0.15, n / 2), n);
-        scene.measured(Topology::of(&scene.nodes(), &scene.region(), Edges::Clip).connectivity_density)
+        scene.measured(Topology::of(&scene.nodes(), &scene.region(), BoundaryCondition::Clip).connectivity_density)
     });
 }
 
@@ -86,7 +86,7 @@ fn euler_characteristic_of_periodic_cells_is_exact() {
         converges(&format!("χ of a cell, {name}"), exact, EXACT, [24, 32, 48], |n| {
             let mesh = surface.map_or_else(|| struts(1, 0.15, n), |surface| network(surface, 1, n));
             let scene = Scene::of(mesh, n);
-            scene.measured(characteristic(&scene.nodes(), Connectivity::All, Edges::Periodic) as f64)
+            scene.measured(characteristic(&scene.nodes(), Connectivity::All, BoundaryCondition::Periodic) as f64)
         });
     }
 }

@@ -3,7 +3,7 @@
 use ldi_ops::fixed::Crossing;
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::ldi::Ldi;
-use ldi_ops::minkowski::{Outer, Polyhedron, SumMembership, cull, settle};
+use ldi_ops::minkowski::{Exterior, Polyhedron, SumMembership, cull, resolve};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Estimate, Mode};
 
@@ -121,13 +121,13 @@ fn grid(size: i32, shift: u32, lod: u32) -> Grid {
 }
 
 /// Returns the images of A ⊕ B, or of complement(complement(A) ⊕ B), along x, y and z.
-fn images(grid: &Grid, a: &Polyhedron, outer: Outer, b: &Polyhedron, mode: Mode) -> [Ldi; 3] {
+fn images(grid: &Grid, a: &Polyhedron, exterior: Exterior, b: &Polyhedron, mode: Mode) -> [Ldi; 3] {
     let sampler = CpuSampler::default();
     let (primitives, _) = cull(a, b);
-    let spans = Axis::ALL.map(|axis| primitives.spans::<Crossing, _>(grid, axis, outer, &sampler).unwrap().0);
-    let membership = SumMembership::new(a, outer, b);
-    let settled = settle(grid, spans, outer, &membership, &|_, _| ()).unwrap();
-    settled.spans.map(|spans| spans.image(grid, mode, &sampler).unwrap())
+    let spans = Axis::ALL.map(|axis| primitives.spans::<Crossing, _>(grid, axis, exterior, &sampler).unwrap().0);
+    let membership = SumMembership::new(a, exterior, b);
+    let resolved = resolve(grid, spans, exterior, &membership, &|_, _| ()).unwrap();
+    resolved.spans.map(|spans| spans.image(grid, mode, &sampler).unwrap())
 }
 
 /// Returns those spans of a ray that have a length.
@@ -162,14 +162,14 @@ fn of_union(bodies: &[Vec<HalfSpace>], shift: u32, axis: usize, position: Point)
     union(bodies.iter().filter_map(|body| clip(body, axis, position)).collect(), shift)
 }
 
-/// Returns whether every span of `inner` lies in one of `outer`.
-fn assert_inside(inner: &Ldi, outer: &Ldi, case: &str) {
+/// Returns whether every span of `inner` lies in one of `exterior`.
+fn assert_inside(inner: &Ldi, exterior: &Ldi, case: &str) {
     let (columns, rows) = inner.size();
     for ray in 0..columns * rows {
-        let outer = outer.samples(ray);
+        let exterior = exterior.samples(ray);
         for span in inner.samples(ray).chunks(2).filter(|span| span[0] < span[1]) {
-            let holds = outer.chunks(2).any(|o| o[0] <= span[0] && span[1] <= o[1]);
-            assert!(holds, "{case}, ray {ray} along {}: {span:?} in {outer:?}", inner.axis().name());
+            let holds = exterior.chunks(2).any(|o| o[0] <= span[0] && span[1] <= o[1]);
+            assert!(holds, "{case}, ray {ray} along {}: {span:?} in {exterior:?}", inner.axis().name());
         }
     }
 }
@@ -187,13 +187,13 @@ fn sums_of_heaps_equal_unions_of_hulls() {
         let hulls: Vec<Vec<HalfSpace>> = pairs.collect();
         let case = format!("seed {seed}");
         let [exact, over, under] = [Mode::Exact, Mode::Estimate(Estimate::Over), Mode::Estimate(Estimate::Under)]
-            .map(|mode| images(&grid, &first, Outer::Out, &second, mode));
+            .map(|mode| images(&grid, &first, Exterior::Out, &second, mode));
         compare(&exact, &case, |axis, position| of_union(&hulls, shift, axis, position));
         for axis in 0..3 {
             assert_inside(&under[axis], &exact[axis], &case);
             assert_inside(&exact[axis], &over[axis], &case);
         }
-        assert_eq!(exact, images(&grid, &second, Outer::Out, &first, Mode::Exact), "{case}: B ⊕ A");
+        assert_eq!(exact, images(&grid, &second, Exterior::Out, &first, Mode::Exact), "{case}: B ⊕ A");
     }
 }
 
@@ -220,7 +220,7 @@ fn differences_of_convex_bodies_match_brute_force() {
         let grid = grid(size, shift, 1024);
         let shell = hole.clone().map(Piece::reversed);
         let solid = polyhedron([&body].into_iter().chain(&shell)).complement();
-        let found = images(&grid, &solid, Outer::In, &polyhedron(&reflected), Mode::Exact);
+        let found = images(&grid, &solid, Exterior::In, &polyhedron(&reflected), Mode::Exact);
         // x + B ⊆ A in the coordinates of the reflected and moved B: A less the corners, moved.
         let points: Vec<Point> = b.iter().flat_map(Piece::points).map(|p| p.map(|c| c - i128::from(reach))).collect();
         let inner = eroded(&body.points(), &points);

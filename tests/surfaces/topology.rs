@@ -5,7 +5,7 @@ use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::{Precision, TriangleMesh};
 use ldi_ops::solids;
-use ldi_ops::surface::gates::Gates;
+use ldi_ops::surface::manifold::ManifoldReport;
 use ldi_ops::surface::{SurfaceMode, contour};
 
 use crate::crossings::assert_uncrossed;
@@ -114,8 +114,13 @@ fn surfaces_do_not_depend_on_image_order_or_thread_count() {
 fn assert_no_handles(a: TriangleMesh, b: TriangleMesh, rays: u32, what: &str) {
     let (a, b) = (closed(a), closed(b));
     let (surface, grid) = surface_of_expression("a | b", &[&a, &b], rays);
-    let gates = Gates::of(&surface.mesh, Precision::Single);
-    assert!(gates.passed() && gates.genus == Some(0), "{what}: genus {:?}, {:?}", gates.genus, gates.failures());
+    let manifold = ManifoldReport::of(&surface.mesh, Precision::Single);
+    assert!(
+        manifold.passed() && manifold.genus == Some(0),
+        "{what}: genus {:?}, {:?}",
+        manifold.genus,
+        manifold.failures()
+    );
     assert_uncrossed(&surface, &grid, what);
     assert_solid(&surface.mesh);
     let [of_a, of_b, found] = [&a, &b, &closed(surface.mesh)].map(|mesh| nodes(mesh, &grid).concat());

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use ldi_ops::fixed::Hit;
-use ldi_ops::ldi::{Ldi, Summary, Windings};
+use ldi_ops::ldi::{Ldi, VolumeSums, Windings};
 use ldi_ops::minkowski::RaySpans;
 use ldi_ops::sampler::SampleError;
 use ldi_ops::sampler::stages::{ListStages, MaskStages};
@@ -40,21 +40,21 @@ impl From<&Ldi> for Parts {
     }
 }
 
-impl From<&Summary> for Parts {
-    fn from(summary: &Summary) -> Parts {
-        let sums = summary.sums();
+impl From<&VolumeSums> for Parts {
+    fn from(volume_sums: &VolumeSums) -> Parts {
+        let sums = volume_sums.sums();
         let wide = |sums: &[i64]| sums.iter().flat_map(|&sum| words(sum as u64)).collect();
-        let windings = summary.windings().map(|Windings { wound, aligned, changes, unpaired }| {
+        let windings = volume_sums.windings().map(|Windings { wound, aligned, changes, unpaired }| {
             [wound, aligned, changes, unpaired].map(|sum| words(sum as u64)).concat()
         });
         Parts(vec![
-            ("axis", vec![summary.axis().depth() as u32, summary.grid().lod(), summary.grid().shift()]),
+            ("axis", vec![volume_sums.axis().depth() as u32, volume_sums.grid().lod(), volume_sums.grid().shift()]),
             ("steps", wide(&sums.steps)),
             ("nodes", wide(sums.nodes.as_flattened())),
             ("level", wide(&sums.level)),
-            ("layers", vec![summary.layers()]),
-            ("samples", words(summary.samples()).to_vec()),
-            ("unclosed", words(summary.unclosed()).to_vec()),
+            ("layers", vec![volume_sums.layers()]),
+            ("samples", words(volume_sums.samples()).to_vec()),
+            ("unclosed", words(volume_sums.unclosed()).to_vec()),
             ("windings", windings.unwrap_or_default()),
         ])
     }

@@ -19,12 +19,12 @@ mod manifest;
 mod models;
 mod open;
 mod rasters;
-mod settle;
+mod resolve;
 #[path = "../oracle/soups.rs"]
 mod soups;
 mod spans;
 mod stages;
-mod summaries;
 mod sums;
 mod triangles;
 mod twin;
+mod volume_sums;

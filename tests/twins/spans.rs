@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use ldi_ops::fixed::{Crossing, Hit, TriangleHit};
 use ldi_ops::grid::{Axis, Grid};
-use ldi_ops::minkowski::{Outer, Primitives, RaySpans};
+use ldi_ops::minkowski::{Exterior, Primitives, RaySpans};
 use ldi_ops::sampler::SampleError;
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::{GpuOptions, Route};
@@ -15,7 +15,7 @@ use crate::layers::plates;
 use crate::soups::{self, Frame, Random, Soup};
 use crate::twin::{self, Twin};
 
-const OUTERS: [Outer; 2] = [Outer::Out, Outer::In];
+const OUTERS: [Exterior; 2] = [Exterior::Out, Exterior::In];
 
 type Spans<H> = Result<(RaySpans<H>, u64), SampleError>;
 
@@ -23,8 +23,8 @@ fn primitives(soup: &Soup) -> Primitives {
     Primitives { positions: soup.positions.clone(), triangles: soup.triangles.clone() }
 }
 
-fn by_cpu<H: Hit>(primitives: &Primitives, grid: &Grid, axis: Axis, outer: Outer) -> Spans<H> {
-    primitives.spans(grid, axis, outer, &CpuSampler::default()).map_err(SampleError::from)
+fn by_cpu<H: Hit>(primitives: &Primitives, grid: &Grid, axis: Axis, exterior: Exterior) -> Spans<H> {
+    primitives.spans(grid, axis, exterior, &CpuSampler::default()).map_err(SampleError::from)
 }
 
 /// Compares the crossings kept along an axis, with triangles and without; returns those kept with triangles.
@@ -34,14 +34,14 @@ fn compare(
     primitives: &Primitives,
     grid: &Grid,
     axis: Axis,
-    outer: Outer,
+    exterior: Exterior,
 ) -> RaySpans<TriangleHit> {
-    let plain: Spans<Crossing> = by_cpu(primitives, grid, axis, outer);
-    let hits: Spans<TriangleHit> = by_cpu(primitives, grid, axis, outer);
+    let plain: Spans<Crossing> = by_cpu(primitives, grid, axis, exterior);
+    let hits: Spans<TriangleHit> = by_cpu(primitives, grid, axis, exterior);
     for twin in twins {
-        let what = format_args!("{what}, {axis:?}, {outer:?}; {}", twin.name());
-        assert_same(what, &primitives.spans(grid, axis, outer, &twin.gpu), &plain);
-        assert_same(format_args!("{what}, triangles"), &primitives.spans(grid, axis, outer, &twin.gpu), &hits);
+        let what = format_args!("{what}, {axis:?}, {exterior:?}; {}", twin.name());
+        assert_same(what, &primitives.spans(grid, axis, exterior, &twin.gpu), &plain);
+        assert_same(format_args!("{what}, triangles"), &primitives.spans(grid, axis, exterior, &twin.gpu), &hits);
     }
     hits.unwrap().0
 }
@@ -65,13 +65,14 @@ fn soups_have_equal_gaps() {
                 soup.triangles.remove(random.below(soup.triangles.len()));
             }
             let grid = grid(&frame, lod(&mut random));
-            for (axis, outer) in Axis::ALL.into_iter().zip([Outer::Out, Outer::In, OUTERS[seed as usize % 2]]) {
+            for (axis, exterior) in Axis::ALL.into_iter().zip([Exterior::Out, Exterior::In, OUTERS[seed as usize % 2]])
+            {
                 let what = format_args!("{name}, seed {seed}");
-                let kept = compare(what, &twins, &primitives(&soup), &grid, axis, outer);
+                let kept = compare(what, &twins, &primitives(&soup), &grid, axis, exterior);
                 let rays = kept.offsets.windows(2).map(|ends| ends[1] - ends[0]);
                 for ray in rays.enumerate().filter(|(_, count)| *count > 0).map(|(ray, _)| kept.of_ray(ray as u32)) {
-                    gaps += (ray.len() - outer.first_gap()) / 2;
-                    alone += usize::from(outer == Outer::Out && ray.len() == 2 && ray[0] == ray[1]);
+                    gaps += (ray.len() - exterior.first_gap()) / 2;
+                    alone += usize::from(exterior == Exterior::Out && ray.len() == 2 && ray[0] == ray[1]);
                 }
             }
         }
@@ -83,7 +84,9 @@ fn soups_have_equal_gaps() {
 #[test]
 fn thousands_of_crossings_on_a_ray_have_equal_gaps() {
     let frame = Frame { shift: 20, rays: [2, 3, 2] };
-    for (axis, outer, thickness) in [(Axis::X, Outer::Out, 2), (Axis::Y, Outer::In, 100), (Axis::Z, Outer::Out, 1000)] {
+    for (axis, exterior, thickness) in
+        [(Axis::X, Exterior::Out, 2), (Axis::Y, Exterior::In, 100), (Axis::Z, Exterior::Out, 1000)]
+    {
         let mut random = Random::new(9);
         let mut soup = Soup::default();
         for _ in 0..1500 {
@@ -94,7 +97,7 @@ fn thousands_of_crossings_on_a_ray_have_equal_gaps() {
             soup.add(&plates(&frame, axis, 1, thickness, 0, first));
         }
         let grid = grid(&frame, 64);
-        let kept = compare("plates", &by_lists(twin::all()), &primitives(&soup), &grid, axis, outer);
+        let kept = compare("plates", &by_lists(twin::all()), &primitives(&soup), &grid, axis, exterior);
         let most = kept.offsets.windows(2).map(|ends| ends[1] - ends[0]).max();
         assert!(most > Some(1500), "{most:?} ends of gaps on a ray");
     }
@@ -118,8 +121,8 @@ fn bands_have_equal_gaps() {
     soup.add(&soups::mixture(&mut random, &frame));
     soup.triangles.remove(0);
     let grid = grid(&frame, 100);
-    for (axis, outer) in Axis::ALL.into_iter().zip([Outer::In, Outer::Out, Outer::In]) {
-        compare("a heap", &twins, &primitives(&soup), &grid, axis, outer);
+    for (axis, exterior) in Axis::ALL.into_iter().zip([Exterior::In, Exterior::Out, Exterior::In]) {
+        compare("a heap", &twins, &primitives(&soup), &grid, axis, exterior);
     }
 }
 
@@ -131,7 +134,7 @@ fn empty_and_missed_primitives_have_no_gaps() {
     let edge_on = primitives(&Soup { positions: vec![[0; 3], [40, 0, 0], [0, 2, 0]], triangles: vec![[0, 1, 2]] });
     for axis in Axis::ALL {
         for (name, primitives) in [("no triangle", &empty), ("a missed one", &edge_on)] {
-            let kept = compare(name, &by_lists(twin::all()), primitives, &grid(&frame, 64), axis, Outer::Out);
+            let kept = compare(name, &by_lists(twin::all()), primitives, &grid(&frame, 64), axis, Exterior::Out);
             assert!(kept.hits.is_empty() && kept.offsets.iter().all(|&offset| offset == 0), "{name}");
         }
     }
@@ -143,17 +146,17 @@ fn different_lists_are_not_equal() {
     let grid = grid(&frame, 64);
     let mut soup = soups::cuboid([10, 12, 14], [40, 100, 120]);
     soup.add(&soups::cuboid([60, 10, 10], [90, 100, 120]));
-    let parts = |soup: &Soup, outer: Outer| {
-        let spans: (RaySpans<TriangleHit>, u64) = by_cpu(&primitives(soup), &grid, Axis::X, outer).unwrap();
+    let parts = |soup: &Soup, exterior: Exterior| {
+        let spans: (RaySpans<TriangleHit>, u64) = by_cpu(&primitives(soup), &grid, Axis::X, exterior).unwrap();
         Parts::from(&spans)
     };
-    let whole = parts(&soup, Outer::Out);
-    assert_eq!(difference(&whole, &parts(&soup, Outer::Out)), None);
-    assert!(difference(&whole, &parts(&soup, Outer::In)).is_some(), "other hits");
+    let whole = parts(&soup, Exterior::Out);
+    assert_eq!(difference(&whole, &parts(&soup, Exterior::Out)), None);
+    assert!(difference(&whole, &parts(&soup, Exterior::In)).is_some(), "other hits");
     let mut renumbered = soup.clone();
     renumbered.triangles.reverse();
-    assert!(difference(&whole, &parts(&renumbered, Outer::Out)).is_some(), "other triangles");
+    assert!(difference(&whole, &parts(&renumbered, Exterior::Out)).is_some(), "other triangles");
     let mut with_inner = soup.clone();
     with_inner.add(&soups::cuboid([20, 20, 20], [30, 90, 90]));
-    assert!(difference(&whole, &parts(&with_inner, Outer::Out)).is_some(), "more crossings");
+    assert!(difference(&whole, &parts(&with_inner, Exterior::Out)).is_some(), "more crossings");
 }

@@ -209,7 +209,7 @@ const PROOF: &str = "no two triangles touch or cross but in shared corners and s
 
 /// Returns the statistics of a step of a sum.
 fn step(report: &StepReport) -> Value {
-    let StepReport { operation, distance, pairs, primitives, sampled, crossings, settled, .. } = report;
+    let StepReport { operation, distance, pairs, primitives, sampled, crossings, resolved, .. } = report;
     json!({
         "operation": operation,
         "distance": distance,
@@ -221,8 +221,8 @@ fn step(report: &StepReport) -> Value {
         "primitives": primitives,
         "sampled": sampled,
         "crossings": crossings,
-        "components": { "tested": settled.components, "cavities": settled.cavities, "filled": settled.filled },
-        "gaps": { "found": settled.gaps, "tested": settled.gaps_tested, "kept": settled.gaps_out },
+        "components": { "tested": resolved.components, "cavities": resolved.cavities, "filled": resolved.filled },
+        "gaps": { "found": resolved.gaps, "tested": resolved.gaps_tested, "kept": resolved.gaps_out },
     })
 }
 

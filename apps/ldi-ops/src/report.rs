@@ -14,7 +14,7 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::check::Severity;
 use ldi_ops::number::number;
 use ldi_ops::report::files::Reported;
-use ldi_ops::report::sheet::{LimitOutcome, Metric, Sheet};
+use ldi_ops::report::scaffold_report::{LimitOutcome, Metric, ScaffoldReport};
 use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::unit;
 use ldi_ops::with_error;
@@ -79,7 +79,7 @@ fn reported(result: &Reported) -> String {
     tables.join("\n")
 }
 
-fn one_reported(sheet: &Sheet) -> String {
+fn one_reported(sheet: &ScaffoldReport) -> String {
     let mut table = Table::default();
     table.line("report", &sheet.title);
     for id in KEY_METRICS {
@@ -289,7 +289,7 @@ fn images(table: &mut Table, result: &Measured, ran: &Ran) {
 
 /// Adds the statistics of a step of a sum, on two lines.
 fn sum_step(table: &mut Table, report: &StepReport, unit: Option<LengthUnit>) {
-    let StepReport { operation, distance, pairs, primitives, sampled, crossings, settled, .. } = report;
+    let StepReport { operation, distance, pairs, primitives, sampled, crossings, resolved, .. } = report;
     let by = distance.map(|distance| format!(" by {}{}", number(distance), unit::suffix(unit, 1)));
     let pairs =
         pairs.map(|pairs| format!(" of {} pairs kept, {} visited of {}", pairs.kept, pairs.visited, pairs.candidates));
@@ -299,10 +299,10 @@ fn sum_step(table: &mut Table, report: &StepReport, unit: Option<LengthUnit>) {
     table.more(format_args!(
         "{sampled} sampled{}; {} components and {} gaps tested: {} out, {} in",
         crossings.unwrap_or_default(),
-        settled.components,
-        settled.gaps_tested,
-        settled.cavities,
-        settled.filled
+        resolved.components,
+        resolved.gaps_tested,
+        resolved.cavities,
+        resolved.filled
     ));
 }
 

@@ -1,4 +1,4 @@
-//! Where the crossings of primitives are found and gaps settled: on the CPU, or on the GPU that was asked for.
+//! Where the crossings of primitives are found and gaps resolved: on the CPU, or on the GPU that was asked for.
 //!
 //! Culling takes milliseconds and images are made of what has come back, so both stay on the CPU, and so does the forecast on
 //! its coarse raster. The bits are the same by either. A GPU that gives up is an error and never a reason for the CPU to go on.
@@ -10,10 +10,10 @@ use crate::driver::job::Backend;
 use crate::fixed::Hit;
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Grid};
-use crate::minkowski::{Membership, Outer, Primitives, RaySpans, SettleError, Settled, settle};
+use crate::minkowski::{Exterior, Membership, Primitives, RaySpans, ResolveError, ResolvedSpans, resolve};
 use crate::sampler::cpu::CpuSampler;
 
-/// Bits that settling on the CPU remembers of a node: two planes of each slab are kept.
+/// Bits that resolving on the CPU remembers of a node: two planes of each slab are kept.
 const BITS_OF_NODE: f64 = 0.5;
 
 /// Bits of a node that a GPU sends back at the most: two states, three walls, and what of them is open, and begins a run.
@@ -54,7 +54,7 @@ impl SumBackend {
         }
     }
 
-    /// Bits of the host that settling takes for each node.
+    /// Bits of the host that resolving takes for each node.
     pub fn bits_of_node(&self) -> f64 {
         match self {
             SumBackend::Cpu => BITS_OF_NODE,
@@ -68,26 +68,26 @@ impl SumBackend {
         primitives: &Primitives,
         grid: &Grid,
         axis: Axis,
-        outer: Outer,
+        exterior: Exterior,
     ) -> Result<(RaySpans<H>, u64), Error> {
         match self {
-            SumBackend::Cpu => primitives.spans(grid, axis, outer, &CpuSampler::default()).map_err(Error::machine),
-            SumBackend::Gpu(gpu) => Ok(gpu.spans(primitives, grid, axis, outer)?),
+            SumBackend::Cpu => primitives.spans(grid, axis, exterior, &CpuSampler::default()).map_err(Error::machine),
+            SumBackend::Gpu(gpu) => Ok(gpu.spans(primitives, grid, axis, exterior)?),
         }
     }
 
     /// Removes gaps that are none, if no two rays contradict one another and the device does not fail.
-    pub fn settle<H: Hit + Sync>(
+    pub fn resolve<H: Hit + Sync>(
         &self,
         grid: &Grid,
         spans: [RaySpans<H>; 3],
-        outer: Outer,
+        exterior: Exterior,
         membership: &impl Membership,
         tell: &(dyn Fn(u64, u64) + Sync),
-    ) -> Result<Result<Settled<H>, SettleError>, DeviceError> {
+    ) -> Result<Result<ResolvedSpans<H>, ResolveError>, DeviceError> {
         match self {
-            SumBackend::Cpu => Ok(settle(grid, spans, outer, membership, tell)),
-            SumBackend::Gpu(gpu) => gpu.settle(grid, spans, outer, membership, tell),
+            SumBackend::Cpu => Ok(resolve(grid, spans, exterior, membership, tell)),
+            SumBackend::Gpu(gpu) => gpu.resolve(grid, spans, exterior, membership, tell),
         }
     }
 }

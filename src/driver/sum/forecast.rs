@@ -36,12 +36,12 @@ fn coarser(grid: &Grid) -> Option<Grid> {
 }
 
 impl Forecast {
-    /// Samples on a coarser raster. `settle` removes gaps that are none, as far as it can be done there; `surface` is what is
+    /// Samples on a coarser raster. `resolve` removes gaps that are none, as far as it can be done there; `surface` is what is
     /// sampled where there is no room for a coarser raster, and how many of its crossings are then taken to be kept.
     pub fn of<E: From<Error>>(
         grid: &Grid,
         spans: impl Fn(&Grid, Axis) -> Result<RaySpans<Crossing>, TooManySamples>,
-        settle: impl FnOnce(&Grid, [RaySpans<Crossing>; 3]) -> Result<[RaySpans<Crossing>; 3], E>,
+        resolve: impl FnOnce(&Grid, [RaySpans<Crossing>; 3]) -> Result<[RaySpans<Crossing>; 3], E>,
         surface: (&[[i32; 3]], &[[u32; 3]], f64),
     ) -> Result<Forecast, E> {
         let Some(coarse) = coarser(grid) else {
@@ -54,7 +54,7 @@ impl Forecast {
         let scale = (coarse.pitch() / grid.pitch()).powi(2);
         let count = |spans: &[RaySpans<Crossing>; 3]| spans.iter().map(|along| along.hits.len()).sum::<usize>() as f64;
         let kept = scale * count(&spans);
-        Ok(Forecast { kept, samples: scale * count(&settle(&coarse, spans)?) })
+        Ok(Forecast { kept, samples: scale * count(&resolve(&coarse, spans)?) })
     }
 }
 

@@ -5,8 +5,8 @@ use crate::driver::gpu;
 use crate::fixed::Hit;
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Grid};
-use crate::minkowski::settle::gpu::{GpuSettleError, GpuSettler};
-use crate::minkowski::{Membership, Outer, Primitives, RaySpans, SettleError, Settled};
+use crate::minkowski::resolve::gpu::{GpuResolveError, GpuResolver};
+use crate::minkowski::{Exterior, Membership, Primitives, RaySpans, ResolveError, ResolvedSpans};
 use crate::sampler::SampleError;
 use crate::sampler::gpu::GpuSampler;
 
@@ -15,20 +15,20 @@ pub struct SumGpu {
     /// What it is called in results.
     pub name: String,
     sampler: GpuSampler,
-    settler: GpuSettler,
+    resolver: GpuResolver,
 }
 
 impl SumGpu {
     /// Opens the adapter of a name, or the first one.
     pub fn open(wanted: Option<&str>) -> Result<SumGpu, Error> {
         let (name, sampler) = gpu::sampler(wanted)?;
-        let settler = GpuSettler::new(sampler.device());
-        Ok(SumGpu { name, sampler, settler })
+        let resolver = GpuResolver::new(sampler.device());
+        Ok(SumGpu { name, sampler, resolver })
     }
 
-    /// Whether there is room for settling on a grid.
+    /// Whether there is room for resolving on a grid.
     pub fn admit(&self, grid: &Grid) -> Result<(), DeviceError> {
-        self.settler.admit(grid)
+        self.resolver.admit(grid)
     }
 
     pub fn spans<H: Hit>(
@@ -36,23 +36,23 @@ impl SumGpu {
         primitives: &Primitives,
         grid: &Grid,
         axis: Axis,
-        outer: Outer,
+        exterior: Exterior,
     ) -> Result<(RaySpans<H>, u64), SampleError> {
-        primitives.spans(grid, axis, outer, &self.sampler)
+        primitives.spans(grid, axis, exterior, &self.sampler)
     }
 
-    pub fn settle<H: Hit + Sync>(
+    pub fn resolve<H: Hit + Sync>(
         &self,
         grid: &Grid,
         spans: [RaySpans<H>; 3],
-        outer: Outer,
+        exterior: Exterior,
         membership: &impl Membership,
         tell: &(dyn Fn(u64, u64) + Sync),
-    ) -> Result<Result<Settled<H>, SettleError>, DeviceError> {
-        match self.settler.settle(grid, spans, outer, membership, tell) {
-            Ok(settled) => Ok(Ok(settled)),
-            Err(GpuSettleError::Settle(error)) => Ok(Err(error)),
-            Err(GpuSettleError::Device(error)) => Err(error),
+    ) -> Result<Result<ResolvedSpans<H>, ResolveError>, DeviceError> {
+        match self.resolver.resolve(grid, spans, exterior, membership, tell) {
+            Ok(resolved) => Ok(Ok(resolved)),
+            Err(GpuResolveError::Resolve(error)) => Ok(Err(error)),
+            Err(GpuResolveError::Device(error)) => Err(error),
         }
     }
 }

@@ -18,7 +18,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::grid::Axis;
 use crate::integrate::{AxisVolume, VolumeEstimate};
-use crate::ldi::Summary;
+use crate::ldi::VolumeSums;
 use crate::mesh::{Aabb, ClosedMesh, Precision};
 use crate::sampler::{FillRule, Mode};
 
@@ -103,15 +103,15 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     }
     let raster = Raster::of(job, (operation, spacing), &solids);
     let operated = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?;
-    let Made { grid, summaries, images, normals, bias, .. } = operated.last;
+    let Made { grid, volume_sums, images, normals, bias, .. } = operated.last;
     progress.stage("coarser rasters")?;
     let mut coarser = Vec::new();
     for ratio in check_pitches(&job.axes) {
-        let raster = Raster { pitch: ratio * grid.pitch(), axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Summaries };
+        let raster = Raster { pitch: ratio * grid.pitch(), axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Sums };
         let made = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?.last;
-        coarser.push(axis_volumes(&made.summaries));
+        coarser.push(axis_volumes(&made.volume_sums));
     }
-    let mut rays = VolumeEstimate::from_rasters(&axis_volumes(&summaries), &coarser);
+    let mut rays = VolumeEstimate::from_rasters(&axis_volumes(&volume_sums), &coarser);
     rays.error = rays.error.max(bias);
     let volume = Volume::estimate(rays, [0.0, result_box(operation, &solids).extent().element_product()], None);
     warnings.extend(operated.warnings);
@@ -125,13 +125,13 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         );
         warnings.push(Warning::new("folded", message));
     }
-    if summaries.iter().all(|summary| summary.samples() == 0) {
+    if volume_sums.iter().all(|volume_sums| volume_sums.samples() == 0) {
         warnings.push(empty(operation, grid.pitch()));
     }
 
     let mut layers = [None; 3];
-    for summary in &summaries {
-        layers[summary.axis().depth()] = Some(summary.layers());
+    for volume_sums in &volume_sums {
+        layers[volume_sums.axis().depth()] = Some(volume_sums.layers());
     }
     Ok(Measured {
         command: job.operation.command(),
@@ -140,7 +140,7 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         volume,
         grid,
         layers,
-        samples: summaries.iter().map(|summary| summary.samples()).sum(),
+        samples: volume_sums.iter().map(|volume_sums| volume_sums.samples()).sum(),
         unclosed: 0,
         mode: job.mode,
         fill: job.fill,
@@ -222,7 +222,7 @@ fn operate(
     let (images, normals, volume) = (
         &between.images,
         Some(&between.normals[..]),
-        Some(VolumeEstimate::from_axes(&axis_volumes(&between.summaries))),
+        Some(VolumeEstimate::from_axes(&axis_volumes(&between.volume_sums))),
     );
     let imaged = Imaged { images, normals, mode: Mode::Exact, unit: None, volume };
     let (mesh, found) = surface::mesh(&imaged, Finish::default(), Precision::Double, progress)?;
@@ -244,8 +244,8 @@ fn operate(
     Ok(Operated { last, report: SumReport { steps, memory_limit: limit.bytes() }, warnings })
 }
 
-fn axis_volumes(summaries: &[Summary]) -> Vec<AxisVolume> {
-    summaries.iter().map(AxisVolume::from_summary).collect()
+fn axis_volumes(volume_sums: &[VolumeSums]) -> Vec<AxisVolume> {
+    volume_sums.iter().map(AxisVolume::from_sums).collect()
 }
 
 fn closed(solid: &Solid) -> &ClosedMesh {

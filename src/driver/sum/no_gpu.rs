@@ -6,7 +6,7 @@ use crate::Error;
 use crate::driver::gpu;
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Grid};
-use crate::minkowski::{Outer, Primitives, RaySpans, SettleError, Settled};
+use crate::minkowski::{Exterior, Primitives, RaySpans, ResolveError, ResolvedSpans};
 use crate::sampler::SampleError;
 
 /// A GPU that is never open.
@@ -24,18 +24,18 @@ impl SumGpu {
         match self.never {}
     }
 
-    pub fn spans<H>(&self, _: &Primitives, _: &Grid, _: Axis, _: Outer) -> Result<(RaySpans<H>, u64), SampleError> {
+    pub fn spans<H>(&self, _: &Primitives, _: &Grid, _: Axis, _: Exterior) -> Result<(RaySpans<H>, u64), SampleError> {
         match self.never {}
     }
 
-    pub fn settle<H, M>(
+    pub fn resolve<H, M>(
         &self,
         _: &Grid,
         _: [RaySpans<H>; 3],
-        _: Outer,
+        _: Exterior,
         _: &M,
         _: &(dyn Fn(u64, u64) + Sync),
-    ) -> Result<Result<Settled<H>, SettleError>, DeviceError> {
+    ) -> Result<Result<ResolvedSpans<H>, ResolveError>, DeviceError> {
         match self.never {}
     }
 }

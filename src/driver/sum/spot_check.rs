@@ -1,4 +1,4 @@
-//! Whether a settled sum says of nodes anywhere what the operands say.
+//! Whether a resolved sum says of nodes anywhere what the operands say.
 //!
 //! A flood is spoilt as a whole by one ray that slips through between two primitives. That must not happen, and if it does,
 //! nothing of the result is right; a few thousand nodes then tell, and cost a few milliseconds.
@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::fixed::Hit;
 use crate::grid::{Axis, Grid};
-use crate::minkowski::{Membership, Outer, RaySpans};
+use crate::minkowski::{Exterior, Membership, RaySpans};
 
 /// Nodes that are looked at.
 const NODES: u64 = 4096;
@@ -16,7 +16,7 @@ const NODES: u64 = 4096;
 pub fn first_difference<H: Hit + Sync, M: Membership>(
     grid: &Grid,
     spans: &[RaySpans<H>; 3],
-    outer: Outer,
+    exterior: Exterior,
     membership: &M,
 ) -> Option<[u32; 3]> {
     let along_z = &spans[Axis::Z.depth()];
@@ -25,17 +25,17 @@ pub fn first_difference<H: Hit + Sync, M: Membership>(
         .map_init(M::Memory::default, |memory, at| {
             let node = node(grid, at);
             let is_in = membership.contains(node.map(|index| grid.node(index)), memory);
-            (is_in != is_in_spans(grid, along_z, outer, node)).then_some(node)
+            (is_in != is_in_spans(grid, along_z, exterior, node)).then_some(node)
         })
         .find_map_first(|difference| difference)
 }
 
 /// Whether a node lies in the spans of rays along z.
-fn is_in_spans<H: Hit>(grid: &Grid, spans: &RaySpans<H>, outer: Outer, [x, y, z]: [u32; 3]) -> bool {
+fn is_in_spans<H: Hit>(grid: &Grid, spans: &RaySpans<H>, exterior: Exterior, [x, y, z]: [u32; 3]) -> bool {
     let (columns, _) = grid.image_size(Axis::Z);
     let is_before = |hit: &H| hit.crossing().nearest() < grid.node(z);
     let ends = spans.of_ray(y * columns + x).partition_point(is_before);
-    (ends % 2 == 1) != (outer == Outer::In)
+    (ends % 2 == 1) != (exterior == Exterior::In)
 }
 
 /// Some node, always the same for one number: splitmix64.
@@ -80,12 +80,12 @@ mod tests {
             triangles: vec![[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]],
         };
         let sampler = CpuSampler::default();
-        let along = |axis| Ok(primitives.spans::<Crossing, _>(&grid, axis, Outer::Out, &sampler)?.0);
+        let along = |axis| Ok(primitives.spans::<Crossing, _>(&grid, axis, Exterior::Out, &sampler)?.0);
         let spans = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
-        assert_eq!(first_difference(&grid, &spans, Outer::Out, &Below(top)), None);
-        let found = first_difference(&grid, &spans, Outer::Out, &Below(top + top / 8)).unwrap();
+        assert_eq!(first_difference(&grid, &spans, Exterior::Out, &Below(top)), None);
+        let found = first_difference(&grid, &spans, Exterior::Out, &Below(top + top / 8)).unwrap();
         assert!((top..top + top / 8).contains(&grid.node(found[2])), "{found:?}");
-        assert!(first_difference(&grid, &spans, Outer::In, &Below(top)).is_some());
+        assert!(first_difference(&grid, &spans, Exterior::In, &Below(top)).is_some());
         Ok(())
     }
 }

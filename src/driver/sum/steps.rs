@@ -15,11 +15,11 @@ use crate::driver::measure::Seconds;
 use crate::fixed::{Crossing, Hit, TriangleHit};
 use crate::grid::{Axis, Grid, SumGrid, offset_grid};
 use crate::integrate;
-use crate::ldi::{Ldi, Summary};
+use crate::ldi::{Ldi, VolumeSums};
 use crate::mesh::ClosedMesh;
 use crate::minkowski::ball::{BallMembership, BallPatches, PatchCounts};
 use crate::minkowski::{
-    CullCounts, Interior, Membership, Outer, Polyhedron, RaySpans, SettleCounts, Settled, SumMembership, cull,
+    CullCounts, Exterior, Interior, Membership, Polyhedron, RaySpans, ResolveCounts, ResolvedSpans, SumMembership, cull,
 };
 use crate::number::number;
 use crate::progress::Monitor;
@@ -40,7 +40,7 @@ pub enum Step<'m> {
 /// So many triangles are sampled before it is known which of them lie inside.
 const FEW: usize = 1 << 15;
 
-/// Bytes that settling remembers of a gap: its place, and what set of nodes it belongs to.
+/// Bytes that resolving remembers of a gap: its place, and what set of nodes it belongs to.
 const BYTES_OF_GAP: f64 = 12.0;
 
 /// Bytes that finding the closest triangle takes for each.
@@ -51,7 +51,7 @@ const BYTES_OF_NORMAL: f64 = 16.0;
 
 /// Bytes beside spans and images.
 #[derive(Clone, Copy, Debug, Default)]
-struct Beside {
+struct ExtraMemory {
     /// Whatever the pitch.
     fixed: f64,
     /// Grows with the number of rays.
@@ -68,23 +68,23 @@ enum Sides {
 }
 
 /// Why a step could not be made.
-enum Unmade {
+enum StepError {
     /// Rays contradict one another, or exact tests.
     Contradiction(Error),
     /// All else.
     Failed(Error),
 }
 
-impl From<Error> for Unmade {
-    fn from(failure: Error) -> Unmade {
-        Unmade::Failed(failure)
+impl From<Error> for StepError {
+    fn from(failure: Error) -> StepError {
+        StepError::Failed(failure)
     }
 }
 
-impl From<Unmade> for Error {
-    fn from(unmade: Unmade) -> Error {
+impl From<StepError> for Error {
+    fn from(unmade: StepError) -> Error {
         match unmade {
-            Unmade::Contradiction(failure) | Unmade::Failed(failure) => failure,
+            StepError::Contradiction(failure) | StepError::Failed(failure) => failure,
         }
     }
 }
@@ -111,7 +111,7 @@ pub struct Setting<'s> {
 pub struct Made {
     pub grid: Grid,
     /// Along the axes that are wanted.
-    pub summaries: Vec<Summary>,
+    pub volume_sums: Vec<VolumeSums>,
     /// Those, if they are kept.
     pub images: Vec<Ldi>,
     /// Of the primitives that the images' triangles are.
@@ -139,7 +139,7 @@ pub struct StepReport {
     /// Crossings of rays along x, y and z with those that are sampled.
     pub crossings: Option<[u64; 3]>,
     /// Counts of the resolution of gaps.
-    pub settled: SettleCounts,
+    pub resolved: ResolveCounts,
     /// The most bytes that the step was expected to hold.
     pub memory_estimate: u64,
 }
@@ -157,12 +157,12 @@ impl Setting<'_> {
     /// when it was rounded to the lattice; the step is then made with both sides of all.
     fn made<H: Hit + Sync>(&self, a: &ClosedMesh, step: &Step, seconds: &mut Seconds) -> Result<Made, Error> {
         let mut of_sides = |sides| match *step {
-            Step::Sum(b) => self.of_pair::<H>(a, b, Outer::Out, sides, seconds),
-            Step::DifferenceOfReflected(b) => self.of_pair::<H>(a, b, Outer::In, sides, seconds),
+            Step::Sum(b) => self.of_pair::<H>(a, b, Exterior::Out, sides, seconds),
+            Step::DifferenceOfReflected(b) => self.of_pair::<H>(a, b, Exterior::In, sides, seconds),
             Step::Offset(distance) => self.of_ball::<H>(a, distance, sides, seconds),
         };
         match of_sides(Sides::Behind) {
-            Err(Unmade::Contradiction(_)) => {
+            Err(StepError::Contradiction(_)) => {
                 self.progress.detail(format_args!("facets contradict one another: taken from both sides"));
                 Ok(of_sides(Sides::Both)?)
             }
@@ -170,27 +170,27 @@ impl Setting<'_> {
         }
     }
 
-    /// A sum, or with [`Outer::In`] a difference of the reflected.
+    /// A sum, or with [`Exterior::In`] a difference of the reflected.
     fn of_pair<H: Hit + Sync>(
         &self,
         a: &ClosedMesh,
         b: &ClosedMesh,
-        outer: Outer,
+        exterior: Exterior,
         sides: Sides,
         seconds: &mut Seconds,
-    ) -> Result<Made, Unmade> {
+    ) -> Result<Made, StepError> {
         let start = Instant::now();
         self.progress.stage("culling")?;
         let grids = SumGrid::with_pitch(a.bounds(), b.bounds(), self.pitch, self.lod);
         let SumGrid { sum: grid, a: grid_a, b: grid_b } = grids.map_err(|error| self.refused(&error))?;
-        let (a, b) = (self.polyhedron(&grid_a, a, outer)?, self.polyhedron(&grid_b, b, Outer::Out)?);
+        let (a, b) = (self.polyhedron(&grid_a, a, exterior)?, self.polyhedron(&grid_b, b, Exterior::Out)?);
         let (mut primitives, pairs) = match sides {
             Sides::Behind => cull(&a, &b),
             Sides::Both => cull(&a.two_sided(), &b.two_sided()),
         };
         let sampler = CpuSampler::default();
         if primitives.triangles.len() > FEW {
-            primitives = primitives.outside(&Interior::new(&grid, &a, outer, &b, &sampler));
+            primitives = primitives.outside(&Interior::new(&grid, &a, exterior, &b, &sampler));
         }
         let culled = start.elapsed().as_secs_f64();
         let CullCounts { candidates, visited, kept, distinct } = pairs;
@@ -201,26 +201,26 @@ impl Setting<'_> {
         ));
 
         self.progress.stage("looking ahead")?;
-        let membership = SumMembership::new(&a, outer, &b);
-        let forecast = Forecast::of::<Unmade>(
+        let membership = SumMembership::new(&a, exterior, &b);
+        let forecast = Forecast::of::<StepError>(
             &grid,
-            |grid, axis| Ok(primitives.spans(grid, axis, outer, &sampler)?.0),
-            |grid, spans| Ok(self.settled_spans(&SumBackend::Cpu, grid, spans, outer, &membership)?.spans),
+            |grid, axis| Ok(primitives.spans(grid, axis, exterior, &sampler)?.0),
+            |grid, spans| Ok(self.resolved_spans(&SumBackend::Cpu, grid, spans, exterior, &membership)?.spans),
             // Of crossings in any order half are the ends of what may be a gap.
             (&primitives.positions, &primitives.triangles, 0.5),
         )?;
-        let memory_estimate = self.admit::<H>(&grid, &forecast, Beside::default())?;
+        let memory_estimate = self.admit::<H>(&grid, &forecast, ExtraMemory::default())?;
         seconds.operate += start.elapsed().as_secs_f64();
 
         let (spans, crossings) =
-            self.sampled::<H>(seconds, &grid, |axis| self.backend.spans(&primitives, &grid, axis, outer))?;
+            self.sampled::<H>(seconds, &grid, |axis| self.backend.spans(&primitives, &grid, axis, exterior))?;
         let normals = if self.keep.has_triangles() { primitives.normals(&grid) } else { Vec::new() };
         let sampled = primitives.triangles.len() as u64;
         drop(primitives);
-        let Settled { spans, counts: settled } = self.settled(seconds, &grid, spans, outer, &membership)?;
-        let operation = match outer {
-            Outer::Out => "sum",
-            Outer::In => "difference",
+        let ResolvedSpans { spans, counts: resolved } = self.resolved(seconds, &grid, spans, exterior, &membership)?;
+        let operation = match exterior {
+            Exterior::Out => "sum",
+            Exterior::In => "difference",
         };
         let report = StepReport {
             operation,
@@ -230,7 +230,7 @@ impl Setting<'_> {
             primitives: pairs.distinct,
             sampled,
             crossings: Some(crossings),
-            settled,
+            resolved,
             memory_estimate,
         };
         let mut made = self.images(seconds, grid, &spans, report)?;
@@ -245,12 +245,12 @@ impl Setting<'_> {
         distance: f64,
         sides: Sides,
         seconds: &mut Seconds,
-    ) -> Result<Made, Unmade> {
+    ) -> Result<Made, StepError> {
         let start = Instant::now();
         self.progress.stage("finding edges")?;
         let grid = offset_grid(a.bounds(), distance, self.pitch, self.lod).map_err(|error| self.refused(&error))?;
-        let outer = if distance > 0.0 { Outer::Out } else { Outer::In };
-        let solid = self.polyhedron(&grid, a, outer)?;
+        let exterior = if distance > 0.0 { Exterior::Out } else { Exterior::In };
+        let solid = self.polyhedron(&grid, a, exterior)?;
         let radius = distance.abs() / grid.step();
         let covered = match sides {
             Sides::Behind => Cow::Borrowed(&solid),
@@ -264,9 +264,9 @@ impl Setting<'_> {
         ));
 
         self.progress.stage("looking ahead")?;
-        let forecast = Forecast::of::<Unmade>(
+        let forecast = Forecast::of::<StepError>(
             &grid,
-            |grid, axis| patches.spans(grid, axis, outer),
+            |grid, axis| patches.spans(grid, axis, exterior),
             // Most gaps are the result's.
             |_, spans| Ok(spans),
             (covered.positions(), covered.triangles(), 1.0),
@@ -274,14 +274,14 @@ impl Setting<'_> {
         let normals = if self.keep.has_triangles() { BYTES_OF_NORMAL * forecast.samples } else { 0.0 };
         // Membership has exact images of the solid, which has about as many samples.
         let images = 4.0 * (budget::rays(&grid) + forecast.samples);
-        let beside = Beside { fixed: BYTES_OF_CLOSEST * facets as f64, of_rays: images.max(normals) };
+        let beside = ExtraMemory { fixed: BYTES_OF_CLOSEST * facets as f64, of_rays: images.max(normals) };
         let memory_estimate = self.admit::<H>(&grid, &forecast, beside)?;
-        let membership = BallMembership::new(&grid, &solid, radius, outer).map_err(Error::from)?;
+        let membership = BallMembership::new(&grid, &solid, radius, exterior).map_err(Error::from)?;
         seconds.operate += start.elapsed().as_secs_f64();
 
-        let spans = |axis| patches.counted_spans::<H>(&grid, axis, outer).map_err(Error::machine);
+        let spans = |axis| patches.counted_spans::<H>(&grid, axis, exterior).map_err(Error::machine);
         let (spans, crossings) = self.sampled(seconds, &grid, spans)?;
-        let Settled { spans, counts: settled } = self.settled(seconds, &grid, spans, outer, &membership)?;
+        let ResolvedSpans { spans, counts: resolved } = self.resolved(seconds, &grid, spans, exterior, &membership)?;
         drop(membership);
         let primitives = (facets + tubes + caps) as u64;
         let report = StepReport {
@@ -292,7 +292,7 @@ impl Setting<'_> {
             primitives,
             sampled: primitives,
             crossings: Some(crossings),
-            settled,
+            resolved,
             memory_estimate,
         };
         let mut made = self.images(seconds, grid, &spans, report)?;
@@ -314,7 +314,7 @@ impl Setting<'_> {
     }
 
     /// A mesh on the lattice, seen from the side that goes into a sum.
-    fn polyhedron(&self, grid: &Grid, mesh: &ClosedMesh, outer: Outer) -> Result<Polyhedron, Error> {
+    fn polyhedron(&self, grid: &Grid, mesh: &ClosedMesh, exterior: Exterior) -> Result<Polyhedron, Error> {
         let solid = Polyhedron::new(&grid.quantise(mesh).map_err(|error| self.refused(&error))?);
         if solid.triangles().is_empty() {
             return Err(self.refused(&format_args!(
@@ -324,9 +324,9 @@ impl Setting<'_> {
                 number(2.0 * grid.step())
             )));
         }
-        Ok(match outer {
-            Outer::Out => solid,
-            Outer::In => solid.complement(),
+        Ok(match exterior {
+            Exterior::Out => solid,
+            Exterior::In => solid.complement(),
         })
     }
 
@@ -356,55 +356,55 @@ impl Setting<'_> {
     }
 
     /// Removes gaps that are none.
-    fn settled<H: Hit + Sync>(
+    fn resolved<H: Hit + Sync>(
         &self,
         seconds: &mut Seconds,
         grid: &Grid,
         spans: [RaySpans<H>; 3],
-        outer: Outer,
+        exterior: Exterior,
         membership: &impl Membership,
-    ) -> Result<Settled<H>, Unmade> {
+    ) -> Result<ResolvedSpans<H>, StepError> {
         let start = Instant::now();
         self.progress.stage("flooding")?;
-        let settled = self.settled_spans(self.backend, grid, spans, outer, membership)?;
-        if let Some(node) = first_difference(grid, &settled.spans, outer, membership) {
-            return Err(Unmade::Contradiction(self.refused(&format_args!(
+        let resolved = self.resolved_spans(self.backend, grid, spans, exterior, membership)?;
+        if let Some(node) = first_difference(grid, &resolved.spans, exterior, membership) {
+            return Err(StepError::Contradiction(self.refused(&format_args!(
                 "at lattice node {node:?} the result is not what an exact test says: a ray has slipped through the surface, \
                  which must not happen; another --resolution may do"
             ))));
         }
         let took = start.elapsed().as_secs_f64();
         seconds.operate += took;
-        let SettleCounts { components, gaps, gaps_tested, gaps_out, .. } = settled.counts;
+        let ResolveCounts { components, gaps, gaps_tested, gaps_out, .. } = resolved.counts;
         self.progress.detail(format_args!(
-            "settled in {took:.4} s: {components} components and {gaps_tested} of {gaps} gaps tested, {gaps_out} gaps stay"
+            "resolved in {took:.4} s: {components} components and {gaps_tested} of {gaps} gaps tested, {gaps_out} gaps stay"
         ));
-        Ok(settled)
+        Ok(resolved)
     }
 
-    fn settled_spans<H: Hit + Sync>(
+    fn resolved_spans<H: Hit + Sync>(
         &self,
         backend: &SumBackend,
         grid: &Grid,
         spans: [RaySpans<H>; 3],
-        outer: Outer,
+        exterior: Exterior,
         membership: &impl Membership,
-    ) -> Result<Settled<H>, Unmade> {
+    ) -> Result<ResolvedSpans<H>, StepError> {
         let progress = self.progress;
         // A request to stop is remembered until the next stage.
         let tell = move |done: u64, all: u64| {
             let _ = progress.stage(format!("testing what no flood reached: {done} of {all}"));
         };
-        let settled = backend.settle(grid, spans, outer, membership, &tell).map_err(Error::from)?;
-        settled.map_err(|error| {
-            Unmade::Contradiction(self.refused(&format_args!(
+        let resolved = backend.resolve(grid, spans, exterior, membership, &tell).map_err(Error::from)?;
+        resolved.map_err(|error| {
+            StepError::Contradiction(self.refused(&format_args!(
                 "{error}; a surface that crosses itself may do that, and `ldi-ops sample FILE --fill nonzero --mode exact -o one.stl` \
                  makes one that does not"
             )))
         })
     }
 
-    /// Makes the images that are wanted of settled spans.
+    /// Makes the images that are wanted of resolved spans.
     fn images<H: Hit + Sync>(
         &self,
         seconds: &mut Seconds,
@@ -413,7 +413,8 @@ impl Setting<'_> {
         report: StepReport,
     ) -> Result<Made, Error> {
         let sampler = CpuSampler::default();
-        let mut made = Made { grid, summaries: Vec::new(), images: Vec::new(), normals: Vec::new(), bias: 0.0, report };
+        let mut made =
+            Made { grid, volume_sums: Vec::new(), images: Vec::new(), normals: Vec::new(), bias: 0.0, report };
         for &axis in self.axes {
             let start = Instant::now();
             self.progress.stage(format!("the image along {}", axis.name()))?;
@@ -429,9 +430,9 @@ impl Setting<'_> {
             }
             seconds.operate += start.elapsed().as_secs_f64();
             let start = Instant::now();
-            made.summaries.push(image.summary());
+            made.volume_sums.push(image.volume_sums());
             seconds.integrate += start.elapsed().as_secs_f64();
-            if self.keep != Keep::Summaries {
+            if self.keep != Keep::Sums {
                 made.images.push(image);
             }
             self.progress.step()?;
@@ -441,21 +442,21 @@ impl Setting<'_> {
 
     /// Refuses a step that will not fit; returns the bytes that it will hold at most. `beside` is what will be there
     /// besides.
-    fn admit<H>(&self, grid: &Grid, forecast: &Forecast, beside: Beside) -> Result<u64, Error> {
+    fn admit<H>(&self, grid: &Grid, forecast: &Forecast, beside: ExtraMemory) -> Result<u64, Error> {
         let Forecast { kept, samples } = *forecast;
         let rays = budget::rays(grid);
         // Those of one axis are put together from bands while these are still there.
         let spans = 4.0 * rays + size_of::<H>() as f64 * kept;
-        let settling = spans + (spans / 3.0).max(BYTES_OF_GAP * 0.5 * kept);
+        let resolving = spans + (spans / 3.0).max(BYTES_OF_GAP * 0.5 * kept);
         let of_sample = if self.keep.has_triangles() { 8.0 } else { 4.0 };
         let image = (4.0 * rays + of_sample * samples) / 3.0;
-        let images = if self.keep == Keep::Summaries { 0.0 } else { image * self.axes.len() as f64 };
+        let images = if self.keep == Keep::Sums { 0.0 } else { image * self.axes.len() as f64 };
         let mesh = if self.keep == Keep::Mesh { machine::BYTES_OF_SAMPLE as f64 * samples } else { 0.0 };
         // An image of an estimate is made beside the exact one.
         let retrieving = spans + images + 2.0 * image;
         let cost = Cost {
             fixed: machine::memory_bytes().unwrap_or(0) as f64 + beside.fixed,
-            of_rays: settling.max(retrieving).max(images + mesh) + beside.of_rays,
+            of_rays: resolving.max(retrieving).max(images + mesh) + beside.of_rays,
             of_nodes: self.backend.bits_of_node() / 8.0 * budget::nodes(grid),
         };
         budget::admit(&cost, self.limit, grid, self.longest)?;
@@ -468,8 +469,8 @@ impl Setting<'_> {
     pub fn nothing(&self, made: Made) -> Result<Made, Error> {
         let Made { grid, report, .. } = made;
         let images = self.axes.iter().map(|&axis| empty_image(&grid, axis)).collect::<Result<Vec<Ldi>, Error>>()?;
-        let summaries = images.iter().map(Ldi::summary).collect();
-        Ok(Made { grid, summaries, images, normals: Vec::new(), bias: 0.0, report })
+        let volume_sums = images.iter().map(Ldi::volume_sums).collect();
+        Ok(Made { grid, volume_sums, images, normals: Vec::new(), bias: 0.0, report })
     }
 
     fn refused(&self, error: &dyn Display) -> Error {

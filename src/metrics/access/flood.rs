@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::basins::Basins;
 use super::steps::Steps;
 use crate::metrics::thickness::{Ball, paint};
-use crate::metrics::{Edges, NodeSet};
+use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// The least bottleneck radius: nodes of an open piece are reached, however narrow it is.
 pub(super) const LEAST: f32 = f32::MIN_POSITIVE;
@@ -24,7 +24,7 @@ pub(super) const LEAST: f32 = f32::MIN_POSITIVE;
 ///
 /// # Panics
 /// If there is not a radius for each node, the sets are of rasters of different sizes, or there are 2³¹ nodes or more.
-pub fn bottlenecks(radii: &[f32], nodes: &NodeSet, sources: &NodeSet, edges: Edges) -> Vec<f32> {
+pub fn bottlenecks(radii: &[f32], nodes: &NodeSet, sources: &NodeSet, edges: BoundaryCondition) -> Vec<f32> {
     assert_eq!(radii.len(), nodes.volume(), "a radius for each node");
     let steps = Steps::new(nodes, edges);
     Basins::new(&steps, radii).bottlenecks(&sources.and(nodes))
@@ -38,7 +38,7 @@ pub fn bottlenecks(radii: &[f32], nodes: &NodeSet, sources: &NodeSet, edges: Edg
 ///
 /// # Panics
 /// If there is not a bottleneck for each node.
-pub fn access_sizes(balls: &[Ball], bottlenecks: &[f32], open: &NodeSet, edges: Edges) -> Vec<f32> {
+pub fn access_sizes(balls: &[Ball], bottlenecks: &[f32], open: &NodeSet, edges: BoundaryCondition) -> Vec<f32> {
     assert_eq!(bottlenecks.len(), open.volume(), "a bottleneck for each node");
     let lowered = |ball: &Ball| 2.0 * ball.radius.min(bottlenecks[ball.node as usize]);
     let sizes: Vec<f32> = balls.par_iter().with_min_len(1 << 12).map(lowered).collect();

@@ -4,7 +4,7 @@ use super::ends::Ends;
 use super::flood::{LEAST, widest};
 use super::queue::{LEVELS, Queue};
 use super::steps::{MIDDLE, Steps, bits};
-use crate::metrics::{Edges, NodeSet};
+use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// The largest ball that passes from one end to the other, and its bottleneck.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +29,7 @@ pub struct Percolation {
 ///
 /// # Panics
 /// As [`bottlenecks`](super::bottlenecks).
-pub fn percolation(radii: &[f32], nodes: &NodeSet, ends: &Ends, edges: Edges) -> Option<Percolation> {
+pub fn percolation(radii: &[f32], nodes: &NodeSet, ends: &Ends, edges: BoundaryCondition) -> Option<Percolation> {
     assert_eq!(radii.len(), nodes.volume(), "a radius for each node");
     let steps = Steps::between_ends(nodes, edges, ends.axis());
     let room = Room { radii, walls: walls(ends, edges) };
@@ -62,8 +62,8 @@ pub fn percolation(radii: &[f32], nodes: &NodeSet, ends: &Ends, edges: Edges) ->
 /// The planes between which balls must lie, in pitches: lower and upper along each axis.
 type Walls = Option<[[f32; 2]; 3]>;
 
-fn walls(ends: &Ends, edges: Edges) -> Walls {
-    let sides = ends.sides.as_ref().filter(|_| edges == Edges::Border)?;
+fn walls(ends: &Ends, edges: BoundaryCondition) -> Walls {
+    let sides = ends.sides.as_ref().filter(|_| edges == BoundaryCondition::Border)?;
     let mut walls = sides.clone().map(|side| [side.start as f32 - 0.5, side.end as f32 - 0.5]);
     walls[ends.axis().depth()] = [f32::NEG_INFINITY, f32::INFINITY];
     Some(walls)

@@ -5,7 +5,7 @@
 //! lead there too, within the cube of the 27. Then two pieces that touch only at a corner stay separate.
 
 use crate::grid::Axis;
-use crate::metrics::{Edges, NodeSet};
+use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// Nodes of the cube around a node: bit 9·(dz + 1) + 3·(dy + 1) + dx + 1.
 pub(in crate::metrics) type Cube = u32;
@@ -31,13 +31,13 @@ impl<'a> Steps<'a> {
     ///
     /// # Panics
     /// If the raster has 2³¹ nodes or more.
-    pub fn new(nodes: &'a NodeSet, edges: Edges) -> Steps<'a> {
+    pub fn new(nodes: &'a NodeSet, edges: BoundaryCondition) -> Steps<'a> {
         assert!(nodes.volume() < 1 << 31, "{} nodes; fewer than 2³¹ are possible", nodes.volume());
-        Steps { nodes, size: nodes.size(), wraps: [edges == Edges::Periodic; 3] }
+        Steps { nodes, size: nodes.size(), wraps: [edges == BoundaryCondition::Periodic; 3] }
     }
 
     /// Creates the same steps without wrapping along an axis.
-    pub fn between_ends(nodes: &'a NodeSet, edges: Edges, axis: Axis) -> Steps<'a> {
+    pub fn between_ends(nodes: &'a NodeSet, edges: BoundaryCondition, axis: Axis) -> Steps<'a> {
         let mut steps = Steps::new(nodes, edges);
         steps.wraps[axis.depth()] = false;
         steps
@@ -221,7 +221,7 @@ mod tests {
     fn neighbourhood_cubes_agree_with_the_node_set() {
         let size = [131, 4, 3];
         let nodes = scattered(size);
-        for edges in [Edges::Clip, Edges::Periodic] {
+        for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
             let steps = Steps::new(&nodes, edges);
             for index in 0..nodes.volume() as u32 {
                 let node = steps.place(index);
@@ -232,7 +232,7 @@ mod tests {
                     let by = [bit % 3, bit / 3 % 3, bit / 9];
                     let inside = (0..3).all(|a| (1..=size[a]).contains(&(node[a] + by[a] as usize)));
                     let other: [usize; 3] = std::array::from_fn(|a| (node[a] + by[a] as usize + size[a] - 1) % size[a]);
-                    let held = (inside || edges == Edges::Periodic) && nodes.contains(other);
+                    let held = (inside || edges == BoundaryCondition::Periodic) && nodes.contains(other);
                     assert_eq!(cube >> bit & 1 == 1, held, "{edges:?}, {node:?}, {bit}");
                     if held {
                         assert_eq!(steps.neighbour(node, bit), other);
@@ -247,17 +247,17 @@ mod tests {
     fn no_step_leads_through_a_corner() {
         // In the plane through the middle: itself, and one across an edge, first alone and then with one between them.
         let alone = NodeSet::from_fn([3; 3], |node| node == [1, 1, 1] || node == [2, 2, 1]);
-        assert_eq!(Steps::new(&alone, Edges::Clip).from([1, 1, 1]), 0);
+        assert_eq!(Steps::new(&alone, BoundaryCondition::Clip).from([1, 1, 1]), 0);
         let between = NodeSet::from_fn([3; 3], |node| node == [1, 1, 1] || node == [2, 2, 1] || node == [2, 1, 1]);
-        assert_eq!(Steps::new(&between, Edges::Clip).from([1, 1, 1]).count_ones(), 2);
+        assert_eq!(Steps::new(&between, BoundaryCondition::Clip).from([1, 1, 1]).count_ones(), 2);
         // Three steps lead to a corner of the cube, and no fewer.
         let way = [[1, 1, 1], [1, 1, 2], [1, 2, 2], [2, 2, 2]];
         let corner = |skipped: usize| {
             let nodes =
                 NodeSet::from_fn([3; 3], |node| way.iter().enumerate().any(|(i, &w)| i != skipped && w == node));
-            Steps::new(&nodes, Edges::Clip).from([1, 1, 1]) >> 26 & 1
+            Steps::new(&nodes, BoundaryCondition::Clip).from([1, 1, 1]) >> 26 & 1
         };
         assert_eq!([1, 2, 9].map(corner), [0, 0, 1]);
-        assert_eq!(Steps::new(&NodeSet::full([3; 3]), Edges::Clip).from([1, 1, 1]).count_ones(), 26);
+        assert_eq!(Steps::new(&NodeSet::full([3; 3]), BoundaryCondition::Clip).from([1, 1, 1]).count_ones(), 26);
     }
 }

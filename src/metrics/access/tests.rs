@@ -7,7 +7,7 @@ use crate::mesh::ClosedMesh;
 use crate::metrics::components::{open_pores, rim};
 use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::{largest_balls, radii};
-use crate::metrics::{Edges, NodeSet, Phase, Region};
+use crate::metrics::{BoundaryCondition, NodeSet, Phase, Region};
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Sampler};
 use crate::solids;
@@ -30,7 +30,7 @@ fn to_struts(period: f64, radius: f64) -> impl Fn([f64; 3]) -> f64 {
 }
 
 /// Returns the percolation of a box along an axis, computed from crossings.
-fn spans(side: usize, edges: Edges, axis: Axis, solid: impl Fn([f64; 3]) -> f64 + Sync) -> Percolation {
+fn spans(side: usize, edges: BoundaryCondition, axis: Axis, solid: impl Fn([f64; 3]) -> f64 + Sync) -> Percolation {
     let (crossings, solid) = Crossings::of_function([side; 3], edges, solid);
     let pores = Phase::Pore.nodes(&solid, &NodeSet::full([side; 3]));
     let field = DistanceField::of(&crossings, edges);
@@ -46,7 +46,7 @@ fn struts_percolate_at_the_width_of_their_windows() {
         // Struts in the edges of the box, so that windows are in its faces, and elsewhere.
         for shift in [0.5, 0.5 + 0.37 * period] {
             let solid = |p: [f64; 3]| to_struts(period, radius)(p.map(|c| c + shift));
-            let found = spans(side, Edges::Periodic, Axis::Y, solid);
+            let found = spans(side, BoundaryCondition::Periodic, Axis::Y, solid);
             println!("{side}, {shift:.2}: {:.3}, exactly {exact:.3}, at {:?}", found.diameter, found.node);
             assert!((found.diameter - exact).abs() <= 1.0, "{found:?} for {exact}");
             // The window lies half way between two struts across the other axes, and in the plane of those along them.
@@ -54,7 +54,7 @@ fn struts_percolate_at_the_width_of_their_windows() {
             let from = |axis: usize, place: f64| (off[axis] - place - (off[axis] - place).round()).abs() * period;
             assert!(from(0, 0.5) < 2.0 && from(2, 0.5) < 2.0 && from(1, 0.0) < 2.0, "{found:?}, {off:?}");
         }
-        let clipped = spans(side, Edges::Clip, Axis::Z, |p| to_struts(period, radius)(p.map(|c| c + 0.5)));
+        let clipped = spans(side, BoundaryCondition::Clip, Axis::Z, |p| to_struts(period, radius)(p.map(|c| c + 0.5)));
         assert!((clipped.diameter - exact).abs() <= 1.0, "{clipped:?} for {exact}");
     }
 }
@@ -65,7 +65,7 @@ fn a_border_limits_the_radii_at_the_sides() {
     let side = 24;
     let free = vec![100.0; side * side * side];
     let nodes = NodeSet::full([side; 3]);
-    for (edges, exact) in [(Edges::Border, 24.0), (Edges::Clip, 200.0)] {
+    for (edges, exact) in [(BoundaryCondition::Border, 24.0), (BoundaryCondition::Clip, 200.0)] {
         let found = percolation(&free, &nodes, &Ends::of_raster([side; 3], Axis::Y), edges).unwrap();
         assert_eq!(found.diameter, exact);
     }
@@ -73,9 +73,9 @@ fn a_border_limits_the_radii_at_the_sides() {
     let radii = radii_at_nodes(side, |[x, ..]| 12.0 - x);
     let nodes = nodes_of(side, &radii);
     let ends = Ends::of_raster([side; 3], Axis::Z);
-    let found = percolation(&radii, &nodes, &ends, Edges::Border).unwrap();
+    let found = percolation(&radii, &nodes, &ends, BoundaryCondition::Border).unwrap();
     assert!((found.diameter - 12.0).abs() <= 1.0, "{found:?}");
-    assert_eq!(percolation(&radii, &nodes, &Ends::of_raster([side; 3], Axis::X), Edges::Border), None);
+    assert_eq!(percolation(&radii, &nodes, &Ends::of_raster([side; 3], Axis::X), BoundaryCondition::Border), None);
 }
 
 /// The channels of a gyroid are narrowest where three of them meet, at L/8 · (1, 1, 1) and equivalent points: from there the
@@ -85,14 +85,14 @@ fn a_gyroid_percolates_at_the_width_where_its_channels_meet() {
     for side in [16, 32, 64] {
         let period = side as f64;
         let exact = 3.0f64.sqrt() / 4.0 * period;
-        for edges in [Edges::Periodic, Edges::Clip] {
+        for edges in [BoundaryCondition::Periodic, BoundaryCondition::Clip] {
             let found = spans(side, edges, Axis::X, |p| {
                 let [(sx, cx), (sy, cy), (sz, cz)] = p.map(|c| (std::f64::consts::TAU * (c + 0.5) / period).sin_cos());
                 sx * cy + sy * cz + sz * cx
             });
             println!("{side}, {edges:?}: {:.4} L, exactly {:.4} L", found.diameter / period, exact / period);
             // With Clip, surface beyond the box is ignored.
-            if edges == Edges::Periodic {
+            if edges == BoundaryCondition::Periodic {
                 assert!(
                     (found.diameter - exact).abs() <= 1.0 && (found.diameter / exact - 1.0).abs() < 1.0 / period,
                     "{found:?}"
@@ -111,7 +111,7 @@ fn bottlenecks_agree_with_brute_force() {
         .map(|i| if nodes.contains(steps::place(size, i as u32)) { (i * 7919 % 1009 + 1) as f32 / 100.0 } else { 0.0 })
         .collect();
     let outside = rim(&NodeSet::full(size));
-    for edges in [Edges::Clip, Edges::Periodic] {
+    for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
         let steps = steps::Steps::new(&nodes, edges);
         let start = |i: usize| if outside.contains(steps.place(i as u32)) { radii[i] } else { 0.0 };
         let mut wide: Vec<f32> = (0..radii.len()).map(start).collect();
@@ -139,7 +139,7 @@ fn bottlenecks_agree_with_brute_force() {
             let far = size[axis.depth()] - 1;
             let near = NodeSet::from_fn(size, |node| node[axis.depth()] == 0);
             // Without wrapping it is the bottleneck of the far end.
-            if edges == Edges::Clip {
+            if edges == BoundaryCondition::Clip {
                 let ways = bottlenecks(&radii, &nodes, &near, edges);
                 let there = |i: &usize| steps::place(size, *i as u32)[axis.depth()] == far;
                 let exact = 2.0 * (0..ways.len()).filter(there).map(|i| ways[i]).fold(0.0, f32::max);
@@ -164,8 +164,8 @@ fn access_to_a_bottle_ends_at_the_width_of_its_neck() {
     let radii = radii_at_nodes(side, |p| bottle(p).max(tube(p)).max(closed(p)));
     let pores = nodes_of(side, &radii);
     let full = NodeSet::full([side; 3]);
-    let open = open_pores(&pores, &full, Edges::Clip);
-    let ways = bottlenecks(&radii, &open, &rim(&full), Edges::Clip);
+    let open = open_pores(&pores, &full, BoundaryCondition::Clip);
+    let ways = bottlenecks(&radii, &open, &rim(&full), BoundaryCondition::Clip);
     assert!((0..side.pow(3) as u32).all(|i| (ways[i as usize] > 0.0) == open.contains(steps::place([side; 3], i))));
     let sizes = painted(side, &ways);
     let curve = AccessCurve::of(&sizes, &open, &pores, 0.1).unwrap();
@@ -188,15 +188,20 @@ fn access_to_a_bottle_ends_at_the_width_of_its_neck() {
     assert_eq!(AccessCurve::of(&sizes, &open, &NodeSet::empty([side; 3]), 1.0), None);
 
     // The same from crossings and balls between nodes; only those on ridges are painted.
-    let (crossings, solid) = Crossings::of_function([side; 3], Edges::Clip, |p| {
+    let (crossings, solid) = Crossings::of_function([side; 3], BoundaryCondition::Clip, |p| {
         let p = p.map(|c| c + 0.5);
         bottle(p).max(tube(p)).max(closed(p))
     });
     assert_eq!(Phase::Pore.nodes(&solid, &full), pores);
-    let field = DistanceField::of(&crossings, Edges::Clip);
+    let field = DistanceField::of(&crossings, BoundaryCondition::Clip);
     let balls = largest_balls(&field, &pores);
     let cells = crate::metrics::thickness::radii(&field, &pores, &balls);
-    let from_balls = access_sizes(&balls, &bottlenecks(&cells, &open, &rim(&full), Edges::Clip), &open, Edges::Clip);
+    let from_balls = access_sizes(
+        &balls,
+        &bottlenecks(&cells, &open, &rim(&full), BoundaryCondition::Clip),
+        &open,
+        BoundaryCondition::Clip,
+    );
     let of_balls = AccessCurve::of(&from_balls, &open, &pores, 0.1).unwrap();
     let share = |d: f64| of_balls.share(0.1 * d);
     println!("of balls: {:.4}, {:.4}", share(2.0 * neck - 1.0), share(2.0 * neck + 1.0));
@@ -243,7 +248,7 @@ fn regions_other_than_boxes_end_in_their_outer_twentieths() {
     assert_eq!((ends.low.clone(), ends.high.clone(), ends.axis()), (0..3, 57..60, Axis::X));
     // Balls within the ball: in the outer twentieth the largest has a tenth of its diameter.
     let radii: Vec<f32> = radii_at_nodes(60, |p| 30.0 - p.iter().map(|c| (c - 30.0).powi(2)).sum::<f64>().sqrt());
-    let found = percolation(&radii, region.nodes(), &ends, Edges::Border).unwrap();
+    let found = percolation(&radii, region.nodes(), &ends, BoundaryCondition::Border).unwrap();
     assert!((found.diameter - 6.0).abs() <= 1.1, "{found:?}");
     let in_box = Region::of_box(&grid, region.bounds());
     assert_eq!(Ends::of_region(&in_box, Axis::Z), Some(Ends::of_raster([60; 3], Axis::Z)));

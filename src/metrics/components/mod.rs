@@ -26,8 +26,8 @@ use rayon::prelude::*;
 
 use self::lattice::{Displaced, Windings};
 use self::runs::Runs;
-use super::{Edges, NodeSet};
-use crate::forest::Forest;
+use super::{BoundaryCondition, NodeSet};
+use crate::union_find::UnionFind;
 
 pub use pores::{open_pores, rim};
 
@@ -82,24 +82,24 @@ pub struct Components {
 
 impl Components {
     /// Finds the pieces of a set. Nodes of opposite faces of the raster are neighbours with [`Edges::Periodic`] only.
-    pub fn of(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> Components {
+    pub fn of(set: &NodeSet, connectivity: Connectivity, edges: BoundaryCondition) -> Components {
         let size = set.size();
         let runs = Runs::of(set);
-        let forest = Forest::new(runs.count());
+        let union_find = UnionFind::new(runs.count());
         let (reach, rows) = (connectivity.reach(), connectivity.rows());
         (0..size[2]).into_par_iter().for_each(|z| {
             for y in 0..size[1] {
                 for &step in rows {
                     if let (other, [0, 0]) = neighbour(size, [y, z], step) {
-                        runs.overlapping(z * size[1] + y, other, reach, |a, b| forest.join(a, b));
+                        runs.overlapping(z * size[1] + y, other, reach, |a, b| union_find.join(a, b));
                     }
                 }
             }
         });
-        let (labels, count) = numbered(&forest.roots());
+        let (labels, count) = numbered(&union_find.roots());
         let (labels, windings) = match edges {
-            Edges::Clip | Edges::Border => (labels, Vec::new()),
-            Edges::Periodic => joined_across_faces(size, &runs, labels, count, connectivity),
+            BoundaryCondition::Clip | BoundaryCondition::Border => (labels, Vec::new()),
+            BoundaryCondition::Periodic => joined_across_faces(size, &runs, labels, count, connectivity),
         };
         let count = labels.iter().max().map_or(0, |&most| most as usize + 1);
         let mut sizes = vec![0; count];
@@ -184,7 +184,7 @@ impl Components {
 ///
 /// # Panics
 /// If the sets are of rasters of different sizes.
-pub fn reached(set: &NodeSet, connectivity: Connectivity, edges: Edges, from: &NodeSet) -> NodeSet {
+pub fn reached(set: &NodeSet, connectivity: Connectivity, edges: BoundaryCondition, from: &NodeSet) -> NodeSet {
     let pieces = Components::of(set, connectivity, edges);
     let touched = pieces.touched_by(from);
     pieces.nodes(|piece| touched[piece as usize])

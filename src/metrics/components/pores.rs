@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{Components, Connectivity, reached};
-use crate::metrics::{Edges, NodeSet};
+use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// Returns the pores that a fluid can enter from outside; the rest are closed. Porosity of either is its share of the region's
 /// nodes.
@@ -18,11 +18,11 @@ use crate::metrics::{Edges, NodeSet};
 ///
 /// # Panics
 /// If the sets are of rasters of different sizes.
-pub fn open_pores(pore: &NodeSet, region: &NodeSet, edges: Edges) -> NodeSet {
+pub fn open_pores(pore: &NodeSet, region: &NodeSet, edges: BoundaryCondition) -> NodeSet {
     let pore = pore.and(region);
     match edges {
-        Edges::Clip | Edges::Border => reached(&pore, Connectivity::Faces, edges, &rim(region)),
-        Edges::Periodic => {
+        BoundaryCondition::Clip | BoundaryCondition::Border => reached(&pore, Connectivity::Faces, edges, &rim(region)),
+        BoundaryCondition::Periodic => {
             let pieces = Components::of(&pore, Connectivity::Faces, edges);
             pieces.nodes(|piece| pieces.directions(piece) > 0)
         }

@@ -29,7 +29,11 @@ fn all_sets() -> impl Iterator<Item = NodeSet> {
 
 /// Floods from node to node. Returns the sizes of pieces in the order of first nodes, the piece of each node, and the number of
 /// directions in which each piece is endless.
-fn flooded(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> (Vec<u64>, Vec<Option<u32>>, Vec<usize>) {
+fn flooded(
+    set: &NodeSet,
+    connectivity: Connectivity,
+    edges: BoundaryCondition,
+) -> (Vec<u64>, Vec<Option<u32>>, Vec<usize>) {
     let size = set.size().map(|n| n as i64);
     let at = |[x, y, z]: [i64; 3]| ((z * size[1] + y) * size[0] + x) as usize;
     let mut found: Vec<Option<(u32, [i64; 3])>> = vec![None; set.volume()];
@@ -55,7 +59,7 @@ fn flooded(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> (Vec<u64>
                 }
                 let far: [i64; 3] = std::array::from_fn(|i| node[i] + step[i]);
                 let next: [i64; 3] = std::array::from_fn(|i| far[i].rem_euclid(size[i]));
-                if (edges != Edges::Periodic && next != far) || !set.contains(next.map(|i| i as usize)) {
+                if (edges != BoundaryCondition::Periodic && next != far) || !set.contains(next.map(|i| i as usize)) {
                     continue;
                 }
                 let there: [i64; 3] = std::array::from_fn(|i| cells[i] + far[i].div_euclid(size[i]));
@@ -95,7 +99,7 @@ fn components_agree_with_a_flood_fill() {
     let mut ranks_seen = [0; 4];
     for set in all_sets() {
         for connectivity in CONNECTIVITIES {
-            for edges in [Edges::Clip, Edges::Periodic] {
+            for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
                 let case = format!("{:?} {connectivity:?} {edges:?}", set.size());
                 let (sizes, labels, ranks) = flooded(&set, connectivity, edges);
                 let pieces = Components::of(&set, connectivity, edges);
@@ -124,7 +128,7 @@ fn reached_nodes_agree_with_a_flood_fill() {
     for set in all_sets() {
         let from = random(set.size(), 0.02, 77);
         for connectivity in CONNECTIVITIES {
-            let (sizes, labels, _) = flooded(&set, connectivity, Edges::Clip);
+            let (sizes, labels, _) = flooded(&set, connectivity, BoundaryCondition::Clip);
             let [columns, rows, _] = set.size();
             let mut touched = vec![false; sizes.len()];
             let of = |at: usize| [at % columns, at / columns % rows, at / columns / rows];
@@ -134,7 +138,12 @@ fn reached_nodes_agree_with_a_flood_fill() {
             let expected = NodeSet::from_fn(set.size(), |[x, y, z]| {
                 labels[(z * rows + y) * columns + x].is_some_and(|label| touched[label as usize])
             });
-            assert_eq!(reached(&set, connectivity, Edges::Clip, &from), expected, "{:?} {connectivity:?}", set.size());
+            assert_eq!(
+                reached(&set, connectivity, BoundaryCondition::Clip, &from),
+                expected,
+                "{:?} {connectivity:?}",
+                set.size()
+            );
         }
     }
 }
@@ -174,7 +183,7 @@ fn the_hollow_of_a_ball_is_a_closed_pore() {
         let solid = shell(size, 0.3 * n, 0.45 * n);
         let region = NodeSet::full([size; 3]);
         let pore = region.minus(&solid);
-        let open = open_pores(&pore, &region, Edges::Clip);
+        let open = open_pores(&pore, &region, BoundaryCondition::Clip);
         let closed = pore.minus(&open);
         assert_eq!(closed, shell(size, 0.0, 0.3 * n - 1e-9).minus(&solid));
         let ratio = closed.count() as f64 / (4.0 / 3.0 * std::f64::consts::PI * (0.3 * n).powi(3));
@@ -182,10 +191,10 @@ fn the_hollow_of_a_ball_is_a_closed_pore() {
         assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
         // A region that is the ball itself cuts nothing, and its rim is solid.
         let ball = shell(size, 0.0, 0.45 * n);
-        assert!(open_pores(&ball.minus(&solid), &ball, Edges::Border).is_empty());
+        assert!(open_pores(&ball.minus(&solid), &ball, BoundaryCondition::Border).is_empty());
         // One that cuts through the cavity opens it.
         let half = ball.and(&NodeSet::from_fn([size; 3], |[x, ..]| x < size / 2));
-        assert_eq!(open_pores(&half.minus(&solid), &half, Edges::Clip), half.minus(&solid));
+        assert_eq!(open_pores(&half.minus(&solid), &half, BoundaryCondition::Clip), half.minus(&solid));
     }
 }
 
@@ -197,11 +206,11 @@ fn a_bubble_across_the_faces_of_a_periodic_cell_is_closed() {
     let bubble = NodeSet::from_fn(size, |[x, y, z]| apart(x, 0).hypot(apart(y, 1)).hypot(apart(z, 31)) < 8.0);
     let tube = NodeSet::from_fn(size, |[_, y, z]| apart(y, 16).hypot(apart(z, 16)) < 4.0);
     let pore = bubble.or(&tube);
-    assert_eq!(open_pores(&pore, &region, Edges::Periodic), tube);
-    assert_eq!(open_pores(&pore, &region, Edges::Clip), pore);
-    let pieces = Components::of(&pore, Connectivity::Faces, Edges::Periodic);
+    assert_eq!(open_pores(&pore, &region, BoundaryCondition::Periodic), tube);
+    assert_eq!(open_pores(&pore, &region, BoundaryCondition::Clip), pore);
+    let pieces = Components::of(&pore, Connectivity::Faces, BoundaryCondition::Periodic);
     assert_eq!((pieces.count(), pieces.all_directions()), (2, 1));
-    assert_eq!(Components::of(&pore, Connectivity::Faces, Edges::Clip).count(), 9);
+    assert_eq!(Components::of(&pore, Connectivity::Faces, BoundaryCondition::Clip).count(), 9);
 }
 
 #[test]
@@ -210,7 +219,7 @@ fn a_serpentine_is_one_component() {
     let size = [200, 41, 3];
     let set = NodeSet::from_fn(size, |[x, y, z]| z == 1 && (y % 2 == 0 || x == if y % 4 == 1 { 199 } else { 0 }));
     for connectivity in CONNECTIVITIES {
-        let pieces = Components::of(&set, connectivity, Edges::Clip);
+        let pieces = Components::of(&set, connectivity, BoundaryCondition::Clip);
         assert_eq!(pieces.sizes(), [21 * 200 + 20]);
     }
 }
@@ -221,7 +230,7 @@ fn component_numbers_do_not_depend_on_the_thread_count() {
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let pieces = Components::of(&set, Connectivity::Faces, Edges::Periodic);
+            let pieces = Components::of(&set, Connectivity::Faces, BoundaryCondition::Periodic);
             (pieces.sizes().to_vec(), pieces.labels)
         })
     };
@@ -230,7 +239,7 @@ fn component_numbers_do_not_depend_on_the_thread_count() {
 
 #[test]
 fn empty_sets_have_no_components() {
-    for edges in [Edges::Clip, Edges::Periodic] {
+    for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
         let pieces = Components::of(&NodeSet::empty([5, 6, 7]), Connectivity::All, edges);
         assert_eq!((pieces.count(), pieces.largest(), pieces.largest_share()), (0, None, None));
     }

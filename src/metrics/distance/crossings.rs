@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Ldi, LdiError};
-use crate::metrics::{Edges, NodeSet, Region};
+use crate::metrics::{BoundaryCondition, NodeSet, Region};
 
 /// Distance in lattice steps within which a crossing counts as lying in a face of the box, or in the surface of the region: two
 /// for the rounding of each of the two.
@@ -42,7 +42,7 @@ impl Crossings {
     ///
     /// # Panics
     /// If the images are not those along x, y and z of the region's grid.
-    pub fn of_images(images: &[Ldi; 3], region: &Region, edges: Edges) -> Crossings {
+    pub fn of_images(images: &[Ldi; 3], region: &Region, edges: BoundaryCondition) -> Crossings {
         let grid = region.grid();
         let whole = (1u64 << grid.shift()) as f64;
         let bounds = region.bounds();
@@ -61,20 +61,20 @@ impl Crossings {
                     Some(_) => of_border.iter().any(|other| (depth - other).abs() <= FACE_STEPS),
                 };
                 let place = |depth: i32| (f64::from(depth - grid.node(0)) / whole) as f32;
-                if edges == Edges::Periodic && border.is_none() {
+                if edges == BoundaryCondition::Periodic && border.is_none() {
                     let ends = [depths.first(), depths.last()].map(|end| end.is_some_and(|&depth| in_boundary(depth)));
                     if ends[0] != ends[1] {
                         places.push(-0.5);
                     }
                 }
                 places.extend(depths.iter().filter(|&&depth| !in_boundary(depth)).map(|&depth| place(depth)));
-                if edges == Edges::Border && border.is_some() {
+                if edges == BoundaryCondition::Border && border.is_some() {
                     places.extend(of_border.iter().map(|&depth| place(depth)));
                     places[first..].sort_unstable_by(f32::total_cmp);
                 }
             })
         });
-        let walls = (edges == Edges::Border && region.is_box())
+        let walls = (edges == BoundaryCondition::Border && region.is_box())
             .then(|| region.bounds_in_pitches().map(|corner| corner.map(|place| place as f32)));
         Crossings { size: grid.rays().map(|n| n as usize), rows, walls }
     }
@@ -82,9 +82,9 @@ impl Crossings {
     /// Finds the crossings of a set of nodes, halfway between neighbours along an axis of which one belongs to it: the faces of
     /// its voxels. With [`Edges::Periodic`] the first and the last node of a row are neighbours, with their face at −0.5; with
     /// [`Edges::Border`] the faces of the raster are walls.
-    pub fn of_nodes(solid: &NodeSet, edges: Edges) -> Crossings {
+    pub fn of_nodes(solid: &NodeSet, edges: BoundaryCondition) -> Crossings {
         let size @ [columns, rows, planes] = solid.size();
-        let seam = edges == Edges::Periodic;
+        let seam = edges == BoundaryCondition::Periodic;
         let along_x = Rows::each(rows * planes, |row, places| {
             let bits = solid.row(row % rows, row / rows);
             let bit = |x: usize| bits[x / 64] >> (x % 64) & 1;
@@ -105,7 +105,7 @@ impl Crossings {
         });
         let along_y = Rows::across(columns, rows, planes, seam, |z, y| solid.row(y, z));
         let along_z = Rows::across(columns, planes, rows, seam, |y, z| solid.row(y, z));
-        let walls = (edges == Edges::Border).then(|| [[-0.5; 3], size.map(|n| n as f32 - 0.5)]);
+        let walls = (edges == BoundaryCondition::Border).then(|| [[-0.5; 3], size.map(|n| n as f32 - 0.5)]);
         Crossings { size, rows: [along_x, along_y, along_z], walls }
     }
 
@@ -272,7 +272,7 @@ impl Crossings {
     /// neighbours, and its nodes. With [`Edges::Periodic`] the function must have the raster's periods.
     pub(crate) fn of_function(
         size: [usize; 3],
-        edges: Edges,
+        edges: BoundaryCondition,
         function: impl Fn([f64; 3]) -> f64 + Sync,
     ) -> (Crossings, NodeSet) {
         let rows = Axis::ALL.map(|axis| {
@@ -285,7 +285,7 @@ impl Crossings {
                     position[axis.row()] = (row / columns) as f64;
                     function(position) < 0.0
                 };
-                let first = if edges == Edges::Periodic { -1 } else { 0 };
+                let first = if edges == BoundaryCondition::Periodic { -1 } else { 0 };
                 for before in first..size[depth] as i64 - 1 {
                     let (mut low, mut high) = (before as f64, before as f64 + 1.0);
                     let side = at(low);
@@ -300,7 +300,7 @@ impl Crossings {
                 }
             })
         });
-        let walls = (edges == Edges::Border).then(|| [[-0.5; 3], size.map(|n| n as f32 - 0.5)]);
+        let walls = (edges == BoundaryCondition::Border).then(|| [[-0.5; 3], size.map(|n| n as f32 - 0.5)]);
         (Crossings { size, rows, walls }, NodeSet::from_fn(size, |node| function(node.map(|i| i as f64)) < 0.0))
     }
 }

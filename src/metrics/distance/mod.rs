@@ -25,7 +25,7 @@ use rayon::prelude::*;
 pub use crossings::Crossings;
 use envelope::{Envelope, Nearest, along};
 
-use super::Edges;
+use super::BoundaryCondition;
 use crate::allocation::vec_with_room;
 use crate::grid::Axis;
 
@@ -42,7 +42,7 @@ const WALLS: u32 = u32::MAX - 6;
 #[derive(Clone, Debug)]
 pub struct DistanceField {
     size: [usize; 3],
-    edges: Edges,
+    edges: BoundaryCondition,
     values: Vec<f32>,
     sites: Vec<u32>,
     crossings: Vec<Crossing>,
@@ -65,7 +65,7 @@ impl DistanceField {
     ///
     /// # Panics
     /// If there are 2³² − 7 crossings or more.
-    pub fn of(crossings: &Crossings, edges: Edges) -> DistanceField {
+    pub fn of(crossings: &Crossings, edges: BoundaryCondition) -> DistanceField {
         let size = crossings.size();
         let counts = Axis::ALL.map(|axis| crossings.count(axis) as u64);
         assert!(counts.iter().sum::<u64>() < u64::from(WALLS), "fewer crossings than indices of 32 bits");
@@ -75,7 +75,7 @@ impl DistanceField {
         values.resize(nodes, f32::INFINITY);
         let mut sites = vec_with_room(nodes);
         sites.resize(nodes, u32::MAX);
-        let transform = Transform { crossings, size, repeats: edges == Edges::Periodic, firsts };
+        let transform = Transform { crossings, size, repeats: edges == BoundaryCondition::Periodic, firsts };
         if nodes > 0 {
             transform.across_x_and_y(&mut values, &mut sites);
             transform.along_columns(&mut values, &mut sites);
@@ -95,7 +95,7 @@ impl DistanceField {
     }
 
     /// Returns the boundary condition that the field was computed with.
-    pub fn edges(&self) -> Edges {
+    pub fn edges(&self) -> BoundaryCondition {
         self.edges
     }
 
@@ -130,7 +130,7 @@ impl DistanceField {
             (_, true) => [column, place, row],
             _ => [column, row, place],
         };
-        if self.edges == Edges::Periodic {
+        if self.edges == BoundaryCondition::Periodic {
             for axis in 0..3 {
                 let (period, from) = (self.size[axis] as f32, node[axis] as f32);
                 site[axis] -= period * ((site[axis] - from) / period).round();

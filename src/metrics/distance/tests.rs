@@ -53,7 +53,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Compares every node's distance with that to each point of the cloud, and the site with the distance.
-fn check(crossings: &Crossings, edges: Edges) -> DistanceField {
+fn check(crossings: &Crossings, edges: BoundaryCondition) -> DistanceField {
     let field = DistanceField::of(crossings, edges);
     let size = field.size();
     let cloud = cloud(crossings);
@@ -63,7 +63,7 @@ fn check(crossings: &Crossings, edges: Edges) -> DistanceField {
             let wrapped = [0, 1, 2].map(|i| {
                 let off = place[i] - at[i];
                 let period = size[i] as f64;
-                if edges == Edges::Periodic { off - period * (off / period).round() } else { off }
+                if edges == BoundaryCondition::Periodic { off - period * (off / period).round() } else { off }
             });
             distance(wrapped, [0.0; 3])
         };
@@ -89,7 +89,7 @@ fn distances_of_random_nodes_equal_those_to_the_nearest_crossing() {
     for (seed, size) in [(1, [13, 9, 17]), (2, [70, 5, 6]), (3, [6, 67, 4]), (4, [5, 3, 41]), (5, [1, 8, 8])] {
         for share in [0.5, 0.05, 0.002, 0.0] {
             let solid = random_nodes(size, share, seed);
-            for edges in [Edges::Clip, Edges::Periodic, Edges::Border] {
+            for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic, BoundaryCondition::Border] {
                 check(&Crossings::of_nodes(&solid, edges), edges);
             }
         }
@@ -103,7 +103,7 @@ fn distances_of_formulas_equal_those_to_the_nearest_crossing() {
         let [x, y, z] = p.map(|x| x * std::f64::consts::TAU / 24.0);
         x.sin() * y.cos() + y.sin() * z.cos() + z.sin() * x.cos() + 0.3
     };
-    for edges in [Edges::Clip, Edges::Periodic, Edges::Border] {
+    for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic, BoundaryCondition::Border] {
         check(&Crossings::of_function([20, 21, 19], edges, sphere).0, edges);
         check(&Crossings::of_function([24; 3], edges, wave).0, edges);
     }
@@ -112,10 +112,10 @@ fn distances_of_formulas_equal_those_to_the_nearest_crossing() {
 #[test]
 fn distance_fields_do_not_depend_on_the_thread_count() {
     let solid = random_nodes([40, 33, 37], 0.02, 9);
-    let crossings = Crossings::of_nodes(&solid, Edges::Periodic);
+    let crossings = Crossings::of_nodes(&solid, BoundaryCondition::Periodic);
     let of = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| DistanceField::of(&crossings, Edges::Periodic))
+        pool.install(|| DistanceField::of(&crossings, BoundaryCondition::Periodic))
     };
     let (one, three) = (of(1), of(3));
     assert_eq!(one.values, three.values);

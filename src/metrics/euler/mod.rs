@@ -34,13 +34,13 @@ mod surface;
 use rayon::prelude::*;
 
 use super::components::{Components, Connectivity};
-use super::{Edges, NodeSet};
+use super::{BoundaryCondition, NodeSet};
 
 pub use region::{Topology, contribution};
 pub use surface::SurfaceCharacteristic;
 
 /// Returns χ of a set of nodes.
-pub fn characteristic(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> i64 {
+pub fn characteristic(set: &NodeSet, connectivity: Connectivity, edges: BoundaryCondition) -> i64 {
     let [columns, rows, planes] = set.size();
     if set.volume() == 0 {
         return 0;
@@ -48,17 +48,19 @@ pub fn characteristic(set: &NodeSet, connectivity: Connectivity, edges: Edges) -
     let none = vec![0; set.words()];
     // The row at (y − 1, z − 1), counted from 0, so that 0 and the one after the last lie outside, or at the other end.
     let row = |y: usize, z: usize| match edges {
-        Edges::Periodic => set.row((y + rows - 1) % rows, (z + planes - 1) % planes),
-        Edges::Clip | Edges::Border if (1..=rows).contains(&y) && (1..=planes).contains(&z) => set.row(y - 1, z - 1),
-        Edges::Clip | Edges::Border => &none,
+        BoundaryCondition::Periodic => set.row((y + rows - 1) % rows, (z + planes - 1) % planes),
+        BoundaryCondition::Clip | BoundaryCondition::Border if (1..=rows).contains(&y) && (1..=planes).contains(&z) => {
+            set.row(y - 1, z - 1)
+        }
+        BoundaryCondition::Clip | BoundaryCondition::Border => &none,
     };
     let combine: fn(u64, u64) -> u64 = match connectivity {
         Connectivity::All => |a, b| a | b,
         Connectivity::Faces => |a, b| a & b,
     };
     let last = match edges {
-        Edges::Periodic => [rows, planes],
-        Edges::Clip | Edges::Border => [rows + 1, planes + 1],
+        BoundaryCondition::Periodic => [rows, planes],
+        BoundaryCondition::Clip | BoundaryCondition::Border => [rows + 1, planes + 1],
     };
     let of_plane = |z: usize| -> i64 {
         let of_row = |y: usize| {
@@ -68,8 +70,8 @@ pub fn characteristic(set: &NodeSet, connectivity: Connectivity, edges: Edges) -
                 [combine(combine(a, b), combine(c, d)), combine(b, d), combine(c, d), d]
             };
             let mut before = match edges {
-                Edges::Periodic => by_word((columns - 1) / 64).map(|word| word >> ((columns - 1) % 64) & 1),
-                Edges::Clip | Edges::Border => [0; 4],
+                BoundaryCondition::Periodic => by_word((columns - 1) / 64).map(|word| word >> ((columns - 1) % 64) & 1),
+                BoundaryCondition::Clip | BoundaryCondition::Border => [0; 4],
             };
             let mut runs = [0; 4];
             for word in 0..set.words() {
@@ -99,24 +101,24 @@ pub struct Betti {
 
 impl Betti {
     /// Computes the Betti numbers of a set of nodes.
-    pub fn of(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> Betti {
+    pub fn of(set: &NodeSet, connectivity: Connectivity, edges: BoundaryCondition) -> Betti {
         let pieces = Components::of(set, connectivity, edges).count() as u64;
         Betti::of_pieces(set, pieces, connectivity, edges)
     }
 
     /// Computes the same for a set whose pieces are known.
-    fn of_pieces(set: &NodeSet, pieces: u64, connectivity: Connectivity, edges: Edges) -> Betti {
+    fn of_pieces(set: &NodeSet, pieces: u64, connectivity: Connectivity, edges: BoundaryCondition) -> Betti {
         let rest = NodeSet::full(set.size()).minus(set);
         let of_rest = Components::of(&rest, connectivity.dual(), edges);
         let (cavities, filled) = match edges {
-            Edges::Clip | Edges::Border => {
+            BoundaryCondition::Clip | BoundaryCondition::Border => {
                 let outer = of_rest.touched_by(&super::components::rim(&NodeSet::full(set.size())));
                 (outer.iter().filter(|&&is_outer| !is_outer).count(), 0)
             }
             // All of the 3-torus, whose own Betti numbers are 1, 3, 3, 1.
-            Edges::Periodic if of_rest.count() == 0 && pieces > 0 => (3, 1),
-            Edges::Periodic if pieces == 0 => (0, 0),
-            Edges::Periodic => (of_rest.count() - 1 + 3 - of_rest.all_directions(), 0),
+            BoundaryCondition::Periodic if of_rest.count() == 0 && pieces > 0 => (3, 1),
+            BoundaryCondition::Periodic if pieces == 0 => (0, 0),
+            BoundaryCondition::Periodic => (of_rest.count() - 1 + 3 - of_rest.all_directions(), 0),
         };
         let tunnels = pieces as i64 + cavities as i64 - filled - characteristic(set, connectivity, edges);
         Betti { pieces, tunnels: tunnels as u64, cavities: cavities as u64 }

@@ -2,7 +2,7 @@
 
 use super::{Betti, characteristic};
 use crate::metrics::components::Connectivity;
-use crate::metrics::{Edges, NodeSet, Region};
+use crate::metrics::{BoundaryCondition, NodeSet, Region};
 
 /// χ, Betti numbers and connectivity density of the solid within a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +23,7 @@ impl Topology {
     ///
     /// # Panics
     /// If the nodes are not of the region's raster.
-    pub fn of(solid: &NodeSet, region: &Region, edges: Edges) -> Topology {
+    pub fn of(solid: &NodeSet, region: &Region, edges: BoundaryCondition) -> Topology {
         let solid = solid.and(region.nodes());
         let characteristic = characteristic(&solid, Connectivity::All, edges);
         let contribution = contribution(&solid, region, edges);
@@ -43,9 +43,9 @@ impl Topology {
 /// corner, so that the interior counts 1, a face ½, an edge ¼ and a corner ⅛ (Odgaard and Gundersen 1993; BoneJ does the same).
 /// For another region: χ minus half the χ of the part in its boundary, made of the faces of nodes' cubes. For a periodic cell:
 /// χ.
-pub fn contribution(solid: &NodeSet, region: &Region, edges: Edges) -> f64 {
+pub fn contribution(solid: &NodeSet, region: &Region, edges: BoundaryCondition) -> f64 {
     match (edges, region.is_box()) {
-        (Edges::Periodic, _) => characteristic(solid, Connectivity::All, edges) as f64,
+        (BoundaryCondition::Periodic, _) => characteristic(solid, Connectivity::All, edges) as f64,
         (_, true) => of_box(solid, nodes_of_box(region.nodes())),
         (_, false) => of_shape(solid, region.nodes()),
     }
@@ -81,7 +81,7 @@ fn of_box(solid: &NodeSet, nodes: Option<NodeBox>) -> f64 {
         let part = std::array::from_fn(|axis| choices[axis][taken[axis]]);
         let faces = taken.iter().filter(|&&which| which != 0).count();
         let weight = [8, -4, 2, -1][faces];
-        eighths += weight * characteristic(&cut(solid, part), Connectivity::All, Edges::Clip);
+        eighths += weight * characteristic(&cut(solid, part), Connectivity::All, BoundaryCondition::Clip);
     }
     eighths as f64 / 8.0
 }
@@ -100,7 +100,7 @@ fn of_shape(solid: &NodeSet, region: &NodeSet) -> f64 {
     // With one layer more on every side, the outside of the region closes around it.
     let [solid, region] = [solid, region].map(widened);
     let outside = NodeSet::full(region.size()).minus(&region);
-    let of = |set: &NodeSet| characteristic(set, Connectivity::All, Edges::Clip);
+    let of = |set: &NodeSet| characteristic(set, Connectivity::All, BoundaryCondition::Clip);
     // The χ of the intersection of two unions of closed cubes is the sum of their χ minus that of their union.
     let whole = of(&solid);
     let shared = whole + of(&outside) - of(&outside.or(&solid));

@@ -31,18 +31,18 @@ type Cell = [i64; 3];
 
 /// Returns the cells of a set, by dimension. For 26 neighbours: cubes with their boundaries. For 6: nodes as points, and all
 /// cells whose points are in the set.
-fn cells(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> [BTreeSet<Cell>; 4] {
+fn cells(set: &NodeSet, connectivity: Connectivity, edges: BoundaryCondition) -> [BTreeSet<Cell>; 4] {
     let size = set.size().map(|n| n as i64);
     let mut cells = [const { BTreeSet::new() }; 4];
     let placed = |cell: Cell| match edges {
-        Edges::Periodic => std::array::from_fn(|i| cell[i].rem_euclid(2 * size[i])),
-        Edges::Clip | Edges::Border => cell,
+        BoundaryCondition::Periodic => std::array::from_fn(|i| cell[i].rem_euclid(2 * size[i])),
+        BoundaryCondition::Clip | BoundaryCondition::Border => cell,
     };
     let dimension = |cell: &Cell| cell.iter().filter(|&&i| i.rem_euclid(2) == 1).count();
     let has = |node: [i64; 3]| {
         let node: [i64; 3] = match edges {
-            Edges::Periodic => std::array::from_fn(|i| node[i].rem_euclid(size[i])),
-            Edges::Clip | Edges::Border => node,
+            BoundaryCondition::Periodic => std::array::from_fn(|i| node[i].rem_euclid(size[i])),
+            BoundaryCondition::Clip | BoundaryCondition::Border => node,
         };
         (0..3).all(|i| (0..size[i]).contains(&node[i])) && set.contains(node.map(|i| i as usize))
     };
@@ -72,14 +72,14 @@ fn cells(set: &NodeSet, connectivity: Connectivity, edges: Edges) -> [BTreeSet<C
 }
 
 /// Returns the boundary of a cell, with signs.
-fn boundary(cell: Cell, size: [usize; 3], edges: Edges) -> BTreeMap<Cell, i64> {
+fn boundary(cell: Cell, size: [usize; 3], edges: BoundaryCondition) -> BTreeMap<Cell, i64> {
     let mut faces = BTreeMap::new();
     let mut sign = 1;
     for axis in (0..3).filter(|&axis| cell[axis].rem_euclid(2) == 1) {
         for step in [-1, 1] {
             let mut face = cell;
             face[axis] += step;
-            if edges == Edges::Periodic {
+            if edges == BoundaryCondition::Periodic {
                 face[axis] = face[axis].rem_euclid(2 * size[axis] as i64);
             }
             *faces.entry(face).or_insert(0) += sign * step;
@@ -90,7 +90,7 @@ fn boundary(cell: Cell, size: [usize; 3], edges: Edges) -> BTreeMap<Cell, i64> {
 }
 
 /// Returns the rank of the boundary map of some cells, modulo a large prime.
-fn rank(cells: &BTreeSet<Cell>, size: [usize; 3], edges: Edges) -> usize {
+fn rank(cells: &BTreeSet<Cell>, size: [usize; 3], edges: BoundaryCondition) -> usize {
     const PRIME: i64 = 1_000_003;
     let inverse = |a: i64| {
         let (mut result, mut base, mut power) = (1, a.rem_euclid(PRIME), PRIME - 2);
@@ -131,7 +131,7 @@ fn euler_numbers_agree_with_the_cell_complex() {
         for share in [0.0, 0.15, 0.3, 0.5, 0.7, 0.9, 1.0] {
             let set = random(size, share, at as u64 + 11);
             for connectivity in [Connectivity::Faces, Connectivity::All] {
-                for edges in [Edges::Clip, Edges::Periodic] {
+                for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
                     let case = format!("{size:?} {share} {connectivity:?} {edges:?}");
                     let cells = cells(&set, connectivity, edges);
                     let counts = cells.each_ref().map(|cells| cells.len() as i64);
@@ -155,7 +155,7 @@ fn euler_numbers_agree_with_the_cell_complex() {
 fn rows_of_many_words_agree_with_the_cell_complex() {
     for size in [[63, 3, 3], [64, 3, 2], [65, 2, 3], [129, 2, 2]] {
         for connectivity in [Connectivity::Faces, Connectivity::All] {
-            for edges in [Edges::Clip, Edges::Periodic] {
+            for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
                 let set = random(size, 0.5, 3);
                 let counts = cells(&set, connectivity, edges).map(|cells| cells.len() as i64);
                 let chi = counts[0] - counts[1] + counts[2] - counts[3];
@@ -210,9 +210,9 @@ fn solids_have_their_known_euler_and_betti_numbers() {
         }
     }
     let frame = bars(&frame);
-    assert_eq!(characteristic(&frame, Connectivity::All, Edges::Clip), -4);
+    assert_eq!(characteristic(&frame, Connectivity::All, BoundaryCondition::Clip), -4);
     assert_eq!(
-        Betti::of(&frame, Connectivity::All, Edges::Clip),
+        Betti::of(&frame, Connectivity::All, BoundaryCondition::Clip),
         Betti { pieces: 1, tunnels: 5, cavities: 0 },
         "box frame"
     );
@@ -222,7 +222,7 @@ fn solids_have_their_known_euler_and_betti_numbers() {
         let r = x.hypot(y);
         (1..4).contains(&z) && ((20.0..28.0).contains(&r) || (r < 28.0 && (x.abs() < 3.0 || y.abs() < 3.0)))
     });
-    assert_eq!(characteristic(&crossed, Connectivity::All, Edges::Clip), -3, "crossed circle");
+    assert_eq!(characteristic(&crossed, Connectivity::All, BoundaryCondition::Clip), -3, "crossed circle");
     for resolution in [24, 36, 54] {
         let ball = solids::geodesic(1.0, 16).unwrap();
         let cavity = crate::mesh::testing::reversed(&solids::geodesic(0.6, 16).unwrap());
@@ -233,8 +233,8 @@ fn solids_have_their_known_euler_and_betti_numbers() {
         {
             let (_, nodes) = sampled(&mesh, resolution, 2);
             let chi = numbers[0] - numbers[1] + numbers[2];
-            assert_eq!(characteristic(&nodes, Connectivity::All, Edges::Clip), chi, "{name} {resolution}");
-            let betti = Betti::of(&nodes, Connectivity::All, Edges::Clip);
+            assert_eq!(characteristic(&nodes, Connectivity::All, BoundaryCondition::Clip), chi, "{name} {resolution}");
+            let betti = Betti::of(&nodes, Connectivity::All, BoundaryCondition::Clip);
             assert_eq!([betti.pieces, betti.tunnels, betti.cavities].map(|b| b as i64), numbers, "{name} {resolution}");
             let of_mesh = SurfaceCharacteristic::of(&mesh.positions, &mesh.triangles);
             assert_eq!(of_mesh.of_solid(), Some(chi as f64), "{name}");
@@ -267,12 +267,12 @@ fn a_block_of_struts_has_k_cubed_nodes_and_the_struts_between_them() {
         for per_cell in [16, 24, 32] {
             let (images, nodes) = sampled(&mesh, per_cell * k, 0);
             let region = box_of(images[0].grid());
-            let found = Topology::of(&nodes, &region, Edges::Clip);
+            let found = Topology::of(&nodes, &region, BoundaryCondition::Clip);
             assert_eq!(found.characteristic, expected, "{k} {per_cell}");
             assert_eq!(found.contribution, -2.0 * (count as f64).powi(3), "{k} {per_cell}");
             let density = (1.0 + 2.0 * f64::from(k).powi(3)) / f64::from(k).powi(3);
             assert!((found.connectivity_density / density - 1.0).abs() < 1e-6, "{k} {per_cell} {found:?}");
-            let periodic = Topology::of(&nodes, &region, Edges::Periodic);
+            let periodic = Topology::of(&nodes, &region, BoundaryCondition::Periodic);
             assert_eq!(periodic.characteristic, -2 * count.pow(3), "{k} {per_cell}");
             assert_eq!(periodic.betti.tunnels as i64, 1 + 2 * count.pow(3));
         }
@@ -291,25 +291,25 @@ fn struts_cut_by_a_region_count_half_in_its_boundary() {
         let ball = images(&solids::geodesic(0.45, 12).unwrap(), &grid);
         for (images, name) in [(&cell, "cell"), (&ball, "ball")] {
             let region = Region::of_solid(images);
-            let found = Topology::of(&solid, &region, Edges::Clip);
+            let found = Topology::of(&solid, &region, BoundaryCondition::Clip);
             assert_eq!((found.characteristic, found.contribution), (1, -2.0), "{name} {resolution}");
         }
         let cell = Region::of_solid(&cell);
         let by_box = Region::of_box(&grid, cell.bounds());
-        assert_eq!(contribution(&solid.and(by_box.nodes()), &by_box, Edges::Clip), -2.0, "{resolution}");
+        assert_eq!(contribution(&solid.and(by_box.nodes()), &by_box, BoundaryCondition::Clip), -2.0, "{resolution}");
         let whole = box_of(&grid);
-        assert_eq!(contribution(&solid, &whole, Edges::Border), -54.0, "{resolution}");
+        assert_eq!(contribution(&solid, &whole, BoundaryCondition::Border), -54.0, "{resolution}");
     }
 }
 
 #[test]
 fn solids_off_the_box_contribute_all_of_their_characteristic() {
     let (images, nodes) = sampled(&solids::torus(1.0, 0.3, 48, 24).unwrap(), 40, 3);
-    let found = Topology::of(&nodes, &box_of(images[0].grid()), Edges::Clip);
+    let found = Topology::of(&nodes, &box_of(images[0].grid()), BoundaryCondition::Clip);
     assert_eq!((found.characteristic, found.contribution), (0, 0.0));
     // A box full of solid: cut from a solid that fills space.
     let full = NodeSet::full(nodes.size());
-    assert_eq!(contribution(&full, &box_of(images[0].grid()), Edges::Clip), 1.0 - 3.0 + 3.0 - 1.0);
+    assert_eq!(contribution(&full, &box_of(images[0].grid()), BoundaryCondition::Clip), 1.0 - 3.0 + 3.0 - 1.0);
 }
 
 /// Returns f of the nodal surfaces at an angle.
@@ -335,10 +335,10 @@ fn labyrinths_of_minimal_surfaces_have_their_known_genus() {
             let rest = NodeSet::full([n; 3]).minus(&inside);
             for labyrinth in [&inside, &rest] {
                 for connectivity in [Connectivity::Faces, Connectivity::All] {
-                    let chi = characteristic(labyrinth, connectivity, Edges::Periodic);
+                    let chi = characteristic(labyrinth, connectivity, BoundaryCondition::Periodic);
                     assert_eq!(chi, expected, "{surface:?} {n} {connectivity:?}");
                 }
-                let betti = Betti::of(labyrinth, Connectivity::All, Edges::Periodic);
+                let betti = Betti::of(labyrinth, Connectivity::All, BoundaryCondition::Periodic);
                 assert_eq!([betti.pieces, betti.cavities], [1, 0], "{surface:?} {n}");
                 assert_eq!(betti.tunnels as i64, 1 - expected, "{surface:?} {n}");
             }
@@ -349,11 +349,11 @@ fn labyrinths_of_minimal_surfaces_have_their_known_genus() {
 #[test]
 fn meshed_networks_have_the_characteristic_of_their_labyrinth_and_sheets_twice_it() {
     for (surface, expected) in [(Surface::Gyroid, -4), (Surface::Primitive, -2), (Surface::Diamond, -8)] {
-        for (part, times) in [(Part::Network { fraction: 0.5 }, 1), (Part::Sheet { wall: 0.15 }, 2)] {
+        for (part, times) in [(Part::Network { fraction: 0.5 }, 1), (Part::ScaffoldReport { wall: 0.15 }, 2)] {
             let mesh = MinimalSurface { surface, part, cells: [1; 3], cell_size: 1.0, resolution: 48 }.build().unwrap();
             for resolution in [40, 48, 64] {
                 let (_, nodes) = sampled(&mesh, resolution, 0);
-                let chi = characteristic(&nodes, Connectivity::All, Edges::Periodic);
+                let chi = characteristic(&nodes, Connectivity::All, BoundaryCondition::Periodic);
                 assert_eq!(chi, times * expected, "{surface:?} {part:?} {resolution}");
             }
         }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::Ball;
 use super::thin::{moved, thin_out};
-use crate::metrics::{Edges, NodeSet};
+use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// The value of a node that no ball covers.
 const UNPAINTED: f32 = -1.0;
@@ -23,7 +23,7 @@ const MARGIN: f32 = 0.25;
 ///
 /// # Panics
 /// If there is not a size for each ball.
-pub fn paint(balls: &[Ball], sizes: &[f32], nodes: &NodeSet, edges: Edges) -> Vec<f32> {
+pub fn paint(balls: &[Ball], sizes: &[f32], nodes: &NodeSet, edges: BoundaryCondition) -> Vec<f32> {
     assert_eq!(balls.len(), sizes.len(), "a size for each ball");
     let raster @ [columns, rows, planes] = nodes.size();
     let order = thin_out(balls, sizes, raster, edges);
@@ -50,14 +50,14 @@ struct ByPlane {
 }
 
 impl ByPlane {
-    fn of(order: &[u32], balls: &[Ball], planes: usize, edges: Edges) -> ByPlane {
+    fn of(order: &[u32], balls: &[Ball], planes: usize, edges: BoundaryCondition) -> ByPlane {
         let met = |index: u32| {
             let ball = &balls[index as usize];
             let (low, high) =
                 ((ball.centre[2] - ball.radius).ceil() as i64, (ball.centre[2] + ball.radius).floor() as i64);
             let [low, high] = match edges {
-                Edges::Periodic => [low, high.min(low + planes as i64 - 1)],
-                Edges::Clip | Edges::Border => [low.max(0), high.min(planes as i64 - 1)],
+                BoundaryCondition::Periodic => [low, high.min(low + planes as i64 - 1)],
+                BoundaryCondition::Clip | BoundaryCondition::Border => [low.max(0), high.min(planes as i64 - 1)],
             };
             (low..=high).map(move |z| z.rem_euclid(planes as i64) as usize)
         };
@@ -84,7 +84,7 @@ impl ByPlane {
 struct Canvas {
     z: usize,
     size: [usize; 3],
-    edges: Edges,
+    edges: BoundaryCondition,
     words: usize,
     bits: Vec<u64>,
     /// Numbers of unpainted nodes, of each row and of all.
@@ -93,7 +93,7 @@ struct Canvas {
 }
 
 impl Canvas {
-    fn new(nodes: &NodeSet, z: usize, edges: Edges) -> Canvas {
+    fn new(nodes: &NodeSet, z: usize, edges: BoundaryCondition) -> Canvas {
         let size = nodes.size();
         let bits: Vec<u64> = (0..size[1]).flat_map(|y| nodes.row(y, z)).copied().collect();
         let words = nodes.words();
@@ -108,7 +108,7 @@ impl Canvas {
         let radius = ball.radius + MARGIN;
         let squared = radius * radius;
         match self.edges {
-            Edges::Periodic => {
+            BoundaryCondition::Periodic => {
                 // Once for each repetition of the plane within the ball.
                 let depth = self.size[2] as f32;
                 let first = ((z - radius - self.z as f32) / depth).ceil() as i64;
@@ -118,7 +118,7 @@ impl Canvas {
                     self.paint_disc([x, y], squared - off * off, size, plane);
                 }
             }
-            Edges::Clip | Edges::Border => {
+            BoundaryCondition::Clip | BoundaryCondition::Border => {
                 let off = self.z as f32 - z;
                 self.paint_disc([x, y], squared - off * off, size, plane);
             }
@@ -130,7 +130,7 @@ impl Canvas {
             return;
         }
         let radius = squared.sqrt();
-        let repeats = self.edges == Edges::Periodic;
+        let repeats = self.edges == BoundaryCondition::Periodic;
         let rows = self.size[1] as i64;
         let (mut low, mut high) = ((y - radius).ceil() as i64, (y + radius).floor() as i64);
         if !repeats {
@@ -198,7 +198,7 @@ impl Canvas {
 }
 
 /// Assigns to uncovered nodes the greatest value of their neighbours, until no more have a neighbour with a value.
-fn fill(map: &mut [f32], nodes: &NodeSet, edges: Edges) {
+fn fill(map: &mut [f32], nodes: &NodeSet, edges: BoundaryCondition) {
     let size @ [columns, rows, _] = nodes.size();
     let mut left: Vec<usize> = (0..map.len()).into_par_iter().filter(|&index| map[index] == UNPAINTED).collect();
     while !left.is_empty() {

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::Ball;
 use crate::metrics::distance::DistanceField;
-use crate::metrics::{Edges, NodeSet};
+use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// Accepted deficit of the growth of the distance towards a neighbour relative to a plain slope, as a share of the step. On a
 /// ridge between surfaces whose nearest points are seen under an angle 2β, it grows by cos 2β at most.
@@ -81,8 +81,10 @@ impl Near<'_> {
         for axis in 0..3 {
             let at = node[axis] as i64 + i64::from(offset[axis]);
             other[axis] = match self.field.edges() {
-                Edges::Periodic => at.rem_euclid(size[axis] as i64) as usize,
-                Edges::Clip | Edges::Border => (0..size[axis] as i64).contains(&at).then_some(at as usize)?,
+                BoundaryCondition::Periodic => at.rem_euclid(size[axis] as i64) as usize,
+                BoundaryCondition::Clip | BoundaryCondition::Border => {
+                    (0..size[axis] as i64).contains(&at).then_some(at as usize)?
+                }
             };
         }
         Some(other)

@@ -4,12 +4,12 @@ use std::f64::consts::TAU;
 
 use super::*;
 use crate::metrics::distance::Crossings;
-use crate::metrics::{Edges, Phase};
+use crate::metrics::{BoundaryCondition, Phase};
 
 /// Returns the thickness of the solid where a function is negative, or of its pores.
 fn thickness_of(
     size: [usize; 3],
-    edges: Edges,
+    edges: BoundaryCondition,
     phase: Phase,
     function: impl Fn([f64; 3]) -> f64 + Sync,
 ) -> (NodeSet, DistanceField, Vec<f32>) {
@@ -51,8 +51,9 @@ fn slabs_have_their_thickness() {
     for normal in [[0.0, 0.0, 1.0], unit([1.0, 1.0, 0.0]), unit([1.0, 2.0, 3.0]), unit([5.0, 1.0, 0.3])] {
         for thickness in [2.0, 3.3, 6.7, 13.1] {
             let middle = dot(normal, [20.2, 19.7, 20.4]);
-            let (_, _, mut map) =
-                thickness_of([40; 3], Edges::Clip, Phase::Solid, |p| (dot(normal, p) - middle).abs() - 0.5 * thickness);
+            let (_, _, mut map) = thickness_of([40; 3], BoundaryCondition::Clip, Phase::Solid, |p| {
+                (dot(normal, p) - middle).abs() - 0.5 * thickness
+            });
             keep_inner(&mut map, 40);
             let [least, mean, greatest] = spread(&map);
             println!("slab {normal:.2?} {thickness}: {least:.2} {mean:.2} {greatest:.2}");
@@ -67,10 +68,10 @@ fn every_node_of_a_thick_slab_has_the_full_thickness() {
     for normal in [unit([1.0, 2.0, 3.0]), unit([5.0, 1.0, 0.3]), unit([3.0, 3.0, 1.0]), unit([1.0, 0.02, 0.0])] {
         let middle = dot(normal, [24.2, 23.7, 24.4]);
         let function = |p: [f64; 3]| (dot(normal, p) - middle).abs() - 10.0;
-        let (crossings, solid) = Crossings::of_function([48; 3], Edges::Clip, function);
+        let (crossings, solid) = Crossings::of_function([48; 3], BoundaryCondition::Clip, function);
         // For the surface itself, and for the rough one of its voxels.
-        for (crossings, tolerance) in [(crossings, 1.0), (Crossings::of_nodes(&solid, Edges::Clip), 2.0)] {
-            let mut map = local_thickness(&DistanceField::of(&crossings, Edges::Clip), &solid);
+        for (crossings, tolerance) in [(crossings, 1.0), (Crossings::of_nodes(&solid, BoundaryCondition::Clip), 2.0)] {
+            let mut map = local_thickness(&DistanceField::of(&crossings, BoundaryCondition::Clip), &solid);
             keep_inner(&mut map, 48);
             let [least, mean, _] = spread(&map);
             println!("thick slab {normal:.2?}: {least:.2} {mean:.2}");
@@ -85,7 +86,7 @@ fn a_ball_is_as_thick_as_its_diameter() {
         let side = 2 * radius as usize + 5;
         let half = (side / 2) as f64;
         for centre in [[half; 3], [half + 0.5; 3], [half + 0.31, half - 0.17, half + 0.44]] {
-            let (_, _, map) = thickness_of([side; 3], Edges::Clip, Phase::Solid, |p| {
+            let (_, _, map) = thickness_of([side; 3], BoundaryCondition::Clip, Phase::Solid, |p| {
                 let off = [0, 1, 2].map(|i| p[i] - centre[i]);
                 dot(off, off).sqrt() - radius
             });
@@ -108,7 +109,7 @@ fn a_ball_is_as_thick_as_its_diameter() {
 fn a_rod_is_as_thick_as_its_diameter() {
     for along in [[0.0, 0.0, 1.0], unit([1.0, 1.0, 0.0]), unit([1.0, 2.0, 3.0])] {
         for diameter in [4.0, 8.0, 16.0, 24.0] {
-            let (_, _, mut map) = thickness_of([40; 3], Edges::Clip, Phase::Solid, |p| {
+            let (_, _, mut map) = thickness_of([40; 3], BoundaryCondition::Clip, Phase::Solid, |p| {
                 let off = [p[0] - 20.3, p[1] - 19.6, p[2] - 20.1];
                 (dot(off, off) - dot(off, along).powi(2)).max(0.0).sqrt() - 0.5 * diameter
             });
@@ -134,8 +135,8 @@ fn struts_have_their_closed_form_node_and_pore_sizes() {
         let radius = 0.15 * period;
         for shift in [0.0, 0.37] {
             let function = |p: [f64; 3]| struts(p.map(|x| x + shift), period, radius);
-            let [.., node] = spread(&thickness_of(size, Edges::Periodic, Phase::Solid, function).2);
-            let [.., pore] = spread(&thickness_of(size, Edges::Periodic, Phase::Pore, function).2);
+            let [.., node] = spread(&thickness_of(size, BoundaryCondition::Periodic, Phase::Solid, function).2);
+            let [.., pore] = spread(&thickness_of(size, BoundaryCondition::Periodic, Phase::Pore, function).2);
             let of_node = 6f64.sqrt() * radius;
             let of_pore = 2f64.sqrt() * period - 2.0 * radius;
             println!("struts {cell}: node {node:.2} of {of_node:.2}, pore {pore:.2} of {of_pore:.2}");
@@ -154,7 +155,7 @@ fn a_gyroid_has_its_known_largest_pore() {
     for cell in [16, 32, 64] {
         let period = cell as f64;
         for phase in Phase::BOTH {
-            let (.., map) = thickness_of([cell; 3], Edges::Periodic, phase, |p| gyroid(p, period));
+            let (.., map) = thickness_of([cell; 3], BoundaryCondition::Periodic, phase, |p| gyroid(p, period));
             let [least, mean, greatest] = spread(&map);
             println!("gyroid {cell}: {:.4} {:.4} {:.4} of L", least / period, mean / period, greatest / period);
             assert!((greatest - 0.459 * period).abs() < 1.0);
@@ -165,7 +166,7 @@ fn a_gyroid_has_its_known_largest_pore() {
 #[test]
 fn thickness_is_at_least_twice_the_distance_and_shifts_with_the_solid() {
     let size = [24, 24, 24];
-    for edges in [Edges::Clip, Edges::Border, Edges::Periodic] {
+    for edges in [BoundaryCondition::Clip, BoundaryCondition::Border, BoundaryCondition::Periodic] {
         let at = |shift: [f64; 3]| {
             thickness_of(size, edges, Phase::Pore, move |p| gyroid([0, 1, 2].map(|i| p[i] + shift[i]), 24.0) + 0.1)
         };
@@ -175,7 +176,7 @@ fn thickness_is_at_least_twice_the_distance_and_shifts_with_the_solid() {
             assert!(value >= 2.0 * field.values()[index] * f32::from(u8::from(nodes.contains(node))));
             assert_eq!(value > 0.0, nodes.contains(node), "{edges:?} {node:?}: {value} at {}", field.values()[index]);
         }
-        if edges == Edges::Periodic {
+        if edges == BoundaryCondition::Periodic {
             let (.., moved) = at([5.0, 0.0, 7.0]);
             let differences = (0..map.len()).map(|index| {
                 let [x, y, z] = [index % 24, index / 24 % 24, index / 576];
@@ -194,7 +195,7 @@ fn thickness_is_at_least_twice_the_distance_and_shifts_with_the_solid() {
 fn thickness_maps_do_not_depend_on_the_thread_count() {
     let of = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| thickness_of([32; 3], Edges::Periodic, Phase::Solid, |p| gyroid(p, 16.0)).2)
+        pool.install(|| thickness_of([32; 3], BoundaryCondition::Periodic, Phase::Solid, |p| gyroid(p, 16.0)).2)
     };
     assert_eq!(of(1), of(3));
 }

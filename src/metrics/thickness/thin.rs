@@ -2,7 +2,7 @@
 
 use super::Ball;
 use crate::allocation::vec_with_room;
-use crate::metrics::Edges;
+use crate::metrics::BoundaryCondition;
 
 /// Greatest difference in radius, in pitches, between a dropped ball and the one that covers it; for sizes, twice that.
 const LESS: f32 = 0.25;
@@ -17,7 +17,7 @@ const NONE: u32 = u32::MAX;
 ///
 /// A ball is dropped if a kept one has its centre within √(2 r ε) of its own, no smaller a size, and about the same radius; of
 /// the union of balls along a ridge, crescents about ε thick (0.125 pitches) are lost.
-pub(super) fn thin_out(balls: &[Ball], sizes: &[f32], raster: [usize; 3], edges: Edges) -> Vec<u32> {
+pub(super) fn thin_out(balls: &[Ball], sizes: &[f32], raster: [usize; 3], edges: BoundaryCondition) -> Vec<u32> {
     let mut order: Vec<u32> = (0..balls.len() as u32).collect();
     let key = |&index: &u32| {
         let ball = &balls[index as usize];
@@ -43,7 +43,13 @@ pub(super) fn thin_out(balls: &[Ball], sizes: &[f32], raster: [usize; 3], edges:
 }
 
 /// Marks the nodes near a kept ball.
-fn stamp(kept_near: &mut [u32], [columns, rows, planes]: [usize; 3], edges: Edges, ball: &Ball, index: u32) {
+fn stamp(
+    kept_near: &mut [u32],
+    [columns, rows, planes]: [usize; 3],
+    edges: BoundaryCondition,
+    ball: &Ball,
+    index: u32,
+) {
     let reach = (2.0 * ball.radius * CRESCENT).sqrt();
     let node = ball.node as usize;
     let [x, y, z] = [node % columns, node / columns % rows, node / columns / rows];
@@ -65,10 +71,10 @@ fn stamp(kept_near: &mut [u32], [columns, rows, planes]: [usize; 3], edges: Edge
 }
 
 /// Returns a coordinate moved by an offset, wrapped with [`Edges::Periodic`].
-pub(super) fn moved(from: usize, by: i64, length: usize, edges: Edges) -> Option<usize> {
+pub(super) fn moved(from: usize, by: i64, length: usize, edges: BoundaryCondition) -> Option<usize> {
     let at = from as i64 + by;
     match edges {
-        Edges::Periodic => Some(at.rem_euclid(length as i64) as usize),
-        Edges::Clip | Edges::Border => (0..length as i64).contains(&at).then_some(at as usize),
+        BoundaryCondition::Periodic => Some(at.rem_euclid(length as i64) as usize),
+        BoundaryCondition::Clip | BoundaryCondition::Border => (0..length as i64).contains(&at).then_some(at as usize),
     }
 }

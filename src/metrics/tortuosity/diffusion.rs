@@ -11,7 +11,7 @@ use super::operator::Fine;
 use super::spanning::{around, spanning};
 use super::sums::sum;
 use crate::grid::Axis;
-use crate::metrics::{Edges, NodeSet};
+use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// Residuals from the least that f64 can reach to the greatest that leaves a few digits.
 const TOLERANCES: [f64; 2] = [1e-12, 1e-3];
@@ -70,7 +70,7 @@ pub struct Diffusion {
 pub fn diffusive(
     nodes: &NodeSet,
     axis: Axis,
-    edges: Edges,
+    edges: BoundaryCondition,
     condition: EndCondition,
     tolerance: f64,
     progress: &(dyn Fn(f64) + Sync),
@@ -116,7 +116,7 @@ impl Flow {
     fn solve(
         spanning: &NodeSet,
         axis: Axis,
-        edges: Edges,
+        edges: BoundaryCondition,
         condition: EndCondition,
         tolerance: f64,
         progress: &(dyn Fn(f64) + Sync),
@@ -154,7 +154,7 @@ const NONE: u32 = u32::MAX;
 
 impl System {
     /// Sets up the system of nodes that all belong to pieces which reach from end to end.
-    fn new(spanning: &NodeSet, axis: Axis, edges: Edges, condition: EndCondition) -> System {
+    fn new(spanning: &NodeSet, axis: Axis, edges: BoundaryCondition, condition: EndCondition) -> System {
         let size = spanning.size();
         assert!(size.iter().all(|&side| side <= usize::from(u16::MAX)), "{size:?} nodes; at most 65,535 along an axis");
         let (depth, side) = (axis.depth(), size[axis.depth()]);

@@ -7,7 +7,7 @@ use super::TortuosityError;
 use crate::allocation::vec_with_room;
 use crate::grid::Axis;
 use crate::metrics::access::steps::{MIDDLE, Steps, bits};
-use crate::metrics::{Edges, NodeSet};
+use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// Computes the geodesic tortuosity of a phase in a box that is the whole raster: the mean, over the nodes of its last plane
 /// across `axis`, of the length of the shortest path within `nodes` from its first plane, over the distance of the planes. A
@@ -23,7 +23,7 @@ use crate::metrics::{Edges, NodeSet};
 ///
 /// # Panics
 /// If there are 2³² nodes or more.
-pub fn geodesic(nodes: &NodeSet, axis: Axis, edges: Edges) -> Result<Option<f64>, TortuosityError> {
+pub fn geodesic(nodes: &NodeSet, axis: Axis, edges: BoundaryCondition) -> Result<Option<f64>, TortuosityError> {
     let side = nodes.size()[axis.depth()];
     if side < 2 {
         return Err(TortuosityError::TooThin { axis, nodes: side, least: 2 });
@@ -69,7 +69,7 @@ struct Front<'a> {
     steps: Steps<'a>,
     lengths: Vec<f32>,
     /// Nodes whose lengths are final.
-    settled: NodeSet,
+    resolved: NodeSet,
     waiting: Waiting,
 }
 
@@ -86,7 +86,7 @@ const fn circle(u: u32, v: u32) -> [u32; 8] {
 const STRIDES: [u32; 3] = [1, 3, 9];
 
 impl<'a> Front<'a> {
-    fn new(nodes: &'a NodeSet, axis: Axis, edges: Edges) -> Front<'a> {
+    fn new(nodes: &'a NodeSet, axis: Axis, edges: BoundaryCondition) -> Front<'a> {
         let steps = Steps::between_ends(nodes, edges, axis);
         let mut lengths = vec_with_room(nodes.volume());
         lengths.resize(nodes.volume(), f32::INFINITY);
@@ -96,34 +96,34 @@ impl<'a> Front<'a> {
             lengths[node as usize] = 0.0;
             waiting.push(0.0, node);
         }
-        Front { steps, lengths, settled: NodeSet::empty(nodes.size()), waiting }
+        Front { steps, lengths, resolved: NodeSet::empty(nodes.size()), waiting }
     }
 
     /// Returns the lengths of the shortest paths to all nodes; infinite where there is none.
     fn march(mut self) -> Vec<f32> {
         while let Some((length, index)) = self.waiting.pop() {
             let node = self.steps.place(index);
-            if !self.settled.contains(node) {
-                self.settled.insert(node);
+            if !self.resolved.contains(node) {
+                self.resolved.insert(node);
                 self.pass_on(node, length);
             }
         }
         self.lengths
     }
 
-    /// Updates the neighbours of a node that was just settled. Of the settled corners of a tetrahedron the one nearest to its
-    /// tip is the last to be settled where the path comes through the tetrahedron: so here, from the nearest corner, every
+    /// Updates the neighbours of a node that was just resolved. Of the resolved corners of a tetrahedron the one nearest to its
+    /// tip is the last to be resolved where the path comes through the tetrahedron: so here, from the nearest corner, every
     /// tetrahedron is visited once.
     fn pass_on(&mut self, node: [usize; 3], length: f32) {
         let around = self.steps.from(node);
-        // The lead of the front at settled neighbours; NaN for the others.
+        // The lead of the front at resolved neighbours; NaN for the others.
         let mut earlier = [f32::NAN; 27];
         let mut others = [0u32; 27];
         let mut open = 0u32;
         for bit in bits(around) {
             let neighbour = self.steps.neighbour(node, bit);
             others[bit as usize] = self.steps.index(neighbour);
-            if self.settled.contains(neighbour) {
+            if self.resolved.contains(neighbour) {
                 earlier[bit as usize] = length - self.lengths[others[bit as usize] as usize];
             } else {
                 open |= 1 << bit;
@@ -141,7 +141,7 @@ impl<'a> Front<'a> {
 }
 
 /// Returns the additional length of the path to the neighbour `bit` relative to that to the middle of the cube, given the leads
-/// of the settled neighbours.
+/// of the resolved neighbours.
 ///
 /// On the triangle of the middle f (which is at distance 1 from the tip), a node e beside it and c beside e, with a = T(f) −
 /// T(e) and b = T(e) − T(c), the minimum of the length on the triangle, taken as linear, plus the distance from there to the
@@ -173,7 +173,7 @@ fn further(earlier: &[f32; 27], bit: u32) -> f32 {
             }];
             let saved = [MIDDLE - stride, MIDDLE + stride].map(|c| {
                 let b = earlier[c as usize];
-                // Comparisons with unsettled nodes are false.
+                // Comparisons with unresolved nodes are false.
                 if b >= 0.0 && 3.0 * b * b <= 1.0 { b * b } else { 0.0 }
             });
             (2.0 * (1.0 - saved[0].max(saved[1]))).sqrt()

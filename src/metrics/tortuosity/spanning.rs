@@ -2,17 +2,17 @@
 
 use super::geodesic::plane;
 use crate::grid::Axis;
-use crate::metrics::{Edges, NodeSet};
+use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// Returns the nodes of all 6-connected pieces of a set that reach from the first plane across an axis to the last.
-pub(super) fn spanning(nodes: &NodeSet, axis: Axis, edges: Edges) -> NodeSet {
+pub(super) fn spanning(nodes: &NodeSet, axis: Axis, edges: BoundaryCondition) -> NodeSet {
     let last = nodes.size()[axis.depth()] - 1;
     let from_near = connected(nodes, axis, 0, edges);
     connected(&from_near, axis, last, edges)
 }
 
 /// Returns the nodes that 6-neighbours connect with those of a plane.
-fn connected(nodes: &NodeSet, axis: Axis, at: usize, edges: Edges) -> NodeSet {
+fn connected(nodes: &NodeSet, axis: Axis, at: usize, edges: BoundaryCondition) -> NodeSet {
     let mut met = NodeSet::empty(nodes.size());
     let mut waiting: Vec<[u32; 3]> = Vec::new();
     let mut meet = |node: [usize; 3], waiting: &mut Vec<[u32; 3]>| {
@@ -32,11 +32,16 @@ fn connected(nodes: &NodeSet, axis: Axis, at: usize, edges: Edges) -> NodeSet {
 /// Returns the 6-neighbours of a node: below and above along x, y and z. Neighbours across the lateral faces of the raster
 /// exist only with [`Edges::Periodic`], and across the two end faces never.
 #[inline]
-pub(super) fn around(size: [usize; 3], ends: Axis, edges: Edges, node: [usize; 3]) -> [Option<[usize; 3]>; 6] {
+pub(super) fn around(
+    size: [usize; 3],
+    ends: Axis,
+    edges: BoundaryCondition,
+    node: [usize; 3],
+) -> [Option<[usize; 3]>; 6] {
     std::array::from_fn(|i| {
         let (along, up) = (i / 2, i % 2 == 1);
         let (at, side) = (node[along], size[along]);
-        let wraps = edges == Edges::Periodic && along != ends.depth();
+        let wraps = edges == BoundaryCondition::Periodic && along != ends.depth();
         let next = match (up, at) {
             (false, 0) => wraps.then(|| side - 1),
             (false, _) => Some(at - 1),

@@ -1,16 +1,16 @@
 //! Lengths and fluxes compared with closed forms.
 
 use super::*;
-use crate::metrics::{Edges, NodeSet};
+use crate::metrics::{BoundaryCondition, NodeSet};
 
 const TOLERANCE: f64 = 1e-9;
 
-fn diffusion(nodes: &NodeSet, axis: Axis, edges: Edges) -> Diffusion {
+fn diffusion(nodes: &NodeSet, axis: Axis, edges: BoundaryCondition) -> Diffusion {
     let found = diffusive(nodes, axis, edges, EndCondition::Faces, TOLERANCE, &|_| ()).unwrap();
     found.expect("something reaches from end to end")
 }
 
-fn shortest(nodes: &NodeSet, axis: Axis, edges: Edges) -> f64 {
+fn shortest(nodes: &NodeSet, axis: Axis, edges: BoundaryCondition) -> f64 {
     geodesic(nodes, axis, edges).unwrap().expect("a path")
 }
 
@@ -29,12 +29,13 @@ fn a_straight_tube_has_a_tortuosity_of_exactly_1() {
         let mut size = [17; 3];
         size[axis.depth()] = 40;
         let tube = NodeSet::from_fn(size, bore);
-        assert_eq!(geodesic(&tube, axis, Edges::Clip), Ok(Some(1.0)));
-        let found = diffusion(&tube, axis, Edges::Clip);
+        assert_eq!(geodesic(&tube, axis, BoundaryCondition::Clip), Ok(Some(1.0)));
+        let found = diffusion(&tube, axis, BoundaryCondition::Clip);
         assert!((found.tortuosity - 1.0).abs() < 1e-8, "{found:?}");
         assert!((found.formation_factor * found.share - 1.0).abs() < 1e-8, "{found:?}");
         assert_eq!(found.share, found.spanning_share);
-        let nodes = diffusive(&tube, axis, Edges::Clip, EndCondition::Nodes, TOLERANCE, &|_| ()).unwrap().unwrap();
+        let nodes =
+            diffusive(&tube, axis, BoundaryCondition::Clip, EndCondition::Nodes, TOLERANCE, &|_| ()).unwrap().unwrap();
         assert!((nodes.tortuosity - 1.0).abs() < 1e-8, "{nodes:?}");
     }
 }
@@ -43,18 +44,18 @@ fn a_straight_tube_has_a_tortuosity_of_exactly_1() {
 fn dead_ends_have_no_path() {
     let dead = NodeSet::from_fn([20; 3], |[x, y, z]| (5..15).contains(&x) && y > 3 && z < 19);
     for (axis, open) in [(Axis::Z, false), (Axis::X, false), (Axis::Y, false)] {
-        assert_eq!(geodesic(&dead, axis, Edges::Clip).unwrap().is_some(), open);
-        assert_eq!(diffusive(&dead, axis, Edges::Clip, EndCondition::Faces, TOLERANCE, &|_| ()), Ok(None));
+        assert_eq!(geodesic(&dead, axis, BoundaryCondition::Clip).unwrap().is_some(), open);
+        assert_eq!(diffusive(&dead, axis, BoundaryCondition::Clip, EndCondition::Faces, TOLERANCE, &|_| ()), Ok(None));
     }
     // Two halves that meet in an edge are separate.
     let halves = NodeSet::from_fn([8; 3], |[x, _, z]| (x < 4) == (z < 4));
-    assert_eq!(geodesic(&halves, Axis::Z, Edges::Clip), Ok(None));
-    assert_eq!(diffusive(&halves, Axis::Z, Edges::Clip, EndCondition::Faces, TOLERANCE, &|_| ()), Ok(None));
+    assert_eq!(geodesic(&halves, Axis::Z, BoundaryCondition::Clip), Ok(None));
+    assert_eq!(diffusive(&halves, Axis::Z, BoundaryCondition::Clip, EndCondition::Faces, TOLERANCE, &|_| ()), Ok(None));
     // Pieces that do not reach from end to end count only in the share of the phase.
     let tube = |[x, y, _]: [usize; 3]| (2..6).contains(&x) && (2..6).contains(&y);
     let both = NodeSet::from_fn([20; 3], |node| tube(node) || (node[0] > 10 && node[2] < 10));
-    let found = diffusion(&both, Axis::Z, Edges::Clip);
-    let alone = diffusion(&NodeSet::from_fn([20; 3], tube), Axis::Z, Edges::Clip);
+    let found = diffusion(&both, Axis::Z, BoundaryCondition::Clip);
+    let alone = diffusion(&NodeSet::from_fn([20; 3], tube), Axis::Z, BoundaryCondition::Clip);
     assert!((found.formation_factor / alone.formation_factor - 1.0).abs() < 1e-9);
     assert_eq!(found.spanning_share, alone.share);
     assert!(found.share > 1.5 * alone.share && (found.tortuosity - 1.0).abs() < 1e-6, "{found:?}");
@@ -64,15 +65,16 @@ fn dead_ends_have_no_path() {
 fn impossible_inputs_are_refused() {
     let thin = NodeSet::full([4, 4, 1]);
     assert_eq!(
-        geodesic(&thin, Axis::Z, Edges::Clip),
+        geodesic(&thin, Axis::Z, BoundaryCondition::Clip),
         Err(TortuosityError::TooThin { axis: Axis::Z, nodes: 1, least: 2 })
     );
-    let of = |condition, tolerance| diffusive(&thin, Axis::Z, Edges::Clip, condition, tolerance, &|_| ());
+    let of = |condition, tolerance| diffusive(&thin, Axis::Z, BoundaryCondition::Clip, condition, tolerance, &|_| ());
     assert!((of(EndCondition::Faces, 1e-9).unwrap().unwrap().tortuosity - 1.0).abs() < 1e-12);
     assert!(matches!(of(EndCondition::Nodes, 1e-9), Err(TortuosityError::TooThin { least: 2, .. })));
     assert!(matches!(of(EndCondition::Faces, 1e-15), Err(TortuosityError::Tolerance { .. })));
     let pair = NodeSet::from_fn([3, 3, 2], |[x, _, z]| x < 2 || z == 0);
-    let found = diffusive(&pair, Axis::Z, Edges::Clip, EndCondition::Nodes, 1e-9, &|_| ()).unwrap().unwrap();
+    let found =
+        diffusive(&pair, Axis::Z, BoundaryCondition::Clip, EndCondition::Nodes, 1e-9, &|_| ()).unwrap().unwrap();
     assert!((found.effective_diffusivity - 2.0 / 3.0).abs() < 1e-12, "{found:?}");
 }
 
@@ -99,8 +101,8 @@ fn slits_at_an_angle_have_their_closed_form_tortuosity() {
         let found = [8, 16].map(|long| {
             let length = nodes * long;
             let nodes = slits(length, 0.25, 1.0 / long as f64);
-            let diffusion = diffusion(&nodes, Axis::Z, Edges::Periodic);
-            let along = shortest(&nodes, Axis::Z, Edges::Periodic) * (length - 1) as f64;
+            let diffusion = diffusion(&nodes, Axis::Z, BoundaryCondition::Periodic);
+            let along = shortest(&nodes, Axis::Z, BoundaryCondition::Periodic) * (length - 1) as f64;
             [diffusion.tortuosity * length as f64, along].map(|value| value / length as f64)
         });
         let between = [0, 1].map(|i| 2.0 * found[1][i] - found[0][i]);
@@ -135,7 +137,7 @@ fn shortest_paths_bend_around_an_edge() {
             }
         });
         let exact = exact.sum::<f64>() / side as f64 / side as f64;
-        let found = shortest(&open, Axis::Z, Edges::Clip);
+        let found = shortest(&open, Axis::Z, BoundaryCondition::Clip);
         println!("{side}: {found:.5}, exactly {exact:.5}");
         errors.push(found - exact);
     }
@@ -153,9 +155,9 @@ fn diffusion_across_cylinders_matches_the_known_value() {
             let [x, z] = [x, z].map(|c| (c as f64 + 0.5) / side as f64 - 0.5);
             x.hypot(z) > 0.2
         });
-        let found = diffusion(&array, Axis::Z, Edges::Periodic);
+        let found = diffusion(&array, Axis::Z, BoundaryCondition::Periodic);
         println!("{side}: {:.5} after {} iterations, exactly {exact}", found.tortuosity, found.iterations);
-        let aside = diffusion(&array, Axis::X, Edges::Clip);
+        let aside = diffusion(&array, Axis::X, BoundaryCondition::Clip);
         assert!((aside.tortuosity - found.tortuosity).abs() < 1e-6, "{aside:?}");
         errors.push(found.tortuosity - exact);
     }
@@ -179,7 +181,9 @@ fn gyroid(side: usize, cells: f64, level: f64) -> NodeSet {
 fn the_solution_agrees_with_plain_relaxation() {
     let side = 12;
     let nodes = gyroid(side, 1.0, 0.2);
-    for (edges, condition) in [(Edges::Clip, EndCondition::Faces), (Edges::Periodic, EndCondition::Nodes)] {
+    for (edges, condition) in
+        [(BoundaryCondition::Clip, EndCondition::Faces), (BoundaryCondition::Periodic, EndCondition::Nodes)]
+    {
         let found = diffusive(&nodes, Axis::Y, edges, condition, 1e-11, &|_| ()).unwrap().unwrap();
         let expected = relaxed(&nodes, edges, condition);
         assert!((found.effective_diffusivity / expected - 1.0).abs() < 1e-8, "{found:?} for {expected}");
@@ -188,7 +192,7 @@ fn the_solution_agrees_with_plain_relaxation() {
 }
 
 /// Returns D_eff / D₀ along y by Gauss–Seidel relaxation.
-fn relaxed(nodes: &NodeSet, edges: Edges, condition: EndCondition) -> f64 {
+fn relaxed(nodes: &NodeSet, edges: BoundaryCondition, condition: EndCondition) -> f64 {
     let side = nodes.size()[1];
     let at = |[x, y, z]: [usize; 3]| (z * side + y) * side + x;
     let mut values = vec![0.5; nodes.volume()];
@@ -205,7 +209,7 @@ fn relaxed(nodes: &NodeSet, edges: Edges, condition: EndCondition) -> f64 {
                     }
                     continue;
                 }
-                if beyond && edges != Edges::Periodic {
+                if beyond && edges != BoundaryCondition::Periodic {
                     continue;
                 }
                 other[axis] = (node[axis] + if up { 1 } else { side - 1 }) % side;
@@ -238,7 +242,7 @@ fn iterations_hardly_grow_with_the_raster() {
         [(16, 1.0, 0.0), (32, 1.0, 0.0), (64, 1.0, 0.0), (64, 4.0, 0.0), (64, 4.0, -0.8), (64, 2.0, 0.9)]
     {
         let nodes = gyroid(side, cells, level);
-        let found = diffusive(&nodes, Axis::X, Edges::Clip, EndCondition::Faces, 1e-9, &|share| {
+        let found = diffusive(&nodes, Axis::X, BoundaryCondition::Clip, EndCondition::Faces, 1e-9, &|share| {
             told.lock().unwrap().push(share)
         });
         let found = found.unwrap().unwrap();
@@ -249,7 +253,7 @@ fn iterations_hardly_grow_with_the_raster() {
     }
     // Slightly above the connectivity threshold: winding paths of single nodes with dead ends.
     let barely = NodeSet::from_fn([48; 3], |[x, y, z]| noise((z * 48 + y) * 48 + x) < 0.35);
-    let found = diffusion(&barely, Axis::Z, Edges::Clip);
+    let found = diffusion(&barely, Axis::Z, BoundaryCondition::Clip);
     println!("{found:?}");
     assert!(found.spanning_share < found.share && found.tortuosity > 20.0, "{found:?}");
     most.push(found.iterations);
@@ -267,7 +271,7 @@ fn tortuosity_does_not_depend_on_the_thread_count() {
     let nodes = gyroid(48, 2.0, 0.0);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| diffusion(&nodes, Axis::Z, Edges::Periodic))
+        pool.install(|| diffusion(&nodes, Axis::Z, BoundaryCondition::Periodic))
     };
     assert_eq!(with(1), with(3));
 }

@@ -9,7 +9,7 @@ use super::{BallPatches, Patch};
 use crate::fixed::{Crossing, Hit, Pixels};
 use crate::grid::{Axis, Grid};
 use crate::ldi::TooManySamples;
-use crate::minkowski::{Outer, RaySpans};
+use crate::minkowski::{Exterior, RaySpans};
 use crate::sampler::cpu::{BandCrossings, Sorted, sort};
 use glam::DVec3;
 
@@ -30,10 +30,15 @@ impl BallPatches<'_> {
     /// Computes the spans of all rays along an axis of a grid that the polyhedron lies on; each hit has the number of its
     /// patch.
     ///
-    /// With [`Outer::Out`] the sum must lie in the grid, to rounding. With [`Outer::In`] the solid must extend everywhere
+    /// With [`Exterior::Out`] the sum must lie in the grid, to rounding. With [`Exterior::In`] the solid must extend everywhere
     /// outside the grid.
-    pub fn spans<H: Hit + Sync>(&self, grid: &Grid, axis: Axis, outer: Outer) -> Result<RaySpans<H>, TooManySamples> {
-        Ok(self.counted_spans(grid, axis, outer)?.0)
+    pub fn spans<H: Hit + Sync>(
+        &self,
+        grid: &Grid,
+        axis: Axis,
+        exterior: Exterior,
+    ) -> Result<RaySpans<H>, TooManySamples> {
+        Ok(self.counted_spans(grid, axis, exterior)?.0)
     }
 
     /// Computes the [`spans`](Self::spans), and the number of crossings that they were found from.
@@ -41,13 +46,13 @@ impl BallPatches<'_> {
         &self,
         grid: &Grid,
         axis: Axis,
-        outer: Outer,
+        exterior: Exterior,
     ) -> Result<(RaySpans<H>, u64), TooManySamples> {
         let view = View::new(grid, axis);
         let (columns, rows) = grid.image_size(axis);
         let length = f64::from(grid.length(axis.depth()));
         let bands = rows.div_ceil(BAND_ROWS);
-        let sorted = if self.covers_all(outer) { Vec::new() } else { self.by_band(&view, bands as usize) };
+        let sorted = if self.covers_all(exterior) { Vec::new() } else { self.by_band(&view, bands as usize) };
         let pixels = Pixels::new(grid.shift());
         let of_band = |crossings: &mut BandCrossings<H>, band: u32| {
             let rows = band * BAND_ROWS..rows.min((band + 1) * BAND_ROWS);
@@ -55,11 +60,11 @@ impl BallPatches<'_> {
             let seen_rows = rows.start as i32..rows.end as i32;
             for patch in sorted.iter().flat_map(|chunk| chunk.of_band(band as usize)) {
                 self.sweep(*patch, &view, seen_rows.clone(), |column, row, depth, winding| {
-                    let depth = match outer {
-                        Outer::Out => depth.clamp(0.0, length),
+                    let depth = match exterior {
+                        Exterior::Out => depth.clamp(0.0, length),
                         // Beyond the grid everything is in.
-                        Outer::In if !(0.0..=length).contains(&depth) => return,
-                        Outer::In => depth,
+                        Exterior::In if !(0.0..=length).contains(&depth) => return,
+                        Exterior::In => depth,
                     };
                     let ray = (row as u32 - rows.start) * columns + column as u32;
                     crossings.push(ray, H::new(Crossing::at(depth, winding), *patch));
@@ -70,7 +75,7 @@ impl BallPatches<'_> {
             for ray in 0..rows.len() as u32 * columns {
                 let hits = crossings.on_ray(ray);
                 sort(hits);
-                outer.keep_gaps(pixels, hits, &mut spans.hits);
+                exterior.keep_gaps(pixels, hits, &mut spans.hits);
                 spans.ends.push(spans.hits.len() as u32);
             }
             spans
@@ -90,10 +95,10 @@ impl BallPatches<'_> {
 
     /// Returns whether the ball is so large that the sum covers everything: no point is farther than half the shortest side
     /// from the outside of a box.
-    fn covers_all(&self, outer: Outer) -> bool {
+    fn covers_all(&self, exterior: Exterior) -> bool {
         let bounds = self.solid.bounds();
         let shortest = (0..3).map(|i| i64::from(bounds.max[i]) - i64::from(bounds.min[i])).min().unwrap_or(0);
-        outer == Outer::In && 2.0 * self.radius >= shortest as f64
+        exterior == Exterior::In && 2.0 * self.radius >= shortest as f64
     }
 
     /// Returns the patches that each band may meet, in chunks.

@@ -8,7 +8,7 @@ use crate::closest::ClosestTriangle;
 use crate::fixed::Pixels;
 use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::ldi::Ldi;
-use crate::minkowski::{Membership, Outer, Polyhedron};
+use crate::minkowski::{Exterior, Membership, Polyhedron};
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Mode, SampleError, Sampler};
 
@@ -18,7 +18,7 @@ use crate::sampler::{FillRule, Mode, SampleError, Sampler};
 /// polyhedron itself, which its exact images decide.
 pub struct BallMembership {
     radius: f64,
-    outer: Outer,
+    exterior: Exterior,
     /// `None` where there are no triangles.
     surface: Option<ClosestTriangle>,
     images: Vec<Ldi>,
@@ -26,13 +26,13 @@ pub struct BallMembership {
 }
 
 impl BallMembership {
-    /// Builds the test for the sum of a polyhedron on a grid, with the [`Outer`] side around it, and a ball with a radius of
+    /// Builds the test for the sum of a polyhedron on a grid, with the [`Exterior`] side around it, and a ball with a radius of
     /// `radius_steps` lattice steps, subject to [rounding](rounded_radius).
     pub fn new(
         grid: &Grid,
         solid: &Polyhedron,
         radius_steps: f64,
-        outer: Outer,
+        exterior: Exterior,
     ) -> Result<BallMembership, SampleError> {
         let corner = |&vertex: &u32| exact(solid.positions()[vertex as usize]);
         let triangles = || solid.triangles().par_iter().map(|triangle| [0, 1, 2].map(|i| corner(&triangle[i])));
@@ -48,10 +48,10 @@ impl BallMembership {
         };
         let (surface, images) = rayon::join(surface, sample);
         let radius = rounded_radius(radius_steps);
-        Ok(BallMembership { radius, outer, surface, images: images?, pixels: Pixels::new(grid.shift()) })
+        Ok(BallMembership { radius, exterior, surface, images: images?, pixels: Pixels::new(grid.shift()) })
     }
 
-    /// Returns whether a point on a ray is in the polyhedron, without its outer side.
+    /// Returns whether a point on a ray is in the polyhedron, without its exterior side.
     fn is_inside(&self, point: [i32; 3]) -> bool {
         let ray_of = |coordinate: usize| {
             let index = self.pixels.index_from(point[coordinate]);
@@ -65,7 +65,7 @@ impl BallMembership {
         let found = self.images.iter().find_map(|image| ray_in(image).map(|(ray, depth)| (image, ray, depth)));
         let (image, ray, depth) = found.expect("the point is on a ray");
         let is_within = image.samples(ray).partition_point(|&sample| sample < depth) % 2 == 1;
-        is_within != (self.outer == Outer::In)
+        is_within != (self.exterior == Exterior::In)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::fixed::{Crossing, TriangleHit};
 use crate::grid::{Axis, Grid, offset_grid};
 use crate::mesh::testing::{cube, reversed, tetrahedron, together};
 use crate::mesh::{ClosedMesh, TriangleMesh};
-use crate::minkowski::{Membership, Outer, settle};
+use crate::minkowski::{Exterior, Membership, resolve};
 use crate::solids;
 
 /// Distance from the boundary, in lattice steps, within which a point may be on either side.
@@ -24,7 +24,7 @@ struct Offset {
     grid: Grid,
     solid: Polyhedron,
     radius: f64,
-    outer: Outer,
+    exterior: Exterior,
     membership: BallMembership,
     /// For each axis and ray the spans of the grown or shrunk solid.
     spans: [Vec<Vec<[i32; 2]>>; 3],
@@ -35,13 +35,14 @@ impl Offset {
         let mesh = ClosedMesh::check(mesh).unwrap();
         let grid = offset_grid(mesh.bounds(), distance, pitch, 1024).unwrap();
         let solid = Polyhedron::new(&grid.quantise(&mesh).unwrap());
-        let (solid, outer) = if distance > 0.0 { (solid, Outer::Out) } else { (solid.complement(), Outer::In) };
+        let (solid, exterior) =
+            if distance > 0.0 { (solid, Exterior::Out) } else { (solid.complement(), Exterior::In) };
         let radius = distance.abs() / grid.step();
-        let membership = BallMembership::new(&grid, &solid, radius, outer).unwrap();
+        let membership = BallMembership::new(&grid, &solid, radius, exterior).unwrap();
         let patches = BallPatches::new(&solid, radius);
-        let spans = Axis::ALL.map(|axis| patches.spans::<Crossing>(&grid, axis, outer).unwrap());
-        let settled = settle(&grid, spans, outer, &membership, &|_, _| {}).unwrap();
-        let spans = settled.spans.map(|spans| {
+        let spans = Axis::ALL.map(|axis| patches.spans::<Crossing>(&grid, axis, exterior).unwrap());
+        let resolved = resolve(&grid, spans, exterior, &membership, &|_, _| {}).unwrap();
+        let spans = resolved.spans.map(|spans| {
             let of_ray = |ray| {
                 let ends: Vec<i32> = spans.of_ray(ray).iter().map(|hit| hit.nearest()).collect();
                 assert!(ends.len().is_multiple_of(2) && ends.is_sorted());
@@ -50,7 +51,7 @@ impl Offset {
             (0..spans.offsets.len() as u32 - 1).map(of_ray).collect()
         });
         let radius = patches.radius();
-        Offset { grid, solid, radius, outer, membership, spans }
+        Offset { grid, solid, radius, exterior, membership, spans }
     }
 
     /// Returns the volume along each axis, in world units.
@@ -96,7 +97,7 @@ impl Offset {
                     let expected = distance < self.radius;
                     looked_at += 1;
                     assert_eq!(self.membership.contains(point, &mut ()), expected, "{axis:?} {point:?} {distance}");
-                    let is_in_sum = self.is_in(axis, ray, depth) == (self.outer == Outer::Out);
+                    let is_in_sum = self.is_in(axis, ray, depth) == (self.exterior == Exterior::Out);
                     assert_eq!(is_in_sum, expected, "{axis:?} {ray} {point:?} {}", distance - self.radius);
                 }
             }
@@ -128,7 +129,7 @@ impl Offset {
             })
             .sum();
         let distance = self.unsigned_distance(point);
-        if (winding != 0) == (self.outer == Outer::Out) { -distance } else { distance }
+        if (winding != 0) == (self.exterior == Exterior::Out) { -distance } else { distance }
     }
 
     fn agrees_with_all_triangles(&self) {
@@ -357,7 +358,7 @@ fn samples_have_normals_of_length_one() {
     let solid = Polyhedron::new(&grid.quantise(&mesh).unwrap());
     let patches = BallPatches::new(&solid, 0.6 / grid.step());
     let images = Axis::ALL.map(|axis| {
-        let spans = patches.spans::<TriangleHit>(&grid, axis, Outer::Out).unwrap();
+        let spans = patches.spans::<TriangleHit>(&grid, axis, Exterior::Out).unwrap();
         let depths = spans.hits.iter().map(|hit| crate::fixed::Hit::crossing(*hit).nearest()).collect();
         let image = Ldi::from_parts(grid, axis, spans.offsets, depths, Vec::new()).unwrap();
         image.with_triangles(spans.hits.iter().map(|hit| hit.triangle).collect()).unwrap()

@@ -21,7 +21,7 @@
 //!
 //! **Inside.** The winding number is not 0: shells that overlap unite, and inverted ones are cavities. Walls that rounding has
 //! left without thickness, and needles without area, are part of the solid, as they are of the primitives. For a complement
-//! ([`Outer::In`](super::Outer::In)) everything outside the solid is inside; there, shells may be nested but must not overlap,
+//! ([`Exterior::In`](super::Exterior::In)) everything outside the solid is inside; there, shells may be nested but must not overlap,
 //! since a wall between two of them bounds no complement.
 
 pub mod predicates;

@@ -6,7 +6,7 @@ use super::predicates::{Corners, Ray, Way, do_cross, may_reach, winding};
 use super::shells::vertex_of_each_shell;
 use super::tree::{PairStack, Stack, Tree, do_meet};
 use crate::grid::{Axis, LatticeBox};
-use crate::minkowski::{Membership, Outer, Polyhedron};
+use crate::minkowski::{Exterior, Membership, Polyhedron};
 
 /// The exact membership test of the sum of two solids.
 ///
@@ -14,7 +14,7 @@ use crate::minkowski::{Membership, Outer, Polyhedron};
 #[derive(Clone, Debug)]
 pub struct SumMembership {
     a: Surface,
-    outer_a: Outer,
+    exterior_a: Exterior,
     b: Surface,
 }
 
@@ -43,19 +43,19 @@ struct Surface {
 }
 
 impl SumMembership {
-    /// Prepares the sum of `a` and `b`. With [`Outer::In`], `a` is the complement of a bounded solid and its triangles face
+    /// Prepares the sum of `a` and `b`. With [`Exterior::In`], `a` is the complement of a bounded solid and its triangles face
     /// inwards; its shells must not overlap then. `b` is always bounded.
-    pub fn new(a: &Polyhedron, outer_a: Outer, b: &Polyhedron) -> SumMembership {
-        SumMembership { a: Surface::new(a), outer_a, b: Surface::new(b) }
+    pub fn new(a: &Polyhedron, exterior_a: Exterior, b: &Polyhedron) -> SumMembership {
+        SumMembership { a: Surface::new(a), exterior_a, b: Surface::new(b) }
     }
 
     /// Returns whether a movable point lies in A.
     fn is_in_a(&self, point: [i32; 3], stack: &mut Stack) -> bool {
         let is_wound = self.a.winding(point, stack) != 0;
-        match self.outer_a {
-            Outer::Out => is_wound,
+        match self.exterior_a {
+            Exterior::Out => is_wound,
             // The solid that A is the complement of winds around the points outside A.
-            Outer::In => !is_wound,
+            Exterior::In => !is_wound,
         }
     }
 
@@ -112,9 +112,9 @@ impl Membership for SumMembership {
         if around_b.is_empty() {
             return false;
         }
-        match self.outer_a {
-            Outer::Out if around_a.is_empty() || !do_meet(&around_a, &around_b, point) => return false,
-            Outer::In if around_a.is_empty() || reaches_out(&around_b, &around_a, point) => return true,
+        match self.exterior_a {
+            Exterior::Out if around_a.is_empty() || !do_meet(&around_a, &around_b, point) => return false,
+            Exterior::In if around_a.is_empty() || reaches_out(&around_b, &around_a, point) => return true,
             _ => {}
         }
         memory.crossing.is_some_and(|pair| self.do_cross(pair, point))

@@ -23,7 +23,7 @@ use crate::mesh::LengthUnit;
 pub use amount::{Amount, AmountError};
 
 use super::id;
-use super::sheet::{LimitOutcome, LimitVerdict, Metric, Verdict};
+use super::scaffold_report::{LimitOutcome, LimitVerdict, Metric, Verdict};
 
 /// Readable aliases of metrics.
 pub const ALIASES: [(&str, &str); 20] = [

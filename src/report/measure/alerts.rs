@@ -4,9 +4,9 @@ use super::Study;
 use super::catalogue::definition;
 use super::record::Record;
 use crate::mesh::convex_hull;
-use crate::metrics::Edges;
+use crate::metrics::BoundaryCondition;
 use crate::number::number;
-use crate::report::sheet::{Alert, Convergence, Severity, Varied};
+use crate::report::scaffold_report::{Alert, Convergence, Severity, Varied};
 
 /// Share of chords cut by the region above which chord metrics are doubtful.
 const CENSORED: f64 = 0.05;
@@ -23,7 +23,7 @@ const FILLED: f64 = 0.9;
 /// fills it; even 2 × 2 × 2 cells of a primitive sheet, which have none of the corners, fill 94.7 %, and a cylinder 78.5 %.
 fn unfilled_box(study: &Study, record: &Record) -> Option<String> {
     let settings = study.settings;
-    if study.subject.roi.is_some() || settings.edges == Edges::Periodic {
+    if study.subject.roi.is_some() || settings.edges == BoundaryCondition::Periodic {
         return None;
     }
     let hull = convex_hull(&study.subject.solid.mesh().positions)?.signed_volume();

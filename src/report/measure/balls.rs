@@ -13,9 +13,9 @@ use crate::metrics::access::{self, Ends, access_sizes, bottlenecks, percolation}
 use crate::metrics::components::{open_pores, rim};
 use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::{Ball, largest_balls, local_thickness, radii};
-use crate::metrics::{Distribution, Edges, NodeSet, Phase};
+use crate::metrics::{BoundaryCondition, Distribution, NodeSet, Phase};
 use crate::number::number;
-use crate::report::sheet::{AccessCurve, HistogramPlot};
+use crate::report::scaffold_report::{AccessCurve, HistogramPlot};
 
 /// Number of points in the access curve.
 const POINTS: usize = 128;
@@ -29,10 +29,10 @@ const NO_SOLID: &str = "there is no solid in the region";
 const NO_SURFACE: &str = "there is no surface in the region for a ball to touch";
 
 /// Returns the boundary condition for balls that come from outside: the faces of the region are not walls.
-pub fn from_outside(edges: Edges) -> Edges {
+pub fn from_outside(edges: BoundaryCondition) -> BoundaryCondition {
     match edges {
-        Edges::Periodic => Edges::Periodic,
-        Edges::Clip | Edges::Border => Edges::Clip,
+        BoundaryCondition::Periodic => BoundaryCondition::Periodic,
+        BoundaryCondition::Clip | BoundaryCondition::Border => BoundaryCondition::Clip,
     }
 }
 
@@ -51,7 +51,7 @@ struct PoreBalls {
 
 impl PoreBalls {
     /// Computes the balls of a study's pores; `None` if no surface limits them.
-    fn of(study: &Study, pores: &NodeSet, edges: Edges) -> Option<PoreBalls> {
+    fn of(study: &Study, pores: &NodeSet, edges: BoundaryCondition) -> Option<PoreBalls> {
         let field = DistanceField::of(&Crossings::of_images(&study.images.solid, study.region, edges), edges);
         PoreBalls::in_field(&field, pores)
     }
@@ -68,8 +68,8 @@ impl Ways {
     pub fn of(study: &Study, pores: &NodeSet) -> Option<Ways> {
         let free = PoreBalls::of(study, pores, from_outside(study.settings.edges))?;
         let within = match study.settings.edges {
-            Edges::Border => PoreBalls::of(study, pores, Edges::Border),
-            Edges::Clip | Edges::Periodic => None,
+            BoundaryCondition::Border => PoreBalls::of(study, pores, BoundaryCondition::Border),
+            BoundaryCondition::Clip | BoundaryCondition::Periodic => None,
         };
         Some(Ways { free, within })
     }
@@ -89,12 +89,12 @@ impl Ways {
         Axis::ALL.map(|axis| {
             let ends = Ends::of_region(study.region, axis)?;
             let edges = match (study.region.is_box(), study.settings.edges) {
-                (false, Edges::Border) => Edges::Clip,
+                (false, BoundaryCondition::Border) => BoundaryCondition::Clip,
                 (_, edges) => edges,
             };
             match &self.within {
                 Some(within) if study.region.is_box() => {
-                    percolation(&self.between_walls(within, study, axis), pores, &ends, Edges::Clip)
+                    percolation(&self.between_walls(within, study, axis), pores, &ends, BoundaryCondition::Clip)
                 }
                 _ => percolation(&self.free.radii, pores, &ends, edges),
             }
@@ -279,7 +279,7 @@ pub fn thickness(
     }
     drop(field);
     if let Some((map, nodes)) = walls {
-        let crossings = || Crossings::of_images(&study.images.solid, study.region, Edges::Clip);
+        let crossings = || Crossings::of_images(&study.images.solid, study.region, BoundaryCondition::Clip);
         let free = free_thickness(crossings, &nodes, edges);
         let counted = uncut(map, free.as_deref());
         let values = Distribution::of_map(&counted, 1.0).expect("some nodes always count");
@@ -335,11 +335,15 @@ const REPAINTED: f32 = 0.5;
 
 /// Returns the thickness of a solid, in pitches, with balls that may reach beyond the region; `None` if `edges` allows that
 /// anyway, or if nothing would limit the balls.
-pub fn free_thickness(crossings: impl FnOnce() -> Crossings, nodes: &NodeSet, edges: Edges) -> Option<Vec<f32>> {
-    if edges != Edges::Border {
+pub fn free_thickness(
+    crossings: impl FnOnce() -> Crossings,
+    nodes: &NodeSet,
+    edges: BoundaryCondition,
+) -> Option<Vec<f32>> {
+    if edges != BoundaryCondition::Border {
         return None;
     }
-    let free = local_thickness(&DistanceField::of(&crossings(), Edges::Clip), nodes);
+    let free = local_thickness(&DistanceField::of(&crossings(), BoundaryCondition::Clip), nodes);
     free.iter().all(|thickness| thickness.is_finite()).then_some(free)
 }
 

@@ -14,7 +14,7 @@ use crate::ldi::{Combine, Ldi, NodePlanes};
 use crate::metrics::bounds::{Interval, Sampled, SolidBounds, VolumeBounds, Within, finer_grid};
 use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::local_thickness;
-use crate::metrics::{Distribution, Edges, NodeSet, Phase};
+use crate::metrics::{BoundaryCondition, Distribution, NodeSet, Phase};
 use crate::sampler::{FillRule, Mode, Sampler};
 
 /// Most cubes along the longest side for volumes.
@@ -26,7 +26,7 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, clock: &mut Clock, record: 
     let grid = study.region.grid();
     let is_fine = grid.rays().into_iter().max().is_some_and(|rays| rays > COARSE);
     // A periodic cell must consist of whole pitches.
-    let halves = study.settings.edges != Edges::Periodic || grid.rays().iter().all(|rays| rays % 2 == 0);
+    let halves = study.settings.edges != BoundaryCondition::Periodic || grid.rays().iter().all(|rays| rays % 2 == 0);
     if !(is_fine && halves) {
         between_cubes(study, clock, record);
         return Ok(());
@@ -143,7 +143,7 @@ fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &
         let field = DistanceField::of(&Crossings::of_nodes(nodes, edges), edges);
         let map = local_thickness(&field, nodes);
         drop(field);
-        let free = free_thickness(|| Crossings::of_nodes(beyond, Edges::Clip), nodes, edges);
+        let free = free_thickness(|| Crossings::of_nodes(beyond, BoundaryCondition::Clip), nodes, edges);
         let map = uncut(map, free.as_deref());
         let thickness = Distribution::of_map(&map, pitch)?;
         Some(thickness.quantile(0.01)).filter(|thickness| thickness.is_finite())

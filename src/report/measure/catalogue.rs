@@ -1,7 +1,7 @@
 //! The catalogue of metrics: names, definitions, references and methods.
 
 use crate::report::quantity::Quantity;
-use crate::report::sheet::Group;
+use crate::report::scaffold_report::Group;
 
 /// The definition of a metric.
 #[derive(Clone, Copy, Debug)]

@@ -9,9 +9,9 @@ use crate::grid::Grid;
 use crate::ldi::{Combine, NodePlanes};
 use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::local_thickness;
-use crate::metrics::{Distribution, Edges, Facets, NodeSet, Phase};
+use crate::metrics::{BoundaryCondition, Distribution, Facets, NodeSet, Phase};
 use crate::report::Settings;
-use crate::report::sheet::{Convergence, ConvergenceSeries, Varied};
+use crate::report::scaffold_report::{Convergence, ConvergenceSeries, Varied};
 use crate::sampler::Sampler;
 
 /// The metrics that are measured again on coarser rasters.
@@ -27,7 +27,8 @@ pub fn over_pitch(
     record: &Record,
 ) -> Result<Convergence, Error> {
     // A periodic cell must consist of whole pitches.
-    let fits = |times: &u32| settings.edges != Edges::Periodic || grid.rays().iter().all(|rays| rays % times == 0);
+    let fits =
+        |times: &u32| settings.edges != BoundaryCondition::Periodic || grid.rays().iter().all(|rays| rays % times == 0);
     let mut at: Vec<f64> = [4, 2].into_iter().filter(fits).map(|times| f64::from(times) * grid.pitch()).collect();
     let mut columns = Vec::new();
     for &pitch in &at {

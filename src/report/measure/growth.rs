@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::slices::node_ranges;
 use crate::metrics::{NodeSet, Phase, Region};
-use crate::report::sheet::{Convergence, ConvergenceSeries, Varied};
+use crate::report::scaffold_report::{Convergence, ConvergenceSeries, Varied};
 
 /// The parts, as shares of the region's sides.
 const SHARES: [f64; 5] = [0.5, 0.625, 0.75, 0.875, 1.0];

@@ -23,7 +23,7 @@ mod view;
 
 use crate::ldi::{Combine, Ldi, NodePlanes};
 use crate::mesh::LengthUnit;
-use crate::metrics::elements::show_every_facet;
+use crate::metrics::surface_area::show_every_facet;
 use crate::metrics::{NodeSet, Region};
 use crate::sampler::Sampler;
 
@@ -34,7 +34,7 @@ use self::growth::Growth;
 use self::raster::Images;
 use self::record::Record;
 use self::slices::SliceMaker;
-use super::sheet::{AccessCurve, Alert, Anisotropy, Convergence, HistogramPlot, Metric, Pictures, Profile};
+use super::scaffold_report::{AccessCurve, Alert, Anisotropy, Convergence, HistogramPlot, Metric, Pictures, Profile};
 use crate::Error;
 use crate::Monitor;
 use crate::report::Settings;

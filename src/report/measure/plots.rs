@@ -3,7 +3,7 @@
 use crate::mesh::LengthUnit;
 use crate::metrics::{Distribution, Phase};
 use crate::report::quantity::Quantity;
-use crate::report::sheet::HistogramPlot;
+use crate::report::scaffold_report::HistogramPlot;
 
 /// Number of bins of a histogram.
 const BINS: usize = 64;

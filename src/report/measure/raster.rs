@@ -9,8 +9,8 @@ use crate::driver::machine;
 use crate::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
 use crate::integrate::{AxisVolume, VolumeEstimate};
 use crate::ldi::Ldi;
-use crate::metrics::elements::{Scale, SurfaceElements};
-use crate::metrics::{Edges, Facets, Region};
+use crate::metrics::surface_area::{Scale, SurfaceElements};
+use crate::metrics::{BoundaryCondition, Facets, Region};
 use crate::number::number;
 use crate::sampler::{FillRule, Sampler};
 
@@ -33,7 +33,7 @@ pub struct Subject<'s> {
 
 impl Subject<'_> {
     /// Returns a grid whose pitch follows from the region and which contains solid and region.
-    pub fn grid(&self, spacing: Spacing, edges: Edges) -> Result<Grid, Error> {
+    pub fn grid(&self, spacing: Spacing, edges: BoundaryCondition) -> Result<Grid, Error> {
         let region = self.roi.unwrap_or(self.solid);
         let bounds = region.bounds();
         let refused = |error| Error::input(format!("{}: {error}", region.name()));
@@ -44,7 +44,7 @@ impl Subject<'_> {
             Spacing::Tolerance(_) => unreachable!("reports have no tolerance"),
         };
         let of_region = of_region.map_err(refused)?;
-        if edges == Edges::Periodic {
+        if edges == BoundaryCondition::Periodic {
             self.whole(&of_region)?;
         }
         let grid = match self.roi {

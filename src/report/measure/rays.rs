@@ -8,14 +8,14 @@ use crate::integrate::Moments;
 use crate::metrics::anisotropy::Crossings;
 use crate::metrics::chords::{Chords, Counted, Weighting};
 use crate::metrics::curvature::curvature;
-use crate::metrics::elements::SurfaceElements;
 use crate::metrics::inertia::phase_moments;
-use crate::metrics::orientation::{Plate, overhang};
+use crate::metrics::overhang::{Plate, overhang};
 use crate::metrics::permeability::kozeny_carman;
 use crate::metrics::profiles::profiles;
+use crate::metrics::surface_area::SurfaceElements;
 use crate::metrics::{Facets, Phase};
 use crate::number::number;
-use crate::report::sheet::{Anisotropy, HistogramPlot, Profile};
+use crate::report::scaffold_report::{Anisotropy, HistogramPlot, Profile};
 use crate::sampler::FillRule;
 
 /// The results to be drawn.
@@ -160,13 +160,13 @@ fn chords(study: &Study, phase: Phase, record: &mut Record) -> Option<HistogramP
         Phase::Solid => Plot {
             id: "chord.solid",
             title: "Solid chords",
-            reading: "Stretches of lines within the solid, by number. Many short ones are thin walls or grazing rays; a long tail \
+            reading: "Segments of lines within the solid, by number. Many short ones are thin walls or grazing rays; a long tail \
                       is solid along an axis.",
         },
         Phase::Pore => Plot {
             id: "chord.pore",
             title: "Pore chords",
-            reading: "Stretches of lines within the pores, by number. One narrow peak is a regular lattice, a falling \
+            reading: "Segments of lines within the pores, by number. One narrow peak is a regular lattice, a falling \
                       exponential a random one.",
         },
     };

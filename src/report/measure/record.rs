@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::catalogue;
 use crate::mesh::LengthUnit;
-use crate::report::sheet::{Metric, Status};
+use crate::report::scaffold_report::{Metric, Status};
 
 /// The metrics measured so far.
 #[derive(Default)]

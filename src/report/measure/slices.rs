@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::grid::{Axis, Grid};
 use crate::metrics::{NodeSet, Phase, Region};
-use crate::report::sheet::{Slice, SliceNode};
+use crate::report::scaffold_report::{Slice, SliceNode};
 
 /// A slice under construction.
 pub struct SliceMaker {

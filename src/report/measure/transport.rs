@@ -9,7 +9,7 @@ use super::slices::node_ranges;
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Combine, NodePlanes};
 use crate::metrics::tortuosity::{EndCondition, diffusive, geodesic};
-use crate::metrics::{Edges, NodeSet, Phase, Region};
+use crate::metrics::{BoundaryCondition, NodeSet, Phase, Region};
 use crate::number::number;
 use crate::sampler::Sampler;
 use crate::{Error, Monitor};
@@ -85,7 +85,9 @@ fn coarse(study: &Study) -> Result<Grid, Error> {
     let rays = grid.rays();
     let longest = rays.into_iter().max().unwrap_or(1);
     let most = study.settings.tortuosity_resolution;
-    let fits = |times: &u32| study.settings.edges != Edges::Periodic || rays.iter().all(|count| count % times == 0);
+    let fits = |times: &u32| {
+        study.settings.edges != BoundaryCondition::Periodic || rays.iter().all(|count| count % times == 0)
+    };
     let times = (longest.div_ceil(most)..=longest).find(fits).unwrap_or(1);
     if times == 1 { Ok(*grid) } else { study.subject.grid_of_pitch(f64::from(times) * grid.pitch()) }
 }

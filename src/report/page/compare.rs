@@ -12,7 +12,7 @@ use super::table::{GROUPS, finite, is_open, named};
 use super::verdict::Strip;
 use super::{FOOT, STYLE, words};
 use crate::report::quantity::{Quantity, Unit};
-use crate::report::sheet::{Group, Metric, Sheet};
+use crate::report::scaffold_report::{Group, Metric, ScaffoldReport};
 
 #[derive(Template)]
 #[template(path = "compare.html", config = "src/report/askama.toml")]
@@ -103,7 +103,7 @@ fn design<'s>(letter: &'static str, entry: &'s Entry) -> Design<'s> {
     }
 }
 
-fn table([a, b]: [&Sheet; 2], group: Group) -> GroupTable {
+fn table([a, b]: [&ScaffoldReport; 2], group: Group) -> GroupTable {
     let in_a =
         a.metrics.iter().filter(|metric| metric.group == group).map(|metric| (Some(metric), b.metric(metric.id)));
     let only_b = b.metrics.iter().filter(|metric| metric.group == group && a.metric(metric.id).is_none());
@@ -168,12 +168,12 @@ fn signed(text: String, value: f64) -> String {
 }
 
 /// Returns the range of thickness that the colours of both designs cover.
-fn thicknesses(sheets: [&Sheet; 2]) -> Option<[f64; 2]> {
+fn thicknesses(sheets: [&ScaffoldReport; 2]) -> Option<[f64; 2]> {
     slices::range(sheets.into_iter().flat_map(|sheet| &sheet.pictures.slices), Shown::Solid)
 }
 
 /// Returns slices of both designs across the same axes, in the same colours.
-fn pictures(sheets: [&Sheet; 2], length: &Unit) -> Vec<Picture> {
+fn pictures(sheets: [&ScaffoldReport; 2], length: &Unit) -> Vec<Picture> {
     let Some(range) = thicknesses(sheets) else { return Vec::new() };
     let of_axis = |axis: &str| {
         let drawings: Vec<_> = LETTERS
@@ -191,7 +191,7 @@ fn pictures(sheets: [&Sheet; 2], length: &Unit) -> Vec<Picture> {
 }
 
 /// Returns plots of both designs in one frame each, where both have the data.
-fn figures([a, b]: [&Sheet; 2], length: &Unit) -> Vec<Figure> {
+fn figures([a, b]: [&ScaffoldReport; 2], length: &Unit) -> Vec<Figure> {
     let mut figures = Vec::new();
     for in_a in &a.histograms {
         let Some(in_b) = b.histograms.iter().find(|plot| plot.id == in_a.id) else { continue };

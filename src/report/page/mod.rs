@@ -1,4 +1,4 @@
-//! HTML pages from a [`Sheet`], with styles, drawings and pictures embedded, so that a page can be mailed, archived and
+//! HTML pages from a [`ScaffoldReport`], with styles, drawings and pictures embedded, so that a page can be mailed, archived and
 //! printed, and makes no network requests; a policy in its head forbids them.
 //!
 //! Pages work without scripts; the only script makes tables sortable. Templates escape their inputs; drawings escape their own
@@ -16,7 +16,7 @@ pub mod words;
 
 use askama::Template;
 
-use super::sheet::Sheet;
+use super::scaffold_report::ScaffoldReport;
 
 /// The style of all pages.
 const STYLE: &str = include_str!("../templates/style.css");
@@ -26,7 +26,7 @@ const SORT: &str = include_str!("../templates/sort.js");
 const FOOT: &str = concat!("Made by ldi-ops ", env!("CARGO_PKG_VERSION"));
 
 /// Returns the report on one solid, as a self-contained page.
-pub fn html(sheet: &Sheet) -> String {
+pub fn html(sheet: &ScaffoldReport) -> String {
     report::html(sheet)
 }
 

@@ -10,8 +10,9 @@ use super::table::{self, GroupTable, KeyFigure, Row};
 use super::verdict::Strip;
 use super::{FOOT, STYLE, words};
 use crate::report::quantity::{Quantity, Unit};
-use crate::report::sheet::{
-    Alert, Anisotropy, Convergence, ConvergenceSeries, Group, InputFile, Profile, Provenance, Severity, Sheet, Varied,
+use crate::report::scaffold_report::{
+    Alert, Anisotropy, Convergence, ConvergenceSeries, Group, InputFile, Profile, Provenance, ScaffoldReport, Severity,
+    Varied,
 };
 
 /// A plot with its title, its result and a guide to reading it.
@@ -98,7 +99,7 @@ struct InputRow<'s> {
 }
 
 /// Returns the page.
-pub fn html(sheet: &Sheet) -> String {
+pub fn html(sheet: &ScaffoldReport) -> String {
     let length = Quantity::Length(1).of(sheet.unit);
     let page = Page {
         style: STYLE,
@@ -133,7 +134,7 @@ pub fn html(sheet: &Sheet) -> String {
     super::rendered(&page)
 }
 
-fn facts(sheet: &Sheet, length: &Unit) -> Vec<String> {
+fn facts(sheet: &ScaffoldReport, length: &Unit) -> Vec<String> {
     let Provenance { rays: [x, y, z], pitch, edges, region, made, .. } = &sheet.provenance;
     let unit = match sheet.unit {
         Some(_) => format!("lengths in {}", length.for_people()),
@@ -157,7 +158,7 @@ fn facts(sheet: &Sheet, length: &Unit) -> Vec<String> {
     ]
 }
 
-fn alerts(sheet: &Sheet) -> Vec<AlertItem<'_>> {
+fn alerts(sheet: &ScaffoldReport) -> Vec<AlertItem<'_>> {
     let mut alerts: Vec<_> = sheet
         .alerts
         .iter()
@@ -170,7 +171,7 @@ fn alerts(sheet: &Sheet) -> Vec<AlertItem<'_>> {
     alerts
 }
 
-fn slice_rows(sheet: &Sheet, length: &Unit) -> Vec<SliceRow> {
+fn slice_rows(sheet: &ScaffoldReport, length: &Unit) -> Vec<SliceRow> {
     let slices = &sheet.pictures.slices;
     let row = |shown| {
         let range = slices::range(slices, shown)?;
@@ -201,7 +202,7 @@ fn slice_rows(sheet: &Sheet, length: &Unit) -> Vec<SliceRow> {
     [Shown::Solid, Shown::Pore].into_iter().filter_map(row).collect()
 }
 
-fn distributions(sheet: &Sheet) -> Vec<Figure> {
+fn distributions(sheet: &ScaffoldReport) -> Vec<Figure> {
     let drawn = sheet.histograms.iter().filter(|plot| plot.shares.iter().any(|&share| share > 0.0));
     drawn
         .map(|plot| Figure {
@@ -213,7 +214,7 @@ fn distributions(sheet: &Sheet) -> Vec<Figure> {
         .collect()
 }
 
-fn profiles(sheet: &Sheet, length: &Unit) -> Vec<Figure> {
+fn profiles(sheet: &ScaffoldReport, length: &Unit) -> Vec<Figure> {
     let figure = |of: &Profile| Figure {
         title: format!("Porosity along {}", of.axis),
         drawing: profile::profile(of, &sheet.profiles, length),
@@ -241,7 +242,7 @@ fn anisotropy(of: &Anisotropy, length: &Unit) -> AnisotropyFigure {
     }
 }
 
-fn study(sheet: &Sheet, of: &Convergence, length: &Unit) -> Study {
+fn study(sheet: &ScaffoldReport, of: &Convergence, length: &Unit) -> Study {
     let (title, caption, reading) = match of.over {
         Varied::Pitch => (
             "Over the pitch",
@@ -299,7 +300,7 @@ fn facts_of_run(provenance: &Provenance, length: &Unit) -> Vec<(&'static str, St
         ("Threads", provenance.threads.to_string()),
         ("Raster", format!("{x} × {y} × {z} rays, pitch {}", words::with_unit(provenance.pitch, length))),
         ("Region", provenance.region.clone()),
-        ("Edges", provenance.edges.to_owned()),
+        ("BoundaryCondition", provenance.edges.to_owned()),
     ];
     if let Some(bytes) = provenance.peak_memory_bytes {
         facts.push(("Peak memory", format!("{}\u{a0}MiB", words::count(bytes.div_ceil(1 << 20)))));

@@ -9,7 +9,7 @@ use super::plot::scale::{Scale, round_length};
 use super::plot::svg::{Anchor, Svg};
 use super::words;
 use crate::report::quantity::Unit;
-use crate::report::sheet::{Slice, SliceNode};
+use crate::report::scaffold_report::{Slice, SliceNode};
 
 /// Least side of a picture, in pixels: nodes become squares of a whole number of pixels.
 const LEAST_SIDE: usize = 480;

@@ -12,11 +12,11 @@ use super::{FOOT, SORT, STYLE, words};
 use crate::mesh::LengthUnit;
 use crate::report::id;
 use crate::report::quantity::Unit;
-use crate::report::sheet::{Metric, Sheet};
+use crate::report::scaffold_report::{Metric, ScaffoldReport};
 
 /// A written report and its location.
 pub struct Entry<'s> {
-    pub sheet: &'s Sheet,
+    pub sheet: &'s ScaffoldReport,
     /// The path of its page from the summary: `NAME/report.html`.
     pub link: String,
 }

@@ -2,7 +2,7 @@
 
 use super::words;
 use crate::report::id;
-use crate::report::sheet::{Group, Metric, Sheet};
+use crate::report::scaffold_report::{Group, Metric, ScaffoldReport};
 
 /// A group of metrics.
 pub struct GroupTable {
@@ -119,7 +119,7 @@ const STATISTICS: Series = Series {
     caption: "Distributions: mean, standard deviation, percentiles by volume",
 };
 
-pub fn groups(sheet: &Sheet) -> Vec<GroupTable> {
+pub fn groups(sheet: &ScaffoldReport) -> Vec<GroupTable> {
     let table = |group| {
         let (name, anchor) = named(group);
         let metrics: Vec<&Metric> = sheet.metrics.iter().filter(|metric| metric.group == group).collect();
@@ -151,7 +151,7 @@ fn series_of<'s>(metrics: &[&'s Metric], series: &Series) -> Option<&'s str> {
 }
 
 /// Returns the metrics of a group, a row each.
-pub fn rows(sheet: &Sheet, group: Group) -> Vec<Row> {
+pub fn rows(sheet: &ScaffoldReport, group: Group) -> Vec<Row> {
     let of_group = sheet.metrics.iter().filter(|metric| metric.group == group);
     of_group.map(|metric| Row::of(&[metric], &SINGLE, metric.id)).collect()
 }
@@ -218,7 +218,7 @@ fn together(metrics: &[&Metric], series: &Series, said: impl Fn(&Metric) -> Vec<
     texts.into_iter().map(named).collect()
 }
 
-pub fn key_figures(sheet: &Sheet) -> Vec<KeyFigure> {
+pub fn key_figures(sheet: &ScaffoldReport) -> Vec<KeyFigure> {
     let found = KEY.iter().filter_map(|&id| sheet.metric(id));
     found
         .map(|metric| {
@@ -264,7 +264,7 @@ mod tests {
     fn what_is_said_of_some_columns_names_them() {
         let mut sheet = fixture::rich();
         sheet.metrics = unmeasured(sheet.unit);
-        let of = |sheet: &Sheet| {
+        let of = |sheet: &ScaffoldReport| {
             let found = groups(sheet).into_iter().flat_map(|group| group.tables).flat_map(|table| table.rows);
             found.filter(|row| row.ids.starts_with("percolation.")).flat_map(|row| row.notes).collect::<Vec<_>>()
         };

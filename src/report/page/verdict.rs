@@ -3,7 +3,7 @@
 use super::plot::scale::Scale;
 use super::plot::svg::Svg;
 use super::words;
-use crate::report::sheet::{LimitOutcome, LimitVerdict, Verdict};
+use crate::report::scaffold_report::{LimitOutcome, LimitVerdict, Verdict};
 
 /// The strip on top of a page.
 pub struct Strip {

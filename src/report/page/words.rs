@@ -3,7 +3,7 @@
 use super::plot::svg::escaped;
 use crate::number;
 use crate::report::quantity::{Quantity, Unit};
-use crate::report::sheet::{Metric, Status};
+use crate::report::scaffold_report::{Metric, Status};
 
 /// The placeholder of a missing number.
 pub const NOTHING: &str = "–";

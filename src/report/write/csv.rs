@@ -3,7 +3,7 @@
 use csv::{Terminator, WriterBuilder};
 use serde::Serialize;
 
-use crate::report::sheet::{Metric, Sheet, Status};
+use crate::report::scaffold_report::{Metric, ScaffoldReport, Status};
 
 /// A line; its fields name the columns.
 #[derive(Serialize)]
@@ -24,7 +24,7 @@ struct Line<'s> {
 }
 
 /// Returns the table of the metrics of all sheets; a cell is empty if there is no finite number.
-pub fn csv(sheets: &[&Sheet]) -> String {
+pub fn csv(sheets: &[&ScaffoldReport]) -> String {
     let write = || -> Result<Vec<u8>, csv::Error> {
         let mut writer = WriterBuilder::new().terminator(Terminator::CRLF).from_writer(Vec::new());
         for sheet in sheets {
@@ -38,7 +38,7 @@ pub fn csv(sheets: &[&Sheet]) -> String {
     String::from_utf8(table).expect("what was written was text")
 }
 
-fn line<'s>(sheet: &'s Sheet, metric: &'s Metric) -> Line<'s> {
+fn line<'s>(sheet: &'s ScaffoldReport, metric: &'s Metric) -> Line<'s> {
     let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
     let parameters: Vec<String> = metric.parameters.iter().map(|(name, value)| format!("{name}={value}")).collect();
     Line {

@@ -4,14 +4,14 @@ use csv::{Terminator, WriterBuilder};
 
 use crate::mesh::LengthUnit;
 use crate::report::page::summary::Unmeasured;
-use crate::report::sheet::{Metric, Sheet};
+use crate::report::scaffold_report::{Metric, ScaffoldReport};
 
 /// The mark by which spreadsheets recognise UTF-8.
 const BYTE_ORDER_MARK: &str = "\u{feff}";
 
 /// Returns the table; a cell is empty if there is no finite number. Lengths are in the unit of the first design if every design
 /// has one; otherwise in that of each design, which the second column names.
-pub fn designs(sheets: &[&Sheet], failures: &[Unmeasured]) -> String {
+pub fn designs(sheets: &[&ScaffoldReport], failures: &[Unmeasured]) -> String {
     let mut metrics: Vec<&Metric> = Vec::new();
     for metric in sheets.iter().flat_map(|sheet| &sheet.metrics) {
         if !metrics.iter().any(|known| known.id == metric.id) {
@@ -25,7 +25,7 @@ pub fn designs(sheets: &[&Sheet], failures: &[Unmeasured]) -> String {
         let name = unit.to_string();
         format!("{} [{}]", metric.id, if name.is_empty() { unit.for_people() } else { name })
     };
-    let value = |sheet: &Sheet, metric: &Metric| {
+    let value = |sheet: &ScaffoldReport, metric: &Metric| {
         let metric = sheet.metric(metric.id)?;
         let factor = common.and_then(|unit| metric.unit.factor_to(&metric.unit.quantity.of(Some(unit)))).unwrap_or(1.0);
         metric.value.map(|value| value * factor).filter(|value| value.is_finite()).map(|value| value.to_string())

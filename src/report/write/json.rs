@@ -1,9 +1,9 @@
 //! metrics.json: a sheet without its pictures.
 
-use crate::report::sheet::Sheet;
+use crate::report::scaffold_report::ScaffoldReport;
 
 /// Returns the object, with line breaks. Non-finite numbers are null.
-pub fn json(sheet: &Sheet) -> String {
+pub fn json(sheet: &ScaffoldReport) -> String {
     let text = serde_json::to_string_pretty(sheet).expect("a sheet has no keys but texts and no serialiser that fails");
     text + "\n"
 }

@@ -2,7 +2,7 @@
 
 use crate::report::page::words;
 use crate::report::quantity::Quantity;
-use crate::report::sheet::{InputFile, Metric, Sheet, Status};
+use crate::report::scaffold_report::{InputFile, Metric, ScaffoldReport, Status};
 
 /// Longest line, in characters.
 const COLUMNS: usize = 100;
@@ -50,7 +50,7 @@ const FAMILIES: [(&[&str], &str); 11] = [
 ];
 
 /// Returns the paragraph and the references.
-pub fn methods(sheet: &Sheet) -> String {
+pub fn methods(sheet: &ScaffoldReport) -> String {
     let measured: Vec<&Metric> = sheet.metrics.iter().filter(|metric| is_measured(metric)).collect();
     let mut sources = Vec::new();
     let mut sentences = vec![what(sheet), raster(sheet), edges(sheet)];
@@ -94,7 +94,7 @@ fn is_measured(metric: &Metric) -> bool {
     metric.status != Status::NotApplicable && metric.value.is_some_and(f64::is_finite)
 }
 
-fn what(sheet: &Sheet) -> String {
+fn what(sheet: &ScaffoldReport) -> String {
     let inputs = &sheet.provenance.inputs;
     let of_role = |role: &str| inputs.iter().find(|input| input.role == role);
     let described = |input: &InputFile| {
@@ -120,7 +120,7 @@ fn what(sheet: &Sheet) -> String {
     format!("The solid {solid} was analysed with ldi-ops {version} within {region}. {unit}")
 }
 
-fn raster(sheet: &Sheet) -> String {
+fn raster(sheet: &ScaffoldReport) -> String {
     let [x, y, z] = sheet.provenance.rays;
     let pitch = words::with_unit(sheet.provenance.pitch, &Quantity::Length(1).of(sheet.unit));
     format!(
@@ -129,14 +129,14 @@ fn raster(sheet: &Sheet) -> String {
     )
 }
 
-fn edges(sheet: &Sheet) -> String {
+fn edges(sheet: &ScaffoldReport) -> String {
     match sheet.provenance.edges {
         "periodic" => "The region was taken as a cell that repeats in all directions.".to_owned(),
         "border" => "The boundary of the region was taken as a wall: balls of either phase lie within it.".to_owned(),
         "clip" => {
             "Where the region ends, nothing was assumed: balls touch the surface alone and may reach beyond.".to_owned()
         }
-        other => format!("Edges of the region: {other}."),
+        other => format!("BoundaryCondition of the region: {other}."),
     }
 }
 
@@ -149,7 +149,7 @@ fn bounds(measured: &[&Metric]) -> Option<String> {
     })
 }
 
-fn resolution(sheet: &Sheet) -> Option<String> {
+fn resolution(sheet: &ScaffoldReport) -> Option<String> {
     let unresolved: Vec<String> =
         sheet.metrics.iter().filter(|metric| metric.status == Status::NotResolved).map(named).collect();
     (!unresolved.is_empty()).then(|| format!("The raster did not resolve {}.", listed(&unresolved)))

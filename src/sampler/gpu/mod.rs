@@ -36,9 +36,9 @@ mod masks;
 mod passes;
 mod solid;
 mod stages;
-mod summary;
 mod tiles;
 mod view;
+mod volume_sums;
 
 use std::sync::{Arc, Mutex};
 
@@ -46,7 +46,7 @@ use super::stages::{ListStages, MaskStages};
 use super::{Estimate, FillRule, Mode, SampleError, Sampler};
 use crate::gpu::{Adapter, Device, DeviceError, Pool};
 use crate::grid::{Axis, LatticeSolid};
-use crate::ldi::{Ldi, Summary};
+use crate::ldi::{Ldi, VolumeSums};
 use image::Image;
 use solid::{ResidentSolid, Residents};
 use stages::Kernels;
@@ -196,8 +196,14 @@ impl Sampler for GpuSampler {
         self.image(&[a, b], &Image::of_two(a, b, axis, estimate, fill)?)
     }
 
-    fn summarise(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Summary, SampleError> {
-        self.summary(&[solid], &Image::of_one(solid, axis, mode, fill)?)
+    fn summarise(
+        &self,
+        solid: &LatticeSolid,
+        axis: Axis,
+        mode: Mode,
+        fill: FillRule,
+    ) -> Result<VolumeSums, SampleError> {
+        self.volume_sums(&[solid], &Image::of_one(solid, axis, mode, fill)?)
     }
 
     fn summarise_intersection(
@@ -207,7 +213,7 @@ impl Sampler for GpuSampler {
         axis: Axis,
         estimate: Estimate,
         fill: FillRule,
-    ) -> Result<Summary, SampleError> {
-        self.summary(&[a, b], &Image::of_two(a, b, axis, estimate, fill)?)
+    ) -> Result<VolumeSums, SampleError> {
+        self.volume_sums(&[a, b], &Image::of_two(a, b, axis, estimate, fill)?)
     }
 }

@@ -310,9 +310,9 @@ pub static KEEP: Stage = Stage {
 };
 
 pub static SUMMARY: Stage = Stage {
-    name: "summary",
+    name: "volume_sums",
     entry: "summarise",
-    files: &[shader!("summary")],
+    files: &[shader!("volume_sums")],
     bindings: &[VIEW, (1, Read), (2, Read), (3, Write), (4, Write)],
     flags: &[],
 };

@@ -5,7 +5,7 @@ use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_locks, typed_to_
 
 use crate::closest::{ClosestTriangle, longest};
 use crate::mesh::{Aabb, TriangleMesh};
-use crate::surface::gates::Faults;
+use crate::surface::manifold::Faults;
 
 /// Most decimations of a patch, each with more vertices locked, before it is restored.
 const ATTEMPTS: usize = 8;

@@ -1,4 +1,4 @@
-//! Simplified meshes compared with brute force: distances, gates, topology, the caller's criterion.
+//! Simplified meshes compared with brute force: distances, manifold check, topology, the caller's criterion.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -70,7 +70,8 @@ fn apart(original: &TriangleMesh, other: &TriangleMesh) -> f64 {
 }
 
 fn assert_same_topology(original: &TriangleMesh, result: &TriangleMesh) {
-    let (before, after) = (Gates::of(original, Precision::Single), Gates::of(result, Precision::Single));
+    let (before, after) =
+        (ManifoldReport::of(original, Precision::Single), ManifoldReport::of(result, Precision::Single));
     assert!(after.passed(), "{:?}", after.failures());
     assert_eq!((after.components, after.genus), (before.components, before.genus));
 }
@@ -120,8 +121,8 @@ fn parts_smaller_than_the_bound_neither_vanish_nor_tear() {
     let ring = scaled(&solids::torus(5.0, 0.05, 60, 8).unwrap(), 1.0, DVec3::X * -20.0);
     let hollow = scaled(&reversed(&solids::geodesic(1.0, 6).unwrap()), 0.02, DVec3::ZERO);
     let original = together(&[ball, speck, ring, hollow]);
-    let gates = Gates::of(&original, Precision::Single);
-    assert!(gates.passed() && (gates.components, gates.genus) == (4, Some(1)), "{:?}", gates.failures());
+    let manifold = ManifoldReport::of(&original, Precision::Single);
+    assert!(manifold.passed() && (manifold.components, manifold.genus) == (4, Some(1)), "{:?}", manifold.failures());
     let result = simplified(&original, 0.5);
     assert_same_topology(&original, &result.mesh);
     assert!(result.mesh.triangles.len() < original.triangles.len() / 2, "{}", result.mesh.triangles.len());
@@ -140,7 +141,7 @@ fn requested_positions_are_restored() {
     let calls = RefCell::new(0);
     let result = simplify(&original, 0.1, |mesh| {
         *calls.borrow_mut() += 1;
-        assert!(Gates::of(mesh, Precision::Single).passed());
+        assert!(ManifoldReport::of(mesh, Precision::Single).passed());
         missing(mesh)
     });
     let result = result.unwrap();
@@ -208,10 +209,10 @@ proptest! {
             let sum: f64 = waves.iter().map(|&(x, y, z, a)| a * (position.dot(DVec3::new(x, y, z)) / 4.0).sin()).sum();
             *position *= 1.0 + sum;
         }
-        prop_assume!(Gates::of(&original, Precision::Single).passed());
+        prop_assume!(ManifoldReport::of(&original, Precision::Single).passed());
         let result = simplified(&original, bound);
-        let gates = Gates::of(&result.mesh, Precision::Single);
-        prop_assert!(gates.passed() && gates.genus == Some(0) && gates.components == 1, "{:?}", gates.failures());
+        let manifold = ManifoldReport::of(&result.mesh, Precision::Single);
+        prop_assert!(manifold.passed() && manifold.genus == Some(0) && manifold.components == 1, "{:?}", manifold.failures());
         let apart = apart(&original, &result.mesh);
         prop_assert!(apart <= bound * (1.0 + 1e-12) && result.distance <= bound, "{apart} {} {bound}", result.distance);
         let given: BTreeSet<_> = original.positions.iter().map(|p| p.to_array().map(f64::to_bits)).collect();

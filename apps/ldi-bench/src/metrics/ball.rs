@@ -7,7 +7,7 @@ use ldi_ops::ldi::{Combine, NodePlanes};
 use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::metrics::distance::{Crossings, DistanceField};
 use ldi_ops::metrics::thickness::local_thickness;
-use ldi_ops::metrics::{Distribution, Edges, NodeSet, Region};
+use ldi_ops::metrics::{BoundaryCondition, Distribution, NodeSet, Region};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{FillRule, Mode, Sampler};
 use ldi_ops::solids;
@@ -33,8 +33,8 @@ pub fn of_ball(radius: u32) -> Result<Value, BenchError> {
     let images = [x, y, z].into_iter().collect::<Result<Vec<_>, _>>().map_err(|error| wrong(&error))?;
     let images = images.try_into().expect("an image for each of three axes");
     let nodes = NodeSet::of_planes(&NodePlanes::new(&images, Combine::Most).map_err(|error| wrong(&error))?);
-    let crossings = Crossings::of_images(&images, &Region::of_box(&grid, *solid.bounds()), Edges::Clip);
-    let thickness = local_thickness(&DistanceField::of(&crossings, Edges::Clip), &nodes);
+    let crossings = Crossings::of_images(&images, &Region::of_box(&grid, *solid.bounds()), BoundaryCondition::Clip);
+    let thickness = local_thickness(&DistanceField::of(&crossings, BoundaryCondition::Clip), &nodes);
     let seconds = start.elapsed().as_secs_f64();
     let mean = Distribution::of_map(&thickness, grid.pitch()).map(|of| of.mean());
     Ok(json!({"radius": radius, "thickness": mean, "seconds": seconds}))

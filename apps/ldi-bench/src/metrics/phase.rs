@@ -13,7 +13,7 @@ use ldi_ops::metrics::distance::{Crossings, DistanceField};
 use ldi_ops::metrics::euler::characteristic;
 use ldi_ops::metrics::thickness::{largest_balls, local_thickness, radii};
 use ldi_ops::metrics::tortuosity::{EndCondition, TortuosityError, diffusive, geodesic};
-use ldi_ops::metrics::{Distribution, Edges, NodeSet, Phase};
+use ldi_ops::metrics::{BoundaryCondition, Distribution, NodeSet, Phase};
 use serde_json::{Map, Value, json};
 
 use super::array::Array;
@@ -69,8 +69,9 @@ pub fn measure(array: &Array, phase: Phase, plan: &Plan, maps: Option<&Path>) ->
         chords(&mut said, array, phase);
     }
     if [Measure::Distance, Measure::Thickness, Measure::Access].into_iter().any(asked) {
-        let field =
-            said.timed("distance", || DistanceField::of(&Crossings::of_nodes(&array.nodes, Edges::Clip), Edges::Clip));
+        let field = said.timed("distance", || {
+            DistanceField::of(&Crossings::of_nodes(&array.nodes, BoundaryCondition::Clip), BoundaryCondition::Clip)
+        });
         summarise(&mut said, "distance", field.values(), &nodes, maps)?;
         if asked(Measure::Thickness) {
             let thickness = said.timed("thickness", || local_thickness(&field, &nodes));
@@ -81,7 +82,7 @@ pub fn measure(array: &Array, phase: Phase, plan: &Plan, maps: Option<&Path>) ->
         }
     }
     if asked(Measure::Diffusion) && phase == Phase::Pore {
-        let find = |axis| diffusive(&nodes, axis, Edges::Clip, EndCondition::Nodes, RESIDUAL, &|_| ());
+        let find = |axis| diffusive(&nodes, axis, BoundaryCondition::Clip, EndCondition::Nodes, RESIDUAL, &|_| ());
         through(
             &mut said,
             "diffusion",
@@ -91,7 +92,7 @@ pub fn measure(array: &Array, phase: Phase, plan: &Plan, maps: Option<&Path>) ->
         )?;
     }
     if asked(Measure::Geodesic) && phase == Phase::Pore {
-        let find = |axis| geodesic(&nodes, axis, Edges::Clip);
+        let find = |axis| geodesic(&nodes, axis, BoundaryCondition::Clip);
         through(&mut said, "geodesic", &nodes, find, |tortuosity| json!(tortuosity))?;
     }
     said.values.insert("seconds".to_owned(), Value::Object(said.seconds));
@@ -101,15 +102,15 @@ pub fn measure(array: &Array, phase: Phase, plan: &Plan, maps: Option<&Path>) ->
 fn topology(said: &mut Said, nodes: &NodeSet, array: &Array) {
     for (neighbours, connectivity) in [(6, Connectivity::Faces), (26, Connectivity::All)] {
         let name = format!("components{neighbours}");
-        let pieces = said.timed(&name, || Components::of(nodes, connectivity, Edges::Clip));
+        let pieces = said.timed(&name, || Components::of(nodes, connectivity, BoundaryCondition::Clip));
         let mut sizes = pieces.sizes().to_vec();
         sizes.sort_unstable_by(|a, b| b.cmp(a));
         said.add(&name, json!(sizes));
         let name = format!("euler{neighbours}");
-        let euler = said.timed(&name, || characteristic(nodes, connectivity, Edges::Clip));
+        let euler = said.timed(&name, || characteristic(nodes, connectivity, BoundaryCondition::Clip));
         said.add(&name, json!(euler));
     }
-    let open = said.timed("open", || open_pores(nodes, array.region().nodes(), Edges::Clip).count());
+    let open = said.timed("open", || open_pores(nodes, array.region().nodes(), BoundaryCondition::Clip).count());
     said.add("open", json!(open));
 }
 
@@ -117,8 +118,9 @@ fn chords(said: &mut Said, array: &Array, phase: Phase) {
     let mut by_axis = Map::new();
     said.seconds.insert("images".to_owned(), json!(array.seconds));
     for (axis, image) in Axis::ALL.iter().zip(&array.images) {
-        let chords = said
-            .timed(&format!("chords-{}", axis.name()), || Chords::along(image, &array.region(), phase, Edges::Clip));
+        let chords = said.timed(&format!("chords-{}", axis.name()), || {
+            Chords::along(image, &array.region(), phase, BoundaryCondition::Clip)
+        });
         let counts = |counted| counts(chords.distribution(Weighting::Number, counted));
         let counts = json!({"all": counts(Counted::All), "complete": counts(Counted::Complete)});
         by_axis.insert(axis.name().to_owned(), counts);
@@ -145,17 +147,18 @@ fn access(
     let (rooms, sizes) = said.timed("access", || {
         let balls = largest_balls(field, nodes);
         let rooms = radii(field, nodes, &balls);
-        let gets_there = bottlenecks(&rooms, nodes, &rim(region.nodes()), Edges::Clip);
-        let open = open_pores(nodes, region.nodes(), Edges::Clip);
-        let sizes = access_sizes(&balls, &gets_there, &open, Edges::Clip);
+        let gets_there = bottlenecks(&rooms, nodes, &rim(region.nodes()), BoundaryCondition::Clip);
+        let open = open_pores(nodes, region.nodes(), BoundaryCondition::Clip);
+        let sizes = access_sizes(&balls, &gets_there, &open, BoundaryCondition::Clip);
         (rooms, sizes)
     });
     summarise(said, "access", &sizes, nodes, maps)?;
     let mut spans = Map::new();
     for axis in Axis::ALL {
         let ends = Ends::of_raster(nodes.size(), axis);
-        let found =
-            said.timed(&format!("percolation-{}", axis.name()), || percolation(&rooms, nodes, &ends, Edges::Clip));
+        let found = said.timed(&format!("percolation-{}", axis.name()), || {
+            percolation(&rooms, nodes, &ends, BoundaryCondition::Clip)
+        });
         spans.insert(axis.name().to_owned(), json!(found.map(|found| found.diameter)));
     }
     said.add("percolation", Value::Object(spans));
@@ -191,13 +194,13 @@ fn summarise(
     let [width, height, _] = nodes.size();
     let is_in = |i: usize| nodes.contains([i % width, i / width % height, i / width / height]);
     let values: Vec<f32> = values.iter().enumerate().map(|(i, &value)| if is_in(i) { value } else { 0.0 }).collect();
-    let summary = Distribution::of_map(&values, 1.0).map(|of| {
+    let volume_sums = Distribution::of_map(&values, 1.0).map(|of| {
         let quantiles = [0.05, 0.25, 0.5, 0.75, 0.95].map(|share| of.quantile(share));
         json!({
             "mean": of.mean(), "deviation": of.deviation(), "min": of.min(), "max": of.max(), "quantiles": quantiles,
         })
     });
-    said.add(name, json!(summary));
+    said.add(name, json!(volume_sums));
     if let Some(maps) = maps {
         let path = format!("{}.{name}.f32", maps.display());
         let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();

@@ -2,9 +2,11 @@
 
 use ldi_ops::fixed::Crossing;
 use ldi_ops::grid::{Axis, Grid};
-use ldi_ops::minkowski::{CullCounts, Outer, Polyhedron, Primitives, RaySpans, Settled, SumMembership, cull, settle};
+use ldi_ops::minkowski::{
+    CullCounts, Exterior, Polyhedron, Primitives, RaySpans, ResolvedSpans, SumMembership, cull, resolve,
+};
 #[cfg(feature = "gpu")]
-use ldi_ops::minkowski::{cull::gpu::GpuCuller, settle::gpu::GpuSettler};
+use ldi_ops::minkowski::{cull::gpu::GpuCuller, resolve::gpu::GpuResolver};
 use ldi_ops::sampler::SampleError;
 use ldi_ops::sampler::cpu::CpuSampler;
 #[cfg(feature = "gpu")]
@@ -24,7 +26,7 @@ pub enum Backend {
 pub struct OnDevice {
     sampler: GpuSampler,
     culler: GpuCuller,
-    settler: GpuSettler,
+    resolver: GpuResolver,
 }
 
 impl Backend {
@@ -44,8 +46,8 @@ impl Backend {
         let adapters = ldi_ops::gpu::adapters();
         let sampler = GpuSampler::open(ldi_ops::gpu::choose(&adapters, Some(wanted))?, GpuOptions::default())?;
         let culler = GpuCuller::new(sampler.device(), sampler.arithmetic());
-        let settler = GpuSettler::new(sampler.device());
-        Ok(Backend::Gpu(Box::new(OnDevice { sampler, culler, settler })))
+        let resolver = GpuResolver::new(sampler.device());
+        Ok(Backend::Gpu(Box::new(OnDevice { sampler, culler, resolver })))
     }
 
     /// Returns the adapter's name, if any.
@@ -75,29 +77,30 @@ impl Backend {
         axis: Axis,
     ) -> Result<(RaySpans<Crossing>, u64), BenchError> {
         let spans = match self {
-            Backend::Cpu => primitives.spans(grid, axis, Outer::Out, &CpuSampler::default()).map_err(SampleError::from),
+            Backend::Cpu => {
+                primitives.spans(grid, axis, Exterior::Out, &CpuSampler::default()).map_err(SampleError::from)
+            }
             #[cfg(feature = "gpu")]
-            Backend::Gpu(on) => primitives.spans(grid, axis, Outer::Out, &on.sampler),
+            Backend::Gpu(on) => primitives.spans(grid, axis, Exterior::Out, &on.sampler),
         };
         spans.map_err(|error| BenchError::model(name, error))
     }
 
     /// Returns the spans of a bounded sum with resolved gaps.
-    pub fn settle(
+    pub fn resolve(
         &self,
         name: &str,
         grid: &Grid,
         spans: [RaySpans<Crossing>; 3],
         membership: &SumMembership,
-    ) -> Result<Settled<Crossing>, BenchError> {
+    ) -> Result<ResolvedSpans<Crossing>, BenchError> {
         match self {
-            Backend::Cpu => {
-                settle(grid, spans, Outer::Out, membership, &|_, _| ()).map_err(|error| BenchError::model(name, error))
-            }
+            Backend::Cpu => resolve(grid, spans, Exterior::Out, membership, &|_, _| ())
+                .map_err(|error| BenchError::model(name, error)),
             #[cfg(feature = "gpu")]
             Backend::Gpu(on) => on
-                .settler
-                .settle(grid, spans, Outer::Out, membership, &|_, _| ())
+                .resolver
+                .resolve(grid, spans, Exterior::Out, membership, &|_, _| ())
                 .map_err(|error| BenchError::model(name, error)),
         }
     }

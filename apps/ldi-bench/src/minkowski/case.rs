@@ -6,7 +6,7 @@ use ldi_ops::grid::{Axis, Grid, SumGrid};
 use ldi_ops::integrate::volume;
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::ClosedMesh;
-use ldi_ops::minkowski::{CullCounts, Interior, Outer, Polyhedron, SettleCounts, SumMembership};
+use ldi_ops::minkowski::{CullCounts, Exterior, Interior, Polyhedron, ResolveCounts, SumMembership};
 use ldi_ops::sampler::Mode;
 use ldi_ops::sampler::cpu::CpuSampler;
 use serde_json::{Value, json};
@@ -21,7 +21,7 @@ use crate::machine;
 const LOD: u32 = 1024;
 
 /// The timed stages, in this order.
-pub const STAGES: [&str; 8] = ["quantise", "cull", "interior", "spans_x", "spans_y", "spans_z", "settle", "retrieve"];
+pub const STAGES: [&str; 8] = ["quantise", "cull", "interior", "spans_x", "spans_y", "spans_z", "resolve", "retrieve"];
 
 /// A sum with its statistics.
 struct Sum {
@@ -31,7 +31,7 @@ struct Sum {
     /// Number of primitives that are not certainly inside.
     sampled: usize,
     crossings: [u64; 3],
-    settled: SettleCounts,
+    resolved: ResolveCounts,
     images: [Ldi; 3],
 }
 
@@ -63,10 +63,10 @@ pub fn run(name: &str, resolution: u32, runs: usize, adapter: Option<&str>) -> R
         "pairs": {"candidates": candidates as u64, "visited": visited, "kept": kept, "distinct": distinct},
         "triangles_sampled": sum.sampled,
         "crossings": sum.crossings,
-        "components": sum.settled.components,
-        "cavities": sum.settled.cavities,
-        "gaps": sum.settled.gaps,
-        "gaps_tested": sum.settled.gaps_tested,
+        "components": sum.resolved.components,
+        "cavities": sum.resolved.cavities,
+        "gaps": sum.resolved.gaps,
+        "gaps_tested": sum.resolved.gaps_tested,
         "samples": sum.images.iter().map(|image| image.depths().len() as u64).collect::<Vec<_>>(),
         "volume": sum.images.iter().map(volume).sum::<f64>() / 3.0,
         "seconds": of_stages,
@@ -90,7 +90,7 @@ fn add(name: &str, a: &ClosedMesh, b: &ClosedMesh, resolution: u32, backend: &Ba
     clock.lap();
 
     let sampler = CpuSampler::default();
-    let primitives = primitives.outside(&Interior::new(&grid, &a, Outer::Out, &b, &sampler));
+    let primitives = primitives.outside(&Interior::new(&grid, &a, Exterior::Out, &b, &sampler));
     let sampled = primitives.triangles.len();
     clock.lap();
 
@@ -101,16 +101,16 @@ fn add(name: &str, a: &ClosedMesh, b: &ClosedMesh, resolution: u32, backend: &Ba
     };
     let [(x, met_x), (y, met_y), (z, met_z)] = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
 
-    let membership = SumMembership::new(&a, Outer::Out, &b);
-    let settled = backend.settle(name, &grid, [x, y, z], &membership)?;
+    let membership = SumMembership::new(&a, Exterior::Out, &b);
+    let resolved = backend.resolve(name, &grid, [x, y, z], &membership)?;
     clock.lap();
 
-    let image = |axis: usize| settled.spans[axis].image(&grid, Mode::Exact, &sampler).map_err(|error| failed(&error));
+    let image = |axis: usize| resolved.spans[axis].image(&grid, Mode::Exact, &sampler).map_err(|error| failed(&error));
     let images = [image(0)?, image(1)?, image(2)?];
     clock.lap();
     let seconds = clock.seconds.try_into().expect("the clock was read once a stage");
     let (rays, crossings) = (grid.rays(), [met_x, met_y, met_z]);
-    Ok(Sum { seconds, rays, pairs, sampled, crossings, settled: settled.counts, images })
+    Ok(Sum { seconds, rays, pairs, sampled, crossings, resolved: resolved.counts, images })
 }
 
 /// A clock of the seconds between laps.

@@ -7,7 +7,7 @@ use ldi_ops::Error;
 use ldi_ops::driver::job::{Input, Openness};
 use ldi_ops::grid::RAYS_MAX;
 use ldi_ops::length::Length;
-use ldi_ops::metrics::Edges;
+use ldi_ops::metrics::BoundaryCondition;
 use ldi_ops::placement::Placement;
 use ldi_ops::report::{ReportJob, Roi, Settings};
 
@@ -32,12 +32,12 @@ pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Error> {
         ));
     }
     let edges = match edges {
-        EdgesChoice::Clip => Edges::Clip,
+        EdgesChoice::Clip => BoundaryCondition::Clip,
         EdgesChoice::Periodic if roi.is_some() => {
             return Err(Error::input("--edges periodic is for a box that repeats, and --roi is none"));
         }
-        EdgesChoice::Periodic => Edges::Periodic,
-        EdgesChoice::Border => Edges::Border,
+        EdgesChoice::Periodic => BoundaryCondition::Periodic,
+        EdgesChoice::Border => BoundaryCondition::Border,
     };
     if !(0.0..=90.0).contains(&overhang_angle) {
         return Err(Error::input(format!("--overhang-angle {overhang_angle} is outside 0 to 90 degrees")));

@@ -2,7 +2,7 @@
 
 use ldi_ops::report::ReportJob;
 use ldi_ops::report::files::report_files;
-use ldi_ops::report::sheet::Severity;
+use ldi_ops::report::scaffold_report::Severity;
 use ldi_ops::{Error, ErrorKind};
 
 use super::{Finished, Outcome};

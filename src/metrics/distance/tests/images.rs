@@ -42,15 +42,15 @@ fn faces_cut_by_the_box_are_surface_only_with_a_border() {
     let grid = unit_grid(20);
     let region = Region::of_box(&grid, whole(&grid));
     let block = images(solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap(), &grid);
-    for edges in [Edges::Clip, Edges::Periodic, Edges::Border] {
+    for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic, BoundaryCondition::Border] {
         let crossings = Crossings::of_images(&block, &region, edges);
         assert_eq!(total(&crossings), 0, "{edges:?}");
-        assert_eq!(crossings.walls().is_some(), edges == Edges::Border);
+        assert_eq!(crossings.walls().is_some(), edges == BoundaryCondition::Border);
         let field = DistanceField::of(&crossings, edges);
         let middle = (10 * 20 + 10) * 20 + 10;
         match edges {
-            Edges::Border => assert!((field.values()[middle] - 9.5).abs() < 1e-3),
-            Edges::Clip | Edges::Periodic => assert!(field.values()[middle].is_infinite()),
+            BoundaryCondition::Border => assert!((field.values()[middle] - 9.5).abs() < 1e-3),
+            BoundaryCondition::Clip | BoundaryCondition::Periodic => assert!(field.values()[middle].is_infinite()),
         }
     }
 }
@@ -60,7 +60,11 @@ fn a_seam_between_solid_and_pore_is_surface() {
     let grid = unit_grid(20);
     let region = Region::of_box(&grid, whole(&grid));
     let half = images(solids::cuboid(DVec3::ZERO, DVec3::new(0.5, 1.0, 1.0)).unwrap(), &grid);
-    for (edges, expected) in [(Edges::Clip, &[9.5][..]), (Edges::Periodic, &[-0.5, 9.5]), (Edges::Border, &[9.5])] {
+    for (edges, expected) in [
+        (BoundaryCondition::Clip, &[9.5][..]),
+        (BoundaryCondition::Periodic, &[-0.5, 9.5]),
+        (BoundaryCondition::Border, &[9.5]),
+    ] {
         let crossings = Crossings::of_images(&half, &region, edges);
         let row = crossings.row(Axis::X, 7 * 20 + 3);
         assert_eq!(row.len(), expected.len(), "{edges:?}: {row:?}");
@@ -77,10 +81,10 @@ fn a_solid_that_is_the_region_bounds_balls_with_border_alone() {
     let grid = unit_grid(30);
     let of_ball = ball(&grid);
     let region = Region::of_solid(&of_ball);
-    assert_eq!(total(&Crossings::of_images(&of_ball, &region, Edges::Clip)), 0);
+    assert_eq!(total(&Crossings::of_images(&of_ball, &region, BoundaryCondition::Clip)), 0);
     let block = images(solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap(), &grid);
-    let bordered = Crossings::of_images(&block, &region, Edges::Border);
-    let field = DistanceField::of(&bordered, Edges::Border);
+    let bordered = Crossings::of_images(&block, &region, BoundaryCondition::Border);
+    let field = DistanceField::of(&bordered, BoundaryCondition::Border);
     let middle = (15 * 30 + 15) * 30 + 15;
     let expected = 12.0 - 0.75f64.sqrt();
     assert!((f64::from(field.values()[middle]) - expected).abs() < 0.05, "{}", field.values()[middle]);
@@ -90,8 +94,8 @@ fn a_solid_that_is_the_region_bounds_balls_with_border_alone() {
 fn distances_of_images_equal_those_to_the_nearest_crossing_and_slightly_exceed_true_ones() {
     let grid = unit_grid(30);
     let region = Region::of_box(&grid, whole(&grid));
-    let crossings = Crossings::of_images(&ball(&grid), &region, Edges::Clip);
-    let field = check(&crossings, Edges::Clip);
+    let crossings = Crossings::of_images(&ball(&grid), &region, BoundaryCondition::Clip);
+    let field = check(&crossings, BoundaryCondition::Clip);
     for (index, node) in nodes([30; 3]).enumerate() {
         let exact = (distance(node.map(|i| i as f64), [14.5; 3]) - 12.0).abs();
         let found = f64::from(field.values()[index]);

@@ -16,7 +16,7 @@ impl Offset {
                 for index in 0..self.grid.rays()[axis.depth()] {
                     let depth = self.grid.node(index);
                     let point = point_on(&self.grid, axis, ray, depth);
-                    let is_in_sum = self.is_in(axis, ray, depth) == (self.outer == Outer::Out);
+                    let is_in_sum = self.is_in(axis, ray, depth) == (self.exterior == Exterior::Out);
                     assert_eq!(is_in_sum, self.membership.contains(point, &mut ()), "{axis:?} {ray} {index}");
                 }
             }
@@ -58,10 +58,10 @@ fn contoured(mesh: TriangleMesh, distance: f64, pitch: f64) -> TriangleMesh {
     let solid = Polyhedron::new(&grid.quantise(&mesh).unwrap());
     let radius = distance / grid.step();
     let patches = BallPatches::new(&solid, radius);
-    let spans = Axis::ALL.map(|axis| patches.spans::<TriangleHit>(&grid, axis, Outer::Out).unwrap());
-    let membership = BallMembership::new(&grid, &solid, radius, Outer::Out).unwrap();
-    let settled = settle(&grid, spans, Outer::Out, &membership, &|_, _| {}).unwrap();
-    let images = settled.spans.map(|spans| spans.image(&grid, Mode::Exact, &CpuSampler::default()).unwrap());
+    let spans = Axis::ALL.map(|axis| patches.spans::<TriangleHit>(&grid, axis, Exterior::Out).unwrap());
+    let membership = BallMembership::new(&grid, &solid, radius, Exterior::Out).unwrap();
+    let resolved = resolve(&grid, spans, Exterior::Out, &membership, &|_, _| {}).unwrap();
+    let images = resolved.spans.map(|spans| spans.image(&grid, Mode::Exact, &CpuSampler::default()).unwrap());
     let (images, normals) = patches.sample_normals(images).unwrap();
     contour(images.each_ref(), Some(&normals), SurfaceMode::Exact).unwrap().mesh
 }

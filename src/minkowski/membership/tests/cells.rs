@@ -179,8 +179,8 @@ fn membership_in_sums_of_cells_agrees_with_counting() {
         let (a, b) = (Placed::random(&mut random), Placed::random(&mut random));
         let frame = (0..round % 4).fold(Frame::upright(), |frame, _| frame.sheared(&mut random));
         let (solid_a, solid_b) = (a.polyhedron(&frame), b.polyhedron(&frame));
-        let sum = SumMembership::new(&solid_a, Outer::Out, &solid_b);
-        let far_sum = SumMembership::new(&solid_a.complement(), Outer::In, &solid_b);
+        let sum = SumMembership::new(&solid_a, Exterior::Out, &solid_b);
+        let far_sum = SumMembership::new(&solid_a.complement(), Exterior::In, &solid_b);
         let places: Vec<[i32; 3]> = (0..100).map(|_| random.point(-20, 50)).collect();
         let points = || places.iter().map(|&place| times(frame.to_lattice, place).map(|c| c + 2 * FAR));
         for (sum, counts, expected) in [

@@ -74,7 +74,7 @@ fn compare(
             (0..random.between(1, 4)).map(|_| random_tetrahedron(random, &mut corner)).collect()
         };
         let (a, b) = (heap(&mut random), heap(&mut random));
-        let sum = SumMembership::new(&polyhedron(&a), Outer::Out, &polyhedron(&b));
+        let sum = SumMembership::new(&polyhedron(&a), Exterior::Out, &polyhedron(&b));
         let points: Vec<[i32; 3]> = (0..60).map(|_| point(&mut random)).collect();
         for (point, answer) in answers(&sum, points) {
             let expected = a.iter().any(|a| b.iter().any(|b| is_in_hull(a, b, point)));

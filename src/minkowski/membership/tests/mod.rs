@@ -10,7 +10,7 @@ use cells::Cells;
 use random::Random;
 
 use super::SumMembership;
-use crate::minkowski::{Membership, Outer, Polyhedron};
+use crate::minkowski::{Exterior, Membership, Polyhedron};
 
 /// Returns the answers for points, each found twice: by itself, and with the memory of the points before it.
 fn answers(sum: &SumMembership, points: impl IntoIterator<Item = [i32; 3]>) -> Vec<([i32; 3], bool)> {

@@ -49,9 +49,9 @@ fn compare(sum: &SumMembership, seed: u64, expected: impl Fn(f64) -> Option<bool
 fn adding_a_ball_thickens_and_subtracting_it_thins_a_torus() {
     let (ring, ball) = (torus(100.0, 30.0, 96, 48, 0), ball(20.0));
     let off = |distance: f64, limit: f64| ((distance - limit).abs() > 1.0).then_some(distance < limit);
-    compare(&SumMembership::new(&ring, Outer::Out, &ball), 1, |distance| off(distance, 50.0));
-    compare(&SumMembership::new(&ball, Outer::Out, &ring), 2, |distance| off(distance, 50.0));
-    let thinner = SumMembership::new(&ring.complement(), Outer::In, &ball);
+    compare(&SumMembership::new(&ring, Exterior::Out, &ball), 1, |distance| off(distance, 50.0));
+    compare(&SumMembership::new(&ball, Exterior::Out, &ring), 2, |distance| off(distance, 50.0));
+    let thinner = SumMembership::new(&ring.complement(), Exterior::In, &ball);
     compare(&thinner, 3, |distance| off(distance, 10.0).map(|is_in| !is_in));
 }
 
@@ -60,7 +60,7 @@ fn a_ball_wider_than_the_hole_closes_it() {
     let ring = torus(100.0, 30.0, 96, 48, 0);
     let middle = [2 * CENTRE + 1; 3];
     for (radius, expected) in [(69.0, false), (71.0, true)] {
-        assert_eq!(answers(&SumMembership::new(&ring, Outer::Out, &ball(radius)), [middle])[0].1, expected);
+        assert_eq!(answers(&SumMembership::new(&ring, Exterior::Out, &ball(radius)), [middle])[0].1, expected);
     }
 }
 
@@ -72,12 +72,13 @@ fn sums_of_tori_commute_and_translate() {
     // Vertices on vertices, where everything ties, and the lattice positions beside them.
     let sums: Vec<[i32; 3]> = (0..2000).map(|_| plus(pick(&a), pick(&b))).collect();
     let points: Vec<[i32; 3]> = sums.iter().flat_map(|&sum| [sum, sum.map(|c| c + 1), sum.map(|c| c - 1)]).collect();
-    let one = answers(&SumMembership::new(&a, Outer::Out, &b), points.clone());
+    let one = answers(&SumMembership::new(&a, Exterior::Out, &b), points.clone());
     assert!([true, false].iter().all(|is_in| one.iter().filter(|answer| answer.1 == *is_in).count() > 50));
-    assert_eq!(one, answers(&SumMembership::new(&b, Outer::Out, &a), points.clone()));
+    assert_eq!(one, answers(&SumMembership::new(&b, Exterior::Out, &a), points.clone()));
     let by = [1 << 28, 12, 1 << 27];
     let there = Polyhedron::from_parts(a.positions().iter().map(|&p| plus(p, by)).collect(), a.triangles().to_vec());
-    let elsewhere = answers(&SumMembership::new(&there, Outer::Out, &b), points.iter().map(|&point| plus(point, by)));
+    let elsewhere =
+        answers(&SumMembership::new(&there, Exterior::Out, &b), points.iter().map(|&point| plus(point, by)));
     assert!(one.iter().zip(&elsewhere).all(|(one, other)| one.1 == other.1));
 }
 

@@ -4,7 +4,7 @@ use super::svg::Anchor;
 use super::{AxisOf, Frame};
 use crate::report::page::words;
 use crate::report::quantity::Unit;
-use crate::report::sheet::{Convergence, ConvergenceSeries, Varied};
+use crate::report::scaffold_report::{Convergence, ConvergenceSeries, Varied};
 
 /// The space for the number of a curve.
 const NUMBER: f64 = 14.0;

@@ -3,7 +3,7 @@
 use super::{AxisOf, Frame, Mark};
 use crate::report::page::words;
 use crate::report::quantity::Unit;
-use crate::report::sheet::AccessCurve;
+use crate::report::scaffold_report::AccessCurve;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 

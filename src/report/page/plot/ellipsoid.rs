@@ -4,7 +4,7 @@ use super::WIDTH;
 use super::svg::{Anchor, Svg};
 use crate::report::page::words;
 use crate::report::quantity::Unit;
-use crate::report::sheet::Anisotropy;
+use crate::report::scaffold_report::Anisotropy;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 const NAMES: [&str; 3] = ["a", "b", "c"];

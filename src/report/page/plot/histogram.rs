@@ -2,7 +2,7 @@
 
 use super::{AxisOf, Frame, Mark};
 use crate::report::page::words;
-use crate::report::sheet::HistogramPlot;
+use crate::report::scaffold_report::HistogramPlot;
 
 /// Draws one distribution as bars, with its mean and percentiles.
 pub fn histogram(plot: &HistogramPlot) -> String {

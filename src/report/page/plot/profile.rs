@@ -3,7 +3,7 @@
 use super::{AxisOf, Frame};
 use crate::report::page::words;
 use crate::report::quantity::{Quantity, Unit};
-use crate::report::sheet::Profile;
+use crate::report::scaffold_report::Profile;
 
 /// Draws the profile along one axis, in a frame that fits all of `profiles`.
 pub fn profile(profile: &Profile, profiles: &[Profile], length: &Unit) -> String {

@@ -7,7 +7,7 @@
 //! exact test of one node decides each. A gap has the state of its nodes; a gap between two nodes is tested by itself.
 //!
 //! Nodes are bits, 64 of a row per word, as in [`NodePlanes`](crate::ldi::NodePlanes), but never all in memory: they are made
-//! slab by slab (`slab`), and only the two outer planes of a slab and the sets of its gaps are kept. Within a slab the runs of
+//! slab by slab (`slab`), and only the two exterior planes of a slab and the sets of its gaps are kept. Within a slab the runs of
 //! open nodes along x are united with their neighbours (`sets`, `layer`), then slab with slab. A flood, plane after plane until
 //! nothing changes, would do as well where cavities are simple; union–find takes one pass even in a maze.
 //!
@@ -28,7 +28,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::{Membership, Outer, RaySpans};
+use super::{Exterior, Membership, RaySpans};
 use crate::fixed::Hit;
 use crate::grid::{Axis, Grid};
 use layer::Raster;
@@ -37,16 +37,16 @@ use slab::SlabSets;
 
 /// Spans whose gaps are all out, and the counts of their resolution.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Settled<H> {
+pub struct ResolvedSpans<H> {
     /// The spans along x, y and z.
     pub spans: [RaySpans<H>; 3],
     /// The counts of decisions.
-    pub counts: SettleCounts,
+    pub counts: ResolveCounts,
 }
 
 /// The numbers of nodes, components and gaps that were decided, by method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SettleCounts {
+pub struct ResolveCounts {
     /// Nodes that lie in a gap of all three of their rays.
     pub open_nodes: u64,
     /// Sets of open nodes that no path of nodes connects to one that is certainly in or out; one test each.
@@ -65,7 +65,7 @@ pub struct SettleCounts {
 
 /// The reason why gaps could not be resolved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum SettleError {
+pub enum ResolveError {
     /// The crossings of different rays contradict one another.
     #[error("lattice node {node:?} is inside by the crossings of one ray and outside by those of another")]
     Contradiction {
@@ -97,23 +97,23 @@ const BATCH: usize = 256;
 /// `progress` is called with the number of completed point tests and their total, at the beginning and after every few of them.
 /// The result does not depend on the order of threads. Besides the spans this takes, for each thread, about five bits for each
 /// node of 32 planes.
-pub fn settle<H: Hit + Sync>(
+pub fn resolve<H: Hit + Sync>(
     grid: &Grid,
     mut spans: [RaySpans<H>; 3],
-    outer: Outer,
+    exterior: Exterior,
     membership: &impl Membership,
     progress: &(dyn Fn(u64, u64) + Sync),
-) -> Result<Settled<H>, SettleError> {
+) -> Result<ResolvedSpans<H>, ResolveError> {
     compare(grid, &spans)?;
     let raster = Raster::new(grid);
-    let slabs: Vec<Result<SlabSets, SettleError>> = raster
+    let slabs: Vec<Result<SlabSets, ResolveError>> = raster
         .slabs()
         .into_par_iter()
         .with_max_len(1)
-        .map(|planes| slab::settle(&raster, planes, &spans, outer))
+        .map(|planes| slab::resolve(&raster, planes, &spans, exterior))
         .collect();
     // The first contradiction in order, whichever was found first.
-    let slabs = slabs.into_iter().collect::<Result<Vec<SlabSets>, SettleError>>()?;
+    let slabs = slabs.into_iter().collect::<Result<Vec<SlabSets>, ResolveError>>()?;
     let (mut sets, first_sets) = unite_slabs(&raster, &slabs)?;
 
     // One node of each component, then a point of each gap between two nodes.
@@ -129,7 +129,7 @@ pub fn settle<H: Hit + Sync>(
     let removed = gaps_that_are_in(&slabs, &first_sets, &is_in, of_gaps);
     let total = |count: fn(&SlabSets) -> u64| slabs.iter().map(count).sum::<u64>();
     let (gaps, filled) = (total(|slab| slab.gap_count), of_components.iter().filter(|&&answer| answer).count() as u64);
-    let counts = SettleCounts {
+    let counts = ResolveCounts {
         open_nodes: total(|slab| slab.open_nodes),
         components: components.len() as u64,
         cavities: components.len() as u64 - filled,
@@ -140,16 +140,16 @@ pub fn settle<H: Hit + Sync>(
     };
     drop(slabs);
     spans.par_iter_mut().zip(removed).for_each(|(spans, removed)| fill::fill(spans, removed));
-    Ok(Settled { spans, counts })
+    Ok(ResolvedSpans { spans, counts })
 }
 
 /// Checks that the spans are those of the grid's rays along x, y and z.
-fn compare<H>(grid: &Grid, spans: &[RaySpans<H>; 3]) -> Result<(), SettleError> {
+fn compare<H>(grid: &Grid, spans: &[RaySpans<H>; 3]) -> Result<(), ResolveError> {
     for (axis, spans) in Axis::ALL.into_iter().zip(spans) {
         let (columns, rows) = grid.image_size(axis);
         let (rays, expected) = (spans.offsets.len().saturating_sub(1), columns as usize * rows as usize);
         if spans.axis != axis || rays != expected {
-            return Err(SettleError::Mismatch { axis, found: spans.axis, rays, expected });
+            return Err(ResolveError::Mismatch { axis, found: spans.axis, rays, expected });
         }
     }
     Ok(())
@@ -183,7 +183,7 @@ fn gaps_that_are_in(slabs: &[SlabSets], first_sets: &[u32], is_in: &[bool], answ
 }
 
 /// Unites the sets of neighbouring slabs. Set s ≥ 2 of a slab becomes set s plus the slab's entry in the returned vector.
-fn unite_slabs(raster: &Raster, slabs: &[SlabSets]) -> Result<(Sets, Vec<u32>), SettleError> {
+fn unite_slabs(raster: &Raster, slabs: &[SlabSets]) -> Result<(Sets, Vec<u32>), ResolveError> {
     let mut first = Vec::with_capacity(slabs.len());
     let mut count = 0;
     for slab in slabs {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::SettleError;
+use super::ResolveError;
 use super::sets::{Contradiction, IN, OUT};
 use crate::fixed::Pixels;
 use crate::grid::Grid;
@@ -61,8 +61,8 @@ impl Raster {
     }
 
     /// Returns the error for a contradiction at that node.
-    pub fn contradiction(&self, plane: usize, word: usize, bit: u32) -> SettleError {
-        SettleError::Contradiction { node: self.node(plane, word, bit) }
+    pub fn contradiction(&self, plane: usize, word: usize, bit: u32) -> ResolveError {
+        ResolveError::Contradiction { node: self.node(plane, word, bit) }
     }
 }
 

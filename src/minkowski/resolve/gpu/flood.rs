@@ -8,8 +8,8 @@ use super::stages::{CAST, FLOOD, NodeTally, NodeView, REACHED, SEEDS, SPREAD, TA
 use crate::fixed::Hit;
 use crate::gpu::{Device, DeviceError, Pool, Recorder, Stage, StageKernels, Workgroups, bytes_of, held, workgroups};
 use crate::grid::Axis;
-use crate::minkowski::settle::layer::Raster;
-use crate::minkowski::{Outer, RaySpans};
+use crate::minkowski::resolve::layer::Raster;
+use crate::minkowski::{Exterior, RaySpans};
 
 /// Rounds of sweeps before the first check for progress; the number doubles after each check.
 const FIRST_ROUNDS: u32 = 2;
@@ -70,11 +70,11 @@ pub fn flood<H: Hit + Sync>(
     state: &Mutex<State>,
     raster: &Raster,
     spans: &[RaySpans<H>; 3],
-    outer: Outer,
+    exterior: Exterior,
 ) -> Result<Option<Reached>, DeviceError> {
     let words = admit(device, raster)?;
     let state = &mut *held(state);
-    let views = Axis::ALL.map(|axis| NodeView::new(raster, axis, outer));
+    let views = Axis::ALL.map(|axis| NodeView::new(raster, axis, exterior));
     Flood { device, state, views }.run(words, spans)
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::layer::Raster;
 use crate::fixed::{Hit, Pixels};
 use crate::grid::Axis;
-use crate::minkowski::{Outer, RaySpans};
+use crate::minkowski::{Exterior, RaySpans};
 
 /// The state of nodes by the rays along one axis.
 #[derive(Debug, Default)]
@@ -31,7 +31,7 @@ pub struct RayGap {
 #[derive(Clone, Copy, Debug)]
 pub struct Rays<'a, H> {
     spans: &'a RaySpans<H>,
-    outer: Outer,
+    exterior: Exterior,
     pixels: Pixels,
     nodes: usize,
     columns: usize,
@@ -40,9 +40,9 @@ pub struct Rays<'a, H> {
 
 impl<'a, H: Hit> Rays<'a, H> {
     /// Prepares the rays of some spans.
-    pub fn new(raster: &Raster, spans: &'a RaySpans<H>, outer: Outer) -> Rays<'a, H> {
+    pub fn new(raster: &Raster, spans: &'a RaySpans<H>, exterior: Exterior) -> Rays<'a, H> {
         let Raster { nodes, words, pixels } = *raster;
-        Rays { spans, outer, pixels, nodes: nodes[spans.axis.depth()], columns: nodes[spans.axis.column()], words }
+        Rays { spans, exterior, pixels, nodes: nodes[spans.axis.depth()], columns: nodes[spans.axis.column()], words }
     }
 
     fn node_behind(&self, hit: H) -> usize {
@@ -67,7 +67,7 @@ impl<'a, H: Hit> Rays<'a, H> {
             false => 0,
         };
         let end = if range.end == self.nodes { usize::MAX } else { range.end };
-        let (first_gap, first_hit) = (self.outer.first_gap(), self.spans.offsets[ray as usize]);
+        let (first_gap, first_hit) = (self.exterior.first_gap(), self.spans.offsets[ray as usize]);
         let mut begin = None;
         for (index, &hit) in hits.iter().enumerate().skip(passed) {
             let node = self.node_behind(hit);
@@ -99,13 +99,13 @@ impl<'a, H: Hit> Rays<'a, H> {
         if crossed.is_some() {
             parity(inside);
         }
-        match (self.outer, crossed) {
-            (Outer::Out, None) => {}
-            (Outer::Out, Some((_, ends))) => {
+        match (self.exterior, crossed) {
+            (Exterior::Out, None) => {}
+            (Exterior::Out, Some((_, ends))) => {
                 ends.into_iter().for_each(|node| flip(hull, node));
                 parity(hull);
             }
-            (Outer::In, _) => {
+            (Exterior::In, _) => {
                 inside.iter_mut().for_each(|word| *word = !*word);
                 hull.fill(u64::MAX);
             }
@@ -152,7 +152,7 @@ impl Masks {
             inside[at] ^= inside[at - words];
             hull[at] ^= hull[at - words];
         }
-        if rays.outer == Outer::In {
+        if rays.exterior == Exterior::In {
             inside.iter_mut().for_each(|word| *word = !*word);
             hull.fill(u64::MAX);
         }

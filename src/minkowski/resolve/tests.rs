@@ -53,7 +53,7 @@ impl Shape {
             Shape::Ball(centre, square) => {
                 (0..3).map(|i| i64::from(2 * point[i] - centre[i]).pow(2)).sum::<i64>() < *square
             }
-            Shape::Shell(inner, outer) => outer.contains(point) && !inner.contains(point),
+            Shape::Shell(inner, exterior) => exterior.contains(point) && !inner.contains(point),
             Shape::Not(shape) => !shape.contains(point),
             Shape::Cells(cuts, inside) => {
                 let mut cell = 0;
@@ -94,11 +94,11 @@ impl Shape {
                     to.push(Crossing((below >> 1) << 3 | (1 + (below & 1)) << 1 | leaves));
                 }
             }
-            Shape::Shell(inner, outer) => {
+            Shape::Shell(inner, exterior) => {
                 let first = to.len();
                 inner.cross(axis, point, to);
                 to[first..].iter_mut().for_each(|crossing| crossing.0 ^= 1);
-                outer.cross(axis, point, to);
+                exterior.cross(axis, point, to);
             }
             Shape::Not(shape) => {
                 let first = to.len();
@@ -124,7 +124,7 @@ impl Shape {
 #[derive(Debug)]
 struct Union {
     grid: Grid,
-    outer: Outer,
+    exterior: Exterior,
     shapes: Vec<Shape>,
 }
 
@@ -139,7 +139,7 @@ impl Membership for Union {
 
 impl Union {
     fn new(rays: [u32; 3], shift: u32, shapes: Vec<Shape>) -> Union {
-        Union { grid: Grid::from_parts(DVec3::ZERO, 1.0, rays, shift, 32).unwrap(), outer: Outer::Out, shapes }
+        Union { grid: Grid::from_parts(DVec3::ZERO, 1.0, rays, shift, 32).unwrap(), exterior: Exterior::Out, shapes }
     }
 
     /// Returns the spans of all crossings, and those with true gaps only.
@@ -156,7 +156,7 @@ impl Union {
             crossings.clear();
             self.shapes.iter().for_each(|shape| shape.cross(axis, point, &mut crossings));
             crossings.sort_unstable();
-            self.outer.keep_gaps(pixels, &crossings, &mut certain.hits);
+            self.exterior.keep_gaps(pixels, &crossings, &mut certain.hits);
             let hits = &certain.hits[certain.offsets[ray as usize] as usize..];
             let mut is_gap = |pair: &[Crossing]| {
                 // All of the gap is out if a position in it is, even a node.
@@ -167,7 +167,7 @@ impl Union {
                 };
                 !self.contains(point, &mut ())
             };
-            let first_gap = self.outer.first_gap().min(hits.len());
+            let first_gap = self.exterior.first_gap().min(hits.len());
             exact.hits.extend(&hits[..first_gap]);
             let mut pairs = hits[first_gap..].chunks_exact(2);
             exact.hits.extend(pairs.by_ref().filter(|pair| is_gap(pair)).flatten());
@@ -180,27 +180,27 @@ impl Union {
 
     /// Resolves the union, compares the result with gaps decided one by one and its counts with a scan of all nodes, and
     /// returns the counts.
-    fn check(&self) -> SettleCounts {
+    fn check(&self) -> ResolveCounts {
         let spans = Axis::ALL.map(|axis| self.spans(axis));
         let certain = || spans.each_ref().map(|[certain, _]| certain.clone());
         let exact = spans.each_ref().map(|[_, exact]| exact.clone());
-        let settled = settle(&self.grid, certain(), self.outer, self, &|_, _| {}).unwrap();
+        let resolved = resolve(&self.grid, certain(), self.exterior, self, &|_, _| {}).unwrap();
         let gaps = |spans: &[RaySpans<Crossing>; 3]| {
-            let of_ray = |hits: &[Crossing]| (hits.len() - self.outer.first_gap().min(hits.len())) / 2;
+            let of_ray = |hits: &[Crossing]| (hits.len() - self.exterior.first_gap().min(hits.len())) / 2;
             let of_axis = |spans: &RaySpans<Crossing>| {
                 (0..spans.offsets.len() as u32 - 1).map(|ray| of_ray(spans.of_ray(ray)) as u64).sum::<u64>()
             };
             spans.iter().map(of_axis).sum::<u64>()
         };
-        assert_eq!(settled.counts.gaps, gaps(&certain()));
-        assert_eq!(settled.counts.gaps_out, gaps(&exact));
-        assert_eq!(settled.spans, exact);
+        assert_eq!(resolved.counts.gaps, gaps(&certain()));
+        assert_eq!(resolved.counts.gaps_out, gaps(&exact));
+        assert_eq!(resolved.spans, exact);
         let (open, components) = self.components(&certain());
         let out = components.iter().filter(|&&node| !self.contains(node, &mut ())).count() as u64;
-        assert_eq!(settled.counts.open_nodes, open);
-        assert_eq!(settled.counts.components, components.len() as u64);
-        assert_eq!((settled.counts.cavities, settled.counts.filled), (out, components.len() as u64 - out));
-        settled.counts
+        assert_eq!(resolved.counts.open_nodes, open);
+        assert_eq!(resolved.counts.components, components.len() as u64);
+        assert_eq!((resolved.counts.cavities, resolved.counts.filled), (out, components.len() as u64 - out));
+        resolved.counts
     }
 
     /// Returns the number of nodes that are neither certainly in nor out, and a node of each component, by a search from node
@@ -216,8 +216,8 @@ impl Union {
                 let hits = hits(node, axis);
                 let position = self.grid.node(node[axis.depth()]);
                 let before = hits.iter().filter(|hit| hit.nearest() < position).count();
-                let in_gap = before % 2 == (self.outer.first_gap() + 1) % 2;
-                in_gap && (self.outer == Outer::In || (before > 0 && before < hits.len()))
+                let in_gap = before % 2 == (self.exterior.first_gap() + 1) % 2;
+                in_gap && (self.exterior == Exterior::In || (before > 0 && before < hits.len()))
             })
         };
         let (mut seen, mut components, mut open) = (HashSet::new(), Vec::new(), 0);
@@ -292,20 +292,20 @@ fn random_shape(random: &mut Random, lengths: [i32; 3]) -> Shape {
 }
 
 #[test]
-fn unions_of_shapes_are_settled_gap_by_gap() {
+fn unions_of_shapes_are_resolved_gap_by_gap() {
     let mut random = Random(1);
-    let mut sums = SettleCounts::default();
+    let mut sums = ResolveCounts::default();
     for case in 0..120 {
         let rays = [3..70, 3..20, 3..70].map(|range| random.between(range.start, range.end) as u32);
         let shift = random.between(2, 9) as u32;
         let lengths = rays.map(|n| (n << shift) as i32 - 2);
         let mut shapes: Vec<Shape> = (0..random.between(1, 12)).map(|_| random_shape(&mut random, lengths)).collect();
-        let outer = if case % 4 == 3 { Outer::In } else { Outer::Out };
-        if outer == Outer::In {
+        let exterior = if case % 4 == 3 { Exterior::In } else { Exterior::Out };
+        if exterior == Exterior::In {
             // The room that the others stand in, as wide as the grid.
             shapes.push(Shape::Not(Box::new(cuboid([2; 3], lengths))));
         }
-        let counts = Union { outer, ..Union::new(rays, shift, shapes) }.check();
+        let counts = Union { exterior, ..Union::new(rays, shift, shapes) }.check();
         sums.cavities += counts.cavities;
         sums.filled += counts.filled;
         sums.gaps_tested += counts.gaps_tested;
@@ -315,7 +315,7 @@ fn unions_of_shapes_are_settled_gap_by_gap() {
 }
 
 #[test]
-fn mazes_of_random_nodes_settle_as_expected() {
+fn mazes_of_random_nodes_resolve_as_expected() {
     let mut random = Random(2);
     let mut cavities = 0;
     for case in 0..24 {
@@ -332,7 +332,7 @@ fn mazes_of_random_nodes_settle_as_expected() {
             cavities += Union::new(rays, shift, shapes).check().cavities;
         } else {
             shapes.push(Shape::Not(Box::new(cuboid([64; 3], lengths.map(|length| length - 64)))));
-            cavities += Union { outer: Outer::In, ..Union::new(rays, shift, shapes) }.check().cavities;
+            cavities += Union { exterior: Exterior::In, ..Union::new(rays, shift, shapes) }.check().cavities;
         }
     }
     assert!(cavities > 1000, "{cavities}");
@@ -386,8 +386,8 @@ fn contradictory_crossings_are_refused() {
             assert_eq!(spans_of_axis.of_ray(ray).len(), 4);
             fill::fill(spans_of_axis, vec![spans_of_axis.offsets[ray as usize] + 1]);
             assert_eq!(spans_of_axis.of_ray(ray).len(), 2);
-            let settled = settle(&union.grid, spans, Outer::Out, &union, &|_, _| {});
-            let Err(SettleError::Contradiction { node }) = settled else { panic!("{order:?} {a}: {settled:?}") };
+            let resolved = resolve(&union.grid, spans, Exterior::Out, &union, &|_, _| {});
+            let Err(ResolveError::Contradiction { node }) = resolved else { panic!("{order:?} {a}: {resolved:?}") };
             let [at_a, at_b, at_c] = order.map(|axis| node[axis]);
             let expected = if a == 33 { 33..34 } else { 29..33 };
             assert!(expected.contains(&at_a) && at_b == 5 && (4..8).contains(&at_c), "{order:?} {a} {node:?}");
@@ -404,8 +404,8 @@ fn a_single_contradictory_node_is_refused() {
     for (hit, position) in spans[1].hits.iter_mut().zip([16, 18]) {
         hit.0 = hit.0 & 7 | (position / 2) << 3;
     }
-    let settled = settle(&union.grid, spans, Outer::Out, &union, &|_, _| {});
-    assert_eq!(settled, Err(SettleError::Contradiction { node: [0; 3] }));
+    let resolved = resolve(&union.grid, spans, Exterior::Out, &union, &|_, _| {});
+    assert_eq!(resolved, Err(ResolveError::Contradiction { node: [0; 3] }));
 }
 
 #[test]
@@ -438,29 +438,29 @@ fn spans_do_not_depend_on_the_thread_count_and_progress_is_reported() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let calls = Mutex::new(Vec::new());
         let note = |done, total| calls.lock().unwrap().push((done, total));
-        let settled = pool.install(|| settle(&union.grid, spans.clone(), Outer::Out, &union, &note)).unwrap();
-        let tests = settled.counts.components + settled.counts.gaps_tested;
+        let resolved = pool.install(|| resolve(&union.grid, spans.clone(), Exterior::Out, &union, &note)).unwrap();
+        let tests = resolved.counts.components + resolved.counts.gaps_tested;
         let mut calls = calls.into_inner().unwrap();
         assert_eq!(calls[0], (0, tests));
         calls.sort_unstable();
         assert_eq!(calls.last(), Some(&(tests, tests)));
         assert_eq!(calls.len() as u64, 1 + tests.div_ceil(BATCH as u64));
-        settled
+        resolved
     };
-    let settled = on(1);
-    assert!(settled.counts.components > 5 && settled.counts.gaps_tested > 2 * BATCH as u64, "{:?}", settled.counts);
-    assert_eq!(settled, on(4));
+    let resolved = on(1);
+    assert!(resolved.counts.components > 5 && resolved.counts.gaps_tested > 2 * BATCH as u64, "{:?}", resolved.counts);
+    assert_eq!(resolved, on(4));
 }
 
 #[test]
 fn spans_of_other_rays_are_refused() {
     let union = Union::new([3, 4, 5], 4, Vec::new());
     let spans = Axis::ALL.map(|axis| union.spans(axis)[0].clone());
-    let error = |spans| settle(&union.grid, spans, Outer::Out, &union, &|_, _| {}).unwrap_err();
+    let error = |spans| resolve(&union.grid, spans, Exterior::Out, &union, &|_, _| {}).unwrap_err();
     let [x, y, z] = spans.clone();
     let found = Axis::Y;
-    assert_eq!(error([y, x, z]), SettleError::Mismatch { axis: Axis::X, found, rays: 15, expected: 20 });
+    assert_eq!(error([y, x, z]), ResolveError::Mismatch { axis: Axis::X, found, rays: 15, expected: 20 });
     let mut short = spans;
     short[2].offsets.pop();
-    assert_eq!(error(short), SettleError::Mismatch { axis: Axis::Z, found: Axis::Z, rays: 11, expected: 12 });
+    assert_eq!(error(short), ResolveError::Mismatch { axis: Axis::Z, found: Axis::Z, rays: 11, expected: 12 });
 }

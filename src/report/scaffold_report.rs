@@ -13,7 +13,7 @@ pub const SCHEMA: &str = "ldi-ops-report/1";
 
 /// A report on one solid.
 #[derive(Clone, Debug, Serialize)]
-pub struct Sheet {
+pub struct ScaffoldReport {
     /// The schema version of the JSON.
     pub schema: &'static str,
     /// The name of the solid: that of its file.
@@ -44,7 +44,7 @@ pub struct Sheet {
     pub pictures: Pictures,
 }
 
-impl Sheet {
+impl ScaffoldReport {
     /// Returns a metric by its id.
     pub fn metric(&self, id: &str) -> Option<&Metric> {
         self.metrics.iter().find(|metric| metric.id == id)

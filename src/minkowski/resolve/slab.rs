@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use super::SettleError;
+use super::ResolveError;
 use super::layer::{Layer, Raster, find_runs, link, link_row};
 use super::masks::{Masks, RayGap, Rays};
 use super::sets::{IN, OUT, Sets};
 use crate::fixed::Hit;
-use crate::minkowski::{Outer, RaySpans};
+use crate::minkowski::{Exterior, RaySpans};
 
 /// The data kept of a slab.
 #[derive(Debug)]
@@ -80,7 +80,7 @@ struct Slab<'a, H> {
     raster: &'a Raster,
     planes: Range<usize>,
     spans: &'a [RaySpans<H>; 3],
-    outer: Outer,
+    exterior: Exterior,
     open: Vec<u64>,
     inside: Vec<u64>,
     starts: Vec<u64>,
@@ -102,19 +102,19 @@ pub fn point_between<H: Hit>(raster: &Raster, spans: &RaySpans<H>, node: [usize;
 }
 
 /// Finds the sets of a slab.
-pub fn settle<H: Hit>(
+pub fn resolve<H: Hit>(
     raster: &Raster,
     planes: Range<usize>,
     spans: &[RaySpans<H>; 3],
-    outer: Outer,
-) -> Result<SlabSets, SettleError> {
+    exterior: Exterior,
+) -> Result<SlabSets, ResolveError> {
     let length = planes.len() * raster.plane();
     let bits = || vec![0; length];
     let mut slab = Slab {
         raster,
         planes,
         spans,
-        outer,
+        exterior,
         open: bits(),
         inside: bits(),
         starts: bits(),
@@ -172,7 +172,7 @@ impl<H: Hit> Slab<'_, H> {
     fn cast_along_z(&mut self) {
         let [columns, rows, _] = self.raster.nodes;
         let (words, plane) = (self.raster.words, self.raster.plane());
-        let (rays, planes) = (Rays::new(self.raster, &self.spans[2], self.outer), self.planes.clone());
+        let (rays, planes) = (Rays::new(self.raster, &self.spans[2], self.exterior), self.planes.clone());
         let mut masks = Masks::default();
         for y in 0..rows {
             masks.cast(&rays, (y * columns) as u32, planes.clone(), |x, gap| self.add_gap(2, [x, y, 0], gap));
@@ -188,7 +188,7 @@ impl<H: Hit> Slab<'_, H> {
     /// Applies the rays along y to one plane.
     fn cast_along_y(&mut self, z: usize, masks: &mut Masks) {
         let [columns, rows, _] = self.raster.nodes;
-        let rays = Rays::new(self.raster, &self.spans[1], self.outer);
+        let rays = Rays::new(self.raster, &self.spans[1], self.exterior);
         masks.cast(&rays, (z * columns) as u32, 0..rows, |x, gap| self.add_gap(1, [x, 0, z], gap));
         for (at, word) in self.words_of(z).enumerate() {
             self.inside[word] |= masks.inside[at];
@@ -199,7 +199,7 @@ impl<H: Hit> Slab<'_, H> {
     /// Applies the rays along x to one plane.
     fn cast_along_x(&mut self, z: usize, walls: &mut [u64]) {
         let (rows, words) = (self.raster.nodes[1], self.raster.words);
-        let rays = Rays::new(self.raster, &self.spans[0], self.outer);
+        let rays = Rays::new(self.raster, &self.spans[0], self.exterior);
         let (mut inside, mut hull) = (vec![0; words], vec![0; words]);
         let first = self.words_of(z).start;
         for (y, walls) in walls.chunks_mut(words).enumerate() {
@@ -213,7 +213,7 @@ impl<H: Hit> Slab<'_, H> {
     }
 
     /// Converts hulls to open nodes and their runs, in one plane to which all rays have been applied.
-    fn open_plane(&mut self, z: usize, walls: &[u64]) -> Result<(), SettleError> {
+    fn open_plane(&mut self, z: usize, walls: &[u64]) -> Result<(), ResolveError> {
         let words = self.words_of(z);
         for word in words.clone() {
             let (hull, inside) = (self.open[word], self.inside[word]);
@@ -234,7 +234,7 @@ impl<H: Hit> Slab<'_, H> {
     }
 
     /// Unites the runs of a plane with their neighbours in it and in the plane before.
-    fn link_plane(&mut self, z: usize, walls_x: &[u64], walls_y: &[u64]) -> Result<(), SettleError> {
+    fn link_plane(&mut self, z: usize, walls_x: &[u64], walls_y: &[u64]) -> Result<(), ResolveError> {
         let (words, plane, row) = (self.words_of(z), self.raster.plane(), self.raster.words);
         let mut sets = std::mem::replace(&mut self.sets, Sets::new(0));
         let mut unite = |a, b| sets.unite(a, b);

@@ -1,4 +1,4 @@
-//! Volume summaries that the device computes.
+//! Volume volume_sums that the device computes.
 
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -11,7 +11,7 @@ use crate::lattice::{closed, frame, generators, grid, lod};
 use crate::soups::Random;
 use crate::twin::{ESTIMATES, FILLS, MODES, ROUTES, Twin, all, plain};
 
-/// Compares all summaries of a solid, and of its intersection with another.
+/// Compares all volume_sums of a solid, and of its intersection with another.
 fn compare(what: &str, twins: &[Twin], a: &ldi_ops::grid::LatticeSolid, b: &ldi_ops::grid::LatticeSolid) {
     let cpu = CpuSampler::default();
     for axis in Axis::ALL {
@@ -82,8 +82,8 @@ fn device_summaries_equal_those_of_the_image() {
     let mode = Mode::Estimate(Estimate::Over);
     for twin in plain() {
         let image = twin.gpu.sample(&solid, Axis::Z, mode, FillRule::EvenOdd).unwrap();
-        let summary = twin.gpu.summarise(&solid, Axis::Z, mode, FillRule::EvenOdd).unwrap();
-        assert_eq!(summary.length(), ldi_ops::integrate::length(&image));
-        assert_eq!(summary, image.summary());
+        let volume_sums = twin.gpu.summarise(&solid, Axis::Z, mode, FillRule::EvenOdd).unwrap();
+        assert_eq!(volume_sums.length(), ldi_ops::integrate::length(&image));
+        assert_eq!(volume_sums, image.volume_sums());
     }
 }

@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::stretches::flush;
+use super::segments::flush;
 use super::{Facets, Region};
 use crate::ldi::Ldi;
 

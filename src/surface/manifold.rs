@@ -1,6 +1,6 @@
 //! The requirements of every output mesh, checked exactly, and fast enough for every output.
 //!
-//! A mesh passes the gates when every edge borders exactly two triangles that run along it in opposite directions, no two
+//! A mesh passes the manifold check when every edge borders exactly two triangles that run along it in opposite directions, no two
 //! triangles have the same corners, no triangle has a corner twice, every vertex has one fan of triangles, and the volume is
 //! positive. Then it is a closed, oriented 2-manifold, *by its indices*. A file of triangles without indices, such as STL, has
 //! only positions, in `f32`, and its readers weld equal positions. So no two vertices may have the same position once rounded
@@ -36,7 +36,7 @@ const CHUNK: usize = 8192;
 /// The results of all checks of an output mesh.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Gates {
+pub struct ManifoldReport {
     /// Number of triangles in the mesh.
     pub triangles: usize,
     /// Number of positions that triangles use.
@@ -81,38 +81,38 @@ pub struct WeldedPlace {
 /// A gate that a mesh does not pass; displayed as a sentence with the count of faults and the first place.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub enum GateFailure {
-    /// See [`Gates::bad_indices`].
+pub enum ManifoldFailure {
+    /// See [`ManifoldReport::bad_indices`].
     BadIndices(Findings<BadIndex>),
-    /// See [`Gates::bad_positions`].
+    /// See [`ManifoldReport::bad_positions`].
     BadPositions(Findings<BadPosition>),
-    /// See [`Gates::repeated_indices`].
+    /// See [`ManifoldReport::repeated_indices`].
     RepeatedIndices(Findings<TrianglePlace>),
-    /// See [`Gates::edges`].
+    /// See [`ManifoldReport::edges`].
     Edges(Findings<EdgePlace>),
-    /// See [`Gates::duplicates`].
+    /// See [`ManifoldReport::duplicates`].
     Duplicates(Findings<DuplicatePlace>),
-    /// See [`Gates::non_manifold_vertices`].
+    /// See [`ManifoldReport::non_manifold_vertices`].
     NonManifoldVertices(Findings<VertexPlace>),
-    /// See [`Gates::collapsed`].
+    /// See [`ManifoldReport::collapsed`].
     Collapsed(Findings<TrianglePlace>, Precision),
-    /// See [`Gates::welded`].
+    /// See [`ManifoldReport::welded`].
     Welded(Findings<WeldedPlace>, Precision),
     /// There are triangles, but they enclose no positive volume.
     NoVolume {
-        /// See [`Gates::signed_volume`].
+        /// See [`ManifoldReport::signed_volume`].
         signed_volume: f64,
     },
 }
 
-impl Gates {
+impl ManifoldReport {
     /// Checks a mesh whose positions will be rounded to a precision. The result does not depend on the thread count.
     ///
     /// Needs about 24 bytes of memory per triangle and 8 per vertex, and about 0.1 s for a million triangles on one core.
     ///
     /// # Panics
     /// If corners cannot be numbered by 32 bits: beyond 1.4 × 10⁹ triangles.
-    pub fn of(mesh: &TriangleMesh, precision: Precision) -> Gates {
+    pub fn of(mesh: &TriangleMesh, precision: Precision) -> ManifoldReport {
         let faults = Faults::of(mesh);
         let corners = |triangle: u32| mesh.triangles[triangle as usize].map(|index| mesh.positions[index as usize]);
         let triangle_place =
@@ -127,7 +127,7 @@ impl Gates {
         // V − E + F, with three half-edges a triangle; every component has 2 − 2 × its genus.
         let euler = used as i64 - mesh.triangles.len() as i64 / 2;
         let genus = faults.components as i64 - euler / 2;
-        Gates {
+        ManifoldReport {
             triangles: mesh.triangles.len(),
             vertices: used,
             components: faults.components,
@@ -161,16 +161,16 @@ impl Gates {
         }
     }
 
-    /// Returns whether all gates are passed. A mesh without triangles passes: it is an empty surface.
+    /// Returns whether the mesh passes the check. A mesh without triangles passes: it is an empty surface.
     pub fn passed(&self) -> bool {
         self.failures().is_empty()
     }
 
-    /// Returns the gates that are not passed.
-    pub fn failures(&self) -> Vec<GateFailure> {
+    /// Returns the failures of the check.
+    pub fn failures(&self) -> Vec<ManifoldFailure> {
         fn add<P: Clone>(
-            failures: &mut Vec<GateFailure>,
-            kind: impl FnOnce(Findings<P>) -> GateFailure,
+            failures: &mut Vec<ManifoldFailure>,
+            kind: impl FnOnce(Findings<P>) -> ManifoldFailure,
             found: &Findings<P>,
         ) {
             if found.count > 0 {
@@ -178,39 +178,39 @@ impl Gates {
             }
         }
         let mut failures = Vec::new();
-        add(&mut failures, GateFailure::BadIndices, &self.bad_indices);
-        add(&mut failures, GateFailure::BadPositions, &self.bad_positions);
-        add(&mut failures, GateFailure::RepeatedIndices, &self.repeated_indices);
-        add(&mut failures, GateFailure::Edges, &self.edges);
-        add(&mut failures, GateFailure::Duplicates, &self.duplicates);
-        add(&mut failures, GateFailure::NonManifoldVertices, &self.non_manifold_vertices);
-        add(&mut failures, |found| GateFailure::Collapsed(found, self.precision), &self.collapsed);
-        add(&mut failures, |found| GateFailure::Welded(found, self.precision), &self.welded);
+        add(&mut failures, ManifoldFailure::BadIndices, &self.bad_indices);
+        add(&mut failures, ManifoldFailure::BadPositions, &self.bad_positions);
+        add(&mut failures, ManifoldFailure::RepeatedIndices, &self.repeated_indices);
+        add(&mut failures, ManifoldFailure::Edges, &self.edges);
+        add(&mut failures, ManifoldFailure::Duplicates, &self.duplicates);
+        add(&mut failures, ManifoldFailure::NonManifoldVertices, &self.non_manifold_vertices);
+        add(&mut failures, |found| ManifoldFailure::Collapsed(found, self.precision), &self.collapsed);
+        add(&mut failures, |found| ManifoldFailure::Welded(found, self.precision), &self.welded);
         // Written so that a NaN volume fails.
         let is_positive = self.signed_volume > 0.0;
         if self.triangles > 0 && !is_positive {
-            failures.push(GateFailure::NoVolume { signed_volume: self.signed_volume });
+            failures.push(ManifoldFailure::NoVolume { signed_volume: self.signed_volume });
         }
         failures
     }
 }
 
-impl fmt::Display for GateFailure {
+impl fmt::Display for ManifoldFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            GateFailure::BadIndices(found) => {
+            ManifoldFailure::BadIndices(found) => {
                 let name = |place: &BadIndex| format!("{} in triangle {}", place.index, place.triangle);
                 sentence(f, found, ["index lies beyond the vertices", "indices lie beyond the vertices"], name)
             }
-            GateFailure::BadPositions(found) => {
+            ManifoldFailure::BadPositions(found) => {
                 let name = |place: &BadPosition| format!("vertex {} at {}", place.index, place.position);
                 sentence(f, found, ["vertex is nowhere", "vertices are nowhere"], name)
             }
-            GateFailure::RepeatedIndices(found) => {
+            ManifoldFailure::RepeatedIndices(found) => {
                 let name = |place: &TrianglePlace| format!("triangle {} at {}", place.triangle, place.corners[0]);
                 sentence(f, found, ["triangle names a vertex twice", "triangles name a vertex twice"], name)
             }
-            GateFailure::Edges(found) => {
+            ManifoldFailure::Edges(found) => {
                 let name = |place: &EdgePlace| {
                     let ([from, to], backward) = (place.ends, place.uses - place.forward);
                     format!("{from} to {to}, used {} times that way and {backward} times the other", place.forward)
@@ -221,18 +221,18 @@ impl fmt::Display for GateFailure {
                 ];
                 sentence(f, found, kinds, name)
             }
-            GateFailure::Duplicates(found) => {
+            ManifoldFailure::Duplicates(found) => {
                 let name = |place: &DuplicatePlace| {
                     format!("triangle {} like triangle {} at {}", place.triangle, place.earlier, place.corners[0])
                 };
                 sentence(f, found, ["triangle occurs twice", "triangles repeat earlier ones"], name)
             }
-            GateFailure::NonManifoldVertices(found) => {
+            ManifoldFailure::NonManifoldVertices(found) => {
                 let name = |place: &VertexPlace| format!("{}, where {} meet", place.position, place.fans);
                 let kinds = ["vertex joins fans that no edge joins", "vertices join fans that no edge joins"];
                 sentence(f, found, kinds, name)
             }
-            GateFailure::Collapsed(found, precision) => {
+            ManifoldFailure::Collapsed(found, precision) => {
                 let name = |place: &TrianglePlace| format!("triangle {} at {}", place.triangle, place.corners[0]);
                 let kinds = match precision {
                     Precision::Single => ["triangle has no extent in f32", "triangles have no extent in f32"],
@@ -240,7 +240,7 @@ impl fmt::Display for GateFailure {
                 };
                 sentence(f, found, kinds, name)
             }
-            GateFailure::Welded(found, precision) => {
+            ManifoldFailure::Welded(found, precision) => {
                 let name = |place: &WeldedPlace| {
                     format!("vertex {} on vertex {} at {}", place.vertex, place.earlier, place.position)
                 };
@@ -250,7 +250,7 @@ impl fmt::Display for GateFailure {
                 };
                 sentence(f, found, kinds, name)
             }
-            GateFailure::NoVolume { signed_volume } => {
+            ManifoldFailure::NoVolume { signed_volume } => {
                 write!(f, "The mesh encloses no positive volume: {signed_volume:e}.")
             }
         }

@@ -1,12 +1,14 @@
-//! Compares spans settled by a flood on the device with those settled by the CPU's disjoint sets.
+//! Compares spans resolved by a flood on the device with those resolved by the CPU's disjoint sets.
 
 use std::collections::HashSet;
 use std::fmt::Display;
 
 use ldi_ops::fixed::{Hit, TriangleHit};
 use ldi_ops::grid::{Axis, Grid};
-use ldi_ops::minkowski::settle::gpu::{GpuSettleError, GpuSettler, Reached};
-use ldi_ops::minkowski::{Membership, Outer, Primitives, RaySpans, SettleCounts, SettleError, Settled, settle};
+use ldi_ops::minkowski::resolve::gpu::{GpuResolveError, GpuResolver, Reached};
+use ldi_ops::minkowski::{
+    Exterior, Membership, Primitives, RaySpans, ResolveCounts, ResolveError, ResolvedSpans, resolve,
+};
 use ldi_ops::sampler::cpu::CpuSampler;
 
 use crate::lattice::{frame, grid};
@@ -27,37 +29,37 @@ impl Membership for AnyAnswer {
     }
 }
 
-fn spans(soup: &Soup, grid: &Grid, outer: Outer) -> Spans {
+fn spans(soup: &Soup, grid: &Grid, exterior: Exterior) -> Spans {
     let primitives = Primitives { positions: soup.positions.clone(), triangles: soup.triangles.clone() };
-    Axis::ALL.map(|axis| primitives.spans(grid, axis, outer, &CpuSampler::default()).unwrap().0)
+    Axis::ALL.map(|axis| primitives.spans(grid, axis, exterior, &CpuSampler::default()).unwrap().0)
 }
 
 fn twin() -> &'static Twin {
     &twin::plain()[0]
 }
 
-fn by_gpu(spans: &Spans, grid: &Grid, outer: Outer) -> Result<Settled<TriangleHit>, GpuSettleError> {
-    let settler = GpuSettler::prefilled(twin().gpu.device(), 0xa5a5_a5a5);
+fn by_gpu(spans: &Spans, grid: &Grid, exterior: Exterior) -> Result<ResolvedSpans<TriangleHit>, GpuResolveError> {
+    let resolver = GpuResolver::prefilled(twin().gpu.device(), 0xa5a5_a5a5);
     // A second run with buffers that have been used.
-    let first = settler.settle(grid, spans.clone(), outer, &AnyAnswer, &|_, _| {});
-    assert_eq!(settler.settle(grid, spans.clone(), outer, &AnyAnswer, &|_, _| {}), first);
+    let first = resolver.resolve(grid, spans.clone(), exterior, &AnyAnswer, &|_, _| {});
+    assert_eq!(resolver.resolve(grid, spans.clone(), exterior, &AnyAnswer, &|_, _| {}), first);
     first
 }
 
-/// Compares the settled spans, and the nodes that the flood reaches with those of a search from node to node.
-fn compare(what: impl Display, spans: &Spans, grid: &Grid, outer: Outer) -> Result<SettleCounts, SettleError> {
-    let expected = settle(grid, spans.clone(), outer, &AnyAnswer, &|_, _| {});
-    let found = by_gpu(spans, grid, outer);
-    let reached = GpuSettler::new(twin().gpu.device()).reached(grid, spans, outer).unwrap();
+/// Compares the resolved spans, and the nodes that the flood reaches with those of a search from node to node.
+fn compare(what: impl Display, spans: &Spans, grid: &Grid, exterior: Exterior) -> Result<ResolveCounts, ResolveError> {
+    let expected = resolve(grid, spans.clone(), exterior, &AnyAnswer, &|_, _| {});
+    let found = by_gpu(spans, grid, exterior);
+    let reached = GpuResolver::new(twin().gpu.device()).reached(grid, spans, exterior).unwrap();
     match (found, expected) {
         (Ok(found), Ok(expected)) => {
             assert_eq!(found.counts, expected.counts, "{what}");
             assert!(found.spans == expected.spans, "{what}: other spans");
-            compare_nodes(&what, spans, grid, outer, &reached.unwrap());
+            compare_nodes(&what, spans, grid, exterior, &reached.unwrap());
             Ok(found.counts)
         }
         (found, Err(error)) => {
-            assert_eq!(found.err(), Some(GpuSettleError::Settle(error)), "{what}");
+            assert_eq!(found.err(), Some(GpuResolveError::Resolve(error)), "{what}");
             assert_eq!(reached, None, "{what}");
             Err(error)
         }
@@ -66,17 +68,17 @@ fn compare(what: impl Display, spans: &Spans, grid: &Grid, outer: Outer) -> Resu
 }
 
 /// Returns for each node of a ray whether it is in, whether it is beyond all crossings, and whether there is a crossing before.
-fn on_ray(hits: &[TriangleHit], grid: &Grid, nodes: u32, outer: Outer) -> Vec<[bool; 3]> {
+fn on_ray(hits: &[TriangleHit], grid: &Grid, nodes: u32, exterior: Exterior) -> Vec<[bool; 3]> {
     let before = |node: u32| hits.iter().filter(|hit| hit.crossing().nearest() < grid.node(node)).count();
     let state = |node: u32| {
         let count = before(node);
-        let beyond = outer == Outer::Out && (count == 0 || count == hits.len());
-        [(count % 2 == 1) == (outer == Outer::Out), beyond, node > 0 && count > before(node - 1)]
+        let beyond = exterior == Exterior::Out && (count == 0 || count == hits.len());
+        [(count % 2 == 1) == (exterior == Exterior::Out), beyond, node > 0 && count > before(node - 1)]
     };
     (0..nodes).map(state).collect()
 }
 
-fn compare_nodes(what: &impl Display, spans: &Spans, grid: &Grid, outer: Outer, reached: &Reached) {
+fn compare_nodes(what: &impl Display, spans: &Spans, grid: &Grid, exterior: Exterior, reached: &Reached) {
     let [nx, ny, nz] = grid.rays().map(|nodes| nodes as usize);
     let index = |[x, y, z]: [usize; 3]| (z * ny + y) * nx + x;
     let (mut inside, mut outside) = (vec![false; nx * ny * nz], vec![false; nx * ny * nz]);
@@ -84,7 +86,7 @@ fn compare_nodes(what: &impl Display, spans: &Spans, grid: &Grid, outer: Outer, 
     for (axis, spans) in Axis::ALL.into_iter().zip(spans) {
         let (columns, rows) = grid.image_size(axis);
         for ray in 0..columns * rows {
-            let states = on_ray(spans.of_ray(ray), grid, grid.rays()[axis.depth()], outer);
+            let states = on_ray(spans.of_ray(ray), grid, grid.rays()[axis.depth()], exterior);
             for (at, [is_in, is_beyond, is_parted]) in states.into_iter().enumerate() {
                 let mut node = [0; 3];
                 (node[axis.column()], node[axis.row()]) = ((ray % columns) as usize, (ray / columns) as usize);
@@ -163,8 +165,8 @@ fn cells(frame: &Frame, mut is_full: impl FnMut([u32; 3]) -> bool) -> Soup {
 }
 
 #[test]
-fn heaps_of_soups_settle_to_equal_spans() {
-    let mut sums = SettleCounts::default();
+fn heaps_of_soups_resolve_to_equal_spans() {
+    let mut sums = ResolveCounts::default();
     for (name, generator) in crate::lattice::oriented() {
         for seed in 400..404 {
             let mut random = Random::new(seed);
@@ -172,12 +174,12 @@ fn heaps_of_soups_settle_to_equal_spans() {
             let mut soup = Soup::default();
             (0..random.between(1, 5)).for_each(|_| soup.add(&generator(&mut random, &frame)));
             let grid = grid(&frame, 64);
-            let outer = if seed % 4 == 3 { Outer::In } else { Outer::Out };
-            if outer == Outer::In {
+            let exterior = if seed % 4 == 3 { Exterior::In } else { Exterior::Out };
+            if exterior == Exterior::In {
                 soup = soup.inverted();
             }
-            let spans = spans(&soup, &grid, outer);
-            if let Ok(counts) = compare(format_args!("{name}, seed {seed}"), &spans, &grid, outer) {
+            let spans = spans(&soup, &grid, exterior);
+            if let Ok(counts) = compare(format_args!("{name}, seed {seed}"), &spans, &grid, exterior) {
                 sums.gaps += counts.gaps;
                 sums.gaps_tested += counts.gaps_tested;
                 sums.gaps_out += counts.gaps_out;
@@ -189,22 +191,23 @@ fn heaps_of_soups_settle_to_equal_spans() {
 }
 
 #[test]
-fn mazes_settle_to_equal_spans() {
+fn mazes_resolve_to_equal_spans() {
     let mut random = Random::new(5);
     let (mut components, mut cavities) = (0, 0);
     // Rows of less than a word, of a word, of more; of a host's word and of more.
     for (case, columns) in [5, 31, 32, 33, 63, 64, 65, 96, 130].into_iter().enumerate() {
-        for outer in [Outer::Out, Outer::In] {
+        for exterior in [Exterior::Out, Exterior::In] {
             let frame = Frame { shift: 4, rays: [columns, random.between(2, 9) as u32, random.between(2, 9) as u32] };
             let out = [20, 32, 45, 60][case % 4];
             let mut soup = cells(&frame, |_| random.below(100) >= out);
-            if outer == Outer::In {
+            if exterior == Exterior::In {
                 // The full nodes become room, and all other nodes are solid.
                 soup = soup.inverted();
             }
             let grid = grid(&frame, 64);
-            let spans = spans(&soup, &grid, outer);
-            if let Ok(counts) = compare(format_args!("{:?}, {out} % out, {outer:?}", frame.rays), &spans, &grid, outer)
+            let spans = spans(&soup, &grid, exterior);
+            if let Ok(counts) =
+                compare(format_args!("{:?}, {out} % out, {exterior:?}", frame.rays), &spans, &grid, exterior)
             {
                 components += counts.components;
                 cavities += counts.cavities;
@@ -229,7 +232,7 @@ fn floods_reach_the_end_of_a_long_tunnel() {
         let frame = Frame { shift: 3, rays: [65, 9, 65] };
         let soup = cells(&frame, |node| !tunnel(node));
         let grid = grid(&frame, 64);
-        let counts = compare("a serpentine", &spans(&soup, &grid, Outer::Out), &grid, Outer::Out).unwrap();
+        let counts = compare("a serpentine", &spans(&soup, &grid, Exterior::Out), &grid, Exterior::Out).unwrap();
         assert!(counts.open_nodes > 32 * 4 * 60 && counts.components == u64::from(mouth == 1), "{counts:?}");
     }
 }
@@ -239,29 +242,29 @@ fn contradictory_spans_give_equal_errors() {
     let frame = Frame { shift: 4, rays: [40, 6, 5] };
     let grid = grid(&frame, 64);
     let soup = soups::cuboid([20; 3], [500, 80, 70]);
-    let whole = spans(&soup, &grid, Outer::Out);
+    let whole = spans(&soup, &grid, Exterior::Out);
     let mut contradicted = 0;
     for axis in 0..3 {
         // One axis has an empty image, or that of another cuboid.
         for other in [Soup::default(), soups::cuboid([30; 3], [300, 60, 50])] {
             let mut spans = whole.clone();
-            spans[axis] = self::spans(&other, &grid, Outer::Out)[axis].clone();
-            contradicted += usize::from(compare(format_args!("axis {axis}"), &spans, &grid, Outer::Out).is_err());
+            spans[axis] = self::spans(&other, &grid, Exterior::Out)[axis].clone();
+            contradicted += usize::from(compare(format_args!("axis {axis}"), &spans, &grid, Exterior::Out).is_err());
         }
     }
     assert!(contradicted > 2, "{contradicted}");
     let mut swapped = whole;
     swapped.swap(0, 1);
-    let found = GpuSettler::new(twin().gpu.device()).reached(&grid, &swapped, Outer::Out);
-    assert!(matches!(found, Err(GpuSettleError::Settle(SettleError::Mismatch { .. }))), "{found:?}");
+    let found = GpuResolver::new(twin().gpu.device()).reached(&grid, &swapped, Exterior::Out);
+    assert!(matches!(found, Err(GpuResolveError::Resolve(ResolveError::Mismatch { .. }))), "{found:?}");
 }
 
 #[test]
-fn empty_spans_settle_to_no_components() {
+fn empty_spans_resolve_to_no_components() {
     let frame = Frame { shift: 4, rays: [3, 1, 4] };
     let grid = grid(&frame, 64);
-    for outer in [Outer::Out, Outer::In] {
-        let counts = compare("nothing", &spans(&Soup::default(), &grid, outer), &grid, outer).unwrap();
-        assert_eq!(counts, SettleCounts::default());
+    for exterior in [Exterior::Out, Exterior::In] {
+        let counts = compare("nothing", &spans(&Soup::default(), &grid, exterior), &grid, exterior).unwrap();
+        assert_eq!(counts, ResolveCounts::default());
     }
 }

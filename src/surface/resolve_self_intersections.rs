@@ -86,12 +86,12 @@ pub struct Tangle<'a> {
     distances: Vec<f32>,
     /// Vertices whose triangles may cross one another.
     unsound: Chosen,
-    /// The quadrilaterals, by number, of features that settled beyond their cells.
+    /// The quadrilaterals, by number, of features that resolved beyond their cells.
     far: Vec<u32>,
     /// Quadrilaterals that are cut finer, by number, and those that stand for their additional triangles.
     fine: HashSet<u32>,
-    /// For each feature its settled position, and the number of steps that it has gone back.
-    settled: Vec<DVec3>,
+    /// For each feature its resolved position, and the number of steps that it has gone back.
+    resolved: Vec<DVec3>,
     steps: Vec<u8>,
     /// For each feature the number of refused steps.
     refusals: Vec<u8>,
@@ -126,7 +126,7 @@ impl Chosen {
 }
 
 impl<'a> Tangle<'a> {
-    /// Creates a tangle from features at their settled positions; their quadrilaterals are not cut yet. `rounding` is the
+    /// Creates a tangle from features at their resolved positions; their quadrilaterals are not cut yet. `rounding` is the
     /// greatest movement of a surface by the lattice's rounding, in pitches.
     pub fn new(
         features: &'a Features<'a>,
@@ -135,7 +135,7 @@ impl<'a> Tangle<'a> {
         vertices: &'a mut Vec<DVec3>,
         triangles: &'a mut Vec<[u32; 3]>,
     ) -> Tangle<'a> {
-        let settled = features.all.iter().map(|feature| vertices[feature.vertex as usize]).collect();
+        let resolved = features.all.iter().map(|feature| vertices[feature.vertex as usize]).collect();
         let (steps, refusals) = (vec![0; features.all.len()], vec![0; features.all.len()]);
         let unsound = Chosen::of(vertices.len());
         let grid = view.grid;
@@ -153,7 +153,7 @@ impl<'a> Tangle<'a> {
             unsound,
             far: Vec::new(),
             fine: HashSet::new(),
-            settled,
+            resolved,
             steps,
             refusals,
         }
@@ -465,9 +465,9 @@ impl<'a> Tangle<'a> {
     /// Moves a feature to the next allowed place on its way back.
     fn step_back(&mut self, feature: usize) -> bool {
         let Feature { vertex, held, mean, .. } = self.features.all[feature];
-        let settled = self.settled[feature];
+        let resolved = self.resolved[feature];
         let from = self.vertices[vertex as usize];
-        let places = [settled.lerp(held, 0.5), held, held.lerp(mean, 0.5), mean];
+        let places = [resolved.lerp(held, 0.5), held, held.lerp(mean, 0.5), mean];
         let mut refused = false;
         for (step, to) in (1u8..).zip(places).skip(usize::from(self.steps[feature])) {
             if from.distance(to) <= MARGIN {
@@ -487,7 +487,7 @@ impl<'a> Tangle<'a> {
 
     /// Returns whether a feature is still beyond its cell.
     fn is_beyond(&self, feature: usize) -> bool {
-        self.settled[feature] != self.features.all[feature].held && self.steps[feature] < 2
+        self.resolved[feature] != self.features.all[feature].held && self.steps[feature] < 2
     }
 }
 

@@ -9,14 +9,14 @@ use rayon::prelude::*;
 
 /// Disjoint sets of the elements 0, 1, …
 #[derive(Debug)]
-pub(crate) struct Forest {
+pub(crate) struct UnionFind {
     parents: Vec<AtomicU32>,
 }
 
-impl Forest {
+impl UnionFind {
     /// Returns this many elements, each a set by itself.
-    pub(crate) fn new(count: u32) -> Forest {
-        Forest { parents: (0..count).into_par_iter().with_min_len(1 << 12).map(AtomicU32::new).collect() }
+    pub(crate) fn new(count: u32) -> UnionFind {
+        UnionFind { parents: (0..count).into_par_iter().with_min_len(1 << 12).map(AtomicU32::new).collect() }
     }
 
     /// Returns the root of the set of an element: once all joins are done, its lowest element.

@@ -18,16 +18,16 @@ use super::scene::Scene;
 /// The light that reaches a fragment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Exposure {
-    /// The unoccluded share of the sky above the surface, weighted by the cosine.
-    pub sky: f32,
+    /// The unoccluded share of the ambient_occlusion above the surface, weighted by the cosine.
+    pub ambient_occlusion: f32,
     /// The share of the main light that arrives, before the cosine.
     pub key: f32,
 }
 
-/// Number of directions of the sky.
+/// Number of directions of the ambient_occlusion.
 const SKY: usize = 28;
 
-/// The cosine of the largest angle of a sky direction from the line of sight.
+/// The cosine of the largest angle of a ambient_occlusion direction from the line of sight.
 const FLATTEST: f32 = 0.574;
 
 /// Number of directions of the main light, which is a disc.
@@ -42,12 +42,14 @@ const CELLS: u32 = 300;
 /// Most cells of a volume.
 const CELLS_MAX: usize = 48 << 20;
 
-/// Height above its surface from which a fragment samples the sky, in cells, so that it does not shadow itself.
+/// Height above its surface from which a fragment samples the ambient_occlusion, in cells, so that it does not shadow itself.
 const LIFT: f32 = 1.4;
 
 /// Computes the exposure of every fragment; `key` is the direction towards the main light.
 pub(super) fn exposures(scene: &Scene, fragments: &[Fragment], key: Vec3) -> Vec<Exposure> {
-    let Some(volume) = Volume::of(scene) else { return vec![Exposure { sky: 1.0, key: 1.0 }; fragments.len()] };
+    let Some(volume) = Volume::of(scene) else {
+        return vec![Exposure { ambient_occlusion: 1.0, key: 1.0 }; fragments.len()];
+    };
     let points: Vec<Vec3> = fragments.iter().map(|f| volume.place(f.at) + LIFT * f.normal).collect();
     let order = Order::of(&points, volume.size[2]);
     let directions: Vec<Vec3> = sky_directions().chain(key_directions(key)).collect();
@@ -60,12 +62,12 @@ pub(super) fn exposures(scene: &Scene, fragments: &[Fragment], key: Vec3) -> Vec
             whole += cosine * 255.0;
         }
         let key: u32 = seen[SKY..].iter().map(|seen| u32::from(seen[i])).sum();
-        Exposure { sky: open / whole, key: key as f32 / (255.0 * KEY as f32) }
+        Exposure { ambient_occlusion: open / whole, key: key as f32 / (255.0 * KEY as f32) }
     };
     fragments.par_iter().enumerate().with_min_len(1 << 12).map(exposure).collect()
 }
 
-/// Returns directions spread evenly over the sampled part of the sky (a spherical Fibonacci lattice).
+/// Returns directions spread evenly over the sampled part of the ambient_occlusion (a spherical Fibonacci lattice).
 fn sky_directions() -> impl Iterator<Item = Vec3> {
     const TURN: f32 = 2.399_963;
     (0..SKY).map(|i| {

@@ -12,9 +12,9 @@ fn unit_cube() -> TriangleMesh {
     cube(DVec3::ZERO, 1.0)
 }
 
-/// Returns the sentences of the gates that a mesh fails.
+/// Returns the messages of the failures of a mesh.
 fn sentences(mesh: &TriangleMesh) -> Vec<String> {
-    Gates::of(mesh, Precision::Single).failures().iter().map(GateFailure::to_string).collect()
+    ManifoldReport::of(mesh, Precision::Single).failures().iter().map(ManifoldFailure::to_string).collect()
 }
 
 #[test]
@@ -25,13 +25,13 @@ fn good_meshes_pass_with_their_genus() {
         position.z += 50.0;
     }
     for (mesh, components, genus) in [(&cube, 1, 0), (&torus, 1, 1), (&apart, 3, 2)] {
-        let gates = Gates::of(mesh, Precision::Single);
-        assert!(gates.passed(), "{:?}", gates.failures());
-        assert_eq!((gates.components, gates.genus), (components, Some(genus)));
-        assert_eq!((gates.triangles, gates.vertices), (mesh.triangles.len(), mesh.positions.len()));
-        assert_eq!(gates.signed_volume, mesh.signed_volume());
+        let manifold = ManifoldReport::of(mesh, Precision::Single);
+        assert!(manifold.passed(), "{:?}", manifold.failures());
+        assert_eq!((manifold.components, manifold.genus), (components, Some(genus)));
+        assert_eq!((manifold.triangles, manifold.vertices), (mesh.triangles.len(), mesh.positions.len()));
+        assert_eq!(manifold.signed_volume, mesh.signed_volume());
     }
-    let nothing = Gates::of(&TriangleMesh::default(), Precision::Single);
+    let nothing = ManifoldReport::of(&TriangleMesh::default(), Precision::Single);
     assert!(nothing.passed() && nothing.genus == Some(0) && nothing.components == 0);
 }
 
@@ -39,25 +39,25 @@ fn good_meshes_pass_with_their_genus() {
 fn unused_positions_are_ignored() {
     let mut mesh = unit_cube();
     mesh.positions.extend([DVec3::ZERO, DVec3::NAN]);
-    let gates = Gates::of(&mesh, Precision::Single);
-    assert!(gates.passed(), "{:?}", gates.failures());
-    assert_eq!((gates.vertices, gates.components, gates.genus), (8, 1, Some(0)));
+    let manifold = ManifoldReport::of(&mesh, Precision::Single);
+    assert!(manifold.passed(), "{:?}", manifold.failures());
+    assert_eq!((manifold.vertices, manifold.components, manifold.genus), (8, 1, Some(0)));
 }
 
 #[test]
 fn flipped_and_missing_faces_each_leave_three_bad_edges() {
     let mut flipped = unit_cube();
     flipped.triangles[3].swap(0, 1);
-    let gates = Gates::of(&flipped, Precision::Single);
-    assert_eq!((gates.edges.count, gates.genus), (3, None));
-    assert!(gates.edges.first.iter().all(|edge| edge.uses == 2 && edge.forward != 1 && edge.triangles.contains(&3)));
+    let manifold = ManifoldReport::of(&flipped, Precision::Single);
+    assert_eq!((manifold.edges.count, manifold.genus), (3, None));
+    assert!(manifold.edges.first.iter().all(|edge| edge.uses == 2 && edge.forward != 1 && edge.triangles.contains(&3)));
 
     let mut missing = unit_cube();
     missing.triangles.remove(3);
-    let gates = Gates::of(&missing, Precision::Single);
-    assert_eq!((gates.edges.count, gates.non_manifold_vertices.count), (3, 0));
-    assert!(gates.edges.first.iter().all(|edge| edge.uses == 1));
-    assert_eq!(gates.failures().len(), 1);
+    let manifold = ManifoldReport::of(&missing, Precision::Single);
+    assert_eq!((manifold.edges.count, manifold.non_manifold_vertices.count), (3, 0));
+    assert!(manifold.edges.first.iter().all(|edge| edge.uses == 1));
+    assert_eq!(manifold.failures().len(), 1);
 }
 
 #[test]
@@ -66,27 +66,27 @@ fn doubled_triangles_are_found_in_any_rotation_and_order() {
     for copy in [[a, b, c], [b, c, a], [c, a, b], [b, a, c], [a, c, b], [c, b, a]] {
         let mut mesh = unit_cube();
         mesh.triangles.push(copy);
-        let gates = Gates::of(&mesh, Precision::Single);
-        assert_eq!((gates.duplicates.count, gates.edges.count), (1, 3));
-        let place = gates.duplicates.first[0];
+        let manifold = ManifoldReport::of(&mesh, Precision::Single);
+        assert_eq!((manifold.duplicates.count, manifold.edges.count), (1, 3));
+        let place = manifold.duplicates.first[0];
         assert_eq!((place.earlier, place.triangle), (5, 12));
     }
     // Two triangles back to back border each other properly but enclose no volume.
     let flat = TriangleMesh { positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y], triangles: vec![[0, 1, 2], [0, 2, 1]] };
-    let gates = Gates::of(&flat, Precision::Single);
-    assert_eq!((gates.edges.count, gates.duplicates.count, gates.non_manifold_vertices.count), (0, 1, 0));
-    assert_eq!(gates.failures().len(), 2, "{:?}", gates.failures());
+    let manifold = ManifoldReport::of(&flat, Precision::Single);
+    assert_eq!((manifold.edges.count, manifold.duplicates.count, manifold.non_manifold_vertices.count), (0, 1, 0));
+    assert_eq!(manifold.failures().len(), 2, "{:?}", manifold.failures());
 }
 
 #[test]
 fn bad_and_repeated_indices_are_counted_separately() {
     let mut mesh = unit_cube();
     mesh.triangles.extend([[0, 1, 8], [9, 9, 3], [2, 2, 5]]);
-    let gates = Gates::of(&mesh, Precision::Single);
-    assert_eq!(gates.bad_indices.count, 3);
-    assert_eq!(gates.bad_indices.first[0], BadIndex { triangle: 12, index: 8 });
-    assert_eq!((gates.repeated_indices.count, gates.repeated_indices.first[0].triangle), (1, 14));
-    assert_eq!((gates.edges.count, gates.genus), (0, None));
+    let manifold = ManifoldReport::of(&mesh, Precision::Single);
+    assert_eq!(manifold.bad_indices.count, 3);
+    assert_eq!(manifold.bad_indices.first[0], BadIndex { triangle: 12, index: 8 });
+    assert_eq!((manifold.repeated_indices.count, manifold.repeated_indices.first[0].triangle), (1, 14));
+    assert_eq!((manifold.edges.count, manifold.genus), (0, None));
 }
 
 #[test]
@@ -99,17 +99,17 @@ fn cubes_that_share_an_edge_or_a_vertex_by_index_are_not_manifold() {
         12 => *index = 7,
         _ => {}
     });
-    let gates = Gates::of(&by_edge, Precision::Single);
-    assert_eq!((gates.edges.count, gates.edges.first[0].uses, gates.edges.first[0].forward), (1, 4, 2));
-    assert_eq!((gates.components, gates.vertices, gates.genus), (1, 14, None));
-    assert_eq!((gates.non_manifold_vertices.count, gates.welded.count), (0, 0));
+    let manifold = ManifoldReport::of(&by_edge, Precision::Single);
+    assert_eq!((manifold.edges.count, manifold.edges.first[0].uses, manifold.edges.first[0].forward), (1, 4, 2));
+    assert_eq!((manifold.components, manifold.vertices, manifold.genus), (1, 14, None));
+    assert_eq!((manifold.non_manifold_vertices.count, manifold.welded.count), (0, 0));
 
     let mut by_vertex = together(&[a, cube(DVec3::ONE, 1.0)]);
     by_vertex.triangles.as_flattened_mut().iter_mut().filter(|index| **index == 8).for_each(|index| *index = 7);
-    let gates = Gates::of(&by_vertex, Precision::Single);
-    assert_eq!((gates.edges.count, gates.non_manifold_vertices.count), (0, 1));
-    let place = gates.non_manifold_vertices.first[0];
-    assert_eq!((place.position, place.fans, gates.components), (DVec3::ONE, 2, 1));
+    let manifold = ManifoldReport::of(&by_vertex, Precision::Single);
+    assert_eq!((manifold.edges.count, manifold.non_manifold_vertices.count), (0, 1));
+    let place = manifold.non_manifold_vertices.first[0];
+    assert_eq!((place.position, place.fans, manifold.components), (DVec3::ONE, 2, 1));
 }
 
 #[test]
@@ -117,32 +117,32 @@ fn positions_equal_in_f32_are_reported_as_welded() {
     // By position alone two cubes that touch in a corner are welded there, even if they only seem to touch.
     for gap in [0.0, 1e-9] {
         let mesh = together(&[unit_cube(), cube(DVec3::splat(1.0 + gap), 1.0)]);
-        let gates = Gates::of(&mesh, Precision::Single);
-        assert_eq!((gates.welded.count, gates.collapsed.count), (1, 0));
+        let manifold = ManifoldReport::of(&mesh, Precision::Single);
+        assert_eq!((manifold.welded.count, manifold.collapsed.count), (1, 0));
         let place = WeldedPlace { vertex: 8, earlier: 7, position: DVec3::splat(1.0 + gap) };
-        assert_eq!(gates.welded.first, [place]);
+        assert_eq!(manifold.welded.first, [place]);
     }
-    assert!(Gates::of(&together(&[unit_cube(), cube(DVec3::splat(1.001), 1.0)]), Precision::Single).passed());
+    assert!(ManifoldReport::of(&together(&[unit_cube(), cube(DVec3::splat(1.001), 1.0)]), Precision::Single).passed());
     // A thin cube far from the origin: its four long edges remain.
-    let gates = Gates::of(&cube(DVec3::new(1e6, 0.0, 0.0), 1e-3), Precision::Single);
-    assert_eq!((gates.welded.count, gates.collapsed.count), (4, 8));
+    let manifold = ManifoldReport::of(&cube(DVec3::new(1e6, 0.0, 0.0), 1e-3), Precision::Single);
+    assert_eq!((manifold.welded.count, manifold.collapsed.count), (4, 8));
     // Three vertices in one place weld two; minus zero equals zero.
     let mut three = unit_cube();
     three.positions[1] = DVec3::new(-0.0, 1e-60, 0.0);
     three.positions[2] = DVec3::ZERO;
-    assert_eq!(Gates::of(&three, Precision::Single).welded.count, 2);
-    assert_eq!(Gates::of(&soup(&unit_cube()), Precision::Single).welded.count, 36 - 8);
+    assert_eq!(ManifoldReport::of(&three, Precision::Single).welded.count, 2);
+    assert_eq!(ManifoldReport::of(&soup(&unit_cube()), Precision::Single).welded.count, 36 - 8);
 }
 
 #[test]
 fn inside_out_meshes_and_invalid_positions_fail() {
-    let gates = Gates::of(&reversed(&tetrahedron()), Precision::Single);
-    assert!(matches!(gates.failures()[..], [GateFailure::NoVolume { signed_volume }] if signed_volume < 0.0));
+    let manifold = ManifoldReport::of(&reversed(&tetrahedron()), Precision::Single);
+    assert!(matches!(manifold.failures()[..], [ManifoldFailure::NoVolume { signed_volume }] if signed_volume < 0.0));
     let mut mesh = unit_cube();
     mesh.positions[5].y = f64::NAN;
-    let gates = Gates::of(&mesh, Precision::Single);
-    assert_eq!((gates.bad_positions.count, gates.bad_positions.first[0].index), (1, 5));
-    assert_eq!(gates.failures().len(), 2);
+    let manifold = ManifoldReport::of(&mesh, Precision::Single);
+    assert_eq!((manifold.bad_positions.count, manifold.bad_positions.first[0].index), (1, 5));
+    assert_eq!(manifold.failures().len(), 2);
 }
 
 #[test]
@@ -164,10 +164,10 @@ fn messages_count_the_faults_and_name_the_first() {
 fn vertices_with_long_stars_are_checked() {
     // A double cone whose two tips have stars longer than the fast path accepts.
     let mut mesh = solids::cylinder(1.0, 2.0, 100).unwrap();
-    let gates = Gates::of(&mesh, Precision::Single);
-    assert!(gates.passed() && gates.genus == Some(0), "{:?}", gates.failures());
+    let manifold = ManifoldReport::of(&mesh, Precision::Single);
+    assert!(manifold.passed() && manifold.genus == Some(0), "{:?}", manifold.failures());
     mesh.triangles.remove(7);
-    assert_eq!(Gates::of(&mesh, Precision::Single).edges.count, 3);
+    assert_eq!(ManifoldReport::of(&mesh, Precision::Single).edges.count, 3);
 }
 
 #[test]
@@ -179,7 +179,7 @@ fn failures_do_not_depend_on_the_thread_count() {
     mesh.triangles.extend_from_within(300..400);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| format!("{:?}", Gates::of(&mesh, Precision::Single)))
+        pool.install(|| format!("{:?}", ManifoldReport::of(&mesh, Precision::Single)))
     };
     assert_eq!(with(1), with(4));
 }
@@ -200,19 +200,19 @@ proptest! {
             let solid = if facing_in { reversed(&solid) } else { solid };
             mesh.triangles.extend(solid.triangles.iter().map(|indices| indices.map(|index| index + 2 * first)));
         }
-        let (gates, report) = (Gates::of(&mesh, Precision::Single), check(&mesh));
-        prop_assert_eq!(gates.repeated_indices.count, report.repeated_corners.count);
-        prop_assert_eq!(gates.duplicates.count, report.duplicates.count + report.opposed_duplicates.count);
-        prop_assert_eq!(&gates.non_manifold_vertices.count, &report.non_manifold_vertices.count);
+        let (manifold, report) = (ManifoldReport::of(&mesh, Precision::Single), check(&mesh));
+        prop_assert_eq!(manifold.repeated_indices.count, report.repeated_corners.count);
+        prop_assert_eq!(manifold.duplicates.count, report.duplicates.count + report.opposed_duplicates.count);
+        prop_assert_eq!(&manifold.non_manifold_vertices.count, &report.non_manifold_vertices.count);
         let bad_edges = report.open_edges.count + report.odd_edges.count + report.non_manifold_edges.count;
         let unbalanced_pairs = mesh_edges(&mesh).into_iter().filter(|&(forward, all)| all == 2 && forward != 1).count();
-        prop_assert_eq!(gates.edges.count, bad_edges + unbalanced_pairs);
-        if gates.genus.is_some() && report.genus.is_some() {
-            prop_assert_eq!(gates.genus, report.genus);
-            prop_assert_eq!(gates.components, report.components);
+        prop_assert_eq!(manifold.edges.count, bad_edges + unbalanced_pairs);
+        if manifold.genus.is_some() && report.genus.is_some() {
+            prop_assert_eq!(manifold.genus, report.genus);
+            prop_assert_eq!(manifold.components, report.components);
         }
-        let is_clean = gates.edges.count == 0 && gates.repeated_indices.count == 0 && gates.non_manifold_vertices.count == 0;
-        prop_assert_eq!(gates.genus.is_some(), is_clean);
+        let is_clean = manifold.edges.count == 0 && manifold.repeated_indices.count == 0 && manifold.non_manifold_vertices.count == 0;
+        prop_assert_eq!(manifold.genus.is_some(), is_clean);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Summaries of images that stay on the device.
+//! Sums of images that stay on the device.
 
 use super::band::Band;
 use super::image::{BandError, BandJob, Image, MadeBand, Way};
@@ -7,10 +7,10 @@ use super::view::{LEVEL_SUMS, NODE_SUMS, SUMS, TALLY_WORDS, Tally, wide};
 use super::{GpuSampler, State};
 use crate::gpu::{bytes_of, held};
 use crate::grid::LatticeSolid;
-use crate::ldi::{RaySums, Summary, Windings};
+use crate::ldi::{RaySums, VolumeSums, Windings};
 use crate::sampler::SampleError;
 
-/// Number of words of the totals of `shaders/summary.wgsl`: sums in two words each, the largest number of samples of a
+/// Number of words of the totals of `shaders/volume_sums.wgsl`: sums in two words each, the largest number of samples of a
 /// ray, and the number of all samples.
 const TOTALS_WORDS: u64 = 2 * SUMS as u64 + 2;
 
@@ -56,15 +56,15 @@ impl BandJob<'_> {
 
 impl GpuSampler {
     /// Summarises an image on the device; where not even three rows of it fit there, on the host.
-    pub(super) fn summary(&self, solids: &[&LatticeSolid], image: &Image) -> Result<Summary, SampleError> {
+    pub(super) fn volume_sums(&self, solids: &[&LatticeSolid], image: &Image) -> Result<VolumeSums, SampleError> {
         match self.summary_on_device(solids, image) {
-            Ok(summary) => Ok(summary),
+            Ok(volume_sums) => Ok(volume_sums),
             Err(BandError::Device(error)) => Err(error.into()),
-            Err(BandError::TooLarge { .. }) => Ok(self.image(solids, image)?.summary()),
+            Err(BandError::TooLarge { .. }) => Ok(self.image(solids, image)?.volume_sums()),
         }
     }
 
-    fn summary_on_device(&self, solids: &[&LatticeSolid], image: &Image) -> Result<Summary, BandError> {
+    fn summary_on_device(&self, solids: &[&LatticeSolid], image: &Image) -> Result<VolumeSums, BandError> {
         let mut state = held(&self.state);
         let State { pool, residents } = &mut *state;
         let solids = self.resident(residents, solids)?;
@@ -102,6 +102,6 @@ impl GpuSampler {
             }
         }
         let windings = image.counts_windings.then_some(windings);
-        Ok(Summary::from_parts(image.grid, image.axis, sums, layers, [samples, unclosed], windings))
+        Ok(VolumeSums::from_parts(image.grid, image.axis, sums, layers, [samples, unclosed], windings))
     }
 }

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use crate::gpu::{Access, Stage, WORKGROUP, shared_struct};
 use crate::grid::Axis;
-use crate::minkowski::Outer;
-use crate::minkowski::settle::layer::Raster;
+use crate::minkowski::Exterior;
+use crate::minkowski::resolve::layer::Raster;
 use crate::sampler::layout::WORD_BITS;
 
 use Access::{Read, Uniform, Write as ReadWrite};
@@ -112,7 +112,7 @@ shared_struct! {
         words: u32,
         all_words: u32,
         /// 1 if the side beyond all crossings is inside.
-        outer_is_in: u32,
+        exterior_is_in: u32,
         /// Number of lines of words along the axis, and of consecutive lines before the next block of words begins.
         lines: u32,
         lines_of_block: u32,
@@ -142,7 +142,7 @@ pub const TALLY_WORDS: u64 = size_of::<NodeTally>() as u64 / 4;
 
 impl NodeView {
     /// Creates the view of a raster whose masks have fewer than 2^32 words.
-    pub fn new(raster: &Raster, axis: Axis, outer: Outer) -> NodeView {
+    pub fn new(raster: &Raster, axis: Axis, exterior: Exterior) -> NodeView {
         let [nodes_x, nodes_y, nodes_z] = raster.nodes.map(|nodes| nodes as u32);
         let words = device_words(raster);
         let row = words * nodes_y;
@@ -162,7 +162,7 @@ impl NodeView {
             nodes_y,
             words,
             all_words: row * nodes_z,
-            outer_is_in: u32::from(outer == Outer::In),
+            exterior_is_in: u32::from(exterior == Exterior::In),
             lines,
             lines_of_block,
             block,

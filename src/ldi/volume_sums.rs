@@ -1,4 +1,4 @@
-//! The integer sums of an image from which its volume and the error estimate are computed. A summary is small where an
+//! The integer sums of an image from which its volume and the error estimate are computed. A volume_sums is small where an
 //! image is not, so that a GPU need not transfer the image.
 
 use rayon::prelude::*;
@@ -9,7 +9,7 @@ use crate::grid::{Axis, Grid};
 
 /// The integer sums of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Summary {
+pub struct VolumeSums {
     grid: Grid,
     axis: Axis,
     sums: RaySums,
@@ -47,8 +47,8 @@ impl RaySums {
     }
 }
 
-impl Summary {
-    /// Returns a summary of an image that was summed elsewhere: the sums, the largest number of samples of a ray, and
+impl VolumeSums {
+    /// Returns a volume_sums of an image that was summed elsewhere: the sums, the largest number of samples of a ray, and
     /// the total numbers of samples and of unclosed rays.
     pub fn from_parts(
         grid: Grid,
@@ -57,8 +57,8 @@ impl Summary {
         layers: u32,
         [samples, unclosed]: [u64; 2],
         windings: Option<Windings>,
-    ) -> Summary {
-        Summary { grid, axis, sums, layers, samples, unclosed, windings }
+    ) -> VolumeSums {
+        VolumeSums { grid, axis, sums, layers, samples, unclosed, windings }
     }
 
     /// Returns the grid under the image.
@@ -113,11 +113,11 @@ pub fn level_tolerance(shift: u32) -> i32 {
 
 impl Ldi {
     /// Sums the image, in one pass.
-    pub fn summary(&self) -> Summary {
+    pub fn volume_sums(&self) -> VolumeSums {
         let (_, rows) = self.size();
         let rows: Vec<u32> = (0..rows).collect();
         let sums = rows.par_chunks(ROWS).map(|rows| sums_of_rows(self, rows)).reduce(RaySums::default, RaySums::plus);
-        Summary {
+        VolumeSums {
             grid: self.grid,
             axis: self.axis,
             sums,

@@ -7,7 +7,7 @@
 //! are reached by neither, the crossings between nodes: their components, of which there are few, are found and tested on the
 //! host.
 //!
-//! The result is that of [`settle`](super::settle()), which needs no flood and no masks of all nodes at once. Where rays
+//! The result is that of [`resolve`](super::resolve()), which needs no flood and no masks of all nodes at once. Where rays
 //! contradict one another, that function identifies the node.
 
 mod flood;
@@ -21,27 +21,27 @@ use super::layer::{Layer, Raster, find_runs, link, link_row};
 use super::masks::{RayGap, Rays};
 use super::sets::{IN, OUT, Sets};
 use super::slab::{SlabGaps, point_between};
-use super::{SettleCounts, SettleError, Settled, compare, fill, test};
+use super::{ResolveCounts, ResolveError, ResolvedSpans, compare, fill, test};
 use crate::fixed::Hit;
 use crate::gpu::{Device, DeviceError};
 use crate::grid::{Axis, Grid};
-use crate::minkowski::{Membership, Outer, RaySpans};
+use crate::minkowski::{Exterior, Membership, RaySpans};
 use flood::State;
 
 pub use flood::Reached;
 
 /// A gap resolver that uses one device. Calls from several threads take turns.
-pub struct GpuSettler {
+pub struct GpuResolver {
     device: Arc<Device>,
     state: Mutex<State>,
 }
 
 /// The reason why gaps could not be resolved with a device.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum GpuSettleError {
+pub enum GpuResolveError {
     /// They cannot be resolved by any method.
     #[error(transparent)]
-    Settle(#[from] SettleError),
+    Resolve(#[from] ResolveError),
     /// The device failed, or has no memory for masks of all nodes.
     #[error(transparent)]
     Device(#[from] DeviceError),
@@ -50,15 +50,15 @@ pub enum GpuSettleError {
 /// Rays whose gaps one task processes.
 const RAYS_PER_TASK: usize = 4096;
 
-impl GpuSettler {
+impl GpuResolver {
     /// Creates a resolver on a device, such as that of a sampler.
-    pub fn new(device: &Arc<Device>) -> GpuSettler {
-        GpuSettler { device: Arc::clone(device), state: Mutex::new(State::new(None)) }
+    pub fn new(device: &Arc<Device>) -> GpuResolver {
+        GpuResolver { device: Arc::clone(device), state: Mutex::new(State::new(None)) }
     }
 
     /// Creates a resolver that fills every buffer with a word before use, so that tests detect unwritten elements.
-    pub fn prefilled(device: &Arc<Device>, word: u32) -> GpuSettler {
-        GpuSettler { device: Arc::clone(device), state: Mutex::new(State::new(Some(word))) }
+    pub fn prefilled(device: &Arc<Device>, word: u32) -> GpuResolver {
+        GpuResolver { device: Arc::clone(device), state: Mutex::new(State::new(Some(word))) }
     }
 
     /// Refuses a grid whose masks of nodes exceed the device's largest binding, or whose sweeps need longer loops than the
@@ -68,22 +68,22 @@ impl GpuSettler {
     }
 
     /// Decides every gap of the spans along x, y and z, and removes those that are in; the result equals that of
-    /// [`settle`](super::settle()), including the tested points. Takes seven bits for each node of the grid on the device, in
+    /// [`resolve`](super::resolve()), including the tested points. Takes seven bits for each node of the grid on the device, in
     /// buffers of one bit each, and up to seven on the host.
-    pub fn settle<H: Hit + Sync>(
+    pub fn resolve<H: Hit + Sync>(
         &self,
         grid: &Grid,
         mut spans: [RaySpans<H>; 3],
-        outer: Outer,
+        exterior: Exterior,
         membership: &impl Membership,
         progress: &(dyn Fn(u64, u64) + Sync),
-    ) -> Result<Settled<H>, GpuSettleError> {
-        let Some(reached) = self.reached(grid, &spans, outer)? else {
-            return Ok(super::settle(grid, spans, outer, membership, progress)?);
+    ) -> Result<ResolvedSpans<H>, GpuResolveError> {
+        let Some(reached) = self.reached(grid, &spans, exterior)? else {
+            return Ok(super::resolve(grid, spans, exterior, membership, progress)?);
         };
         let raster = Raster::new(grid);
         let components = Components::of(&raster, &reached);
-        let gaps = Axis::ALL.map(|axis| components.gaps(&raster, &spans[axis.depth()], outer, &reached));
+        let gaps = Axis::ALL.map(|axis| components.gaps(&raster, &spans[axis.depth()], exterior, &reached));
 
         let open = Open { components, gaps };
         let points = open.points(grid);
@@ -92,7 +92,7 @@ impl GpuSettler {
         let removed = open.gaps_that_are_in(of_components, of_gaps);
         let filled = of_components.iter().filter(|&&answer| answer).count() as u64;
         let gaps = open.gaps.iter().flatten().map(|gaps| gaps.count).sum::<u64>();
-        let counts = SettleCounts {
+        let counts = ResolveCounts {
             open_nodes: reached.open_nodes,
             components: of_components.len() as u64,
             cavities: of_components.len() as u64 - filled,
@@ -103,7 +103,7 @@ impl GpuSettler {
         };
         drop((reached, open));
         spans.par_iter_mut().zip(removed).for_each(|(spans, removed)| fill::fill(spans, removed));
-        Ok(Settled { spans, counts })
+        Ok(ResolvedSpans { spans, counts })
     }
 
     /// Returns the nodes that the flood reaches; `None` where some node is reached from both sides. For verification of the
@@ -112,10 +112,10 @@ impl GpuSettler {
         &self,
         grid: &Grid,
         spans: &[RaySpans<H>; 3],
-        outer: Outer,
-    ) -> Result<Option<Reached>, GpuSettleError> {
+        exterior: Exterior,
+    ) -> Result<Option<Reached>, GpuResolveError> {
         compare(grid, spans)?;
-        Ok(flood::flood(&self.device, &self.state, &Raster::new(grid), spans, outer)?)
+        Ok(flood::flood(&self.device, &self.state, &Raster::new(grid), spans, exterior)?)
     }
 }
 
@@ -227,10 +227,10 @@ impl Components {
         &self,
         raster: &Raster,
         spans: &RaySpans<H>,
-        outer: Outer,
+        exterior: Exterior,
         reached: &Reached,
     ) -> Vec<RayGaps> {
-        let rays = Rays::new(raster, spans, outer);
+        let rays = Rays::new(raster, spans, exterior);
         let (axis, count) = (spans.axis, spans.offsets.len() - 1);
         let columns = raster.nodes[axis.column()];
         let of_task = |first: usize| {

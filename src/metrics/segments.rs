@@ -15,7 +15,7 @@ pub(super) enum End {
 
 /// A segment of a ray within one phase of a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Stretch {
+pub(super) struct Segment {
     /// In lattice positions, below `end`.
     pub start: i32,
     /// In lattice positions.
@@ -24,7 +24,7 @@ pub(super) struct Stretch {
     pub ends: [End; 2],
 }
 
-impl Stretch {
+impl Segment {
     /// Returns the length in lattice steps.
     pub fn length(&self) -> i32 {
         self.end - self.start
@@ -47,7 +47,7 @@ pub(super) fn stretches(
     region: RegionSpans<'_>,
     phase: Phase,
     flush: i32,
-    mut visit: impl FnMut(Stretch),
+    mut visit: impl FnMut(Segment),
 ) {
     let mut solid = solid.peekable();
     for (low, high) in region {
@@ -58,7 +58,7 @@ pub(super) fn stretches(
         let mut say = |of: Phase, start: i32, end: i32| {
             let is_sliver = start >= end || end <= low + flush || start >= high - flush;
             if of == phase && !is_sliver {
-                visit(Stretch { start, end, ends: [end_at(start), end_at(end)] });
+                visit(Segment { start, end, ends: [end_at(start), end_at(end)] });
             }
         };
         while solid.next_if(|&(_, end)| end <= low).is_some() {}

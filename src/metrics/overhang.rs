@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::elements::{SurfaceElements, in_chunks};
+use super::surface_area::{SurfaceElements, in_chunks};
 
 /// The treatment of surface on the build plate as overhang.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -55,8 +55,8 @@ pub fn overhang(surface: &SurfaceElements, build: DVec3, angle: f64, plate: Plat
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::elements::Scale;
-    use crate::metrics::elements::tests::{Sampled, cube, grid_of, order, turned, turns};
+    use crate::metrics::surface_area::Scale;
+    use crate::metrics::surface_area::tests::{Sampled, cube, grid_of, order, turned, turns};
     use crate::solids;
     use glam::DQuat;
 
