@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
-use ldi_ops::boolean::{BooleanOperation, Expression, Images, Operand, Plan, merge};
+use ldi_ops::boolean::{BooleanOperation, Expression, Operand, Plan, merge};
 use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::ClosedMesh;
@@ -68,7 +68,7 @@ fn five(criterion: &mut Criterion) {
     let solids: Vec<LatticeSolid> =
         meshes.iter().map(|mesh| grid.quantise(mesh).expect("the grid is around all")).collect();
     let expression = Expression::parse(EXPRESSION, &NAMES).expect("it is right");
-    let (exact, estimate) = (Plan::new(&expression, Images::Exact), Plan::new(&expression, Images::Estimates));
+    let (exact, estimate) = (Plan::new(&expression, Mode::Exact), Plan::new(&expression, Mode::OVER));
     let images: Vec<Ldi> = solids.iter().map(|solid| sample(solid, Mode::Exact)).collect();
     let surfaces: Vec<Ldi> = solids.iter().map(surface).collect();
     assert_eq!(sweep(&exact, &images), chain(&images));
@@ -124,7 +124,7 @@ fn copies(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("csg/xor of gyroids");
     for count in [1, 2, 3, 6, 7, 16] {
         let images = &images[..count];
-        let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Xor, count), Images::Exact);
+        let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Xor, count), Mode::Exact);
         group.throughput(Throughput::Elements(images.iter().map(|image| image.depths().len() as u64).sum()));
         group.bench_function(format!("{count}"), |bencher| bencher.iter_with_large_drop(|| sweep(&plan, images)));
     }

@@ -14,7 +14,7 @@ use ldi_ops::integrate::{self, AxisVolume};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, Sampler};
 use ldi_ops::solids::{Model, cuboid};
 
 const RESOLUTION: u32 = 512;
@@ -108,7 +108,7 @@ fn intersection(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements((triangles + crossings) as u64));
     group.bench_function("over by masks", |bencher| {
         bencher.iter_with_large_drop(|| {
-            sampler.sample_intersection(&solid_a, &solid_b, Axis::Z, Estimate::Over, FillRule::EvenOdd)
+            sampler.sample_intersection([&solid_a, &solid_b], Axis::Z, Estimate::Over, FillRule::EvenOdd)
         });
     });
     for (name, mode) in [("over by merge", Mode::Estimate(Estimate::Over)), ("exact by merge", Mode::Exact)] {

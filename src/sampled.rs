@@ -102,7 +102,7 @@ impl Sampled {
 
     /// Returns the lattice nodes inside, as dense voxels.
     pub fn voxels(&self) -> Voxels {
-        let planes = NodePlanes::new(&self.measured.images, write::combine(self.measured.mode));
+        let planes = NodePlanes::new(&self.measured.images, self.measured.mode);
         let planes = planes.expect("the images are of one grid");
         let grid = self.grid();
         let size @ [columns, rows, layers] = grid.rays().map(|n| n as usize);

@@ -25,7 +25,7 @@ use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::{ClosedMesh, io};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, Sampler};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
@@ -105,7 +105,7 @@ fn image(operation: BooleanOperation, [a, b]: &[LatticeSolid; 2], axis: Axis, mo
     let fill = FillRule::EvenOdd;
     match (operation, mode) {
         (BooleanOperation::Intersection, Mode::Estimate(estimate)) => {
-            sampler.sample_intersection(a, b, axis, estimate, fill).unwrap()
+            sampler.sample_intersection([a, b], axis, estimate, fill).unwrap()
         }
         _ => {
             let taken = if operation == BooleanOperation::Difference { mode.opposite() } else { mode };

@@ -12,7 +12,7 @@
 //!
 //! # Estimates
 //! An over-estimate of A − B subtracts an under-estimate of B, one of A xor B is (A − B) ∪ (B − A) with both estimates of each.
-//! So a leaf is an input in a [`Role`]: the requested estimate or the opposite one. For each input a point is in both
+//! So a [`Leaf`] is an input in a mode: the requested estimate or the opposite one. For each input a point is in both
 //! estimates, in neither, or between them, where nothing is known. A pair of truth values carried through the expression keeps
 //! these three cases apart (Kleene's logic), in time linear in the expression however xors nest.
 //!
@@ -31,12 +31,12 @@ mod volume_bounds;
 
 pub use expression::Expression;
 pub use parse::{ExpressionError, Found};
-pub use plan::{Images, Leaf, Plan, Role};
+pub use plan::{Leaf, Plan};
 pub use sweep::Operand;
 pub use volume_bounds::VolumeBounds;
 
 use crate::grid::Axis;
-use crate::ldi::{Ldi, TooManySamples};
+use crate::ldi::{Ldi, Mode, TooManySamples};
 
 /// An operation on point sets. More than two operands are taken from left to right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -99,5 +99,5 @@ pub enum BooleanError {
 /// the result. This is [`Plan::sweep`] for two images.
 pub fn merge(operation: BooleanOperation, a: &Ldi, b: &Ldi) -> Result<Ldi, BooleanError> {
     let expression = Expression::of_inputs(operation, 2);
-    Plan::new(&expression, Images::Exact).sweep(&[Operand::from(a), Operand::from(b)])
+    Plan::new(&expression, Mode::Exact).sweep(&[Operand::from(a), Operand::from(b)])
 }

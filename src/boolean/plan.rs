@@ -3,33 +3,15 @@
 use super::BooleanOperation;
 use super::expression::{Expression, Term};
 use super::network::{Link, Network, Rule};
-
-/// The kind of images that a result is made from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Images {
-    /// Exact images: one image of each input.
-    Exact,
-    /// Estimates: the result is the estimate of the expression on the side of [`Role::Same`]. It is valid where the
-    /// under-estimate of each input lies within its over-estimate.
-    Estimates,
-}
-
-/// The estimate of an input that is needed, relative to that of the result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Role {
-    /// The estimate that is made of the expression; also the role of exact images.
-    Same,
-    /// The opposite estimate, as for a subtracted input.
-    Opposite,
-}
+use crate::ldi::Mode;
 
 /// An image that a plan needs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Leaf {
     /// The index of the input.
     pub input: usize,
-    /// The estimate of the input.
-    pub role: Role,
+    /// The mode of the image: that of the result, or the opposite one, as for a subtracted input.
+    pub mode: Mode,
 }
 
 /// The direction in which the result can change with a leaf.
@@ -60,10 +42,12 @@ const TABLE_LEAVES: usize = 12;
 const TABLE_STEPS: usize = 1 << 24;
 
 impl Plan {
-    /// Compiles an expression for images of a kind. Takes time and memory linear in the expression.
-    pub fn new(expression: &Expression, images: Images) -> Plan {
-        let Gates { rules, parents, places } = Gates::of(expression, images);
-        let mut leaves: Vec<Leaf> = places.iter().map(|place| place.leaf).collect();
+    /// Compiles an expression for a result of a mode. Takes time and memory linear in the expression.
+    ///
+    /// An estimate is valid where the under-estimate of each input lies within its over-estimate.
+    pub fn new(expression: &Expression, mode: Mode) -> Plan {
+        let Gates { rules, parents, places } = Gates::of(expression, mode);
+        let mut leaves: Vec<(usize, Role)> = places.iter().map(|place| place.leaf).collect();
         leaves.sort_unstable();
         leaves.dedup();
         let mut links = vec![Vec::new(); leaves.len()];
@@ -81,10 +65,14 @@ impl Plan {
         let is_small = leaves.len() <= TABLE_LEAVES && steps <= TABLE_STEPS;
         let table = is_small.then(|| table(&mut network.clone(), leaves.len()));
         let polarities = polarities.into_iter().map(|polarity| polarity.expect("every leaf has a place")).collect();
-        Plan { leaves, polarities, network, table }
+        let of_role = |(input, role)| match role {
+            Role::Same => Leaf { input, mode },
+            Role::Opposite => Leaf { input, mode: mode.opposite() },
+        };
+        Plan { leaves: leaves.into_iter().map(of_role).collect(), polarities, network, table }
     }
 
-    /// Returns the images that are needed, in ascending order.
+    /// Returns the images that are needed, by input and then that of the mode of the result first.
     pub fn leaves(&self) -> &[Leaf] {
         &self.leaves
     }
@@ -107,9 +95,16 @@ struct Gates {
     places: Vec<Place>,
 }
 
+/// The estimate of an input that a leaf is, relative to that of the result.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Role {
+    Same,
+    Opposite,
+}
+
 /// An occurrence of a leaf.
 struct Place {
-    leaf: Leaf,
+    leaf: (usize, Role),
     link: Link,
     polarity: Polarity,
 }
@@ -143,16 +138,16 @@ struct Gate {
 }
 
 impl Gates {
-    fn of(expression: &Expression, images: Images) -> Gates {
+    fn of(expression: &Expression, mode: Mode) -> Gates {
         let (terms, parents) = (expression.terms(), expression.parents());
         let mut above: Vec<Option<Above>> = vec![None; terms.len()];
         let mut gates: Vec<Gate> = Vec::new();
         let mut leaves: Vec<(usize, Above)> = Vec::new();
         // Operations come after their operands, so the reverse order meets each before them.
         for i in (0..terms.len()).rev() {
-            let asked = match images {
-                Images::Exact => [true, false],
-                Images::Estimates => [true, true],
+            let asked = match mode {
+                Mode::Exact => [true, false],
+                Mode::Estimate(_) => [true, true],
             };
             let (mut here, parent) = match parents[i] {
                 None => {
@@ -199,23 +194,23 @@ impl Gates {
             }
             above[i] = Some(here);
         }
-        Gates::counters(&gates, &leaves, images)
+        Gates::counters(&gates, &leaves, mode)
     }
 
     /// Builds the counters of the gates: two of each for estimates, some of which may count nothing.
-    fn counters(gates: &[Gate], leaves: &[(usize, Above)], images: Images) -> Gates {
-        let width = match images {
-            Images::Exact => 1,
-            Images::Estimates => 2,
+    fn counters(gates: &[Gate], leaves: &[(usize, Above)], mode: Mode) -> Gates {
+        let width = match mode {
+            Mode::Exact => 1,
+            Mode::Estimate(_) => 2,
         };
         let (mut rules, mut parents, mut places) = (Vec::new(), Vec::new(), Vec::new());
         for gate in gates {
             for truth in 0..width {
-                rules.push(match (gate.kind, images) {
+                rules.push(match (gate.kind, mode) {
                     (Kind::Any, _) => Rule::AtLeast(1),
                     (Kind::All, _) => Rule::AtLeast(gate.operands),
-                    (Kind::Odd, Images::Exact) => Rule::Odd,
-                    (Kind::Odd, Images::Estimates) => Rule::OddOrUnknown,
+                    (Kind::Odd, Mode::Exact) => Rule::Odd,
+                    (Kind::Odd, Mode::Estimate(_)) => Rule::OddOrUnknown,
                 });
                 parents.push(gate.parent.and_then(|(parent, inverted)| {
                     // The complement of one estimate is the other estimate of the complement.
@@ -233,7 +228,7 @@ impl Gates {
                     (polarity, _) => polarity,
                 };
                 places.push(Place {
-                    leaf: Leaf { input, role: if role == 0 { Role::Same } else { Role::Opposite } },
+                    leaf: (input, if role == 0 { Role::Same } else { Role::Opposite }),
                     link: Link { counter: (gate * width + truth) as u32, inverted: complemented },
                     polarity,
                 });
@@ -247,18 +242,18 @@ impl Gates {
 mod tests {
     use super::*;
 
-    fn plan(text: &str, images: Images) -> Plan {
+    fn plan(text: &str, mode: Mode) -> Plan {
         let names: Vec<&str> = ["a", "b", "c", "d", "e", "f", "g"].into_iter().filter(|&n| text.contains(n)).collect();
-        Plan::new(&Expression::parse(text, &names).unwrap(), images)
+        Plan::new(&Expression::parse(text, &names).unwrap(), mode)
     }
 
     /// Returns the leaves as letters, lower case for the same estimate and upper case for the opposite one.
-    fn leaves(text: &str, images: Images) -> String {
-        let letter = |leaf: &Leaf| match leaf.role {
-            Role::Same => (b'a' + leaf.input as u8) as char,
-            Role::Opposite => (b'A' + leaf.input as u8) as char,
+    fn leaves(text: &str, mode: Mode) -> String {
+        let letter = |leaf: &Leaf| match leaf.mode == mode {
+            true => (b'a' + leaf.input as u8) as char,
+            false => (b'A' + leaf.input as u8) as char,
         };
-        plan(text, images).leaves().iter().map(letter).collect()
+        plan(text, mode).leaves().iter().map(letter).collect()
     }
 
     #[test]
@@ -274,14 +269,14 @@ mod tests {
             ("(a - b) | (b - a)", "aAbB"),
             ("a & a", "a"),
         ] {
-            assert_eq!(leaves(text, Images::Estimates), expected, "{text}");
+            assert_eq!(leaves(text, Mode::OVER), expected, "{text}");
         }
-        assert_eq!(leaves("a - (b ^ c) | d", Images::Exact), "abcd");
+        assert_eq!(leaves("a - (b ^ c) | d", Mode::Exact), "abcd");
     }
 
     #[test]
     fn differences_reverse_the_polarity() {
-        let of = |text| plan(text, Images::Exact).polarities;
+        let of = |text| plan(text, Mode::Exact).polarities;
         use Polarity::{Against, Along, Both};
         assert_eq!(of("a - (b - c)"), [Along, Against, Along]);
         assert_eq!(of("a & b - (c ^ d)"), [Along, Along, Both, Both]);
@@ -292,7 +287,7 @@ mod tests {
     fn chains_of_any_length_need_one_counter() {
         for sign in ["-", "|", "&", "^"] {
             let chain = vec!["a"; 100_000].join(sign);
-            let plan = plan(&chain, Images::Exact);
+            let plan = plan(&chain, Mode::Exact);
             assert_eq!(plan.leaves().len(), 1);
             assert_eq!(plan.table, Some(vec![if "|&".contains(sign) { 0b10 } else { 0b00 }]), "{sign}");
         }
@@ -300,10 +295,10 @@ mod tests {
 
     #[test]
     fn deep_expressions_take_linear_memory() {
-        for images in [Images::Exact, Images::Estimates] {
+        for mode in [Mode::Exact, Mode::OVER] {
             let deep = format!("{}a{}", "a ^ (b | ".repeat(50_000), ")".repeat(50_000));
-            let plan = plan(&deep, images);
-            assert_eq!(plan.leaves().len(), if images == Images::Exact { 2 } else { 4 });
+            let plan = plan(&deep, mode);
+            assert_eq!(plan.leaves().len(), if mode == Mode::Exact { 2 } else { 4 });
         }
     }
 }

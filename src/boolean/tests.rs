@@ -52,7 +52,7 @@ fn operands(images: &[Ldi]) -> Vec<Operand<'_>> {
 
 fn swept(text: &str, rays: &[&[i32]]) -> Vec<i32> {
     let names: Vec<String> = (0..rays.len()).map(|i| char::from(b'a' + i as u8).to_string()).collect();
-    let plan = Plan::new(&Expression::parse(text, &names).unwrap(), Images::Exact);
+    let plan = Plan::new(&Expression::parse(text, &names).unwrap(), Mode::Exact);
     let images: Vec<Ldi> = rays.iter().map(|ray| bare(&[ray.to_vec()])).collect();
     plan.sweep(&operands(&images)).unwrap().samples(0).to_vec()
 }
@@ -80,7 +80,7 @@ fn rays_unclosed_in_any_operand_are_unclosed_in_the_result() {
     let grid = grid(3);
     let open = |ray| Ldi::from_parts(grid, Axis::Z, vec![0; 4], vec![], vec![ray]).unwrap();
     let [a, b, c] = [open(0), bare(&[vec![0, 4], vec![0, 4], vec![0, 4]]), open(2)];
-    let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Union, 3), Images::Exact);
+    let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Union, 3), Mode::Exact);
     let result = plan.sweep(&operands(&[a, b, c])).unwrap();
     assert_eq!((result.unclosed(), result.depths()), (&[0, 2][..], &[0, 4][..]));
 }
@@ -96,7 +96,7 @@ fn images_of_other_rays_are_refused() {
 
 /// Returns the samples of the result of exact images of one ray; the triangles of each input are numbered from 100 more.
 fn with_triangles(operation: BooleanOperation, rays: &[&[Sample]]) -> Vec<Sample> {
-    let plan = Plan::new(&Expression::of_inputs(operation, rays.len()), Images::Exact);
+    let plan = Plan::new(&Expression::of_inputs(operation, rays.len()), Mode::Exact);
     let images: Vec<Ldi> = rays.iter().map(|ray| image(&[ray.to_vec()])).collect();
     let operand = |(i, image)| Operand { image, first_triangle: 100 * i as u32 };
     let result = plan.sweep(&images.iter().enumerate().map(operand).collect::<Vec<_>>()).unwrap();
@@ -132,7 +132,7 @@ fn samples_at_one_depth_keep_the_least_triangle_of_the_right_direction() {
 
 #[test]
 fn results_have_triangles_only_if_all_operands_have() {
-    let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Union, 2), Images::Exact);
+    let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Union, 2), Mode::Exact);
     let (with, without) = (image(&[vec![(0, 1), (4, 2)]]), bare(&[vec![6, 8]]));
     assert_eq!(plan.sweep(&operands(&[with.clone(), without])).unwrap().triangles(), None);
     assert_eq!(plan.sweep(&operands(&[with, bare(&[vec![]])])).unwrap().triangles(), Some(&[1, 2][..]));
@@ -140,7 +140,7 @@ fn results_have_triangles_only_if_all_operands_have() {
 
 #[test]
 fn triangles_beyond_32_bits_are_refused() {
-    let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Union, 2), Images::Exact);
+    let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Union, 2), Mode::Exact);
     let images = [image(&[vec![(0, 1), (4, 2)]]), image(&[vec![(0, 1), (4, 3)]])];
     let from = |first_triangle| {
         let second = Operand { image: &images[1], first_triangle };
@@ -206,7 +206,7 @@ fn random_expressions_agree_with_pointwise_evaluation() {
         let expression = random.expression(inputs);
         let rays: Vec<Vec<Vec<Sample>>> = (0..inputs).map(|_| (0..20).map(|_| random.ray()).collect()).collect();
         let images: Vec<Ldi> = rays.iter().map(|rays| image(rays)).collect();
-        let plan = Plan::new(&expression, Images::Exact);
+        let plan = Plan::new(&expression, Mode::Exact);
         let number = |(input, image)| Operand { image, first_triangle: 20 * input as u32 };
         let surface = plan.sweep(&images.iter().enumerate().map(number).collect::<Vec<_>>()).unwrap();
         let depths_alone: Vec<Ldi> = rays
@@ -262,22 +262,21 @@ fn random_estimates_agree_with_pointwise_bounds_of_their_inputs() {
     for round in 0..600 {
         let inputs = 1 + random.below(8);
         let expression = random.expression(inputs);
-        let plan = Plan::new(&expression, Images::Estimates);
         // At each depth an input is in neither estimate, in the larger or in both.
         let known: Vec<Vec<usize>> = (0..inputs).map(|_| (0..LENGTH).map(|_| random.below(3)).collect()).collect();
-        for same_is_over in [true, false] {
-            let in_input = |input: usize, role: Role, depth: i32| {
-                let is_over = (role == Role::Same) == same_is_over;
-                depth < LENGTH && known[input][depth as usize] + usize::from(is_over) >= 2
+        for mode in [Mode::OVER, Mode::UNDER] {
+            let plan = Plan::new(&expression, mode);
+            let in_input = |input: usize, mode: Mode, depth: i32| {
+                depth < LENGTH && known[input][depth as usize] + usize::from(mode == Mode::OVER) >= 2
             };
             let images: Vec<Ldi> = plan
                 .leaves()
                 .iter()
-                .map(|leaf| bare(&[spans(|depth| in_input(leaf.input, leaf.role, depth))]))
+                .map(|leaf| bare(&[spans(|depth| in_input(leaf.input, leaf.mode, depth))]))
                 .collect();
             let found = plan.sweep(&operands(&images)).unwrap();
             let holds = |depth| {
-                let both = |input| (in_input(input, Role::Same, depth), in_input(input, Role::Opposite, depth));
+                let both = |input| (in_input(input, mode, depth), in_input(input, mode.opposite(), depth));
                 expression.fold(both, estimate).0
             };
             assert_eq!(found.samples(0), spans(holds), "round {round}: {expression:?}");

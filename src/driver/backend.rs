@@ -9,7 +9,7 @@ use crate::gpu::DeviceError;
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, VolumeSums};
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Estimate, FillRule, Mode, SampleError, Sampler};
+use crate::sampler::{Estimate, FillRule, MaskIntersection, Mode, SampleError, Sampler};
 use crate::{Error, Warning};
 
 /// Triangles and expected crossings for each thread of the CPU from which on `auto` looks for a GPU.
@@ -23,7 +23,7 @@ pub struct Gpu {
     /// What it is called in results.
     pub name: String,
     /// The sampler of its device.
-    pub sampler: Box<dyn Sampler>,
+    pub sampler: Box<dyn MaskIntersection>,
 }
 
 /// An adapter, as its driver describes it. Sizes are in bytes.
@@ -153,7 +153,7 @@ pub enum Choice<'b> {
 
 impl Choice<'_> {
     /// Returns the sampler.
-    pub fn sampler(&self) -> &dyn Sampler {
+    pub fn sampler(&self) -> &dyn MaskIntersection {
         match self {
             Choice::Cpu { cpu, .. } => *cpu,
             Choice::Gpu(gpu) => gpu.sampler.as_ref(),
@@ -236,7 +236,7 @@ pub struct WithCpu {
 }
 
 impl WithCpu {
-    fn make<T>(&self, make: impl Fn(&dyn Sampler) -> Result<T, SampleError>) -> Result<T, SampleError> {
+    fn make<T>(&self, make: impl Fn(&dyn MaskIntersection) -> Result<T, SampleError>) -> Result<T, SampleError> {
         if self.fault.get().is_none() {
             match make(self.gpu.sampler.as_ref()) {
                 Err(SampleError::Device(fault)) => self.fault.set(fault).expect("there was none a moment ago"),
@@ -256,36 +256,36 @@ impl Sampler for WithCpu {
         self.make(|sampler| sampler.sample_surface(solid, axis, fill))
     }
 
-    fn sample_intersection(
-        &self,
-        a: &LatticeSolid,
-        b: &LatticeSolid,
-        axis: Axis,
-        estimate: Estimate,
-        fill: FillRule,
-    ) -> Result<Ldi, SampleError> {
-        self.make(|sampler| sampler.sample_intersection(a, b, axis, estimate, fill))
-    }
-
-    fn summarise(
+    fn volume_sums(
         &self,
         solid: &LatticeSolid,
         axis: Axis,
         mode: Mode,
         fill: FillRule,
     ) -> Result<VolumeSums, SampleError> {
-        self.make(|sampler| sampler.summarise(solid, axis, mode, fill))
+        self.make(|sampler| sampler.volume_sums(solid, axis, mode, fill))
+    }
+}
+
+impl MaskIntersection for WithCpu {
+    fn sample_intersection(
+        &self,
+        solids: [&LatticeSolid; 2],
+        axis: Axis,
+        estimate: Estimate,
+        fill: FillRule,
+    ) -> Result<Ldi, SampleError> {
+        self.make(|sampler| sampler.sample_intersection(solids, axis, estimate, fill))
     }
 
-    fn summarise_intersection(
+    fn intersection_sums(
         &self,
-        a: &LatticeSolid,
-        b: &LatticeSolid,
+        solids: [&LatticeSolid; 2],
         axis: Axis,
         estimate: Estimate,
         fill: FillRule,
     ) -> Result<VolumeSums, SampleError> {
-        self.make(|sampler| sampler.summarise_intersection(a, b, axis, estimate, fill))
+        self.make(|sampler| sampler.intersection_sums(solids, axis, estimate, fill))
     }
 }
 
@@ -324,16 +324,17 @@ mod tests {
         fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: FillRule) -> Result<Ldi, SampleError> {
             self.image(CpuSampler::default().sample_surface(solid, axis, fill))
         }
+    }
 
+    impl MaskIntersection for Faltering {
         fn sample_intersection(
             &self,
-            a: &LatticeSolid,
-            b: &LatticeSolid,
+            solids: [&LatticeSolid; 2],
             axis: Axis,
             estimate: Estimate,
             fill: FillRule,
         ) -> Result<Ldi, SampleError> {
-            self.image(CpuSampler::default().sample_intersection(a, b, axis, estimate, fill))
+            self.image(CpuSampler::default().sample_intersection(solids, axis, estimate, fill))
         }
     }
 

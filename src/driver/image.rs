@@ -5,14 +5,14 @@ use std::time::Instant;
 use super::job::{Boolean, Measurement};
 use super::measure::Seconds;
 use crate::Error;
-use crate::boolean::{Expression, Images, Leaf, Operand, Plan, Role};
+use crate::boolean::{Expression, Leaf, Operand, Plan};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, VolumeSums, Windings};
-use crate::sampler::{Estimate, FillRule, Mode, SampleError, Sampler};
+use crate::sampler::{Estimate, FillRule, MaskIntersection, Mode, SampleError};
 
 /// Makes images along one axis, and keeps what else they tell.
 pub struct ImageMaker<'a> {
-    pub sampler: &'a dyn Sampler,
+    pub sampler: &'a dyn MaskIntersection,
     pub axis: Axis,
     pub mode: Mode,
     pub fill: FillRule,
@@ -37,16 +37,8 @@ pub fn alive_at_once(measurement: &Measurement, mode: Mode) -> u64 {
         Measurement::Boolean(Boolean { expression, .. }) => match masked(expression, mode) {
             Some(_) => 1,
             // All that are swept, and the result.
-            None => Plan::new(expression, images(mode)).leaves().len() as u64 + 1,
+            None => Plan::new(expression, mode).leaves().len() as u64 + 1,
         },
-    }
-}
-
-/// The kind of images that a mode asks for.
-fn images(mode: Mode) -> Images {
-    match mode {
-        Mode::Exact => Images::Exact,
-        Mode::Estimate(_) => Images::Estimates,
     }
 }
 
@@ -79,7 +71,7 @@ impl ImageMaker<'_> {
         };
         let image = match masked(expression, self.mode) {
             Some(([a, b], estimate)) => self.timed(|maker| {
-                maker.sampler.sample_intersection(&solids[a], &solids[b], maker.axis, estimate, maker.fill)
+                maker.sampler.sample_intersection([&solids[a], &solids[b]], maker.axis, estimate, maker.fill)
             })?,
             None => self.sweep(expression, solids)?,
         };
@@ -107,7 +99,7 @@ impl ImageMaker<'_> {
             Measurement::Boolean(Boolean { expression, .. }) => {
                 if let Some(([a, b], estimate)) = masked(expression, self.mode) {
                     return self.timed(|maker| {
-                        maker.sampler.summarise_intersection(&solids[a], &solids[b], maker.axis, estimate, maker.fill)
+                        maker.sampler.intersection_sums([&solids[a], &solids[b]], maker.axis, estimate, maker.fill)
                     });
                 }
                 let image = self.sweep(expression, solids)?;
@@ -119,7 +111,7 @@ impl ImageMaker<'_> {
             Measurement::Volume | Measurement::Sample => {
                 let mode = self.mode;
                 let volume_sums =
-                    self.timed(|maker| maker.sampler.summarise(&solids[0], maker.axis, mode, maker.fill))?;
+                    self.timed(|maker| maker.sampler.volume_sums(&solids[0], maker.axis, mode, maker.fill))?;
                 self.look_at(0, volume_sums.windings());
                 Ok(volume_sums)
             }
@@ -129,14 +121,8 @@ impl ImageMaker<'_> {
     /// What an expression makes of the solids: each is sampled once for each estimate of it that is needed, and then all
     /// images are swept together.
     fn sweep(&mut self, expression: &Expression, solids: &[LatticeSolid]) -> Result<Ldi, Error> {
-        let plan = Plan::new(expression, images(self.mode));
-        let leaves = plan.leaves().iter().map(|leaf| {
-            let mode = match leaf.role {
-                Role::Same => self.mode,
-                Role::Opposite => self.mode.opposite(),
-            };
-            self.sample(&solids[leaf.input], leaf.input, mode)
-        });
+        let plan = Plan::new(expression, self.mode);
+        let leaves = plan.leaves().iter().map(|leaf| self.sample(&solids[leaf.input], leaf.input, leaf.mode));
         let leaves = leaves.collect::<Result<Vec<Ldi>, Error>>()?;
         let start = Instant::now();
         let first: Vec<u32> = first_triangles(solids).collect();

@@ -4,10 +4,9 @@ use std::io::{Read, Seek};
 use std::path::Path;
 
 use super::surface::{Imaged, SurfaceReport};
-use super::write;
 use crate::integrate::{AxisVolume, VolumeEstimate};
 use crate::ldi::Ldi;
-use crate::ldi::npz::{self, ImageMode, Normals, NpzError};
+use crate::ldi::npz::{self, Normals, NpzError};
 use crate::mesh::LengthUnit;
 use crate::sampler::Mode;
 use crate::unit;
@@ -22,7 +21,7 @@ pub struct ImageFile {
     /// The unit that the file states.
     pub unit: Option<LengthUnit>,
     /// The mode that the file states.
-    pub mode: Option<ImageMode>,
+    pub mode: Option<Mode>,
     /// Remarks of the reader.
     pub warnings: Vec<Warning>,
 }
@@ -48,13 +47,13 @@ impl ImageFile {
     /// The mode of the images: what the file states, or else what was asked for, or else exact.
     pub fn mode(&self, path: &Path, asked: Option<Mode>) -> Result<Mode, Error> {
         match (self.mode, asked) {
-            (Some(stated), Some(asked)) if write::image_mode(asked) != stated => Err(Error::input(format!(
+            (Some(stated), Some(asked)) if asked != stated => Err(Error::input(format!(
                 "{}: the images are stated to be `{}`, and --mode {} contradicts that; leave --mode away",
                 path.display(),
                 stated.name(),
-                write::image_mode(asked).name()
+                asked.name()
             ))),
-            (stated, asked) => Ok(stated.map(write::mode).or(asked).unwrap_or(Mode::Exact)),
+            (stated, asked) => Ok(stated.or(asked).unwrap_or(Mode::Exact)),
         }
     }
 

@@ -29,7 +29,7 @@ use crate::ldi::Ldi;
 use crate::mesh::{self, Aabb, LengthUnit, MassProperties, Unproved};
 use crate::number::number;
 use crate::progress::Monitor;
-use crate::sampler::{FillRule, Mode, Sampler};
+use crate::sampler::{FillRule, MaskIntersection, Mode, Sampler};
 use crate::unit;
 use crate::{Error, Estimate, Warning};
 
@@ -510,7 +510,7 @@ fn check_raster(
     job: &MeasureJob,
     solids: &[Solid],
     pitch: f64,
-    sampler: &dyn Sampler,
+    sampler: &dyn MaskIntersection,
     rules_agree: &mut [Option<bool>],
     seconds: &mut Seconds,
 ) -> Result<Vec<AxisVolume>, Error> {

@@ -14,7 +14,7 @@ use super::input::{self, InputRequirements, Sides, Solid};
 use super::job::{Backend, Input, Openness};
 use super::work::work;
 use super::{machine, memory, output};
-use crate::boolean::{Expression, Images, Operand, Plan};
+use crate::boolean::{Expression, Operand, Plan};
 use crate::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
 use crate::ldi::{Ldi, Windings};
 use crate::length::Length;
@@ -492,7 +492,7 @@ fn combine(job: &RenderJob, mut images: Vec<Ldi>, first_triangles: &[u32]) -> Re
     if images.len() == 1 {
         return Ok(images.remove(0));
     }
-    let plan = Plan::new(&job.expression, Images::Exact);
+    let plan = Plan::new(&job.expression, Mode::Exact);
     let operand = |input: usize| Operand { image: &images[input], first_triangle: first_triangles[input] };
     let operands: Vec<Operand> = plan.leaves().iter().map(|leaf| operand(leaf.input)).collect();
     Ok(plan.sweep(&operands)?)

@@ -9,18 +9,18 @@ use super::job::Finish;
 use super::machine;
 use crate::grid::{Axis, Grid};
 use crate::integrate::VolumeEstimate;
-use crate::ldi::{Combine, Ldi, NodePlanes};
+use crate::ldi::{Ldi, NodePlanes};
 use crate::mesh::io::Format;
 use crate::mesh::{Aabb, ClosedMesh, LengthUnit, Precision, TriangleMesh, io};
 use crate::number::number;
 use crate::progress::Monitor;
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Estimate, FillRule, Mode, Sampler};
+use crate::sampler::{FillRule, Mode, Sampler};
 use crate::surface::manifold::{ManifoldFailure, ManifoldReport};
 use crate::surface::parts::{Dropped, Parts};
 #[cfg(feature = "simplify")]
 use crate::surface::simplify::simplify;
-use crate::surface::{Coordinates, Surface, SurfaceMode, contour_in};
+use crate::surface::{Coordinates, Surface, contour_in};
 use crate::{Error, Warning};
 
 /// What is known of a mesh that was made of images.
@@ -173,12 +173,11 @@ pub fn mesh(
     };
     machine::admit_mesh(imaged.images.iter().map(|image| image.depths().len() as u64).sum())?;
     progress.stage("contouring")?;
-    let mode = surface_mode(imaged.mode);
     let grid = a.grid();
     let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));
     let recentred = finish.recentre.then(|| middle(Aabb { min: grid.origin(), max: grid.origin() + size }));
     let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
-    let surface = contour_in([a, b, c], imaged.normals, mode, coordinates).map_err(Error::input)?;
+    let surface = contour_in([a, b, c], imaged.normals, imaged.mode, coordinates).map_err(Error::input)?;
     let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
     let contoured_volume = mesh.signed_volume();
     let cut_off = if imaged.normals.is_some() { 0.0 } else { a.grid().pitch() * mesh.area() };
@@ -273,7 +272,7 @@ fn planes_of(mesh: &TriangleMesh, grid: &Grid) -> Result<Vec<Vec<u64>>, Error> {
     let solid = grid.quantise(&closed).map_err(Error::input)?;
     // All three images of one mesh say the same of nodes.
     let image = CpuSampler::default().sample(&solid, Axis::X, Mode::Exact, FillRule::EvenOdd)?;
-    Ok(NodePlanes::new([&image], Combine::Most).map_err(Error::input)?.planes().collect())
+    Ok(NodePlanes::new([&image], Mode::Exact).map_err(Error::input)?.planes().collect())
 }
 
 /// The world positions of nodes that differ.
@@ -291,15 +290,6 @@ fn differences(grid: &Grid, wanted: &[Vec<u64>], found: &[Vec<u64>]) -> Vec<DVec
         }
     }
     places
-}
-
-/// What kind of images a mode makes.
-fn surface_mode(mode: Mode) -> SurfaceMode {
-    match mode {
-        Mode::Exact => SurfaceMode::Exact,
-        Mode::Estimate(Estimate::Over) => SurfaceMode::Over,
-        Mode::Estimate(Estimate::Under) => SurfaceMode::Under,
-    }
 }
 
 /// Shares of the vertices or crossings above which what was lost is told.

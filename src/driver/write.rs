@@ -5,12 +5,11 @@ use std::io;
 use super::job::{Content, ImageTarget};
 use super::output;
 use super::surface::{self, Imaged, SurfaceReport};
+use crate::ldi::NodePlanes;
 #[cfg(feature = "npz")]
-use crate::ldi::npz::{self, Extras, ImageMode};
-use crate::ldi::{Combine, NodePlanes};
+use crate::ldi::npz::{self, Extras};
 use crate::mesh::LengthUnit;
 use crate::progress::Monitor;
-use crate::sampler::{Estimate, Mode};
 #[cfg(feature = "npz")]
 use crate::voxels;
 use crate::{Error, Warning};
@@ -31,14 +30,14 @@ pub fn images(
         #[cfg(feature = "npz")]
         Content::Images => {
             let normals = imaged.images.iter().map(|image| npz::normals_of_samples(image, imaged.normals?));
-            let (unit, mode) = (unit.map(str::to_owned), Some(image_mode(imaged.mode)));
+            let (unit, mode) = (unit.map(str::to_owned), Some(imaged.mode));
             let extras = Extras { normals: normals.collect(), unit, mode };
             output::replace(&target.path, |file| npz::write(imaged.images, &extras, file).map_err(io::Error::from))?;
             Ok((None, Vec::new()))
         }
         #[cfg(feature = "npz")]
         Content::Voxels(format) => {
-            let nodes = NodePlanes::new(imaged.images, combine(imaged.mode)).map_err(Error::input)?;
+            let nodes = NodePlanes::new(imaged.images, imaged.mode).map_err(Error::input)?;
             let mut written = voxels::Written::default();
             output::replace(&target.path, |file| {
                 written = match format {
@@ -54,34 +53,5 @@ pub fn images(
             ));
             Ok((None, Vec::new()))
         }
-    }
-}
-
-/// What files call a mode.
-#[cfg(feature = "npz")]
-pub fn image_mode(mode: Mode) -> ImageMode {
-    match mode {
-        Mode::Exact => ImageMode::Exact,
-        Mode::Estimate(Estimate::Over) => ImageMode::Over,
-        Mode::Estimate(Estimate::Under) => ImageMode::Under,
-    }
-}
-
-/// The mode that files call so.
-#[cfg(feature = "npz")]
-pub fn mode(mode: ImageMode) -> Mode {
-    match mode {
-        ImageMode::Exact => Mode::Exact,
-        ImageMode::Over => Mode::Estimate(Estimate::Over),
-        ImageMode::Under => Mode::Estimate(Estimate::Under),
-    }
-}
-
-/// What holds of a node about which images disagree: an over-estimate stays one, and so does an under-estimate.
-pub(crate) fn combine(mode: Mode) -> Combine {
-    match mode {
-        Mode::Estimate(Estimate::Over) => Combine::Any,
-        Mode::Estimate(Estimate::Under) => Combine::All,
-        Mode::Exact => Combine::Most,
     }
 }

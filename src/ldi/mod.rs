@@ -2,6 +2,7 @@
 
 mod bands;
 mod error;
+mod kind;
 mod nodes;
 #[cfg(feature = "npz")]
 pub mod npz;
@@ -14,7 +15,8 @@ pub(crate) use bands::ImageBuilder;
 pub use bands::TooManySamples;
 pub(crate) use bands::{BandImage, image_from_bands};
 pub use error::LdiError;
-pub use nodes::{Combine, NodePlanes, NodeSlab, NodesError};
+pub use kind::{Estimate, FillRule, Mode};
+pub use nodes::{NodePlanes, NodeSlab, NodesError};
 pub use spans::Spans;
 pub use triangle_ids::NO_TRIANGLE;
 #[cfg(feature = "gpu")]

@@ -2,7 +2,7 @@
 //!
 //! A node is inside an image when an odd number of the samples of its ray lie before it. The exact images of one solid
 //! agree about every node (see [`sampler`](crate::sampler)); conservative ones may not, since each merges all crossings
-//! in one voxel of *its* rays, and [`Combine`] states how they are combined then.
+//! in one voxel of *its* rays. Then a node is inside where any over-estimate has it inside, and where all under-estimates have.
 //!
 //! Nodes are bits: a row of nodes along x is a few words, and a plane is its rows one after another. Each sample flips
 //! all nodes behind it, so an image is converted to nodes by flipping one bit per sample and taking a running parity,
@@ -13,20 +13,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::Ldi;
+use super::{Ldi, Mode};
 use crate::fixed::Pixels;
 use crate::grid::{Axis, Grid};
-
-/// The rule for nodes about which images disagree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Combine {
-    /// Inside if it is inside any image; for over-estimates.
-    Any,
-    /// Inside if it is inside all images; for under-estimates.
-    All,
-    /// Inside if it is inside most images, which is unanimous for the exact images of one solid; of two images both.
-    Most,
-}
 
 /// The reason why nodes could not be derived from images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -49,7 +38,7 @@ pub enum NodesError {
 pub struct NodePlanes<'a> {
     images: [Option<&'a Ldi>; 3],
     grid: &'a Grid,
-    combine: Combine,
+    mode: Mode,
 }
 
 /// Consecutive planes of nodes, z after z.
@@ -68,8 +57,9 @@ pub struct NodeSlab {
 const SLAB: i32 = 32;
 
 impl<'a> NodePlanes<'a> {
-    /// Returns the nodes of one, two or three images.
-    pub fn new(images: impl IntoIterator<Item = &'a Ldi>, combine: Combine) -> Result<NodePlanes<'a>, NodesError> {
+    /// Returns the nodes of one, two or three images of a mode. Of three exact images most decide, which is unanimous for those
+    /// of one solid; of two, both.
+    pub fn new(images: impl IntoIterator<Item = &'a Ldi>, mode: Mode) -> Result<NodePlanes<'a>, NodesError> {
         let mut by_axis: [Option<(usize, &'a Ldi)>; 3] = [None; 3];
         let mut grid: Option<(usize, &'a Grid)> = None;
         for (second, image) in images.into_iter().enumerate() {
@@ -82,7 +72,7 @@ impl<'a> NodePlanes<'a> {
             }
         }
         let (_, grid) = grid.ok_or(NodesError::NoImage)?;
-        Ok(NodePlanes { images: by_axis.map(|image| image.map(|(_, image)| image)), grid, combine })
+        Ok(NodePlanes { images: by_axis.map(|image| image.map(|(_, image)| image)), grid, mode })
     }
 
     /// Returns the image along an axis, if there is one.
@@ -150,7 +140,7 @@ impl<'a> NodePlanes<'a> {
         slab.bits = parts.next().expect("there is an image");
         let (second, third) = (parts.next(), parts.next());
         let (Some(second), length) = (second, rows * words) else { return slab };
-        let combine = self.combine;
+        let combine = self.mode;
         slab.disagreements = slab
             .bits
             .par_chunks_mut(length.max(1))
@@ -163,10 +153,10 @@ impl<'a> NodePlanes<'a> {
                     let c = third.as_ref().map(|third| third[at]);
                     disagreements += u64::from(((a ^ b) | c.map_or(0, |c| a ^ c)).count_ones());
                     *bits = match (combine, c) {
-                        (Combine::Any, c) => a | b | c.unwrap_or(0),
-                        (Combine::All, c) => a & b & c.unwrap_or(u64::MAX),
-                        (Combine::Most, Some(c)) => (a & b) | (b & c) | (c & a),
-                        (Combine::Most, None) => a & b,
+                        (Mode::OVER, c) => a | b | c.unwrap_or(0),
+                        (Mode::UNDER, c) => a & b & c.unwrap_or(u64::MAX),
+                        (Mode::Exact, Some(c)) => (a & b) | (b & c) | (c & a),
+                        (Mode::Exact, None) => a & b,
                     };
                 }
                 disagreements
@@ -349,7 +339,7 @@ mod tests {
         let rays = exact[0].grid().rays().map(|n| n as i32);
         for margin in [0, 1] {
             for chosen in [&exact[..1], &exact[1..2], &exact[2..], &exact[..]] {
-                let planes = NodePlanes::new(chosen, Combine::Most).unwrap();
+                let planes = NodePlanes::new(chosen, Mode::Exact).unwrap();
                 let slab = planes.slab(-1..rays[2] + 1, margin);
                 assert_eq!((slab.disagreements(-1..rays[2] + 1), slab.end()), (0, rays[2] + 1));
                 let inside = |node: [i32; 3]| {
@@ -369,7 +359,7 @@ mod tests {
                 (7..19).for_each(|z| (0..part.rows()).for_each(|row| assert_eq!(part.row(row, z), slab.row(row, z))));
             }
         }
-        let planes = NodePlanes::new(&exact, Combine::Most).unwrap();
+        let planes = NodePlanes::new(&exact, Mode::Exact).unwrap();
         assert_eq!(planes.disagreements(), None);
         let slab = planes.slab(0..rays[2], 0);
         assert_eq!(planes.planes().collect::<Vec<_>>().concat(), slab.bits);
@@ -382,10 +372,10 @@ mod tests {
         let over = images(mesh(), 150, 32, Mode::Estimate(Estimate::Over));
         let rays = over[0].grid().rays();
         let slab = |combine| NodePlanes::new(&over, combine).unwrap().slab(0..rays[2] as i32, 0);
-        let [any, all, most] = [Combine::Any, Combine::All, Combine::Most].map(slab);
+        let [any, all, most] = [Mode::OVER, Mode::UNDER, Mode::Exact].map(slab);
         let sum = any.disagreements(0..rays[2] as i32);
         assert!(sum > 0);
-        let (count, first) = NodePlanes::new(&over, Combine::Any).unwrap().disagreements().unwrap();
+        let (count, first) = NodePlanes::new(&over, Mode::OVER).unwrap().disagreements().unwrap();
         let disagree = |node| over.iter().any(|image| is_inside(image, node) != is_inside(&over[0], node));
         let nodes = (0..rays[2]).flat_map(|z| (0..rays[1]).flat_map(move |y| (0..rays[0]).map(move |x| [x, y, z])));
         assert_eq!((count, Some(first)), (sum, nodes.into_iter().find(|node| disagree(*node))));
@@ -404,9 +394,9 @@ mod tests {
     fn images_of_different_grids_or_axes_are_refused() {
         let a = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 20, 64, Mode::Exact);
         let b = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 21, 64, Mode::Exact);
-        assert_eq!(NodePlanes::new([], Combine::Any).unwrap_err(), NodesError::NoImage);
+        assert_eq!(NodePlanes::new([], Mode::OVER).unwrap_err(), NodesError::NoImage);
         let mismatch = NodesError::Mismatch { first: 0, second: 1 };
-        assert_eq!(NodePlanes::new([&a[0], &b[1]], Combine::Any).unwrap_err(), mismatch);
-        assert_eq!(NodePlanes::new([&a[0], &a[0]], Combine::Any).unwrap_err(), mismatch);
+        assert_eq!(NodePlanes::new([&a[0], &b[1]], Mode::OVER).unwrap_err(), mismatch);
+        assert_eq!(NodePlanes::new([&a[0], &a[0]], Mode::OVER).unwrap_err(), mismatch);
     }
 }

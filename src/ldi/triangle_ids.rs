@@ -79,7 +79,7 @@ mod tests {
     use crate::grid::{Axis, Grid};
     use crate::mesh::ClosedMesh;
     use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Estimate, FillRule, Mode, Sampler};
+    use crate::sampler::{Estimate, FillRule, MaskIntersection, Mode, Sampler};
     use crate::solids;
 
     #[test]
@@ -97,7 +97,7 @@ mod tests {
                     solids.each_ref().map(|solid| sampler.sample(solid, axis, mode, FillRule::EvenOdd).unwrap());
                 let merged = merge(BooleanOperation::Union, &a, &b).unwrap();
                 let [solid_a, solid_b] = &solids;
-                let masks = sampler.sample_intersection(solid_a, solid_b, axis, estimate, FillRule::EvenOdd).unwrap();
+                let masks = sampler.sample_intersection([solid_a, solid_b], axis, estimate, FillRule::EvenOdd).unwrap();
                 for image in [merged, masks] {
                     let depths = image.depths().to_vec();
                     let image = image.with_triangles_of(&[(&exact[0], 0), (&exact[1], 10_000)]).unwrap();

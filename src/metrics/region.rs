@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::NodeSet;
 use crate::grid::{Axis, Grid, LatticeBox};
 use crate::integrate::{AxisVolume, VolumeEstimate};
-use crate::ldi::{Combine, Ldi, NodePlanes, Spans};
+use crate::ldi::{Ldi, Mode, NodePlanes, Spans};
 
 /// The volume of interest (VOI): the box of a solid, or the inside of another mesh.
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ impl<'a> Region<'a> {
     /// Creates the region inside a solid, from its exact images along x, y and z. Its volume is that of the images.
     pub fn of_solid(images: &'a [Ldi; 3]) -> Region<'a> {
         let grid = *images[0].grid();
-        let planes = NodePlanes::new(images, Combine::Most).expect("images along the three axes of one grid");
+        let planes = NodePlanes::new(images, Mode::Exact).expect("images along the three axes of one grid");
         let nodes = NodeSet::of_planes(&planes);
         let bounds = Axis::ALL.map(|axis| {
             let depths = images[axis.depth()].depths();

@@ -4,7 +4,7 @@ use super::components::{Connectivity, reached, rim};
 use super::distance::{Crossings, DistanceField};
 use super::{BoundaryCondition, NodeSet, Region};
 use crate::grid::{Axis, LatticeBox};
-use crate::ldi::{Combine, Ldi, LdiError, NodePlanes, NodesError};
+use crate::ldi::{Ldi, LdiError, Mode, NodePlanes, NodesError};
 
 /// Least radius of the ball, in pitches: below it the distances between nodes and crossings are too coarse.
 pub const RADIUS_MIN: f64 = 2.0;
@@ -43,7 +43,7 @@ pub fn wrap(images: &[Ldi; 3], radius: f64) -> Result<[Ldi; 3], WrapError> {
     if radius.is_nan() || radius < RADIUS_MIN {
         return Err(WrapError::SmallBall { radius });
     }
-    let solid = NodeSet::of_planes(&NodePlanes::new(images, Combine::Most)?);
+    let solid = NodeSet::of_planes(&NodePlanes::new(images, Mode::Exact)?);
     let grid = *images[0].grid();
     let last = grid.rays().map(|n| grid.node(n - 1));
     let raster = Region::of_box(&grid, LatticeBox { min: [grid.node(0); 3], max: last });

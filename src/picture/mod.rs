@@ -42,12 +42,12 @@ mod tests {
         Background, Camera, Canvas, Colour, Cut, Facets, Format, Scene, Skin, View, ViewBox, palette, png, shaded,
         slice,
     };
-    use crate::boolean::{BooleanOperation, Expression, Images, Operand, Plan};
+    use crate::boolean::{BooleanOperation, Expression, Operand, Plan};
     use crate::grid::Axis;
     use crate::ldi::Ldi;
     use crate::mesh::{ClosedMesh, TriangleMesh};
     use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{FillRule, Sampler};
+    use crate::sampler::{FillRule, Mode, Sampler};
     use crate::solids;
 
     const FORMAT: Format = Format { width: 120, height: 100, supersampling: 3 };
@@ -127,7 +127,7 @@ mod tests {
             let images = lattice
                 .each_ref()
                 .map(|solid| CpuSampler::default().sample_surface(solid, Axis::Z, FillRule::EvenOdd).unwrap());
-            let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Difference, 2), Images::Exact);
+            let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Difference, 2), Mode::Exact);
             let operands = [
                 Operand { image: &images[0], first_triangle: 0 },
                 Operand { image: &images[1], first_triangle: lattice[0].triangles().len() as u32 },

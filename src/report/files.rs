@@ -30,8 +30,8 @@ use crate::metrics;
 use crate::metrics::wrap::RADIUS_MIN;
 use crate::number::number;
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{FillRule, Sampler};
-use crate::surface::{Coordinates, SurfaceMode, contour_in};
+use crate::sampler::{FillRule, Mode, Sampler};
+use crate::surface::{Coordinates, contour_in};
 use crate::{Error, ErrorKind, Monitor, Warning};
 
 /// What was reported.
@@ -388,7 +388,7 @@ fn wrap(solid: &Solid, diameter: Option<Length>, fill: FillRule) -> Result<Solid
     let images = [image(Axis::X)?, image(Axis::Y)?, image(Axis::Z)?];
     let [x, y, z] = &metrics::wrap::wrap(&images, radius).map_err(|error| refused(&error))?;
     let coordinates = Coordinates { precision: Precision::Double, ..Coordinates::default() };
-    let surface = contour_in([x, y, z], None, SurfaceMode::Exact, coordinates).map_err(|error| refused(&error))?;
+    let surface = contour_in([x, y, z], None, Mode::Exact, coordinates).map_err(|error| refused(&error))?;
     let closed = ClosedMesh::check(surface.mesh).map_err(|error| refused(&error))?;
     let unit = solid.unit.map_or_else(String::new, |unit| format!(" {}", unit.symbol()));
     Ok(region_of(solid, closed, format!("wrap:{}{unit}", number(diameter))))

@@ -88,59 +88,8 @@ pub mod stages;
 
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
+pub use crate::ldi::{Estimate, FillRule, Mode};
 use crate::ldi::{Ldi, TooManySamples, VolumeSums};
-
-/// The kind of image of a solid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Mode {
-    /// Every crossing, at the nearest lattice depth; nothing merged.
-    Exact,
-    /// A conservative image; see [`Estimate`].
-    Estimate(Estimate),
-}
-
-/// The side of the exact image on which a conservative one lies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Estimate {
-    /// On every ray the image encloses the solid.
-    Over,
-    /// On every ray the image lies inside the solid.
-    Under,
-}
-
-impl Estimate {
-    /// Returns the estimate of a complement: the one to subtract from an estimate so that the result stays on its side.
-    pub fn opposite(self) -> Estimate {
-        match self {
-            Estimate::Over => Estimate::Under,
-            Estimate::Under => Estimate::Over,
-        }
-    }
-}
-
-impl Mode {
-    /// The over-estimate.
-    pub const OVER: Mode = Mode::Estimate(Estimate::Over);
-    /// The under-estimate.
-    pub const UNDER: Mode = Mode::Estimate(Estimate::Under);
-
-    /// Returns [`Mode::Exact`] for itself, the other estimate for an estimate.
-    pub fn opposite(self) -> Mode {
-        match self {
-            Mode::Exact => Mode::Exact,
-            Mode::Estimate(estimate) => Mode::Estimate(estimate.opposite()),
-        }
-    }
-}
-
-/// The fill rule: which points are inside where shells overlap.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum FillRule {
-    /// A point is inside when a ray from it crosses the mesh an odd number of times: overlapping shells cancel.
-    EvenOdd,
-    /// A point is inside when its winding number is not zero: overlapping shells unite. Needs an oriented mesh.
-    NonZero,
-}
 
 /// The reason why an image could not be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -164,28 +113,17 @@ pub enum SampleError {
     TooManySamples(#[from] TooManySamples),
 }
 
-/// Makes layered depth images. Every implementation returns the same bits, those of the contract in this module's docs.
+/// Makes layered depth images of one solid. Every implementation returns the same bits, those of the contract in this module's
+/// docs.
 pub trait Sampler {
-    /// Returns the image of one solid along `axis`.
+    /// Returns the image of a solid along `axis`.
     fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Ldi, SampleError>;
 
-    /// Returns the exact image of one solid, each sample with the triangle that made it ([`Ldi::triangles`]).
+    /// Returns the exact image of a solid, each sample with the triangle that made it ([`Ldi::triangles`]).
     fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: FillRule) -> Result<Ldi, SampleError>;
 
-    /// Returns a conservative image of the intersection of two solids on one grid, computed with masks.
-    ///
-    /// The exact intersection needs no sampler of its own: it is the merge of two exact images.
-    fn sample_intersection(
-        &self,
-        a: &LatticeSolid,
-        b: &LatticeSolid,
-        axis: Axis,
-        estimate: Estimate,
-        fill: FillRule,
-    ) -> Result<Ldi, SampleError>;
-
-    /// Returns the volume_sums of the result of [`sample`](Self::sample), for which a device need not transfer the image.
-    fn summarise(
+    /// Returns the sums over the image of [`sample`](Self::sample), for which a device need not transfer the image.
+    fn volume_sums(
         &self,
         solid: &LatticeSolid,
         axis: Axis,
@@ -194,17 +132,30 @@ pub trait Sampler {
     ) -> Result<VolumeSums, SampleError> {
         Ok(self.sample(solid, axis, mode, fill)?.volume_sums())
     }
+}
 
-    /// Returns the volume_sums of the result of [`sample_intersection`](Self::sample_intersection).
-    fn summarise_intersection(
+/// Intersects two solids on one grid while it samples them, in bit masks (Leung & Wang, section 4): conservative images alone.
+///
+/// An exact intersection is the merge of two exact images.
+pub trait MaskIntersection: Sampler {
+    /// Returns a conservative image of the intersection of two solids.
+    fn sample_intersection(
         &self,
-        a: &LatticeSolid,
-        b: &LatticeSolid,
+        solids: [&LatticeSolid; 2],
+        axis: Axis,
+        estimate: Estimate,
+        fill: FillRule,
+    ) -> Result<Ldi, SampleError>;
+
+    /// Returns the sums over the image of [`sample_intersection`](Self::sample_intersection).
+    fn intersection_sums(
+        &self,
+        solids: [&LatticeSolid; 2],
         axis: Axis,
         estimate: Estimate,
         fill: FillRule,
     ) -> Result<VolumeSums, SampleError> {
-        Ok(self.sample_intersection(a, b, axis, estimate, fill)?.volume_sums())
+        Ok(self.sample_intersection(solids, axis, estimate, fill)?.volume_sums())
     }
 }
 

@@ -8,9 +8,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::SurfaceMode;
 use crate::fixed::Pixels;
-use crate::ldi::{Combine, Ldi, NodePlanes, NodeSlab};
+use crate::ldi::{Ldi, Mode, NodePlanes, NodeSlab};
 
 /// A crossing of the surface with a lattice edge, and its normal there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,7 +119,7 @@ pub struct Source<'a> {
     pub planes: NodePlanes<'a>,
     pub images: [&'a Ldi; 3],
     pub normals: Option<&'a [[f32; 3]]>,
-    pub mode: SurfaceMode,
+    pub mode: Mode,
 }
 
 impl EdgeSlab {
@@ -247,7 +246,7 @@ fn along_z(source: &Source, nodes: &NodeSlab, row: usize, layers: &Range<i32>) -
 struct Filler<'a> {
     image: &'a Ldi,
     normals: Option<&'a [[f32; 3]]>,
-    mode: SurfaceMode,
+    mode: Mode,
     pixels: Pixels,
     rows: EdgeRows,
     filled: u64,
@@ -317,10 +316,10 @@ impl<'a> Filler<'a> {
     fn kept(&self, samples: &[i32], enters: bool) -> usize {
         let last = samples.len() - 1;
         match (self.mode, enters) {
-            (SurfaceMode::Over, true) | (SurfaceMode::Under, false) => 0,
-            (SurfaceMode::Over, false) | (SurfaceMode::Under, true) => last,
+            (Mode::OVER, true) | (Mode::UNDER, false) => 0,
+            (Mode::OVER, false) | (Mode::UNDER, true) => last,
             // The sample that changes the length inside least.
-            (SurfaceMode::Exact, _) => {
+            (Mode::Exact, _) => {
                 let lost = |kept: usize| -> i64 {
                     let pairs = samples[..kept].chunks_exact(2).chain(samples[kept + 1..].chunks_exact(2));
                     pairs.map(|pair| i64::from(pair[1] - pair[0])).sum()
@@ -381,10 +380,10 @@ impl Source<'_> {
     /// Returns whether a node is inside.
     pub fn is_inside(&self, node: [i32; 3]) -> bool {
         let inside = (0..3).filter(|&axis| self.before(axis, node).is_some_and(|before| before % 2 == 1)).count();
-        match self.mode.combine() {
-            Combine::Any => inside > 0,
-            Combine::All => inside == 3,
-            Combine::Most => inside > 1,
+        match self.mode {
+            Mode::OVER => inside > 0,
+            Mode::UNDER => inside == 3,
+            Mode::Exact => inside > 1,
         }
     }
 

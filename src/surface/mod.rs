@@ -42,7 +42,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::grid::{Axis, Grid};
-use crate::ldi::{Combine, Ldi, NodePlanes, NodesError};
+use crate::ldi::{Ldi, Mode, NodePlanes, NodesError};
 use crate::mesh::{Precision, TriangleMesh};
 use cells::{CellLayer, JoinedFaces, world_from_cells};
 use cuts::Cuts;
@@ -51,27 +51,6 @@ use edges::{EdgeSlab, Source};
 use features::{Feature, Features};
 use quads::{Cut, OpenQuad, Quad};
 use resolve_self_intersections::{Tangle, View};
-
-/// The kind of images that a surface is made from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum SurfaceMode {
-    /// Exact images, which agree about every node.
-    Exact,
-    /// Over-estimates: a node is inside where any image has it inside.
-    Over,
-    /// Under-estimates: a node is inside where all images have it inside.
-    Under,
-}
-
-impl SurfaceMode {
-    fn combine(self) -> Combine {
-        match self {
-            SurfaceMode::Exact => Combine::Most,
-            SurfaceMode::Over => Combine::Any,
-            SurfaceMode::Under => Combine::All,
-        }
-    }
-}
 
 /// The coordinates that a mesh is made for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -131,7 +110,7 @@ const MOST_LAYERS: i32 = 32;
 const SLAB_WORDS: u64 = 1 << 22;
 
 /// Contours the solid of three images for world coordinates in `f32`: [`contour_in`] with the default.
-pub fn contour(images: [&Ldi; 3], normals: Option<&[[f32; 3]]>, mode: SurfaceMode) -> Result<Surface, SurfaceError> {
+pub fn contour(images: [&Ldi; 3], normals: Option<&[[f32; 3]]>, mode: Mode) -> Result<Surface, SurfaceError> {
     contour_in(images, normals, mode, Coordinates::default())
 }
 
@@ -143,10 +122,10 @@ pub fn contour(images: [&Ldi; 3], normals: Option<&[[f32; 3]]>, mode: SurfaceMod
 pub fn contour_in(
     images: [&Ldi; 3],
     normals: Option<&[[f32; 3]]>,
-    mode: SurfaceMode,
+    mode: Mode,
     coordinates: Coordinates,
 ) -> Result<Surface, SurfaceError> {
-    let planes = NodePlanes::new(images, mode.combine())?;
+    let planes = NodePlanes::new(images, mode)?;
     let along = |axis| planes.image(axis).ok_or(SurfaceError::MissingAxis { axis });
     let images = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
     let grid = planes.grid().translated(-coordinates.offset);

@@ -101,7 +101,6 @@ fn x_fastest([nx, ny, nz]: [usize; 3], bytes: &[u8]) -> Vec<u8> {
 mod tests {
     use super::super::testing::{torus, voxels};
     use super::*;
-    use crate::ldi::Combine;
     use crate::sampler::{Estimate, Mode};
 
     #[test]
@@ -113,7 +112,7 @@ mod tests {
         let expected = voxels(&images[2]);
         for chosen in [&images[..], &images[..1]] {
             let mut file = Vec::new();
-            let written = write_npy(&NodePlanes::new(chosen, Combine::Most).unwrap(), &mut file).unwrap();
+            let written = write_npy(&NodePlanes::new(chosen, Mode::Exact).unwrap(), &mut file).unwrap();
             let mut elements = file.as_slice();
             let header = Header::read(&mut elements).unwrap();
             assert_eq!((header.order, &header.shape[..]), (Order::Fortran, &rays.map(u64::from)[..]));
@@ -131,7 +130,7 @@ mod tests {
             let mut file = Vec::new();
             write_npy(&NodePlanes::new(&over, combine).unwrap(), &mut file).unwrap()
         };
-        let (any, all) = (write(Combine::Any), write(Combine::All));
+        let (any, all) = (write(Mode::OVER), write(Mode::UNDER));
         assert!(any.disagreements > 0);
         assert_eq!(any.inside - all.inside, any.disagreements);
     }
@@ -160,7 +159,7 @@ mod tests {
     fn written_voxels_are_read_back() {
         let images = torus(70, Mode::Exact);
         let mut file = Vec::new();
-        write_npy(&NodePlanes::new(&images, Combine::Most).unwrap(), &mut file).unwrap();
+        write_npy(&NodePlanes::new(&images, Mode::Exact).unwrap(), &mut file).unwrap();
         let read = read_npy(file.as_slice()).unwrap();
         assert_eq!(read.size, images[0].grid().rays().map(|n| n as usize));
         assert!(read.bytes == voxels(&images[2]));

@@ -129,7 +129,7 @@ mod tests {
     use super::super::testing::{torus, voxels};
     use super::*;
     use crate::grid::{Axis, Grid};
-    use crate::ldi::{Combine, Ldi};
+    use crate::ldi::Ldi;
     use crate::sampler::Mode;
 
     /// Parses a file: returns the attributes of each element, text within elements, and the bytes behind the mark `_`.
@@ -180,7 +180,7 @@ mod tests {
 
     fn written(images: &[Ldi], unit: Option<&str>) -> (Vec<u8>, Written) {
         let mut file = Cursor::new(Vec::new());
-        let written = write_vti(&NodePlanes::new(images, Combine::Most).unwrap(), unit, &mut file).unwrap();
+        let written = write_vti(&NodePlanes::new(images, Mode::Exact).unwrap(), unit, &mut file).unwrap();
         assert_eq!(file.position(), file.get_ref().len() as u64);
         (file.into_inner(), written)
     }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use ldi_ops::grid::{Axis, Grid, LatticeBox};
-use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
+use ldi_ops::ldi::{Ldi, Mode, NodePlanes};
 use ldi_ops::mesh::{Aabb, ClosedMesh, TriangleMesh};
 use ldi_ops::metrics::surface_area::SurfaceElements;
 use ldi_ops::metrics::{Facets, NodeSet, Region};
@@ -57,7 +57,7 @@ impl Scene {
 
     /// Returns the nodes inside the solid.
     pub fn nodes(&self) -> NodeSet {
-        NodeSet::of_planes(&NodePlanes::new(&self.images, Combine::Most).unwrap())
+        NodeSet::of_planes(&NodePlanes::new(&self.images, Mode::Exact).unwrap())
     }
 
     /// Applies a function to the facets that are surface within the region.

@@ -8,7 +8,7 @@ use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::ldi::{Ldi, Windings};
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, FillRule, Mode, SampleError, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, SampleError, Sampler};
 
 use super::brute_force as oracle;
 use super::soups::{self, Frame, Random, Soup};
@@ -213,7 +213,7 @@ fn intersections_and_merges_of_two_solids_agree() {
                         let images = near.each_ref().map(|solid| sampler.sample(solid, axis, mode, fill).unwrap());
                         boolean::merge(BooleanOperation::Intersection, &images[0], &images[1]).unwrap()
                     }
-                    Mode::Estimate(estimate) => sampler.sample_intersection(&a, &b, axis, estimate, fill).unwrap(),
+                    Mode::Estimate(estimate) => sampler.sample_intersection([&a, &b], axis, estimate, fill).unwrap(),
                 };
                 assert_same(&format!("{what}, intersection"), &image, &expected);
             }

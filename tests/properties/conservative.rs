@@ -2,7 +2,7 @@
 
 use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode};
 use proptest::prelude::*;
 use rayon::prelude::*;
 
@@ -22,7 +22,7 @@ fn assert_conservative(what: &str, solid: &LatticeSolid, axis: Axis, fill: FillR
 /// Asserts the whole chain: under∩ ⊆ under_A ∩ under_B ⊆ exact ⊆ over_A ∩ over_B ⊆ over∩.
 fn assert_conservative_intersection(what: &str, a: &LatticeSolid, b: &LatticeSolid, axis: Axis, fill: FillRule) {
     let merged = |mode| intersection(&sample(a, axis, mode, fill), &sample(b, axis, mode, fill));
-    let masked = |estimate| CpuSampler::default().sample_intersection(a, b, axis, estimate, fill).unwrap();
+    let masked = |estimate| CpuSampler::default().sample_intersection([a, b], axis, estimate, fill).unwrap();
     let chain = [
         ("under by masks", masked(Estimate::Under)),
         ("under by merge", merged(UNDER)),
@@ -129,7 +129,7 @@ proptest! {
                 prop_assert_eq!(escape(&of(&a, UNDER), &of(&a, Mode::Exact)), None);
                 prop_assert_eq!(escape(&of(&a, Mode::Exact), &of(&a, OVER)), None);
                 let exact = intersection(&of(&a, Mode::Exact), &of(&b, Mode::Exact));
-                let masked = |estimate| CpuSampler::default().sample_intersection(&a, &b, axis, estimate, fill).unwrap();
+                let masked = |estimate| CpuSampler::default().sample_intersection([&a, &b], axis, estimate, fill).unwrap();
                 prop_assert_eq!(escape(&masked(Estimate::Under), &exact), None);
                 prop_assert_eq!(escape(&exact, &masked(Estimate::Over)), None);
             }

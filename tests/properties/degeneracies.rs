@@ -6,7 +6,7 @@ use ldi_ops::integrate::{length, volume};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::{ClosedMesh, Defect, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{FillRule, Mode, SampleError, Sampler};
+use ldi_ops::sampler::{FillRule, MaskIntersection, Mode, SampleError, Sampler};
 use ldi_ops::solids::{cuboid, geodesic};
 
 use super::images::{
@@ -269,7 +269,7 @@ fn booleans_of_coincident_solids_are_exact() {
         {
             let solid = quantised(&grid, &model);
             let sampler = CpuSampler::default();
-            let masked = sampler.sample_intersection(&solid, &solid, Axis::Z, estimate, FillRule::NonZero).unwrap();
+            let masked = sampler.sample_intersection([&solid, &solid], Axis::Z, estimate, FillRule::NonZero).unwrap();
             match inner {
                 true => assert_within(name, &masked, &exact),
                 false => assert_within(name, &exact, &masked),

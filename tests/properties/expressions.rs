@@ -1,6 +1,6 @@
 //! Tests of expressions over any number of images: the laws of sets, chains of two, enclosing estimates, order and threads.
 
-use ldi_ops::boolean::{BooleanOperation, Expression, Images, Leaf, Operand, Plan, Role};
+use ldi_ops::boolean::{BooleanOperation, Expression, Leaf, Operand, Plan};
 use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::integrate::length;
 use ldi_ops::ldi::Ldi;
@@ -18,7 +18,7 @@ const OPERATIONS: [BooleanOperation; 4] =
 
 /// Evaluates an expression on exact images of its inputs.
 fn swept(expression: &Expression, images: &[Ldi]) -> Ldi {
-    let plan = Plan::new(expression, Images::Exact);
+    let plan = Plan::new(expression, Mode::Exact);
     let operands: Vec<Operand> = plan.leaves().iter().map(|leaf| Operand::from(&images[leaf.input])).collect();
     plan.sweep(&operands).unwrap()
 }
@@ -84,11 +84,8 @@ fn expressions_of_random_soups_obey_the_laws_of_sets() {
 
 /// Evaluates the estimate of an expression from the images that it needs.
 fn estimate(expression: &Expression, solids: &[LatticeSolid], axis: Axis, mode: Mode, fill: FillRule) -> Ldi {
-    let plan = Plan::new(expression, Images::Estimates);
-    let image = |&Leaf { input, role }: &Leaf| {
-        let mode = if role == Role::Same { mode } else { mode.opposite() };
-        sample(&solids[input], axis, mode, fill)
-    };
+    let plan = Plan::new(expression, mode);
+    let image = |&Leaf { input, mode }: &Leaf| sample(&solids[input], axis, mode, fill);
     let images: Vec<Ldi> = plan.leaves().iter().map(image).collect();
     plan.sweep(&images.iter().map(Operand::from).collect::<Vec<_>>()).unwrap()
 }
@@ -152,7 +149,7 @@ fn thread_count_changes_no_bit_and_input_order_no_depth() {
     let mut random = Random::new(140_000);
     for round in 0..30 {
         let expression = random_expression(&mut random, images.len());
-        let plan = Plan::new(&expression, Images::Exact);
+        let plan = Plan::new(&expression, Mode::Exact);
         let operands: Vec<Operand> = images.iter().map(Operand::from).collect();
         let made = |threads| {
             ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| plan.sweep(&operands).unwrap())

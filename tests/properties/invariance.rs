@@ -9,7 +9,7 @@ use ldi_ops::integrate::{length, moments, volume};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, Sampler};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
@@ -28,7 +28,7 @@ fn images(sampler: &CpuSampler, a: &LatticeSolid, b: &LatticeSolid, axis: Axis) 
             images.push((format!("{mode:?}, {fill:?}"), sampler.sample(a, axis, mode, fill).unwrap()));
         }
         for estimate in [Estimate::Over, Estimate::Under] {
-            let image = sampler.sample_intersection(a, b, axis, estimate, fill).unwrap();
+            let image = sampler.sample_intersection([a, b], axis, estimate, fill).unwrap();
             images.push((format!("{estimate:?} of the intersection, {fill:?}"), image));
         }
         let [a, b] = [a, b].map(|solid| sampler.sample_surface(solid, axis, fill).unwrap());

@@ -3,14 +3,14 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use ldi_ops::boolean::{Expression, Images, Leaf, Operand, Plan};
+use ldi_ops::boolean::{Expression, Leaf, Operand, Plan};
 use ldi_ops::grid::{Axis, Grid};
-use ldi_ops::ldi::{Combine, Ldi, NodePlanes};
+use ldi_ops::ldi::{Ldi, Mode, NodePlanes};
 use ldi_ops::mesh::check::check;
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{FillRule, Sampler};
-use ldi_ops::surface::{Surface, SurfaceMode, contour};
+use ldi_ops::surface::{Surface, contour};
 
 pub fn closed(mesh: TriangleMesh) -> ClosedMesh {
     ClosedMesh::check(mesh).unwrap()
@@ -25,13 +25,13 @@ pub fn images(mesh: &ClosedMesh, grid: &Grid) -> ([Ldi; 3], Vec<[f32; 3]>) {
 
 pub fn surface_of(mesh: &ClosedMesh, grid: &Grid) -> Surface {
     let (images, normals) = images(mesh, grid);
-    contour(images.each_ref(), Some(&normals), SurfaceMode::Exact).unwrap()
+    contour(images.each_ref(), Some(&normals), Mode::Exact).unwrap()
 }
 
 /// Returns all nodes of a grid that are inside a mesh, plane by plane.
 pub fn nodes(mesh: &ClosedMesh, grid: &Grid) -> Vec<Vec<u64>> {
     let (images, _) = images(mesh, grid);
-    NodePlanes::new(&images, Combine::Most).unwrap().planes().collect()
+    NodePlanes::new(&images, Mode::Exact).unwrap().planes().collect()
 }
 
 /// Asserts that a mesh has no defect: closed, oriented, every edge in two triangles, every vertex in one fan, facing outwards.
@@ -46,7 +46,7 @@ pub fn surface_of_expression(text: &str, solids: &[&ClosedMesh], resolution: u32
     let bounds = solids.iter().map(|mesh| mesh.bounds()).reduce(|a, b| a.union(b)).unwrap();
     let grid = Grid::with_resolution(bounds, resolution, 1024).unwrap();
     let names: Vec<String> = ('a'..).take(solids.len()).map(String::from).collect();
-    let plan = Plan::new(&Expression::parse(text, &names).unwrap(), Images::Exact);
+    let plan = Plan::new(&Expression::parse(text, &names).unwrap(), Mode::Exact);
     let sampled: Vec<_> = solids.iter().map(|mesh| images(mesh, &grid)).collect();
     let mut first = vec![0];
     sampled.iter().for_each(|(_, normals)| first.push(first[first.len() - 1] + normals.len() as u32));
@@ -57,7 +57,7 @@ pub fn surface_of_expression(text: &str, solids: &[&ClosedMesh], resolution: u32
     };
     let result = Axis::ALL.map(image);
     let normals: Vec<[f32; 3]> = sampled.into_iter().flat_map(|(_, normals)| normals).collect();
-    (contour(result.each_ref(), Some(&normals), SurfaceMode::Exact).unwrap(), grid)
+    (contour(result.each_ref(), Some(&normals), Mode::Exact).unwrap(), grid)
 }
 
 /// Returns the edges, as pairs of positions, at which the triangles of a mesh turn by more than an angle.

@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 use ldi_ops::grid::{Axis, Grid};
-use ldi_ops::ldi::Ldi;
+use ldi_ops::ldi::{Ldi, Mode};
 use ldi_ops::mesh::{Precision, TriangleMesh};
 use ldi_ops::solids;
+use ldi_ops::surface::contour;
 use ldi_ops::surface::manifold::ManifoldReport;
-use ldi_ops::surface::{SurfaceMode, contour};
 
 use crate::crossings::assert_uncrossed;
 use crate::sampled::{assert_solid, closed, nodes, surface_of_expression};
@@ -63,7 +63,7 @@ fn surfaces_of_random_nodes_are_manifolds_that_contain_those_nodes() {
             let signs: Vec<bool> = (0..count).map(|_| noise.next(share) == 0).collect();
             let at = |[x, y, z]: [u32; 3]| signs[((z * rays[1] + y) * rays[0] + x) as usize];
             let images = images_of(&grid, at, &mut noise);
-            let surface = contour(images.each_ref(), None, SurfaceMode::Exact).unwrap();
+            let surface = contour(images.each_ref(), None, Mode::Exact).unwrap();
             assert_eq!((surface.disagreements, surface.sub_resolution), (0, Default::default()));
             assert_uncrossed(&surface, &grid, &format!("{rays:?}"));
             if signs.iter().any(|&inside| inside) {
@@ -84,7 +84,7 @@ fn surfaces_of_random_nodes_are_manifolds_that_contain_those_nodes() {
 #[test]
 fn images_that_disagree_about_nodes_still_give_a_manifold() {
     let mut noise = Noise(11);
-    for mode in [SurfaceMode::Exact, SurfaceMode::Over, SurfaceMode::Under] {
+    for mode in [Mode::Exact, Mode::OVER, Mode::UNDER] {
         let grid = grid([9, 8, 7]);
         // Each image has nodes of its own.
         let [x, _, _] = images_of(&grid, |node| (node[0] * 31 + node[1] * 17 + node[2] * 7) % 5 < 2, &mut noise);
@@ -103,11 +103,11 @@ fn surfaces_do_not_depend_on_image_order_or_thread_count() {
     let images = images_of(&grid, |node| (node[0] / 3 + node[1] / 2 + node[2] / 5) % 3 == 0, &mut noise);
     let with = |threads: usize, [a, b, c]: [usize; 3]| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| contour([&images[a], &images[b], &images[c]], None, SurfaceMode::Exact).unwrap().mesh)
+        pool.install(|| contour([&images[a], &images[b], &images[c]], None, Mode::Exact).unwrap().mesh)
     };
     let one = with(1, [0, 1, 2]);
     assert!(one == with(3, [2, 0, 1]) && !one.triangles.is_empty());
-    assert!(contour([&images[0], &images[1], &images[1]], None, SurfaceMode::Exact).is_err());
+    assert!(contour([&images[0], &images[1], &images[1]], None, Mode::Exact).is_err());
 }
 
 /// The union of two solids that touch along an edge has one or two parts, no handles, and the nodes of both.

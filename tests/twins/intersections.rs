@@ -2,7 +2,7 @@
 
 use ldi_ops::grid::Axis;
 use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{Estimate, FillRule, SampleError, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, SampleError};
 
 use crate::lattice::{closed, frame, generators, grid, lod, region};
 use crate::soups::{self, Frame, Random};
@@ -47,7 +47,7 @@ fn solids_on_different_grids_give_equal_errors() {
         .map(|(shift, lod)| grid(&Frame { shift, rays: [6; 3] }, lod).quantise(&mesh).unwrap());
     for (i, a) in solids.iter().enumerate() {
         for (j, b) in solids.iter().enumerate() {
-            let outcome = CpuSampler::default().sample_intersection(a, b, Axis::Y, Estimate::Over, FillRule::EvenOdd);
+            let outcome = CpuSampler::default().sample_intersection([a, b], Axis::Y, Estimate::Over, FillRule::EvenOdd);
             assert_eq!(matches!(outcome, Err(SampleError::GridsDiffer { .. })), i != j);
             compare_intersections(format_args!("grids {i} and {j}"), twin::all(), a, b, Axis::Y);
         }
@@ -63,7 +63,7 @@ fn unoriented_second_solids_give_equal_errors() {
     let (sound, turned) = (closed(&sound), closed(&turned));
     let (sound, turned) = (grid(&frame, 64).quantise(&sound).unwrap(), grid(&frame, 64).quantise(&turned).unwrap());
     for (a, b) in [(&sound, &turned), (&turned, &sound)] {
-        let refused = CpuSampler::default().sample_intersection(a, b, Axis::X, Estimate::Over, FillRule::NonZero);
+        let refused = CpuSampler::default().sample_intersection([a, b], Axis::X, Estimate::Over, FillRule::NonZero);
         assert_eq!(refused, Err(SampleError::NotOriented));
         compare_intersections("one of the two has no orientation", twin::all(), a, b, Axis::X);
     }

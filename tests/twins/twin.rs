@@ -7,7 +7,7 @@ use ldi_ops::gpu::{Adapter, AdapterKind, adapters, choose};
 use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::{Arithmetic, GpuOptions, GpuSampler, Route};
-use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, Sampler};
 
 use crate::comparison::assert_same;
 
@@ -119,9 +119,9 @@ pub fn compare_all(what: impl Display, twins: &[Twin], solid: &LatticeSolid) {
 pub fn compare_intersections(what: impl Display, twins: &[Twin], a: &LatticeSolid, b: &LatticeSolid, axis: Axis) {
     for fill in FILLS {
         for estimate in ESTIMATES {
-            let expected = CpuSampler::default().sample_intersection(a, b, axis, estimate, fill);
+            let expected = CpuSampler::default().sample_intersection([a, b], axis, estimate, fill);
             for twin in distinct(twins, Mode::Estimate(estimate), fill) {
-                let found = twin.gpu.sample_intersection(a, b, axis, estimate, fill);
+                let found = twin.gpu.sample_intersection([a, b], axis, estimate, fill);
                 let what = format_args!("{what}, intersection, {axis:?}, {estimate:?}, {fill:?}; {}", twin.name());
                 assert_same(what, &found, &expected);
             }

@@ -3,7 +3,7 @@
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::{GpuOptions, Route};
-use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, Sampler};
 use ldi_ops::solids;
 
 use crate::comparison::assert_same;
@@ -20,12 +20,12 @@ fn compare(what: &str, twins: &[Twin], a: &ldi_ops::grid::LatticeSolid, b: &ldi_
                 let name = twin.name();
                 for mode in MODES {
                     let (found, expected) =
-                        (twin.gpu.summarise(a, axis, mode, fill), cpu.summarise(a, axis, mode, fill));
+                        (twin.gpu.volume_sums(a, axis, mode, fill), cpu.volume_sums(a, axis, mode, fill));
                     assert_same(format_args!("{what}, {axis:?}, {mode:?}, {fill:?}; {name}"), &found, &expected);
                 }
                 for estimate in ESTIMATES {
-                    let found = twin.gpu.summarise_intersection(a, b, axis, estimate, fill);
-                    let expected = cpu.summarise_intersection(a, b, axis, estimate, fill);
+                    let found = twin.gpu.intersection_sums([a, b], axis, estimate, fill);
+                    let expected = cpu.intersection_sums([a, b], axis, estimate, fill);
                     assert_same(
                         format_args!("{what}, {axis:?}, {estimate:?}, {fill:?}, two; {name}"),
                         &found,
@@ -82,7 +82,7 @@ fn device_summaries_equal_those_of_the_image() {
     let mode = Mode::Estimate(Estimate::Over);
     for twin in plain() {
         let image = twin.gpu.sample(&solid, Axis::Z, mode, FillRule::EvenOdd).unwrap();
-        let volume_sums = twin.gpu.summarise(&solid, Axis::Z, mode, FillRule::EvenOdd).unwrap();
+        let volume_sums = twin.gpu.volume_sums(&solid, Axis::Z, mode, FillRule::EvenOdd).unwrap();
         assert_eq!(volume_sums.length(), ldi_ops::integrate::length(&image));
         assert_eq!(volume_sums, image.volume_sums());
     }

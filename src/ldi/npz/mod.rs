@@ -43,36 +43,11 @@ pub use npy::HeaderError;
 pub use read::read;
 pub use write::write;
 
-use super::Ldi;
+use super::{Ldi, Mode};
 
 /// A normal for each sample of an image, parallel to [`Ldi::depths`]: of length 1, outwards, in world axes; zero where it is
 /// not known.
 pub type Normals = Vec<[f32; 3]>;
-
-/// The image of a solid that a file holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum ImageMode {
-    /// Every crossing. Images along several axes then agree about every lattice node.
-    Exact,
-    /// An over-estimate, which encloses the solid on every ray.
-    Over,
-    /// An under-estimate, which lies inside the solid on every ray.
-    Under,
-}
-
-impl ImageMode {
-    /// All modes.
-    pub const ALL: [ImageMode; 3] = [ImageMode::Exact, ImageMode::Over, ImageMode::Under];
-
-    /// Returns its name in files: `exact`, `over` or `under`.
-    pub fn name(self) -> &'static str {
-        match self {
-            ImageMode::Exact => "exact",
-            ImageMode::Over => "over",
-            ImageMode::Under => "under",
-        }
-    }
-}
 
 /// Optional contents of a file beside the images.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -82,7 +57,7 @@ pub struct Extras {
     /// The unit of length: a short word of letters, such as `mm`.
     pub unit: Option<String>,
     /// The kind of image.
-    pub mode: Option<ImageMode>,
+    pub mode: Option<Mode>,
 }
 
 /// The contents of a file.

@@ -12,10 +12,10 @@ use zip::result::ZipError;
 
 use super::normals::turned_inwards;
 use super::npy::{Class, Field, Header, Kind, Order, Scalar};
-use super::{Extras, ImageMode, Images, Normals, NpzError, UNIT_LETTERS, is_unit, not_normal};
+use super::{Extras, Images, Normals, NpzError, UNIT_LETTERS, is_unit, not_normal};
 use crate::allocation::{handled, try_vec_with_room};
 use crate::grid::{Axis, Grid};
-use crate::ldi::{Combine, Ldi, NodePlanes};
+use crate::ldi::{Ldi, Mode, NodePlanes};
 
 /// Memory that compressed arrays may always take, in bytes.
 const COMPRESSED_BYTES: u64 = 256 << 20;
@@ -51,8 +51,8 @@ pub fn read(mut from: impl Read + Seek) -> Result<Images, NpzError> {
         normals.push(of_image);
     }
     // An unclosed ray is empty, whatever the other images give for its nodes.
-    if mode == Some(ImageMode::Exact) && images.iter().all(|image| image.unclosed().is_empty()) {
-        let nodes = NodePlanes::new(&images, Combine::Most).expect("they share a grid and differ in their axes");
+    if mode == Some(Mode::Exact) && images.iter().all(|image| image.unclosed().is_empty()) {
+        let nodes = NodePlanes::new(&images, Mode::Exact).expect("they share a grid and differ in their axes");
         if let Some((count, node)) = nodes.disagreements() {
             return Err(NpzError::NodesDisagree { count, node });
         }
@@ -135,12 +135,12 @@ impl<R: Read + Seek> Archive<R> {
         if is_unit(&text) { Ok(Some(text)) } else { Err(NpzError::Unit { text }) }
     }
 
-    fn mode(&mut self) -> Result<Option<ImageMode>, NpzError> {
+    fn mode(&mut self) -> Result<Option<Mode>, NpzError> {
         if !self.has("mode") {
             return Ok(None);
         }
         let text = self.text("mode")?;
-        let mode = ImageMode::ALL.into_iter().find(|mode| mode.name() == text);
+        let mode = Mode::ALL.into_iter().find(|mode| mode.name() == text);
         mode.map(Some).ok_or(NpzError::Mode { text })
     }
 

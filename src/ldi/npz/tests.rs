@@ -74,8 +74,7 @@ fn bytes<T: Copy, const N: usize>(values: &[T], to_le: fn(T) -> [u8; N]) -> Vec<
 /// Reads the image along z with one array replaced, or left out.
 #[track_caller]
 fn with(name: &str, replacement: Option<Vec<u8>>) -> Result<Images, NpzError> {
-    let extras =
-        Extras { normals: vec![Some(normals(Axis::Z))], unit: Some("mm".to_owned()), mode: Some(ImageMode::Over) };
+    let extras = Extras { normals: vec![Some(normals(Axis::Z))], unit: Some("mm".to_owned()), mode: Some(Mode::OVER) };
     let mut entries = entries(&written(&[image(Axis::Z)], &extras));
     let place = entries.iter().position(|(entry, _)| entry == &format!("{name}.npy")).unwrap();
     match replacement {
@@ -99,7 +98,7 @@ fn written_images_are_read_back() {
     let all = Extras {
         normals: vec![Some(normals(Axis::X)), None, Some(normals(Axis::Z))],
         unit: Some("mm".to_owned()),
-        mode: Some(ImageMode::Under),
+        mode: Some(Mode::UNDER),
     };
     let none = Extras { normals: vec![None; 3], ..Extras::default() };
     for (images, extras) in [
@@ -107,11 +106,7 @@ fn written_images_are_read_back() {
         (&three[..], &none),
         (
             &three[1..2],
-            &Extras {
-                normals: vec![Some(normals(Axis::Y))],
-                unit: Some("µm".to_owned()),
-                mode: Some(ImageMode::Exact),
-            },
+            &Extras { normals: vec![Some(normals(Axis::Y))], unit: Some("µm".to_owned()), mode: Some(Mode::Exact) },
         ),
     ] {
         let file = written(images, extras);
@@ -316,7 +311,7 @@ fn modes_other_than_exact_over_and_under_are_refused() {
             &bytes(&[0, 1, 2, 3, 4].map(|i| text.as_bytes().get(i).map_or(0, |&b| u32::from(b))), u32::to_le_bytes),
         )
     };
-    assert_eq!(with("mode", Some(text("exact"))).unwrap().extras.mode, Some(ImageMode::Exact));
+    assert_eq!(with("mode", Some(text("exact"))).unwrap().extras.mode, Some(Mode::Exact));
     assert_eq!(with("mode", None).unwrap().extras.mode, None);
     refuses("mode", text("Exact"), &["mode", "Exact", "exact, over and under"]);
     refuses("mode", array("'<U5'", &[1], &bytes(&[0; 5], u32::to_le_bytes)), &["mode", "shape"]);
@@ -353,19 +348,19 @@ fn exact_images_that_disagree_about_nodes_are_refused() {
         let extras = Extras { mode, ..Extras::default() };
         read(Cursor::new(written(images, &extras)))
     };
-    for mode in ImageMode::ALL {
+    for mode in Mode::ALL {
         assert_eq!(read_as(&agreeing, Some(mode)).unwrap().extras.mode, Some(mode));
     }
-    let error = read_as(&other, Some(ImageMode::Exact)).unwrap_err();
+    let error = read_as(&other, Some(Mode::Exact)).unwrap_err();
     assert!(matches!(error, NpzError::NodesDisagree { count: 1, node: [0, 0, 1] }), "{error}");
-    let error = read_as(&other[1..], Some(ImageMode::Exact)).unwrap_err();
+    let error = read_as(&other[1..], Some(Mode::Exact)).unwrap_err();
     assert!(matches!(error, NpzError::NodesDisagree { count: 1, .. }), "{error}");
-    for mode in [None, Some(ImageMode::Over), Some(ImageMode::Under)] {
+    for mode in [None, Some(Mode::OVER), Some(Mode::UNDER)] {
         assert!(read_as(&other, mode).is_ok());
     }
     // An unclosed ray has no samples, whatever the others have.
     let open = Ldi::from_parts(grid, Axis::Z, vec![0; 5], vec![], vec![0]).unwrap();
-    assert!(read_as(&[agreeing[0].clone(), agreeing[1].clone(), open], Some(ImageMode::Exact)).is_ok());
+    assert!(read_as(&[agreeing[0].clone(), agreeing[1].clone(), open], Some(Mode::Exact)).is_ok());
 }
 
 #[test]

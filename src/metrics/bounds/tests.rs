@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::*;
 use crate::grid::{Axis, Grid, LatticeBox};
-use crate::ldi::{Combine, Ldi, NodePlanes};
+use crate::ldi::{Ldi, Mode, NodePlanes};
 use crate::mesh::testing::{cube, tetrahedron, together};
 use crate::mesh::{ClosedMesh, TriangleMesh};
 use crate::sampler::cpu::CpuSampler;
@@ -39,7 +39,7 @@ fn volume_in(mesh: &TriangleMesh, grid: &Grid, bounds: LatticeBox) -> VolumeBoun
     let closed = ClosedMesh::check(mesh.clone()).unwrap();
     let solid = grid.quantise(&closed).unwrap();
     let along_x = image(&solid, Axis::X);
-    let inside = NodePlanes::new([&along_x], Combine::Most).unwrap();
+    let inside = NodePlanes::new([&along_x], Mode::Exact).unwrap();
     VolumeBounds::of(&Sampled { solid: &solid, inside }, &Within::Box(bounds))
 }
 
@@ -48,7 +48,7 @@ fn sets(mesh: &TriangleMesh, grid: &Grid) -> (NodeSet, SolidBounds) {
     let closed = ClosedMesh::check(mesh.clone()).unwrap();
     let solid = grid.quantise(&closed).unwrap();
     let along_x = image(&solid, Axis::X);
-    let inside = NodeSet::of_planes(&NodePlanes::new([&along_x], Combine::Most).unwrap());
+    let inside = NodeSet::of_planes(&NodePlanes::new([&along_x], Mode::Exact).unwrap());
     let region = Region::of_box(grid, whole(grid));
     let bounds = SolidBounds::of(&solid, &inside, &region);
     (inside, bounds)
@@ -265,7 +265,7 @@ fn within_a_solid_region_both_surfaces_are_uncertain() {
         let [closed, closed_shape] = [&mesh, &shape].map(|mesh| ClosedMesh::check(mesh.clone()).unwrap());
         let [solid, region] = [&closed, &closed_shape].map(|closed| grid.quantise(closed).unwrap());
         let [image, image_of_region] = [image(&solid, Axis::X), image(&region, Axis::Y)];
-        let [inside, within] = [&image, &image_of_region].map(|image| NodePlanes::new([image], Combine::Most).unwrap());
+        let [inside, within] = [&image, &image_of_region].map(|image| NodePlanes::new([image], Mode::Exact).unwrap());
         let region = Sampled { solid: &region, inside: within };
         let found = VolumeBounds::of(&Sampled { solid: &solid, inside }, &Within::Solid(region));
         for (interval, value) in [(found.solid, shared), (found.pore, 8.0 - shared), (found.region, 8.0)] {

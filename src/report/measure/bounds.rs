@@ -10,7 +10,7 @@ use super::{Clock, Study};
 use crate::Error;
 use crate::driver::input::Solid;
 use crate::grid::{Axis, Grid};
-use crate::ldi::{Combine, Ldi, NodePlanes};
+use crate::ldi::{Ldi, NodePlanes};
 use crate::metrics::bounds::{Interval, Sampled, SolidBounds, VolumeBounds, Within, finer_grid};
 use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::local_thickness;
@@ -34,7 +34,7 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, clock: &mut Clock, record: 
     let Study { subject, settings, .. } = *study;
     let images = subject.sample(&subject.grid_of_pitch(2.0 * grid.pitch())?, settings.fill, sampler)?;
     let region = images.region();
-    let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
+    let planes = NodePlanes::new(&images.solid, Mode::Exact).expect("images along the three axes of one grid");
     let solid = NodeSet::of_planes(&planes);
     between_cubes(&Study { subject, settings, images: &images, region: &region, solid }, clock, record);
     Ok(())
@@ -101,7 +101,7 @@ fn of_region(
 }
 
 fn nodes(image: &Ldi) -> NodePlanes<'_> {
-    NodePlanes::new([image], Combine::Most).expect("one image is a view of its own grid")
+    NodePlanes::new([image], Mode::Exact).expect("one image is a view of its own grid")
 }
 
 /// Bounds the largest balls that span the axes: between the cubes of the outer solid, and of the inner one.

@@ -6,7 +6,7 @@ use super::raster::Subject;
 use super::record::Record;
 use crate::Error;
 use crate::grid::Grid;
-use crate::ldi::{Combine, NodePlanes};
+use crate::ldi::{Mode, NodePlanes};
 use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::local_thickness;
 use crate::metrics::{BoundaryCondition, Distribution, Facets, NodeSet, Phase};
@@ -61,7 +61,7 @@ fn watched(
     let grid = subject.grid_of_pitch(pitch)?;
     let images = subject.sample(&grid, settings.fill, sampler)?;
     let region = images.region();
-    let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
+    let planes = NodePlanes::new(&images.solid, Mode::Exact).expect("images along the three axes of one grid");
     let study = Study { subject, settings, images: &images, region: &region, solid: NodeSet::of_planes(&planes) };
     let mesh = subject.solid.mesh();
     let facets = Facets::of(&mesh.positions, &mesh.triangles);

@@ -21,7 +21,7 @@ mod topology;
 mod transport;
 mod view;
 
-use crate::ldi::{Combine, Ldi, NodePlanes};
+use crate::ldi::{Ldi, Mode, NodePlanes};
 use crate::mesh::LengthUnit;
 use crate::metrics::surface_area::show_every_facet;
 use crate::metrics::{NodeSet, Region};
@@ -108,7 +108,7 @@ pub fn measure(
     stage("sampling")?;
     let images = clock.time("sampling", || subject.sample(&grid, settings.fill, sampler))?;
     let region = images.region();
-    let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
+    let planes = NodePlanes::new(&images.solid, Mode::Exact).expect("images along the three axes of one grid");
     let solid = clock.time("sampling", || NodeSet::of_planes(&planes));
     let study = Study { subject, settings, images: &images, region: &region, solid };
     progress.step()?;

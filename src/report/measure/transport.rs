@@ -7,7 +7,7 @@ use super::Study;
 use super::record::Record;
 use super::slices::node_ranges;
 use crate::grid::{Axis, Grid};
-use crate::ldi::{Combine, NodePlanes};
+use crate::ldi::{Mode, NodePlanes};
 use crate::metrics::tortuosity::{EndCondition, diffusive, geodesic};
 use crate::metrics::{BoundaryCondition, NodeSet, Phase, Region};
 use crate::number::number;
@@ -34,7 +34,7 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record:
     let grid = coarse(study)?;
     let pitch = number(grid.pitch());
     let images = study.subject.sample(&grid, study.settings.fill, sampler)?;
-    let planes = NodePlanes::new(&images.solid, Combine::Most).expect("images along the three axes of one grid");
+    let planes = NodePlanes::new(&images.solid, Mode::Exact).expect("images along the three axes of one grid");
     let (solid, region) = (NodeSet::of_planes(&planes), images.region());
     let edges = study.settings.edges;
     let phases = Phase::BOTH.map(|phase| cropped(&phase.nodes(&solid, region.nodes()), &region));

@@ -4,14 +4,14 @@ use glam::DAffine3;
 
 use super::raster::Subject;
 use crate::Error;
-use crate::boolean::{BooleanOperation, Expression, Images, Operand, Plan};
+use crate::boolean::{BooleanOperation, Expression, Operand, Plan};
 use crate::grid::Axis;
 use crate::ldi::Ldi;
 use crate::mesh::{ClosedMesh, TriangleMesh};
 use crate::number::number;
 use crate::picture::annotate::{Annotator, ScaleBar};
 use crate::picture::{Background, Camera, Facets, Format, Scene, Skin, View, ViewBox, palette, png, shaded};
-use crate::sampler::{FillRule, Sampler};
+use crate::sampler::{FillRule, Mode, Sampler};
 use crate::unit;
 
 const FORMAT: Format = Format { width: 1000, height: 760, supersampling: 2 };
@@ -52,7 +52,7 @@ pub fn view(subject: Subject, fill: FillRule, sampler: &dyn Sampler) -> Result<V
     let lattice = lattice.collect::<Result<Vec<_>, _>>().map_err(Error::input)?;
     let images = lattice.iter().map(|solid| sampler.sample_surface(solid, Axis::Z, fill));
     let images = images.collect::<Result<Vec<Ldi>, _>>()?;
-    let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Intersection, images.len()), Images::Exact);
+    let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Intersection, images.len()), Mode::Exact);
     let firsts = [0, lattice[0].triangles().len() as u32];
     let operands: Vec<Operand> = plan
         .leaves()

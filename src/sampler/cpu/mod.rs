@@ -18,7 +18,7 @@ mod windings;
 use std::num::NonZeroU32;
 
 use super::layout::Voxels;
-use super::{Estimate, FillRule, Mode, SampleError, Sampler, admit, region_of_both};
+use super::{Estimate, FillRule, MaskIntersection, Mode, SampleError, Sampler, admit, region_of_both};
 use crate::fixed::{Crossing, Hit, TriangleHit};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{BandImage, Ldi, TooManySamples, Windings, image_from_bands};
@@ -122,11 +122,12 @@ impl Sampler for CpuSampler {
         });
         Ok(image?)
     }
+}
 
+impl MaskIntersection for CpuSampler {
     fn sample_intersection(
         &self,
-        a: &LatticeSolid,
-        b: &LatticeSolid,
+        [a, b]: [&LatticeSolid; 2],
         axis: Axis,
         estimate: Estimate,
         fill: FillRule,

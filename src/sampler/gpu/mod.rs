@@ -43,7 +43,7 @@ mod volume_sums;
 use std::sync::{Arc, Mutex};
 
 use super::stages::{ListStages, MaskStages};
-use super::{Estimate, FillRule, Mode, SampleError, Sampler};
+use super::{Estimate, FillRule, MaskIntersection, Mode, SampleError, Sampler};
 use crate::gpu::{Adapter, Device, DeviceError, Pool};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, VolumeSums};
@@ -185,10 +185,21 @@ impl Sampler for GpuSampler {
         self.image(&[solid], &Image { keeps_triangles: true, ..image })
     }
 
+    fn volume_sums(
+        &self,
+        solid: &LatticeSolid,
+        axis: Axis,
+        mode: Mode,
+        fill: FillRule,
+    ) -> Result<VolumeSums, SampleError> {
+        self.sums(&[solid], &Image::of_one(solid, axis, mode, fill)?)
+    }
+}
+
+impl MaskIntersection for GpuSampler {
     fn sample_intersection(
         &self,
-        a: &LatticeSolid,
-        b: &LatticeSolid,
+        [a, b]: [&LatticeSolid; 2],
         axis: Axis,
         estimate: Estimate,
         fill: FillRule,
@@ -196,24 +207,13 @@ impl Sampler for GpuSampler {
         self.image(&[a, b], &Image::of_two(a, b, axis, estimate, fill)?)
     }
 
-    fn summarise(
+    fn intersection_sums(
         &self,
-        solid: &LatticeSolid,
-        axis: Axis,
-        mode: Mode,
-        fill: FillRule,
-    ) -> Result<VolumeSums, SampleError> {
-        self.volume_sums(&[solid], &Image::of_one(solid, axis, mode, fill)?)
-    }
-
-    fn summarise_intersection(
-        &self,
-        a: &LatticeSolid,
-        b: &LatticeSolid,
+        [a, b]: [&LatticeSolid; 2],
         axis: Axis,
         estimate: Estimate,
         fill: FillRule,
     ) -> Result<VolumeSums, SampleError> {
-        self.volume_sums(&[a, b], &Image::of_two(a, b, axis, estimate, fill)?)
+        self.sums(&[a, b], &Image::of_two(a, b, axis, estimate, fill)?)
     }
 }

@@ -25,7 +25,7 @@ struct BandSummary {
 
 impl BandJob<'_> {
     /// Makes the band, sums it, and reads the sums back.
-    fn summarise(&mut self) -> Result<BandSummary, BandError> {
+    fn volume_sums(&mut self) -> Result<BandSummary, BandError> {
         let MadeBand { mut recorder, offsets, samples, tally, most_samples, .. } = self.make()?;
         let levels = self.words("levels", most_samples)?;
         let totals = self.words("totals", TOTALS_WORDS)?;
@@ -56,15 +56,15 @@ impl BandJob<'_> {
 
 impl GpuSampler {
     /// Summarises an image on the device; where not even three rows of it fit there, on the host.
-    pub(super) fn volume_sums(&self, solids: &[&LatticeSolid], image: &Image) -> Result<VolumeSums, SampleError> {
-        match self.summary_on_device(solids, image) {
+    pub(super) fn sums(&self, solids: &[&LatticeSolid], image: &Image) -> Result<VolumeSums, SampleError> {
+        match self.sums_on_device(solids, image) {
             Ok(volume_sums) => Ok(volume_sums),
             Err(BandError::Device(error)) => Err(error.into()),
             Err(BandError::TooLarge { .. }) => Ok(self.image(solids, image)?.volume_sums()),
         }
     }
 
-    fn summary_on_device(&self, solids: &[&LatticeSolid], image: &Image) -> Result<VolumeSums, BandError> {
+    fn sums_on_device(&self, solids: &[&LatticeSolid], image: &Image) -> Result<VolumeSums, BandError> {
         let mut state = held(&self.state);
         let State { pool, residents } = &mut *state;
         let solids = self.resident(residents, solids)?;
@@ -86,7 +86,7 @@ impl GpuSampler {
             let with_neighbours = rows.start.saturating_sub(1).max(looked_at.start)..looked_at.end.min(rows.end + 1);
             let band = Band::with_neighbours(with_neighbours, rows.clone(), columns);
             let mut job = BandJob { sampler: self, pool, solids: &solids, image, route, band };
-            match job.summarise() {
+            match job.volume_sums() {
                 Ok(part) => {
                     sums = sums.plus(part.sums);
                     windings = windings.plus(part.windings);

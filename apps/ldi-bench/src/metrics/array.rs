@@ -81,16 +81,16 @@ fn image(nodes: &NodeSet, grid: Grid, axis: Axis) -> Ldi {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ldi_ops::ldi::{Combine, NodePlanes};
+    use ldi_ops::ldi::{Mode, NodePlanes};
 
     #[test]
     fn images_have_the_nodes_of_the_array() {
         // The sides differ and are not whole words, and there is solid at the faces.
         let nodes = NodeSet::from_fn([67, 5, 9], |[x, y, z]| (x * x + 3 * y + 7 * z) % 5 < 2);
         let array = Array::of(nodes.clone()).unwrap();
-        let planes = NodePlanes::new(&array.images, Combine::Any).unwrap();
+        let planes = NodePlanes::new(&array.images, Mode::OVER).unwrap();
         assert!(NodeSet::of_planes(&planes) == nodes);
-        let planes = NodePlanes::new(&array.images, Combine::All).unwrap();
+        let planes = NodePlanes::new(&array.images, Mode::UNDER).unwrap();
         assert!(NodeSet::of_planes(&planes) == nodes);
         assert_eq!(array.region().volume(), 67.0 * 5.0 * 9.0);
         assert_eq!(array.region().nodes().count(), 67 * 5 * 9);

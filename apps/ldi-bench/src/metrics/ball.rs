@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use ldi_ops::grid::{Axis, Grid};
-use ldi_ops::ldi::{Combine, NodePlanes};
+use ldi_ops::ldi::NodePlanes;
 use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::metrics::distance::{Crossings, DistanceField};
 use ldi_ops::metrics::thickness::local_thickness;
@@ -32,7 +32,7 @@ pub fn of_ball(radius: u32) -> Result<Value, BenchError> {
     let [x, y, z] = Axis::ALL.map(image);
     let images = [x, y, z].into_iter().collect::<Result<Vec<_>, _>>().map_err(|error| wrong(&error))?;
     let images = images.try_into().expect("an image for each of three axes");
-    let nodes = NodeSet::of_planes(&NodePlanes::new(&images, Combine::Most).map_err(|error| wrong(&error))?);
+    let nodes = NodeSet::of_planes(&NodePlanes::new(&images, Mode::Exact).map_err(|error| wrong(&error))?);
     let crossings = Crossings::of_images(&images, &Region::of_box(&grid, *solid.bounds()), BoundaryCondition::Clip);
     let thickness = local_thickness(&DistanceField::of(&crossings, BoundaryCondition::Clip), &nodes);
     let seconds = start.elapsed().as_secs_f64();

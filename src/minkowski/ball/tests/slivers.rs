@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::*;
 use crate::sampler::Mode;
 use crate::sampler::cpu::CpuSampler;
-use crate::surface::{SurfaceMode, contour};
+use crate::surface::contour;
 
 impl Offset {
     /// Compares the spans of all rays at the nodes with an exact test.
@@ -63,7 +63,7 @@ fn contoured(mesh: TriangleMesh, distance: f64, pitch: f64) -> TriangleMesh {
     let resolved = resolve(&grid, spans, Exterior::Out, &membership, &|_, _| {}).unwrap();
     let images = resolved.spans.map(|spans| spans.image(&grid, Mode::Exact, &CpuSampler::default()).unwrap());
     let (images, normals) = patches.sample_normals(images).unwrap();
-    contour(images.each_ref(), Some(&normals), SurfaceMode::Exact).unwrap().mesh
+    contour(images.each_ref(), Some(&normals), Mode::Exact).unwrap().mesh
 }
 
 fn random_widths(most: f64) -> impl FnMut() -> f64 {
