@@ -127,7 +127,7 @@ impl<'p> Settings<'p> {
         Settings { threads, ..self }
     }
 
-    /// Sets the most bytes that the process may hold while it makes sums and offsets.
+    /// Sets the most bytes that the process may hold; a share of the free memory without it.
     pub fn memory_limit(self, bytes: u64) -> Self {
         Settings { memory: Some(bytes), ..self }
     }
@@ -139,6 +139,10 @@ impl<'p> Settings<'p> {
 
     pub(crate) fn fill_rule(&self) -> FillRule {
         self.fill
+    }
+
+    pub(crate) fn memory(&self) -> Option<u64> {
+        self.memory
     }
 
     pub(crate) fn device(&self) -> &Backend {
@@ -175,6 +179,7 @@ impl<'p> Settings<'p> {
             mode: self.mode,
             fill: self.fill,
             backend: self.backend.clone(),
+            memory: self.memory,
             check_rays: false,
             hashes: false,
             keep,

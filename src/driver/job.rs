@@ -153,6 +153,8 @@ pub struct MeasureJob {
     pub fill: FillRule,
     /// The device that samples.
     pub backend: Backend,
+    /// The most bytes that the process may hold; a share of the free memory without it.
+    pub memory: Option<u64>,
     /// Whether images check a volume that is known exactly.
     pub check_rays: bool,
     /// Whether the files are hashed.

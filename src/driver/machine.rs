@@ -3,16 +3,14 @@
 use std::fs;
 use std::path::Path;
 
-use crate::Error;
-
 /// The most memory that this process has held, in bytes.
 pub fn peak_memory_bytes() -> Option<u64> {
     kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 
-/// The memory that this process holds now, in bytes.
-pub fn memory_bytes() -> Option<u64> {
-    kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "VmRSS:")
+/// Returns the memory that this process holds now, in bytes; 0 where the system does not say.
+pub fn held_memory() -> u64 {
+    kibibytes(&fs::read_to_string("/proc/self/status").unwrap_or_default(), "VmRSS:").unwrap_or(0)
 }
 
 /// The name of the processor.
@@ -72,24 +70,6 @@ fn left_by_group(folder: &Path, limit: &str, used: &str) -> Option<u64> {
     let given_back = |key| statistics.lines().find_map(|line| line.strip_prefix(key)?.trim().parse::<u64>().ok());
     let files = given_back("inactive_file ").unwrap_or(0) + given_back("active_file ").unwrap_or(0);
     Some(limit.saturating_sub(number(used)?.saturating_sub(files)))
-}
-
-/// Meshes of fewer samples are never the reason for which memory runs out.
-const FEW_SAMPLES: u64 = 1 << 24;
-
-/// What a sample comes to in a mesh at most: a vertex and two triangles, and the stars by which they are checked.
-pub const BYTES_OF_SAMPLE: u64 = 110;
-
-/// Refuses the mesh of so many samples if it would not fit, before the system ends the process for it.
-pub fn admit_mesh(samples: u64) -> Result<(), Error> {
-    let needed = samples * BYTES_OF_SAMPLE;
-    match free_memory() {
-        Some(free) if samples > FEW_SAMPLES && needed > free => Err(Error::machine(format!(
-            "a mesh of {samples} samples has about {} triangles and needs {needed} bytes, and {free} are free; ask for fewer rays",
-            2 * samples
-        ))),
-        _ => Ok(()),
-    }
 }
 
 #[cfg(test)]

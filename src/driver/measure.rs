@@ -18,10 +18,11 @@ use super::fill::FillDifference;
 use super::image::{ImageMaker, Triangles, alive_at_once};
 use super::input::{self, InputRequirements, Sides, Solid};
 use super::job::{Boolean, ImageTarget, Input, Keep, MeasureJob, Measurement, Spacing};
+use super::memory::Limit;
 use super::sum::SumReport;
 use super::surface::{Imaged, SurfaceReport};
 use super::work::work;
-use super::{machine, memory, write};
+use super::{machine, memory, raster, write};
 use crate::boolean::VolumeBounds;
 use crate::grid::{Axis, Grid, LatticeBox, LatticeSolid};
 use crate::integrate::{self, AxisVolume, CHECK_PITCHES, Moments, SurfaceHits, VolumeEstimate};
@@ -464,30 +465,23 @@ struct Round<'b> {
     rules_agree: Vec<Option<bool>>,
 }
 
-/// Lays a grid around all solids.
+/// Lays a raster around all solids.
 fn lay(job: &MeasureJob, solids: &[Solid], spacing: Spacing) -> Result<Grid, Error> {
-    let bounds = solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("a job has an input");
-    let grid = match spacing {
-        Spacing::Resolution(rays) => Grid::with_resolution(bounds, rays, job.lod),
-        Spacing::Pitch(pitch) => Grid::with_pitch(bounds, pitch, job.lod),
-        Spacing::Tolerance(_) => unreachable!("refinement asks for resolutions"),
-    };
-    let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
-    grid.map_err(|error| Error::input(format!("{}: {error}", names.join(", "))))
+    raster::lay(raster::common_box(solids), spacing, job.lod, raster::names(solids))
 }
 
 /// Refuses images that would not fit into memory, before the system ends the process for them.
 fn admit(job: &MeasureJob, solids: &[Solid], lattice: &[LatticeSolid], grid: &Grid) -> Result<(), Error> {
     let images = memory::Images {
+        held: machine::held_memory(),
         axes: &job.axes,
         at_once: alive_at_once(&job.measurement, job.mode),
         have_triangles: job.keep.has_triangles(),
         are_kept: job.keep != Keep::Sums,
         have_normals: job.keep == Keep::ImagesWithTriangles,
     };
-    let bounds = solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("a job has an input");
-    let way_out = |share| memory::coarser(share, bounds.extent().max_element(), grid);
-    memory::admit(images, grid, lattice, machine::free_memory(), way_out)
+    let way_out = |factor| memory::coarser(factor, raster::common_box(solids).extent().max_element(), grid);
+    memory::admit_images(images, grid, lattice, Limit::new(job.memory), way_out)
 }
 
 /// The solids on a grid, restricted to the rays that can matter.

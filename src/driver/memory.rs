@@ -1,21 +1,188 @@
-//! Forecasts the memory that images take, and refuses what does not fit before it is taken.
+//! The memory budget: forecasts what an operation will hold, and refuses what does not fit before it is taken.
 //!
-//! Rays are counted, and samples expected from the areas of triangles. What a sample takes was measured, as addresses: on a
-//! gyroid of 3.3 million triangles at 1000 to 6000 rays the forecast is 1.0 to 1.4 times what was taken.
+//! Four parts of a forecast grow apart. Meshes and primitives are there already and do not change with the pitch h. Rows under way
+//! go with 1/h, rays and samples with 1/h², lattice nodes with 1/h³. So a forecast at one pitch tells the pitch at which a limit
+//! is met.
+//!
+//! Bytes of a sample were measured, as addresses: on a gyroid of 3.3 million triangles at 1000 to 6000 rays the forecast of images
+//! is 1.0 to 1.4 times what was taken.
 
+use std::fmt::{self, Display};
+
+use super::machine;
 use super::work::expected_crossings;
 use crate::Error;
 use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::number::number;
 
-/// What is made of solids, as far as memory goes with it.
+/// The share of the free memory that an operation takes without `--memory`.
+const SHARE_OF_FREE: f64 = 0.8;
+
+/// The share of the limit that a proposed raster takes: the forecast is an estimate, and what the process holds already differs
+/// from run to run.
+const MARGIN: f64 = 0.9;
+
+/// Operations that take fewer bytes are admitted whatever is free.
+const LITTLE: f64 = 64e6;
+
+/// A pitch longer by more than this leaves nothing of a raster.
+const COARSEST: f64 = 1e5;
+
+/// The bytes that a process is expected to hold at most, at one pitch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cost {
+    /// Bytes that do not depend on the pitch.
+    pub fixed: f64,
+    /// Bytes that grow with the number of rows.
+    pub of_rows: f64,
+    /// Bytes that grow with the number of rays.
+    pub of_rays: f64,
+    /// Bytes that grow with the number of nodes.
+    pub of_nodes: f64,
+}
+
+impl Cost {
+    /// Returns the bytes at a pitch `factor` times as long.
+    fn at(&self, factor: f64) -> f64 {
+        self.fixed + self.of_rows / factor + self.of_rays / factor.powi(2) + self.of_nodes / factor.powi(3)
+    }
+
+    /// Returns the bytes.
+    pub fn bytes(&self) -> u64 {
+        self.at(1.0) as u64
+    }
+
+    /// Returns the least factor of the pitch, above 1, at which the cost is below a limit; `None` where no pitch is coarse enough.
+    fn fitting(&self, limit: f64) -> Option<f64> {
+        let (mut fits, mut low) = (2.0, 1.0);
+        while self.at(fits) > limit {
+            (low, fits) = (fits, 2.0 * fits);
+            if fits > COARSEST {
+                return None;
+            }
+        }
+        // A thousandth of the pitch is nearer than the estimate.
+        while fits - low > 1e-3 * low {
+            let middle = 0.5 * (low + fits);
+            match self.at(middle) > limit {
+                true => low = middle,
+                false => fits = middle,
+            }
+        }
+        Some(fits)
+    }
+}
+
+/// The most memory that the process may hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    /// The given number of bytes.
+    Asked(u64),
+    /// A share of the free bytes, and those that the process holds.
+    Free(u64),
+    /// The system does not say how much memory there is.
+    Unknown,
+}
+
+impl Limit {
+    /// Returns the limit that was given, or one from the free memory.
+    pub fn new(asked: Option<u64>) -> Limit {
+        match (asked, machine::free_memory()) {
+            (Some(bytes), _) => Limit::Asked(bytes),
+            (None, Some(free)) => Limit::Free((SHARE_OF_FREE * free as f64) as u64 + machine::held_memory()),
+            (None, None) => Limit::Unknown,
+        }
+    }
+
+    /// Returns the bytes, where they are known.
+    pub fn bytes(self) -> Option<u64> {
+        match self {
+            Limit::Asked(bytes) | Limit::Free(bytes) => Some(bytes),
+            Limit::Unknown => None,
+        }
+    }
+
+    /// Returns the bytes that a cost exceeds, if it does.
+    fn exceeded_by(self, cost: &Cost) -> Option<u64> {
+        let is_little = matches!(self, Limit::Free(_)) && cost.at(1.0) - cost.fixed <= LITTLE;
+        self.bytes().filter(|most| cost.bytes() > *most && !is_little)
+    }
+}
+
+impl Display for Limit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Limit::Asked(bytes) => write!(f, "--memory allows {}", megabytes(*bytes)),
+            Limit::Free(bytes) => {
+                write!(f, "{} are allowed (80 % of the free memory; --memory changes it)", megabytes(*bytes))
+            }
+            Limit::Unknown => f.write_str("the free memory is not known"),
+        }
+    }
+}
+
+/// Refuses an operation whose cost is above the limit. `subject` names what needs the memory; `way_out` returns what would fit,
+/// from the factor of the pitch at which the cost does, if there is one.
+///
+/// # Errors
+/// A machine error with the cost, the limit and the way out.
+pub fn admit(
+    cost: &Cost,
+    limit: Limit,
+    subject: impl Display,
+    way_out: impl FnOnce(Option<f64>) -> String,
+) -> Result<(), Error> {
+    let Some(most) = limit.exceeded_by(cost) else { return Ok(()) };
+    let way_out = way_out(cost.fitting(MARGIN * most as f64));
+    let fixed = match cost.fixed > MARGIN * most as f64 {
+        true => format!(", as {} do not depend on it", megabytes(cost.fixed as u64)),
+        false => String::new(),
+    };
+    Err(Error::machine(format!(
+        "{subject} need about {} of memory, and {limit}; {way_out}{fixed}",
+        megabytes(cost.bytes())
+    )))
+}
+
+/// Returns the resolution of a raster whose pitch is `factor` times that of `grid`, as advice; `longest` is the side that the
+/// resolution counts along.
+pub fn coarser(factor: Option<f64>, longest: f64, grid: &Grid) -> String {
+    let rays = factor.map_or(0.0, |factor| (longest / (factor * grid.pitch())).floor());
+    match rays >= 1.0 {
+        true => format!("--resolution {rays}, a pitch of {}, would fit", number(longest / rays)),
+        false => "no raster would fit".to_owned(),
+    }
+}
+
+fn megabytes(bytes: u64) -> String {
+    format!("{} MB", number((bytes as f64 / 1e5).round() / 10.0))
+}
+
+/// Returns the number of rays of the images along all axes.
+pub fn rays(grid: &Grid) -> f64 {
+    Axis::ALL.iter().map(|&axis| rays_along(grid, axis) as f64).sum()
+}
+
+fn rays_along(grid: &Grid, axis: Axis) -> u64 {
+    let (columns, rows) = grid.image_size(axis);
+    u64::from(columns) * u64::from(rows)
+}
+
+/// Returns the number of lattice nodes.
+pub fn nodes(grid: &Grid) -> f64 {
+    grid.rays().iter().map(|&n| f64::from(n)).product()
+}
+
+/// The images of solids, as far as memory goes with them.
 #[derive(Clone, Copy, Debug)]
 pub struct Images<'a> {
+    /// The bytes that the process holds already.
+    pub held: u64,
     /// The axes, one after another.
     pub axes: &'a [Axis],
-    /// Images along one axis that are held at the same time, the result among them.
+    /// Number of images along one axis that are held at the same time, the result among them.
     pub at_once: u64,
-    /// Whether the images know triangles.
+    /// Whether samples have triangles.
     pub have_triangles: bool,
     /// Whether the image of an axis is kept while the next is made.
     pub are_kept: bool,
@@ -32,7 +199,7 @@ const GROWING: f64 = 8.0;
 /// Bytes of a sample on its way through a band of rows: its crossing, sorted, and its place in the band's own image.
 const IN_BAND: f64 = 24.0;
 
-/// The rows that are under way at the same time.
+/// Number of rows that are under way at the same time.
 const ROWS_UNDER_WAY: f64 = 256.0;
 
 /// Bytes of a sample that is kept: its depth, and with its triangle.
@@ -42,96 +209,74 @@ const KEPT_WITH_TRIANGLE: f64 = 12.0;
 /// Bytes of a sample when normals are written: what is kept, and the normal twice while the list of it is joined.
 const WITH_NORMAL: f64 = 30.0;
 
-/// Jobs that need less are never the reason for which memory runs out.
-const LITTLE: f64 = 64e6;
-
-/// The share of the memory that a raster which is proposed should take.
-const SHARE: f64 = 0.9;
-
-/// What an image along one axis is made of.
-struct Extent {
-    rays: f64,
-    rows: f64,
-    /// Of all inputs together.
-    samples: f64,
-}
-
 impl Images<'_> {
-    fn extents(&self, grid: &Grid, solids: &[LatticeSolid]) -> Vec<Extent> {
-        let extent = |&axis| {
-            let (columns, rows) = grid.image_size(axis);
-            let samples = solids.iter().map(|solid| expected_crossings(solid, axis)).sum();
-            Extent { rays: f64::from(columns) * f64::from(rows), rows: f64::from(rows), samples }
+    /// Returns the bytes that the images take at most.
+    fn cost(&self, grid: &Grid, solids: &[LatticeSolid]) -> Cost {
+        let held = Cost { fixed: self.held as f64, ..Cost::default() };
+        let (mut kept, mut written, mut most) = (0.0, held, held);
+        let keep_larger = |most: &mut Cost, cost: Cost| {
+            if cost.at(1.0) > most.at(1.0) {
+                *most = cost;
+            }
         };
-        self.axes.iter().map(extent).collect()
-    }
-
-    /// The bytes that images take at most with so large a share of the rays along each side.
-    fn bytes(&self, extents: &[Extent], share: f64) -> f64 {
-        let (mut kept, mut written, mut most) = (0.0, 0.0, 0.0f64);
-        for Extent { rays, rows, samples } in extents {
-            let (rays, rows, samples) = (RAY * share * share * rays, share * rows, share * share * samples);
+        for &axis in self.axes {
+            let rays = RAY * rays_along(grid, axis) as f64;
+            let rows = f64::from(grid.image_size(axis).1);
+            let samples: f64 = solids.iter().map(|solid| expected_crossings(solid, axis)).sum();
             // The samples of all inputs, and those of the result.
             let lists = if self.at_once > 1 { 2.0 } else { 1.0 };
             let triangles = if self.have_triangles { lists + 1.0 } else { 0.0 };
-            let under_way = IN_BAND * samples * (ROWS_UNDER_WAY / rows).min(1.0);
             let images = self.at_once as f64 * rays + GROWING * samples * (lists + triangles);
-            most = most.max(kept + images + under_way);
+            let (of_rows, all_rows) = match rows > ROWS_UNDER_WAY {
+                true => (IN_BAND * samples * ROWS_UNDER_WAY / rows, 0.0),
+                false => (0.0, IN_BAND * samples),
+            };
+            keep_larger(&mut most, Cost { of_rows, of_rays: kept + images + all_rows, ..held });
             if self.are_kept {
                 kept += rays + samples * if self.have_triangles { KEPT_WITH_TRIANGLE } else { KEPT };
-                written += rays + samples * if self.have_normals { WITH_NORMAL } else { KEPT };
+                written.of_rays += rays + samples * if self.have_normals { WITH_NORMAL } else { KEPT };
             }
         }
-        most.max(written)
+        keep_larger(&mut most, written);
+        most
     }
 }
 
-/// Refuses more rays than an image can hold, and images that would not fit into the memory that is `free`; `way_out` says
-/// what would, from the share of the rays along each side that fit.
-pub fn admit(
+/// Refuses more rays than an image can hold, and images that would not fit into memory; `way_out` is as in [`admit`].
+///
+/// # Errors
+/// A machine error.
+pub fn admit_images(
     images: Images,
     grid: &Grid,
     solids: &[LatticeSolid],
-    free: Option<u64>,
-    way_out: impl FnOnce(f64) -> String,
+    limit: Limit,
+    way_out: impl FnOnce(Option<f64>) -> String,
 ) -> Result<(), Error> {
-    let rays = |axis: &Axis| {
-        let (columns, rows) = grid.image_size(*axis);
-        u64::from(columns) * u64::from(rows)
-    };
-    let most = images.axes.iter().map(rays).max().unwrap_or(0);
+    let most = images.axes.iter().map(|&axis| rays_along(grid, axis)).max().unwrap_or(0);
     if most >= u64::from(u32::MAX) {
-        return Err(Error::machine(format!(
-            "{most} rays along one axis are more than an image can hold ({})",
-            u32::MAX
-        )));
+        return Err(Error::machine(format!("{most} rays along one axis (limit {}); lower --resolution", u32::MAX)));
     }
-    let extents = images.extents(grid, solids);
-    let needed = images.bytes(&extents, 1.0);
-    let Some(free) = free.map(|free| free as f64).filter(|free| needed > free.max(LITTLE)) else { return Ok(()) };
-    let (mut fits, mut does_not) = (0.0, 1.0);
-    while does_not - fits > 1e-4 {
-        let share = 0.5 * (fits + does_not);
-        let side = if images.bytes(&extents, share) <= SHARE * free { &mut fits } else { &mut does_not };
-        *side = share;
-    }
-    let megabytes = |bytes: f64| number((bytes / 1e5).round() / 10.0);
     let [x, y, z] = grid.rays();
-    Err(Error::machine(format!(
-        "the images of {x} × {y} × {z} rays need about {} MB of memory, and this process may take {} MB more; {}",
-        megabytes(needed),
-        megabytes(free),
-        way_out(fits)
-    )))
+    let subject = format_args!("the images of {x} × {y} × {z} rays");
+    admit(&images.cost(grid, solids), limit, subject, way_out)
 }
 
-/// Proposes a resolution of so much of the rays along a side.
-pub fn coarser(share: f64, longest: f64, grid: &Grid) -> String {
-    let rays = (share * longest / grid.pitch()).floor();
-    match rays >= 1.0 {
-        true => format!("--resolution {rays}, a pitch of {}, would fit", number(longest / rays)),
-        false => "no resolution would fit".to_owned(),
-    }
+/// Bytes of a sample in a mesh at most: a vertex and two triangles, and the stars by which they are checked.
+pub const BYTES_OF_MESH_SAMPLE: f64 = 110.0;
+
+/// Refuses the mesh of so many samples if it would not fit.
+///
+/// # Errors
+/// A machine error.
+pub fn admit_mesh(samples: u64, limit: Limit) -> Result<(), Error> {
+    let of_rays = BYTES_OF_MESH_SAMPLE * samples as f64;
+    let cost = Cost { fixed: machine::held_memory() as f64, of_rays, ..Cost::default() };
+    let subject = format_args!("the {} triangles of a mesh of {samples} samples", 2 * samples);
+    admit(&cost, limit, subject, |factor| match factor {
+        Some(factor) => format!("{:.0} % of the --resolution would fit", (100.0 / factor).floor()),
+        None => "no raster would fit".to_owned(),
+    })
 }
 
 #[cfg(test)]
@@ -141,22 +286,52 @@ mod tests {
 
     use super::*;
 
-    const VOLUME: Images =
-        Images { axes: &[Axis::Z], at_once: 1, have_triangles: false, are_kept: false, have_normals: false };
+    const COST: Cost = Cost { fixed: 10e6, of_rows: 0.0, of_rays: 600e6, of_nodes: 400e6 };
 
-    /// What is forecast for a cube of side 1 at a resolution.
-    fn bytes(images: Images, resolution: u32, free: Option<u64>) -> (f64, Result<(), Error>) {
+    const VOLUME: Images =
+        Images { held: 0, axes: &[Axis::Z], at_once: 1, have_triangles: false, are_kept: false, have_normals: false };
+
+    /// Returns the forecast for a cube of side 1 at a resolution, and whether it is admitted below a limit.
+    fn cube(images: Images, resolution: u32, limit: Limit) -> (f64, Result<(), Error>) {
         let cube = solids::cuboid(glam::DVec3::ZERO, glam::DVec3::ONE).unwrap();
         let closed = ClosedMesh::check(cube).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), resolution, 1024).unwrap();
         let solids = [grid.quantise(&closed).unwrap()];
-        let admitted = admit(images, &grid, &solids, free, |share| coarser(share, 1.0, &grid));
-        (images.bytes(&images.extents(&grid, &solids), 1.0), admitted)
+        let admitted = admit_images(images, &grid, &solids, limit, |factor| coarser(factor, 1.0, &grid));
+        (images.cost(&grid, &solids).at(1.0), admitted)
+    }
+
+    #[test]
+    fn proposed_factors_fit_and_are_the_least() {
+        for limit in [20e6, 100e6, 900e6] {
+            let factor = COST.fitting(limit).unwrap();
+            assert!(COST.at(factor) <= limit && COST.at(0.99 * factor) > limit, "{limit}: {factor}");
+        }
+        assert_eq!(COST.fitting(9e6), None);
+    }
+
+    #[test]
+    fn refusals_carry_the_figure_the_limit_and_a_way_out() {
+        let bounds = crate::mesh::Aabb { min: glam::DVec3::ZERO, max: glam::DVec3::new(10.0, 8.0, 6.0) };
+        let grid = Grid::with_resolution(bounds, 100, 1024).unwrap();
+        let admitted = |limit| admit(&COST, limit, "three images", |factor| coarser(factor, 10.0, &grid));
+        assert_eq!(admitted(Limit::Asked(1_010_000_000)), Ok(()));
+        assert_eq!(admitted(Limit::Unknown), Ok(()));
+        let message = |limit| admitted(Limit::Asked(limit)).unwrap_err().to_string();
+        let refusal = message(500_000_000);
+        for words in [
+            "three images need about 1010 MB of memory",
+            "--memory allows 500 MB",
+            "--resolution 70, a pitch of 0.1428571, would fit",
+        ] {
+            assert!(refusal.contains(words), "no `{words}` in: {refusal}");
+        }
+        assert!(message(5_000_000).contains("no raster would fit, as 10 MB do not depend on it"));
     }
 
     #[test]
     fn rays_and_samples_are_counted() {
-        let (found, admitted) = bytes(VOLUME, 5120, None);
+        let (found, admitted) = cube(VOLUME, 5120, Limit::Unknown);
         // Two samples on each of 5120² rays, a twentieth of them under way.
         let rays = 5120.0 * 5120.0;
         assert!((found / (rays * (4.0 + 2.0 * (8.0 + 24.0 / 20.0))) - 1.0).abs() < 0.01, "{found}");
@@ -167,20 +342,20 @@ mod tests {
             Images { axes: &Axis::ALL, are_kept: true, ..VOLUME },
             Images { axes: &Axis::ALL, are_kept: true, have_normals: true, ..VOLUME },
         ];
-        assert!(more.iter().all(|images| bytes(*images, 5120, None).0 > 1.2 * found));
+        assert!(more.iter().all(|images| cube(*images, 5120, Limit::Unknown).0 > 1.2 * found));
     }
 
     #[test]
-    fn what_is_proposed_fits() {
-        let free = Some(100 << 20);
-        let failure = bytes(VOLUME, 5120, free).1.unwrap_err();
+    fn proposed_resolutions_fit() {
+        let limit = Limit::Asked(300 << 20);
+        let failure = cube(VOLUME, 5120, limit).1.unwrap_err();
         assert_eq!(failure.kind(), crate::ErrorKind::Machine);
         let proposed: u32 =
             failure.to_string().split("--resolution ").nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
         assert!((1000..5120).contains(&proposed), "{failure:?}");
-        assert_eq!(bytes(VOLUME, proposed, free).1, Ok(()));
-        assert!(bytes(VOLUME, proposed * 5 / 4, free).1.is_err());
-        // A job that needs next to nothing is always tried.
-        assert_eq!(bytes(VOLUME, 100, Some(0)).1, Ok(()));
+        assert_eq!(cube(VOLUME, proposed, limit).1, Ok(()));
+        assert!(cube(VOLUME, proposed * 5 / 4, limit).1.is_err());
+        // An operation that needs next to nothing is always admitted.
+        assert_eq!(cube(VOLUME, 100, Limit::Free(0)).1, Ok(()));
     }
 }

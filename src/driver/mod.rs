@@ -16,8 +16,9 @@ pub mod input;
 pub mod job;
 pub mod machine;
 pub mod measure;
-mod memory;
+pub(crate) mod memory;
 pub mod output;
+pub(crate) mod raster;
 #[cfg(feature = "picture")]
 pub mod render;
 pub mod size;

@@ -12,8 +12,9 @@ use super::fill::FillDifference;
 use super::image::first_triangles;
 use super::input::{self, InputRequirements, Sides, Solid};
 use super::job::{Backend, Input, Openness};
+use super::memory::Limit;
 use super::work::work;
-use super::{machine, memory, output};
+use super::{machine, memory, output, raster};
 use crate::boolean::{Expression, Operand, Plan};
 use crate::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
 use crate::ldi::{Ldi, Windings};
@@ -44,6 +45,8 @@ pub struct RenderJob {
     pub fill: FillRule,
     /// The device that samples.
     pub backend: Backend,
+    /// The most bytes that the process may hold; a share of the free memory without it.
+    pub memory: Option<u64>,
     /// Whether the files are hashed.
     pub hashes: bool,
     /// The solid that is seen, of the inputs by their indices.
@@ -250,7 +253,7 @@ fn place(job: &RenderJob, solids: &[Solid]) -> Result<Option<(Axis, f64)>, Error
     else {
         return Ok(None);
     };
-    let bounds = solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("a job has an input");
+    let bounds = raster::common_box(solids);
     let (low, high) = (bounds.min[axis.depth()], bounds.max[axis.depth()]);
     let at = match position {
         SlicePosition::Coordinate(at) => at.in_unit(solids[0].unit, "--slice")?,
@@ -317,9 +320,8 @@ impl<'s> Stage<'s> {
             Scenery::Shaded { .. } => seen(job, solids)?.unwrap_or(all),
             Scenery::Slice(_) => all,
         };
-        let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
         let camera = Camera::aim(job.format, subject, all)
-            .map_err(|error| Error::input(format!("{}: {error}", names.join(", "))))?;
+            .map_err(|error| Error::input(format!("{}: {error}", raster::names(solids))))?;
         let mut lattice: Vec<LatticeSolid> =
             solids.iter().map(|solid| solid.quantise(camera.grid())).collect::<Result<_, _>>()?;
         if solids.iter().all(Solid::is_closed) {
@@ -333,6 +335,7 @@ impl<'s> Stage<'s> {
                 lattice.into_iter().zip(regions).map(|(s, region)| s.within(&region.intersection(&window))).collect();
         }
         let images = memory::Images {
+            held: machine::held_memory(),
             axes: &[Axis::Z],
             at_once: solids.len() as u64 + 1,
             have_triangles: true,
@@ -340,7 +343,7 @@ impl<'s> Stage<'s> {
             have_normals: false,
         };
         let way_out = |_| "a smaller --size, or fewer --samples, needs less".to_owned();
-        memory::admit(images, camera.grid(), &lattice, machine::free_memory(), way_out)?;
+        memory::admit_images(images, camera.grid(), &lattice, Limit::new(job.memory), way_out)?;
         let choice = backends.choose(|| work(&lattice, &[Axis::Z]));
         Ok(Stage { job, solids, camera, lattice, choice })
     }
@@ -467,7 +470,7 @@ fn seen(job: &RenderJob, solids: &[Solid]) -> Result<Option<ViewBox>, Error> {
     if solids.len() == 1 {
         return Ok(None);
     }
-    let bounds = solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("a job has an input");
+    let bounds = raster::common_box(solids);
     let Ok(grid) = Grid::with_resolution(bounds, PROBE, *LOD_RANGE.start()) else { return Ok(None) };
     let images = solids
         .iter()
@@ -505,7 +508,7 @@ fn annotate(job: &RenderJob, stage: &Stage, plane: Option<(Axis, f64)>, bar: Sca
     let view = match job.scenery {
         Scenery::Shaded { view, .. } => view,
         Scenery::Slice(plane) => {
-            let bounds = stage.solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("a job has an input");
+            let bounds = raster::common_box(stage.solids);
             annotator.outline(&outline_of(bounds.min, bounds.max).map(|corner| stage.camera.place(corner)));
             across(plane.axis)
         }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::input::write_notes;
 use super::job::Finish;
-use super::machine;
+use super::memory::{self, Limit};
 use crate::grid::{Axis, Grid};
 use crate::integrate::VolumeEstimate;
 use crate::ldi::{Ldi, NodePlanes};
@@ -171,7 +171,8 @@ pub fn mesh(
     let [a, b, c] = imaged.images else {
         return Err(Error::input("a mesh needs images along all three axes, x, y and z"));
     };
-    machine::admit_mesh(imaged.images.iter().map(|image| image.depths().len() as u64).sum())?;
+    let samples = imaged.images.iter().map(|image| image.depths().len() as u64).sum();
+    memory::admit_mesh(samples, Limit::new(None))?;
     progress.stage("contouring")?;
     let grid = a.grid();
     let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));

@@ -85,6 +85,7 @@ impl Report {
                 build: DVec3::Z,
                 overhang_angle: 45.0,
                 kozeny: 5.0,
+                memory: None,
                 backend: crate::Backend::Auto,
             },
         }
@@ -198,6 +199,7 @@ impl ReportBuilder {
         }
         self.course.fill = settings.fill_rule();
         self.course.backend = settings.device().clone();
+        self.course.memory = settings.memory();
         settings.run(|monitor| {
             let (start, clock) = (Instant::now(), Clock::default());
             let requirements = InputRequirements {

@@ -303,11 +303,10 @@ pub(super) fn sheet(
         let difference = FillDifference::of(solid)?;
         alerts.extend(difference.and_then(|difference| difference.warning(solid, settings.fill)).map(alert));
     }
-    let grid = subject.grid(settings.spacing.in_unit(subject.solid.unit)?, settings.edges)?;
-    let lattice = subject.solid.quantise(&grid)?;
+    let grid = subject.grid(settings)?;
+    let lattice = clock.time("sampling", || subject.solid.quantise(&grid))?;
     let choice = backends.choose(|| work(slice::from_ref(&lattice), &Axis::ALL));
-    drop(lattice);
-    let measured = measure(subject, settings, choice.sampler(), &mut clock, progress)?;
+    let measured = measure(subject, settings, lattice, choice.sampler(), &mut clock, progress)?;
     let ran = choice.ran();
     alerts.extend(ran.auto.iter().filter_map(|auto| auto.warning.clone()).map(alert));
     let Measurements { metrics, histograms, access, profiles, anisotropy, convergence, pictures, alerts: found } =

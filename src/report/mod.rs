@@ -79,6 +79,8 @@ pub struct Settings {
     pub overhang_angle: f64,
     /// K of Kozeny and Carman.
     pub kozeny: f64,
+    /// The most bytes that the process may hold; a share of the free memory without it.
+    pub memory: Option<u64>,
     /// The device that samples.
     pub backend: Backend,
 }

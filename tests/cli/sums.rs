@@ -284,7 +284,7 @@ fn jobs_above_the_memory_limit_are_refused_with_a_resolution_that_fits() {
     folder.run(&["generate", "geodesic", "--radius", "0.5", "--frequency", "3", "-o", "b.stl"]).code(0);
     let job = ["minkowski", "a.stl", "b.stl", "--memory", "60M"];
     let run = folder.run(&[&job[..], &["--resolution", "2000"]].concat()).code(3);
-    let run = run.says(&["MB are needed", "--memory allows 60 MB", "would fit"]);
+    let run = run.says(&["MB of memory", "--memory allows 60 MB", "would fit"]);
     let stderr = run.stderr();
     let rays = stderr.split("--resolution ").nth(1).unwrap().split(',').next().unwrap();
     assert!((50..2000).contains(&rays.parse::<u32>().unwrap()), "{stderr}");

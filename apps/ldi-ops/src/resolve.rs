@@ -323,6 +323,7 @@ fn measure(
         fill: fill(sampling.fill),
         backend,
         check_rays: report.has_json() || common.verbose,
+        memory: None,
         hashes: report.has_json(),
         keep: Keep::from(target.as_ref()),
     };

@@ -4,7 +4,6 @@
 //! may be further off than the ± says.
 
 mod backend;
-mod budget;
 mod forecast;
 #[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
 mod gpu;
@@ -23,11 +22,12 @@ use crate::mesh::{Aabb, ClosedMesh, Precision};
 use crate::sampler::{FillRule, Mode};
 
 pub use self::backend::SumBackend;
-use self::budget::Limit;
 use self::shells::{Shells, Windings};
 use self::steps::{Made, Setting, Step};
 use super::input::{self, InputRequirements, Sides, Solid};
 use super::measure::{Measured, Seconds, Volume, check_pitches};
+use super::memory::Limit;
+use super::raster;
 use super::surface::{self, Imaged};
 use crate::Error;
 use crate::Warning;
@@ -117,11 +117,10 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     warnings.extend(operated.warnings);
     // The surface between two steps comes by its folds on the lattice, and nobody can mend it.
     if operated.report.steps[0].is_folded {
-        let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
         let message = format!(
             "{}: a surface folds over itself, so that the solid lies before some of its facets; all facets were taken from both \
              sides, as a sheet of no thickness each",
-            names.join(", ")
+            raster::names(&solids)
         );
         warnings.push(Warning::new("folded", message));
     }
@@ -199,8 +198,7 @@ fn operate(
     let limit = Limit::new(job.memory);
     let longest = counted_side(operation, solids);
     let Raster { pitch, axes, mode, keep } = raster;
-    let names: Vec<String> = solids.iter().map(|solid| solid.name().to_string()).collect();
-    let names = names.join(", ");
+    let names = raster::names(solids);
     let (lod, names) = (job.lod, &names[..]);
     let setting = Setting { pitch, longest, lod, limit, backend, axes, mode, keep, names, progress };
     let a = closed(&solids[0]);

@@ -5,13 +5,13 @@ use std::fmt::Display;
 use std::time::Instant;
 
 use super::backend::SumBackend;
-use super::budget::{self, Cost, Limit};
 use super::forecast::Forecast;
 use super::spot_check::first_difference;
 use crate::Error;
 use crate::driver::job::Keep;
 use crate::driver::machine;
 use crate::driver::measure::Seconds;
+use crate::driver::memory::{self, Cost, Limit};
 use crate::fixed::{Crossing, Hit, TriangleHit};
 use crate::grid::{Axis, Grid, SumGrid, offset_grid};
 use crate::integrate;
@@ -273,7 +273,7 @@ impl Setting<'_> {
         )?;
         let normals = if self.keep.has_triangles() { BYTES_OF_NORMAL * forecast.samples } else { 0.0 };
         // Membership has exact images of the solid, which has about as many samples.
-        let images = 4.0 * (budget::rays(&grid) + forecast.samples);
+        let images = 4.0 * (memory::rays(&grid) + forecast.samples);
         let beside = ExtraMemory { fixed: BYTES_OF_CLOSEST * facets as f64, of_rays: images.max(normals) };
         let memory_estimate = self.admit::<H>(&grid, &forecast, beside)?;
         let membership = BallMembership::new(&grid, &solid, radius, exterior).map_err(Error::from)?;
@@ -444,22 +444,24 @@ impl Setting<'_> {
     /// besides.
     fn admit<H>(&self, grid: &Grid, forecast: &Forecast, beside: ExtraMemory) -> Result<u64, Error> {
         let Forecast { kept, samples } = *forecast;
-        let rays = budget::rays(grid);
+        let rays = memory::rays(grid);
         // Those of one axis are put together from bands while these are still there.
         let spans = 4.0 * rays + size_of::<H>() as f64 * kept;
         let resolving = spans + (spans / 3.0).max(BYTES_OF_GAP * 0.5 * kept);
         let of_sample = if self.keep.has_triangles() { 8.0 } else { 4.0 };
         let image = (4.0 * rays + of_sample * samples) / 3.0;
         let images = if self.keep == Keep::Sums { 0.0 } else { image * self.axes.len() as f64 };
-        let mesh = if self.keep == Keep::Mesh { machine::BYTES_OF_SAMPLE as f64 * samples } else { 0.0 };
+        let mesh = if self.keep == Keep::Mesh { memory::BYTES_OF_MESH_SAMPLE * samples } else { 0.0 };
         // An image of an estimate is made beside the exact one.
         let retrieving = spans + images + 2.0 * image;
         let cost = Cost {
-            fixed: machine::memory_bytes().unwrap_or(0) as f64 + beside.fixed,
+            fixed: machine::held_memory() as f64 + beside.fixed,
+            of_rows: 0.0,
             of_rays: resolving.max(retrieving).max(images + mesh) + beside.of_rays,
-            of_nodes: self.backend.bits_of_node() / 8.0 * budget::nodes(grid),
+            of_nodes: self.backend.bits_of_node() / 8.0 * memory::nodes(grid),
         };
-        budget::admit(&cost, self.limit, grid, self.longest)?;
+        let subject = format_args!("{}: spans and images", self.names);
+        memory::admit(&cost, self.limit, subject, |factor| memory::coarser(factor, self.longest, grid))?;
         self.backend.admit(grid)?;
         self.progress.detail(format_args!("{kept:.0} crossings are expected, and {} bytes", cost.bytes()));
         Ok(cost.bytes())

@@ -21,6 +21,7 @@ mod topology;
 mod transport;
 mod view;
 
+use crate::grid::LatticeSolid;
 use crate::ldi::{Ldi, Mode, NodePlanes};
 use crate::mesh::LengthUnit;
 use crate::metrics::surface_area::show_every_facet;
@@ -97,16 +98,17 @@ const STAGES: usize = 9;
 pub fn measure(
     subject: Subject,
     settings: &Settings,
+    lattice: LatticeSolid,
     sampler: &dyn Sampler,
     clock: &mut Clock,
     progress: &Monitor,
 ) -> Result<Measurements, Error> {
     progress.expect(STAGES)?;
     let mut record = Record::default();
-    let grid = subject.grid(settings.spacing.in_unit(subject.solid.unit)?, settings.edges)?;
+    let grid = *lattice.grid();
     let stage = |name: &'static str| progress.stage(format!("{}: {name}", subject.solid.name()));
     stage("sampling")?;
-    let images = clock.time("sampling", || subject.sample(&grid, settings.fill, sampler))?;
+    let images = clock.time("sampling", || subject.sample_on(lattice, settings.fill, sampler))?;
     let region = images.region();
     let planes = NodePlanes::new(&images.solid, Mode::Exact).expect("images along the three axes of one grid");
     let solid = clock.time("sampling", || NodeSet::of_planes(&planes));

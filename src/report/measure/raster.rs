@@ -4,24 +4,23 @@ use super::Shells;
 use crate::Error;
 use crate::boolean::{BooleanOperation, merge};
 use crate::driver::input::Solid;
-use crate::driver::job::Spacing;
 use crate::driver::machine;
+use crate::driver::memory::{self, Cost, Limit};
+use crate::driver::raster;
 use crate::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
 use crate::integrate::{AxisVolume, VolumeEstimate};
 use crate::ldi::Ldi;
 use crate::metrics::surface_area::{Scale, SurfaceElements};
 use crate::metrics::{BoundaryCondition, Facets, Region};
 use crate::number::number;
+use crate::report::Settings;
 use crate::sampler::{FillRule, Sampler};
 
 /// Memory per node in bytes while most arrays are alive: a distance, its site, two maps, and smaller data.
-const BYTES_OF_NODE: u64 = 20;
-
-/// Rasters of fewer nodes are never the cause of running out of memory.
-const FEW_NODES: u64 = 1 << 24;
+const BYTES_OF_NODE: f64 = 20.0;
 
 /// Limit of the number of nodes: indices have 31 bits.
-const NODES_MAX: u64 = 1 << 31;
+const NODES_MAX: f64 = 2_147_483_648.0;
 
 /// A solid and its region of interest.
 #[derive(Clone, Copy)]
@@ -33,52 +32,45 @@ pub struct Subject<'s> {
 
 impl Subject<'_> {
     /// Returns a grid whose pitch follows from the region and which contains solid and region.
-    pub fn grid(&self, spacing: Spacing, edges: BoundaryCondition) -> Result<Grid, Error> {
+    pub fn grid(&self, settings: &Settings) -> Result<Grid, Error> {
         let region = self.roi.unwrap_or(self.solid);
-        let bounds = region.bounds();
-        let refused = |error| Error::input(format!("{}: {error}", region.name()));
-        let lod = *LOD_RANGE.start();
-        let of_region = match spacing {
-            Spacing::Resolution(rays) => Grid::with_resolution(bounds, rays, lod),
-            Spacing::Pitch(pitch) => Grid::with_pitch(bounds, pitch, lod),
-            Spacing::Tolerance(_) => unreachable!("reports have no tolerance"),
-        };
-        let of_region = of_region.map_err(refused)?;
-        if edges == BoundaryCondition::Periodic {
+        let spacing = settings.spacing.in_unit(self.solid.unit)?;
+        let of_region = raster::lay(region.bounds(), spacing, *LOD_RANGE.start(), region.name())?;
+        if settings.edges == BoundaryCondition::Periodic {
             self.whole(&of_region)?;
         }
         let grid = match self.roi {
             None => of_region,
             Some(_) => self.grid_of_pitch(of_region.pitch())?,
         };
-        self.admit(&grid)?;
+        self.admit(&grid, Limit::new(settings.memory))?;
         Ok(grid)
     }
 
     /// Rejects rasters whose fields would not fit into memory, before the system kills the process.
-    fn admit(&self, grid: &Grid) -> Result<(), Error> {
-        let nodes: u64 = grid.rays().into_iter().map(u64::from).product();
-        let needed = nodes * BYTES_OF_NODE;
-        let free = machine::free_memory().unwrap_or(u64::MAX);
-        if nodes < NODES_MAX && (needed < free || nodes < FEW_NODES) {
-            return Ok(());
-        }
+    fn admit(&self, grid: &Grid, limit: Limit) -> Result<(), Error> {
+        let nodes = memory::nodes(grid);
         let [x, y, z] = grid.rays();
-        let fits = (free.min(NODES_MAX * BYTES_OF_NODE) as f64 / needed as f64).cbrt();
         let region = self.roi.unwrap_or(self.solid);
-        let longest = region.bounds().extent().max_element() / grid.pitch();
         let sizes = self.roi.map(|roi| {
             let [solid, roi] = [self.solid, roi].map(|solid| number(solid.bounds().extent().max_element()));
             format!("; the solid is {solid} long and the region of interest {roi}: are both in one unit?")
         });
-        Err(Error::machine(format!(
-            "{}: {x} × {y} × {z} nodes need about {} GB, and {} GB are free; about --resolution {} fits{}",
-            self.solid.name(),
-            number((needed as f64 / 1e8).round() / 10.0),
-            number((free as f64 / 1e8).round() / 10.0),
-            (0.95 * fits * longest).floor().max(1.0),
-            sizes.unwrap_or_default(),
-        )))
+        let way_out = |factor| {
+            let advice = memory::coarser(factor, region.bounds().extent().max_element(), grid);
+            advice + &sizes.unwrap_or_default()
+        };
+        if nodes >= NODES_MAX {
+            let factor = (nodes / (0.9 * NODES_MAX)).cbrt();
+            return Err(Error::machine(format!(
+                "{}: {x} × {y} × {z} nodes (limit {NODES_MAX}); {}",
+                self.solid.name(),
+                way_out(Some(factor))
+            )));
+        }
+        let cost = Cost { fixed: machine::held_memory() as f64, of_nodes: BYTES_OF_NODE * nodes, ..Cost::default() };
+        let subject = format_args!("{}: the fields of {x} × {y} × {z} nodes", self.solid.name());
+        memory::admit(&cost, limit, subject, way_out)
     }
 
     /// Returns a grid of another pitch that contains solid and region.
@@ -109,12 +101,21 @@ impl Subject<'_> {
 
     /// Samples the solid and its region.
     pub fn sample<'s>(&'s self, grid: &Grid, fill: FillRule, sampler: &dyn Sampler) -> Result<Images<'s>, Error> {
-        let lattice = self.solid.quantise(grid)?;
+        self.sample_on(self.solid.quantise(grid)?, fill, sampler)
+    }
+
+    /// Samples the solid, which is on the lattice already, and its region.
+    pub fn sample_on<'s>(
+        &'s self,
+        lattice: LatticeSolid<'s>,
+        fill: FillRule,
+        sampler: &dyn Sampler,
+    ) -> Result<Images<'s>, Error> {
         let solid = along_axes(|axis| Ok(sampler.sample_surface(&lattice, axis, fill)?))?;
         let within = match self.roi {
             None => None,
             Some(roi) => {
-                let (roi_lattice, volume) = (roi.quantise(grid)?, roi.volume);
+                let (roi_lattice, volume) = (roi.quantise(lattice.grid())?, roi.volume);
                 let roi = along_axes(|axis| Ok(sampler.sample_surface(&roi_lattice, axis, fill)?))?;
                 let common = along_axes(|axis| {
                     let axis = axis.depth();

@@ -59,6 +59,7 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
             FacetChoice::Flat => Facets::Flat,
         },
         to: output,
+        memory: None,
         hashes: report.has_json(),
     };
     Ok(invocation(Job::Render(Command { job, inputs, target: None, report }), &common))

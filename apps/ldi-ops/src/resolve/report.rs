@@ -59,6 +59,7 @@ pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Error> {
         build: direction(build),
         overhang_angle,
         kozeny,
+        memory: None,
         backend: backend(backend_choice, adapter)?,
     };
     let placed = |path, placement| Input { name: None, path, placement };

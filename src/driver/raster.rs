@@ -1,0 +1,32 @@
+//! The raster of an operation: laid around its solids at the spacing that a job asks for.
+
+use std::fmt::Display;
+
+use super::input::Solid;
+use super::job::Spacing;
+use crate::Error;
+use crate::grid::Grid;
+use crate::mesh::Aabb;
+
+/// Lays a raster around a box; `name` says in errors whose.
+///
+/// # Errors
+/// Boxes that no lattice can hold at this spacing.
+pub fn lay(bounds: Aabb, spacing: Spacing, lod: u32, name: impl Display) -> Result<Grid, Error> {
+    let grid = match spacing {
+        Spacing::Resolution(rays) => Grid::with_resolution(bounds, rays, lod),
+        Spacing::Pitch(pitch) => Grid::with_pitch(bounds, pitch, lod),
+        Spacing::Tolerance(_) => unreachable!("a refinement lays rasters by their resolution"),
+    };
+    grid.map_err(|error| Error::input(format!("{name}: {error}")))
+}
+
+/// Returns the box around all solids.
+pub fn common_box(solids: &[Solid]) -> Aabb {
+    solids.iter().map(Solid::bounds).reduce(|a, b| a.union(b)).expect("an operation has an input")
+}
+
+/// Returns the names of all solids, for messages.
+pub fn names(solids: &[Solid]) -> String {
+    solids.iter().map(|solid| solid.name().to_string()).collect::<Vec<_>>().join(", ")
+}
