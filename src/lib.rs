@@ -73,6 +73,7 @@
 
 pub mod allocation;
 pub mod boolean;
+mod cancel;
 mod cell;
 mod closest;
 pub mod driver;

@@ -3,14 +3,15 @@
 use std::fmt::Display;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::Error;
 
 /// A listener to a long operation. All methods may be called from any thread.
 pub trait Progress: Sync {
-    /// Takes the stage that runs and how many of its steps are done; `total` is 0 where their number is not known. The answer
-    /// `Break` stops the operation, which then ends with [`Error::Cancelled`].
+    /// Takes the stage that runs and how many of its steps are done; `total` is 0 where their number is not known. It is called
+    /// at every step, and every 50 ms without one. The answer `Break` stops the operation, which then ends with
+    /// [`Error::Cancelled`] within 0.2 s and leaves no file.
     fn update(&self, stage: &str, done: u64, total: u64) -> ControlFlow<()>;
 
     /// Takes a line about the course of the operation: times and counts.
@@ -21,7 +22,7 @@ pub trait Progress: Sync {
 pub struct Monitor<'p> {
     listener: Option<&'p dyn Progress>,
     state: Mutex<State>,
-    is_stopped: AtomicBool,
+    is_stopped: Arc<AtomicBool>,
 }
 
 #[derive(Default)]
@@ -34,7 +35,7 @@ struct State {
 impl<'p> Monitor<'p> {
     /// Listens on behalf of nobody, or of a caller.
     pub fn new(listener: Option<&'p dyn Progress>) -> Monitor<'p> {
-        Monitor { listener, state: Mutex::default(), is_stopped: AtomicBool::new(false) }
+        Monitor { listener, state: Mutex::default(), is_stopped: Arc::default() }
     }
 
     /// Begins a stage.
@@ -58,6 +59,16 @@ impl<'p> Monitor<'p> {
         if let Some(listener) = self.listener {
             listener.detail(&line.to_string());
         }
+    }
+
+    /// Repeats the state to the listener, which may then stop the operation.
+    pub(crate) fn heartbeat(&self) -> Result<(), Error> {
+        self.change(|_| {})
+    }
+
+    /// Returns the flag that is raised when the listener stops the operation.
+    pub(crate) fn stop_flag(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.is_stopped)
     }
 
     fn change(&self, change: impl FnOnce(&mut State)) -> Result<(), Error> {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 
+use crate::cancel::stoppable;
 use crate::driver::bound::Bound;
 use crate::driver::job::Finish;
 #[cfg(feature = "npz")]
@@ -19,7 +20,7 @@ use crate::mesh::io::Format;
 use crate::mesh::{LengthUnit, Precision, TriangleMesh};
 #[cfg(feature = "npz")]
 use crate::voxels;
-use crate::{Error, Estimate, Monitor, Warning};
+use crate::{Error, Estimate, Monitor, Progress, Warning};
 
 /// The images of a shape along the axes that were asked for, with all that made them.
 #[derive(Debug)]
@@ -95,7 +96,7 @@ impl Sampled {
     /// Images that were not made along all three axes.
     pub fn surface(&self) -> Result<SurfaceMesh<'_>, Error> {
         match self.measured.images.len() {
-            3 => Ok(SurfaceMesh { measured: &self.measured, finish: Finish::default() }),
+            3 => Ok(SurfaceMesh { measured: &self.measured, finish: Finish::default(), progress: None }),
             _ => Err(Error::Usage("a surface needs images along all axes: leave Settings::axes as it is".to_owned())),
         }
     }
@@ -156,13 +157,14 @@ impl Sampled {
 }
 
 /// The surface of sampled images: a closed, oriented 2-manifold.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct SurfaceMesh<'s> {
     measured: &'s Measured,
     finish: Finish,
+    progress: Option<&'s dyn Progress>,
 }
 
-impl SurfaceMesh<'_> {
+impl<'s> SurfaceMesh<'s> {
     /// Asks for fewer triangles, none further from the surface than a distance in the unit of the solid.
     pub fn simplified(mut self, distance: f64) -> Self {
         self.finish.simplify = Some(Bound::Length(Length { value: distance, unit: None }));
@@ -175,13 +177,18 @@ impl SurfaceMesh<'_> {
         self
     }
 
+    /// Sets the listener that hears of stages and may stop the work.
+    pub fn progress(mut self, progress: &'s dyn Progress) -> Self {
+        self.progress = Some(progress);
+        self
+    }
+
     /// Returns the mesh, in `f64`.
     ///
     /// # Errors
     /// Meshes that do not fit into memory, and results whose mesh is no manifold.
     pub fn mesh(&self) -> Result<TriangleMesh, Error> {
-        let imaged = self.measured.imaged();
-        Ok(surface::mesh(&imaged, self.finish, Precision::Double, &Monitor::new(None))?.0)
+        self.run(|monitor| Ok(surface::mesh(&self.measured.imaged(), self.finish, Precision::Double, monitor)?.0))
     }
 
     /// Writes the mesh, in the format of the extension; the file appears whole or not at all.
@@ -191,10 +198,19 @@ impl SurfaceMesh<'_> {
     /// that of the images.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<SurfaceReport, Error> {
         let path = path.as_ref();
-        let (report, warnings) = surface::write(&self.measured.imaged(), path, self.finish, &Monitor::new(None))?;
+        let (report, warnings) =
+            self.run(|monitor| surface::write(&self.measured.imaged(), path, self.finish, monitor))?;
         match (&report.path, warnings.last()) {
             (None, Some(refusal)) => Err(Error::input(refusal)),
             _ => Ok(report),
+        }
+    }
+
+    fn run<T: Send>(&self, work: impl FnOnce(&Monitor) -> Result<T, Error> + Send) -> Result<T, Error> {
+        let monitor = Monitor::new(self.progress);
+        match self.progress {
+            None => work(&monitor),
+            Some(_) => stoppable(&monitor, 0, || work(&monitor)),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Settings of an operation.
 
 use crate::Error;
+use crate::cancel::stoppable;
 use crate::driver::job::{Backend, Keep, MeasureJob, Measurement, Openness, Spacing, SumJob, SumOperation};
 use crate::grid::Axis;
 use crate::length::Length;
@@ -159,12 +160,11 @@ impl<'p> Settings<'p> {
 
     /// Runs an operation on the threads of the settings, with a monitor of its progress.
     pub(crate) fn run<T: Send>(&self, operation: impl FnOnce(&Monitor) -> Result<T, Error> + Send) -> Result<T, Error> {
-        let run = || operation(&Monitor::new(self.progress));
-        if self.threads == 0 {
-            return run();
+        let monitor = Monitor::new(self.progress);
+        match (self.progress, self.threads) {
+            (None, 0) => operation(&monitor),
+            _ => stoppable(&monitor, self.threads, || operation(&monitor)),
         }
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build();
-        pool.map_err(|error| Error::machine(format!("no threads could be started: {error}")))?.install(run)
     }
 
     pub(crate) fn measure_job(&self, measurement: Measurement, keep: Keep) -> Result<MeasureJob, Error> {

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::cancel::checkpoint;
 use crate::ldi::Ldi;
 
 /// Surface hits of an image, from which an area is estimated.
@@ -29,6 +30,7 @@ pub fn surface_hits(image: &Ldi, facing: impl Fn(u32) -> f64 + Sync) -> SurfaceH
     let triangles = image.triangles().expect("the image was sampled with triangles");
     let (columns, rows) = image.size();
     let of_row = |row: u32| {
+        checkpoint();
         let mut hits = SurfaceHits::default();
         for ray in row * columns..(row + 1) * columns {
             let (start, samples) = (image.offsets()[ray as usize] as usize, image.samples(ray));

@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use crate::cancel::checkpoint;
 use crate::ldi::{Ldi, Spans};
 
 /// Volume, first and second moments of a solid of unit density.
@@ -35,6 +36,7 @@ struct MomentSums {
 impl MomentSums {
     /// Returns the sums over one row of columns.
     fn of_row(image: &Ldi, row: u32) -> MomentSums {
+        checkpoint();
         let (columns, _) = image.size();
         let mut sums = MomentSums::default();
         for column in 0..columns {

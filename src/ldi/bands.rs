@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-#[cfg(feature = "gpu")]
 use super::LdiError;
 use super::{Ldi, Windings};
+#[cfg(feature = "gpu")]
+use crate::cancel::checkpoint;
 use crate::grid::{Axis, Grid};
 
 /// An image has more samples than its 32-bit offsets can index.
@@ -94,6 +95,7 @@ pub fn image_from_bands<S>(
         let images: Vec<BandImage> = wave
             .into_par_iter()
             .map_init(&new_stage, |stage, band| {
+                checkpoint();
                 let first = band as u32 * band_rows;
                 let mut image = BandImage::default();
                 run(stage, first..rows.min(first + band_rows), &mut image);

@@ -25,6 +25,7 @@ use rayon::prelude::*;
 
 use super::meet::{are_parted, meet, widest_axis};
 use super::{Aabb, ClosedMesh, TriangleMesh, check};
+use crate::cancel::checkpoint;
 use crate::union_find::UnionFind;
 
 /// The reason why the winding number of a mesh is not proved to be 0 or 1.
@@ -245,6 +246,7 @@ impl<'m> Surface<'m> {
 
     /// Tests the pairs of a cell; returns the least one that meets.
     fn within_cell(&self, level: &Level, cell: u32) -> Option<[u32; 2]> {
+        checkpoint();
         let members = level.members(cell);
         if members.len() < 2 {
             return None;

@@ -24,6 +24,7 @@ use rayon::prelude::*;
 
 use super::segments::{End, flush, stretches};
 use super::{BoundaryCondition, Distribution, Phase, Region};
+use crate::cancel::checkpoint;
 use crate::ldi::{Ldi, Spans};
 
 /// The weight of a chord.
@@ -98,6 +99,7 @@ impl Chords {
         let flush = flush(image.grid());
         let joins = edges == BoundaryCondition::Periodic && region.is_box();
         let of_row = |row: u32| {
+            checkpoint();
             let mut found = Found::default();
             let mut of_ray = Vec::new();
             for ray in row * columns..(row + 1) * columns {

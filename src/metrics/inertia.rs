@@ -10,6 +10,7 @@ use rayon::prelude::*;
 pub use super::eigen::Principal;
 use super::segments::stretches;
 use super::{Phase, Region};
+use crate::cancel::checkpoint;
 use crate::integrate::{Moments, moments};
 use crate::ldi::{Ldi, Spans};
 
@@ -70,6 +71,7 @@ fn combined(parts: &[(Moments, f64)]) -> Moments {
 fn solid_within(image: &Ldi, region: &Region) -> Ldi {
     let (columns, rows) = image.size();
     let of_row = |row: u32| {
+        checkpoint();
         let (mut counts, mut depths) = (Vec::with_capacity(columns as usize), Vec::new());
         for ray in row * columns..(row + 1) * columns {
             let before = depths.len();

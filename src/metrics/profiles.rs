@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::segments::stretches;
 use super::{Phase, Region};
+use crate::cancel::checkpoint;
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Ldi, Spans};
 
@@ -113,6 +114,7 @@ impl ImageSums {
     fn of(image: &Ldi, region: &Region) -> ImageSums {
         let (columns, rows) = image.size();
         let of_row = |row: u32| -> Vec<Lengths> {
+            checkpoint();
             (row * columns..(row + 1) * columns).map(|ray| Lengths::of_ray(image, region, ray)).collect()
         };
         let added = |mut all: Vec<Lengths>, part: Vec<Lengths>| {

@@ -12,6 +12,7 @@
 use rayon::prelude::*;
 
 use super::{Exterior, Polyhedron, Primitives};
+use crate::cancel::checkpoint;
 use crate::fixed::{Crossing, Pixels};
 use crate::grid::{Axis, Grid, LATTICE_MAX, LatticeBox};
 use crate::sampler::cpu::CpuSampler;
@@ -138,6 +139,7 @@ impl VoxelSet {
             (0..size[i] as i32).contains(&at).then_some(at as usize)
         };
         self.bits.par_chunks_mut(words * size[1]).enumerate().for_each(|(plane, bits)| {
+            checkpoint();
             for (y, z, run) in &runs {
                 let corner_z = plane as i32 + first[2] - touched.first[2] - *z as i32 - levels[0].first[2];
                 if !(0..levels[0].size[2] as i32).contains(&corner_z) {
@@ -260,6 +262,7 @@ impl Occupancy {
         let mut full = touched.clone();
         let voxel = |i: usize, position: i32| ((position >> shift) + margin[i] as i32) as usize;
         for triangle in solid.triangles() {
+            checkpoint();
             let corners = triangle.map(|v| solid.positions()[v as usize].map(f64::from));
             for_each_point(&corners, shift, |point| {
                 let [x, y, z] = std::array::from_fn(|i| voxel(i, point[i] as i32));

@@ -3,6 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::cancel::checkpoint;
+
 /// Enlargement of the boxes of triangles, in pitches, as they are also tested rounded.
 const PADDING: f64 = 1e-3;
 
@@ -59,6 +61,7 @@ pub fn pairs(
     places.par_sort_unstable_by_key(|place| place.0);
     let groups: Vec<&[(u64, u32)]> = places.chunk_by(|a, b| a.0 == b.0).collect();
     let in_group = |group: &&[(u64, u32)]| {
+        checkpoint();
         let mut found = Vec::new();
         let of_group = || group.iter().map(|&(_, i)| &candidates[i as usize]);
         for (i, one) in of_group().enumerate() {

@@ -41,6 +41,7 @@ pub mod simplify;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::cancel::checkpoint;
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Ldi, Mode, NodePlanes, NodesError};
 use crate::mesh::{Precision, TriangleMesh};
@@ -205,6 +206,7 @@ impl<'a> Contour<'a> {
 
     /// Adds the vertices of some layers of cells, and the triangles of their edges except those of their last plane.
     fn add_layers(&mut self, range: std::ops::Range<i32>) -> Result<(), SurfaceError> {
+        checkpoint();
         let slab = EdgeSlab::new(&self.source, range.clone());
         self.sub_resolution = self.sub_resolution.plus(slab.sub_resolution);
         self.disagreements += slab.nodes.disagreements(range.start + 1..range.end + 1);
@@ -236,6 +238,7 @@ impl<'a> Contour<'a> {
             .into_par_iter()
             .map(|k| {
                 let mut patch = Patch::default();
+                checkpoint();
                 for axis in 0..3 {
                     for node in slab.crossed_in(axis, k) {
                         self.add_quad(&mut patch, Quad::around(&slab, axis, node, layer_of));

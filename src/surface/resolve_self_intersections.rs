@@ -37,6 +37,7 @@ use super::edges::Bits;
 use super::features::{CellFilter, Feature, Features};
 use super::intersect::{Candidate, pairs};
 use super::quads::Cut;
+use crate::cancel::checkpoint;
 use crate::grid::Grid;
 use crate::mesh::Precision;
 use crate::mesh::meet::meet;
@@ -205,6 +206,7 @@ impl<'a> Tangle<'a> {
 
     /// Returns the quadrilaterals, by number, that have any of some vertices for a corner.
     fn quads_of(&self, vertices: &Chosen) -> Chosen {
+        checkpoint();
         let quad = |at: usize, bit: usize| self.triangles.get(128 * at + 2 * bit..128 * at + 2 * bit + 2);
         let has = |quad: &[[u32; 3]]| quad.as_flattened().iter().any(|&vertex| vertices.has(vertex));
         let word = |at: usize| (0..64).fold(0, |bits, bit| bits | u64::from(quad(at, bit).is_some_and(has)) << bit);
@@ -214,6 +216,7 @@ impl<'a> Tangle<'a> {
 
     /// Cuts the quadrilaterals of the features, and returns the suspects among their corners.
     fn cut_all(&mut self) -> Vec<u32> {
+        checkpoint();
         let (features, vertices) = (self.features, &*self.vertices);
         let cuts: Vec<Cut> = features.quads.par_iter().with_min_len(256).map(|open| open.quad.cut(vertices)).collect();
         for (open, cut) in features.quads.iter().zip(&cuts) {
@@ -235,6 +238,7 @@ impl<'a> Tangle<'a> {
 
     /// Returns the vertices whose held positions are in some cells.
     fn at_home_in(&self, cells: &CellFilter) -> Chosen {
+        checkpoint();
         let features = self.features;
         let is_in = |vertex: usize| {
             let home = features.of_vertex(vertex as u32).map_or(self.vertices[vertex], |i| features.all[i].held);

@@ -40,6 +40,7 @@ use thiserror::Error;
 
 use self::patch::{Near, Patch, Share};
 use super::manifold::{Faults, ManifoldFailure, ManifoldReport};
+use crate::cancel::checkpoint;
 use crate::closest::longest;
 use crate::mesh::{Aabb, Precision, TriangleMesh};
 
@@ -241,6 +242,7 @@ fn resolve(
     let mut stale = vec![true; patches.len()];
     for round in 1.. {
         patches.par_iter_mut().zip(&stale).filter(|(_, stale)| **stale).for_each(|(patch, _)| {
+            checkpoint();
             patch.decimate(original, bound);
         });
         *rounds += 1;
@@ -261,6 +263,7 @@ fn resolve(
         let concerned = lock_near(patches, original, bound, &broken, &places, round);
         if round >= ROUNDS {
             patches.par_iter_mut().zip(concerned).filter(|(_, concerned)| *concerned).for_each(|(patch, _)| {
+                checkpoint();
                 patch.leave(original);
             });
         }
@@ -287,6 +290,7 @@ fn lock_near(
     let least = |point: DVec3| boxes.iter().map(|around| from_box(point, around)).fold(f64::INFINITY, f64::min);
     let reach: Vec<f64> = places.par_iter().map(|&place| least(place) + 2.0 * bound).collect();
     let near = patches.par_iter().zip(&boxes).map(|(patch, around)| {
+        checkpoint();
         let is_near = |&place: &usize| from_box(places[place], around) <= reach[place];
         let candidates: Vec<usize> = (0..places.len()).filter(is_near).collect();
         if candidates.is_empty() {
@@ -301,6 +305,7 @@ fn lock_near(
         closest[*place] = closest[*place].min(near.distance);
     }
     let concerned = patches.par_iter_mut().zip(near).map(|(patch, near)| {
+        checkpoint();
         let is_broken = broken.iter().any(|&vertex| patch.has(vertex));
         if is_broken {
             patch.lock_around(broken, round);

@@ -15,6 +15,7 @@ mod minkowski;
 mod models;
 mod process;
 mod sampling;
+mod stop;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -193,6 +194,18 @@ enum Benchmark {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Long operations, each stopped by its listener at random moments: how long they go on
+    Stop {
+        /// Only these operations, by name, with commas between; a wrong name lists all
+        #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+        only: Vec<String>,
+        /// Random moments for each operation
+        #[arg(long, default_value_t = 50)]
+        rounds: usize,
+        /// Also write everything as JSON
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
     /// Metrics of voxel arrays, as JSON on stdout, with how long each took
     Metrics {
         /// Arrays of uint8, not 0 where solid; a[i, j, k] is the voxel (x, y, z)
@@ -252,6 +265,7 @@ fn main() -> ExitCode {
         Benchmark::Gpu { adapter, models, resolution, rounds, json } => {
             gpu::run(&gpu::Plan { adapter, models, resolution, rounds: rounds.max(1) }, json.as_deref())
         }
+        Benchmark::Stop { only, rounds, json } => stop::run(&only, rounds.max(1), json.as_deref()),
         Benchmark::Metrics { arrays, balls, only, rounds, maps, threads } => {
             let measures = if only.is_empty() { metrics::Measure::ALL.to_vec() } else { only };
             metrics::run(&metrics::Plan { arrays, balls, measures, rounds, maps, threads })

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 
 use super::flood::LEAST;
 use super::steps::{Cube, MIDDLE, Steps, bits, members};
+use crate::cancel::checkpoint;
 use crate::metrics::NodeSet;
 
 /// Marks a node outside the set.
@@ -125,7 +126,10 @@ impl<'a> Basins<'a> {
 
     fn each_row(&self, work: impl Fn(usize, usize) + Sync) {
         let [_, height, depth] = self.steps.size();
-        (0..depth * height).into_par_iter().with_min_len(16).for_each(|row| work(row % height, row / height));
+        (0..depth * height).into_par_iter().with_min_len(16).for_each(|row| {
+            checkpoint();
+            work(row % height, row / height);
+        });
     }
 
     /// Returns the bottlenecks of all nodes, from sources that belong to the set.
@@ -201,6 +205,7 @@ impl<'a> Basins<'a> {
         let mut waiting: BinaryHeap<_> = sources.map(|(basin, &begin)| entry(begin, basin)).collect();
         let mut reached = begins;
         while let Some((bits, Reverse(basin))) = waiting.pop() {
+            checkpoint();
             let so_far = f32::from_bits(bits);
             if so_far < reached[basin as usize] {
                 continue;

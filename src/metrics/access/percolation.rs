@@ -4,6 +4,7 @@ use super::ends::Ends;
 use super::flood::{LEAST, widest};
 use super::queue::{LEVELS, Queue};
 use super::steps::{MIDDLE, Steps, bits};
+use crate::cancel::checkpoint;
 use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// The largest ball that passes from one end to the other, and its bottleneck.
@@ -42,6 +43,7 @@ pub fn percolation(radii: &[f32], nodes: &NodeSet, ends: &Ends, edges: BoundaryC
         queue.push(room.radius(index, source), index);
     }
     while let Some((so_far, index)) = queue.pop() {
+        checkpoint();
         let node = steps.place(index);
         if ends.high.contains(&node[ends.axis().depth()]) {
             return Some(ways.narrowest(node, &room));

@@ -27,6 +27,7 @@ use envelope::{Envelope, Nearest, along};
 
 use super::BoundaryCondition;
 use crate::allocation::vec_with_room;
+use crate::cancel::checkpoint;
 use crate::grid::Axis;
 
 /// Planes in one task.
@@ -209,6 +210,7 @@ impl Transform<'_> {
         planes.for_each_init(
             || self.scratch(plane),
             |Scratch { rows, columns, envelope }, (z, (values, sites))| {
+                checkpoint();
                 for (x, column) in columns.chunks_exact_mut(height).enumerate() {
                     let row = z * width + x;
                     let number = self.firsts[0] + self.crossings.first(Axis::Y, row);
@@ -238,6 +240,7 @@ impl Transform<'_> {
             || self.scratch(BLOCK * depth),
             |Scratch { rows: block, envelope, .. }, (mut values, mut sites)| {
                 for first in (0..width).step_by(BLOCK) {
+                    checkpoint();
                     let columns = first..width.min(first + BLOCK);
                     for (z, (values, sites)) in values.iter().zip(&sites).enumerate() {
                         let found = values[columns.clone()].iter().zip(&sites[columns.clone()]);
@@ -269,6 +272,7 @@ impl Transform<'_> {
                 cursors.fill(UNKNOWN);
                 let planes = values.chunks_mut(plane).zip(sites.chunks_mut(plane));
                 for (z, (values, sites)) in (slab * PLANES..).zip(planes) {
+                    checkpoint();
                     for (column, (cursor, nearest)) in cursors.iter_mut().zip(&mut *rows).enumerate() {
                         *nearest = self.nearest_of_column(column, z as f32, cursor);
                     }

@@ -35,6 +35,7 @@ use rayon::prelude::*;
 
 use super::components::{Components, Connectivity};
 use super::{BoundaryCondition, NodeSet};
+use crate::cancel::checkpoint;
 
 pub use region::{Topology, contribution};
 pub use surface::SurfaceCharacteristic;
@@ -63,6 +64,7 @@ pub fn characteristic(set: &NodeSet, connectivity: Connectivity, edges: Boundary
         BoundaryCondition::Clip | BoundaryCondition::Border => [rows + 1, planes + 1],
     };
     let of_plane = |z: usize| -> i64 {
+        checkpoint();
         let of_row = |y: usize| {
             let around = [row(y - 1, z - 1), row(y, z - 1), row(y - 1, z), row(y, z)];
             let by_word = |word: usize| {

@@ -42,6 +42,7 @@ use rayon::prelude::*;
 
 use super::NodeSet;
 use super::distance::DistanceField;
+use crate::cancel::checkpoint;
 
 /// A ball within a phase, in pitches.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,6 +88,7 @@ pub fn radii(field: &DistanceField, nodes: &NodeSet, balls: &[Ball]) -> Vec<f32>
 fn each_of(map: &mut [f32], nodes: &NodeSet, change: impl Fn(usize, &mut f32) + Sync) {
     let [columns, rows, _] = nodes.size();
     map.par_chunks_mut(columns.max(1)).enumerate().for_each(|(row, map)| {
+        checkpoint();
         let (y, z) = (row % rows, row / rows);
         for (x, value) in map.iter_mut().enumerate().filter(|(x, _)| nodes.contains([*x, y, z])) {
             change(row * columns + x, value);

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::Ball;
 use super::thin::{moved, thin_out};
+use crate::cancel::checkpoint;
 use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// The value of a node that no ball covers.
@@ -30,6 +31,7 @@ pub fn paint(balls: &[Ball], sizes: &[f32], nodes: &NodeSet, edges: BoundaryCond
     let by_plane = ByPlane::of(&order, balls, planes, edges);
     let mut map = vec![0.0; nodes.volume()];
     map.par_chunks_mut((columns * rows).max(1)).enumerate().for_each(|(z, plane)| {
+        checkpoint();
         let mut canvas = Canvas::new(nodes, z, edges);
         for &index in by_plane.at(z) {
             if canvas.unpainted == 0 {
@@ -202,6 +204,7 @@ fn fill(map: &mut [f32], nodes: &NodeSet, edges: BoundaryCondition) {
     let size @ [columns, rows, _] = nodes.size();
     let mut left: Vec<usize> = (0..map.len()).into_par_iter().filter(|&index| map[index] == UNPAINTED).collect();
     while !left.is_empty() {
+        checkpoint();
         let greatest = |&index: &usize| {
             let node = [index % columns, index / columns % rows, index / columns / rows];
             let around = (0..27).filter_map(|place: i64| {

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::Ball;
+use crate::cancel::checkpoint;
 use crate::metrics::distance::DistanceField;
 use crate::metrics::{BoundaryCondition, NodeSet};
 
@@ -54,6 +55,7 @@ pub fn largest_balls(field: &DistanceField, nodes: &NodeSet) -> Vec<Ball> {
     (0..rows * planes)
         .into_par_iter()
         .flat_map_iter(|row| {
+            checkpoint();
             let (y, z) = (row % rows, row / rows);
             let in_row = (0..columns).filter(move |&x| nodes.contains([x, y, z]));
             in_row.filter(move |&x| near.is_ridge([x, y, z])).map(move |x| near.ball([x, y, z]))

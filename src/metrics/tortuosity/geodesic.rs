@@ -5,6 +5,7 @@ use std::collections::BinaryHeap;
 
 use super::TortuosityError;
 use crate::allocation::vec_with_room;
+use crate::cancel::checkpoint;
 use crate::grid::Axis;
 use crate::metrics::access::steps::{MIDDLE, Steps, bits};
 use crate::metrics::{BoundaryCondition, NodeSet};
@@ -102,6 +103,7 @@ impl<'a> Front<'a> {
     /// Returns the lengths of the shortest paths to all nodes; infinite where there is none.
     fn march(mut self) -> Vec<f32> {
         while let Some((length, index)) = self.waiting.pop() {
+            checkpoint();
             let node = self.steps.place(index);
             if !self.resolved.contains(node) {
                 self.resolved.insert(node);

@@ -3,6 +3,7 @@
 use super::cycle::Hierarchy;
 use super::operator::{Fine, Operator};
 use super::sums::{dot, each};
+use crate::cancel::checkpoint;
 
 /// The convergence data of a solution.
 pub(super) struct Solved {
@@ -34,6 +35,7 @@ pub(super) fn solve(
     let (mut direction, mut image) = (vec![0.0; count], vec![0.0; count]);
     let mut energy = 0.0;
     for iteration in 0..limit {
+        checkpoint();
         if now <= tolerance {
             return Solved { iterations: iteration, residual: now };
         }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::view::{Footprint, View};
 use super::{BallPatches, Patch};
+use crate::cancel::checkpoint;
 use crate::fixed::{Crossing, Hit, Pixels};
 use crate::grid::{Axis, Grid};
 use crate::ldi::TooManySamples;
@@ -55,6 +56,7 @@ impl BallPatches<'_> {
         let sorted = if self.covers_all(exterior) { Vec::new() } else { self.by_band(&view, bands as usize) };
         let pixels = Pixels::new(grid.shift());
         let of_band = |crossings: &mut BandCrossings<H>, band: u32| {
+            checkpoint();
             let rows = band * BAND_ROWS..rows.min((band + 1) * BAND_ROWS);
             crossings.begin(rows.len() * columns as usize);
             let seen_rows = rows.start as i32..rows.end as i32;

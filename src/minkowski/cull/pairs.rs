@@ -4,6 +4,7 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 
 use super::gauss::Patch;
+use crate::cancel::checkpoint;
 
 /// Patches that one task looks up; results are in the order of the patches, independent of threads.
 const PATCHES_PER_TASK: usize = 512;
@@ -29,6 +30,7 @@ fn look_up<T: Send>(queries: &[Patch], held: &[Patch], visit: impl Fn(&Patch, &P
     let indices = (0..held.len() as u32).collect();
     let hierarchy = PlocBuilder::new().build(PlocSearchDistance::Low, held, indices, SortPrecision::U64, 0);
     let of_task = |queries: &[Patch]| {
+        checkpoint();
         let (mut kept, mut visited) = (Vec::new(), 0);
         for query in queries {
             hierarchy.aabb_traverse(query.bounds, |hierarchy, node| {

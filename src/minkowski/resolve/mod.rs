@@ -29,6 +29,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use super::{Exterior, Membership, RaySpans};
+use crate::cancel::checkpoint;
 use crate::fixed::Hit;
 use crate::grid::{Axis, Grid};
 use layer::Raster;
@@ -209,6 +210,7 @@ fn test(points: &[[i32; 3]], membership: &impl Membership, progress: &(dyn Fn(u6
     let mut answers = vec![false; points.len()];
     let batches = answers.par_chunks_mut(BATCH).zip(points.par_chunks(BATCH));
     batches.for_each_init(Default::default, |memory, (answers, points)| {
+        checkpoint();
         for (answer, &point) in answers.iter_mut().zip(points) {
             *answer = membership.contains(point, memory);
         }

@@ -6,6 +6,7 @@ use super::ResolveError;
 use super::layer::{Layer, Raster, find_runs, link, link_row};
 use super::masks::{Masks, RayGap, Rays};
 use super::sets::{IN, OUT, Sets};
+use crate::cancel::checkpoint;
 use crate::fixed::Hit;
 use crate::minkowski::{Exterior, RaySpans};
 
@@ -198,6 +199,7 @@ impl<H: Hit> Slab<'_, H> {
 
     /// Applies the rays along x to one plane.
     fn cast_along_x(&mut self, z: usize, walls: &mut [u64]) {
+        checkpoint();
         let (rows, words) = (self.raster.nodes[1], self.raster.words);
         let rays = Rays::new(self.raster, &self.spans[0], self.exterior);
         let (mut inside, mut hull) = (vec![0; words], vec![0; words]);

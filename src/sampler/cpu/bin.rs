@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::cancel::checkpoint;
 use crate::fixed::{Pixels, ViewPosition};
 use crate::grid::{Axis, LatticeBox, LatticeSolid};
 use crate::sampler::layout::Window;
@@ -113,6 +114,7 @@ impl<'s> Bins<'s> {
         let chunks = (0..triangles.div_ceil(CHUNK))
             .into_par_iter()
             .map_init(Default::default, |(near, wide): &mut (Vec<_>, Vec<_>), chunk| {
+                checkpoint();
                 near.clear();
                 wide.clear();
                 for triangle in chunk * CHUNK..triangles.min((chunk + 1) * CHUNK) {

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::bin::Bins;
 use super::raster::BandCrossings;
 use super::{CpuSampler, Estimator, exact};
+use crate::cancel::checkpoint;
 use crate::fixed::{Crossing, Hit, Pixels};
 use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::ldi::{Ldi, TooManySamples, Windings, image_from_bands};
@@ -38,6 +39,7 @@ impl CpuSampler {
         let bands: Vec<BandLists<H>> = (0..rows.div_ceil(band_rows))
             .into_par_iter()
             .map_init(BandCrossings::<H>::default, |crossings, band| {
+                checkpoint();
                 let first = band * band_rows;
                 let rows = first..rows.min(first + band_rows);
                 let rays = rows.len() as u32 * columns;
