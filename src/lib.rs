@@ -71,7 +71,6 @@
 // Parts that only some formats and outputs use.
 #![cfg_attr(not(feature = "cpu"), allow(dead_code, unused_imports, unused_mut, unused_variables, unreachable_code))]
 
-pub mod allocation;
 pub mod boolean;
 mod cancel;
 mod cell;
@@ -79,22 +78,16 @@ mod closest;
 pub mod driver;
 mod error;
 mod estimate;
-pub mod excerpt;
 pub mod fixed;
 pub mod gpu;
 pub mod grid;
-pub mod input;
 pub mod integrate;
 pub mod ldi;
-pub mod length;
 pub mod mesh;
 pub mod metrics;
 pub mod minkowski;
-pub mod number;
-pub mod output;
 #[cfg(feature = "picture")]
 pub mod picture;
-pub mod placement;
 mod progress;
 #[cfg(feature = "report")]
 pub mod report;
@@ -106,13 +99,31 @@ mod solid;
 pub mod solids;
 pub mod surface;
 mod union_find;
-pub mod unit;
 #[cfg(feature = "npz")]
 pub mod voxels;
 mod warning;
 
+// The command line is a package of its own and shares these; they are no part of the library's interface.
+#[doc(hidden)]
+pub mod allocation;
+#[doc(hidden)]
+pub mod excerpt;
+#[doc(hidden)]
+pub mod input;
+#[doc(hidden)]
+pub mod length;
+#[doc(hidden)]
+pub mod number;
+#[doc(hidden)]
+pub mod output;
+#[doc(hidden)]
+pub mod placement;
+#[doc(hidden)]
+pub mod unit;
+
 pub use driver::job::Backend;
-pub use driver::measure::Method;
+pub use driver::measure::{Method, Seconds};
+pub use driver::surface::SurfaceReport;
 pub use error::{Error, ErrorKind, OpenMesh};
 pub use estimate::{Estimate, with_error};
 pub use grid::Axis;

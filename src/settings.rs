@@ -10,6 +10,7 @@ use crate::sampler::{FillRule, Mode};
 
 /// The axes that images are made along.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Axes {
     /// X alone.
     X,

@@ -66,6 +66,7 @@ impl BooleanOperation {
 
 /// The reason why images cannot be combined.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BooleanError {
     /// The images have different rays.
     #[error("the images lie on different rays: along {first} at pitch {first_pitch} and along {second} at pitch {second_pitch}",

@@ -7,6 +7,7 @@ use super::expression::{Expression, Term};
 
 /// A fault of an expression. Positions count characters from 0.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExpressionError {
     /// Something other than the expected name or opening parenthesis.
     #[error("expected a name or `(`, found {found}")]

@@ -294,7 +294,7 @@ pub fn load(input: &Input, requirements: InputRequirements) -> Result<Solid, Err
 
 impl Solid {
     /// Returns the solid of a closed mesh, without unit, by a name.
-    pub(crate) fn from_closed(closed: ClosedMesh, name: &str) -> Solid {
+    pub fn from_closed(closed: ClosedMesh, name: &str) -> Solid {
         let volume = closed.signed_volume();
         Solid::unnamed(Surface::Closed(Arc::new(closed)), volume, Path::new(name))
     }

@@ -35,6 +35,7 @@ pub enum Openness {
 
 /// The device that samples.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Backend {
     /// The one that is likely to be done first.
     #[default]

@@ -406,7 +406,10 @@ fn estimated_measures(
 ) -> Result<SolidMeasures, Error> {
     let measuring = Instant::now();
     let (centroid, inertia) = mean_moments(&round.moments);
-    let area = surface_area(job, solid, &round.grid, round.choice.sampler(), progress)?;
+    let area = match round.shows_every_facet {
+        true => solid.mesh().area(),
+        false => surface_area(job, solid, &round.grid, round.choice.sampler(), progress)?,
+    };
     seconds.integrate += measuring.elapsed().as_secs_f64();
     Ok(SolidMeasures { area, centroid, inertia })
 }
@@ -455,6 +458,8 @@ struct Round<'b> {
     grid: Grid,
     volume: VolumeEstimate,
     moments: Vec<Moments>,
+    /// Whether all facets bound the solid, as far as three exact images show.
+    shows_every_facet: bool,
     layers: [Option<u32>; 3],
     samples: u64,
     unclosed: Vec<(Axis, u64)>,
@@ -549,6 +554,7 @@ fn sample_round<'b>(
         grid,
         volume: VolumeEstimate { value: 0.0, error: 0.0 },
         moments: Vec::new(),
+        shows_every_facet: job.mode == Mode::Exact && job.axes.len() == 3,
         layers: [None; 3],
         samples: 0,
         unclosed: Vec::new(),
@@ -576,6 +582,7 @@ fn sample_round<'b>(
             let volume_sums = image.volume_sums();
             if job.measurement == Measurement::Volume {
                 round.moments.push(integrate::moments(&image));
+                round.shows_every_facet &= integrate::shows_every_facet(&image);
             }
             seconds.integrate += integrating.elapsed().as_secs_f64();
             if job.keep != Keep::Sums {

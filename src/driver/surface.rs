@@ -11,7 +11,7 @@ use crate::grid::{Axis, Grid};
 use crate::integrate::VolumeEstimate;
 use crate::ldi::{Ldi, NodePlanes};
 use crate::mesh::io::Format;
-use crate::mesh::{Aabb, ClosedMesh, LengthUnit, Precision, TriangleMesh, io};
+use crate::mesh::{Aabb, LengthUnit, Precision, TriangleMesh, io};
 use crate::number::number;
 use crate::progress::Monitor;
 use crate::sampler::cpu::CpuSampler;
@@ -269,8 +269,8 @@ fn simplified(_: TriangleMesh, _: &Grid, _: f64) -> Result<(TriangleMesh, Simpli
 
 /// The nodes inside a mesh, plane after plane.
 fn planes_of(mesh: &TriangleMesh, grid: &Grid) -> Result<Vec<Vec<u64>>, Error> {
-    let closed = ClosedMesh::check(mesh.clone()).map_err(Error::input)?;
-    let solid = grid.quantise(&closed).map_err(Error::input)?;
+    // It is closed: the contour and each step of the simplification are.
+    let solid = grid.quantise_open(mesh).map_err(Error::input)?;
     // All three images of one mesh say the same of nodes.
     let image = CpuSampler::default().sample(&solid, Axis::X, Mode::Exact, FillRule::EvenOdd)?;
     Ok(NodePlanes::new([&image], Mode::Exact).map_err(Error::input)?.planes().collect())

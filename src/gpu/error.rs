@@ -2,6 +2,7 @@
 
 /// The reason why a GPU could not be used, or failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DeviceError {
     /// No adapter was found.
     #[error(

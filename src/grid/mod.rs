@@ -81,6 +81,7 @@ impl Axis {
 
 /// The reason why a grid cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GridError {
     /// The box has no extent, or one so small or large that f64 cannot hold its pitch or its volume.
     #[error("the model's box has longest side {longest:e}, and no grid can be laid around it")]

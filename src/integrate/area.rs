@@ -55,6 +55,14 @@ pub fn surface_hits(image: &Ldi, facing: impl Fn(u32) -> f64 + Sync) -> SurfaceH
     }
 }
 
+/// Returns whether every facet that the rays of an exact image meet bounds the solid: no shells overlap on any ray, and none touch
+/// so that two facets lie at one depth, with solid on both sides or on neither.
+pub fn shows_every_facet(image: &Ldi) -> bool {
+    let agree = image.windings().is_some_and(|windings| windings.fill_rules_agree());
+    let rays = (0..image.rays()).into_par_iter().with_min_len(1 << 12);
+    agree && rays.all(|ray| image.samples(ray).windows(2).all(|pair| pair[0] < pair[1]))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -7,7 +7,7 @@ mod area;
 mod moments;
 mod volume;
 
-pub use area::{SurfaceHits, surface_hits};
+pub use area::{SurfaceHits, shows_every_facet, surface_hits};
 pub use moments::{Moments, moments};
 pub use volume::{AxisVolume, CHECK_PITCHES, VolumeEstimate};
 

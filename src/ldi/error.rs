@@ -2,6 +2,7 @@
 
 /// Parts that do not form a layered depth image.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum LdiError {
     /// The offsets do not fit the raster.
     #[error("{found} offsets where the raster needs {expected}")]

@@ -19,6 +19,7 @@ use crate::grid::{Axis, Grid};
 
 /// The reason why nodes could not be derived from images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NodesError {
     /// There is no image.
     #[error("there is no image to find nodes from")]

@@ -11,6 +11,7 @@ pub const RADIUS_MIN: f64 = 2.0;
 
 /// Error of [`wrap`].
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum WrapError {
     /// The images do not belong together.
     #[error(transparent)]

@@ -18,16 +18,16 @@ use super::scene::Scene;
 /// The light that reaches a fragment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Exposure {
-    /// The unoccluded share of the ambient_occlusion above the surface, weighted by the cosine.
+    /// The unoccluded share of the hemisphere above the surface, weighted by the cosine.
     pub ambient_occlusion: f32,
     /// The share of the main light that arrives, before the cosine.
     pub key: f32,
 }
 
-/// Number of directions of the ambient_occlusion.
+/// Number of directions of the hemisphere.
 const SKY: usize = 28;
 
-/// The cosine of the largest angle of a ambient_occlusion direction from the line of sight.
+/// The cosine of the largest angle of a direction of the hemisphere from the line of sight.
 const FLATTEST: f32 = 0.574;
 
 /// Number of directions of the main light, which is a disc.
@@ -42,7 +42,7 @@ const CELLS: u32 = 300;
 /// Most cells of a volume.
 const CELLS_MAX: usize = 48 << 20;
 
-/// Height above its surface from which a fragment samples the ambient_occlusion, in cells, so that it does not shadow itself.
+/// Height above its surface from which a fragment samples the hemisphere, in cells, so that it does not shadow itself.
 const LIFT: f32 = 1.4;
 
 /// Computes the exposure of every fragment; `key` is the direction towards the main light.
@@ -67,7 +67,7 @@ pub(super) fn exposures(scene: &Scene, fragments: &[Fragment], key: Vec3) -> Vec
     fragments.par_iter().enumerate().with_min_len(1 << 12).map(exposure).collect()
 }
 
-/// Returns directions spread evenly over the sampled part of the ambient_occlusion (a spherical Fibonacci lattice).
+/// Returns directions spread evenly over the sampled part of the hemisphere (a spherical Fibonacci lattice).
 fn sky_directions() -> impl Iterator<Item = Vec3> {
     const TURN: f32 = 2.399_963;
     (0..SKY).map(|i| {

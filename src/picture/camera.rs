@@ -131,6 +131,7 @@ pub const SUPERSAMPLING: std::ops::RangeInclusive<u32> = 1..=8;
 
 /// The reason why a picture cannot be taken.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CameraError {
     /// A side of the picture is too short or too long.
     #[error("a picture of {width} × {height} pixels; sides of {} to {} are possible", SIDES.start(), SIDES.end())]

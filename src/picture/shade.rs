@@ -1,7 +1,7 @@
 //! Lighting of fragments, and the pixels from them.
 //!
 //! All values are in linear light. There are a main light from the upper left with a soft shadow, a weak one from the right
-//! without, and a ambient_occlusion that is brighter above than below and attenuated by ambient occlusion (`ambient_occlusion`); outlines are darkened.
+//! without, and a sky that is brighter above than below, attenuated by ambient occlusion (`ambient_occlusion`); outlines are darkened.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -18,7 +18,7 @@ const KEY: Vec3 = Vec3::new(-0.48, 0.56, 0.676);
 /// The direction towards the light that brightens the parts in shadow of the main one.
 const FILL: Vec3 = Vec3::new(0.74, -0.1, 0.665);
 
-/// Intensity of each light, and of the ambient_occlusion from above and from below.
+/// Intensity of each light, and of the hemisphere from above and from below.
 const KEY_LIGHT: f32 = 0.74;
 const FILL_LIGHT: f32 = 0.14;
 const SKY_ABOVE: f32 = 0.56;
@@ -28,7 +28,7 @@ const SKY_BELOW: f32 = 0.32;
 const GLOSS: f32 = 0.05;
 const SHARPNESS: f32 = 28.0;
 
-/// The share of the ambient_occlusion's light that reaches the deepest hollow by reflection between walls.
+/// The share of the hemisphere's light that reaches the deepest hollow by reflection between walls.
 const REFLECTED: f32 = 0.14;
 
 /// The share of the light that an outline removes.

@@ -82,8 +82,9 @@
 pub mod cpu;
 #[cfg(feature = "gpu")]
 pub mod gpu;
-pub mod layout;
-pub mod lists;
+pub(crate) mod layout;
+pub(crate) mod lists;
+#[doc(hidden)]
 pub mod stages;
 
 use crate::gpu::DeviceError;
@@ -93,6 +94,7 @@ use crate::ldi::{Ldi, TooManySamples, VolumeSums};
 
 /// The reason why an image could not be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SampleError {
     /// The non-zero rule was requested for a closed mesh whose triangles do not agree on what is outside.
     #[error("the non-zero rule needs a mesh with consistent orientation, and this one's is not; use even-odd")]

@@ -58,6 +58,7 @@ pub const MAX_TRIANGLES: u64 = 50_000_000;
 
 /// The reason why a solid cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SolidError {
     /// A parameter has a value for which there is no such solid.
     #[error("{parameter} is {value}, but must be {allowed}")]

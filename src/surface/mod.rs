@@ -86,6 +86,7 @@ pub struct Surface {
 
 /// The reason why no surface can be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SurfaceError {
     /// An image along one of the axes is missing.
     #[error("a surface needs images along x, y and z, and there is none along {axis}", axis = axis.name())]

@@ -37,6 +37,7 @@ pub struct Voxels {
 
 /// The reason why an array cannot be read as voxels.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReadError {
     /// The header is not understood.
     #[error("the array {0}")]

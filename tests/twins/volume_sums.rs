@@ -1,4 +1,4 @@
-//! Volume volume_sums that the device computes.
+//! Volume sums that the device computes.
 
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -11,7 +11,7 @@ use crate::lattice::{closed, frame, generators, grid, lod};
 use crate::soups::Random;
 use crate::twin::{ESTIMATES, FILLS, MODES, ROUTES, Twin, all, plain};
 
-/// Compares all volume_sums of a solid, and of its intersection with another.
+/// Compares all volume sums of a solid, and of its intersection with another.
 fn compare(what: &str, twins: &[Twin], a: &ldi_ops::grid::LatticeSolid, b: &ldi_ops::grid::LatticeSolid) {
     let cpu = CpuSampler::default();
     for axis in Axis::ALL {

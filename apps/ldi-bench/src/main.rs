@@ -145,7 +145,7 @@ enum Benchmark {
         /// Timed rounds of each sum after the warm-up; medians are printed
         #[arg(long, default_value_t = 5)]
         runs: usize,
-        /// A GPU that culls, crosses and resolve, by its name or part of it; the CPU where none is named
+        /// A GPU that samples and resolves gaps, by its name or part of it; the CPU where none is named
         #[arg(long, value_name = "NAME")]
         adapter: Option<String>,
         /// A Python that has apps/ldi-bench/peers/requirements.txt; without it ldi-ops runs alone

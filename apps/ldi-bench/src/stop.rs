@@ -53,7 +53,7 @@ impl Models {
         Ok(Models {
             shifted: gyroid.clone().transformed(DAffine3::from_translation(DVec3::new(3.1, 2.3, 1.7))),
             gyroid,
-            lattice: solid("lattice", &[("cells", "6"), ("resolution", "24")])?,
+            lattice: solid("bcc", &[("cells", "8")])?,
             organic: solid("organic", &[])?,
             ball: solid("geodesic", &[("radius", "2"), ("frequency", "5")])?,
         })

@@ -88,6 +88,7 @@ fn requirements(job: &SumJob) -> InputRequirements {
 /// # Errors
 /// Those of [`sum_files`], but for reading and writing.
 pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress: &Monitor) -> Result<Measured, Error> {
+    let start = Instant::now();
     let mut seconds = Seconds::default();
     let mut warnings = Vec::new();
     let requirements = requirements(job);
@@ -128,6 +129,7 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         warnings.push(empty(operation, grid.pitch()));
     }
 
+    seconds.total = start.elapsed().as_secs_f64();
     let mut layers = [None; 3];
     for volume_sums in &volume_sums {
         layers[volume_sums.axis().depth()] = Some(volume_sums.layers());

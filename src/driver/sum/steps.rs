@@ -142,6 +142,31 @@ pub struct StepReport {
     pub resolved: ResolveCounts,
     /// The most bytes that the step was expected to hold.
     pub memory_estimate: u64,
+    /// Seconds of each stage, in order.
+    pub seconds: Vec<(&'static str, f64)>,
+}
+
+/// A clock of the stages of a step.
+struct Laps {
+    since: Instant,
+    seconds: Vec<(&'static str, f64)>,
+}
+
+impl Laps {
+    fn start() -> Laps {
+        Laps { since: Instant::now(), seconds: Vec::new() }
+    }
+
+    /// Ends a stage and returns its seconds.
+    fn lap(&mut self, stage: &'static str) -> f64 {
+        let took = self.since.elapsed().as_secs_f64();
+        match self.seconds.iter_mut().find(|(known, _)| *known == stage) {
+            Some((_, seconds)) => *seconds += took,
+            None => self.seconds.push((stage, took)),
+        }
+        self.since = Instant::now();
+        took
+    }
 }
 
 impl Setting<'_> {
@@ -179,7 +204,7 @@ impl Setting<'_> {
         sides: Sides,
         seconds: &mut Seconds,
     ) -> Result<Made, StepError> {
-        let start = Instant::now();
+        let mut laps = Laps::start();
         self.progress.stage("culling")?;
         let grids = SumGrid::with_pitch(a.bounds(), b.bounds(), self.pitch, self.lod);
         let SumGrid { sum: grid, a: grid_a, b: grid_b } = grids.map_err(|error| self.refused(&error))?;
@@ -188,11 +213,12 @@ impl Setting<'_> {
             Sides::Behind => cull(&a, &b),
             Sides::Both => cull(&a.two_sided(), &b.two_sided()),
         };
+        let mut culled = laps.lap("cull");
         let sampler = CpuSampler::default();
         if primitives.triangles.len() > FEW {
             primitives = primitives.outside(&Interior::new(&grid, &a, exterior, &b, &sampler));
         }
-        let culled = start.elapsed().as_secs_f64();
+        culled += laps.lap("interior");
         let CullCounts { candidates, visited, kept, distinct } = pairs;
         self.progress.detail(format_args!(
             "culled in {culled:.4} s: {candidates} pairs, {visited} of them visited, {kept} kept; {distinct} primitives, {} \
@@ -210,14 +236,15 @@ impl Setting<'_> {
             (&primitives.positions, &primitives.triangles, 0.5),
         )?;
         let memory_estimate = self.admit::<H>(&grid, &forecast, ExtraMemory::default())?;
-        seconds.operate += start.elapsed().as_secs_f64();
+        seconds.operate += culled + laps.lap("forecast");
 
-        let (spans, crossings) =
-            self.sampled::<H>(seconds, &grid, |axis| self.backend.spans(&primitives, &grid, axis, exterior))?;
+        let spans = |axis| self.backend.spans(&primitives, &grid, axis, exterior);
+        let (spans, crossings) = self.sampled::<H>(seconds, &mut laps, &grid, spans)?;
         let normals = if self.keep.has_triangles() { primitives.normals(&grid) } else { Vec::new() };
         let sampled = primitives.triangles.len() as u64;
         drop(primitives);
-        let ResolvedSpans { spans, counts: resolved } = self.resolved(seconds, &grid, spans, exterior, &membership)?;
+        let ResolvedSpans { spans, counts: resolved } =
+            self.resolved(seconds, &mut laps, &grid, spans, exterior, &membership)?;
         let operation = match exterior {
             Exterior::Out => "sum",
             Exterior::In => "difference",
@@ -232,9 +259,11 @@ impl Setting<'_> {
             crossings: Some(crossings),
             resolved,
             memory_estimate,
+            seconds: Vec::new(),
         };
-        let mut made = self.images(seconds, grid, &spans, report)?;
+        let mut made = self.images(seconds, &mut laps, grid, &spans, report)?;
         made.normals = normals;
+        made.report.seconds = laps.seconds;
         Ok(made)
     }
 
@@ -246,7 +275,7 @@ impl Setting<'_> {
         sides: Sides,
         seconds: &mut Seconds,
     ) -> Result<Made, StepError> {
-        let start = Instant::now();
+        let mut laps = Laps::start();
         self.progress.stage("finding edges")?;
         let grid = offset_grid(a.bounds(), distance, self.pitch, self.lod).map_err(|error| self.refused(&error))?;
         let exterior = if distance > 0.0 { Exterior::Out } else { Exterior::In };
@@ -258,9 +287,9 @@ impl Setting<'_> {
         };
         let patches = BallPatches::new(&covered, radius);
         let PatchCounts { facets, tubes, caps } = patches.counts();
+        let found = laps.lap("patches");
         self.progress.detail(format_args!(
-            "{facets} facets, {tubes} parts of tubes and {caps} of spheres, found in {:.4} s",
-            start.elapsed().as_secs_f64()
+            "{facets} facets, {tubes} parts of tubes and {caps} of spheres, found in {found:.4} s"
         ));
 
         self.progress.stage("looking ahead")?;
@@ -277,11 +306,12 @@ impl Setting<'_> {
         let beside = ExtraMemory { fixed: BYTES_OF_CLOSEST * facets as f64, of_rays: images.max(normals) };
         let memory_estimate = self.admit::<H>(&grid, &forecast, beside)?;
         let membership = BallMembership::new(&grid, &solid, radius, exterior).map_err(Error::from)?;
-        seconds.operate += start.elapsed().as_secs_f64();
+        seconds.operate += found + laps.lap("forecast");
 
         let spans = |axis| patches.counted_spans::<H>(&grid, axis, exterior).map_err(Error::machine);
-        let (spans, crossings) = self.sampled(seconds, &grid, spans)?;
-        let ResolvedSpans { spans, counts: resolved } = self.resolved(seconds, &grid, spans, exterior, &membership)?;
+        let (spans, crossings) = self.sampled(seconds, &mut laps, &grid, spans)?;
+        let ResolvedSpans { spans, counts: resolved } =
+            self.resolved(seconds, &mut laps, &grid, spans, exterior, &membership)?;
         drop(membership);
         let primitives = (facets + tubes + caps) as u64;
         let report = StepReport {
@@ -294,11 +324,11 @@ impl Setting<'_> {
             crossings: Some(crossings),
             resolved,
             memory_estimate,
+            seconds: Vec::new(),
         };
-        let mut made = self.images(seconds, grid, &spans, report)?;
+        let mut made = self.images(seconds, &mut laps, grid, &spans, report)?;
         if self.keep.has_triangles() {
-            let start = Instant::now();
-            // What no image is wanted of has none to number.
+            // An axis without an image has no samples to number.
             let mut all = Axis::ALL.map(|axis| empty_image(&grid, axis));
             for image in made.images.drain(..) {
                 let axis = image.axis();
@@ -308,8 +338,9 @@ impl Setting<'_> {
             let (images, normals) = patches.sample_normals([x?, y?, z?]).map_err(Error::input)?;
             made.images = images.into_iter().filter(|image| self.axes.contains(&image.axis())).collect();
             made.normals = normals;
-            seconds.operate += start.elapsed().as_secs_f64();
+            seconds.operate += laps.lap("normals");
         }
+        made.report.seconds = laps.seconds;
         Ok(made)
     }
 
@@ -334,21 +365,22 @@ impl Setting<'_> {
     fn sampled<H: Hit>(
         &self,
         seconds: &mut Seconds,
+        laps: &mut Laps,
         grid: &Grid,
         spans: impl Fn(Axis) -> Result<(RaySpans<H>, u64), Error>,
     ) -> Result<([RaySpans<H>; 3], [u64; 3]), Error> {
-        let start = Instant::now();
+        let mut took = 0.0;
         self.progress.expect(Axis::ALL.len() + self.axes.len())?;
         let [x, y, z] = grid.rays();
-        let along = |axis: Axis| {
+        let mut along = |axis: Axis| {
             self.progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()))?;
             let found = spans(axis);
+            took += laps.lap(["spans_x", "spans_y", "spans_z"][axis.depth()]);
             self.progress.step()?;
             found
         };
         let [(along_x, met_x), (along_y, met_y), (along_z, met_z)] =
             [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
-        let took = start.elapsed().as_secs_f64();
         seconds.sample += took;
         let kept = along_x.hits.len() + along_y.hits.len() + along_z.hits.len();
         self.progress.detail(format_args!("sampled in {took:.4} s: {kept} crossings that may bound the result"));
@@ -359,21 +391,22 @@ impl Setting<'_> {
     fn resolved<H: Hit + Sync>(
         &self,
         seconds: &mut Seconds,
+        laps: &mut Laps,
         grid: &Grid,
         spans: [RaySpans<H>; 3],
         exterior: Exterior,
         membership: &impl Membership,
     ) -> Result<ResolvedSpans<H>, StepError> {
-        let start = Instant::now();
         self.progress.stage("flooding")?;
         let resolved = self.resolved_spans(self.backend, grid, spans, exterior, membership)?;
+        let mut took = laps.lap("resolve");
         if let Some(node) = first_difference(grid, &resolved.spans, exterior, membership) {
             return Err(StepError::Contradiction(self.refused(&format_args!(
                 "at lattice node {node:?} the result is not what an exact test says: a ray has slipped through the surface, \
                  which must not happen; another --resolution may do"
             ))));
         }
-        let took = start.elapsed().as_secs_f64();
+        took += laps.lap("spot_check");
         seconds.operate += took;
         let ResolveCounts { components, gaps, gaps_tested, gaps_out, .. } = resolved.counts;
         self.progress.detail(format_args!(
@@ -408,6 +441,7 @@ impl Setting<'_> {
     fn images<H: Hit + Sync>(
         &self,
         seconds: &mut Seconds,
+        laps: &mut Laps,
         grid: Grid,
         spans: &[RaySpans<H>; 3],
         report: StepReport,
@@ -416,7 +450,6 @@ impl Setting<'_> {
         let mut made =
             Made { grid, volume_sums: Vec::new(), images: Vec::new(), normals: Vec::new(), bias: 0.0, report };
         for &axis in self.axes {
-            let start = Instant::now();
             self.progress.stage(format!("the image along {}", axis.name()))?;
             let spans = &spans[axis.depth()];
             let mut image = spans.image(&grid, self.mode, &sampler).map_err(Error::machine)?;
@@ -428,10 +461,9 @@ impl Setting<'_> {
                     image = image.with_triangles_of(&[(&exact, 0)]).map_err(Error::input)?;
                 }
             }
-            seconds.operate += start.elapsed().as_secs_f64();
-            let start = Instant::now();
+            seconds.operate += laps.lap("retrieve");
             made.volume_sums.push(image.volume_sums());
-            seconds.integrate += start.elapsed().as_secs_f64();
+            seconds.integrate += laps.lap("integrate");
             if self.keep != Keep::Sums {
                 made.images.push(image);
             }

@@ -8,6 +8,7 @@ use crate::ldi::LdiError;
 
 /// The reason why images could not be written or read.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum NpzError {
     /// There is no image.
     #[error("there is no image")]

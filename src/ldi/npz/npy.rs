@@ -36,6 +36,7 @@ pub fn write_header(to: &mut impl Write, descr: &str, order: Order, shape: &[usi
 
 /// The reason why an array has no valid header.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum HeaderError {
     /// The array does not begin as a `.npy` file does.
     #[error("does not begin with the mark of a .npy file")]

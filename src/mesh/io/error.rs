@@ -9,6 +9,7 @@ use super::Format;
 
 /// The reason why a file name does not determine a mesh format.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FormatError {
     /// The name has no extension.
     #[error("{}: the name has no extension; known are {}", .path.display(), Format::known())]
@@ -38,6 +39,7 @@ pub enum FormatError {
 
 /// The reason why a mesh file could not be read. Every message begins with the file's name.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReadError {
     /// The extension does not determine the format.
     #[error(transparent)]
@@ -228,6 +230,7 @@ impl Fault {
 
 /// The reason why a mesh file could not be written. The target is then absent, or as it was before.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum WriteError {
     /// The extension does not determine the format.
     #[error(transparent)]

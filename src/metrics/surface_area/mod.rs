@@ -24,6 +24,7 @@ use rayon::prelude::*;
 
 use super::segments::flush;
 use super::{Facets, Region};
+use crate::integrate::shows_every_facet;
 use crate::ldi::Ldi;
 
 /// Facets in one task. Part of the result, since it determines the order of additions.
@@ -51,6 +52,7 @@ pub enum Scale {
 
 /// The reason why the facets of a mesh are not the surface within a region.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SurfaceError {
     /// The region is bounded by a mesh, which may cut facets anywhere.
     #[error("the region is not a box")]
@@ -80,7 +82,7 @@ impl<'a> SurfaceElements<'a> {
     /// # Panics
     /// As [`of_hits`](Self::of_hits).
     pub fn within(facets: &'a Facets<'a>, images: &[Ldi; 3], region: &Region) -> SurfaceElements<'a> {
-        match show_every_facet(images) {
+        match images.iter().all(shows_every_facet) {
             true => SurfaceElements::of_facets(facets, region)
                 .unwrap_or_else(|_| SurfaceElements::of_hits(facets, images, region, Scale::ToMesh)),
             false => SurfaceElements::of_hits(facets, images, region, Scale::Counted),
@@ -140,17 +142,6 @@ impl<'a> SurfaceElements<'a> {
     pub fn source(&self) -> Source {
         self.source
     }
-}
-
-/// Returns whether every facet that rays meet bounds the solid, from its exact images: no shells overlap on any ray, and none
-/// touch so that two facets lie at one depth, with solid on both sides or on neither.
-pub fn show_every_facet(images: &[Ldi; 3]) -> bool {
-    let shows = |image: &Ldi| {
-        let agree = image.windings().is_some_and(|windings| windings.fill_rules_agree());
-        let rays = (0..image.rays()).into_par_iter().with_min_len(CHUNK);
-        agree && rays.all(|ray| image.samples(ray).windows(2).all(|pair| pair[0] < pair[1]))
-    };
-    images.iter().all(shows)
 }
 
 /// Returns a sum over facets, in an order that does not depend on the number of threads.

@@ -40,6 +40,7 @@ use crate::grid::Axis;
 
 /// The reason why a tortuosity could not be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TortuosityError {
     /// The raster is too thin for a distance between its ends.
     #[error("{nodes} nodes along {axis}; {least} are needed", axis = axis.name())]

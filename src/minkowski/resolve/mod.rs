@@ -66,6 +66,7 @@ pub struct ResolveCounts {
 
 /// The reason why gaps could not be resolved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ResolveError {
     /// The crossings of different rays contradict one another.
     #[error("lattice node {node:?} is inside by the crossings of one ray and outside by those of another")]

@@ -25,6 +25,7 @@ enum TypedUnit {
 }
 
 #[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum AmountError {
     #[error("\"{0}\" is no number")]
     NoNumber(String),

@@ -22,9 +22,9 @@ mod transport;
 mod view;
 
 use crate::grid::LatticeSolid;
+use crate::integrate;
 use crate::ldi::{Ldi, Mode, NodePlanes};
 use crate::mesh::LengthUnit;
-use crate::metrics::surface_area::show_every_facet;
 use crate::metrics::{NodeSet, Region};
 use crate::sampler::Sampler;
 
@@ -62,7 +62,7 @@ pub enum Shells {
 impl Shells {
     /// Determines the relation from exact images under the even-odd rule, which keep every crossing.
     pub fn of(images: &[Ldi; 3]) -> Shells {
-        if show_every_facet(images) { Shells::Apart } else { Shells::Meeting }
+        if images.iter().all(integrate::shows_every_facet) { Shells::Apart } else { Shells::Meeting }
     }
 }
 

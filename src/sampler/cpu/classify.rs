@@ -85,8 +85,8 @@ fn spread_top(word: u32) -> u32 {
 /// Calls `visit` with the index of each set bit, ascending.
 #[inline]
 fn for_each_word(occupied: &[u64], mut visit: impl FnMut(usize)) {
-    for (index, &volume_sums) in occupied.iter().enumerate() {
-        let mut left = volume_sums;
+    for (index, &summary) in occupied.iter().enumerate() {
+        let mut left = summary;
         while left != 0 {
             visit(index * 64 + left.trailing_zeros() as usize);
             left &= left - 1;

@@ -194,13 +194,13 @@ fn summarise(
     let [width, height, _] = nodes.size();
     let is_in = |i: usize| nodes.contains([i % width, i / width % height, i / width / height]);
     let values: Vec<f32> = values.iter().enumerate().map(|(i, &value)| if is_in(i) { value } else { 0.0 }).collect();
-    let volume_sums = Distribution::of_map(&values, 1.0).map(|of| {
+    let summary = Distribution::of_map(&values, 1.0).map(|of| {
         let quantiles = [0.05, 0.25, 0.5, 0.75, 0.95].map(|share| of.quantile(share));
         json!({
             "mean": of.mean(), "deviation": of.deviation(), "min": of.min(), "max": of.max(), "quantiles": quantiles,
         })
     });
-    said.add(name, json!(volume_sums));
+    said.add(name, json!(summary));
     if let Some(maps) = maps {
         let path = format!("{}.{name}.f32", maps.display());
         let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();

@@ -1,10 +1,10 @@
 //! Minkowski sums by stages, on pairs like those of Table IV of Leung and Wang, beside manifold3d.
 //!
-//! Each sum runs in its own process. Its solids are built and checked before the clock starts; the timed part begins with their
-//! rounding to the lattice and ends with three exact images. manifold3d begins with arrays in memory and ends with a mesh; its
+//! Each sum runs in its own process, by the very call of the command line. Its solids are built and checked before the clock
+//! starts. The stages end with three exact images; the whole also checks the orientation of the solids and makes the coarser
+//! rasters of the error estimate. manifold3d begins with arrays in memory and ends with a mesh; its
 //! sum is wrong if the second solid is not convex, and is still timed if it ends in time.
 
-mod backend;
 mod case;
 mod pairs;
 
@@ -31,7 +31,7 @@ pub struct Plan {
     pub resolution: u32,
     /// Timed rounds of each sum.
     pub runs: usize,
-    /// The adapter that culls, samples and resolves gaps; the CPU if `None`.
+    /// The adapter that samples and resolves gaps; the CPU if `None`.
     pub adapter: Option<String>,
     /// A Python with manifold3d; without it ldi-ops runs alone.
     pub python: Option<PathBuf>,
@@ -159,13 +159,13 @@ fn stages(rows: &[Row]) -> Table {
     let names: Vec<String> = STAGES.iter().map(|stage| format!("{} ms", stage.replace('_', " "))).collect();
     let mut heads = vec!["sum"];
     heads.extend(names.iter().map(String::as_str));
-    heads.extend(["published", "whole ms", "peak MB"]);
+    heads.extend(["published", "images ms", "whole ms", "peak MB"]);
     let mut table = Table::new(&heads);
     for row in rows {
         let mut cells = vec![row.pair.title.to_owned()];
         cells.extend(STAGES.iter().map(|stage| number(1e3 * number_at(&row.own, &format!("/seconds/{stage}")))));
         cells.push(row.pair.published.as_ref().map_or("–".to_owned(), |p| number(1e3 * p.retrieval)));
-        cells.push(number(1e3 * number_at(&row.own, "/seconds/whole")));
+        cells.extend(["images", "whole"].map(|part| number(1e3 * number_at(&row.own, &format!("/seconds/{part}")))));
         cells.push(number(1e-6 * number_at(&row.own, "/peak_memory_bytes")));
         table.row(cells);
     }

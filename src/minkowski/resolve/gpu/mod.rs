@@ -38,6 +38,7 @@ pub struct GpuResolver {
 
 /// The reason why gaps could not be resolved with a device.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GpuResolveError {
     /// They cannot be resolved by any method.
     #[error(transparent)]
