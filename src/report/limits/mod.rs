@@ -1,4 +1,4 @@
-//! The user's requirements of a solid: a TOML file with the least and greatest values of metrics, checked against a sheet.
+//! The user's requirements of a solid: a TOML file with the least and greatest values of metrics, checked against a report.
 //!
 //! ```toml
 //! porosity = { min = 0.6, max = "80 %" }
@@ -22,29 +22,29 @@ use crate::mesh::LengthUnit;
 
 pub use amount::{Amount, AmountError};
 
-use super::id;
+use super::id::{self, MetricId, Statistic};
 use super::scaffold_report::{LimitOutcome, LimitVerdict, Metric, Verdict};
 
 /// Readable aliases of metrics.
-pub const ALIASES: [(&str, &str); 20] = [
-    ("open-porosity", id::OPEN_POROSITY),
-    ("closed-porosity", id::CLOSED_POROSITY),
+pub const ALIASES: [(&str, MetricId); 20] = [
+    ("open-porosity", id::POROSITY_OPEN),
+    ("closed-porosity", id::POROSITY_CLOSED),
     ("percolation-diameter", id::PERCOLATION),
-    ("largest-pore", id::LARGEST_PORE),
-    ("wall", id::THINNEST_WALL),
-    ("thinnest-wall", id::THINNEST_WALL),
-    ("thickness", id::THICKNESS),
-    ("Tb.Th", id::THICKNESS),
-    ("separation", id::SEPARATION),
-    ("pore-size", id::SEPARATION),
-    ("Tb.Sp", id::SEPARATION),
+    ("largest-pore", id::PORE_LARGEST),
+    ("wall", id::WALL_THINNEST),
+    ("thinnest-wall", id::WALL_THINNEST),
+    ("thickness", id::SOLID_THICKNESS.of(Statistic::Mean)),
+    ("Tb.Th", id::SOLID_THICKNESS.of(Statistic::Mean)),
+    ("separation", id::PORE_THICKNESS.of(Statistic::Mean)),
+    ("pore-size", id::PORE_THICKNESS.of(Statistic::Mean)),
+    ("Tb.Sp", id::PORE_THICKNESS.of(Statistic::Mean)),
     ("Tb.N", id::NUMBER),
-    ("volume", id::SOLID_VOLUME),
-    ("BV", id::SOLID_VOLUME),
-    ("TV", id::TOTAL_VOLUME),
-    ("BS", id::SURFACE),
-    ("BS/BV", id::SURFACE_PER_SOLID),
-    ("BS/TV", id::SURFACE_PER_TOTAL),
+    ("volume", id::VOLUME_SOLID),
+    ("BV", id::VOLUME_SOLID),
+    ("TV", id::VOLUME_TOTAL),
+    ("BS", id::SURFACE_AREA),
+    ("BS/BV", id::SURFACE_SPECIFIC),
+    ("BS/TV", id::SURFACE_DENSITY),
     ("DA", id::ANISOTROPY),
     ("Conn.D", id::CONNECTIVITY),
 ];
@@ -199,9 +199,9 @@ fn amount_of(value: &Spanned<DeValue>) -> Result<Amount, AmountError> {
 /// Returns the metric that a key names.
 fn find<'s>(key: &str, metrics: &'s [Metric]) -> Result<&'s Metric, Problem> {
     let called = |id: &str| metrics.iter().find(|metric| metric.id == id);
-    let id = ALIASES.iter().find(|(alias, _)| alias.eq_ignore_ascii_case(key)).map_or(key, |(_, id)| id);
+    let id = ALIASES.iter().find(|(alias, _)| alias.eq_ignore_ascii_case(key)).map_or(key, |(_, id)| id.id);
     called(id).ok_or_else(|| {
-        let aliases = ALIASES.iter().filter(|(_, id)| called(id).is_some()).map(|(alias, _)| *alias);
+        let aliases = ALIASES.iter().filter(|(_, id)| called(id.id).is_some()).map(|(alias, _)| *alias);
         let mut known: Vec<&str> = metrics.iter().map(|metric| metric.id).chain(aliases).collect();
         let near = |name: &str| strsim::jaro_winkler(&key.to_lowercase(), &name.to_lowercase());
         known.sort_by(|a, b| near(b).total_cmp(&near(a)));
@@ -270,7 +270,7 @@ mod tests {
         assert!(verdict.unwrap_err().to_string().starts_with("limits.toml:8: solid.BS/BV: there is no such metric"));
         let verdict = judge(
             "porosity = { min = 0.6, max = \"80 %\" }\npercolation.min = \"410 µm\"\n\"wall.thinnest\" = { min = \"0.2 mm\" }\n\
-             \"BS/BV\".min = \"10 1/mm\"\nTb.Th = { max = 0.3 }\neuler = { max = -1 }\n[tortuosity.diffusive.z]\nmax = 2",
+             \"BS/BV\".min = \"10 1/mm\"\nTb.Th = { max = 0.3 }\neuler = { max = -1 }\n[tortuosity.pore.diffusive.z]\nmax = 2",
         )
         .unwrap();
         let outcomes: Vec<_> = verdict.limits.iter().map(|limit| (limit.metric.as_str(), limit.outcome)).collect();
@@ -278,13 +278,13 @@ mod tests {
         assert_eq!(
             outcomes,
             [
-                (id::POROSITY, Kept),
-                (id::PERCOLATION, KeptWithinBounds),
-                (id::THINNEST_WALL, Broken),
-                (id::SURFACE_PER_SOLID, Kept),
-                (id::THICKNESS, Kept),
-                ("euler", Kept),
-                ("tortuosity.diffusive.z", NoValue),
+                (id::POROSITY.id, Kept),
+                (id::PERCOLATION.id, KeptWithinBounds),
+                (id::WALL_THINNEST.id, Broken),
+                (id::SURFACE_SPECIFIC.id, Kept),
+                (id::SOLID_THICKNESS.of(Statistic::Mean).id, Kept),
+                (id::EULER.id, Kept),
+                ("tortuosity.pore.diffusive.z", NoValue),
             ]
         );
         assert!(!verdict.passed);
@@ -294,9 +294,9 @@ mod tests {
 
     #[test]
     fn aliases_lead_to_metrics_and_hide_none() {
-        let sheet = fixture::rich();
+        let report = fixture::rich();
         for (alias, id) in ALIASES {
-            assert!(sheet.metric(id).is_some() && sheet.metric(alias).is_none(), "{alias}: {id}");
+            assert!(report.metric(id.id).is_some() && report.metric(alias).is_none(), "{alias}: {}", id.id);
         }
     }
 
