@@ -38,7 +38,7 @@ use crate::{Error, ErrorKind, Monitor, Warning};
 pub struct Reported {
     /// The reports, in the order of the inputs.
     pub reports: Vec<ScaffoldReport>,
-    /// Files to open, the first of them first.
+    /// The pages, the one to open first in front.
     pub pages: Vec<PathBuf>,
     /// The solids that could not be measured, if there were several.
     pub failures: Vec<Unmeasured>,

@@ -2,7 +2,8 @@
 //! axis or by statistic are declared as a family: [`CHORD_SOLID`]`.along(Axis::X)`, [`SOLID_THICKNESS`]`.of(Statistic::Mean)`.
 //!
 //! The text of an id, in files and limits, is stable. It leads from phase or subject to axis (`x`, `y`, `z`) or statistic
-//! (`mean`, `sd`, `min`, `p1`, `p5`, `p50`, `p95`, `max`); the name of the constant is this text in capitals.
+//! (`mean`, `sd`, `min`, `p1`, `p5`, `p50`, `p95`, `max`); the name of the constant is this text in capitals, and
+//! [`PERCOLATION_ALONG`] differs from [`PERCOLATION`] in its ending.
 
 use std::ops::Deref;
 use std::slice;

@@ -83,22 +83,22 @@ pub struct LimitsError {
 pub enum Problem {
     #[error("{0}")]
     Syntax(String),
-    #[error("the file asks for nothing; a limit is written so: porosity = {{ min = 0.6, max = 0.8 }}")]
+    #[error("the file contains no limits; write for example porosity = {{ min = 0.6, max = 0.8 }}")]
     Empty,
-    #[error("{key}: {found} is no limit; write {key} = {{ min = …, max = … }}, with one of the two or both")]
+    #[error("{key}: {found} is not a limit; write {key} = {{ min = …, max = … }}, with min, max or both")]
     NoLimit { key: String, found: &'static str },
     #[error("{key}: {source}")]
     Amount { key: String, source: AmountError },
     #[error("{key}: min {min} is above max {max}")]
     Crossed { key: String, min: f64, max: f64 },
-    #[error("{key}: this is {id}, which line {before} limits already")]
+    #[error("{key}: line {before} already limits {id}; remove one of the two")]
     Twice { key: String, id: &'static str, before: usize },
-    #[error("{key}: there is no such metric; known are {}{}", known.join(", "), more(*others))]
+    #[error("{key}: unknown metric; the nearest names are {}{}", known.join(", "), more(*others))]
     Unknown { key: String, known: Vec<String>, others: usize },
 }
 
 fn more(others: usize) -> String {
-    if others == 0 { String::new() } else { format!(" and {others} more, which metrics.json names") }
+    if others == 0 { String::new() } else { format!("; metrics.json lists {others} more") }
 }
 
 impl Limits {
@@ -267,7 +267,7 @@ mod tests {
              [solid]\nthickness.mean = { min = \"0.2 mm\" }\n\"BS/BV\".min = \"10 1/mm\"\n",
         );
         // `"BS/BV"` is in the table `solid`.
-        assert!(verdict.unwrap_err().to_string().starts_with("limits.toml:8: solid.BS/BV: there is no such metric"));
+        assert!(verdict.unwrap_err().to_string().starts_with("limits.toml:8: solid.BS/BV: unknown metric"));
         let verdict = judge(
             "porosity = { min = 0.6, max = \"80 %\" }\npercolation.min = \"410 µm\"\n\"wall.thinnest\" = { min = \"0.2 mm\" }\n\
              \"BS/BV\".min = \"10 1/mm\"\nTb.Th = { max = 0.3 }\neuler = { max = -1 }\n[tortuosity.pore.diffusive.z]\nmax = 2",
@@ -303,27 +303,27 @@ mod tests {
     #[test]
     fn faults_name_file_line_and_key() {
         let text = refusal("\nporosty = { min = 0.6 }");
-        assert!(text.starts_with("limits.toml:2: porosty: there is no such metric; known are porosity, "), "{text}");
-        assert!(text.contains(" more, which metrics.json names"), "{text}");
+        assert!(text.starts_with("limits.toml:2: porosty: unknown metric; the nearest names are porosity, "), "{text}");
+        assert!(text.contains("; metrics.json lists "), "{text}");
         for (text, said) in [
-            ("porosity = 0.6", "limits.toml:1: porosity: a number is no limit; write porosity = { min"),
-            ("porosity = { minimum = 0.6 }", "limits.toml:1: porosity.minimum: a number is no limit"),
-            ("min = 0.6", "limits.toml:1: min: a number is no limit"),
-            ("[porosity]", "limits.toml:1: porosity: an empty table is no limit"),
-            ("", "limits.toml: the file asks for nothing"),
+            ("porosity = 0.6", "limits.toml:1: porosity: a number is not a limit; write porosity = { min"),
+            ("porosity = { minimum = 0.6 }", "limits.toml:1: porosity.minimum: a number is not a limit"),
+            ("min = 0.6", "limits.toml:1: min: a number is not a limit"),
+            ("[porosity]", "limits.toml:1: porosity: an empty table is not a limit"),
+            ("", "limits.toml: the file contains no limits"),
             ("porosity = {", "limits.toml:1: "),
             ("porosity = { min = 0.8, max = 0.6 }", "limits.toml:1: porosity: min 0.8 is above max 0.6"),
             (
                 "wall.min = 0.2\nthinnest-wall.min = 0.2",
-                "limits.toml:2: thinnest-wall: this is wall.thinnest, which line 1",
+                "limits.toml:2: thinnest-wall: line 1 already limits wall.thinnest",
             ),
             (
                 "porosity.min = 60",
-                "limits.toml:1: porosity.min: 60 is no share from 0 to 1; in percent it is written \"60 %\"",
+                "limits.toml:1: porosity.min: 60 is not a share from 0 to 1; write percent as \"60 %\"",
             ),
             ("percolation.min = \"3 parsecs\"", "limits.toml:1: percolation.min: \"3 parsecs\""),
-            ("percolation.min = \"3 mm^2\"", "limits.toml:1: percolation.min: \"3 mm^2\" is no length"),
-            ("percolation.min = true", "limits.toml:1: percolation.min: \"true or false\" is no number"),
+            ("percolation.min = \"3 mm^2\"", "limits.toml:1: percolation.min: \"3 mm^2\" is not a length"),
+            ("percolation.min = true", "limits.toml:1: percolation.min: \"true or false\" is not a number"),
             ("percolation.min = nan", "limits.toml:1: percolation.min: \"nan\""),
         ] {
             assert!(refusal(text).starts_with(said), "{text}: {}", refusal(text));

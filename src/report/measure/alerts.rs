@@ -48,7 +48,8 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
     let mut say = |code, severity, message: String| alerts.push(Alert { code, severity, message });
     if !study.subject.solid.is_closed() {
         let (name, rays) = (study.subject.solid.name(), study.images.unclosed());
-        let message = format!("{name}: the mesh is not closed; {rays} rays did not close and count as empty");
+        let message =
+            format!("{name}: the mesh is not closed: {rays} rays do not close and count as empty; repair the mesh");
         say("open", Severity::Warning, message);
     }
     if let Some(message) = unfilled_box(study, record) {
@@ -56,7 +57,7 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
     }
     if study.subject.roi.is_some() && record.value(id::VOLUME_SOLID) == Some(0.0) {
         let message =
-            "nothing of the solid lies within the region of interest: are both in one unit and one place?".to_owned();
+            "the region of interest contains no part of the solid; check that both have one unit (--unit) and one place (--transform-roi)".to_owned();
         say("outside", Severity::Warning, message);
     }
     if let Some(thin) = record.value(id::SOLID_THICKNESS.of(Statistic::P5)).filter(|thin| *thin < 3.0 * pitch) {
@@ -64,7 +65,7 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
             "thin-walls",
             Severity::Warning,
             format!(
-                "fewer than 3 rays a wall: 5 % of the solid is thinner than {} pitches; more rays (--resolution) tell more",
+                "5 % of the solid is thinner than {} pitches, and walls below 3 are not resolved; raise --resolution",
                 number((thin / pitch * 100.0).round() / 100.0)
             ),
         );
@@ -74,7 +75,9 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
         say(
             "narrow-pores",
             Severity::Note,
-            format!("fewer than 3 rays a pore: 5 % of the pore volume is narrower than {pitches} pitches"),
+            format!(
+                "5 % of the pore volume is narrower than {pitches} pitches, and pores below 3 are not resolved; raise --resolution"
+            ),
         );
     }
     let cut = Axis::ALL.into_iter().filter_map(|axis| {
@@ -83,7 +86,10 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
     });
     let cut: Vec<String> = cut.collect();
     if !cut.is_empty() {
-        let message = format!("chords cut by the region and left out of the distributions: {}", cut.join(", "));
+        let message = format!(
+            "the region cuts chords, which the distributions leave out: {}; a larger --roi cuts fewer",
+            cut.join(", ")
+        );
         say("censored-chords", Severity::Note, message);
     }
     for study in convergence.iter().filter(|study| study.over == Varied::Pitch) {
@@ -97,7 +103,10 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
                 say(
                     "not-converged",
                     if change > 0.1 { Severity::Warning } else { Severity::Note },
-                    format!("{} changes by {percent} % from twice the pitch to the pitch", series.metric.name),
+                    format!(
+                        "{} changes by {percent} % from twice the pitch to the pitch; raise --resolution",
+                        series.metric.name
+                    ),
                 );
             }
         }

@@ -24,10 +24,10 @@ const POINTS: usize = 128;
 /// Lengths below this many pitches are not resolved.
 const RESOLVED: f64 = 3.0;
 
-const TOO_COARSE: &str = "fewer than 3 pitches: the raster is too coarse for it";
-const NO_PORES: &str = "there are no pores in the region";
-const NO_SOLID: &str = "there is no solid in the region";
-const NO_SURFACE: &str = "there is no surface in the region for a ball to touch";
+const TOO_COARSE: &str = "shorter than 3 pitches: the raster is too coarse; raise --resolution";
+const NO_PORES: &str = "the region contains no pores";
+const NO_SOLID: &str = "the region contains no solid";
+const NO_SURFACE: &str = "the region contains no surface for a ball to touch";
 
 /// Returns the boundary condition for balls that come from outside: the faces of the region are not walls.
 pub fn from_outside(edges: BoundaryCondition) -> BoundaryCondition {
@@ -40,7 +40,7 @@ pub fn from_outside(edges: BoundaryCondition) -> BoundaryCondition {
 /// The largest balls of the pores: those that enter from outside, and those that lie within the region.
 pub struct Ways {
     free: PoreBalls,
-    /// Only where balls must lie within the region.
+    /// `Some` if balls must lie within the region.
     within: Option<PoreBalls>,
 }
 
@@ -84,8 +84,8 @@ impl Ways {
 
     /// Returns the diameters of the largest balls that span the axes, in pitches, and their bottleneck nodes.
     ///
-    /// The ends are open. With [`BoundaryCondition::Border`] the other faces of a box are walls; a region that is not a box has no other
-    /// faces, and only the solid limits the balls.
+    /// The ends are open. With [`BoundaryCondition::Border`] the other faces of a box are walls; a region that is not a box has
+    /// no other faces, and only the solid limits the balls.
     pub fn percolation(&self, study: &Study, pores: &NodeSet) -> [Option<access::Percolation>; 3] {
         Axis::ALL.map(|axis| {
             let ends = Ends::of_region(study.region, axis)?;
@@ -153,7 +153,7 @@ pub fn access(study: &Study, record: &mut Record) -> (Option<AccessCurve>, Optio
     let pitch = study.region.grid().pitch();
     let curve = access::AccessCurve::of(&map, &open, &pores, pitch).map(|curve| {
         let half = curve.points().filter(|&(_, share)| share >= 0.5).map(|(diameter, _)| diameter).last();
-        record.put_or(id::ACCESS_HALF, half, "less than half of the pores is open");
+        record.put_or(id::ACCESS_HALF, half, "less than half of the pore volume is open");
         let every = curve.points().count().div_ceil(POINTS).max(1);
         AccessCurve {
             points: curve.points().step_by(every).map(|(diameter, share)| [diameter, share]).collect(),
@@ -201,7 +201,9 @@ fn put_percolation(study: &Study, spans: [Option<access::Percolation>; 3], recor
                 let place = Axis::ALL.map(|axis| number(position(grid, axis, span.node[axis.depth()])));
                 entry.with("narrowest at", place.join(", "));
                 if span.diameter < RESOLVED {
-                    entry.unresolved("narrower than 3 pitches: a wall thinner than the raster might close it");
+                    entry.unresolved(
+                        "narrower than 3 pitches: a wall thinner than a pitch could close the path; raise --resolution",
+                    );
                 }
             }
             None => closed.push(axis.name()),
@@ -295,7 +297,7 @@ pub fn thickness(
     }
     let [wall, pore] = [id::SOLID_THICKNESS, id::PORE_THICKNESS].map(|family| family.of(Statistic::Mean));
     let means = record.value(wall).zip(record.value(pore));
-    let why = "there are not both walls and pores";
+    let why = "the region lacks walls or pores";
     let entry = record.put_or(id::NUMBER, means.map(|(wall, pore)| 1.0 / (wall + pore)), why);
     if means.is_some_and(|(wall, pore)| wall.min(pore) < RESOLVED * pitch) {
         entry.unresolved(TOO_COARSE);
@@ -323,7 +325,10 @@ const WIDTH: Plot = Plot {
 /// Marks the metrics of a solid that has volume but no node as unresolved.
 fn lost_between_rays(record: &mut Record) {
     for id in id::SOLID_THICKNESS.all().into_iter().chain([id::WALL_THINNEST]) {
-        record.unresolved(id, "no node of the raster lies in the solid: it is thinner than a pitch");
+        record.unresolved(
+            id,
+            "no node of the raster lies in the solid, which is thinner than a pitch; raise --resolution",
+        );
     }
 }
 
@@ -373,7 +378,7 @@ fn put_thinnest(study: &Study, map: &[f32], thinnest: f64, nodes: &NodeSet, reco
     entry.with("left out, cut by the region", format!("{} %", number((1000.0 * left_out).round() / 10.0)));
     if thinnest < RESOLVED * grid.pitch() {
         let pitches = number((100.0 * thinnest / grid.pitch()).round() / 100.0);
-        entry.unresolved(format!("fewer than 3 rays a wall: {pitches} pitches"));
+        entry.unresolved(format!("{pitches} pitches, and walls below 3 are not resolved; raise --resolution"));
     }
 }
 

@@ -77,7 +77,9 @@ fn volumes(study: &Study, sampler: &dyn Sampler, record: &mut Record) -> Result<
         if let Some(entry) = record.found(id) {
             entry.bounds(Some(lower), Some(upper));
             if value.is_some_and(|value| value < lower || value > upper) {
-                entry.unresolved("the value from rays is beyond its bounds: the raster is too coarse");
+                entry.unresolved(
+                    "the value from rays lies outside its bounds: the raster is too coarse; raise --resolution",
+                );
             }
         }
     };
@@ -156,11 +158,11 @@ fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &
     let lower = if lost > 0.01 { None } else { p1(&inner, &bounds.inner) };
     let upper = p1(&outer, &bounds.outer);
     if let Some(entry) = record.found(id::WALL_THINNEST) {
-        // The 1 % are different nodes in each, and known to a pitch.
+        // The thinnest 1 % are different nodes in each solid, and their thickness is known to a pitch.
         let least = lower.map_or(0.0, |lower| (lower.min(value) - pitch).max(0.0));
         entry.bounds(Some(least), upper.map(|upper| upper.max(value) + pitch));
         if lower.is_none() {
-            entry.unresolved("part of the solid is thinner than the raster shows");
+            entry.unresolved("more than 1 % of the solid is thinner than the raster resolves; raise --resolution");
         }
     }
 }

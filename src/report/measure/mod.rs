@@ -67,7 +67,7 @@ impl Shells {
 
 /// The reason for a missing value where shells meet.
 pub const SHELLS_MEET: &str =
-    "shells of the mesh overlap or touch, and facets within the solid cannot be told from its surface";
+    "shells of the mesh overlap or touch, so facets within the solid cannot be separated from its surface";
 
 /// Returns all metrics, without values.
 pub fn unmeasured(unit: Option<LengthUnit>) -> Vec<Metric> {
@@ -81,7 +81,7 @@ pub fn unmeasured(unit: Option<LengthUnit>) -> Vec<Metric> {
 /// Number of stages reported as progress.
 const STAGES: usize = 9;
 
-/// Measures a solid within its region. Title, unit and provenance of the report are left empty.
+/// Measures a solid within its region. Schema, title, unit, verdict and provenance of the report are left empty.
 pub fn measure(
     subject: Subject,
     settings: &Settings,

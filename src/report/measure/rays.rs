@@ -27,7 +27,7 @@ pub struct Drawn {
     pub anisotropy: Option<Anisotropy>,
 }
 
-const NO_SURFACE: &str = "there is no surface within the region";
+const NO_SURFACE: &str = "the region contains no surface";
 
 /// Records all metrics from rays and facets.
 pub fn measure(study: &Study, record: &mut Record) -> Drawn {
@@ -73,7 +73,7 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
     let entry = record.put(id::SURFACE_AREA, area);
     if study.subject.roi.is_none() && study.images.shells == Shells::Apart && flush > 1e-3 * of_mesh {
         entry.warn(format!(
-            "{} % of the mesh's surface lies in the faces of the box, where the solid counts as cut",
+            "{} % of the mesh's surface lies in the faces of the box and is left out, as the solid counts as cut there",
             number((1000.0 * flush / of_mesh).round() / 10.0)
         ));
     }
@@ -90,7 +90,9 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
     entry.with("build direction", settings.build);
     let porosity = record.value(id::POROSITY).unwrap_or(f64::NAN);
     let permeability = kozeny_carman(porosity, area / total, settings.kozeny);
-    record.put_or(id::PERMEABILITY, permeability, "there are no pores, or no surface").with("K", settings.kozeny);
+    record
+        .put_or(id::PERMEABILITY, permeability, "the region contains no pores or no surface")
+        .with("K", settings.kozeny);
 
     let intercepts = [id::INTERCEPT_LONG, id::INTERCEPT_MIDDLE, id::INTERCEPT_SHORT];
     let Some(ellipsoid) = Crossings::of(surface, total).ellipsoid() else {
@@ -103,7 +105,7 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
     let degree = if ellipsoid.degree < 1e-9 { 0.0 } else { ellipsoid.degree };
     record.put(id::ANISOTROPY, degree);
     for (id, length) in intercepts.into_iter().zip(ellipsoid.half_axes) {
-        let endless = "endless: lines in this direction never meet the surface";
+        let endless = "infinite: lines in this direction never meet the surface";
         record.put_or(id, length.is_finite().then_some(length), endless);
     }
     Some(Anisotropy {
@@ -126,7 +128,10 @@ fn of_mesh(study: &Study, facets: &Facets, record: &mut Record) {
         Ok(curvature) => {
             let entry = record.put(ids[0], curvature.mean);
             if curvature.irregular_edges > 0 {
-                entry.warn(format!("{} edges are not those of two facets and are left out", curvature.irregular_edges));
+                entry.warn(format!(
+                    "{} edges do not have two facets each and are left out; repair the mesh",
+                    curvature.irregular_edges
+                ));
             }
             record.put(ids[1], curvature.gauss);
         }
@@ -179,7 +184,7 @@ fn chords(study: &Study, phase: Phase, record: &mut Record) -> Option<HistogramP
 
 /// Records the centroid of a phase, and the inertia of the solid.
 fn moments(phase: Phase, moments: &Moments, extent: f64, record: &mut Record) {
-    let nothing = "the region has none of it";
+    let nothing = "the region contains none of this phase";
     // Sums that cancel except for rounding are 0.
     let finite = |value: f64, size: f64| value.is_finite().then(|| if value.abs() < 1e-9 * size { 0.0 } else { value });
     let centroid = match phase {

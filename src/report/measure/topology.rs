@@ -13,7 +13,7 @@ pub fn measure(study: &Study, record: &mut Record) {
     let mesh = study.subject.solid.mesh();
     let surface = SurfaceCharacteristic::of(&mesh.positions, &mesh.triangles);
     let of_mesh = match study.images.shells {
-        Shells::Apart => surface.of_solid().ok_or("edges of the mesh have not two facets each"),
+        Shells::Apart => surface.of_solid().ok_or("some edges of the mesh do not have two facets; repair the mesh"),
         Shells::Meeting => Err(SHELLS_MEET),
     };
     let entry = match of_mesh {
@@ -30,5 +30,5 @@ pub fn measure(study: &Study, record: &mut Record) {
     }
     record.put(id::CONNECTIVITY, topology.connectivity_density).with("Δχ", topology.contribution);
     let largest = Components::of(&solid, Connectivity::All, edges).largest_share();
-    record.put_or(id::PIECE_LARGEST, largest, "there is no solid in the region");
+    record.put_or(id::PIECE_LARGEST, largest, "the region contains no solid");
 }

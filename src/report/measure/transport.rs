@@ -21,7 +21,7 @@ const TOLERANCE: f64 = 1e-8;
 /// Records tortuosities.
 pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record: &mut Record) -> Result<(), Error> {
     if !study.region.is_box() {
-        let why = "tortuosity is measured between flat faces, and the region of interest is no box";
+        let why = "tortuosity needs flat faces, and the region of interest is not a box";
         for family in [id::TORTUOSITY_PORE_GEODESIC, id::TORTUOSITY_PORE_DIFFUSIVE, id::TORTUOSITY_SOLID_DIFFUSIVE] {
             for id in family.all() {
                 record.lacks(id, why);
