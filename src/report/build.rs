@@ -1,4 +1,4 @@
-//! Reports as users ask for them.
+//! The facade: a builder of reports, and the report of a solid in memory.
 
 use std::fmt;
 use std::ops::Index;
@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::files::{Made, Task, checked_limits, limits, sheet, write_sheet};
+use super::files::{Made, Task, checked_limits, limits, report_on, write_report};
 use super::limits::Limits as ParsedLimits;
 use super::measure::Clock;
 use super::page::words;
@@ -20,7 +20,7 @@ use crate::length::Length;
 use crate::metrics::BoundaryCondition;
 use crate::{Error, Settings, Solid};
 
-/// Limits that metrics are held to.
+/// Limits that metrics are checked against.
 #[derive(Clone, Debug)]
 pub struct Limits {
     parsed: ParsedLimits,
@@ -30,7 +30,7 @@ impl Limits {
     /// Reads limits (TOML): `porosity = { min = "50 %", max = "90 %" }`.
     ///
     /// # Errors
-    /// Files that cannot be read, and limits on metrics that do not exist, with the nearest name.
+    /// If the file cannot be read, or limits a metric that does not exist; the error names the nearest ones.
     pub fn open(path: impl AsRef<Path>) -> Result<Limits, Error> {
         Ok(Limits { parsed: limits(path.as_ref(), None)? })
     }
@@ -38,13 +38,13 @@ impl Limits {
     /// Reads limits from text.
     ///
     /// # Errors
-    /// Limits on metrics that do not exist, with the nearest name.
+    /// If the text limits a metric that does not exist; the error names the nearest ones.
     pub fn parse(text: &str) -> Result<Limits, Error> {
         Ok(Limits { parsed: checked_limits(Path::new("limits"), text, None)? })
     }
 }
 
-/// A report to be made: the solid, its region of interest, its limits and the course of the measurement.
+/// A builder of a report: the solid, its region of interest, its limits and the course of the measurement.
 #[derive(Clone, Debug)]
 pub struct ReportBuilder {
     solid: Solid,
@@ -67,11 +67,11 @@ pub struct ReportBuilder {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Report {
-    sheet: ScaffoldReport,
+    scaffold: ScaffoldReport,
 }
 
 impl Report {
-    /// Returns a report to be made of a solid within its box.
+    /// Returns the builder of a report on a solid within its box.
     pub fn of(solid: &Solid) -> ReportBuilder {
         ReportBuilder {
             solid: solid.clone(),
@@ -93,30 +93,30 @@ impl Report {
 
     /// Returns all metrics, in the order of the catalogue.
     pub fn metrics(&self) -> &[Metric] {
-        &self.sheet.metrics
+        &self.scaffold.metrics
     }
 
     /// Returns a metric by its id: `porosity`, `solid.thickness.mean`.
     pub fn get(&self, id: &str) -> Option<&Metric> {
-        self.sheet.metric(id)
+        self.scaffold.metric(id)
     }
 
     /// Returns the outcome of the limits, if any were given.
     pub fn verdict(&self) -> Option<&Verdict> {
-        self.sheet.verdict.as_ref()
+        self.scaffold.verdict.as_ref()
     }
 
     /// Returns all data of the report.
-    pub fn sheet(&self) -> &ScaffoldReport {
-        &self.sheet
+    pub fn scaffold_report(&self) -> &ScaffoldReport {
+        &self.scaffold
     }
 
-    /// Writes `report.html`, `metrics.json`, `metrics.csv` and `methods.txt` to a folder, which is made if it is not there.
+    /// Writes `report.html`, `metrics.json`, `metrics.csv` and `methods.txt` to a folder, which is created if it is missing.
     ///
     /// # Errors
-    /// Folders and files that cannot be written.
+    /// If the folder or a file cannot be written.
     pub fn write(&self, folder: impl AsRef<Path>) -> Result<(), Error> {
-        write_sheet(&self.sheet, folder.as_ref())
+        write_report(&self.scaffold, folder.as_ref())
     }
 }
 
@@ -162,7 +162,7 @@ impl ReportBuilder {
         self
     }
 
-    /// Holds the metrics to limits.
+    /// Checks the metrics against limits.
     pub fn limits(mut self, limits: &Limits) -> Self {
         self.limits = Some(limits.clone());
         self
@@ -186,16 +186,16 @@ impl ReportBuilder {
         self
     }
 
-    /// Measures.
+    /// Measures the solid.
     ///
     /// # Errors
-    /// Solids that the fill rule does not allow, rasters that do not fit into memory, limits that do not apply, and operations
-    /// that the caller stops.
+    /// If the fill rule does not allow the solid, the raster does not fit into memory, a limit does not apply, or the caller
+    /// cancels.
     pub fn measure(mut self, settings: &Settings) -> Result<Report, Error> {
         settings.check()?;
         self.course.spacing = settings.spacing();
         if let Spacing::Tolerance(_) = self.course.spacing {
-            return Err(Error::Usage("reports take no tolerance; give rays or a pitch".to_owned()));
+            return Err(Error::Usage("a report has no tolerance; set rays or a pitch".to_owned()));
         }
         self.course.fill = settings.fill_rule();
         self.course.backend = settings.device().clone();
@@ -224,11 +224,11 @@ impl ReportBuilder {
                 backends: &backends,
                 start,
             };
-            let mut sheet = sheet(task, solids, clock, monitor)?;
+            let mut scaffold = report_on(task, solids, clock, monitor)?;
             if let Some(Limits { parsed }) = &self.limits {
-                sheet.verdict = Some(parsed.judge(&sheet.metrics, sheet.unit).map_err(Error::input)?);
+                scaffold.verdict = Some(parsed.judge(&scaffold.metrics, scaffold.unit).map_err(Error::input)?);
             }
-            Ok(Report { sheet })
+            Ok(Report { scaffold })
         })
     }
 }

@@ -1,6 +1,6 @@
-//! `report`: measures solids one after another, and writes what there is to say of each.
+//! Reports of several solids: measures them one after another and writes their files.
 //!
-//! A solid's files are written as soon as it is measured, so that of many none is lost when a later one fails.
+//! The files of a solid are written as soon as it is measured, so that the failure of a later solid loses none of them.
 
 use std::collections::HashSet;
 use std::fmt::Display;
@@ -13,7 +13,7 @@ use std::time::{Instant, SystemTime};
 use glam::DVec3;
 
 use super::limits::Limits;
-use super::measure::{Clock, Measurements, Subject, measure, unmeasured};
+use super::measure::{Clock, Subject, measure, unmeasured};
 use super::page::summary::{Entry, Unmeasured};
 use super::page::{self, compare, summary};
 use super::scaffold_report::{self, Alert, InputFile, ScaffoldReport, Severity};
@@ -34,13 +34,13 @@ use crate::sampler::{FillRule, Mode, Sampler};
 use crate::surface::{Coordinates, contour_in};
 use crate::{Error, ErrorKind, Monitor, Warning};
 
-/// What was reported.
+/// The reports of a job, and its failures.
 pub struct Reported {
     /// The reports, in the order of the inputs.
-    pub sheets: Vec<ScaffoldReport>,
-    /// Files to open, the first of them first.
+    pub reports: Vec<ScaffoldReport>,
+    /// The pages, the one to open first in front.
     pub pages: Vec<PathBuf>,
-    /// What of several solids could not be measured.
+    /// The solids that could not be measured, if there were several.
     pub failures: Vec<Unmeasured>,
     /// All failures in one text.
     pub failed: Option<String>,
@@ -51,30 +51,30 @@ pub struct Reported {
 impl Reported {
     /// Returns whether all limits are kept.
     pub fn passed(&self) -> bool {
-        self.sheets.iter().filter_map(|sheet| sheet.verdict.as_ref()).all(|verdict| verdict.passed)
+        self.reports.iter().filter_map(|report| report.verdict.as_ref()).all(|verdict| verdict.passed)
     }
 }
 
 /// Measures solids one after another and writes the files of each as soon as it is measured, then those over all of them.
-/// `on_sheet` takes each report before it is written.
+/// `on_report` takes each report before it is written.
 ///
 /// # Errors
-/// Limits that cannot be read, a single solid that cannot be measured, and files that cannot be written. Of several solids those
-/// that cannot be measured are listed, unless that is all of them.
+/// If limits cannot be read, files cannot be written, or no solid can be measured. If only some of several solids cannot be
+/// measured, the result lists them.
 pub fn report_files(
     job: &ReportJob,
     progress: &Monitor,
-    mut on_sheet: impl FnMut(&ScaffoldReport),
+    mut on_report: impl FnMut(&ScaffoldReport),
 ) -> Result<Reported, Error> {
     let limits = job.limits.as_deref().map(|path| limits(path, job.unit)).transpose()?;
     let backends = Backends::open(&job.settings.backend)?;
-    let (mut places, mut sheets, mut failures) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut places, mut reports, mut failures) = (Vec::new(), Vec::new(), Vec::new());
     let mut worst = None;
     for (place, input) in self::places(job).into_iter().zip(job.solids.iter().chain(&job.compare)) {
-        let mut sheet = match one(job, input, &backends, progress) {
-            Ok(sheet) => sheet,
+        let mut report = match report_of(job, input, &backends, progress) {
+            Ok(report) => report,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
-            // One of many does not keep the others from being measured.
+            // The others are measured all the same.
             Err(error) if job.solids.len() > 1 => {
                 let kind = error.kind();
                 worst = if kind == ErrorKind::Machine { Some(kind) } else { worst.or(Some(kind)) };
@@ -84,34 +84,34 @@ pub fn report_files(
             Err(error) => return Err(error),
         };
         if let Some(limits) = &limits {
-            sheet.verdict = Some(limits.judge(&sheet.metrics, sheet.unit).map_err(Error::input)?);
+            report.verdict = Some(limits.judge(&report.metrics, report.unit).map_err(Error::input)?);
         }
-        on_sheet(&sheet);
-        write_sheet(&sheet, &job.folder.join(&place))?;
-        sheets.push(sheet);
+        on_report(&report);
+        write_report(&report, &job.folder.join(&place))?;
+        reports.push(report);
         places.push(place);
     }
-    let failed = (!failures.is_empty()).then(|| said_of(&failures, job.solids.len()));
-    if let (Some(kind), Some(message), true) = (worst, &failed, sheets.is_empty()) {
+    let failed = (!failures.is_empty()).then(|| failure_text(&failures, job.solids.len()));
+    if let (Some(kind), Some(message), true) = (worst, &failed, reports.is_empty()) {
         return Err(if kind == ErrorKind::Machine { Error::machine(message) } else { Error::input(message) });
     }
-    tell_apart(&mut sheets);
+    tell_apart(&mut reports);
     let mut pages: Vec<PathBuf> = places.iter().map(|place| job.folder.join(place).join("report.html")).collect();
-    if let Some((name, text)) = overview(job, &places, &sheets, &failures) {
+    if let Some((name, text)) = overview(job, &places, &reports, &failures) {
         let path = job.folder.join(name);
         output::replace(&path, |file| file.write_all(text.as_bytes()))?;
         pages.insert(0, path);
     }
     if job.solids.len() > 1 {
-        let all = sheets.iter().collect::<Vec<_>>();
+        let all = reports.iter().collect::<Vec<_>>();
         for (name, table) in [("metrics.csv", write::csv(&all)), ("designs.csv", write::designs(&all, &failures))] {
             output::replace(&job.folder.join(name), |file| file.write_all(table.as_bytes()))?;
         }
     }
-    Ok(Reported { sheets, pages, failures, failed, worst })
+    Ok(Reported { reports, pages, failures, failed, worst })
 }
 
-/// A failure by the file that it is of, which its message need not name again.
+/// Returns a failure by its file, with a message that does not repeat the file.
 fn unmeasured_solid(input: &Input, failure: &Error) -> Unmeasured {
     let path = input.path.display().to_string();
     let message = failure.to_string();
@@ -120,8 +120,8 @@ fn unmeasured_solid(input: &Input, failure: &Error) -> Unmeasured {
     Unmeasured { path, message }
 }
 
-/// All failures, a paragraph each.
-fn said_of(failures: &[Unmeasured], all: usize) -> String {
+/// Returns all failures as a text, a paragraph each.
+fn failure_text(failures: &[Unmeasured], all: usize) -> String {
     let mut text = format!("{} of {all} solids could not be measured:", failures.len());
     failures.iter().for_each(|Unmeasured { path, message }| text += &format!("\n{path}: {message}"));
     text
@@ -135,26 +135,26 @@ pub(super) fn limits(path: &Path, unit: Option<LengthUnit>) -> Result<Limits, Er
     checked_limits(path, &text, unit)
 }
 
-/// Parses limits, and holds them against metrics without values, which finds misspelt names before anything is measured.
+/// Parses limits, and checks them against metrics without values, which finds misspelt names before anything is measured.
 pub(super) fn checked_limits(path: &Path, text: &str, unit: Option<LengthUnit>) -> Result<Limits, Error> {
     let limits = Limits::parse(path, text).map_err(Error::input)?;
-    // Files may state a unit of their own, and what that is does not matter yet.
+    // Files may state another unit; any unit serves to check names and dimensions.
     let unit = unit.or(Some(LengthUnit::Millimetre));
     limits.judge(&unmeasured(unit), unit).map_err(Error::input)?;
     Ok(limits)
 }
 
-/// The page over several, and its name.
+/// Returns the name and the text of the page on several solids, if there is one.
 fn overview(
     job: &ReportJob,
     places: &[PathBuf],
-    sheets: &[ScaffoldReport],
+    reports: &[ScaffoldReport],
     failures: &[Unmeasured],
 ) -> Option<(&'static str, String)> {
     let entries: Vec<Entry> = places
         .iter()
-        .zip(sheets)
-        .map(|(place, sheet)| Entry { sheet, link: place.join("report.html").to_string_lossy().replace('\\', "/") })
+        .zip(reports)
+        .map(|(place, report)| Entry { report, link: place.join("report.html").to_string_lossy().replace('\\', "/") })
         .collect();
     match (&entries[..], &job.compare) {
         ([a, b], Some(_)) => Some(("compare.html", compare::html(a, b))),
@@ -163,7 +163,7 @@ fn overview(
     }
 }
 
-/// Where the files of each solid go, within the folder: that of the first design itself, and a folder for each of several.
+/// Returns the folder of the files of each solid, relative to that of the job.
 fn places(job: &ReportJob) -> Vec<PathBuf> {
     if job.compare.is_some() {
         return vec![PathBuf::new(), PathBuf::from("compare")];
@@ -175,26 +175,26 @@ fn places(job: &ReportJob) -> Vec<PathBuf> {
     let place = |input: &Input| {
         let stem = input.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let mut names = std::iter::once(stem.clone()).chain((2..).map(|n| format!("{stem}-{n}")));
-        // Some file systems do not tell small letters from large.
+        // Some file systems ignore the case of letters.
         PathBuf::from(names.find(|name| taken.insert(name.to_lowercase())).expect("names do not end"))
     };
     job.solids.iter().map(place).collect()
 }
 
-/// Gives solids of one file name the names of their paths, where they stand side by side.
-fn tell_apart(sheets: &mut [ScaffoldReport]) {
-    let titles: Vec<String> = sheets.iter().map(|sheet| sheet.title.clone()).collect();
-    for sheet in sheets {
-        if titles.iter().filter(|title| **title == sheet.title).count() > 1 {
-            sheet.title = sheet.provenance.inputs[0].path.clone();
+/// Replaces titles that several reports share by the paths of their files.
+fn tell_apart(reports: &mut [ScaffoldReport]) {
+    let titles: Vec<String> = reports.iter().map(|report| report.title.clone()).collect();
+    for report in reports {
+        if titles.iter().filter(|title| **title == report.title).count() > 1 {
+            report.title = report.provenance.inputs[0].path.clone();
         }
     }
 }
 
-/// The files of each solid.
+/// The names of the files of each solid.
 const FILES: [&str; 4] = ["metrics.json", "metrics.csv", "methods.txt", "report.html"];
 
-/// Every file that a report may write.
+/// Returns all files that a job may write.
 pub fn files(job: &ReportJob) -> Vec<PathBuf> {
     let each = places(job).into_iter().flat_map(|place| FILES.map(|name| job.folder.join(&place).join(name)));
     let over_all = ["index.html", "compare.html", "metrics.csv", "designs.csv"].map(|name| job.folder.join(name));
@@ -205,9 +205,9 @@ pub fn files(job: &ReportJob) -> Vec<PathBuf> {
 }
 
 /// Writes the files of one solid.
-pub(super) fn write_sheet(sheet: &ScaffoldReport, folder: &Path) -> Result<(), Error> {
+pub(super) fn write_report(report: &ScaffoldReport, folder: &Path) -> Result<(), Error> {
     fs::create_dir_all(folder).map_err(|error| Error::output(folder, &error))?;
-    let texts = [write::json(sheet), write::csv(&[sheet]), write::methods(sheet), page::html(sheet)];
+    let texts = [write::json(report), write::csv(&[report]), write::methods(report), page::html(report)];
     for (name, text) in FILES.into_iter().zip(texts) {
         output::replace(&folder.join(name), |file| file.write_all(text.as_bytes()))?;
     }
@@ -215,7 +215,7 @@ pub(super) fn write_sheet(sheet: &ScaffoldReport, folder: &Path) -> Result<(), E
 }
 
 /// Reads and measures one solid.
-fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Monitor) -> Result<ScaffoldReport, Error> {
+fn report_of(job: &ReportJob, input: &Input, backends: &Backends, progress: &Monitor) -> Result<ScaffoldReport, Error> {
     let start = Instant::now();
     let mut clock = Clock::default();
     progress.stage(format!("{}: reading", input.path.display()))?;
@@ -235,21 +235,21 @@ fn one(job: &ReportJob, input: &Input, backends: &Backends, progress: &Monitor) 
     let (settings, command_line) = (&job.settings, job.command_line.clone());
     let made = job.roi.as_ref().and_then(Made::of);
     let task = Task { settings, made, requirements, command_line, warnings, backends, start };
-    let mut sheet = sheet(task, solids, clock, progress)?;
-    sheet.title = input.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(sheet)
+    let mut report = report_on(task, solids, clock, progress)?;
+    report.title = input.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(report)
 }
 
-/// A region of interest that is made of the solid.
+/// A region of interest that is constructed from the solid.
 pub(super) enum Made {
-    /// Its convex hull.
+    /// The convex hull of the solid.
     Hull,
     /// The solid with everything filled that a ball of a diameter cannot enter.
     Wrap(Option<Length>),
 }
 
 impl Made {
-    /// Returns the region to be made; `None` if it is a solid of its own.
+    /// Returns the region to be constructed; `None` if it is a solid of its own.
     pub fn of<S>(roi: &Roi<S>) -> Option<Made> {
         match roi {
             Roi::Solid(_) => None,
@@ -259,29 +259,29 @@ impl Made {
     }
 }
 
-/// One report to be made.
+/// The settings and the context of one report.
 pub(super) struct Task<'t> {
     pub settings: &'t super::Settings,
-    /// The region to be made of the solid, if it is no solid of its own.
+    /// The region to be constructed from the solid; `None` for its box or a second solid.
     pub made: Option<Made>,
     pub requirements: InputRequirements,
     pub command_line: String,
-    /// Remarks on the solids.
+    /// Warnings about the solids.
     pub warnings: Vec<Warning>,
     pub backends: &'t Backends,
-    /// The time from which the total counts.
+    /// The start of the total time.
     pub start: Instant,
 }
 
 /// Measures the first solid, within the second if there is one.
-pub(super) fn sheet(
+pub(super) fn report_on(
     task: Task,
     mut solids: Vec<Solid>,
     mut clock: Clock,
     progress: &Monitor,
 ) -> Result<ScaffoldReport, Error> {
     let Task { settings, made, requirements, command_line, warnings, backends, start } = task;
-    // Normals say which surfaces bulge and overhang.
+    // Curvature and overhang need outward normals.
     for solid in solids.iter_mut().filter(|solid| solid.is_oriented() && solid.volume < 0.0) {
         input::turn(solid, requirements)?;
         solid.volume = -solid.volume;
@@ -306,26 +306,17 @@ pub(super) fn sheet(
     let grid = subject.grid(settings)?;
     let lattice = clock.time("sampling", || subject.solid.quantise(&grid))?;
     let choice = backends.choose(|| work(slice::from_ref(&lattice), &Axis::ALL));
-    let measured = measure(subject, settings, lattice, choice.sampler(), &mut clock, progress)?;
+    let mut report = measure(subject, settings, lattice, choice.sampler(), &mut clock, progress)?;
     let ran = choice.ran();
     alerts.extend(ran.auto.iter().filter_map(|auto| auto.warning.clone()).map(alert));
-    let Measurements { metrics, histograms, access, profiles, anisotropy, convergence, pictures, alerts: found } =
-        measured;
-    alerts.extend(found);
+    alerts.append(&mut report.alerts);
     let mut seconds = clock.stages();
     seconds.push(("total", start.elapsed().as_secs_f64()));
     Ok(ScaffoldReport {
         schema: scaffold_report::SCHEMA,
         title: solids[0].name().to_string(),
         unit: solids[0].unit,
-        verdict: None,
         alerts,
-        metrics,
-        histograms,
-        access,
-        profiles,
-        anisotropy,
-        convergence,
         provenance: scaffold_report::Provenance {
             inputs: files,
             command_line,
@@ -340,7 +331,7 @@ pub(super) fn sheet(
             seconds,
             peak_memory_bytes: machine::peak_memory_bytes(),
         },
-        pictures,
+        ..report
     })
 }
 
@@ -355,10 +346,10 @@ fn hull(solid: &Solid) -> Result<Solid, Error> {
 /// Rays along the longest side of the raster that a solid is wrapped on.
 const WRAP_RAYS: f64 = 256.0;
 
-/// The diameter of the ball that wraps a solid, as a share of the longest side, where none is given.
+/// The default diameter of the ball that wraps a solid, as a share of the longest side.
 const WRAP_SHARE: f64 = 0.25;
 
-/// Returns the shape of a solid: everything filled that a ball of a diameter cannot enter from outside.
+/// Returns the solid with everything filled that a ball of a diameter cannot enter from outside.
 fn wrap(solid: &Solid, diameter: Option<Length>, fill: FillRule) -> Result<Solid, Error> {
     let bounds = solid.bounds();
     let longest = bounds.extent().max_element();
@@ -366,7 +357,7 @@ fn wrap(solid: &Solid, diameter: Option<Length>, fill: FillRule) -> Result<Solid
         Some(diameter) => diameter.in_unit(solid.unit, "--roi wrap:")?,
         None => WRAP_SHARE * longest,
     };
-    // Two pitches around the ball are room for the rounding to the lattice.
+    // Two pitches around the ball allow for the rounding to the lattice.
     let pitch = (longest + diameter) / (WRAP_RAYS - 4.0);
     let radius = 0.5 * diameter / pitch;
     let refused = |error: &dyn Display| Error::input(format!("{}: {error}", solid.name()));
@@ -393,7 +384,7 @@ fn wrap(solid: &Solid, diameter: Option<Length>, fill: FillRule) -> Result<Solid
     Ok(region_of(solid, closed, format!("wrap:{}{unit}", number(diameter))))
 }
 
-/// A region of interest that was made from a solid.
+/// Returns a region of interest constructed from a solid, in its unit.
 fn region_of(solid: &Solid, closed: ClosedMesh, name: String) -> Solid {
     Solid { unit: solid.unit, ..Solid::from_closed(closed, &name) }
 }

@@ -1,115 +1,85 @@
-//! Sheets for tests: one with everything, one with hardly anything. Their numbers are invented, near those of a gyroid.
+//! Reports for tests: one with everything, one with hardly anything. Their numbers are invented, near those of a gyroid.
 
-use super::id;
+use std::path::Path;
+
+use super::id::{self, Statistic};
+use super::limits::Limits;
+use super::measure::record::Record;
 use super::quantity::Quantity;
 use super::scaffold_report::*;
+use crate::grid::Axis;
 use crate::mesh::LengthUnit;
 
 const MM: Option<LengthUnit> = Some(LengthUnit::Millimetre);
 /// A title that every writer must escape.
 pub const AWKWARD: &str = "a&b <script>alert(\"1\")</script> 'quoted', with a name so long that it has to be broken somewhere_or_other_however_few_spaces_it_has.stl";
 
-/// Returns a metric with a value, an error and bounds 2 % around it.
-fn metric(
-    id: &'static str,
-    group: Group,
-    symbol: &'static str,
-    name: &'static str,
-    quantity: Quantity,
-    value: f64,
-) -> Metric {
-    Metric {
-        id,
-        group,
-        symbol,
-        name,
-        definition: "What it is, in a line that says enough to tell it from its neighbours & is <not> markup.",
-        value: Some(value),
-        error: (group != Group::Topology).then_some(value.abs() * 0.004),
-        lower: None,
-        upper: None,
-        unit: quantity.of(MM),
-        method: "rays along x, y and z",
-        parameters: vec![("pitch", "0.039 mm".to_owned())],
-        reference: "Bouxsein et al. 2010, J. Bone Miner. Res. 25, 1468",
-        status: Status::Measured,
-        warnings: Vec::new(),
+/// Returns invented values of some metrics, with errors, bounds and parameters; one metric has a warning, one no value.
+fn metrics() -> Vec<Metric> {
+    let mean = Statistic::Mean;
+    let mut record = Record::default();
+    for (id, value) in [
+        (id::VOLUME_TOTAL, 1000.0),
+        (id::VOLUME_SOLID, 301.27),
+        (id::POROSITY, 0.698_73),
+        (id::POROSITY_OPEN, 0.698_7),
+        (id::POROSITY_CLOSED, 0.0),
+        (id::SURFACE_AREA, 3_091.7),
+        (id::SURFACE_SPECIFIC, 10.262),
+        (id::SURFACE_DENSITY, 3.0917),
+        (id::PERCOLATION, 0.415),
+        (id::PORE_LARGEST, 0.459),
+        (id::SOLID_THICKNESS.of(mean), 0.2134),
+        (id::PORE_THICKNESS.of(mean), 0.4377),
+        (id::NUMBER, 1.536),
+        (id::WALL_THINNEST, 0.171),
+        (id::CHORD_SOLID.along(Axis::X), 0.62),
+        (id::ANISOTROPY, 0.2143),
+        (id::EULER, -4001.0),
+        (id::BETTI_0, 1.0),
+        (id::BETTI_1, 4002.0),
+        (id::BETTI_2, 0.0),
+        (id::CONNECTIVITY, 4.002),
+        (id::PERMEABILITY, 7.13e-6),
+        (id::CENTROID_SOLID.along(Axis::X), -4.998),
+        (id::OVERHANG, 0.1464),
+    ] {
+        let entry = record.put(id, value).with("pitch", "0.039 mm");
+        if id.group != Group::Topology {
+            entry.error(value.abs() * 0.004);
+        }
+        match id {
+            id::VOLUME_SOLID | id::POROSITY | id::PERCOLATION | id::WALL_THINNEST => {
+                entry.bounds(Some(value * 0.98), Some(value * 1.02))
+            }
+            id::PERMEABILITY => entry.with("K", "5"),
+            id::OVERHANG => entry.with("angle from the horizontal, degrees", "45"),
+            _ if id == id::CHORD_SOLID.along(Axis::X) => entry.warn("7.2 % of the chords end at the region's faces"),
+            _ => entry,
+        };
     }
+    record.lacks(id::TORTUOSITY_PORE_DIFFUSIVE.along(Axis::Z), "no pore leads through");
+    let mut metrics = record.into_metrics(MM);
+    for metric in &mut metrics {
+        metric.definition = "A line that says enough to tell the metric from its neighbours & is <not> markup.";
+    }
+    metrics
 }
 
-fn bounded(mut metric: Metric) -> Metric {
-    let value = metric.value.unwrap_or(0.0);
-    (metric.lower, metric.upper) = (Some(value * 0.98), Some(value * 1.02));
-    metric
-}
-
-fn missing(mut metric: Metric, why: &str) -> Metric {
-    (metric.value, metric.error, metric.status) = (None, None, Status::NotApplicable);
-    metric.warnings = vec![why.to_owned()];
-    metric
-}
-
-/// Returns a metric with one more parameter.
-fn with(mut metric: Metric, name: &'static str, value: &str) -> Metric {
-    metric.parameters.push((name, value.to_owned()));
-    metric
-}
-
-/// Returns a sheet with every kind of content.
+/// Returns a report with every kind of content.
 pub fn rich() -> ScaffoldReport {
-    use Group::*;
-    use Quantity::*;
-    let mut spread = metric("chords.solid.x.mean", Chords, "ℓ̄_s,x", "Mean chord of the solid along x", Length(1), 0.62);
-    spread.warnings = vec!["7.2 % of the chords end at the region's faces".to_owned()];
-    let metrics = vec![
-        metric(id::TOTAL_VOLUME, Volume, "TV", "Volume of the region", Length(3), 1000.0),
-        bounded(metric(id::SOLID_VOLUME, Volume, "BV", "Volume of the solid", Length(3), 301.27)),
-        bounded(metric(id::POROSITY, Volume, "φ", "Porosity", Share, 0.698_73)),
-        metric(id::OPEN_POROSITY, Volume, "φ_open", "Open porosity", Share, 0.698_7),
-        metric(id::CLOSED_POROSITY, Volume, "φ_closed", "Closed porosity", Share, 0.0),
-        metric(id::SURFACE, Surface, "BS", "Surface", Length(2), 3_091.7),
-        metric(id::SURFACE_PER_SOLID, Surface, "BS/BV", "Specific surface", Length(-1), 10.262),
-        metric(id::SURFACE_PER_TOTAL, Surface, "BS/TV", "Surface density", Length(-1), 3.0917),
-        bounded(metric(id::PERCOLATION, Access, "d_perc", "Percolation diameter", Length(1), 0.415)),
-        metric(id::LARGEST_PORE, Access, "d_max", "Largest pore", Length(1), 0.459),
-        metric(id::THICKNESS, Thickness, "Tb.Th", "Mean thickness", Length(1), 0.2134),
-        bounded(metric(id::THINNEST_WALL, Thickness, "τ₁", "Thinnest wall (1st percentile)", Length(1), 0.171)),
-        metric(id::SEPARATION, Thickness, "Tb.Sp", "Mean separation", Length(1), 0.4377),
-        metric(id::NUMBER, Thickness, "Tb.N", "Trabecular number", Length(-1), 1.536),
-        spread,
-        metric(id::ANISOTROPY, Anisotropy, "DA", "Degree of anisotropy", Number, 0.2143),
-        metric("euler", Topology, "χ", "Euler characteristic", Number, -4001.0),
-        metric("topology.solid.components", Topology, "β₀", "Pieces of the solid", Number, 1.0),
-        metric("topology.tunnels", Topology, "β₁", "Tunnels", Number, 4002.0),
-        metric("topology.cavities", Topology, "β₂", "Closed cavities", Number, 0.0),
-        metric(id::CONNECTIVITY, Topology, "Conn.D", "Connectivity density", Length(-3), 4.002),
-        missing(
-            metric("tortuosity.diffusive.z", Transport, "τ_D,z", "Diffusive tortuosity along z", Number, 1.0),
-            "no pore leads through",
-        ),
-        with(metric("permeability", Transport, "k", "Permeability (Kozeny–Carman)", Length(2), 7.13e-6), "K", "5"),
-        metric("moments.centroid.x", Moments, "x̄", "Centroid, x", Length(1), -4.998),
-        with(
-            metric(id::OVERHANG, Manufacture, "–", "Overhanging surface", Share, 0.1464),
-            "angle from the horizontal, degrees",
-            "45",
-        ),
-    ];
+    let metrics = metrics();
     ScaffoldReport {
         schema: SCHEMA,
         title: "gyroid-10mm.stl".to_owned(),
         unit: MM,
-        verdict: Some(verdict()),
+        verdict: Some(verdict(&metrics)),
         alerts: alerts(),
         metrics,
-        histograms: ["solid.thickness", "pore.size.local", "pore.size.access", "chords.pore.x"]
-            .iter()
-            .enumerate()
-            .map(|(i, id)| histogram(id, i))
-            .collect(),
+        histograms: (0..4).map(histogram).collect(),
         access: Some(access()),
         profiles: ["x", "y", "z"].into_iter().map(profile).collect(),
-        anisotropy: Some(super::scaffold_report::Anisotropy {
+        anisotropy: Some(Anisotropy {
             degree: 0.2143,
             lengths: [0.712, 0.655, 0.631],
             directions: [[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]],
@@ -120,77 +90,35 @@ pub fn rich() -> ScaffoldReport {
     }
 }
 
-/// Returns the sheet of a block without unit and pores, for which few metrics have values.
+/// Returns the report of a block without unit and pores, for which few metrics have values.
 pub fn poor() -> ScaffoldReport {
-    let mut block = rich();
-    block.title = AWKWARD.to_owned();
-    block.unit = None;
-    block.verdict = None;
-    block.alerts.clear();
-    block.histograms.clear();
-    (block.access, block.anisotropy) = (None, None);
-    block.profiles.clear();
-    block.convergence.clear();
-    block.pictures = Pictures::default();
-    block.provenance = provenance(AWKWARD);
-    for metric in &mut block.metrics {
+    let mut metrics = rich().metrics;
+    for metric in &mut metrics {
         metric.unit = metric.unit.quantity.of(None);
-        (metric.lower, metric.upper) = (None, None);
-        match metric.group {
-            Group::Volume | Group::Surface => metric.error = None,
-            _ => *metric = missing(metric.clone(), "no pores <in> this & that solid"),
+        (metric.error, metric.lower, metric.upper) = (None, None, None);
+        if !matches!(metric.group, Group::Volume | Group::Surface) {
+            (metric.value, metric.status) = (None, Status::NotApplicable);
+            metric.warnings = vec!["no pores <in> this & that solid".to_owned()];
         }
     }
     // Values that a writer must survive although measuring never produces them.
-    block.metrics[0].value = Some(f64::NAN);
-    block.metrics[1].lower = Some(f64::NEG_INFINITY);
-    block
+    metrics[0].value = Some(f64::NAN);
+    metrics[1].lower = Some(f64::NEG_INFINITY);
+    ScaffoldReport {
+        schema: SCHEMA,
+        title: AWKWARD.to_owned(),
+        metrics,
+        provenance: provenance(AWKWARD),
+        ..ScaffoldReport::default()
+    }
 }
 
-fn verdict() -> Verdict {
-    let limit =
-        |metric: &str, name: &str, [min, max]: [Option<f64>; 2], value, outcome, quantity: Quantity| LimitVerdict {
-            metric: metric.to_owned(),
-            name: name.to_owned(),
-            min,
-            max,
-            value,
-            lower: value.map(|value: f64| value * 0.98),
-            upper: value.map(|value: f64| value * 1.02),
-            unit: quantity.of(MM),
-            outcome,
-        };
-    let length = Quantity::Length(1);
-    Verdict {
-        passed: false,
-        limits: vec![
-            limit(id::POROSITY, "Porosity", [Some(0.6), Some(0.8)], Some(0.6987), LimitOutcome::Kept, Quantity::Share),
-            limit(
-                id::PERCOLATION,
-                "Percolation diameter",
-                [Some(0.41), None],
-                Some(0.415),
-                LimitOutcome::KeptWithinBounds,
-                length,
-            ),
-            limit(
-                id::THINNEST_WALL,
-                "Thinnest wall (1st percentile)",
-                [Some(0.2), None],
-                Some(0.171),
-                LimitOutcome::Broken,
-                length,
-            ),
-            limit(
-                "tortuosity.diffusive.z",
-                "Diffusive tortuosity along z",
-                [None, Some(2.0)],
-                None,
-                LimitOutcome::NoValue,
-                Quantity::Number,
-            ),
-        ],
-    }
+/// Returns a verdict with every outcome.
+fn verdict(metrics: &[Metric]) -> Verdict {
+    let limits = "porosity = { min = 0.6, max = 0.8 }\npercolation.min = 0.41\nwall.thinnest.min = 0.2\n\
+                  tortuosity.pore.diffusive.z.max = 2.0";
+    let limits = Limits::parse(Path::new("limits.toml"), limits).unwrap();
+    limits.judge(metrics, MM).unwrap()
 }
 
 fn alerts() -> Vec<Alert> {
@@ -208,12 +136,12 @@ fn alerts() -> Vec<Alert> {
     ]
 }
 
-fn histogram(id: &str, i: usize) -> HistogramPlot {
-    let (title, phase) = [
-        ("Thickness of the solid", "solid"),
-        ("Pore size, local thickness", "pore"),
-        ("Pore size, access-limited", "pore"),
-        ("Chords of the pores along x", "pore"),
+fn histogram(i: usize) -> HistogramPlot {
+    let (id, title, phase) = [
+        ("solid.thickness", "Thickness of the solid", "solid"),
+        ("pore.thickness", "Width of the pores", "pore"),
+        ("pore.access", "Access-limited pore size", "pore"),
+        ("chord.pore", "Pore chords", "pore"),
     ][i];
     let (mean, deviation) = ([0.2134, 0.4377, 0.401, 0.71][i], [0.021, 0.031, 0.02, 0.35][i]);
     let range = [0.0, mean * 2.0];
@@ -262,9 +190,9 @@ fn convergence() -> Vec<Convergence> {
             series: vec![
                 series(id::POROSITY, [0.702, 0.6994, 0.6987], Some(1.93)),
                 series(id::PERCOLATION, [0.405, 0.411, 0.415], Some(0.58)),
-                series(id::THICKNESS, [0.205, 0.211, 0.2134], Some(1.32)),
+                series(id::SOLID_THICKNESS.of(Statistic::Mean), [0.205, 0.211, 0.2134], Some(1.32)),
                 ConvergenceSeries {
-                    metric: id::SEPARATION,
+                    metric: id::PORE_THICKNESS.of(Statistic::Mean),
                     values: vec![None, Some(0.435), Some(0.4377)],
                     order: None,
                 },

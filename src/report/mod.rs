@@ -1,14 +1,14 @@
 //! The scaffold report: metrics of a solid and its pores, and their files.
 //!
-//! `measure` (images, fields, metrics) → [`sheet`] (all data, in world units) → `limits`, `write` (metrics.json, metrics.csv,
-//! methods.txt) and `page` (report.html). No step after the sheet computes, and no step before it formats. [`Report`] is the facade,
-//! [`files`] runs several solids.
+//! `measure` (images, fields, metrics, named by [`id`]) → [`scaffold_report`] (all data, in world units) → `limits`, `write`
+//! (metrics.json, metrics.csv, methods.txt) and `page` (report.html). No step after the report computes, and no step before it
+//! formats. [`Report`] is the facade, [`files`] runs several solids.
 
 mod build;
 pub mod files;
 #[cfg(test)]
 mod fixture;
-mod id;
+pub mod id;
 mod limits;
 mod measure;
 mod page;
@@ -37,7 +37,7 @@ pub struct ReportJob {
     pub roi: Option<Roi>,
     /// The design that the first solid is compared with.
     pub compare: Option<Input>,
-    /// A file of limits that the metrics are held to.
+    /// A file of limits that the metrics are checked against.
     pub limits: Option<PathBuf>,
     /// The folder of all files.
     pub folder: PathBuf,
@@ -45,7 +45,7 @@ pub struct ReportJob {
     pub unit: Option<LengthUnit>,
     /// The treatment of meshes that are not closed.
     pub openness: Openness,
-    /// The course of the measurement.
+    /// The settings of the measurement.
     pub settings: Settings,
     /// The command that asked for the report, for its provenance.
     pub command_line: String,
@@ -58,11 +58,11 @@ pub enum Roi<S = Input> {
     Solid(S),
     /// The convex hull of the solid.
     Hull,
-    /// The solid with everything filled that a ball from outside cannot reach; its diameter, or a default.
+    /// The solid with everything filled that a ball from outside cannot enter; the diameter of the ball, or a default.
     Wrap(Option<Length>),
 }
 
-/// The course of a measurement.
+/// The settings of a measurement.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// The fineness of the raster.

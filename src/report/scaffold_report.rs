@@ -5,6 +5,7 @@
 
 use serde::{Serialize, Serializer};
 
+use super::id::MetricId;
 use super::quantity::Unit;
 use crate::mesh::LengthUnit;
 
@@ -12,7 +13,7 @@ use crate::mesh::LengthUnit;
 pub const SCHEMA: &str = "ldi-ops-report/1";
 
 /// A report on one solid.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct ScaffoldReport {
     /// The schema version of the JSON.
     pub schema: &'static str,
@@ -195,7 +196,7 @@ pub enum Severity {
 /// A distribution to be drawn.
 #[derive(Clone, Debug, Serialize)]
 pub struct HistogramPlot {
-    /// The id: `solid.thickness`, `pore.size.local`, `pore.size.access`, `chords.solid.x` …
+    /// The id: `solid.thickness`, `pore.thickness`, `pore.access`, `chord.solid` or `chord.pore`.
     pub id: String,
     /// The title of the chart.
     pub title: String,
@@ -273,7 +274,7 @@ pub enum Varied {
 #[derive(Clone, Debug, Serialize)]
 pub struct ConvergenceSeries {
     /// The id of the metric.
-    pub metric: &'static str,
+    pub metric: MetricId,
     /// One value for each of [`Convergence::at`].
     pub values: Vec<Option<f64>>,
     /// The observed order p of an error that shrinks as h^p; `None` if the values do not determine it.
@@ -281,7 +282,7 @@ pub struct ConvergenceSeries {
 }
 
 /// The provenance of the numbers.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Provenance {
     /// The files that were read.
     pub inputs: Vec<InputFile>,

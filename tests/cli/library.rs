@@ -136,7 +136,7 @@ fn reports_are_those_of_the_command_line() {
     // The last region counts.
     let hull = Report::of(&a).region(&b).within_hull().measure(&Settings::rays(32)).unwrap();
     let json = folder.json(&["report", "a.3mf", "--roi", "hull", "--resolution", "32", "-o", "hull"]);
-    assert_eq!(hull.sheet().provenance.region, json["provenance"]["region"]);
+    assert_eq!(hull.scaffold_report().provenance.region, json["provenance"]["region"]);
     let misspelt = Limits::parse("porosty = { min = \"1 %\" }").unwrap_err();
     assert!(misspelt.to_string().contains("porosity"), "{misspelt}");
     report.write(folder.path("ours")).unwrap();

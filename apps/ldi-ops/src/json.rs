@@ -115,7 +115,7 @@ fn of_each<T>(command: &str, results: &[Each<T>], input: fn(&T) -> Value, one: f
 
 /// Returns the content of metrics.json, or those of several solids in an envelope.
 fn reported(result: &Reported) -> Value {
-    let mut objects: Vec<Value> = result.sheets.iter().map(|sheet| json!(sheet)).collect();
+    let mut objects: Vec<Value> = result.reports.iter().map(|report| json!(report)).collect();
     match (objects.len(), result.failures.as_slice()) {
         (1, []) => objects.remove(0),
         (_, []) => json!({ "schema": SCHEMA, "command": "report", "results": objects }),

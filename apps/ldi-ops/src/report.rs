@@ -14,6 +14,7 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::check::Severity;
 use ldi_ops::number::number;
 use ldi_ops::report::files::Reported;
+use ldi_ops::report::id::{self, MetricId, Statistic};
 use ldi_ops::report::scaffold_report::{LimitOutcome, Metric, ScaffoldReport};
 use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::unit;
@@ -54,23 +55,23 @@ impl Table {
 }
 
 /// The metrics printed on stdout; the files have all of them.
-const KEY_METRICS: &[&str] = &[
-    "porosity",
-    "porosity.closed",
-    "surface.density",
-    "solid.thickness.mean",
-    "wall.thinnest",
-    "pore.thickness.mean",
-    "pore.largest",
-    "percolation",
-    "anisotropy",
-    "euler",
-    "tortuosity.pore.diffusive.z",
+const KEY_METRICS: [MetricId; 11] = [
+    id::POROSITY,
+    id::POROSITY_CLOSED,
+    id::SURFACE_DENSITY,
+    id::SOLID_THICKNESS.of(Statistic::Mean),
+    id::WALL_THINNEST,
+    id::PORE_THICKNESS.of(Statistic::Mean),
+    id::PORE_LARGEST,
+    id::PERCOLATION,
+    id::ANISOTROPY,
+    id::EULER,
+    id::TORTUOSITY_PORE_DIFFUSIVE.along(Axis::Z),
 ];
 
 /// Returns the text of `report`.
 fn reported(result: &Reported) -> String {
-    let mut tables: Vec<String> = result.sheets.iter().map(one_reported).collect();
+    let mut tables: Vec<String> = result.reports.iter().map(one_reported).collect();
     let mut table = Table::default();
     for (i, page) in result.pages.iter().enumerate() {
         table.line(if i == 0 { "written" } else { "" }, page.display());
@@ -79,14 +80,14 @@ fn reported(result: &Reported) -> String {
     tables.join("\n")
 }
 
-fn one_reported(sheet: &ScaffoldReport) -> String {
+fn one_reported(report: &ScaffoldReport) -> String {
     let mut table = Table::default();
-    table.line("report", &sheet.title);
+    table.line("report", &report.title);
     for id in KEY_METRICS {
-        let Some(metric) = sheet.metrics.iter().find(|metric| metric.id == *id) else { continue };
+        let Some(metric) = report.metric(id.id) else { continue };
         let _ = writeln!(table.text, "{:<40} {}", format!("{} ({})", metric.name, metric.symbol), metric_value(metric));
     }
-    if let Some(verdict) = &sheet.verdict {
+    if let Some(verdict) = &report.verdict {
         for limit in &verdict.limits {
             let outcome = match limit.outcome {
                 LimitOutcome::Kept => "kept",
@@ -104,11 +105,11 @@ fn one_reported(sheet: &ScaffoldReport) -> String {
             table.line("limit", said.replace(" ,", ",").trim_end());
         }
     }
-    let seconds = &sheet.provenance.seconds;
+    let seconds = &report.provenance.seconds;
     let total = seconds.iter().find(|(stage, _)| *stage == "total").map_or(0.0, |(_, seconds)| *seconds);
-    let [x, y, z] = sheet.provenance.rays;
-    let pitch = format!("{}{}", number(sheet.provenance.pitch), unit::suffix(sheet.unit, 1));
-    table.line("grid", format_args!("{x} × {y} × {z} rays, pitch {pitch}, edges {}", sheet.provenance.edges));
+    let [x, y, z] = report.provenance.rays;
+    let pitch = format!("{}{}", number(report.provenance.pitch), unit::suffix(report.unit, 1));
+    table.line("grid", format_args!("{x} × {y} × {z} rays, pitch {pitch}, edges {}", report.provenance.edges));
     let memory = peak_memory_bytes().map(|bytes| format!(", {} MB at most", bytes / 1_000_000)).unwrap_or_default();
     table.line("time", format_args!("{total:.2} s{memory}"));
     table.text

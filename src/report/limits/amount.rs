@@ -27,17 +27,15 @@ enum TypedUnit {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AmountError {
-    #[error("\"{0}\" is no number")]
+    #[error("\"{0}\" is not a number")]
     NoNumber(String),
-    #[error(
-        "\"{text}\" has a unit that is not known: \"{unit}\"; {known}, with powers as in mm^2 and 1/mm, and % for shares"
-    )]
+    #[error("\"{text}\" has the unknown unit \"{unit}\"; {known}, with powers as in mm^2 and 1/mm, and % for shares")]
     Unit { text: String, unit: String, known: String },
-    #[error("\"{text}\" is no {wanted}")]
+    #[error("\"{text}\" is not {wanted}")]
     Quantity { text: String, wanted: &'static str },
-    #[error("{text} is no share from 0 to 1; in percent it is written \"{text} %\"")]
+    #[error("{text} is not a share from 0 to 1; write percent as \"{text} %\"")]
     Share { text: String },
-    #[error("\"{text}\" has a unit, but the solid's is not known; name it with --unit")]
+    #[error("\"{text}\" has a unit, but the solid has none; set --unit")]
     NoUnit { text: String },
 }
 
@@ -92,14 +90,14 @@ fn converted(value: f64, from: LengthUnit, to: LengthUnit, power: i8) -> f64 {
 
 fn wanted(quantity: Quantity) -> &'static str {
     match quantity {
-        Quantity::Number => "pure number",
-        Quantity::Share => "share: shares are from 0 to 1, or in %",
-        Quantity::Length(1) => "length",
-        Quantity::Length(2) => "area",
-        Quantity::Length(3) => "volume",
-        Quantity::Length(-1) => "number per length",
-        Quantity::Length(-3) => "number per volume",
-        Quantity::Length(_) => "amount in this metric's power of a length",
+        Quantity::Number => "a pure number",
+        Quantity::Share => "a share, from 0 to 1 or in %",
+        Quantity::Length(1) => "a length",
+        Quantity::Length(2) => "an area",
+        Quantity::Length(3) => "a volume",
+        Quantity::Length(-1) => "a number per length",
+        Quantity::Length(-3) => "a number per volume",
+        Quantity::Length(_) => "an amount in the power of a length that this metric has",
     }
 }
 

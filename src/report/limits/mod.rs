@@ -1,4 +1,4 @@
-//! The user's requirements of a solid: a TOML file with the least and greatest values of metrics, checked against a sheet.
+//! The user's requirements of a solid: a TOML file with the least and greatest values of metrics, checked against a report.
 //!
 //! ```toml
 //! porosity = { min = 0.6, max = "80 %" }
@@ -22,29 +22,29 @@ use crate::mesh::LengthUnit;
 
 pub use amount::{Amount, AmountError};
 
-use super::id;
+use super::id::{self, MetricId, Statistic};
 use super::scaffold_report::{LimitOutcome, LimitVerdict, Metric, Verdict};
 
 /// Readable aliases of metrics.
-pub const ALIASES: [(&str, &str); 20] = [
-    ("open-porosity", id::OPEN_POROSITY),
-    ("closed-porosity", id::CLOSED_POROSITY),
+pub const ALIASES: [(&str, MetricId); 20] = [
+    ("open-porosity", id::POROSITY_OPEN),
+    ("closed-porosity", id::POROSITY_CLOSED),
     ("percolation-diameter", id::PERCOLATION),
-    ("largest-pore", id::LARGEST_PORE),
-    ("wall", id::THINNEST_WALL),
-    ("thinnest-wall", id::THINNEST_WALL),
-    ("thickness", id::THICKNESS),
-    ("Tb.Th", id::THICKNESS),
-    ("separation", id::SEPARATION),
-    ("pore-size", id::SEPARATION),
-    ("Tb.Sp", id::SEPARATION),
+    ("largest-pore", id::PORE_LARGEST),
+    ("wall", id::WALL_THINNEST),
+    ("thinnest-wall", id::WALL_THINNEST),
+    ("thickness", id::SOLID_THICKNESS.of(Statistic::Mean)),
+    ("Tb.Th", id::SOLID_THICKNESS.of(Statistic::Mean)),
+    ("separation", id::PORE_THICKNESS.of(Statistic::Mean)),
+    ("pore-size", id::PORE_THICKNESS.of(Statistic::Mean)),
+    ("Tb.Sp", id::PORE_THICKNESS.of(Statistic::Mean)),
     ("Tb.N", id::NUMBER),
-    ("volume", id::SOLID_VOLUME),
-    ("BV", id::SOLID_VOLUME),
-    ("TV", id::TOTAL_VOLUME),
-    ("BS", id::SURFACE),
-    ("BS/BV", id::SURFACE_PER_SOLID),
-    ("BS/TV", id::SURFACE_PER_TOTAL),
+    ("volume", id::VOLUME_SOLID),
+    ("BV", id::VOLUME_SOLID),
+    ("TV", id::VOLUME_TOTAL),
+    ("BS", id::SURFACE_AREA),
+    ("BS/BV", id::SURFACE_SPECIFIC),
+    ("BS/TV", id::SURFACE_DENSITY),
     ("DA", id::ANISOTROPY),
     ("Conn.D", id::CONNECTIVITY),
 ];
@@ -83,22 +83,22 @@ pub struct LimitsError {
 pub enum Problem {
     #[error("{0}")]
     Syntax(String),
-    #[error("the file asks for nothing; a limit is written so: porosity = {{ min = 0.6, max = 0.8 }}")]
+    #[error("the file contains no limits; write for example porosity = {{ min = 0.6, max = 0.8 }}")]
     Empty,
-    #[error("{key}: {found} is no limit; write {key} = {{ min = …, max = … }}, with one of the two or both")]
+    #[error("{key}: {found} is not a limit; write {key} = {{ min = …, max = … }}, with min, max or both")]
     NoLimit { key: String, found: &'static str },
     #[error("{key}: {source}")]
     Amount { key: String, source: AmountError },
     #[error("{key}: min {min} is above max {max}")]
     Crossed { key: String, min: f64, max: f64 },
-    #[error("{key}: this is {id}, which line {before} limits already")]
+    #[error("{key}: line {before} already limits {id}; remove one of the two")]
     Twice { key: String, id: &'static str, before: usize },
-    #[error("{key}: there is no such metric; known are {}{}", known.join(", "), more(*others))]
+    #[error("{key}: unknown metric; the nearest names are {}{}", known.join(", "), more(*others))]
     Unknown { key: String, known: Vec<String>, others: usize },
 }
 
 fn more(others: usize) -> String {
-    if others == 0 { String::new() } else { format!(" and {others} more, which metrics.json names") }
+    if others == 0 { String::new() } else { format!("; metrics.json lists {others} more") }
 }
 
 impl Limits {
@@ -199,9 +199,9 @@ fn amount_of(value: &Spanned<DeValue>) -> Result<Amount, AmountError> {
 /// Returns the metric that a key names.
 fn find<'s>(key: &str, metrics: &'s [Metric]) -> Result<&'s Metric, Problem> {
     let called = |id: &str| metrics.iter().find(|metric| metric.id == id);
-    let id = ALIASES.iter().find(|(alias, _)| alias.eq_ignore_ascii_case(key)).map_or(key, |(_, id)| id);
+    let id = ALIASES.iter().find(|(alias, _)| alias.eq_ignore_ascii_case(key)).map_or(key, |(_, id)| id.id);
     called(id).ok_or_else(|| {
-        let aliases = ALIASES.iter().filter(|(_, id)| called(id).is_some()).map(|(alias, _)| *alias);
+        let aliases = ALIASES.iter().filter(|(_, id)| called(id.id).is_some()).map(|(alias, _)| *alias);
         let mut known: Vec<&str> = metrics.iter().map(|metric| metric.id).chain(aliases).collect();
         let near = |name: &str| strsim::jaro_winkler(&key.to_lowercase(), &name.to_lowercase());
         known.sort_by(|a, b| near(b).total_cmp(&near(a)));
@@ -267,10 +267,10 @@ mod tests {
              [solid]\nthickness.mean = { min = \"0.2 mm\" }\n\"BS/BV\".min = \"10 1/mm\"\n",
         );
         // `"BS/BV"` is in the table `solid`.
-        assert!(verdict.unwrap_err().to_string().starts_with("limits.toml:8: solid.BS/BV: there is no such metric"));
+        assert!(verdict.unwrap_err().to_string().starts_with("limits.toml:8: solid.BS/BV: unknown metric"));
         let verdict = judge(
             "porosity = { min = 0.6, max = \"80 %\" }\npercolation.min = \"410 µm\"\n\"wall.thinnest\" = { min = \"0.2 mm\" }\n\
-             \"BS/BV\".min = \"10 1/mm\"\nTb.Th = { max = 0.3 }\neuler = { max = -1 }\n[tortuosity.diffusive.z]\nmax = 2",
+             \"BS/BV\".min = \"10 1/mm\"\nTb.Th = { max = 0.3 }\neuler = { max = -1 }\n[tortuosity.pore.diffusive.z]\nmax = 2",
         )
         .unwrap();
         let outcomes: Vec<_> = verdict.limits.iter().map(|limit| (limit.metric.as_str(), limit.outcome)).collect();
@@ -278,13 +278,13 @@ mod tests {
         assert_eq!(
             outcomes,
             [
-                (id::POROSITY, Kept),
-                (id::PERCOLATION, KeptWithinBounds),
-                (id::THINNEST_WALL, Broken),
-                (id::SURFACE_PER_SOLID, Kept),
-                (id::THICKNESS, Kept),
-                ("euler", Kept),
-                ("tortuosity.diffusive.z", NoValue),
+                (id::POROSITY.id, Kept),
+                (id::PERCOLATION.id, KeptWithinBounds),
+                (id::WALL_THINNEST.id, Broken),
+                (id::SURFACE_SPECIFIC.id, Kept),
+                (id::SOLID_THICKNESS.of(Statistic::Mean).id, Kept),
+                (id::EULER.id, Kept),
+                ("tortuosity.pore.diffusive.z", NoValue),
             ]
         );
         assert!(!verdict.passed);
@@ -294,36 +294,36 @@ mod tests {
 
     #[test]
     fn aliases_lead_to_metrics_and_hide_none() {
-        let sheet = fixture::rich();
+        let report = fixture::rich();
         for (alias, id) in ALIASES {
-            assert!(sheet.metric(id).is_some() && sheet.metric(alias).is_none(), "{alias}: {id}");
+            assert!(report.metric(id.id).is_some() && report.metric(alias).is_none(), "{alias}: {}", id.id);
         }
     }
 
     #[test]
     fn faults_name_file_line_and_key() {
         let text = refusal("\nporosty = { min = 0.6 }");
-        assert!(text.starts_with("limits.toml:2: porosty: there is no such metric; known are porosity, "), "{text}");
-        assert!(text.contains(" more, which metrics.json names"), "{text}");
+        assert!(text.starts_with("limits.toml:2: porosty: unknown metric; the nearest names are porosity, "), "{text}");
+        assert!(text.contains("; metrics.json lists "), "{text}");
         for (text, said) in [
-            ("porosity = 0.6", "limits.toml:1: porosity: a number is no limit; write porosity = { min"),
-            ("porosity = { minimum = 0.6 }", "limits.toml:1: porosity.minimum: a number is no limit"),
-            ("min = 0.6", "limits.toml:1: min: a number is no limit"),
-            ("[porosity]", "limits.toml:1: porosity: an empty table is no limit"),
-            ("", "limits.toml: the file asks for nothing"),
+            ("porosity = 0.6", "limits.toml:1: porosity: a number is not a limit; write porosity = { min"),
+            ("porosity = { minimum = 0.6 }", "limits.toml:1: porosity.minimum: a number is not a limit"),
+            ("min = 0.6", "limits.toml:1: min: a number is not a limit"),
+            ("[porosity]", "limits.toml:1: porosity: an empty table is not a limit"),
+            ("", "limits.toml: the file contains no limits"),
             ("porosity = {", "limits.toml:1: "),
             ("porosity = { min = 0.8, max = 0.6 }", "limits.toml:1: porosity: min 0.8 is above max 0.6"),
             (
                 "wall.min = 0.2\nthinnest-wall.min = 0.2",
-                "limits.toml:2: thinnest-wall: this is wall.thinnest, which line 1",
+                "limits.toml:2: thinnest-wall: line 1 already limits wall.thinnest",
             ),
             (
                 "porosity.min = 60",
-                "limits.toml:1: porosity.min: 60 is no share from 0 to 1; in percent it is written \"60 %\"",
+                "limits.toml:1: porosity.min: 60 is not a share from 0 to 1; write percent as \"60 %\"",
             ),
             ("percolation.min = \"3 parsecs\"", "limits.toml:1: percolation.min: \"3 parsecs\""),
-            ("percolation.min = \"3 mm^2\"", "limits.toml:1: percolation.min: \"3 mm^2\" is no length"),
-            ("percolation.min = true", "limits.toml:1: percolation.min: \"true or false\" is no number"),
+            ("percolation.min = \"3 mm^2\"", "limits.toml:1: percolation.min: \"3 mm^2\" is not a length"),
+            ("percolation.min = true", "limits.toml:1: percolation.min: \"true or false\" is not a number"),
             ("percolation.min = nan", "limits.toml:1: percolation.min: \"nan\""),
         ] {
             assert!(refusal(text).starts_with(said), "{text}: {}", refusal(text));

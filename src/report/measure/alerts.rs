@@ -1,11 +1,12 @@
 //! Alerts: facts that limit the trust in a number.
 
 use super::Study;
-use super::catalogue::definition;
 use super::record::Record;
+use crate::grid::Axis;
 use crate::mesh::convex_hull;
 use crate::metrics::BoundaryCondition;
 use crate::number::number;
+use crate::report::id::{self, Statistic};
 use crate::report::scaffold_report::{Alert, Convergence, Severity, Varied};
 
 /// Share of chords cut by the region above which chord metrics are doubtful.
@@ -17,7 +18,7 @@ const CHANGE: f64 = 0.01;
 /// Least share of its box that the convex hull of a solid fills if the box has cut the solid.
 const FILLED: f64 = 0.9;
 
-/// Returns the message that the solid has a shape of its own, with its porosity within that shape.
+/// Returns the message that the solid does not fill its box, with its porosity within its convex hull.
 ///
 /// A scaffold cut by a box reaches all its faces and, except for single cells, its edges and corners, so that its convex hull
 /// fills it; even 2 × 2 × 2 cells of a primitive sheet, which have none of the corners, fill 94.7 %, and a cylinder 78.5 %.
@@ -28,7 +29,7 @@ fn unfilled_box(study: &Study, record: &Record) -> Option<String> {
     }
     let hull = convex_hull(&study.subject.solid.mesh().positions)?.signed_volume();
     let share = hull / study.region.volume();
-    let porosity = 1.0 - record.value("volume.solid")? / hull;
+    let porosity = 1.0 - record.value(id::VOLUME_SOLID)? / hull;
     let percent = |share: f64| number((1000.0 * share.max(0.0)).round() / 10.0);
     (share < FILLED).then(|| {
         format!(
@@ -47,50 +48,55 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
     let mut say = |code, severity, message: String| alerts.push(Alert { code, severity, message });
     if !study.subject.solid.is_closed() {
         let (name, rays) = (study.subject.solid.name(), study.images.unclosed());
-        let message = format!("{name}: the mesh is not closed; {rays} rays did not close and count as empty");
+        let message =
+            format!("{name}: the mesh is not closed: {rays} rays do not close and count as empty; repair the mesh");
         say("open", Severity::Warning, message);
     }
     if let Some(message) = unfilled_box(study, record) {
         say("box-not-filled", Severity::Warning, message);
     }
-    if study.subject.roi.is_some() && record.value("volume.solid") == Some(0.0) {
+    if study.subject.roi.is_some() && record.value(id::VOLUME_SOLID) == Some(0.0) {
         let message =
-            "nothing of the solid lies within the region of interest: are both in one unit and one place?".to_owned();
+            "the region of interest contains no part of the solid; check that both have one unit (--unit) and one place (--transform-roi)".to_owned();
         say("outside", Severity::Warning, message);
     }
-    if let Some(thin) = record.value("solid.thickness.p5").filter(|thin| *thin < 3.0 * pitch) {
+    if let Some(thin) = record.value(id::SOLID_THICKNESS.of(Statistic::P5)).filter(|thin| *thin < 3.0 * pitch) {
         say(
             "thin-walls",
             Severity::Warning,
             format!(
-                "fewer than 3 rays a wall: 5 % of the solid is thinner than {} pitches; more rays (--resolution) tell more",
+                "5 % of the solid is thinner than {} pitches, and walls below 3 are not resolved; raise --resolution",
                 number((thin / pitch * 100.0).round() / 100.0)
             ),
         );
     }
-    if let Some(narrow) = record.value("pore.thickness.p5").filter(|narrow| *narrow < 3.0 * pitch) {
+    if let Some(narrow) = record.value(id::PORE_THICKNESS.of(Statistic::P5)).filter(|narrow| *narrow < 3.0 * pitch) {
         let pitches = number((narrow / pitch * 100.0).round() / 100.0);
         say(
             "narrow-pores",
             Severity::Note,
-            format!("fewer than 3 rays a pore: 5 % of the pore volume is narrower than {pitches} pitches"),
+            format!(
+                "5 % of the pore volume is narrower than {pitches} pitches, and pores below 3 are not resolved; raise --resolution"
+            ),
         );
     }
-    let cut = [("chord.censored.x", "x"), ("chord.censored.y", "y"), ("chord.censored.z", "z")];
-    let cut: Vec<String> = cut
-        .into_iter()
-        .filter_map(|(id, axis)| Some((record.value(id).filter(|share| *share > CENSORED)?, axis)))
-        .map(|(share, axis)| format!("{} % along {axis}", number((share * 1000.0).round() / 10.0)))
-        .collect();
+    let cut = Axis::ALL.into_iter().filter_map(|axis| {
+        let share = record.value(id::CHORD_CENSORED.along(axis)).filter(|share| *share > CENSORED)?;
+        Some(format!("{} % along {}", number((share * 1000.0).round() / 10.0), axis.name()))
+    });
+    let cut: Vec<String> = cut.collect();
     if !cut.is_empty() {
-        let message = format!("chords cut by the region and left out of the distributions: {}", cut.join(", "));
+        let message = format!(
+            "the region cuts chords, which the distributions leave out: {}; a larger --roi cuts fewer",
+            cut.join(", ")
+        );
         say("censored-chords", Severity::Note, message);
     }
     for study in convergence.iter().filter(|study| study.over == Varied::Pitch) {
         for series in &study.series {
             let [.., Some(coarse), Some(fine)] = series.values[..] else { continue };
             // The change of a share is relative to 1.
-            let whole = if series.metric == "porosity" { 1.0 } else { fine.abs().max(f64::MIN_POSITIVE) };
+            let whole = if series.metric == id::POROSITY { 1.0 } else { fine.abs().max(f64::MIN_POSITIVE) };
             let change = (fine - coarse).abs() / whole;
             if change > CHANGE {
                 let percent = number((change * 1000.0).round() / 10.0);
@@ -98,16 +104,16 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
                     "not-converged",
                     if change > 0.1 { Severity::Warning } else { Severity::Note },
                     format!(
-                        "{} changes by {percent} % from twice the pitch to the pitch",
-                        definition(series.metric).name
+                        "{} changes by {percent} % from twice the pitch to the pitch; raise --resolution",
+                        series.metric.name
                     ),
                 );
             }
         }
     }
-    let pieces = record.value("betti.0").unwrap_or(0.0);
+    let pieces = record.value(id::BETTI_0).unwrap_or(0.0);
     if pieces > 1.0 {
-        let largest = record.value("piece.largest").unwrap_or(0.0);
+        let largest = record.value(id::PIECE_LARGEST).unwrap_or(0.0);
         say(
             "loose-pieces",
             Severity::Note,

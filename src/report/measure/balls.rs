@@ -15,6 +15,7 @@ use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::{Ball, largest_balls, local_thickness, radii};
 use crate::metrics::{BoundaryCondition, Distribution, NodeSet, Phase};
 use crate::number::number;
+use crate::report::id::{self, ByStatistic, Statistic};
 use crate::report::scaffold_report::{AccessCurve, HistogramPlot};
 
 /// Number of points in the access curve.
@@ -23,10 +24,10 @@ const POINTS: usize = 128;
 /// Lengths below this many pitches are not resolved.
 const RESOLVED: f64 = 3.0;
 
-const TOO_COARSE: &str = "fewer than 3 pitches: the raster is too coarse for it";
-const NO_PORES: &str = "there are no pores in the region";
-const NO_SOLID: &str = "there is no solid in the region";
-const NO_SURFACE: &str = "there is no surface in the region for a ball to touch";
+const TOO_COARSE: &str = "shorter than 3 pitches: the raster is too coarse; raise --resolution";
+const NO_PORES: &str = "the region contains no pores";
+const NO_SOLID: &str = "the region contains no solid";
+const NO_SURFACE: &str = "the region contains no surface for a ball to touch";
 
 /// Returns the boundary condition for balls that come from outside: the faces of the region are not walls.
 pub fn from_outside(edges: BoundaryCondition) -> BoundaryCondition {
@@ -39,7 +40,7 @@ pub fn from_outside(edges: BoundaryCondition) -> BoundaryCondition {
 /// The largest balls of the pores: those that enter from outside, and those that lie within the region.
 pub struct Ways {
     free: PoreBalls,
-    /// Only where balls must lie within the region.
+    /// `Some` if balls must lie within the region.
     within: Option<PoreBalls>,
 }
 
@@ -83,8 +84,8 @@ impl Ways {
 
     /// Returns the diameters of the largest balls that span the axes, in pitches, and their bottleneck nodes.
     ///
-    /// The ends are open. With [`Edges::Border`] the other faces of a box are walls; a region that is not a box has no other
-    /// faces, and only the solid limits the balls.
+    /// The ends are open. With [`BoundaryCondition::Border`] the other faces of a box are walls; a region that is not a box has
+    /// no other faces, and only the solid limits the balls.
     pub fn percolation(&self, study: &Study, pores: &NodeSet) -> [Option<access::Percolation>; 3] {
         Axis::ALL.map(|axis| {
             let ends = Ends::of_region(study.region, axis)?;
@@ -152,7 +153,7 @@ pub fn access(study: &Study, record: &mut Record) -> (Option<AccessCurve>, Optio
     let pitch = study.region.grid().pitch();
     let curve = access::AccessCurve::of(&map, &open, &pores, pitch).map(|curve| {
         let half = curve.points().filter(|&(_, share)| share >= 0.5).map(|(diameter, _)| diameter).last();
-        record.put_or("access.half", half, "less than half of the pores is open");
+        record.put_or(id::ACCESS_HALF, half, "less than half of the pore volume is open");
         let every = curve.points().count().div_ceil(POINTS).max(1);
         AccessCurve {
             points: curve.points().step_by(every).map(|(diameter, share)| [diameter, share]).collect(),
@@ -166,30 +167,24 @@ pub fn access(study: &Study, record: &mut Record) -> (Option<AccessCurve>, Optio
                   the pore widths means that wide pores lie behind narrow throats.",
     };
     let histogram = Distribution::of_map(&map, pitch).map(|sizes| {
-        put_spread(Spread::Access, &sizes, pitch, record);
+        put_spread(id::PORE_ACCESS, &sizes, pitch, record);
         plots::histogram(plot, Phase::Pore, &sizes, study.subject.solid.unit)
     });
     if histogram.is_none() {
-        lacks_spread(Spread::Access, "no pore is open", record);
+        lacks_spread(id::PORE_ACCESS, "no pore is open", record);
     }
     (curve, histogram)
 }
 
+/// Records that the access from outside is missing, and the reason.
 fn lacks_access(record: &mut Record, why: &str) {
-    for id in ["percolation", "percolation.x", "percolation.y", "percolation.z", "access.half"] {
+    for id in [id::PERCOLATION, id::ACCESS_HALF].into_iter().chain(id::PERCOLATION_ALONG.all()) {
         record.lacks(id, why);
     }
-    lacks_spread(Spread::Access, why, record);
-    match why {
-        NO_PORES => ["porosity.open", "porosity.closed"].into_iter().for_each(|id| {
-            record.put(id, 0.0);
-        }),
-        // No surface encloses any pore.
-        _ => {
-            record.put("porosity.open", 1.0);
-            record.put("porosity.closed", 0.0);
-        }
-    }
+    lacks_spread(id::PORE_ACCESS, why, record);
+    // Without a surface, no pore is closed.
+    record.put(id::POROSITY_OPEN, if why == NO_PORES { 0.0 } else { 1.0 });
+    record.put(id::POROSITY_CLOSED, 0.0);
 }
 
 fn put_percolation(study: &Study, spans: [Option<access::Percolation>; 3], record: &mut Record) {
@@ -197,16 +192,18 @@ fn put_percolation(study: &Study, spans: [Option<access::Percolation>; 3], recor
     let edges = study.settings.edges;
     let mut closed = Vec::new();
     for (axis, span) in Axis::ALL.into_iter().zip(spans) {
-        let id = ["percolation.x", "percolation.y", "percolation.z"][axis.depth()];
         let none = "no path through the pores leads from face to face";
-        let entry = record.put_or(id, span.map(|span| span.diameter * grid.pitch()), none);
+        let entry =
+            record.put_or(id::PERCOLATION_ALONG.along(axis), span.map(|span| span.diameter * grid.pitch()), none);
         entry.with("edges", edges.name());
         match span {
             Some(span) => {
                 let place = Axis::ALL.map(|axis| number(position(grid, axis, span.node[axis.depth()])));
                 entry.with("narrowest at", place.join(", "));
                 if span.diameter < RESOLVED {
-                    entry.unresolved("narrower than 3 pitches: a wall thinner than the raster might close it");
+                    entry.unresolved(
+                        "narrower than 3 pitches: a wall thinner than a pitch could close the path; raise --resolution",
+                    );
                 }
             }
             None => closed.push(axis.name()),
@@ -215,18 +212,18 @@ fn put_percolation(study: &Study, spans: [Option<access::Percolation>; 3], recor
     let least = spans.iter().flatten().map(|span| span.diameter).fold(f64::INFINITY, f64::min);
     let all = closed.is_empty().then_some(least * grid.pitch());
     let why = format!("no path through the pores spans {}", closed.join(" and "));
-    record.put_or("percolation", all, &why).with("edges", edges.name());
+    record.put_or(id::PERCOLATION, all, &why).with("edges", edges.name());
 }
 
 /// Records the shares of the region that are open and closed pores.
 fn put_open(study: &Study, pores: &NodeSet, open: &NodeSet, record: &mut Record) {
-    let porosity = record.value("porosity").unwrap_or(f64::NAN);
+    let porosity = record.value(id::POROSITY).unwrap_or(f64::NAN);
     let share = open.count() as f64 / pores.count() as f64;
     let nodes = study.region.nodes().count() as f64;
     let closed = (pores.count() - open.count()) as f64;
     // The porosity comes from rays, which are more accurate than nodes; the nodes give its open part.
-    record.put("porosity.open", porosity * share).with("nodes", open.count());
-    record.put("porosity.closed", porosity * (1.0 - share)).with("nodes", closed);
+    record.put(id::POROSITY_OPEN, porosity * share).with("nodes", open.count());
+    record.put(id::POROSITY_CLOSED, porosity * (1.0 - share)).with("nodes", closed);
     debug_assert!(closed <= nodes);
 }
 
@@ -245,16 +242,17 @@ pub fn thickness(
     let mut walls = None;
     for phase in Phase::BOTH {
         let nodes = phase.nodes(&study.solid, study.region.nodes());
-        if phase == Phase::Solid && nodes.is_empty() && record.value("volume.solid").is_some_and(|volume| volume > 0.0)
+        if phase == Phase::Solid
+            && nodes.is_empty()
+            && record.value(id::VOLUME_SOLID).is_some_and(|volume| volume > 0.0)
         {
-            lost_between_rays(spread_of(phase), record);
+            lost_between_rays(record);
             continue;
         }
-        let (plot, nothing) = match phase {
-            Phase::Solid => (THICKNESS, NO_SOLID),
-            Phase::Pore => (WIDTH, NO_PORES),
+        let (spread, plot, nothing) = match phase {
+            Phase::Solid => (id::SOLID_THICKNESS, THICKNESS, NO_SOLID),
+            Phase::Pore => (id::PORE_THICKNESS, WIDTH, NO_PORES),
         };
-        let spread = spread_of(phase);
         let map = match nodes.is_empty() {
             true => Err(nothing),
             false => Ok(local_thickness(&field, &nodes)),
@@ -291,20 +289,21 @@ pub fn thickness(
         slices.iter_mut().for_each(|slice| slice.fill(Phase::Solid, shown, nodes.size()));
         put_thinnest(study, &counted, values.quantile(0.01) * pitch, &nodes, record);
     }
-    let largest = record.value("pore.thickness.max");
-    let entry = record.put_or("pore.largest", largest, NO_PORES);
+    let largest = record.value(id::PORE_THICKNESS.of(Statistic::Max));
+    let entry = record.put_or(id::PORE_LARGEST, largest, NO_PORES);
     entry.with("edges", edges.name());
     if largest.is_some_and(|largest| largest < RESOLVED * pitch) {
         entry.unresolved(TOO_COARSE);
     }
-    let means = record.value("solid.thickness.mean").zip(record.value("pore.thickness.mean"));
-    let why = "there are not both walls and pores";
-    let entry = record.put_or("number", means.map(|(wall, pore)| 1.0 / (wall + pore)), why);
+    let [wall, pore] = [id::SOLID_THICKNESS, id::PORE_THICKNESS].map(|family| family.of(Statistic::Mean));
+    let means = record.value(wall).zip(record.value(pore));
+    let why = "the region lacks walls or pores";
+    let entry = record.put_or(id::NUMBER, means.map(|(wall, pore)| 1.0 / (wall + pore)), why);
     if means.is_some_and(|(wall, pore)| wall.min(pore) < RESOLVED * pitch) {
         entry.unresolved(TOO_COARSE);
     }
-    if record.value("solid.thickness.mean").is_none() && !record.is_unresolved("solid.thickness.mean") {
-        record.lacks("wall.thinnest", NO_SOLID);
+    if record.value(wall).is_none() && !record.is_unresolved(wall) {
+        record.lacks(id::WALL_THINNEST, NO_SOLID);
     }
     plots
 }
@@ -324,10 +323,13 @@ const WIDTH: Plot = Plot {
 };
 
 /// Marks the metrics of a solid that has volume but no node as unresolved.
-fn lost_between_rays(spread: Spread, record: &mut Record) {
-    spread.ids().into_iter().chain(["wall.thinnest"]).for_each(|id| {
-        record.unresolved(id, "no node of the raster lies in the solid: it is thinner than a pitch");
-    });
+fn lost_between_rays(record: &mut Record) {
+    for id in id::SOLID_THICKNESS.all().into_iter().chain([id::WALL_THINNEST]) {
+        record.unresolved(
+            id,
+            "no node of the raster lies in the solid, which is thinner than a pitch; raise --resolution",
+        );
+    }
 }
 
 /// Largest difference between two maps, in pitches, that painting alone can cause.
@@ -365,7 +367,7 @@ fn put_thinnest(study: &Study, map: &[f32], thinnest: f64, nodes: &NodeSet, reco
         let miss = |value: f32| (value - wanted).abs();
         miss(*a.1).total_cmp(&miss(*b.1))
     });
-    let entry = record.put("wall.thinnest", thinnest);
+    let entry = record.put(id::WALL_THINNEST, thinnest);
     if let Some((index, _)) = nearest {
         let node = [index % columns, index / columns % rows, index / (columns * rows)];
         let place = DVec3::from_array(Axis::ALL.map(|axis| position(grid, axis, node[axis.depth()])));
@@ -376,68 +378,35 @@ fn put_thinnest(study: &Study, map: &[f32], thinnest: f64, nodes: &NodeSet, reco
     entry.with("left out, cut by the region", format!("{} %", number((1000.0 * left_out).round() / 10.0)));
     if thinnest < RESOLVED * grid.pitch() {
         let pitches = number((100.0 * thinnest / grid.pitch()).round() / 100.0);
-        entry.unresolved(format!("fewer than 3 rays a wall: {pitches} pitches"));
+        entry.unresolved(format!("{pitches} pitches, and walls below 3 are not resolved; raise --resolution"));
     }
 }
 
-/// A distribution whose mean, spread and percentiles are metrics.
-#[derive(Clone, Copy)]
-enum Spread {
-    Thickness,
-    Width,
-    Access,
-}
-
-impl Spread {
-    /// Returns the ids of mean, standard deviation, minimum, percentiles 1, 5, 50 and 95, and maximum.
-    const fn ids(self) -> [&'static str; 8] {
-        macro_rules! ids {
-            ($id:literal) => {
-                [
-                    concat!($id, ".mean"),
-                    concat!($id, ".sd"),
-                    concat!($id, ".min"),
-                    concat!($id, ".p1"),
-                    concat!($id, ".p5"),
-                    concat!($id, ".p50"),
-                    concat!($id, ".p95"),
-                    concat!($id, ".max"),
-                ]
-            };
-        }
-        match self {
-            Spread::Thickness => ids!("solid.thickness"),
-            Spread::Width => ids!("pore.thickness"),
-            Spread::Access => ids!("pore.access"),
-        }
-    }
-}
-
-const fn spread_of(phase: Phase) -> Spread {
-    match phase {
-        Phase::Solid => Spread::Thickness,
-        Phase::Pore => Spread::Width,
-    }
-}
-
-fn put_spread(spread: Spread, values: &Distribution, pitch: f64, record: &mut Record) {
-    let [mean, deviation, min, p1, p5, p50, p95, max] = spread.ids();
-    let lengths = [(mean, values.mean()), (min, values.min()), (max, values.max())];
-    let percentiles = [(p1, 0.01), (p5, 0.05), (p50, 0.5), (p95, 0.95)].map(|(id, share)| (id, values.quantile(share)));
-    for (id, length) in lengths.into_iter().chain(percentiles) {
-        let entry = record.put(id, length);
+/// Records the statistics of a distribution.
+fn put_spread(spread: ByStatistic, values: &Distribution, pitch: f64, record: &mut Record) {
+    for (statistic, length) in [
+        (Statistic::Mean, values.mean()),
+        (Statistic::Min, values.min()),
+        (Statistic::P1, values.quantile(0.01)),
+        (Statistic::P5, values.quantile(0.05)),
+        (Statistic::P50, values.quantile(0.5)),
+        (Statistic::P95, values.quantile(0.95)),
+        (Statistic::Max, values.max()),
+    ] {
+        let entry = record.put(spread.of(statistic), length);
         if length < RESOLVED * pitch {
             entry.unresolved(TOO_COARSE);
         }
     }
-    let entry = record.put(deviation, values.deviation());
+    let entry = record.put(spread.of(Statistic::StandardDeviation), values.deviation());
     if values.mean() < RESOLVED * pitch {
         entry.unresolved(TOO_COARSE);
     }
 }
 
-fn lacks_spread(spread: Spread, why: &str, record: &mut Record) {
-    spread.ids().into_iter().for_each(|id| {
+/// Records that the statistics of a distribution are missing, and the reason.
+fn lacks_spread(spread: ByStatistic, why: &str, record: &mut Record) {
+    for id in spread.all() {
         record.lacks(id, why);
-    });
+    }
 }

@@ -15,6 +15,7 @@ use crate::metrics::bounds::{Interval, Sampled, SolidBounds, VolumeBounds, Withi
 use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::local_thickness;
 use crate::metrics::{BoundaryCondition, Distribution, NodeSet, Phase};
+use crate::report::id;
 use crate::sampler::{FillRule, Mode, Sampler};
 
 /// Most cubes along the longest side for volumes.
@@ -76,15 +77,17 @@ fn volumes(study: &Study, sampler: &dyn Sampler, record: &mut Record) -> Result<
         if let Some(entry) = record.found(id) {
             entry.bounds(Some(lower), Some(upper));
             if value.is_some_and(|value| value < lower || value > upper) {
-                entry.unresolved("the value from rays is beyond its bounds: the raster is too coarse");
+                entry.unresolved(
+                    "the value from rays lies outside its bounds: the raster is too coarse; raise --resolution",
+                );
             }
         }
     };
-    put(record, "volume.solid", found.solid);
-    put(record, "volume.total", found.region);
+    put(record, id::VOLUME_SOLID, found.solid);
+    put(record, id::VOLUME_TOTAL, found.region);
     let porosity = found.porosity();
-    put(record, "porosity", porosity);
-    put(record, "volume.fraction", Interval { lower: 1.0 - porosity.upper, upper: 1.0 - porosity.lower });
+    put(record, id::POROSITY, porosity);
+    put(record, id::VOLUME_FRACTION, Interval { lower: 1.0 - porosity.upper, upper: 1.0 - porosity.lower });
     Ok(())
 }
 
@@ -114,14 +117,14 @@ fn percolation(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record
     let [lower, upper] = found;
     let lower = lower.map(|span| span.map(|diameter| (diameter - 1.0).max(0.0)));
     let upper = upper.map(|span| span.map(|diameter| diameter + 1.0));
-    for (axis, id) in ["percolation.x", "percolation.y", "percolation.z"].into_iter().enumerate() {
+    for (axis, id) in id::PERCOLATION_ALONG.all().into_iter().enumerate() {
         if let Some(entry) = record.found(id) {
-            // Where the outer solid leaves no way, the lower bound is 0.
+            // The lower bound is 0 if the outer solid leaves no path.
             entry.bounds(Some(diameter(lower[axis]).unwrap_or(0.0)), diameter(upper[axis]));
         }
     }
     let least = |spans: [Option<f64>; 3]| diameter(spans.into_iter().try_fold(f64::INFINITY, |a, b| Some(a.min(b?))));
-    if let Some(entry) = record.found("percolation") {
+    if let Some(entry) = record.found(id::PERCOLATION) {
         entry.bounds(Some(least(lower).unwrap_or(0.0)), least(upper));
     }
 }
@@ -136,7 +139,7 @@ fn spans(study: &Study, solid: &NodeSet, region: &NodeSet) -> [Option<f64>; 3] {
 /// Bounds the thinnest wall by the 1st percentiles of the thickness of the inner and of the outer solid, and a pitch more
 /// either way. Where the inner one has lost more than 1 % of the solid altogether, the lower bound is 0.
 fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &mut Record) {
-    let Some(value) = record.value("wall.thinnest") else { return };
+    let Some(value) = record.value(id::WALL_THINNEST) else { return };
     let edges = study.settings.edges;
     let pitch = study.region.grid().pitch();
     let p1 = |nodes: &NodeSet, beyond: &NodeSet| {
@@ -154,12 +157,12 @@ fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &
     let lost = outer.minus(&grown(&inner)).count() as f64 / solid.count() as f64;
     let lower = if lost > 0.01 { None } else { p1(&inner, &bounds.inner) };
     let upper = p1(&outer, &bounds.outer);
-    if let Some(entry) = record.found("wall.thinnest") {
-        // The 1 % are different nodes in each, and known to a pitch.
+    if let Some(entry) = record.found(id::WALL_THINNEST) {
+        // The thinnest 1 % are different nodes in each solid, and their thickness is known to a pitch.
         let least = lower.map_or(0.0, |lower| (lower.min(value) - pitch).max(0.0));
         entry.bounds(Some(least), upper.map(|upper| upper.max(value) + pitch));
         if lower.is_none() {
-            entry.unresolved("part of the solid is thinner than the raster shows");
+            entry.unresolved("more than 1 % of the solid is thinner than the raster resolves; raise --resolution");
         }
     }
 }

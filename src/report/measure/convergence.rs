@@ -11,12 +11,18 @@ use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::local_thickness;
 use crate::metrics::{BoundaryCondition, Distribution, Facets, NodeSet, Phase};
 use crate::report::Settings;
+use crate::report::id::{self, MetricId, Statistic};
 use crate::report::scaffold_report::{Convergence, ConvergenceSeries, Varied};
 use crate::sampler::Sampler;
 
 /// The metrics that are measured again on coarser rasters.
-const WATCHED: [&str; 5] =
-    ["porosity", "surface.density", "solid.thickness.mean", "pore.thickness.mean", "percolation"];
+const WATCHED: [MetricId; 5] = [
+    id::POROSITY,
+    id::SURFACE_DENSITY,
+    id::SOLID_THICKNESS.of(Statistic::Mean),
+    id::PORE_THICKNESS.of(Statistic::Mean),
+    id::PERCOLATION,
+];
 
 /// Measures the watched metrics at four times and twice the pitch, and appends those at the pitch itself.
 pub fn over_pitch(

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::slices::node_ranges;
 use crate::metrics::{NodeSet, Phase, Region};
+use crate::report::id::{self, Statistic};
 use crate::report::scaffold_report::{Convergence, ConvergenceSeries, Varied};
 
 /// The parts, as shares of the region's sides.
@@ -56,9 +57,9 @@ impl Growth {
     /// Returns the study; phases that were absent are left out.
     pub fn finished(self) -> Convergence {
         let series = [
-            ("porosity", self.porosity),
-            ("solid.thickness.mean", self.thickness),
-            ("pore.thickness.mean", self.width),
+            (id::POROSITY, self.porosity),
+            (id::SOLID_THICKNESS.of(Statistic::Mean), self.thickness),
+            (id::PORE_THICKNESS.of(Statistic::Mean), self.width),
         ];
         let found = series.into_iter().filter(|(_, values)| !values.is_empty());
         Convergence {

@@ -1,21 +1,20 @@
 //! Measuring: from meshes to the content of a report.
 //!
 //! [`raster`] samples; [`rays`], [`topology`], [`balls`], [`bounds`] and [`transport`] take the images and the region and put
-//! metrics into the [`record`], with names and definitions from the [`catalogue`]; [`convergence`] repeats the main ones on
-//! coarser rasters; [`alerts`] states reasons for doubt. Distance fields and maps are the large arrays (4 to 8 bytes per node
-//! each), so each phase is finished with them before the next begins.
+//! metrics into the [`record`]; [`convergence`] repeats the main ones on coarser rasters; [`alerts`] states reasons for doubt.
+//! Distance fields and maps are the large arrays (4 to 8 bytes per node each), so each phase is finished with them before the
+//! next begins.
 
 mod alerts;
 mod balls;
 mod bounds;
-pub mod catalogue;
 mod clock;
 mod convergence;
 mod growth;
 mod plots;
 mod raster;
 mod rays;
-mod record;
+pub mod record;
 mod slices;
 mod topology;
 mod transport;
@@ -35,7 +34,8 @@ use self::growth::Growth;
 use self::raster::Images;
 use self::record::Record;
 use self::slices::SliceMaker;
-use super::scaffold_report::{AccessCurve, Alert, Anisotropy, Convergence, HistogramPlot, Metric, Pictures, Profile};
+use super::id;
+use super::scaffold_report::{Metric, Pictures, ScaffoldReport};
 use crate::Error;
 use crate::Monitor;
 use crate::report::Settings;
@@ -68,33 +68,21 @@ impl Shells {
 
 /// The reason for a missing value where shells meet.
 pub const SHELLS_MEET: &str =
-    "shells of the mesh overlap or touch, and facets within the solid cannot be told from its surface";
-
-/// The measurements of one solid.
-pub struct Measurements {
-    pub metrics: Vec<Metric>,
-    pub histograms: Vec<HistogramPlot>,
-    pub access: Option<AccessCurve>,
-    pub profiles: Vec<Profile>,
-    pub anisotropy: Option<Anisotropy>,
-    pub convergence: Vec<Convergence>,
-    pub alerts: Vec<Alert>,
-    pub pictures: Pictures,
-}
+    "shells of the mesh overlap or touch, so facets within the solid cannot be separated from its surface";
 
 /// Returns all metrics, without values.
 pub fn unmeasured(unit: Option<LengthUnit>) -> Vec<Metric> {
     let mut record = Record::default();
-    catalogue::all().for_each(|definition| {
-        record.lacks(definition.id, "not measured");
-    });
+    for id in id::all() {
+        record.lacks(id, "not measured");
+    }
     record.into_metrics(unit)
 }
 
 /// Number of stages reported as progress.
 const STAGES: usize = 9;
 
-/// Measures a solid within its region.
+/// Measures a solid within its region. Schema, title, unit, verdict and provenance of the report are left empty.
 pub fn measure(
     subject: Subject,
     settings: &Settings,
@@ -102,7 +90,7 @@ pub fn measure(
     sampler: &dyn Sampler,
     clock: &mut Clock,
     progress: &Monitor,
-) -> Result<Measurements, Error> {
+) -> Result<ScaffoldReport, Error> {
     progress.expect(STAGES)?;
     let mut record = Record::default();
     let grid = *lattice.grid();
@@ -145,7 +133,7 @@ pub fn measure(
 
     let convergence = vec![over_pitch, growth.finished()];
     let alerts = alerts::of(&study, &record, &convergence);
-    Ok(Measurements {
+    Ok(ScaffoldReport {
         metrics: record.into_metrics(subject.solid.unit),
         histograms: of_thickness.into_iter().chain(of_access).chain(drawn.histograms).collect(),
         access,
@@ -154,5 +142,6 @@ pub fn measure(
         convergence,
         alerts,
         pictures: Pictures { view: Some(view), slices: slices.into_iter().map(SliceMaker::finished).collect() },
+        ..ScaffoldReport::default()
     })
 }

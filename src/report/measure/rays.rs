@@ -15,6 +15,7 @@ use crate::metrics::profiles::profiles;
 use crate::metrics::surface_area::SurfaceElements;
 use crate::metrics::{Facets, Phase};
 use crate::number::number;
+use crate::report::id;
 use crate::report::scaffold_report::{Anisotropy, HistogramPlot, Profile};
 use crate::sampler::FillRule;
 
@@ -26,7 +27,7 @@ pub struct Drawn {
     pub anisotropy: Option<Anisotropy>,
 }
 
-const NO_SURFACE: &str = "there is no surface within the region";
+const NO_SURFACE: &str = "the region contains no surface";
 
 /// Records all metrics from rays and facets.
 pub fn measure(study: &Study, record: &mut Record) -> Drawn {
@@ -55,53 +56,56 @@ pub fn measure(study: &Study, record: &mut Record) -> Drawn {
 fn volume(study: &Study, record: &mut Record) {
     let solid = study.images.volume(study.region);
     let total = study.region.volume();
-    record.put("volume.total", total);
-    record.put("volume.solid", solid.value).error(solid.error);
-    record.put("volume.mesh", study.subject.solid.volume.abs());
-    record.put("volume.fraction", solid.value / total).error(solid.error / total);
-    record.put("porosity", 1.0 - solid.value / total).error(solid.error / total);
+    record.put(id::VOLUME_TOTAL, total);
+    record.put(id::VOLUME_SOLID, solid.value).error(solid.error);
+    record.put(id::VOLUME_MESH, study.subject.solid.volume.abs());
+    record.put(id::VOLUME_FRACTION, solid.value / total).error(solid.error / total);
+    record.put(id::POROSITY, 1.0 - solid.value / total).error(solid.error / total);
 }
 
 /// Records the sums over the surface within the region.
 fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> Option<Anisotropy> {
     let (area, total) = (surface.area(), study.region.volume());
-    let solid = record.value("volume.solid").unwrap_or(f64::NAN);
+    let solid = record.value(id::VOLUME_SOLID).unwrap_or(f64::NAN);
     let of_mesh = study.subject.solid.mesh().area();
-    record.put("surface.mesh", of_mesh);
+    record.put(id::SURFACE_MESH, of_mesh);
     let flush = of_mesh - area;
-    let entry = record.put("surface.area", area);
+    let entry = record.put(id::SURFACE_AREA, area);
     if study.subject.roi.is_none() && study.images.shells == Shells::Apart && flush > 1e-3 * of_mesh {
         entry.warn(format!(
-            "{} % of the mesh's surface lies in the faces of the box, where the solid counts as cut",
+            "{} % of the mesh's surface lies in the faces of the box and is left out, as the solid counts as cut there",
             number((1000.0 * flush / of_mesh).round() / 10.0)
         ));
     }
-    record.put("surface.specific", area / solid);
-    record.put("surface.density", area / total);
+    record.put(id::SURFACE_SPECIFIC, area / solid);
+    record.put(id::SURFACE_DENSITY, area / total);
     let settings = study.settings;
     let overhang = overhang(surface, settings.build, settings.overhang_angle, Plate::Counted);
     let entry = match (study.images.shells, settings.fill) {
         // The even-odd rule flips facets that the non-zero rule does not.
-        (Shells::Meeting, FillRule::EvenOdd) => record.lacks("overhang", SHELLS_MEET),
-        _ => record.put_or("overhang", overhang.map(|overhang| overhang.share), NO_SURFACE),
+        (Shells::Meeting, FillRule::EvenOdd) => record.lacks(id::OVERHANG, SHELLS_MEET),
+        _ => record.put_or(id::OVERHANG, overhang.map(|overhang| overhang.share), NO_SURFACE),
     };
     entry.with("angle from the horizontal, degrees", settings.overhang_angle);
     entry.with("build direction", settings.build);
-    let porosity = record.value("porosity").unwrap_or(f64::NAN);
+    let porosity = record.value(id::POROSITY).unwrap_or(f64::NAN);
     let permeability = kozeny_carman(porosity, area / total, settings.kozeny);
-    record.put_or("permeability", permeability, "there are no pores, or no surface").with("K", settings.kozeny);
+    record
+        .put_or(id::PERMEABILITY, permeability, "the region contains no pores or no surface")
+        .with("K", settings.kozeny);
 
+    let intercepts = [id::INTERCEPT_LONG, id::INTERCEPT_MIDDLE, id::INTERCEPT_SHORT];
     let Some(ellipsoid) = Crossings::of(surface, total).ellipsoid() else {
-        for id in ["anisotropy", "intercept.long", "intercept.middle", "intercept.short"] {
+        for id in [id::ANISOTROPY].into_iter().chain(intercepts) {
             record.lacks(id, NO_SURFACE);
         }
         return None;
     };
     // A degree that is 0 by symmetry is 0 except for rounding.
     let degree = if ellipsoid.degree < 1e-9 { 0.0 } else { ellipsoid.degree };
-    record.put("anisotropy", degree);
-    for (id, length) in ["intercept.long", "intercept.middle", "intercept.short"].into_iter().zip(ellipsoid.half_axes) {
-        let endless = "endless: lines in this direction never meet the surface";
+    record.put(id::ANISOTROPY, degree);
+    for (id, length) in intercepts.into_iter().zip(ellipsoid.half_axes) {
+        let endless = "infinite: lines in this direction never meet the surface";
         record.put_or(id, length.is_finite().then_some(length), endless);
     }
     Some(Anisotropy {
@@ -113,7 +117,7 @@ fn of_surface(study: &Study, surface: &SurfaceElements, record: &mut Record) -> 
 
 /// Records the curvature of the mesh.
 fn of_mesh(study: &Study, facets: &Facets, record: &mut Record) {
-    let ids = ["surface.curvature.mean", "surface.curvature.gauss"];
+    let ids = [id::SURFACE_CURVATURE_MEAN, id::SURFACE_CURVATURE_GAUSS];
     if study.images.shells == Shells::Meeting {
         ids.into_iter().for_each(|id| {
             record.lacks(id, SHELLS_MEET);
@@ -124,7 +128,10 @@ fn of_mesh(study: &Study, facets: &Facets, record: &mut Record) {
         Ok(curvature) => {
             let entry = record.put(ids[0], curvature.mean);
             if curvature.irregular_edges > 0 {
-                entry.warn(format!("{} edges are not those of two facets and are left out", curvature.irregular_edges));
+                entry.warn(format!(
+                    "{} edges do not have two facets each and are left out; repair the mesh",
+                    curvature.irregular_edges
+                ));
             }
             record.put(ids[1], curvature.gauss);
         }
@@ -139,11 +146,14 @@ fn chords(study: &Study, phase: Phase, record: &mut Record) -> Option<HistogramP
     let edges = study.settings.edges;
     let along = |axis: Axis| Chords::along(&study.images.solid[axis.depth()], study.region, phase, edges);
     let all = Axis::ALL.map(along);
+    let (by_number, by_length) = match phase {
+        Phase::Solid => (id::CHORD_SOLID, id::CHORD_SOLID_WEIGHTED),
+        Phase::Pore => (id::CHORD_PORE, id::CHORD_PORE_WEIGHTED),
+    };
     for (axis, chords) in Axis::ALL.into_iter().zip(&all) {
-        let [number, length] = chord_ids(phase, axis);
-        record.put_or(number, chords.mean(), "no ray meets a surface along this axis");
+        record.put_or(by_number.along(axis), chords.mean(), "no ray meets a surface along this axis");
         let weighted = chords.distribution(Weighting::Length, Counted::Complete).map(|lengths| lengths.mean());
-        record.put_or(length, weighted, "no chord ends at the surface on both sides");
+        record.put_or(by_length.along(axis), weighted, "no chord ends at the surface on both sides");
     }
     if phase == Phase::Pore {
         let solid =
@@ -151,8 +161,7 @@ fn chords(study: &Study, phase: Phase, record: &mut Record) -> Option<HistogramP
         for ((axis, pore), solid) in Axis::ALL.into_iter().zip(&all).zip(&solid) {
             let censored = pore.censored().count + solid.censored().count;
             let share = censored as f64 / (pore.count() + solid.count()) as f64;
-            let id = ["chord.censored.x", "chord.censored.y", "chord.censored.z"][axis.depth()];
-            record.put(id, share);
+            record.put(id::CHORD_CENSORED.along(axis), share);
         }
     }
     let lengths = Chords::together(&all).distribution(Weighting::Number, Counted::Complete)?;
@@ -173,43 +182,27 @@ fn chords(study: &Study, phase: Phase, record: &mut Record) -> Option<HistogramP
     Some(plots::histogram(plot, phase, &lengths, study.subject.solid.unit))
 }
 
-fn chord_ids(phase: Phase, axis: Axis) -> [&'static str; 2] {
-    let by_axis = match phase {
-        Phase::Solid => [
-            ["chord.solid.x", "chord.solid.weighted.x"],
-            ["chord.solid.y", "chord.solid.weighted.y"],
-            ["chord.solid.z", "chord.solid.weighted.z"],
-        ],
-        Phase::Pore => [
-            ["chord.pore.x", "chord.pore.weighted.x"],
-            ["chord.pore.y", "chord.pore.weighted.y"],
-            ["chord.pore.z", "chord.pore.weighted.z"],
-        ],
-    };
-    by_axis[axis.depth()]
-}
-
 /// Records the centroid of a phase, and the inertia of the solid.
 fn moments(phase: Phase, moments: &Moments, extent: f64, record: &mut Record) {
-    let nothing = "the region has none of it";
+    let nothing = "the region contains none of this phase";
     // Sums that cancel except for rounding are 0.
     let finite = |value: f64, size: f64| value.is_finite().then(|| if value.abs() < 1e-9 * size { 0.0 } else { value });
-    let ids = match phase {
-        Phase::Solid => ["centroid.solid.x", "centroid.solid.y", "centroid.solid.z"],
-        Phase::Pore => ["centroid.pore.x", "centroid.pore.y", "centroid.pore.z"],
+    let centroid = match phase {
+        Phase::Solid => id::CENTROID_SOLID,
+        Phase::Pore => id::CENTROID_PORE,
     };
-    for (id, coordinate) in ids.into_iter().zip(moments.centroid.to_array()) {
+    for (id, coordinate) in centroid.all().into_iter().zip(moments.centroid.to_array()) {
         record.put_or(id, finite(coordinate, extent), nothing);
     }
     if phase == Phase::Solid {
         let [x, y, z] = moments.inertia.to_cols_array_2d();
         let tensor = [
-            ("inertia.xx", x[0]),
-            ("inertia.yy", y[1]),
-            ("inertia.zz", z[2]),
-            ("inertia.xy", x[1]),
-            ("inertia.xz", x[2]),
-            ("inertia.yz", y[2]),
+            (id::INERTIA_XX, x[0]),
+            (id::INERTIA_YY, y[1]),
+            (id::INERTIA_ZZ, z[2]),
+            (id::INERTIA_XY, x[1]),
+            (id::INERTIA_XZ, x[2]),
+            (id::INERTIA_YZ, y[2]),
         ];
         for (id, value) in tensor {
             record.put_or(id, finite(value, x[0] + y[1] + z[2]), nothing);

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::catalogue;
 use crate::mesh::LengthUnit;
+use crate::report::id::{self, MetricId};
 use crate::report::scaffold_report::{Metric, Status};
 
 /// The metrics measured so far.
@@ -26,7 +26,7 @@ pub struct Entry {
 
 impl Record {
     /// Records a value. One that is not finite becomes a missing value with a warning.
-    pub fn put(&mut self, id: &'static str, value: f64) -> &mut Entry {
+    pub fn put(&mut self, id: MetricId, value: f64) -> &mut Entry {
         let entry = self.entry(id);
         entry.value = value.is_finite().then_some(value);
         if !value.is_finite() {
@@ -35,16 +35,16 @@ impl Record {
         entry
     }
 
-    /// Records that a value is missing, and why.
-    pub fn lacks(&mut self, id: &'static str, why: impl Into<String>) -> &mut Entry {
+    /// Records that a value is missing, and the reason.
+    pub fn lacks(&mut self, id: MetricId, why: impl Into<String>) -> &mut Entry {
         let entry = self.entry(id);
         entry.value = None;
         entry.warnings.push(why.into());
         entry
     }
 
-    /// Records a value, or why it is missing.
-    pub fn put_or(&mut self, id: &'static str, value: Option<f64>, why: &str) -> &mut Entry {
+    /// Records a value, or the reason why it is missing.
+    pub fn put_or(&mut self, id: MetricId, value: Option<f64>, why: &str) -> &mut Entry {
         match value {
             Some(value) => self.put(id, value),
             None => self.lacks(id, why),
@@ -52,47 +52,46 @@ impl Record {
     }
 
     /// Marks a metric as unresolved: the raster is too coarse.
-    pub fn unresolved(&mut self, id: &'static str, why: impl Into<String>) {
+    pub fn unresolved(&mut self, id: MetricId, why: impl Into<String>) {
         self.entry(id).unresolved(why);
     }
 
     /// Returns whether the raster is too coarse for a metric.
-    pub fn is_unresolved(&self, id: &str) -> bool {
-        self.entries.get(id).is_some_and(|entry| entry.unresolved)
+    pub fn is_unresolved(&self, id: MetricId) -> bool {
+        self.entries.get(id.id).is_some_and(|entry| entry.unresolved)
     }
 
-    fn entry(&mut self, id: &'static str) -> &mut Entry {
-        // An id that is not in the catalogue is a bug.
-        self.entries.entry(catalogue::definition(id).id).or_default()
+    fn entry(&mut self, id: MetricId) -> &mut Entry {
+        self.entries.entry(id.id).or_default()
     }
 
     /// Returns the entry of a metric that has a value.
-    pub fn found(&mut self, id: &str) -> Option<&mut Entry> {
-        self.entries.get_mut(id).filter(|entry| entry.value.is_some())
+    pub fn found(&mut self, id: MetricId) -> Option<&mut Entry> {
+        self.entries.get_mut(id.id).filter(|entry| entry.value.is_some())
     }
 
     /// Returns the value of a metric, if any.
-    pub fn value(&self, id: &str) -> Option<f64> {
-        self.entries.get(id)?.value
+    pub fn value(&self, id: MetricId) -> Option<f64> {
+        self.entries.get(id.id)?.value
     }
 
     /// Returns all recorded metrics, in the order of the catalogue.
     pub fn into_metrics(mut self, length: Option<LengthUnit>) -> Vec<Metric> {
-        let all = catalogue::all().filter_map(|definition| Some((definition, self.entries.remove(definition.id)?)));
-        all.map(|(definition, entry)| Metric {
-            id: definition.id,
-            group: definition.group,
-            symbol: definition.symbol,
-            name: definition.name,
-            definition: definition.definition,
+        let all = id::all().filter_map(|id| Some((id, self.entries.remove(id.id)?)));
+        all.map(|(id, entry)| Metric {
+            id: id.id,
+            group: id.group,
+            symbol: id.symbol,
+            name: id.name,
+            definition: id.definition,
             value: entry.value,
             error: entry.error,
             lower: entry.lower,
             upper: entry.upper,
-            unit: definition.quantity.of(length),
-            method: definition.method,
+            unit: id.quantity.of(length),
+            method: id.method,
             parameters: entry.parameters,
-            reference: definition.reference,
+            reference: id.reference,
             status: match (entry.value, entry.unresolved) {
                 (_, true) => Status::NotResolved,
                 (Some(_), false) => Status::Measured,
@@ -143,10 +142,10 @@ mod tests {
     #[test]
     fn metrics_come_in_the_order_of_the_catalogue_with_their_units() {
         let mut record = Record::default();
-        record.put("connectivity", 2.0).with("edges", "clip");
-        record.put("volume.solid", 3.0).error(0.1).bounds(Some(2.0), None);
-        record.lacks("pore.largest", "there are no pores");
-        record.put("number", f64::NAN);
+        record.put(id::CONNECTIVITY, 2.0).with("edges", "clip");
+        record.put(id::VOLUME_SOLID, 3.0).error(0.1).bounds(Some(2.0), None);
+        record.lacks(id::PORE_LARGEST, "there are no pores");
+        record.put(id::NUMBER, f64::NAN);
         let metrics = record.into_metrics(Some(LengthUnit::Millimetre));
         let ids: Vec<&str> = metrics.iter().map(|metric| metric.id).collect();
         assert_eq!(ids, ["volume.solid", "pore.largest", "number", "connectivity"]);

@@ -11,24 +11,22 @@ use crate::ldi::{Mode, NodePlanes};
 use crate::metrics::tortuosity::{EndCondition, diffusive, geodesic};
 use crate::metrics::{BoundaryCondition, NodeSet, Phase, Region};
 use crate::number::number;
+use crate::report::id;
 use crate::sampler::Sampler;
 use crate::{Error, Monitor};
 
 /// The residual at which the solver stops.
 const TOLERANCE: f64 = 1e-8;
 
-const GEODESIC: [&str; 3] = ["tortuosity.pore.geodesic.x", "tortuosity.pore.geodesic.y", "tortuosity.pore.geodesic.z"];
-const PORE: [&str; 3] = ["tortuosity.pore.diffusive.x", "tortuosity.pore.diffusive.y", "tortuosity.pore.diffusive.z"];
-const SOLID: [&str; 3] =
-    ["tortuosity.solid.diffusive.x", "tortuosity.solid.diffusive.y", "tortuosity.solid.diffusive.z"];
-
 /// Records tortuosities.
 pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record: &mut Record) -> Result<(), Error> {
     if !study.region.is_box() {
-        let why = "tortuosity is measured between flat faces, and the region of interest is no box";
-        GEODESIC.into_iter().chain(PORE).chain(SOLID).for_each(|id| {
-            record.lacks(id, why);
-        });
+        let why = "tortuosity needs flat faces, and the region of interest is not a box";
+        for family in [id::TORTUOSITY_PORE_GEODESIC, id::TORTUOSITY_PORE_DIFFUSIVE, id::TORTUOSITY_SOLID_DIFFUSIVE] {
+            for id in family.all() {
+                record.lacks(id, why);
+            }
+        }
         return Ok(());
     }
     let grid = coarse(study)?;
@@ -42,11 +40,11 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record:
     for (phase, nodes) in Phase::BOTH.into_iter().zip(&phases) {
         for axis in Axis::ALL {
             progress.stage(format!("diffusion through the {} along {}", phase.name(), axis.name()))?;
-            let (id, none) = match phase {
-                Phase::Solid => (SOLID, "no piece of the solid reaches from face to face"),
-                Phase::Pore => (PORE, "no pore reaches from face to face"),
+            let (family, none) = match phase {
+                Phase::Solid => (id::TORTUOSITY_SOLID_DIFFUSIVE, "no piece of the solid reaches from face to face"),
+                Phase::Pore => (id::TORTUOSITY_PORE_DIFFUSIVE, "no pore reaches from face to face"),
             };
-            let id = id[axis.depth()];
+            let id = family.along(axis);
             match diffusive(nodes, axis, edges, EndCondition::Faces, TOLERANCE, &|_| {}) {
                 Ok(Some(diffusion)) => {
                     record.put(id, diffusion.tortuosity).with("D/D₀", number(diffusion.effective_diffusivity))
@@ -57,7 +55,7 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record:
             .with("pitch", &pitch)
             .with("edges", edges.name());
             if phase == Phase::Pore {
-                let id = GEODESIC[axis.depth()];
+                let id = id::TORTUOSITY_PORE_GEODESIC.along(axis);
                 match geodesic(nodes, axis, edges) {
                     Ok(length) => record.put_or(id, length, none),
                     Err(error) => record.lacks(id, error.to_string()),

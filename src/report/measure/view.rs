@@ -16,7 +16,7 @@ use crate::unit;
 
 const FORMAT: Format = Format { width: 1000, height: 760, supersampling: 2 };
 
-/// Largest ratio of the size of everything to that of the region of interest at which the picture is framed on the region.
+/// Largest ratio of the size of the scene to that of the region of interest at which the picture is framed on the region.
 const NEAR: f64 = 3.0;
 
 /// Renders a shaded view of the solid, or of its part within the region of interest, as PNG.
@@ -75,6 +75,6 @@ pub fn view(subject: Subject, fill: FillRule, sampler: &dyn Sampler) -> Result<V
     Annotator::new(&mut canvas).scale_bar(bar, &format!("{}{}", number(bar.length), unit::suffix(length, 1)));
     let mut bytes = Vec::new();
     png::write(&canvas, &mut bytes)
-        .map_err(|error| Error::machine(format!("a picture could not be encoded: {error}")))?;
+        .map_err(|error| Error::machine(format!("the picture cannot be encoded: {error}")))?;
     Ok(bytes)
 }

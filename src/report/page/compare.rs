@@ -66,39 +66,39 @@ const LETTERS: [&str; 2] = ["A", "B"];
 
 /// Returns the page; differences are those of B from A.
 pub fn html(a: &Entry, b: &Entry) -> String {
-    let sheets = [a.sheet, b.sheet];
-    let length = Quantity::Length(1).of(a.sheet.unit);
-    let same_unit = a.sheet.unit == b.sheet.unit;
+    let reports = [a.report, b.report];
+    let length = Quantity::Length(1).of(a.report.unit);
+    let same_unit = a.report.unit == b.report.unit;
     let page = Page {
         style: STYLE,
         foot: FOOT,
         designs: LETTERS.into_iter().zip([a, b]).map(|(letter, entry)| design(letter, entry)).collect(),
-        groups: GROUPS.into_iter().map(|group| table(sheets, group)).filter(|table| !table.rows.is_empty()).collect(),
-        pictures: if same_unit { pictures(sheets, &length) } else { Vec::new() },
-        colour_bar: thicknesses(sheets).filter(|_| same_unit).map(|range| {
+        groups: GROUPS.into_iter().map(|group| table(reports, group)).filter(|table| !table.rows.is_empty()).collect(),
+        pictures: if same_unit { pictures(reports, &length) } else { Vec::new() },
+        colour_bar: thicknesses(reports).filter(|_| same_unit).map(|range| {
             let title = format!("Thickness ({})", length.for_people());
             (title, slices::colour_bar(Shown::Solid, range, &length))
         }),
-        figures: if same_unit { figures(sheets, &length) } else { Vec::new() },
+        figures: if same_unit { figures(reports, &length) } else { Vec::new() },
         apart: !same_unit,
     };
     super::rendered(&page)
 }
 
 fn design<'s>(letter: &'static str, entry: &'s Entry) -> Design<'s> {
-    let sheet = entry.sheet;
-    let length = Quantity::Length(1).of(sheet.unit);
+    let report = entry.report;
+    let length = Quantity::Length(1).of(report.unit);
     Design {
         letter,
-        title: &sheet.title,
+        title: &report.title,
         link: address(&entry.link),
-        strip: Strip::of(sheet.verdict.as_ref()),
-        view: sheet.pictures.view.as_ref().map(|png| format!("data:image/png;base64,{}", STANDARD.encode(png))),
+        strip: Strip::of(report.verdict.as_ref()),
+        view: report.pictures.view.as_ref().map(|png| format!("data:image/png;base64,{}", STANDARD.encode(png))),
         facts: format!(
             "pitch {}, edges: {}, region: {}",
-            words::with_unit(sheet.provenance.pitch, &length),
-            sheet.provenance.edges,
-            sheet.provenance.region
+            words::with_unit(report.provenance.pitch, &length),
+            report.provenance.edges,
+            report.provenance.region
         ),
     }
 }
@@ -168,19 +168,19 @@ fn signed(text: String, value: f64) -> String {
 }
 
 /// Returns the range of thickness that the colours of both designs cover.
-fn thicknesses(sheets: [&ScaffoldReport; 2]) -> Option<[f64; 2]> {
-    slices::range(sheets.into_iter().flat_map(|sheet| &sheet.pictures.slices), Shown::Solid)
+fn thicknesses(reports: [&ScaffoldReport; 2]) -> Option<[f64; 2]> {
+    slices::range(reports.into_iter().flat_map(|report| &report.pictures.slices), Shown::Solid)
 }
 
 /// Returns slices of both designs across the same axes, in the same colours.
-fn pictures(sheets: [&ScaffoldReport; 2], length: &Unit) -> Vec<Picture> {
-    let Some(range) = thicknesses(sheets) else { return Vec::new() };
+fn pictures(reports: [&ScaffoldReport; 2], length: &Unit) -> Vec<Picture> {
+    let Some(range) = thicknesses(reports) else { return Vec::new() };
     let of_axis = |axis: &str| {
         let drawings: Vec<_> = LETTERS
             .into_iter()
-            .zip(sheets)
-            .filter_map(|(letter, sheet)| {
-                let slice = sheet.pictures.slices.iter().find(|slice| slice.across == axis)?;
+            .zip(reports)
+            .filter_map(|(letter, report)| {
+                let slice = report.pictures.slices.iter().find(|slice| slice.across == axis)?;
                 let drawing = slices::drawing(slice, Shown::Solid, range, length);
                 Some((letter, drawing, slices::finding(slice, Shown::Solid, length)))
             })

@@ -26,8 +26,8 @@ const SORT: &str = include_str!("../templates/sort.js");
 const FOOT: &str = concat!("Made by ldi-ops ", env!("CARGO_PKG_VERSION"));
 
 /// Returns the report on one solid, as a self-contained page.
-pub fn html(sheet: &ScaffoldReport) -> String {
-    report::html(sheet)
+pub fn html(report: &ScaffoldReport) -> String {
+    report::html(report)
 }
 
 fn rendered(page: &impl Template) -> String {
@@ -45,7 +45,7 @@ mod tests {
     /// Returns the pages of both fixtures, the summary and the comparison.
     fn pages() -> Vec<(&'static str, String)> {
         let (rich, poor) = (fixture::rich(), fixture::poor());
-        let entry = |sheet, link: &str| Entry { sheet, link: link.to_owned() };
+        let entry = |report, link: &str| Entry { report, link: link.to_owned() };
         let entries = || [entry(&rich, "rich.html"), entry(&poor, "poor.html")];
         let [a, b] = entries();
         let mut other = rich.clone();

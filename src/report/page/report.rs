@@ -82,7 +82,7 @@ struct Study {
 struct StudyRow {
     number: usize,
     class: usize,
-    name: String,
+    name: &'static str,
     unit: String,
     values: Vec<String>,
     change: String,
@@ -99,21 +99,21 @@ struct InputRow<'s> {
 }
 
 /// Returns the page.
-pub fn html(sheet: &ScaffoldReport) -> String {
-    let length = Quantity::Length(1).of(sheet.unit);
+pub fn html(report: &ScaffoldReport) -> String {
+    let length = Quantity::Length(1).of(report.unit);
     let page = Page {
         style: STYLE,
         foot: FOOT,
-        title: &sheet.title,
-        facts: facts(sheet, &length),
-        strip: Strip::of(sheet.verdict.as_ref()),
-        alerts: alerts(sheet),
-        key_figures: table::key_figures(sheet),
-        groups: table::groups(sheet),
-        view: sheet.pictures.view.as_ref().map(|png| format!("data:image/png;base64,{}", STANDARD.encode(png))),
-        slices: slice_rows(sheet, &length),
-        distributions: distributions(sheet),
-        access: sheet.access.as_ref().filter(|curve| curve.points.len() > 1).map(|access| Figure {
+        title: &report.title,
+        facts: facts(report, &length),
+        strip: Strip::of(report.verdict.as_ref()),
+        alerts: alerts(report),
+        key_figures: table::key_figures(report),
+        groups: table::groups(report),
+        view: report.pictures.view.as_ref().map(|png| format!("data:image/png;base64,{}", STANDARD.encode(png))),
+        slices: slice_rows(report, &length),
+        distributions: distributions(report),
+        access: report.access.as_ref().filter(|curve| curve.points.len() > 1).map(|access| Figure {
             title: "Interconnectivity A(d)".to_owned(),
             drawing: curve::access(access, &length),
             finding: curve::finding(access, &length),
@@ -122,21 +122,21 @@ pub fn html(sheet: &ScaffoldReport) -> String {
                 good: cells, nutrients and powder get everywhere. One that falls early has throats much narrower than its \
                 pores; one that begins below 100 % has closed pores.",
         }),
-        profiles: profiles(sheet, &length),
-        anisotropy: sheet.anisotropy.as_ref().map(|of| anisotropy(of, &length)),
-        topology: table::rows(sheet, Group::Topology),
-        studies: sheet.convergence.iter().map(|of| study(sheet, of, &length)).collect(),
-        provenance: &sheet.provenance,
-        facts_of_run: facts_of_run(&sheet.provenance, &length),
-        inputs: inputs(&sheet.provenance),
-        seconds: sheet.provenance.seconds.iter().map(|&(stage, seconds)| (stage, words::seconds(seconds))).collect(),
+        profiles: profiles(report, &length),
+        anisotropy: report.anisotropy.as_ref().map(|of| anisotropy(of, &length)),
+        topology: table::rows(report, Group::Topology),
+        studies: report.convergence.iter().map(|of| study(report, of, &length)).collect(),
+        provenance: &report.provenance,
+        facts_of_run: facts_of_run(&report.provenance, &length),
+        inputs: inputs(&report.provenance),
+        seconds: report.provenance.seconds.iter().map(|&(stage, seconds)| (stage, words::seconds(seconds))).collect(),
     };
     super::rendered(&page)
 }
 
-fn facts(sheet: &ScaffoldReport, length: &Unit) -> Vec<String> {
-    let Provenance { rays: [x, y, z], pitch, edges, region, made, .. } = &sheet.provenance;
-    let unit = match sheet.unit {
+fn facts(report: &ScaffoldReport, length: &Unit) -> Vec<String> {
+    let Provenance { rays: [x, y, z], pitch, edges, region, made, .. } = &report.provenance;
+    let unit = match report.unit {
         Some(_) => format!("lengths in {}", length.for_people()),
         None => "unit of length unknown".to_owned(),
     };
@@ -158,8 +158,8 @@ fn facts(sheet: &ScaffoldReport, length: &Unit) -> Vec<String> {
     ]
 }
 
-fn alerts(sheet: &ScaffoldReport) -> Vec<AlertItem<'_>> {
-    let mut alerts: Vec<_> = sheet
+fn alerts(report: &ScaffoldReport) -> Vec<AlertItem<'_>> {
+    let mut alerts: Vec<_> = report
         .alerts
         .iter()
         .map(|alert| match alert.severity {
@@ -171,8 +171,8 @@ fn alerts(sheet: &ScaffoldReport) -> Vec<AlertItem<'_>> {
     alerts
 }
 
-fn slice_rows(sheet: &ScaffoldReport, length: &Unit) -> Vec<SliceRow> {
-    let slices = &sheet.pictures.slices;
+fn slice_rows(report: &ScaffoldReport, length: &Unit) -> Vec<SliceRow> {
+    let slices = &report.pictures.slices;
     let row = |shown| {
         let range = slices::range(slices, shown)?;
         let (title, reading) = match shown {
@@ -202,8 +202,8 @@ fn slice_rows(sheet: &ScaffoldReport, length: &Unit) -> Vec<SliceRow> {
     [Shown::Solid, Shown::Pore].into_iter().filter_map(row).collect()
 }
 
-fn distributions(sheet: &ScaffoldReport) -> Vec<Figure> {
-    let drawn = sheet.histograms.iter().filter(|plot| plot.shares.iter().any(|&share| share > 0.0));
+fn distributions(report: &ScaffoldReport) -> Vec<Figure> {
+    let drawn = report.histograms.iter().filter(|plot| plot.shares.iter().any(|&share| share > 0.0));
     drawn
         .map(|plot| Figure {
             title: plot.title.clone(),
@@ -214,14 +214,14 @@ fn distributions(sheet: &ScaffoldReport) -> Vec<Figure> {
         .collect()
 }
 
-fn profiles(sheet: &ScaffoldReport, length: &Unit) -> Vec<Figure> {
+fn profiles(report: &ScaffoldReport, length: &Unit) -> Vec<Figure> {
     let figure = |of: &Profile| Figure {
         title: format!("Porosity along {}", of.axis),
-        drawing: profile::profile(of, &sheet.profiles, length),
+        drawing: profile::profile(of, &report.profiles, length),
         finding: profile::finding(of),
         reading: "",
     };
-    sheet.profiles.iter().filter(|profile| profile.positions.len() > 1).map(figure).collect()
+    report.profiles.iter().filter(|profile| profile.positions.len() > 1).map(figure).collect()
 }
 
 fn anisotropy(of: &Anisotropy, length: &Unit) -> AnisotropyFigure {
@@ -242,7 +242,7 @@ fn anisotropy(of: &Anisotropy, length: &Unit) -> AnisotropyFigure {
     }
 }
 
-fn study(sheet: &ScaffoldReport, of: &Convergence, length: &Unit) -> Study {
+fn study(report: &ScaffoldReport, of: &Convergence, length: &Unit) -> Study {
     let (title, caption, reading) = match of.over {
         Varied::Pitch => (
             "Over the pitch",
@@ -263,15 +263,14 @@ fn study(sheet: &ScaffoldReport, of: &Convergence, length: &Unit) -> Study {
         Varied::Region => words::with_unit(at, &Quantity::Share.of(None)),
     };
     let row = |(i, series): (usize, &ConvergenceSeries)| {
-        let metric = sheet.metric(series.metric);
-        let unit = metric.map_or(Quantity::Number.of(None), |metric| metric.unit);
+        let unit = series.metric.quantity.of(report.unit);
         let value =
             |value: &Option<f64>| table::finite(*value).map_or(words::NOTHING.to_owned(), |v| words::value(v, &unit));
         let change = convergence::last_change(of, series);
         StudyRow {
             number: i + 1,
             class: i % convergence::SERIES,
-            name: metric.map_or(series.metric, |metric| metric.name).to_owned(),
+            name: series.metric.name,
             unit: unit.for_people(),
             values: series.values.iter().map(value).collect(),
             change: change.map_or(words::NOTHING.to_owned(), |change| words::significant(change, 2) + "\u{a0}%"),
@@ -300,7 +299,7 @@ fn facts_of_run(provenance: &Provenance, length: &Unit) -> Vec<(&'static str, St
         ("Threads", provenance.threads.to_string()),
         ("Raster", format!("{x} × {y} × {z} rays, pitch {}", words::with_unit(provenance.pitch, length))),
         ("Region", provenance.region.clone()),
-        ("BoundaryCondition", provenance.edges.to_owned()),
+        ("Boundary condition", provenance.edges.to_owned()),
     ];
     if let Some(bytes) = provenance.peak_memory_bytes {
         facts.push(("Peak memory", format!("{}\u{a0}MiB", words::count(bytes.div_ceil(1 << 20)))));

@@ -10,13 +10,13 @@ use serde::Serialize;
 use super::verdict::Strip;
 use super::{FOOT, SORT, STYLE, words};
 use crate::mesh::LengthUnit;
-use crate::report::id;
+use crate::report::id::{self, MetricId, Statistic};
 use crate::report::quantity::Unit;
 use crate::report::scaffold_report::{Metric, ScaffoldReport};
 
 /// A written report and its location.
 pub struct Entry<'s> {
-    pub sheet: &'s ScaffoldReport,
+    pub report: &'s ScaffoldReport,
     /// The path of its page from the summary: `NAME/report.html`.
     pub link: String,
 }
@@ -30,13 +30,13 @@ pub struct Unmeasured {
 }
 
 /// The columns, each shown if any solid has a value: as many as fit a window.
-const COLUMNS: [&str; 9] = [
+const COLUMNS: [MetricId; 9] = [
     id::POROSITY,
     id::PERCOLATION,
-    id::THICKNESS,
-    id::THINNEST_WALL,
-    id::SEPARATION,
-    id::SURFACE_PER_SOLID,
+    id::SOLID_THICKNESS.of(Statistic::Mean),
+    id::WALL_THINNEST,
+    id::PORE_THICKNESS.of(Statistic::Mean),
+    id::SURFACE_SPECIFIC,
     id::ANISOTROPY,
     id::CONNECTIVITY,
     id::OVERHANG,
@@ -86,14 +86,16 @@ struct Cell {
 
 /// Returns the page; it links to the pages of its entries and lists the solids that could not be measured.
 pub fn html(entries: &[Entry], failures: &[Unmeasured]) -> String {
-    let shown: Vec<&str> = COLUMNS
+    let shown: Vec<MetricId> = COLUMNS
         .into_iter()
-        .filter(|id| entries.iter().any(|entry| entry.sheet.metric(id).is_some_and(|metric| metric.value.is_some())))
+        .filter(|id| {
+            entries.iter().any(|entry| entry.report.metric(id.id).is_some_and(|metric| metric.value.is_some()))
+        })
         .collect();
-    let one_unit = entries.windows(2).all(|pair| pair[0].sheet.unit == pair[1].sheet.unit);
-    let judged = entries.iter().any(|entry| entry.sheet.verdict.is_some());
+    let one_unit = entries.windows(2).all(|pair| pair[0].report.unit == pair[1].report.unit);
+    let judged = entries.iter().any(|entry| entry.report.verdict.is_some());
     let failing =
-        entries.iter().filter(|entry| entry.sheet.verdict.as_ref().is_some_and(|verdict| !verdict.passed)).count();
+        entries.iter().filter(|entry| entry.report.verdict.as_ref().is_some_and(|verdict| !verdict.passed)).count();
     let (state, headline) = match (judged, failing) {
         (false, _) => ("none", "No limits were given".to_owned()),
         (true, 0) => ("kept", "Every solid keeps its limits".to_owned()),
@@ -106,7 +108,7 @@ pub fn html(entries: &[Entry], failures: &[Unmeasured]) -> String {
         title: format!("{} solids", entries.len()),
         headline,
         state,
-        columns: shown.iter().filter_map(|id| column(entries, id, one_unit)).collect(),
+        columns: shown.iter().map(|&id| column(entries, id, one_unit)).collect(),
         rows: entries.iter().map(|entry| row(entry, &shown, one_unit)).collect(),
         judged,
         failures,
@@ -114,15 +116,14 @@ pub fn html(entries: &[Entry], failures: &[Unmeasured]) -> String {
     super::rendered(&page)
 }
 
-fn column(entries: &[Entry], id: &str, one_unit: bool) -> Option<Column> {
-    let metric = entries.iter().find_map(|entry| entry.sheet.metric(id))?;
-    let unit = if one_unit { metric.unit.for_people() } else { String::new() };
-    Some(Column { symbol: words::symbol(metric.symbol), name: metric.name, unit })
+fn column(entries: &[Entry], id: MetricId, one_unit: bool) -> Column {
+    let unit = entries.first().filter(|_| one_unit).map(|entry| id.quantity.of(entry.report.unit).for_people());
+    Column { symbol: words::symbol(id.symbol), name: id.name, unit: unit.unwrap_or_default() }
 }
 
-fn row(entry: &Entry, columns: &[&str], one_unit: bool) -> Row {
-    let sheet = entry.sheet;
-    let strip = Strip::of(sheet.verdict.as_ref());
+fn row(entry: &Entry, columns: &[MetricId], one_unit: bool) -> Row {
+    let report = entry.report;
+    let strip = Strip::of(report.verdict.as_ref());
     let broken = strip.limits.iter().filter(|limit| limit.state == "broken").count();
     let within = strip.limits.iter().filter(|limit| limit.state == "within").count();
     let verdict = match strip.state {
@@ -132,15 +133,15 @@ fn row(entry: &Entry, columns: &[&str], one_unit: bool) -> Row {
         _ => "no limits".to_owned(),
     };
     Row {
-        title: sheet.title.clone(),
+        title: report.title.clone(),
         link: address(&entry.link),
-        thumbnail: sheet.pictures.view.as_deref().and_then(thumbnail),
+        thumbnail: report.pictures.view.as_deref().and_then(thumbnail),
         state: strip.state,
         sign: strip.sign,
         verdict,
         rank: 1000 * broken + within,
-        alerts: sheet.alerts.len(),
-        cells: columns.iter().map(|id| cell(sheet.metric(id), one_unit)).collect(),
+        alerts: report.alerts.len(),
+        cells: columns.iter().map(|id| cell(report.metric(id.id), one_unit)).collect(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Tables of metrics by group, and the key figures.
 
 use super::words;
-use crate::report::id;
+use crate::report::id::{self, MetricId, Statistic};
 use crate::report::scaffold_report::{Group, Metric, ScaffoldReport};
 
 /// A group of metrics.
@@ -57,13 +57,13 @@ pub struct KeyFigure {
 }
 
 /// The key figures, in this order, each shown if present.
-const KEY: [&str; 8] = [
+const KEY: [MetricId; 8] = [
     id::POROSITY,
     id::PERCOLATION,
-    id::THICKNESS,
-    id::SEPARATION,
-    id::THINNEST_WALL,
-    id::SURFACE_PER_SOLID,
+    id::SOLID_THICKNESS.of(Statistic::Mean),
+    id::PORE_THICKNESS.of(Statistic::Mean),
+    id::WALL_THINNEST,
+    id::SURFACE_SPECIFIC,
     id::ANISOTROPY,
     id::CONNECTIVITY,
 ];
@@ -119,10 +119,10 @@ const STATISTICS: Series = Series {
     caption: "Distributions: mean, standard deviation, percentiles by volume",
 };
 
-pub fn groups(sheet: &ScaffoldReport) -> Vec<GroupTable> {
+pub fn groups(report: &ScaffoldReport) -> Vec<GroupTable> {
     let table = |group| {
         let (name, anchor) = named(group);
-        let metrics: Vec<&Metric> = sheet.metrics.iter().filter(|metric| metric.group == group).collect();
+        let metrics: Vec<&Metric> = report.metrics.iter().filter(|metric| metric.group == group).collect();
         GroupTable { name, anchor, open: is_open(group), count: metrics.len(), tables: tables(&metrics) }
     };
     GROUPS.into_iter().map(table).filter(|group| group.count > 0).collect()
@@ -151,8 +151,8 @@ fn series_of<'s>(metrics: &[&'s Metric], series: &Series) -> Option<&'s str> {
 }
 
 /// Returns the metrics of a group, a row each.
-pub fn rows(sheet: &ScaffoldReport, group: Group) -> Vec<Row> {
-    let of_group = sheet.metrics.iter().filter(|metric| metric.group == group);
+pub fn rows(report: &ScaffoldReport, group: Group) -> Vec<Row> {
+    let of_group = report.metrics.iter().filter(|metric| metric.group == group);
     of_group.map(|metric| Row::of(&[metric], &SINGLE, metric.id)).collect()
 }
 
@@ -218,8 +218,8 @@ fn together(metrics: &[&Metric], series: &Series, said: impl Fn(&Metric) -> Vec<
     texts.into_iter().map(named).collect()
 }
 
-pub fn key_figures(sheet: &ScaffoldReport) -> Vec<KeyFigure> {
-    let found = KEY.iter().filter_map(|&id| sheet.metric(id));
+pub fn key_figures(report: &ScaffoldReport) -> Vec<KeyFigure> {
+    let found = KEY.iter().filter_map(|id| report.metric(id.id));
     found
         .map(|metric| {
             let value = finite(metric.value);
@@ -243,14 +243,14 @@ mod tests {
 
     #[test]
     fn metrics_that_differ_by_axis_or_statistic_share_a_row() {
-        let mut sheet = fixture::rich();
-        sheet.metrics = unmeasured(sheet.unit);
-        for metric in &mut sheet.metrics {
+        let mut report = fixture::rich();
+        report.metrics = unmeasured(report.unit);
+        for metric in &mut report.metrics {
             metric.value = Some(1.0);
         }
-        let groups = groups(&sheet);
+        let groups = groups(&report);
         let rows: Vec<&Row> = groups.iter().flat_map(|group| &group.tables).flat_map(|table| &table.rows).collect();
-        assert_eq!(rows.iter().map(|row| row.cells.len()).sum::<usize>(), sheet.metrics.len());
+        assert_eq!(rows.iter().map(|row| row.cells.len()).sum::<usize>(), report.metrics.len());
         let row = |ids: &str| *rows.iter().find(|row| row.ids == ids).unwrap_or_else(|| panic!("no row {ids}"));
         let tortuosity = row("tortuosity.pore.diffusive.{x, y, z}");
         assert_eq!((tortuosity.name, tortuosity.cells.len()), ("Diffusive tortuosity of the pores", 3));
@@ -262,15 +262,15 @@ mod tests {
 
     #[test]
     fn what_is_said_of_some_columns_names_them() {
-        let mut sheet = fixture::rich();
-        sheet.metrics = unmeasured(sheet.unit);
-        let of = |sheet: &ScaffoldReport| {
-            let found = groups(sheet).into_iter().flat_map(|group| group.tables).flat_map(|table| table.rows);
+        let mut report = fixture::rich();
+        report.metrics = unmeasured(report.unit);
+        let of = |report: &ScaffoldReport| {
+            let found = groups(report).into_iter().flat_map(|group| group.tables).flat_map(|table| table.rows);
             found.filter(|row| row.ids.starts_with("percolation.")).flat_map(|row| row.notes).collect::<Vec<_>>()
         };
-        assert_eq!(of(&sheet), ["not measured"]);
-        let metric = sheet.metrics.iter_mut().find(|metric| metric.id == "percolation.y").unwrap();
+        assert_eq!(of(&report), ["not measured"]);
+        let metric = report.metrics.iter_mut().find(|metric| metric.id == "percolation.y").unwrap();
         (metric.value, metric.warnings) = (Some(0.5), vec!["narrow".to_owned()]);
-        assert_eq!(of(&sheet), ["x, z: not measured", "y: narrow"]);
+        assert_eq!(of(&report), ["x, z: not measured", "y: narrow"]);
     }
 }

@@ -23,13 +23,13 @@ struct Line<'s> {
     reference: &'s str,
 }
 
-/// Returns the table of the metrics of all sheets; a cell is empty if there is no finite number.
-pub fn csv(sheets: &[&ScaffoldReport]) -> String {
+/// Returns the table of the metrics of all reports; a cell is empty if there is no finite number.
+pub fn csv(reports: &[&ScaffoldReport]) -> String {
     let write = || -> Result<Vec<u8>, csv::Error> {
         let mut writer = WriterBuilder::new().terminator(Terminator::CRLF).from_writer(Vec::new());
-        for sheet in sheets {
-            for metric in &sheet.metrics {
-                writer.serialize(line(sheet, metric))?;
+        for report in reports {
+            for metric in &report.metrics {
+                writer.serialize(line(report, metric))?;
             }
         }
         writer.into_inner().map_err(|error| error.into_error().into())
@@ -38,11 +38,11 @@ pub fn csv(sheets: &[&ScaffoldReport]) -> String {
     String::from_utf8(table).expect("what was written was text")
 }
 
-fn line<'s>(sheet: &'s ScaffoldReport, metric: &'s Metric) -> Line<'s> {
+fn line<'s>(report: &'s ScaffoldReport, metric: &'s Metric) -> Line<'s> {
     let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
     let parameters: Vec<String> = metric.parameters.iter().map(|(name, value)| format!("{name}={value}")).collect();
     Line {
-        input: &sheet.title,
+        input: &report.title,
         id: metric.id,
         symbol: metric.symbol,
         name: metric.name,
@@ -80,6 +80,6 @@ mod tests {
         assert_eq!((&porosity[4], &porosity[8], &porosity[9]), ("0.69873", "1", "measured"));
         let total = of(fixture::AWKWARD, "volume.total");
         assert_eq!((&total[4], &total[8]), ("", ""));
-        assert_eq!(&of(&rich.title, "tortuosity.diffusive.z")[9], "not-applicable");
+        assert_eq!(&of(&rich.title, "tortuosity.pore.diffusive.z")[9], "not-applicable");
     }
 }

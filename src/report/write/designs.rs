@@ -11,22 +11,22 @@ const BYTE_ORDER_MARK: &str = "\u{feff}";
 
 /// Returns the table; a cell is empty if there is no finite number. Lengths are in the unit of the first design if every design
 /// has one; otherwise in that of each design, which the second column names.
-pub fn designs(sheets: &[&ScaffoldReport], failures: &[Unmeasured]) -> String {
+pub fn designs(reports: &[&ScaffoldReport], failures: &[Unmeasured]) -> String {
     let mut metrics: Vec<&Metric> = Vec::new();
-    for metric in sheets.iter().flat_map(|sheet| &sheet.metrics) {
+    for metric in reports.iter().flat_map(|report| &report.metrics) {
         if !metrics.iter().any(|known| known.id == metric.id) {
             metrics.push(metric);
         }
     }
     let common: Option<LengthUnit> =
-        sheets.first().and_then(|first| first.unit).filter(|_| sheets.iter().all(|sheet| sheet.unit.is_some()));
+        reports.first().and_then(|first| first.unit).filter(|_| reports.iter().all(|report| report.unit.is_some()));
     let header = |metric: &&Metric| {
         let unit = metric.unit.quantity.of(common);
         let name = unit.to_string();
         format!("{} [{}]", metric.id, if name.is_empty() { unit.for_people() } else { name })
     };
-    let value = |sheet: &ScaffoldReport, metric: &Metric| {
-        let metric = sheet.metric(metric.id)?;
+    let value = |report: &ScaffoldReport, metric: &Metric| {
+        let metric = report.metric(metric.id)?;
         let factor = common.and_then(|unit| metric.unit.factor_to(&metric.unit.quantity.of(Some(unit)))).unwrap_or(1.0);
         metric.value.map(|value| value * factor).filter(|value| value.is_finite()).map(|value| value.to_string())
     };
@@ -34,11 +34,11 @@ pub fn designs(sheets: &[&ScaffoldReport], failures: &[Unmeasured]) -> String {
         let mut writer = WriterBuilder::new().terminator(Terminator::CRLF).from_writer(Vec::new());
         let first = ["design", "length unit", "limits", "not measured because"].map(str::to_owned);
         writer.write_record(first.into_iter().chain(metrics.iter().map(header)))?;
-        for sheet in sheets {
-            let limits = sheet.verdict.as_ref().map_or("", |verdict| if verdict.passed { "kept" } else { "broken" });
-            let unit = common.or(sheet.unit).map_or("unknown", LengthUnit::symbol);
-            let first = [sheet.title.as_str(), unit, limits, ""].map(str::to_owned);
-            let values = metrics.iter().map(|metric| value(sheet, metric).unwrap_or_default());
+        for report in reports {
+            let limits = report.verdict.as_ref().map_or("", |verdict| if verdict.passed { "kept" } else { "broken" });
+            let unit = common.or(report.unit).map_or("unknown", LengthUnit::symbol);
+            let first = [report.title.as_str(), unit, limits, ""].map(str::to_owned);
+            let values = metrics.iter().map(|metric| value(report, metric).unwrap_or_default());
             writer.write_record(first.into_iter().chain(values))?;
         }
         for Unmeasured { path, message } in failures {

@@ -1,10 +1,11 @@
-//! metrics.json: a sheet without its pictures.
+//! metrics.json: a report without its pictures.
 
 use crate::report::scaffold_report::ScaffoldReport;
 
 /// Returns the object, with line breaks. Non-finite numbers are null.
-pub fn json(sheet: &ScaffoldReport) -> String {
-    let text = serde_json::to_string_pretty(sheet).expect("a sheet has no keys but texts and no serialiser that fails");
+pub fn json(report: &ScaffoldReport) -> String {
+    let text =
+        serde_json::to_string_pretty(report).expect("a report has no keys but texts and no serialiser that fails");
     text + "\n"
 }
 
@@ -16,7 +17,7 @@ mod tests {
     use crate::report::fixture;
 
     #[test]
-    fn a_sheet_is_an_object_with_nulls_for_what_is_not_there() {
+    fn a_report_is_an_object_with_nulls_for_what_is_not_there() {
         let rich: Value = serde_json::from_str(&json(&fixture::rich())).unwrap();
         assert_eq!((&rich["schema"], &rich["unit"]), (&"ldi-ops-report/1".into(), &"mm".into()));
         let porosity = &rich["metrics"][2];

@@ -50,17 +50,17 @@ const FAMILIES: [(&[&str], &str); 11] = [
 ];
 
 /// Returns the paragraph and the references.
-pub fn methods(sheet: &ScaffoldReport) -> String {
-    let measured: Vec<&Metric> = sheet.metrics.iter().filter(|metric| is_measured(metric)).collect();
+pub fn methods(report: &ScaffoldReport) -> String {
+    let measured: Vec<&Metric> = report.metrics.iter().filter(|metric| is_measured(metric)).collect();
     let mut sources = Vec::new();
-    let mut sentences = vec![what(sheet), raster(sheet), edges(sheet)];
+    let mut sentences = vec![what(report), raster(report), edges(report)];
     for (ids, text) in FAMILIES {
         let family: Vec<&Metric> =
             measured.iter().copied().filter(|metric| ids.iter().any(|id| metric.id.starts_with(id))).collect();
         sentences.extend(how(&family, text, &mut sources));
     }
     sentences.extend(bounds(&measured));
-    sentences.extend(resolution(sheet));
+    sentences.extend(resolution(report));
     let mut text = wrapped(&sentences.join(" "), "");
     if !sources.is_empty() {
         text += "\nSources\n";
@@ -94,15 +94,15 @@ fn is_measured(metric: &Metric) -> bool {
     metric.status != Status::NotApplicable && metric.value.is_some_and(f64::is_finite)
 }
 
-fn what(sheet: &ScaffoldReport) -> String {
-    let inputs = &sheet.provenance.inputs;
+fn what(report: &ScaffoldReport) -> String {
+    let inputs = &report.provenance.inputs;
     let of_role = |role: &str| inputs.iter().find(|input| input.role == role);
     let described = |input: &InputFile| {
         let InputFile { path, triangles, sha256, .. } = input;
         format!("{path} ({} triangles, SHA-256 {sha256})", words::count(*triangles))
     };
-    let solid = of_role("solid").map_or(sheet.title.clone(), described);
-    let region = match (of_role("roi"), sheet.provenance.region.as_str()) {
+    let solid = of_role("solid").map_or(report.title.clone(), described);
+    let region = match (of_role("roi"), report.provenance.region.as_str()) {
         (Some(roi), _) => format!("the volume that {} bounds", described(roi)),
         (None, "hull") => "the convex hull of the solid".to_owned(),
         (None, region) => match region.strip_prefix("wrap:") {
@@ -112,31 +112,31 @@ fn what(sheet: &ScaffoldReport) -> String {
             None => "the bounding box of the solid".to_owned(),
         },
     };
-    let unit = match sheet.unit {
+    let unit = match report.unit {
         Some(unit) => format!("Lengths are in {}.", unit.symbol()),
         None => "The unit of length is not known; lengths are in units of the file.".to_owned(),
     };
-    let version = sheet.provenance.version;
+    let version = report.provenance.version;
     format!("The solid {solid} was analysed with ldi-ops {version} within {region}. {unit}")
 }
 
-fn raster(sheet: &ScaffoldReport) -> String {
-    let [x, y, z] = sheet.provenance.rays;
-    let pitch = words::with_unit(sheet.provenance.pitch, &Quantity::Length(1).of(sheet.unit));
+fn raster(report: &ScaffoldReport) -> String {
+    let [x, y, z] = report.provenance.rays;
+    let pitch = words::with_unit(report.provenance.pitch, &Quantity::Length(1).of(report.unit));
     format!(
         "Layered depth images of its surface were sampled along x, y and z, with rays {pitch} apart ({x} × {y} × {z} nodes \
          where the rays of the three axes meet)."
     )
 }
 
-fn edges(sheet: &ScaffoldReport) -> String {
-    match sheet.provenance.edges {
+fn edges(report: &ScaffoldReport) -> String {
+    match report.provenance.edges {
         "periodic" => "The region was taken as a cell that repeats in all directions.".to_owned(),
         "border" => "The boundary of the region was taken as a wall: balls of either phase lie within it.".to_owned(),
         "clip" => {
             "Where the region ends, nothing was assumed: balls touch the surface alone and may reach beyond.".to_owned()
         }
-        other => format!("BoundaryCondition of the region: {other}."),
+        other => format!("Boundary condition of the region: {other}."),
     }
 }
 
@@ -149,9 +149,9 @@ fn bounds(measured: &[&Metric]) -> Option<String> {
     })
 }
 
-fn resolution(sheet: &ScaffoldReport) -> Option<String> {
+fn resolution(report: &ScaffoldReport) -> Option<String> {
     let unresolved: Vec<String> =
-        sheet.metrics.iter().filter(|metric| metric.status == Status::NotResolved).map(named).collect();
+        report.metrics.iter().filter(|metric| metric.status == Status::NotResolved).map(named).collect();
     (!unresolved.is_empty()).then(|| format!("The raster did not resolve {}.", listed(&unresolved)))
 }
 
@@ -194,7 +194,14 @@ fn wrapped(text: &str, indent: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::fixture;
+    use crate::report::{fixture, id};
+
+    #[test]
+    fn every_family_has_metrics() {
+        for start in FAMILIES.iter().flat_map(|(starts, _)| *starts) {
+            assert!(id::all().any(|id| id.id.starts_with(start)), "{start}");
+        }
+    }
 
     #[test]
     fn only_what_was_measured_is_said() {

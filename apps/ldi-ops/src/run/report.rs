@@ -12,8 +12,8 @@ use crate::resolve::Report;
 
 /// Runs a command.
 pub fn run(job: &ReportJob, report: &Report, progress: &Progress) -> Result<Finished, Error> {
-    let reported = report_files(job, &progress.monitor(), |sheet| {
-        for alert in sheet.alerts.iter().filter(|alert| alert.severity == Severity::Warning) {
+    let reported = report_files(job, &progress.monitor(), |report| {
+        for alert in report.alerts.iter().filter(|alert| alert.severity == Severity::Warning) {
             progress.warn(&alert.message);
         }
     })?;

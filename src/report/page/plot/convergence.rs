@@ -53,7 +53,7 @@ pub fn convergence(study: &Convergence, length: &Unit) -> Option<String> {
         for (place, [at, change]) in places.iter().zip(&curve) {
             let says = format!(
                 "{} at {}: {}\u{a0}%",
-                study.series[i].metric,
+                study.series[i].metric.id,
                 words::significant(scale * at, 3),
                 words::significant(*change, 2)
             );
