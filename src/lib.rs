@@ -72,6 +72,7 @@
 #![cfg_attr(not(feature = "cpu"), allow(dead_code, unused_imports, unused_mut, unused_variables, unreachable_code))]
 
 pub mod allocation;
+mod bits;
 pub mod boolean;
 mod cell;
 mod closest;

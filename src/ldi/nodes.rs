@@ -14,6 +14,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::Ldi;
+use crate::bits::{accumulate, accumulate_rows, flip};
 use crate::fixed::Pixels;
 use crate::grid::{Axis, Grid};
 
@@ -230,15 +231,7 @@ impl NodeSlab {
             for &depth in image.samples((plane * columns as usize + column) as u32) {
                 flip(row, pixels.index_from(depth) as usize + self.margin);
             }
-            let mut carry = 0;
-            for word in row {
-                let mut parity = *word;
-                for shift in [1, 2, 4, 8, 16, 32] {
-                    parity ^= parity << shift;
-                }
-                *word = parity ^ carry;
-                carry = ((*word as i64) >> 63) as u64;
-            }
+            accumulate(row);
         }
     }
 
@@ -254,7 +247,7 @@ impl NodeSlab {
                 }
             }
         }
-        run_on(bits, self.words);
+        accumulate_rows(bits, self.words);
     }
 
     /// Returns the nodes of an image along z, whose rays run from plane to plane. Each of its rows is converted
@@ -283,7 +276,7 @@ impl NodeSlab {
                         flip(&mut bits[(plane - planes.start) as usize * words..][..words], bit);
                     }
                 }
-                run_on(&mut bits, words);
+                accumulate_rows(&mut bits, words);
                 bits
             })
             .collect();
@@ -299,23 +292,10 @@ impl NodeSlab {
     }
 }
 
-/// Flips a bit of a row, or nothing beyond its end.
-fn flip(row: &mut [u64], bit: usize) {
-    if let Some(word) = row.get_mut(bit / 64) {
-        *word ^= 1 << (bit % 64);
-    }
-}
-
-/// Computes the running parity from one run of `words` to the next.
-fn run_on(bits: &mut [u64], words: usize) {
-    for at in words..bits.len() {
-        bits[at] ^= bits[at - words];
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bits::is_set;
     use crate::mesh::{ClosedMesh, TriangleMesh};
     use crate::sampler::cpu::CpuSampler;
     use crate::sampler::{Estimate, FillRule, Mode, Sampler};
@@ -338,8 +318,7 @@ mod tests {
     }
 
     fn bit(slab: &NodeSlab, [x, y, z]: [i32; 3], margin: i32) -> bool {
-        let x = (x + margin) as usize;
-        slab.row((y + margin) as usize, z)[x / 64] >> (x % 64) & 1 == 1
+        is_set(slab.row((y + margin) as usize, z), (x + margin) as usize)
     }
 
     #[test]
