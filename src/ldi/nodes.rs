@@ -296,17 +296,9 @@ impl NodeSlab {
 mod tests {
     use super::*;
     use crate::bits::is_set;
-    use crate::mesh::{ClosedMesh, TriangleMesh};
-    use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Estimate, FillRule, Mode, Sampler};
+    use crate::sampler::{Estimate, Mode};
     use crate::solids;
-
-    fn images(mesh: TriangleMesh, resolution: u32, lod: u32, mode: Mode) -> Vec<Ldi> {
-        let closed = ClosedMesh::check(mesh).unwrap();
-        let grid = Grid::with_resolution(closed.bounds(), resolution, lod).unwrap();
-        let solid = grid.quantise(&closed).unwrap();
-        Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, mode, FillRule::EvenOdd).unwrap()).to_vec()
-    }
+    use crate::testing::images::images_of;
 
     /// Returns whether a node is inside an image, sample by sample.
     fn is_inside(image: &Ldi, node: [u32; 3]) -> bool {
@@ -324,7 +316,7 @@ mod tests {
     #[test]
     fn node_states_agree_with_the_rays() {
         // 130 nodes along x: three words, the last of them short.
-        let exact = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 130, 1024, Mode::Exact);
+        let exact = images_of(solids::torus(3.0, 1.0, 31, 17).unwrap(), 130, 1024, Mode::Exact);
         let rays = exact[0].grid().rays().map(|n| n as i32);
         for margin in [0, 1] {
             for chosen in [&exact[..1], &exact[1..2], &exact[2..], &exact[..]] {
@@ -358,7 +350,7 @@ mod tests {
     fn estimates_may_disagree_and_are_combined() {
         // Voxels as long as many pixels, so that a gap closes in some images and not in others.
         let mesh = || solids::torus(3.0, 1.0, 31, 17).unwrap();
-        let over = images(mesh(), 150, 32, Mode::Estimate(Estimate::Over));
+        let over = images_of(mesh(), 150, 32, Mode::Estimate(Estimate::Over));
         let rays = over[0].grid().rays();
         let slab = |combine| NodePlanes::new(&over, combine).unwrap().slab(0..rays[2] as i32, 0);
         let [any, all, most] = [Combine::Any, Combine::All, Combine::Most].map(slab);
@@ -381,8 +373,8 @@ mod tests {
 
     #[test]
     fn images_of_different_grids_or_axes_are_refused() {
-        let a = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 20, 64, Mode::Exact);
-        let b = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 21, 64, Mode::Exact);
+        let a = images_of(solids::torus(3.0, 1.0, 31, 17).unwrap(), 20, 64, Mode::Exact);
+        let b = images_of(solids::torus(3.0, 1.0, 31, 17).unwrap(), 21, 64, Mode::Exact);
         assert_eq!(NodePlanes::new([], Combine::Any).unwrap_err(), NodesError::NoImage);
         let mismatch = NodesError::Mismatch { first: 0, second: 1 };
         assert_eq!(NodePlanes::new([&a[0], &b[1]], Combine::Any).unwrap_err(), mismatch);
