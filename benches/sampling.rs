@@ -17,6 +17,11 @@ use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, Sampler};
 use ldi_ops::solids::{Model, cuboid};
 
+#[path = "../src/testing/mod.rs"]
+mod testing;
+
+use testing::meshes::{together, unwelded};
+
 const RESOLUTION: u32 = 512;
 const LOD: u32 = 1024;
 
@@ -41,15 +46,8 @@ fn bone() -> TriangleMesh {
 
 /// Builds many thin plates across z: deep along z, slivers along x and y.
 fn plates() -> TriangleMesh {
-    let mut all = TriangleMesh::default();
-    for i in 0..24 {
-        let z = f64::from(i);
-        let plate = cuboid(DVec3::new(0.0, 0.0, z), DVec3::new(25.6, 25.6, z + 0.3)).expect("a box with extent");
-        let first = all.positions.len() as u32;
-        all.positions.extend(plate.positions);
-        all.triangles.extend(plate.triangles.iter().map(|triangle| triangle.map(|vertex| first + vertex)));
-    }
-    all
+    let plate = |z: f64| cuboid(DVec3::new(0.0, 0.0, z), DVec3::new(25.6, 25.6, z + 0.3)).expect("a box with extent");
+    together(&(0..24).map(|i| plate(f64::from(i))).collect::<Vec<_>>())
 }
 
 fn grid_around(meshes: &[&ClosedMesh]) -> Grid {
@@ -155,11 +153,7 @@ fn images(criterion: &mut Criterion) {
 /// Measures operations on meshes before sampling; elements are triangles. STL files hold a soup.
 fn meshes(criterion: &mut Criterion) {
     let shared = gyroid();
-    let corners = shared.triangles.iter().flatten().map(|&vertex| shared.positions[vertex as usize]);
-    let soup = TriangleMesh {
-        positions: corners.collect(),
-        triangles: (0..shared.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
-    };
+    let soup = unwelded(&shared);
     for (name, mesh) in [("shared", shared), ("soup", soup)] {
         let mut group = criterion.benchmark_group(format!("mesh/gyroid-{name}"));
         group.throughput(Throughput::Elements(mesh.triangles.len() as u64));

@@ -10,8 +10,8 @@
 
 // Combines the result of one axis for the nodes of a word. The rays along x come first.
 fn tell(at: u32, parity: u32, within: u32) {
-    let now_inside = select(parity, ~parity, view.outer_is_in != 0u);
-    let now_hull = select(within, 0xffffffffu, view.outer_is_in != 0u);
+    let now_inside = select(parity, ~parity, view.exterior_is_in != 0u);
+    let now_hull = select(within, 0xffffffffu, view.exterior_is_in != 0u);
     if view.axis == AXIS_X {
         inside[at] = now_inside;
         hull[at] = now_hull;

@@ -71,6 +71,11 @@
 // Parts that only some formats and outputs use.
 #![cfg_attr(not(feature = "cpu"), allow(dead_code, unused_imports, unused_mut, unused_variables, unreachable_code))]
 
+// The name by which `testing` finds the library also from integration tests.
+#[cfg(test)]
+extern crate self as ldi_ops;
+
+mod bits;
 pub mod boolean;
 mod cancel;
 mod cell;
@@ -98,6 +103,8 @@ mod shape;
 mod solid;
 pub mod solids;
 pub mod surface;
+#[cfg(test)]
+mod testing;
 mod union_find;
 #[cfg(feature = "npz")]
 pub mod voxels;

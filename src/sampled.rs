@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 
+use crate::bits::is_set;
 use crate::cancel::stoppable;
 use crate::driver::bound::Bound;
 use crate::driver::job::Finish;
@@ -113,7 +114,7 @@ impl Sampled {
             for y in 0..rows {
                 let row = &plane[y * words..(y + 1) * words];
                 for x in 0..columns {
-                    values[(x * rows + y) * layers + z] = (row[x / 64] >> (x % 64) & 1) as u8;
+                    values[(x * rows + y) * layers + z] = u8::from(is_set(row, x));
                 }
             }
         }

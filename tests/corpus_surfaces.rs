@@ -3,22 +3,22 @@
 
 #[path = "corpus/manifest.rs"]
 mod manifest;
+#[path = "../src/testing/mod.rs"]
+mod testing;
 
 use std::collections::HashMap;
 
 use glam::DVec3;
-use ldi_ops::grid::{Axis, Grid};
+use ldi_ops::grid::Grid;
 use ldi_ops::ldi::{Ldi, Mode, NodePlanes};
 use ldi_ops::mesh::{ClosedMesh, Precision, TriangleMesh, io};
-use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{FillRule, Sampler};
 use ldi_ops::surface::manifold::ManifoldReport;
 use ldi_ops::surface::{Surface, contour};
 
 /// Returns the images of a mesh, which may overlap itself, and its surface.
 fn surface(mesh: &ClosedMesh, grid: &Grid) -> ([Ldi; 3], Surface) {
     let solid = grid.quantise(mesh).unwrap();
-    let images = Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap());
+    let images = testing::images::surface_images(&solid);
     let surface = contour(images.each_ref(), Some(&solid.normals()), Mode::Exact).unwrap();
     (images, surface)
 }

@@ -6,6 +6,7 @@ use super::plan::Polarity;
 use super::*;
 use crate::grid::Grid;
 use crate::ldi::image_from_bands;
+use crate::testing::random::Congruential;
 
 /// Upper bound of all depths.
 const LENGTH: i32 = 32;
@@ -151,13 +152,16 @@ fn triangles_beyond_32_bits_are_refused() {
     assert_eq!(from(u32::MAX - 2), Err(refused));
 }
 
-/// A pseudo-random generator, the same in every run.
-struct Random(u64);
+/// Random expressions and rays.
+struct Inputs(Congruential);
 
-impl Random {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        ((self.0 >> 33) as usize) % limit
+impl Inputs {
+    fn new(seed: u64) -> Inputs {
+        Inputs(Congruential::new(seed))
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        self.0.below(count)
     }
 
     fn expression(&mut self, inputs: usize) -> Expression {
@@ -199,7 +203,7 @@ fn spans(holds: impl Fn(i32) -> bool) -> Vec<i32> {
 
 #[test]
 fn random_expressions_agree_with_pointwise_evaluation() {
-    let mut random = Random(1);
+    let mut random = Inputs::new(1);
     for round in 0..400 {
         // Some have a table and some do not.
         let inputs = 1 + random.below(16);
@@ -258,7 +262,7 @@ fn estimate(operation: BooleanOperation, operands: &[(bool, bool)]) -> (bool, bo
 
 #[test]
 fn random_estimates_agree_with_pointwise_bounds_of_their_inputs() {
-    let mut random = Random(2);
+    let mut random = Inputs::new(2);
     for round in 0..600 {
         let inputs = 1 + random.below(8);
         let expression = random.expression(inputs);

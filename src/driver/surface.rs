@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::input::write_notes;
 use super::job::Finish;
 use super::memory::{self, Limit};
+use crate::bits::Ones;
 use crate::grid::{Axis, Grid};
 use crate::integrate::VolumeEstimate;
 use crate::ldi::{Ldi, NodePlanes};
@@ -283,9 +284,8 @@ fn differences(grid: &Grid, wanted: &[Vec<u64>], found: &[Vec<u64>]) -> Vec<DVec
     let mut places = Vec::new();
     for (z, (wanted, found)) in wanted.iter().zip(found).enumerate() {
         for (at, (wanted, found)) in wanted.iter().zip(found).enumerate() {
-            let differ = wanted ^ found;
-            for bit in (0..64).filter(|bit| differ >> bit & 1 == 1) {
-                let node = [at % words * 64 + bit, at / words, z].map(|i| f64::from(grid.node(i as u32)));
+            for bit in Ones(wanted ^ found) {
+                let node = [at % words * 64 + bit as usize, at / words, z].map(|i| f64::from(grid.node(i as u32)));
                 places.push(grid.origin() + grid.step() * DVec3::from_array(node));
             }
         }

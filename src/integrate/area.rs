@@ -69,39 +69,29 @@ mod tests {
     use glam::DVec3;
 
     use crate::grid::Axis;
-    use crate::grid::Grid;
     use crate::integrate::volume;
-    use crate::mesh::ClosedMesh;
     use crate::sampler::cpu::CpuSampler;
     use crate::sampler::{FillRule, Sampler};
     use crate::solids;
+    use crate::testing::images::{closed, grid_around, surface_images};
+    use crate::testing::meshes::together;
 
     #[test]
     fn hits_give_the_area_of_a_sphere() {
-        let mesh = ClosedMesh::check(solids::geodesic(1.0, 40).unwrap()).unwrap();
+        let mesh = closed(solids::geodesic(1.0, 40).unwrap());
         let exact = mesh.mesh().area();
-        let grid = Grid::with_resolution(mesh.bounds(), 256, 1024).unwrap();
-        let solid = grid.quantise(&mesh).unwrap();
-        let area: f64 = Axis::ALL
-            .iter()
-            .map(|&axis| {
-                let image = CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap();
-                surface_hits(&image, |triangle| solid.facing(triangle, axis)).boundary
-            })
-            .sum();
+        let solid = grid_around(&[&mesh], 256, 1024).quantise(&mesh).unwrap();
+        let hits = |image: &Ldi| surface_hits(image, |triangle| solid.facing(triangle, image.axis())).boundary;
+        let area: f64 = surface_images(&solid).iter().map(hits).sum();
         assert!((area / exact - 1.0).abs() < 1e-3, "{area} against {exact}");
     }
 
     #[test]
     fn a_face_between_two_touching_boxes_is_no_surface_under_the_non_zero_rule() {
-        let mut pair = solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
-        let other = solids::cuboid(DVec3::new(0.0, 0.0, 1.0), DVec3::new(1.0, 1.0, 2.0)).unwrap();
-        let base = pair.positions.len() as u32;
-        pair.positions.extend(&other.positions);
-        pair.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
-        let mesh = ClosedMesh::check(pair).unwrap();
-        let grid = Grid::with_resolution(mesh.bounds(), 64, 1024).unwrap();
-        let solid = grid.quantise(&mesh).unwrap();
+        let below = solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
+        let above = solids::cuboid(DVec3::new(0.0, 0.0, 1.0), DVec3::new(1.0, 1.0, 2.0)).unwrap();
+        let mesh = closed(together(&[below, above]));
+        let solid = grid_around(&[&mesh], 64, 1024).quantise(&mesh).unwrap();
         for fill in [FillRule::EvenOdd, FillRule::NonZero] {
             let image = CpuSampler::default().sample_surface(&solid, Axis::Z, fill).unwrap();
             let hits = surface_hits(&image, |triangle| solid.facing(triangle, Axis::Z));

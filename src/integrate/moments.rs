@@ -142,26 +142,24 @@ pub fn moments(image: &Ldi) -> Moments {
 mod tests {
     use super::*;
     use crate::grid::Axis;
-    use crate::grid::Grid;
     use crate::integrate::surface_hits;
     use crate::mesh::ClosedMesh;
-    use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{FillRule, Mode, Sampler};
+    use crate::sampler::Mode;
     use crate::solids;
+    use crate::testing::images::{closed, grid_around, images_of, surface_images};
 
     fn box_of(min: DVec3, max: DVec3) -> ClosedMesh {
-        ClosedMesh::check(solids::cuboid(min, max).unwrap()).unwrap()
+        closed(solids::cuboid(min, max).unwrap())
     }
 
     #[test]
     fn a_box_has_its_volume_area_centroid_and_inertia() {
         let (min, max) = (DVec3::new(-1.0, 2.0, 30.0), DVec3::new(3.0, 4.0, 38.0));
         let mesh = box_of(min, max);
-        let grid = Grid::with_resolution(mesh.bounds(), 64, 1024).unwrap();
+        let grid = grid_around(&[&mesh], 64, 1024);
         let solid = grid.quantise(&mesh).unwrap();
         let mut area = 0.0;
-        for axis in Axis::ALL {
-            let image = CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap();
+        for (axis, image) in Axis::ALL.into_iter().zip(surface_images(&solid)) {
             area += surface_hits(&image, |triangle| solid.facing(triangle, axis)).boundary;
             let found = moments(&image);
             assert_eq!(found.volume, 64.0);
@@ -183,11 +181,7 @@ mod tests {
                 (p.x, p.y) = (0.5, 0.5);
             }
         }
-        let mesh = ClosedMesh::check(prism).unwrap();
-        let grid = Grid::with_resolution(mesh.bounds(), 512, 1024).unwrap();
-        let solid = grid.quantise(&mesh).unwrap();
-        for axis in Axis::ALL {
-            let image = CpuSampler::default().sample(&solid, axis, Mode::Exact, FillRule::EvenOdd).unwrap();
+        for (axis, image) in Axis::ALL.into_iter().zip(images_of(prism, 512, 1024, Mode::Exact)) {
             let found = moments(&image);
             assert!((found.volume - 0.5).abs() < 2e-3);
             assert!((found.inertia.col(0)[1] - 1.0 / 72.0).abs() < 1e-4, "{axis:?} {}", found.inertia);

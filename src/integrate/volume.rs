@@ -194,22 +194,19 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    use crate::grid::Grid;
     use crate::mesh::ClosedMesh;
-    use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Estimate, FillRule, Mode, Sampler};
+    use crate::sampler::{Estimate, Mode};
     use crate::solids;
+    use crate::testing::images::{closed, grid_around, images, images_of};
+    use crate::testing::meshes::together;
 
     fn box_of(min: DVec3, max: DVec3) -> ClosedMesh {
-        ClosedMesh::check(solids::cuboid(min, max).unwrap()).unwrap()
+        closed(solids::cuboid(min, max).unwrap())
     }
 
     fn axis_volumes(mesh: &ClosedMesh, resolution: u32) -> Vec<AxisVolume> {
-        let grid = Grid::with_resolution(mesh.bounds(), resolution, 1024).unwrap();
-        let solid = grid.quantise(mesh).unwrap();
-        let sampler = CpuSampler::default();
-        let image = |axis| sampler.sample(&solid, axis, Mode::Exact, FillRule::EvenOdd).unwrap();
-        Axis::ALL.iter().map(|&axis| AxisVolume::of(&image(axis))).collect()
+        let solid = grid_around(&[mesh], resolution, 1024).quantise(mesh).unwrap();
+        images(&solid, Mode::Exact).iter().map(AxisVolume::of).collect()
     }
 
     #[test]
@@ -254,7 +251,7 @@ mod tests {
         for i in 2..n {
             mesh.triangles.extend([[0, i, i - 1], [n, n + i - 1, n + i]]);
         }
-        ClosedMesh::check(mesh).unwrap()
+        closed(mesh)
     }
 
     #[test]
@@ -277,18 +274,15 @@ mod tests {
     #[test]
     fn the_bias_of_an_estimate_is_its_distance_to_the_exact_image() {
         let of = |mesh: &crate::mesh::TriangleMesh, mode| {
-            let mesh = ClosedMesh::check(mesh.clone()).unwrap();
-            let grid = Grid::with_resolution(mesh.bounds(), 77, 128).unwrap();
-            let solid = grid.quantise(&mesh).unwrap();
-            AxisVolume::of(&CpuSampler::default().sample(&solid, Axis::X, mode, FillRule::EvenOdd).unwrap())
+            let [along_x, ..] = images_of(mesh.clone(), 77, 128, mode);
+            AxisVolume::of(&along_x)
         };
         let torus = solids::torus(3.0, 1.0, 31, 17).unwrap();
         let mut inside_out = torus.clone();
         inside_out.triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
-        let mut overlapping = torus.clone();
-        let base = torus.positions.len() as u32;
-        overlapping.positions.extend(torus.positions.iter().map(|&p| p + DVec3::new(0.5, 0.4, 0.3)));
-        overlapping.triangles.extend(torus.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + base)));
+        let mut shifted = torus.clone();
+        shifted.positions.iter_mut().for_each(|position| *position += DVec3::new(0.5, 0.4, 0.3));
+        let overlapping = together(&[torus.clone(), shifted]);
         for mesh in [&torus, &inside_out] {
             let exact = of(mesh, Mode::Exact);
             assert_eq!(exact.bias, 0.0);
@@ -308,7 +302,7 @@ mod tests {
 
     #[test]
     fn the_three_images_count_the_same_nodes() {
-        let mesh = ClosedMesh::check(solids::torus(3.0, 1.0, 31, 17).unwrap()).unwrap();
+        let mesh = closed(solids::torus(3.0, 1.0, 31, 17).unwrap());
         let axes = axis_volumes(&mesh, 77);
         assert!(axes[0].nodes > 0.0);
         for axis in &axes[1..] {

@@ -14,6 +14,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{Ldi, Mode};
+use crate::bits::{accumulate, accumulate_rows, flip};
 use crate::fixed::Pixels;
 use crate::grid::{Axis, Grid};
 
@@ -221,15 +222,7 @@ impl NodeSlab {
             for &depth in image.samples((plane * columns as usize + column) as u32) {
                 flip(row, pixels.index_from(depth) as usize + self.margin);
             }
-            let mut carry = 0;
-            for word in row {
-                let mut parity = *word;
-                for shift in [1, 2, 4, 8, 16, 32] {
-                    parity ^= parity << shift;
-                }
-                *word = parity ^ carry;
-                carry = ((*word as i64) >> 63) as u64;
-            }
+            accumulate(row);
         }
     }
 
@@ -245,7 +238,7 @@ impl NodeSlab {
                 }
             }
         }
-        run_on(bits, self.words);
+        accumulate_rows(bits, self.words);
     }
 
     /// Returns the nodes of an image along z, whose rays run from plane to plane. Each of its rows is converted
@@ -274,7 +267,7 @@ impl NodeSlab {
                         flip(&mut bits[(plane - planes.start) as usize * words..][..words], bit);
                     }
                 }
-                run_on(&mut bits, words);
+                accumulate_rows(&mut bits, words);
                 bits
             })
             .collect();
@@ -290,34 +283,13 @@ impl NodeSlab {
     }
 }
 
-/// Flips a bit of a row, or nothing beyond its end.
-fn flip(row: &mut [u64], bit: usize) {
-    if let Some(word) = row.get_mut(bit / 64) {
-        *word ^= 1 << (bit % 64);
-    }
-}
-
-/// Computes the running parity from one run of `words` to the next.
-fn run_on(bits: &mut [u64], words: usize) {
-    for at in words..bits.len() {
-        bits[at] ^= bits[at - words];
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{ClosedMesh, TriangleMesh};
-    use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{Estimate, FillRule, Mode, Sampler};
+    use crate::bits::is_set;
+    use crate::sampler::{Estimate, Mode};
     use crate::solids;
-
-    fn images(mesh: TriangleMesh, resolution: u32, lod: u32, mode: Mode) -> Vec<Ldi> {
-        let closed = ClosedMesh::check(mesh).unwrap();
-        let grid = Grid::with_resolution(closed.bounds(), resolution, lod).unwrap();
-        let solid = grid.quantise(&closed).unwrap();
-        Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, mode, FillRule::EvenOdd).unwrap()).to_vec()
-    }
+    use crate::testing::images::images_of;
 
     /// Returns whether a node is inside an image, sample by sample.
     fn is_inside(image: &Ldi, node: [u32; 3]) -> bool {
@@ -329,14 +301,13 @@ mod tests {
     }
 
     fn bit(slab: &NodeSlab, [x, y, z]: [i32; 3], margin: i32) -> bool {
-        let x = (x + margin) as usize;
-        slab.row((y + margin) as usize, z)[x / 64] >> (x % 64) & 1 == 1
+        is_set(slab.row((y + margin) as usize, z), (x + margin) as usize)
     }
 
     #[test]
     fn node_states_agree_with_the_rays() {
         // 130 nodes along x: three words, the last of them short.
-        let exact = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 130, 1024, Mode::Exact);
+        let exact = images_of(solids::torus(3.0, 1.0, 31, 17).unwrap(), 130, 1024, Mode::Exact);
         let rays = exact[0].grid().rays().map(|n| n as i32);
         for margin in [0, 1] {
             for chosen in [&exact[..1], &exact[1..2], &exact[2..], &exact[..]] {
@@ -370,7 +341,7 @@ mod tests {
     fn estimates_may_disagree_and_are_combined() {
         // Voxels as long as many pixels, so that a gap closes in some images and not in others.
         let mesh = || solids::torus(3.0, 1.0, 31, 17).unwrap();
-        let over = images(mesh(), 150, 32, Mode::Estimate(Estimate::Over));
+        let over = images_of(mesh(), 150, 32, Mode::Estimate(Estimate::Over));
         let rays = over[0].grid().rays();
         let slab = |combine| NodePlanes::new(&over, combine).unwrap().slab(0..rays[2] as i32, 0);
         let [any, all, most] = [Mode::OVER, Mode::UNDER, Mode::Exact].map(slab);
@@ -393,8 +364,8 @@ mod tests {
 
     #[test]
     fn images_of_different_grids_or_axes_are_refused() {
-        let a = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 20, 64, Mode::Exact);
-        let b = images(solids::torus(3.0, 1.0, 31, 17).unwrap(), 21, 64, Mode::Exact);
+        let a = images_of(solids::torus(3.0, 1.0, 31, 17).unwrap(), 20, 64, Mode::Exact);
+        let b = images_of(solids::torus(3.0, 1.0, 31, 17).unwrap(), 21, 64, Mode::Exact);
         assert_eq!(NodePlanes::new([], Mode::OVER).unwrap_err(), NodesError::NoImage);
         let mismatch = NodesError::Mismatch { first: 0, second: 1 };
         assert_eq!(NodePlanes::new([&a[0], &b[1]], Mode::OVER).unwrap_err(), mismatch);

@@ -1252,7 +1252,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::mesh::testing::{cube, reversed, soup, tetrahedron, together};
+    use crate::testing::meshes::{cube, reversed, tetrahedron, together, unit_cube, unwelded};
+    use crate::testing::random::Congruential;
 
     fn codes(report: &MeshReport) -> Vec<(&'static str, usize)> {
         report.defects().iter().map(|defect| (defect.code(), defect.count())).collect()
@@ -1262,13 +1263,9 @@ mod tests {
         report.defects().iter().find(|defect| defect.code() == code).unwrap().to_string()
     }
 
-    fn unit_cube() -> TriangleMesh {
-        cube(DVec3::ZERO, 1.0)
-    }
-
     #[test]
     fn cubes_are_solids_with_shared_or_separate_vertices() {
-        for mesh in [unit_cube(), soup(&unit_cube())] {
+        for mesh in [unit_cube(), unwelded(&unit_cube())] {
             let report = check(&mesh);
             assert!(report.is_closed() && report.is_oriented() && report.is_solid());
             assert_eq!(codes(&report), []);
@@ -1514,12 +1511,8 @@ mod tests {
 
     #[test]
     fn all_edges_of_a_random_soup_are_open() {
-        let mut state = 1u64;
-        let mut random = || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
-        let positions = (0..300).map(|_| DVec3::new(random(), random(), random())).collect();
+        let mut random = Congruential::new(1);
+        let positions = (0..300).map(|_| DVec3::from_array([(); 3].map(|()| random.share()))).collect();
         let triangles = (0..100).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         let report = check(&TriangleMesh { positions, triangles });
         assert_eq!(codes(&report), [("open-edge", 300)]);

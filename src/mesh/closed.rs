@@ -307,7 +307,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::mesh::testing::{cube, reversed, soup, tetrahedron, together};
+    use crate::testing::meshes::{cube, reversed, tetrahedron, together, unwelded};
 
     /// Returns a torus of quads, each cut in two.
     fn torus(around: u32, across: u32) -> TriangleMesh {
@@ -326,7 +326,7 @@ mod tests {
     }
 
     fn both_forms(mesh: &TriangleMesh) -> [TriangleMesh; 2] {
-        [mesh.clone(), soup(mesh)]
+        [mesh.clone(), unwelded(mesh)]
     }
 
     #[test]
@@ -358,7 +358,7 @@ mod tests {
 
     #[test]
     fn every_corner_moved_by_one_ulp_is_found() {
-        let mesh = soup(&torus(20, 10));
+        let mesh = unwelded(&torus(20, 10));
         for corner in 0..mesh.positions.len() {
             for axis in 0..3 {
                 let mut mesh = mesh.clone();
@@ -370,7 +370,7 @@ mod tests {
 
     #[test]
     fn negative_zero_equals_zero() {
-        let mut mesh = soup(&tetrahedron());
+        let mut mesh = unwelded(&tetrahedron());
         for coordinate in mesh.positions.iter_mut().step_by(2).flat_map(|p| p.as_mut()) {
             if *coordinate == 0.0 {
                 *coordinate = -0.0;

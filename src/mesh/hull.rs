@@ -171,6 +171,7 @@ fn length(a: Point) -> i128 {
 mod tests {
     use super::*;
     use crate::mesh::ClosedMesh;
+    use crate::testing::random::Congruential;
 
     /// Checks that a hull is closed, faces outwards, has no flat triangle and contains all positions; returns its
     /// volume.
@@ -200,13 +201,9 @@ mod tests {
 
     #[test]
     fn random_lattice_positions_have_a_closed_hull() {
-        let mut state = 7u64;
-        let mut below = |end: u64| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 33) % end
-        };
+        let mut random = Congruential::new(7);
         for round in 0..300 {
-            let mut coordinate = || below(2 + round % 5) as f64;
+            let mut coordinate = || random.below(2 + round % 5) as f64;
             let positions: Vec<DVec3> =
                 (0..4 + round % 40).map(|_| DVec3::new(coordinate(), coordinate(), coordinate())).collect();
             if convex_hull(&positions).is_some() {

@@ -81,8 +81,8 @@ fn terms([a, b, c]: [DVec3; 3]) -> [f64; 12] {
 mod tests {
     use super::*;
     use crate::mesh::ClosedMesh;
-    use crate::mesh::testing::{cube, reversed, together};
     use crate::solids;
+    use crate::testing::meshes::{cube, reversed, together};
 
     fn of(mesh: TriangleMesh) -> MassProperties {
         ClosedMesh::check(mesh).unwrap().mass_properties()

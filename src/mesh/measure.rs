@@ -180,7 +180,7 @@ pub(super) fn include(bounds: Aabb, position: DVec3) -> Aabb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::testing::{cube, tetrahedron, together};
+    use crate::testing::meshes::{cube, tetrahedron, together};
 
     #[test]
     fn volume_and_area_of_a_cube_are_exact_at_any_place() {

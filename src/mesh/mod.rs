@@ -11,8 +11,6 @@ pub mod io;
 mod mass;
 mod measure;
 pub(crate) mod meet;
-#[cfg(test)]
-pub(crate) mod testing;
 mod transform;
 mod weld;
 mod winding;

@@ -32,7 +32,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::mesh::testing::tetrahedron;
+    use crate::testing::meshes::tetrahedron;
 
     #[test]
     fn mirrored_solids_face_outwards() {

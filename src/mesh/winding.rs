@@ -343,13 +343,13 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::mesh::testing::{cube, reversed, soup, tetrahedron, together};
     use crate::solids;
+    use crate::testing::meshes::{cube, reversed, tetrahedron, together, unwelded};
 
     fn proof(mesh: &TriangleMesh) -> Result<(), Unproved> {
         let of = |mesh| prove_simple(&ClosedMesh::check(mesh).unwrap());
         let found = of(mesh.clone());
-        assert_eq!(of(soup(mesh)), found);
+        assert_eq!(of(unwelded(mesh)), found);
         found
     }
 

@@ -169,6 +169,7 @@ mod tests {
     use crate::metrics::surface_area::tests::{Sampled, cube, grid_of, network, order, struts, turned, turns, whole};
     use crate::metrics::{Facets, Region};
     use crate::solids::{self, LatticeForm, StrutLattice, StrutPattern, Surface};
+    use crate::testing::meshes::together;
 
     /// Returns the anisotropy of an uncut mesh in a volume of 1.
     fn of(mesh: &TriangleMesh) -> Anisotropy {
@@ -221,11 +222,8 @@ mod tests {
 
     #[test]
     fn plates_are_wholly_anisotropic() {
-        let mut plates = solids::cuboid(DVec3::new(0.0, 0.0, 2.0), DVec3::new(10.0, 10.0, 3.0)).unwrap();
-        let other = solids::cuboid(DVec3::new(0.0, 0.0, 6.0), DVec3::new(10.0, 10.0, 7.0)).unwrap();
-        let base = plates.positions.len() as u32;
-        plates.positions.extend(other.positions);
-        plates.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
+        let plate = |z: f64| solids::cuboid(DVec3::new(0.0, 0.0, z), DVec3::new(10.0, 10.0, z + 1.0)).unwrap();
+        let plates = together(&[plate(2.0), plate(6.0)]);
         let plates = Sampled::on(&grid_of(DVec3::ZERO, DVec3::splat(10.0), 20), plates);
         let facets = plates.facets();
         let surface = SurfaceElements::within(&facets, &plates.images, &plates.whole());

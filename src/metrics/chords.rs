@@ -201,6 +201,7 @@ mod tests {
     use crate::metrics::surface_area::SurfaceElements;
     use crate::metrics::surface_area::tests::{Sampled, grid_of, network, order, struts, turned, turns};
     use crate::solids::{self, Surface};
+    use crate::testing::meshes::together;
 
     fn of_axes(sampled: &Sampled, region: &Region, phase: Phase, edges: BoundaryCondition) -> Chords {
         Chords::together(&sampled.images.each_ref().map(|image| Chords::along(image, region, phase, edges)))
@@ -287,10 +288,7 @@ mod tests {
     fn chords_cut_by_the_box_are_censored_and_periodic_ones_are_joined() {
         // Pores of 3 between plates of 1 in a box that begins in the middle of a pore: 1.5, then 3, then 1.5.
         let plate = |z: f64| solids::cuboid(DVec3::new(0.0, 0.0, z), DVec3::new(8.0, 8.0, z + 1.0)).unwrap();
-        let (mut plates, other) = (plate(1.5), plate(5.5));
-        let base = plates.positions.len() as u32;
-        plates.positions.extend(other.positions);
-        plates.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
+        let plates = together(&[plate(1.5), plate(5.5)]);
         let plates = Sampled::on(&grid_of(DVec3::ZERO, DVec3::splat(8.0), 16), plates);
         let [along_x, _, along_z] = [Axis::X, Axis::Y, Axis::Z].map(|axis| {
             Phase::BOTH.map(|phase| {

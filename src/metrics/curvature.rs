@@ -227,6 +227,7 @@ mod tests {
     use crate::mesh::TriangleMesh;
     use crate::metrics::surface_area::tests::{Sampled, cube, grid_of, network, order, struts, turned, turns, whole};
     use crate::solids::{self, Surface};
+    use crate::testing::meshes::together;
 
     /// Returns the curvature of a mesh in a box that does not touch it.
     fn of(mesh: &TriangleMesh) -> Curvature {
@@ -314,11 +315,8 @@ mod tests {
 
     #[test]
     fn solids_that_touch_in_an_edge_have_the_sum_of_their_curvatures() {
-        let mut pair = cube(1.0);
-        let base = pair.positions.len() as u32;
         let other = solids::cuboid(DVec3::new(0.5, 0.5, -0.5), DVec3::new(1.5, 1.5, 0.5)).unwrap();
-        pair.positions.extend(other.positions);
-        pair.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
+        let pair = together(&[cube(1.0), other]);
         let found = of(&pair);
         assert!((found.mean - 6.0 * PI).abs() < 1e-12, "{found:?}");
         assert_eq!(found.irregular_edges, 0);

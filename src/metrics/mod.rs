@@ -116,19 +116,15 @@ mod tests {
     use super::distance::{Crossings, DistanceField};
     use super::thickness::local_thickness;
     use super::*;
-    use crate::grid::{Axis, Grid};
+    use crate::grid::Axis;
     use crate::ldi::Ldi;
-    use crate::mesh::ClosedMesh;
-    use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{FillRule, Sampler};
     use crate::solids;
+    use crate::testing::images::{closed, grid_around, surface_images};
 
     /// Returns the exact images of a ball of radius 10, with triangles.
     fn ball(resolution: u32) -> [Ldi; 3] {
-        let closed = ClosedMesh::check(solids::geodesic(10.0, 24).unwrap()).unwrap();
-        let grid = Grid::with_resolution(closed.bounds(), resolution, 1024).unwrap();
-        let solid = grid.quantise(&closed).unwrap();
-        Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap())
+        let ball = closed(solids::geodesic(10.0, 24).unwrap());
+        surface_images(&grid_around(&[&ball], resolution, 1024).quantise(&ball).unwrap())
     }
 
     #[test]
@@ -153,15 +149,11 @@ mod tests {
     /// A plate of height 1 from which a box of 2 × 2 × 4 cuts a piece: the balls that fit in the piece, above and below.
     #[test]
     fn walls_of_a_region_bound_inscribed_balls() {
-        let closed = |min, max| ClosedMesh::check(solids::cuboid(min, max).unwrap()).unwrap();
-        let plate = closed(DVec3::ZERO, DVec3::new(4.0, 4.0, 1.0));
-        let roi = closed(DVec3::new(1.0, 1.0, -1.0), DVec3::new(3.0, 3.0, 3.0));
-        let grid = Grid::with_resolution(plate.bounds().union(roi.bounds()), 41, 1024).unwrap();
-        let images = |mesh| {
-            let solid = grid.quantise(mesh).unwrap();
-            Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap())
-        };
-        let (plate, roi) = (images(&plate), images(&roi));
+        let cuboid = |min, max| closed(solids::cuboid(min, max).unwrap());
+        let plate = cuboid(DVec3::ZERO, DVec3::new(4.0, 4.0, 1.0));
+        let roi = cuboid(DVec3::new(1.0, 1.0, -1.0), DVec3::new(3.0, 3.0, 3.0));
+        let grid = grid_around(&[&plate, &roi], 41, 1024);
+        let [plate, roi] = [plate, roi].map(|mesh| surface_images(&grid.quantise(&mesh).unwrap()));
         let (solid, region) = (Region::of_solid(&plate), Region::of_solid(&roi));
         let field = DistanceField::of(
             &Crossings::of_images(&plate, &region, BoundaryCondition::Border),

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::bits::is_set;
 use crate::ldi::NodePlanes;
 
 /// A set of nodes of a raster.
@@ -96,7 +97,7 @@ impl NodeSet {
     /// Returns whether a node belongs to the set.
     #[inline]
     pub fn contains(&self, [x, y, z]: [usize; 3]) -> bool {
-        self.row(y, z)[x / 64] >> (x % 64) & 1 == 1
+        is_set(self.row(y, z), x)
     }
 
     /// Adds a node.

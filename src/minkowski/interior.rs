@@ -12,6 +12,7 @@
 use rayon::prelude::*;
 
 use super::{Exterior, Polyhedron, Primitives};
+use crate::bits::is_set;
 use crate::cancel::checkpoint;
 use crate::fixed::{Crossing, Pixels};
 use crate::grid::{Axis, Grid, LATTICE_MAX, LatticeBox};
@@ -66,11 +67,10 @@ impl VoxelSet {
         for z in 0..self.size[2] {
             for y in 0..self.size[1] {
                 let row = self.row(y, z);
-                let is_set = |x: usize| row[x / 64] >> (x % 64) & 1 == 1;
                 let mut x = 0;
                 while x < self.size[0] {
                     let start = x;
-                    while x < self.size[0] && is_set(x) {
+                    while x < self.size[0] && is_set(row, x) {
                         x += 1;
                     }
                     if x > start {
@@ -372,7 +372,7 @@ impl Interior {
         (first[2]..=last[2]).all(|z| {
             (first[1]..=last[1]).all(|y| {
                 let row = self.voxels.row(y, z);
-                (first[0]..=last[0]).all(|x| row[x / 64] >> (x % 64) & 1 == 1)
+                (first[0]..=last[0]).all(|x| is_set(row, x))
             })
         })
     }

@@ -6,9 +6,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cuts::Cuts;
-use super::edges::{Bits, EdgeSlab};
+use super::edges::EdgeSlab;
 use super::features::Feature;
 use super::qef::{Bounds, Loop};
+use crate::bits::{Ones, after};
 use crate::cell::{Signs, UPPER, at_fault, edge_ends, loops};
 use crate::grid::Grid;
 
@@ -51,25 +52,24 @@ fn ambiguous(slab: &EdgeSlab, k: i32) -> Vec<([i32; 3], usize)> {
     let nodes = &slab.nodes;
     let mut found = Vec::new();
     let diagonal = |a: u64, b: u64, c: u64, d: u64| !(a ^ c) & !(b ^ d) & (a ^ b);
-    let next = |row: &[u64], word: usize| row[word] >> 1 | row.get(word + 1).map_or(0, |next| next << 63);
     for y in 0..nodes.rows() {
         let (low, high) = (nodes.row(y, k), nodes.row(y, k + 1));
         for word in 0..nodes.words() {
-            let at = |bit: usize| (64 * word + bit) as i32;
+            let at = |bit: u32| (64 * word) as i32 + bit as i32;
             if y + 1 < nodes.rows() {
                 let (low_next, high_next) = (nodes.row(y + 1, k), nodes.row(y + 1, k + 1));
                 let across_x = diagonal(low[word], low_next[word], high_next[word], high[word]);
-                found.extend(Bits(across_x).map(|bit| ([at(bit), y as i32, k], 0)));
+                found.extend(Ones(across_x).map(|bit| ([at(bit), y as i32, k], 0)));
             }
-            let across_y = diagonal(low[word], next(low, word), next(high, word), high[word]);
-            found.extend(Bits(across_y).map(|bit| ([at(bit), y as i32, k], 1)));
+            let across_y = diagonal(low[word], after(low, word), after(high, word), high[word]);
+            found.extend(Ones(across_y).map(|bit| ([at(bit), y as i32, k], 1)));
         }
     }
     for y in 0..nodes.rows() - 1 {
         let (row, above) = (nodes.row(y, k + 1), nodes.row(y + 1, k + 1));
         for word in 0..nodes.words() {
-            let across_z = diagonal(row[word], next(row, word), next(above, word), above[word]);
-            found.extend(Bits(across_z).map(|bit| ([(64 * word + bit) as i32, y as i32, k + 1], 2)));
+            let across_z = diagonal(row[word], after(row, word), after(above, word), above[word]);
+            found.extend(Ones(across_z).map(|bit| ([(64 * word) as i32 + bit as i32, y as i32, k + 1], 2)));
         }
     }
     found
@@ -129,16 +129,16 @@ impl CellLayer {
             for word in 0..nodes.words() {
                 // The nodes at the lower and the upper x of each cell.
                 let lower = rows.map(|row| row[word]);
-                let upper = rows.map(|row| row[word] >> 1 | row.get(word + 1).map_or(0, |next| next << 63));
+                let upper = rows.map(|row| after(row, word));
                 let all = lower.into_iter().chain(upper);
                 let passed =
                     all.clone().fold(0, |any, nodes| any | nodes) & !all.fold(u64::MAX, |all, nodes| all & nodes);
                 layer.ranks.push(layer.cells.len() as u32);
                 layer.passed.push(passed);
-                for bit in Bits(passed) {
+                for bit in Ones(passed) {
                     let corners = |i: usize| (lower[i] >> bit & 1) | (upper[i] >> bit & 1) << 1;
                     let inside = corners(0) | corners(1) << 2 | corners(2) << 4 | corners(3) << 6;
-                    let cell = [(64 * word + bit) as i32, y as i32, k];
+                    let cell = [(64 * word) as i32 + bit as i32, y as i32, k];
                     let signs = Signs { inside: inside as u8, joined: joined.of(cell), cut: cuts.in_cell(cell) };
                     layer.add_cell(slab, cuts, grid, cell, signs);
                 }

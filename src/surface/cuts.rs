@@ -19,7 +19,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use rayon::prelude::*;
 
-use super::edges::{Bits, Crossing, EdgeSlab, Source};
+use super::edges::{Crossing, EdgeSlab, Source};
+use crate::bits::{Ones, after, before};
 use crate::cell::{Signs, at_fault, edge_at, edge_ends, is_ambiguous};
 
 /// Greatest distance between the tips on both sides of a neck, in pitches, at which they touch.
@@ -181,8 +182,6 @@ impl Cuts {
 fn necks(slab: &EdgeSlab, k: i32) -> Vec<(usize, [i32; 3])> {
     let nodes = &slab.nodes;
     let mut found = Vec::new();
-    let next = |row: &[u64], word: usize| row[word] >> 1 | row.get(word + 1).map_or(0, |next| next << 63);
-    let before = |row: &[u64], word: usize| row[word] << 1 | word.checked_sub(1).map_or(0, |before| row[before] >> 63);
     for y in 1..nodes.rows() - 1 {
         let row = |dy: usize, dz: i32| nodes.row(y + dy - 1, k + dz);
         for word in 0..nodes.words() {
@@ -190,14 +189,14 @@ fn necks(slab: &EdgeSlab, k: i32) -> Vec<(usize, [i32; 3])> {
             if here == 0 {
                 continue;
             }
-            let beside = |row: &[u64]| before(row, word) | next(row, word);
+            let beside = |row: &[u64]| before(row, word) | after(row, word);
             let mut add = |axis: usize, necks: u64, z: i32| {
-                found.extend(Bits(necks).map(|bit| (axis, [(64 * word + bit) as i32, y as i32, z])));
+                found.extend(Ones(necks).map(|bit| (axis, [(64 * word) as i32 + bit as i32, y as i32, z])));
             };
             // Adjacent nodes of a row.
-            let pair = |row: &[u64]| row[word] | next(row, word);
+            let pair = |row: &[u64]| row[word] | after(row, word);
             let around_x = pair(row(0, 1)) | pair(row(2, 1)) | pair(row(1, 0)) | pair(row(1, 2));
-            add(0, here & next(row(1, 1), word) & !around_x, k + 1);
+            add(0, here & after(row(1, 1), word) & !around_x, k + 1);
             let around_y = beside(row(1, 1))
                 | beside(row(2, 1))
                 | row(1, 0)[word]

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::bits::{after, is_set, ones};
 use crate::fixed::Pixels;
 use crate::ldi::{Ldi, Mode, NodePlanes, NodeSlab};
 
@@ -70,7 +71,7 @@ impl EdgeRows {
     }
 
     fn is_crossed(&self, row: usize, bit: usize) -> bool {
-        self.crossed[row * self.words + bit / 64] >> (bit % 64) & 1 == 1
+        is_set(&self.crossed[row * self.words..], bit)
     }
 
     fn place(&self, row: usize, bit: usize) -> usize {
@@ -82,21 +83,7 @@ impl EdgeRows {
 
     /// Returns the crossed edges of a row.
     fn row(&self, row: usize) -> impl Iterator<Item = usize> + '_ {
-        let words = &self.crossed[row * self.words..][..self.words];
-        words.iter().enumerate().flat_map(|(word, &bits)| Bits(bits).map(move |bit| 64 * word + bit))
-    }
-}
-
-/// An iterator over the set bits of a word, ascending.
-pub struct Bits(pub u64);
-
-impl Iterator for Bits {
-    type Item = usize;
-
-    fn next(&mut self) -> Option<usize> {
-        let bit = self.0.trailing_zeros() as usize;
-        self.0 &= self.0.wrapping_sub(1);
-        (bit < 64).then_some(bit)
+        ones(&self.crossed[row * self.words..][..self.words])
     }
 }
 
@@ -175,16 +162,13 @@ impl EdgeSlab {
     }
 
     pub fn is_inside(&self, [x, y, z]: [i32; 3]) -> bool {
-        self.nodes.row(y as usize, z)[x as usize / 64] >> (x % 64) & 1 == 1
+        is_set(self.nodes.row(y as usize, z), x as usize)
     }
 }
 
 /// Returns the crossed edges of a row of nodes: bit i compares node i with the next.
 fn differences(row: &[u64]) -> impl Iterator<Item = u64> + '_ {
-    (0..row.len()).map(|word| {
-        let next = row.get(word + 1).map_or(0, |next| next << 63);
-        row[word] ^ (row[word] >> 1 | next)
-    })
+    (0..row.len()).map(|word| row[word] ^ after(row, word))
 }
 
 /// Returns the nodes of a row that differ from those of another.
@@ -200,7 +184,7 @@ fn along_x(source: &Source, nodes: &NodeSlab, plane: i32) -> (EdgeRows, SubResol
     if (0..rows as i32).contains(&plane) {
         for column in 0..columns {
             let row = column as usize + 1;
-            let inside = |bit: i32| nodes.row(row, plane)[bit as usize / 64] >> (bit % 64) & 1 == 1;
+            let inside = |bit: i32| is_set(nodes.row(row, plane), bit as usize);
             filler.fill_ray(plane as u32 * columns + column, 0..i32::MAX, |edge| (row, edge as usize), inside);
         }
     }
@@ -217,7 +201,7 @@ fn along_y(source: &Source, nodes: &NodeSlab, plane: i32) -> (EdgeRows, SubResol
     if (0..rows as i32).contains(&plane) {
         for column in 0..columns {
             let bit = column as usize + 1;
-            let inside = |row: i32| nodes.row(row as usize, plane)[bit / 64] >> (bit % 64) & 1 == 1;
+            let inside = |row: i32| is_set(nodes.row(row as usize, plane), bit);
             filler.fill_ray(plane as u32 * columns + column, 0..i32::MAX, |edge| (edge as usize, bit), inside);
         }
     }
@@ -233,7 +217,7 @@ fn along_z(source: &Source, nodes: &NodeSlab, row: usize, layers: &Range<i32>) -
         for column in 0..columns {
             let bit = column as usize + 1;
             // Along z, as along the other axes, edges are counted from the one before node 0.
-            let inside = |edge: i32| nodes.row(row, edge - 1)[bit / 64] >> (bit % 64) & 1 == 1;
+            let inside = |edge: i32| is_set(nodes.row(row, edge - 1), bit);
             let place = |edge: i32| ((edge - 1 - layers.start) as usize, bit);
             let ray = image_row as u32 * columns + column;
             filler.fill_ray(ray, layers.start + 1..layers.end + 1, place, inside);

@@ -96,7 +96,7 @@ impl Parts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::testing::{cube, reversed, together};
+    use crate::testing::meshes::{cube, reversed, together};
 
     #[test]
     fn small_parts_and_small_cavities_are_dropped() {

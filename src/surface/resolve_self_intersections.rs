@@ -33,10 +33,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cells::{MARGIN, world_from_cells};
-use super::edges::Bits;
 use super::features::{CellFilter, Feature, Features};
 use super::intersect::{Candidate, pairs};
 use super::quads::Cut;
+use crate::bits;
 use crate::cancel::checkpoint;
 use crate::grid::Grid;
 use crate::mesh::Precision;
@@ -110,11 +110,11 @@ impl Chosen {
     }
 
     fn all(&self) -> impl Iterator<Item = u32> + '_ {
-        (0u32..).zip(&self.bits).flat_map(|(word, &bits)| Bits(bits).map(move |bit| 64 * word + bit as u32))
+        bits::ones(&self.bits).map(|vertex| vertex as u32)
     }
 
     fn has(&self, vertex: u32) -> bool {
-        self.bits[vertex as usize / 64] >> (vertex % 64) & 1 == 1
+        bits::is_set(&self.bits, vertex as usize)
     }
 
     fn add(&mut self, vertex: u32) {

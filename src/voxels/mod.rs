@@ -83,19 +83,14 @@ fn fill(slab: &NodeSlab, plane: i32, columns: usize, bytes: &mut [u8]) -> u64 {
 mod testing {
     //! Test images for voxels.
 
-    use crate::grid::{Axis, Grid};
     use crate::ldi::Ldi;
-    use crate::mesh::ClosedMesh;
-    use crate::sampler::cpu::CpuSampler;
-    use crate::sampler::{FillRule, Mode, Sampler};
+    use crate::sampler::Mode;
     use crate::solids;
+    use crate::testing::images::images_of;
 
     /// Returns the images of a torus, with `resolution` nodes along x and y, and fewer along z.
     pub fn torus(resolution: u32, mode: Mode) -> Vec<Ldi> {
-        let closed = ClosedMesh::check(solids::torus(3.0, 1.0, 31, 17).unwrap()).unwrap();
-        let grid = Grid::with_resolution(closed.bounds(), resolution, 32).unwrap();
-        let solid = grid.quantise(&closed).unwrap();
-        Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, mode, FillRule::EvenOdd).unwrap()).to_vec()
+        images_of(solids::torus(3.0, 1.0, 31, 17).unwrap(), resolution, 32, mode).to_vec()
     }
 
     /// Returns whether a node is inside an image along z, sample by sample.

@@ -13,7 +13,8 @@ use ldi_ops::metrics::{BoundaryCondition, Distribution, NodeSet, Phase};
 use ldi_ops::solids::{self, Surface};
 
 use crate::convergence::{Within, converges};
-use crate::scene::{Scene, ball, cuboid, hollowed, moved, network, struts, together};
+use crate::scene::{Scene, ball, cuboid, moved, network, struts};
+use crate::testing::meshes::{hollowed, together};
 
 /// One pitch, the tolerance of the specification.
 const PITCH: Within = Within::Pitches(1.0);
@@ -61,7 +62,7 @@ fn thickness_of_a_ball_converges_to_its_diameter() {
     converges("thickness of a turned box of rays, ball", 2.0, PITCH, [9, 17, 49], |n| {
         let speck = |at: DVec3| moved(ball(0.05), DAffine3::from_translation(at));
         let corners = [DVec3::splat(-1.37), DVec3::new(1.21, 1.43, 1.33)];
-        let scene = Scene::of(together([ball(1.0), speck(corners[0]), speck(corners[1])]), n * 11 / 8);
+        let scene = Scene::of(together(&[ball(1.0), speck(corners[0]), speck(corners[1])]), n * 11 / 8);
         let balls = Balls::of(&scene, Phase::Solid, BoundaryCondition::Clip);
         scene.measured(balls.thickness(&scene).quantile(0.5))
     });
@@ -94,7 +95,7 @@ fn thickness_and_separation_of_plates_converge_to_their_distances() {
         moved(cuboid(DVec3::new(1.0, 1.0, thickness)), DAffine3::from_translation(DVec3::new(0.0, 0.0, z)))
     };
     // The box cuts the outer plates, so their thickness is unknown. The pores between the plates are 0.35 and 0.2 wide.
-    let plates = || together([plate(-0.45, 0.1), plate(0.0, 0.1), plate(0.375, 0.25)]);
+    let plates = || together(&[plate(-0.45, 0.1), plate(0.0, 0.1), plate(0.375, 0.25)]);
     converges("separation of plates, widest", 0.35, PITCH, [32, 64, 128], |n| {
         let scene = Scene::of(plates(), n);
         scene.measured(Balls::of(&scene, Phase::Pore, BoundaryCondition::Clip).thickness(&scene).quantile(0.9))

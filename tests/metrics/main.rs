@@ -11,4 +11,6 @@ mod distances;
 mod paths;
 mod rays;
 mod scene;
+#[path = "../../src/testing/mod.rs"]
+mod testing;
 mod topology;

@@ -10,7 +10,8 @@ use ldi_ops::metrics::{BoundaryCondition, Phase};
 use ldi_ops::solids;
 
 use crate::convergence::{Within, converges};
-use crate::scene::{Scene, moved, together};
+use crate::scene::{Scene, moved};
+use crate::testing::meshes::together;
 
 const RESOLUTIONS: [u32; 3] = [32, 64, 128];
 
@@ -77,7 +78,7 @@ fn dead_ends_have_no_tortuosity() {
             let stub = solids::cylinder(0.2, 0.45, 32).unwrap();
             moved(stub, DAffine3::from_translation(DVec3::new(0.0, 0.0, z)))
         };
-        let scene = scene(together([stub(-0.275), stub(0.275)]), resolution);
+        let scene = scene(together(&[stub(-0.275), stub(0.275)]), resolution);
         for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
             assert_eq!(diffusion(&scene, Phase::Solid, Axis::Z, edges), None);
             assert_eq!(shortest(&scene, Phase::Solid, Axis::Z, edges), None);

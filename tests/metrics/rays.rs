@@ -16,7 +16,8 @@ use ldi_ops::metrics::{BoundaryCondition, Facets, Phase};
 use ldi_ops::solids::{self, Surface};
 
 use crate::convergence::{Within, converges};
-use crate::scene::{Scene, ball, cuboid, moved, network, struts, together};
+use crate::scene::{Scene, ball, cuboid, moved, network, struts};
+use crate::testing::meshes::together;
 
 fn volume(scene: &Scene) -> f64 {
     VolumeEstimate::from_axes(&scene.images.each_ref().map(AxisVolume::of)).value
@@ -159,7 +160,7 @@ fn plates_are_anisotropic_and_a_cubic_lattice_is_isotropic() {
     // BoneJ asserts 1 ± 1e-4 for plates.
     converges("DA of plates", 1.0, Within::Difference(1e-4), [16, 32, 64], |n| {
         let plate = |z| moved(cuboid(DVec3::new(1.0, 1.0, 0.1)), DAffine3::from_translation(DVec3::new(0.0, 0.0, z)));
-        let scene = Scene::of(together([-0.45, 0.0, 0.45].map(plate)), n);
+        let scene = Scene::of(together(&[-0.45, 0.0, 0.45].map(plate)), n);
         let fitted = scene.of_surface(|surface| anisotropy::Crossings::of(surface, 1.0).ellipsoid()).unwrap();
         scene.measured(fitted.degree)
     });
@@ -169,7 +170,7 @@ fn plates_are_anisotropic_and_a_cubic_lattice_is_isotropic() {
             let beside = turn * DVec3::new(0.25, 0.25, 0.0);
             moved(solids::cylinder(0.1, 1.0, 4 * n).unwrap(), DAffine3::from_rotation_translation(turn, beside))
         });
-        let scene = Scene::of(together(rods), 48);
+        let scene = Scene::of(together(&rods), 48);
         let fitted = scene.of_surface(|surface| anisotropy::Crossings::of(surface, 1.0).ellipsoid()).unwrap();
         crate::convergence::Measured { value: fitted.degree, pitch: f64::from(n).recip() }
     });
@@ -260,7 +261,7 @@ fn gauss_curvature_gives_the_euler_characteristic() {
 fn chords_of_a_slab_equal_its_thickness() {
     converges("chords along z of a slab", 0.3, Within::Pitches(1e-4), [16, 32, 64], |n| {
         let ball = |x: f64| moved(ball(0.1), DAffine3::from_translation(DVec3::new(x, 0.0, x)));
-        let scene = Scene::of(together([cuboid(DVec3::new(1.0, 1.0, 0.3)), ball(0.8), ball(-0.8)]), n);
+        let scene = Scene::of(together(&[cuboid(DVec3::new(1.0, 1.0, 0.3)), ball(0.8), ball(-0.8)]), n);
         let chords =
             Chords::along(&scene.images[Axis::Z.depth()], &scene.region(), Phase::Solid, BoundaryCondition::Clip);
         scene.measured(chords.distribution(Weighting::Length, Counted::Complete).unwrap().quantile(0.9))

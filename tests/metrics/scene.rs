@@ -1,16 +1,15 @@
 //! Models and their samples.
 
 use glam::{DAffine3, DVec3};
-use ldi_ops::grid::{Axis, Grid, LatticeBox};
+use ldi_ops::grid::{Grid, LatticeBox};
 use ldi_ops::ldi::{Ldi, Mode, NodePlanes};
 use ldi_ops::mesh::{Aabb, ClosedMesh, TriangleMesh};
 use ldi_ops::metrics::surface_area::SurfaceElements;
 use ldi_ops::metrics::{Facets, NodeSet, Region};
-use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{FillRule, Sampler};
 use ldi_ops::solids::{self, LatticeForm, MinimalSurface, Part, StrutLattice, StrutPattern, Surface};
 
 use crate::convergence::Measured;
+use crate::testing::images::{closed, grid_around, surface_images, whole};
 
 /// A solid and its exact images along x, y and z.
 pub struct Scene {
@@ -23,8 +22,8 @@ pub struct Scene {
 impl Scene {
     /// Samples a mesh in its own box, which is the region, with this number of rays along the longest side.
     pub fn of(mesh: TriangleMesh, resolution: u32) -> Scene {
-        let mesh = ClosedMesh::check(mesh).unwrap();
-        let grid = Grid::with_resolution(mesh.bounds(), resolution, 1024).unwrap();
+        let mesh = closed(mesh);
+        let grid = grid_around(&[&mesh], resolution, 1024);
         let bounds = *grid.quantise(&mesh).unwrap().bounds();
         Scene::sampled(mesh, &grid, bounds)
     }
@@ -32,14 +31,11 @@ impl Scene {
     /// Samples a mesh in a box, which is the region. Each side of the box has a whole number of rays.
     pub fn within(mesh: TriangleMesh, bounds: Aabb, resolution: u32) -> Scene {
         let grid = Grid::with_resolution(bounds, resolution, 1024).unwrap();
-        let max = [0, 1, 2].map(|axis| grid.length(axis));
-        Scene::sampled(ClosedMesh::check(mesh).unwrap(), &grid, LatticeBox { min: [0; 3], max })
+        Scene::sampled(closed(mesh), &grid, whole(&grid))
     }
 
     fn sampled(mesh: ClosedMesh, grid: &Grid, bounds: LatticeBox) -> Scene {
-        let solid = grid.quantise(&mesh).unwrap();
-        let images =
-            Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap());
+        let images = surface_images(&grid.quantise(&mesh).unwrap());
         Scene { mesh, images, bounds }
     }
 
@@ -87,27 +83,6 @@ pub fn network(surface: Surface, cells: u32, resolution: u32) -> TriangleMesh {
 /// A ball about the origin whose radius is constant to about 10⁻⁵.
 pub fn ball(radius: f64) -> TriangleMesh {
     solids::geodesic(radius, 96).unwrap()
-}
-
-/// A solid with a hollow: the mesh of the hollow is added inside out.
-pub fn hollowed(mut outer: TriangleMesh, inner: &TriangleMesh) -> TriangleMesh {
-    let first = outer.positions.len() as u32;
-    outer.positions.extend(&inner.positions);
-    outer.triangles.extend(inner.triangles.iter().map(|&[a, b, c]| [first + a, first + c, first + b]));
-    outer
-}
-
-/// Joins meshes that do not meet into one.
-pub fn together(parts: impl IntoIterator<Item = TriangleMesh>) -> TriangleMesh {
-    parts
-        .into_iter()
-        .reduce(|mut all, part| {
-            let first = all.positions.len() as u32;
-            all.positions.extend(part.positions);
-            all.triangles.extend(part.triangles.iter().map(|triangle| triangle.map(|v| first + v)));
-            all
-        })
-        .unwrap()
 }
 
 pub fn moved(mut mesh: TriangleMesh, by: DAffine3) -> TriangleMesh {

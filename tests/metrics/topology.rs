@@ -8,7 +8,8 @@ use ldi_ops::metrics::{BoundaryCondition, NodeSet, Phase};
 use ldi_ops::solids::Surface;
 
 use crate::convergence::{Within, converges};
-use crate::scene::{Scene, ball, hollowed, network, struts};
+use crate::scene::{Scene, ball, network, struts};
+use crate::testing::meshes::hollowed;
 
 const EXACT: Within = Within::Difference(0.0);
 

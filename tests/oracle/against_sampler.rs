@@ -2,17 +2,18 @@
 
 use std::num::NonZeroU32;
 
-use glam::DVec3;
 use ldi_ops::boolean::{self, BooleanOperation};
 use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::ldi::{Ldi, Windings};
-use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
+use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, SampleError, Sampler};
 
 use super::brute_force as oracle;
-use super::soups::{self, Frame, Random, Soup};
-use super::{lattice, oriented, random_frame, solid};
+use super::on_lattice::{closed, grid, mesh};
+use super::soups::{self, Frame, Soup, oriented};
+use super::testing::random::Random;
+use super::{lattice, random_frame, solid};
 
 const MODES: [(Mode, oracle::Mode); 3] = [
     (Mode::Exact, oracle::Mode::Exact),
@@ -21,20 +22,6 @@ const MODES: [(Mode, oracle::Mode); 3] = [
 ];
 const FILLS: [(FillRule, oracle::FillRule); 2] =
     [(FillRule::EvenOdd, oracle::FillRule::EvenOdd), (FillRule::NonZero, oracle::FillRule::NonZero)];
-
-/// A grid on which one lattice step is one world unit, so that soups are quantised to themselves.
-fn grid(frame: &Frame, lod: u32) -> Grid {
-    Grid::from_parts(DVec3::ZERO, f64::from(1u32 << frame.shift), frame.rays, frame.shift, lod).unwrap()
-}
-
-fn mesh(soup: &Soup) -> TriangleMesh {
-    let positions = soup.positions.iter().map(|p| DVec3::from(p.map(f64::from))).collect();
-    TriangleMesh { positions, triangles: soup.triangles.clone() }
-}
-
-fn closed(soup: &Soup) -> ClosedMesh {
-    ClosedMesh::check(mesh(soup)).unwrap_or_else(|e| panic!("a soup is not closed: {:?}", e.report))
-}
 
 fn quantised<'m>(grid: &Grid, mesh: &'m ClosedMesh, soup: &Soup) -> LatticeSolid<'m> {
     let solid = grid.quantise(mesh).unwrap();

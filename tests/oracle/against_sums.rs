@@ -7,8 +7,8 @@ use ldi_ops::minkowski::{Exterior, Polyhedron, SumMembership, cull, resolve};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Estimate, Mode};
 
-use crate::soups::Random;
 use crate::sums::{HalfSpace, Point, clip, eroded, minus_spans, sum, union};
+use crate::testing::random::Random;
 
 /// A convex piece: its corners, and triangles that face outwards.
 #[derive(Clone, Debug)]

@@ -4,13 +4,17 @@
 mod against_sampler;
 mod against_sums;
 mod brute_force;
+mod on_lattice;
 mod soups;
 mod sums;
+#[path = "../../src/testing/mod.rs"]
+mod testing;
 
 use brute_force::{
     FillRule, Image, Lattice, Mode, Operation, Solid, boolean, contains, crossings, image, intersection,
 };
-use soups::{Frame, Generator, Random, Soup};
+use soups::{Frame, Generator, Soup, oriented};
+use testing::random::Random;
 
 const FILLS: [FillRule; 2] = [FillRule::EvenOdd, FillRule::NonZero];
 
@@ -36,12 +40,6 @@ fn random_lod(random: &mut Random) -> u32 {
 fn random_oriented(random: &mut Random, frame: &Frame) -> Soup {
     let (_, generator) = random.choose(&oriented());
     generator(random, frame)
-}
-
-fn oriented() -> Vec<(&'static str, Generator)> {
-    let mut generators = soups::oriented();
-    generators.push(("mixture", soups::mixture));
-    generators
 }
 
 /// Calls a check with one named solid for every generator and seed; the random source continues after the solid.

@@ -9,50 +9,7 @@
 
 use std::collections::BTreeMap;
 
-/// SplitMix64: a small random source that gives the same numbers on every machine.
-pub struct Random(u64);
-
-impl Random {
-    pub fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = self.0;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        bits ^ (bits >> 31)
-    }
-
-    /// Draws from 0 to `count − 1`.
-    pub fn below(&mut self, count: usize) -> usize {
-        (self.bits() % count as u64) as usize
-    }
-
-    /// Draws from `least` to `most`, both included.
-    pub fn between(&mut self, least: i32, most: i32) -> i32 {
-        (i64::from(least) + (self.bits() % (i64::from(most) - i64::from(least) + 1) as u64) as i64) as i32
-    }
-
-    /// Draws an even number from `least` to `most`, where both are even.
-    pub fn even(&mut self, least: i32, most: i32) -> i32 {
-        self.between(least / 2, most / 2) * 2
-    }
-
-    pub fn chance(&mut self, one_in: usize) -> bool {
-        self.below(one_in) == 0
-    }
-
-    pub fn choose<T: Copy>(&mut self, choices: &[T]) -> T {
-        choices[self.below(choices.len())]
-    }
-
-    /// Draws from −1 to 1.
-    fn unit(&mut self) -> f64 {
-        self.between(-1_000_000, 1_000_000) as f64 / 1e6
-    }
-}
+use crate::testing::random::Random;
 
 /// The part of the lattice that a soup occupies: pixels of `2^shift` steps (2 to 26), and their numbers.
 /// Shapes on oblique directions need at least six pixels an axis.
@@ -616,13 +573,19 @@ fn simple(random: &mut Random, frame: &Frame) -> Soup {
 pub fn mixture(random: &mut Random, frame: &Frame) -> Soup {
     let mut soup = Soup::default();
     for _ in 0..2 + random.below(2) {
-        let (_, generator) = random.choose(&oriented());
+        let (_, generator) = random.choose(&alone());
         soup.add(&generator(random, frame));
     }
     soup
 }
 
 /// Returns every generator of oriented soups by name, except for [`mixture`], which draws from them.
-pub fn oriented() -> Vec<(&'static str, Generator)> {
+fn alone() -> Vec<(&'static str, Generator)> {
     SIMPLE.into_iter().chain(DIFFICULT).collect()
+}
+
+/// Returns every generator of oriented soups by name.
+pub fn oriented() -> Vec<(&'static str, Generator)> {
+    let mixture: (&str, Generator) = ("mixture", mixture);
+    alone().into_iter().chain([mixture]).collect()
 }

@@ -9,8 +9,11 @@ use rayon::prelude::*;
 use super::images::{
     FILLS, MODES, assert_empty, assert_same, assert_same_set, boolean, intersection, less, sample, union,
 };
-use super::material::{closed, grid, grid_around, mesh, models, quantised, random_frame, random_lod, random_soup};
-use super::soups::{self, Random};
+use super::material::{models, quantised, random_frame, random_lod, random_soup};
+use super::on_lattice::{grid, mesh};
+use super::soups;
+use super::testing::images::{closed, grid_around};
+use super::testing::random::Random;
 
 /// Returns the image of every point of the grid.
 fn everything(grid: &Grid, axis: Axis) -> Ldi {

@@ -14,7 +14,9 @@ use ldi_ops::solids::{LatticeForm, StrutLattice, StrutPattern, cuboid, cylinder,
 use super::images::{
     FILLS, MODES, assert_close, assert_same, assert_same_set, boolean, intersection, is_close, sample,
 };
-use super::material::{closed, grid_around, moved, quantised, together};
+use super::material::{moved, quantised};
+use super::testing::images::{closed, grid_around};
+use super::testing::meshes::together;
 
 fn on_grid(grid: &Grid, mesh: &ClosedMesh, mode: Mode, fill: FillRule) -> VolumeEstimate {
     let solid = quantised(grid, mesh);

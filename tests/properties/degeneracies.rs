@@ -13,7 +13,9 @@ use super::images::{
     FILLS, MODES, OVER, UNDER, assert_empty, assert_same, assert_same_set, assert_within, intersection, less, sample,
     union,
 };
-use super::material::{closed, grid_around, models, moved, quantised, reversed, together, unwelded};
+use super::material::{models, moved, quantised};
+use super::testing::images::{closed, grid_around};
+use super::testing::meshes::{reversed, together, unwelded};
 
 fn cube_at(x: f64, y: f64, z: f64) -> TriangleMesh {
     let corner = DVec3::new(x, y, z);

@@ -10,8 +10,11 @@ use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
 use super::images::{FILLS, MODES, OVER, UNDER, assert_same, assert_within, boolean, sample};
-use super::material::{closed, grid, grid_around, mesh, models, quantised, random_frame, random_lod, random_soup};
-use super::soups::{self, Random};
+use super::material::{models, quantised, random_frame, random_lod, random_soup};
+use super::on_lattice::{grid, mesh};
+use super::soups;
+use super::testing::images::{closed, grid_around};
+use super::testing::random::Random;
 
 const OPERATIONS: [BooleanOperation; 4] =
     [BooleanOperation::Intersection, BooleanOperation::Union, BooleanOperation::Difference, BooleanOperation::Xor];

@@ -14,11 +14,12 @@ use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
 use super::images::{FILLS, MODES, assert_close, assert_same, boolean, difference, sample};
-use super::material::{
-    closed, generators, grid, grid_around, mesh, models, moved, quantised, random_frame, random_lod, random_soup,
-    renumbered, scaled, shuffled, unwelded,
-};
-use super::soups::{Frame, Random};
+use super::material::{models, moved, quantised, random_frame, random_lod, random_soup, renumbered, scaled, shuffled};
+use super::on_lattice::{grid, mesh};
+use super::soups::{Frame, oriented};
+use super::testing::images::{closed, grid_around};
+use super::testing::meshes::unwelded;
+use super::testing::random::Random;
 
 /// Returns every image that a sampler makes of two solids along one axis, with a name.
 fn images(sampler: &CpuSampler, a: &LatticeSolid, b: &LatticeSolid, axis: Axis) -> Vec<(String, Ldi)> {
@@ -102,7 +103,7 @@ fn arrangements(random: &mut Random, mesh: &TriangleMesh) -> Vec<(&'static str, 
 
 #[test]
 fn rearranging_random_soups_changes_no_image() {
-    generators().into_par_iter().for_each(|(name, generator)| {
+    oriented().into_par_iter().for_each(|(name, generator)| {
         for seed in 0..40 {
             let mut random = Random::new(60_000 + seed);
             let frame = random_frame(&mut random);

@@ -13,5 +13,9 @@ mod images;
 mod invariance;
 mod material;
 mod nodes;
+#[path = "../oracle/on_lattice.rs"]
+mod on_lattice;
 #[path = "../oracle/soups.rs"]
 mod soups;
+#[path = "../../src/testing/mod.rs"]
+mod testing;

@@ -5,7 +5,9 @@ use ldi_ops::grid::{Grid, LatticeSolid};
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
 use ldi_ops::solids::{LatticeForm, LongBone, MinimalSurface, Part, StrutLattice, StrutPattern, Surface, torus};
 
-use super::soups::{self, Frame, Generator, Random, Soup};
+use super::soups::{Frame, Soup, oriented};
+use super::testing::images::closed;
+use super::testing::random::Random;
 
 /// Draws LOD-C, from the least to more voxels than there are lattice steps.
 pub fn random_lod(random: &mut Random) -> u32 {
@@ -18,42 +20,14 @@ pub fn random_frame(random: &mut Random) -> Frame {
     Frame { shift, rays: std::array::from_fn(|_| random.between(6, if shift == 26 { 15 } else { 9 }) as u32) }
 }
 
-/// Returns every generator of oriented soups, mixtures of them among them.
-pub fn generators() -> Vec<(&'static str, Generator)> {
-    let mut generators = soups::oriented();
-    generators.push(("mixture", soups::mixture));
-    generators
-}
-
 pub fn random_soup(random: &mut Random, frame: &Frame) -> Soup {
-    let (_, generator) = random.choose(&generators());
+    let (_, generator) = random.choose(&oriented());
     generator(random, frame)
-}
-
-/// A grid on which one lattice step is one world unit, so that soups are quantised to themselves.
-pub fn grid(frame: &Frame, lod: u32) -> Grid {
-    Grid::from_parts(DVec3::ZERO, f64::from(1u32 << frame.shift), frame.rays, frame.shift, lod).unwrap()
-}
-
-pub fn mesh(soup: &Soup) -> TriangleMesh {
-    let positions = soup.positions.iter().map(|p| DVec3::from(p.map(f64::from))).collect();
-    TriangleMesh { positions, triangles: soup.triangles.clone() }
-}
-
-#[track_caller]
-pub fn closed(mesh: TriangleMesh) -> ClosedMesh {
-    ClosedMesh::check(mesh).unwrap_or_else(|e| panic!("the mesh is not closed: {e}"))
 }
 
 #[track_caller]
 pub fn quantised<'m>(grid: &Grid, mesh: &'m ClosedMesh) -> LatticeSolid<'m> {
     grid.quantise(mesh).unwrap()
-}
-
-/// Returns a grid around all of the meshes.
-pub fn grid_around(meshes: &[&ClosedMesh], resolution: u32, lod: u32) -> Grid {
-    let bounds = meshes.iter().map(|mesh| mesh.bounds()).reduce(|a, b| a.union(b)).unwrap();
-    Grid::with_resolution(bounds, resolution, lod).unwrap()
 }
 
 /// Returns the models of the library that differ most from each other, by name.
@@ -78,30 +52,6 @@ pub fn models() -> Vec<(&'static str, ClosedMesh)> {
     ]
     .map(|(name, mesh)| (name, closed(mesh.unwrap())))
     .to_vec()
-}
-
-/// Joins all meshes into one and welds nothing.
-pub fn together(meshes: &[TriangleMesh]) -> TriangleMesh {
-    let mut all = TriangleMesh::default();
-    for mesh in meshes {
-        let base = all.positions.len() as u32;
-        all.positions.extend_from_slice(&mesh.positions);
-        all.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|index| index + base)));
-    }
-    all
-}
-
-/// Returns the same surface facing the other way.
-pub fn reversed(mesh: &TriangleMesh) -> TriangleMesh {
-    let triangles = mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
-    TriangleMesh { positions: mesh.positions.clone(), triangles }
-}
-
-/// Returns the same triangles with three positions each, shared by none.
-pub fn unwelded(mesh: &TriangleMesh) -> TriangleMesh {
-    let positions: Vec<DVec3> = mesh.triangles.iter().flatten().map(|&i| mesh.positions[i as usize]).collect();
-    let triangles = (0..mesh.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-    TriangleMesh { positions, triangles }
 }
 
 pub fn moved(mesh: &TriangleMesh, by: DVec3) -> TriangleMesh {
@@ -143,6 +93,7 @@ pub fn renumbered(random: &mut Random, mesh: &TriangleMesh) -> TriangleMesh {
 }
 
 mod tests {
+    use super::super::testing::meshes::{reversed, unwelded};
     use super::*;
 
     #[test]

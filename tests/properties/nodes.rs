@@ -7,8 +7,11 @@ use ldi_ops::sampler::Mode;
 use rayon::prelude::*;
 
 use super::images::{FILLS, sample};
-use super::material::{closed, generators, grid, grid_around, mesh, models, quantised, random_frame};
-use super::soups::Random;
+use super::material::{models, quantised, random_frame};
+use super::on_lattice::{grid, mesh};
+use super::soups::oriented;
+use super::testing::images::{closed, grid_around};
+use super::testing::random::Random;
 
 /// Returns the state of every node, x fastest, by an image along one axis.
 fn states(grid: &Grid, image: &Ldi) -> Vec<bool> {
@@ -30,7 +33,7 @@ fn states(grid: &Grid, image: &Ldi) -> Vec<bool> {
 
 #[test]
 fn images_of_a_random_soup_agree_about_every_node() {
-    let inside: usize = generators()
+    let inside: usize = oriented()
         .into_par_iter()
         .map(|(name, generator)| {
             let mut inside = 0;

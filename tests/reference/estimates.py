@@ -15,7 +15,6 @@ import json
 import math
 import multiprocessing
 import random
-import struct
 import subprocess
 import sys
 import tempfile
@@ -24,6 +23,9 @@ from pathlib import Path
 import manifold3d
 import numpy as np
 from scipy.spatial import ConvexHull
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "data" / "reference"))
+import pairs  # noqa: E402
 
 DATA = Path(__file__).resolve().parents[2] / "data" / "models"
 AXES = ("all", "x", "y", "z")
@@ -39,19 +41,6 @@ def volume_of(mesh):
     p = p - p.mean(axis=0)
     a, b, c = p[t[:, 0]], p[t[:, 1]], p[t[:, 2]]
     return math.fsum(np.einsum("ij,ij->i", a, np.cross(b, c))) / 6.0
-
-
-def welded(positions, triangles):
-    unique, inverse = np.unique(positions, axis=0, return_inverse=True)
-    return unique, inverse.reshape(-1)[triangles]
-
-
-def read_stl(path):
-    data = path.read_bytes()
-    (count,) = struct.unpack_from("<I", data, 80)
-    rows = np.frombuffer(data, dtype=np.dtype([("f", "<f4", 12), ("a", "<u2")]), count=count, offset=84)
-    corners = rows["f"][:, 3:].astype(float).reshape(-1, 3)
-    return welded(corners, np.arange(len(corners)).reshape(-1, 3))
 
 
 def write_obj(path, mesh):
@@ -121,7 +110,7 @@ def mesh_of(made):
 def models():
     names = ("bcc_lattice", "bone", "cubic_lattice", "cylinder", "diamond_network", "gyroid_sheet", "primitive_sheet",
              "sphere", "torus")
-    return {name: sized(read_stl(DATA / f"{name}.stl"), 10.0) for name in names}
+    return {name: sized(pairs.read(DATA / f"{name}.stl"), 10.0) for name in names}
 
 
 def log_uniform(rng, low, high):
@@ -336,10 +325,10 @@ def judged(row):
     volume, truth = row["volume"], row["truth"]
     # The tolerance for rounding of the true volume itself.
     slack = 1e-9 * abs(truth) + 1e-12
-    pairs = [("exact" if volume["method"] == "exact" else "value", volume["value"], volume["estimate_error"])]
+    stated = [("exact" if volume["method"] == "exact" else "value", volume["value"], volume["estimate_error"])]
     if volume["method"] == "exact":
-        pairs.append(("rays", volume["rays"]["value"], volume["rays"]["estimate_error"]))
-    for what, value, error in pairs:
+        stated.append(("rays", volume["rays"]["value"], volume["rays"]["estimate_error"]))
+    for what, value, error in stated:
         yield what, abs(value - truth) / max(error, slack), error / max(abs(truth), slack)
     if not volume["at_least"] - slack <= truth <= volume["at_most"] + slack:
         yield "bound", math.inf, math.inf

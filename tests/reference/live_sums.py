@@ -7,11 +7,12 @@ from, the pinned values of two ways disagree, or a case has no values. `--all` t
 falsifies the committed values in each of these ways and exits 1 unless every falsehood is noticed.
 """
 
-import argparse
 import copy
 import json
 import sys
 from pathlib import Path
+
+import harness
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "data" / "reference" / "minkowski"))
 import manifold_sums  # noqa: E402
@@ -113,23 +114,16 @@ def falsify(document):
 def self_test():
     [case] = sums.load(["hollow_cube_cube"])
     document, live = documents()[case.name], live_results(case)
-    if complaints(case, document, live):
-        print("the true values were called false")
-        return False
-    falsehoods = list(falsify(document))
-    unnoticed = [what for what, false in falsehoods if not complaints(case, false, live)]
-    for what in unnoticed:
-        print(f"not noticed: {what}")
-    print(f"self-test: {len(falsehoods)} falsehoods, {len(unnoticed)} not noticed")
-    return not unnoticed
+    found = harness.Falsehoods()
+    found.vary(case.name, (document,), lambda pinned: complaints(case, pinned, live), falsify)
+    return found.report()
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("--all", action="store_true", help="the slow cases, too: minutes")
-    arguments.add_argument("--self-test", action="store_true", help="falsify the pinned values and see that it shows")
-    given = arguments.parse_args()
-    sys.exit(0 if (self_test() if given.self_test else check(given.all)) else 1)
+    parser = harness.parser(__doc__, self_test="falsify the pinned values and see that it shows", program=None)
+    parser.add_argument("--all", action="store_true", help="the slow cases, too: minutes")
+    given = parser.parse_args()
+    harness.leave(self_test() if given.self_test else check(given.all))
 
 
 if __name__ == "__main__":

@@ -30,7 +30,6 @@ Prints a table in Markdown, and exits 1 where anything differs. `--self-test` fa
 program arrays other than the peers'; it exits 1 unless the comparison finds every difference.
 """
 
-import argparse
 import collections
 import dataclasses
 import json
@@ -38,7 +37,6 @@ import math
 import os
 import re
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
@@ -55,6 +53,7 @@ for variable in ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "MKL_NUM_THREADS", "OPE
 warnings.filterwarnings("ignore")
 
 import edt  # noqa: E402
+import harness  # noqa: E402
 import localthickness  # noqa: E402
 import numpy as np  # noqa: E402
 import porespy  # noqa: E402
@@ -458,10 +457,7 @@ def measured(program, given, folder, *options):
 
 def told_by(words):
     """Runs a command and returns the JSON that it prints."""
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise ValueError(f"exit code {done.returncode}: {done.stderr.strip()}")
-    return json.loads(done.stdout)
+    return json.loads(harness.run(words))
 
 
 def balls_beside(program, given):
@@ -637,22 +633,13 @@ def falsehoods(row):
 def self_test(program, given):
     """Returns whether the comparison finds every falsehood, also arrays other than the peers', and a program that fails."""
     given = [model for model in given if model.name in ("blobs", "crumbs", "ball, R/h = 8")]
-    unnoticed, count = [], 1
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            measured(Path(sys.executable), given, Path(folder))
-        unnoticed.append("a program that fails")
-    except ValueError:
-        pass
+    found = harness.Falsehoods()
+    with tempfile.TemporaryDirectory() as folder:
+        found.expect_error("a program that fails", lambda: measured(Path(sys.executable), given, Path(folder)))
     rows = compared(program, given)
-    if not rows or any(row.complaint() for row in rows):
-        print(f"true results were called false: {[row.complaint() for row in rows if row.complaint()]}")
-        return False
+    found.expect("no row at all", rows)
     for row in rows:
-        for what, false in falsehoods(row):
-            count += 1
-            if not false.complaint():
-                unnoticed.append(f"{row.array}, {row.metric}: {what}")
+        found.vary(f"{row.array}, {row.metric}", (row,), Row.complaint, falsehoods)
     with tempfile.TemporaryDirectory() as folder:
         blob = next(model for model in given if model.name == "blobs")
         with_one_turned = blob.is_solid.copy()
@@ -664,34 +651,27 @@ def self_test(program, given):
             "a voxel of the other phase": with_one_turned,
         }
         for what, is_solid in others.items():
-            count += 1
             said = measured(program, [dataclasses.replace(blob, is_solid=is_solid)], Path(folder))
             comparison = Comparison(blob, said[0], Path(folder))
             comparison.whole()
             for phase in PHASES:
                 comparison.topology(phase)
                 comparison.chords(phase)
-            if not any(row.complaint() for row in comparison.rows):
-                unnoticed.append(what)
-    for what in unnoticed:
-        print(f"not noticed: {what}")
-    print(f"self-test: {count} falsehoods, {len(unnoticed)} not noticed")
-    return not unnoticed
+            found.expect(what, any(row.complaint() for row in comparison.rows))
+    return found.report()
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("--program", type=Path, required=True, help="the built ldi-bench")
-    arguments.add_argument("--quick", action="store_true", help="arrays of a quarter of a million voxels, as tests have them")
-    arguments.add_argument("--speed", action="store_true", help="hold the program to its speed at 256³, too")
-    arguments.add_argument("--threads", type=int, help="of the program and of the peers; all by default")
-    arguments.add_argument("--json", type=Path, help="also write every row to this file")
-    arguments.add_argument("--self-test", action="store_true", help="falsify results and see that it shows")
-    arguments = arguments.parse_args()
-    program, given = arguments.program.resolve(), models(1 if arguments.quick or arguments.self_test else 2)
-    if arguments.self_test:
-        sys.exit(0 if self_test(program, given) else 1)
-    sys.exit(0 if check(program, given, arguments.speed, arguments.json) else 1)
+    parser = harness.parser(__doc__, program="the built ldi-bench")
+    parser.add_argument("--quick", action="store_true", help="arrays of a quarter of a million voxels, as tests have them")
+    parser.add_argument("--speed", action="store_true", help="hold the program to its speed at 256³, too")
+    parser.add_argument("--threads", type=int, help="of the program and of the peers; all by default")
+    parser.add_argument("--json", type=Path, help="also write every row to this file")
+    options = parser.parse_args()
+    given = models(1 if options.quick or options.self_test else 2)
+    if options.self_test:
+        harness.leave(self_test(options.program, given))
+    harness.leave(check(options.program, given, options.speed, options.json))
 
 
 if __name__ == "__main__":

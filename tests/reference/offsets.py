@@ -20,19 +20,18 @@ the error of the reference), anything left where no point is as deep as d, nothi
 error is too large. `--self-test` falsifies each of these and exits 1 unless the check finds every falsehood.
 """
 
-import argparse
 import concurrent.futures
 import dataclasses
 import itertools
 import json
 import math
-import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
 
+import harness
 import igl
 import numpy as np
 
@@ -273,18 +272,14 @@ def told_of(program, path, placement, distance):
     """Returns the JSON of one offset."""
     words = [program, "offset", path, "--distance", distance, "--transform-a", placement, "--resolution", RESOLUTION]
     words += ["--mode", "exact", "--quiet", "--json", "-"]
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise ValueError(f"exit code {done.returncode}: {done.stderr.strip()}")
-    return json.loads(done.stdout)
+    return json.loads(harness.run(words))
 
 
 def examine(program, scaffold):
     """Returns the findings of a scaffold, and the seconds that the program's offsets took."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scaffold.obj"
-        words = [program, "generate", *scaffold.words.split(), "--quiet", "-o", path]
-        subprocess.run(words, capture_output=True, text=True, check=True)
+        harness.run([program, "generate", *scaffold.words.split(), "--quiet", "-o", path])
         told = [told_of(program, path, scaffold.placement, distance) for distance in scaffold.distances]
         points, triangles = pairs.read(path)
     right = references((pairs.transform(points, REFERENCE_PLACEMENT), triangles), scaffold.distances, scaffold.cells)
@@ -309,8 +304,7 @@ def check(program, verbose):
             numbers = f"{share:10.5f}{finding.told['volume']['value']:14.4f}{finding.off():+10.1e}{error:13.1e}"
             print(f"{finding.describe():74}{numbers}")
     rows = [(finding.describe(), *row) for finding in findings for row in finding.complaints()]
-    for row in rows:
-        print("  ".join(str(value) for value in row))
+    harness.print_rows(rows)
     sure = [finding for finding in findings if finding.right.error <= TOLERANCE * finding.right.volume]
     worst = max((abs(finding.off()) for finding in sure), default=float("nan"))
     nothing = sum(finding.right.is_empty for finding in findings)
@@ -364,39 +358,22 @@ def self_test(program):
     """Returns whether the check finds every falsehood, for a solid with a rest and one without, and a program that fails."""
     scaffold = dataclasses.replace(SCAFFOLDS[-1], distances=(1.0, -1.0, -3.7))
     findings, _ = examine(program, scaffold)
-    unnoticed, count = [], 1
-    try:
-        told_of(Path(sys.executable), Path("none.obj"), "scale(1)", 1.0)
-        unnoticed.append("a program that fails")
-    except ValueError:
-        pass
+    found = harness.Falsehoods()
+    found.expect_error("a program that fails", lambda: told_of(Path(sys.executable), Path("none.obj"), "scale(1)", 1.0))
     for finding in findings:
-        if finding.complaints():
-            print(f"a true result was called false: {finding.describe()}: {finding.complaints()}")
-            return False
-        for what, false in falsehoods(finding):
-            count += 1
-            if not false.complaints():
-                unnoticed.append(f"{finding.describe()}: {what}")
+        found.vary(finding.describe(), (finding,), Finding.complaints, falsehoods)
     # Each offset with the volume of another.
     for one, other in itertools.permutations(findings, 2):
-        count += 1
-        if not dataclasses.replace(one, told={**one.told, "volume": other.told["volume"]}).complaints():
-            unnoticed.append(f"{one.describe()}: the volume by {other.distance}")
-    for what in unnoticed:
-        print(f"not noticed: {what}")
-    print(f"self-test: {count} falsehoods, {len(unnoticed)} not noticed")
-    return not unnoticed
+        false = dataclasses.replace(one, told={**one.told, "volume": other.told["volume"]})
+        found.expect(f"{one.describe()}: the volume by {other.distance}", false.complaints())
+    return found.report()
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("--program", type=Path, required=True, help="the built command line")
-    arguments.add_argument("--self-test", action="store_true", help="falsify results and see that it shows")
-    arguments.add_argument("--verbose", action="store_true", help="a line for every result")
-    arguments = arguments.parse_args()
-    program = arguments.program.resolve()
-    sys.exit(0 if (self_test(program) if arguments.self_test else check(program, arguments.verbose)) else 1)
+    parser = harness.parser(__doc__)
+    parser.add_argument("--verbose", action="store_true", help="a line for every result")
+    given = parser.parse_args()
+    harness.leave(self_test(given.program) if given.self_test else check(given.program, given.verbose))
 
 
 if __name__ == "__main__":

@@ -16,22 +16,21 @@ Exits 1 with a table of the differences. `--self-test` damages meshes and falsif
 unless the check finds every damage.
 """
 
-import argparse
 import concurrent.futures
 import dataclasses
 import functools
 import itertools
 import json
 import os
-import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
-import lib3mf
+import harness
 import manifold3d
 import numpy as np
+import packages
 import trimesh
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -130,28 +129,13 @@ class Reference:
 # Reading
 
 
-def read_3mf(path):
-    """Returns the mesh of a package with one object."""
-    model = lib3mf.get_wrapper().CreateModel()
-    reader = model.QueryReader("3mf")
-    reader.SetStrictModeActive(True)
-    reader.ReadFromFile(str(path))
-    objects = model.GetMeshObjects()
-    if objects.Count() != 1 or reader.GetWarningCount() != 0:
-        raise ValueError(f"{objects.Count()} objects, {reader.GetWarningCount()} warnings")
-    objects.MoveNext()
-    mesh = objects.GetCurrentMeshObject()
-    points = np.array([tuple(vertex.Coordinates) for vertex in mesh.GetVertices()], dtype=np.float64)
-    faces = np.array([tuple(triangle.Indices) for triangle in mesh.GetTriangleIndices()], dtype=np.int64)
-    if not mesh.IsManifoldAndOriented():
-        raise ValueError("lib3mf does not take the object for manifold and oriented")
-    return Mesh(points, faces)
-
-
 def read(path):
     """Returns the mesh of a file by the file's own indices, except for STL, whose corners of equal coordinates become one."""
     if path.suffix == ".3mf":
-        return read_3mf(path)
+        package = packages.read(path)
+        if not package.is_manifold:
+            raise ValueError("lib3mf does not take the object for manifold and oriented")
+        return Mesh(package.points, package.faces)
     if path.suffix.lower() == ".stl":
         return Mesh(*pairs.read(path))
     mesh = trimesh.load(path, force="mesh", process=False)
@@ -447,10 +431,8 @@ def run(program, case):
     """Returns the mesh that a command line writes, and its JSON; None as the mesh where none was written."""
     with tempfile.TemporaryDirectory() as folder:
         out, told = Path(folder) / f"out.{case.suffix}", Path(folder) / "told.json"
-        done = subprocess.run([program, *case.arguments(out, told)], capture_output=True, text=True, check=False)
         # A result without a mesh exits with 1; the reference decides whether that is right.
-        if done.returncode != (0 if out.exists() else 1):
-            raise ValueError(f"exit code {done.returncode}: {done.stderr.strip()}")
+        harness.run([program, *case.arguments(out, told)], lambda code: code == (0 if out.exists() else 1))
         told = json.loads(told.read_text())
         mesh = read(out) if out.exists() else None
     if mesh is not None and case.suffix == "glb":
@@ -516,8 +498,7 @@ def check(program, cases, verbose):
             numbers = f"{found.triangles:10}{found.off:+12.1e}{found.off_per_area:+14.1e}{found.share_of_bound:9.3f}"
             print(f"{found.case.describe():66}{numbers}")
     rows = [(finding.case.describe(), *row) for finding in every for row in finding.rows]
-    for row in rows:
-        print("  ".join(str(value) for value in row))
+    harness.print_rows(rows)
     empty = sum(finding.triangles is None and not finding.rows for finding in every)
     worst = max((finding.share_of_bound for finding in written), default=0.0)
     print(
@@ -584,43 +565,29 @@ def self_test(program):
     fails."""
     pair = pairs.load(names=["spheres"])[0]
     a, b = (str(pairs.ROOT / pair["a"]), None), (str(pairs.ROOT / pair["b"]), pair["transform_b"])
-    unnoticed, count = [], 1
+    found = harness.Falsehoods()
     # Python takes the operation for a script, which does not exist.
-    if not examine(Path(sys.executable), Case(OPERATIONS[0], a, b, "stl")).rows:
-        unnoticed.append("a program that fails")
+    found.expect("a program that fails", examine(Path(sys.executable), Case(OPERATIONS[0], a, b, "stl")).rows)
     for i, suffix in enumerate(FORMATS):
         case = Case(OPERATIONS[i % 3], a, b, suffix, simplified=suffix == "ply")
         mesh, told = run(program, case)
-        right = right_of(case, mesh, told)
-        if complaints(case, mesh, told, right):
-            print(f"a true result was called false: {case.describe()}: {complaints(case, mesh, told, right)}")
-            return False
-        for what, *false in falsehoods(case, mesh, told, right):
-            count += 1
-            if not complaints(*false):
-                unnoticed.append(f".{suffix}: {what}")
-    for what in unnoticed:
-        print(f"not noticed: {what}")
-    print(f"self-test: {count} falsehoods, {len(unnoticed)} not noticed")
-    return not unnoticed
+        found.vary(case.describe(), (case, mesh, told, right_of(case, mesh, told)), complaints, falsehoods)
+    return found.report()
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("--program", type=Path, required=True, help="the built command line")
-    arguments.add_argument("--corpus", type=Path, help="check pairs of this folder of real meshes instead")
-    arguments.add_argument("--self-test", action="store_true", help="damage results and see that it shows")
-    arguments.add_argument("--verbose", action="store_true", help="a line for every result")
-    arguments = arguments.parse_args()
-    program = arguments.program.resolve()
-    if arguments.self_test:
-        sys.exit(0 if self_test(program) else 1)
-    cases = corpus_cases(arguments.corpus.resolve()) if arguments.corpus else data_cases()
-    good, seen = check(program, cases, arguments.verbose)
-    if not arguments.corpus and len(seen) != len(OPERATIONS) * len(FORMATS):
+    parser = harness.parser(__doc__, self_test="damage results and see that it shows")
+    parser.add_argument("--corpus", type=Path, help="check pairs of this folder of real meshes instead")
+    parser.add_argument("--verbose", action="store_true", help="a line for every result")
+    given = parser.parse_args()
+    if given.self_test:
+        harness.leave(self_test(given.program))
+    cases = corpus_cases(given.corpus.resolve()) if given.corpus else data_cases()
+    good, seen = check(given.program, cases, given.verbose)
+    if not given.corpus and len(seen) != len(OPERATIONS) * len(FORMATS):
         print(f"only {len(seen)} of {len(OPERATIONS) * len(FORMATS)} operations and formats were seen together")
         good = False
-    sys.exit(0 if good else 1)
+    harness.leave(good)
 
 
 if __name__ == "__main__":

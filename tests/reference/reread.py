@@ -9,25 +9,20 @@ a table of the differences. `--self-test` falsifies the expected values in each 
 unless the check finds every falsehood.
 """
 
-import argparse
 import dataclasses
 import struct
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
-import lib3mf
+import harness
 import numpy as np
+import packages
 import trimesh
 
 MODELS = Path(__file__).resolve().parents[2] / "data" / "models"
 
 # Metres to a unit.
 UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048, "m": 1.0}
-
-# lib3mf numbers them in this order.
-UNITS_OF_3MF = ("um", "mm", "cm", "in", "ft", "m")
 
 # Formats, and the share of a model's size by which reading may round its coordinates: lib3mf keeps 32 bits.
 FORMATS = {"stl": 2e-7, "obj": 1e-15, "ply": 1e-15, "off": 1e-15, "glb": 2e-7, "3mf": 2e-7}
@@ -80,25 +75,10 @@ def of_mesh(mesh, unit):
 
 def read_3mf(path):
     """Returns the solid of a package with one object and one item, as lib3mf reads it."""
-    model = lib3mf.get_wrapper().CreateModel()
-    reader = model.QueryReader("3mf")
-    reader.SetStrictModeActive(True)
-    reader.ReadFromFile(str(path))
-    warnings = [reader.GetWarning(index) for index in range(reader.GetWarningCount())]
-    if warnings:
-        raise ValueError(f"lib3mf warns: {warnings}")
-    items, objects = model.GetBuildItems(), model.GetMeshObjects()
-    if (items.Count(), objects.Count()) != (1, 1):
-        raise ValueError(f"{items.Count()} items and {objects.Count()} objects")
-    objects.MoveNext()
-    mesh = objects.GetCurrentMeshObject()
-    if not mesh.IsValid():
-        raise ValueError("lib3mf calls the object invalid")
-    vertices = np.array([tuple(vertex.Coordinates) for vertex in mesh.GetVertices()], dtype=np.float64)
-    faces = np.array([tuple(triangle.Indices) for triangle in mesh.GetTriangleIndices()])
+    package = packages.read(path)
     # The indices of the file decide here, so nothing is merged.
-    found = of_mesh(trimesh.Trimesh(vertices, faces, process=False), UNITS_OF_3MF[int(model.GetUnit())])
-    if mesh.IsManifoldAndOriented() != (found.watertight and found.winding):
+    found = of_mesh(trimesh.Trimesh(package.points, package.faces, process=False), package.unit)
+    if package.is_manifold != (found.watertight and found.winding):
         raise ValueError("lib3mf and trimesh disagree on whether the object is manifold and oriented")
     return found
 
@@ -192,10 +172,7 @@ def cases():
 def run(program, case, folder, number, before):
     out = folder / f"{number}.{case.suffix}"
     places = {"{out}": out, "{before}": before}
-    command = [program, *(str(places.get(word, word)) for word in case.arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise ValueError(f"exit code {done.returncode}: {done.stderr.strip()}")
+    harness.run([program, *(places.get(word, word) for word in case.arguments)])
     return out
 
 
@@ -220,8 +197,7 @@ def check(program, folder):
         count += 1
         wrong = [("error", "", error)] if error else complaints(case, found)
         rows += [(describe(case), case.suffix, *row) for row in wrong]
-    for row in rows:
-        print("  ".join(str(value) for value in row))
+    harness.print_rows(rows)
     print(f"{count} files, {len(rows)} complaints")
     return not rows and count > 0
 
@@ -265,38 +241,36 @@ def damaged(path):
     path.write_bytes(bytes_)
 
 
+def complaints_about_damage(case, path):
+    """Returns the complaints about a damaged file, or the error of a reader that refuses it."""
+    try:
+        return complaints(case, read(path))
+    except Exception as error:  # a reader that refuses the file has noticed
+        return [error]
+
+
 def self_test(program, folder):
-    unnoticed, seen = [], set()
+    told, seen = harness.Falsehoods(), set()
     for case, found, error in results(program, folder):
-        if error or complaints(case, found):
-            print(f"a true file was called false: {describe(case)}: {error or complaints(case, found)}")
-            return False
-        if case.suffix in seen:
+        name = f"{case.suffix}, {describe(case)}"
+        if not told.accept(name, [error] if error else complaints(case, found)) or case.suffix in seen:
             continue
         seen.add(case.suffix)
-        unnoticed += [f"{case.suffix}: {what}" for what, false in falsify(case) if not complaints(false, found)]
+        for what, false in falsify(case):
+            told.expect(f"{name}: {what}", complaints(false, found))
         path = run(program, case, folder, f"damaged-{case.suffix}", None)
         damaged(path)
-        try:
-            if not complaints(case, read(path)):
-                unnoticed.append(f"{case.suffix}: damage")
-        except Exception:  # a reader that refuses the file has noticed
-            pass
-    unnoticed += [f"{suffix}: never written" for suffix in FORMATS.keys() - seen]
-    for what in unnoticed:
-        print(f"not noticed: {what}")
-    print(f"self-test: {len(unnoticed)} falsehoods not noticed")
-    return not unnoticed
+        told.expect(f"{name}: damage", complaints_about_damage(case, path))
+    for suffix in FORMATS:
+        told.expect(f"{suffix}: never written", suffix in seen)
+    return told.report()
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("--program", type=Path, required=True, help="the built command line")
-    arguments.add_argument("--self-test", action="store_true", help="falsify expectations and see that it shows")
-    arguments = arguments.parse_args()
+    given = harness.parser(__doc__, self_test="falsify expectations and see that it shows").parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        test = self_test if arguments.self_test else check
-        sys.exit(0 if test(arguments.program.resolve(), Path(folder)) else 1)
+        test = self_test if given.self_test else check
+        harness.leave(test(given.program, Path(folder)))
 
 
 if __name__ == "__main__":

@@ -17,7 +17,6 @@ Exits 1 with a table of the differences. `--self-test` damages meshes and falsif
 unless the check finds every damage.
 """
 
-import argparse
 import concurrent.futures
 import dataclasses
 import itertools
@@ -27,6 +26,7 @@ import sys
 import time
 from pathlib import Path
 
+import harness
 import numpy as np
 import outputs
 
@@ -213,8 +213,7 @@ def check(program, verbose):
                 pinned = "" if found.off_pinned is None else f"{found.off_pinned:+12.1e}{found.share_of_bound:9.3f}"
                 print(f"{found.case.describe():84}{found.triangles:10}{found.off_images:+12.1e}{pinned}")
     rows = [(finding.case.describe(), *row) for finding in every for row in finding.rows]
-    for row in rows:
-        print("  ".join(str(value) for value in row))
+    harness.print_rows(rows)
     written = [finding for finding in every if finding.triangles is not None]
     pinned = [found for found in written if found.off_pinned is not None]
     worst = max((abs(found.off_pinned) for found in pinned if found.case.resolution == RESOLUTIONS[-1]), default=float("nan"))
@@ -250,36 +249,21 @@ def falsehoods(case, mesh, told, right):
 def self_test(program):
     """Returns whether the check finds every falsehood in a pinned result of each format, and a program that fails."""
     pinned = [case for case in cases() if case.volume is not None]
-    unnoticed, count = [], 0
+    found = harness.Falsehoods()
     # Python takes the operation for a script, which does not exist.
-    count += 1
-    if not examine(Path(sys.executable), pinned[0]).rows:
-        unnoticed.append("a program that fails")
+    found.expect("a program that fails", examine(Path(sys.executable), pinned[0]).rows)
     for suffix in FORMATS:
         case = next(case for case in pinned if case.suffix == suffix)
         mesh, told = outputs.run(program, case)
-        right = right_of(case, mesh, told)
-        if complaints(case, mesh, told, right):
-            print(f"a true result was called false: {case.describe()}: {complaints(case, mesh, told, right)}")
-            return False
-        for what, *false in falsehoods(case, mesh, told, right):
-            count += 1
-            if not complaints(*false):
-                unnoticed.append(f"{case.describe()}: {what}")
-    for what in unnoticed:
-        print(f"not noticed: {what}")
-    print(f"self-test: {count} falsehoods, {len(unnoticed)} not noticed")
-    return not unnoticed
+        found.vary(case.describe(), (case, mesh, told, right_of(case, mesh, told)), complaints, falsehoods)
+    return found.report()
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("--program", type=Path, required=True, help="the built command line")
-    arguments.add_argument("--self-test", action="store_true", help="damage results and see that it shows")
-    arguments.add_argument("--verbose", action="store_true", help="a line for every result")
-    arguments = arguments.parse_args()
-    program = arguments.program.resolve()
-    sys.exit(0 if (self_test(program) if arguments.self_test else check(program, arguments.verbose)) else 1)
+    parser = harness.parser(__doc__, self_test="damage results and see that it shows")
+    parser.add_argument("--verbose", action="store_true", help="a line for every result")
+    given = parser.parse_args()
+    harness.leave(self_test(given.program) if given.self_test else check(given.program, given.verbose))
 
 
 if __name__ == "__main__":

@@ -8,7 +8,8 @@ use ldi_ops::mesh::{TriangleMesh, io};
 use ldi_ops::solids;
 use ldi_ops::surface::Surface;
 
-use crate::sampled::{assert_solid, closed, nodes, surface_of, surface_of_expression};
+use crate::sampled::{assert_solid, nodes, surface_of, surface_of_expression};
+use crate::testing::images::closed;
 
 type Point = [i128; 3];
 

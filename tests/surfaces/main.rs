@@ -3,4 +3,6 @@
 mod crossings;
 mod sampled;
 mod shapes;
+#[path = "../../src/testing/mod.rs"]
+mod testing;
 mod topology;

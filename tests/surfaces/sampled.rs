@@ -8,19 +8,14 @@ use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::ldi::{Ldi, Mode, NodePlanes};
 use ldi_ops::mesh::check::check;
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
-use ldi_ops::sampler::cpu::CpuSampler;
-use ldi_ops::sampler::{FillRule, Sampler};
 use ldi_ops::surface::{Surface, contour};
 
-pub fn closed(mesh: TriangleMesh) -> ClosedMesh {
-    ClosedMesh::check(mesh).unwrap()
-}
+use crate::testing::images::{grid_around, surface_images};
 
 /// Returns the images of one solid, with triangles, and the normals of the triangles.
 pub fn images(mesh: &ClosedMesh, grid: &Grid) -> ([Ldi; 3], Vec<[f32; 3]>) {
     let solid = grid.quantise(mesh).unwrap();
-    let image = |axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap();
-    (Axis::ALL.map(image), solid.normals())
+    (surface_images(&solid), solid.normals())
 }
 
 pub fn surface_of(mesh: &ClosedMesh, grid: &Grid) -> Surface {
@@ -43,8 +38,7 @@ pub fn assert_solid(mesh: &TriangleMesh) {
 
 /// Returns the surface of an expression over solids named a, b, …, and the grid around all of them.
 pub fn surface_of_expression(text: &str, solids: &[&ClosedMesh], resolution: u32) -> (Surface, Grid) {
-    let bounds = solids.iter().map(|mesh| mesh.bounds()).reduce(|a, b| a.union(b)).unwrap();
-    let grid = Grid::with_resolution(bounds, resolution, 1024).unwrap();
+    let grid = grid_around(solids, resolution, 1024);
     let names: Vec<String> = ('a'..).take(solids.len()).map(String::from).collect();
     let plan = Plan::new(&Expression::parse(text, &names).unwrap(), Mode::Exact);
     let sampled: Vec<_> = solids.iter().map(|mesh| images(mesh, &grid)).collect();

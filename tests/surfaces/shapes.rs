@@ -8,7 +8,8 @@ use ldi_ops::mesh::TriangleMesh;
 use ldi_ops::solids;
 
 use crate::crossings::assert_uncrossed;
-use crate::sampled::{assert_solid, closed, distance, nodes, sharp_edges, surface_of, surface_of_expression};
+use crate::sampled::{assert_solid, distance, nodes, sharp_edges, surface_of, surface_of_expression};
+use crate::testing::images::closed;
 
 fn turned_cube(turn: DQuat, side: f64) -> (TriangleMesh, [DVec3; 8]) {
     let mut mesh = solids::cuboid(DVec3::splat(-0.5 * side), DVec3::splat(0.5 * side)).unwrap();

@@ -9,20 +9,12 @@ use ldi_ops::surface::contour;
 use ldi_ops::surface::manifold::ManifoldReport;
 
 use crate::crossings::assert_uncrossed;
-use crate::sampled::{assert_solid, closed, nodes, surface_of_expression};
-
-/// A pseudo-random source that gives the same numbers on every machine.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self, below: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 33) % below
-    }
-}
+use crate::sampled::{assert_solid, nodes, surface_of_expression};
+use crate::testing::images::closed;
+use crate::testing::random::Congruential;
 
 /// Images with given nodes; the samples lie at arbitrary depths between the nodes.
-fn images_of(grid: &Grid, inside: impl Fn([u32; 3]) -> bool, noise: &mut Noise) -> [Ldi; 3] {
+fn images_of(grid: &Grid, inside: impl Fn([u32; 3]) -> bool, noise: &mut Congruential) -> [Ldi; 3] {
     Axis::ALL.map(|axis| {
         let (columns, rows) = grid.image_size(axis);
         let (mut offsets, mut depths) = (vec![0], Vec::new());
@@ -38,7 +30,7 @@ fn images_of(grid: &Grid, inside: impl Fn([u32; 3]) -> bool, noise: &mut Noise) 
                     if now != before {
                         let from = if i == 0 { 0 } else { grid.node(i - 1) + 1 };
                         let to = if i == count { grid.length(axis.depth()) } else { grid.node(i) - 1 };
-                        depths.push(from + 2 * noise.next((to - from) as u64 / 2 + 1) as i32);
+                        depths.push(from + 2 * noise.below((to - from) as usize / 2 + 1) as i32);
                         before = now;
                     }
                 }
@@ -55,12 +47,12 @@ fn grid(rays: [u32; 3]) -> Grid {
 
 #[test]
 fn surfaces_of_random_nodes_are_manifolds_that_contain_those_nodes() {
-    let mut noise = Noise(7);
+    let mut noise = Congruential::new(7);
     for (rays, share) in [([7, 6, 9], 2), ([5, 70, 4], 3), ([66, 5, 35], 2), ([1, 1, 1], 1), ([2, 1, 3], 1)] {
         for _ in 0..6 {
             let grid = grid(rays);
             let count = rays.iter().product::<u32>() as usize;
-            let signs: Vec<bool> = (0..count).map(|_| noise.next(share) == 0).collect();
+            let signs: Vec<bool> = (0..count).map(|_| noise.below(share) == 0).collect();
             let at = |[x, y, z]: [u32; 3]| signs[((z * rays[1] + y) * rays[0] + x) as usize];
             let images = images_of(&grid, at, &mut noise);
             let surface = contour(images.each_ref(), None, Mode::Exact).unwrap();
@@ -83,7 +75,7 @@ fn surfaces_of_random_nodes_are_manifolds_that_contain_those_nodes() {
 
 #[test]
 fn images_that_disagree_about_nodes_still_give_a_manifold() {
-    let mut noise = Noise(11);
+    let mut noise = Congruential::new(11);
     for mode in [Mode::Exact, Mode::OVER, Mode::UNDER] {
         let grid = grid([9, 8, 7]);
         // Each image has nodes of its own.
@@ -98,7 +90,7 @@ fn images_that_disagree_about_nodes_still_give_a_manifold() {
 
 #[test]
 fn surfaces_do_not_depend_on_image_order_or_thread_count() {
-    let mut noise = Noise(3);
+    let mut noise = Congruential::new(3);
     let grid = grid([40, 30, 80]);
     let images = images_of(&grid, |node| (node[0] / 3 + node[1] / 2 + node[2] / 5) % 3 == 0, &mut noise);
     let with = |threads: usize, [a, b, c]: [usize; 3]| {

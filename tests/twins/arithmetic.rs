@@ -8,8 +8,9 @@ use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::Route;
 
 use crate::comparison::assert_same;
-use crate::lattice::{grid, mesh};
-use crate::soups::{Frame, Random, Soup};
+use crate::on_lattice::{grid, mesh};
+use crate::soups::{Frame, Soup};
+use crate::testing::random::Random;
 use crate::twin::{self, Twin};
 
 /// The corners of a triangle by column, row and depth.

@@ -8,9 +8,10 @@ use ldi_ops::sampler::gpu::{GpuOptions, Route};
 use ldi_ops::sampler::{Estimate, FillRule, Mode, SampleError, Sampler};
 use ldi_ops::solids;
 
-use crate::lattice::{closed, grid, mesh};
 use crate::layers::plates;
-use crate::soups::{self, Frame, Random};
+use crate::on_lattice::{closed, grid, mesh};
+use crate::soups::{self, Frame};
+use crate::testing::random::Random;
 use crate::twin::{ROUTES, Twin, compare_all, compare_along, compare_intersections};
 
 fn twins(options: GpuOptions) -> [Twin; ROUTES.len()] {

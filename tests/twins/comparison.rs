@@ -141,7 +141,7 @@ mod tests {
     use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 
     use super::*;
-    use crate::lattice::{closed, grid, mesh};
+    use crate::on_lattice::{closed, grid, mesh};
     use crate::soups::{self, Frame, Soup};
     use crate::twin;
 

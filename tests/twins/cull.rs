@@ -10,8 +10,10 @@ use ldi_ops::minkowski::{Polyhedron, Primitives, cull};
 use ldi_ops::sampler::gpu::{Arithmetic, Route};
 use ldi_ops::solids;
 
-use crate::lattice::{closed, generators, grid};
-use crate::soups::{Frame, Random};
+use crate::lattice::generators;
+use crate::on_lattice::{closed, grid};
+use crate::soups::Frame;
+use crate::testing::random::Random;
 use crate::twin;
 
 /// A frame whose positions add up to less than 2^30.

@@ -6,8 +6,10 @@ use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::GpuOptions;
 
 use crate::comparison::assert_same;
-use crate::lattice::{closed, grid, lod, mesh, oriented};
-use crate::soups::{Frame, Random};
+use crate::lattice::lod;
+use crate::on_lattice::{closed, grid, mesh};
+use crate::soups::{Frame, oriented};
+use crate::testing::random::Random;
 use crate::twin::{self, ESTIMATES, ROUTES, Twin, compare_along, compare_intersections};
 
 /// A pair of solids on one grid, and the first of them with a triangle missing.

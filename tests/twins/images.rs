@@ -4,8 +4,10 @@ use ldi_ops::grid::Axis;
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{FillRule, Mode, SampleError, Sampler};
 
-use crate::lattice::{closed, frame, generators, grid, lod, region};
-use crate::soups::{self, Frame, Random};
+use crate::lattice::{frame, generators, lod, region};
+use crate::on_lattice::{closed, grid};
+use crate::soups::{self, Frame};
+use crate::testing::random::Random;
 use crate::twin::{self, compare_all};
 
 #[test]

@@ -1,19 +1,9 @@
-//! Soups as solids on grids of their own.
+//! Random frames and regions of the lattice, and all generators of soups.
 
-use glam::DVec3;
-use ldi_ops::grid::{Grid, LatticeBox};
-use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
+use ldi_ops::grid::LatticeBox;
 
-use crate::soups::{self, Frame, Generator, Random, Soup};
-
-pub fn mesh(soup: &Soup) -> TriangleMesh {
-    let positions = soup.positions.iter().map(|p| DVec3::from(p.map(f64::from))).collect();
-    TriangleMesh { positions, triangles: soup.triangles.clone() }
-}
-
-pub fn closed(soup: &Soup) -> ClosedMesh {
-    ClosedMesh::check(mesh(soup)).unwrap_or_else(|error| panic!("a soup is not closed: {:?}", error.report))
-}
+use crate::soups::{self, Frame, Generator};
+use crate::testing::random::Random;
 
 /// Draws a small frame, now and then one whose positions need all 30 bits.
 pub fn frame(random: &mut Random) -> Frame {
@@ -30,11 +20,6 @@ pub fn lod(random: &mut Random) -> u32 {
     }
 }
 
-/// A grid on which one lattice step is one world unit, so that soups are quantised to themselves.
-pub fn grid(frame: &Frame, lod: u32) -> Grid {
-    Grid::from_parts(DVec3::ZERO, f64::from(1u32 << frame.shift), frame.rays, frame.shift, lod).unwrap()
-}
-
 /// Draws any box with corners in the frame; now and then an empty one.
 pub fn region(random: &mut Random, frame: &Frame) -> LatticeBox {
     let corner = |random: &mut Random| std::array::from_fn(|axis| random.between(0, frame.most(axis)));
@@ -45,16 +30,9 @@ pub fn region(random: &mut Random, frame: &Frame) -> LatticeBox {
     LatticeBox { min: std::array::from_fn(|i| a[i].min(b[i])), max: std::array::from_fn(|i| a[i].max(b[i])) }
 }
 
-/// Returns every generator of oriented soups by name.
-pub fn oriented() -> Vec<(&'static str, Generator)> {
-    let mut generators = soups::oriented();
-    generators.push(("mixture", soups::mixture));
-    generators
-}
-
 /// Returns every generator by name.
 pub fn generators() -> Vec<(&'static str, Generator)> {
-    let mut generators = oriented();
+    let mut generators = soups::oriented();
     generators.push(("disoriented", soups::disoriented));
     generators
 }

@@ -7,8 +7,9 @@ use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{FillRule, Mode, SampleError, Sampler};
 
 use crate::comparison::assert_same;
-use crate::lattice::{closed, grid};
-use crate::soups::{self, Frame, Random, Soup};
+use crate::on_lattice::{closed, grid};
+use crate::soups::{self, Frame, Soup};
+use crate::testing::random::Random;
 use crate::twin::{self, compare_along, compare_intersections};
 
 /// Returns a stack of plates along `axis`, from `first` on; the last columns have no plates.

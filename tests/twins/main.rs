@@ -17,6 +17,8 @@ mod layers;
 #[path = "../corpus/manifest.rs"]
 mod manifest;
 mod models;
+#[path = "../oracle/on_lattice.rs"]
+mod on_lattice;
 mod open;
 mod rasters;
 mod resolve;
@@ -25,6 +27,8 @@ mod soups;
 mod spans;
 mod stages;
 mod sums;
+#[path = "../../src/testing/mod.rs"]
+mod testing;
 mod triangles;
 mod twin;
 mod volume_sums;

@@ -7,7 +7,7 @@ use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::mesh::{ClosedMesh, io};
 use ldi_ops::sampler::FillRule;
 
-use crate::soups::Random;
+use crate::testing::random::Random;
 use crate::twin::{self, MODES, compare_along, compare_image, compare_intersections};
 
 fn models() -> Vec<(String, ClosedMesh)> {

@@ -4,8 +4,9 @@ use ldi_ops::grid::Axis;
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{FillRule, Mode, Sampler};
 
-use crate::lattice::{closed, frame, generators, grid, lod, mesh, region};
-use crate::soups::Random;
+use crate::lattice::{frame, generators, lod, region};
+use crate::on_lattice::{closed, grid, mesh};
+use crate::testing::random::Random;
 use crate::twin::{self, compare_all, compare_intersections};
 
 #[test]

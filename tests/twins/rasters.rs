@@ -5,8 +5,10 @@ use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::solids;
 
-use crate::lattice::{closed, grid, lod};
-use crate::soups::{self, Frame, Random, Soup};
+use crate::lattice::lod;
+use crate::on_lattice::{closed, grid};
+use crate::soups::{self, Frame, Soup};
+use crate::testing::random::Random;
 use crate::twin::{self, Twin, compare_all, compare_image, compare_intersections};
 
 const OVER: Mode = Mode::Estimate(Estimate::Over);

@@ -11,8 +11,11 @@ use ldi_ops::minkowski::{
 };
 use ldi_ops::sampler::cpu::CpuSampler;
 
-use crate::lattice::{frame, grid};
-use crate::soups::{self, Frame, Random, Soup};
+use crate::lattice::frame;
+use crate::on_lattice::grid;
+use crate::soups::{self, Frame, Soup};
+use crate::testing::images::in_serpentine;
+use crate::testing::random::Random;
 use crate::twin::{self, Twin};
 
 type Spans = [RaySpans<TriangleHit>; 3];
@@ -167,7 +170,7 @@ fn cells(frame: &Frame, mut is_full: impl FnMut([u32; 3]) -> bool) -> Soup {
 #[test]
 fn heaps_of_soups_resolve_to_equal_spans() {
     let mut sums = ResolveCounts::default();
-    for (name, generator) in crate::lattice::oriented() {
+    for (name, generator) in soups::oriented() {
         for seed in 400..404 {
             let mut random = Random::new(seed);
             let frame = frame(&mut random);
@@ -219,21 +222,12 @@ fn mazes_resolve_to_equal_spans() {
 
 #[test]
 fn floods_reach_the_end_of_a_long_tunnel() {
-    // A tunnel one node wide that fills a block of 65 × 9 × 65 nodes, level by level, row by row, with an open or a closed end.
-    for mouth in [1, 0] {
-        let tunnel = |[x, y, z]: [u32; 3]| {
-            let turn = |at: u32, end: u32| if at / 2 % 2 == 1 { end } else { 1 };
-            let in_row = y % 2 == 1 && z % 2 == 1 && (1..64).contains(&x);
-            let between_rows = y.is_multiple_of(2) && z % 2 == 1 && (1..7).contains(&y) && x == turn(y, 63);
-            let between_levels = z.is_multiple_of(2) && (1..63).contains(&z) && x == 1 && y == turn(z, 7);
-            let way_out = mouth == 0 && [x, y, z] == [1, 0, 1];
-            in_row || between_rows || between_levels || way_out
-        };
+    for open in [false, true] {
         let frame = Frame { shift: 3, rays: [65, 9, 65] };
-        let soup = cells(&frame, |node| !tunnel(node));
+        let soup = cells(&frame, |node| !in_serpentine(node, open));
         let grid = grid(&frame, 64);
         let counts = compare("a serpentine", &spans(&soup, &grid, Exterior::Out), &grid, Exterior::Out).unwrap();
-        assert!(counts.open_nodes > 32 * 4 * 60 && counts.components == u64::from(mouth == 1), "{counts:?}");
+        assert!(counts.open_nodes > 32 * 4 * 60 && counts.components == u64::from(!open), "{counts:?}");
     }
 }
 

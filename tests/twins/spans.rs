@@ -10,9 +10,11 @@ use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::{GpuOptions, Route};
 
 use crate::comparison::{Parts, assert_same, difference};
-use crate::lattice::{frame, generators, grid, lod};
+use crate::lattice::{frame, generators, lod};
 use crate::layers::plates;
-use crate::soups::{self, Frame, Random, Soup};
+use crate::on_lattice::grid;
+use crate::soups::{self, Frame, Soup};
+use crate::testing::random::Random;
 use crate::twin::{self, Twin};
 
 const OUTERS: [Exterior; 2] = [Exterior::Out, Exterior::In];

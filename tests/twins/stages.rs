@@ -5,8 +5,9 @@ use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::Route;
 
 use crate::comparison::assert_same;
-use crate::lattice::{closed, frame, generators, grid, lod, mesh, region};
-use crate::soups::Random;
+use crate::lattice::{frame, generators, lod, region};
+use crate::on_lattice::{closed, grid, mesh};
+use crate::testing::random::Random;
 use crate::twin::{self, ESTIMATES};
 
 fn compare_stages(what: &str, a: &LatticeSolid, b: &LatticeSolid) {

@@ -10,6 +10,7 @@ use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::Arithmetic;
 use ldi_ops::solids;
 
+use crate::testing::meshes::hollowed;
 use crate::twin;
 
 /// Computes a sum on both; if `exterior` is in, the first operand is all that lies outside of A.
@@ -60,13 +61,7 @@ fn sums_of_rings_and_balls_are_equal() {
 #[test]
 fn cavities_of_sums_are_equal() {
     let box_mesh = |from: f64, to: f64| solids::cuboid([from; 3].into(), [to; 3].into()).unwrap();
-    let hollow = |inner: f64| {
-        let (mut mesh, inside) = (box_mesh(0.0, 4.0), box_mesh(2.0 - inner, 2.0 + inner));
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend(inside.positions);
-        mesh.triangles.extend(inside.triangles.iter().map(|&[a, b, c]| [a + first, c + first, b + first]));
-        mesh
-    };
+    let hollow = |inner: f64| hollowed(box_mesh(0.0, 4.0), &box_mesh(2.0 - inner, 2.0 + inner));
     let kept = compare("a hollow cube and a small one", hollow(1.0), box_mesh(0.0, 0.7), 0.15, Exterior::Out);
     assert_eq!((kept.components, kept.cavities), (1, 1), "{kept:?}");
     let filled = compare("a hollow cube and a large one", hollow(0.5), box_mesh(0.0, 1.3), 0.15, Exterior::Out);

@@ -5,9 +5,10 @@ use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::GpuOptions;
 use ldi_ops::sampler::{Estimate, FillRule, Mode};
 
-use crate::lattice::{closed, grid};
 use crate::layers::plates;
-use crate::soups::{self, Frame, Random, Soup};
+use crate::on_lattice::{closed, grid};
+use crate::soups::{self, Frame, Soup};
+use crate::testing::random::Random;
 use crate::twin::{self, ROUTES, Twin, compare_all, compare_along, compare_image, compare_intersections};
 
 /// Returns the triangle and its reverse: closed, with nothing inside.

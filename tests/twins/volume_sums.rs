@@ -7,8 +7,9 @@ use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, Sampler};
 use ldi_ops::solids;
 
 use crate::comparison::assert_same;
-use crate::lattice::{closed, frame, generators, grid, lod};
-use crate::soups::Random;
+use crate::lattice::{frame, generators, lod};
+use crate::on_lattice::{closed, grid};
+use crate::testing::random::Random;
 use crate::twin::{ESTIMATES, FILLS, MODES, ROUTES, Twin, all, plain};
 
 /// Compares all volume sums of a solid, and of its intersection with another.

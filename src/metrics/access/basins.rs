@@ -16,7 +16,8 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use rayon::prelude::*;
 
 use super::flood::LEAST;
-use super::steps::{Cube, MIDDLE, Steps, bits, members};
+use super::steps::{Cube, MIDDLE, Steps, bits};
+use crate::bits::ones;
 use crate::cancel::checkpoint;
 use crate::metrics::NodeSet;
 
@@ -147,7 +148,7 @@ impl<'a> Basins<'a> {
         let [_, height, depth] = self.steps.size();
         let mut begins = vec![0.0f32; self.count];
         for (y, z) in (0..depth).flat_map(|z| (0..height).map(move |y| (y, z))) {
-            for node in members(sources.row(y, z)).map(|x| self.steps.index([x, y, z])) {
+            for node in ones(sources.row(y, z)).map(|x| self.steps.index([x, y, z])) {
                 let begin = &mut begins[self.of(node) as usize];
                 *begin = begin.max(self.room(node));
             }

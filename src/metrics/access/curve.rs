@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::steps::members;
+use crate::bits::ones;
 use crate::metrics::NodeSet;
 
 /// Number of diameters at which the curve is tabulated.
@@ -35,7 +35,7 @@ impl AccessCurve {
         // The sizes of the open nodes of a row.
         let row = |row: usize| {
             let sizes = &sizes[row * width..(row + 1) * width];
-            members(open.row(row % height, row / height)).map(|x| sizes[x])
+            ones(open.row(row % height, row / height)).map(|x| sizes[x])
         };
         let rows = || (0..depth * height).into_par_iter().with_min_len(64);
         let finite = rows().map(|y| row(y).filter(|size| size.is_finite()).fold(0.0, f32::max));

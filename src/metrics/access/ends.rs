@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::bits::is_set;
 use crate::grid::Axis;
 use crate::metrics::{NodeSet, Region};
 
@@ -78,7 +79,7 @@ fn extent(nodes: &NodeSet) -> Option<[Range<usize>; 3]> {
             *plane |= holds;
         }
     }
-    let columns: Vec<bool> = (0..size[0]).map(|x| columns[x / 64] >> (x % 64) & 1 == 1).collect();
+    let columns: Vec<bool> = (0..size[0]).map(|x| is_set(&columns, x)).collect();
     let range = |held: &[bool]| Some(held.iter().position(|&h| h)?..held.iter().rposition(|&h| h)? + 1);
     Some([range(&columns)?, range(&rows)?, range(&planes)?])
 }

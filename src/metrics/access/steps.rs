@@ -4,6 +4,7 @@
 //! it has less clearance. So paths step to all 26 neighbours, but to one across an edge or a corner only where 6-neighbours
 //! lead there too, within the cube of the 27. Then two pieces that touch only at a corner stay separate.
 
+use crate::bits::{Ones, is_set, ones};
 use crate::grid::Axis;
 use crate::metrics::{BoundaryCondition, NodeSet};
 
@@ -56,7 +57,7 @@ impl<'a> Steps<'a> {
 
     /// Returns the nodes of the set in row (y, z), ascending.
     pub fn members(&self, y: usize, z: usize) -> impl Iterator<Item = usize> + use<'a> {
-        members(self.nodes.row(y, z))
+        ones(self.nodes.row(y, z))
     }
 
     /// Returns the number of a node, `(z · size[1] + y) · size[0] + x`.
@@ -149,7 +150,7 @@ impl Row<'_> {
     /// Returns nodes x − 1, x and x + 1 of a row, as three bits.
     #[inline]
     fn triple(&self, x: usize, row: &[u64]) -> u32 {
-        let bit = |x: usize| (row[x / 64] >> (x % 64) & 1) as u32;
+        let bit = |x: usize| u32::from(is_set(row, x));
         if x > 0 && x + 1 < self.side {
             let (word, shift) = ((x - 1) / 64, (x - 1) % 64);
             let mut bits = row[word] >> shift;
@@ -173,31 +174,10 @@ pub(in crate::metrics) fn place(size: [usize; 3], index: u32) -> [usize; 3] {
     [(index % width) as usize, (row % height) as usize, (row / height) as usize]
 }
 
-/// Returns the nodes of a row of a set, ascending.
-pub(in crate::metrics) fn members(row: &[u64]) -> impl Iterator<Item = usize> + use<'_> {
-    row.iter().enumerate().flat_map(|(word, &bits)| {
-        let mut left = bits;
-        std::iter::from_fn(move || {
-            (left != 0).then(|| {
-                let x = word * 64 + left.trailing_zeros() as usize;
-                left &= left - 1;
-                x
-            })
-        })
-    })
-}
-
 /// Returns the bits that are set in a cube, ascending.
 #[inline]
-pub(in crate::metrics) fn bits(cube: Cube) -> impl Iterator<Item = u32> {
-    let mut left = cube;
-    std::iter::from_fn(move || {
-        (left != 0).then(|| {
-            let bit = left.trailing_zeros();
-            left &= left - 1;
-            bit
-        })
-    })
+pub(in crate::metrics) fn bits(cube: Cube) -> Ones {
+    Ones(u64::from(cube))
 }
 
 /// Returns the 6-neighbours of nodes of a cube that are in the cube.

@@ -1,16 +1,13 @@
 //! Access and percolation, compared with definitions evaluated node by node and with closed forms.
 
 use super::*;
-use crate::grid::{Axis, Grid};
-use crate::ldi::Ldi;
-use crate::mesh::ClosedMesh;
+use crate::grid::Axis;
 use crate::metrics::components::{open_pores, rim};
 use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::{largest_balls, radii};
 use crate::metrics::{BoundaryCondition, NodeSet, Phase, Region};
-use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{FillRule, Sampler};
 use crate::solids;
+use crate::testing::images::{closed, grid_around, surface_images};
 
 fn radii_at_nodes(side: usize, distance: impl Fn([f64; 3]) -> f64) -> Vec<f32> {
     let node = |index| steps::place([side; 3], index).map(|i| i as f64 + 0.5);
@@ -238,11 +235,9 @@ fn painted(side: usize, radii: &[f32]) -> Vec<f32> {
 
 #[test]
 fn regions_other_than_boxes_end_in_their_outer_twentieths() {
-    let closed = ClosedMesh::check(solids::geodesic(10.0, 24).unwrap()).unwrap();
-    let grid = Grid::with_resolution(closed.bounds(), 60, 1024).unwrap();
-    let solid = grid.quantise(&closed).unwrap();
-    let images: [Ldi; 3] =
-        Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap());
+    let ball = closed(solids::geodesic(10.0, 24).unwrap());
+    let grid = grid_around(&[&ball], 60, 1024);
+    let images = surface_images(&grid.quantise(&ball).unwrap());
     let region = Region::of_solid(&images);
     let ends = Ends::of_region(&region, Axis::X).unwrap();
     assert_eq!((ends.low.clone(), ends.high.clone(), ends.axis()), (0..3, 57..60, Axis::X));

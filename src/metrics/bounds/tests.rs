@@ -5,22 +5,13 @@ use glam::{DMat3, DVec3};
 use super::*;
 use crate::grid::{Axis, Grid, LatticeBox};
 use crate::ldi::{Ldi, Mode, NodePlanes};
-use crate::mesh::testing::{cube, tetrahedron, together};
 use crate::mesh::{ClosedMesh, TriangleMesh};
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Sampler};
 use crate::solids::{self, LatticeForm, StrutLattice, StrutPattern};
-
-/// Returns a generator of numbers from 0 to 1.
-fn numbers(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (bits >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
+use crate::testing::images::whole;
+use crate::testing::meshes::{cube, tetrahedron, together};
+use crate::testing::random::Random;
 
 fn grid_around(mesh: &TriangleMesh, resolution: u32) -> Grid {
     Grid::with_resolution(mesh.bounds().unwrap(), resolution, 1024).unwrap()
@@ -28,10 +19,6 @@ fn grid_around(mesh: &TriangleMesh, resolution: u32) -> Grid {
 
 fn image(solid: &LatticeSolid, axis: Axis) -> Ldi {
     CpuSampler::default().sample_surface(solid, axis, FillRule::EvenOdd).unwrap()
-}
-
-fn whole(grid: &Grid) -> LatticeBox {
-    LatticeBox { min: [0; 3], max: [0, 1, 2].map(|axis| grid.length(axis)) }
 }
 
 /// Returns the volume bounds of a mesh within a box of the lattice.
@@ -143,8 +130,8 @@ fn faces_cut_by_the_box_do_not_widen_the_bounds() {
 
 /// Returns random tetrahedra as one mesh; they overlap, and every other layer is inside.
 fn shards(count: usize, seed: u64) -> (TriangleMesh, Vec<[DVec3; 4]>) {
-    let mut number = numbers(seed);
-    let mut point = || DVec3::new(number(), number(), number());
+    let mut random = Random::new(seed);
+    let mut point = || DVec3::from_array([(); 3].map(|()| random.share()));
     let corners: Vec<[DVec3; 4]> = (0..count)
         .map(|at| {
             let (centre, size) = (point(), if at % 3 == 0 { 0.9 } else { 0.15 });
@@ -170,10 +157,10 @@ fn points_inside_are_in_outer_cubes_and_points_outside_in_no_inner_cubes() {
         let (mesh, parts) = shards(8, seed);
         let grid = grid_around(&mesh, 20 + seed as u32);
         let (_, SolidBounds { inner, outer }) = sets(&mesh, &grid);
-        let mut number = numbers(seed + 100);
+        let mut random = Random::new(seed + 100);
         for _ in 0..20_000 {
             let extent = DVec3::from_array(grid.rays().map(f64::from)) * grid.pitch();
-            let p = grid.origin() + extent * DVec3::new(number(), number(), number());
+            let p = grid.origin() + extent * DVec3::from_array([(); 3].map(|()| random.share()));
             let cube = ((p - grid.origin()) / grid.pitch()).to_array().map(|x| x as usize);
             let inside = parts.iter().filter(|part| is_in(part, p)).count() % 2 == 1;
             match inside {

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::{Components, Connectivity, reached};
+use crate::bits::{after, before};
 use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// Returns the pores that a fluid can enter from outside; the rest are closed. Porosity of either is its share of the region's
@@ -46,9 +47,8 @@ pub fn rim(region: &NodeSet) -> NodeSet {
             let own = row(y, z);
             let across = [row(y.wrapping_sub(1), z), row(y + 1, z), row(y, z.wrapping_sub(1)), row(y, z + 1)];
             (0..own.len()).map(move |word| {
-                let below = own[word] << 1 | if word > 0 { own[word - 1] >> 63 } else { 0 };
-                let above = own[word] >> 1 | own.get(word + 1).map_or(0, |next| next << 63);
-                own[word] & !across.iter().fold(below & above, |all, row| all & row[word])
+                let along = before(own, word) & after(own, word);
+                own[word] & !across.iter().fold(along, |all, row| all & row[word])
             })
         })
         .collect();

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use super::*;
+use crate::testing::images::random_nodes;
 
 const CONNECTIVITIES: [Connectivity; 2] = [Connectivity::Faces, Connectivity::All];
 
@@ -10,20 +11,9 @@ const CONNECTIVITIES: [Connectivity; 2] = [Connectivity::Faces, Connectivity::Al
 const SIZES: [[usize; 3]; 8] =
     [[9, 7, 5], [64, 3, 4], [65, 4, 3], [130, 3, 2], [63, 2, 2], [1, 5, 6], [2, 1, 7], [128, 1, 1]];
 
-/// Returns random nodes, a share of all.
-fn random(size: [usize; 3], share: f64, seed: u64) -> NodeSet {
-    NodeSet::from_fn(size, |[x, y, z]| {
-        let mut bits = ((z * 1000 + y) * 1000 + x) as u64 ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        for factor in [0xbf58_476d_1ce4_e5b9_u64, 0x94d0_49bb_1331_11eb] {
-            bits = (bits ^ (bits >> 30)).wrapping_mul(factor);
-        }
-        ((bits ^ (bits >> 31)) as f64) < share * u64::MAX as f64
-    })
-}
-
 fn all_sets() -> impl Iterator<Item = NodeSet> {
     SIZES.into_iter().flat_map(|size| {
-        [0.1, 0.3, 0.5, 0.75].into_iter().enumerate().map(move |(at, share)| random(size, share, at as u64 + 1))
+        [0.1, 0.3, 0.5, 0.75].into_iter().enumerate().map(move |(at, share)| random_nodes(size, share, at as u64 + 1))
     })
 }
 
@@ -126,7 +116,7 @@ fn components_agree_with_a_flood_fill() {
 #[test]
 fn reached_nodes_agree_with_a_flood_fill() {
     for set in all_sets() {
-        let from = random(set.size(), 0.02, 77);
+        let from = random_nodes(set.size(), 0.02, 77);
         for connectivity in CONNECTIVITIES {
             let (sizes, labels, _) = flooded(&set, connectivity, BoundaryCondition::Clip);
             let [columns, rows, _] = set.size();
@@ -226,7 +216,7 @@ fn a_serpentine_is_one_component() {
 
 #[test]
 fn component_numbers_do_not_depend_on_the_thread_count() {
-    let set = random([130, 40, 40], 0.35, 5);
+    let set = random_nodes([130, 40, 40], 0.35, 5);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {

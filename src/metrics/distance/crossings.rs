@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::bits::{Ones, after, is_set};
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Ldi, LdiError};
 use crate::metrics::{BoundaryCondition, NodeSet, Region};
@@ -87,16 +88,12 @@ impl Crossings {
         let seam = edges == BoundaryCondition::Periodic;
         let along_x = Rows::each(rows * planes, |row, places| {
             let bits = solid.row(row % rows, row / rows);
-            let bit = |x: usize| bits[x / 64] >> (x % 64) & 1;
-            if seam && bit(0) != bit(columns - 1) {
+            if seam && is_set(bits, 0) != is_set(bits, columns - 1) {
                 places.push(-0.5);
             }
             for (word, &here) in bits.iter().enumerate() {
-                let next = bits.get(word + 1).map_or(0, |next| next << 63);
-                let mut changes = here ^ (here >> 1 | next);
-                while changes != 0 {
-                    let x = word * 64 + changes.trailing_zeros() as usize;
-                    changes &= changes - 1;
+                for bit in Ones(here ^ after(bits, word)) {
+                    let x = word * 64 + bit as usize;
                     if x + 1 < columns {
                         places.push(x as f32 + 0.5);
                     }
@@ -216,11 +213,7 @@ impl Rows {
         let changes = |at: usize, take: &mut dyn FnMut(usize, f32)| {
             let mut compare = |before: usize, after: usize, place: f32| {
                 for (word, (a, b)) in words(at, before).iter().zip(words(at, after)).enumerate() {
-                    let mut changes = a ^ b;
-                    while changes != 0 {
-                        take(word * 64 + changes.trailing_zeros() as usize, place);
-                        changes &= changes - 1;
-                    }
+                    Ones(a ^ b).for_each(|bit| take(word * 64 + bit as usize, place));
                 }
             };
             if seam {

@@ -4,21 +4,13 @@ mod images;
 
 use super::*;
 use crate::metrics::NodeSet;
-
-/// Returns a generator of numbers from 0 to below 1.
-fn random(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
+use crate::testing::random::Congruential;
 
 fn random_nodes(size: [usize; 3], share: f64, seed: u64) -> NodeSet {
-    let mut next = random(seed);
+    let mut random = Congruential::new(seed);
     let mut set = NodeSet::empty(size);
     for node in nodes(size) {
-        if next() < share {
+        if random.share() < share {
             set.insert(node);
         }
     }

@@ -1,6 +1,7 @@
 //! The topology of a solid within a region, and the region's contribution to its characteristic.
 
 use super::{Betti, characteristic};
+use crate::bits::ones;
 use crate::metrics::components::Connectivity;
 use crate::metrics::{BoundaryCondition, NodeSet, Region};
 
@@ -60,11 +61,7 @@ fn nodes_of_box(nodes: &NodeSet) -> Option<NodeBox> {
     let has = |y: usize, z: usize| nodes.row(y, z).iter().any(|&word| word != 0);
     let z = (0..planes).find(|&z| (0..rows).any(|y| has(y, z)))?;
     let y = (0..rows).find(|&y| has(y, z))?;
-    let first = nodes
-        .row(y, z)
-        .iter()
-        .enumerate()
-        .find_map(|(word, bits)| (*bits != 0).then(|| word * 64 + bits.trailing_zeros() as usize))?;
+    let first = ones(nodes.row(y, z)).next()?;
     let columns: usize = nodes.row(y, z).iter().map(|word| word.count_ones() as usize).sum();
     let end = |from: usize, most: usize, has: &dyn Fn(usize) -> bool| (from..most).find(|&i| !has(i)).unwrap_or(most);
     Some([[first, first + columns], [y, end(y, rows, &|y| has(y, z))], [z, end(z, planes, &|z| has(y, z))]])

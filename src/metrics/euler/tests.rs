@@ -6,25 +6,13 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::*;
-use crate::grid::{Axis, Grid};
+use crate::grid::Grid;
 use crate::ldi::Ldi;
-use crate::mesh::testing::{cube, soup, together};
 use crate::mesh::{Aabb, ClosedMesh, TriangleMesh, check};
 use crate::metrics::Region;
-use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{FillRule, Sampler};
 use crate::solids::{self, LatticeForm, MinimalSurface, Part, StrutLattice, StrutPattern, Surface};
-
-/// Returns random nodes, a share of all.
-fn random(size: [usize; 3], share: f64, seed: u64) -> NodeSet {
-    NodeSet::from_fn(size, |[x, y, z]| {
-        let mut bits = ((z * 1000 + y) * 1000 + x) as u64 ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        for factor in [0xbf58_476d_1ce4_e5b9_u64, 0x94d0_49bb_1331_11eb] {
-            bits = (bits ^ (bits >> 30)).wrapping_mul(factor);
-        }
-        ((bits ^ (bits >> 31)) as f64) < share * u64::MAX as f64
-    })
-}
+use crate::testing::images::{random_nodes, surface_images_on};
+use crate::testing::meshes::{cube, reversed, together, unwelded};
 
 /// A cell of a cubical complex: even coordinates are points, odd ones intervals between them.
 type Cell = [i64; 3];
@@ -129,7 +117,7 @@ fn euler_numbers_agree_with_the_cell_complex() {
     let sizes = [[4, 3, 3], [5, 2, 3], [1, 4, 3], [3, 1, 1], [2, 2, 2], [3, 4, 2], [1, 1, 1], [5, 5, 4]];
     for (at, size) in sizes.into_iter().enumerate() {
         for share in [0.0, 0.15, 0.3, 0.5, 0.7, 0.9, 1.0] {
-            let set = random(size, share, at as u64 + 11);
+            let set = random_nodes(size, share, at as u64 + 11);
             for connectivity in [Connectivity::Faces, Connectivity::All] {
                 for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
                     let case = format!("{size:?} {share} {connectivity:?} {edges:?}");
@@ -156,7 +144,7 @@ fn rows_of_many_words_agree_with_the_cell_complex() {
     for size in [[63, 3, 3], [64, 3, 2], [65, 2, 3], [129, 2, 2]] {
         for connectivity in [Connectivity::Faces, Connectivity::All] {
             for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
-                let set = random(size, 0.5, 3);
+                let set = random_nodes(size, 0.5, 3);
                 let counts = cells(&set, connectivity, edges).map(|cells| cells.len() as i64);
                 let chi = counts[0] - counts[1] + counts[2] - counts[3];
                 assert_eq!(characteristic(&set, connectivity, edges), chi, "{size:?} {connectivity:?} {edges:?}");
@@ -172,19 +160,9 @@ fn sampled(mesh: &TriangleMesh, resolution: u32, beyond: u32) -> ([Ldi; 3], Node
     let pitch = (max - min).max_element() / f64::from(resolution);
     let more = DVec3::splat(pitch * f64::from(beyond));
     let grid = Grid::with_pitch(Aabb { min: min - more, max: max + more }, pitch, 1024).unwrap();
-    let images = images(mesh, &grid);
+    let images = surface_images_on(&grid, mesh.clone());
     let nodes = Region::of_solid(&images).nodes().clone();
     (images, nodes)
-}
-
-fn images(mesh: &TriangleMesh, grid: &Grid) -> [Ldi; 3] {
-    let closed = ClosedMesh::check(mesh.clone()).unwrap();
-    let solid = grid.quantise(&closed).unwrap();
-    Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap())
-}
-
-fn mesh_of(parts: &[TriangleMesh]) -> TriangleMesh {
-    together(parts)
 }
 
 #[test]
@@ -225,8 +203,8 @@ fn solids_have_their_known_euler_and_betti_numbers() {
     assert_eq!(characteristic(&crossed, Connectivity::All, BoundaryCondition::Clip), -3, "crossed circle");
     for resolution in [24, 36, 54] {
         let ball = solids::geodesic(1.0, 16).unwrap();
-        let cavity = crate::mesh::testing::reversed(&solids::geodesic(0.6, 16).unwrap());
-        let hollow = mesh_of(&[ball.clone(), cavity]);
+        let cavity = reversed(&solids::geodesic(0.6, 16).unwrap());
+        let hollow = together(&[ball.clone(), cavity]);
         let torus = solids::torus(1.0, 0.4, 48, 32).unwrap();
         for (name, mesh, numbers) in
             [("ball", ball, [1, 0, 0]), ("hollow ball", hollow, [1, 0, 1]), ("torus", torus, [1, 1, 0])]
@@ -285,10 +263,10 @@ fn struts_cut_by_a_region_count_half_in_its_boundary() {
     for resolution in [48, 60, 96] {
         let closed = ClosedMesh::check(block.clone()).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), resolution, 1024).unwrap();
-        let solid = Region::of_solid(&images(&block, &grid)).nodes().clone();
+        let solid = Region::of_solid(&surface_images_on(&grid, block.clone())).nodes().clone();
         // The cell in the middle, by a box and as a shape; a ball around its node; and all of the block.
-        let cell = images(&solids::cuboid(DVec3::splat(-0.5), DVec3::splat(0.5)).unwrap(), &grid);
-        let ball = images(&solids::geodesic(0.45, 12).unwrap(), &grid);
+        let cell = surface_images_on(&grid, solids::cuboid(DVec3::splat(-0.5), DVec3::splat(0.5)).unwrap());
+        let ball = surface_images_on(&grid, solids::geodesic(0.45, 12).unwrap());
         for (images, name) in [(&cell, "cell"), (&ball, "ball")] {
             let region = Region::of_solid(images);
             let found = Topology::of(&solid, &region, BoundaryCondition::Clip);
@@ -373,7 +351,7 @@ fn surface_characteristics_agree_with_the_mesh_check() {
     };
     for mesh in [ring, hollow, knot.build().unwrap(), together(&[cube(DVec3::ZERO, 1.0), cube(DVec3::ONE, 1.0)])] {
         let expected = check(&mesh).euler_characteristic;
-        for mesh in [&soup(&mesh), &mesh] {
+        for mesh in [&unwelded(&mesh), &mesh] {
             assert_eq!(SurfaceCharacteristic::of(&mesh.positions, &mesh.triangles).of_surface(), expected);
         }
     }

@@ -10,6 +10,8 @@ use crate::mesh::{Aabb, ClosedMesh, TriangleMesh};
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Sampler};
 use crate::solids::{self, LatticeForm, MinimalSurface, Part, StrutLattice, StrutPattern, Surface};
+use crate::testing::images;
+use crate::testing::meshes::together;
 
 /// A mesh with its exact images.
 pub(in crate::metrics) struct Sampled {
@@ -55,7 +57,7 @@ impl Sampled {
 }
 
 pub(in crate::metrics) fn whole(grid: &Grid) -> Region<'static> {
-    Region::of_box(grid, LatticeBox { min: [0; 3], max: [0, 1, 2].map(|axis| grid.length(axis)) })
+    Region::of_box(grid, images::whole(grid))
 }
 
 /// Returns a grid around a box.
@@ -211,11 +213,7 @@ fn cut_faces_are_no_surface_and_facets_across_the_region_count_by_hits() {
 
 #[test]
 fn overlapping_shells_are_counted_by_hits() {
-    let mut pair = cube(2.0);
-    let other = solids::cuboid(DVec3::ZERO, DVec3::splat(2.0)).unwrap();
-    let base = pair.positions.len() as u32;
-    pair.positions.extend(other.positions);
-    pair.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
+    let pair = together(&[cube(2.0), solids::cuboid(DVec3::ZERO, DVec3::splat(2.0)).unwrap()]);
     let grid = grid_of(DVec3::splat(-1.5), DVec3::splat(2.5), 64);
     let pair = Sampled::on(&grid, pair);
     let facets = pair.facets();

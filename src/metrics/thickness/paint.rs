@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::Ball;
 use super::thin::{moved, thin_out};
+use crate::bits::{Ones, ones};
 use crate::cancel::checkpoint;
 use crate::metrics::{BoundaryCondition, NodeSet};
 
@@ -171,7 +172,7 @@ impl Canvas {
             let from = if word == first / 64 { u64::MAX << (first % 64) } else { u64::MAX };
             let to = if word == last / 64 { u64::MAX >> (63 - last % 64) } else { u64::MAX };
             let bits = &mut self.bits[row * self.words + word];
-            let mut found = *bits & from & to;
+            let found = *bits & from & to;
             if found == 0 {
                 continue;
             }
@@ -179,22 +180,13 @@ impl Canvas {
             self.of_rows[row] -= found.count_ones();
             self.unpainted -= found.count_ones();
             let at = row * self.size[0] + word * 64;
-            while found != 0 {
-                plane[at + found.trailing_zeros() as usize] = size;
-                found &= found - 1;
-            }
+            Ones(found).for_each(|bit| plane[at + bit as usize] = size);
         }
     }
 
     fn mark_unpainted(&self, plane: &mut [f32]) {
         for (row, bits) in self.bits.chunks(self.words).enumerate().filter(|(row, _)| self.of_rows[*row] > 0) {
-            for (word, &bits) in bits.iter().enumerate() {
-                let mut found = bits;
-                while found != 0 {
-                    plane[row * self.size[0] + word * 64 + found.trailing_zeros() as usize] = UNPAINTED;
-                    found &= found - 1;
-                }
-            }
+            ones(bits).for_each(|x| plane[row * self.size[0] + x] = UNPAINTED);
         }
     }
 }

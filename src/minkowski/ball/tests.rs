@@ -11,10 +11,11 @@ use super::*;
 use crate::closest::squared_distance;
 use crate::fixed::{Crossing, TriangleHit};
 use crate::grid::{Axis, Grid, offset_grid};
-use crate::mesh::testing::{cube, reversed, tetrahedron, together};
 use crate::mesh::{ClosedMesh, TriangleMesh};
 use crate::minkowski::{Exterior, Membership, resolve};
 use crate::solids;
+use crate::testing::meshes::{cube, reversed, tetrahedron, together};
+use crate::testing::random::Congruential;
 
 /// Distance from the boundary, in lattice steps, within which a point may be on either side.
 const ROUNDED: f64 = 4.0;
@@ -76,7 +77,7 @@ impl Offset {
     /// complement of the shrunk one: a point is in where its distance is less than the radius.
     fn agrees_with(&self, mut signed_distance: impl FnMut(DVec3) -> f64) {
         let mut looked_at = 0;
-        let mut random = 1u64;
+        let mut random = Congruential::new(1);
         for axis in Axis::ALL {
             let (columns, rows) = self.grid.image_size(axis);
             let length = self.grid.length(axis.depth());
@@ -85,8 +86,7 @@ impl Offset {
                 let near_ends = ends.flat_map(|&end| [-4001, -13, 13, 4001].map(|by: i32| end + by));
                 let mut depths: Vec<i32> = near_ends.collect();
                 for _ in 0..3 {
-                    random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-                    depths.push(((random >> 33) % length as u64) as i32);
+                    depths.push(random.below(length as usize) as i32);
                 }
                 for depth in depths.into_iter().filter(|depth| (1..length).contains(depth)) {
                     let point = point_on(&self.grid, axis, ray, depth);

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::*;
 use crate::solids;
+use crate::testing::random::Congruential;
 
 type Point = [i32; 3];
 
@@ -33,16 +34,16 @@ macro_rules! solid {
     }};
 }
 
-/// Returns a pseudo-random number in [0, 1).
-fn random(seed: &mut u64) -> f64 {
-    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-    (*seed >> 40) as f64 / (1_u64 << 24) as f64
+/// Draws from 0 to below 1, in 24 bits.
+fn share(random: &mut Congruential) -> f64 {
+    (random.bits() >> 40) as f64 / (1_u64 << 24) as f64
 }
 
 /// Returns a geodesic sphere whose vertices are moved in and out at random.
-fn crumpled(frequency: u32, depth: f64, steps: f64, mut seed: u64) -> Polyhedron {
+fn crumpled(frequency: u32, depth: f64, steps: f64, seed: u64) -> Polyhedron {
+    let mut random = Congruential::new(seed);
     let mesh = solids::geodesic(1.0, frequency).unwrap();
-    let moved = mesh.positions.iter().map(|&p| (p * (1.0 - depth * random(&mut seed))).to_array());
+    let moved = mesh.positions.iter().map(|&p| (p * (1.0 - depth * share(&mut random))).to_array());
     on_lattice(&moved.collect::<Vec<_>>(), &mesh.triangles, steps)
 }
 
@@ -113,13 +114,13 @@ fn spike() -> Polyhedron {
 
 /// Returns a cube with slivers between its faces that rounding has flipped in all ways.
 fn slivers() -> Polyhedron {
-    let mesh = crate::mesh::testing::cube(DVec3::ZERO, 1.0);
+    let mesh = crate::testing::meshes::cube(DVec3::ZERO, 1.0);
     let (mut positions, mut triangles) = (mesh.positions, mesh.triangles);
-    let mut seed = 5;
+    let mut random = Congruential::new(5);
     for i in 0..triangles.len() {
         let [a, b, c] = triangles[i];
         let middle = positions.len() as u32;
-        positions.push(positions[a as usize].lerp(positions[b as usize], 0.2 + 0.6 * random(&mut seed)));
+        positions.push(positions[a as usize].lerp(positions[b as usize], 0.2 + 0.6 * share(&mut random)));
         triangles[i] = [a, middle, c];
         triangles.extend([[middle, b, c], [a, b, middle]]);
     }
@@ -386,7 +387,7 @@ fn enclosed(primitives: &Primitives) -> f64 {
 /// between, and a single one there faces outwards.
 #[test]
 fn primitives_cover_the_boundary() {
-    let mut seed = 77;
+    let mut random = Congruential::new(77);
     let (mut changes, mut alone) = (0, 0);
     for (name, a) in zoo() {
         for (other, b) in [("L", l_solid()), ("crumpled", crumpled(2, 0.8, 1e7, 6))] {
@@ -402,7 +403,7 @@ fn primitives_cover_the_boundary() {
             let triangles = corners_of(&shapes_as_triangles(&cull(&a, &b).0));
             let top = [0, 1, 2].map(|i| f64::from(a.bounds().max[i]) + f64::from(b.bounds().max[i]));
             for _ in 0..6 {
-                let mut anywhere = || DVec3::from(top.map(|top| (1.2 * random(&mut seed) - 0.1) * top));
+                let mut anywhere = || DVec3::from(top.map(|top| (1.2 * share(&mut random) - 0.1) * top));
                 let (start, end) = (anywhere(), anywhere());
                 let points: Vec<DVec3> = (0..=16).map(|i| start.lerp(end, f64::from(i) / 16.0)).collect();
                 let inside: Vec<bool> = points.iter().map(|&x| is_in_sum(&a, &b, x)).collect();

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::ResolveError;
 use super::sets::{Contradiction, IN, OUT};
+use crate::bits::Ones;
 use crate::fixed::Pixels;
 use crate::grid::Grid;
 
@@ -173,14 +174,9 @@ pub fn link(
 /// Calls `unite` for each set bit of a word; fails with the position of the bit.
 #[inline]
 fn for_bits(
-    mut bits: u64,
+    bits: u64,
     word: usize,
     mut unite: impl FnMut(u32) -> Result<(), Contradiction>,
 ) -> Result<(), (usize, u32)> {
-    while bits != 0 {
-        let bit = bits.trailing_zeros();
-        unite(bit).map_err(|Contradiction| (word, bit))?;
-        bits &= bits - 1;
-    }
-    Ok(())
+    Ones(bits).try_for_each(|bit| unite(bit).map_err(|Contradiction| (word, bit)))
 }

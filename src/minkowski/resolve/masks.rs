@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::layer::Raster;
+use crate::bits::{accumulate, accumulate_rows, flip};
 use crate::fixed::{Hit, Pixels};
 use crate::grid::Axis;
 use crate::minkowski::{Exterior, RaySpans};
@@ -97,13 +98,13 @@ impl<'a, H: Hit> Rays<'a, H> {
         };
         let crossed = self.walk(ray, &(0..self.nodes), wall, gap);
         if crossed.is_some() {
-            parity(inside);
+            accumulate(inside);
         }
         match (self.exterior, crossed) {
             (Exterior::Out, None) => {}
             (Exterior::Out, Some((_, ends))) => {
                 ends.into_iter().for_each(|node| flip(hull, node));
-                parity(hull);
+                accumulate(hull);
             }
             (Exterior::In, _) => {
                 inside.iter_mut().for_each(|word| *word = !*word);
@@ -148,33 +149,10 @@ impl Masks {
                 hull[node.saturating_sub(range.start) * words + word] ^= bit;
             }
         }
-        for at in words..inside.len() {
-            inside[at] ^= inside[at - words];
-            hull[at] ^= hull[at - words];
-        }
+        [&mut *inside, &mut *hull].into_iter().for_each(|bits| accumulate_rows(bits, words));
         if rays.exterior == Exterior::In {
             inside.iter_mut().for_each(|word| *word = !*word);
             hull.fill(u64::MAX);
         }
-    }
-}
-
-/// Flips a bit of a row; does nothing beyond its end.
-fn flip(row: &mut [u64], bit: usize) {
-    if let Some(word) = row.get_mut(bit / 64) {
-        *word ^= 1 << (bit % 64);
-    }
-}
-
-/// Computes the running parity along the bits of a row.
-fn parity(row: &mut [u64]) {
-    let mut carry = 0;
-    for word in row {
-        let mut parity = *word;
-        for shift in [1, 2, 4, 8, 16, 32] {
-            parity ^= parity << shift;
-        }
-        *word = parity ^ carry;
-        carry = ((*word as i64) >> 63) as u64;
     }
 }

@@ -7,23 +7,8 @@ use glam::DVec3;
 
 use super::*;
 use crate::fixed::{Crossing, Pixels};
-
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, end: u64) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z ^ z >> 31) % end
-    }
-
-    fn between(&mut self, from: i32, end: i32) -> i32 {
-        from + self.below((end - from) as u64) as i32
-    }
-}
+use crate::testing::images::in_serpentine;
+use crate::testing::random::Random;
 
 /// A closed surface with its solid behind it.
 #[derive(Clone, Debug)]
@@ -267,20 +252,20 @@ fn random_shape(random: &mut Random, lengths: [i32; 3]) -> Shape {
     let least = *lengths.iter().min().unwrap();
     match random.below(4) {
         kind @ (0 | 1) => {
-            let radius = random.between(2, least / 2);
-            let centre = lengths.map(|length| random.between(radius, length - radius));
+            let radius = random.within(2..least / 2);
+            let centre = lengths.map(|length| random.within(radius..length - radius));
             match kind {
                 0 => ball(centre, radius),
-                _ => Shape::Shell(Box::new(ball(centre, random.between(1, radius))), Box::new(ball(centre, radius))),
+                _ => Shape::Shell(Box::new(ball(centre, random.within(1..radius))), Box::new(ball(centre, radius))),
             }
         }
         2 => {
-            let ends = lengths.map(|length| (random.between(0, length - 2), random.between(2, length)));
+            let ends = lengths.map(|length| (random.within(0..length - 2), random.within(2..length)));
             cuboid(ends.map(|(from, to)| from.min(to)), ends.map(|(from, to)| from.max(to) + 2))
         }
         _ => {
             let cuts = lengths.map(|length| {
-                let mut cuts: Vec<i32> = (0..random.between(2, 9)).map(|_| random.between(0, length / 2) * 2).collect();
+                let mut cuts: Vec<i32> = (0..random.within(2..9)).map(|_| random.within(0..length / 2) * 2).collect();
                 cuts.sort_unstable();
                 cuts.dedup();
                 cuts
@@ -293,13 +278,13 @@ fn random_shape(random: &mut Random, lengths: [i32; 3]) -> Shape {
 
 #[test]
 fn unions_of_shapes_are_resolved_gap_by_gap() {
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     let mut sums = ResolveCounts::default();
     for case in 0..120 {
-        let rays = [3..70, 3..20, 3..70].map(|range| random.between(range.start, range.end) as u32);
-        let shift = random.between(2, 9) as u32;
+        let rays = [3..70, 3..20, 3..70].map(|range| random.within(range) as u32);
+        let shift = random.within(2..9) as u32;
         let lengths = rays.map(|n| (n << shift) as i32 - 2);
-        let mut shapes: Vec<Shape> = (0..random.between(1, 12)).map(|_| random_shape(&mut random, lengths)).collect();
+        let mut shapes: Vec<Shape> = (0..random.within(1..12)).map(|_| random_shape(&mut random, lengths)).collect();
         let exterior = if case % 4 == 3 { Exterior::In } else { Exterior::Out };
         if exterior == Exterior::In {
             // The room that the others stand in, as wide as the grid.
@@ -316,17 +301,17 @@ fn unions_of_shapes_are_resolved_gap_by_gap() {
 
 #[test]
 fn mazes_of_random_nodes_resolve_as_expected() {
-    let mut random = Random(2);
+    let mut random = Random::new(2);
     let mut cavities = 0;
     for case in 0..24 {
         // Around the percolation density of the block, with buried balls beside it.
         let out = [20, 32, 45, 60][case % 4];
-        let (rays, shift) = ([random.between(60, 70) as u32, 17, random.between(30, 70) as u32], 6);
+        let (rays, shift) = ([random.within(60..70) as u32, 17, random.within(30..70) as u32], 6);
         let mut shapes = vec![pixel_cells(rays, shift, |_| random.below(100) >= out)];
         let lengths = rays.map(|n| (n << shift) as i32);
         for _ in 0..random.below(6) {
-            let centre = lengths.map(|length| random.between(300, length - 300));
-            shapes.push(ball(centre, random.between(2, 300)));
+            let centre = lengths.map(|length| random.within(300..length - 300));
+            shapes.push(ball(centre, random.within(2..300)));
         }
         if case % 2 == 0 {
             cavities += Union::new(rays, shift, shapes).check().cavities;
@@ -340,18 +325,9 @@ fn mazes_of_random_nodes_resolve_as_expected() {
 
 #[test]
 fn serpentines_are_one_component_open_or_closed() {
-    // A tunnel one node wide that fills a block of 65 × 9 × 65 nodes, level by level, row by row.
-    for (mouth, open) in [(1, false), (0, true)] {
-        let tunnel = |[x, y, z]: [u32; 3]| {
-            let turn = |at: u32, end: u32| if at / 2 % 2 == 1 { end } else { 1 };
-            let in_row = y % 2 == 1 && z % 2 == 1 && (1..64).contains(&x);
-            let between_rows = y.is_multiple_of(2) && z % 2 == 1 && (1..7).contains(&y) && x == turn(y, 63);
-            let between_levels = z.is_multiple_of(2) && (1..63).contains(&z) && x == 1 && y == turn(z, 7);
-            let way_out = mouth == 0 && [x, y, z] == [1, 0, 1];
-            in_row || between_rows || between_levels || way_out
-        };
+    for open in [false, true] {
         let rays = [65, 9, 65];
-        let counts = Union::new(rays, 4, vec![pixel_cells(rays, 4, |node| !tunnel(node))]).check();
+        let counts = Union::new(rays, 4, vec![pixel_cells(rays, 4, |node| !in_serpentine(node, open))]).check();
         assert_eq!((counts.cavities, counts.filled), (u64::from(!open), 0));
         assert!(counts.open_nodes > 32 * 4 * 60);
     }
@@ -429,7 +405,7 @@ fn nodes_in_a_slit_of_one_lattice_step_are_outside() {
 
 #[test]
 fn spans_do_not_depend_on_the_thread_count_and_progress_is_reported() {
-    let (mut random, rays) = (Random(3), [66, 40, 130]);
+    let (mut random, rays) = (Random::new(3), [66, 40, 130]);
     let lengths = rays.map(|n| (n << 6) as i32 - 2);
     let shapes = (0..40).map(|_| random_shape(&mut random, lengths.map(|length| length / 2))).collect();
     let union = Union::new(rays, 6, shapes);

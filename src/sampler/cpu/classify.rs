@@ -1,6 +1,7 @@
 //! Classification: turns masks into classes (which voxels keep samples) and ranks (how many samples precede them).
 
 use super::masks::RayMasks;
+use crate::bits::{self, prefix_parity};
 use crate::sampler::Estimate;
 use crate::sampler::layout::WORD_BITS;
 
@@ -26,7 +27,7 @@ impl RayClasses {
     pub fn classify(&mut self, masks: &RayMasks, estimate: Estimate) {
         self.samples = 0;
         let mut inside = 0u32;
-        for_each_word(&masks.occupied, |word| {
+        bits::ones(&masks.occupied).for_each(|word| {
             let (change, any) = (masks.change[word], masks.any[word]);
             // T1: the inside state at the far face of each voxel.
             let far = prefix_parity(change) ^ inside;
@@ -44,7 +45,7 @@ impl RayClasses {
     pub fn classify_intersection(&mut self, a: &RayMasks, b: &RayMasks, occupied: &[u64], estimate: Estimate) {
         self.samples = 0;
         let (mut inside_a, mut inside_b) = (0u32, 0u32);
-        for_each_word(occupied, |word| {
+        bits::ones(occupied).for_each(|word| {
             let far_a = prefix_parity(a.change[word]) ^ inside_a;
             let far_b = prefix_parity(b.change[word]) ^ inside_b;
             let near_a = far_a << 1 | inside_a & 1;
@@ -66,30 +67,8 @@ impl RayClasses {
     }
 }
 
-/// Returns the prefix parity: bit z of the result is the parity of bits 0..=z.
-#[inline]
-pub fn prefix_parity(word: u32) -> u32 {
-    let mut parity = word;
-    for shift in [1, 2, 4, 8, 16] {
-        parity ^= parity << shift;
-    }
-    parity
-}
-
 /// Returns a word with all bits equal to the top one: the state that one word passes to the next.
 #[inline]
 fn spread_top(word: u32) -> u32 {
     ((word as i32) >> (WORD_BITS - 1)) as u32
-}
-
-/// Calls `visit` with the index of each set bit, ascending.
-#[inline]
-fn for_each_word(occupied: &[u64], mut visit: impl FnMut(usize)) {
-    for (index, &summary) in occupied.iter().enumerate() {
-        let mut left = summary;
-        while left != 0 {
-            visit(index * 64 + left.trailing_zeros() as usize);
-            left &= left - 1;
-        }
-    }
 }

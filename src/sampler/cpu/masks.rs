@@ -3,6 +3,7 @@
 //! The paper builds T1 in one geometry pass and T2 in another. W (one XOR a crossing) and ANY (one OR) come from a
 //! single pass, and T1 is the prefix parity of W (sampling.md §3).
 
+use crate::bits::Ones;
 use crate::fixed::Crossing;
 use crate::sampler::FillRule;
 use crate::sampler::layout::{Voxels, WORD_BITS};
@@ -69,10 +70,9 @@ impl RayMasks {
     /// Empties the masks.
     pub fn clear(&mut self) {
         for (index, summary) in self.occupied.iter_mut().enumerate() {
-            while *summary != 0 {
-                let word = index * 64 + summary.trailing_zeros() as usize;
+            for bit in Ones(std::mem::take(summary)) {
+                let word = index * 64 + bit as usize;
                 (self.change[word], self.any[word]) = (0, 0);
-                *summary &= *summary - 1;
             }
         }
     }

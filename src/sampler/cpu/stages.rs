@@ -5,6 +5,7 @@ use super::classify::RayClasses;
 use super::masks::RayMasks;
 use super::raster::BandCrossings;
 use super::{CpuSampler, closes, exact};
+use crate::bits;
 use crate::fixed::Crossing;
 use crate::grid::{Axis, LatticeSolid};
 use crate::sampler::layout::Voxels;
@@ -75,7 +76,7 @@ impl CpuSampler {
             let mut rank = 0;
             for word in 0..words {
                 let at = word * rays + ray;
-                if occupied[word / 64] >> (word % 64) & 1 == 1 {
+                if bits::is_set(&occupied, word) {
                     (stages.single[at], stages.pair[at]) = (classes.single[word], classes.pair[word]);
                 }
                 stages.ranks[at] = if closed { rank } else { UNCLOSED };

@@ -5,12 +5,8 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::mesh::check;
-use crate::mesh::testing::{cube, reversed, soup, tetrahedron, together};
 use crate::solids;
-
-fn unit_cube() -> TriangleMesh {
-    cube(DVec3::ZERO, 1.0)
-}
+use crate::testing::meshes::{cube, reversed, tetrahedron, together, unit_cube, unwelded};
 
 /// Returns the messages of the failures of a mesh.
 fn sentences(mesh: &TriangleMesh) -> Vec<String> {
@@ -131,7 +127,7 @@ fn positions_equal_in_f32_are_reported_as_welded() {
     three.positions[1] = DVec3::new(-0.0, 1e-60, 0.0);
     three.positions[2] = DVec3::ZERO;
     assert_eq!(ManifoldReport::of(&three, Precision::Single).welded.count, 2);
-    assert_eq!(ManifoldReport::of(&soup(&unit_cube()), Precision::Single).welded.count, 36 - 8);
+    assert_eq!(ManifoldReport::of(&unwelded(&unit_cube()), Precision::Single).welded.count, 36 - 8);
 }
 
 #[test]

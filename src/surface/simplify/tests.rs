@@ -7,8 +7,8 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::mesh::testing::{cube, reversed, tetrahedron, together};
 use crate::solids;
+use crate::testing::meshes::{cube, reversed, tetrahedron, together};
 
 /// Splits every triangle into four, `times` times, with shared midpoints.
 fn refined(mesh: &TriangleMesh, times: usize) -> TriangleMesh {

@@ -3,34 +3,23 @@
 use glam::DVec3;
 
 use super::*;
-use crate::grid::{Grid, LatticeBox};
+use crate::grid::Grid;
 use crate::ldi::Ldi;
-use crate::mesh::{Aabb, ClosedMesh, TriangleMesh};
+use crate::mesh::Aabb;
 use crate::metrics::Region;
-use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{FillRule, Sampler};
 use crate::solids;
+use crate::testing::images::{surface_images_on, whole};
 
 /// Returns the raster of the cube from 0 to 1.
 fn unit_grid(resolution: u32) -> Grid {
     Grid::with_resolution(Aabb { min: DVec3::ZERO, max: DVec3::ONE }, resolution, 1024).unwrap()
 }
 
-fn whole(grid: &Grid) -> LatticeBox {
-    LatticeBox { min: [0; 3], max: [0, 1, 2].map(|axis| grid.length(axis)) }
-}
-
-fn images(mesh: TriangleMesh, grid: &Grid) -> [Ldi; 3] {
-    let closed = ClosedMesh::check(mesh).unwrap();
-    let solid = grid.quantise(&closed).unwrap();
-    Axis::ALL.map(|axis| CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap())
-}
-
 /// Returns a ball of radius 0.4 in the middle of the cube.
 fn ball(grid: &Grid) -> [Ldi; 3] {
     let mut mesh = solids::geodesic(0.4, 40).unwrap();
     mesh.positions.iter_mut().for_each(|position| *position += DVec3::splat(0.5));
-    images(mesh, grid)
+    surface_images_on(grid, mesh)
 }
 
 fn total(crossings: &Crossings) -> usize {
@@ -41,7 +30,7 @@ fn total(crossings: &Crossings) -> usize {
 fn faces_cut_by_the_box_are_surface_only_with_a_border() {
     let grid = unit_grid(20);
     let region = Region::of_box(&grid, whole(&grid));
-    let block = images(solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap(), &grid);
+    let block = surface_images_on(&grid, solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap());
     for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic, BoundaryCondition::Border] {
         let crossings = Crossings::of_images(&block, &region, edges);
         assert_eq!(total(&crossings), 0, "{edges:?}");
@@ -59,7 +48,7 @@ fn faces_cut_by_the_box_are_surface_only_with_a_border() {
 fn a_seam_between_solid_and_pore_is_surface() {
     let grid = unit_grid(20);
     let region = Region::of_box(&grid, whole(&grid));
-    let half = images(solids::cuboid(DVec3::ZERO, DVec3::new(0.5, 1.0, 1.0)).unwrap(), &grid);
+    let half = surface_images_on(&grid, solids::cuboid(DVec3::ZERO, DVec3::new(0.5, 1.0, 1.0)).unwrap());
     for (edges, expected) in [
         (BoundaryCondition::Clip, &[9.5][..]),
         (BoundaryCondition::Periodic, &[-0.5, 9.5]),
@@ -82,7 +71,7 @@ fn a_solid_that_is_the_region_bounds_balls_with_border_alone() {
     let of_ball = ball(&grid);
     let region = Region::of_solid(&of_ball);
     assert_eq!(total(&Crossings::of_images(&of_ball, &region, BoundaryCondition::Clip)), 0);
-    let block = images(solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap(), &grid);
+    let block = surface_images_on(&grid, solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap());
     let bordered = Crossings::of_images(&block, &region, BoundaryCondition::Border);
     let field = DistanceField::of(&bordered, BoundaryCondition::Border);
     let middle = (15 * 30 + 15) * 30 + 15;

@@ -67,11 +67,8 @@ fn contoured(mesh: TriangleMesh, distance: f64, pitch: f64) -> TriangleMesh {
 }
 
 fn random_widths(most: f64) -> impl FnMut() -> f64 {
-    let mut random = 1u64;
-    move || {
-        random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        most * ((random >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
-    }
+    let mut random = Congruential::new(1);
+    move || most * (2.0 * random.share() - 1.0)
 }
 
 #[test]

@@ -16,9 +16,9 @@ impl Cells {
     }
 
     fn random(random: &mut Random) -> Cells {
-        let density = random.between(1, 10);
+        let density = random.within(1..10);
         let mut cells = Cells::solid([0; 3]);
-        cells.0.iter_mut().flatten().flatten().for_each(|cell| *cell = random.between(0, 10) < density);
+        cells.0.iter_mut().flatten().flatten().for_each(|cell| *cell = random.within(0..10) < density);
         cells
     }
 
@@ -103,8 +103,8 @@ impl Frame {
     }
 
     fn sheared(mut self, random: &mut Random) -> Frame {
-        let (i, by) = (random.between(0, 3) as usize, 2 * random.between(0, 2) - 1);
-        let j = (i + random.between(1, 3) as usize) % 3;
+        let (i, by) = (random.within(0..3) as usize, 2 * random.within(0..2) - 1);
+        let j = (i + random.within(1..3) as usize) % 3;
         // Row i of the map gains row j; column j of the inverse loses column i.
         for k in 0..3 {
             self.to_lattice[i][k] += by * self.to_lattice[j][k];
@@ -135,8 +135,8 @@ const FAR: i32 = 1 << 10;
 
 impl Placed {
     fn random(random: &mut Random) -> Placed {
-        let side = 2 * random.between(1, 4);
-        Placed { cells: Cells::random(random), side, corner: random.even_point(-4, 4) }
+        let side = 2 * random.within(1..4);
+        Placed { cells: Cells::random(random), side, corner: random.point(-4..4).map(|c| 2 * c) }
     }
 
     fn polyhedron(&self, frame: &Frame) -> Polyhedron {
@@ -173,7 +173,7 @@ fn reaches_out(a: &Placed, b: &Placed, place: [i32; 3]) -> bool {
 
 #[test]
 fn membership_in_sums_of_cells_agrees_with_counting() {
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     let (mut counts, mut far_counts) = ([0; 2], [0; 2]);
     for round in 0..400 {
         let (a, b) = (Placed::random(&mut random), Placed::random(&mut random));
@@ -181,7 +181,7 @@ fn membership_in_sums_of_cells_agrees_with_counting() {
         let (solid_a, solid_b) = (a.polyhedron(&frame), b.polyhedron(&frame));
         let sum = SumMembership::new(&solid_a, Exterior::Out, &solid_b);
         let far_sum = SumMembership::new(&solid_a.complement(), Exterior::In, &solid_b);
-        let places: Vec<[i32; 3]> = (0..100).map(|_| random.point(-20, 50)).collect();
+        let places: Vec<[i32; 3]> = (0..100).map(|_| random.point(-20..50)).collect();
         let points = || places.iter().map(|&place| times(frame.to_lattice, place).map(|c| c + 2 * FAR));
         for (sum, counts, expected) in [
             (sum, &mut counts, is_in_sum as fn(&Placed, &Placed, [i32; 3]) -> bool),

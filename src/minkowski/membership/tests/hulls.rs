@@ -69,9 +69,9 @@ fn compare(
 ) -> [u32; 2] {
     let mut counts = [0; 2];
     for round in 0..rounds {
-        let mut random = Random(round);
+        let mut random = Random::new(round);
         let mut heap = |random: &mut Random| -> Vec<Tetrahedron> {
-            (0..random.between(1, 4)).map(|_| random_tetrahedron(random, &mut corner)).collect()
+            (0..random.within(1..4)).map(|_| random_tetrahedron(random, &mut corner)).collect()
         };
         let (a, b) = (heap(&mut random), heap(&mut random));
         let sum = SumMembership::new(&polyhedron(&a), Exterior::Out, &polyhedron(&b));
@@ -87,20 +87,20 @@ fn compare(
 
 #[test]
 fn membership_in_sums_of_small_tied_heaps_agrees_with_hulls() {
-    let counts = compare(150, |random| random.even_point(0, 5), |random| random.point(0, 17));
+    let counts = compare(150, |random| random.point(0..5).map(|c| 2 * c), |random| random.point(0..17));
     assert!(counts.iter().all(|&count| count > 1000), "{counts:?}");
 }
 
 #[test]
 fn membership_in_sums_of_lattice_sized_heaps_agrees_with_hulls() {
     const HALF: i32 = 1 << 29;
-    let counts = compare(100, |random| random.even_point(0, HALF / 2), |random| random.point(0, 2 * HALF));
+    let counts = compare(100, |random| random.point(0..HALF / 2).map(|c| 2 * c), |random| random.point(0..2 * HALF));
     assert!(counts.iter().all(|&count| count > 300), "{counts:?}");
     // All differences are as large as possible.
-    let extreme = |random: &mut Random| random.point(0, 2).map(|c| if c == 0 { 0 } else { 2 * HALF - 2 });
+    let extreme = |random: &mut Random| random.point(0..2).map(|c| if c == 0 { 0 } else { 2 * HALF - 2 });
     let near = |random: &mut Random| {
-        let [least, greatest] = [random.between(0, 5), 2 * HALF - 1 - random.between(0, 5)];
-        random.point(0, 3).map(|c| [least, HALF - 1, greatest][c as usize])
+        let [least, greatest] = [random.within(0..5), 2 * HALF - 1 - random.within(0..5)];
+        random.point(0..3).map(|c| [least, HALF - 1, greatest][c as usize])
     };
     let counts = compare(60, extreme, near);
     assert!(counts.iter().all(|&count| count > 100), "{counts:?}");

@@ -2,15 +2,14 @@
 
 mod cells;
 mod hulls;
-mod random;
 mod tori;
 mod walls;
 
 use cells::Cells;
-use random::Random;
 
 use super::SumMembership;
 use crate::minkowski::{Exterior, Membership, Polyhedron};
+use crate::testing::random::Random;
 
 /// Returns the answers for points, each found twice: by itself, and with the memory of the points before it.
 fn answers(sum: &SumMembership, points: impl IntoIterator<Item = [i32; 3]>) -> Vec<([i32; 3], bool)> {

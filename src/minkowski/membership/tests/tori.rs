@@ -24,9 +24,9 @@ fn ball(radius: f64) -> Polyhedron {
 
 /// Returns points about a sum, and their distances from the circle of radius 100 in its middle.
 fn around_a_circle(seed: u64) -> Vec<([i32; 3], f64)> {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let mut point = || {
-        let [x, y, z] = random.point(-170 << 10, 170 << 10);
+        let [x, y, z] = random.point(-170 << 10..170 << 10);
         let [u, v, w] = [x, y, z / 2].map(|c| f64::from(c) / 1024.0);
         ([x, y, z / 2].map(|c| c + 2 * CENTRE), (u.hypot(v) - 100.0).hypot(w))
     };
@@ -67,8 +67,8 @@ fn a_ball_wider_than_the_hole_closes_it() {
 #[test]
 fn sums_of_tori_commute_and_translate() {
     let (a, b) = (torus(100.0, 30.0, 24, 12, 0), torus(50.0, 12.0, 16, 8, 1));
-    let mut random = Random(4);
-    let mut pick = |of: &Polyhedron| of.positions()[random.between(0, of.positions().len() as i32) as usize];
+    let mut random = Random::new(4);
+    let mut pick = |of: &Polyhedron| of.positions()[random.within(0..of.positions().len() as i32) as usize];
     // Vertices on vertices, where everything ties, and the lattice positions beside them.
     let sums: Vec<[i32; 3]> = (0..2000).map(|_| plus(pick(&a), pick(&b))).collect();
     let points: Vec<[i32; 3]> = sums.iter().flat_map(|&sum| [sum, sum.map(|c| c + 1), sum.map(|c| c - 1)]).collect();

@@ -98,8 +98,8 @@ fn facets_without_area_close_a_surface() {
     triangles.extend([[middle, to, third], [from, to, middle]]);
     let split_cube = Polyhedron::from_parts(positions, triangles);
     let plain = SumMembership::new(&cube, Exterior::Out, &cube);
-    let mut random = Random(5);
-    let points: Vec<[i32; 3]> = (0..3000).map(|_| random.point(-1, 18)).collect();
+    let mut random = Random::new(5);
+    let points: Vec<[i32; 3]> = (0..3000).map(|_| random.point(-1..18)).collect();
     for sum in [
         SumMembership::new(&split_cube, Exterior::Out, &cube),
         SumMembership::new(&cube, Exterior::Out, &split_cube),

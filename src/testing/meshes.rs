@@ -1,8 +1,7 @@
-//! Small meshes with known properties, for unit tests.
+//! Small meshes with known properties, and rearrangements of meshes.
 
 use glam::DVec3;
-
-use super::TriangleMesh;
+use ldi_ops::mesh::TriangleMesh;
 
 /// Returns a cube with shared positions, facing outwards. Position i has bit 0 of i for x, bit 1 for y, bit 2 for z.
 pub fn cube(corner: DVec3, side: f64) -> TriangleMesh {
@@ -14,6 +13,11 @@ pub fn cube(corner: DVec3, side: f64) -> TriangleMesh {
     TriangleMesh { positions, triangles }
 }
 
+/// Returns the cube from 0 to 1.
+pub fn unit_cube() -> TriangleMesh {
+    cube(DVec3::ZERO, 1.0)
+}
+
 /// Returns the tetrahedron at the origin with edges along the axes, facing outwards.
 pub fn tetrahedron() -> TriangleMesh {
     TriangleMesh {
@@ -22,8 +26,8 @@ pub fn tetrahedron() -> TriangleMesh {
     }
 }
 
-/// Returns the same triangles with three unshared positions each, as an STL file holds them.
-pub fn soup(mesh: &TriangleMesh) -> TriangleMesh {
+/// Returns the same triangles with three positions each, shared by none, as an STL file holds them.
+pub fn unwelded(mesh: &TriangleMesh) -> TriangleMesh {
     let positions: Vec<DVec3> = mesh.triangles.iter().flatten().map(|&i| mesh.positions[i as usize]).collect();
     let triangles = (0..mesh.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
     TriangleMesh { positions, triangles }
@@ -44,4 +48,9 @@ pub fn together(meshes: &[TriangleMesh]) -> TriangleMesh {
 pub fn reversed(mesh: &TriangleMesh) -> TriangleMesh {
     let triangles = mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
     TriangleMesh { positions: mesh.positions.clone(), triangles }
+}
+
+/// Returns a solid with a hollow, whose mesh is that of another solid.
+pub fn hollowed(outer: TriangleMesh, inner: &TriangleMesh) -> TriangleMesh {
+    together(&[outer, reversed(inner)])
 }
