@@ -26,6 +26,7 @@ mod streams;
 mod sum_references;
 mod sums;
 mod surfaces;
+mod threads;
 mod volumes;
 mod voxels;
 

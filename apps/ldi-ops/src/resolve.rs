@@ -4,6 +4,7 @@ mod render;
 mod report;
 mod sum;
 
+use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -140,8 +141,8 @@ const NO_REPAIR: &str = "there is no command that repairs a mesh; what helps ins
   --fill nonzero                                           unites shells that overlap
   ldi-ops sample A --fill nonzero --mode exact -o B.stl    writes a new, closed surface of the solid";
 
-/// Resolves a command line.
-pub fn resolve(command: args::Command) -> Result<Invocation, Error> {
+/// Resolves a command line; `words` are its words after the program's name.
+pub fn resolve(command: args::Command, words: &[OsString]) -> Result<Invocation, Error> {
     use args::Command;
     match command {
         Command::Intersect(a) => list(BooleanOperation::Intersection, a.list),
@@ -188,7 +189,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Error> {
             Ok(invocation(Job::Generate(GenerateJob { kind: a.kind, model, to: a.output, report }), &a.common))
         }
         Command::Render(a) => render::resolve(a),
-        Command::Report(a) => report::resolve(a),
+        Command::Report(a) => report::resolve(a, words),
         Command::Minkowski(a) => sum::minkowski(a),
         Command::Offset(a) => sum::offset(a),
         Command::Open(a) => sum::ball(SumOperation::Opening, a),

@@ -1,5 +1,6 @@
 //! Resolution of `report`.
 
+use std::ffi::OsString;
 use std::path::Path;
 
 use glam::DVec3;
@@ -18,7 +19,8 @@ use crate::output;
 /// Rays along the longest side by default.
 const DEFAULT_RESOLUTION: u32 = 256;
 
-pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Error> {
+/// Resolves `report`; `words` are the words of the command line after the program's name.
+pub fn resolve(arguments: ReportArguments, words: &[OsString]) -> Result<Invocation, Error> {
     let ReportArguments { solids, output: folder, region, judging, raster, common } = arguments;
     let RegionArguments { unit, allow_open, roi, transform_a, transform_roi, edges, fill: fill_choice } = region;
     let JudgingArguments { limits, compare, build, overhang_angle, kozeny } = judging;
@@ -73,7 +75,7 @@ pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Error> {
         unit,
         openness: if allow_open { Openness::Sampled } else { Openness::Refused },
         settings,
-        command_line: command_line(),
+        command_line: command_line(words),
     };
     Ok(invocation(Job::Report(Box::new(job), report(&common)?), &common))
 }
@@ -126,8 +128,10 @@ fn roi(text: &Path, placement: Option<Placement>) -> Result<Roi, Error> {
 }
 
 /// Returns the command line as typed, with `ldi-ops` in place of the program's path.
-fn command_line() -> String {
-    let arguments = std::env::args().skip(1);
-    let quoted = arguments.map(|word| if word.contains(char::is_whitespace) { format!("'{word}'") } else { word });
+fn command_line(words: &[OsString]) -> String {
+    let quoted = words.iter().map(|word| match word.to_string_lossy() {
+        word if word.contains(char::is_whitespace) => format!("'{word}'"),
+        word => word.into_owned(),
+    });
     std::iter::once("ldi-ops".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
 }

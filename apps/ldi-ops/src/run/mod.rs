@@ -11,7 +11,6 @@ mod render;
 mod report;
 mod sum;
 
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -96,10 +95,6 @@ fn worst<T>(results: &[Each<T>], of: impl Fn(&T) -> Exit) -> Exit {
 /// Runs a job; `start` is the start of the process.
 pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Error> {
     files::keep_apart(&invocation.job)?;
-    // Zero means one thread per processor.
-    let threads = invocation.threads.map_or(0, NonZeroUsize::get);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
-    pool.map_err(|error| Error::machine(format!("no threads could be started ({error}); try fewer --threads")))?;
     let progress = Progress::new(invocation.verbosity);
     match invocation.job {
         Job::Measure(job) => measure::run(&job, start, &progress),
