@@ -33,6 +33,7 @@ pub fn of(outcome: &Outcome, verbosity: Verbosity) -> String {
         Outcome::Devices(result) => devices(result),
         Outcome::Rendered(result) => rendered(result, verbosity),
         Outcome::Reported(result) => reported(result),
+        Outcome::Text(text) => text.clone(),
     }
 }
 

@@ -8,6 +8,7 @@ use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
+use clap_complete::Shell;
 use ldi_ops::Error;
 use ldi_ops::boolean::{BooleanOperation, Expression};
 use ldi_ops::driver::job::{
@@ -62,6 +63,9 @@ pub enum Job {
     Render(Command<RenderJob>),
     Sum(Command<SumJob>),
     Report(Box<ReportJob>, Report),
+    Completions(Shell),
+    /// The folder of the pages; `None` for the page of the program on stdout.
+    Man(Option<PathBuf>),
 }
 
 /// A job of the library, its inputs, and the destination of its results.
@@ -198,6 +202,11 @@ pub fn resolve(command: args::Command, words: &[OsString]) -> Result<Invocation,
             let report = report(&a.common)?;
             Ok(invocation(Job::Devices(DevicesJob { report }), &a.common))
         }
+        Command::Completions(a) => Ok(of_text(Job::Completions(a.shell))),
+        Command::Man(a) => {
+            a.folder.as_deref().map(|folder| usable("", folder, "man")).transpose()?;
+            Ok(of_text(Job::Man(a.folder)))
+        }
     }
 }
 
@@ -218,6 +227,11 @@ fn model(arguments: &args::GenerateArguments) -> Result<Model, Error> {
         arguments.parameters.iter().map(|(name, text)| (*name, in_millimetres(name, text))).collect();
     let parameters: Vec<(&str, &str)> = texts.iter().map(|(name, text)| (*name, text.as_str())).collect();
     Model::from_parameters(&arguments.kind, &parameters).map_err(Error::input)
+}
+
+/// Returns the invocation of a command without common flags.
+fn of_text(job: Job) -> Invocation {
+    Invocation { job, threads: Some(NonZeroUsize::MIN), verbosity: Verbosity::Normal }
 }
 
 fn invocation(job: Job, common: &CommonArguments) -> Invocation {
@@ -418,6 +432,18 @@ fn writable(path: &Path) -> Result<(), Error> {
     }
     if !folder.is_dir() {
         return Err(Error::input(format!("{}: there is no folder {}", path.display(), folder.display())));
+    }
+    Ok(())
+}
+
+/// Checks that a folder or its parent exists; `flag` stands before its name in messages.
+fn usable(flag: &str, folder: &Path, taker: &str) -> Result<(), Error> {
+    if folder.exists() && !folder.is_dir() {
+        return Err(Error::input(format!("{flag}{}: is a file, and {taker} takes a folder", folder.display())));
+    }
+    let parent = output::folder(folder);
+    if !folder.is_dir() && !parent.is_dir() {
+        return Err(Error::input(format!("{flag}{}: there is no folder {}", folder.display(), parent.display())));
     }
     Ok(())
 }

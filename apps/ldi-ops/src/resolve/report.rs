@@ -12,9 +12,8 @@ use ldi_ops::metrics::BoundaryCondition;
 use ldi_ops::placement::Placement;
 use ldi_ops::report::{ReportJob, Roi, Settings};
 
-use super::{Invocation, Job, backend, fill, invocation, report, spacing};
+use super::{Invocation, Job, backend, fill, invocation, report, spacing, usable};
 use crate::args::{BuildChoice, EdgesChoice, JudgingArguments, RasterArguments, RegionArguments, ReportArguments};
-use crate::output;
 
 /// Rays along the longest side by default.
 const DEFAULT_RESOLUTION: u32 = 256;
@@ -52,7 +51,7 @@ pub fn resolve(arguments: ReportArguments, words: &[OsString]) -> Result<Invocat
             "--tortuosity-resolution {tortuosity_resolution} is outside 2 to {RAYS_MAX} rays"
         )));
     }
-    usable(&folder)?;
+    usable("-o ", &folder, "a report")?;
     let settings = Settings {
         spacing: spacing(Some(resolution.unwrap_or(DEFAULT_RESOLUTION)).filter(|_| pitch.is_none()), pitch, None)?,
         tortuosity_resolution,
@@ -89,18 +88,6 @@ fn direction(choice: BuildChoice) -> DVec3 {
         BuildChoice::MinusY => DVec3::NEG_Y,
         BuildChoice::MinusZ => DVec3::NEG_Z,
     }
-}
-
-/// Checks that a folder or its parent exists.
-fn usable(folder: &Path) -> Result<(), Error> {
-    if folder.exists() && !folder.is_dir() {
-        return Err(Error::input(format!("-o {}: is a file, and a report takes a folder", folder.display())));
-    }
-    let parent = output::folder(folder);
-    if !folder.is_dir() && !parent.is_dir() {
-        return Err(Error::input(format!("-o {}: there is no folder {}", folder.display(), parent.display())));
-    }
-    Ok(())
 }
 
 /// Reads `hull`, `wrap`, `wrap:LENGTH` or a file.

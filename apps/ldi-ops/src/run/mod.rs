@@ -6,6 +6,7 @@ mod devices;
 mod files;
 mod from_images;
 mod generate;
+mod manual;
 mod measure;
 mod render;
 mod report;
@@ -48,6 +49,8 @@ pub enum Outcome {
     Devices(Devices),
     Rendered(Box<Rendered>),
     Reported(Reported),
+    /// Text that is the result itself.
+    Text(String),
 }
 
 impl Outcome {
@@ -106,6 +109,8 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Error> {
         Job::Render(job) => render::run(&job, start, &progress),
         Job::Sum(job) => sum::run(&job, start, &progress),
         Job::Report(job, report) => report::run(&job, &report, &progress),
+        Job::Completions(shell) => Ok(manual::completions(shell)),
+        Job::Man(folder) => manual::man(folder.as_deref()),
     }
 }
 
