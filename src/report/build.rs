@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::files::{Made, Task, checked_limits, limits, sheet, write_sheet};
+use super::files::{Made, Task, checked_limits, limits, sheet, steps_of_sheet, write_sheet};
 use super::limits::Limits as ParsedLimits;
 use super::measure::Clock;
 use super::page::words;
@@ -201,6 +201,7 @@ impl ReportBuilder {
         self.course.backend = settings.device().clone();
         self.course.memory = settings.memory();
         settings.run(|monitor| {
+            monitor.expect(steps_of_sheet(self.region.as_ref()))?;
             let (start, clock) = (Instant::now(), Clock::default());
             let requirements = InputRequirements {
                 unit: None,

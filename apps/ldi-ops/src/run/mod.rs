@@ -22,7 +22,7 @@ use ldi_ops::report::files::Reported;
 use ldi_ops::{Error, Warning};
 
 use crate::exit::Exit;
-use crate::progress::Progress;
+use crate::progress::{Progress, Steps};
 use crate::resolve::{Invocation, Job, Report};
 
 pub use check::Checked;
@@ -98,7 +98,8 @@ fn worst<T>(results: &[Each<T>], of: impl Fn(&T) -> Exit) -> Exit {
 /// Runs a job; `start` is the start of the process.
 pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Error> {
     files::keep_apart(&invocation.job)?;
-    let progress = Progress::new(invocation.verbosity);
+    let steps = if let Job::Report(..) = invocation.job { Steps::Stages } else { Steps::Parts };
+    let progress = Progress::new(invocation.verbosity, steps);
     match invocation.job {
         Job::Measure(job) => measure::run(&job, start, &progress),
         Job::Surface(job) => from_images::run(&job, start, &progress),
