@@ -30,6 +30,7 @@ pub use convert::Converted;
 pub use devices::Devices;
 pub use from_images::Surfaced;
 pub use generate::Generated;
+pub use measure::is_pinned;
 
 /// A finished job.
 pub struct Finished {
@@ -116,7 +117,7 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Error> {
 }
 
 /// Prints all warnings to stderr.
-fn say_warnings(warnings: &[Warning], progress: &Progress) {
+fn say_warnings<'w>(warnings: impl IntoIterator<Item = &'w Warning>, progress: &Progress) {
     for warning in warnings {
         progress.warn(&warning.message);
     }
