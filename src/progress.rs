@@ -54,6 +54,12 @@ impl<'p> Monitor<'p> {
         self.change(|state| state.done += 1)
     }
 
+    /// Counts all steps up to this number as done, where an operation has failed that was to do them.
+    #[cfg(feature = "report")]
+    pub(crate) fn catch_up(&self, steps: usize) -> Result<(), Error> {
+        self.change(|state| state.done = state.done.max(steps as u64))
+    }
+
     /// Passes a line on.
     pub fn detail(&self, line: impl Display) {
         if let Some(listener) = self.listener {

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs every test and says at the end which passed.
 # usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python reference files peers browser self-test; all by
-#                             default
+#                             default; or of quick, which repeats the fastest part of fmt, clippy and test
 #
 # A stage that cannot run has failed. All stages run, so that one run tells everything; only where what they need is
 # missing and cannot be installed does none run, and the stage that has failed is `install`. As root, what is missing is
@@ -11,6 +11,8 @@ set -euo pipefail
 
 cd "$(dirname "$0")/.."
 stages=(fmt clippy docs test no-gpu corpus python reference files peers browser self-test)
+# Stages that repeat parts of others, run only by name.
+repeats=(quick)
 
 # Functions report failure by status, each command by its own: `if` around their call switches off `set -e` inside them.
 
@@ -27,10 +29,8 @@ has_vulkan() {
 
 has_chromium() { [ -n "${CHROMIUM:-}" ] || command -v chromium >/dev/null || command -v chromium-browser >/dev/null; }
 
-install_missing() {
-  local packages=()
-  # meshoptimizer is C++.
-  command -v cc >/dev/null && command -v c++ >/dev/null || packages+=(build-essential)
+# Adds to `packages` what the checks need beside the compilers.
+add_packages_of_checks() {
   command -v python3 >/dev/null || packages+=(python3)
   # Debian's python3 has the module venv but not what it needs to put pip into it.
   python3 -c 'import ensurepip, venv' 2>/dev/null || packages+=(python3-venv)
@@ -40,6 +40,14 @@ install_missing() {
   has_chromium || packages+=(chromium)
   command -v node >/dev/null || packages+=(nodejs)
   command -v npm >/dev/null || packages+=(npm)
+}
+
+# Installs what stages need, of which `quick` needs the compilers alone.
+install_missing() {
+  local packages=()
+  # meshoptimizer is C++.
+  command -v cc >/dev/null && command -v c++ >/dev/null || packages+=(build-essential)
+  [ "$*" = quick ] || add_packages_of_checks
   if [ ${#packages[@]} != 0 ]; then
     local install=(apt-get install -y --no-install-recommends "${packages[@]}")
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
@@ -66,6 +74,13 @@ run_fmt() { cargo fmt --all -- --check; }
 run_clippy() {
   cargo clippy --workspace --all-targets -- -D warnings && cargo clippy --package ldi-ops -- -D warnings &&
     cargo clippy --package ldi-ops --no-default-features -- -D warnings
+}
+# A quick answer on a warm build: each kind of test of the code, and of the slow kinds a few.
+run_quick() {
+  run_fmt && cargo clippy --workspace --all-targets -- -D warnings &&
+    cargo test --profile checked --workspace --lib --test structure &&
+    cargo test --profile checked --workspace --test cli -- help:: streams:: operations:: completions:: threads:: &&
+    cargo test --profile checked --workspace --test reference
 }
 run_docs() { RUSTDOCFLAGS=-Dwarnings cargo doc --workspace --no-deps; }
 # The checked profile is optimised, which the oracle and the properties need, and panics where an integer overflows.
@@ -164,12 +179,13 @@ build_bench() { build_program; }
 
 if [ $# = 0 ]; then set -- "${stages[@]}"; fi
 for stage in "$@"; do
-  [[ " ${stages[*]} " == *" $stage "* ]] || { echo "no stage '$stage'; there are: ${stages[*]}" >&2; exit 2; }
+  [[ " ${stages[*]} ${repeats[*]} " == *" $stage "* ]] ||
+    { echo "no stage '$stage'; there are: ${stages[*]} ${repeats[*]}" >&2; exit 2; }
 done
 
 corpus=$(find_corpus)
 passed=0 failed=0 summary="" missing=""
-if ! install_missing; then
+if ! install_missing "$@"; then
   printf -v summary '%-10s %s\n' install 'FAILED; no other stage was run'
   failed=1
   set --

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::files::{Made, Task, checked_limits, limits, report_on, write_report};
+use super::files::{Made, Task, checked_limits, limits, report_on, steps_of_report, write_report};
 use super::limits::Limits as ParsedLimits;
 use super::measure::Clock;
 use super::page::words;
@@ -201,6 +201,7 @@ impl ReportBuilder {
         self.course.backend = settings.device().clone();
         self.course.memory = settings.memory();
         settings.run(|monitor| {
+            monitor.expect(steps_of_report(self.region.as_ref()))?;
             let (start, clock) = (Instant::now(), Clock::default());
             let requirements = InputRequirements {
                 unit: None,

@@ -13,7 +13,7 @@ use std::time::{Instant, SystemTime};
 use glam::DVec3;
 
 use super::limits::Limits;
-use super::measure::{Clock, Subject, measure, unmeasured};
+use super::measure::{Clock, Subject, measure, stages, unmeasured};
 use super::page::summary::{Entry, Unmeasured};
 use super::page::{self, compare, summary};
 use super::scaffold_report::{self, Alert, InputFile, ScaffoldReport, Severity};
@@ -70,7 +70,9 @@ pub fn report_files(
     let backends = Backends::open(&job.settings.backend)?;
     let (mut places, mut reports, mut failures) = (Vec::new(), Vec::new(), Vec::new());
     let mut worst = None;
-    for (place, input) in self::places(job).into_iter().zip(job.solids.iter().chain(&job.compare)) {
+    let each = steps_of_report(job.roi.as_ref()) + READING_AND_WRITING;
+    progress.expect(each * (job.solids.len() + usize::from(job.compare.is_some())))?;
+    for (i, (place, input)) in self::places(job).into_iter().zip(job.solids.iter().chain(&job.compare)).enumerate() {
         let mut report = match report_of(job, input, &backends, progress) {
             Ok(report) => report,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -79,6 +81,7 @@ pub fn report_files(
                 let kind = error.kind();
                 worst = if kind == ErrorKind::Machine { Some(kind) } else { worst.or(Some(kind)) };
                 failures.push(unmeasured_solid(input, &error));
+                progress.catch_up(each * (i + 1))?;
                 continue;
             }
             Err(error) => return Err(error),
@@ -87,7 +90,9 @@ pub fn report_files(
             report.verdict = Some(limits.judge(&report.metrics, report.unit).map_err(Error::input)?);
         }
         on_report(&report);
+        progress.stage(format!("{}: writing", input.path.display()))?;
         write_report(&report, &job.folder.join(&place))?;
+        progress.step()?;
         reports.push(report);
         places.push(place);
     }
@@ -109,6 +114,14 @@ pub fn report_files(
         }
     }
     Ok(Reported { reports, pages, failures, failed, worst })
+}
+
+/// The steps of a solid beside those of [`report_on`].
+const READING_AND_WRITING: usize = 2;
+
+/// Returns the number of steps that [`report_on`] counts, which the caller announces.
+pub(super) fn steps_of_report<S>(roi: Option<&Roi<S>>) -> usize {
+    stages(roi.is_some()) + usize::from(matches!(roi, Some(Roi::Wrap(_))))
 }
 
 /// Returns a failure by its file, with a message that does not repeat the file.
@@ -232,6 +245,7 @@ fn report_of(job: &ReportJob, input: &Input, backends: &Backends, progress: &Mon
     };
     let inputs: Vec<Input> = [Some(input), roi].into_iter().flatten().cloned().collect();
     let (solids, warnings) = clock.time("read", || input::solids(&inputs, requirements))?;
+    progress.step()?;
     let (settings, command_line) = (&job.settings, job.command_line.clone());
     let made = job.roi.as_ref().and_then(Made::of);
     let task = Task { settings, made, requirements, command_line, warnings, backends, start };
@@ -294,6 +308,7 @@ pub(super) fn report_on(
             progress.stage(format!("{}: wrapping", solids[0].name()))?;
             let wrap = clock.time("wrapping", || wrap(&solids[0], diameter, settings.fill))?;
             solids.push(wrap);
+            progress.step()?;
         }
         None => {}
     }

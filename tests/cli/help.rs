@@ -2,7 +2,7 @@
 
 use crate::{Folder, cube};
 
-const COMMANDS: [&str; 16] = [
+pub const COMMANDS: [&str; 18] = [
     "intersect",
     "union",
     "difference",
@@ -19,6 +19,8 @@ const COMMANDS: [&str; 16] = [
     "generate",
     "render",
     "devices",
+    "completions",
+    "man",
 ];
 
 #[test]
@@ -67,6 +69,8 @@ fn the_examples_of_the_help_texts_run() {
             if cfg!(not(feature = "gpu")) && line.contains("--backend gpu") {
                 continue;
             }
+            // The shell writes what is printed into a file.
+            let line = line.split(" > ").next().unwrap();
             let arguments = shell_words(line);
             let mut arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
             // The last value counts, and a small one runs faster.

@@ -3,6 +3,7 @@
 //! Each test writes its own small input files.
 
 mod broken;
+mod completions;
 mod corpus;
 mod csg;
 mod devices;
@@ -15,6 +16,7 @@ mod images;
 mod interrupt;
 mod json;
 mod library;
+mod man;
 #[cfg(target_os = "linux")]
 mod memory;
 mod operations;
@@ -26,6 +28,7 @@ mod streams;
 mod sum_references;
 mod sums;
 mod surfaces;
+mod threads;
 mod volumes;
 mod voxels;
 

@@ -473,3 +473,52 @@ fn reports_of_corpus_scaffolds_and_bones_are_consistent() {
     assert_eq!(faults(&sheet), Vec::<String>::new());
     assert!((0.3..0.95).contains(&value(&sheet, "porosity")), "{}", value(&sheet, "porosity"));
 }
+
+/// Returns the numbers of the stages on stderr, and asserts that all are of so many.
+fn stage_numbers(stderr: &str, total: usize) -> Vec<usize> {
+    let stages = stderr.lines().filter_map(|line| line.strip_prefix("ldi-ops: stage "));
+    let number = |line: &str| {
+        let (number, rest) = line.split_once(" of ").unwrap();
+        assert!(rest.starts_with(&format!("{total}, ")) && rest.ends_with(" s"), "{line}");
+        number.parse().unwrap()
+    };
+    stages.map(number).collect()
+}
+
+#[test]
+fn verbose_reports_time_every_stage_on_stderr() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &hollow(3.0, 1.0));
+    folder.run(&["generate", "sphere", "-o", "b.stl"]).code(0);
+    fs::write(folder.path("broken.stl"), "solid").unwrap();
+    let sizes = ["--unit", "mm", "--resolution", "12", "--tortuosity-resolution", "8", "-o", "out"];
+    let run = |flags: &[&str]| folder.run(&[&["report"], flags, &sizes[..]].concat());
+    let plain = run(&["a.stl"]).code(0);
+    assert!(!plain.stderr().contains("stage"), "{}", plain.stderr());
+    let verbose = run(&["a.stl", "-v"]).code(0);
+    assert_eq!(stage_numbers(&verbose.stderr(), 17), (1..=17).collect::<Vec<_>>(), "{}", verbose.stderr());
+    assert!(verbose.stderr().contains("stage 6 of 17, a.stl: thickness: "), "{}", verbose.stderr());
+    let without_time = |text: String| -> Vec<String> {
+        text.lines().filter(|line| !line.starts_with("time ")).map(str::to_owned).collect()
+    };
+    assert_eq!(without_time(verbose.stdout()), without_time(plain.stdout()));
+    // No diffusion outside a box; a wrapped region is a stage more.
+    let stderr = run(&["b.stl", "--roi", "hull", "-v"]).code(0).stderr();
+    assert_eq!(stage_numbers(&stderr, 11), (1..=11).collect::<Vec<_>>(), "{stderr}");
+    let stderr = run(&["b.stl", "--roi", "wrap", "-v"]).code(0).stderr();
+    assert_eq!(stage_numbers(&stderr, 12), (1..=12).collect::<Vec<_>>(), "{stderr}");
+    // The stages of a solid that cannot be read are left out.
+    let stderr = run(&["broken.stl", "a.stl", "-v"]).code(2).stderr();
+    assert_eq!(stage_numbers(&stderr, 34), [1].into_iter().chain(18..=34).collect::<Vec<_>>(), "{stderr}");
+}
+
+#[test]
+fn limits_of_reports_with_equal_ends_are_exact() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    fs::write(folder.path("limits.toml"), "porosity = { min = \"0 %\", max = \"0 %\" }\n").unwrap();
+    let run =
+        folder.run(&["report", "a.stl", "--unit", "mm", "--resolution", "8", "--limits", "limits.toml", "-o", "out"]);
+    let text = run.code(0).stdout();
+    assert!(text.contains("asked exactly 0 %"), "{text}");
+}

@@ -106,6 +106,19 @@ fn overlaps_that_no_ray_meets_are_bounded() {
 }
 
 #[test]
+fn bounds_of_unmet_results_that_print_the_same_are_a_value() {
+    let folder = Folder::new();
+    // No ray along x meets the needle, of which the crumb makes a ten-millionth.
+    folder.stl("needle.stl", &cuboid([0.0; 3], [100.0, 0.01, 0.01]));
+    folder.stl("crumb.stl", &cuboid([50.0, -0.0005, 0.0], [50.001, 0.0005, 0.001]));
+    let arguments = ["union", "needle.stl", "crumb.stl", "--resolution", "10", "--axis", "x", "--unit", "mm"];
+    let run = folder.run(&arguments).code(0);
+    assert!(run.stdout().starts_with("union       1.000000"), "{}", run.stdout());
+    assert!(!run.stdout().contains("at least") && run.stdout().contains(" ± "), "{}", run.stdout());
+    assert!(!run.stderr().contains("at least"), "{}", run.stderr());
+}
+
+#[test]
 fn struts_aligned_with_the_rays_are_within_the_stated_error() {
     let folder = Folder::new();
     folder.run(&["generate", "cubic", "--cells", "8", "--radius", "0.8", "--resolution", "16", "-o", "l.stl"]).code(0);

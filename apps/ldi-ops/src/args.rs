@@ -1,5 +1,6 @@
 //! Arguments as they are typed. What they mean together is for [`crate::resolve`].
 
+mod manual;
 mod render;
 mod report;
 mod sum;
@@ -15,6 +16,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand,
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
+pub use self::manual::{CompletionsArguments, ManArguments};
 pub use self::render::{BackgroundChoice, FacetChoice, PictureSize, RenderArguments, SliceAt};
 pub use self::report::{BuildChoice, EdgesChoice, JudgingArguments, RasterArguments, RegionArguments, ReportArguments};
 pub use self::sum::{
@@ -118,6 +120,10 @@ pub enum Command {
     Render(RenderArguments),
     /// Where sampling can run, and what `--backend auto` chooses and why
     Devices(DevicesArguments),
+    /// A script that completes commands and options in a shell
+    Completions(CompletionsArguments),
+    /// The man pages: of the program to stdout, or of all commands to a folder
+    Man(ManArguments),
 }
 
 #[derive(Debug, Args)]

@@ -40,6 +40,7 @@ fn of(outcome: &Outcome) -> Value {
         Outcome::Devices(result) => devices(result),
         Outcome::Rendered(result) => rendered(result),
         Outcome::Reported(result) => reported(result),
+        Outcome::Text(text) => json!(text),
     }
 }
 

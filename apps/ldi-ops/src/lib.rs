@@ -17,11 +17,13 @@ mod words;
 
 use std::ffi::OsString;
 use std::io::{self, Write};
+use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use clap::Parser;
 use clap::error::ErrorKind;
 use ldi_ops::Error;
+use rayon::ThreadPool;
 
 use crate::args::Arguments;
 use crate::exit::Exit;
@@ -32,7 +34,8 @@ use crate::words::Words;
 pub use crate::allocator::LargePages;
 
 /// Runs a command line, the name of the program first, and returns the exit code: 0 done, 1 a check that is false, 2 a wrong
-/// command line or input, 3 a machine that lacks memory or a device. Ctrl-C and SIGTERM end the process.
+/// command line or input, 3 a machine that lacks memory or a device. Ctrl-C and SIGTERM end the process. Each call has threads of
+/// its own, as many as its `--threads` says, and a call reads no arguments of the process.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let all: Vec<OsString> = arguments.into_iter().collect();
     exit(&all) as u8
@@ -40,7 +43,6 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 
 fn exit(all: &[OsString]) -> Exit {
     let start = Instant::now();
-    choose_adapters_ourselves();
     let words = Words::new(all.iter().skip(1).cloned());
     let arguments = match Arguments::try_parse_from(all) {
         Ok(arguments) => arguments,
@@ -60,14 +62,17 @@ fn exit(all: &[OsString]) -> Exit {
         }
     };
     interrupt::handle();
-    let invocation = match resolve(arguments.command) {
+    let invocation = match resolve(arguments.command, all.get(1..).unwrap_or_default()) {
         Ok(invocation) => invocation,
         Err(failure) => return fail(&words, USAGE, &failure),
     };
     let verbosity = invocation.verbosity;
-    let result = run::run(invocation, start).and_then(|finished| {
-        say(&json::deliver(&finished.report, &finished.outcome, verbosity)?)?;
-        Ok(finished)
+    let result = pool(invocation.threads).and_then(|pool| {
+        pool.install(|| {
+            let finished = run::run(invocation, start)?;
+            say(&json::deliver(&finished.report, &finished.outcome, verbosity)?)?;
+            Ok(finished)
+        })
     });
     match result {
         Ok(finished) => {
@@ -102,14 +107,15 @@ fn complain_of_each(outcome: &Outcome) {
     }
 }
 
-/// Disables Mesa's device-select layer, which reorders adapters for desktops and prints errors on machines without one; ldi-ops
-/// chooses the adapter.
-fn choose_adapters_ourselves() {
-    const SWITCH: &str = "NODEVICE_SELECT";
-    if std::env::var_os(SWITCH).is_none() {
-        // SAFETY: no other thread has started yet that could read the environment at the same time.
-        unsafe { std::env::set_var(SWITCH, "1") };
-    }
+/// The stack of each thread, in bytes: that of the main thread of most systems, as a job runs on a thread of its pool.
+const STACK: usize = 8 << 20;
+
+/// Starts the threads of a job: as many as requested, or one for each processor.
+fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool, Error> {
+    // Zero means one thread per processor.
+    let threads = threads.map_or(0, NonZeroUsize::get);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK).build();
+    pool.map_err(|error| Error::machine(format!("no threads could be started ({error}); try fewer --threads")))
 }
 
 /// Writes the result to stdout. A closed pipe is no failure.

@@ -1,12 +1,13 @@
 //! Messages and progress on stderr while a job runs.
 
-use std::fmt::Display;
+use std::fmt::{self, Display};
 use std::io::{self, IsTerminal, Write};
 use std::ops::ControlFlow;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use ldi_ops::Monitor;
 
 use crate::resolve::Verbosity;
@@ -14,20 +15,65 @@ use crate::resolve::Verbosity;
 /// The delay of the progress bar, which keeps it away from short jobs.
 const PATIENCE: Duration = Duration::from_millis(500);
 
+/// The meaning of the steps that a job counts.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Steps {
+    /// Each stage is one step: the bar shows its number and its time, and `-v` prints the time of each.
+    Stages,
+    /// A stage has any number of steps.
+    Parts,
+}
+
+/// The stage that runs, of a job that counts stages.
+struct Stage {
+    name: String,
+    /// From 1.
+    number: u64,
+    /// The number of all stages.
+    total: u64,
+    start: Instant,
+}
+
+impl Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "stage {} of {}, {}", self.number, self.total, self.name)
+    }
+}
+
+/// A stage that the thread which draws the bar reads.
+type SharedStage = Arc<Mutex<Option<Stage>>>;
+
+fn locked(stage: &SharedStage) -> MutexGuard<'_, Option<Stage>> {
+    stage.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// The messages of a job on stderr: a progress bar on a terminal, warnings, and details on request.
 pub struct Progress {
     verbosity: Verbosity,
+    steps: Steps,
+    stage: SharedStage,
     /// `None` if stderr is not a terminal or with `-q`.
     bar: Option<ProgressBar>,
 }
 
 impl Progress {
-    pub fn new(verbosity: Verbosity) -> Progress {
+    pub fn new(verbosity: Verbosity, steps: Steps) -> Progress {
         let wanted = verbosity != Verbosity::Quiet && io::stderr().is_terminal();
+        let stage = SharedStage::default();
         let bar = wanted.then(|| {
             let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::hidden());
-            let style = ProgressStyle::with_template("{spinner} {msg} [{bar:30}] {pos}/{len} {elapsed}");
-            bar.set_style(style.expect("the template is a constant and right"));
+            let style = ProgressStyle::with_template(match steps {
+                Steps::Stages => "{spinner} [{bar:30}] {elapsed} {stage}",
+                Steps::Parts => "{spinner} {msg} [{bar:30}] {pos}/{len} {elapsed}",
+            });
+            let drawn = Arc::clone(&stage);
+            let draw = move |_: &ProgressState, line: &mut dyn fmt::Write| {
+                if let Some(stage) = &*locked(&drawn) {
+                    // A failure to write is the terminal's.
+                    let _ = write!(line, "{stage}: {:#}", HumanDuration(stage.start.elapsed()));
+                }
+            };
+            bar.set_style(style.expect("the template is a constant and right").with_key("stage", draw));
             let later = bar.downgrade();
             thread::spawn(move || {
                 thread::sleep(PATIENCE);
@@ -40,7 +86,7 @@ impl Progress {
             });
             bar
         });
-        Progress { verbosity, bar }
+        Progress { verbosity, steps, stage, bar }
     }
 
     /// Returns the monitor through which the library drives the bar.
@@ -79,11 +125,26 @@ impl Progress {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+        self.change_stage(None);
+    }
+
+    /// Begins a stage, or none, and prints the time of the one before.
+    fn change_stage(&self, next: Option<Stage>) {
+        // The bar, which reads the stage, may be drawn with the line.
+        let ended = std::mem::replace(&mut *locked(&self.stage), next);
+        if let Some(ended) = ended {
+            ldi_ops::Progress::detail(self, &format!("{ended}: {:.3} s", ended.start.elapsed().as_secs_f64()));
+        }
     }
 }
 
 impl ldi_ops::Progress for Progress {
     fn update(&self, stage: &str, done: u64, total: u64) -> ControlFlow<()> {
+        let is_new = || locked(&self.stage).as_ref().is_none_or(|current| current.name != stage);
+        // Before the first stage its name is empty.
+        if self.steps == Steps::Stages && !stage.is_empty() && is_new() {
+            self.change_stage(Some(Stage { name: stage.to_owned(), number: done + 1, total, start: Instant::now() }));
+        }
         if let Some(bar) = &self.bar {
             bar.set_length(total);
             bar.set_position(done);

@@ -21,7 +21,7 @@ use ldi_ops::unit;
 use ldi_ops::with_error;
 
 use crate::resolve::Verbosity;
-use crate::run::{Checked, Converted, Devices, Each, Generated, Outcome, Surfaced};
+use crate::run::{Checked, Converted, Devices, Each, Generated, Outcome, Surfaced, is_pinned};
 
 /// Returns the text of a result: only its value if quiet, with details if verbose.
 pub fn of(outcome: &Outcome, verbosity: Verbosity) -> String {
@@ -34,6 +34,7 @@ pub fn of(outcome: &Outcome, verbosity: Verbosity) -> String {
         Outcome::Devices(result) => devices(result),
         Outcome::Rendered(result) => rendered(result, verbosity),
         Outcome::Reported(result) => reported(result),
+        Outcome::Text(text) => text.clone(),
     }
 }
 
@@ -97,8 +98,11 @@ fn one_reported(report: &ScaffoldReport) -> String {
             };
             let scale = limit.unit.scale_for_people();
             let end = |word: &str, end: Option<f64>| end.map(|end| format!("{word} {}", rounded(end * scale)));
-            let asked: Vec<String> =
-                [end("at least", limit.min), end("at most", limit.max)].into_iter().flatten().collect();
+            let ends = match (limit.min, limit.max) {
+                (Some(min), Some(max)) if min == max => [end("exactly", limit.min), None],
+                (min, max) => [end("at least", min), end("at most", max)],
+            };
+            let asked: Vec<String> = ends.into_iter().flatten().collect();
             let value = limit.value.map_or("–".to_owned(), |value| rounded(value * scale));
             let unit = limit.unit.for_people();
             let said = format!("{}: {outcome}; {value} {unit}, asked {} {unit}", limit.name, asked.join(" and "));
@@ -148,7 +152,7 @@ fn measured(results: &[Each<Measured>], verbosity: Verbosity) -> String {
         for result in results.iter().flatten() {
             // Several values need the names of their solids.
             let name = if results.len() > 1 { format!("  {}", result.solids[0].name()) } else { String::new() };
-            table.line(result.command, format_args!("{}{name}", result.estimate()));
+            table.line(result.command, format_args!("{}{name}", value(result)));
         }
         return table.text;
     }
@@ -156,10 +160,20 @@ fn measured(results: &[Each<Measured>], verbosity: Verbosity) -> String {
     tables.join("\n")
 }
 
+/// Formats the volume of a result.
+fn value(result: &Measured) -> String {
+    let estimate = result.estimate();
+    if !is_pinned(result) {
+        return estimate.to_string();
+    }
+    let (value, error) = with_error(estimate.value, estimate.error);
+    format!("{value} ± {error}{}", unit::suffix(estimate.unit, estimate.power))
+}
+
 fn one_measured(result: &Measured, verbosity: Verbosity) -> String {
     let is_verbose = verbosity == Verbosity::Verbose;
     let mut table = Table::default();
-    table.line(result.command, result.estimate());
+    table.line(result.command, value(result));
     if let Some(expression) = result.expression.as_ref().filter(|_| is_verbose) {
         table.line("expression", expression);
     }

@@ -4,9 +4,11 @@ mod render;
 mod report;
 mod sum;
 
+use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
+use clap_complete::Shell;
 use ldi_ops::Error;
 use ldi_ops::boolean::{BooleanOperation, Expression};
 use ldi_ops::driver::job::{
@@ -61,6 +63,9 @@ pub enum Job {
     Render(Command<RenderJob>),
     Sum(Command<SumJob>),
     Report(Box<ReportJob>, Report),
+    Completions(Shell),
+    /// The folder of the pages; `None` for the page of the program on stdout.
+    Man(Option<PathBuf>),
 }
 
 /// A job of the library, its inputs, and the destination of its results.
@@ -140,8 +145,8 @@ const NO_REPAIR: &str = "there is no command that repairs a mesh; what helps ins
   --fill nonzero                                           unites shells that overlap
   ldi-ops sample A --fill nonzero --mode exact -o B.stl    writes a new, closed surface of the solid";
 
-/// Resolves a command line.
-pub fn resolve(command: args::Command) -> Result<Invocation, Error> {
+/// Resolves a command line; `words` are its words after the program's name.
+pub fn resolve(command: args::Command, words: &[OsString]) -> Result<Invocation, Error> {
     use args::Command;
     match command {
         Command::Intersect(a) => list(BooleanOperation::Intersection, a.list),
@@ -188,7 +193,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Error> {
             Ok(invocation(Job::Generate(GenerateJob { kind: a.kind, model, to: a.output, report }), &a.common))
         }
         Command::Render(a) => render::resolve(a),
-        Command::Report(a) => report::resolve(a),
+        Command::Report(a) => report::resolve(a, words),
         Command::Minkowski(a) => sum::minkowski(a),
         Command::Offset(a) => sum::offset(a),
         Command::Open(a) => sum::ball(SumOperation::Opening, a),
@@ -196,6 +201,11 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Error> {
         Command::Devices(a) => {
             let report = report(&a.common)?;
             Ok(invocation(Job::Devices(DevicesJob { report }), &a.common))
+        }
+        Command::Completions(a) => Ok(of_text(Job::Completions(a.shell))),
+        Command::Man(a) => {
+            a.folder.as_deref().map(|folder| usable("", folder, "man")).transpose()?;
+            Ok(of_text(Job::Man(a.folder)))
         }
     }
 }
@@ -217,6 +227,11 @@ fn model(arguments: &args::GenerateArguments) -> Result<Model, Error> {
         arguments.parameters.iter().map(|(name, text)| (*name, in_millimetres(name, text))).collect();
     let parameters: Vec<(&str, &str)> = texts.iter().map(|(name, text)| (*name, text.as_str())).collect();
     Model::from_parameters(&arguments.kind, &parameters).map_err(Error::input)
+}
+
+/// Returns the invocation of a command without common flags.
+fn of_text(job: Job) -> Invocation {
+    Invocation { job, threads: Some(NonZeroUsize::MIN), verbosity: Verbosity::Normal }
 }
 
 fn invocation(job: Job, common: &CommonArguments) -> Invocation {
@@ -417,6 +432,18 @@ fn writable(path: &Path) -> Result<(), Error> {
     }
     if !folder.is_dir() {
         return Err(Error::input(format!("{}: there is no folder {}", path.display(), folder.display())));
+    }
+    Ok(())
+}
+
+/// Checks that a folder or its parent exists; `flag` stands before its name in messages.
+fn usable(flag: &str, folder: &Path, taker: &str) -> Result<(), Error> {
+    if folder.exists() && !folder.is_dir() {
+        return Err(Error::input(format!("{flag}{}: is a file, and {taker} takes a folder", folder.display())));
+    }
+    let parent = output::folder(folder);
+    if !folder.is_dir() && !parent.is_dir() {
+        return Err(Error::input(format!("{flag}{}: there is no folder {}", folder.display(), parent.display())));
     }
     Ok(())
 }

@@ -18,7 +18,10 @@ use crate::{Error, Monitor};
 /// The residual at which the solver stops.
 const TOLERANCE: f64 = 1e-8;
 
-/// Records tortuosities.
+/// Number of equations that are solved: one for each phase and axis.
+pub const SOLUTIONS: usize = 6;
+
+/// Records tortuosities. Counts its sampling and each solution as a step.
 pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record: &mut Record) -> Result<(), Error> {
     if !study.region.is_box() {
         let why = "tortuosity needs flat faces, and the region of interest is not a box";
@@ -27,7 +30,7 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record:
                 record.lacks(id, why);
             }
         }
-        return Ok(());
+        return progress.step();
     }
     let grid = coarse(study)?;
     let pitch = number(grid.pitch());
@@ -36,7 +39,10 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record:
     let (solid, region) = (NodeSet::of_planes(&planes), images.region());
     let edges = study.settings.edges;
     let phases = Phase::BOTH.map(|phase| cropped(&phase.nodes(&solid, region.nodes()), &region));
-    progress.expect(phases.len() * 3)?;
+    progress.step()?;
+    if study.subject.roi.is_some() {
+        progress.expect(SOLUTIONS)?;
+    }
     for (phase, nodes) in Phase::BOTH.into_iter().zip(&phases) {
         for axis in Axis::ALL {
             progress.stage(format!("diffusion through the {} along {}", phase.name(), axis.name()))?;

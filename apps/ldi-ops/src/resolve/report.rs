@@ -1,5 +1,6 @@
 //! Resolution of `report`.
 
+use std::ffi::OsString;
 use std::path::Path;
 
 use glam::DVec3;
@@ -11,14 +12,14 @@ use ldi_ops::metrics::BoundaryCondition;
 use ldi_ops::placement::Placement;
 use ldi_ops::report::{ReportJob, Roi, Settings};
 
-use super::{Invocation, Job, backend, fill, invocation, report, spacing};
+use super::{Invocation, Job, backend, fill, invocation, report, spacing, usable};
 use crate::args::{BuildChoice, EdgesChoice, JudgingArguments, RasterArguments, RegionArguments, ReportArguments};
-use crate::output;
 
 /// Rays along the longest side by default.
 const DEFAULT_RESOLUTION: u32 = 256;
 
-pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Error> {
+/// Resolves `report`; `words` are the words of the command line after the program's name.
+pub fn resolve(arguments: ReportArguments, words: &[OsString]) -> Result<Invocation, Error> {
     let ReportArguments { solids, output: folder, region, judging, raster, common } = arguments;
     let RegionArguments { unit, allow_open, roi, transform_a, transform_roi, edges, fill: fill_choice } = region;
     let JudgingArguments { limits, compare, build, overhang_angle, kozeny } = judging;
@@ -50,7 +51,7 @@ pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Error> {
             "--tortuosity-resolution {tortuosity_resolution} is outside 2 to {RAYS_MAX} rays"
         )));
     }
-    usable(&folder)?;
+    usable("-o ", &folder, "a report")?;
     let settings = Settings {
         spacing: spacing(Some(resolution.unwrap_or(DEFAULT_RESOLUTION)).filter(|_| pitch.is_none()), pitch, None)?,
         tortuosity_resolution,
@@ -73,7 +74,7 @@ pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Error> {
         unit,
         openness: if allow_open { Openness::Sampled } else { Openness::Refused },
         settings,
-        command_line: command_line(),
+        command_line: command_line(words),
     };
     Ok(invocation(Job::Report(Box::new(job), report(&common)?), &common))
 }
@@ -87,18 +88,6 @@ fn direction(choice: BuildChoice) -> DVec3 {
         BuildChoice::MinusY => DVec3::NEG_Y,
         BuildChoice::MinusZ => DVec3::NEG_Z,
     }
-}
-
-/// Checks that a folder or its parent exists.
-fn usable(folder: &Path) -> Result<(), Error> {
-    if folder.exists() && !folder.is_dir() {
-        return Err(Error::input(format!("-o {}: is a file, and a report takes a folder", folder.display())));
-    }
-    let parent = output::folder(folder);
-    if !folder.is_dir() && !parent.is_dir() {
-        return Err(Error::input(format!("-o {}: there is no folder {}", folder.display(), parent.display())));
-    }
-    Ok(())
 }
 
 /// Reads `hull`, `wrap`, `wrap:LENGTH` or a file.
@@ -126,8 +115,10 @@ fn roi(text: &Path, placement: Option<Placement>) -> Result<Roi, Error> {
 }
 
 /// Returns the command line as typed, with `ldi-ops` in place of the program's path.
-fn command_line() -> String {
-    let arguments = std::env::args().skip(1);
-    let quoted = arguments.map(|word| if word.contains(char::is_whitespace) { format!("'{word}'") } else { word });
+fn command_line(words: &[OsString]) -> String {
+    let quoted = words.iter().map(|word| match word.to_string_lossy() {
+        word if word.contains(char::is_whitespace) => format!("'{word}'"),
+        word => word.into_owned(),
+    });
     std::iter::once("ldi-ops".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
 }

@@ -54,7 +54,7 @@ fn files_read(job: &Job) -> Vec<&Path> {
             let solids = job.solids.iter().chain(roi).chain(&job.compare);
             solids.map(|input| input.path.as_path()).chain(job.limits.as_deref()).collect()
         }
-        Job::Generate(_) | Job::Devices(_) => Vec::new(),
+        Job::Generate(_) | Job::Devices(_) | Job::Completions(_) | Job::Man(_) => Vec::new(),
     }
 }
 
@@ -74,6 +74,7 @@ fn files_written(job: &Job) -> Vec<(String, PathBuf)> {
         Job::Check(job) => (None, &job.report),
         Job::Devices(job) => (None, &job.report),
         Job::Report(_, report) => (None, report),
+        Job::Completions(_) | Job::Man(_) => (None, &Report::Text),
     };
     let mut files: Vec<(String, PathBuf)> = Vec::new();
     if let Report::TextAndJson(path) = report {

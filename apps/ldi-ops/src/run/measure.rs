@@ -7,6 +7,7 @@ use ldi_ops::Error;
 use ldi_ops::driver::backend::Backends;
 use ldi_ops::driver::job::{Backend, MeasureJob, Measurement};
 use ldi_ops::driver::measure::{Measured, Method, measure_files};
+use ldi_ops::number::number;
 
 use super::{Each, Finished, Outcome, Refused, say_warnings, surface_exit, worst};
 use crate::exit::Exit;
@@ -40,11 +41,20 @@ pub fn run(command: &Command<MeasureJob>, start: Instant, progress: &Progress) -
         {
             progress.note(refinement);
         }
-        say_warnings(&measured.warnings, progress);
+        // Where the inputs leave one value, a greater resolution resolves nothing.
+        let said = measured.warnings.iter().filter(|warning| warning.code != "not-resolved" || !is_pinned(measured));
+        say_warnings(said, progress);
     }
     let exit = worst(&results, |measured| match measured.refinement {
         Some(refinement) if !refinement.reached => Exit::CheckFalse,
         _ => surface_exit(measured.surface.as_ref()),
     });
     Ok(Finished { outcome: Outcome::Measured(results), report: report.clone(), exit })
+}
+
+/// Returns whether no ray met a result whose bounds by the inputs print the same: the bounds are then its value.
+pub fn is_pinned(result: &Measured) -> bool {
+    let estimate = result.estimate();
+    let [least, greatest] = estimate.possible.map(number);
+    estimate.is_unresolved() && least == greatest
 }

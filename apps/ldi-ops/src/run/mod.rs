@@ -6,12 +6,12 @@ mod devices;
 mod files;
 mod from_images;
 mod generate;
+mod manual;
 mod measure;
 mod render;
 mod report;
 mod sum;
 
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -22,7 +22,7 @@ use ldi_ops::report::files::Reported;
 use ldi_ops::{Error, Warning};
 
 use crate::exit::Exit;
-use crate::progress::Progress;
+use crate::progress::{Progress, Steps};
 use crate::resolve::{Invocation, Job, Report};
 
 pub use check::Checked;
@@ -30,6 +30,7 @@ pub use convert::Converted;
 pub use devices::Devices;
 pub use from_images::Surfaced;
 pub use generate::Generated;
+pub use measure::is_pinned;
 
 /// A finished job.
 pub struct Finished {
@@ -49,6 +50,8 @@ pub enum Outcome {
     Devices(Devices),
     Rendered(Box<Rendered>),
     Reported(Reported),
+    /// Text that is the result itself.
+    Text(String),
 }
 
 impl Outcome {
@@ -96,11 +99,8 @@ fn worst<T>(results: &[Each<T>], of: impl Fn(&T) -> Exit) -> Exit {
 /// Runs a job; `start` is the start of the process.
 pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Error> {
     files::keep_apart(&invocation.job)?;
-    // Zero means one thread per processor.
-    let threads = invocation.threads.map_or(0, NonZeroUsize::get);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
-    pool.map_err(|error| Error::machine(format!("no threads could be started ({error}); try fewer --threads")))?;
-    let progress = Progress::new(invocation.verbosity);
+    let steps = if let Job::Report(..) = invocation.job { Steps::Stages } else { Steps::Parts };
+    let progress = Progress::new(invocation.verbosity, steps);
     match invocation.job {
         Job::Measure(job) => measure::run(&job, start, &progress),
         Job::Surface(job) => from_images::run(&job, start, &progress),
@@ -111,11 +111,13 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Error> {
         Job::Render(job) => render::run(&job, start, &progress),
         Job::Sum(job) => sum::run(&job, start, &progress),
         Job::Report(job, report) => report::run(&job, &report, &progress),
+        Job::Completions(shell) => Ok(manual::completions(shell)),
+        Job::Man(folder) => manual::man(folder.as_deref()),
     }
 }
 
 /// Prints all warnings to stderr.
-fn say_warnings(warnings: &[Warning], progress: &Progress) {
+fn say_warnings<'w>(warnings: impl IntoIterator<Item = &'w Warning>, progress: &Progress) {
     for warning in warnings {
         progress.warn(&warning.message);
     }
