@@ -1,8 +1,9 @@
 //! Expressions over solids.
 
+use std::collections::HashMap;
 use std::ops::{BitAnd, BitOr, BitXor, Sub};
-use std::slice;
 use std::sync::Arc;
+use std::{mem, slice};
 
 use crate::boolean::{BooleanOperation, Expression};
 use crate::driver::backend::Backends;
@@ -46,6 +47,27 @@ enum Node {
     Boolean(Boolean, Vec<Shape>),
     /// An operation on one operand or on two.
     Sum(SumOperation<Length>, Vec<Shape>),
+}
+
+/// Drops the operands one after another: chains of operations may be longer than the stack is deep.
+impl Drop for Node {
+    fn drop(&mut self) {
+        let mut pending = self.take_operands();
+        while let Some(shape) = pending.pop() {
+            if let Some(mut node) = Arc::into_inner(shape.node) {
+                pending.append(&mut node.take_operands());
+            }
+        }
+    }
+}
+
+impl Node {
+    fn take_operands(&mut self) -> Vec<Shape> {
+        match self {
+            Node::Solid(_) => Vec::new(),
+            Node::Boolean(_, operands) | Node::Sum(_, operands) => mem::take(operands),
+        }
+    }
 }
 
 impl From<&Solid> for Shape {
@@ -174,8 +196,7 @@ impl Shape {
             Node::Solid(_) if is_volume => (Measurement::Volume, slice::from_ref(self)),
             Node::Solid(_) => (Measurement::Sample, slice::from_ref(self)),
             Node::Boolean(boolean, _) => {
-                let mut operands = Vec::new();
-                let expression = self.expression(&mut operands);
+                let (expression, operands) = self.flattened();
                 let boolean = Boolean { expression, wording: boolean.wording.clone() };
                 let job = settings.measure_job(Measurement::Boolean(boolean), keep)?;
                 return booleans(&job, settings, &operands, monitor);
@@ -188,17 +209,29 @@ impl Shape {
         booleans(&settings.measure_job(measurement, keep)?, settings, operands, monitor)
     }
 
-    /// Returns one expression over operands that are no Booleans, each of them once in `operands`.
-    fn expression(&self, operands: &mut Vec<Shape>) -> Expression {
-        let Node::Boolean(boolean, own) = &*self.node else {
-            let known = operands.iter().position(|operand| Arc::ptr_eq(&operand.node, &self.node));
-            return Expression::input(known.unwrap_or_else(|| {
-                operands.push(self.clone());
-                operands.len() - 1
-            }));
-        };
-        let inputs: Vec<Expression> = own.iter().map(|operand| operand.expression(operands)).collect();
-        boolean.expression.with_inputs(&inputs)
+    /// Returns the expression of a Boolean, and its operands.
+    fn boolean(&self) -> Option<(&Expression, &[Shape])> {
+        match &*self.node {
+            Node::Boolean(boolean, operands) => Some((&boolean.expression, operands)),
+            Node::Solid(_) | Node::Sum(..) => None,
+        }
+    }
+
+    /// Returns one expression, and its operands that are no Booleans, each of them once.
+    fn flattened(&self) -> (Expression, Vec<Shape>) {
+        let mut indices = HashMap::new();
+        let mut operands = Vec::new();
+        let mut pending = vec![self];
+        while let Some(shape) = pending.pop() {
+            match shape.boolean() {
+                Some((_, inputs)) => pending.extend(inputs.iter().rev()),
+                None => drop(indices.entry(Arc::as_ptr(&shape.node)).or_insert_with(|| {
+                    operands.push(shape.clone());
+                    operands.len() - 1
+                })),
+            }
+        }
+        (Expression::of_tree(self, Shape::boolean, |shape| indices[&Arc::as_ptr(&shape.node)]), operands)
     }
 
     /// Returns a solid: the shape itself, or the mesh of its images.
@@ -295,4 +328,33 @@ operators! {
     BitOr, bitor, union;
     BitXor, bitxor, xor;
     Sub, sub, difference;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::meshes::tetrahedron;
+
+    #[test]
+    fn chains_of_many_operands_are_flattened_and_dropped() {
+        const SOLIDS: usize = 1000;
+        let solid = input::Solid::from_closed(ClosedMesh::check(tetrahedron()).unwrap(), "tetrahedron");
+        let solids: Vec<Shape> = (0..SOLIDS).map(|_| Shape::of_solid(solid.clone())).collect();
+        let operands = (0..200_000).map(|i| &solids[i % SOLIDS]);
+        let left = operands.clone().fold(solids[0].clone(), |chain, solid| chain | solid);
+        let right = operands.fold(solids[0].clone(), |chain, solid| solid | chain);
+        let first = left.flattened().1;
+        assert!(first.iter().zip(&solids).all(|(operand, solid)| Arc::ptr_eq(&operand.node, &solid.node)));
+        for chain in [left, right] {
+            let (expression, operands) = chain.flattened();
+            assert_eq!((operands.len(), expression.inputs()), (SOLIDS, SOLIDS));
+            assert!(expression.holds(|input| input == 7) && !expression.holds(|_| false));
+        }
+    }
+
+    #[test]
+    fn chains_of_many_offsets_are_dropped() {
+        let solid = input::Solid::from_closed(ClosedMesh::check(tetrahedron()).unwrap(), "tetrahedron");
+        drop((0..200_000).fold(Shape::of_solid(solid), |shape, _| shape.offset(0.1)));
+    }
 }

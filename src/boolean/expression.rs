@@ -52,16 +52,30 @@ impl Expression {
         Expression::combine(operation, (0..inputs).map(Expression::input))
     }
 
-    /// Returns the expression with an expression in the place of each input.
+    /// Returns one expression for a tree of expressions. `inner` returns the expression of a node with the nodes that are its
+    /// inputs, or nothing for a leaf, whose index `input` returns. Trees may nest as deep as memory allows.
     ///
     /// # Panics
-    /// If there are fewer than the inputs.
-    pub fn with_inputs(&self, inputs: &[Expression]) -> Expression {
-        let of_term = |term: &Term| match *term {
-            Term::Input(index) => inputs[index].terms.clone(),
-            Term::Operation(..) => vec![*term],
-        };
-        Expression { terms: self.terms.iter().flat_map(of_term).collect() }
+    /// If a node has fewer inputs than its expression names.
+    pub fn of_tree<'a, Node>(
+        root: &'a Node,
+        inner: impl Fn(&'a Node) -> Option<(&'a Expression, &'a [Node])>,
+        mut input: impl FnMut(&'a Node) -> usize,
+    ) -> Expression {
+        let whole = Expression::input(0);
+        let mut terms = Vec::new();
+        let mut open = vec![(whole.terms.iter(), std::slice::from_ref(root))];
+        while let Some((rest, inputs)) = open.last_mut() {
+            match rest.next() {
+                Some(&Term::Input(index)) => match inner(&inputs[index]) {
+                    Some((expression, inputs)) => open.push((expression.terms.iter(), inputs)),
+                    None => terms.push(Term::Input(input(&inputs[index]))),
+                },
+                Some(operation) => terms.push(*operation),
+                None => drop(open.pop()),
+            }
+        }
+        Expression { terms }
     }
 
     pub(super) fn from_terms(terms: Vec<Term>) -> Expression {

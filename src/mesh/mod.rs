@@ -3,6 +3,8 @@
 //! [`TriangleMesh`] is an unchecked mesh. [`ClosedMesh`] is a checked one: every edge has even valence once identical
 //! coordinates are one vertex. Samplers accept nothing else.
 
+#[cfg(feature = "3mf")]
+mod beam;
 pub mod check;
 pub mod closed;
 mod compact;

@@ -120,6 +120,14 @@ pub enum SolidError {
         /// The names of its parameters.
         known: String,
     },
+    /// Parameters that were not given take part in an error.
+    #[error("{error}; {defaults} by default")]
+    Default {
+        /// The error.
+        error: Box<SolidError>,
+        /// The options of these parameters and their defaults, in words.
+        defaults: String,
+    },
     /// The text given for a parameter does not have the required form.
     #[error("{parameter} is `{text}`, but must be {expected}")]
     Unreadable {
@@ -130,6 +138,20 @@ pub enum SolidError {
         /// The required form.
         expected: &'static str,
     },
+}
+
+impl SolidError {
+    /// Returns the words that may name parameters: those of the parameter that the error is about, and of its limit.
+    fn words(&self) -> impl Iterator<Item = &str> {
+        let (parameter, limit) = match self {
+            SolidError::OutOfRange { parameter, allowed, .. } => (*parameter, allowed.as_str()),
+            SolidError::TooManyTriangles { parameter, .. }
+            | SolidError::TooManyNodes { parameter, .. }
+            | SolidError::Empty { parameter, .. } => (*parameter, ""),
+            _ => ("", ""),
+        };
+        parameter.split(' ').chain(limit.split(|c: char| !c.is_alphanumeric()))
+    }
 }
 
 /// Checks that a length is positive, finite, and of a size at which squares neither overflow nor underflow.

@@ -1,4 +1,7 @@
-//! The catalogue of all solids by name, with parameters that have defaults and are given as text.
+//! The table of all solids by name, with parameters that have defaults and are given as text.
+
+use std::fmt;
+use std::str::FromStr;
 
 use glam::DVec3;
 
@@ -10,136 +13,14 @@ use super::{
 use crate::mesh::TriangleMesh;
 
 /// A solid and its parameters, ready to be built.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Model {
-    /// See [`cuboid`].
-    Cuboid {
-        /// Least coordinates.
-        min: DVec3,
-        /// Greatest coordinates.
-        max: DVec3,
-    },
-    /// See [`ell`].
-    Ell {
-        /// Sides of the box.
-        size: DVec3,
-        /// Sides of the notch, along x and y.
-        notch: [f64; 2],
-    },
-    /// See [`hollow_box`].
-    HollowBox {
-        /// Sides of the box.
-        size: DVec3,
-        /// Sides of its hollow.
-        hollow: DVec3,
-    },
-    /// See [`sphere`].
-    Sphere {
-        /// Radius.
-        radius: f64,
-        /// Number of meridians.
-        segments: u32,
-    },
-    /// See [`geodesic()`].
-    Geodesic {
-        /// Radius.
-        radius: f64,
-        /// Number of parts of each edge of the icosahedron.
-        frequency: u32,
-    },
-    /// See [`star()`].
-    Star {
-        /// Radius of the tips.
-        radius: f64,
-        /// Radius of the sphere between them.
-        valley: f64,
-        /// Number of parts of each edge of the icosahedron.
-        frequency: u32,
-    },
-    /// See [`torus`].
-    Torus {
-        /// Radius of the circle on which the tube's centre lies.
-        major: f64,
-        /// Radius of the tube.
-        minor: f64,
-        /// Number of segments along the large circle.
-        around: u32,
-        /// Number of segments along the small circle.
-        across: u32,
-    },
-    /// See [`cylinder`].
-    Cylinder {
-        /// Radius.
-        radius: f64,
-        /// Height.
-        height: f64,
-        /// Number of segments of the circle.
-        segments: u32,
-    },
-    /// See [`hyperboloid`].
-    Hyperboloid {
-        /// Radius in the middle.
-        waist: f64,
-        /// Radius at the ends.
-        rim: f64,
-        /// Height.
-        height: f64,
-        /// Number of segments of the circles.
-        segments: u32,
-        /// Number of zones along the height.
-        zones: u32,
-    },
-    /// See [`TorusKnot`].
-    TorusKnot(TorusKnot),
-    /// See [`chain()`].
-    Chain {
-        /// Number of rings.
-        links: u32,
-        /// Radius of a ring's middle line.
-        major: f64,
-        /// Radius of a ring's section.
-        minor: f64,
-        /// Number of segments along a ring.
-        around: u32,
-        /// Number of segments round its section.
-        across: u32,
-    },
-    /// See [`chain_mail`].
-    ChainMail {
-        /// Number of flat rings along x.
-        columns: u32,
-        /// Number of flat rings along y.
-        rows: u32,
-        /// Radius of a ring's middle line.
-        major: f64,
-        /// Radius of a ring's section.
-        minor: f64,
-        /// Number of segments along a ring.
-        around: u32,
-        /// Number of segments round its section.
-        across: u32,
-    },
-    /// See [`Weave`].
-    Weave(Weave),
-    /// See [`GeodesicFrame`].
-    GeodesicFrame(GeodesicFrame),
-    /// See [`HyperboloidFrame`].
-    HyperboloidFrame(HyperboloidFrame),
-    /// See [`Brush`].
-    Brush(Brush),
-    /// See [`MinimalSurface`].
-    MinimalSurface(MinimalSurface),
-    /// See [`StrutLattice`].
-    StrutLattice(StrutLattice),
-    /// See [`LongBone`].
-    LongBone(LongBone),
-    /// See [`TrabecularBone`].
-    TrabecularBone(TrabecularBone),
-    /// See [`Organic`].
-    Organic(Organic),
-    /// See [`Skull`].
-    Skull(Skull),
+pub struct Model {
+    kind: &'static ModelKind,
+    recipe: Recipe,
+    /// The parameters that have their default values.
+    defaults: Vec<&'static Parameter>,
 }
+
+type Recipe = Box<dyn Fn() -> Result<TriangleMesh, SolidError> + Send + Sync>;
 
 /// A parameter of a model, as a help text shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -160,406 +41,223 @@ pub struct ModelKind {
     /// The model's name.
     pub name: &'static str,
     /// A description of one line.
-    pub volume_sums: &'static str,
+    pub summary: &'static str,
     /// The parameters.
     pub parameters: &'static [Parameter],
-    build: fn(&Arguments) -> Result<Model, SolidError>,
+    read: fn(&mut Values) -> Result<Recipe, SolidError>,
 }
 
-const fn parameter(name: &'static str, default: &'static str, meaning: &'static str) -> Parameter {
-    Parameter { name, default, meaning, is_length: false }
+/// Declares a kind of model: its name, a summary, the expression that builds it from its parameters, and these: `length` for
+/// lengths and `number` for all others, a name, a default and a meaning. Their types are those that the expression demands.
+macro_rules! kind {
+    ($name:literal, $summary:literal, $build:expr, [
+        $($unit:ident $field:ident $(as $option:literal)? = $default:literal, $meaning:literal;)*
+    ]) => {
+        ModelKind {
+            name: $name,
+            summary: $summary,
+            parameters: &[$(Parameter {
+                name: kind!(@name $field $($option)?),
+                default: $default,
+                meaning: $meaning,
+                is_length: kind!(@is_length $unit),
+            }),*],
+            read: |values| {
+                $(let $field = values.next()?;)*
+                Ok(Box::new(move || $build))
+            },
+        }
+    };
+    (@name $field:ident) => { stringify!($field) };
+    (@name $field:ident $option:literal) => { $option };
+    (@is_length length) => { true };
+    (@is_length number) => { false };
 }
 
-const fn length(name: &'static str, default: &'static str, meaning: &'static str) -> Parameter {
-    Parameter { name, default, meaning, is_length: true }
+/// Declares a kind of minimal surface.
+macro_rules! minimal_surface {
+    ($name:literal, $summary:literal, $surface:ident) => {
+        kind!($name, $summary, {
+            let part = minimal_part(part, wall, fraction);
+            MinimalSurface { surface: Surface::$surface, part, cells, cell_size, resolution }.build()
+        }, [
+            number part = "sheet", "sheet: a wall along the surface; network: the solid on one side of it";
+            length wall = "1", "mean thickness of a sheet, mm";
+            number fraction = "0.5", "share of volume of a network";
+            number cells = "4", "cells along the axes: one number, or three with commas";
+            length cell_size as "cell-size" = "10", "side of a cell, mm";
+            number resolution = "28", "grid cells along the side of a cell";
+        ])
+    };
 }
 
-const RADIUS: Parameter = length("radius", "10", "radius, mm");
-const SEGMENTS: Parameter = parameter("segments", "64", "segments round the axis");
-const CELL_SIZE: Parameter = length("cell-size", "10", "side of a cell, mm");
-const WINDOW: Parameter = parameter("window", "0.8", "sides of a window as a share of those of its face");
-const CELLS: Parameter = parameter("cells", "4", "cells along the axes: one number, or three with commas");
-
-const MINIMAL_SURFACE: &[Parameter] = &[
-    parameter("part", "sheet", "sheet: a wall along the surface; network: the solid on one side of it"),
-    length("wall", "1", "mean thickness of a sheet, mm"),
-    parameter("fraction", "0.5", "share of volume of a network"),
-    CELLS,
-    CELL_SIZE,
-    parameter("resolution", "28", "grid cells along the side of a cell"),
-];
-
-const LATTICE: &[Parameter] = &[
-    parameter("form", "union", "union: one surface; overlapping: a closed cylinder for each strut"),
-    length("radius", "1", "radius of a strut, mm"),
-    CELLS,
-    CELL_SIZE,
-    parameter("resolution", "32", "grid cells along the side of a cell of a union"),
-    parameter("segments", "24", "segments round an overlapping strut"),
-];
+/// Declares a kind of strut lattice.
+macro_rules! strut_lattice {
+    ($name:literal, $summary:literal, $pattern:ident) => {
+        kind!($name, $summary, {
+            let form = lattice_form(form, resolution, segments);
+            StrutLattice { pattern: StrutPattern::$pattern, form, cells, cell_size, radius }.build()
+        }, [
+            number form = "union", "union: one surface; overlapping: a closed cylinder for each strut";
+            length radius = "1", "radius of a strut, mm";
+            number cells = "4", "cells along the axes: one number, or three with commas";
+            length cell_size as "cell-size" = "10", "side of a cell, mm";
+            number resolution = "32", "grid cells along the side of a cell of a union";
+            number segments = "24", "segments round an overlapping strut";
+        ])
+    };
+}
 
 const KINDS: &[ModelKind] = &[
-    ModelKind {
-        name: "cuboid",
-        volume_sums: "box between two corners",
-        parameters: &[
-            length("min", "-10,-10,-10", "least coordinates, mm"),
-            length("max", "10,10,10", "greatest coordinates, mm"),
-        ],
-        build: |a| Ok(Model::Cuboid { min: a.vector("min")?, max: a.vector("max")? }),
-    },
-    ModelKind {
-        name: "ell",
-        volume_sums: "L along z: a box that lacks one edge",
-        parameters: &[
-            length("size", "1,1,1", "sides of the box, mm"),
-            length("notch", "0.5,0.5", "sides of what it lacks along x and y, mm: one number, or two with a comma"),
-        ],
-        build: |a| {
-            let expected = "a number, or two with a comma between them";
-            Ok(Model::Ell { size: a.vector("size")?, notch: a.read("notch", expected, one_or_several)? })
-        },
-    },
-    ModelKind {
-        name: "hollow-box",
-        volume_sums: "box with a closed box-shaped hollow",
-        parameters: &[length("size", "20,20,20", "sides, mm"), length("hollow", "10,10,10", "sides of the hollow, mm")],
-        build: |a| Ok(Model::HollowBox { size: a.vector("size")?, hollow: a.vector("hollow")? }),
-    },
-    ModelKind {
-        name: "sphere",
-        volume_sums: "sphere of meridians and parallels",
-        parameters: &[RADIUS, SEGMENTS],
-        build: |a| Ok(Model::Sphere { radius: a.number("radius")?, segments: a.count("segments")? }),
-    },
-    ModelKind {
-        name: "geodesic",
-        volume_sums: "sphere of even triangles from an icosahedron",
-        parameters: &[RADIUS, parameter("frequency", "16", "parts into which an edge of the icosahedron is cut")],
-        build: |a| Ok(Model::Geodesic { radius: a.number("radius")?, frequency: a.count("frequency")? }),
-    },
-    ModelKind {
-        name: "geodesic-frame",
-        volume_sums: "geodesic sphere of bars, with a window in every triangle",
-        parameters: &[
-            RADIUS,
-            parameter("frequency", "6", "parts into which an edge of the icosahedron is cut"),
-            WINDOW,
-            length("depth", "0.5", "depth of the bars towards the middle, mm"),
-        ],
-        build: |a| {
-            Ok(Model::GeodesicFrame(GeodesicFrame {
-                radius: a.number("radius")?,
-                frequency: a.count("frequency")?,
-                window: a.number("window")?,
-                depth: a.number("depth")?,
-            }))
-        },
-    },
-    ModelKind {
-        name: "star",
-        volume_sums: "geodesic sphere with a spike on every face",
-        parameters: &[
-            length("radius", "10", "radius of the tips, mm"),
-            length("valley", "4", "radius of the sphere between the spikes, mm"),
-            parameter("frequency", "1", "parts into which an edge of the icosahedron is cut"),
-        ],
-        build: |a| {
-            Ok(Model::Star {
-                radius: a.number("radius")?,
-                valley: a.number("valley")?,
-                frequency: a.count("frequency")?,
-            })
-        },
-    },
-    ModelKind {
-        name: "torus",
-        volume_sums: "ring with a round section",
-        parameters: &[
-            length("major", "10", "radius of the middle line, mm"),
-            length("minor", "3", "radius of the section, mm"),
-            parameter("around", "96", "segments along the ring"),
-            parameter("across", "32", "segments round the section"),
-        ],
-        build: |a| {
-            Ok(Model::Torus {
-                major: a.number("major")?,
-                minor: a.number("minor")?,
-                around: a.count("around")?,
-                across: a.count("across")?,
-            })
-        },
-    },
-    ModelKind {
-        name: "cylinder",
-        volume_sums: "round cylinder along z",
-        parameters: &[RADIUS, length("height", "20", "height, mm"), SEGMENTS],
-        build: |a| {
-            Ok(Model::Cylinder {
-                radius: a.number("radius")?,
-                height: a.number("height")?,
-                segments: a.count("segments")?,
-            })
-        },
-    },
-    ModelKind {
-        name: "hyperboloid",
-        volume_sums: "solid inside a hyperboloid of one sheet, saddle-shaped on its side",
-        parameters: &[
-            length("waist", "5", "radius in the middle, mm"),
-            length("rim", "10", "radius at the ends, mm"),
-            length("height", "20", "height, mm"),
-            SEGMENTS,
-            parameter("zones", "32", "zones along the height"),
-        ],
-        build: |a| {
-            Ok(Model::Hyperboloid {
-                waist: a.number("waist")?,
-                rim: a.number("rim")?,
-                height: a.number("height")?,
-                segments: a.count("segments")?,
-                zones: a.count("zones")?,
-            })
-        },
-    },
-    ModelKind {
-        name: "hyperboloid-frame",
-        volume_sums: "hyperboloid of two families of straight bars, with windows between them",
-        parameters: &[
-            length("waist", "5", "radius in the middle, mm"),
-            length("height", "20", "height, mm"),
-            parameter("bars", "24", "bars of either family"),
-            parameter("crossings", "8", "crossings of a bar on either side of the waist, which set the rims"),
-            WINDOW,
-            length("depth", "0.4", "depth of the bars across the surface, mm"),
-        ],
-        build: |a| {
-            Ok(Model::HyperboloidFrame(HyperboloidFrame {
-                waist: a.number("waist")?,
-                height: a.number("height")?,
-                bars: a.count("bars")?,
-                crossings: a.count("crossings")?,
-                window: a.number("window")?,
-                depth: a.number("depth")?,
-            }))
-        },
-    },
-    ModelKind {
-        name: "knot",
-        volume_sums: "tube along a torus knot, by default a trefoil",
-        parameters: &[
-            parameter("p", "2", "turns round the axis"),
-            parameter("q", "3", "turns round the section of the torus"),
-            length("major", "8", "radius of the torus' middle line, mm"),
-            length("minor", "4", "radius of its section, mm"),
-            length("tube", "1.6", "radius of the tube, mm"),
-            parameter("segments", "60", "segments along the tube"),
-            parameter("sides", "8", "segments round the tube"),
-        ],
-        build: |a| {
-            Ok(Model::TorusKnot(TorusKnot {
-                p: a.count("p")?,
-                q: a.count("q")?,
-                major: a.number("major")?,
-                minor: a.number("minor")?,
-                tube: a.number("tube")?,
-                segments: a.count("segments")?,
-                sides: a.count("sides")?,
-            }))
-        },
-    },
-    ModelKind {
-        name: "chain",
-        volume_sums: "interlocked rings along x that do not touch",
-        parameters: &[
-            parameter("links", "5", "number of rings"),
-            length("major", "5", "radius of a ring's middle line, mm"),
-            length("minor", "1", "radius of a ring's section, mm"),
-            parameter("around", "64", "segments along a ring"),
-            parameter("across", "24", "segments round its section"),
-        ],
-        build: |a| {
-            Ok(Model::Chain {
-                links: a.count("links")?,
-                major: a.number("major")?,
-                minor: a.number("minor")?,
-                around: a.count("around")?,
-                across: a.count("across")?,
-            })
-        },
-    },
-    ModelKind {
-        name: "chain-mail",
-        volume_sums: "net of interlocked rings in the plane of x and y that do not touch",
-        parameters: &[
-            parameter("columns", "4", "flat rings along x"),
-            parameter("rows", "3", "flat rings along y"),
-            length("major", "5", "radius of a ring's middle line, mm"),
-            length("minor", "1", "radius of a ring's section, mm"),
-            parameter("around", "64", "segments along a ring"),
-            parameter("across", "24", "segments round its section"),
-        ],
-        build: |a| {
-            Ok(Model::ChainMail {
-                columns: a.count("columns")?,
-                rows: a.count("rows")?,
-                major: a.number("major")?,
-                minor: a.number("minor")?,
-                around: a.count("around")?,
-                across: a.count("across")?,
-            })
-        },
-    },
-    ModelKind {
-        name: "weave",
-        volume_sums: "layers of plain-woven cloth of round yarns that do not touch",
-        parameters: &[
-            parameter("yarns", "8", "yarns side by side in x and in y: one number, or two with a comma"),
-            parameter("layers", "1", "cloths one above the other"),
-            length("spacing", "2", "distance between neighbouring yarns, mm"),
-            length("radius", "0.3", "radius of a yarn, mm"),
-            length("gap", "0.2", "least distance between crossing yarns, mm"),
-            parameter("segments", "16", "segments round a yarn"),
-            parameter("steps", "8", "segments of a yarn from crossing to crossing"),
-        ],
-        build: |a| {
-            let expected = "a whole number, or two with a comma between them";
-            Ok(Model::Weave(Weave {
-                yarns: a.read("yarns", expected, one_or_several)?,
-                layers: a.count("layers")?,
-                spacing: a.number("spacing")?,
-                radius: a.number("radius")?,
-                gap: a.number("gap")?,
-                segments: a.count("segments")?,
-                steps: a.count("steps")?,
-            }))
-        },
-    },
-    ModelKind {
-        name: "brush",
-        volume_sums: "round bristles along z on a plate, one surface",
-        parameters: &[
-            parameter("bristles", "8", "bristles along x and y: one number, or two with a comma"),
-            length("spacing", "2", "distance between neighbouring bristles, mm"),
-            length("radius", "0.5", "radius of a bristle, mm"),
-            length("length", "8", "length of a bristle, mm"),
-            length("plate", "1", "thickness of the plate, mm"),
-            parameter("resolution", "16", "grid cells from bristle to bristle"),
-        ],
-        build: |a| {
-            let expected = "a whole number, or two with a comma between them";
-            Ok(Model::Brush(Brush {
-                bristles: a.read("bristles", expected, one_or_several)?,
-                spacing: a.number("spacing")?,
-                radius: a.number("radius")?,
-                length: a.number("length")?,
-                plate: a.number("plate")?,
-                resolution: a.count("resolution")?,
-            }))
-        },
-    },
-    ModelKind {
-        name: "gyroid",
-        volume_sums: "scaffold along Schoen's gyroid, sheet or network, capped by its box",
-        parameters: MINIMAL_SURFACE,
-        build: |a| a.minimal_surface(Surface::Gyroid),
-    },
-    ModelKind {
-        name: "primitive",
-        volume_sums: "scaffold along Schwarz' primitive surface, sheet or network, capped by its box",
-        parameters: MINIMAL_SURFACE,
-        build: |a| a.minimal_surface(Surface::Primitive),
-    },
-    ModelKind {
-        name: "diamond",
-        volume_sums: "scaffold along Schwarz' diamond surface, sheet or network, capped by its box",
-        parameters: MINIMAL_SURFACE,
-        build: |a| a.minimal_surface(Surface::Diamond),
-    },
-    ModelKind {
-        name: "cubic",
-        volume_sums: "lattice of struts along the axes",
-        parameters: LATTICE,
-        build: |a| a.lattice(StrutPattern::Cubic),
-    },
-    ModelKind {
-        name: "bcc",
-        volume_sums: "lattice of struts along the diagonals of its cells",
-        parameters: LATTICE,
-        build: |a| a.lattice(StrutPattern::BodyCentred),
-    },
-    ModelKind {
-        name: "bone",
-        volume_sums: "long bone in the likeness of a femur, along z",
-        parameters: &[
-            length("length", "100", "length, mm"),
-            parameter("girth", "1", "breadth in units of that of a femur of this length"),
-            parameter("bow", "1", "bow of the shaft in units of that of a femur"),
-            parameter("resolution", "200", "grid cells along the length"),
-        ],
-        build: |a| {
-            Ok(Model::LongBone(LongBone {
-                length: a.number("length")?,
-                girth: a.number("girth")?,
-                bow: a.number("bow")?,
-                resolution: a.count("resolution")?,
-            }))
-        },
-    },
-    ModelKind {
-        name: "trabecular",
-        volume_sums: "block of trabecular bone, rods and plates without order, capped by its box",
-        parameters: &[
-            length("size", "5,5,7", "sides of the block, mm"),
-            length("spacing", "1", "distance from one trabecula across to the next, mm"),
-            parameter("fraction", "0.35", "share of volume that is bone"),
-            parameter("stretch", "1.5", "how much longer trabeculae are along z"),
-            parameter("seed", "1", "picks one of many such bones"),
-            parameter("resolution", "12", "grid cells along the spacing"),
-        ],
-        build: |a| {
-            Ok(Model::TrabecularBone(TrabecularBone {
-                size: a.vector("size")?,
-                spacing: a.number("spacing")?,
-                fraction: a.number("fraction")?,
-                stretch: a.number("stretch")?,
-                seed: a.count("seed")?,
-                resolution: a.count("resolution")?,
-            }))
-        },
-    },
-    ModelKind {
-        name: "organic",
-        volume_sums: "likeness of a sitting hare: lobes, limbs and a wavy skin",
-        parameters: &[
-            length("size", "20", "about its height, mm"),
-            parameter("bumps", "1", "height of the waves on its skin in units of the usual"),
-            parameter("resolution", "65", "grid cells along the height"),
-        ],
-        build: |a| {
-            Ok(Model::Organic(Organic {
-                size: a.number("size")?,
-                bumps: a.number("bumps")?,
-                resolution: a.count("resolution")?,
-            }))
-        },
-    },
-    ModelKind {
-        name: "skull",
-        volume_sums: "likeness of a skull: a thick shell with two eye sockets, a nose and a hole below",
-        parameters: &[
-            length("size", "20", "about its length and height, mm"),
-            parameter("wall", "0.08", "thickness of the shell as a share of the size"),
-            parameter("resolution", "38", "grid cells along the size"),
-        ],
-        build: |a| {
-            Ok(Model::Skull(Skull {
-                size: a.number("size")?,
-                wall: a.number("wall")?,
-                resolution: a.count("resolution")?,
-            }))
-        },
-    },
+    kind!("cuboid", "box between two corners", cuboid(min, max), [
+        length min = "-10,-10,-10", "least coordinates, mm";
+        length max = "10,10,10", "greatest coordinates, mm";
+    ]),
+    kind!("ell", "L along z: a box that lacks one edge", ell(size, notch), [
+        length size = "1,1,1", "sides of the box, mm";
+        length notch = "0.5,0.5", "sides of what it lacks along x and y, mm: one number, or two with a comma";
+    ]),
+    kind!("hollow-box", "box with a closed box-shaped hollow", hollow_box(size, hollow), [
+        length size = "20,20,20", "sides, mm";
+        length hollow = "10,10,10", "sides of the hollow, mm";
+    ]),
+    kind!("sphere", "sphere of meridians and parallels", sphere(radius, segments), [
+        length radius = "10", "radius, mm";
+        number segments = "64", "segments round the axis";
+    ]),
+    kind!("geodesic", "sphere of even triangles from an icosahedron", geodesic(radius, frequency), [
+        length radius = "10", "radius, mm";
+        number frequency = "16", "parts into which an edge of the icosahedron is cut";
+    ]),
+    kind!("geodesic-frame", "geodesic sphere of bars, with a window in every triangle",
+        GeodesicFrame { radius, frequency, window, depth }.build(), [
+        length radius = "10", "radius, mm";
+        number frequency = "6", "parts into which an edge of the icosahedron is cut";
+        number window = "0.8", "sides of a window as a share of those of its face";
+        length depth = "0.5", "depth of the bars towards the middle, mm";
+    ]),
+    kind!("star", "geodesic sphere with a spike on every face", star(radius, valley, frequency), [
+        length radius = "10", "radius of the tips, mm";
+        length valley = "4", "radius of the sphere between the spikes, mm";
+        number frequency = "1", "parts into which an edge of the icosahedron is cut";
+    ]),
+    kind!("torus", "ring with a round section", torus(major, minor, around, across), [
+        length major = "10", "radius of the middle line, mm";
+        length minor = "3", "radius of the section, mm";
+        number around = "96", "segments along the ring";
+        number across = "32", "segments round the section";
+    ]),
+    kind!("cylinder", "round cylinder along z", cylinder(radius, height, segments), [
+        length radius = "10", "radius, mm";
+        length height = "20", "height, mm";
+        number segments = "64", "segments round the axis";
+    ]),
+    kind!("hyperboloid", "solid inside a hyperboloid of one sheet, saddle-shaped on its side",
+        hyperboloid(waist, rim, height, segments, zones), [
+        length waist = "5", "radius in the middle, mm";
+        length rim = "10", "radius at the ends, mm";
+        length height = "20", "height, mm";
+        number segments = "64", "segments round the axis";
+        number zones = "32", "zones along the height";
+    ]),
+    kind!("hyperboloid-frame", "hyperboloid of two families of straight bars, with windows between them", {
+        let crossings = frame_crossings(crossings, bars);
+        HyperboloidFrame { waist, height, bars, crossings, window, depth }.build()
+    }, [
+        length waist = "5", "radius in the middle, mm";
+        length height = "20", "height, mm";
+        number bars = "24", "bars of either family";
+        number crossings = "8",
+            "crossings of a bar on either side of the waist, which set the rims; fewer by default below 18 bars";
+        number window = "0.8", "sides of a window as a share of those of its face";
+        length depth = "0.4", "depth of the bars across the surface, mm";
+    ]),
+    kind!("knot", "tube along a torus knot, by default a trefoil",
+        TorusKnot { p, q, major, minor, tube, segments, sides }.build(), [
+        number p = "2", "turns round the axis";
+        number q = "3", "turns round the section of the torus";
+        length major = "8", "radius of the torus' middle line, mm";
+        length minor = "4", "radius of its section, mm";
+        length tube = "1.6", "radius of the tube, mm";
+        number segments = "60", "segments along the tube";
+        number sides = "8", "segments round the tube";
+    ]),
+    kind!("chain", "interlocked rings along x that do not touch", chain(links, major, minor, around, across), [
+        number links = "5", "number of rings";
+        length major = "5", "radius of a ring's middle line, mm";
+        length minor = "1", "radius of a ring's section, mm";
+        number around = "64", "segments along a ring";
+        number across = "24", "segments round its section";
+    ]),
+    kind!("chain-mail", "net of interlocked rings in the plane of x and y that do not touch",
+        chain_mail(columns, rows, major, minor, around, across), [
+        number columns = "4", "flat rings along x";
+        number rows = "3", "flat rings along y";
+        length major = "5", "radius of a ring's middle line, mm";
+        length minor = "1", "radius of a ring's section, mm";
+        number around = "64", "segments along a ring";
+        number across = "24", "segments round its section";
+    ]),
+    kind!("weave", "layers of plain-woven cloth of round yarns that do not touch",
+        Weave { yarns, layers, spacing, radius, gap, segments, steps }.build(), [
+        number yarns = "8", "yarns side by side in x and in y: one number, or two with a comma";
+        number layers = "1", "cloths one above the other";
+        length spacing = "2", "distance between neighbouring yarns, mm";
+        length radius = "0.3", "radius of a yarn, mm";
+        length gap = "0.2", "least distance between crossing yarns, mm";
+        number segments = "16", "segments round a yarn";
+        number steps = "8", "segments of a yarn from crossing to crossing";
+    ]),
+    kind!("brush", "round bristles along z on a plate, one surface",
+        Brush { bristles, spacing, radius, length, plate, resolution }.build(), [
+        number bristles = "8", "bristles along x and y: one number, or two with a comma";
+        length spacing = "2", "distance between neighbouring bristles, mm";
+        length radius = "0.5", "radius of a bristle, mm";
+        length length = "8", "length of a bristle, mm";
+        length plate = "1", "thickness of the plate, mm";
+        number resolution = "16", "grid cells from bristle to bristle";
+    ]),
+    minimal_surface!("gyroid", "scaffold along Schoen's gyroid, sheet or network, capped by its box", Gyroid),
+    minimal_surface!(
+        "primitive",
+        "scaffold along Schwarz' primitive surface, sheet or network, capped by its box",
+        Primitive
+    ),
+    minimal_surface!(
+        "diamond",
+        "scaffold along Schwarz' diamond surface, sheet or network, capped by its box",
+        Diamond
+    ),
+    strut_lattice!("cubic", "lattice of struts along the axes", Cubic),
+    strut_lattice!("bcc", "lattice of struts along the diagonals of its cells", BodyCentred),
+    kind!("bone", "long bone in the likeness of a femur, along z",
+        LongBone { length, girth, bow, resolution }.build(), [
+        length length = "100", "length, mm";
+        number girth = "1", "breadth in units of that of a femur of this length";
+        number bow = "1", "bow of the shaft in units of that of a femur";
+        number resolution = "200", "grid cells along the length";
+    ]),
+    kind!("trabecular", "block of trabecular bone, rods and plates without order, capped by its box",
+        TrabecularBone { size, spacing, fraction, stretch, seed, resolution }.build(), [
+        length size = "5,5,7", "sides of the block, mm";
+        length spacing = "1", "distance from one trabecula across to the next, mm";
+        number fraction = "0.35", "share of volume that is bone";
+        number stretch = "1.5", "how much longer trabeculae are along z";
+        number seed = "1", "picks one of many such bones";
+        number resolution = "12", "grid cells along the spacing";
+    ]),
+    kind!("organic", "likeness of a sitting hare: lobes, limbs and a wavy skin",
+        Organic { size, bumps, resolution }.build(), [
+        length size = "20", "about its height, mm";
+        number bumps = "1", "height of the waves on its skin in units of the usual";
+        number resolution = "65", "grid cells along the height";
+    ]),
+    kind!("skull", "likeness of a skull: a thick shell with two eye sockets, a nose and a hole below",
+        Skull { size, wall, resolution }.build(), [
+        length size = "20", "about its length and height, mm";
+        number wall = "0.08", "thickness of the shell as a share of the size";
+        number resolution = "38", "grid cells along the size";
+    ]),
 ];
 
 impl Model {
@@ -589,123 +287,170 @@ impl Model {
                 });
             }
         }
-        (found.build)(&Arguments { parameters: found.parameters, values })
+        let mut values = Values { parameters: found.parameters.iter(), given: values, defaults: Vec::new() };
+        let recipe = (found.read)(&mut values)?;
+        Ok(Model { kind: found, recipe, defaults: values.defaults })
     }
 
     /// Builds the closed, outward-oriented mesh of the solid.
     ///
     /// # Errors
     /// Fails for a parameter that is out of range, or a mesh that would be too large; see the shape's own function or
-    /// struct.
+    /// struct. The error names the defaults that take part in it.
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
-        match *self {
-            Model::Cuboid { min, max } => cuboid(min, max),
-            Model::Ell { size, notch } => ell(size, notch),
-            Model::HollowBox { size, hollow } => hollow_box(size, hollow),
-            Model::Sphere { radius, segments } => sphere(radius, segments),
-            Model::Geodesic { radius, frequency } => geodesic(radius, frequency),
-            Model::Star { radius, valley, frequency } => star(radius, valley, frequency),
-            Model::Torus { major, minor, around, across } => torus(major, minor, around, across),
-            Model::Cylinder { radius, height, segments } => cylinder(radius, height, segments),
-            Model::Hyperboloid { waist, rim, height, segments, zones } => {
-                hyperboloid(waist, rim, height, segments, zones)
+        (self.recipe)().map_err(|error| {
+            let is_named = |p: &&&Parameter| error.words().any(|word| word.replace('_', "-") == p.name);
+            let named = self.defaults.iter().filter(is_named).map(|p| format!("--{} is {}", p.name, p.default));
+            match named.collect::<Vec<_>>().join(" and ") {
+                defaults if defaults.is_empty() => error,
+                defaults => SolidError::Default { error: Box::new(error), defaults },
             }
-            Model::TorusKnot(model) => model.build(),
-            Model::Chain { links, major, minor, around, across } => chain(links, major, minor, around, across),
-            Model::ChainMail { columns, rows, major, minor, around, across } => {
-                chain_mail(columns, rows, major, minor, around, across)
-            }
-            Model::Weave(model) => model.build(),
-            Model::GeodesicFrame(model) => model.build(),
-            Model::HyperboloidFrame(model) => model.build(),
-            Model::Brush(model) => model.build(),
-            Model::MinimalSurface(model) => model.build(),
-            Model::StrutLattice(model) => model.build(),
-            Model::LongBone(model) => model.build(),
-            Model::TrabecularBone(model) => model.build(),
-            Model::Organic(model) => model.build(),
-            Model::Skull(model) => model.build(),
-        }
+        })
     }
 }
 
-/// The values given for a model, with the model's parameters.
-struct Arguments<'a> {
-    parameters: &'static [Parameter],
-    values: &'a [(&'a str, &'a str)],
+impl fmt::Debug for Model {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Model").field("kind", &self.kind.name).field("defaults", &self.defaults).finish_non_exhaustive()
+    }
 }
 
-impl Arguments<'_> {
-    fn read<T>(
-        &self,
-        name: &str,
-        expected: &'static str,
-        parse: impl FnOnce(&str) -> Option<T>,
-    ) -> Result<T, SolidError> {
-        let parameter = self.parameters.iter().find(|p| p.name == name).expect("models read their own parameters");
-        let given = self.values.iter().rev().find(|(given, _)| *given == name);
+/// The values of a model's parameters, one after another.
+struct Values<'a> {
+    parameters: std::slice::Iter<'static, Parameter>,
+    given: &'a [(&'a str, &'a str)],
+    /// The parameters so far that were not given.
+    defaults: Vec<&'static Parameter>,
+}
+
+impl Values<'_> {
+    /// Reads the value of the next parameter.
+    fn next<T: Value>(&mut self) -> Result<T, SolidError> {
+        let parameter = self.parameters.next().expect("models read their own parameters");
+        let given = self.given.iter().rev().find(|(given, _)| *given == parameter.name);
         let text = given.map_or(parameter.default, |(_, text)| text);
-        parse(text).ok_or_else(|| SolidError::Unreadable { parameter: parameter.name, text: text.to_owned(), expected })
-    }
-
-    fn number(&self, name: &str) -> Result<f64, SolidError> {
-        self.read(name, "a number", |text| text.trim().parse().ok())
-    }
-
-    fn count(&self, name: &str) -> Result<u32, SolidError> {
-        self.read(name, "a whole number", |text| text.trim().parse().ok())
-    }
-
-    fn vector(&self, name: &str) -> Result<DVec3, SolidError> {
-        self.read(name, "three numbers with commas between them", several).map(DVec3::from_array)
-    }
-
-    fn cells(&self) -> Result<[u32; 3], SolidError> {
-        self.read("cells", "a whole number, or three with commas between them", one_or_several)
-    }
-
-    fn minimal_surface(&self, surface: Surface) -> Result<Model, SolidError> {
-        let (wall, fraction) = (self.number("wall")?, self.number("fraction")?);
-        let part = self.read("part", "sheet or network", |text| match text {
-            "sheet" => Some(Part::ScaffoldReport { wall }),
-            "network" => Some(Part::Network { fraction }),
-            _ => None,
+        let value = T::parse(text).ok_or_else(|| SolidError::Unreadable {
+            parameter: parameter.name,
+            text: text.to_owned(),
+            expected: T::EXPECTED,
         })?;
-        Ok(Model::MinimalSurface(MinimalSurface {
-            surface,
-            part,
-            cells: self.cells()?,
-            cell_size: self.number("cell-size")?,
-            resolution: self.count("resolution")?,
-        }))
+        if given.is_some() {
+            return Ok(value);
+        }
+        self.defaults.push(parameter);
+        Ok(value.as_default())
     }
+}
 
-    fn lattice(&self, pattern: StrutPattern) -> Result<Model, SolidError> {
-        let (resolution, segments) = (self.count("resolution")?, self.count("segments")?);
-        let form = self.read("form", "union or overlapping", |text| match text {
-            "union" => Some(LatticeForm::Union { resolution }),
-            "overlapping" => Some(LatticeForm::Overlapping { segments }),
-            _ => None,
-        })?;
-        Ok(Model::StrutLattice(StrutLattice {
-            pattern,
-            form,
-            cells: self.cells()?,
-            cell_size: self.number("cell-size")?,
-            radius: self.number("radius")?,
-        }))
+/// A type of parameters' values.
+trait Value: Sized {
+    /// The form of the text.
+    const EXPECTED: &'static str;
+
+    fn parse(text: &str) -> Option<Self>;
+
+    /// Returns the value where it is a default.
+    fn as_default(self) -> Self {
+        self
     }
+}
+
+macro_rules! values {
+    ($($type:ty, $expected:literal, $parse:expr;)*) => {$(
+        impl Value for $type {
+            const EXPECTED: &'static str = $expected;
+
+            fn parse(text: &str) -> Option<Self> {
+                $parse(text)
+            }
+        }
+    )*};
+}
+
+values! {
+    f64, "a number", one;
+    u32, "a whole number", one;
+    DVec3, "three numbers with commas between them", |text| several(text).map(DVec3::from_array);
+    [f64; 2], "a number, or two with a comma between them", one_or_several;
+    [u32; 2], "a whole number, or two with a comma between them", one_or_several;
+    [u32; 3], "a whole number, or three with commas between them", one_or_several;
+    PartKind, "sheet or network", |text| match text {
+        "sheet" => Some(PartKind::Sheet),
+        "network" => Some(PartKind::Network),
+        _ => None,
+    };
+    FormKind, "union or overlapping", |text| match text {
+        "union" => Some(FormKind::Union),
+        "overlapping" => Some(FormKind::Overlapping),
+        _ => None,
+    };
+}
+
+fn one<T: FromStr>(text: &str) -> Option<T> {
+    text.trim().parse().ok()
 }
 
 /// Parses exactly `N` values with commas between them.
-fn several<T: std::str::FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
-    let parts: Vec<T> = text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>()?;
+fn several<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
+    let parts: Vec<T> = text.split(',').map(one).collect::<Option<_>>()?;
     parts.try_into().ok()
 }
 
 /// Parses one value that applies to all, or `N`.
-fn one_or_several<T: std::str::FromStr + Copy, const N: usize>(text: &str) -> Option<[T; N]> {
-    text.trim().parse().ok().map(|value| [value; N]).or_else(|| several(text))
+fn one_or_several<T: FromStr + Copy, const N: usize>(text: &str) -> Option<[T; N]> {
+    one(text).map(|value| [value; N]).or_else(|| several(text))
+}
+
+/// A whole number whose default gives way to other parameters.
+#[derive(Clone, Copy)]
+struct Count {
+    value: u32,
+    is_default: bool,
+}
+
+impl Value for Count {
+    const EXPECTED: &'static str = u32::EXPECTED;
+
+    fn parse(text: &str) -> Option<Count> {
+        Some(Count { value: one(text)?, is_default: false })
+    }
+
+    fn as_default(self) -> Count {
+        Count { is_default: true, ..self }
+    }
+}
+
+/// Returns the crossings of the bars of a hyperboloid: by default so few that a bar turns by 80° at most from the waist to
+/// a rim.
+fn frame_crossings(crossings: Count, bars: u32) -> u32 {
+    let most = if crossings.is_default { bars.saturating_mul(4) / 9 } else { u32::MAX };
+    crossings.value.min(most)
+}
+
+#[derive(Clone, Copy)]
+enum PartKind {
+    Sheet,
+    Network,
+}
+
+fn minimal_part(kind: PartKind, wall: f64, fraction: f64) -> Part {
+    match kind {
+        PartKind::Sheet => Part::Sheet { wall },
+        PartKind::Network => Part::Network { fraction },
+    }
+}
+
+#[derive(Clone, Copy)]
+enum FormKind {
+    Union,
+    Overlapping,
+}
+
+fn lattice_form(kind: FormKind, resolution: u32, segments: u32) -> LatticeForm {
+    match kind {
+        FormKind::Union => LatticeForm::Union { resolution },
+        FormKind::Overlapping => LatticeForm::Overlapping { segments },
+    }
 }
 
 #[cfg(test)]
@@ -722,7 +467,7 @@ mod tests {
             };
             let model = Model::from_parameters(kind.name, small).unwrap();
             assert_solid(&model.build().unwrap());
-            assert!(!kind.volume_sums.is_empty() && !kind.volume_sums.ends_with('.'));
+            assert!(!kind.summary.is_empty() && !kind.summary.ends_with('.'));
         }
     }
 
@@ -736,10 +481,16 @@ mod tests {
             cell_size: 10.0,
             resolution: 28,
         };
-        assert_eq!(Model::from_parameters("diamond", &given), Ok(Model::MinimalSurface(expected)));
+        assert_eq!(Model::from_parameters("diamond", &given).unwrap().build(), expected.build());
         let form = [("form", "overlapping"), ("segments", "7")];
-        let Ok(Model::StrutLattice(lattice)) = Model::from_parameters("bcc", &form) else { panic!("not a lattice") };
-        assert_eq!(lattice.form, LatticeForm::Overlapping { segments: 7 });
+        let expected = StrutLattice {
+            pattern: StrutPattern::BodyCentred,
+            form: LatticeForm::Overlapping { segments: 7 },
+            cells: [4; 3],
+            cell_size: 10.0,
+            radius: 1.0,
+        };
+        assert_eq!(Model::from_parameters("bcc", &form).unwrap().build(), expected.build());
     }
 
     #[test]
@@ -759,5 +510,36 @@ mod tests {
             "min is `1,2`, but must be three numbers with commas between them"
         );
         assert_eq!(text("gyroid", &[("part", "wall")]), "part is `wall`, but must be sheet or network");
+    }
+
+    #[test]
+    fn defaults_give_way_to_other_parameters() {
+        let frame = |bars: &str| Model::from_parameters("hyperboloid-frame", &[("bars", bars)]).unwrap().build();
+        let expected = |bars, crossings| {
+            HyperboloidFrame { waist: 5.0, height: 20.0, bars, crossings, window: 0.8, depth: 0.4 }.build()
+        };
+        for (bars, crossings) in [(3, 1), (8, 3), (17, 7), (18, 8), (24, 8), (100, 8)] {
+            assert_eq!(frame(&bars.to_string()), expected(bars, crossings), "{bars}");
+        }
+        assert!((3..100).all(|bars| frame(&bars.to_string()).is_ok()));
+    }
+
+    #[test]
+    fn errors_name_the_defaults_that_take_part() {
+        let text = |kind: &str, values: &[(&str, &str)]| {
+            Model::from_parameters(kind, values).unwrap().build().unwrap_err().to_string()
+        };
+        assert_eq!(
+            text("torus", &[("minor", "12")]),
+            "minor is 12, but must be below the major radius 10; --major is 10 by default"
+        );
+        assert_eq!(
+            text("cuboid", &[("min", "20,0,0")]),
+            "max x is 10, but must be finite and above the least coordinate 20; --max is 10,10,10 by default"
+        );
+        assert_eq!(
+            text("hyperboloid-frame", &[("bars", "8"), ("crossings", "8")]),
+            "crossings is 8, but must be from 1 to 3"
+        );
     }
 }

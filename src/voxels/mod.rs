@@ -10,7 +10,7 @@
 mod npy;
 mod vti;
 
-pub use npy::{ReadError, Voxels, read_npy, write_npy};
+pub use npy::write_npy;
 pub use vti::write_vti;
 
 use std::io;

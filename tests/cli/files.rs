@@ -35,7 +35,7 @@ fn formats_without_a_writer_are_refused_before_inputs_are_read() {
 #[test]
 fn every_kind_of_model_passes_the_check() {
     let folder = Folder::new();
-    let small: [(&str, &[&str]); 27] = [
+    let small: [(&str, &[&str]); 28] = [
         ("cuboid", &["--min", "-1,-2,-3", "--max", "1,2,3"]),
         ("box", &[]),
         ("sphere", &[]),
@@ -55,6 +55,7 @@ fn every_kind_of_model_passes_the_check() {
         ("trabecular", &["--size", "3,3,4", "--resolution", "8"]),
         ("geodesic-frame", &["--frequency", "2"]),
         ("hyperboloid-frame", &["--bars", "12", "--crossings", "4"]),
+        ("hyperboloid-frame", &["--bars", "8"]),
         ("weave", &["--yarns", "3,2", "--layers", "2"]),
         ("chain-mail", &["--columns", "2", "--rows", "2"]),
         ("ell", &["--notch", "0.5,0.25"]),
@@ -74,6 +75,7 @@ fn every_kind_of_model_passes_the_check() {
     folder.run(&["generate", "sphere", "--wall", "2", "-o", "a.stl"]).code(2).says(&["--wall"]);
     folder.run(&["generate", "sphere", "--radius", "-2", "-o", "b.stl"]).code(2).says(&["radius", "-2"]);
     folder.run(&["generate", "sphere", "--radius", "big", "-o", "b.stl"]).code(2).says(&["radius", "big"]);
+    folder.run(&["generate", "torus", "--minor", "12", "-o", "b.stl"]).code(2).says(&["--major is 10 by default"]);
     folder.run(&["generate", "sphere"]).code(2).says(&["-o"]);
     assert_eq!(folder.names(), ["a.stl"]);
 }

@@ -34,7 +34,7 @@ pub fn quantised<'m>(grid: &Grid, mesh: &'m ClosedMesh) -> LatticeSolid<'m> {
 pub fn models() -> Vec<(&'static str, ClosedMesh)> {
     let sheet = |surface| MinimalSurface {
         surface,
-        part: Part::ScaffoldReport { wall: 1.3 },
+        part: Part::Sheet { wall: 1.3 },
         cells: [2; 3],
         cell_size: 10.0,
         resolution: 12,

@@ -12,6 +12,7 @@ use std::str::FromStr;
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::error::ErrorKind;
+use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum};
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
@@ -649,7 +650,7 @@ impl Args for GenerateArguments {
                     .action(ArgAction::Set)
             });
             let aliases = ALIASES.iter().filter(|(name, _)| *name == kind.name).flat_map(|(_, aliases)| *aliases);
-            clap::Command::new(kind.name).visible_aliases(aliases.copied()).about(kind.volume_sums).args(parameters)
+            clap::Command::new(kind.name).visible_aliases(aliases.copied()).about(kind.summary).args(parameters)
         });
         let command = command
             .subcommands(kinds)
@@ -680,6 +681,7 @@ impl FromArgMatches for GenerateArguments {
         let (kind, chosen) = matches.subcommand().ok_or_else(|| missing("no kind is given"))?;
         let known = Model::kinds().iter().find(|known| known.name == kind).into_iter().flat_map(|kind| kind.parameters);
         let parameters = known
+            .filter(|parameter| chosen.value_source(parameter.name) == Some(ValueSource::CommandLine))
             .filter_map(|parameter| Some((parameter.name, chosen.get_one::<String>(parameter.name)?.clone())))
             .collect();
         let output = chosen.get_one::<PathBuf>("output").cloned().ok_or_else(|| missing("-o FILE is missing"))?;

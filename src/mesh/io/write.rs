@@ -7,19 +7,7 @@ use glam::DVec3;
 
 use super::Format;
 use super::error::WriteError;
-#[cfg(feature = "gltf")]
-use super::gltf::Glb;
 use super::note::WriteNote;
-#[cfg(feature = "obj")]
-use super::obj;
-#[cfg(feature = "off")]
-use super::off;
-#[cfg(feature = "ply")]
-use super::ply;
-#[cfg(feature = "stl")]
-use super::stl;
-#[cfg(feature = "3mf")]
-use super::threemf;
 use crate::mesh::{LengthUnit, Precision, TriangleMesh};
 use crate::output;
 
@@ -67,18 +55,18 @@ pub fn write_at(
     let done: io::Result<()> = match format {
         #[cfg(feature = "stl")]
         Format::Stl => {
-            stl::check(path, mesh)?;
+            super::stl::check(path, mesh)?;
             target.check_single_precision(1.0)?;
             target.check_rounding(1.0)?;
             written.notes.extend(target.rounding());
-            output::replace(path, |file| stl::write(file, mesh, unit))
+            output::replace(path, |file| super::stl::write(file, mesh, unit))
         }
         #[cfg(feature = "obj")]
-        Format::Obj => output::replace(path, |file| obj::write(file, mesh, unit)),
+        Format::Obj => output::replace(path, |file| super::obj::write(file, mesh, unit)),
         #[cfg(feature = "ply")]
-        Format::Ply => output::replace(path, |file| ply::write(file, mesh, unit)),
+        Format::Ply => output::replace(path, |file| super::ply::write(file, mesh, unit)),
         #[cfg(feature = "off")]
-        Format::Off => output::replace(path, |file| off::write(file, mesh, unit)),
+        Format::Off => output::replace(path, |file| super::off::write(file, mesh, unit)),
         #[cfg(feature = "gltf")]
         Format::Glb => {
             let unit = written.unit_or(LengthUnit::Metre, format);
@@ -87,7 +75,7 @@ pub fn write_at(
             target.check_rounding(unit.metres())?;
             written.notes.extend(target.rounding());
             written.unit = Some(LengthUnit::Metre);
-            let file = Glb::new(mesh, unit.metres(), place);
+            let file = super::gltf::Glb::new(mesh, unit.metres(), place);
             target.check_bytes(file.bytes())?;
             output::replace(path, |out| file.write(out))
         }
@@ -95,11 +83,11 @@ pub fn write_at(
         Format::ThreeMf => {
             let unit = written.unit_or(LengthUnit::Millimetre, format);
             target.check_finite()?;
-            target.check_within(threemf::FARTHEST)?;
-            let object = threemf::WrittenObject::new(mesh);
+            target.check_within(super::threemf::FARTHEST)?;
+            let object = super::threemf::WrittenObject::new(mesh);
             let count = object.collapsed;
             written.notes.extend((count > 0).then_some(WriteNote::CollapsedLeftOut { count }));
-            output::replace(path, |file| threemf::write(file, &object, unit, place))
+            output::replace(path, |file| super::threemf::write(file, &object, unit, place))
         }
         #[cfg(not(feature = "cpu"))]
         _ if !format.is_built() => return Err(format.not_built(path).into()),

@@ -873,76 +873,72 @@ mod tests {
 
     #[test]
     fn errors_name_the_element_and_the_value() {
-        let wrong = |from: &str, to: &str| {
-            let text = String::from_utf8(embedded(ONE, INDEXED)).unwrap();
-            assert!(text.contains(from), "{from}");
-            error(text.replacen(from, to, 1).as_bytes(), FORMAT)
+        let check = |primitive: &str, cases: &[[&str; 3]]| {
+            let text = String::from_utf8(embedded(ONE, primitive)).unwrap();
+            for [from, to, message] in cases {
+                assert!(text.contains(from), "{from}");
+                let said = error(text.replacen(from, to, 1).as_bytes(), FORMAT);
+                assert_eq!(said, format!("sample.gltf{message}"), "{to}");
+            }
         };
-        let cases = [
-            (
+        let indexed = [
+            [
                 r#""count":4"#,
                 r#""count":3"#,
                 ", accessor 1, index 5: vertex 3 is out of range: there are 3, counted from 0",
-            ),
-            (r#""count":4"#, r#""count":5"#, ", accessor 0: 5 values are promised, 4 are there"),
-            (
+            ],
+            [r#""count":4"#, r#""count":5"#, ", accessor 0: 5 values are promised, 4 are there"],
+            [
                 r#""count":6"#,
                 r#""count":18446744073709551615"#,
                 ", accessor 1: 18446744073709551615 values are promised, 6 are there",
-            ),
-            (r#""mesh":0"#, r#""mesh":7"#, ", node 0: mesh 7 is out of range: there are 1, counted from 0"),
-            (
+            ],
+            [r#""mesh":0"#, r#""mesh":7"#, ", node 0: mesh 7 is out of range: there are 1, counted from 0"],
+            [
                 r#""POSITION":0"#,
                 r#""POSITION":9"#,
                 ", mesh 0, primitive 0: accessor 9 is out of range: there are 3, counted from 0",
-            ),
-            (r#""POSITION":0"#, r#""NORMAL":0"#, ", mesh 0, primitive 0: the primitive has no POSITION"),
-            (
+            ],
+            [r#""POSITION":0"#, r#""NORMAL":0"#, ", mesh 0, primitive 0: the primitive has no POSITION"],
+            [
                 r#""indices":1"#,
                 r#""indices":1,"mode":9"#,
                 ", mesh 0, primitive 0: the primitive's mode is none of glTF's",
-            ),
-            (r#""indices":1"#, r#""indices":0"#, ", accessor 0: indices must be unsigned scalars"),
-            (
+            ],
+            [r#""indices":1"#, r#""indices":0"#, ", accessor 0: indices must be unsigned scalars"],
+            [
                 r#""byteLength":48"#,
                 r#""byteLength":61"#,
                 ", accessor 0: bytes 0 to 61 of a buffer are asked for, and it has 60",
-            ),
-            (r#""byteLength":60"#, r#""byteLength":64"#, ", buffer 0: 64 bytes are promised, 60 are there"),
-            ("base64,", "base64,*", ", buffer 0: the data URI is not base64, as it says"),
-            (
+            ],
+            [r#""byteLength":60"#, r#""byteLength":64"#, ", buffer 0: 64 bytes are promised, 60 are there"],
+            ["base64,", "base64,*", ", buffer 0: the data URI is not base64, as it says"],
+            [
                 r#""mesh":0"#,
                 r#""mesh":0,"children":[0]"#,
                 ": there are no triangles: the file has 0 vertices and no faces",
-            ),
+            ],
         ];
-        for (from, to, message) in cases {
-            assert_eq!(wrong(from, to), format!("sample.gltf{message}"), "{to}");
-        }
+        check(INDEXED, &indexed);
         let sparse = r#"{"attributes":{"POSITION":2},"indices":1}"#;
-        let text = String::from_utf8(embedded(ONE, sparse)).unwrap();
-        let cases = [
-            (
+        let values = [
+            [
                 r#""count":2"#,
                 r#""count":18446744073709551615"#,
-                "18446744073709551615 values are promised, 2 are there",
-            ),
-            (
+                ", accessor 2: 18446744073709551615 values are promised, 2 are there",
+            ],
+            [
                 r#""count":4,"type":"VEC3","sparse""#,
                 r#""count":99,"type":"VEC3","sparse""#,
-                "99 positions without data, and at most 32 can be read",
-            ),
-            (
+                ", accessor 2: 99 positions without data, and at most 32 can be read",
+            ],
+            [
                 r#""count":4,"type":"VEC3","sparse""#,
                 r#""count":1,"type":"VEC3","sparse""#,
-                "sparse value 1 is out of range: there are 1, counted from 0",
-            ),
+                ", accessor 2: sparse value 1 is out of range: there are 1, counted from 0",
+            ],
         ];
-        for (from, to, message) in cases {
-            assert!(text.contains(from), "{from}");
-            let message = format!("sample.gltf, accessor 2: {message}");
-            assert_eq!(error(text.replacen(from, to, 1).as_bytes(), FORMAT), message);
-        }
+        check(sparse, &values);
         let twice = embedded(r#""nodes":[{"children":[1,1]},{"mesh":0}]"#, INDEXED);
         assert_eq!(error(&twice, FORMAT), "sample.gltf, node 1: the scene reaches this node twice");
         let missing = document(ONE, INDEXED, r#","uri":"no such.bin""#);
