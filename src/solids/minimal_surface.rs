@@ -42,7 +42,7 @@ pub enum Surface {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part {
     /// A wall along the surface.
-    ScaffoldReport {
+    Sheet {
         /// Mean thickness: the volume of the wall over the area of its middle surface.
         wall: f64,
     },
@@ -104,7 +104,7 @@ impl Surface {
     /// quarter to three quarters of it, nor by networks that fill 0.3 to 0.7. At 0 gyroid and diamond have some.
     fn phase(self, part: Part) -> f64 {
         match (self, part) {
-            (Surface::Gyroid, Part::ScaffoldReport { .. }) | (Surface::Diamond, _) => 0.11,
+            (Surface::Gyroid, Part::Sheet { .. }) | (Surface::Diamond, _) => 0.11,
             (Surface::Gyroid, Part::Network { .. }) => 0.07,
             (Surface::Primitive, _) => 0.0,
         }
@@ -146,7 +146,7 @@ impl MinimalSurface {
     pub fn build(&self) -> Result<TriangleMesh, SolidError> {
         let block = periodic_block(self.cells, self.cell_size, self.resolution)?;
         let level = match self.part {
-            Part::ScaffoldReport { wall } => {
+            Part::Sheet { wall } => {
                 check_length("wall", wall)?;
                 let least = SPACINGS_PER_WALL * block.spacing;
                 let most = 0.95 * self.cell_size / self.surface.area();
@@ -169,7 +169,7 @@ impl MinimalSurface {
         };
         let solid = Levelled {
             surface: self.surface,
-            sheet: matches!(self.part, Part::ScaffoldReport { .. }),
+            sheet: matches!(self.part, Part::Sheet { .. }),
             level,
             origin: block.min - self.surface.phase(self.part) * self.cell_size,
             angle_per_length: TAU / self.cell_size,
@@ -226,7 +226,7 @@ mod tests {
             }
             for wall in [0.4, 1.0] {
                 // The labyrinths on either side open to the faces, where the two sides of the wall meet.
-                let mesh = block(surface, Part::ScaffoldReport { wall }).build().unwrap();
+                let mesh = block(surface, Part::Sheet { wall }).build().unwrap();
                 assert_eq!(components(&mesh), 1, "{surface:?} {wall}");
             }
         }
@@ -255,7 +255,7 @@ mod tests {
     fn sheets_have_the_volume_of_their_wall() {
         for surface in SURFACES {
             for wall in [0.4, 0.8] {
-                let mesh = block(surface, Part::ScaffoldReport { wall }).build().unwrap();
+                let mesh = block(surface, Part::Sheet { wall }).build().unwrap();
                 assert_solid(&mesh);
                 let ratio = volume(&mesh) / (4.0 * 25.0 * surface.area() * wall);
                 assert!((ratio - 1.0).abs() < 0.02, "{surface:?} {wall}: {ratio}");
@@ -268,7 +268,7 @@ mod tests {
         // For a thin wall the two sides have the area of the middle between them, so that volume over area measures the
         // wall.
         let wall = 0.4;
-        let mesh = block(Surface::Gyroid, Part::ScaffoldReport { wall }).build().unwrap();
+        let mesh = block(Surface::Gyroid, Part::Sheet { wall }).build().unwrap();
         let extent = DVec3::new(5.0, 2.5, 5.0);
         let area: f64 = mesh
             .triangles
@@ -318,7 +318,7 @@ mod tests {
     #[test]
     fn no_triangle_is_turned_over() {
         for surface in SURFACES {
-            for part in [Part::Network { fraction: 0.5 }, Part::ScaffoldReport { wall: 0.4 }] {
+            for part in [Part::Network { fraction: 0.5 }, Part::Sheet { wall: 0.4 }] {
                 let mesh = block(surface, part).build().unwrap();
                 let extent = DVec3::new(5.0, 2.5, 5.0);
                 for t in &mesh.triangles {
@@ -327,8 +327,7 @@ mod tests {
                         continue;
                     }
                     let (f, gradient) = surface.value_and_gradient(angle(surface, part, (a + b + c) / 3.0));
-                    let outwards =
-                        if matches!(part, Part::ScaffoldReport { .. }) { f.signum() * gradient } else { gradient };
+                    let outwards = if matches!(part, Part::Sheet { .. }) { f.signum() * gradient } else { gradient };
                     let normal = (b - a).cross(c - a).normalize();
                     assert!(normal.dot(outwards.normalize()) > 0.5, "{surface:?} {part:?} {a} {b} {c}");
                 }
@@ -368,7 +367,7 @@ mod tests {
     #[test]
     fn triangles_are_well_shaped() {
         for surface in SURFACES {
-            for part in [Part::Network { fraction: 0.5 }, Part::ScaffoldReport { wall: 0.5 }] {
+            for part in [Part::Network { fraction: 0.5 }, Part::Sheet { wall: 0.5 }] {
                 let angles = least_angles(&block(surface, part).build().unwrap());
                 let at = |share: f64| angles[(share * angles.len() as f64) as usize];
                 assert!(
@@ -382,12 +381,12 @@ mod tests {
 
     #[test]
     fn the_mesh_does_not_depend_on_the_thread_count() {
-        let model = block(Surface::Gyroid, Part::ScaffoldReport { wall: 0.5 });
+        let model = block(Surface::Gyroid, Part::Sheet { wall: 0.5 });
         let [one, two] = [1, 2].map(|threads| {
             rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| model.build().unwrap())
         });
         assert_eq!(one, two);
-        assert_ne!(one, block(Surface::Gyroid, Part::ScaffoldReport { wall: 0.6 }).build().unwrap());
+        assert_ne!(one, block(Surface::Gyroid, Part::Sheet { wall: 0.6 }).build().unwrap());
     }
 
     #[test]
@@ -408,24 +407,19 @@ mod tests {
 
     #[test]
     fn wrong_parameters_are_named_with_value_and_range() {
-        let good = block(Surface::Gyroid, Part::ScaffoldReport { wall: 0.5 });
+        let good = block(Surface::Gyroid, Part::Sheet { wall: 0.5 });
         let text = |model: MinimalSurface| model.build().unwrap_err().to_string();
         assert_eq!(text(MinimalSurface { cells: [1, 0, 1], ..good }), "cells is 0, but must be from 1 to 10000");
         assert!(text(MinimalSurface { cell_size: -2.0, ..good }).starts_with("cell_size is -2"));
         assert_eq!(text(MinimalSurface { resolution: 2, ..good }), "resolution is 2, but must be from 4 to 1024");
-        let thin = text(MinimalSurface { part: Part::ScaffoldReport { wall: 0.2 }, ..good });
+        let thin = text(MinimalSurface { part: Part::Sheet { wall: 0.2 }, ..good });
         assert!(
             thin.starts_with("wall is 0.2, but must be from 0.3125 (1.5 grid spacings at resolution 24)"),
             "{thin}"
         );
         // 1.5 · (5 / 25) is 0.30000000000000004 in binary.
-        let wall = |wall| MinimalSurface {
-            part: Part::ScaffoldReport { wall },
-            cells: [1; 3],
-            cell_size: 5.0,
-            resolution: 25,
-            ..good
-        };
+        let wall =
+            |wall| MinimalSurface { part: Part::Sheet { wall }, cells: [1; 3], cell_size: 5.0, resolution: 25, ..good };
         assert_solid(&wall(0.3).build().unwrap());
         let thin = text(wall(0.299));
         assert!(thin.starts_with("wall is 0.299, but must be from 0.3 (1.5 grid"), "{thin}");

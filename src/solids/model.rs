@@ -160,7 +160,7 @@ pub struct ModelKind {
     /// The model's name.
     pub name: &'static str,
     /// A description of one line.
-    pub volume_sums: &'static str,
+    pub summary: &'static str,
     /// The parameters.
     pub parameters: &'static [Parameter],
     build: fn(&Arguments) -> Result<Model, SolidError>,
@@ -201,7 +201,7 @@ const LATTICE: &[Parameter] = &[
 const KINDS: &[ModelKind] = &[
     ModelKind {
         name: "cuboid",
-        volume_sums: "box between two corners",
+        summary: "box between two corners",
         parameters: &[
             length("min", "-10,-10,-10", "least coordinates, mm"),
             length("max", "10,10,10", "greatest coordinates, mm"),
@@ -210,7 +210,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "ell",
-        volume_sums: "L along z: a box that lacks one edge",
+        summary: "L along z: a box that lacks one edge",
         parameters: &[
             length("size", "1,1,1", "sides of the box, mm"),
             length("notch", "0.5,0.5", "sides of what it lacks along x and y, mm: one number, or two with a comma"),
@@ -222,25 +222,25 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "hollow-box",
-        volume_sums: "box with a closed box-shaped hollow",
+        summary: "box with a closed box-shaped hollow",
         parameters: &[length("size", "20,20,20", "sides, mm"), length("hollow", "10,10,10", "sides of the hollow, mm")],
         build: |a| Ok(Model::HollowBox { size: a.vector("size")?, hollow: a.vector("hollow")? }),
     },
     ModelKind {
         name: "sphere",
-        volume_sums: "sphere of meridians and parallels",
+        summary: "sphere of meridians and parallels",
         parameters: &[RADIUS, SEGMENTS],
         build: |a| Ok(Model::Sphere { radius: a.number("radius")?, segments: a.count("segments")? }),
     },
     ModelKind {
         name: "geodesic",
-        volume_sums: "sphere of even triangles from an icosahedron",
+        summary: "sphere of even triangles from an icosahedron",
         parameters: &[RADIUS, parameter("frequency", "16", "parts into which an edge of the icosahedron is cut")],
         build: |a| Ok(Model::Geodesic { radius: a.number("radius")?, frequency: a.count("frequency")? }),
     },
     ModelKind {
         name: "geodesic-frame",
-        volume_sums: "geodesic sphere of bars, with a window in every triangle",
+        summary: "geodesic sphere of bars, with a window in every triangle",
         parameters: &[
             RADIUS,
             parameter("frequency", "6", "parts into which an edge of the icosahedron is cut"),
@@ -258,7 +258,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "star",
-        volume_sums: "geodesic sphere with a spike on every face",
+        summary: "geodesic sphere with a spike on every face",
         parameters: &[
             length("radius", "10", "radius of the tips, mm"),
             length("valley", "4", "radius of the sphere between the spikes, mm"),
@@ -274,7 +274,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "torus",
-        volume_sums: "ring with a round section",
+        summary: "ring with a round section",
         parameters: &[
             length("major", "10", "radius of the middle line, mm"),
             length("minor", "3", "radius of the section, mm"),
@@ -292,7 +292,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "cylinder",
-        volume_sums: "round cylinder along z",
+        summary: "round cylinder along z",
         parameters: &[RADIUS, length("height", "20", "height, mm"), SEGMENTS],
         build: |a| {
             Ok(Model::Cylinder {
@@ -304,7 +304,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "hyperboloid",
-        volume_sums: "solid inside a hyperboloid of one sheet, saddle-shaped on its side",
+        summary: "solid inside a hyperboloid of one sheet, saddle-shaped on its side",
         parameters: &[
             length("waist", "5", "radius in the middle, mm"),
             length("rim", "10", "radius at the ends, mm"),
@@ -324,7 +324,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "hyperboloid-frame",
-        volume_sums: "hyperboloid of two families of straight bars, with windows between them",
+        summary: "hyperboloid of two families of straight bars, with windows between them",
         parameters: &[
             length("waist", "5", "radius in the middle, mm"),
             length("height", "20", "height, mm"),
@@ -346,7 +346,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "knot",
-        volume_sums: "tube along a torus knot, by default a trefoil",
+        summary: "tube along a torus knot, by default a trefoil",
         parameters: &[
             parameter("p", "2", "turns round the axis"),
             parameter("q", "3", "turns round the section of the torus"),
@@ -370,7 +370,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "chain",
-        volume_sums: "interlocked rings along x that do not touch",
+        summary: "interlocked rings along x that do not touch",
         parameters: &[
             parameter("links", "5", "number of rings"),
             length("major", "5", "radius of a ring's middle line, mm"),
@@ -390,7 +390,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "chain-mail",
-        volume_sums: "net of interlocked rings in the plane of x and y that do not touch",
+        summary: "net of interlocked rings in the plane of x and y that do not touch",
         parameters: &[
             parameter("columns", "4", "flat rings along x"),
             parameter("rows", "3", "flat rings along y"),
@@ -412,7 +412,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "weave",
-        volume_sums: "layers of plain-woven cloth of round yarns that do not touch",
+        summary: "layers of plain-woven cloth of round yarns that do not touch",
         parameters: &[
             parameter("yarns", "8", "yarns side by side in x and in y: one number, or two with a comma"),
             parameter("layers", "1", "cloths one above the other"),
@@ -437,7 +437,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "brush",
-        volume_sums: "round bristles along z on a plate, one surface",
+        summary: "round bristles along z on a plate, one surface",
         parameters: &[
             parameter("bristles", "8", "bristles along x and y: one number, or two with a comma"),
             length("spacing", "2", "distance between neighbouring bristles, mm"),
@@ -460,37 +460,37 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "gyroid",
-        volume_sums: "scaffold along Schoen's gyroid, sheet or network, capped by its box",
+        summary: "scaffold along Schoen's gyroid, sheet or network, capped by its box",
         parameters: MINIMAL_SURFACE,
         build: |a| a.minimal_surface(Surface::Gyroid),
     },
     ModelKind {
         name: "primitive",
-        volume_sums: "scaffold along Schwarz' primitive surface, sheet or network, capped by its box",
+        summary: "scaffold along Schwarz' primitive surface, sheet or network, capped by its box",
         parameters: MINIMAL_SURFACE,
         build: |a| a.minimal_surface(Surface::Primitive),
     },
     ModelKind {
         name: "diamond",
-        volume_sums: "scaffold along Schwarz' diamond surface, sheet or network, capped by its box",
+        summary: "scaffold along Schwarz' diamond surface, sheet or network, capped by its box",
         parameters: MINIMAL_SURFACE,
         build: |a| a.minimal_surface(Surface::Diamond),
     },
     ModelKind {
         name: "cubic",
-        volume_sums: "lattice of struts along the axes",
+        summary: "lattice of struts along the axes",
         parameters: LATTICE,
         build: |a| a.lattice(StrutPattern::Cubic),
     },
     ModelKind {
         name: "bcc",
-        volume_sums: "lattice of struts along the diagonals of its cells",
+        summary: "lattice of struts along the diagonals of its cells",
         parameters: LATTICE,
         build: |a| a.lattice(StrutPattern::BodyCentred),
     },
     ModelKind {
         name: "bone",
-        volume_sums: "long bone in the likeness of a femur, along z",
+        summary: "long bone in the likeness of a femur, along z",
         parameters: &[
             length("length", "100", "length, mm"),
             parameter("girth", "1", "breadth in units of that of a femur of this length"),
@@ -508,7 +508,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "trabecular",
-        volume_sums: "block of trabecular bone, rods and plates without order, capped by its box",
+        summary: "block of trabecular bone, rods and plates without order, capped by its box",
         parameters: &[
             length("size", "5,5,7", "sides of the block, mm"),
             length("spacing", "1", "distance from one trabecula across to the next, mm"),
@@ -530,7 +530,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "organic",
-        volume_sums: "likeness of a sitting hare: lobes, limbs and a wavy skin",
+        summary: "likeness of a sitting hare: lobes, limbs and a wavy skin",
         parameters: &[
             length("size", "20", "about its height, mm"),
             parameter("bumps", "1", "height of the waves on its skin in units of the usual"),
@@ -546,7 +546,7 @@ const KINDS: &[ModelKind] = &[
     },
     ModelKind {
         name: "skull",
-        volume_sums: "likeness of a skull: a thick shell with two eye sockets, a nose and a hole below",
+        summary: "likeness of a skull: a thick shell with two eye sockets, a nose and a hole below",
         parameters: &[
             length("size", "20", "about its length and height, mm"),
             parameter("wall", "0.08", "thickness of the shell as a share of the size"),
@@ -667,7 +667,7 @@ impl Arguments<'_> {
     fn minimal_surface(&self, surface: Surface) -> Result<Model, SolidError> {
         let (wall, fraction) = (self.number("wall")?, self.number("fraction")?);
         let part = self.read("part", "sheet or network", |text| match text {
-            "sheet" => Some(Part::ScaffoldReport { wall }),
+            "sheet" => Some(Part::Sheet { wall }),
             "network" => Some(Part::Network { fraction }),
             _ => None,
         })?;
@@ -722,7 +722,7 @@ mod tests {
             };
             let model = Model::from_parameters(kind.name, small).unwrap();
             assert_solid(&model.build().unwrap());
-            assert!(!kind.volume_sums.is_empty() && !kind.volume_sums.ends_with('.'));
+            assert!(!kind.summary.is_empty() && !kind.summary.ends_with('.'));
         }
     }
 

@@ -60,7 +60,7 @@ pub fn grid_around(meshes: &[&ClosedMesh], resolution: u32, lod: u32) -> Grid {
 pub fn models() -> Vec<(&'static str, ClosedMesh)> {
     let sheet = |surface| MinimalSurface {
         surface,
-        part: Part::ScaffoldReport { wall: 1.3 },
+        part: Part::Sheet { wall: 1.3 },
         cells: [2; 3],
         cell_size: 10.0,
         resolution: 12,

@@ -643,7 +643,7 @@ impl Args for GenerateArguments {
                     .action(ArgAction::Set)
             });
             let aliases = ALIASES.iter().filter(|(name, _)| *name == kind.name).flat_map(|(_, aliases)| *aliases);
-            clap::Command::new(kind.name).visible_aliases(aliases.copied()).about(kind.volume_sums).args(parameters)
+            clap::Command::new(kind.name).visible_aliases(aliases.copied()).about(kind.summary).args(parameters)
         });
         let command = command
             .subcommands(kinds)

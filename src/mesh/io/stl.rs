@@ -229,7 +229,7 @@ fn parse_text(bytes: &[u8]) -> Result<MeshFile, Fault> {
 enum Keyword {
     Solid,
     Facet,
-    Exterior,
+    Outer,
     Loop,
     Vertex,
     EndLoop,
@@ -242,7 +242,7 @@ impl Keyword {
         let keywords: [(&str, Keyword); 8] = [
             ("vertex", Keyword::Vertex),
             ("facet", Keyword::Facet),
-            ("exterior", Keyword::Exterior),
+            ("outer", Keyword::Outer),
             ("loop", Keyword::Loop),
             ("endloop", Keyword::EndLoop),
             ("endfacet", Keyword::EndFacet),
@@ -286,9 +286,9 @@ fn facet(words: &mut Words<'_>, index: usize) -> Result<[DVec3; 3], Fault> {
         let word = words.next();
         match word.map(Keyword::of) {
             Some(None) => continue,
-            Some(Some(Keyword::Exterior | Keyword::Loop)) => continue,
+            Some(Some(Keyword::Outer | Keyword::Loop)) => continue,
             Some(Some(Keyword::Vertex | Keyword::EndLoop | Keyword::EndFacet)) => break word,
-            _ => return Err(words.expected("`exterior loop`", word)),
+            _ => return Err(words.expected("`outer loop`", word)),
         }
     };
     let mut corners = [DVec3::ZERO; 3];
@@ -417,7 +417,7 @@ mod tests {
     }
 
     const FACET: &str =
-        "facet normal 0 0 1\n exterior loop\n  vertex 0 -0 1\n  vertex 2 0.1 3\n  vertex 4 5 nan\n endloop\nendfacet\n";
+        "facet normal 0 0 1\n outer loop\n  vertex 0 -0 1\n  vertex 2 0.1 3\n  vertex 4 5 nan\n endloop\nendfacet\n";
 
     #[test]
     fn text_is_read_in_all_line_ends_cases_and_spaces() {
@@ -429,7 +429,7 @@ mod tests {
             plain.to_uppercase(),
             plain.replace(' ', "\t \t").replace('\n', " \n\n \t"),
             plain.replace("solid a\n", "solid\n"),
-            plain.replace("solid a\n", "solid facet exterior vertex 1 2\n"),
+            plain.replace("solid a\n", "solid facet outer vertex 1 2\n"),
             plain.replace('\n', " "),
             plain.replace("normal 0 0 1", "normal nan -nan(ind) 1.#QNAN"),
             plain.replace("normal 0 0 1", ""),

@@ -349,7 +349,7 @@ fn labyrinths_of_minimal_surfaces_have_their_known_genus() {
 #[test]
 fn meshed_networks_have_the_characteristic_of_their_labyrinth_and_sheets_twice_it() {
     for (surface, expected) in [(Surface::Gyroid, -4), (Surface::Primitive, -2), (Surface::Diamond, -8)] {
-        for (part, times) in [(Part::Network { fraction: 0.5 }, 1), (Part::ScaffoldReport { wall: 0.15 }, 2)] {
+        for (part, times) in [(Part::Network { fraction: 0.5 }, 1), (Part::Sheet { wall: 0.15 }, 2)] {
             let mesh = MinimalSurface { surface, part, cells: [1; 3], cell_size: 1.0, resolution: 48 }.build().unwrap();
             for resolution in [40, 48, 64] {
                 let (_, nodes) = sampled(&mesh, resolution, 0);

@@ -7,7 +7,7 @@
 //! exact test of one node decides each. A gap has the state of its nodes; a gap between two nodes is tested by itself.
 //!
 //! Nodes are bits, 64 of a row per word, as in [`NodePlanes`](crate::ldi::NodePlanes), but never all in memory: they are made
-//! slab by slab (`slab`), and only the two exterior planes of a slab and the sets of its gaps are kept. Within a slab the runs of
+//! slab by slab (`slab`), and only the two outer planes of a slab and the sets of its gaps are kept. Within a slab the runs of
 //! open nodes along x are united with their neighbours (`sets`, `layer`), then slab with slab. A flood, plane after plane until
 //! nothing changes, would do as well where cavities are simple; union–find takes one pass even in a maze.
 //!
