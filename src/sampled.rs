@@ -97,7 +97,7 @@ impl Sampled {
     pub fn surface(&self) -> Result<SurfaceMesh<'_>, Error> {
         match self.measured.images.len() {
             3 => Ok(SurfaceMesh { measured: &self.measured, finish: Finish::default(), progress: None }),
-            _ => Err(Error::Usage("a surface needs images along all axes: leave Settings::axes as it is".to_owned())),
+            _ => Err(Error::Usage("a surface needs images along all axes: keep all axes in Settings::axes".to_owned())),
         }
     }
 

@@ -190,7 +190,7 @@ impl<'p> Settings<'p> {
     pub(crate) fn sum_job(&self, operation: SumOperation<Length>, keep: Keep) -> Result<SumJob, Error> {
         self.check()?;
         if let Spacing::Tolerance(_) = self.spacing {
-            return Err(Error::Usage("sums and offsets take no tolerance; give rays or a pitch".to_owned()));
+            return Err(Error::Usage("sums and offsets take no tolerance; set the resolution or the pitch".to_owned()));
         }
         Ok(SumJob {
             operation,
@@ -211,9 +211,9 @@ impl<'p> Settings<'p> {
     pub(crate) fn check(&self) -> Result<(), Error> {
         let usage = |message: String| Err(Error::Usage(message));
         match self.spacing {
-            Spacing::Resolution(0) => usage("0 rays: at least 1 is needed".to_owned()),
+            Spacing::Resolution(0) => usage("the resolution is 0; at least 1 ray is needed".to_owned()),
             Spacing::Pitch(value) | Spacing::Tolerance(value) if !(value.is_finite() && value > 0.0) => {
-                usage(format!("{value}: a pitch or tolerance is a positive number"))
+                usage(format!("{value}: a pitch or tolerance must be a positive number"))
             }
             _ => Ok(()),
         }

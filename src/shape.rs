@@ -217,7 +217,7 @@ impl Shape {
         warnings.extend(measured.warnings);
         warnings.extend(surface::warnings(&report, true));
         let closed = ClosedMesh::check(mesh)
-            .map_err(|_| Error::input("an operand of the shape is empty on this raster; ask for more rays"))?;
+            .map_err(|_| Error::input("an operand of the shape is empty on this raster; raise the resolution"))?;
         Ok(input::Solid { unit: measured.unit, ..input::Solid::from_closed(closed, "operand") })
     }
 }
@@ -264,7 +264,9 @@ fn check_length(operation: SumOperation<Length>) -> Result<(), Error> {
     };
     match length.is_finite() && length != 0.0 && (length > 0.0 || !is_radius) {
         true => Ok(()),
-        false => Err(Error::Usage(format!("{length} is no distance or radius of an offset, an opening or a closing"))),
+        false => {
+            Err(Error::Usage(format!("{length} is not a valid distance or radius of an offset, opening or closing")))
+        }
     }
 }
 

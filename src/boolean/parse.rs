@@ -26,19 +26,19 @@ pub enum ExpressionError {
         found: Found,
     },
     /// A parenthesis that is not closed.
-    #[error("this `(` is not closed")]
+    #[error("this `(` has no matching `)`")]
     Unclosed {
         /// The position of the parenthesis.
         at: usize,
     },
     /// A closing parenthesis that was not opened.
-    #[error("this `)` closes nothing")]
+    #[error("this `)` has no matching `(`")]
     Unopened {
         /// The position of the parenthesis.
         at: usize,
     },
     /// A name that belongs to no input.
-    #[error("no input is named `{name}`; there are {}", names.join(", "))]
+    #[error("no input is named `{name}`; the inputs are {}", names.join(", "))]
     UnknownName {
         /// The position of its first character.
         at: usize,

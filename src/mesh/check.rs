@@ -426,7 +426,10 @@ impl fmt::Display for Defect {
                 found.name(f, |f, duplicate| duplicate.name(f))
             }
             Defect::AllDoubled => {
-                write!(f, "Every triangle occurs an even number of times, so the even-odd rule sees nothing.")
+                write!(
+                    f,
+                    "Every triangle occurs an even number of times, so the even-odd fill rule cancels all of them."
+                )
             }
             Defect::NoVolume { signed_volume } => {
                 write!(f, "The mesh is closed but encloses no positive volume: {}.", Number(*signed_volume))

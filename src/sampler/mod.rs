@@ -97,7 +97,7 @@ use crate::ldi::{Ldi, TooManySamples, VolumeSums};
 #[non_exhaustive]
 pub enum SampleError {
     /// The non-zero rule was requested for a closed mesh whose triangles do not agree on what is outside.
-    #[error("the non-zero rule needs a mesh with consistent orientation, and this one's is not; use even-odd")]
+    #[error("the non-zero fill rule needs a consistently oriented mesh; repair the mesh or use even-odd")]
     NotOriented,
     /// Two solids of one operation were quantised on different grids.
     #[error("the two solids lie on different grids (pitch {first:?} and {second:?})")]

@@ -80,7 +80,7 @@ pub enum SimplifyError {
         bound: f64,
     },
     /// The given mesh does not pass the manifold check.
-    #[error("the mesh to be simplified does not pass the manifold check: {}", .failures.iter().map(ManifoldFailure::to_string).collect::<Vec<_>>().join(" "))]
+    #[error("the mesh to simplify fails the manifold check: {}", .failures.iter().map(ManifoldFailure::to_string).collect::<Vec<_>>().join(" "))]
     ManifoldReport {
         /// The failures of the check.
         failures: Vec<ManifoldFailure>,

@@ -43,19 +43,19 @@ pub enum ReadError {
     #[error("the array {0}")]
     Header(#[from] HeaderError),
     /// Elements are not bytes.
-    #[error("the array has elements {found}; voxels are of type uint8 or int8")]
+    #[error("the array has elements {found}; voxel arrays must be uint8 or int8")]
     Kind {
         /// The element type in numpy's notation.
         found: String,
     },
     /// The array has not three dimensions, or a side of zero length, or more elements than can be counted.
-    #[error("the array has shape {shape:?}; voxels have three sides, none of them 0")]
+    #[error("the array has shape {shape:?}; voxel arrays must have three dimensions, none of them 0")]
     Shape {
         /// Its shape.
         shape: Vec<u64>,
     },
     /// There are fewer or more elements than the header says.
-    #[error("the array has {found} elements{}, where its shape asks for {expected}", if *.found > *.expected { " or more" } else { "" })]
+    #[error("the array has {found} elements{}, but its shape requires {expected}", if *.found > *.expected { " or more" } else { "" })]
     Length {
         /// The number of elements after the header; one more than expected where there are too many.
         found: u64,
@@ -174,12 +174,12 @@ mod tests {
             ("'|u1'", &[6, 4], 24, "shape [6, 4]"),
             ("'|u1'", &[6, 0, 4], 24, "shape [6, 0, 4]"),
             ("'|u1'", &[1 << 40, 1 << 40, 4], 24, "three sides"),
-            ("'|u1'", &[2, 3, 4], 23, "23 elements, where its shape asks for 24"),
+            ("'|u1'", &[2, 3, 4], 23, "23 elements, but its shape requires 24"),
             ("'|u1'", &[2, 3, 4], 25, "25 elements or more"),
         ] {
             let said = refused(counting(descr, Order::C, shape, elements));
             assert!(said.contains(says), "{said}");
         }
-        assert!(refused(b"PK\x03\x04\0\0\0\0".to_vec()).contains("mark of a .npy"));
+        assert!(refused(b"PK\x03\x04\0\0\0\0".to_vec()).contains("signature of a .npy"));
     }
 }

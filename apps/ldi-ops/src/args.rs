@@ -555,9 +555,9 @@ impl FromStr for NamedFile {
                 Ok(NamedFile { name: name.to_owned(), path: PathBuf::from(path) })
             }
             Some((name, _)) if !is_name(name) => {
-                Err(format!("`{name}` is no name: names are of letters, digits and _"))
+                Err(format!("`{name}` is not a valid name; use letters, digits and _"))
             }
-            _ => Err("an input is given as NAME=FILE: a=part.stl".to_owned()),
+            _ => Err("expected NAME=FILE, as in a=part.stl".to_owned()),
         }
     }
 }
@@ -575,7 +575,7 @@ impl FromStr for NamedPlacement {
     fn from_str(text: &str) -> Result<NamedPlacement, String> {
         let (name, placement) = text
             .split_once('=')
-            .ok_or("a placement is given as NAME=PLACEMENT, as in b='translate(1,0,0)', with the name of an input")?;
+            .ok_or("expected NAME=PLACEMENT, as in b='translate(1,0,0)', with the name of an input")?;
         let placement = placement.parse().map_err(|error: PlacementError| error.to_string())?;
         Ok(NamedPlacement { name: name.trim().to_owned(), placement })
     }
@@ -600,7 +600,7 @@ impl FromStr for Share {
         };
         match number.parse::<f64>() {
             Ok(value) if value > 0.0 && value < scale => Ok(Share(value / scale)),
-            _ => Err("a share between 0 and 100 % is wanted: 0.1% or 0.001".to_owned()),
+            _ => Err("expected a share between 0 and 100 %, as in 0.1% or 0.001".to_owned()),
         }
     }
 }
@@ -671,7 +671,7 @@ impl Args for GenerateArguments {
 impl FromArgMatches for GenerateArguments {
     fn from_arg_matches(matches: &ArgMatches) -> Result<GenerateArguments, clap::Error> {
         let missing = |what: &str| clap::Error::raw(ErrorKind::MissingRequiredArgument, format!("{what}\n"));
-        let (kind, chosen) = matches.subcommand().ok_or_else(|| missing("no kind is given"))?;
+        let (kind, chosen) = matches.subcommand().ok_or_else(|| missing("the kind of model is missing"))?;
         let known = Model::kinds().iter().find(|known| known.name == kind).into_iter().flat_map(|kind| kind.parameters);
         let parameters = known
             .filter_map(|parameter| Some((parameter.name, chosen.get_one::<String>(parameter.name)?.clone())))

@@ -134,7 +134,7 @@ pub struct DevicesJob {
 }
 
 /// Advice for meshes that are not solids.
-const NO_REPAIR: &str = "there is no command that repairs a mesh; what helps instead depends on its defects:
+const NO_REPAIR: &str = "no command repairs a mesh; depending on its defects, use:
   ldi-ops check A                                          names all defects
   --allow-open                                             samples a mesh that is not closed
   --fill nonzero                                           unites shells that overlap
@@ -151,7 +151,7 @@ pub fn resolve(command: args::Command) -> Result<Invocation, Error> {
         Command::Csg(a) => csg(a),
         Command::Volume(a) => {
             if a.solids.len() > 1 && a.placing.transform_a.is_some() {
-                return Err(Error::input("--transform-a places one solid, and several are given"));
+                return Err(Error::input("--transform-a applies to one solid, but several are given"));
             }
             let PlacingArguments { reading, transform_a: placement } = a.placing;
             let inputs = a.solids.into_iter().map(|path| Input { name: None, path, placement }).collect();
@@ -290,10 +290,12 @@ fn place(
     for args::NamedPlacement { name, placement } in transforms {
         let Some(i) = names.iter().position(|known| *known == name) else {
             let names = names.join(", ");
-            return Err(Error::input(format!("--transform {name}=…: no input is named `{name}`; there are {names}")));
+            return Err(Error::input(format!(
+                "--transform {name}=…: no input is named `{name}`; the inputs are {names}"
+            )));
         };
         if placements[i].replace(placement).is_some() {
-            return Err(Error::input(format!("--transform {name}=…: the input `{name}` is placed already")));
+            return Err(Error::input(format!("--transform {name}=…: the input `{name}` has a placement already")));
         }
     }
     Ok(())
@@ -335,7 +337,7 @@ fn lod(voxels: u32) -> Result<u32, Error> {
         true => Ok(voxels),
         false => {
             let (least, most) = (LOD_RANGE.start(), LOD_RANGE.end());
-            Err(Error::input(format!("--lod {voxels} is outside {least} to {most} voxels a ray")))
+            Err(Error::input(format!("--lod {voxels} is outside {least} to {most} voxels per ray")))
         }
     }
 }
@@ -362,7 +364,7 @@ fn backend(backend: BackendChoice, adapter: Option<String>) -> Result<Backend, E
         (BackendChoice::Auto, None) => Ok(Backend::Auto),
         (BackendChoice::Cpu, None) => Ok(Backend::Cpu),
         (BackendChoice::Cpu, Some(name)) => {
-            Err(Error::input(format!("--adapter {name} asks for a GPU, and --backend cpu for none")))
+            Err(Error::input(format!("--adapter {name} needs a GPU and contradicts --backend cpu; remove one of them")))
         }
         // A named adapter leaves `auto` no choice.
         (BackendChoice::Auto | BackendChoice::Gpu, name) => Ok(Backend::Gpu(name)),
@@ -413,10 +415,14 @@ fn report(common: &CommonArguments) -> Result<Report, Error> {
 fn writable(path: &Path) -> Result<(), Error> {
     let folder = output::folder(path);
     if path.is_dir() {
-        return Err(Error::input(format!("{}: is a folder, and a file is to be written", path.display())));
+        return Err(Error::input(format!("{}: is a folder; give the name of a file", path.display())));
     }
     if !folder.is_dir() {
-        return Err(Error::input(format!("{}: there is no folder {}", path.display(), folder.display())));
+        return Err(Error::input(format!(
+            "{}: the folder {} does not exist; create it first",
+            path.display(),
+            folder.display()
+        )));
     }
     Ok(())
 }
@@ -431,8 +437,7 @@ fn mesh_target(path: &Path) -> Result<(), Error> {
 }
 
 /// The formats of `-o` and their contents.
-const WRITTEN: &str =
-    "-o takes .npz, the image; .stl, .obj, .ply, .off, .glb or .3mf, its surface; .vti or .npy, voxels";
+const WRITTEN: &str = "-o takes .npz (images), .stl, .obj, .ply, .off, .glb or .3mf (surface), .vti or .npy (voxels)";
 
 /// Returns the file to make from the images.
 fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Option<ImageTarget>, Error> {
@@ -445,7 +450,7 @@ fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Optio
     };
     let Some(path) = output else {
         return match flag {
-            Some(flag) => Err(Error::input(format!("{flag} is for a mesh, and there is no -o FILE to write one to"))),
+            Some(flag) => Err(Error::input(format!("{flag} applies to a mesh: add -o FILE, or remove {flag}"))),
             None => Ok(None),
         };
     };
@@ -459,14 +464,14 @@ fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Optio
             mesh_target(&path)?;
             Content::Mesh(Finish { simplify, least_part: drop_parts.map(|args::Share(share)| share), recentre })
         }
-        _ => return refuse(&format!("this extension is not known; {WRITTEN}")),
+        _ => return refuse(&format!("unknown extension; {WRITTEN}")),
     };
     match (content, axis) {
         (Content::Mesh(_), AxisChoice::All) => {}
-        (Content::Mesh(_), _) => return refuse("a mesh is made of the images along all axes; leave --axis away"),
+        (Content::Mesh(_), _) => return refuse("a mesh needs the images along all axes; remove --axis"),
         _ => {
             if let Some(flag) = flag {
-                return refuse(&format!("{flag} is for meshes, and this is none"));
+                return refuse(&format!("{flag} applies to meshes only; remove it, or write a mesh"));
             }
         }
     }

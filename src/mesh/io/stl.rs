@@ -310,7 +310,7 @@ fn facet(words: &mut Words<'_>, index: usize) -> Result<[DVec3; 3], Fault> {
     }
     if count != 3 {
         let place = Place::ElementOnLine { element: "facet", index, line: words.line() };
-        return Err(Fault::invalid(place, format!("a facet has 3 vertices, and this one has {count}")));
+        return Err(Fault::invalid(place, format!("a facet needs 3 vertices, but this one has {count}")));
     }
     if word.and_then(Keyword::of) == Some(Keyword::EndLoop) {
         skip_remark(words);
@@ -397,9 +397,9 @@ mod tests {
     #[test]
     fn truncated_binary_files_are_refused() {
         let bytes = binary(b"", 3, &[TRIANGLE; 2]);
-        assert_eq!(error(&bytes, FORMAT), "sample.stl, byte 80: 3 triangles are promised, 2 are there");
+        assert_eq!(error(&bytes, FORMAT), "sample.stl, byte 80: 3 triangles declared, 2 found");
         let bytes = binary(b"", u32::MAX, &[TRIANGLE; 2]);
-        assert_eq!(error(&bytes, FORMAT), "sample.stl, byte 80: 4294967295 triangles are promised, 2 are there");
+        assert_eq!(error(&bytes, FORMAT), "sample.stl, byte 80: 4294967295 triangles declared, 2 found");
         let neither =
             "sample.stl, byte 0: expected an STL file, found 3 bytes that are neither text nor a binary header of 84";
         assert_eq!(error(b"abc", FORMAT), neither);
@@ -407,12 +407,12 @@ mod tests {
 
     #[test]
     fn files_without_triangles_are_refused() {
-        assert_eq!(error(b"", FORMAT), "sample.stl: there are no triangles: the file has no bytes");
+        assert_eq!(error(b"", FORMAT), "sample.stl: the file has no triangles: the file has no bytes");
         assert_eq!(
             error(b"solid a\nendsolid a\n", FORMAT),
-            "sample.stl: there are no triangles: the text has no facet"
+            "sample.stl: the file has no triangles: the text has no facet"
         );
-        let counted = "sample.stl: there are no triangles: the binary header counts 0, and 0 bytes follow it";
+        let counted = "sample.stl: the file has no triangles: the binary header counts 0, and 0 bytes follow it";
         assert_eq!(error(&binary(b"x", 0, &[]), FORMAT), counted);
     }
 
@@ -461,7 +461,7 @@ mod tests {
         let text = |from: &str, to: &str| format!("solid a\n{}", FACET.replacen(from, to, 1));
         assert_eq!(error(text("0.1", "0,1").as_bytes(), FORMAT), "sample.stl, line 5: `0,1` is not a number");
         let many = text("vertex 0", "vertex 9 9 9 vertex 0");
-        let four = "sample.stl, line 7, facet 0: a facet has 3 vertices, and this one has 4";
+        let four = "sample.stl, line 7, facet 0: a facet needs 3 vertices, but this one has 4";
         assert_eq!(error(many.as_bytes(), FORMAT), four);
         let extra = text("5 nan", "5 nan 6");
         assert_eq!(error(extra.as_bytes(), FORMAT), "sample.stl, line 6: expected `vertex` or `endloop`, found `6`");

@@ -69,14 +69,14 @@ pub struct ResolveCounts {
 #[non_exhaustive]
 pub enum ResolveError {
     /// The crossings of different rays contradict one another.
-    #[error("lattice node {node:?} is inside by the crossings of one ray and outside by those of another")]
+    #[error("lattice node {node:?} is inside by the crossings of one ray and outside by those of another ray")]
     Contradiction {
         /// Indices of the node along x, y and z.
         node: [u32; 3],
     },
     /// The spans at some axis are not those of the grid's rays along it.
     #[error(
-        "spans of {rays} rays along {}, where those of {expected} rays along {} are needed",
+        "spans of {rays} rays along {}; those of {expected} rays along {} are needed",
         found.name(), axis.name()
     )]
     Mismatch {

@@ -111,7 +111,7 @@ impl FromStr for PictureSize {
 
     fn from_str(text: &str) -> Result<PictureSize, String> {
         let sides = text.split_once(['x', '×']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-        let (width, height) = sides.ok_or("a size is two numbers of pixels: 1200x900")?;
+        let (width, height) = sides.ok_or("expected two numbers of pixels, as in 1200x900")?;
         Ok(PictureSize { width, height })
     }
 }
@@ -124,8 +124,7 @@ impl FromStr for SliceAt {
     type Err = String;
 
     fn from_str(text: &str) -> Result<SliceAt, String> {
-        let wrong =
-            || "a slice is an axis and a place on it: z=0.5 in file units, z=2mm, or z=50% of the box".to_owned();
+        let wrong = || "expected an axis and a position: z=0.5 in file units, z=2mm, or z=50% of the box".to_owned();
         let (axis, place) = text.split_once('=').ok_or_else(wrong)?;
         let axis = Axis::ALL.into_iter().find(|known| known.name() == axis.trim()).ok_or_else(wrong)?;
         let position = match place.trim().strip_suffix('%') {

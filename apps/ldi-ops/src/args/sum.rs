@@ -166,7 +166,7 @@ impl FromStr for MemorySize {
     type Err = &'static str;
 
     fn from_str(text: &str) -> Result<MemorySize, &'static str> {
-        const WANTED: &str = "a size of memory is wanted: 800M, 2G or 1.5GiB";
+        const WANTED: &str = "expected a size of memory, as in 800M, 2G or 1.5GiB";
         let text = text.trim().to_ascii_lowercase();
         let end = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
         let (number, suffix) = text.split_at(end);

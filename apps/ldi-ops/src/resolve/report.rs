@@ -24,17 +24,19 @@ pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Error> {
     let JudgingArguments { limits, compare, build, overhang_angle, kozeny } = judging;
     let RasterArguments { resolution, pitch, tortuosity_resolution, backend: backend_choice, adapter } = raster;
     if solids.len() > 1 && transform_a.is_some() {
-        return Err(Error::input("--transform-a places one solid, and several are given"));
+        return Err(Error::input("--transform-a applies to one solid, but several are given"));
     }
     if solids.len() > 1 && compare.is_some() {
         return Err(Error::input(
-            "--compare puts one design beside another, and several solids are given; without it they share a table",
+            "--compare compares two solids, but more are given; without --compare all share one table",
         ));
     }
     let edges = match edges {
         EdgesChoice::Clip => BoundaryCondition::Clip,
         EdgesChoice::Periodic if roi.is_some() => {
-            return Err(Error::input("--edges periodic is for a box that repeats, and --roi is none"));
+            return Err(Error::input(
+                "--edges periodic needs a box that repeats; remove --roi, or choose border or clip",
+            ));
         }
         EdgesChoice::Periodic => BoundaryCondition::Periodic,
         EdgesChoice::Border => BoundaryCondition::Border,
@@ -92,11 +94,15 @@ fn direction(choice: BuildChoice) -> DVec3 {
 /// Checks that a folder or its parent exists.
 fn usable(folder: &Path) -> Result<(), Error> {
     if folder.exists() && !folder.is_dir() {
-        return Err(Error::input(format!("-o {}: is a file, and a report takes a folder", folder.display())));
+        return Err(Error::input(format!("-o {}: is a file; a report needs a folder", folder.display())));
     }
     let parent = output::folder(folder);
     if !folder.is_dir() && !parent.is_dir() {
-        return Err(Error::input(format!("-o {}: there is no folder {}", folder.display(), parent.display())));
+        return Err(Error::input(format!(
+            "-o {}: the folder {} does not exist; create it first",
+            folder.display(),
+            parent.display()
+        )));
     }
     Ok(())
 }
@@ -119,7 +125,7 @@ fn roi(text: &Path, placement: Option<Placement>) -> Result<Roi, Error> {
     match placement {
         None => Ok(shape),
         Some(_) => Err(Error::input(format!(
-            "--transform-roi places a file, and --roi {} lies where the solid does",
+            "--transform-roi needs a file as --roi; --roi {} follows the solid",
             text.display()
         ))),
     }

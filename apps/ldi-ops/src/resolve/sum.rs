@@ -21,7 +21,7 @@ pub fn minkowski(arguments: MinkowskiArguments) -> Result<Invocation, Error> {
 pub fn offset(arguments: OffsetArguments) -> Result<Invocation, Error> {
     let OffsetArguments { a, distance, placing: SumPlacingArguments { unit, transform_a }, rest } = arguments;
     if !distance.value.is_finite() || distance.value == 0.0 {
-        return Err(Error::input(format!("--distance {distance} is no length to move a surface by")));
+        return Err(Error::input(format!("--distance {distance} is not a finite length other than 0")));
     }
     let input = Input { name: None, path: a, placement: transform_a };
     sum(SumOperation::Offset(distance), vec![input], unit, rest)

@@ -99,7 +99,7 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Error> {
     // Zero means one thread per processor.
     let threads = invocation.threads.map_or(0, NonZeroUsize::get);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
-    pool.map_err(|error| Error::machine(format!("no threads could be started ({error}); try fewer --threads")))?;
+    pool.map_err(|error| Error::machine(format!("cannot start the threads ({error}); try fewer --threads")))?;
     let progress = Progress::new(invocation.verbosity);
     match invocation.job {
         Job::Measure(job) => measure::run(&job, start, &progress),
