@@ -17,9 +17,9 @@
 //! - [`ldi`] holds the image; [`boolean`] combines any number; [`integrate`] finds volume, area and moments.
 //! - [`minkowski`] makes the images of sums, differences and offsets of solids, which no mesh bounds.
 //! - [`metrics`] measures scaffolds and their pores: thickness, access, topology, paths.
-//! - [`surface`] makes a mesh of three images again, says what it must satisfy, and makes it of fewer triangles.
+//! - [`surface`] contours three images to a closed mesh, checks that it is a manifold, and simplifies it.
 //! - [`voxels`] writes which lattice nodes are inside, for programs that know no images.
-//! - [`picture`] draws what images show.
+//! - [`picture`] renders images as pictures.
 //! - [`solids`] makes models to try things on.
 //! - [`driver`] runs whole operations over these, for the types at the root; [`report`] measures scaffolds and writes pages.
 //!
@@ -34,8 +34,8 @@
 //! common.surface()?.write("common.stl")?;
 //! # Ok::<(), ldi_ops::Error>(())
 //! ```
-//! [`Solid`], [`Shape`], [`Settings`], [`Sampled`], [`Estimate`] and [`Report`] are all that most programs need. The modules are the
-//! steps underneath.
+//! [`Solid`], [`Shape`], [`Settings`], [`Sampled`], [`Estimate`] and [`Report`] are all that most programs need. The modules
+//! are the steps underneath.
 //!
 //! # The steps by themselves
 //! ```

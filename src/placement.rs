@@ -56,7 +56,7 @@ impl From<DAffine3> for Placement {
     }
 }
 
-/// What is wrong with a placement, and at which character.
+/// A problem of a placement and the character at which it occurs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlacementError {
     text: String,
@@ -87,7 +87,7 @@ impl FromStr for Placement {
                 return Err((0, format!("the placement is empty; {FORMS}")));
             }
             while reader.peek().is_some() {
-                // What stands to the left is done first.
+                // Steps apply from left to right.
                 placement = placement.then(reader.step()?);
                 reader.skip_space();
                 if reader.peek() == Some(',') || reader.peek() == Some(';') {
@@ -105,7 +105,7 @@ impl FromStr for Placement {
 
 const FORMS: &str = "steps are translate(x,y,z), rotate(axis x,axis y,axis z,degrees), scale(s) and scale(x,y,z)";
 
-/// A character and what is wrong there.
+/// A character and the problem there.
 type Fault = (usize, String);
 
 struct Reader<'a> {

@@ -18,7 +18,7 @@ pub enum Axes {
     Y,
     /// Z alone.
     Z,
-    /// All three: the best volume, and what a surface needs.
+    /// All three, which a surface needs and which give the best volume.
     #[default]
     All,
 }
@@ -34,7 +34,7 @@ impl Axes {
     }
 }
 
-/// Rays along the longest side where nothing else is asked for.
+/// Default number of rays along the longest side.
 const DEFAULT_RAYS: u32 = 512;
 
 /// Voxels along each ray (LOD-C) of over- and under-estimates.
@@ -45,7 +45,8 @@ const DEFAULT_LOD: u32 = 1024;
 /// ```
 /// use ldi_ops::{Axes, Backend, FillRule, Mode, Settings};
 ///
-/// let settings = Settings::pitch(0.05).mode(Mode::Exact).axes(Axes::Z).fill(FillRule::NonZero).backend(Backend::Cpu).threads(2);
+/// let settings =
+/// Settings::pitch(0.05).mode(Mode::Exact).axes(Axes::Z).fill(FillRule::NonZero).backend(Backend::Cpu).threads(2);
 /// # let _ = settings;
 /// ```
 #[derive(Clone)]

@@ -19,7 +19,7 @@ use crate::{Error, Estimate, Monitor, Sampled, Settings, Solid, Warning, excerpt
 
 /// An expression over solids: Booleans, Minkowski sums and differences, offsets, openings and closings. Cheap to clone.
 ///
-/// Nothing is computed until the shape is [sampled](Shape::sample) or its [volume](Shape::volume) is asked for. Booleans of solids
+/// Nothing is computed until [`sample`](Shape::sample) or [`volume`](Shape::volume) is called. Booleans of solids
 /// are one pass over all images. A sum or an offset within another operation is first made into a mesh, on the raster of the
 /// settings.
 ///
@@ -74,7 +74,7 @@ impl Shape {
     /// Reads an expression of named shapes: `a & (b | c) - d`, with `&`, `|`, `-`, `^` and parentheses.
     ///
     /// # Errors
-    /// Expressions that are none, with the place, and names that are not among the operands.
+    /// Fails for invalid expressions, with the place, and for names that are not operands.
     pub fn parse<'n, S: Into<Shape>>(
         text: &str,
         operands: impl IntoIterator<Item = (&'n str, S)>,

@@ -32,7 +32,7 @@ use crate::union_find::UnionFind;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Unproved {
-    /// The triangles do not agree on what is outside.
+    /// The triangles are not consistently oriented.
     NotOriented,
     /// Two triangles meet elsewhere than in corners and sides that they share.
     TrianglesMeet {

@@ -227,7 +227,7 @@ struct Order {
 
 impl Order {
     fn of(points: &[Vec3], slices: usize) -> Order {
-        // Points above all slices are fully lit and belong to none.
+        // Points above all slices are fully lit and belong to no slice.
         let slice = |p: &Vec3| if p.z >= slices as f32 { slices } else { p.z.max(0.0) as usize };
         let mut first = vec![0u32; slices + 2];
         for point in points {

@@ -27,7 +27,8 @@ use ldi_ops::unit;
 use ldi_ops::voxels;
 
 use crate::args::{
-    self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
+    self, AxisChoice, BackendChoice, CommonArguments, DeviceArguments, FillChoice, ModeChoice, PlacingArguments,
+    SamplingArguments,
 };
 use crate::output;
 
@@ -309,10 +310,10 @@ fn measure(
     writing: args::ImageArguments,
     common: CommonArguments,
 ) -> Result<Invocation, Error> {
-    let backend = backend(sampling.backend, sampling.adapter.clone())?;
+    let backend = backend(sampling.device)?;
     let spacing = spacing(sampling.resolution, sampling.pitch, sampling.tolerance)?;
-    let lod = lod(sampling.lod)?;
-    let target = image_target(writing, sampling.axis)?;
+    let lod = lod(sampling.kind.lod)?;
+    let target = image_target(writing, sampling.kind.axis)?;
     let report = report(&common)?;
     let job = MeasureJob {
         measurement,
@@ -320,9 +321,9 @@ fn measure(
         openness: if reading.allow_open { Openness::Sampled } else { Openness::Refused },
         spacing,
         lod,
-        axes: axes(sampling.axis),
-        mode: mode(sampling.mode),
-        fill: fill(sampling.fill),
+        axes: axes(sampling.kind.axis),
+        mode: mode(sampling.kind.mode),
+        fill: fill(sampling.fill.fill),
         backend,
         check_rays: report.has_json() || common.verbose,
         memory: None,
@@ -359,7 +360,7 @@ fn mode(choice: ModeChoice) -> Mode {
     }
 }
 
-fn backend(backend: BackendChoice, adapter: Option<String>) -> Result<Backend, Error> {
+fn backend(DeviceArguments { backend, adapter }: DeviceArguments) -> Result<Backend, Error> {
     match (backend, adapter) {
         (BackendChoice::Auto, None) => Ok(Backend::Auto),
         (BackendChoice::Cpu, None) => Ok(Backend::Cpu),

@@ -353,7 +353,10 @@ impl Content {
             *axis = match element.property(&[name]).map(|index| (index, element.properties[index].kind)) {
                 Some((index, Kind::Scalar(scalar))) => (index, scalar),
                 _ => {
-                    return Err(Fault::invalid(Place::File, format!("element vertex has no numeric property `{name}`")));
+                    return Err(Fault::invalid(
+                        Place::File,
+                        format!("element vertex has no numeric property `{name}`"),
+                    ));
                 }
             };
         }

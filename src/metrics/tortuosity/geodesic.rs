@@ -15,9 +15,10 @@ use crate::metrics::{BoundaryCondition, NodeSet};
 /// number of at least 1, and exactly 1 for straight pores; `None` where no path leads to the last plane (the tortuosity is
 /// infinite). Nodes of the last plane that no path leads to do not count.
 ///
-/// With [`Edges::Periodic`] paths continue at the opposite lateral face; otherwise those faces are walls. Lengths are computed
-/// by fast marching to first order: too long by a fraction of a pitch where paths bend around an edge. Needs 4 bytes for each
-/// node and 8 for each entry of the queue, in one thread; the order of nodes at the same distance makes no difference.
+/// With [`BoundaryCondition::Periodic`] paths continue at the opposite lateral face; otherwise those faces are walls. Lengths
+/// are computed by fast marching to first order: too long by a fraction of a pitch where paths bend around an edge. Needs 4
+/// bytes for each node and 8 for each entry of the queue, in one thread; the order of nodes at the same distance makes no
+/// difference.
 ///
 /// # Errors
 /// Fewer than two nodes along the axis.

@@ -13,11 +13,11 @@ use crate::args::{
 };
 
 pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
-    let RenderArguments { solids, output, picture, placing, sampling, common } = arguments;
+    let RenderArguments { solids, output, picture, placing, fill: fill_choice, device, common } = arguments;
     let names: Vec<String> = (0..solids.len()).map(letters).collect();
     let expression = expression(&names, picture.csg.as_deref())?;
     let format = format(picture.size, picture.samples)?;
-    let backend = backend(sampling.backend, sampling.adapter)?;
+    let backend = backend(device)?;
     if output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("png")) {
         return Err(Error::input(format!("{}: a picture needs the extension .png", output.display())));
     }
@@ -42,7 +42,7 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
         names,
         unit: reading.unit,
         openness: if reading.allow_open { Openness::Sampled } else { Openness::Refused },
-        fill: fill(sampling.fill),
+        fill: fill(fill_choice.fill),
         backend,
         expression,
         typed: picture.csg,

@@ -20,9 +20,9 @@ const DEFAULT_RESOLUTION: u32 = 256;
 
 pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Error> {
     let ReportArguments { solids, output: folder, region, judging, raster, common } = arguments;
-    let RegionArguments { unit, allow_open, roi, transform_a, transform_roi, edges, fill: fill_choice } = region;
+    let RegionArguments { unit, allow_open, roi, transform_a, transform_roi, edges } = region;
     let JudgingArguments { limits, compare, build, overhang_angle, kozeny } = judging;
-    let RasterArguments { resolution, pitch, tortuosity_resolution, backend: backend_choice, adapter } = raster;
+    let RasterArguments { resolution, pitch, tortuosity_resolution, fill: fill_choice, device } = raster;
     if solids.len() > 1 && transform_a.is_some() {
         return Err(Error::input("--transform-a applies to one solid, but several are given"));
     }
@@ -57,12 +57,12 @@ pub fn resolve(arguments: ReportArguments) -> Result<Invocation, Error> {
         spacing: spacing(Some(resolution.unwrap_or(DEFAULT_RESOLUTION)).filter(|_| pitch.is_none()), pitch, None)?,
         tortuosity_resolution,
         edges,
-        fill: fill(fill_choice),
+        fill: fill(fill_choice.fill),
         build: direction(build),
         overhang_angle,
         kozeny,
         memory: None,
-        backend: backend(backend_choice, adapter)?,
+        backend: backend(device)?,
     };
     let placed = |path, placement| Input { name: None, path, placement };
     let roi = roi.map(|roi| self::roi(&roi, transform_roi)).transpose()?;

@@ -43,17 +43,17 @@ fn sum(
     rest: SumArguments,
 ) -> Result<Invocation, Error> {
     let SumArguments { sampling, writing, common } = rest;
-    let backend = backend(sampling.backend, sampling.adapter)?;
-    let target = image_target(writing, sampling.axis)?;
+    let backend = backend(sampling.device)?;
+    let target = image_target(writing, sampling.kind.axis)?;
     let report = report(&common)?;
     let job = SumJob {
         operation,
         unit,
         spacing: spacing(sampling.resolution, sampling.pitch, None)?,
-        lod: lod(sampling.lod)?,
-        axes: axes(sampling.axis),
-        mode: mode(sampling.mode),
-        fill: fill(sampling.fill),
+        lod: lod(sampling.kind.lod)?,
+        axes: axes(sampling.kind.axis),
+        mode: mode(sampling.kind.mode),
+        fill: fill(sampling.fill.fill),
         backend,
         memory: sampling.memory.map(|MemorySize(bytes)| bytes),
         hashes: report.has_json(),
