@@ -22,7 +22,7 @@
 //! - [`components`], [`euler`]: pieces, pores, holes and cavities.
 //! - [`distance`] → [`thickness`] → [`access`]: balls that fit; their access from outside; percolation of the region.
 //! - [`tortuosity`]: the lengthening of paths, and the slowing of diffusion.
-//! - [`elements`]: the surface within a region, which [`anisotropy`] and [`orientation`] sum over.
+//! - [`surface_area`]: the surface within a region, over which [`anisotropy`] and [`overhang`] sum.
 //! - [`chords`], [`profiles`], [`inertia`], [`curvature`], [`permeability`]: further metrics from rays and facets.
 //! - [`bounds`]: certified bounds of the solid.
 //! - [`wrap`]: the shape of a porous solid, a region to measure it in.
