@@ -113,7 +113,7 @@ fn wrong_usage_exits_with_two() {
         (&["intersect", "a.stl"], &["<B>"]),
         (&["csg", "a"], &["<NAME=FILE>"]),
         (&["csg", "a", "a.stl"], &["'a.stl'", "NAME=FILE"]),
-        (&["csg", "a", "a-b=a.stl"], &["`a-b` is no name"]),
+        (&["csg", "a", "a-b=a.stl"], &["`a-b` is not a valid name"]),
         (&["union", "a.stl", "a.stl", "--transform", "scale(2)"], &["NAME=PLACEMENT"]),
         (&["volume"], &["<A>"]),
         (&["volume", "a.stl", "--resolution", "10", "--pitch", "1"], &["--resolution", "--pitch"]),
