@@ -1,4 +1,4 @@
-// Computes the integer sums of an image, one invocation per ray; the twin of `src/ldi/summary.rs`. Rows beside the
+// Computes the integer sums of an image, one invocation per ray; the twin of `src/ldi/volume_sums.rs`. Rows beside the
 // counted ones serve only for comparison.
 
 @group(0) @binding(0) var<uniform> view: View;

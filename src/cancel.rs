@@ -55,7 +55,7 @@ pub(crate) fn stoppable<T: Send>(
             move |_| STOP.with(|stop| stop.set(Arc::clone(&flag)).expect("the thread is new"))
         })
         .build()
-        .map_err(|error| Error::machine(format!("no threads could be started: {error}")))?;
+        .map_err(|error| Error::machine(format!("cannot start the threads: {error}")))?;
     let (done, is_done) = mpsc::channel::<()>();
     thread::scope(|scope| {
         scope.spawn(move || {

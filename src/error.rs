@@ -9,11 +9,11 @@ use crate::gpu::DeviceError;
 use crate::mesh::check::MeshReport;
 use crate::sampler::SampleError;
 
-/// What is at fault.
+/// The party at fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ErrorKind {
-    /// An input is not what it has to be.
+    /// An input is invalid.
     Input,
     /// The arguments of a call contradict one another or are out of range.
     Usage,
@@ -30,7 +30,7 @@ pub enum Error {
     /// A mesh is not closed; all its defects, with places.
     #[error(transparent)]
     NotClosed(Box<OpenMesh>),
-    /// An input is not what it has to be.
+    /// An input is invalid.
     #[error("{0}")]
     Input(String),
     /// The arguments of a call contradict one another or are out of range.
@@ -86,7 +86,7 @@ impl Error {
         }
     }
 
-    /// Returns what is at fault.
+    /// Returns the party at fault.
     pub fn kind(&self) -> ErrorKind {
         match self {
             Error::NotClosed(_) | Error::Input(_) => ErrorKind::Input,

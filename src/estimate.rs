@@ -57,7 +57,7 @@ impl fmt::Display for Estimate {
 
 /// Returns a value with as many digits as its error leaves meaning to, and the error with two.
 pub fn with_error(value: f64, error: f64) -> (String, String) {
-    // What is lost in the last digit of f64 is no error to speak of.
+    // The rounding of f64 is not an error worth stating.
     let error = if error <= 4.0 * f64::EPSILON * value.abs() { 0.0 } else { error };
     if !(error > 0.0 && error.is_finite() && value.is_finite()) {
         return (number(value), number(error));

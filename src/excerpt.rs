@@ -1,6 +1,6 @@
 //! Where in a text that was typed something is wrong.
 
-/// So many characters before and after a fault are shown.
+/// Number of characters shown before and after a fault.
 const AROUND: usize = 60;
 
 /// The surroundings of a character, counted from 0, and under it a caret; two lines.

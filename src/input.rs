@@ -14,7 +14,7 @@ pub fn open(path: &Path) -> io::Result<File> {
     if kind.is_file() {
         return File::open(path);
     }
-    let message = format!("is {}, and inputs are ordinary files; save what it holds to one first", name(kind));
+    let message = format!("is {}, but an input must be a regular file; save the contents to one first", name(kind));
     Err(io::Error::new(io::ErrorKind::InvalidInput, message))
 }
 
@@ -33,7 +33,7 @@ fn name(kind: FileType) -> &'static str {
             return "a socket";
         }
     }
-    if kind.is_dir() { "a folder" } else { "no ordinary file" }
+    if kind.is_dir() { "a folder" } else { "not a regular file" }
 }
 
 #[cfg(test)]

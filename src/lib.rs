@@ -1,8 +1,8 @@
 //! Solid modelling on layered depth images.
 //!
 //! A **layered depth image** (LDI) of a solid lists, for every ray of a raster, the sorted depths at which the ray enters
-//! and leaves it. Booleans of such images are merges of intervals, volumes are sums, and neither cares how many
-//! triangles the solids had. The sampling follows Leung & Wang, "Conservative Sampling of Solids in Image Space".
+//! and leaves it. Booleans of such images are merges of intervals, and volumes are sums; the cost of both does not depend on
+//! the number of triangles. The sampling follows Leung & Wang, "Conservative Sampling of Solids in Image Space".
 //!
 //! # The way data flows
 //! ```text
@@ -13,14 +13,14 @@
 //! - [`mesh`] reads files and checks them: a [`mesh::ClosedMesh`] is the way into a sampler.
 //! - [`grid`] lays a raster around the solids and rounds their vertices, once, to an integer lattice.
 //! - [`sampler`] states what an image is, to the bit; [`sampler::cpu`] and, with the feature `gpu`, `sampler::gpu` make it.
-//! - [`gpu`] finds and opens the devices that the latter runs on.
+//! - [`gpu`] finds and opens compute devices.
 //! - [`ldi`] holds the image; [`boolean`] combines any number; [`integrate`] finds volume, area and moments.
-//! - [`minkowski`] makes the images of sums, differences and offsets of solids, which no mesh bounds.
+//! - [`minkowski`] makes the images of Minkowski sums, differences and offsets without a mesh of the result.
 //! - [`metrics`] measures scaffolds and their pores: thickness, access, topology, paths.
-//! - [`surface`] makes a mesh of three images again, says what it must satisfy, and makes it of fewer triangles.
-//! - [`voxels`] writes which lattice nodes are inside, for programs that know no images.
-//! - [`picture`] draws what images show.
-//! - [`solids`] makes models to try things on.
+//! - [`surface`] contours three images to a closed mesh, checks that it is a manifold, and simplifies it.
+//! - [`voxels`] writes the inside state of all lattice nodes, for programs that read voxels.
+//! - [`picture`] renders images as pictures.
+//! - [`solids`] generates model solids.
 //! - [`driver`] runs whole operations over these, for the types at the root; [`report`] measures scaffolds and writes pages.
 //!
 //! # The common volume of a scaffold and a bone
@@ -34,8 +34,8 @@
 //! common.surface()?.write("common.stl")?;
 //! # Ok::<(), ldi_ops::Error>(())
 //! ```
-//! [`Solid`], [`Shape`], [`Settings`], [`Sampled`], [`Estimate`] and [`Report`] are all that most programs need. The modules are the
-//! steps underneath.
+//! [`Solid`], [`Shape`], [`Settings`], [`Sampled`], [`Estimate`] and [`Report`] are all that most programs need. The modules
+//! are the steps underneath.
 //!
 //! # The steps by themselves
 //! ```

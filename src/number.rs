@@ -31,7 +31,7 @@ pub fn without_zeros(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }
 
-/// Whether a number reads well without an exponent.
+/// Returns whether a number is readable without an exponent.
 pub fn plain(value: f64) -> bool {
     value == 0.0 || (1e-4..1e9).contains(&value.abs())
 }

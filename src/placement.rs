@@ -56,7 +56,7 @@ impl From<DAffine3> for Placement {
     }
 }
 
-/// What is wrong with a placement, and at which character.
+/// A problem of a placement and the character at which it occurs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlacementError {
     text: String,
@@ -84,19 +84,19 @@ impl FromStr for Placement {
         let result = (|| {
             reader.skip_space();
             if reader.peek().is_none() {
-                return Err((0, format!("there is nothing; {FORMS}")));
+                return Err((0, format!("the placement is empty; {FORMS}")));
             }
             while reader.peek().is_some() {
-                // What stands to the left is done first.
+                // Steps apply from left to right.
                 placement = placement.then(reader.step()?);
                 reader.skip_space();
                 if reader.peek() == Some(',') || reader.peek() == Some(';') {
-                    return Err((reader.at, "steps are separated by spaces alone".to_owned()));
+                    return Err((reader.at, "separate the steps by spaces only".to_owned()));
                 }
             }
             match placement.is_finite() {
                 true => Ok(placement),
-                false => Err((0, "the steps together are beyond the numbers that can be computed with".to_owned())),
+                false => Err((0, "the combined steps overflow".to_owned())),
             }
         })();
         result.map_err(|(at, problem)| PlacementError { text: text.to_owned(), at, problem })
@@ -105,7 +105,7 @@ impl FromStr for Placement {
 
 const FORMS: &str = "steps are translate(x,y,z), rotate(axis x,axis y,axis z,degrees), scale(s) and scale(x,y,z)";
 
-/// A character and what is wrong there.
+/// A character and the problem there.
 type Fault = (usize, String);
 
 struct Reader<'a> {
@@ -142,7 +142,7 @@ impl Reader<'_> {
         let name = self.take_while(|c| c.is_alphanumeric() || c == '_');
         if !["translate", "rotate", "scale"].contains(&name.as_str()) {
             let what = if name.is_empty() { self.found() } else { format!("`{name}`") };
-            return Err((start, format!("{what} is no step; {FORMS}")));
+            return Err((start, format!("{what} is not a step; {FORMS}")));
         }
         self.skip_space();
         if self.peek() != Some('(') {
@@ -155,7 +155,7 @@ impl Reader<'_> {
             let at = self.at;
             let length = self.length()?;
             if length.unit.is_some() && name != "translate" {
-                return Err((at, format!("`{length}` has a unit, and {name} takes numbers")));
+                return Err((at, format!("`{length}` has a unit, but {name} takes plain numbers")));
             }
             lengths.push(length);
             self.skip_space();
@@ -321,7 +321,7 @@ mod tests {
         assert_eq!(fault("scale(0)").0, 0);
         assert_eq!(fault("scale(1,2)"), (0, "scale takes one number or three, and 2 are given".into()));
         assert_eq!(fault("scale(inf)"), (6, "`inf` is not a finite number".into()));
-        assert_eq!(fault("scale(2), scale(3)"), (8, "steps are separated by spaces alone".into()));
+        assert_eq!(fault("scale(2), scale(3)"), (8, "separate the steps by spaces only".into()));
         assert_eq!(fault("rotate(0,0,0,30)").1, "an axis of (0,0,0) has no direction");
         assert_eq!(fault("").0, 0);
         assert_eq!(fault("scale(1e200) scale(1e200)").0, 0);

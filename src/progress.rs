@@ -18,7 +18,7 @@ pub trait Progress: Sync {
     fn detail(&self, _line: &str) {}
 }
 
-/// The operation's end of a [`Progress`]: counts steps over all stages and remembers that it was told to stop.
+/// The operation's end of a [`Progress`]: counts steps over all stages and remembers a request to stop.
 pub struct Monitor<'p> {
     listener: Option<&'p dyn Progress>,
     state: Mutex<State>,
@@ -33,7 +33,7 @@ struct State {
 }
 
 impl<'p> Monitor<'p> {
-    /// Listens on behalf of nobody, or of a caller.
+    /// Creates a monitor with or without a listener.
     pub fn new(listener: Option<&'p dyn Progress>) -> Monitor<'p> {
         Monitor { listener, state: Mutex::default(), is_stopped: Arc::default() }
     }

@@ -1,4 +1,4 @@
-//! Images of a shape, and what they give.
+//! Images of a shape, and the results computed from them.
 
 use std::path::Path;
 
@@ -23,7 +23,7 @@ use crate::mesh::{LengthUnit, Precision, TriangleMesh};
 use crate::voxels;
 use crate::{Error, Estimate, Monitor, Progress, Warning};
 
-/// The images of a shape along the axes that were asked for, with all that made them.
+/// The images of a shape along the requested axes, with the settings and inputs they were made from.
 #[derive(Debug)]
 pub struct Sampled {
     measured: Measured,
@@ -76,7 +76,7 @@ impl Sampled {
         SolidMoments { centroid, inertia }
     }
 
-    /// Returns the image along an axis, if it was asked for.
+    /// Returns the image along an axis, if it was requested.
     pub fn image(&self, axis: Axis) -> Option<&Ldi> {
         self.measured.images.iter().find(|image| image.axis() == axis)
     }
@@ -98,7 +98,7 @@ impl Sampled {
     pub fn surface(&self) -> Result<SurfaceMesh<'_>, Error> {
         match self.measured.images.len() {
             3 => Ok(SurfaceMesh { measured: &self.measured, finish: Finish::default(), progress: None }),
-            _ => Err(Error::Usage("a surface needs images along all axes: leave Settings::axes as it is".to_owned())),
+            _ => Err(Error::Usage("a surface needs images along all axes: keep all axes in Settings::axes".to_owned())),
         }
     }
 
@@ -122,8 +122,8 @@ impl Sampled {
         Voxels { size, origin, spacing: grid.pitch(), values }
     }
 
-    /// Writes the images (`.npz`), the voxels (`.vti`, `.npy`) or the surface (mesh formats), by the extension of the file, which
-    /// appears whole or not at all.
+    /// Writes the images (`.npz`), the voxels (`.vti`, `.npy`) or the surface (mesh formats), by the extension of the file,
+    /// which appears whole or not at all.
     ///
     /// # Errors
     /// Extensions that are not known, files that cannot be written, and surfaces that cannot be made.
@@ -166,7 +166,7 @@ pub struct SurfaceMesh<'s> {
 }
 
 impl<'s> SurfaceMesh<'s> {
-    /// Asks for fewer triangles, none further from the surface than a distance in the unit of the solid.
+    /// Simplifies the mesh within a distance, in the unit of the solid.
     pub fn simplified(mut self, distance: f64) -> Self {
         self.finish.simplify = Some(Bound::Length(Length { value: distance, unit: None }));
         self
@@ -195,8 +195,8 @@ impl<'s> SurfaceMesh<'s> {
     /// Writes the mesh, in the format of the extension; the file appears whole or not at all.
     ///
     /// # Errors
-    /// Those of [`mesh`](SurfaceMesh::mesh), files that cannot be written, and meshes that are empty or whose volume is far from
-    /// that of the images.
+    /// Those of [`mesh`](SurfaceMesh::mesh), files that cannot be written, and meshes that are empty or whose volume is far
+    /// from that of the images.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<SurfaceReport, Error> {
         let path = path.as_ref();
         let (report, warnings) =

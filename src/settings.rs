@@ -18,7 +18,7 @@ pub enum Axes {
     Y,
     /// Z alone.
     Z,
-    /// All three: the best volume, and what a surface needs.
+    /// All three, which a surface needs and which give the best volume.
     #[default]
     All,
 }
@@ -34,7 +34,7 @@ impl Axes {
     }
 }
 
-/// Rays along the longest side where nothing else is asked for.
+/// Default number of rays along the longest side.
 const DEFAULT_RAYS: u32 = 512;
 
 /// Voxels along each ray (LOD-C) of over- and under-estimates.
@@ -45,7 +45,8 @@ const DEFAULT_LOD: u32 = 1024;
 /// ```
 /// use ldi_ops::{Axes, Backend, FillRule, Mode, Settings};
 ///
-/// let settings = Settings::pitch(0.05).mode(Mode::Exact).axes(Axes::Z).fill(FillRule::NonZero).backend(Backend::Cpu).threads(2);
+/// let settings =
+/// Settings::pitch(0.05).mode(Mode::Exact).axes(Axes::Z).fill(FillRule::NonZero).backend(Backend::Cpu).threads(2);
 /// # let _ = settings;
 /// ```
 #[derive(Clone)]
@@ -190,7 +191,7 @@ impl<'p> Settings<'p> {
     pub(crate) fn sum_job(&self, operation: SumOperation<Length>, keep: Keep) -> Result<SumJob, Error> {
         self.check()?;
         if let Spacing::Tolerance(_) = self.spacing {
-            return Err(Error::Usage("sums and offsets take no tolerance; give rays or a pitch".to_owned()));
+            return Err(Error::Usage("sums and offsets take no tolerance; set the resolution or the pitch".to_owned()));
         }
         Ok(SumJob {
             operation,
@@ -211,9 +212,9 @@ impl<'p> Settings<'p> {
     pub(crate) fn check(&self) -> Result<(), Error> {
         let usage = |message: String| Err(Error::Usage(message));
         match self.spacing {
-            Spacing::Resolution(0) => usage("0 rays: at least 1 is needed".to_owned()),
+            Spacing::Resolution(0) => usage("the resolution is 0; at least 1 ray is needed".to_owned()),
             Spacing::Pitch(value) | Spacing::Tolerance(value) if !(value.is_finite() && value > 0.0) => {
-                usage(format!("{value}: a pitch or tolerance is a positive number"))
+                usage(format!("{value}: a pitch or tolerance must be a positive number"))
             }
             _ => Ok(()),
         }

@@ -20,7 +20,7 @@ use crate::{Error, Estimate, Monitor, Sampled, Settings, Solid, Warning, excerpt
 
 /// An expression over solids: Booleans, Minkowski sums and differences, offsets, openings and closings. Cheap to clone.
 ///
-/// Nothing is computed until the shape is [sampled](Shape::sample) or its [volume](Shape::volume) is asked for. Booleans of solids
+/// Nothing is computed until [`sample`](Shape::sample) or [`volume`](Shape::volume) is called. Booleans of solids
 /// are one pass over all images. A sum or an offset within another operation is first made into a mesh, on the raster of the
 /// settings.
 ///
@@ -96,7 +96,7 @@ impl Shape {
     /// Reads an expression of named shapes: `a & (b | c) - d`, with `&`, `|`, `-`, `^` and parentheses.
     ///
     /// # Errors
-    /// Expressions that are none, with the place, and names that are not among the operands.
+    /// Fails for invalid expressions, with the place, and for names that are not operands.
     pub fn parse<'n, S: Into<Shape>>(
         text: &str,
         operands: impl IntoIterator<Item = (&'n str, S)>,
@@ -250,7 +250,7 @@ impl Shape {
         warnings.extend(measured.warnings);
         warnings.extend(surface::warnings(&report, true));
         let closed = ClosedMesh::check(mesh)
-            .map_err(|_| Error::input("an operand of the shape is empty on this raster; ask for more rays"))?;
+            .map_err(|_| Error::input("an operand of the shape is empty on this raster; raise the resolution"))?;
         Ok(input::Solid { unit: measured.unit, ..input::Solid::from_closed(closed, "operand") })
     }
 }
@@ -297,7 +297,9 @@ fn check_length(operation: SumOperation<Length>) -> Result<(), Error> {
     };
     match length.is_finite() && length != 0.0 && (length > 0.0 || !is_radius) {
         true => Ok(()),
-        false => Err(Error::Usage(format!("{length} is no distance or radius of an offset, an opening or a closing"))),
+        false => {
+            Err(Error::Usage(format!("{length} is not a valid distance or radius of an offset, opening or closing")))
+        }
     }
 }
 

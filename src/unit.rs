@@ -17,7 +17,7 @@ pub fn parse(text: &str) -> Result<LengthUnit, String> {
     }
 }
 
-/// How many of `to` one of `from` is; the nearest f64, and exact where it is a whole number.
+/// Returns the number of units `to` in one unit `from`: the nearest f64, exact for whole numbers.
 pub fn factor(from: LengthUnit, to: LengthUnit) -> f64 {
     nanometres(from) / nanometres(to)
 }
@@ -27,7 +27,7 @@ pub fn convert(length: f64, from: LengthUnit, to: LengthUnit) -> f64 {
     length * nanometres(from) / nanometres(to)
 }
 
-/// How many nanometres a unit is; a whole number.
+/// Returns the length of a unit in nanometres, a whole number.
 pub fn nanometres(unit: LengthUnit) -> f64 {
     match unit {
         LengthUnit::Micrometre => 1e3,

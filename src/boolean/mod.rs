@@ -82,7 +82,7 @@ pub enum BooleanError {
         second_pitch: f64,
     },
     /// The triangles of all inputs together cannot be numbered in 32 bits.
-    #[error("triangle {triangle} of input {input}, counted from {first}, is beyond the {limit} that 32 bits number", limit = u32::MAX)]
+    #[error("triangle {triangle} of input {input}, counted from {first}, exceeds the limit of {limit} triangles in all inputs", limit = u32::MAX)]
     TooManyTriangles {
         /// Index of the input.
         input: usize,

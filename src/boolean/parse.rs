@@ -26,19 +26,19 @@ pub enum ExpressionError {
         found: Found,
     },
     /// A parenthesis that is not closed.
-    #[error("this `(` is not closed")]
+    #[error("this `(` has no matching `)`")]
     Unclosed {
         /// The position of the parenthesis.
         at: usize,
     },
     /// A closing parenthesis that was not opened.
-    #[error("this `)` closes nothing")]
+    #[error("this `)` has no matching `(`")]
     Unopened {
         /// The position of the parenthesis.
         at: usize,
     },
     /// A name that belongs to no input.
-    #[error("no input is named `{name}`; there are {}", names.join(", "))]
+    #[error("no input is named `{name}`; the inputs are {}", names.join(", "))]
     UnknownName {
         /// The position of its first character.
         at: usize,
@@ -155,14 +155,14 @@ impl Reader<'_> {
             let Some(operation) = operation_of(character) else {
                 return Err(ExpressionError::Operator { at: self.at, found: self.found() });
             };
-            self.settle(|other| binding(other) >= binding(operation));
+            self.reduce(|other| binding(other) >= binding(operation));
             self.pending.push(Pending::Operator(operation));
             self.at += 1;
         }
-        self.settle(|_| true);
+        self.reduce(|_| true);
         match self.pending.pop() {
             Some(Pending::Parenthesis { at }) => Err(ExpressionError::Unclosed { at }),
-            Some(Pending::Operator(_)) => unreachable!("all operators up to a parenthesis have been settled"),
+            Some(Pending::Operator(_)) => unreachable!("all operators up to a parenthesis have been moved to `terms`"),
             None => Ok(self.terms),
         }
     }
@@ -190,7 +190,7 @@ impl Reader<'_> {
 
     /// Reads a closing parenthesis.
     fn close(&mut self) -> Result<(), ExpressionError> {
-        self.settle(|_| true);
+        self.reduce(|_| true);
         match self.pending.pop() {
             Some(_) => self.at += 1,
             None => return Err(ExpressionError::Unopened { at: self.at }),
@@ -199,7 +199,7 @@ impl Reader<'_> {
     }
 
     /// Moves pending operators to `terms`, back to the last parenthesis, as long as `is_done` holds for them.
-    fn settle(&mut self, is_done: impl Fn(BooleanOperation) -> bool) {
+    fn reduce(&mut self, is_done: impl Fn(BooleanOperation) -> bool) {
         while let Some(&Pending::Operator(operation)) = self.pending.last()
             && is_done(operation)
         {

@@ -126,7 +126,7 @@ impl Device {
         }
         Err(DeviceError::Inadequate {
             adapter: self.adapter.name.clone(),
-            what: "rounds of a loop that it goes through for certain",
+            what: "guaranteed iterations of a loop",
             found: SOFTWARE_ROUNDS.into(),
             needed: rounds.into(),
         })
@@ -166,7 +166,7 @@ impl Device {
         self.check()?;
         match polled {
             Ok(polled) => polled.map(|_| ()).map_err(|error| self.lost(error.to_string())),
-            Err(_) => Err(self.lost("the driver gave up while it was waited for".to_owned())),
+            Err(_) => Err(self.lost("the driver stopped while the program waited for it".to_owned())),
         }
     }
 

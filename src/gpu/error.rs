@@ -11,7 +11,7 @@ pub enum DeviceError {
     )]
     NoAdapter,
     /// No adapter has the requested name, or several have.
-    #[error("no adapter, or more than one, has `{wanted}` in its name; there are {known}")]
+    #[error("`{wanted}` matches no adapter, or more than one; available are {known}")]
     UnknownAdapter {
         /// The name as given.
         wanted: String,
@@ -20,7 +20,7 @@ pub enum DeviceError {
     },
     /// The adapter does not meet the requirements of the shaders.
     #[error(
-        "{adapter} cannot run the shaders: it has {found} {what}, and {needed} are needed; use another adapter or the CPU"
+        "{adapter} cannot run the shaders: it has {found} {what}, but {needed} are needed; use another adapter or the CPU"
     )]
     Inadequate {
         /// The adapter's name.
@@ -49,7 +49,7 @@ pub enum DeviceError {
         reason: String,
     },
     /// One buffer would be larger than the adapter allows.
-    #[error("{what} need {needed} bytes in one buffer, and {adapter} allows {limit}; use another adapter or the CPU")]
+    #[error("{what} need {needed} bytes in one buffer, but {adapter} allows {limit}; use another adapter or the CPU")]
     TooLarge {
         /// The adapter's name.
         adapter: String,
@@ -77,7 +77,7 @@ pub enum DeviceError {
         reason: String,
     },
     /// The device returned an invalid image.
-    #[error("{adapter} gave back an image that is none: {reason}; please report this, and use the CPU meanwhile")]
+    #[error("{adapter} returned an invalid image: {reason}; please report this, and use the CPU meanwhile")]
     Unsound {
         /// The adapter's name.
         adapter: String,

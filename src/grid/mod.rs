@@ -84,19 +84,19 @@ impl Axis {
 #[non_exhaustive]
 pub enum GridError {
     /// The box has no extent, or one so small or large that f64 cannot hold its pitch or its volume.
-    #[error("the model's box has longest side {longest:e}, and no grid can be laid around it")]
+    #[error("no grid fits the solid: the longest side of its box is {longest:e}")]
     NoExtent {
         /// The longest side of the box, in world units.
         longest: f64,
     },
     /// The resolution is zero or above [`RAYS_MAX`].
-    #[error("{rays} rays along the longest side; from 1 to {RAYS_MAX} are possible")]
+    #[error("{rays} rays along the longest side are outside 1 to {RAYS_MAX}")]
     Resolution {
         /// Requested rays along the longest side, saturated at `u64::MAX`.
         rays: u64,
     },
     /// An image would have more rays than 32 bits can count.
-    #[error("an image of {columns} × {rows} rays; 4294967295 are possible")]
+    #[error("too many rays: {columns} × {rows} (limit 4,294,967,295); lower the resolution")]
     Rays {
         /// Columns of the image.
         columns: u32,
@@ -110,19 +110,19 @@ pub enum GridError {
         pitch: f64,
     },
     /// The number of lattice steps in a pixel leaves no room between a vertex and a ray, or overflows.
-    #[error("a pixel of 2^{shift} lattice steps; from 2^2 to 2^29 are possible")]
+    #[error("a pixel of 2^{shift} lattice steps is outside 2^2 to 2^29")]
     Shift {
         /// The requested exponent.
         shift: u32,
     },
     /// The origin is not finite.
-    #[error("an origin at {origin} is not finite")]
+    #[error("the origin {origin} is not finite")]
     Origin {
         /// The requested position.
         origin: DVec3,
     },
     /// Rays of this many lattice steps exceed the lattice.
-    #[error("{rays} rays of 2^{shift} lattice steps; together they may have {LATTICE_MAX}")]
+    #[error("{rays} rays of 2^{shift} lattice steps exceed the limit of {LATTICE_MAX} steps; lower the resolution")]
     Lattice {
         /// Rays along one side.
         rays: u32,
@@ -130,7 +130,7 @@ pub enum GridError {
         shift: u32,
     },
     /// LOD-C is outside [`LOD_RANGE`].
-    #[error("LOD-C {lod} is outside 32 to 65536 voxels a ray")]
+    #[error("LOD-C {lod} is outside 32 to 65536 voxels per ray")]
     Lod {
         /// The requested value.
         lod: u32,

@@ -12,7 +12,7 @@ use crate::grid::{Axis, Grid};
 
 /// An image has more samples than its 32-bit offsets can index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the image along {axis} needs more than {limit} samples; ask for fewer rays", axis = axis.name(), limit = u32::MAX)]
+#[error("the image along {axis} needs more than {limit} samples; lower the resolution", axis = axis.name(), limit = u32::MAX)]
 pub struct TooManySamples {
     /// The direction of the rays.
     pub axis: Axis,

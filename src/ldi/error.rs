@@ -5,7 +5,7 @@
 #[non_exhaustive]
 pub enum LdiError {
     /// The offsets do not fit the raster.
-    #[error("{found} offsets where the raster needs {expected}")]
+    #[error("{found} offsets; the raster needs {expected}")]
     OffsetCount {
         /// Number of offsets given.
         found: usize,
@@ -56,7 +56,7 @@ pub enum LdiError {
         length: i32,
     },
     /// The list of unclosed rays is not ascending, or contains a ray that does not exist or has samples.
-    #[error("ray {ray} cannot stand in the list of unclosed rays")]
+    #[error("the list of unclosed rays has the invalid entry {ray}")]
     Unclosed {
         /// The ray.
         ray: usize,

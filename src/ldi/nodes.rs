@@ -23,10 +23,10 @@ use crate::grid::{Axis, Grid};
 #[non_exhaustive]
 pub enum NodesError {
     /// There is no image.
-    #[error("there is no image to find nodes from")]
+    #[error("lattice nodes need at least one image")]
     NoImage,
     /// Two images lie on different grids, or along the same axis.
-    #[error("images {first} and {second} are not two views of one grid")]
+    #[error("images {first} and {second} do not lie on one grid along different axes")]
     Mismatch {
         /// Index of one of them.
         first: usize,

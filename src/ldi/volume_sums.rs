@@ -1,5 +1,5 @@
-//! The integer sums of an image from which its volume and the error estimate are computed. They are small where an
-//! image is not, so that a GPU need not transfer the image.
+//! The integer sums of an image from which its volume and the error estimate are computed. The sums are small, so a GPU
+//! transfers them instead of the image.
 
 use rayon::prelude::*;
 
@@ -48,7 +48,7 @@ impl RaySums {
 }
 
 impl VolumeSums {
-    /// Returns the sums of an image that was summed elsewhere: the sums, the largest number of samples of a ray, and
+    /// Builds the sums of an image that was summed elsewhere: the sums, the largest number of samples of a ray, and
     /// the total numbers of samples and of unclosed rays.
     pub fn from_parts(
         grid: Grid,

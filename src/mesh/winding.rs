@@ -32,7 +32,7 @@ use crate::union_find::UnionFind;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Unproved {
-    /// The triangles do not agree on what is outside.
+    /// The triangles are not consistently oriented.
     NotOriented,
     /// Two triangles meet elsewhere than in corners and sides that they share.
     TrianglesMeet {
@@ -51,7 +51,7 @@ pub enum Unproved {
 impl fmt::Display for Unproved {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Unproved::NotOriented => write!(f, "its triangles do not agree on what is outside"),
+            Unproved::NotOriented => write!(f, "its triangles are not consistently oriented"),
             Unproved::TrianglesMeet { triangles: [a, b] } => write!(f, "triangles {a} and {b} touch or cross"),
             Unproved::ShellFacing { triangle } => write!(f, "the shell of triangle {triangle} faces the wrong way"),
             Unproved::NoVolume => write!(f, "it encloses no volume"),

@@ -16,7 +16,7 @@
 //! ([`Chords::mean`]). An end is visible irrespective of the length of its chord, so every chord counts as often as its ends
 //! are visible, which is correct on average. With the crossings per unit length P_L of [`anisotropy`](super::anisotropy), a
 //! mean over the same lines, that is 2φ/P_L for the pores of a porosity φ: each chord has two ends. In a periodic cell nothing
-//! needs to be cut ([`Edges::Periodic`]): a chord that leaves at one face continues at the opposite one.
+//! needs to be cut ([`BoundaryCondition::Periodic`]): a chord that leaves at one face continues at the opposite one.
 //!
 //! A ball of radius R has chords of mean 4R/3 and standard deviation √2 R/3 by number.
 
@@ -92,8 +92,8 @@ impl Found {
 }
 
 impl Chords {
-    /// Finds the chords on the rays of one exact image of the solid. Of [`Edges`], `Periodic` joins chords across a box; the
-    /// others leave them cut, and so does every region that is not a box.
+    /// Finds the chords on the rays of one exact image of the solid. Of [`BoundaryCondition`], `Periodic` joins chords across a
+    /// box; the others leave them cut, and so does every region that is not a box.
     pub fn along(image: &Ldi, region: &Region, phase: Phase, edges: BoundaryCondition) -> Chords {
         let (columns, rows) = image.size();
         let flush = flush(image.grid());

@@ -10,11 +10,11 @@
 //! Facets in a face of the box are not surface, and where they meet it, at the *rim*, neither is the angle between them. So
 //! edges and vertices of such facets are omitted: sums are over edges whose two facets, and vertices all of whose facets, are
 //! surface. That leaves ∫K open at the rim, whose total turning is arbitrary. Where the box is a periodic cell
-//! ([`Edges::Periodic`]) it closes: a vertex on the rim is identified with its image in the opposite face, and together they
-//! have 2π; one by itself has π, or π/2 in an edge of the box. Then ∫K dA is 2πχ of the surface in a cell, exactly. Edges of
-//! the rim are excluded from ∫H, since their other facet lies in another cell, and with them the surface within half an edge of
-//! the rim: an error that falls with the length of edges (in a primitive cell of 32 edges to a side 0.3, where a ball of as
-//! much surface has 5.4).
+//! ([`BoundaryCondition::Periodic`]) it closes: a vertex on the rim is identified with its image in the opposite face, and
+//! together they have 2π; one by itself has π, or π/2 in an edge of the box. Then ∫K dA is 2πχ of the surface in a cell,
+//! exactly. Edges of the rim are excluded from ∫H, since their other facet lies in another cell, and with them the surface
+//! within half an edge of the rim: an error that falls with the length of edges (in a primitive cell of 32 edges to a side 0.3,
+//! where a ball of as much surface has 5.4).
 
 use std::f64::consts::{PI, TAU};
 

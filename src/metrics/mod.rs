@@ -9,8 +9,8 @@
 //!
 //! # Terms
 //! A [`Region`] is the volume of interest (VOI, of volume TV): the box of the solid, or the inside of another mesh. A [`Phase`]
-//! is the solid within it, or the pores: the part of the region that is not solid. [`Edges`] is the boundary condition for
-//! balls and paths. A face of the solid that lies in a face of the box was cut there; it is not surface.
+//! is the solid within it, or the pores: the part of the region that is not solid. [`BoundaryCondition`] is the boundary
+//! condition for balls and paths. A face of the solid that lies in a face of the box was cut there; it is not surface.
 //!
 //! # Units
 //! Positions and lengths on the raster are in pitches, node `i` of a side lying at `i`: a face of the box is at −0.5, where the
@@ -22,7 +22,7 @@
 //! - [`components`], [`euler`]: pieces, pores, holes and cavities.
 //! - [`distance`] → [`thickness`] → [`access`]: balls that fit; their access from outside; percolation of the region.
 //! - [`tortuosity`]: the lengthening of paths, and the slowing of diffusion.
-//! - [`elements`]: the surface within a region, which [`anisotropy`] and [`orientation`] sum over.
+//! - [`surface_area`]: the surface within a region, over which [`anisotropy`] and [`overhang`] sum.
 //! - [`chords`], [`profiles`], [`inertia`], [`curvature`], [`permeability`]: further metrics from rays and facets.
 //! - [`bounds`]: certified bounds of the solid.
 //! - [`wrap`]: the shape of a porous solid, a region to measure it in.

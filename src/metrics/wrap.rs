@@ -20,7 +20,9 @@ pub enum WrapError {
     #[error(transparent)]
     Image(#[from] LdiError),
     /// The ball is too small for the raster.
-    #[error("a ball of radius {radius} pitches is too small to wrap with (least: {RADIUS_MIN})")]
+    #[error(
+        "the radius of the wrapping ball is {radius} pitches; at least {RADIUS_MIN} are needed: use a larger ball or a smaller pitch"
+    )]
     SmallBall {
         /// Radius in pitches.
         radius: f64,

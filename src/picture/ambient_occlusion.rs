@@ -24,10 +24,10 @@ pub(super) struct Exposure {
     pub key: f32,
 }
 
-/// Number of directions of the hemisphere.
-const SKY: usize = 28;
+/// Number of directions of the ambient light.
+const AMBIENT: usize = 28;
 
-/// The cosine of the largest angle of a direction of the hemisphere from the line of sight.
+/// The cosine of the largest angle between a direction of the ambient light and the line of sight.
 const FLATTEST: f32 = 0.574;
 
 /// Number of directions of the main light, which is a disc.
@@ -42,7 +42,7 @@ const CELLS: u32 = 300;
 /// Most cells of a volume.
 const CELLS_MAX: usize = 48 << 20;
 
-/// Height above its surface from which a fragment samples the hemisphere, in cells, so that it does not shadow itself.
+/// Height above its surface from which a fragment samples the ambient light, in cells, so that it does not shadow itself.
 const LIFT: f32 = 1.4;
 
 /// Computes the exposure of every fragment; `key` is the direction towards the main light.
@@ -52,26 +52,26 @@ pub(super) fn exposures(scene: &Scene, fragments: &[Fragment], key: Vec3) -> Vec
     };
     let points: Vec<Vec3> = fragments.iter().map(|f| volume.place(f.at) + LIFT * f.normal).collect();
     let order = Order::of(&points, volume.size[2]);
-    let directions: Vec<Vec3> = sky_directions().chain(key_directions(key)).collect();
+    let directions: Vec<Vec3> = ambient_directions().chain(key_directions(key)).collect();
     let seen: Vec<Vec<u8>> = directions.par_iter().map(|&towards| volume.carry(towards, &points, &order)).collect();
     let exposure = |(i, fragment): (usize, &Fragment)| {
         let (mut open, mut whole) = (0.0, 1e-6);
-        for (direction, seen) in directions.iter().zip(&seen).take(SKY) {
+        for (direction, seen) in directions.iter().zip(&seen).take(AMBIENT) {
             let cosine = fragment.normal.dot(*direction).max(0.0);
             open += cosine * f32::from(seen[i]);
             whole += cosine * 255.0;
         }
-        let key: u32 = seen[SKY..].iter().map(|seen| u32::from(seen[i])).sum();
+        let key: u32 = seen[AMBIENT..].iter().map(|seen| u32::from(seen[i])).sum();
         Exposure { ambient_occlusion: open / whole, key: key as f32 / (255.0 * KEY as f32) }
     };
     fragments.par_iter().enumerate().with_min_len(1 << 12).map(exposure).collect()
 }
 
 /// Returns directions spread evenly over the sampled part of the hemisphere (a spherical Fibonacci lattice).
-fn sky_directions() -> impl Iterator<Item = Vec3> {
+fn ambient_directions() -> impl Iterator<Item = Vec3> {
     const TURN: f32 = 2.399_963;
-    (0..SKY).map(|i| {
-        let z = 1.0 - (1.0 - FLATTEST) * (i as f32 + 0.5) / SKY as f32;
+    (0..AMBIENT).map(|i| {
+        let z = 1.0 - (1.0 - FLATTEST) * (i as f32 + 0.5) / AMBIENT as f32;
         let (sin, cos) = (i as f32 * TURN).sin_cos();
         let r = (1.0 - z * z).sqrt();
         Vec3::new(r * cos, r * sin, z)
@@ -227,7 +227,7 @@ struct Order {
 
 impl Order {
     fn of(points: &[Vec3], slices: usize) -> Order {
-        // Points above all slices are fully lit and belong to none.
+        // Points above all slices are fully lit and belong to no slice.
         let slice = |p: &Vec3| if p.z >= slices as f32 { slices } else { p.z.max(0.0) as usize };
         let mut first = vec![0u32; slices + 2];
         for point in points {

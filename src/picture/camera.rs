@@ -32,7 +32,9 @@ pub enum View {
 
 /// A text that is not a view.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{text}` is no view: iso, x, y, z, -x, -y, -z, or degrees as 'azimuth,elevation', the latter from -90 to 90")]
+#[error(
+    "`{text}` is not a view; views are iso, x, y, z, -x, -y, -z, or degrees as 'azimuth,elevation', the latter from -90 to 90"
+)]
 pub struct ViewError {
     text: String,
 }
@@ -134,7 +136,7 @@ pub const SUPERSAMPLING: std::ops::RangeInclusive<u32> = 1..=8;
 #[non_exhaustive]
 pub enum CameraError {
     /// A side of the picture is too short or too long.
-    #[error("a picture of {width} × {height} pixels; sides of {} to {} are possible", SIDES.start(), SIDES.end())]
+    #[error("a picture of {width} × {height} pixels is outside {} to {} pixels a side", SIDES.start(), SIDES.end())]
     Size {
         /// Pixels from left to right.
         width: u32,
@@ -142,7 +144,7 @@ pub enum CameraError {
         height: u32,
     },
     /// Too few or too many rays along a side of a pixel.
-    #[error("{rays} rays along a side of a pixel; {} to {} are possible", SUPERSAMPLING.start(), SUPERSAMPLING.end())]
+    #[error("{rays} rays along a side of a pixel are outside {} to {}", SUPERSAMPLING.start(), SUPERSAMPLING.end())]
     Supersampling {
         /// The requested number.
         rays: u32,

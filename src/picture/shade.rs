@@ -1,7 +1,8 @@
 //! Lighting of fragments, and the pixels from them.
 //!
 //! All values are in linear light. There are a main light from the upper left with a soft shadow, a weak one from the right
-//! without, and a sky that is brighter above than below, attenuated by ambient occlusion (`ambient_occlusion`); outlines are darkened.
+//! without, and ambient light that is brighter from above than from below and attenuated by ambient
+//! occlusion (`ambient_occlusion`); outlines are darkened.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -18,17 +19,17 @@ const KEY: Vec3 = Vec3::new(-0.48, 0.56, 0.676);
 /// The direction towards the light that brightens the parts in shadow of the main one.
 const FILL: Vec3 = Vec3::new(0.74, -0.1, 0.665);
 
-/// Intensity of each light, and of the hemisphere from above and from below.
+/// Intensity of each light, and of the ambient light from above and from below.
 const KEY_LIGHT: f32 = 0.74;
 const FILL_LIGHT: f32 = 0.14;
-const SKY_ABOVE: f32 = 0.56;
-const SKY_BELOW: f32 = 0.32;
+const AMBIENT_ABOVE: f32 = 0.56;
+const AMBIENT_BELOW: f32 = 0.32;
 
 /// Intensity of the specular reflection of the main light, and its exponent.
 const GLOSS: f32 = 0.05;
 const SHARPNESS: f32 = 28.0;
 
-/// The share of the hemisphere's light that reaches the deepest hollow by reflection between walls.
+/// The share of the ambient light that reaches the deepest hollow by reflection between walls.
 const REFLECTED: f32 = 0.14;
 
 /// The share of the light that an outline removes.
@@ -79,12 +80,12 @@ fn lit(Colour(tint): Colour, fragment: &Fragment, exposure: Exposure) -> Colour 
     let n = fragment.normal;
     let above = 0.5 + 0.5 * n.y;
     let open = REFLECTED + (1.0 - REFLECTED) * exposure.ambient_occlusion;
-    let ambient_occlusion = (SKY_BELOW + (SKY_ABOVE - SKY_BELOW) * above) * open;
+    let ambient = (AMBIENT_BELOW + (AMBIENT_ABOVE - AMBIENT_BELOW) * above) * open;
     let key = KEY_LIGHT * n.dot(KEY).max(0.0) * exposure.key;
     let fill = FILL_LIGHT * n.dot(FILL).max(0.0) * exposure.ambient_occlusion;
     let half = (KEY + Vec3::Z).normalize();
     let gloss = GLOSS * n.dot(half).max(0.0).powf(SHARPNESS) * exposure.key;
-    let light = tint * (ambient_occlusion + key + fill) + Vec3::splat(gloss);
+    let light = tint * (ambient + key + fill) + Vec3::splat(gloss);
     Colour(light * (1.0 - OUTLINE * fragment.line))
 }
 

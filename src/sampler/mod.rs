@@ -96,8 +96,8 @@ use crate::ldi::{Ldi, TooManySamples, VolumeSums};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SampleError {
-    /// The non-zero rule was requested for a closed mesh whose triangles do not agree on what is outside.
-    #[error("the non-zero rule needs a mesh with consistent orientation, and this one's is not; use even-odd")]
+    /// The non-zero fill rule was requested for a closed mesh that is not consistently oriented.
+    #[error("the non-zero fill rule needs a consistently oriented mesh; repair the mesh or use even-odd")]
     NotOriented,
     /// Two solids of one operation were quantised on different grids.
     #[error("the two solids lie on different grids (pitch {first:?} and {second:?})")]

@@ -204,11 +204,11 @@ impl fmt::Display for ManifoldFailure {
             }
             ManifoldFailure::BadPositions(found) => {
                 let name = |place: &BadPosition| format!("vertex {} at {}", place.index, place.position);
-                sentence(f, found, ["vertex is nowhere", "vertices are nowhere"], name)
+                sentence(f, found, ["vertex has a non-finite position", "vertices have non-finite positions"], name)
             }
             ManifoldFailure::RepeatedIndices(found) => {
                 let name = |place: &TrianglePlace| format!("triangle {} at {}", place.triangle, place.corners[0]);
-                sentence(f, found, ["triangle names a vertex twice", "triangles name a vertex twice"], name)
+                sentence(f, found, ["triangle uses a vertex twice", "triangles use a vertex twice"], name)
             }
             ManifoldFailure::Edges(found) => {
                 let name = |place: &EdgePlace| {

@@ -89,7 +89,7 @@ pub struct Surface {
 #[non_exhaustive]
 pub enum SurfaceError {
     /// An image along one of the axes is missing.
-    #[error("a surface needs images along x, y and z, and there is none along {axis}", axis = axis.name())]
+    #[error("a surface needs images along x, y and z; the one along {axis} is missing", axis = axis.name())]
     MissingAxis {
         /// The axis.
         axis: Axis,
@@ -98,7 +98,7 @@ pub enum SurfaceError {
     #[error(transparent)]
     Nodes(#[from] NodesError),
     /// More triangles than 32 bits count.
-    #[error("the surface has more than {limit} vertices or triangles; ask for fewer rays")]
+    #[error("the surface has more than {limit} vertices or triangles; lower the resolution")]
     TooLarge {
         /// The limit of either.
         limit: u32,

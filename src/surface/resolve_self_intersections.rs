@@ -87,12 +87,12 @@ pub struct Tangle<'a> {
     distances: Vec<f32>,
     /// Vertices whose triangles may cross one another.
     unsound: Chosen,
-    /// The quadrilaterals, by number, of features that resolved beyond their cells.
+    /// The quadrilaterals, by number, of features that lie beyond their cells.
     far: Vec<u32>,
     /// Quadrilaterals that are cut finer, by number, and those that stand for their additional triangles.
     fine: HashSet<u32>,
-    /// For each feature its resolved position, and the number of steps that it has gone back.
-    resolved: Vec<DVec3>,
+    /// For each feature its position before any step back, and the number of its steps back.
+    start: Vec<DVec3>,
     steps: Vec<u8>,
     /// For each feature the number of refused steps.
     refusals: Vec<u8>,
@@ -127,7 +127,7 @@ impl Chosen {
 }
 
 impl<'a> Tangle<'a> {
-    /// Creates a tangle from features at their resolved positions; their quadrilaterals are not cut yet. `rounding` is the
+    /// Creates a tangle from features at their first positions; their quadrilaterals are not cut yet. `rounding` is the
     /// greatest movement of a surface by the lattice's rounding, in pitches.
     pub fn new(
         features: &'a Features<'a>,
@@ -136,7 +136,7 @@ impl<'a> Tangle<'a> {
         vertices: &'a mut Vec<DVec3>,
         triangles: &'a mut Vec<[u32; 3]>,
     ) -> Tangle<'a> {
-        let resolved = features.all.iter().map(|feature| vertices[feature.vertex as usize]).collect();
+        let start = features.all.iter().map(|feature| vertices[feature.vertex as usize]).collect();
         let (steps, refusals) = (vec![0; features.all.len()], vec![0; features.all.len()]);
         let unsound = Chosen::of(vertices.len());
         let grid = view.grid;
@@ -154,7 +154,7 @@ impl<'a> Tangle<'a> {
             unsound,
             far: Vec::new(),
             fine: HashSet::new(),
-            resolved,
+            start,
             steps,
             refusals,
         }
@@ -469,9 +469,9 @@ impl<'a> Tangle<'a> {
     /// Moves a feature to the next allowed place on its way back.
     fn step_back(&mut self, feature: usize) -> bool {
         let Feature { vertex, held, mean, .. } = self.features.all[feature];
-        let resolved = self.resolved[feature];
+        let start = self.start[feature];
         let from = self.vertices[vertex as usize];
-        let places = [resolved.lerp(held, 0.5), held, held.lerp(mean, 0.5), mean];
+        let places = [start.lerp(held, 0.5), held, held.lerp(mean, 0.5), mean];
         let mut refused = false;
         for (step, to) in (1u8..).zip(places).skip(usize::from(self.steps[feature])) {
             if from.distance(to) <= MARGIN {
@@ -491,7 +491,7 @@ impl<'a> Tangle<'a> {
 
     /// Returns whether a feature is still beyond its cell.
     fn is_beyond(&self, feature: usize) -> bool {
-        self.resolved[feature] != self.features.all[feature].held && self.steps[feature] < 2
+        self.start[feature] != self.features.all[feature].held && self.steps[feature] < 2
     }
 }
 

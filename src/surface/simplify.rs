@@ -80,7 +80,7 @@ pub enum SimplifyError {
         bound: f64,
     },
     /// The given mesh does not pass the manifold check.
-    #[error("the mesh to be simplified does not pass the manifold check: {}", .failures.iter().map(ManifoldFailure::to_string).collect::<Vec<_>>().join(" "))]
+    #[error("the mesh to simplify fails the manifold check: {}", .failures.iter().map(ManifoldFailure::to_string).collect::<Vec<_>>().join(" "))]
     ManifoldReport {
         /// The failures of the check.
         failures: Vec<ManifoldFailure>,
@@ -90,10 +90,10 @@ pub enum SimplifyError {
 /// Removes triangles from a mesh while it stays within `bound` (world units) of the original, in both directions, passes all
 /// [manifold check](ManifoldReport) in `f64` with the same components and genus, and is acceptable.
 ///
-/// `acceptable` returns the places (world units) at or near which a mesh is not acceptable; none if it is. It is called at most
-/// once a round, with a mesh that has no faulty edge or vertex and no duplicate. Its findings should depend on the surface
-/// nearby alone, and it must accept the original: the triangles around a place are restored, and in the end that is the
-/// original.
+/// `acceptable` returns the places (world units) at or near which a mesh is not acceptable; an empty list accepts it. It is
+/// called at most once a round, with a mesh that has no faulty edge or vertex and no duplicate. Its findings should depend on
+/// the surface nearby alone, and it must accept the original: the triangles around a place are restored, and in the end that is
+/// the original.
 ///
 /// The result does not depend on the thread count, if `acceptable` does not. Needs three to four times the memory of the mesh.
 pub fn simplify(

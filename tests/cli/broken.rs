@@ -194,7 +194,7 @@ fn files_that_end_in_zeros_are_refused_before_they_are_read() {
     let folder = Folder::new();
     folder.stl("text.stl", &cube(0.0, 2.0));
     folder.run(&["convert", "text.stl", "-o", "binary.stl"]).code(0);
-    for (name, words) in [("text.stl", "the text ends in bytes 0"), ("binary.stl", "counts 684 bytes")] {
+    for (name, words) in [("text.stl", "the text ends with zero bytes"), ("binary.stl", "declares 684 bytes")] {
         std::fs::File::options().write(true).open(folder.path(name)).unwrap().set_len(1 << 43).unwrap();
         folder.run(&["volume", name]).code(2).says(&[name, words]);
     }

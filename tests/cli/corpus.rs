@@ -72,7 +72,7 @@ const FILES: &[(&str, Expected)] = &[
     ("Generic_Twin_7081_right.obj", same(43004.36805158224, &["imprecise"])),
     ("IndexOutOfRange.gltf", Refused(&["accessor 0", "vertex 255 is out of range"])),
     ("Offset1.obj", same(1614716.5045550906, &[])),
-    ("OutOfMemory.off", Refused(&["line 2", "353535235358 vertices are promised"])),
+    ("OutOfMemory.off", Refused(&["line 2", "353535235358 vertices declared"])),
     ("P_XPM_0331_01.3mf", same(166666.66666666666, &[])),
     ("adns2610_dev_circuit_inv.stl", same(1059.0719759658523, &[])),
     ("ah_lattice.stl", Refused(&["192 edges are open", "of triangle 16"])),
@@ -108,7 +108,7 @@ const FILES: &[(&str, Expected)] = &[
     ("negative_indices.obj", same(8.0, &["polygons-triangulated"])),
     ("openscad-nonmanifold-crash.obj", overlapping(348.964, 389.517, &["fill-rules-differ"])),
     ("polygonfaces.obj", Refused(&["5 edges are open", "of triangle 0"])),
-    ("pond.0.ply", Refused(&["70051 elements `vertex` are promised", "70048"])),
+    ("pond.0.ply", Refused(&["70051 elements `vertex` declared", "70048"])),
     // A sliver of 1.5e-8 of its box, far below a pixel, whose triangles do not touch: the volume is exact.
     ("rounding.glb", same(8.029641044085545e-8, &[])),
     ("seam_test_object.3mf", same(15550.53099740922, &[])),

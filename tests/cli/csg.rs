@@ -111,7 +111,7 @@ fn errors_mark_the_fault_in_an_expression() {
     says(&["(a | b", "a=a.stl", "b=b.stl"], &["character 1", "not closed", "\n    (a | b\n    ^"]);
     says(&["a |", "a=a.stl"], &["character 4", "found the end"]);
     says(&["", "a=a.stl"], &["character 1", "found the end"]);
-    says(&["a | d", "a=a.stl", "b=b.stl"], &["character 5", "no input is named `d`; there are a, b"]);
+    says(&["a | d", "a=a.stl", "b=b.stl"], &["character 5", "no input is named `d`; the inputs are a, b"]);
     says(&["a", "a=a.stl", "b=b.stl"], &["the input `b` does not occur in the expression"]);
     says(&["a", "a=a.stl", "a=b.stl"], &["two inputs are named `a`"]);
     says(&["a", "a=none.stl"], &["none.stl"]);
@@ -145,9 +145,9 @@ fn inputs_are_placed_by_name() {
     let three = ["--transform-a", "translate(1,0,0)", "--transform", "b=translate(0,1,0)", "--transform", "c=scale(2)"];
     assert_near(list(&three), 2.0, 1e-6);
     for (rest, words) in [
-        (&["--transform", "d=scale(2)"][..], &["no input is named `d`; there are a, b, c"][..]),
-        (&["--transform-b", "scale(2)", "--transform", "b=scale(2)"], &["`b` is placed already"]),
-        (&["--transform", "c=scale(2)", "--transform", "c=scale(2)"], &["`c` is placed already"]),
+        (&["--transform", "d=scale(2)"][..], &["no input is named `d`; the inputs are a, b, c"][..]),
+        (&["--transform-b", "scale(2)", "--transform", "b=scale(2)"], &["`b` has a placement already"]),
+        (&["--transform", "c=scale(2)", "--transform", "c=scale(2)"], &["`c` has a placement already"]),
         (&["--transform", "c=scale(0)"], &["scale of 0", "^"]),
     ] {
         folder.run(&[&["union", "a.stl", "a.stl", "a.stl"], rest].concat()).code(2).says(words);

@@ -24,7 +24,7 @@ fn formats_without_a_writer_are_refused_before_inputs_are_read() {
         ("b.gltf", &["b.gltf", "glTF", ".glb and .3mf are"][..]),
         ("b.xyz", &[".xyz", ".stl"]),
         ("b", &["no extension"]),
-        ("nowhere/b.stl", &["no folder nowhere"]),
+        ("nowhere/b.stl", &["the folder nowhere does not exist"]),
     ] {
         folder.run(&["convert", "missing.stl", "-o", target]).code(2).says(words);
         folder.run(&["generate", "sphere", "-o", target]).code(2).says(words);
@@ -86,17 +86,20 @@ fn impossible_outputs_are_refused_before_inputs_are_read() {
     folder.stl("a.stl", &cube(0.0, 2.0));
     for (target, words) in [
         ("b.gltf", &["b.gltf", "not written", ".3mf"][..]),
-        ("nowhere/b.stl", &["no folder nowhere"]),
+        ("nowhere/b.stl", &["the folder nowhere does not exist"]),
         ("b.doc", &["not known", ".npz", ".vti"]),
         ("b", &["no extension", ".npz"]),
-        ("nowhere/b.npz", &["no folder nowhere"]),
-        ("nowhere/b.vti", &["no folder nowhere"]),
+        ("nowhere/b.npz", &["the folder nowhere does not exist"]),
+        ("nowhere/b.vti", &["the folder nowhere does not exist"]),
     ] {
         // The second input is missing, but the program does not get that far.
         folder.run(&["union", "a.stl", "missing.stl", "-o", target]).code(2).says(words);
         folder.run(&["sample", "missing.stl", "-o", target]).code(2).says(words);
     }
-    folder.run(&["volume", "missing.stl", "--json", "nowhere/a.json"]).code(2).says(&["no folder nowhere"]);
+    folder
+        .run(&["volume", "missing.stl", "--json", "nowhere/a.json"])
+        .code(2)
+        .says(&["the folder nowhere does not exist"]);
 }
 
 #[test]

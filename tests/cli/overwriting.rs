@@ -39,11 +39,11 @@ fn json_never_overwrites_an_input() {
         &["report", "b.stl", "--compare", "a.stl", "-o", "out"],
     ] {
         let arguments = [command, &["--json", "a.stl"]].concat();
-        is_refused(&folder, &arguments, &["--json a.stl", "the input a.stl", "written over"]);
+        is_refused(&folder, &arguments, &["--json a.stl", "the input a.stl", "overwritten"]);
     }
-    is_refused(&folder, &["surface", "a.npz", "-o", "c.stl", "--json", "a.npz"], &["--json a.npz", "written over"]);
+    is_refused(&folder, &["surface", "a.npz", "-o", "c.stl", "--json", "a.npz"], &["--json a.npz", "overwritten"]);
     let report = ["report", "a.stl", "-o", "out", "--limits", "limits.toml", "--json", "limits.toml"];
-    is_refused(&folder, &report, &["--json limits.toml", "written over"]);
+    is_refused(&folder, &report, &["--json limits.toml", "overwritten"]);
 }
 
 #[test]
@@ -52,7 +52,7 @@ fn reports_never_overwrite_what_they_read() {
     fs::create_dir(folder.path("out")).unwrap();
     fs::write(folder.path("out/metrics.csv"), "").unwrap();
     let arguments = ["report", "a.stl", "-o", "out", "--limits", "out/metrics.csv"];
-    is_refused(&folder, &arguments, &["out/metrics.csv, a file of the report", "written over"]);
+    is_refused(&folder, &arguments, &["out/metrics.csv, a file of the report", "overwritten"]);
     let arguments = ["report", "a.stl", "-o", "out", "--json", "out/metrics.json"];
     is_refused(&folder, &arguments, &["--json out/metrics.json", "same file"]);
     #[cfg(unix)]
@@ -76,9 +76,9 @@ fn inputs_are_protected_whatever_path_leads_to_them() {
         paths.extend(["soft.stl", "hard.stl", "linked/../a.stl"]);
     }
     for path in paths {
-        is_refused(&folder, &["volume", "a.stl", "--json", path], &["--json", "written over"]);
-        is_refused(&folder, &["convert", "a.stl", "-o", path], &["-o", "written over"]);
-        is_refused(&folder, &["union", "b.stl", path, "-o", "a.stl"], &["-o a.stl", "written over"]);
+        is_refused(&folder, &["volume", "a.stl", "--json", path], &["--json", "overwritten"]);
+        is_refused(&folder, &["convert", "a.stl", "-o", path], &["-o", "overwritten"]);
+        is_refused(&folder, &["union", "b.stl", path, "-o", "a.stl"], &["-o a.stl", "overwritten"]);
     }
 }
 

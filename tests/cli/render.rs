@@ -113,12 +113,12 @@ fn impossible_pictures_are_refused() {
         folder.run(&[&["render"], arguments].concat()).code(2).says(words);
     };
     refused(&["missing.stl", "-o", "a.jpg"], &["a.jpg", ".png"]);
-    refused(&["missing.stl", "-o", "nowhere/a.png"], &["no folder nowhere"]);
+    refused(&["missing.stl", "-o", "nowhere/a.png"], &["the folder nowhere does not exist"]);
     refused(&["missing.stl", "-o", "a.png"], &["missing.stl"]);
     refused(&["missing.stl", "-o", "a.png", "--json", "a.png"], &["same file"]);
     refused(&["missing.stl", "-o", "a.png", "--size", "9x900"], &["--size 9x900", "16 to 16384"]);
     refused(&["missing.stl", "-o", "a.png", "--samples", "9"], &["--samples 9", "1 to 8"]);
-    refused(&["missing.stl", "-o", "a.png", "--view", "w"], &["`w` is no view", "azimuth"]);
+    refused(&["missing.stl", "-o", "a.png", "--view", "w"], &["`w` is not a view", "azimuth"]);
     refused(&["missing.stl", "-o", "a.png", "--slice", "w=1"], &["z=0.5"]);
     refused(&["missing.stl", "-o", "a.png", "--transform-b", "scale(2)"], &["--transform-b"]);
     refused(&["a.stl", "b.stl", "-o", "a.png", "--csg", "a & c"], &["character 5", "c"]);

@@ -215,7 +215,7 @@ fn impossible_reports_are_refused_before_measuring() {
         assert!(run.stderr().contains(part), "{}", run.stderr());
     };
     refused(&["a.stl", "-o", "b.stl"], "is a file");
-    refused(&["a.stl", "-o", "no/such/folder"], "no folder");
+    refused(&["a.stl", "-o", "no/such/folder"], "does not exist");
     refused(&["open.stl", "-o", "out"], "not closed");
     refused(&["odd.stl", "-o", "out", "--edges", "periodic", "--resolution", "10"], "whole numbers of pitches");
     refused(&["a.stl", "--roi", "b.stl", "-o", "out", "--edges", "periodic"], "--roi");

@@ -132,7 +132,7 @@ enum Benchmark {
     },
     /// Whole processes, from files to a volume, beside manifold3d and trueform
     Process(Contest),
-    /// Whole processes, from files to the mesh of what is common, in a file, beside manifold3d and trueform
+    /// Whole processes, from files to a file with the mesh of the intersection, beside manifold3d and trueform
     Meshes(Contest),
     /// Minkowski sums by stages, on pairs like those of Leung and Wang, beside manifold3d
     Minkowski {
@@ -145,7 +145,7 @@ enum Benchmark {
         /// Timed rounds of each sum after the warm-up; medians are printed
         #[arg(long, default_value_t = 5)]
         runs: usize,
-        /// A GPU that samples and resolves gaps, by its name or part of it; the CPU where none is named
+        /// GPU for culling, crossings and gap resolution, by its name or a part of it [default: the CPU]
         #[arg(long, value_name = "NAME")]
         adapter: Option<String>,
         /// A Python that has apps/ldi-bench/peers/requirements.txt; without it ldi-ops runs alone
@@ -173,7 +173,8 @@ enum Benchmark {
         #[arg(long)]
         adapter: Option<String>,
     },
-    /// The GPU's sampler by stages, over solids like those of Leung and Wang, beside what its memory allows and their table.
+    /// The GPU's sampler by stages, on solids like those of Leung and Wang, beside the limit of its memory bandwidth and their
+    /// table.
     ///
     /// Needs nothing but this binary and the GPU's driver. Every image is first compared with the CPU's.
     #[cfg(feature = "gpu")]
@@ -217,7 +218,7 @@ enum Benchmark {
         /// Only these, with commas between
         #[arg(long, value_name = "MEASURES", value_delimiter = ',', value_enum)]
         only: Vec<metrics::Measure>,
-        /// Times that each is done; medians are said
+        /// Number of runs of each case; the median is reported
         #[arg(long, default_value_t = 1)]
         rounds: usize,
         /// Write values of all voxels to this folder, as ARRAY.PHASE.MEASURE.f32: little-endian, x fastest

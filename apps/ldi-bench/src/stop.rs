@@ -1,4 +1,4 @@
-//! How long operations go on after their listener asks them to stop, at random moments.
+//! Measures the time from a request to stop, at a random moment, to the end of the operation.
 
 use std::fs;
 use std::ops::ControlFlow;

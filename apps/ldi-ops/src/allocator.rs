@@ -76,7 +76,7 @@ fn refused(size: usize) {
         let mut rest = &mut text[..];
         let _ = writeln!(
             rest,
-            "ldi-ops: error: out of memory: {size} bytes more are not to be had; ask for fewer rays (a smaller --resolution), \
+            "ldi-ops: error: out of memory: cannot allocate {size} more bytes; lower the resolution (a smaller --resolution), \
              or allow the program more memory"
         );
         let length = 256 - rest.len();

@@ -31,8 +31,8 @@ use ldi_ops::unit;
 const STYLES: Styles =
     Styles::styled().header(AnsiColor::Green.on_default().bold()).literal(AnsiColor::Cyan.on_default().bold());
 
-/// Volumes and Booleans of solids given as triangle meshes, computed on layered depth images: for each of a raster of
-/// parallel rays, the depths at which it enters and leaves the solid.
+/// Measures and combines solids given as triangle meshes: volumes, Booleans, Minkowski sums, offsets, scaffold reports.
+/// Computes on layered depth images: for each of a raster of parallel rays, the depths at which it enters and leaves the solid.
 #[derive(Debug, Parser)]
 #[command(name = "ldi-ops", version, styles = STYLES, max_term_width = 110, after_help = EXAMPLES, after_long_help = EPILOGUE)]
 pub struct Arguments {
@@ -44,82 +44,80 @@ const EXAMPLES: &str = "\
 Examples:
   ldi-ops intersect scaffold.stl bone.stl --unit mm        their common volume
   ldi-ops volume part.3mf --tolerance 0.1%                 refine until the estimate is below 0.1 %
-  ldi-ops check part.stl                                   is it a solid? exit code 1 if not
+  ldi-ops check part.stl                                   checks that it is a solid; exit code 1 if not
 
-`ldi-ops COMMAND --help` tells a command's flags.";
+`ldi-ops COMMAND --help` lists the options of a command.";
 
 const EPILOGUE: &str = "\
 Examples:
   ldi-ops intersect scaffold.stl bone.stl --unit mm        their common volume
-  ldi-ops intersect scaffold.stl bone.stl -o common.stl    and a mesh of it to print
+  ldi-ops intersect scaffold.stl bone.stl -o common.stl    and a mesh of it
   ldi-ops csg 'a & (b | c)' a=scaffold.stl b=bone.stl c=part.stl -o part.3mf
   ldi-ops difference block.stl drill.stl --transform-b 'rotate(1,0,0,90) translate(0,5,0)'
   ldi-ops volume part.3mf --tolerance 0.1%                 refine until the estimate is below 0.1 %
-  ldi-ops volume struts.stl --fill nonzero                 overlapping shells unite
-  ldi-ops minkowski part.stl ball.stl -o sum.stl           every a + b, of any two solids
-  ldi-ops offset part.stl --distance -0.2 -o thin.stl      by a true ball, inwards or outwards
-  ldi-ops report scaffold.stl --unit mm -o report          pores, walls, percolation, topology: a page
+  ldi-ops volume struts.stl --fill nonzero                 unites overlapping shells
+  ldi-ops minkowski part.stl ball.stl -o sum.stl           sum of any two solids
+  ldi-ops offset part.stl --distance -0.2 -o thin.stl      inwards by a true ball
+  ldi-ops report scaffold.stl --unit mm -o report          pores, walls, percolation, topology
   ldi-ops sample part.stl --axis z -o part.npz             the image, for numpy
   ldi-ops volume part.stl --backend gpu                    on the first GPU of `ldi-ops devices`
-  ldi-ops check part.stl                                   is it a solid? exit code 1 if not
+  ldi-ops check part.stl                                   checks that it is a solid; exit code 1 if not
   ldi-ops generate gyroid --cells 4 -o gyroid.stl
-  ldi-ops render scaffold.stl bone.stl -o picture.png      what the two share, each in its colour
+  ldi-ops render scaffold.stl bone.stl -o picture.png      the common solid, in two colours
 
-Meshes are read from .stl, .obj, .ply, .off, .gltf, .glb and .3mf, and from .npz, images of which the
-surface is the mesh. The result goes to stdout, as
-text or with `--json -` as JSON; everything else goes to stderr.
+Inputs are meshes (.stl, .obj, .ply, .off, .gltf, .glb, .3mf) or images (.npz), whose surface is the
+mesh. The result goes to stdout, as text or with `--json -` as JSON; all other output goes to stderr.
 
-Other words for commands: intersection, common, and (intersect); join, merge, or (union); subtract, minus
-(difference); info (check). Lengths take units: --pitch 0.05mm, --distance 50um, translate(1mm,0,0).
+Aliases of commands: intersection, common, and (intersect); join, merge, or (union); subtract, minus
+(difference); info (check). Lengths may have units: --pitch 0.05mm, --distance 50um, translate(1mm,0,0).
 
-Exit codes: 0 done; 1 a check that was asked for is false; 2 usage or input; 3 machine (memory,
-device).";
+Exit codes: 0 done; 1 a requested check failed; 2 wrong usage or input; 3 machine (memory, device).";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Common volume of solids; -o writes the common solid, as a mesh, an image or voxels
+    /// Volume of the intersection of solids; -o writes it as a mesh, images or voxels
     #[command(aliases = ["intersection", "common", "and"])]
     Intersect(IntersectArguments),
-    /// Volume of what lies in any of several solids
+    /// Volume of the union of solids
     #[command(aliases = ["join", "merge", "or"])]
     Union(ListArguments),
-    /// Volume of what lies in the first solid and in none of the others
+    /// Volume of the first solid minus all others
     #[command(aliases = ["subtract", "minus"])]
     Difference(ListArguments),
-    /// Volume of what lies in an odd number of the solids: for two, in exactly one
+    /// Volume of the symmetric difference: the points that lie in an odd number of the solids
     #[command(alias = "symmetric-difference")]
     Xor(ListArguments),
-    /// Volume of what an expression makes of solids: 'a & (b | c) - d'
+    /// Volume of a Boolean expression over solids: 'a & (b | c) - d'
     Csg(CsgArguments),
     /// Minkowski sum A ⊕ B of two solids, or their difference A ⊖ B
     Minkowski(MinkowskiArguments),
-    /// A solid grown or shrunk by a distance
+    /// Offset of a solid by a distance, outwards or inwards
     Offset(OffsetArguments),
-    /// Opening by a ball: what is thinner than the ball vanishes
+    /// Opening by a ball, which removes parts thinner than the ball
     Open(BallArguments),
-    /// Closing by a ball: gaps and pores narrower than the ball are filled
+    /// Closing by a ball, which fills gaps and pores narrower than the ball
     Close(BallArguments),
     /// Volume, area, centroid and inertia of solids
     Volume(VolumeArguments),
-    /// The layered depth image of a solid, as .npz; or its surface, or voxels
+    /// Layered depth images of a solid as .npz, or its surface, or voxels
     Sample(SampleArguments),
-    /// From images in a .npz file back to a mesh
+    /// Mesh or voxels from the images in a .npz file
     Surface(SurfaceArguments),
-    /// Is it a solid? All defects; exit code 1 if not
+    /// Check whether meshes are solids, and list all defects; exit code 1 if one is not
     #[command(aliases = ["info", "validate"])]
     Check(CheckArguments),
-    /// There is none: the error says what to use instead
+    /// Not available: the error names the alternatives
     #[command(hide = true, aliases = ["fix", "heal"])]
     Repair(RepairArguments),
     /// Convert between mesh formats
     Convert(ConvertArguments),
-    /// Make a model solid
+    /// Generate a model solid
     Generate(GenerateArguments),
-    /// Metrics of scaffolds and their pores: a page, a table, and what to say of the method
+    /// Metrics of scaffolds and their pores: a page, tables, and a paragraph about the methods
     Report(ReportArguments),
-    /// A picture of solids or of a slice through them, as .png
+    /// Picture of solids, or of a slice through them, as .png
     Render(RenderArguments),
-    /// Where sampling can run, and what `--backend auto` chooses and why
+    /// List the devices for sampling, and the choice of `--backend auto` with its reason
     Devices(DevicesArguments),
     /// A script that completes commands and options in a shell
     Completions(CompletionsArguments),
@@ -143,8 +141,8 @@ Examples:
   ldi-ops intersect a.stl b.stl --transform-b 'translate(1,0,0) rotate(0,0,1,30)' -o common.npz
   ldi-ops intersect a.stl b.stl --backend gpu
 
-The grid is laid around the box of all solids. `inputs[].volume` in the JSON is the signed volume
-of the mesh itself.";
+The grid encloses the box of all solids. In the JSON, `inputs[].volume` is the signed volume of the
+mesh itself.";
 
 #[derive(Debug, Args)]
 #[command(after_help = LIST_EXAMPLES)]
@@ -160,11 +158,11 @@ Examples:
   ldi-ops difference block.stl drill.stl drill.stl --transform c='translate(9,0,0)'
   ldi-ops xor a.stl b.stl --axis all --json result.json
 
-With more than two solids the operation is done from left to right: A − B − C, A xor B xor C. The
-grid is laid around the box of all. An over-estimate of a difference takes under-estimates away, so
-that it stays an over-estimate. The solids are named a, b, c … z, aa, ab … by --transform.";
+More than two solids are combined from left to right: A − B − C, A xor B xor C. The grid encloses the
+box of all solids. An over-estimate of a difference subtracts under-estimates, so that it remains an
+over-estimate. --transform names the solids a, b, c … z, aa, ab …";
 
-/// Two solids or more, what is to be done before the operation, and what after.
+/// Two or more solids, their placement, and the operation's options.
 #[derive(Debug, Args)]
 pub struct ListOfSolids {
     /// The first solid, A
@@ -178,7 +176,7 @@ pub struct ListOfSolids {
     pub operation: OperationArguments,
 }
 
-/// What all Booleans take beside solids and their places.
+/// The options that all Booleans share, besides solids and placement.
 #[derive(Debug, Args)]
 pub struct OperationArguments {
     #[command(flatten)]
@@ -192,10 +190,10 @@ pub struct OperationArguments {
 #[derive(Debug, Args)]
 #[command(after_help = CSG_EXAMPLES)]
 pub struct CsgArguments {
-    /// What to make of the solids: names, the operators - & ^ | and parentheses
+    /// Boolean expression: names, the operators - & ^ | and parentheses
     #[arg(value_name = "EXPR")]
     pub expression: String,
-    /// The solids, each with the name that it has in the expression
+    /// The solids, each with its name in the expression
     #[arg(required = true, value_name = "NAME=FILE")]
     pub solids: Vec<NamedFile>,
     #[command(flatten)]
@@ -212,16 +210,16 @@ Examples:
   ldi-ops csg 'scaffold & bone - hole' scaffold=scaffold.stl bone=bone.stl hole=drill.stl
   ldi-ops csg 'a - b - c' a=block.stl b=drill.stl c=drill.stl --transform c='translate(9,0,0)'
 
-Operators, the tightest first; equal ones are taken from left to right, parentheses before all:
-  a - b   what is in a and not in b
-  a & b   what is in both
-  a ^ b   what is in one and not in the other
-  a | b   what is in either
-They bind as they do on the sets of Python: a | b & c - d is a | (b & (c - d)). Names are of
-letters, digits and _; every input is used, and every name is an input's. An input may occur more
-than once. All inputs are swept at once, ray by ray, and no image of a part is made. An
-over-estimate takes under-estimates away, so that it stays an over-estimate. The JSON adds
-`expression`, and to each of `inputs` its `name`.";
+Operators by precedence, the highest first; equal ones are evaluated from left to right:
+  a - b   difference: in a and not in b
+  a & b   intersection: in both
+  a ^ b   symmetric difference: in exactly one
+  a | b   union: in either
+The precedence is that of sets in Python: a | b & c - d is a | (b & (c - d)). Names consist of
+letters, digits and _. The expression must use every input, and may use one more than once. All inputs
+are evaluated in one pass along each ray, without intermediate images. An over-estimate subtracts
+under-estimates, so that it remains an over-estimate. The JSON adds `expression`, and `name` to each of
+`inputs`.";
 
 #[derive(Debug, Args)]
 #[command(after_help = VOLUME_EXAMPLES)]
@@ -243,12 +241,12 @@ Examples:
   ldi-ops volume part.stl --tolerance 0.1%
   ldi-ops volume *.stl --json volumes.json
 
-JSON: {\"schema\", \"command\", \"inputs\", \"results\": [object, …], \"warnings\"}, with the object of the schema
-for each file, and for one file its keys at the top as well. A file that cannot be measured does not keep
-the others from it; in its place stands {\"path\", \"error\"}, and the exit code is 2 or 3. `volume` adds to the common keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3
-tensor about the centroid, unit density). The area is that of the mesh's triangles, times
-the share of the hits of rays along all three axes that bound the solid: triangles inside it do not
-count, and where there are none the area is the mesh's own.";
+JSON: {\"schema\", \"command\", \"inputs\", \"results\": [object, …], \"warnings\"}, with one object per
+file; for a single file its keys are at the top level too. If a file cannot be measured, its object is
+{\"path\", \"error\"}, the others are measured, and the exit code is 2 or 3. `volume` adds the keys `area`,
+`centroid` (three numbers) and `inertia` (a 3 × 3 tensor about the centroid, unit density). The area is
+that of the mesh's triangles, times the share of ray hits along all three axes that bound the solid:
+triangles inside the solid do not count.";
 
 #[derive(Debug, Args)]
 #[command(after_help = SAMPLE_LAYOUT)]
@@ -259,8 +257,7 @@ pub struct SampleArguments {
     pub placing: PlacingArguments,
     #[command(flatten)]
     pub sampling: SamplingArguments,
-    /// Where to write: .npz, the image; .stl, .obj, .ply, .off, .glb or .3mf, its surface; .vti (ParaView) or .npy (numpy),
-    /// voxels
+    /// Output file: .npz (images), .stl, .obj, .ply, .off, .glb or .3mf (surface), .vti (ParaView) or .npy (numpy; voxels)
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     #[command(flatten)]
@@ -272,18 +269,18 @@ pub struct SampleArguments {
 #[derive(Debug, Args)]
 #[command(after_help = SURFACE_EXAMPLES)]
 pub struct SurfaceArguments {
-    /// The images of one solid along x, y and z, as `-o FILE.npz` writes them
+    /// Images of one solid along x, y and z, as written by `-o FILE.npz`
     pub images: PathBuf,
-    /// Where to write the surface: .stl, .obj, .ply, .off, .glb or .3mf; or voxels: .vti or .npy
+    /// Output file: .stl, .obj, .ply, .off, .glb or .3mf (surface), .vti or .npy (voxels)
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     #[command(flatten)]
     pub finish: FinishArguments,
-    /// What the images are: where they disagree about a node, it is inside if any of over-estimates says so, if all of
-    /// under-estimates do, if most of exact images do [default: what the file states, exact where it states nothing]
+    /// Mode of the images, which decides about nodes where they disagree: inside if any over-estimate, all under-estimates, or
+    /// most exact images say so [default: the mode that the file states, or else exact]
     #[arg(long, value_enum)]
     pub mode: Option<ModeChoice>,
-    /// Unit of images that state none: mm, um (µm), cm, m, in, ft
+    /// Unit of length, if the file states none: mm, um (µm), cm, m, in, ft
     #[arg(long, value_parser = unit::parse)]
     pub unit: Option<LengthUnit>,
     #[command(flatten)]
@@ -296,8 +293,8 @@ Examples:
   ldi-ops intersect lattice.stl bone.stl -o common.npz && ldi-ops surface common.npz -o common.3mf
   ldi-ops surface part.npz --simplify 0.1h -o small.stl
 
-The mesh is a closed, oriented 2-manifold. With normals, which `sample` and the operations write, its
-edges and corners are sharp; without them they are cut off.";
+The mesh is a closed, oriented 2-manifold. Its edges and corners are sharp if the file has normals, as
+written by `sample` and the operations; without normals they are cut off.";
 
 const SAMPLE_LAYOUT: &str = "\
 Examples:
@@ -312,11 +309,11 @@ Arrays of .npz, for one axis:
   depths    int32            sorted, in lattice steps from the near end of the grid;
                              [depths[2i], depths[2i+1]) is inside
   normals   float32 (…, 3)   of the surface at each depth: of length 1, outwards, in world axes
-  unclosed  uint32           rays that did not close; they have no depths
-  mode      '<U5' ()         which image is kept: exact, over or under
-  unit      '<U2' ()         of lengths: um, mm, cm, m, in or ft; absent where it is not known
-  grid      record ()        origin: world position of the grid's corner; pitch: distance of
-                             neighbouring rays, of which ray i lies at origin + (i + 0.5) · pitch
+  unclosed  uint32           rays that do not close; they have no depths
+  mode      '<U5' ()         kind of the image: exact, over or under
+  unit      '<U2' ()         of lengths: um, mm, cm, m, in or ft; absent if unknown
+  grid      record ()        origin: world position of the grid's corner; pitch: distance
+                             between neighbouring rays; ray i lies at origin + (i + 0.5) · pitch
                              + step; step: length of a lattice step, pitch / 2**shift; rays:
                              pixels along x, y and z; shift; lod
 Columns and rows run along the other two axes in increasing order: x → (y, z), y → (x, z),
@@ -328,10 +325,10 @@ become offsets_x, depths_x, normals_x, unclosed_x and so on for y and z.
   inside = (a['depths'][1::2] - a['depths'][0::2]).sum(dtype=np.int64)
   volume = inside * a['grid']['step'] * a['grid']['pitch']**2
 
-Voxels are cubes of one pitch around the points where rays of the three axes meet, and are 1 where that
-point is inside and 0 where not. Where images along several axes disagree, a voxel is inside for --mode
-over if any says so, for under if all do. .npy is an array uint8 of shape (rays along x, y, z); .vti has
-them as cells with the value `inside`, in their places, with the unit as a field.";
+Voxels are cubes of one pitch around the points where rays of the three axes meet: 1 if the point is
+inside, 0 if not. Where images along several axes disagree, a voxel is inside if any image says so
+(--mode over), or if all do (under). .npy is an array uint8 of shape (rays along x, y, z); .vti has cells
+with the value `inside`, in world coordinates, and the unit as a field.";
 
 #[derive(Debug, Args)]
 #[command(after_help = CHECK_EXAMPLES)]
@@ -339,14 +336,14 @@ pub struct CheckArguments {
     /// The meshes to check
     #[arg(required = true, value_name = "A")]
     pub meshes: Vec<PathBuf>,
-    /// Unit of files that state none: mm, um (µm), cm, m, in, ft
+    /// Unit of length of files that state none: mm, um (µm), cm, m, in, ft
     #[arg(long, value_parser = unit::parse)]
     pub unit: Option<LengthUnit>,
     #[command(flatten)]
     pub common: CommonArguments,
 }
 
-/// Whatever follows a command that does not exist.
+/// The arguments of a command that does not exist.
 #[derive(Debug, Args)]
 pub struct RepairArguments {
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
@@ -358,28 +355,28 @@ Examples:
   ldi-ops check part.stl
   ldi-ops check *.stl --json report.json
 
-Exit code 1 if any of the meshes has a defect that is an error. To be sampled a mesh need only be
-closed: every edge has an even number of uses, identical coordinates being one vertex.
+The exit code is 1 if a mesh has a defect of severity error. Sampling needs only a closed mesh: an even
+number of triangles at every edge, where identical coordinates are one vertex.
 JSON: {\"schema\", \"command\", \"inputs\", \"results\": [{\"path\", \"solid\", …}], \"warnings\"}, in the order of
-the files. A file that cannot be read does not keep the others from being checked: {\"path\", \"error\"}
-stands in its place, and the exit code is 2.";
+the files. If a file cannot be read, its object is {\"path\", \"error\"}, the others are checked, and the
+exit code is 2.";
 
 #[derive(Debug, Args)]
 #[command(after_help = CONVERT_EXAMPLES)]
 pub struct ConvertArguments {
     /// The mesh to read
     pub from: PathBuf,
-    /// Where to write: .obj, .ply, .off, .3mf (64-bit coordinates), .stl, .glb (32-bit)
+    /// Output file: .obj, .ply, .off, .3mf (64-bit coordinates), .stl or .glb (32-bit)
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Unit of a file that states none. Coordinates stay as they are, but for .glb, which is in metres; .3mf states
-    /// its unit, and in the others it is a remark
+    /// Unit of length, if the file states none: mm, um (µm), cm, m, in, ft. Coordinates are unchanged, except in .glb, which
+    /// is in metres; .3mf states the unit, and other formats have it as a comment
     #[arg(long, value_parser = unit::parse)]
     pub unit: Option<LengthUnit>,
-    /// Place the mesh first, left to right
+    /// Place the mesh before writing; steps from left to right
     #[arg(long, value_name = "PLACEMENT")]
     pub transform_a: Option<Placement>,
-    /// Subtract a round offset near the middle from all coordinates; .glb and .3mf hold it as a translation
+    /// Subtract a round offset near the centre from all coordinates; .glb and .3mf store it as a translation
     #[arg(long)]
     pub recentre: bool,
     #[command(flatten)]
@@ -412,8 +409,8 @@ pub struct ListPlacingArguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Input")]
 pub struct NamedPlacingArguments {
-    /// Place the input of a name before use, left to right, in its own unit: b='translate(1,0,0) rotate(0,0,1,30)
-    /// scale(2)', where rotate takes an axis and degrees and scale one number or three; once for each input to be placed
+    /// Place the named input before use, steps from left to right: b='translate(1,0,0) rotate(0,0,1,30) scale(2)', in its own
+    /// unit; rotate takes an axis and degrees, scale one number or three; may be repeated for other inputs
     #[arg(long = "transform", value_name = "NAME=PLACEMENT")]
     pub transforms: Vec<NamedPlacement>,
 }
@@ -423,8 +420,8 @@ pub struct NamedPlacingArguments {
 pub struct PlacingArguments {
     #[command(flatten)]
     pub reading: ReadingArguments,
-    /// Place A before use, left to right, in its own unit: 'translate(1,0,0) rotate(0,0,1,30) scale(2)', where rotate
-    /// takes an axis and degrees and scale one number or three
+    /// Place A before use, steps from left to right: 'translate(1,0,0) rotate(0,0,1,30) scale(2)', in its own unit; rotate
+    /// takes an axis and degrees, scale one number or three
     #[arg(long, value_name = "PLACEMENT")]
     pub transform_a: Option<Placement>,
 }
@@ -432,10 +429,10 @@ pub struct PlacingArguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Input")]
 pub struct ReadingArguments {
-    /// Unit of files that state none: mm, um (µm), cm, m, in, ft
+    /// Unit of length of files that state none: mm, um (µm), cm, m, in, ft
     #[arg(long, value_parser = unit::parse)]
     pub unit: Option<LengthUnit>,
-    /// Sample a mesh that is not closed too; rays that do not close count as empty and are reported
+    /// Accept meshes that are not closed; rays that do not close count as empty and are reported
     #[arg(long)]
     pub allow_open: bool,
 }
@@ -446,28 +443,51 @@ pub struct SamplingArguments {
     /// Rays along the longest side of the box of all solids [default: 512]
     #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
     pub resolution: Option<u32>,
-    /// Distance of neighbouring rays, in file units or with a unit: 0.05mm
+    /// Distance between neighbouring rays, in file units or with a unit: 0.05mm
     #[arg(long, value_name = "H", conflicts_with = "tolerance", allow_hyphen_values = true)]
     pub pitch: Option<Length>,
-    /// Refine until the error estimate of the volume is below this share of it: 0.1% or 0.001
+    /// Refine until the estimated relative error of the volume is below this share: 0.1% or 0.001
     #[arg(long, value_name = "P%")]
     pub tolerance: Option<Share>,
-    /// LOD-C, voxels a ray is divided into for over and under: 32 to 65536
+    #[command(flatten)]
+    pub kind: KindArguments,
+    #[command(flatten)]
+    pub fill: FillArguments,
+    #[command(flatten)]
+    pub device: DeviceArguments,
+}
+
+/// The kind of the images, and their directions.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Sampling")]
+pub struct KindArguments {
+    /// LOD-C, the number of voxels along a ray for over and under: 32 to 65536
     #[arg(long, value_name = "N", default_value_t = 1024)]
     pub lod: u32,
-    /// Ray directions; all combines three images, each of which makes good what the others are blind to, and gives a
-    /// spread
+    /// Directions of the rays of the measured and written images; the three images of `all` complement one another, and their
+    /// spread enters the error estimate
     #[arg(long, value_enum, default_value_t = AxisChoice::All)]
     pub axis: AxisChoice,
-    /// Which image is kept: one that encloses the solid on every ray, one that lies inside, or every crossing. A mesh of it
-    /// passes through the samples and is itself no bound
+    /// Kind of the images: over (encloses the result on every ray), under (lies inside it on every ray), or exact (every
+    /// crossing). A mesh passes through the samples and is itself no bound
     #[arg(long, value_enum, default_value_t = ModeChoice::Exact)]
     pub mode: ModeChoice,
-    /// What is inside where shells overlap: even-odd cancels, nonzero unites
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Sampling")]
+pub struct FillArguments {
+    /// Fill rule, for overlapping shells: even-odd cancels the overlap, nonzero unites the shells. Minkowski sums and offsets
+    /// of overlapping shells need nonzero
     #[arg(long, value_enum, default_value_t = FillChoice::EvenOdd)]
     pub fill: FillChoice,
-    /// Where it runs, which changes no bit of a result: auto takes a GPU for large work where there is one and says why,
-    /// gpu takes the first that `ldi-ops devices` lists or fails
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Sampling")]
+pub struct DeviceArguments {
+    /// Device, with the same bits on each: auto uses a GPU for large work if there is one, gpu uses the first of `ldi-ops
+    /// devices` or fails
     #[arg(long, value_enum, default_value_t = BackendChoice::Auto)]
     pub backend: BackendChoice,
     /// GPU to use, by its name or a part of it; implies --backend gpu
@@ -477,26 +497,25 @@ pub struct SamplingArguments {
 
 #[derive(Debug, Default, Args)]
 pub struct ImageArguments {
-    /// Write the result: its surface, a closed manifold mesh with sharp edges, to .stl, .obj, .ply, .off, .glb or .3mf; its
-    /// image to .npz; or voxels to .vti (ParaView) or .npy (numpy)
+    /// Output file for the result: .stl, .obj, .ply, .off, .glb or .3mf (surface, a closed manifold mesh with sharp edges),
+    /// .npz (images), .vti (ParaView) or .npy (numpy; voxels)
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub finish: FinishArguments,
 }
 
-/// What is done to a mesh before it is written.
+/// The processing of a mesh before it is written.
 #[derive(Debug, Default, Args)]
 pub struct FinishArguments {
-    /// Remove triangles of the mesh while it stays this near to what it was: in pitches, 0.1h, in file units, 0.02, or with a unit,
-    /// 20um
+    /// Simplify the mesh within this distance: in pitches (0.1h), in file units (0.02) or with a unit (20um)
     #[arg(long, value_name = "BOUND")]
     pub simplify: Option<Bound>,
-    /// Drop parts of the mesh below this share of its volume: crumbs of knife edges, and bubbles; 0.1% or 0.001
+    /// Drop components of the mesh below this share of its volume, such as crumbs and bubbles: 0.1% or 0.001
     #[arg(long, value_name = "P%")]
     pub drop_parts: Option<Share>,
-    /// Subtract a round offset near the middle from the mesh's coordinates, which keeps the detail of a mesh far from the
-    /// origin; .glb and .3mf hold the offset as a translation
+    /// Subtract a round offset near the centre from the mesh's coordinates, to keep detail far from the origin; .glb and .3mf
+    /// store it as a translation
     #[arg(long)]
     pub recentre: bool,
 }
@@ -504,16 +523,16 @@ pub struct FinishArguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Common")]
 pub struct CommonArguments {
-    /// Write the result as JSON to a file, or to stdout with `-` instead of the text
+    /// Write the result as JSON to a file, or with `-` to stdout in place of the text
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
-    /// Threads to use [default: one for each processor]
+    /// Number of threads [default: one per processor]
     #[arg(long, value_name = "N")]
     pub threads: Option<NonZeroUsize>,
-    /// The value alone, and no progress on stderr; warnings and errors stay
+    /// Print the value alone, and no progress; warnings and errors remain
     #[arg(short, long, conflicts_with = "verbose")]
     pub quiet: bool,
-    /// More detail: raster, backend, mesh, time and memory, and on stderr what is decided on the way
+    /// Print more detail: raster, backend, mesh, time and memory; automatic choices go to stderr
     #[arg(short, long)]
     pub verbose: bool,
 }
@@ -562,9 +581,9 @@ impl FromStr for NamedFile {
                 Ok(NamedFile { name: name.to_owned(), path: PathBuf::from(path) })
             }
             Some((name, _)) if !is_name(name) => {
-                Err(format!("`{name}` is no name: names are of letters, digits and _"))
+                Err(format!("`{name}` is not a valid name; use letters, digits and _"))
             }
-            _ => Err("an input is given as NAME=FILE: a=part.stl".to_owned()),
+            _ => Err("expected NAME=FILE, as in a=part.stl".to_owned()),
         }
     }
 }
@@ -582,13 +601,13 @@ impl FromStr for NamedPlacement {
     fn from_str(text: &str) -> Result<NamedPlacement, String> {
         let (name, placement) = text
             .split_once('=')
-            .ok_or("a placement is given as NAME=PLACEMENT, as in b='translate(1,0,0)', with the name of an input")?;
+            .ok_or("expected NAME=PLACEMENT, as in b='translate(1,0,0)', with the name of an input")?;
         let placement = placement.parse().map_err(|error: PlacementError| error.to_string())?;
         Ok(NamedPlacement { name: name.trim().to_owned(), placement })
     }
 }
 
-/// Whether an expression can have this name.
+/// Returns whether an expression can use this name.
 fn is_name(name: &str) -> bool {
     !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_')
 }
@@ -607,12 +626,12 @@ impl FromStr for Share {
         };
         match number.parse::<f64>() {
             Ok(value) if value > 0.0 && value < scale => Ok(Share(value / scale)),
-            _ => Err("a share between 0 and 100 % is wanted: 0.1% or 0.001".to_owned()),
+            _ => Err("expected a share between 0 and 100 %, as in 0.1% or 0.001".to_owned()),
         }
     }
 }
 
-/// A model and its parameters. The flags are those that [`Model::kinds`] names.
+/// A model and its parameters, whose options come from [`Model::kinds`].
 #[derive(Debug)]
 pub struct GenerateArguments {
     pub kind: String,
@@ -628,11 +647,10 @@ Examples:
   ldi-ops generate bcc --form overlapping --radius 0.6 -o struts.stl
   ldi-ops generate bone --length 120 -o bone.obj
 
-Lengths are millimetres, and all solids are closed and face outwards. `ldi-ops generate KIND --help`
-tells a kind's parameters and their defaults. Files are written as .stl, .obj, .ply, .off, .glb or
-.3mf, by their extension.";
+Lengths are in millimetres. All solids are closed and face outwards. `ldi-ops generate KIND --help`
+lists the parameters of a kind and their defaults. The extension of the file selects the format.";
 
-/// Names by which people may look for a kind that has another.
+/// Other names of kinds.
 const ALIASES: [(&str, &[&str]); 4] =
     [("cuboid", &["box"]), ("bone", &["long-bone"]), ("cubic", &["cubic-lattice"]), ("bcc", &["bcc-lattice"])];
 
@@ -664,7 +682,7 @@ impl Args for GenerateArguments {
                     .short('o')
                     .long("output")
                     .value_name("FILE")
-                    .help("Where to write: .obj, .ply, .off, .3mf (64-bit coordinates), .stl, .glb (32-bit)")
+                    .help("Output file: .obj, .ply, .off, .3mf (64-bit coordinates), .stl or .glb (32-bit)")
                     .value_parser(clap::value_parser!(PathBuf)),
             );
         CommonArguments::augment_args(command).mut_args(|arg| arg.global(true))
@@ -678,7 +696,7 @@ impl Args for GenerateArguments {
 impl FromArgMatches for GenerateArguments {
     fn from_arg_matches(matches: &ArgMatches) -> Result<GenerateArguments, clap::Error> {
         let missing = |what: &str| clap::Error::raw(ErrorKind::MissingRequiredArgument, format!("{what}\n"));
-        let (kind, chosen) = matches.subcommand().ok_or_else(|| missing("no kind is given"))?;
+        let (kind, chosen) = matches.subcommand().ok_or_else(|| missing("the kind of model is missing"))?;
         let known = Model::kinds().iter().find(|known| known.name == kind).into_iter().flat_map(|kind| kind.parameters);
         let parameters = known
             .filter(|parameter| chosen.value_source(parameter.name) == Some(ValueSource::CommandLine))

@@ -92,9 +92,9 @@ fn one_reported(report: &ScaffoldReport) -> String {
         for limit in &verdict.limits {
             let outcome = match limit.outcome {
                 LimitOutcome::Kept => "kept",
-                LimitOutcome::KeptWithinBounds => "kept, though its bounds do not keep it",
+                LimitOutcome::KeptWithinBounds => "kept by the value, but not by its bounds",
                 LimitOutcome::Broken => "BROKEN",
-                LimitOutcome::NoValue => "BROKEN: there is no value",
+                LimitOutcome::NoValue => "BROKEN: no value",
             };
             let scale = limit.unit.scale_for_people();
             let end = |word: &str, end: Option<f64>| end.map(|end| format!("{word} {}", rounded(end * scale)));
@@ -249,7 +249,7 @@ fn making(table: &mut Table, result: &Measured) {
         sum_step(table, step, result.unit);
     }
     if result.unclosed > 0 {
-        table.line("unclosed", format_args!("{} rays, which count as empty", result.unclosed));
+        table.line("unclosed", format_args!("{} rays, counted as empty", result.unclosed));
     }
     if let Some(refinement) = &result.refinement {
         let reached = if refinement.reached { "reached" } else { "NOT reached" };
@@ -279,7 +279,7 @@ fn cost(table: &mut Table, result: &Measured) {
     );
     if let Some(bytes) = peak_memory_bytes() {
         let expected =
-            result.sum.as_ref().map(|sum| format!("; {:.0} MB were expected", sum.memory_estimate() as f64 / 1e6));
+            result.sum.as_ref().map(|sum| format!("; estimate {:.0} MB", sum.memory_estimate() as f64 / 1e6));
         table.line("memory", format_args!("{:.0} MB at most{}", bytes as f64 / 1e6, expected.unwrap_or_default()));
     }
 }
@@ -430,7 +430,7 @@ fn checked(results: &[Each<Checked>], verbosity: Verbosity) -> String {
 fn converted(result: &Converted) -> String {
     let unit = match result.unit {
         Some(unit) => format!("in{}", unit::suffix(Some(unit), 1)),
-        None => "in no stated unit".to_owned(),
+        None => "unit not stated".to_owned(),
     };
     let recentred = recentred(result.recentred, result.unit);
     format!("{}: {} triangles, {unit}{recentred}\n", result.to.display(), result.triangles)

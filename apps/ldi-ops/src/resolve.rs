@@ -29,7 +29,8 @@ use ldi_ops::unit;
 use ldi_ops::voxels;
 
 use crate::args::{
-    self, AxisChoice, BackendChoice, CommonArguments, FillChoice, ModeChoice, PlacingArguments, SamplingArguments,
+    self, AxisChoice, BackendChoice, CommonArguments, DeviceArguments, FillChoice, ModeChoice, PlacingArguments,
+    SamplingArguments,
 };
 use crate::output;
 
@@ -139,7 +140,7 @@ pub struct DevicesJob {
 }
 
 /// Advice for meshes that are not solids.
-const NO_REPAIR: &str = "there is no command that repairs a mesh; what helps instead depends on its defects:
+const NO_REPAIR: &str = "no command repairs a mesh; depending on its defects, use:
   ldi-ops check A                                          names all defects
   --allow-open                                             samples a mesh that is not closed
   --fill nonzero                                           unites shells that overlap
@@ -156,7 +157,7 @@ pub fn resolve(command: args::Command, words: &[OsString]) -> Result<Invocation,
         Command::Csg(a) => csg(a),
         Command::Volume(a) => {
             if a.solids.len() > 1 && a.placing.transform_a.is_some() {
-                return Err(Error::input("--transform-a places one solid, and several are given"));
+                return Err(Error::input("--transform-a applies to one solid, but several are given"));
             }
             let PlacingArguments { reading, transform_a: placement } = a.placing;
             let inputs = a.solids.into_iter().map(|path| Input { name: None, path, placement }).collect();
@@ -305,10 +306,12 @@ fn place(
     for args::NamedPlacement { name, placement } in transforms {
         let Some(i) = names.iter().position(|known| *known == name) else {
             let names = names.join(", ");
-            return Err(Error::input(format!("--transform {name}=…: no input is named `{name}`; there are {names}")));
+            return Err(Error::input(format!(
+                "--transform {name}=…: no input is named `{name}`; the inputs are {names}"
+            )));
         };
         if placements[i].replace(placement).is_some() {
-            return Err(Error::input(format!("--transform {name}=…: the input `{name}` is placed already")));
+            return Err(Error::input(format!("--transform {name}=…: the input `{name}` has a placement already")));
         }
     }
     Ok(())
@@ -322,10 +325,10 @@ fn measure(
     writing: args::ImageArguments,
     common: CommonArguments,
 ) -> Result<Invocation, Error> {
-    let backend = backend(sampling.backend, sampling.adapter.clone())?;
+    let backend = backend(sampling.device)?;
     let spacing = spacing(sampling.resolution, sampling.pitch, sampling.tolerance)?;
-    let lod = lod(sampling.lod)?;
-    let target = image_target(writing, sampling.axis)?;
+    let lod = lod(sampling.kind.lod)?;
+    let target = image_target(writing, sampling.kind.axis)?;
     let report = report(&common)?;
     let job = MeasureJob {
         measurement,
@@ -333,9 +336,9 @@ fn measure(
         openness: if reading.allow_open { Openness::Sampled } else { Openness::Refused },
         spacing,
         lod,
-        axes: axes(sampling.axis),
-        mode: mode(sampling.mode),
-        fill: fill(sampling.fill),
+        axes: axes(sampling.kind.axis),
+        mode: mode(sampling.kind.mode),
+        fill: fill(sampling.fill.fill),
         backend,
         check_rays: report.has_json() || common.verbose,
         memory: None,
@@ -350,7 +353,7 @@ fn lod(voxels: u32) -> Result<u32, Error> {
         true => Ok(voxels),
         false => {
             let (least, most) = (LOD_RANGE.start(), LOD_RANGE.end());
-            Err(Error::input(format!("--lod {voxels} is outside {least} to {most} voxels a ray")))
+            Err(Error::input(format!("--lod {voxels} is outside {least} to {most} voxels per ray")))
         }
     }
 }
@@ -372,12 +375,12 @@ fn mode(choice: ModeChoice) -> Mode {
     }
 }
 
-fn backend(backend: BackendChoice, adapter: Option<String>) -> Result<Backend, Error> {
+fn backend(DeviceArguments { backend, adapter }: DeviceArguments) -> Result<Backend, Error> {
     match (backend, adapter) {
         (BackendChoice::Auto, None) => Ok(Backend::Auto),
         (BackendChoice::Cpu, None) => Ok(Backend::Cpu),
         (BackendChoice::Cpu, Some(name)) => {
-            Err(Error::input(format!("--adapter {name} asks for a GPU, and --backend cpu for none")))
+            Err(Error::input(format!("--adapter {name} needs a GPU and contradicts --backend cpu; remove one of them")))
         }
         // A named adapter leaves `auto` no choice.
         (BackendChoice::Auto | BackendChoice::Gpu, name) => Ok(Backend::Gpu(name)),
@@ -428,10 +431,14 @@ fn report(common: &CommonArguments) -> Result<Report, Error> {
 fn writable(path: &Path) -> Result<(), Error> {
     let folder = output::folder(path);
     if path.is_dir() {
-        return Err(Error::input(format!("{}: is a folder, and a file is to be written", path.display())));
+        return Err(Error::input(format!("{}: is a folder; give the name of a file", path.display())));
     }
     if !folder.is_dir() {
-        return Err(Error::input(format!("{}: there is no folder {}", path.display(), folder.display())));
+        return Err(Error::input(format!(
+            "{}: the folder {} does not exist; create it first",
+            path.display(),
+            folder.display()
+        )));
     }
     Ok(())
 }
@@ -458,8 +465,7 @@ fn mesh_target(path: &Path) -> Result<(), Error> {
 }
 
 /// The formats of `-o` and their contents.
-const WRITTEN: &str =
-    "-o takes .npz, the image; .stl, .obj, .ply, .off, .glb or .3mf, its surface; .vti or .npy, voxels";
+const WRITTEN: &str = "-o takes .npz (images), .stl, .obj, .ply, .off, .glb or .3mf (surface), .vti or .npy (voxels)";
 
 /// Returns the file to make from the images.
 fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Option<ImageTarget>, Error> {
@@ -472,7 +478,7 @@ fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Optio
     };
     let Some(path) = output else {
         return match flag {
-            Some(flag) => Err(Error::input(format!("{flag} is for a mesh, and there is no -o FILE to write one to"))),
+            Some(flag) => Err(Error::input(format!("{flag} applies to a mesh: add -o FILE, or remove {flag}"))),
             None => Ok(None),
         };
     };
@@ -486,14 +492,14 @@ fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Optio
             mesh_target(&path)?;
             Content::Mesh(Finish { simplify, least_part: drop_parts.map(|args::Share(share)| share), recentre })
         }
-        _ => return refuse(&format!("this extension is not known; {WRITTEN}")),
+        _ => return refuse(&format!("unknown extension; {WRITTEN}")),
     };
     match (content, axis) {
         (Content::Mesh(_), AxisChoice::All) => {}
-        (Content::Mesh(_), _) => return refuse("a mesh is made of the images along all axes; leave --axis away"),
+        (Content::Mesh(_), _) => return refuse("a mesh needs the images along all axes; remove --axis"),
         _ => {
             if let Some(flag) = flag {
-                return refuse(&format!("{flag} is for meshes, and this is none"));
+                return refuse(&format!("{flag} applies to meshes only; remove it, or write a mesh"));
             }
         }
     }

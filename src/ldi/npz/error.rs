@@ -40,7 +40,7 @@ pub enum NpzError {
         samples: usize,
     },
     /// The samples of all images together cannot be numbered.
-    #[error("{samples} samples with normals; 4294967295 can be numbered")]
+    #[error("too many samples with normals: {samples} (limit 4,294,967,295); lower the resolution")]
     TooManyNormals {
         /// Number of samples.
         samples: usize,
@@ -70,8 +70,8 @@ pub enum NpzError {
     },
     /// Exact images disagree about which nodes are inside.
     #[error(
-        "the images are said to be exact, and along different axes they disagree about {count} lattice nodes (first: node \
-         {node:?}); they are not of one solid on one grid, or not exact"
+        "the file says that its images are exact, but along different axes they disagree about {count} lattice nodes \
+         (first: node {node:?}); they are not of one solid on one grid, or not exact"
     )]
     NodesDisagree {
         /// Number of such nodes.
@@ -80,25 +80,25 @@ pub enum NpzError {
         node: [u32; 3],
     },
     /// A text is not the name of a mode.
-    #[error("mode: {text:?} is none of exact, over and under")]
+    #[error("mode: {text:?} is not exact, over or under")]
     Mode {
         /// The text.
         text: String,
     },
     /// A unit is not a short word of letters.
-    #[error("unit: {text:?} is no unit of length; a word of up to {limit} letters is", limit = super::UNIT_LETTERS)]
+    #[error("unit: {text:?} is not a unit of length; a unit is a word of up to {limit} letters", limit = super::UNIT_LETTERS)]
     Unit {
         /// The given text.
         text: String,
     },
     /// A required array is missing.
-    #[error("there is no array {array}")]
+    #[error("the array {array} is missing")]
     Missing {
         /// Its name.
         array: String,
     },
     /// The archive contains an array name more than once.
-    #[error("names of arrays stand more than once among the {entries} of the archive")]
+    #[error("the archive has duplicate names of arrays ({entries} entries)")]
     Twice {
         /// Number of entries of the archive.
         entries: usize,
@@ -112,7 +112,7 @@ pub enum NpzError {
         source: HeaderError,
     },
     /// The elements of an array have the wrong type.
-    #[error("{array} has elements of type {found}, where {wanted} are needed")]
+    #[error("{array} has elements of type {found}; {wanted} are required")]
     Kind {
         /// The array.
         array: String,
@@ -132,7 +132,7 @@ pub enum NpzError {
         wanted: &'static str,
     },
     /// An array has the wrong shape.
-    #[error("{array} has shape {found:?}, where {wanted} is needed")]
+    #[error("{array} has shape {found:?}; {wanted} is required")]
     Shape {
         /// The array.
         array: String,
@@ -142,13 +142,13 @@ pub enum NpzError {
         wanted: String,
     },
     /// An array of several dimensions is in Fortran order.
-    #[error("{array} stands in Fortran's order; C's is needed, which numpy.ascontiguousarray gives")]
+    #[error("{array} is in Fortran order; convert it to C order with numpy.ascontiguousarray")]
     Order {
         /// The array.
         array: String,
     },
     /// An entry is shorter or longer than its array.
-    #[error("{array} has {found} bytes of elements, where its header tells of {wanted}")]
+    #[error("{array} has {found} bytes of elements; its header declares {wanted}")]
     Size {
         /// The array.
         array: String,
@@ -159,8 +159,8 @@ pub enum NpzError {
     },
     /// Compressed arrays are too large compared with the file that holds them.
     #[error(
-        "{array}: compressed arrays need {needed} bytes of memory, and {allowed} are allowed for a file of this size; \
-         numpy.savez writes them without compression"
+        "{array}: decompression needs {needed} bytes of memory; the limit for a file of this size is {allowed}: \
+         write the file without compression, with numpy.savez"
     )]
     Compressed {
         /// The array that exceeds the limit.
@@ -171,7 +171,7 @@ pub enum NpzError {
         allowed: u64,
     },
     /// Memory for an array could not be allocated.
-    #[error("{array}: there is no memory for {bytes} bytes")]
+    #[error("{array}: not enough memory for {bytes} bytes")]
     Memory {
         /// The array.
         array: String,
@@ -192,14 +192,14 @@ pub enum NpzError {
         /// The greatest allowed value.
         most: i128,
     },
-    /// A text is none of x, y and z.
-    #[error("axis: {text:?} is none of x, y and z")]
+    /// A text is not x, y or z.
+    #[error("axis: {text:?} is not x, y or z")]
     Axis {
         /// The text.
         text: String,
     },
     /// An axis is named twice.
-    #[error("axis: {axis} is named twice")]
+    #[error("axis: {axis} occurs twice")]
     AxisTwice {
         /// Its name.
         axis: &'static str,
@@ -208,7 +208,7 @@ pub enum NpzError {
     #[error("grid: {0}")]
     Grid(#[from] GridError),
     /// The length of a step contradicts the pitch.
-    #[error("grid: a step of {found:e} contradicts the pitch and the shift, which make it {expected:e}")]
+    #[error("grid: a step of {found:e} contradicts the pitch and the shift, which give {expected:e}")]
     Step {
         /// The step that the file states.
         found: f64,

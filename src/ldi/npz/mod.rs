@@ -8,7 +8,7 @@
 //! | `normals` | float32 | (samples, 3) | of the surface at each sample: of length 1, outwards, in world axes; 0 where not known; may be absent |
 //! | `unclosed` | uint32 | (k,) | rays that did not close; they have no samples |
 //! | `grid` | record | () | the raster and lattice: fields below |
-//! | `unit` | text | () | what one unit of length is: `mm`; absent where it is not known |
+//! | `unit` | text | () | the unit of length: `mm`; absent if unknown |
 //! | `mode` | text | () | which image of the solid is kept: `exact`, `over` or `under`; absent where it is not known |
 //!
 //! | field of `grid` | type | meaning |

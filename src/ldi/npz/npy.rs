@@ -39,10 +39,10 @@ pub fn write_header(to: &mut impl Write, descr: &str, order: Order, shape: &[usi
 #[non_exhaustive]
 pub enum HeaderError {
     /// The array does not begin as a `.npy` file does.
-    #[error("does not begin with the mark of a .npy file")]
+    #[error("does not begin with the signature of a .npy file")]
     Magic,
     /// The version of the header is not supported.
-    #[error("has a header of version {major}.{minor}; 1.0, 2.0 and 3.0 are read")]
+    #[error("has a header of version {major}.{minor}; supported are 1.0, 2.0 and 3.0")]
     Version {
         /// The first number.
         major: u8,
@@ -50,13 +50,13 @@ pub enum HeaderError {
         minor: u8,
     },
     /// The header is longer than any reasonable one.
-    #[error("has a header of {length} bytes; {limit} are possible", limit = LONGEST_HEADER)]
+    #[error("has a header of {length} bytes; the limit is {limit}", limit = LONGEST_HEADER)]
     Length {
         /// The length that the file states.
         length: u32,
     },
     /// The header has a syntax error.
-    #[error("has a header in which {expected} should stand at byte {at}: {text}")]
+    #[error("has a malformed header: expected {expected} at byte {at}: {text}")]
     Syntax {
         /// The offset in the dictionary.
         at: usize,
@@ -66,7 +66,7 @@ pub enum HeaderError {
         text: String,
     },
     /// The type of the elements is not supported.
-    #[error("has elements of type {descr}, which is not read: little-endian numbers and text are")]
+    #[error("has elements of the unsupported type {descr}; supported are little-endian numbers and text")]
     Type {
         /// The type in numpy's notation.
         descr: String,
@@ -403,18 +403,18 @@ mod tests {
     #[test]
     fn malformed_headers_are_refused_with_their_place() {
         for (text, says) in [
-            ("", "{ should stand at byte 0"),
-            ("{'descr': '<u4', 'fortran_order': False, }", "shape should stand"),
-            ("{'descr': '<u4', 'fortran_order': 0, 'shape': ()}", "True or False should stand at byte 34"),
-            ("{'descr': '<u4', 'fortran_order': False, 'shape': (99999999999999999999,)}", "64 bits should stand"),
-            ("{'descr': '<u4', 'fortran_order': False, 'shape': (-1,)}", "64 bits should stand"),
+            ("", "expected { at byte 0"),
+            ("{'descr': '<u4', 'fortran_order': False, }", "shape at byte"),
+            ("{'descr': '<u4', 'fortran_order': 0, 'shape': ()}", "expected True or False at byte 34"),
+            ("{'descr': '<u4', 'fortran_order': False, 'shape': (99999999999999999999,)}", "64 bits at byte"),
+            ("{'descr': '<u4', 'fortran_order': False, 'shape': (-1,)}", "64 bits at byte"),
             ("{'descr': '<u4', 'fortran_order': False, 'shape': (1", "the ) of a shape"),
-            ("{'descr': '<u4', 'fortran_order': False, 'shape': ()} x", "nothing more should stand"),
+            ("{'descr': '<u4', 'fortran_order': False, 'shape': ()} x", "expected nothing more at"),
             ("{'descr': '<u4', 'other': 1}", "descr, fortran_order or shape"),
             ("{'descr': '>i4', 'fortran_order': False, 'shape': ()}", "type >i4"),
             ("{'descr': '|O', 'fortran_order': False, 'shape': ()}", "type |O"),
             ("{'descr': '<c8', 'fortran_order': False, 'shape': ()}", "type <c8"),
-            ("{'descr': [('a', [('b', '<u4')])], 'fortran_order': False, 'shape': ()}", "a string should stand"),
+            ("{'descr': [('a', [('b', '<u4')])], 'fortran_order': False, 'shape': ()}", "expected a string at"),
             ("{'descr': '<u4", "a string that ends"),
         ] {
             let error = header(text).unwrap_err().to_string();

@@ -231,7 +231,7 @@ fn wrong_types_and_shapes_are_named() {
     refuses("axis", array("'<U1'", &[2], b"z\0\0\0z\0\0\0"), &["axis", "z is named twice"]);
     refuses("axis", array("'<U1'", &[2], b"x\0\0\0z\0\0\0"), &["no array offsets_x"]);
     refuses("unit", array("'<U3'", &[], b"1\0\0\0m\0\0\0m\0\0\0"), &["unit", "\"1mm\""]);
-    refuses("depths", b"{\"format\": 1}".to_vec(), &["depths", "mark of a .npy"]);
+    refuses("depths", b"{\"format\": 1}".to_vec(), &["depths", "signature of a .npy"]);
     refuses("depths", Vec::new(), &["depths", "header"]);
 }
 
@@ -313,7 +313,7 @@ fn modes_other_than_exact_over_and_under_are_refused() {
     };
     assert_eq!(with("mode", Some(text("exact"))).unwrap().extras.mode, Some(Mode::Exact));
     assert_eq!(with("mode", None).unwrap().extras.mode, None);
-    refuses("mode", text("Exact"), &["mode", "Exact", "exact, over and under"]);
+    refuses("mode", text("Exact"), &["mode", "Exact", "exact, over or under"]);
     refuses("mode", array("'<U5'", &[1], &bytes(&[0; 5], u32::to_le_bytes)), &["mode", "shape"]);
 }
 

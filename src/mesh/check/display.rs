@@ -28,7 +28,10 @@ impl Display for Defect {
             }
             Defect::InsideOut(found) => sentence(f, found, "shell is inside out", "shells are inside out"),
             Defect::AllDoubled => {
-                write!(f, "Every triangle occurs an even number of times, so the even-odd rule sees nothing.")
+                write!(
+                    f,
+                    "Every triangle occurs an even number of times, so the even-odd fill rule cancels all of them."
+                )
             }
             Defect::NoVolume { signed_volume } => {
                 write!(f, "The mesh is closed but encloses no positive volume: {}.", Number(*signed_volume))

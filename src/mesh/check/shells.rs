@@ -18,7 +18,7 @@ pub(super) fn closed(
     shells: &UnionFind,
     report: &mut MeshReport,
 ) -> Vec<Shell> {
-    // Joining whole shells keeps balanced shells balanced, so that earlier runs stay resolved.
+    // Joining whole shells keeps balanced shells balanced, so that earlier runs stay balanced.
     for run in edges(uses).filter(|run| run.len() > 2) {
         join_around(vertices, faces, run, shells);
     }
@@ -27,7 +27,7 @@ pub(super) fn closed(
         match run {
             [a, b] if a.is_forward() != b.is_forward() => {}
             _ => {
-                balance(run, shells).iter().filter(|b| !b.is_resolved()).for_each(|b| closed[b.shell as usize] = false)
+                balance(run, shells).iter().filter(|b| !b.is_balanced()).for_each(|b| closed[b.shell as usize] = false)
             }
         }
     }
@@ -109,7 +109,7 @@ struct Balance {
 
 impl Balance {
     /// Returns whether the edge would be closed and balanced if there were only this shell.
-    fn is_resolved(&self) -> bool {
+    fn is_balanced(&self) -> bool {
         self.excess == 0 && self.uses.is_multiple_of(2)
     }
 }
@@ -127,8 +127,8 @@ fn balance(run: &[Use], shells: &UnionFind) -> Vec<Balance> {
 
 /// Joins shells across an edge of more than two uses, where the solid lies between two faces.
 fn join_around(vertices: &[DVec3], faces: &[Face], run: &[Use], shells: &UnionFind) {
-    let unresolved = balance(run, shells).iter().filter(|b| !b.is_resolved()).map(|b| b.shell).collect::<Vec<_>>();
-    if unresolved.is_empty() {
+    let unbalanced = balance(run, shells).iter().filter(|b| !b.is_balanced()).map(|b| b.shell).collect::<Vec<_>>();
+    if unbalanced.is_empty() {
         return;
     }
     let position = |vertex: u32| vertices[vertex as usize];
@@ -149,7 +149,7 @@ fn join_around(vertices: &[DVec3], faces: &[Face], run: &[Use], shells: &UnionFi
     // order of faces where solids begin and the reverse where they end, as brackets nest.
     let mut around: Vec<(i64, bool, i64, Use)> = run
         .iter()
-        .filter(|u| unresolved.binary_search(&shells.find(u.face() as u32)).is_ok())
+        .filter(|u| unbalanced.binary_search(&shells.find(u.face() as u32)).is_ok())
         .map(|u| {
             let rank = u.face() as i64;
             let rank = if u.is_forward() { -rank } else { rank };

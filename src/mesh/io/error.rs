@@ -12,13 +12,13 @@ use super::Format;
 #[non_exhaustive]
 pub enum FormatError {
     /// The name has no extension.
-    #[error("{}: the name has no extension; known are {}", .path.display(), Format::known())]
+    #[error("{}: the name has no extension; supported are {}", .path.display(), Format::known())]
     NoExtension {
         /// The path as given.
         path: PathBuf,
     },
     /// The extension belongs to no supported format.
-    #[error("{}: `.{extension}` is no mesh format known here; known are {}", .path.display(), Format::known())]
+    #[error("{}: `.{extension}` is not a supported mesh format; supported are {}", .path.display(), Format::known())]
     Unknown {
         /// The path as given.
         path: PathBuf,
@@ -53,7 +53,7 @@ pub enum ReadError {
         source: io::Error,
     },
     /// The file is valid but has no triangle, which its user cannot have intended.
-    #[error("{}: there are no triangles: {found}", .path.display())]
+    #[error("{}: the file has no triangles: {found}", .path.display())]
     Empty {
         /// The file.
         path: PathBuf,
@@ -169,7 +169,7 @@ pub enum Problem {
         first: u32,
     },
     /// A file ends before all that its header counts.
-    #[error("{promised} {what} are promised, {found} are there")]
+    #[error("{promised} {what} declared, {found} found")]
     Short {
         /// The kind of thing counted.
         what: Cow<'static, str>,
@@ -179,7 +179,7 @@ pub enum Problem {
         found: u64,
     },
     /// A count that is impossible in a file of this size.
-    #[error("{promised} {what} are promised, which cannot fit in the {bytes} bytes that follow")]
+    #[error("{promised} {what} declared, which cannot fit in the {bytes} bytes that follow")]
     Impossible {
         /// The kind of thing counted.
         what: Cow<'static, str>,
@@ -189,7 +189,7 @@ pub enum Problem {
         bytes: u64,
     },
     /// More than this library supports.
-    #[error("{found} {what}, and at most {limit} can be read")]
+    #[error("{found} {what}; the limit is {limit}")]
     TooMany {
         /// The kind of thing counted.
         what: Cow<'static, str>,
@@ -236,7 +236,7 @@ pub enum WriteError {
     #[error(transparent)]
     Format(#[from] FormatError),
     /// The format can be read but not written.
-    #[error("{}: {format} files are not written here; {} are", .path.display(), Format::written())]
+    #[error("{}: cannot write {format} files; supported are {}", .path.display(), Format::written())]
     NoWriter {
         /// The target.
         path: PathBuf,
@@ -244,7 +244,7 @@ pub enum WriteError {
         format: Format,
     },
     /// A triangle refers to a position that the mesh does not have.
-    #[error("{}: triangle {triangle} refers to position {index}, and there are {count}", .path.display())]
+    #[error("{}: triangle {triangle} refers to position {index}, but the mesh has {count}", .path.display())]
     IndexOutOfRange {
         /// The target.
         path: PathBuf,
@@ -256,7 +256,7 @@ pub enum WriteError {
         count: usize,
     },
     /// A finite coordinate is beyond the range of the format's numbers.
-    #[error("{}: position {position} has the coordinate {value}, beyond the 32-bit numbers of {format}", .path.display())]
+    #[error("{}: position {position} has the coordinate {value}, beyond the 32-bit range of {format}; write .obj, .ply or .off", .path.display())]
     Overflow {
         /// The target.
         path: PathBuf,
@@ -303,7 +303,7 @@ pub enum WriteError {
         value: f64,
     },
     /// A coordinate is farther from the origin than programs that read the format allow.
-    #[error("{}: position {position} has the coordinate {value}, and {format} goes to {limit}", .path.display())]
+    #[error("{}: position {position} has the coordinate {value}; the limit of {format} is {limit}", .path.display())]
     TooFar {
         /// The target.
         path: PathBuf,
@@ -317,7 +317,7 @@ pub enum WriteError {
         limit: f64,
     },
     /// The file would be longer than the format can count.
-    #[error("{}: the file would have {bytes} bytes, and {format} can count {limit}", .path.display())]
+    #[error("{}: the file would have {bytes} bytes; the limit of {format} is {limit}", .path.display())]
     TooManyBytes {
         /// The target.
         path: PathBuf,
@@ -329,7 +329,7 @@ pub enum WriteError {
         limit: u64,
     },
     /// The mesh has more triangles than the format can count.
-    #[error("{}: {triangles} triangles, and {format} can count {limit}", .path.display())]
+    #[error("{}: {triangles} triangles; the limit of {format} is {limit}", .path.display())]
     TooManyTriangles {
         /// The target.
         path: PathBuf,

@@ -207,12 +207,12 @@ pub fn examine(path: &Path, format: Format) -> Result<(), ReadError> {
     let head = &start[..start.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1)];
     let fault = match format {
         _ if is_text(format, head) && end.iter().all(|&byte| byte == 0) => {
-            Fault::invalid(Place::File, "the text ends in bytes 0; cut them off")
+            Fault::invalid(Place::File, "the text ends with zero bytes; remove them")
         }
         _ => match binary_length(format, &start) {
             Some(counted) if length - SMALL > 2 * counted => {
                 let sentence =
-                    format!("the header counts {counted} bytes, and the file has {length}; cut it off there");
+                    format!("the header declares {counted} bytes, but the file has {length}; truncate it there");
                 Fault::invalid(Place::File, sentence)
             }
             _ => return Ok(()),

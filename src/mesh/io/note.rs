@@ -171,17 +171,17 @@ impl fmt::Display for WriteNote {
             WriteNote::UnitAssumed { format, unit } => {
                 write!(
                     f,
-                    "{format} files have a unit, and none was given; lengths are taken to be in {}",
+                    "{format} files state a unit and none is known: lengths are taken to be in {} (set --unit)",
                     unit.symbol()
                 )
             }
             WriteNote::CoordinatesRounded { format, moved, size } => write!(
                 f,
-                "{format} holds 32-bit coordinates, which moves vertices of this mesh by up to {moved:.1e}, of a size of \
-                 {size:.1e}; .obj, .ply, .off and .3mf hold 64 bits"
+                "{format} holds 32-bit coordinates, which move vertices by up to {moved:.1e} in a mesh of size {size:.1e}; \
+                 write .obj, .ply, .off or .3mf for 64 bits"
             ),
             WriteNote::CollapsedLeftOut { count } => {
-                write!(f, "triangles with two corners in one position left out, which 3MF does not allow: {count}")
+                write!(f, "triangles with two corners at one position left out (3MF does not allow them): {count}")
             }
         }
     }

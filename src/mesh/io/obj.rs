@@ -274,7 +274,7 @@ mod tests {
             ("v 0 0 0\nf 1 1 -2", "sample.obj, line 2, face 0: vertex -2 is out of range: there are 1, counted from 1"),
             ("v 0 0 0\nf 1 1 a", "sample.obj, line 2: `a` is not a whole number"),
             ("v 0 0 0\nf 1 1 /1", "sample.obj, line 2: `` is not a whole number"),
-            ("v 0 0 0\n", "sample.obj: there are no triangles: the file has 1 vertices and no faces"),
+            ("v 0 0 0\n", "sample.obj: the file has no triangles: the file has 1 vertices and no faces"),
             ("v 0 0 0\nf 1 1 99999999999999999999", "sample.obj, line 2: `99999999999999999999` is not a whole number"),
         ];
         for (text, message) in cases {

@@ -196,9 +196,9 @@ mod tests {
         let cases = [
             (
                 "OFF\n353535235358 6 0\n0 0 0\n",
-                "line 2: 353535235358 vertices are promised, which cannot fit in the 9 bytes that follow",
+                "line 2: 353535235358 vertices declared, which cannot fit in the 9 bytes that follow",
             ),
-            ("OFF\n1 9999 0\n0 0 0\n", "line 2: 9999 faces are promised, which cannot fit in the 9 bytes that follow"),
+            ("OFF\n1 9999 0\n0 0 0\n", "line 2: 9999 faces declared, which cannot fit in the 9 bytes that follow"),
             ("OFF\n1 99999999999999999999 0\n0 0 0\n", "line 2: `99999999999999999999` is not a count"),
             ("OFF\n-1 0 0\n", "line 2: `-1` is not a count"),
             (
@@ -210,15 +210,15 @@ mod tests {
                 "line 6, face 0: vertex -1 is out of range: there are 3, counted from 0",
             ),
             ("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 zero\n3 0 1 2\n", "line 5: `zero` is not a number"),
-            ("OFF\n4 1 0\n0 0 0\n1 0 0\n0 1 0\n3       ", " 4 vertices are promised, 3 are there"),
-            ("OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", " 2 faces are promised, 1 are there"),
-            ("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n999999999999 0 1 2\n", " 1 faces are promised, 0 are there"),
+            ("OFF\n4 1 0\n0 0 0\n1 0 0\n0 1 0\n3       ", " 4 vertices declared, 3 found"),
+            ("OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", " 2 faces declared, 1 found"),
+            ("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n999999999999 0 1 2\n", " 1 faces declared, 0 found"),
             ("PLY\n", "line 1: expected `OFF`, found `PLY`"),
             ("OFF\n", "line 2: expected a count of vertices, found the end of the file"),
             ("4OFF\n1 1 1", "line 1: `4OFF` has coordinates of other than three dimensions, which is not supported"),
             ("nOFF\n1 1 1", "line 1: `nOFF` has coordinates of other than three dimensions, which is not supported"),
             ("OFF BINARY\n", "line 1: the binary form of OFF is not supported; write it as text"),
-            ("OFF\n1 0 0\n0 0 0", " there are no triangles: the file has 1 vertices and no faces"),
+            ("OFF\n1 0 0\n0 0 0", " the file has no triangles: the file has 1 vertices and no faces"),
         ];
         for (text, message) in cases {
             let found = error(text.as_bytes(), FORMAT);

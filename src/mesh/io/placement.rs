@@ -43,13 +43,13 @@ pub(super) fn assemble(parts: &mut [TriangleMesh], placements: &[Placement]) -> 
         return too_many("triangles in copies of parts", copies, COPIES_MAX);
     }
     if triangles > TRIANGLES_MAX {
-        return too_many("triangles in all places", triangles, TRIANGLES_MAX);
+        return too_many("triangles in all instances", triangles, TRIANGLES_MAX);
     }
     parts.iter_mut().for_each(drop_unused);
     // No part now has more than three positions to a triangle, so that 32 bits can number all of them.
     let positions: usize = placements.iter().map(|placement| parts[placement.part].positions.len()).sum();
     let no_memory = |_: TryReserveError| {
-        Fault::invalid(Place::File, format!("there is no memory for {triangles} triangles in all places"))
+        Fault::invalid(Place::File, format!("not enough memory for {triangles} triangles in all instances"))
     };
     let mut mesh = TriangleMesh {
         positions: try_vec_with_room(positions).map_err(no_memory)?,
@@ -129,7 +129,7 @@ mod tests {
         let Err(Fault::Malformed(Place::File, problem)) = placed(&many(1 << 14), (1 << 10) + 2) else {
             panic!("copies beyond the limit are refused");
         };
-        let message = "16793600 triangles in copies of parts, and at most 16777216 can be read";
+        let message = "16793600 triangles in copies of parts; the limit is 16777216";
         assert_eq!(problem.to_string(), message);
     }
 }

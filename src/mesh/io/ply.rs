@@ -352,7 +352,12 @@ impl Content {
         for (axis, name) in axes.iter_mut().zip(["x", "y", "z"]) {
             *axis = match element.property(&[name]).map(|index| (index, element.properties[index].kind)) {
                 Some((index, Kind::Scalar(scalar))) => (index, scalar),
-                _ => return Err(Fault::invalid(Place::File, format!("element vertex has no number `{name}`"))),
+                _ => {
+                    return Err(Fault::invalid(
+                        Place::File,
+                        format!("element vertex has no numeric property `{name}`"),
+                    ));
+                }
             };
         }
         if let (Body::Binary { bytes, at, order }, Some((offsets, stride))) = (&mut *body, element.layout()) {
@@ -497,7 +502,7 @@ fn read_property(
         Kind::List { count, item } => (body.value(count)?.ok_or_else(|| element.short(index))?, item),
     };
     if count < 0.0 || count.fract() != 0.0 || count > f64::from(u32::MAX) {
-        let sentence = format!("`{}` counts {count} values, which is no length of a list", property.name);
+        let sentence = format!("`{}` counts {count} values, which is not a valid length of a list", property.name);
         let place = body.line().map_or_else(|| Place::element(element.name.clone(), index as usize), Place::Line);
         return Err(Fault::invalid(place, sentence));
     }
@@ -754,7 +759,7 @@ mod tests {
         assert_eq!(error(&bytes, FORMAT), "sample.ply, face 0: vertex -1 is out of range: there are 4, counted from 0");
         let bytes = binary(little, types, "vertex_index", &[&[0., 1., 2.], &[0., 1., 3.]]);
         let cut = &bytes[..bytes.len() - 10];
-        assert_eq!(error(cut, FORMAT), "sample.ply: 2 elements `face` are promised, 1 are there");
+        assert_eq!(error(cut, FORMAT), "sample.ply: 2 elements `face` declared, 1 found");
         let mut long = bytes.clone();
         long.extend([0; 5]);
         assert_eq!(parsed(&long, FORMAT).notes, [ReadNote::TrailingBytes { count: 5 }]);
@@ -777,16 +782,19 @@ mod tests {
             (ascii(&both, "0 0 0\n1 0 0\n0 one 0\n3 0 1 3\n"), ", line 13: `one` is not a number"),
             (
                 ascii(&both, "0 0 0\n1 0 0\n0 1 0\n-3 0 1 2\n"),
-                ", line 14: `vertex_index` counts -3 values, which is no length of a list",
+                ", line 14: `vertex_index` counts -3 values, which is not a valid length of a list",
             ),
-            (ascii(&both, "0 0 0\n1 0 0\n0 1 0\n3 0 1"), ": 1 elements `face` are promised, 0 are there"),
-            (ascii(&both, "0 0 0\n1 0 0\n0      "), ": 3 elements `vertex` are promised, 2 are there"),
-            (ascii(vertex, "0 0 0\n1 0 0\n0 1 0\n"), ": there are no triangles: the file has 3 vertices and no faces"),
+            (ascii(&both, "0 0 0\n1 0 0\n0 1 0\n3 0 1"), ": 1 elements `face` declared, 0 found"),
+            (ascii(&both, "0 0 0\n1 0 0\n0      "), ": 3 elements `vertex` declared, 2 found"),
+            (
+                ascii(vertex, "0 0 0\n1 0 0\n0 1 0\n"),
+                ": the file has no triangles: the file has 3 vertices and no faces",
+            ),
             (
                 ascii("element vertex 99999999\nproperty float x\n", "0 0"),
-                ": 99999999 elements `vertex` are promised, 2 are there",
+                ": 99999999 elements `vertex` declared, 2 found",
             ),
-            (ascii("element vertex 1\nproperty float x\n", "0 0"), ": element vertex has no number `y`"),
+            (ascii("element vertex 1\nproperty float x\n", "0 0"), ": element vertex has no numeric property `y`"),
             ("ply\nformat ascii 1.0\n".to_owned(), ", line 3: expected `end_header`, found the end of the file"),
             ("ply\nformat html\n".to_owned(), ", line 2: expected `ascii` or `binary_…_endian`, found `html`"),
             ("ply\nelement vertex x\n".to_owned(), ", line 2: `x` is not a count"),

@@ -136,9 +136,9 @@ fn meshes_that_a_format_cannot_hold_are_refused_without_a_file() {
     let infinite = "position 0 has the coordinate inf, which";
     assert_eq!(said("a.glb", f64::INFINITY, None), format!("{infinite} GLB cannot hold"));
     assert_eq!(said("a.3mf", f64::INFINITY, None), format!("{infinite} 3MF cannot hold"));
-    let beyond = "position 0 has the coordinate 2000000000, and 3MF goes to 1000000000";
+    let beyond = "position 0 has the coordinate 2000000000; the limit of 3MF is 1000000000";
     assert_eq!(said("a.3mf", 2e9, None), beyond);
-    assert!(said("a.glb", 1e39, None).ends_with("beyond the 32-bit numbers of GLB"));
+    assert!(said("a.glb", 1e39, None).ends_with("beyond the 32-bit range of GLB; write .obj, .ply or .off"));
     for name in ["a.stl", "a.glb"] {
         let refused = said(name, 1e9, Some(LengthUnit::Metre));
         assert!(refused.contains("4 of 4 triangles would collapse") && refused.ends_with("--recentre"), "{refused}");

@@ -229,7 +229,7 @@ fn parse_text(bytes: &[u8]) -> Result<MeshFile, Fault> {
 enum Keyword {
     Solid,
     Facet,
-    Exterior,
+    Outer,
     Loop,
     Vertex,
     EndLoop,
@@ -242,7 +242,7 @@ impl Keyword {
         let keywords: [(&str, Keyword); 8] = [
             ("vertex", Keyword::Vertex),
             ("facet", Keyword::Facet),
-            ("exterior", Keyword::Exterior),
+            ("outer", Keyword::Outer),
             ("loop", Keyword::Loop),
             ("endloop", Keyword::EndLoop),
             ("endfacet", Keyword::EndFacet),
@@ -286,9 +286,9 @@ fn facet(words: &mut Words<'_>, index: usize) -> Result<[DVec3; 3], Fault> {
         let word = words.next();
         match word.map(Keyword::of) {
             Some(None) => continue,
-            Some(Some(Keyword::Exterior | Keyword::Loop)) => continue,
+            Some(Some(Keyword::Outer | Keyword::Loop)) => continue,
             Some(Some(Keyword::Vertex | Keyword::EndLoop | Keyword::EndFacet)) => break word,
-            _ => return Err(words.expected("`exterior loop`", word)),
+            _ => return Err(words.expected("`outer loop`", word)),
         }
     };
     let mut corners = [DVec3::ZERO; 3];
@@ -310,7 +310,7 @@ fn facet(words: &mut Words<'_>, index: usize) -> Result<[DVec3; 3], Fault> {
     }
     if count != 3 {
         let place = Place::ElementOnLine { element: "facet", index, line: words.line() };
-        return Err(Fault::invalid(place, format!("a facet has 3 vertices, and this one has {count}")));
+        return Err(Fault::invalid(place, format!("a facet needs 3 vertices, but this one has {count}")));
     }
     if word.and_then(Keyword::of) == Some(Keyword::EndLoop) {
         skip_remark(words);
@@ -397,9 +397,9 @@ mod tests {
     #[test]
     fn truncated_binary_files_are_refused() {
         let bytes = binary(b"", 3, &[TRIANGLE; 2]);
-        assert_eq!(error(&bytes, FORMAT), "sample.stl, byte 80: 3 triangles are promised, 2 are there");
+        assert_eq!(error(&bytes, FORMAT), "sample.stl, byte 80: 3 triangles declared, 2 found");
         let bytes = binary(b"", u32::MAX, &[TRIANGLE; 2]);
-        assert_eq!(error(&bytes, FORMAT), "sample.stl, byte 80: 4294967295 triangles are promised, 2 are there");
+        assert_eq!(error(&bytes, FORMAT), "sample.stl, byte 80: 4294967295 triangles declared, 2 found");
         let neither =
             "sample.stl, byte 0: expected an STL file, found 3 bytes that are neither text nor a binary header of 84";
         assert_eq!(error(b"abc", FORMAT), neither);
@@ -407,17 +407,17 @@ mod tests {
 
     #[test]
     fn files_without_triangles_are_refused() {
-        assert_eq!(error(b"", FORMAT), "sample.stl: there are no triangles: the file has no bytes");
+        assert_eq!(error(b"", FORMAT), "sample.stl: the file has no triangles: the file has no bytes");
         assert_eq!(
             error(b"solid a\nendsolid a\n", FORMAT),
-            "sample.stl: there are no triangles: the text has no facet"
+            "sample.stl: the file has no triangles: the text has no facet"
         );
-        let counted = "sample.stl: there are no triangles: the binary header counts 0, and 0 bytes follow it";
+        let counted = "sample.stl: the file has no triangles: the binary header counts 0, and 0 bytes follow it";
         assert_eq!(error(&binary(b"x", 0, &[]), FORMAT), counted);
     }
 
     const FACET: &str =
-        "facet normal 0 0 1\n exterior loop\n  vertex 0 -0 1\n  vertex 2 0.1 3\n  vertex 4 5 nan\n endloop\nendfacet\n";
+        "facet normal 0 0 1\n outer loop\n  vertex 0 -0 1\n  vertex 2 0.1 3\n  vertex 4 5 nan\n endloop\nendfacet\n";
 
     #[test]
     fn text_is_read_in_all_line_ends_cases_and_spaces() {
@@ -429,7 +429,7 @@ mod tests {
             plain.to_uppercase(),
             plain.replace(' ', "\t \t").replace('\n', " \n\n \t"),
             plain.replace("solid a\n", "solid\n"),
-            plain.replace("solid a\n", "solid facet exterior vertex 1 2\n"),
+            plain.replace("solid a\n", "solid facet outer vertex 1 2\n"),
             plain.replace('\n', " "),
             plain.replace("normal 0 0 1", "normal nan -nan(ind) 1.#QNAN"),
             plain.replace("normal 0 0 1", ""),
@@ -461,7 +461,7 @@ mod tests {
         let text = |from: &str, to: &str| format!("solid a\n{}", FACET.replacen(from, to, 1));
         assert_eq!(error(text("0.1", "0,1").as_bytes(), FORMAT), "sample.stl, line 5: `0,1` is not a number");
         let many = text("vertex 0", "vertex 9 9 9 vertex 0");
-        let four = "sample.stl, line 7, facet 0: a facet has 3 vertices, and this one has 4";
+        let four = "sample.stl, line 7, facet 0: a facet needs 3 vertices, but this one has 4";
         assert_eq!(error(many.as_bytes(), FORMAT), four);
         let extra = text("5 nan", "5 nan 6");
         assert_eq!(error(extra.as_bytes(), FORMAT), "sample.stl, line 6: expected `vertex` or `endloop`, found `6`");

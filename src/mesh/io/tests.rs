@@ -42,7 +42,7 @@ fn extensions_select_formats_in_any_case() {
     }
     let error = |name: &str| Format::from_path(Path::new(name)).unwrap_err().to_string();
     let known = "known are .stl, .obj, .ply, .off, .gltf, .glb and .3mf";
-    assert_eq!(error("part.step"), format!("part.step: `.step` is no mesh format known here; {known}"));
+    assert_eq!(error("part.step"), format!("part.step: `.step` is not a supported mesh format; {known}"));
     assert_eq!(error("dir.stl/part"), format!("dir.stl/part: the name has no extension; {known}"));
 }
 
@@ -51,7 +51,7 @@ fn notes_have_codes_and_sentences() {
     let note = ReadNote::SupportsSkipped { count: 7 };
     assert_eq!((note.code(), note.to_string().as_str()), ("supports-skipped", "support objects skipped: 7"));
     let note = WriteNote::CollapsedLeftOut { count: 7 };
-    let sentence = "triangles with two corners in one position left out, which 3MF does not allow: 7";
+    let sentence = "triangles with two corners at one position left out (3MF does not allow them): 7";
     assert_eq!((note.code(), note.to_string().as_str()), ("collapsed-left-out", sentence));
 }
 
@@ -87,8 +87,7 @@ fn files_are_replaced_whole_or_not_at_all() {
     broken = mesh.clone();
     broken.positions[1].y = -1e39;
     let error = write(&target, &broken, None).unwrap_err().to_string();
-    let beyond =
-        "position 1 has the coordinate -1000000000000000000000000000000000000000, beyond the 32-bit numbers of STL";
+    let beyond = "position 1 has the coordinate -1000000000000000000000000000000000000000, beyond the 32-bit range of STL; write .obj, .ply or .off";
     assert_eq!(error, format!("{}: {beyond}", target.display()));
     let failed = output::replace(&target, |file| {
         file.write_all(b"half")?;
@@ -102,7 +101,7 @@ fn files_are_replaced_whole_or_not_at_all() {
     let error = write(Path::new("mesh.gltf"), &mesh, None).unwrap_err().to_string();
     assert_eq!(error, "mesh.gltf: glTF files are not written here; .stl, .obj, .ply, .off, .glb and .3mf are");
     let error = write(Path::new("mesh.step"), &mesh, None).unwrap_err().to_string();
-    assert!(error.starts_with("mesh.step: `.step` is no mesh format known here"), "{error}");
+    assert!(error.starts_with("mesh.step: `.step` is not a supported mesh format"), "{error}");
 }
 
 #[cfg(unix)]
@@ -285,13 +284,13 @@ fn files_that_end_in_zeros_are_refused_before_they_are_read() {
         ("a.gltf", b"{}"),
     ] {
         let message = padded(name, start);
-        assert!(message.contains(name) && message.contains("the text ends in bytes 0"), "{message}");
+        assert!(message.contains(name) && message.contains("the text ends with zero bytes"), "{message}");
     }
     let binary = [&[0; 80][..], &12u32.to_le_bytes(), &[0; 600]].concat();
     let message = padded("b.stl", &binary);
-    assert!(message.contains("counts 684 bytes, and the file has 4398046511104"), "{message}");
+    assert!(message.contains("declares 684 bytes, but the file has 4398046511104"), "{message}");
     let message = padded("b.glb", b"glTF\x02\0\0\0\x0C\0\0\0");
-    assert!(message.contains("counts 12 bytes, and the file has 4398046511104"), "{message}");
+    assert!(message.contains("declares 12 bytes, but the file has 4398046511104"), "{message}");
     // A few bytes more than counted are a note, not an error.
     let path = folder.path().join("c.stl");
     std::fs::write(&path, [&binary[..], &[0; 4 << 20]].concat()).unwrap();

@@ -1,4 +1,4 @@
-//! Writing of mesh files: what each format can hold, and how it stores the rest.
+//! Writing of mesh files: the precision, unit and limits of each format.
 
 use std::io;
 use std::path::Path;
@@ -27,8 +27,8 @@ pub struct Written {
 /// | STL, binary | rounded to 32 bits | a remark in the header |
 /// | OBJ, OFF, text | the same `f64` when read back | a remark |
 /// | PLY, binary | `f64` | a remark |
-/// | GLB | scaled to metres, then rounded to 32 bits | metres, glTF's only one; taken to be so where none is given |
-/// | 3MF | the same `f64` when read back; lib3mf keeps 32 bits | its own; millimetres where none is given, as is 3MF's default |
+/// | GLB | scaled to metres, then rounded to 32 bits | metres, glTF's only one; assumed if none is given |
+/// | 3MF | the same `f64` when read back; lib3mf keeps 32 bits | its own; millimetres if none is given, the default of 3MF |
 ///
 /// Remarks are for people: no program is known to read them. Vertices and triangles keep their order; in 3MF, vertices
 /// with the same coordinates become one, since its readers go by indices ([`TriangleMesh::weld`] does it for other

@@ -14,8 +14,8 @@ pub(super) const LEAST: f32 = f32::MIN_POSITIVE;
 /// all paths, of the least radius on the path. 0 for nodes that no path leads to, above 0 for all others.
 ///
 /// `radii` holds the radius of the largest ball centred in each node's cell, in pitches; paths go through `nodes`, and never
-/// from one 6-connected piece of them to another. With [`Edges::Periodic`] they wrap; otherwise they end at the raster's faces.
-/// Sources outside `nodes` do not count. For access from outside, `nodes` are the open pores
+/// from one 6-connected piece of them to another. With [`BoundaryCondition::Periodic`] they wrap; otherwise they end at the
+/// raster's faces. Sources outside `nodes` do not count. For access from outside, `nodes` are the open pores
 /// ([`open_pores`](crate::metrics::components::open_pores)), and sources the [`rim`](crate::metrics::components::rim) of the
 /// region.
 ///

@@ -21,10 +21,10 @@ pub struct Percolation {
 ///
 /// `radii` holds the radius of the largest ball centred in each node's cell, in pitches, as for
 /// [`bottlenecks`](super::bottlenecks), and both ends are open: they must not count the faces of the box as walls. `edges`
-/// determines the other faces. [`Edges::Clip`]: balls may extend beyond them. [`Edges::Periodic`]: paths continue at the
-/// opposite face, and radii should come from distances that wrap. [`Edges::Border`]: they are walls. For a box these are added
-/// here, at half a pitch beyond its outermost nodes. For other regions `radii` determine whether the boundary is a wall; if it
-/// is, the spanning ball is limited by the clearance at the very ends.
+/// determines the other faces. [`BoundaryCondition::Clip`]: balls may extend beyond them. [`BoundaryCondition::Periodic`]:
+/// paths continue at the opposite face, and radii should come from distances that wrap. [`BoundaryCondition::Border`]: they are
+/// walls. For a box these are added here, at half a pitch beyond its outermost nodes. For other regions `radii` determine
+/// whether the boundary is a wall; if it is, the spanning ball is limited by the clearance at the very ends.
 ///
 /// Needs a byte for each node and 4 for each waiting one, in one thread, and ends as soon as the far end is met.
 ///

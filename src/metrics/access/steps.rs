@@ -28,7 +28,7 @@ pub(in crate::metrics) struct Steps<'a> {
 }
 
 impl<'a> Steps<'a> {
-    /// Creates the steps; with [`Edges::Periodic`] a step over one face of the raster enters at the opposite one.
+    /// Creates the steps; with [`BoundaryCondition::Periodic`] a step over one face of the raster enters at the opposite one.
     ///
     /// # Panics
     /// If the raster has 2³¹ nodes or more.

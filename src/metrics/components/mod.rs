@@ -13,8 +13,8 @@
 //! ([`euler`](super::euler)).
 //!
 //! # Periodic cells
-//! With [`Edges::Periodic`] the raster is one cell: nodes of opposite faces are neighbours. A piece may then meet its own image
-//! in another cell, and so be endless; [`Components::directions`] counts the independent directions.
+//! With [`BoundaryCondition::Periodic`] the raster is one cell: nodes of opposite faces are neighbours. A piece may then meet
+//! its own image in another cell, and so be endless; [`Components::directions`] counts the independent directions.
 
 mod lattice;
 mod pores;
@@ -81,7 +81,8 @@ pub struct Components {
 }
 
 impl Components {
-    /// Finds the pieces of a set. Nodes of opposite faces of the raster are neighbours with [`Edges::Periodic`] only.
+    /// Finds the pieces of a set. Nodes of opposite faces of the raster are neighbours with [`BoundaryCondition::Periodic`]
+    /// only.
     pub fn of(set: &NodeSet, connectivity: Connectivity, edges: BoundaryCondition) -> Components {
         let size = set.size();
         let runs = Runs::of(set);

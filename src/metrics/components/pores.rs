@@ -9,11 +9,11 @@ use crate::metrics::{BoundaryCondition, NodeSet};
 /// Returns the pores that a fluid can enter from outside; the rest are closed. Porosity of either is its share of the region's
 /// nodes.
 ///
-/// Pores are connected by faces (6 neighbours). With [`Edges::Clip`] and [`Edges::Border`] pores are open that reach the
-/// [`rim`] of the region, and a pore that the region cuts counts as open, since nothing is known of its continuation. A
-/// periodic cell has no outside: there ([`Edges::Periodic`], where the region must be the whole raster) pores are open that are
-/// endless in at least one direction. The faces of the cell would be a wrong source, as a bubble that happens to lie across one
-/// is as closed as any other.
+/// Pores are connected by faces (6 neighbours). With [`BoundaryCondition::Clip`] and [`BoundaryCondition::Border`] pores are
+/// open that reach the [`rim`] of the region, and a pore that the region cuts counts as open, since nothing is known of its
+/// continuation. A periodic cell has no outside: there ([`BoundaryCondition::Periodic`], where the region must be the whole
+/// raster) pores are open that are endless in at least one direction. The faces of the cell would be a wrong source, as a
+/// bubble that happens to lie across one is as closed as any other.
 ///
 /// `pore` are nodes of the region; others do not count.
 ///

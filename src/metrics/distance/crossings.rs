@@ -36,10 +36,11 @@ struct Rows {
 impl Crossings {
     /// Finds the crossings of a solid, from its exact images along x, y and z.
     ///
-    /// With [`Edges::Clip`] and [`Edges::Periodic`], crossings in a face of the box, or in the surface of a solid that is the
-    /// region, arose from cutting and do not count. Surfaces beyond the region do: they are real. With [`Edges::Periodic`] the
-    /// raster repeats, and where solid meets pore at its seam, there is a crossing. With [`Edges::Border`] the boundary of the
-    /// region is surface too: the planes of a box, and the crossings of a solid.
+    /// With [`BoundaryCondition::Clip`] and [`BoundaryCondition::Periodic`], crossings in a face of the box, or in the surface
+    /// of a solid that is the region, arose from cutting and do not count. Surfaces beyond the region do: they are real. With
+    /// [`BoundaryCondition::Periodic`] the raster repeats, and where solid meets pore at its seam, there is a crossing. With
+    /// [`BoundaryCondition::Border`] the boundary of the region is surface too: the planes of a box, and the crossings of a
+    /// solid.
     ///
     /// # Panics
     /// If the images are not those along x, y and z of the region's grid.
@@ -81,8 +82,8 @@ impl Crossings {
     }
 
     /// Finds the crossings of a set of nodes, halfway between neighbours along an axis of which one belongs to it: the faces of
-    /// its voxels. With [`Edges::Periodic`] the first and the last node of a row are neighbours, with their face at −0.5; with
-    /// [`Edges::Border`] the faces of the raster are walls.
+    /// its voxels. With [`BoundaryCondition::Periodic`] the first and the last node of a row are neighbours, with their face at
+    /// −0.5; with [`BoundaryCondition::Border`] the faces of the raster are walls.
     pub fn of_nodes(solid: &NodeSet, edges: BoundaryCondition) -> Crossings {
         let size @ [columns, rows, planes] = solid.size();
         let seam = edges == BoundaryCondition::Periodic;
@@ -262,7 +263,7 @@ fn alternating(depths: &[i32]) -> Vec<i32> {
 #[cfg(test)]
 impl Crossings {
     /// Returns the crossings of the solid where a function of the position in pitches is negative, found by bisection between
-    /// neighbours, and its nodes. With [`Edges::Periodic`] the function must have the raster's periods.
+    /// neighbours, and its nodes. With [`BoundaryCondition::Periodic`] the function must have the raster's periods.
     pub(crate) fn of_function(
         size: [usize; 3],
         edges: BoundaryCondition,

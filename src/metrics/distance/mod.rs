@@ -61,8 +61,8 @@ struct Crossing {
 }
 
 impl DistanceField {
-    /// Computes the distances of all nodes. With [`Edges::Periodic`] the raster repeats. Where there is no crossing at all,
-    /// distances are infinite. Needs 8 bytes per node and 8 per crossing.
+    /// Computes the distances of all nodes. With [`BoundaryCondition::Periodic`] the raster repeats. Where there is no crossing
+    /// at all, distances are infinite. Needs 8 bytes per node and 8 per crossing.
     ///
     /// # Panics
     /// If there are 2³² − 7 crossings or more.
@@ -105,8 +105,8 @@ impl DistanceField {
         &self.values
     }
 
-    /// Returns the point of the surface nearest to a node, in pitches; `None` where there is none. With [`Edges::Periodic`] it
-    /// is the nearest of its repetitions, which may lie outside of the raster.
+    /// Returns the point of the surface nearest to a node, in pitches; `None` where there is none. With
+    /// [`BoundaryCondition::Periodic`] it is the nearest of its repetitions, which may lie outside of the raster.
     pub fn site(&self, index: usize) -> Option<[f32; 3]> {
         let [columns, rows, _] = self.size;
         self.site_of([index % columns, index / columns % rows, index / columns / rows])

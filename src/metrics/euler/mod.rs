@@ -11,7 +11,7 @@
 //! where b and c are d's neighbours and a lies across. Runs are counted 64 nodes at a time, as bits whose lower neighbour is
 //! not set. The solid of 26 neighbours ([`Connectivity::All`]) is this union; that of 6 ([`Connectivity::Faces`]), which the
 //! pores are, has χ = nodes − pairs + squares − cubes of neighbouring nodes, which is the same formula with ∩ for ∪. In a
-//! periodic cell ([`Edges::Periodic`]) opposite faces are identified, rows are rings, and a full ring has no run.
+//! periodic cell ([`BoundaryCondition::Periodic`]) opposite faces are identified, rows are rings, and a full ring has no run.
 //!
 //! # Betti numbers
 //! β₀ counts pieces, β₂ cavities, and β₁, the tunnels, follows from χ = β₀ − β₁ + β₂. A cavity is a piece of the complement, in

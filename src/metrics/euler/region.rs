@@ -19,8 +19,8 @@ pub struct Topology {
 }
 
 impl Topology {
-    /// Computes the topology of the nodes of a solid; those outside the region do not count. [`Edges::Periodic`] is for a
-    /// region that is the whole raster.
+    /// Computes the topology of the nodes of a solid; those outside the region do not count. [`BoundaryCondition::Periodic`] is
+    /// for a region that is the whole raster.
     ///
     /// # Panics
     /// If the nodes are not of the region's raster.

@@ -58,7 +58,7 @@ pub enum SurfaceError {
     #[error("the region is not a box")]
     NotABox,
     /// A facet extends beyond the box.
-    #[error("facet {facet} has a corner at {position}, beyond the box of the region")]
+    #[error("facet {facet} has a corner at {position}, outside the box of the region")]
     Beyond {
         /// Index of the first such facet.
         facet: usize,

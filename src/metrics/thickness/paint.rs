@@ -18,8 +18,8 @@ const MARGIN: f32 = 0.25;
 
 /// Returns for each node of a phase the greatest size of the balls that contain it, and 0 at other nodes; sizes, one for each
 /// ball, are not negative. A node that no ball covers gets the greatest size among its 26 neighbours in the phase, beginning
-/// with nodes next to covered ones, and 0 where no path leads to a covered one. With [`Edges::Periodic`] balls leave at one
-/// face and enter at the opposite one.
+/// with nodes next to covered ones, and 0 where no path leads to a covered one. With [`BoundaryCondition::Periodic`] balls
+/// leave at one face and enter at the opposite one.
 ///
 /// Where balls lie close, not all are painted: sizes are accurate to 0.5 pitches.
 ///

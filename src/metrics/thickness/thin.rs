@@ -70,7 +70,7 @@ fn stamp(
     }
 }
 
-/// Returns a coordinate moved by an offset, wrapped with [`Edges::Periodic`].
+/// Returns a coordinate moved by an offset, wrapped with [`BoundaryCondition::Periodic`].
 pub(super) fn moved(from: usize, by: i64, length: usize, edges: BoundaryCondition) -> Option<usize> {
     let at = from as i64 + by;
     match edges {

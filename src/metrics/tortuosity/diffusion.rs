@@ -53,10 +53,10 @@ pub struct Diffusion {
 /// Computes the diffusive tortuosity of a phase in a box that is the whole raster, along `axis`, with the related quantities;
 /// pure numbers. `None` where no piece of the phase reaches from end to end (the tortuosity is infinite).
 ///
-/// With [`Edges::Periodic`] the flux that leaves at a lateral face enters at the opposite one; otherwise those faces are
-/// impermeable. `tolerance` is the accepted residual, over the right-hand side: 1e-8 gives fluxes to about as many digits, from
-/// 1e-12 to 1e-3 are possible. `progress` is called with the share of the work that is done, from 0 to 1, by one thread at a
-/// time.
+/// With [`BoundaryCondition::Periodic`] the flux that leaves at a lateral face enters at the opposite one; otherwise those
+/// faces are impermeable. `tolerance` is the accepted residual, over the right-hand side: 1e-8 gives fluxes to about as many
+/// digits, from 1e-12 to 1e-3 are possible. `progress` is called with the share of the work that is done, from 0 to 1, by one
+/// thread at a time.
 ///
 /// Needs about 130 bytes for each conducting node, and 5 for each of the raster. The result does not depend on the number of
 /// threads.

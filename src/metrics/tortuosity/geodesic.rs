@@ -15,9 +15,10 @@ use crate::metrics::{BoundaryCondition, NodeSet};
 /// number of at least 1, and exactly 1 for straight pores; `None` where no path leads to the last plane (the tortuosity is
 /// infinite). Nodes of the last plane that no path leads to do not count.
 ///
-/// With [`Edges::Periodic`] paths continue at the opposite lateral face; otherwise those faces are walls. Lengths are computed
-/// by fast marching to first order: too long by a fraction of a pitch where paths bend around an edge. Needs 4 bytes for each
-/// node and 8 for each entry of the queue, in one thread; the order of nodes at the same distance makes no difference.
+/// With [`BoundaryCondition::Periodic`] paths continue at the opposite lateral face; otherwise those faces are walls. Lengths
+/// are computed by fast marching to first order: too long by a fraction of a pitch where paths bend around an edge. Needs 4
+/// bytes for each node and 8 for each entry of the queue, in one thread; the order of nodes at the same distance makes no
+/// difference.
 ///
 /// # Errors
 /// Fewer than two nodes along the axis.
@@ -70,7 +71,7 @@ struct Front<'a> {
     steps: Steps<'a>,
     lengths: Vec<f32>,
     /// Nodes whose lengths are final.
-    resolved: NodeSet,
+    accepted: NodeSet,
     waiting: Waiting,
 }
 
@@ -97,7 +98,7 @@ impl<'a> Front<'a> {
             lengths[node as usize] = 0.0;
             waiting.push(0.0, node);
         }
-        Front { steps, lengths, resolved: NodeSet::empty(nodes.size()), waiting }
+        Front { steps, lengths, accepted: NodeSet::empty(nodes.size()), waiting }
     }
 
     /// Returns the lengths of the shortest paths to all nodes; infinite where there is none.
@@ -105,27 +106,27 @@ impl<'a> Front<'a> {
         while let Some((length, index)) = self.waiting.pop() {
             checkpoint();
             let node = self.steps.place(index);
-            if !self.resolved.contains(node) {
-                self.resolved.insert(node);
+            if !self.accepted.contains(node) {
+                self.accepted.insert(node);
                 self.pass_on(node, length);
             }
         }
         self.lengths
     }
 
-    /// Updates the neighbours of a node that was just resolved. Of the resolved corners of a tetrahedron the one nearest to its
-    /// tip is the last to be resolved where the path comes through the tetrahedron: so here, from the nearest corner, every
+    /// Updates the neighbours of a node that was just accepted. Of the accepted corners of a tetrahedron the one nearest to its
+    /// tip is the last to be accepted where the path comes through the tetrahedron: so here, from the nearest corner, every
     /// tetrahedron is visited once.
     fn pass_on(&mut self, node: [usize; 3], length: f32) {
         let around = self.steps.from(node);
-        // The lead of the front at resolved neighbours; NaN for the others.
+        // The lead of the front at accepted neighbours; NaN for the others.
         let mut earlier = [f32::NAN; 27];
         let mut others = [0u32; 27];
         let mut open = 0u32;
         for bit in bits(around) {
             let neighbour = self.steps.neighbour(node, bit);
             others[bit as usize] = self.steps.index(neighbour);
-            if self.resolved.contains(neighbour) {
+            if self.accepted.contains(neighbour) {
                 earlier[bit as usize] = length - self.lengths[others[bit as usize] as usize];
             } else {
                 open |= 1 << bit;
@@ -143,7 +144,7 @@ impl<'a> Front<'a> {
 }
 
 /// Returns the additional length of the path to the neighbour `bit` relative to that to the middle of the cube, given the leads
-/// of the resolved neighbours.
+/// of the accepted neighbours.
 ///
 /// On the triangle of the middle f (which is at distance 1 from the tip), a node e beside it and c beside e, with a = T(f) −
 /// T(e) and b = T(e) − T(c), the minimum of the length on the triangle, taken as linear, plus the distance from there to the
@@ -175,7 +176,7 @@ fn further(earlier: &[f32; 27], bit: u32) -> f32 {
             }];
             let saved = [MIDDLE - stride, MIDDLE + stride].map(|c| {
                 let b = earlier[c as usize];
-                // Comparisons with unresolved nodes are false.
+                // Comparisons with nodes that are not accepted are false.
                 if b >= 0.0 && 3.0 * b * b <= 1.0 { b * b } else { 0.0 }
             });
             (2.0 * (1.0 - saved[0].max(saved[1]))).sqrt()

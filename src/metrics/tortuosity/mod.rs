@@ -43,7 +43,7 @@ use crate::grid::Axis;
 #[non_exhaustive]
 pub enum TortuosityError {
     /// The raster is too thin for a distance between its ends.
-    #[error("{nodes} nodes along {axis}; {least} are needed", axis = axis.name())]
+    #[error("{nodes} nodes along {axis}; at least {least} are needed", axis = axis.name())]
     TooThin {
         /// The axis from end to end.
         axis: Axis,
@@ -53,7 +53,7 @@ pub enum TortuosityError {
         least: usize,
     },
     /// A tolerance that cannot be reached or is too large.
-    #[error("a residual of {tolerance:e} was asked for; from {least:e} to {most:e} are possible")]
+    #[error("the tolerance {tolerance:e} of the residual is outside {least:e} to {most:e}")]
     Tolerance {
         /// The requested tolerance.
         tolerance: f64,
@@ -64,7 +64,7 @@ pub enum TortuosityError {
     },
     /// The residual stayed too large.
     #[error(
-        "after {iterations} iterations the residual is {residual:e} of the right-hand side; {tolerance:e} was asked for"
+        "no convergence after {iterations} iterations: the relative residual is {residual:e}, the tolerance {tolerance:e}"
     )]
     NotConverged {
         /// The limit of iterations.
@@ -75,7 +75,9 @@ pub enum TortuosityError {
         tolerance: f64,
     },
     /// The fluxes in and out differ.
-    #[error("a flux of {into} enters and {out} leaves: they differ by more than {limit:e} of it")]
+    #[error(
+        "Internal check failed: the flux in, {into}, and the flux out, {out}, differ by more than {limit:e} of it. Please report this"
+    )]
     Flux {
         /// Through the near face.
         into: f64,

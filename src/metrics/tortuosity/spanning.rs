@@ -30,7 +30,7 @@ fn connected(nodes: &NodeSet, axis: Axis, at: usize, edges: BoundaryCondition) -
 }
 
 /// Returns the 6-neighbours of a node: below and above along x, y and z. Neighbours across the lateral faces of the raster
-/// exist only with [`Edges::Periodic`], and across the two end faces never.
+/// exist only with [`BoundaryCondition::Periodic`], and across the two end faces never.
 #[inline]
 pub(super) fn around(
     size: [usize; 3],

@@ -36,11 +36,11 @@ pub struct TubeView {
     /// Length of the edge in the plane of the view.
     length: f64,
     widened: f64,
-    sheets: [Option<ScaffoldReport>; 2],
+    sheets: [Option<Sheet>; 2],
 }
 
 /// The part of a tube where rays leave it, or where they enter it.
-struct ScaffoldReport {
+struct Sheet {
     /// +1 where rays leave.
     side: f64,
     /// Least and greatest h.
@@ -85,7 +85,7 @@ impl Tube {
 }
 
 impl TubeView {
-    fn sheet(&self, side: f64, borders: [[f64; 2]; 2]) -> Option<ScaffoldReport> {
+    fn sheet(&self, side: f64, borders: [[f64; 2]; 2]) -> Option<Sheet> {
         let [[h0, k0], [h1, k1]] = borders.map(|[h, k]| [h, side * k]);
         if k0 <= 0.0 && k1 <= 0.0 {
             return None;
@@ -98,7 +98,7 @@ impl TubeView {
         let highest = if across[0] <= 0.0 && across[1] >= 0.0 { self.radius } else { k0.max(k1) };
         let shifts = [k0.min(k1), highest].map(|k| -side * k * self.along);
         let (least, most) = (shifts[0].min(shifts[1]), shifts[0].max(shifts[1]));
-        Some(ScaffoldReport { side, across, forward: [least - WIDENED, self.length + most + WIDENED] })
+        Some(Sheet { side, across, forward: [least - WIDENED, self.length + most + WIDENED] })
     }
 
     /// Returns the rows and columns between which both sheets lie.
@@ -126,7 +126,7 @@ impl TubeView {
     }
 
     /// Returns the least and the greatest position of a sheet along columns or rows.
-    fn bounds(&self, sheet: &ScaffoldReport, i: usize) -> [f64; 2] {
+    fn bounds(&self, sheet: &Sheet, i: usize) -> [f64; 2] {
         let ends = |range: [f64; 2], by: f64| (range[0] * by, range[1] * by);
         let (a, b) = (ends(sheet.across, self.sideways()[i]), ends(sheet.forward, self.forward[i]));
         [self.start[i] + a.0.min(a.1) + b.0.min(b.1), self.start[i] + a.0.max(a.1) + b.0.max(b.1)]
@@ -147,7 +147,7 @@ impl TubeView {
     #[inline]
     fn sweep_row(
         &self,
-        sheet: &ScaffoldReport,
+        sheet: &Sheet,
         view: &View,
         row: i32,
         [mut left, mut right]: [f64; 2],

@@ -7,7 +7,7 @@
 //! exact test of one node decides each. A gap has the state of its nodes; a gap between two nodes is tested by itself.
 //!
 //! Nodes are bits, 64 of a row per word, as in [`NodePlanes`](crate::ldi::NodePlanes), but never all in memory: they are made
-//! slab by slab (`slab`), and only the two exterior planes of a slab and the sets of its gaps are kept. Within a slab the runs of
+//! slab by slab (`slab`), and only the two outer planes of a slab and the sets of its gaps are kept. Within a slab the runs of
 //! open nodes along x are united with their neighbours (`sets`, `layer`), then slab with slab. A flood, plane after plane until
 //! nothing changes, would do as well where cavities are simple; union–find takes one pass even in a maze.
 //!
@@ -69,14 +69,14 @@ pub struct ResolveCounts {
 #[non_exhaustive]
 pub enum ResolveError {
     /// The crossings of different rays contradict one another.
-    #[error("lattice node {node:?} is inside by the crossings of one ray and outside by those of another")]
+    #[error("lattice node {node:?} is inside by the crossings of one ray and outside by those of another ray")]
     Contradiction {
         /// Indices of the node along x, y and z.
         node: [u32; 3],
     },
     /// The spans at some axis are not those of the grid's rays along it.
     #[error(
-        "spans of {rays} rays along {}, where those of {expected} rays along {} are needed",
+        "spans of {rays} rays along {}; those of {expected} rays along {} are needed",
         found.name(), axis.name()
     )]
     Mismatch {

@@ -309,7 +309,7 @@ pub static KEEP: Stage = Stage {
     flags: &[Flag::KeepsTriangles],
 };
 
-pub static SUMMARY: Stage = Stage {
+pub static VOLUME_SUMS: Stage = Stage {
     name: "volume_sums",
     entry: "summarise",
     files: &[shader!("volume_sums")],
@@ -332,7 +332,7 @@ fn all() -> Vec<&'static Stage> {
         &GAPS,
         &OFFSETS,
         &KEEP,
-        &SUMMARY,
+        &VOLUME_SUMS,
         &TILES,
     ];
     passes.into_iter().flat_map(|pass| [&pass.triangles, &pass.blocks]).chain(single).chain(&SCAN).collect()

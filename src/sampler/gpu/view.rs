@@ -42,7 +42,7 @@ pub const SCAN_BLOCK: u32 = SCAN_WORKGROUP * SCAN_ITEMS;
 /// Largest number of crossings of a ray that one invocation sorts by itself.
 pub const SORTED_ALONE: u32 = 64;
 
-/// Offsets of the sums of nodes and of residuals among those of a band, after four sums of lengths, and the number
+/// Offsets of the sums of nodes and of residuals among the sums of an image, after four sums of lengths, and the number
 /// of all sums.
 pub const NODE_SUMS: u32 = 4;
 pub const LEVEL_SUMS: u32 = 12;

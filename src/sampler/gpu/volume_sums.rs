@@ -2,7 +2,7 @@
 
 use super::band::Band;
 use super::image::{BandError, BandJob, Image, MadeBand, Way};
-use super::stages::SUMMARY;
+use super::stages::VOLUME_SUMS;
 use super::view::{LEVEL_SUMS, NODE_SUMS, SUMS, TALLY_WORDS, Tally, wide};
 use super::{GpuSampler, State};
 use crate::gpu::{bytes_of, held};
@@ -15,7 +15,7 @@ use crate::sampler::SampleError;
 const TOTALS_WORDS: u64 = 2 * SUMS as u64 + 2;
 
 /// The sums over the counted rows of a band.
-struct BandSummary {
+struct BandSums {
     sums: RaySums,
     layers: u32,
     samples: u64,
@@ -25,14 +25,14 @@ struct BandSummary {
 
 impl BandJob<'_> {
     /// Makes the band, sums it, and reads the sums back.
-    fn volume_sums(&mut self) -> Result<BandSummary, BandError> {
+    fn volume_sums(&mut self) -> Result<BandSums, BandError> {
         let MadeBand { mut recorder, offsets, samples, tally, most_samples, .. } = self.make()?;
         let levels = self.words("levels", most_samples)?;
         let totals = self.words("totals", TOTALS_WORDS)?;
         recorder.clear(&totals, bytes_of(TOTALS_WORDS));
         let view = recorder.uniform(bytemuck::bytes_of(&self.view()));
         let bound = [(0, &view), (1, &offsets), (2, &samples), (3, &levels), (4, &totals)];
-        self.by_ray(&mut recorder, &SUMMARY, &bound)?;
+        self.by_ray(&mut recorder, &VOLUME_SUMS, &bound)?;
         recorder.read_back(&totals, 0, bytes_of(TOTALS_WORDS));
         recorder.read_back(&tally, 0, bytes_of(TALLY_WORDS));
         let brought = recorder.finish()?;
@@ -44,7 +44,7 @@ impl BandJob<'_> {
             level: std::array::from_fn(|level| sum(LEVEL_SUMS + level as u32)),
         };
         let [layers, samples] = [0, 1].map(|i| totals[2 * SUMS as usize + i]);
-        Ok(BandSummary {
+        Ok(BandSums {
             sums,
             layers,
             samples: u64::from(samples),
@@ -55,7 +55,7 @@ impl BandJob<'_> {
 }
 
 impl GpuSampler {
-    /// Summarises an image on the device; where not even three rows of it fit there, on the host.
+    /// Sums an image on the device; where not even three rows of it fit there, on the host.
     pub(super) fn sums(&self, solids: &[&LatticeSolid], image: &Image) -> Result<VolumeSums, SampleError> {
         match self.sums_on_device(solids, image) {
             Ok(volume_sums) => Ok(volume_sums),

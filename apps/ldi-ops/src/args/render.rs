@@ -9,7 +9,7 @@ use ldi_ops::grid::Axis;
 use ldi_ops::length::Length;
 use ldi_ops::picture::View;
 
-use super::{BackendChoice, CommonArguments, FillChoice, ListPlacingArguments};
+use super::{CommonArguments, DeviceArguments, FillArguments, ListPlacingArguments};
 
 #[derive(Debug, Args)]
 #[command(after_help = RENDER_EXAMPLES)]
@@ -17,7 +17,7 @@ pub struct RenderArguments {
     /// The solids
     #[arg(required = true, value_name = "FILE")]
     pub solids: Vec<PathBuf>,
-    /// Where to write the picture: a path that ends in .png
+    /// Output file, .png
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     #[command(flatten)]
@@ -25,7 +25,9 @@ pub struct RenderArguments {
     #[command(flatten)]
     pub placing: ListPlacingArguments,
     #[command(flatten)]
-    pub sampling: RenderSamplingArguments,
+    pub fill: FillArguments,
+    #[command(flatten)]
+    pub device: DeviceArguments,
     #[command(flatten)]
     pub common: CommonArguments,
 }
@@ -33,44 +35,29 @@ pub struct RenderArguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Picture")]
 pub struct PictureArguments {
-    /// Where it is seen from: iso, x, y, z, -x, -y, -z, or 'azimuth,elevation' in degrees, from +x towards +y and upwards
-    /// [default: iso]
+    /// Viewpoint: iso, x, y, z, -x, -y, -z, or 'azimuth,elevation' in degrees, from +x towards +y and upwards [default: iso]
     #[arg(long, allow_hyphen_values = true)]
     pub view: Option<View>,
-    /// A plane through the solids, at a coordinate or a share of their box: z=0.5, z=2mm or z=50%. By itself it gives a picture of
-    /// the plane; with --view what lies before it is taken away
+    /// Plane of a slice, at a coordinate or a share of the box: z=0.5, z=2mm or z=50%. Alone it gives a picture of the plane;
+    /// with --view it cuts away the parts in front of it
     #[arg(long, value_name = "AXIS=AT")]
     pub slice: Option<SliceAt>,
-    /// What is seen of several solids, which are a, b, c … in their order: 'a & b', 'a | b', 'a - b', 'a ^ b', with
-    /// parentheses [default: what all have in common]
+    /// Boolean expression to show, over the solids a, b, c … in their order: 'a & b', 'a | b', 'a - b', 'a ^ b', with
+    /// parentheses [default: the intersection]
     #[arg(long, value_name = "EXPR")]
     pub csg: Option<String>,
-    /// Pixels of the picture
+    /// Size of the picture, in pixels
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1200x900")]
     pub size: PictureSize,
-    /// Rays along one side of a pixel, 1 to 8: a pixel is the mean of their square
+    /// Rays along a side of a pixel, 1 to 8; a pixel is the mean over its square of rays
     #[arg(long, value_name = "N", default_value_t = 3)]
     pub samples: u32,
-    /// What stands behind
+    /// Background
     #[arg(long, value_enum, default_value_t = BackgroundChoice::Light)]
     pub background: BackgroundChoice,
-    /// How triangles are shown: smoothed over edges below 40 degrees, or flat as they are
+    /// Shading of triangles: smoothed over edges below 40 degrees, or flat
     #[arg(long, value_enum, default_value_t = FacetChoice::Smooth)]
     pub facets: FacetChoice,
-}
-
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Sampling")]
-pub struct RenderSamplingArguments {
-    /// What is inside where shells overlap: even-odd cancels, nonzero unites
-    #[arg(long, value_enum, default_value_t = FillChoice::EvenOdd)]
-    pub fill: FillChoice,
-    /// Where the image is made, which changes no byte of the picture
-    #[arg(long, value_enum, default_value_t = BackendChoice::Auto)]
-    pub backend: BackendChoice,
-    /// GPU to use, by its name or a part of it; implies --backend gpu
-    #[arg(long, value_name = "NAME")]
-    pub adapter: Option<String>,
 }
 
 const RENDER_EXAMPLES: &str = "\
@@ -81,9 +68,9 @@ Examples:
   ldi-ops render block.stl drill.stl --csg 'a - b' --view iso --slice x=50% -o open.png
   ldi-ops render a.stl b.stl --slice z=50% -o slice.png
 
-The picture is a layered depth image along the line of sight, so that it shows a Boolean without a
-mesh of it. It is orthographic: the scale bar is true everywhere. Each input has a tint of its own
-on the surfaces that come from it.";
+The picture is made from a layered depth image along the line of sight, and shows a Boolean without
+making a mesh of it. It is orthographic: the scale bar holds everywhere. Surfaces have the tint of the
+input that they come from.";
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum BackgroundChoice {
@@ -111,7 +98,7 @@ impl FromStr for PictureSize {
 
     fn from_str(text: &str) -> Result<PictureSize, String> {
         let sides = text.split_once(['x', '×']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-        let (width, height) = sides.ok_or("a size is two numbers of pixels: 1200x900")?;
+        let (width, height) = sides.ok_or("expected two numbers of pixels, as in 1200x900")?;
         Ok(PictureSize { width, height })
     }
 }
@@ -124,8 +111,7 @@ impl FromStr for SliceAt {
     type Err = String;
 
     fn from_str(text: &str) -> Result<SliceAt, String> {
-        let wrong =
-            || "a slice is an axis and a place on it: z=0.5 in file units, z=2mm, or z=50% of the box".to_owned();
+        let wrong = || "expected an axis and a position: z=0.5 in file units, z=2mm, or z=50% of the box".to_owned();
         let (axis, place) = text.split_once('=').ok_or_else(wrong)?;
         let axis = Axis::ALL.into_iter().find(|known| known.name() == axis.trim()).ok_or_else(wrong)?;
         let position = match place.trim().strip_suffix('%') {

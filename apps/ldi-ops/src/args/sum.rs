@@ -9,7 +9,7 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::placement::Placement;
 use ldi_ops::unit;
 
-use super::{AxisChoice, BackendChoice, CommonArguments, FillChoice, ImageArguments, ModeChoice};
+use super::{CommonArguments, DeviceArguments, FillArguments, ImageArguments, KindArguments};
 
 #[derive(Debug, Args)]
 #[command(after_help = MINKOWSKI_EXAMPLES)]
@@ -18,15 +18,15 @@ pub struct MinkowskiArguments {
     pub a: PathBuf,
     /// The second solid, B
     pub b: PathBuf,
-    /// A ⊖ B, where B fits: all x for which B moved by x lies within A
+    /// Compute the difference A ⊖ B: all x for which B moved by x lies within A
     #[arg(long)]
     pub difference: bool,
-    /// −B for B, B seen through the origin: A ⊕ (−B) is where B must not be moved to if it is to keep clear of A
+    /// Reflect B through the origin: A ⊕ (−B) is the set of translations for which B meets A
     #[arg(long)]
     pub reflect: bool,
     #[command(flatten)]
     pub placing: SumPlacingArguments,
-    /// Place B before use
+    /// Place B before use, in the way of --transform-a
     #[arg(long, value_name = "PLACEMENT", help_heading = "Input")]
     pub transform_b: Option<Placement>,
     #[command(flatten)]
@@ -41,18 +41,19 @@ Examples:
   ldi-ops minkowski bone.stl drill.stl --reflect -o obstacle.npz
   ldi-ops minkowski part.stl b.stl --memory 2G
 
-A ⊕ B is every a + b. Neither needs to be convex, or to contain the origin; where B lies, the sum lies
-with it. Both solids must be closed, with triangles that agree on what is outside; one that is inside
-out is turned. Where shells of one solid overlap, --fill nonzero unites them. --difference may leave
-nothing, which is told; the volume is then 0. The JSON adds `memory` and `steps`: pairs of features,
-their primitives, the crossings of these, and what was filled between.";
+A ⊕ B is the set of all sums a + b. Neither solid needs to be convex or to contain the origin; the sum
+moves with B. Both solids must be closed and consistently oriented; a solid that is inside out is
+reversed. --fill nonzero unites overlapping shells of one solid. The result of --difference may be
+empty: a warning says so, and the volume is 0. The images along all three axes are made even if --axis
+names one. The JSON adds `memory` and `steps`: pairs of features, their primitives, the crossings of
+these, and the resolved gaps.";
 
 #[derive(Debug, Args)]
 #[command(after_help = OFFSET_EXAMPLES)]
 pub struct OffsetArguments {
     /// The solid
     pub a: PathBuf,
-    /// How far the surface moves, outwards, or inwards if below zero; in file units or with a unit: 0.1mm
+    /// Distance, outwards, or inwards if negative; in file units or with a unit: 0.1mm
     #[arg(long, value_name = "D", allow_hyphen_values = true)]
     pub distance: Length,
     #[command(flatten)]
@@ -68,9 +69,9 @@ Examples:
   ldi-ops offset part.stl --distance 50um --unit mm
   ldi-ops offset bone.stl --distance 1 --axis z --json -
 
-All points within the distance of the solid, or with a distance below zero those that are as far inside
-it: by a true ball, round about edges and corners. Inwards thin walls vanish, and perhaps all does,
-which is told; the volume is then 0.";
+The result has all points within the distance of the solid, or with a negative distance all points at
+least as deep inside it: an offset by a true ball, round at edges and corners. Inwards, thin walls
+vanish; if nothing is left, a warning says so and the volume is 0.";
 
 #[derive(Debug, Args)]
 #[command(after_help = BALL_EXAMPLES)]
@@ -91,12 +92,11 @@ Examples:
   ldi-ops open part.stl --radius 0.1 --unit mm
   ldi-ops close scaffold.stl --radius 0.2 --mode exact -o closed.stl
 
-open keeps what a ball reaches that stays within the solid: it goes inwards by the radius and back, so
-that walls, struts and edges thinner than the ball vanish. close goes outwards and back, and fills
-pores, gaps and inner edges where no such ball fits. The second step starts from the surface of the
-first at the same pitch.";
+open offsets the solid inwards by the radius and back: walls, struts and edges thinner than the ball
+vanish. close offsets it outwards and back: pores, gaps and inner edges in which the ball does not fit
+are filled. The second step starts from the surface of the first at the same pitch.";
 
-/// What all sums take beside solids and their places.
+/// The options that all sums and offsets share, besides solids and placement.
 #[derive(Debug, Args)]
 pub struct SumArguments {
     #[command(flatten)]
@@ -110,11 +110,11 @@ pub struct SumArguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Input")]
 pub struct SumPlacingArguments {
-    /// Unit of files that state none: mm, um (µm), cm, m, in, ft
+    /// Unit of length of files that state none: mm, um (µm), cm, m, in, ft
     #[arg(long, value_parser = unit::parse)]
     pub unit: Option<LengthUnit>,
-    /// Place A before use, left to right, in its own unit: 'translate(1,0,0) rotate(0,0,1,30) scale(2)', where rotate
-    /// takes an axis and degrees and scale one number or three
+    /// Place A before use, steps from left to right: 'translate(1,0,0) rotate(0,0,1,30) scale(2)', in its own unit; rotate
+    /// takes an axis and degrees, scale one number or three
     #[arg(long, value_name = "PLACEMENT")]
     pub transform_a: Option<Placement>,
 }
@@ -122,38 +122,20 @@ pub struct SumPlacingArguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sampling")]
 pub struct SumSamplingArguments {
-    /// Rays along the longest side of the result's box, or of that of A where the result lies within A [default: 512]
+    /// Rays along the longest side of the result's box, or of A's if the result lies within A [default: 512]
     #[arg(long, value_name = "N", conflicts_with = "pitch")]
     pub resolution: Option<u32>,
-    /// Distance of neighbouring rays, in file units or with a unit: 0.05mm
+    /// Distance between neighbouring rays, in file units or with a unit: 0.05mm
     #[arg(long, value_name = "H", allow_hyphen_values = true)]
     pub pitch: Option<Length>,
-    /// LOD-C, voxels a ray is divided into for over and under: 32 to 65536
-    #[arg(long, value_name = "N", default_value_t = 1024)]
-    pub lod: u32,
-    /// Ray directions of the images that are measured and written; all three are made in any case, as each tells what lies
-    /// between the rays of the others
-    #[arg(long, value_enum, default_value_t = AxisChoice::All)]
-    pub axis: AxisChoice,
-    /// Which image is kept: one that encloses the result on every ray, one that lies inside, or every crossing. A mesh of it
-    /// passes through the samples and is itself no bound
-    #[arg(long, value_enum, default_value_t = ModeChoice::Exact)]
-    pub mode: ModeChoice,
-    /// What is inside where shells overlap: nonzero unites them, and with even-odd, in which they cancel, there is no sum
-    /// of them
-    #[arg(long, value_enum, default_value_t = FillChoice::EvenOdd)]
-    pub fill: FillChoice,
-    /// Where it runs, which changes no bit of the result: gpu finds the crossings of sums and differences there, and which
-    /// gaps between them are none, also of offsets; all else stays on the CPU, and with auto everything, as no GPU has been
-    /// measured yet
-    #[arg(long, value_enum, default_value_t = BackendChoice::Auto)]
-    pub backend: BackendChoice,
-    /// GPU to use, by its name or a part of it; implies --backend gpu
-    #[arg(long, value_name = "NAME")]
-    pub adapter: Option<String>,
-    /// Memory that may be taken: 800M, 2G or 1.5GiB. A job that is expected to take more is refused before its rays are
-    /// cast, with what would fit; where surfaces are large for the raster it may take two or three times what is expected
-    /// [default: 80 % of what is free]
+    #[command(flatten)]
+    pub kind: KindArguments,
+    #[command(flatten)]
+    pub fill: FillArguments,
+    #[command(flatten)]
+    pub device: DeviceArguments,
+    /// Memory limit: 800M, 2G or 1.5GiB. A job whose estimate exceeds it is refused before sampling, with a resolution that
+    /// fits; surfaces that are large for the raster may need two or three times the estimate [default: 80 % of free memory]
     #[arg(long, value_name = "SIZE")]
     pub memory: Option<MemorySize>,
 }
@@ -166,7 +148,7 @@ impl FromStr for MemorySize {
     type Err = &'static str;
 
     fn from_str(text: &str) -> Result<MemorySize, &'static str> {
-        const WANTED: &str = "a size of memory is wanted: 800M, 2G or 1.5GiB";
+        const WANTED: &str = "expected a size of memory, as in 800M, 2G or 1.5GiB";
         let text = text.trim().to_ascii_lowercase();
         let end = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
         let (number, suffix) = text.split_at(end);

@@ -13,13 +13,13 @@ use crate::args::{
 };
 
 pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
-    let RenderArguments { solids, output, picture, placing, sampling, common } = arguments;
+    let RenderArguments { solids, output, picture, placing, fill: fill_choice, device, common } = arguments;
     let names: Vec<String> = (0..solids.len()).map(letters).collect();
     let expression = expression(&names, picture.csg.as_deref())?;
     let format = format(picture.size, picture.samples)?;
-    let backend = backend(sampling.backend, sampling.adapter)?;
+    let backend = backend(device)?;
     if output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("png")) {
-        return Err(Error::input(format!("{}: pictures are written as .png", output.display())));
+        return Err(Error::input(format!("{}: a picture needs the extension .png", output.display())));
     }
     writable(&output)?;
     let report = report(&common)?;
@@ -32,7 +32,7 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
     placements[0] = transform_a;
     match (placements.get_mut(1), transform_b) {
         (Some(second), placement) => *second = placement,
-        (None, Some(_)) => return Err(Error::input("--transform-b places a second solid, and one is given")),
+        (None, Some(_)) => return Err(Error::input("--transform-b needs a second solid, but one is given")),
         (None, None) => {}
     }
     place(&names, &mut placements, named.transforms)?;
@@ -42,7 +42,7 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
         names,
         unit: reading.unit,
         openness: if reading.allow_open { Openness::Sampled } else { Openness::Refused },
-        fill: fill(sampling.fill),
+        fill: fill(fill_choice.fill),
         backend,
         expression,
         typed: picture.csg,
@@ -68,7 +68,7 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
 /// Returns the expression to render; the intersection of the inputs if none is typed.
 fn expression(names: &[String], typed: Option<&str>) -> Result<Expression, Error> {
     if names.len() > INPUTS_MAX {
-        return Err(Error::input(format!("{} solids; a picture holds {INPUTS_MAX}", names.len())));
+        return Err(Error::input(format!("too many solids for a picture: {} (limit {INPUTS_MAX})", names.len())));
     }
     match typed {
         Some(typed) => parsed(typed, names),

@@ -21,21 +21,23 @@ const DEFAULT_RESOLUTION: u32 = 256;
 /// Resolves `report`; `words` are the words of the command line after the program's name.
 pub fn resolve(arguments: ReportArguments, words: &[OsString]) -> Result<Invocation, Error> {
     let ReportArguments { solids, output: folder, region, judging, raster, common } = arguments;
-    let RegionArguments { unit, allow_open, roi, transform_a, transform_roi, edges, fill: fill_choice } = region;
+    let RegionArguments { unit, allow_open, roi, transform_a, transform_roi, edges } = region;
     let JudgingArguments { limits, compare, build, overhang_angle, kozeny } = judging;
-    let RasterArguments { resolution, pitch, tortuosity_resolution, backend: backend_choice, adapter } = raster;
+    let RasterArguments { resolution, pitch, tortuosity_resolution, fill: fill_choice, device } = raster;
     if solids.len() > 1 && transform_a.is_some() {
-        return Err(Error::input("--transform-a places one solid, and several are given"));
+        return Err(Error::input("--transform-a applies to one solid, but several are given"));
     }
     if solids.len() > 1 && compare.is_some() {
         return Err(Error::input(
-            "--compare puts one design beside another, and several solids are given; without it they share a table",
+            "--compare compares two solids, but more are given; without --compare all share one table",
         ));
     }
     let edges = match edges {
         EdgesChoice::Clip => BoundaryCondition::Clip,
         EdgesChoice::Periodic if roi.is_some() => {
-            return Err(Error::input("--edges periodic is for a box that repeats, and --roi is none"));
+            return Err(Error::input(
+                "--edges periodic needs a box that repeats; remove --roi, or choose border or clip",
+            ));
         }
         EdgesChoice::Periodic => BoundaryCondition::Periodic,
         EdgesChoice::Border => BoundaryCondition::Border,
@@ -56,12 +58,12 @@ pub fn resolve(arguments: ReportArguments, words: &[OsString]) -> Result<Invocat
         spacing: spacing(Some(resolution.unwrap_or(DEFAULT_RESOLUTION)).filter(|_| pitch.is_none()), pitch, None)?,
         tortuosity_resolution,
         edges,
-        fill: fill(fill_choice),
+        fill: fill(fill_choice.fill),
         build: direction(build),
         overhang_angle,
         kozeny,
         memory: None,
-        backend: backend(backend_choice, adapter)?,
+        backend: backend(device)?,
     };
     let placed = |path, placement| Input { name: None, path, placement };
     let roi = roi.map(|roi| self::roi(&roi, transform_roi)).transpose()?;
@@ -108,7 +110,7 @@ fn roi(text: &Path, placement: Option<Placement>) -> Result<Roi, Error> {
     match placement {
         None => Ok(shape),
         Some(_) => Err(Error::input(format!(
-            "--transform-roi places a file, and --roi {} lies where the solid does",
+            "--transform-roi needs a file as --roi; --roi {} follows the solid",
             text.display()
         ))),
     }

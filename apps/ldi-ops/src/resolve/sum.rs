@@ -21,7 +21,7 @@ pub fn minkowski(arguments: MinkowskiArguments) -> Result<Invocation, Error> {
 pub fn offset(arguments: OffsetArguments) -> Result<Invocation, Error> {
     let OffsetArguments { a, distance, placing: SumPlacingArguments { unit, transform_a }, rest } = arguments;
     if !distance.value.is_finite() || distance.value == 0.0 {
-        return Err(Error::input(format!("--distance {distance} is no length to move a surface by")));
+        return Err(Error::input(format!("--distance {distance} is not a finite length other than 0")));
     }
     let input = Input { name: None, path: a, placement: transform_a };
     sum(SumOperation::Offset(distance), vec![input], unit, rest)
@@ -43,17 +43,17 @@ fn sum(
     rest: SumArguments,
 ) -> Result<Invocation, Error> {
     let SumArguments { sampling, writing, common } = rest;
-    let backend = backend(sampling.backend, sampling.adapter)?;
-    let target = image_target(writing, sampling.axis)?;
+    let backend = backend(sampling.device)?;
+    let target = image_target(writing, sampling.kind.axis)?;
     let report = report(&common)?;
     let job = SumJob {
         operation,
         unit,
         spacing: spacing(sampling.resolution, sampling.pitch, None)?,
-        lod: lod(sampling.lod)?,
-        axes: axes(sampling.axis),
-        mode: mode(sampling.mode),
-        fill: fill(sampling.fill),
+        lod: lod(sampling.kind.lod)?,
+        axes: axes(sampling.kind.axis),
+        mode: mode(sampling.kind.mode),
+        fill: fill(sampling.fill.fill),
         backend,
         memory: sampling.memory.map(|MemorySize(bytes)| bytes),
         hashes: report.has_json(),

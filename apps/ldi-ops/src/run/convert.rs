@@ -74,7 +74,7 @@ fn unit_not_kept(job: &ConvertJob, stated: Option<LengthUnit>) -> Option<Warning
     let format = Format::from_path(&job.to).ok().filter(|format| has_none(*format))?;
     let unit = unit::suffix(Some(stated?), 1);
     let message = format!(
-        "{}: {format} files state no unit, and who reads this one must know that its lengths are in{unit}; .3mf and .glb do",
+        "{}: {format} files state no unit: a reader must know that lengths are in{unit}; write .3mf or .glb to keep the unit",
         job.to.display()
     );
     Some(Warning::new("unit-not-kept", message))

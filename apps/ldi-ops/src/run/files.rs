@@ -23,7 +23,7 @@ pub fn keep_apart(job: &Job) -> Result<(), Error> {
         }
     }
     let refuse = |path: &Path, role: String| match outputs.get(&identity(path)) {
-        Some(name) => Err(Error::input(format!("{name}: {role} would be written over; choose another name"))),
+        Some(name) => Err(Error::input(format!("{name}: {role} would be overwritten; choose another name"))),
         None => Ok(()),
     };
     for input in files_read(job) {

@@ -40,7 +40,7 @@ pub fn run(job: &SurfaceJob, start: Instant, progress: &Progress) -> Result<Fini
     monitor.stage("reading")?;
     if Format::from_path(&job.images).is_ok() {
         let message = format!(
-            "{}: is a mesh, and images are wanted, as `ldi-ops sample` writes them to .npz",
+            "{}: is a mesh; `surface` reads images: write them with `ldi-ops sample MESH -o FILE.npz`",
             job.images.display()
         );
         return Err(Error::input(message));
@@ -53,7 +53,7 @@ pub fn run(job: &SurfaceJob, start: Instant, progress: &Progress) -> Result<Fini
     let mode = file.mode(&job.images, job.mode)?;
     if file.mode.is_none() && job.mode.is_none() {
         progress.note(format_args!(
-            "{}: the file states no mode, so its images are taken as exact; --mode says otherwise",
+            "{}: the file states no mode: its images are treated as exact (set --mode)",
             job.images.display()
         ));
     }

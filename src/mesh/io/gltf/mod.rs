@@ -147,7 +147,7 @@ pub(super) fn side_files(bytes: &[u8], path: &Path) -> Vec<PathBuf> {
 
 fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshFile, Fault> {
     let not_json = |error: serde_json::Error| {
-        Fault::invalid(Place::Line(error.line()), format!("the glTF document is wrong: {}", sentence(&error)))
+        Fault::invalid(Place::Line(error.line()), format!("the glTF document is invalid: {}", sentence(&error)))
     };
     let root = Root::from_slice(json).map_err(not_json)?;
     let Transforms { nodes: transforms } = serde_json::from_slice(json).map_err(not_json)?;
@@ -311,7 +311,7 @@ impl Document<'_> {
             let place = || Place::element(format!("mesh {index}, primitive"), number);
             let mode = match primitive.mode {
                 Checked::Valid(mode) => mode,
-                Checked::Invalid => return Err(Fault::invalid(place(), "the primitive's mode is none of glTF's")),
+                Checked::Invalid => return Err(Fault::invalid(place(), "the primitive's mode is not one of glTF")),
             };
             if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
                 part.points_or_lines += 1;
@@ -380,7 +380,7 @@ impl Document<'_> {
             return Err(Fault::invalid(place(), "positions must be of type VEC3"));
         }
         let Checked::Valid(component) = accessor.component_type else {
-            return Err(Fault::invalid(place(), "the component type is none of glTF's"));
+            return Err(Fault::invalid(place(), "the component type is not one of glTF"));
         };
         let (component, is_normalized) = (component.0, accessor.normalized);
         let count = accessor.count.0 as usize;
@@ -393,7 +393,7 @@ impl Document<'_> {
         let replaced = match &accessor.sparse {
             Some(sparse) => {
                 let Checked::Valid(index_type) = sparse.indices.component_type else {
-                    return Err(Fault::invalid(place(), "the type of the sparse indices is none of glTF's"));
+                    return Err(Fault::invalid(place(), "the type of the sparse indices is not one of glTF"));
                 };
                 let (view, offset) = (sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0);
                 let values = self.values(view, offset, sparse.count.0, index_type.0.size(), &place)?;
@@ -445,7 +445,7 @@ impl Document<'_> {
         let place = || Place::element("accessor", index.value());
         let component = match accessor.component_type {
             Checked::Valid(component) => component.0,
-            Checked::Invalid => return Err(Fault::invalid(place(), "the component type is none of glTF's")),
+            Checked::Invalid => return Err(Fault::invalid(place(), "the component type is not one of glTF")),
         };
         if accessor.type_ != Checked::Valid(Type::Scalar)
             || !matches!(component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
@@ -503,7 +503,7 @@ impl Document<'_> {
         let range = start.checked_add(length).and_then(|end| buffer.get(start as usize..end as usize));
         let Some(bytes) = range else {
             let sentence = format!(
-                "bytes {start} to {} of a buffer are asked for, and it has {}",
+                "bytes {start} to {} of a buffer are referenced, but it has {}",
                 start.saturating_add(length),
                 buffer.len()
             );
@@ -585,15 +585,16 @@ fn load(uri: &str, path: &Path, length: u64, place: &Place) -> Result<Vec<u8>, F
             data.split_once(',').ok_or_else(|| Fault::invalid(place.clone(), "the data URI has no comma"))?;
         let decoded = percent_decode(data);
         return match media_type.ends_with(";base64") {
-            true => base64_decode(&decoded)
-                .ok_or_else(|| Fault::invalid(place.clone(), "the data URI is not base64, as it says")),
+            true => {
+                base64_decode(&decoded).ok_or_else(|| Fault::invalid(place.clone(), "the data URI is not valid base64"))
+            }
             false => Ok(decoded),
         };
     }
     let name = file_name(uri);
     let refused = |why| Fault::Unsupported(place.clone(), format!("the buffer `{}` {why}", quote(name.as_bytes())));
     if Path::new(&name).is_absolute() || name.contains("://") {
-        return Err(refused("is not a file beside this one"));
+        return Err(refused("is not a relative path of a file"));
     }
     let side = beside(path, &name);
     let stays = |part| matches!(part, Component::Normal(_) | Component::CurDir);
@@ -754,11 +755,11 @@ mod tests {
         let positions = format!(r#"{{"bufferView":0,"componentType":5120,"count":{COUNT},"type":"VEC3"}}"#);
         let indices = format!(r#"{{"bufferView":0,"componentType":5121,"count":{},"type":"SCALAR"}}"#, 3 * COUNT);
         let message = file(&vec![INDEXED.to_owned(); 30], &[positions.clone(), indices]);
-        assert!(message.ends_with(": 2520000 triangles, and at most 2457152 can be read"), "{message}");
+        assert!(message.ends_with(": 2520000 triangles; the limit is 2457152"), "{message}");
 
         let primitive = |k: usize| format!(r#"{{"attributes":{{"POSITION":{k}}}}}"#);
         let message = file(&(0..30).map(primitive).collect::<Vec<_>>(), &vec![positions; 30]);
-        assert!(message.ends_with(": 2520000 positions, and at most 2457152 can be read"), "{message}");
+        assert!(message.ends_with(": 2520000 positions; the limit is 2457152"), "{message}");
     }
 
     #[test]
@@ -817,7 +818,7 @@ mod tests {
             assert!(parse("in.bin").is_ok());
         }
         let message = parse("%2Fetc%2Fhosts").unwrap_err().to_string();
-        assert!(message.ends_with("the buffer `/etc/hosts` is not a file beside this one"), "{message}");
+        assert!(message.ends_with("the buffer `/etc/hosts` is not a relative path of a file"), "{message}");
     }
 
     #[test]
@@ -887,11 +888,11 @@ mod tests {
                 r#""count":3"#,
                 ", accessor 1, index 5: vertex 3 is out of range: there are 3, counted from 0",
             ],
-            [r#""count":4"#, r#""count":5"#, ", accessor 0: 5 values are promised, 4 are there"],
+            [r#""count":4"#, r#""count":5"#, ", accessor 0: 5 values declared, 4 found"],
             [
                 r#""count":6"#,
                 r#""count":18446744073709551615"#,
-                ", accessor 1: 18446744073709551615 values are promised, 6 are there",
+                ", accessor 1: 18446744073709551615 values declared, 6 found",
             ],
             [r#""mesh":0"#, r#""mesh":7"#, ", node 0: mesh 7 is out of range: there are 1, counted from 0"],
             [
@@ -903,20 +904,20 @@ mod tests {
             [
                 r#""indices":1"#,
                 r#""indices":1,"mode":9"#,
-                ", mesh 0, primitive 0: the primitive's mode is none of glTF's",
+                ", mesh 0, primitive 0: the primitive's mode is not one of glTF",
             ],
             [r#""indices":1"#, r#""indices":0"#, ", accessor 0: indices must be unsigned scalars"],
             [
                 r#""byteLength":48"#,
                 r#""byteLength":61"#,
-                ", accessor 0: bytes 0 to 61 of a buffer are asked for, and it has 60",
+                ", accessor 0: bytes 0 to 61 of a buffer are referenced, but it has 60",
             ],
-            [r#""byteLength":60"#, r#""byteLength":64"#, ", buffer 0: 64 bytes are promised, 60 are there"],
-            ["base64,", "base64,*", ", buffer 0: the data URI is not base64, as it says"],
+            [r#""byteLength":60"#, r#""byteLength":64"#, ", buffer 0: 64 bytes declared, 60 found"],
+            ["base64,", "base64,*", ", buffer 0: the data URI is not valid base64"],
             [
                 r#""mesh":0"#,
                 r#""mesh":0,"children":[0]"#,
-                ": there are no triangles: the file has 0 vertices and no faces",
+                ": the file has no triangles: the file has 0 vertices and no faces",
             ],
         ];
         check(INDEXED, &indexed);
@@ -925,12 +926,12 @@ mod tests {
             [
                 r#""count":2"#,
                 r#""count":18446744073709551615"#,
-                ", accessor 2: 18446744073709551615 values are promised, 2 are there",
+                ", accessor 2: 18446744073709551615 values declared, 2 found",
             ],
             [
                 r#""count":4,"type":"VEC3","sparse""#,
                 r#""count":99,"type":"VEC3","sparse""#,
-                ", accessor 2: 99 positions without data, and at most 32 can be read",
+                ", accessor 2: 99 positions without data; the limit is 32",
             ],
             [
                 r#""count":4,"type":"VEC3","sparse""#,
@@ -945,9 +946,9 @@ mod tests {
         assert!(error(missing.as_bytes(), FORMAT).starts_with("no such.bin: "));
         for uri in ["/etc/hosts", "https://example.org/a.bin"] {
             let message = error(document(ONE, INDEXED, &format!(r#","uri":"{uri}""#)).as_bytes(), FORMAT);
-            assert_eq!(message, format!("sample.gltf, buffer 0: the buffer `{uri}` is not a file beside this one"));
+            assert_eq!(message, format!("sample.gltf, buffer 0: the buffer `{uri}` is not a relative path of a file"));
         }
-        assert!(error(b"{}", FORMAT).starts_with("sample.gltf, line 1: the glTF document is wrong: missing field"));
+        assert!(error(b"{}", FORMAT).starts_with("sample.gltf, line 1: the glTF document is invalid: missing field"));
     }
 
     #[test]
@@ -965,7 +966,7 @@ mod tests {
     fn truncated_containers_are_refused() {
         let whole = glb(&document(ONE, INDEXED, ""), &blob());
         let length = whole.len();
-        let short = format!("sample.glb, byte 8: {length} bytes are promised, {} are there", length - 1);
+        let short = format!("sample.glb, byte 8: {length} bytes declared, {} found", length - 1);
         assert_eq!(error(&whole[..length - 1], Format::Glb), short);
         assert_eq!(error(b"glTF\x01\0\0\0", Format::Glb), "sample.glb, byte 4: glTF version 1 is not supported; 2 is");
         assert_eq!(error(b"glTX", Format::Glb), "sample.glb, byte 0: expected `glTF`, found `glTX`");

@@ -93,7 +93,7 @@ impl Lattice {
                         "none" => Balls::None,
                         "mixed" => Balls::Listed,
                         "all" => Balls::AtBeamEnds,
-                        _ => return Err(xml.invalid(format!("`{}` is no ball mode", quote(value.as_bytes())))),
+                        _ => return Err(xml.invalid(format!("`{}` is not a ball mode", quote(value.as_bytes())))),
                     }
                 }
                 // Before version 1.0 of the extension it was called `clipping`, and some files use that.
@@ -219,7 +219,7 @@ impl Lattice {
 fn radius(xml: &Xml<'_>, text: &str) -> Result<f64, Fault> {
     let radius = xml.number(text)?;
     if !(radius > 0.0 && radius.is_finite()) {
-        return Err(xml.invalid(format!("a radius is {radius}, and must be more than 0")));
+        return Err(xml.invalid(format!("the radius {radius} is not above 0")));
     }
     Ok(radius)
 }
@@ -229,7 +229,7 @@ fn cap(xml: &Xml<'_>, name: &str) -> Result<Cap, Fault> {
         "sphere" => Ok(Cap::Sphere),
         "hemisphere" => Ok(Cap::Hemisphere),
         "butt" => Ok(Cap::Butt),
-        _ => Err(xml.invalid(format!("`{}` is no way to cap a beam", quote(name.as_bytes())))),
+        _ => Err(xml.invalid(format!("`{}` is not a beam cap", quote(name.as_bytes())))),
     }
 }
 
@@ -341,6 +341,6 @@ mod tests {
         let Err(Fault::Malformed(_, problem)) = lattice(&[[end(0), end(1)]]).mesh(&mut mesh, &mut room) else {
             panic!("there is no room");
         };
-        assert_eq!(problem.to_string(), "33554524 triangles of beams and balls, and at most 33554432 can be read");
+        assert_eq!(problem.to_string(), "33554524 triangles of beams and balls; the limit is 33554432");
     }
 }

@@ -68,7 +68,7 @@ struct Package<'a> {
 impl<'a> Package<'a> {
     fn open(bytes: &'a [u8]) -> Result<Package<'a>, Fault> {
         let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
-            Fault::invalid(Place::File, format!("the file is no sound ZIP package: {}", sentence(&error)))
+            Fault::invalid(Place::File, format!("the file is not a valid ZIP package: {}", sentence(&error)))
         })?;
         let names = archive.file_names_raw().filter_map(|name| std::str::from_utf8(name).ok());
         let names = names.map(|name| (normal_name(name), name.to_owned())).collect();
@@ -163,7 +163,7 @@ impl<'a> Xml<'a> {
         match self.reader.read_event() {
             Ok(Event::Eof) => Ok(None),
             Ok(event) => Ok(Some(event)),
-            Err(error) => Err(self.invalid(format!("the XML is wrong: {}", sentence(&error)))),
+            Err(error) => Err(self.invalid(format!("the XML is invalid: {}", sentence(&error)))),
         }
     }
 
@@ -175,7 +175,7 @@ impl<'a> Xml<'a> {
     ) -> Result<(), Fault> {
         for attribute in element.attributes().with_checks(false) {
             let attribute =
-                attribute.map_err(|error| self.invalid(format!("the XML is wrong: {}", sentence(&error))))?;
+                attribute.map_err(|error| self.invalid(format!("the XML is invalid: {}", sentence(&error))))?;
             each(attribute.key.local_name().as_ref(), &attribute.value)?;
         }
         Ok(())
@@ -192,7 +192,7 @@ impl<'a> Xml<'a> {
     /// Returns an attribute that is a name, with XML escapes resolved.
     fn name(&self, value: &str) -> Result<String, Fault> {
         let name = quick_xml::escape::unescape(value);
-        name.map(Cow::into_owned).map_err(|error| self.invalid(format!("the XML is wrong: {}", sentence(&error))))
+        name.map(Cow::into_owned).map_err(|error| self.invalid(format!("the XML is invalid: {}", sentence(&error))))
     }
 
     fn fault(&self, problem: Problem) -> Fault {
@@ -355,8 +355,9 @@ impl Model {
             (None, "model") => {
                 xml.attributes(element, |name, value| {
                     if name == "unit" {
-                        self.unit = unit(value)
-                            .ok_or_else(|| xml.invalid(format!("`{}` is no unit of 3MF", quote(value.as_bytes()))))?;
+                        self.unit = unit(value).ok_or_else(|| {
+                            xml.invalid(format!("`{}` is not a unit of 3MF", quote(value.as_bytes())))
+                        })?;
                     }
                     Ok(())
                 })?;
@@ -409,7 +410,7 @@ impl Model {
 
     fn close(&mut self, xml: &Xml<'_>, tag: Tag, (id, object): &mut (i64, Object)) -> Result<(), Fault> {
         if tag == Tag::Object && self.objects.insert(*id, std::mem::take(object)).is_some() {
-            return Err(xml.invalid(format!("there are two objects {id}")));
+            return Err(xml.invalid(format!("two objects have the id {id}")));
         }
         Ok(())
     }
@@ -471,7 +472,7 @@ fn transform(xml: &Xml<'_>, text: &str) -> Result<DAffine3, Fault> {
         count += 1;
     }
     if count != 12 {
-        return Err(xml.invalid(format!("a transform has 12 numbers, and this one has {count}")));
+        return Err(xml.invalid(format!("a transform needs 12 numbers, but this one has {count}")));
     }
     let row = |k: usize| DVec3::new(numbers[3 * k], numbers[3 * k + 1], numbers[3 * k + 2]);
     Ok(DAffine3::from_mat3_translation(DMat3::from_cols(row(0), row(1), row(2)), row(3)))
@@ -611,7 +612,7 @@ impl<'a> Walk<'a> {
         self.reached += references.len();
         if self.reached > PLACEMENTS_MAX {
             let (found, limit) = (self.reached as u64, PLACEMENTS_MAX as u64);
-            let what = "items and components in all places".into();
+            let what = "items and components in all instances".into();
             return Err(Fault::Malformed(Place::File, Problem::TooMany { what, found, limit }));
         }
         self.stack.extend(references.iter().rev().map(|reference| (part, reference, world_from_outer, depth)));
@@ -777,9 +778,9 @@ pub(super) mod tests {
             assert_eq!(clipped, sentence);
         }
         assert_eq!(said("", beam), "neither the beam nor its lattice has a radius");
-        assert_eq!(said(r#"radius="0""#, beam), "a radius is 0, and must be more than 0");
-        assert_eq!(said(r#"radius="1" cap="round""#, beam), "`round` is no way to cap a beam");
-        assert_eq!(said(r#"radius="1" ballmode="some""#, beam), "`some` is no ball mode");
+        assert_eq!(said(r#"radius="0""#, beam), "the radius 0 is not above 0");
+        assert_eq!(said(r#"radius="1" cap="round""#, beam), "`round` is not a beam cap");
+        assert_eq!(said(r#"radius="1" ballmode="some""#, beam), "`some` is not a ball mode");
         assert_eq!(said(r#"radius="1""#, r#"v1="0""#), "a beam lacks one of `v1` and `v2`");
         assert_eq!(said(r#"radius="1""#, r#"v1="1" v2="1""#), "a beam begins and ends at vertex 1");
         let beyond = "vertex 3 is out of range: there are 3, counted from 0";
@@ -802,12 +803,12 @@ pub(super) mod tests {
         let shape = triangle("<mesh>", "<bo:booleanshape/><mesh>");
         assert_eq!(shape, format!("{at} 3: object 1 is made by `booleanshape`, which is not supported"));
         let short = error(&single("", TRIANGLE, r#"<item objectid="1" transform="1 0 0"/>"#), FORMAT);
-        assert_eq!(short, format!("{at} 6: a transform has 12 numbers, and this one has 3"));
+        assert_eq!(short, format!("{at} 6: a transform needs 12 numbers, but this one has 3"));
         let unit = error(&single("unit=\"parsec\"", TRIANGLE, ITEM), FORMAT);
-        assert_eq!(unit, format!("{at} 2: `parsec` is no unit of 3MF"));
-        let empty = "sample.3mf: there are no triangles: the build is empty, which leaves 1 objects unused";
+        assert_eq!(unit, format!("{at} 2: `parsec` is not a unit of 3MF"));
+        let empty = "sample.3mf: the file has no triangles: the build is empty, which leaves 1 objects unused";
         assert_eq!(error(&single("", TRIANGLE, ""), FORMAT), empty);
-        assert!(error(b"PK no", FORMAT).starts_with("sample.3mf: the file is no sound ZIP package: "));
+        assert!(error(b"PK no", FORMAT).starts_with("sample.3mf: the file is not a valid ZIP package: "));
     }
 
     #[test]
@@ -821,7 +822,7 @@ pub(super) mod tests {
             objects += &format!(r#"<object id="{id}"><components>{twice}</components></object>"#);
         }
         let message = error(&single("", &objects, ITEM), FORMAT);
-        let limit = "items and components in all places, and at most 1048576 can be read";
+        let limit = "items and components in all instances; the limit is 1048576";
         assert!(message.ends_with(limit), "{message}");
     }
 
@@ -839,7 +840,7 @@ pub(super) mod tests {
 
         let twenty = format!("{}</triangles>", r#"<triangle v1="0" v2="1" v3="2"/>"#.repeat(19));
         let objects = part.replace("</triangles>", &twenty) + &thousand(2) + &thousand(1);
-        let message = "sample.3mf: 19999980 triangles in copies of parts, and at most 16777216 can be read";
+        let message = "sample.3mf: 19999980 triangles in copies of parts; the limit is 16777216";
         assert_eq!(error(&single("", &objects, ITEM), FORMAT), message);
     }
 
