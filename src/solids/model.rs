@@ -338,7 +338,7 @@ impl Values<'_> {
             return Ok(value);
         }
         self.defaults.push(parameter);
-        Ok(value.as_default())
+        Ok(value.into_default())
     }
 }
 
@@ -350,7 +350,7 @@ trait Value: Sized {
     fn parse(text: &str) -> Option<Self>;
 
     /// Returns the value where it is a default.
-    fn as_default(self) -> Self {
+    fn into_default(self) -> Self {
         self
     }
 }
@@ -415,7 +415,7 @@ impl Value for Count {
         Some(Count { value: one(text)?, is_default: false })
     }
 
-    fn as_default(self) -> Count {
+    fn into_default(self) -> Count {
         Count { is_default: true, ..self }
     }
 }
