@@ -5,6 +5,8 @@
 
 use glam::DVec3;
 
+use crate::cancel::checkpoint;
+
 /// Largest number of triangles in a leaf.
 const LEAF: usize = 4;
 
@@ -152,6 +154,7 @@ impl Node {
 
 /// Builds the nodes of some triangles, the first of which is number `first` in the order: large halves on two threads.
 fn grow_apart(set: &[[DVec3; 3]], order: &mut [Place], first: u32) -> Vec<Node> {
+    checkpoint();
     let mut nodes = Vec::new();
     if order.len() <= APART {
         grow(&mut nodes, set, order, first);

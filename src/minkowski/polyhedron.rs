@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
+use crate::cancel::checkpoint;
 use crate::grid::{LatticeBox, LatticeSolid};
 
 /// A solid by its facets, welded on the lattice: vertices of one position are one, and facets whose vertices coincide are
@@ -35,6 +36,7 @@ impl Polyhedron {
         let mut of_vertex = vec![u32::MAX; solid.positions().len()];
         let mut triangles = Vec::with_capacity(solid.triangles().len());
         for triangle in solid.triangles() {
+            checkpoint();
             let [a, b, c] = triangle.map(|vertex| {
                 let of_vertex = &mut of_vertex[vertex as usize];
                 if *of_vertex == u32::MAX {

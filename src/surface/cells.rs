@@ -10,6 +10,7 @@ use super::edges::EdgeSlab;
 use super::features::Feature;
 use super::qef::{Bounds, Loop};
 use crate::bits::{Ones, after};
+use crate::cancel::checkpoint;
 use crate::cell::{Signs, UPPER, at_fault, edge_ends, loops};
 use crate::grid::Grid;
 
@@ -125,6 +126,7 @@ impl CellLayer {
         let nodes = &slab.nodes;
         let mut layer = CellLayer { words: nodes.words(), ..CellLayer::default() };
         for y in 0..nodes.rows() - 1 {
+            checkpoint();
             let rows = [nodes.row(y, k), nodes.row(y + 1, k), nodes.row(y, k + 1), nodes.row(y + 1, k + 1)];
             for word in 0..nodes.words() {
                 // The nodes at the lower and the upper x of each cell.

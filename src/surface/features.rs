@@ -20,6 +20,7 @@ use rayon::prelude::*;
 use super::cells::MARGIN;
 use super::intersect::cell_of;
 use super::quads::{OpenQuad, Quad};
+use crate::cancel::checkpoint;
 
 /// A vertex that is not just one of a gently bent sheet, in coordinates of cells.
 #[derive(Clone, Copy, Debug)]
@@ -114,6 +115,7 @@ impl<'a> Features<'a> {
         let mut waiting: Vec<usize> = (0..self.all.len()).filter(|&i| self.all[i].target.is_some()).collect();
         waiting.sort_by(|a, b| way(a).total_cmp(&way(b)));
         for round in 0..2 * ROUNDS {
+            checkpoint();
             let margin = if round < ROUNDS { MARGIN } else { rounding.min(MARGIN) };
             waiting.retain(|&i| !self.moves(i, 1.0, margin, vertices, &mut taken));
         }

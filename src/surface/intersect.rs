@@ -53,6 +53,7 @@ pub fn pairs(
 ) -> Vec<[u32; 2]> {
     let is_sought = &is_sought;
     let places_of = |(i, candidate): (u32, &Candidate)| {
+        checkpoint();
         let candidate = *candidate;
         candidate.cells().filter(move |&cell| is_sought(&candidate, cell)).map(move |cell| (key(cell), i))
     };

@@ -254,6 +254,7 @@ impl<'a> Tangle<'a> {
     /// Returns the pairs of triangles that cross one another, at least one being of an `active` quadrilateral. Inactive ones
     /// are searched in the cells that the triangles of the quadrilaterals `touching` touch, given by number.
     fn crossing_among(&self, active: &Chosen, touching: &[u32]) -> Vec<[u32; 2]> {
+        checkpoint();
         let mut cells = CellFilter::new(16 * touching.len());
         for triangle in touching.iter().flat_map(|quad| [2 * quad, 2 * quad + 1]) {
             self.candidate(triangle, true).cells().for_each(|cell| cells.add(cell));
@@ -334,6 +335,7 @@ impl<'a> Tangle<'a> {
         let features = self.features;
         let can_go = |&i: &usize| self.steps[i] < STEPS && self.refusals[i] < REFUSALS;
         let of_pair = |pair: &[u32; 2]| -> Vec<usize> {
+            checkpoint();
             let vertices = pair.map(|triangle| self.triangles[triangle as usize]);
             let mut of_pair: Vec<usize> = vertices
                 .as_flattened()
@@ -406,6 +408,7 @@ impl<'a> Tangle<'a> {
     /// No sign of a node changes by this: the triangles of an edge whose vertices are all in its cells lie in the block of
     /// these.
     fn cut_finer(&mut self, crossing: &[[u32; 2]]) -> Vec<u32> {
+        checkpoint();
         if crossing.is_empty() {
             return Vec::new();
         }

@@ -1,6 +1,7 @@
 //! Arguments as they are typed. What they mean together is for [`crate::resolve`].
 
 mod manual;
+mod memory;
 mod render;
 mod report;
 mod sum;
@@ -18,11 +19,10 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
 pub use self::manual::{CompletionsArguments, ManArguments};
+pub use self::memory::MemorySize;
 pub use self::render::{BackgroundChoice, FacetChoice, PictureSize, RenderArguments, SliceAt};
 pub use self::report::{BuildChoice, EdgesChoice, JudgingArguments, RasterArguments, RegionArguments, ReportArguments};
-pub use self::sum::{
-    BallArguments, MemorySize, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments,
-};
+pub use self::sum::{BallArguments, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments};
 use ldi_ops::driver::Bound;
 use ldi_ops::length::Length;
 use ldi_ops::placement::{Placement, PlacementError};
@@ -493,6 +493,10 @@ pub struct DeviceArguments {
     /// GPU to use, by its name or a part of it; implies --backend gpu
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
+    /// Memory limit: 800M, 2G or 1.5GiB. A job whose estimate exceeds it is refused before sampling, with a resolution that fits
+    /// [default: 80 % of free memory]
+    #[arg(long, value_name = "SIZE")]
+    pub memory: Option<MemorySize>,
 }
 
 #[derive(Debug, Default, Args)]

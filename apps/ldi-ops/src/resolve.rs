@@ -29,8 +29,8 @@ use ldi_ops::unit;
 use ldi_ops::voxels;
 
 use crate::args::{
-    self, AxisChoice, BackendChoice, CommonArguments, DeviceArguments, FillChoice, ModeChoice, PlacingArguments,
-    SamplingArguments,
+    self, AxisChoice, BackendChoice, CommonArguments, DeviceArguments, FillChoice, MemorySize, ModeChoice,
+    PlacingArguments, SamplingArguments,
 };
 use crate::output;
 
@@ -325,7 +325,7 @@ fn measure(
     writing: args::ImageArguments,
     common: CommonArguments,
 ) -> Result<Invocation, Error> {
-    let backend = backend(sampling.device)?;
+    let (backend, memory) = device(sampling.device)?;
     let spacing = spacing(sampling.resolution, sampling.pitch, sampling.tolerance)?;
     let lod = lod(sampling.kind.lod)?;
     let target = image_target(writing, sampling.kind.axis)?;
@@ -341,7 +341,7 @@ fn measure(
         fill: fill(sampling.fill.fill),
         backend,
         check_rays: report.has_json() || common.verbose,
-        memory: None,
+        memory,
         hashes: report.has_json(),
         keep: Keep::from(target.as_ref()),
     };
@@ -375,16 +375,20 @@ fn mode(choice: ModeChoice) -> Mode {
     }
 }
 
-fn backend(DeviceArguments { backend, adapter }: DeviceArguments) -> Result<Backend, Error> {
-    match (backend, adapter) {
-        (BackendChoice::Auto, None) => Ok(Backend::Auto),
-        (BackendChoice::Cpu, None) => Ok(Backend::Cpu),
+/// Returns the device and the memory limit in bytes.
+fn device(DeviceArguments { backend, adapter, memory }: DeviceArguments) -> Result<(Backend, Option<u64>), Error> {
+    let backend = match (backend, adapter) {
+        (BackendChoice::Auto, None) => Backend::Auto,
+        (BackendChoice::Cpu, None) => Backend::Cpu,
         (BackendChoice::Cpu, Some(name)) => {
-            Err(Error::input(format!("--adapter {name} needs a GPU and contradicts --backend cpu; remove one of them")))
+            return Err(Error::input(format!(
+                "--adapter {name} needs a GPU and contradicts --backend cpu; remove one of them"
+            )));
         }
         // A named adapter leaves `auto` no choice.
-        (BackendChoice::Auto | BackendChoice::Gpu, name) => Ok(Backend::Gpu(name)),
-    }
+        (BackendChoice::Auto | BackendChoice::Gpu, name) => Backend::Gpu(name),
+    };
+    Ok((backend, memory.map(|MemorySize(bytes)| bytes)))
 }
 
 fn fill(choice: FillChoice) -> FillRule {

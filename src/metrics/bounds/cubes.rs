@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use super::MARGIN;
+use crate::cancel::checkpoint;
 use crate::grid::{LatticeBox, LatticeSolid};
 use crate::metrics::nodes::words_between;
 
@@ -62,6 +63,7 @@ impl<'a> SurfaceCubes<'a> {
             .with_min_len(1 << 10)
             .filter(|(range, _)| meets(range))
             .for_each(|(&[low, high], triangle)| {
+                checkpoint();
                 let whole = Polygon::of(triangle.map(|v| self.solid.positions()[v as usize]));
                 for z in (low as usize).max(planes.start)..(high as usize + 1).min(planes.end) {
                     let in_plane = if low == high { whole } else { raster.cut(&whole, 2, z) };

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::cubes::SurfaceCubes;
 use super::{Interval, MARGIN};
+use crate::cancel::checkpoint;
 use crate::grid::{Grid, LatticeBox, LatticeSolid};
 use crate::ldi::{NodePlanes, NodeSlab};
 
@@ -183,7 +184,10 @@ impl Slab {
 
     /// Returns the sums over all rows.
     fn sums<const N: usize>(&self, of_row: impl Fn(usize, usize) -> [u128; N] + Sync) -> [u128; N] {
-        let of_plane = |z: usize| (0..self.rows).map(|y| of_row(y, z)).fold([0; N], plus);
+        let of_plane = |z: usize| {
+            checkpoint();
+            (0..self.rows).map(|y| of_row(y, z)).fold([0; N], plus)
+        };
         self.range().into_par_iter().map(of_plane).reduce(|| [0; N], plus)
     }
 }

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::cap::Cap;
 use super::tube::Tube;
 use super::{WIDENED, cone, difference};
+use crate::cancel::checkpoint;
 use crate::minkowski::Polyhedron;
 
 /// Width in lattice steps below which patches are omitted: their neighbours are widened by more on both sides, even where
@@ -38,6 +39,7 @@ pub fn find(solid: &Polyhedron, normals: &[DVec3], is_thin: &[bool], radius: f64
     let chunks: Vec<Features> = (0..vertices.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
+            checkpoint();
             let mut found = Around { solid, normals, is_thin, radius, spokes: Vec::new(), all: Features::default() };
             for vertex in chunk * CHUNK..vertices.min((chunk + 1) * CHUNK) {
                 found.add_vertex(vertex as u32, fans.of(vertex));

@@ -7,7 +7,7 @@ use ldi_ops::driver::render::{RenderJob, Scenery};
 use ldi_ops::picture::camera::{SIDES, SUPERSAMPLING};
 use ldi_ops::picture::{Background, Facets, Format, INPUTS_MAX, View};
 
-use super::{Command, Invocation, Job, backend, fill, invocation, letters, parsed, place, report, writable};
+use super::{Command, Invocation, Job, fill, invocation, letters, parsed, place, report, writable};
 use crate::args::{
     BackgroundChoice, FacetChoice, ListPlacingArguments, PictureSize, PlacingArguments, RenderArguments, SliceAt,
 };
@@ -17,7 +17,7 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
     let names: Vec<String> = (0..solids.len()).map(letters).collect();
     let expression = expression(&names, picture.csg.as_deref())?;
     let format = format(picture.size, picture.samples)?;
-    let backend = backend(device)?;
+    let (backend, memory) = super::device(device)?;
     if output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("png")) {
         return Err(Error::input(format!("{}: a picture needs the extension .png", output.display())));
     }
@@ -59,7 +59,7 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
             FacetChoice::Flat => Facets::Flat,
         },
         to: output,
-        memory: None,
+        memory,
         hashes: report.has_json(),
     };
     Ok(invocation(Job::Render(Command { job, inputs, target: None, report }), &common))

@@ -12,7 +12,7 @@ use ldi_ops::metrics::BoundaryCondition;
 use ldi_ops::placement::Placement;
 use ldi_ops::report::{ReportJob, Roi, Settings};
 
-use super::{Invocation, Job, backend, fill, invocation, report, spacing, usable};
+use super::{Invocation, Job, fill, invocation, report, spacing, usable};
 use crate::args::{BuildChoice, EdgesChoice, JudgingArguments, RasterArguments, RegionArguments, ReportArguments};
 
 /// Rays along the longest side by default.
@@ -54,6 +54,7 @@ pub fn resolve(arguments: ReportArguments, words: &[OsString]) -> Result<Invocat
         )));
     }
     usable("-o ", &folder, "a report")?;
+    let (backend, memory) = super::device(device)?;
     let settings = Settings {
         spacing: spacing(Some(resolution.unwrap_or(DEFAULT_RESOLUTION)).filter(|_| pitch.is_none()), pitch, None)?,
         tortuosity_resolution,
@@ -62,8 +63,8 @@ pub fn resolve(arguments: ReportArguments, words: &[OsString]) -> Result<Invocat
         build: direction(build),
         overhang_angle,
         kozeny,
-        memory: None,
-        backend: backend(device)?,
+        memory,
+        backend,
     };
     let placed = |path, placement| Input { name: None, path, placement };
     let roi = roi.map(|roi| self::roi(&roi, transform_roi)).transpose()?;

@@ -5,8 +5,8 @@ use ldi_ops::driver::job::{Input, Keep, Operand, SumJob, SumOperation};
 use ldi_ops::length::Length;
 use ldi_ops::mesh::LengthUnit;
 
-use super::{Command, Invocation, Job, axes, backend, fill, image_target, invocation, lod, mode, report, spacing};
-use crate::args::{BallArguments, MemorySize, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments};
+use super::{Command, Invocation, Job, axes, device, fill, image_target, invocation, lod, mode, report, spacing};
+use crate::args::{BallArguments, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments};
 
 pub fn minkowski(arguments: MinkowskiArguments) -> Result<Invocation, Error> {
     let MinkowskiArguments { a, b, difference, reflect, placing, transform_b, rest } = arguments;
@@ -43,7 +43,7 @@ fn sum(
     rest: SumArguments,
 ) -> Result<Invocation, Error> {
     let SumArguments { sampling, writing, common } = rest;
-    let backend = backend(sampling.device)?;
+    let (backend, memory) = device(sampling.device)?;
     let target = image_target(writing, sampling.kind.axis)?;
     let report = report(&common)?;
     let job = SumJob {
@@ -55,7 +55,7 @@ fn sum(
         mode: mode(sampling.kind.mode),
         fill: fill(sampling.fill.fill),
         backend,
-        memory: sampling.memory.map(|MemorySize(bytes)| bytes),
+        memory,
         hashes: report.has_json(),
         keep: Keep::from(target.as_ref()),
     };
