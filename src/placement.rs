@@ -276,7 +276,7 @@ mod tests {
             0.1
         );
         let error = "scale(2mm)".parse::<Placement>().unwrap_err();
-        assert_eq!((error.at, error.problem.as_str()), (6, "`2mm` has a unit, and scale takes numbers"));
+        assert_eq!((error.at, error.problem.as_str()), (6, "`2mm` has a unit, but scale takes plain numbers"));
     }
 
     #[test]

@@ -126,7 +126,7 @@ impl Device {
         }
         Err(DeviceError::Inadequate {
             adapter: self.adapter.name.clone(),
-            what: "guaranteed iterations of a loop",
+            what: "guaranteed rounds of a loop",
             found: SOFTWARE_ROUNDS.into(),
             needed: rounds.into(),
         })

@@ -56,7 +56,7 @@ pub enum LdiError {
         length: i32,
     },
     /// The list of unclosed rays is not ascending, or contains a ray that does not exist or has samples.
-    #[error("the list of unclosed rays has the invalid entry {ray}")]
+    #[error("the list of unclosed rays has the invalid entry ray {ray}")]
     Unclosed {
         /// The ray.
         ray: usize,

@@ -21,7 +21,7 @@ fn convert_keeps_and_places_meshes() {
 fn formats_without_a_writer_are_refused_before_inputs_are_read() {
     let folder = Folder::new();
     for (target, words) in [
-        ("b.gltf", &["b.gltf", "glTF", ".glb and .3mf are"][..]),
+        ("b.gltf", &["b.gltf", "glTF", "cannot write", ".glb and .3mf"][..]),
         ("b.xyz", &[".xyz", ".stl"]),
         ("b", &["no extension"]),
         ("nowhere/b.stl", &["the folder nowhere does not exist"]),
@@ -85,7 +85,7 @@ fn impossible_outputs_are_refused_before_inputs_are_read() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     for (target, words) in [
-        ("b.gltf", &["b.gltf", "not written", ".3mf"][..]),
+        ("b.gltf", &["b.gltf", "cannot write", ".3mf"][..]),
         ("nowhere/b.stl", &["the folder nowhere does not exist"]),
         ("b.doc", &["not known", ".npz", ".vti"]),
         ("b", &["no extension", ".npz"]),
@@ -196,7 +196,7 @@ fn meshes_are_converted_to_every_format_and_back_with_their_size() {
         assert_eq!((&checked["solid"], &checked["vertices"]), (&true.into(), &8.into()));
     }
     for (target, unit) in [("c.3mf", "in mm"), ("c.glb", "in m")] {
-        folder.run(&["convert", "a.stl", "-o", target]).code(0).warns(&[target, "none was given", unit]);
+        folder.run(&["convert", "a.stl", "-o", target]).code(0).warns(&[target, "none is known", unit]);
         let result = folder.json(&["convert", "a.stl", "-o", target]);
         assert_eq!(warning_codes(&result), ["unit-assumed"]);
     }

@@ -380,7 +380,7 @@ fn offsets_grow_and_shrink_by_steiners_formula() {
     assert_eq!(nothing["volume"]["value"], 0.0);
     assert_eq!(warning_codes(&nothing), ["empty"]);
     for wrong in ["0", "nan", "inf"] {
-        folder.run(&["offset", "a.stl", "--distance", wrong]).code(2).says(&["--distance", "no length"]);
+        folder.run(&["offset", "a.stl", "--distance", wrong]).code(2).says(&["--distance", "not a finite length"]);
     }
 }
 

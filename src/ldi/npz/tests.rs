@@ -228,7 +228,7 @@ fn wrong_types_and_shapes_are_named() {
     refuses("axis", four("'<U1'", &[4]), &["axis", "[4]"]);
     refuses("axis", array("'<U999999999'", &[], &[]), &["axis", "<U999999999"]);
     refuses("axis", array("'<U1'", &[], b"w\0\0\0"), &["axis", "\"w\""]);
-    refuses("axis", array("'<U1'", &[2], b"z\0\0\0z\0\0\0"), &["axis", "z is named twice"]);
+    refuses("axis", array("'<U1'", &[2], b"z\0\0\0z\0\0\0"), &["axis", "z occurs twice"]);
     refuses("axis", array("'<U1'", &[2], b"x\0\0\0z\0\0\0"), &["no array offsets_x"]);
     refuses("unit", array("'<U3'", &[], b"1\0\0\0m\0\0\0m\0\0\0"), &["unit", "\"1mm\""]);
     refuses("depths", b"{\"format\": 1}".to_vec(), &["depths", "signature of a .npy"]);
@@ -275,7 +275,7 @@ fn impossible_grids_are_refused() {
         (grid_array(f64::INFINITY, 16.0, 1.0, good, 4, 64), &["origin", "inf"]),
         (grid_array(0.0, -16.0, -1.0, good, 4, 64), &["pitch of -16"]),
         (grid_array(0.0, 5e-324, 0.0, good, 4, 64), &["pitch of 0.000"]),
-        (grid_array(0.0, 1e200, 1e200 / 16.0, good, 4, 64), &["longest side 4e200"]),
+        (grid_array(0.0, 1e200, 1e200 / 16.0, good, 4, 64), &["longest side of its box is 4e200"]),
         (grid_array(0.0, 16.0, 1.0, [0, 3, 2], 4, 64), &["0 rays"]),
         (grid_array(0.0, 16.0, 1.0, [u32::MAX; 3], 4, 64), &["4294967295"]),
         (grid_array(0.0, 16.0, 1.0, good, 99, 64), &["2^99"]),

@@ -41,7 +41,7 @@ fn extensions_select_formats_in_any_case() {
         assert_eq!(Format::from_path(Path::new(name)), Ok(format));
     }
     let error = |name: &str| Format::from_path(Path::new(name)).unwrap_err().to_string();
-    let known = "known are .stl, .obj, .ply, .off, .gltf, .glb and .3mf";
+    let known = "supported are .stl, .obj, .ply, .off, .gltf, .glb and .3mf";
     assert_eq!(error("part.step"), format!("part.step: `.step` is not a supported mesh format; {known}"));
     assert_eq!(error("dir.stl/part"), format!("dir.stl/part: the name has no extension; {known}"));
 }
@@ -83,7 +83,7 @@ fn files_are_replaced_whole_or_not_at_all() {
     let mut broken = mesh.clone();
     broken.triangles[2] = [0, 1, 4];
     let error = write(&target, &broken, None).unwrap_err().to_string();
-    assert_eq!(error, format!("{}: triangle 2 refers to position 4, and there are 4", target.display()));
+    assert_eq!(error, format!("{}: triangle 2 refers to position 4, but the mesh has 4", target.display()));
     broken = mesh.clone();
     broken.positions[1].y = -1e39;
     let error = write(&target, &broken, None).unwrap_err().to_string();

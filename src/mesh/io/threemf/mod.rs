@@ -848,6 +848,6 @@ pub(super) mod tests {
     fn archives_that_inflate_beyond_the_limit_are_refused() {
         let model = model("", &format!("{TRIANGLE}{}", " ".repeat(40 << 20)), ITEM);
         let message = error(&package(&[(ROOT, &model)]), FORMAT);
-        assert!(message.contains("bytes or more when inflated, and at most"), "{message}");
+        assert!(message.contains("bytes or more when inflated; the limit is"), "{message}");
     }
 }
