@@ -1,5 +1,8 @@
 //! The library gives the very numbers of the command line.
 
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
 use ldi_ops::{Axes, Axis, Backend, Error, FillRule, Limits, Mode, Report, Settings, Shape, Solid, Unit};
 use serde_json::Value;
 
@@ -192,6 +195,65 @@ fn a_listener_stops_any_operation() {
         assert_eq!(shape.sample(&settings).unwrap_err(), Error::Cancelled);
     }
     assert_eq!(Report::of(&a).measure(&settings).unwrap_err(), Error::Cancelled);
+}
+
+/// A listener that stops an operation at a moment.
+struct StopAt(Instant);
+
+impl ldi_ops::Progress for StopAt {
+    fn update(&self, _: &str, _: u64, _: u64) -> ControlFlow<()> {
+        if Instant::now() < self.0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    }
+}
+
+#[test]
+fn operations_stopped_at_random_moments_leave_no_file_and_change_no_later_result() {
+    let folder = models();
+    let [a, b] = ["a.3mf", "b.stl"].map(|name| solid(&folder, name));
+    type Operation<'o> = &'o dyn Fn(&StopAt) -> Result<(), Error>;
+    let written = |shape: &Shape, rays: u32, progress: &StopAt| {
+        let sampled = shape.sample(&Settings::rays(rays).progress(progress))?;
+        sampled.surface()?.simplified(0.01).progress(progress).write(folder.path("result.stl")).map(drop)
+    };
+    let operations: [Operation; 4] = [
+        &|progress| written(&a.intersect(&b), 96, progress),
+        &|progress| written(&a.minkowski_sum(&b), 96, progress),
+        &|progress| written(&a.close(0.2), 64, progress),
+        &|progress| {
+            Report::of(&a).measure(&Settings::rays(48).progress(progress))?.write(folder.path("report")).map(drop)
+        },
+    ];
+    let before = folder.names();
+    let result = |name: &str| std::fs::read(folder.path(name)).unwrap();
+    for (operation, file) in
+        operations.into_iter().zip(["result.stl", "result.stl", "result.stl", "report/metrics.csv"])
+    {
+        let start = Instant::now();
+        operation(&StopAt(start + Duration::from_secs(3600))).unwrap();
+        let (whole, expected) = (start.elapsed(), result(file));
+        let remove = || {
+            drop(std::fs::remove_file(folder.path("result.stl")));
+            drop(std::fs::remove_dir_all(folder.path("report")));
+        };
+        remove();
+        let mut stopped = 0;
+        for round in 0..50 {
+            // The fractional parts of multiples of the golden ratio fill the duration evenly.
+            let moment = whole.mul_f64((0.618_033_988_749_895 * f64::from(round)).fract());
+            match operation(&StopAt(Instant::now() + moment)) {
+                Ok(()) => remove(),
+                Err(error) => {
+                    assert_eq!(error, Error::Cancelled);
+                    stopped += 1;
+                }
+            }
+            assert_eq!(folder.names(), before);
+        }
+        assert!(stopped > 0, "no operation was stopped");
+        operation(&StopAt(Instant::now() + Duration::from_secs(3600))).unwrap();
+        assert!(result(file) == expected, "{file} has changed");
+        remove();
+    }
 }
 
 #[test]
