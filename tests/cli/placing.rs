@@ -177,11 +177,11 @@ fn files_are_converted_to_the_unit_of_the_first() {
     folder.run(&["volume", "m.gltf", "--unit", "mm", "--resolution", "16"]).code(0).warns(&[
         "m.gltf",
         "states m",
-        "the model is 1 × 1 × 1 m, and would be 1 × 1 × 1 mm",
+        "the model is 1 × 1 × 1 m, not 1 × 1 × 1 mm",
         "ldi-ops convert m.gltf -o FILE.stl",
     ]);
     let run = folder.run(&["convert", "m.gltf", "-o", "m.obj", "--unit", "mm"]).code(0);
-    run.warns(&["m.gltf", "states m", "would be 1 × 1 × 1 mm"]);
+    run.warns(&["m.gltf", "states m", "not 1 × 1 × 1 mm"]);
     let both = |unit| folder.json(&["intersect", "m.gltf", "m.gltf", "--unit", unit, "--resolution", "16"]);
     assert_eq!(warning_codes(&both("mm")), ["unit-ignored", "unit-ignored"]);
     assert!(warning_codes(&both("m")).is_empty());
