@@ -1,4 +1,4 @@
-//! Values with their errors.
+//! Values with errors and units.
 
 use std::fmt;
 
@@ -7,13 +7,13 @@ use crate::mesh::LengthUnit;
 use crate::number::{number, plain};
 use crate::unit;
 
-/// A value, its error and its unit. `Display` prints as many digits as the error leaves meaning to: `317.118 ± 0.094 mm³`.
+/// A value, its error and its unit. `Display` prints only the digits that the error makes significant: `317.118 ± 0.094 mm³`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Estimate {
     /// The value, in `unit` to the power of `power`.
     pub value: f64,
-    /// The bound of the rounding of an exact value; of an estimate its error estimate, which is no bound.
+    /// The rounding bound of an exact value; for an estimate, an error estimate, which is not a bound.
     pub error: f64,
     /// The method.
     pub method: Method,
@@ -21,7 +21,7 @@ pub struct Estimate {
     pub possible: [f64; 2],
     /// The unit of length, where it is known.
     pub unit: Option<LengthUnit>,
-    /// The power of the unit: 3 of a volume.
+    /// The power of the unit: 3 for a volume.
     pub power: u32,
     is_unresolved: bool,
 }
@@ -32,7 +32,7 @@ impl Estimate {
         Estimate { value, error, method, possible, unit, power: 3, is_unresolved: volume.is_unresolved() }
     }
 
-    /// Returns whether no ray met the result, so that `possible` is all that is known.
+    /// Returns whether no ray met the result, so that only `possible` is known.
     pub fn is_unresolved(&self) -> bool {
         self.is_unresolved
     }
@@ -55,14 +55,14 @@ impl fmt::Display for Estimate {
     }
 }
 
-/// Returns a value with as many digits as its error leaves meaning to, and the error with two.
+/// Returns a value with the digits that its error makes significant, and the error with two digits.
 pub fn with_error(value: f64, error: f64) -> (String, String) {
     // The rounding of f64 is not an error worth stating.
     let error = if error <= 4.0 * f64::EPSILON * value.abs() { 0.0 } else { error };
     if !(error > 0.0 && error.is_finite() && value.is_finite()) {
         return (number(value), number(error));
     }
-    // Digits after the point at which the error has two.
+    // The number of decimals at which the error has two digits.
     let digits = 1 - error.log10().floor() as i32;
     if plain(value.abs().max(error)) && (-3..=9).contains(&digits) {
         let digits = digits.max(0) as usize;
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_has_the_digits_that_its_error_leaves() {
+    fn values_have_the_digits_that_their_error_makes_significant() {
         assert_eq!(written(523.598_776, 0.0123), "523.599 ± 0.012");
         assert_eq!(written(523_598.776, 123.0), "523599 ± 123");
         assert_eq!(written(1.5e-30, 2.5e-33), "1.5000e-30 ± 2.5e-33");

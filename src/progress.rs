@@ -1,4 +1,4 @@
-//! Progress of long operations, and the way to stop them.
+//! Progress and cancellation of long operations.
 
 use std::fmt::Display;
 use std::ops::ControlFlow;
@@ -9,16 +9,16 @@ use crate::Error;
 
 /// A listener to a long operation. All methods may be called from any thread.
 pub trait Progress: Sync {
-    /// Takes the stage that runs and how many of its steps are done; `total` is 0 where their number is not known. It is called
-    /// at every step, and every 50 ms without one. The answer `Break` stops the operation, which then ends with
-    /// [`Error::Cancelled`] within 0.2 s and leaves no file.
+    /// Receives the current stage, and the number of steps that are done of `total`, which is 0 if unknown. The operation calls
+    /// it at every step, and every 50 ms between steps. If it returns `Break`, the operation ends with [`Error::Cancelled`] within
+    /// 0.2 s and leaves no file.
     fn update(&self, stage: &str, done: u64, total: u64) -> ControlFlow<()>;
 
-    /// Takes a line about the course of the operation: times and counts.
+    /// Receives a line about the operation: times and counts.
     fn detail(&self, _line: &str) {}
 }
 
-/// The operation's end of a [`Progress`]: counts steps over all stages and remembers a request to stop.
+/// The sender of an operation's [`Progress`]: counts steps over all stages and remembers a request to stop.
 pub struct Monitor<'p> {
     listener: Option<&'p dyn Progress>,
     state: Mutex<State>,
@@ -54,13 +54,13 @@ impl<'p> Monitor<'p> {
         self.change(|state| state.done += 1)
     }
 
-    /// Counts all steps up to this number as done, where an operation has failed that was to do them.
+    /// Counts all steps up to this number as done, after the operation that should have done them failed.
     #[cfg(feature = "report")]
     pub(crate) fn catch_up(&self, steps: usize) -> Result<(), Error> {
         self.change(|state| state.done = state.done.max(steps as u64))
     }
 
-    /// Passes a line on.
+    /// Sends a line to the listener.
     pub fn detail(&self, line: impl Display) {
         if let Some(listener) = self.listener {
             listener.detail(&line.to_string());
@@ -72,7 +72,7 @@ impl<'p> Monitor<'p> {
         self.change(|_| {})
     }
 
-    /// Returns the flag that is raised when the listener stops the operation.
+    /// Returns the flag that is set when the listener stops the operation.
     pub(crate) fn stop_flag(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.is_stopped)
     }
@@ -95,7 +95,7 @@ impl<'p> Monitor<'p> {
 mod tests {
     use super::*;
 
-    /// Stops at the third update.
+    /// A listener that stops the operation at the third update.
     struct Listener(Mutex<Vec<(String, u64, u64)>>);
 
     impl Progress for Listener {
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_listener_hears_of_stages_and_stops_the_operation() {
+    fn a_listener_receives_stages_and_stops_the_operation() {
         let listener = Listener(Mutex::default());
         let monitor = Monitor::new(Some(&listener));
         assert_eq!(monitor.expect(2), Ok(()));

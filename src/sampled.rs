@@ -23,7 +23,7 @@ use crate::mesh::{LengthUnit, Precision, TriangleMesh};
 use crate::voxels;
 use crate::{Error, Estimate, Monitor, Progress, Warning};
 
-/// The images of a shape along the requested axes, with the settings and inputs they were made from.
+/// The images of a shape along the requested axes, with their settings and inputs.
 #[derive(Debug)]
 pub struct Sampled {
     measured: Measured,
@@ -32,20 +32,20 @@ pub struct Sampled {
 /// The first and second moments of a solid of unit density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolidMoments {
-    /// The centre of mass, in units of length; not a number where there is no volume.
+    /// The centre of mass, in units of length; NaN where there is no volume.
     pub centroid: DVec3,
     /// The inertia about the centroid, in fifth powers of the unit of length.
     pub inertia: DMat3,
 }
 
-/// Voxels: whether each lattice node is inside.
+/// Voxels: the inside state of each lattice node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Voxels {
     /// Voxels along x, y and z.
     pub size: [usize; 3],
     /// The centre of the first voxel.
     pub origin: DVec3,
-    /// The distance of centres.
+    /// The distance between neighbouring centres.
     pub spacing: f64,
     /// 1 inside and 0 outside, of voxel (x, y, z) at `(x · size[1] + y) · size[2] + z`.
     pub values: Vec<u8>,
@@ -56,12 +56,12 @@ impl Sampled {
         Sampled { measured }
     }
 
-    /// Returns the volume, from the images.
+    /// Returns the volume of the images.
     pub fn volume(&self) -> Estimate {
         self.measured.estimate()
     }
 
-    /// Returns the surface area: that of the mesh of the images, in square units.
+    /// Returns the surface area of the mesh of the images, in square units.
     ///
     /// # Errors
     /// Those of [`surface`](Sampled::surface).
@@ -91,10 +91,10 @@ impl Sampled {
         self.measured.unit
     }
 
-    /// Returns the surface of the solid, to be written or taken as a mesh. Nothing is computed yet.
+    /// Returns the surface of the solid, which can be written or returned as a mesh. It is not computed yet.
     ///
     /// # Errors
-    /// Images that were not made along all three axes.
+    /// Images that do not cover all three axes.
     pub fn surface(&self) -> Result<SurfaceMesh<'_>, Error> {
         match self.measured.images.len() {
             3 => Ok(SurfaceMesh { measured: &self.measured, finish: Finish::default(), progress: None }),
@@ -102,7 +102,7 @@ impl Sampled {
         }
     }
 
-    /// Returns the lattice nodes inside, as dense voxels.
+    /// Returns the inside state of all lattice nodes, as dense voxels.
     pub fn voxels(&self) -> Voxels {
         let planes = NodePlanes::new(&self.measured.images, self.measured.mode);
         let planes = planes.expect("the images are of one grid");
@@ -122,11 +122,11 @@ impl Sampled {
         Voxels { size, origin, spacing: grid.pitch(), values }
     }
 
-    /// Writes the images (`.npz`), the voxels (`.vti`, `.npy`) or the surface (mesh formats), by the extension of the file,
-    /// which appears whole or not at all.
+    /// Writes the images (`.npz`), the voxels (`.vti`, `.npy`) or the surface (mesh formats), by the extension of the file.
+    /// The file is written completely or not at all.
     ///
     /// # Errors
-    /// Extensions that are not known, files that cannot be written, and surfaces that cannot be made.
+    /// Unknown extensions, files that cannot be written, and surfaces that cannot be contoured.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Error> {
         let path = path.as_ref();
         #[cfg(feature = "npz")]
@@ -146,7 +146,7 @@ impl Sampled {
         self.surface()?.write(path).map(drop)
     }
 
-    /// Returns remarks on the solids and on the result.
+    /// Returns warnings about the solids and the result.
     pub fn warnings(&self) -> &[Warning] {
         &self.measured.warnings
     }
@@ -172,13 +172,13 @@ impl<'s> SurfaceMesh<'s> {
         self
     }
 
-    /// Leaves out parts of less than a share of the volume.
+    /// Drops parts with less than a share of the volume.
     pub fn without_parts_below(mut self, share: f64) -> Self {
         self.finish.least_part = Some(share);
         self
     }
 
-    /// Sets the listener that hears of stages and may stop the work.
+    /// Sets the listener that receives the progress and may stop the operation.
     pub fn progress(mut self, progress: &'s dyn Progress) -> Self {
         self.progress = Some(progress);
         self
@@ -187,12 +187,12 @@ impl<'s> SurfaceMesh<'s> {
     /// Returns the mesh, in `f64`.
     ///
     /// # Errors
-    /// Meshes that do not fit into memory, and results whose mesh is no manifold.
+    /// Meshes that do not fit into memory, and results whose mesh is not a manifold.
     pub fn mesh(&self) -> Result<TriangleMesh, Error> {
         self.run(|monitor| Ok(surface::mesh(&self.measured.imaged(), self.finish, Precision::Double, monitor)?.0))
     }
 
-    /// Writes the mesh, in the format of the extension; the file appears whole or not at all.
+    /// Writes the mesh, in the format of the extension. The file is written completely or not at all.
     ///
     /// # Errors
     /// Those of [`mesh`](SurfaceMesh::mesh), files that cannot be written, and meshes that are empty or whose volume is far

@@ -8,17 +8,17 @@ use crate::length::Length;
 use crate::progress::{Monitor, Progress};
 use crate::sampler::{FillRule, Mode};
 
-/// The axes that images are made along.
+/// The axes of the images.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Axes {
-    /// X alone.
+    /// Only x.
     X,
-    /// Y alone.
+    /// Only y.
     Y,
-    /// Z alone.
+    /// Only z.
     Z,
-    /// All three, which a surface needs and which give the best volume.
+    /// All three axes. A surface needs them, and they give the best volume.
     #[default]
     All,
 }
@@ -34,13 +34,13 @@ impl Axes {
     }
 }
 
-/// Default number of rays along the longest side.
+/// The default number of rays along the longest side.
 const DEFAULT_RAYS: u32 = 512;
 
-/// Voxels along each ray (LOD-C) of over- and under-estimates.
+/// The default number of voxels along each ray (LOD-C) of over- and under-estimates.
 const DEFAULT_LOD: u32 = 1024;
 
-/// The settings of an operation: raster, axes, mode, fill rule, device, threads, memory and progress. None needs to be given.
+/// The settings of an operation: raster, axes, mode, fill rule, device, threads, memory and progress. Each has a default.
 ///
 /// ```
 /// use ldi_ops::{Axes, Backend, FillRule, Mode, Settings};
@@ -70,18 +70,18 @@ impl Default for Settings<'_> {
 }
 
 impl<'p> Settings<'p> {
-    /// Returns settings with so many rays along the longest side of the common box.
+    /// Returns settings with a number of rays along the longest side of the common box.
     pub fn rays(rays: u32) -> Settings<'p> {
         Settings::with_spacing(Spacing::Resolution(rays))
     }
 
-    /// Returns settings with a distance of rays, in the unit of the first solid.
+    /// Returns settings with a pitch, in the unit of the first solid.
     pub fn pitch(pitch: f64) -> Settings<'p> {
         Settings::with_spacing(Spacing::Pitch(pitch))
     }
 
     /// Returns settings whose raster is refined until the error estimate is below this share of the volume. Sums and offsets
-    /// take no tolerance.
+    /// do not accept a tolerance.
     pub fn tolerance(share: f64) -> Settings<'p> {
         Settings::with_spacing(Spacing::Tolerance(share))
     }
@@ -110,7 +110,7 @@ impl<'p> Settings<'p> {
         Settings { axes, ..self }
     }
 
-    /// Sets the fill rule: which winding numbers are inside.
+    /// Sets the fill rule, which decides which winding numbers are inside.
     pub fn fill(self, fill: FillRule) -> Self {
         Settings { fill, ..self }
     }
@@ -125,17 +125,17 @@ impl<'p> Settings<'p> {
         Settings { lod, ..self }
     }
 
-    /// Sets the number of threads; 0 is one for each processor.
+    /// Sets the number of threads; 0 means one for each processor.
     pub fn threads(self, threads: usize) -> Self {
         Settings { threads, ..self }
     }
 
-    /// Sets the most bytes that the process may hold; a share of the free memory without it.
+    /// Sets the most bytes that the process may hold; the default is a share of the free memory.
     pub fn memory_limit(self, bytes: u64) -> Self {
         Settings { memory: Some(bytes), ..self }
     }
 
-    /// Sets the listener that hears of stages and may stop the operation.
+    /// Sets the listener that receives the progress and may stop the operation.
     pub fn progress(self, progress: &'p dyn Progress) -> Self {
         Settings { progress: Some(progress), ..self }
     }
@@ -191,7 +191,9 @@ impl<'p> Settings<'p> {
     pub(crate) fn sum_job(&self, operation: SumOperation<Length>, keep: Keep) -> Result<SumJob, Error> {
         self.check()?;
         if let Spacing::Tolerance(_) = self.spacing {
-            return Err(Error::Usage("sums and offsets take no tolerance; set the resolution or the pitch".to_owned()));
+            return Err(Error::Usage(
+                "sums and offsets do not accept a tolerance; set the resolution or the pitch".to_owned(),
+            ));
         }
         Ok(SumJob {
             operation,

@@ -20,9 +20,8 @@ use crate::{Error, Estimate, Monitor, Sampled, Settings, Solid, Warning, excerpt
 
 /// An expression over solids: Booleans, Minkowski sums and differences, offsets, openings and closings. Cheap to clone.
 ///
-/// Nothing is computed until [`sample`](Shape::sample) or [`volume`](Shape::volume) is called. Booleans of solids
-/// are one pass over all images. A sum or an offset within another operation is first made into a mesh, on the raster of the
-/// settings.
+/// [`sample`](Shape::sample) and [`volume`](Shape::volume) compute the expression. They evaluate nested Booleans in one pass over
+/// all images. A sum or an offset within another operation is first contoured into a mesh, on the raster of the settings.
 ///
 /// ```no_run
 /// # fn main() -> Result<(), ldi_ops::Error> {
@@ -49,7 +48,7 @@ enum Node {
     Sum(SumOperation<Length>, Vec<Shape>),
 }
 
-/// Drops the operands one after another: chains of operations may be longer than the stack is deep.
+/// Drops the operands iteratively, as the recursion of a long chain of operations could overflow the stack.
 impl Drop for Node {
     fn drop(&mut self) {
         let mut pending = self.take_operands();
@@ -125,53 +124,53 @@ impl Shape {
         Shape { node: Arc::new(Node::Sum(operation, operands)) }
     }
 
-    /// Returns the points in both.
+    /// Returns the intersection: the points in both shapes.
     pub fn intersect(&self, other: impl Into<Shape>) -> Shape {
         Shape::combined(BooleanOperation::Intersection, self, other.into())
     }
 
-    /// Returns the points in either.
+    /// Returns the union: the points in either shape.
     pub fn union(&self, other: impl Into<Shape>) -> Shape {
         Shape::combined(BooleanOperation::Union, self, other.into())
     }
 
-    /// Returns the points in this one and not in the other.
+    /// Returns the difference: the points in this shape and not in the other.
     pub fn difference(&self, other: impl Into<Shape>) -> Shape {
         Shape::combined(BooleanOperation::Difference, self, other.into())
     }
 
-    /// Returns the points in exactly one of the two.
+    /// Returns the symmetric difference: the points in exactly one of the shapes.
     pub fn xor(&self, other: impl Into<Shape>) -> Shape {
         Shape::combined(BooleanOperation::Xor, self, other.into())
     }
 
-    /// Returns the Minkowski sum: all sums of a point of this one and a point of the other.
+    /// Returns the Minkowski sum: all sums of a point of this shape and a point of the other.
     pub fn minkowski_sum(&self, other: impl Into<Shape>) -> Shape {
         Shape::summed(SumOperation::Sum(Operand::AsItIs), vec![self.clone(), other.into()])
     }
 
-    /// Returns the Minkowski difference: all displacements by which the other lies within this one.
+    /// Returns the Minkowski difference: all displacements that move the other shape into this one.
     pub fn minkowski_difference(&self, other: impl Into<Shape>) -> Shape {
         Shape::summed(SumOperation::Difference(Operand::AsItIs), vec![self.clone(), other.into()])
     }
 
-    /// Returns all points within a distance; a negative one takes away all that is so near to the outside. The length is in the
-    /// unit of the solid.
+    /// Returns the offset: all points within a distance of the shape. A negative distance removes all points within it of the
+    /// outside. The distance is in the unit of the solid.
     pub fn offset(&self, distance: f64) -> Shape {
         Shape::summed(SumOperation::Offset(Length { value: distance, unit: None }), vec![self.clone()])
     }
 
-    /// Returns the opening: all points of balls of a radius that lie within. Parts thinner than the ball go.
+    /// Returns the opening: the union of all balls of a radius inside the shape. It removes parts thinner than the ball.
     pub fn open(&self, radius: f64) -> Shape {
         Shape::summed(SumOperation::Opening(Length { value: radius, unit: None }), vec![self.clone()])
     }
 
-    /// Returns the closing: all points that no ball of a radius in the outside covers. Gaps narrower than the ball are filled.
+    /// Returns the closing: all points outside all balls of a radius that avoid the shape. It fills gaps narrower than the ball.
     pub fn close(&self, radius: f64) -> Shape {
         Shape::summed(SumOperation::Closing(Length { value: radius, unit: None }), vec![self.clone()])
     }
 
-    /// Makes the images of the shape.
+    /// Samples the shape: makes its images.
     ///
     /// # Errors
     /// Solids that the fill rule or the operation does not allow, rasters that do not fit into memory, devices that are missing
@@ -181,8 +180,7 @@ impl Shape {
         Ok(Sampled::new(measured))
     }
 
-    /// Returns the best volume that can be known: exact where that is possible, else an estimate from images;
-    /// [`Estimate::method`] tells which.
+    /// Returns the best available volume: exact where possible, else an estimate from images; [`Estimate::method`] states which.
     ///
     /// # Errors
     /// Those of [`sample`](Shape::sample).
@@ -217,7 +215,7 @@ impl Shape {
         }
     }
 
-    /// Returns one expression, and its operands that are no Booleans, each of them once.
+    /// Returns nested Booleans as one expression, and its other operands, each once.
     fn flattened(&self) -> (Expression, Vec<Shape>) {
         let mut indices = HashMap::new();
         let mut operands = Vec::new();
@@ -285,7 +283,7 @@ fn solids_of(
 fn finished(mut measured: Measured, mut warnings: Vec<Warning>) -> Result<Measured, Error> {
     warnings.append(&mut measured.warnings);
     measured.warnings = warnings;
-    measured.look_over();
+    measured.add_warnings();
     Ok(measured)
 }
 

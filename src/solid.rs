@@ -1,4 +1,4 @@
-//! Solids as users make them.
+//! Solids: checked closed meshes with name, unit and placement.
 
 use std::fmt;
 use std::ops::Deref;
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 
-use crate::driver::input::{self, InputRequirements, Sides, load, made};
+use crate::driver::input::{self, InputRequirements, Sides, load, solid_of_mesh};
 use crate::driver::job::{Input, Openness};
 use crate::mesh::{Aabb, LengthUnit, TriangleMesh};
 use crate::sampler::FillRule;
@@ -23,7 +23,7 @@ const CLOSED: InputRequirements = InputRequirements {
 
 /// A checked closed mesh with name, unit and placement. Cheap to clone.
 ///
-/// A solid is a [`Shape`]: all operations of shapes are its own.
+/// A solid dereferences to a [`Shape`] and has all its operations.
 ///
 /// ```
 /// use ldi_ops::{Settings, Solid, Unit, solids};
@@ -60,7 +60,7 @@ impl Solid {
     ) -> Result<Solid, Error> {
         let positions = positions.into_iter().map(Into::into).collect();
         let mesh = TriangleMesh { positions, triangles: triangles.into_iter().collect() };
-        Ok(Solid::from_inner(made(mesh, Path::new("mesh"), CLOSED)?))
+        Ok(Solid::from_inner(solid_of_mesh(mesh, Path::new("mesh"), CLOSED)?))
     }
 
     fn from_inner(inner: input::Solid) -> Solid {
@@ -77,7 +77,7 @@ impl Solid {
         Solid::from_inner(self.inner)
     }
 
-    /// Returns the solid with the unit of its coordinates, which it does not change. A unit that its file states stays.
+    /// Returns the solid with the unit of its coordinates, which stay the same. A unit that the file states takes precedence.
     pub fn unit(mut self, unit: LengthUnit) -> Solid {
         self.inner.unit = self.inner.unit.or(Some(unit));
         Solid::from_inner(self.inner)

@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-/// A remark on a result that did not stop the operation. `Display` is the message.
+/// A remark on a result of an operation that succeeded. `Display` is the message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "report", derive(serde::Serialize))]
 pub struct Warning {
-    /// A name that does not change, for programs: `thinner-than-pitch`.
+    /// A stable name for programs: `thinner-than-pitch`.
     pub code: &'static str,
-    /// One sentence or more, with the size of the effect and the file where there is one.
+    /// The fact, the size of its effect, the option that changes it, and the file if there is one.
     pub message: String,
 }
 

@@ -1,4 +1,4 @@
-//! Where images are made: where it was asked for, or where `auto` chooses, and why there.
+//! The choice of the device that samples: the requested one, or the one that `auto` chooses, with the reason.
 
 use std::cell::OnceCell;
 use std::fmt;
@@ -12,15 +12,15 @@ use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{Estimate, FillRule, MaskIntersection, Mode, SampleError, Sampler};
 use crate::{Error, Warning};
 
-/// Triangles and expected crossings for each thread of the CPU from which on `auto` looks for a GPU.
+/// Triangles and expected crossings per CPU thread from which `auto` looks for a GPU.
 ///
-/// It follows from two figures and was not measured on a GPU: opening a device and compiling its shaders takes 0.1 to 0.3 s,
-/// in which each thread of the CPU goes through 15 million crossings of 20 ns.
+/// This is an estimate; it has not been measured on hardware. Opening a device and compiling its shaders takes 0.1 to 0.3 s, in
+/// which each CPU thread processes up to 15 million crossings of 20 ns.
 pub const LARGE_WORK: f64 = 15e6;
 
-/// A GPU that is open.
+/// An open GPU.
 pub struct Gpu {
-    /// What it is called in results.
+    /// The name in results.
     pub name: String,
     /// The sampler of its device.
     pub sampler: Box<dyn MaskIntersection>,
@@ -39,62 +39,63 @@ pub struct GpuDevice {
     pub driver: String,
     /// The largest buffer.
     pub largest_buffer: u64,
-    /// Largest part of a buffer that a shader can access at once.
+    /// The largest part of a buffer that a shader can access at once.
     pub largest_binding: u64,
-    /// Number of buffers that a shader can access at once.
+    /// The number of buffers that a shader can access at once.
     pub bindings: u32,
-    /// Most invocations of a workgroup.
+    /// The most invocations of a workgroup.
     pub workgroup: u32,
-    /// Memory that a workgroup shares.
+    /// The memory that a workgroup shares.
     pub workgroup_memory: u32,
     /// True if shaders have native 64-bit integers.
     pub int64: bool,
-    /// Whether shaders can be timed on the device.
+    /// True if shaders can be timed on the device.
     pub timestamps: bool,
 }
 
-/// The samplers of one run. A device is opened once, whatever the number of images.
+/// The samplers of one run. It opens a device once for all images.
 pub struct Backends {
     cpu: CpuSampler,
-    asked: Asked,
+    request: Request,
 }
 
-enum Asked {
+/// The requested device.
+enum Request {
     Cpu,
     Gpu(Gpu),
-    /// What `auto` found when it looked for a GPU; it looks when the first large work comes, as looking takes time.
+    /// The result of the search for a GPU, which takes time and starts at the first large work.
     Auto(OnceCell<Found>),
 }
 
-/// What `auto` found.
+/// The result of the search for a GPU.
 enum Found {
     Gpu {
         gpu: WithCpu,
         reason: String,
     },
-    /// No GPU, and why.
+    /// The reason why there is no GPU.
     Nothing(String),
     /// A GPU that could not be opened.
     Broken(DeviceError),
 }
 
 impl Backends {
-    /// Opens the device that was asked for. `auto` opens none yet.
+    /// Opens the requested device. `auto` opens none yet.
     pub fn open(backend: &Backend) -> Result<Backends, Error> {
-        let asked = match backend {
-            Backend::Auto => Asked::Auto(OnceCell::new()),
-            Backend::Cpu => Asked::Cpu,
-            Backend::Gpu(wanted) => Asked::Gpu(gpu::open(wanted.as_deref())?),
+        let request = match backend {
+            Backend::Auto => Request::Auto(OnceCell::new()),
+            Backend::Cpu => Request::Cpu,
+            Backend::Gpu(name) => Request::Gpu(gpu::open(name.as_deref())?),
         };
-        Ok(Backends { cpu: CpuSampler::default(), asked })
+        Ok(Backends { cpu: CpuSampler::default(), request })
     }
 
-    /// The sampler for work of a size; `work` counts triangles and crossings.
+    /// Returns the sampler for some work; `work` counts triangles and crossings.
     pub fn choose(&self, work: impl FnOnce() -> f64) -> Choice<'_> {
-        match &self.asked {
-            Asked::Cpu => Choice::Cpu { cpu: &self.cpu, auto: None },
-            Asked::Gpu(gpu) => Choice::Gpu(gpu),
-            Asked::Auto(found) => {
+        match &self.request {
+            Request::Cpu => Choice::Cpu { cpu: &self.cpu, auto: None },
+            Request::Gpu(gpu) => Choice::Gpu(gpu),
+            Request::Auto(found) => {
                 if let Some(absent) = gpu::ABSENT {
                     return self.auto_cpu(absent.to_owned());
                 }
@@ -102,7 +103,7 @@ impl Backends {
                 if work < LARGE_WORK * rayon::current_num_threads() as f64 {
                     return self.auto_cpu(format!("{} are too few to open a GPU for", crossings(work)));
                 }
-                match found.get_or_init(look) {
+                match found.get_or_init(find_gpu) {
                     Found::Gpu { gpu, reason } => Choice::AutoGpu { gpu, reason },
                     Found::Nothing(reason) => self.auto_cpu(reason.clone()),
                     Found::Broken(fault) => Choice::Cpu { cpu: &self.cpu, auto: Some(Auto::after(fault)) },
@@ -116,12 +117,12 @@ impl Backends {
     }
 }
 
-/// A size of work, for people.
+/// Returns a size of work as text.
 pub fn crossings(work: f64) -> String {
     format!("{:.1} million triangles and crossings", work / 1e6)
 }
 
-fn look() -> Found {
+fn find_gpu() -> Found {
     match gpu::automatic() {
         Err(reason) => Found::Nothing(reason),
         Ok(automatic) => match automatic.open() {
@@ -131,22 +132,22 @@ fn look() -> Found {
     }
 }
 
-/// What some images are to be made by.
+/// The chosen device.
 pub enum Choice<'b> {
     /// The processor.
     Cpu {
         /// Its sampler.
         cpu: &'b CpuSampler,
-        /// Absent where the CPU was asked for.
+        /// The choice of `auto`; `None` where the CPU was requested.
         auto: Option<Auto>,
     },
-    /// The GPU that was asked for.
+    /// The requested GPU.
     Gpu(&'b Gpu),
     /// The GPU that `auto` chose.
     AutoGpu {
-        /// The GPU, with the CPU behind it.
+        /// The GPU, with the CPU as its fallback.
         gpu: &'b WithCpu,
-        /// The reason, for people.
+        /// The reason, as text.
         reason: &'b str,
     },
 }
@@ -161,12 +162,12 @@ impl Choice<'_> {
         }
     }
 
-    /// Whether images are made where it takes time to bring them back, so that sums are better made there, too.
+    /// Returns whether the device is a GPU. Transferring images from it takes time, so sums are better computed on it.
     pub fn is_gpu(&self) -> bool {
         !matches!(self, Choice::Cpu { .. })
     }
 
-    /// Where the images were made, as far as they have been.
+    /// Returns the device that has made the images so far.
     pub fn ran(&self) -> Ran {
         match self {
             Choice::Cpu { auto, .. } => Ran { gpu: None, auto: auto.clone() },
@@ -182,23 +183,22 @@ impl Choice<'_> {
     }
 }
 
-/// Where the images of a result were made.
+/// The device that made the images of a result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ran {
-    /// The GPU's name; nothing for the CPU.
+    /// The name of the GPU; `None` for the CPU.
     pub gpu: Option<String>,
-    /// Absent where it was asked for.
+    /// The choice of `auto`; `None` where the device was requested.
     pub auto: Option<Auto>,
 }
 
 impl Ran {
-    /// The name of the backend, as the flag takes it.
+    /// Returns the name of the backend, as `--backend` takes it.
     pub fn backend(&self) -> &'static str {
         if self.gpu.is_some() { "gpu" } else { "cpu" }
     }
 }
 
-/// For people.
 impl fmt::Display for Ran {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match &self.gpu {
@@ -212,48 +212,49 @@ impl fmt::Display for Ran {
     }
 }
 
-/// Why `auto` chose what it chose.
+/// The choice of `auto`, explained.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Auto {
-    /// The reason, for people.
+    /// The reason, as text.
     pub reason: String,
-    /// Said where a GPU was chosen and did not serve.
+    /// The warning that the chosen GPU failed.
     pub warning: Option<Warning>,
 }
 
 impl Auto {
-    /// The CPU, after a GPU that was chosen could not be opened or gave up.
+    /// Returns the choice of the CPU after the chosen GPU could not be opened or failed.
     fn after(fault: &DeviceError) -> Auto {
-        let warning = Warning::new("gpu-failed", format!("{fault}; --backend auto went on with the CPU"));
+        let warning =
+            Warning::new("gpu-failed", format!("{fault}; --backend auto continued on the CPU, with the same results"));
         Auto { reason: format!("the GPU failed: {fault}"), warning: Some(warning) }
     }
 }
 
-/// A GPU that nobody insists on: when it fails, the CPU makes the image, and all later ones. The bits are the same.
+/// A GPU that `auto` chose. When it fails, the CPU makes this image and all later ones, with the same bits.
 pub struct WithCpu {
     gpu: Gpu,
     fault: OnceCell<DeviceError>,
 }
 
 impl WithCpu {
-    fn make<T>(&self, make: impl Fn(&dyn MaskIntersection) -> Result<T, SampleError>) -> Result<T, SampleError> {
+    fn run<T>(&self, operation: impl Fn(&dyn MaskIntersection) -> Result<T, SampleError>) -> Result<T, SampleError> {
         if self.fault.get().is_none() {
-            match make(self.gpu.sampler.as_ref()) {
-                Err(SampleError::Device(fault)) => self.fault.set(fault).expect("there was none a moment ago"),
-                made => return made,
+            match operation(self.gpu.sampler.as_ref()) {
+                Err(SampleError::Device(fault)) => self.fault.set(fault).expect("no fault is recorded yet"),
+                result => return result,
             }
         }
-        make(&CpuSampler::default())
+        operation(&CpuSampler::default())
     }
 }
 
 impl Sampler for WithCpu {
     fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Ldi, SampleError> {
-        self.make(|sampler| sampler.sample(solid, axis, mode, fill))
+        self.run(|sampler| sampler.sample(solid, axis, mode, fill))
     }
 
     fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: FillRule) -> Result<Ldi, SampleError> {
-        self.make(|sampler| sampler.sample_surface(solid, axis, fill))
+        self.run(|sampler| sampler.sample_surface(solid, axis, fill))
     }
 
     fn volume_sums(
@@ -263,7 +264,7 @@ impl Sampler for WithCpu {
         mode: Mode,
         fill: FillRule,
     ) -> Result<VolumeSums, SampleError> {
-        self.make(|sampler| sampler.volume_sums(solid, axis, mode, fill))
+        self.run(|sampler| sampler.volume_sums(solid, axis, mode, fill))
     }
 }
 
@@ -275,7 +276,7 @@ impl MaskIntersection for WithCpu {
         estimate: Estimate,
         fill: FillRule,
     ) -> Result<Ldi, SampleError> {
-        self.make(|sampler| sampler.sample_intersection(solids, axis, estimate, fill))
+        self.run(|sampler| sampler.sample_intersection(solids, axis, estimate, fill))
     }
 
     fn intersection_sums(
@@ -285,7 +286,7 @@ impl MaskIntersection for WithCpu {
         estimate: Estimate,
         fill: FillRule,
     ) -> Result<VolumeSums, SampleError> {
-        self.make(|sampler| sampler.intersection_sums(solids, axis, estimate, fill))
+        self.run(|sampler| sampler.intersection_sums(solids, axis, estimate, fill))
     }
 }
 
@@ -301,7 +302,7 @@ mod tests {
 
     use super::*;
 
-    /// Does some images and is lost then.
+    /// A sampler that makes some images, and then loses its device.
     struct Faltering {
         left: Rc<Cell<u32>>,
     }
@@ -339,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cpu_takes_over_from_a_gpu_of_autos_choice_that_gives_up() {
+    fn the_cpu_takes_over_from_a_failed_gpu_that_auto_chose() {
         let closed = ClosedMesh::check(solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap()).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), 8, 1024).unwrap();
         let solid = grid.quantise(&closed).unwrap();
@@ -355,11 +356,11 @@ mod tests {
         assert_eq!((ran.backend(), left.get()), ("cpu", 0));
         let warning = ran.auto.and_then(|auto| auto.warning).unwrap();
         assert!(warning.message.contains("A card was lost: pulled out"), "{}", warning.message);
-        assert!(warning.message.contains("went on with the CPU"), "{}", warning.message);
+        assert!(warning.message.contains("continued on the CPU"), "{}", warning.message);
     }
 
     #[test]
-    fn small_work_stays_on_the_cpu_without_a_look_at_adapters() {
+    fn small_work_stays_on_the_cpu_without_a_search_for_adapters() {
         let backends = Backends::open(&Backend::Auto).unwrap();
         let ran = backends.choose(|| 1.26e6).ran();
         assert_eq!(ran.backend(), "cpu");
@@ -369,7 +370,7 @@ mod tests {
             gpu::ABSENT.is_none(),
             "{reason}"
         );
-        let Asked::Auto(found) = &backends.asked else { panic!("nothing else was asked for") };
+        let Request::Auto(found) = &backends.request else { panic!("the request is `auto`") };
         assert!(found.get().is_none());
     }
 }

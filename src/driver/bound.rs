@@ -1,4 +1,4 @@
-//! How far a simplified mesh may lie from what it was, as it is typed: `0.1h`, `0.02` or `20um`.
+//! The bound of a simplification: the distance by which the surface may move, typed as `0.1h`, `0.02` or `20um`.
 
 use std::str::FromStr;
 
@@ -11,7 +11,7 @@ use crate::mesh::LengthUnit;
 pub enum Bound {
     /// In pitches.
     Pitches(f64),
-    /// In file units, or in one of its own.
+    /// In file units, or in its own unit.
     Length(Length),
 }
 
@@ -29,16 +29,16 @@ impl FromStr for Bound {
     type Err = &'static str;
 
     fn from_str(text: &str) -> Result<Bound, &'static str> {
-        const WANTED: &str =
-            "a length above zero is wanted: 0.1h for a tenth of the pitch, 0.02 in file units, or 20um";
+        const INVALID: &str =
+            "expected a length above zero: 0.1h for a tenth of the pitch, 0.02 in file units, or 20um";
         let is_pitches = |text: &str| text.trim_end().ends_with(|c: char| c.is_ascii_digit() || c == '.');
         let (number, bound): (&str, fn(Length) -> Bound) = match text.trim().strip_suffix('h') {
             Some(pitches) if is_pitches(pitches) => (pitches, |length| Bound::Pitches(length.value)),
             _ => (text, Bound::Length),
         };
-        let length: Length = number.parse().map_err(|_| WANTED)?;
+        let length: Length = number.parse().map_err(|_| INVALID)?;
         let is_positive = length.value > 0.0 && length.value.is_finite();
-        if is_positive { Ok(bound(length)) } else { Err(WANTED) }
+        if is_positive { Ok(bound(length)) } else { Err(INVALID) }
     }
 }
 

@@ -1,4 +1,4 @@
-//! The bytes of a file.
+//! Reads whole files into memory.
 
 use std::io;
 use std::path::Path;
@@ -32,7 +32,7 @@ pub fn of_file(path: &Path) -> io::Result<Vec<u8>> {
     if machine::free_memory().is_some_and(|free| metadata.len() > free) {
         return Err(io::Error::new(io::ErrorKind::OutOfMemory, format!("its {length} bytes do not fit into memory")));
     }
-    // Room that the system would not give is refused here; only then are zeros asked for, which nobody has to write.
+    // Test the allocation first, as `vec!` aborts if it fails. `vec!` is still used, as the system provides zeroed pages.
     handled(|| Vec::<u8>::new().try_reserve_exact(length))?;
     let mut bytes = vec![0; length];
     bytes

@@ -1,4 +1,4 @@
-//! Whether the two fill rules see the same solid in a mesh.
+//! Comparison of the volumes that the two fill rules give a mesh.
 
 use super::input::Solid;
 use crate::grid::{Axis, Grid, LOD_RANGE};
@@ -7,10 +7,10 @@ use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Mode, Sampler};
 use crate::{Error, Warning};
 
-/// Rays along the longest side of the solid; enough to tell a tenth of a percent, as both rules are asked on the same rays.
+/// Rays along the longest side of the solid. Both rules use the same rays, so these resolve differences of 0.1 %.
 const RESOLUTION: u32 = 128;
 
-/// Differences above this share of the larger volume are told.
+/// Difference, as a share of the larger volume, above which there is a warning.
 const NOTEWORTHY: f64 = 1e-3;
 
 /// The volumes that the two rules give on the same rays.
@@ -23,9 +23,9 @@ pub struct FillDifference {
 }
 
 impl FillDifference {
-    /// Compares the rules on a coarse raster; nothing for a solid whose winding numbers mean nothing.
+    /// Returns the volumes under both rules on a coarse raster; `None` for a mesh that is not oriented or that no grid fits.
     ///
-    /// It is always the CPU that does it: it is done with so few rays before a GPU has compiled its shaders for them.
+    /// The CPU always samples here: it finishes so few rays before a GPU has compiled its shaders.
     pub fn of(solid: &Solid) -> Result<Option<FillDifference>, Error> {
         let Ok(grid) = Grid::with_resolution(solid.bounds(), RESOLUTION, *LOD_RANGE.start()) else { return Ok(None) };
         if !solid.is_oriented() {
@@ -38,13 +38,13 @@ impl FillDifference {
         Ok(Some(FillDifference { even_odd: volume(FillRule::EvenOdd)?, non_zero: volume(FillRule::NonZero)? }))
     }
 
-    /// How much the rules differ, as a share of the larger volume.
+    /// Returns the difference of the volumes, as a share of the larger one.
     pub fn share(&self) -> f64 {
         let largest = self.even_odd.abs().max(self.non_zero.abs());
         if largest == 0.0 { 0.0 } else { (self.even_odd - self.non_zero).abs() / largest }
     }
 
-    /// What to say of it where the rules differ by more than a tenth of a percent.
+    /// Returns a warning if the rules differ by more than 0.1 %.
     pub fn warning(&self, solid: &Solid, fill: FillRule) -> Option<Warning> {
         let FillDifference { even_odd, non_zero } = self;
         let used = match fill {

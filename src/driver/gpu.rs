@@ -1,41 +1,44 @@
-//! The GPUs of this machine, as the program sees them; `no_gpu.rs` takes this module's place in builds without them.
+//! Lists, chooses and opens the GPUs of this machine. Builds without the feature `gpu` use `no_gpu.rs` instead.
 
 use super::backend::{Gpu, GpuDevice};
 use crate::Error;
 use crate::gpu::{self, Adapter, AdapterKind, DeviceError};
 use crate::sampler::gpu::{GpuOptions, GpuSampler};
 
-/// Why this build can use no GPU, where it cannot.
+/// The reason why this build has no GPU sampler, if it has none.
 pub const ABSENT: Option<&str> = None;
 
-/// Opens the adapter of a name, or the first one whatever it is: who asks for a GPU by name or by flag gets it or an error.
-pub fn open(wanted: Option<&str>) -> Result<Gpu, Error> {
-    let (name, sampler) = sampler(wanted)?;
+/// Opens the adapter of a name, or the first adapter of any kind. A request by name or by flag never falls back to the CPU.
+pub fn open(requested: Option<&str>) -> Result<Gpu, Error> {
+    let (name, sampler) = sampler(requested)?;
     Ok(Gpu { name, sampler: Box::new(sampler) })
 }
 
-/// The sampler of such an adapter and what it is called in results, for those that do more on its device than sample.
-pub fn sampler(wanted: Option<&str>) -> Result<(String, GpuSampler), DeviceError> {
+/// Returns the name of such an adapter for results, and its sampler, whose device sums use for more than sampling.
+pub fn sampler(requested: Option<&str>) -> Result<(String, GpuSampler), DeviceError> {
     let adapters = gpu::adapters();
-    opened(gpu::choose(&adapters, wanted)?)
+    opened(gpu::choose(&adapters, requested)?)
 }
 
-/// The GPU that `auto` takes, not opened yet, with why it is that one; or why there is none.
+/// Returns the GPU that `auto` takes, not opened yet.
+///
+/// # Errors
+/// The reason why there is none.
 pub fn automatic() -> Result<Automatic, String> {
     choose(&gpu::adapters())
 }
 
-/// All adapters, and what `auto` would take of them or why nothing.
+/// Returns all adapters, and the reason why `auto` takes one of them or none.
 pub fn list() -> (Vec<GpuDevice>, Result<String, String>) {
     let adapters = gpu::adapters();
     let automatic = choose(&adapters).map(|automatic| automatic.reason);
     (adapters.into_iter().map(describe).collect(), automatic)
 }
 
-/// A choice that `auto` made.
+/// The adapter that `auto` takes.
 pub struct Automatic {
     adapter: Adapter,
-    /// The reason for this adapter, for people.
+    /// The reason for this adapter, as text.
     pub reason: String,
 }
 
@@ -47,8 +50,8 @@ impl Automatic {
     }
 }
 
-/// The first adapter that is certainly hardware. A software adapter loses to the CPU's own sampler, and of what says nothing
-/// of itself nothing is known.
+/// Returns the first adapter that is certainly hardware. The CPU sampler is faster than a software adapter, and an adapter of
+/// unknown kind may be one.
 fn choose(adapters: &[Adapter]) -> Result<Automatic, String> {
     let hardware = |adapter: &&Adapter| match adapter.kind {
         AdapterKind::Discrete | AdapterKind::Integrated | AdapterKind::Virtual => true,
@@ -60,9 +63,9 @@ fn choose(adapters: &[Adapter]) -> Result<Automatic, String> {
             Ok(Automatic { adapter: adapter.clone(), reason })
         }
         (None, Some(Adapter { name, kind: AdapterKind::Software, .. })) => {
-            Err(format!("{name} is no hardware, but software that the CPU's own sampler outruns"))
+            Err(format!("{name} is a software adapter, which is slower than the CPU sampler"))
         }
-        (None, Some(Adapter { name, .. })) => Err(format!("{name} does not say that it is a GPU")),
+        (None, Some(Adapter { name, .. })) => Err(format!("{name} does not report that it is a GPU")),
         (None, None) => Err("no GPU was found".to_owned()),
     }
 }

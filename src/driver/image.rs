@@ -1,4 +1,4 @@
-//! The image of what a job asks for, along one axis.
+//! The image of a job's result along one axis.
 
 use std::time::Instant;
 
@@ -10,39 +10,39 @@ use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, VolumeSums, Windings};
 use crate::sampler::{Estimate, FillRule, MaskIntersection, Mode, SampleError};
 
-/// Makes images along one axis, and keeps what else they tell.
+/// A maker of images along one axis, which also records times and the agreement of the fill rules.
 pub struct ImageMaker<'a> {
     pub sampler: &'a dyn MaskIntersection,
     pub axis: Axis,
     pub mode: Mode,
     pub fill: FillRule,
     pub triangles: Triangles,
-    /// The time that goes into sampling and into operations is added here.
+    /// The stage times, to which the maker adds.
     pub seconds: &'a mut Seconds,
-    /// Whether the fill rules agree in all images of each input alone; nothing where there was none.
+    /// For each input: true if the fill rules agree in all its images; `None` without an image of this input alone.
     pub rules_agree: &'a mut [Option<bool>],
 }
 
-/// Whether images are to know the triangle of each sample, counted through over all inputs.
+/// The choice whether samples keep the numbers of their triangles, which count through all inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Triangles {
     Wanted,
     NotWanted,
 }
 
-/// The most images along one axis that [`ImageMaker::image`] holds at the same time.
+/// Returns the largest number of images along one axis that [`ImageMaker::image`] holds at the same time.
 pub fn alive_at_once(measurement: &Measurement, mode: Mode) -> u64 {
     match measurement {
         Measurement::Volume | Measurement::Sample => 1,
         Measurement::Boolean(Boolean { expression, .. }) => match masked(expression, mode) {
             Some(_) => 1,
-            // All that are swept, and the result.
+            // The swept images and the result.
             None => Plan::new(expression, mode).leaves().len() as u64 + 1,
         },
     }
 }
 
-/// The two inputs and the estimate, where the sampler itself finds the intersection, in masks.
+/// Returns the two inputs and the estimate, if the sampler itself intersects the inputs, in masks.
 fn masked(expression: &Expression, mode: Mode) -> Option<([usize; 2], Estimate)> {
     match mode {
         Mode::Exact => None,
@@ -50,7 +50,7 @@ fn masked(expression: &Expression, mode: Mode) -> Option<([usize; 2], Estimate)>
     }
 }
 
-/// What the triangles of each input are counted from.
+/// Returns the number of the first triangle of each input; numbers count through all inputs.
 pub fn first_triangles(solids: &[LatticeSolid]) -> impl Iterator<Item = u32> {
     solids.iter().scan(0u32, |next, solid| {
         let first = *next;
@@ -60,7 +60,7 @@ pub fn first_triangles(solids: &[LatticeSolid]) -> impl Iterator<Item = u32> {
 }
 
 impl ImageMaker<'_> {
-    /// The image of the measured solid.
+    /// Returns the image of the measured solid.
     pub fn image(&mut self, measurement: &Measurement, solids: &[LatticeSolid]) -> Result<Ldi, Error> {
         let expression = match measurement {
             Measurement::Volume | Measurement::Sample => {
@@ -78,13 +78,13 @@ impl ImageMaker<'_> {
         self.with_triangles(image, solids)
     }
 
-    /// An image of estimates with triangles, if they are wanted: those of the exact crossings beside its samples. Exact images
-    /// have theirs from the beginning.
+    /// Returns the image with the triangle of each sample, if triangles are requested. A sample of an estimate gets the triangle
+    /// of an exact crossing beside it; exact images have triangles already.
     fn with_triangles(&mut self, image: Ldi, solids: &[LatticeSolid]) -> Result<Ldi, Error> {
         if self.triangles == Triangles::NotWanted || self.mode == Mode::Exact {
             return Ok(image);
         }
-        // The even-odd rule alone keeps every crossing.
+        // Only the even-odd rule keeps every crossing.
         let sample = |solid| self.timed(|maker| maker.sampler.sample_surface(solid, maker.axis, FillRule::EvenOdd));
         let exact = solids.iter().map(sample).collect::<Result<Vec<Ldi>, Error>>()?;
         let start = Instant::now();
@@ -93,7 +93,7 @@ impl ImageMaker<'_> {
         image.map_err(Error::input)
     }
 
-    /// The volume_sums of [`image`](Self::image), which the sampler makes by itself where it makes the whole image.
+    /// Returns the volume sums of [`image`](Self::image). The sampler computes them itself where it makes the whole image.
     pub fn volume_sums(&mut self, measurement: &Measurement, solids: &[LatticeSolid]) -> Result<VolumeSums, Error> {
         match measurement {
             Measurement::Boolean(Boolean { expression, .. }) => {
@@ -112,14 +112,14 @@ impl ImageMaker<'_> {
                 let mode = self.mode;
                 let volume_sums =
                     self.timed(|maker| maker.sampler.volume_sums(&solids[0], maker.axis, mode, maker.fill))?;
-                self.look_at(0, volume_sums.windings());
+                self.record_windings(0, volume_sums.windings());
                 Ok(volume_sums)
             }
         }
     }
 
-    /// What an expression makes of the solids: each is sampled once for each estimate of it that is needed, and then all
-    /// images are swept together.
+    /// Returns the image of an expression: samples each solid once for each mode that the plan needs, then sweeps all images
+    /// together.
     fn sweep(&mut self, expression: &Expression, solids: &[LatticeSolid]) -> Result<Ldi, Error> {
         let plan = Plan::new(expression, self.mode);
         let leaves = plan.leaves().iter().map(|leaf| self.sample(&solids[leaf.input], leaf.input, leaf.mode));
@@ -132,26 +132,26 @@ impl ImageMaker<'_> {
         Ok(image)
     }
 
-    /// What the sampler makes, its time added to that of sampling.
+    /// Runs the sampler and adds its time to the sampling time.
     fn timed<T>(&mut self, make: impl FnOnce(&Self) -> Result<T, SampleError>) -> Result<T, Error> {
         let start = Instant::now();
-        let made = make(self)?;
+        let result = make(self)?;
         self.seconds.sample += start.elapsed().as_secs_f64();
-        Ok(made)
+        Ok(result)
     }
 
-    /// The image of one input.
+    /// Returns the image of one input.
     fn sample(&mut self, solid: &LatticeSolid, input: usize, mode: Mode) -> Result<Ldi, Error> {
         let image = self.timed(|maker| match (maker.triangles, mode) {
             (Triangles::Wanted, Mode::Exact) => maker.sampler.sample_surface(solid, maker.axis, maker.fill),
             _ => maker.sampler.sample(solid, maker.axis, mode, maker.fill),
         })?;
-        self.look_at(input, image.windings());
+        self.record_windings(input, image.windings());
         Ok(image)
     }
 
-    /// Learns what an image of one input tells of the fill rules.
-    fn look_at(&mut self, input: usize, windings: Option<Windings>) {
+    /// Records whether the fill rules agree in an image of one input.
+    fn record_windings(&mut self, input: usize, windings: Option<Windings>) {
         if let Some(agree) = windings.map(Windings::fill_rules_agree) {
             self.rules_agree[input] = Some(agree && self.rules_agree[input] != Some(false));
         }

@@ -1,4 +1,4 @@
-//! `surface`: from images in a file back to a mesh.
+//! `surface`: the images of a file, from which a mesh is contoured.
 
 use std::io::{Read, Seek};
 use std::path::Path;
@@ -12,29 +12,30 @@ use crate::sampler::Mode;
 use crate::unit;
 use crate::{Error, Warning};
 
-/// Images that were read from a file, and what came with them.
+/// The images of a file, with their normals, unit and mode.
 pub struct ImageFile {
     /// The images, one to three.
     pub images: Vec<Ldi>,
-    /// Of the triangles that images refer to, one for each sample; nothing where none are known.
+    /// The normals of the triangles that samples refer to, one for each sample; `None` where none are known.
     pub normals: Option<Normals>,
     /// The unit that the file states.
     pub unit: Option<LengthUnit>,
     /// The mode that the file states.
     pub mode: Option<Mode>,
-    /// Remarks of the reader.
+    /// Warnings of the reader.
     pub warnings: Vec<Warning>,
 }
 
 impl ImageFile {
-    /// Reads a file; its name stands in errors.
+    /// Reads a file; errors name `path`.
     pub fn read(from: impl Read + Seek, path: &Path) -> Result<ImageFile, Error> {
         let failure = |error: NpzError| Error::input(format!("{}: {error}", path.display()));
         let mut read = npz::read(from).map_err(failure)?;
         let mut warnings = Vec::new();
         if !read.ignored.is_empty() {
             let ignored = read.ignored.join(", ");
-            let message = format!("{}: arrays that mean nothing here were not read: {ignored}", path.display());
+            let message =
+                format!("{}: these arrays are not part of the format and were ignored: {ignored}", path.display());
             warnings.push(Warning::new("arrays-ignored", message));
         }
         let unit = read.extras.unit.take().and_then(|unit| unit::parse(&unit).ok());
@@ -44,25 +45,28 @@ impl ImageFile {
         Ok(ImageFile { images, normals: has_normals.then_some(normals), unit, mode, warnings })
     }
 
-    /// The mode of the images: what the file states, or else what was asked for, or else exact.
-    pub fn mode(&self, path: &Path, asked: Option<Mode>) -> Result<Mode, Error> {
-        match (self.mode, asked) {
-            (Some(stated), Some(asked)) if asked != stated => Err(Error::input(format!(
-                "{}: the images are stated to be `{}`, and --mode {} contradicts that; leave --mode away",
+    /// Returns the mode of the images: the one that the file states, else `requested`, else exact.
+    pub fn mode(&self, path: &Path, requested: Option<Mode>) -> Result<Mode, Error> {
+        match (self.mode, requested) {
+            (Some(stated), Some(requested)) if requested != stated => Err(Error::input(format!(
+                "{}: the file states the mode `{}`, and --mode {} contradicts it; omit the option",
                 path.display(),
                 stated.name(),
-                asked.name()
+                requested.name()
             ))),
-            (stated, asked) => Ok(stated.or(asked).unwrap_or(Mode::Exact)),
+            (stated, requested) => Ok(stated.or(requested).unwrap_or(Mode::Exact)),
         }
     }
 
-    /// What a mesh is made of, if all three images are there.
+    /// Returns the images with their volume, for a mesh.
+    ///
+    /// # Errors
+    /// Files without the images along all three axes.
     pub fn imaged(&self, path: &Path, mode: Mode) -> Result<Imaged<'_>, Error> {
         if self.images.len() < 3 {
             let axes: Vec<&str> = self.images.iter().map(|image| image.axis().name()).collect();
             return Err(Error::input(format!(
-                "{}: a mesh is made of images along all three axes, and there are {} alone",
+                "{}: a mesh needs images along all three axes; the file holds {} only",
                 path.display(),
                 axes.join(" and ")
             )));
@@ -71,17 +75,17 @@ impl ImageFile {
         Ok(Imaged { volume: Some(volume), ..self.as_they_are(mode) })
     }
 
-    /// Returns the images as they are, for files that need no surface.
+    /// Returns the images without a volume, for outputs that need no surface.
     pub fn as_they_are(&self, mode: Mode) -> Imaged<'_> {
         Imaged { images: &self.images, normals: self.normals.as_deref(), mode, unit: self.unit, volume: None }
     }
 }
 
-/// Says that images are not exact although they are taken so: of exact ones all agree about every node.
+/// Returns a warning if images that count as exact disagree about nodes, which exact images of one solid never do.
 pub fn images_disagree(path: &Path, mode: Mode, report: &SurfaceReport) -> Option<Warning> {
     let message = format!(
-        "{}: the images along different axes disagree about {} lattice nodes, which exact images of one closed solid do not; \
-         of two that agree the mesh has what they say",
+        "{}: the images along different axes disagree about {} lattice nodes, so they are not exact images of one closed solid; \
+         at each of these nodes the mesh follows the majority",
         path.display(),
         report.disagreements
     );

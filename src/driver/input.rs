@@ -1,4 +1,4 @@
-//! Reading, placing and checking the inputs of a job.
+//! Reads, places and checks the inputs of a job.
 
 use std::io::{Cursor, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -23,35 +23,35 @@ use crate::sampler::FillRule;
 use crate::unit;
 use crate::{Error, Warning};
 
-/// An input that may be sampled, with what is known of it.
+/// A checked input that may be sampled, with its name, unit and warnings.
 #[derive(Clone, Debug)]
 pub struct Solid {
-    /// What an expression calls it.
+    /// The name in an expression.
     pub operand: Option<String>,
-    /// The path as it was given.
+    /// The path as given.
     pub path: PathBuf,
     /// The checked mesh.
     pub surface: Surface,
     /// The unit that the file itself states.
     pub stated_unit: Option<LengthUnit>,
-    /// The unit of the coordinates, where the file or the user says it.
+    /// The unit of the coordinates, if the file or the user states it.
     pub unit: Option<LengthUnit>,
-    /// The signed volume of the mesh itself, placed.
+    /// The signed volume of the placed mesh.
     pub volume: f64,
-    /// The hash of the file, where JSON is asked for.
+    /// The hash of the file, if requested.
     pub sha256: Option<String>,
-    /// Remarks of the reader and of the placement.
+    /// Warnings of the reader and of the placement.
     pub(crate) warnings: Vec<Warning>,
-    /// The remark that the shells of beams overlap, where they do.
+    /// The note that the shells of beams overlap, if they do.
     pub(crate) beams: Option<String>,
 }
 
-/// A mesh and what the check said of it.
+/// A mesh and the result of the closure check.
 #[derive(Clone, Debug)]
 pub enum Surface {
     /// A closed mesh.
     Closed(Arc<ClosedMesh>),
-    /// Sampled because the user wishes it.
+    /// An open mesh, which is sampled because the user requests it.
     Open {
         /// The mesh.
         mesh: TriangleMesh,
@@ -61,7 +61,7 @@ pub enum Surface {
 }
 
 impl Solid {
-    /// The file's name, for messages.
+    /// Returns the name of the file, for messages.
     pub fn name(&self) -> impl std::fmt::Display + '_ {
         self.path.display()
     }
@@ -95,12 +95,12 @@ impl Solid {
         }
     }
 
-    /// An open mesh is not oriented: its open edges are used in one direction alone.
+    /// Returns whether the triangles are consistently oriented. Those of an open mesh are not.
     pub fn is_oriented(&self) -> bool {
         matches!(&self.surface, Surface::Closed(closed) if closed.oriented())
     }
 
-    /// Snaps the solid to a grid that was laid around it.
+    /// Rounds the solid to a grid around it.
     pub fn quantise(&self, grid: &Grid) -> Result<LatticeSolid<'_>, Error> {
         let lattice = match &self.surface {
             Surface::Closed(closed) => grid.quantise(closed),
@@ -110,41 +110,41 @@ impl Solid {
     }
 }
 
-/// What the inputs of one job must satisfy.
+/// The requirements of a job on its inputs.
 #[derive(Clone, Copy)]
 pub struct InputRequirements {
     /// The unit of files that state none.
     pub unit: Option<LengthUnit>,
     /// The treatment of meshes that are not closed.
     pub openness: Openness,
-    /// Whether triangles must agree on what is outside.
+    /// The requirement on the orientation of triangles.
     pub sides: Sides,
     /// The fill rule.
     pub fill: FillRule,
-    /// Whether the files are hashed.
+    /// True if the files are hashed.
     pub hashes: bool,
 }
 
-/// Whether the triangles of a mesh must agree on what is outside.
+/// The requirement on the orientation of triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sides {
-    /// What is made of the mesh has no meaning otherwise.
+    /// The operation is not defined without a consistent orientation.
     Needed,
-    /// A fill rule tells what is inside.
+    /// The fill rule decides which points are inside.
     NotNeeded,
 }
 
-/// A file that was read, not yet placed or checked.
+/// A mesh file, not yet placed or checked.
 pub struct ReadMesh {
-    /// The mesh, its unit and the remarks of its reader.
+    /// The mesh, its unit and the notes of its reader.
     pub file: MeshFile,
-    /// The hash of the file, where it was wanted.
+    /// The hash of the file, if requested.
     pub sha256: Option<String>,
-    /// What there is to say of it.
+    /// Warnings of the reader.
     pub warnings: Vec<Warning>,
 }
 
-/// Reads a mesh file, or a file of images, of which the surface is the mesh.
+/// Reads a mesh file, or a file of images, whose surface becomes the mesh.
 pub fn read(path: &Path, hashes: bool) -> Result<ReadMesh, Error> {
     let is_images = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz"));
     let format = if is_images { None } else { Some(Format::from_path(path).map_err(Error::input)?) };
@@ -165,9 +165,9 @@ pub fn read(path: &Path, hashes: bool) -> Result<ReadMesh, Error> {
     let parse = || match format {
         Some(format) => {
             let file = io::parse(&bytes, format, path).map_err(Error::input)?;
-            let said = file.notes.iter();
-            let said = said.map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect();
-            Ok((file, said))
+            let notes = file.notes.iter();
+            let warnings = notes.map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect();
+            Ok((file, warnings))
         }
         None => surface_of_images(&bytes, path),
     };
@@ -177,7 +177,7 @@ pub fn read(path: &Path, hashes: bool) -> Result<ReadMesh, Error> {
 }
 
 #[cfg(feature = "npz")]
-/// The surface of images in a file.
+/// Returns the surface of the images in a file.
 fn surface_of_images(bytes: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning>), Error> {
     let file = ImageFile::read(Cursor::new(bytes), path)?;
     let imaged = file.imaged(path, file.mode(path, None)?)?;
@@ -199,7 +199,7 @@ fn surface_of_images(_: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning>), 
     Err(Error::input(format!("{}: build ldi_ops with the feature `npz` to read images", path.display())))
 }
 
-/// What a writer had to say.
+/// Returns the notes of a writer as warnings.
 pub fn write_notes(path: &Path, notes: &[WriteNote]) -> Vec<Warning> {
     notes.iter().map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect()
 }
@@ -209,20 +209,19 @@ pub fn solids(inputs: &[Input], requirements: InputRequirements) -> Result<(Vec<
     let loaded: Vec<_> = inputs.par_iter().map(|input| solid(input, requirements)).collect();
     let (mut solids, mut warnings) = (Vec::new(), Vec::new());
     for loaded in loaded {
-        let (solid, said) = loaded?;
+        let (solid, found) = loaded?;
         solids.push(solid);
-        warnings.extend(said);
+        warnings.extend(found);
     }
     warnings.extend(bring_to_one_unit(&mut solids, requirements)?);
     Ok((solids, warnings))
 }
 
-/// Checks solids that were made or read before, and brings them to one unit.
+/// Checks solids that are in memory already, and brings them to one unit.
 pub fn ready(solids: &mut [Solid], requirements: InputRequirements) -> Result<Vec<Warning>, Error> {
     let mut warnings = Vec::new();
     for solid in &mut *solids {
-        let mut said = std::mem::take(&mut solid.warnings);
-        warnings.append(&mut said);
+        warnings.append(&mut std::mem::take(&mut solid.warnings));
         warnings.extend(check_rules(solid, requirements)?);
     }
     warnings.extend(bring_to_one_unit(solids, requirements)?);
@@ -232,7 +231,7 @@ pub fn ready(solids: &mut [Solid], requirements: InputRequirements) -> Result<Ve
 /// Brings solids to the unit of the first that has one.
 fn bring_to_one_unit(solids: &mut [Solid], requirements: InputRequirements) -> Result<Vec<Warning>, Error> {
     let mut warnings = Vec::new();
-    // Where any file states no unit, the one that was given is for that file.
+    // If any file states no unit, `--unit` applies to that file and is not ignored.
     if solids.iter().all(|solid| solid.stated_unit.is_some()) {
         let ignored = |s: &Solid| size::unit_ignored(&s.path, s.stated_unit, requirements.unit, s.bounds().extent());
         warnings.extend(solids.iter().filter_map(ignored));
@@ -244,12 +243,12 @@ fn bring_to_one_unit(solids: &mut [Solid], requirements: InputRequirements) -> R
         solids.iter().filter(|solid| solid.unit.is_none()).map(|solid| solid.name().to_string()).collect();
     let common = solids.iter().find_map(|solid| solid.unit);
     if !unitless.is_empty() {
-        let taken = match common {
-            Some(unit) => format!("lengths are taken to be in{} as in the other file", unit::suffix(Some(unit), 1)),
-            None => "lengths are in file units, whatever they are".to_owned(),
+        let assumed = match common {
+            Some(unit) => format!("in{}, as in the other file", unit::suffix(Some(unit), 1)),
+            None => "in file units".to_owned(),
         };
-        let files = unitless.join(", ");
-        warnings.push(Warning::new("unit-assumed", format!("{files}: no unit is stated; {taken}; --unit tells it")));
+        let message = format!("{}: no unit is stated: lengths are {assumed} (set --unit)", unitless.join(", "));
+        warnings.push(Warning::new("unit-assumed", message));
     }
     if let Some(common) = common {
         for solid in solids {
@@ -283,9 +282,9 @@ pub fn load(input: &Input, requirements: InputRequirements) -> Result<Solid, Err
     if let Some(placement) = &input.placement {
         let map = placement.map(unit.or(requirements.unit));
         mesh.transform(&map.map_err(|error| Error::input(format!("{}: {error}", input.path.display())))?);
-        warnings.extend(placed_exactly(&mesh, &input.path)?);
+        warnings.extend(check_rounding(&mesh, &input.path)?);
     }
-    let mut solid = made(mesh, &input.path, requirements)?;
+    let mut solid = solid_of_mesh(mesh, &input.path, requirements)?;
     solid.operand = input.name.clone();
     (solid.stated_unit, solid.unit) = (unit, unit.or(requirements.unit));
     (solid.sha256, solid.warnings, solid.beams) = (sha256, warnings, beams);
@@ -293,7 +292,7 @@ pub fn load(input: &Input, requirements: InputRequirements) -> Result<Solid, Err
 }
 
 impl Solid {
-    /// Returns the solid of a closed mesh, without unit, by a name.
+    /// Returns the solid of a closed mesh, with a name and without a unit.
     pub fn from_closed(closed: ClosedMesh, name: &str) -> Solid {
         let volume = closed.signed_volume();
         Solid::unnamed(Surface::Closed(Arc::new(closed)), volume, Path::new(name))
@@ -314,9 +313,9 @@ impl Solid {
     }
 }
 
-/// Returns the solid of a mesh, without unit, by the name of `path`.
-pub fn made(mesh: TriangleMesh, path: &Path, requirements: InputRequirements) -> Result<Solid, Error> {
-    let surface = bounding(mesh, path, requirements)?;
+/// Returns the solid of a mesh, with the name `path` and without a unit.
+pub fn solid_of_mesh(mesh: TriangleMesh, path: &Path, requirements: InputRequirements) -> Result<Solid, Error> {
+    let surface = check_closed(mesh, path, requirements)?;
     let volume = match &surface {
         Surface::Closed(closed) => closed.signed_volume(),
         Surface::Open { mesh, .. } => mesh.signed_volume(),
@@ -324,55 +323,55 @@ pub fn made(mesh: TriangleMesh, path: &Path, requirements: InputRequirements) ->
     Ok(Solid::unnamed(surface, volume, path))
 }
 
-/// Checks whether the triangles of a solid say what the fill rule and the operation have to know.
+/// Checks that the triangles of a solid meet the requirements of the fill rule and the operation.
 fn check_rules(solid: &Solid, requirements: InputRequirements) -> Result<Option<Warning>, Error> {
     let name = solid.name();
     if let (Some(beams), FillRule::EvenOdd) = (&solid.beams, requirements.fill) {
         return Err(Error::input(format!(
-            "{name}: {beams}; the even-odd rule would cut away what beams have in common, so use --fill nonzero"
+            "{name}: {beams}; the even-odd rule would remove the volume where beams overlap; use --fill nonzero"
         )));
     }
     if let Some(closed) = solid.closed() {
         if requirements.sides == Sides::Needed && !closed.oriented() {
             return Err(Error::input(format!(
-                "{name}: the triangles do not agree on what is outside, and without that there is no sum:\n{}",
+                "{name}: the triangles are not consistently oriented, so the result is not defined:\n{}",
                 defects(&check(closed.mesh()))
             )));
         }
         match requirements.fill {
             FillRule::EvenOdd if closed.every_triangle_even() => {
                 return Err(Error::input(format!(
-                    "{name}: every triangle occurs an even number of times, so the even-odd rule sees nothing; use --fill \
-                     nonzero or remove the duplicates"
+                    "{name}: every triangle occurs an even number of times, so the solid is empty under the even-odd rule; use \
+                     --fill nonzero or remove the duplicates"
                 )));
             }
             FillRule::NonZero if !closed.oriented() => {
                 return Err(Error::input(format!(
-                    "{name}: --fill nonzero needs a mesh whose triangles agree on what is outside, and this one's do not; \
-                     use even-odd\n{}",
+                    "{name}: --fill nonzero needs consistently oriented triangles, which this mesh does not have; use --fill \
+                     even-odd\n{}",
                     defects(&check(closed.mesh()))
                 )));
             }
             _ => {}
         }
     }
-    Ok(remarks(solid, requirements.fill).filter(|_| requirements.sides == Sides::NotNeeded))
+    Ok(orientation_warning(solid, requirements.fill).filter(|_| requirements.sides == Sides::NotNeeded))
 }
 
-/// A placement may round coordinates by this share of the mesh's size and nothing is said.
-const PLACED_EXACTLY: f64 = 1e-9;
+/// Rounding of coordinates by a placement, as a share of the mesh's size, above which there is a warning.
+const NOTEWORTHY_ROUNDING: f64 = 1e-9;
 
-/// A placement that rounds coordinates by more than this share of the mesh's size is refused.
-const PLACED_BADLY: f64 = 1e-4;
+/// Rounding of coordinates by a placement, as a share of the mesh's size, above which the placement is an error.
+const LARGEST_ROUNDING: f64 = 1e-4;
 
-/// What the numbers of a computer make of a mesh that was placed far from the origin.
-fn placed_exactly(mesh: &TriangleMesh, path: &Path) -> Result<Option<Warning>, Error> {
+/// Checks the rounding of the coordinates of a mesh that was placed far from the origin.
+fn check_rounding(mesh: &TriangleMesh, path: &Path) -> Result<Option<Warning>, Error> {
     let Some(bounds) = mesh.bounds() else { return Ok(None) };
     let (size, farthest) = (bounds.extent().max_element(), bounds.min.abs().max(bounds.max.abs()).max_element());
     let moved = farthest * f64::EPSILON / 2.0;
-    // Sizes that are no numbers are left to the check.
-    let is_told = moved > PLACED_EXACTLY * size;
-    if !is_told {
+    // Sizes that are NaN are left to the mesh check.
+    let is_noteworthy = moved > NOTEWORTHY_ROUNDING * size;
+    if !is_noteworthy {
         return Ok(None);
     }
     let message = format!(
@@ -381,36 +380,34 @@ fn placed_exactly(mesh: &TriangleMesh, path: &Path) -> Result<Option<Warning>, E
         path.display(),
         moved / size
     );
-    if moved > PLACED_BADLY * size {
+    if moved > LARGEST_ROUNDING * size {
         return Err(Error::input(message));
     }
     Ok(Some(Warning::new("placement-rounded", message)))
 }
 
-/// What the check found that does not stand in the way.
-fn remarks(solid: &Solid, fill: FillRule) -> Option<Warning> {
+/// Returns a warning if the mesh is inside out or not consistently oriented.
+fn orientation_warning(solid: &Solid, fill: FillRule) -> Option<Warning> {
     let name = solid.name();
-    let care = match fill {
-        FillRule::EvenOdd => "the even-odd rule does not care",
-        FillRule::NonZero => "the non-zero rule takes it as solid all the same",
+    let effect = match fill {
+        FillRule::EvenOdd => "the even-odd rule does not depend on the orientation",
+        FillRule::NonZero => "the non-zero rule treats it as solid",
     };
     match solid.is_oriented() {
         true if solid.volume < 0.0 => Some(Warning::new(
             "inside-out",
-            format!("{name}: the mesh is inside out (its signed volume is {:.6}); {care}", solid.volume),
+            format!("{name}: the mesh is inside out (its signed volume is {:.6}); {effect}", solid.volume),
         )),
         false if solid.is_closed() => Some(Warning::new(
             "not-oriented",
-            format!(
-                "{name}: the triangles do not agree on what is outside, so the mesh's own volume means nothing; {care}"
-            ),
+            format!("{name}: the triangles are not consistently oriented, so the mesh has no signed volume; {effect}"),
         )),
         _ => None,
     }
 }
 
-/// Checks a mesh.
-fn bounding(mesh: TriangleMesh, path: &Path, requirements: InputRequirements) -> Result<Surface, Error> {
+/// Checks that a mesh is closed, or that it may be sampled although it is open.
+fn check_closed(mesh: TriangleMesh, path: &Path, requirements: InputRequirements) -> Result<Surface, Error> {
     let name = path.display();
     match ClosedMesh::check(mesh) {
         Ok(closed) if closed.every_triangle_even() && !has_three_corners(closed.mesh()) => {
@@ -421,16 +418,17 @@ fn bounding(mesh: TriangleMesh, path: &Path, requirements: InputRequirements) ->
             (Openness::Sampled, Some(bounds)) if report.bad_positions.count == 0 && report.bad_indices.count == 0 => {
                 Ok(Surface::Open { mesh, bounds })
             }
-            (Openness::Sampled, _) => {
-                Err(Error::input(format!("{name}: the mesh cannot be sampled even so:\n{}", defects(&report))))
-            }
+            (Openness::Sampled, _) => Err(Error::input(format!(
+                "{name}: the mesh cannot be sampled, even with --allow-open:\n{}",
+                defects(&report)
+            ))),
             (Openness::Refused, _) => {
                 let way_out = match requirements.sides {
                     Sides::Needed => "",
-                    Sides::NotNeeded => "; --allow-open samples it all the same",
+                    Sides::NotNeeded => "; --allow-open samples it anyway",
                 };
                 let message = format!(
-                    "{name}: the mesh is not closed, so it bounds no solid:\n{}\n  `ldi-ops check` tells more{way_out}",
+                    "{name}: the mesh is not closed, so it bounds no solid:\n{}\n  `ldi-ops check` gives details{way_out}",
                     defects(&report)
                 );
                 Err(Error::NotClosed(Box::new(OpenMesh { name: name.to_string(), report: *report, message })))
@@ -439,7 +437,7 @@ fn bounding(mesh: TriangleMesh, path: &Path, requirements: InputRequirements) ->
     }
 }
 
-/// Whether any triangle has three different corners.
+/// Returns whether any triangle has three different corners.
 fn has_three_corners(mesh: &TriangleMesh) -> bool {
     mesh.triangles.iter().any(|triangle| {
         let [a, b, c] = triangle.map(|index| mesh.positions[index as usize]);
@@ -447,23 +445,23 @@ fn has_three_corners(mesh: &TriangleMesh) -> bool {
     })
 }
 
-/// All defects, a line each.
+/// Returns all defects as text, one on each line.
 fn defects(report: &MeshReport) -> String {
     let lines: Vec<String> = report.defects().iter().map(|defect| format!("  {defect}")).collect();
     lines.join("\n")
 }
 
-/// Maps a solid and checks it anew, as coordinates may have become one or infinite.
+/// Maps a solid and checks it again, as coordinates may have become equal or infinite.
 pub fn map(solid: &mut Solid, map: &DAffine3, requirements: InputRequirements) -> Result<(), Error> {
     remake(solid, requirements, |mesh| mesh.transform(map))
 }
 
-/// Turns a solid whose triangles all face inwards.
+/// Reverses the orientation of a solid whose triangles all face inwards.
 pub fn turn(solid: &mut Solid, requirements: InputRequirements) -> Result<(), Error> {
     remake(solid, requirements, |mesh| mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2)))
 }
 
-/// Changes the mesh of a solid, and checks it anew.
+/// Changes the mesh of a solid, and checks it again.
 fn remake(
     solid: &mut Solid,
     requirements: InputRequirements,
@@ -475,6 +473,6 @@ fn remake(
         Surface::Open { mesh, .. } => mesh,
     };
     change(&mut mesh);
-    solid.surface = bounding(mesh, &solid.path, requirements)?;
+    solid.surface = check_closed(mesh, &solid.path, requirements)?;
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! The descriptions of operations: inputs, raster, and what is made of them.
+//! The descriptions of operations: inputs, raster, and outputs.
 
 use std::path::PathBuf;
 
@@ -16,20 +16,20 @@ use crate::voxels;
 /// A file to read, and where to place its mesh.
 #[derive(Clone, Debug)]
 pub struct Input {
-    /// Its name in an expression.
+    /// The name in an expression.
     pub name: Option<String>,
     /// The file.
     pub path: PathBuf,
-    /// Applied to its coordinates.
+    /// The map of the coordinates.
     pub placement: Option<Placement>,
 }
 
 /// The treatment of meshes that are not closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Openness {
-    /// They are an error.
+    /// An open mesh is an error.
     Refused,
-    /// They are sampled; rays that do not close count as empty.
+    /// An open mesh is sampled; rays that do not close count as empty.
     Sampled,
 }
 
@@ -37,7 +37,7 @@ pub enum Openness {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Backend {
-    /// The one that is likely to be done first.
+    /// The device that is expected to finish first.
     #[default]
     Auto,
     /// The processor.
@@ -46,14 +46,14 @@ pub enum Backend {
     Gpu(Option<String>),
 }
 
-/// The fineness of the raster, its lengths with a unit of their own or in the unit of the inputs.
+/// The spacing of the raster. Lengths are in the unit of the inputs, or have their own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Spacing<L = f64> {
     /// Rays along the longest side of the common box.
     Resolution(u32),
-    /// Distance of the rays.
+    /// Distance between neighbouring rays.
     Pitch(L),
-    /// Whatever brings the error estimate below this share of the volume.
+    /// The resolution at which the error estimate falls below this share of the volume.
     Tolerance(f64),
 }
 
@@ -82,21 +82,21 @@ pub enum Measurement {
     Sample,
 }
 
-/// An expression over the inputs, and how it was asked for.
+/// An expression over the inputs, with the wording of the request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Boolean {
-    /// Over the inputs by their indices.
+    /// The expression over the indices of the inputs.
     pub expression: Expression,
-    /// As it was asked for.
+    /// The wording of the request.
     pub wording: Wording,
 }
 
-/// How a Boolean was asked for.
+/// The wording in which a Boolean is requested.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wording {
-    /// As one operation on a list of inputs.
+    /// One operation on a list of inputs.
     Operation(BooleanOperation),
-    /// As an expression in text.
+    /// An expression in text.
     Typed(String),
 }
 
@@ -116,7 +116,7 @@ impl Measurement {
         }
     }
 
-    /// Returns the expression over the inputs; nothing where one input is measured by itself.
+    /// Returns the expression over the inputs; `None` where a single input is measured.
     pub fn expression(&self) -> Option<&Expression> {
         match self {
             Measurement::Boolean(Boolean { expression, .. }) => Some(expression),
@@ -124,7 +124,7 @@ impl Measurement {
         }
     }
 
-    /// Returns the expression as text, where it was given so.
+    /// Returns the expression as text, if it was given as text.
     pub fn typed_expression(&self) -> Option<&str> {
         match self {
             Measurement::Boolean(Boolean { wording: Wording::Typed(text), .. }) => Some(text),
@@ -142,7 +142,7 @@ pub struct MeasureJob {
     pub unit: Option<LengthUnit>,
     /// The treatment of meshes that are not closed.
     pub openness: Openness,
-    /// The fineness of the raster.
+    /// The spacing of the raster.
     pub spacing: Spacing<Length>,
     /// Voxels along each ray (LOD-C) of estimates.
     pub lod: u32,
@@ -156,11 +156,11 @@ pub struct MeasureJob {
     pub backend: Backend,
     /// The most bytes that the process may hold; a share of the free memory without it.
     pub memory: Option<u64>,
-    /// Whether images check a volume that is known exactly.
+    /// True if images check a volume that is known exactly.
     pub check_rays: bool,
-    /// Whether the files are hashed.
+    /// True if the files are hashed.
     pub hashes: bool,
-    /// What of the images is kept.
+    /// The part of the images that is kept.
     pub keep: Keep,
 }
 
@@ -171,7 +171,7 @@ pub struct SumJob {
     pub operation: SumOperation<Length>,
     /// The unit of files that state none.
     pub unit: Option<LengthUnit>,
-    /// The fineness of the raster.
+    /// The spacing of the raster.
     pub spacing: Spacing<Length>,
     /// Voxels along each ray (LOD-C) of estimates.
     pub lod: u32,
@@ -185,13 +185,13 @@ pub struct SumJob {
     pub backend: Backend,
     /// The most bytes that the process may hold; a share of the free memory without it.
     pub memory: Option<u64>,
-    /// Whether the files are hashed.
+    /// True if the files are hashed.
     pub hashes: bool,
-    /// What of the images is kept.
+    /// The part of the images that is kept.
     pub keep: Keep,
 }
 
-/// An operation with a second solid or a ball, its lengths with a unit of their own or in the unit of the inputs.
+/// An operation with a second solid or a ball. Lengths are in the unit of the inputs, or have their own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SumOperation<L = f64> {
     /// A ⊕ B.
@@ -252,7 +252,7 @@ pub enum Keep {
     Images,
     /// The images, with the triangle of each sample.
     ImagesWithTriangles,
-    /// The same, and a mesh is to be made of them.
+    /// The same, to be contoured into a mesh.
     Mesh,
 }
 
@@ -276,7 +276,7 @@ impl From<Option<&ImageTarget>> for Keep {
     }
 }
 
-/// A file that is made of images.
+/// An output file that is computed from images.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageTarget {
     /// The file.
@@ -285,7 +285,7 @@ pub struct ImageTarget {
     pub content: Content,
 }
 
-/// The content of a file that is made of images.
+/// The content of an output file that is computed from images.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Content {
     /// The images themselves, as `.npz`.
@@ -298,13 +298,13 @@ pub enum Content {
     Mesh(Finish),
 }
 
-/// The steps between a mesh that was contoured and its file.
+/// The processing of a contoured mesh before it is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Finish {
-    /// Triangles are removed within this bound.
+    /// The bound within which triangles are removed.
     pub simplify: Option<Bound>,
-    /// Parts of less volume are dropped, as a share of the whole.
+    /// The least volume of a part that is kept, as a share of the whole.
     pub least_part: Option<f64>,
-    /// A round offset is subtracted from the coordinates.
+    /// True if a round offset is subtracted from the coordinates.
     pub recentre: bool,
 }

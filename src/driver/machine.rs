@@ -1,19 +1,19 @@
-//! What the operating system says of the machine and of this process; nothing where it does not say.
+//! Facts about the machine and this process from the operating system; `None` where it does not report them.
 
 use std::fs;
 use std::path::Path;
 
-/// The most memory that this process has held, in bytes.
+/// Returns the peak resident memory of this process, in bytes.
 pub fn peak_memory_bytes() -> Option<u64> {
     kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 
-/// Returns the memory that this process holds now, in bytes; 0 where the system does not say.
+/// Returns the memory that this process holds now, in bytes; 0 where the system does not report it.
 pub fn held_memory() -> u64 {
     kibibytes(&fs::read_to_string("/proc/self/status").unwrap_or_default(), "VmRSS:").unwrap_or(0)
 }
 
-/// The name of the processor.
+/// Returns the name of the processor.
 pub fn cpu_name() -> Option<String> {
     let text = fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
@@ -25,14 +25,14 @@ fn kibibytes(text: &str, key: &str) -> Option<u64> {
     Some(rest.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
 }
 
-/// The memory that this process may still take, in bytes: the least of what is free, what its control groups allow and what
-/// its own limits do.
+/// Returns the memory that this process may still take, in bytes: the minimum of the free memory and of what its control
+/// groups and its own limits allow.
 pub fn free_memory() -> Option<u64> {
     let available = kibibytes(&fs::read_to_string("/proc/meminfo").unwrap_or_default(), "MemAvailable:");
     available.into_iter().chain(left_by_limits()).chain(left_by_groups()).min()
 }
 
-/// What the limits of the process leave it, of addresses and of data.
+/// Returns the bytes that the process limits on address space and data still allow.
 fn left_by_limits() -> Option<u64> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
     let status = fs::read_to_string("/proc/self/status").ok()?;
@@ -40,12 +40,12 @@ fn left_by_limits() -> Option<u64> {
     [("Max address space", "VmSize:"), ("Max data size", "VmData:")].into_iter().filter_map(left).min()
 }
 
-/// A limit in the words of /proc/self/limits; nothing where there is none.
+/// Returns a soft limit by its name in /proc/self/limits; `None` where it is unlimited.
 fn soft_limit(limits: &str, name: &str) -> Option<u64> {
     limits.lines().find_map(|line| line.strip_prefix(name))?.split_whitespace().next()?.parse().ok()
 }
 
-/// What the control groups leave, those of the process and all above.
+/// Returns the bytes that the control groups of the process and their ancestors still allow.
 fn left_by_groups() -> Option<u64> {
     let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
     // Version 2 has one hierarchy, without a name; version 1 has one for memory.
@@ -62,13 +62,14 @@ fn left_by_groups() -> Option<u64> {
     groups.lines().filter_map(of_line).min()
 }
 
-/// What one control group leaves. Pages of files that nobody uses at the moment count as used, and are given back.
+/// Returns the bytes that one control group still allows. The kernel counts cached files as used, but frees them on demand, so
+/// they count as free here.
 fn left_by_group(folder: &Path, limit: &str, used: &str) -> Option<u64> {
     let number = |name: &str| fs::read_to_string(folder.join(name)).ok()?.trim().parse::<u64>().ok();
     let limit = number(limit)?;
     let statistics = fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
-    let given_back = |key| statistics.lines().find_map(|line| line.strip_prefix(key)?.trim().parse::<u64>().ok());
-    let files = given_back("inactive_file ").unwrap_or(0) + given_back("active_file ").unwrap_or(0);
+    let reclaimable = |key| statistics.lines().find_map(|line| line.strip_prefix(key)?.trim().parse::<u64>().ok());
+    let files = reclaimable("inactive_file ").unwrap_or(0) + reclaimable("active_file ").unwrap_or(0);
     Some(limit.saturating_sub(number(used)?.saturating_sub(files)))
 }
 

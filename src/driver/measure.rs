@@ -1,8 +1,8 @@
-//! `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`: images along the axes that were asked for, and what
-//! they integrate to.
+//! `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`: images along the requested axes, and their
+//! integrals.
 //!
-//! One axis is done after another, and of each image only numbers are kept unless it is to be written, so that memory is
-//! bounded by the images of one axis.
+//! The axes are processed one after another. An image is kept only if it is to be written; otherwise its sums are kept, so that
+//! the images of one axis bound the memory.
 
 use std::fmt;
 use std::mem::take;
@@ -34,12 +34,12 @@ use crate::sampler::{FillRule, MaskIntersection, Mode, Sampler};
 use crate::unit;
 use crate::{Error, Estimate, Warning};
 
-/// Everything that is known of a result.
+/// The measured result of an operation.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// The name of the command.
     pub command: &'static str,
-    /// The expression that was typed.
+    /// The expression as typed.
     pub expression: Option<String>,
     /// The inputs.
     pub solids: Vec<Solid>,
@@ -49,70 +49,70 @@ pub struct Measured {
     pub volume: Volume,
     /// The raster.
     pub grid: Grid,
-    /// The most samples on a ray along x, y and z; nothing for axes that were not sampled.
+    /// The most samples on a ray along x, y and z; `None` for axes that were not sampled.
     pub layers: [Option<u32>; 3],
-    /// Samples of all axes together.
+    /// The number of samples on all axes.
     pub samples: u64,
-    /// Unclosed rays of all axes together.
+    /// The number of unclosed rays on all axes.
     pub unclosed: u64,
     /// The mode of the images.
     pub mode: Mode,
     /// The fill rule.
     pub fill: FillRule,
-    /// Where the images were made, if any were.
+    /// The device that made the images, if there are any.
     pub ran: Option<Ran>,
     /// Times by stage.
     pub seconds: Seconds,
-    /// Remarks on inputs and result.
+    /// Warnings about the inputs and the result.
     pub warnings: Vec<Warning>,
-    /// The images, where they are kept.
+    /// The images, if they are kept.
     pub images: Vec<Ldi>,
-    /// The normals of the triangles that the images know.
+    /// The normals of the triangles that the images refer to.
     pub normals: Vec<[f32; 3]>,
-    /// The file that the images, or what is made of them, were written to.
+    /// The output file.
     pub output: Option<PathBuf>,
-    /// The mesh that was made of the images, where one was asked for.
+    /// The report of the mesh of the images, if one was requested.
     pub surface: Option<SurfaceReport>,
-    /// What `volume` adds.
+    /// Area and moments, for `volume`.
     pub measures: Option<SolidMeasures>,
-    /// What a tolerance led to.
+    /// The course of a refinement, for `--tolerance`.
     pub refinement: Option<Refinement>,
-    /// What a sum took.
+    /// The report of a sum or an offset.
     pub sum: Option<SumReport>,
 }
 
-/// The volume of a result, and how well it is known.
+/// The volume of a result, with its error.
 #[derive(Clone, Copy, Debug)]
 pub struct Volume {
     /// The volume, in cubic units of the inputs.
     pub value: f64,
-    /// Of an exact value the bound of its rounding, else an estimate.
+    /// The bound of the rounding of an exact value, else an error estimate.
     pub error: f64,
     /// The method.
     pub method: Method,
-    /// What the images alone say, if any were made.
+    /// The estimate from the images alone, if there are any.
     pub rays: Option<VolumeEstimate>,
     /// The least and the greatest volume that the inputs allow.
     pub possible: [f64; 2],
 }
 
-/// How a volume was found.
+/// The method of a volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// By sums over the triangles of a mesh whose winding numbers are proved to be 0 and 1.
     Exact,
-    /// From images. Of a solid by itself: why its triangles do not do.
+    /// From images. For a single solid, with the reason why its triangles give no exact volume.
     Estimate(Option<Unproved>),
 }
 
 impl Volume {
-    /// What images say, held to what the inputs allow.
+    /// Returns the estimate of images, clamped to the volumes that the inputs allow.
     pub fn estimate(rays: VolumeEstimate, possible: [f64; 2], unproved: Option<Unproved>) -> Volume {
         let [least, greatest] = possible;
-        // NaN stays what it is.
+        // NaN stays NaN.
         let value = rays.value.max(least).min(greatest);
         let farthest = (greatest - value).max(value - least);
-        // Where the rays contradict the inputs, or meet nothing, all that is known is what the inputs allow.
+        // If the rays contradict the inputs, or meet nothing, only the range that the inputs allow is known.
         let error = match rays.value == 0.0 || (value - rays.value).abs() > rays.error {
             true => farthest,
             false => (rays.error + (value - rays.value).abs()).min(farthest),
@@ -122,7 +122,7 @@ impl Volume {
         Volume { value, error, method: Method::Estimate(unproved), rays: Some(rays), possible }
     }
 
-    /// Whether no ray met anything, so that all that is known is what the inputs allow.
+    /// Returns whether no ray met the result, so that only the range that the inputs allow is known.
     pub fn is_unresolved(&self) -> bool {
         self.rays.is_some_and(|rays| rays.value == 0.0)
             && self.method != Method::Exact
@@ -133,23 +133,23 @@ impl Volume {
 /// Area and moments of one solid.
 #[derive(Clone, Copy, Debug)]
 pub struct SolidMeasures {
-    /// Of the surface of the solid: triangles inside it do not count.
+    /// The area of the surface of the solid; triangles inside it do not count.
     pub area: f64,
-    /// Not a number where there is no volume.
+    /// The centre of mass; NaN where there is no volume.
     pub centroid: DVec3,
-    /// About the centroid, for unit density. Not a number where there is no volume.
+    /// The inertia about the centroid, for unit density; NaN where there is no volume.
     pub inertia: DMat3,
 }
 
-/// How `--tolerance` went.
+/// The outcome of `--tolerance`.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "report", derive(Serialize))]
 pub struct Refinement {
-    /// The share of the volume that the error estimate was to be below.
+    /// The requested bound of the error estimate, as a share of the volume.
     pub asked: f64,
-    /// The share it came to; nothing where the volume is zero.
+    /// The error estimate in the end, as a share of the volume.
     pub came_to: f64,
-    /// Whether the tolerance was reached.
+    /// True if the tolerance was reached.
     pub reached: bool,
     /// Rays along the longest side in the end.
     pub resolution: u32,
@@ -168,7 +168,7 @@ impl fmt::Display for Refinement {
     }
 }
 
-/// Where the time went.
+/// Times by stage.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "report", derive(Serialize))]
 pub struct Seconds {
@@ -182,13 +182,13 @@ pub struct Seconds {
     pub integrate: f64,
     /// Writing.
     pub write: f64,
-    /// All of it.
+    /// The total.
     pub total: f64,
 }
 
-/// Reads inputs, measures what they make together and writes what `target` asks for.
+/// Reads inputs, measures the result of the job and writes `target`.
 ///
-/// `start` is the time from which the total counts.
+/// The total time counts from `start`.
 ///
 /// # Errors
 /// Inputs that cannot be read or sampled, rasters beyond the machine or the limits of the format, and files that cannot be
@@ -216,10 +216,10 @@ pub fn measure_files(
     measure(job, solids, backends, progress)?.finished(target, (read, warnings), start, progress)
 }
 
-/// Measures what solids make together.
+/// Measures the result of a job on solids.
 ///
 /// # Errors
-/// Those of [`measure_files`], but for reading and writing.
+/// Those of [`measure_files`], except for reading and writing.
 pub fn measure(
     job: &MeasureJob,
     solids: Vec<Solid>,
@@ -237,7 +237,7 @@ pub fn measure(
         _ => Err(None),
     };
     let spacing = job.spacing.in_unit(solids[0].unit)?;
-    // The images of what is known exactly are but a check.
+    // If the volume is known exactly, images only check it.
     let needs_images = exact.is_err() || job.check_rays || job.keep != Keep::Sums;
     let mut refinement = None;
     let mut round = None;
@@ -280,7 +280,7 @@ pub fn measure(
             };
             (estimated(job, &solids, round, *unproved), measures)
         }
-        (Err(_), None) => unreachable!("what is not known exactly is sampled"),
+        (Err(_), None) => unreachable!("a volume without an exact value is sampled"),
     };
     if let Some(round) = &round {
         warnings.extend(round.choice.ran().auto.iter().filter_map(|auto| auto.warning.clone()));
@@ -322,13 +322,13 @@ impl Measured {
         Estimate::of_volume(&self.volume, self.unit)
     }
 
-    /// Returns the images, with all that a file of them needs.
+    /// Returns the images with the data that an output file needs.
     pub fn imaged(&self) -> Imaged<'_> {
         let (images, normals, volume) = (&self.images[..], Some(&self.normals[..]), self.volume.rays);
         Imaged { images, normals, mode: self.mode, unit: self.unit, volume }
     }
 
-    /// Writes what `target` asks for and drops the images, after the inputs were read in so many seconds with some warnings.
+    /// Writes `target` and drops the images. `read` and `warnings` are the seconds and the warnings of reading the inputs.
     pub(in crate::driver) fn finished(
         mut self,
         target: Option<&ImageTarget>,
@@ -339,8 +339,8 @@ impl Measured {
         warnings.append(&mut self.warnings);
         if let Some(target) = target {
             let writing = Instant::now();
-            let (surface, said) = write::images(target, &self.imaged(), progress)?;
-            warnings.extend(said);
+            let (surface, found) = write::images(target, &self.imaged(), progress)?;
+            warnings.extend(found);
             self.output = match &surface {
                 Some(surface) => surface.path.clone(),
                 None => Some(target.path.clone()),
@@ -352,19 +352,21 @@ impl Measured {
         self.warnings = warnings;
         self.seconds.read = read;
         self.seconds.total = start.elapsed().as_secs_f64();
-        self.look_over();
+        self.add_warnings();
         Ok(self)
     }
 
-    /// Warns of numbers that are far off or not finite.
-    pub(crate) fn look_over(&mut self) {
+    /// Adds warnings about numbers that are imprecise or not finite.
+    pub(crate) fn add_warnings(&mut self) {
         self.warnings.extend(imprecise(self));
         self.warnings.extend(not_finite(self));
     }
 }
 
-/// Sums over the triangles of a solid, where it is proved that they enclose no point twice; else the reason, if the mesh is
-/// closed.
+/// Returns sums over the triangles of a solid, if it is proved that its winding numbers are 0 and 1.
+///
+/// # Errors
+/// The reason why there is no proof, if the mesh is closed.
 fn exact_sums(solid: &Solid, seconds: &mut Seconds, progress: &Monitor) -> Result<MassProperties, Option<Unproved>> {
     let closed = solid.closed().ok_or(None)?;
     let proving = Instant::now();
@@ -377,7 +379,7 @@ fn exact_sums(solid: &Solid, seconds: &mut Seconds, progress: &Monitor) -> Resul
     sums.map_err(Some)
 }
 
-/// The volume and the measures of a solid from sums over its triangles. An inside-out mesh has the same solid.
+/// Returns the volume and the measures of a solid from sums over its triangles. An inside-out mesh describes the same solid.
 fn exactly(sums: &MassProperties, rays: Option<VolumeEstimate>) -> (Volume, SolidMeasures) {
     let &MassProperties { volume, volume_rounding, area, centroid, inertia } = sums;
     let sign = volume.signum();
@@ -386,17 +388,18 @@ fn exactly(sums: &MassProperties, rays: Option<VolumeEstimate>) -> (Volume, Soli
     (volume, SolidMeasures { area, centroid, inertia: sign * inertia })
 }
 
-/// The volume that images give, held to what the inputs allow.
+/// Returns the volume from images, clamped to the volumes that the inputs allow.
 fn estimated(job: &MeasureJob, solids: &[Solid], round: &Round, unproved: Option<Unproved>) -> Volume {
     let mut volume = Volume::estimate(round.volume, possible(job, solids, &round.rules_agree), unproved);
-    // As far as the rays see, a mesh's own volume is that of the solid, and the estimate is off by the difference.
+    // On all rays the fill rules agree, so the signed volume of the mesh is that of the solid: the error is at least the
+    // difference.
     if job.measurement.expression().is_none() && round.rules_agree[0] == Some(true) {
         volume.error = volume.error.max((volume.value - solids[0].volume.abs()).abs());
     }
     volume
 }
 
-/// Area and moments of a solid from images.
+/// Returns area and moments of a solid from images.
 fn estimated_measures(
     job: &MeasureJob,
     solid: &Solid,
@@ -414,7 +417,7 @@ fn estimated_measures(
     Ok(SolidMeasures { area, centroid, inertia })
 }
 
-/// Warns of solids in which the fill rules see different volumes.
+/// Returns warnings about solids whose volumes differ between the fill rules.
 fn fill_differences(
     job: &MeasureJob,
     solids: &[Solid],
@@ -434,8 +437,8 @@ fn fill_differences(
     Ok(warnings)
 }
 
-/// The least and the greatest volume that the inputs allow: no solid exceeds its box, and the volume of a closed mesh is known
-/// where the fill rules agree on all rays.
+/// Returns the least and the greatest volume that the inputs allow: no solid exceeds its box, and the volume of a closed mesh is
+/// known if the fill rules agree on all rays.
 fn possible(job: &MeasureJob, solids: &[Solid], rules_agree: &[Option<bool>]) -> [f64; 2] {
     let known = |i: usize| {
         let (solid, Aabb { min, max }) = (&solids[i], solids[i].bounds());
@@ -447,26 +450,26 @@ fn possible(job: &MeasureJob, solids: &[Solid], rules_agree: &[Option<bool>]) ->
     };
     match job.measurement.expression() {
         Some(expression) => expression.volume_bounds(known).volume,
-        // The solid whose volume is asked for bounds nothing but itself.
+        // The volume of a single solid is the unknown, so only its box bounds it.
         None => [0.0, solids[0].bounds().extent().element_product()],
     }
 }
 
-/// What the images of one grid gave.
+/// The results from the images of one grid.
 struct Round<'b> {
     choice: Choice<'b>,
     grid: Grid,
     volume: VolumeEstimate,
     moments: Vec<Moments>,
-    /// Whether all facets bound the solid, as far as three exact images show.
+    /// True if three exact images show that all facets bound the solid.
     shows_every_facet: bool,
     layers: [Option<u32>; 3],
     samples: u64,
     unclosed: Vec<(Axis, u64)>,
     images: Vec<Ldi>,
-    /// Of all triangles that the images know, counted through over the inputs.
+    /// The normals of all triangles, whose numbers count through all inputs.
     normals: Vec<[f32; 3]>,
-    /// Whether the fill rules agree in all images of each input alone; nothing where there was none.
+    /// For each input: true if the fill rules agree in all its images; `None` without an image of this input alone.
     rules_agree: Vec<Option<bool>>,
 }
 
@@ -475,7 +478,7 @@ fn lay(job: &MeasureJob, solids: &[Solid], spacing: Spacing) -> Result<Grid, Err
     raster::lay(raster::common_box(solids), spacing, job.lod, raster::names(solids))
 }
 
-/// Refuses images that would not fit into memory, before the system ends the process for them.
+/// Refuses images that would not fit into memory, before the system kills the process.
 fn admit(job: &MeasureJob, solids: &[Solid], lattice: &[LatticeSolid], grid: &Grid) -> Result<(), Error> {
     let images = memory::Images {
         held: machine::held_memory(),
@@ -489,7 +492,7 @@ fn admit(job: &MeasureJob, solids: &[Solid], lattice: &[LatticeSolid], grid: &Gr
     memory::admit_images(images, grid, lattice, Limit::new(job.memory), way_out)
 }
 
-/// The solids on a grid, restricted to the rays that can matter.
+/// Returns the solids on a grid, restricted to the rays that can matter.
 fn quantise<'s>(job: &MeasureJob, solids: &'s [Solid], grid: &Grid) -> Result<Vec<LatticeSolid<'s>>, Error> {
     let mut lattice: Vec<LatticeSolid> = solids.iter().map(|solid| solid.quantise(grid)).collect::<Result<_, _>>()?;
     if solids.iter().all(Solid::is_closed) {
@@ -498,13 +501,13 @@ fn quantise<'s>(job: &MeasureJob, solids: &'s [Solid], grid: &Grid) -> Result<Ve
     Ok(lattice)
 }
 
-/// The pitches of the rasters that images along so many axes are held against. One axis is asked for where time matters, and
-/// the coarser raster is enough to show what it is blind to.
+/// Returns the pitches of the coarser rasters that images along these axes are compared with. A user who requests fewer axes
+/// wants a fast result, and one coarser raster is enough to estimate its error.
 pub fn check_pitches(axes: &[Axis]) -> &'static [f64] {
     if axes.len() == 3 { &CHECK_PITCHES } else { &CHECK_PITCHES[1..] }
 }
 
-/// The exact images along all axes on a coarser raster, which an estimate is held against.
+/// Returns the volumes of the exact images along all axes on a coarser raster, with which an estimate is compared.
 fn check_raster(
     job: &MeasureJob,
     solids: &[Solid],
@@ -525,7 +528,7 @@ fn check_raster(
     Axis::ALL.into_iter().map(along).collect()
 }
 
-/// Lays a grid and samples along every axis that was asked for.
+/// Lays a grid and samples along every requested axis.
 fn sample_round<'b>(
     job: &MeasureJob,
     solids: &[Solid],
@@ -541,7 +544,7 @@ fn sample_round<'b>(
     seconds.sample += quantising.elapsed().as_secs_f64();
     let choice = backends.choose(|| work(&lattice, &job.axes));
 
-    // A GPU sums where it samples, unless the images themselves are wanted.
+    // A GPU computes sums itself, unless the images are needed.
     let keeps_images = !choice.is_gpu() || job.keep != Keep::Sums || job.measurement == Measurement::Volume;
 
     let triangles = if job.keep.has_triangles() { Triangles::Wanted } else { Triangles::NotWanted };
@@ -615,11 +618,11 @@ fn restrict(measurement: &Measurement, solids: &mut Vec<LatticeSolid>) {
     *solids = solids.drain(..).zip(&regions).map(|(solid, region)| solid.within(region)).collect();
 }
 
-/// The most rays along the longest side with which it is found which part of a mesh's surface bounds the solid.
+/// The most rays along the longest side for the share of a mesh's surface that bounds the solid.
 const AREA_RESOLUTION: u32 = 512;
 
-/// The surface area: that of the mesh's triangles, times the share of it that rays along the three axes find to bound the
-/// solid. It is exact where no triangle lies inside. Where no ray meets a triangle nothing is known to lie inside.
+/// Returns the surface area: the area of the mesh, times the share of it that bounds the solid according to rays along the three
+/// axes. It is exact if no triangle lies inside. If no ray meets a triangle, the share is 1.
 fn surface_area(
     job: &MeasureJob,
     solid: &Solid,
@@ -637,7 +640,7 @@ fn surface_area(
             let image = sampler.sample_surface(&lattice, axis, fill)?;
             Ok(integrate::surface_hits(&image, |triangle| lattice.facing(triangle, axis)))
         };
-        // The even-odd rule alone keeps every crossing.
+        // Only the even-odd rule keeps every crossing.
         let every = hits(FillRule::EvenOdd)?;
         total.all += every.all;
         total.boundary += match job.fill {
@@ -649,11 +652,11 @@ fn surface_area(
     Ok(solid.mesh().area() * share)
 }
 
-/// Resolutions that a tolerance starts from and ends at.
+/// First and last resolution of a refinement.
 const COARSEST: u32 = 128;
 const FINEST: u32 = 4096;
 
-/// A volume of zero is not believed before this resolution, as a small solid slips between few rays.
+/// Least resolution at which a volume of zero is accepted, as a small solid may lie between few rays.
 const ZERO_IS_CREDIBLE: u32 = 1024;
 
 /// Doubles the resolution until the error estimate is within the tolerance.
@@ -677,7 +680,7 @@ fn refine<'b>(
     }
 }
 
-/// Returns centroid and inertia, the mean over the images along different axes.
+/// Returns centroid and inertia: the means over the images along different axes.
 pub fn mean_moments(moments: &[Moments]) -> (DVec3, DMat3) {
     let share = 1.0 / moments.len() as f64;
     let centroid = moments.iter().map(|m| m.centroid * share).sum();
@@ -685,7 +688,7 @@ pub fn mean_moments(moments: &[Moments]) -> (DVec3, DMat3) {
     (centroid, inertia)
 }
 
-/// Says that a solid is narrower than the distance of the rays, which may then miss it altogether.
+/// Returns a warning if a solid is narrower than the pitch, so that rays may miss it.
 fn thin(solid: &Solid, grid: &Grid, axes: &[Axis]) -> Option<Warning> {
     let extent = solid.bounds().extent();
     let (axis, width) = axes
@@ -693,8 +696,8 @@ fn thin(solid: &Solid, grid: &Grid, axes: &[Axis]) -> Option<Warning> {
         .flat_map(|axis| [axis.column(), axis.row()].map(|across| (axis, extent[across])))
         .find(|&(_, width)| width < grid.pitch())?;
     let message = format!(
-        "{}: {width:.3e} wide across the rays along {}, which lie {:.3e} apart and may miss it; a greater --resolution or a \
-         smaller --pitch sees more",
+        "{}: the solid is {width:.3e} wide across the rays along {}, which lie {:.3e} apart and may miss it; raise --resolution \
+         or lower --pitch",
         solid.name(),
         axis.name(),
         grid.pitch(),
@@ -702,8 +705,8 @@ fn thin(solid: &Solid, grid: &Grid, axes: &[Axis]) -> Option<Warning> {
     Some(Warning::new("thinner-than-pitch", message))
 }
 
-/// Estimates of Booleans whose voxels are longer than the pitch: what an estimate of one solid adds or leaves out is known; of
-/// a Boolean it shows in the distance to exact coarser images alone.
+/// Returns a warning for an estimate of a Boolean whose voxels are longer than the pitch. The bias of an estimate of one solid is
+/// known; that of a Boolean appears only in the difference to exact coarser images.
 fn coarse_voxels(job: &MeasureJob, grid: &Grid) -> Option<Warning> {
     let voxel = |axis: &Axis| f64::from(grid.voxel(*axis)) * grid.step();
     let longest = job.axes.iter().map(voxel).fold(0.0, f64::max);
@@ -712,14 +715,14 @@ fn coarse_voxels(job: &MeasureJob, grid: &Grid) -> Option<Warning> {
         return None;
     }
     let message = format!(
-        "a ray is divided into voxels of {longest:.3e}, longer than the pitch of {:.3e}: an estimate may add or leave out as \
-         much at each surface; a greater --lod makes it less, and --mode exact leaves nothing of it",
+        "the voxels of a ray are {longest:.3e} long, longer than the pitch of {:.3e}: an estimate may add or omit this length \
+         at each surface; raise --lod to reduce it, or use --mode exact to avoid it",
         grid.pitch(),
     );
     Some(Warning::new("coarse-voxels", message))
 }
 
-/// How many rays did not close, where a mesh was let through although it is open.
+/// Returns a warning with the number of unclosed rays, if an open mesh was sampled.
 fn open_warning(solids: &[Solid], round: &Round) -> Option<Warning> {
     let open: Vec<String> = solids.iter().filter(|s| !s.is_closed()).map(|s| s.name().to_string()).collect();
     if open.is_empty() {
@@ -730,14 +733,14 @@ fn open_warning(solids: &[Solid], round: &Round) -> Option<Warning> {
         format!("{unclosed} of {} along {}", u64::from(columns) * u64::from(rows), axis.name())
     });
     let rays = each.collect::<Vec<_>>().join(", ");
-    let message = format!("{}: not closed; rays that did not close count as empty: {rays}", open.join(", "));
+    let message = format!("{}: the mesh is not closed; rays that do not close count as empty: {rays}", open.join(", "));
     Some(Warning::new("open", message))
 }
 
-/// An estimated error above this share of the volume is told.
+/// Estimated error, as a share of the volume, above which there is a warning.
 const IMPRECISE: f64 = 0.1;
 
-/// Says that the rays are too few to tell the volume, as for a solid that is thin beside their distance.
+/// Returns a warning if there are too few rays for the volume, as for a solid that is thin compared with the pitch.
 fn imprecise(measured: &Measured) -> Option<Warning> {
     let Volume { value, error, possible: [least, greatest], .. } = measured.volume;
     // An empty sum has a warning of its own.
@@ -747,8 +750,8 @@ fn imprecise(measured: &Measured) -> Option<Warning> {
     if measured.volume.is_unresolved() {
         let unit = unit::suffix(measured.unit, 3);
         let message = format!(
-            "no ray at a pitch of {:.3e} meets the result: all that is known is that its volume is at least {} and at most \
-             {}{unit}; raise --resolution to resolve it",
+            "no ray at a pitch of {:.3e} meets the result: its volume is at least {} and at most {}{unit}; raise --resolution to \
+             resolve it",
             measured.grid.pitch(),
             number(least),
             number(greatest),
@@ -757,16 +760,19 @@ fn imprecise(measured: &Measured) -> Option<Warning> {
     }
     let message = || {
         let much = if value > 0.0 { format!("{:.0} % of it", 100.0 * error / value) } else { "all of it".to_owned() };
-        let flags = if measured.sum.is_some() { "--resolution" } else { "--resolution or --tolerance" };
+        let change = match measured.sum.is_some() {
+            true => "raise --resolution",
+            false => "raise --resolution or set --tolerance",
+        };
         format!(
-            "the volume may be off by {much}: at a pitch of {:.3e} too few rays meet the solid; a greater {flags} tells more",
+            "the volume may be off by {much}: too few rays meet the solid at a pitch of {:.3e}; {change}",
             measured.grid.pitch()
         )
     };
     (error > IMPRECISE * value).then(|| Warning::new("imprecise", message()))
 }
 
-/// Names the results that are beyond the numbers, as JSON holds null in their place.
+/// Returns a warning that names the results that are not finite, which are null in JSON.
 fn not_finite(measured: &Measured) -> Option<Warning> {
     let volume = [("volume", measured.volume.value), ("error estimate", measured.volume.error)];
     let measures = measured.measures.iter().flat_map(|m| {
@@ -776,7 +782,7 @@ fn not_finite(measured: &Measured) -> Option<Warning> {
     let inputs = measured.solids.iter().map(|solid| ("volume of an input's mesh", solid.volume));
     let names: Vec<&str> =
         volume.into_iter().chain(measures).chain(inputs).filter(|(_, v)| !v.is_finite()).map(|(n, _)| n).collect();
-    let why = if measured.volume.value == 0.0 { "as there is no volume" } else { "being beyond the range of f64" };
-    let message = format!("not a finite number, {why}: {}", names.join(", "));
+    let why = if measured.volume.value == 0.0 { "as the volume is zero" } else { "as they exceed the range of f64" };
+    let message = format!("these results are not finite numbers, {why}: {}", names.join(", "));
     (!names.is_empty()).then(|| Warning::new("not-finite", message))
 }

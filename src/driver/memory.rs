@@ -1,11 +1,10 @@
-//! The memory budget: forecasts what an operation will hold, and refuses what does not fit before it is taken.
+//! The memory budget: forecasts the memory of an operation, and refuses an operation that would exceed the limit.
 //!
-//! Four parts of a forecast grow apart. Meshes and primitives are there already and do not change with the pitch h. Rows under way
-//! go with 1/h, rays and samples with 1/h², lattice nodes with 1/h³. So a forecast at one pitch tells the pitch at which a limit
-//! is met.
+//! A forecast has four parts. Meshes and primitives are in memory already and do not depend on the pitch h. Rows in progress
+//! grow as 1/h, rays and samples as 1/h², lattice nodes as 1/h³. So a forecast at one pitch gives the pitch that meets a limit.
 //!
-//! Bytes of a sample were measured, as addresses: on a gyroid of 3.3 million triangles at 1000 to 6000 rays the forecast of images
-//! is 1.0 to 1.4 times what was taken.
+//! The bytes of a sample were measured as address space: on a gyroid of 3.3 million triangles at 1000 to 6000 rays, the forecast
+//! for images is 1.0 to 1.4 times the memory in use.
 
 use std::fmt::{self, Display};
 
@@ -18,14 +17,14 @@ use crate::number::number;
 /// The share of the free memory that an operation takes without `--memory`.
 const SHARE_OF_FREE: f64 = 0.8;
 
-/// The share of the limit that a proposed raster takes: the forecast is an estimate, and what the process holds already differs
+/// The share of the limit that a proposed raster takes: the forecast is an estimate, and the memory in use before it varies
 /// from run to run.
 const MARGIN: f64 = 0.9;
 
-/// Operations that take fewer bytes are admitted whatever is free.
+/// Operations that take fewer bytes are admitted even if no memory is free.
 const LITTLE: f64 = 64e6;
 
-/// A pitch longer by more than this leaves nothing of a raster.
+/// Largest factor of the pitch that the search for a fitting raster tries.
 const COARSEST: f64 = 1e5;
 
 /// The bytes that a process is expected to hold at most, at one pitch.
@@ -61,7 +60,7 @@ impl Cost {
                 return None;
             }
         }
-        // A thousandth of the pitch is nearer than the estimate.
+        // A thousandth of the pitch is finer than the accuracy of the estimate.
         while fits - low > 1e-3 * low {
             let middle = 0.5 * (low + fits);
             match self.at(middle) > limit {
@@ -78,16 +77,16 @@ impl Cost {
 pub enum Limit {
     /// The given number of bytes.
     Asked(u64),
-    /// A share of the free bytes, and those that the process holds.
+    /// A share of the free bytes, plus those that the process holds.
     Free(u64),
-    /// The system does not say how much memory there is.
+    /// The system does not report the free memory.
     Unknown,
 }
 
 impl Limit {
-    /// Returns the limit that was given, or one from the free memory.
-    pub fn new(asked: Option<u64>) -> Limit {
-        match (asked, machine::free_memory()) {
+    /// Returns the requested limit, or one from the free memory.
+    pub fn new(requested: Option<u64>) -> Limit {
+        match (requested, machine::free_memory()) {
             (Some(bytes), _) => Limit::Asked(bytes),
             (None, Some(free)) => Limit::Free((SHARE_OF_FREE * free as f64) as u64 + machine::held_memory()),
             (None, None) => Limit::Unknown,
@@ -102,7 +101,7 @@ impl Limit {
         }
     }
 
-    /// Returns the bytes that a cost exceeds, if it does.
+    /// Returns the bytes of the limit, if a cost exceeds it.
     fn exceeded_by(self, cost: &Cost) -> Option<u64> {
         let is_little = matches!(self, Limit::Free(_)) && cost.at(1.0) - cost.fixed <= LITTLE;
         self.bytes().filter(|most| cost.bytes() > *most && !is_little)
@@ -121,8 +120,8 @@ impl Display for Limit {
     }
 }
 
-/// Refuses an operation whose cost is above the limit. `subject` names what needs the memory; `way_out` returns what would fit,
-/// from the factor of the pitch at which the cost does, if there is one.
+/// Refuses an operation whose cost is above the limit. `subject` names the data that need the memory; `way_out` returns advice,
+/// from the factor of the pitch at which the cost would fit, if any.
 ///
 /// # Errors
 /// A machine error with the cost, the limit and the way out.
@@ -173,7 +172,7 @@ pub fn nodes(grid: &Grid) -> f64 {
     grid.rays().iter().map(|&n| f64::from(n)).product()
 }
 
-/// The images of solids, as far as memory goes with them.
+/// The images of solids, as far as their memory depends on them.
 #[derive(Clone, Copy, Debug)]
 pub struct Images<'a> {
     /// The bytes that the process holds already.
@@ -182,31 +181,31 @@ pub struct Images<'a> {
     pub axes: &'a [Axis],
     /// Number of images along one axis that are held at the same time, the result among them.
     pub at_once: u64,
-    /// Whether samples have triangles.
+    /// True if samples have triangles.
     pub have_triangles: bool,
-    /// Whether the image of an axis is kept while the next is made.
+    /// True if the image of an axis is kept while the next is made.
     pub are_kept: bool,
-    /// Whether all are written with their normals.
+    /// True if all images are written with their normals.
     pub have_normals: bool,
 }
 
 /// Bytes of a ray, in the offsets of an image.
 const RAY: f64 = 4.0;
 
-/// Bytes of a sample in a list that grows, which may have room for twice as many.
+/// Bytes of a sample in a growing list, which may have twice the capacity in use.
 const GROWING: f64 = 8.0;
 
-/// Bytes of a sample on its way through a band of rows: its crossing, sorted, and its place in the band's own image.
+/// Bytes of a sample in a band of rows in progress: its sorted crossing, and its place in the image of the band.
 const IN_BAND: f64 = 24.0;
 
-/// Number of rows that are under way at the same time.
+/// Number of rows that are in progress at the same time.
 const ROWS_UNDER_WAY: f64 = 256.0;
 
-/// Bytes of a sample that is kept: its depth, and with its triangle.
+/// Bytes of a kept sample: its depth, without and with its triangle.
 const KEPT: f64 = 8.0;
 const KEPT_WITH_TRIANGLE: f64 = 12.0;
 
-/// Bytes of a sample when normals are written: what is kept, and the normal twice while the list of it is joined.
+/// Bytes of a sample when normals are written: its depth, its triangle, and twice its normal while the lists are joined.
 const WITH_NORMAL: f64 = 30.0;
 
 impl Images<'_> {
@@ -262,10 +261,10 @@ pub fn admit_images(
     admit(&images.cost(grid, solids), limit, subject, way_out)
 }
 
-/// Bytes of a sample in a mesh at most: a vertex and two triangles, and the stars by which they are checked.
+/// Largest number of bytes per sample of a mesh: a vertex, two triangles, and the vertex stars of the manifold check.
 pub const BYTES_OF_MESH_SAMPLE: f64 = 110.0;
 
-/// Refuses the mesh of so many samples if it would not fit.
+/// Refuses the mesh of a number of samples if it would not fit.
 ///
 /// # Errors
 /// A machine error.
@@ -332,7 +331,7 @@ mod tests {
     #[test]
     fn rays_and_samples_are_counted() {
         let (found, admitted) = cube(VOLUME, 5120, Limit::Unknown);
-        // Two samples on each of 5120² rays, a twentieth of them under way.
+        // Two samples on each of 5120² rays, a twentieth of them in progress.
         let rays = 5120.0 * 5120.0;
         assert!((found / (rays * (4.0 + 2.0 * (8.0 + 24.0 / 20.0))) - 1.0).abs() < 0.01, "{found}");
         assert_eq!(admitted, Ok(()));
@@ -355,7 +354,7 @@ mod tests {
         assert!((1000..5120).contains(&proposed), "{failure:?}");
         assert_eq!(cube(VOLUME, proposed, limit).1, Ok(()));
         assert!(cube(VOLUME, proposed * 5 / 4, limit).1.is_err());
-        // An operation that needs next to nothing is always admitted.
+        // An operation that needs very little memory is always admitted.
         assert_eq!(cube(VOLUME, 100, Limit::Free(0)).1, Ok(()));
     }
 }

@@ -1,36 +1,36 @@
-//! In the place of `gpu.rs` in builds without the feature `gpu`: there is no GPU, and that is what it says.
+//! The replacement of `gpu.rs` in builds without the feature `gpu`: every request for a GPU fails.
 
 use super::backend::{Gpu, GpuDevice};
 use crate::Error;
 use crate::gpu::DeviceError;
 
-const WHY: &str = "this build has no GPU sampler";
+const REASON: &str = "this build has no GPU sampler";
 
-/// The reason why this build can use no GPU.
-pub const ABSENT: Option<&str> = Some(WHY);
+/// The reason why this build has no GPU sampler.
+pub const ABSENT: Option<&str> = Some(REASON);
 
 /// Refuses to open an adapter.
-pub fn open(wanted: Option<&str>) -> Result<Gpu, Error> {
-    Err(refused(wanted))
+pub fn open(requested: Option<&str>) -> Result<Gpu, Error> {
+    Err(refused(requested))
 }
 
-/// Tells who asks for a GPU by name or by flag that there is none.
-pub fn refused(wanted: Option<&str>) -> Error {
-    let flag = wanted.map_or("--backend gpu".to_owned(), |name| format!("--adapter {name}"));
-    Error::machine(format!("{flag}: {WHY}"))
+/// Returns the error for a GPU that is requested by name or by flag.
+pub fn refused(requested: Option<&str>) -> Error {
+    let flag = requested.map_or("--backend gpu".to_owned(), |name| format!("--adapter {name}"));
+    Error::machine(format!("{flag}: {REASON}"))
 }
 
-/// Returns the reason why there is no GPU.
+/// Fails with the reason why there is no GPU.
 pub fn automatic() -> Result<Automatic, String> {
-    Err(WHY.to_owned())
+    Err(REASON.to_owned())
 }
 
 /// Returns no adapters, and the reason.
 pub fn list() -> (Vec<GpuDevice>, Result<String, String>) {
-    (Vec::new(), Err(WHY.to_owned()))
+    (Vec::new(), Err(REASON.to_owned()))
 }
 
-/// A choice that is never made.
+/// The type of a choice that this build never makes.
 pub struct Automatic {
     /// The reason for the adapter.
     pub reason: String,

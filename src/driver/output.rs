@@ -1,4 +1,4 @@
-//! Files that are replaced whole, with the errors of operations.
+//! Atomic replacement of files, with the errors of operations.
 
 use std::fs::File;
 use std::io::{self, BufWriter};

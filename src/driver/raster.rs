@@ -1,4 +1,4 @@
-//! The raster of an operation: laid around its solids at the spacing that a job asks for.
+//! The raster of an operation: around its solids, at the spacing of the job.
 
 use std::fmt::Display;
 
@@ -8,7 +8,7 @@ use crate::Error;
 use crate::grid::Grid;
 use crate::mesh::Aabb;
 
-/// Lays a raster around a box; `name` says in errors whose.
+/// Lays a raster around the box of `name`, which errors state.
 ///
 /// # Errors
 /// Boxes that no lattice can hold at this spacing.

@@ -1,4 +1,4 @@
-//! `render`: the image behind a picture, and the picture.
+//! `render`: pictures of solids, from images along the direction of sight.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -32,7 +32,7 @@ use crate::sampler::{FillRule, Mode, SampleError, Sampler};
 use crate::unit;
 use crate::{Error, Warning};
 
-/// A picture.
+/// The description of a picture.
 #[derive(Clone, Debug)]
 pub struct RenderJob {
     /// The names of the inputs in captions.
@@ -47,11 +47,11 @@ pub struct RenderJob {
     pub backend: Backend,
     /// The most bytes that the process may hold; a share of the free memory without it.
     pub memory: Option<u64>,
-    /// Whether the files are hashed.
+    /// True if the files are hashed.
     pub hashes: bool,
-    /// The solid that is seen, of the inputs by their indices.
+    /// The solid to show, as an expression over the indices of the inputs.
     pub expression: Expression,
-    /// The expression as text, where it was given so.
+    /// The expression as text, if it was given as text.
     pub typed: Option<String>,
     /// The view.
     pub scenery: Scenery,
@@ -84,22 +84,22 @@ pub enum Scenery {
 pub struct Plane {
     /// The axis.
     pub axis: Axis,
-    /// Its place on the axis.
+    /// The position on the axis.
     pub position: SlicePosition,
 }
 
-/// The place of a plane on its axis.
+/// The position of a plane on its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SlicePosition {
-    /// A coordinate in file units, or in a unit of its own.
+    /// A coordinate in file units, or in its own unit.
     Coordinate(Length),
-    /// From 0 at the lower end of the solids' box to 1 at the upper one.
+    /// A share of the solids' box, from 0 at its lower end to 1 at its upper end.
     Share(f64),
 }
 
-/// Everything that is known of a picture.
+/// The result of a rendering.
 pub struct Rendered {
-    /// The inputs, turned.
+    /// The inputs, rotated to the view.
     pub solids: Vec<Solid>,
     /// The unit of all lengths, where it is known.
     pub unit: Option<LengthUnit>,
@@ -115,13 +115,13 @@ pub struct Rendered {
     pub scale_bar: f64,
     /// The direction of sight.
     pub view: View,
-    /// The plane that was shown, or that opened the solid: its axis and coordinate.
+    /// The axis and coordinate of the slice or cut, if any.
     pub plane: Option<(Axis, f64)>,
     /// The raster behind the picture.
     pub grid: Grid,
-    /// Samples of all images.
+    /// The number of samples in all images.
     pub samples: u64,
-    /// Rays that did not close.
+    /// The number of unclosed rays.
     pub unclosed: u64,
     /// The fill rule.
     pub fill: FillRule,
@@ -129,11 +129,11 @@ pub struct Rendered {
     pub ran: Ran,
     /// Times by stage.
     pub seconds: RenderSeconds,
-    /// Remarks on inputs and picture.
+    /// Warnings about the inputs and the picture.
     pub warnings: Vec<Warning>,
 }
 
-/// Where the time went.
+/// Times by stage.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "report", derive(Serialize))]
 pub struct RenderSeconds {
@@ -147,11 +147,11 @@ pub struct RenderSeconds {
     pub shade: f64,
     /// Writing.
     pub write: f64,
-    /// All of it.
+    /// The total.
     pub total: f64,
 }
 
-/// Runs a job; `start` is when the process began.
+/// Renders a job. The total time counts from `start`.
 pub fn render(job: &RenderJob, inputs: &[Input], start: Instant, progress: &Monitor) -> Result<Rendered, Error> {
     let backends = Backends::open(&job.backend)?;
     let mut seconds = RenderSeconds::default();
@@ -182,15 +182,15 @@ pub fn render(job: &RenderJob, inputs: &[Input], start: Instant, progress: &Moni
     seconds.sample += turning.elapsed().as_secs_f64();
     progress.detail(format_args!("turned and quantised by {:.4} s", start.elapsed().as_secs_f64()));
 
-    let (mut canvas, told) = match (job.scenery, plane) {
+    let (mut canvas, counts) = match (job.scenery, plane) {
         (Scenery::Slice(_), Some((axis, at))) => stage.slice(axis, at, &mut seconds, progress)?,
         (_, plane) => {
             let cut = plane.map(|(axis, at)| Cut::facing_the_eye(rotation * unit_vector(axis), at));
             stage.shaded(cut, &mut seconds, progress)?
         }
     };
-    if told.result == 0 {
-        let message = "the picture is empty: there is nothing of what is to be seen".to_owned();
+    if counts.result == 0 {
+        let message = "the picture is empty: no ray meets the solid to show".to_owned();
         warnings.push(Warning::new("nothing-seen", message));
     }
     let bar = ScaleBar::of(&stage.camera);
@@ -199,10 +199,10 @@ pub fn render(job: &RenderJob, inputs: &[Input], start: Instant, progress: &Moni
     progress.stage("writing")?;
     timed(&mut seconds.write, || output::replace(&job.to, |file| png::write(&canvas, file)))?;
 
-    warnings.extend(fill_warnings(&solids, &told.rules_agree, job.fill)?);
+    warnings.extend(fill_warnings(&solids, &counts.rules_agree, job.fill)?);
     let ran = stage.choice.ran();
     warnings.extend(ran.auto.iter().filter_map(|auto| auto.warning.clone()));
-    warnings.extend(told.warnings(&solids));
+    warnings.extend(counts.warning(&solids));
     seconds.total = start.elapsed().as_secs_f64();
     let (grid, pixel) = (*stage.camera.grid(), stage.camera.pixel());
     drop(stage);
@@ -217,8 +217,8 @@ pub fn render(job: &RenderJob, inputs: &[Input], start: Instant, progress: &Moni
         view,
         plane,
         grid,
-        samples: told.samples,
-        unclosed: told.unclosed,
+        samples: counts.samples,
+        unclosed: counts.unclosed,
         fill: job.fill,
         ran,
         seconds,
@@ -226,19 +226,19 @@ pub fn render(job: &RenderJob, inputs: &[Input], start: Instant, progress: &Moni
     })
 }
 
-/// What `make` gives, its time added.
-fn timed<T>(seconds: &mut f64, make: impl FnOnce() -> T) -> T {
+/// Runs a task and adds its time to `seconds`.
+fn timed<T>(seconds: &mut f64, task: impl FnOnce() -> T) -> T {
     let start = Instant::now();
-    let made = make();
+    let result = task();
     *seconds += start.elapsed().as_secs_f64();
-    made
+    result
 }
 
 fn unit_vector(axis: Axis) -> DVec3 {
     [DVec3::X, DVec3::Y, DVec3::Z][axis.depth()]
 }
 
-/// The side from which a plane is seen: x to the right where it can be, and z upwards.
+/// Returns the view onto a plane across an axis: x to the right if possible, and z upwards.
 fn across(axis: Axis) -> View {
     match axis {
         Axis::X | Axis::Z => View::From(axis),
@@ -246,7 +246,10 @@ fn across(axis: Axis) -> View {
     }
 }
 
-/// The plane of a job, which has to pass the box of the solids.
+/// Returns the plane of a job.
+///
+/// # Errors
+/// Planes that miss the box of the solids.
 fn place(job: &RenderJob, solids: &[Solid]) -> Result<Option<(Axis, f64)>, Error> {
     let (Scenery::Slice(Plane { axis, position }) | Scenery::Shaded { cut: Some(Plane { axis, position }), .. }) =
         job.scenery
@@ -264,13 +267,13 @@ fn place(job: &RenderJob, solids: &[Solid]) -> Result<Option<(Axis, f64)>, Error
     }
     let name = axis.name();
     Err(Error::input(format!(
-        "--slice {name}={at}: the solids reach from {} to {} along {name}",
+        "--slice {name}={at}: the plane misses the solids, which extend from {} to {} along {name}",
         number(low),
         number(high)
     )))
 }
 
-/// The solids, turned, before a camera.
+/// The rotated solids, the camera and the device.
 struct Stage<'s> {
     job: &'s RenderJob,
     solids: &'s [Solid],
@@ -279,27 +282,33 @@ struct Stage<'s> {
     choice: Choice<'s>,
 }
 
-/// What sampling tells beside the picture.
+/// Counts of the samples and rays behind a picture.
 #[derive(Default)]
-struct Told {
+struct Counts {
     samples: u64,
     unclosed: u64,
-    /// Samples of what the picture shows.
+    /// The number of samples of the solid or section to show.
     result: usize,
-    /// Whether the fill rules agree in the image of each input.
+    /// For each input: true if the fill rules agree in its image.
     rules_agree: Vec<Option<bool>>,
 }
 
-impl Told {
-    fn look_at(&mut self, image: &Ldi) {
+impl Counts {
+    /// Adds the counts of the image of the next input.
+    fn add_image(&mut self, image: &Ldi) {
         self.samples += image.depths().len() as u64;
         self.unclosed += image.unclosed().len() as u64;
         self.rules_agree.push(image.windings().map(Windings::fill_rules_agree));
     }
 
-    fn warnings(&self, solids: &[Solid]) -> Option<Warning> {
+    /// Returns a warning with the number of unclosed rays, if a mesh is open.
+    fn warning(&self, solids: &[Solid]) -> Option<Warning> {
         let open: Vec<String> = solids.iter().filter(|s| !s.is_closed()).map(|s| s.name().to_string()).collect();
-        let message = format!("{}: not closed; {} rays did not close and show nothing", open.join(", "), self.unclosed);
+        let message = format!(
+            "{}: the mesh is not closed; {} rays do not close and show nothing",
+            open.join(", "),
+            self.unclosed
+        );
         (!open.is_empty()).then(|| Warning::new("open", message))
     }
 }
@@ -317,7 +326,7 @@ impl<'s> Stage<'s> {
         let boxes = solids.iter().map(|s| ViewBox { min: s.bounds().min, max: s.bounds().max });
         let all = boxes.reduce(hull).expect("a job has an input");
         let subject = match job.scenery {
-            Scenery::Shaded { .. } => seen(job, solids)?.unwrap_or(all),
+            Scenery::Shaded { .. } => box_of_result(job, solids)?.unwrap_or(all),
             Scenery::Slice(_) => all,
         };
         let camera = Camera::aim(job.format, subject, all)
@@ -342,29 +351,29 @@ impl<'s> Stage<'s> {
             are_kept: true,
             have_normals: false,
         };
-        let way_out = |_| "a smaller --size, or fewer --samples, needs less".to_owned();
+        let way_out = |_| "lower --size or --samples".to_owned();
         memory::admit_images(images, camera.grid(), &lattice, Limit::new(job.memory), way_out)?;
         let choice = backends.choose(|| work(&lattice, &[Axis::Z]));
         Ok(Stage { job, solids, camera, lattice, choice })
     }
 
-    /// The images of all solids, and what there is to say of them.
+    /// Returns the images of all solids, and their counts.
     fn sampled(
         &self,
         sample: impl Fn(&LatticeSolid) -> Result<Ldi, SampleError>,
         seconds: &mut RenderSeconds,
         progress: &Monitor,
-    ) -> Result<(Vec<Ldi>, Told), Error> {
+    ) -> Result<(Vec<Ldi>, Counts), Error> {
         let (columns, rows) = self.camera.grid().image_size(Axis::Z);
         progress.stage(format!("{columns} × {rows} rays"))?;
-        let mut told = Told::default();
+        let mut counts = Counts::default();
         let mut images = Vec::new();
         for solid in &self.lattice {
             let image = timed(&mut seconds.sample, || sample(solid))?;
-            told.look_at(&image);
+            counts.add_image(&image);
             images.push(image);
         }
-        Ok((images, told))
+        Ok((images, counts))
     }
 
     fn shaded(
@@ -372,8 +381,8 @@ impl<'s> Stage<'s> {
         cut: Option<Cut>,
         seconds: &mut RenderSeconds,
         progress: &Monitor,
-    ) -> Result<(Canvas, Told), Error> {
-        let (images, mut told) = self.sampled(
+    ) -> Result<(Canvas, Counts), Error> {
+        let (images, mut counts) = self.sampled(
             |solid| self.choice.sampler().sample_surface(solid, Axis::Z, self.job.fill),
             seconds,
             progress,
@@ -381,7 +390,7 @@ impl<'s> Stage<'s> {
         progress.detail(format_args!("sampled by {:.4} s; {}", seconds.sample, self.choice.ran()));
         let first_triangles: Vec<u32> = first_triangles(&self.lattice).collect();
         let result = timed(&mut seconds.operate, || combine(self.job, images, &first_triangles))?;
-        told.result = result.depths().len();
+        counts.result = result.depths().len();
         progress.stage("shading")?;
         let skins: Vec<Skin> = self
             .lattice
@@ -395,7 +404,7 @@ impl<'s> Stage<'s> {
             .collect();
         let scene = Scene { camera: &self.camera, image: &result, skins: &skins, cut, cut_tint: palette::cut() };
         let canvas = timed(&mut seconds.shade, || shaded(&scene, self.job.facets, self.job.background));
-        Ok((canvas, told))
+        Ok((canvas, counts))
     }
 
     fn slice(
@@ -404,13 +413,13 @@ impl<'s> Stage<'s> {
         at: f64,
         seconds: &mut RenderSeconds,
         progress: &Monitor,
-    ) -> Result<(Canvas, Told), Error> {
-        let (images, mut told) = self.sampled(
+    ) -> Result<(Canvas, Counts), Error> {
+        let (images, mut counts) = self.sampled(
             |solid| self.choice.sampler().sample(solid, Axis::Z, Mode::Exact, self.job.fill),
             seconds,
             progress,
         )?;
-        told.result = images.iter().map(|image| image.depths().len()).sum();
+        counts.result = images.iter().map(|image| image.depths().len()).sum();
         progress.stage("drawing")?;
         let depth = (across(axis).rotation() * unit_vector(axis)).z * at;
         let images: Vec<&Ldi> = images.iter().collect();
@@ -418,17 +427,17 @@ impl<'s> Stage<'s> {
         let job = self.job;
         let fills = |inputs: u32| fill_of(job, inputs);
         let canvas = timed(&mut seconds.shade, || slice(&self.camera, &images, depth, &fills, ink, job.background));
-        Ok((canvas, told))
+        Ok((canvas, counts))
     }
 }
 
-/// The tint of an input of a job.
+/// Returns the tint of an input of a job.
 fn tint(job: &RenderJob, input: usize) -> Colour {
     if job.names.len() == 1 { palette::alone() } else { palette::tint(input) }
 }
 
-/// The colour, in a slice, of what lies in some inputs: that of the result where it belongs to it, else a pale mix of their
-/// tints.
+/// Returns the colour, in a slice, of the points in some inputs: the colour of the result where they belong to it, else a pale
+/// mix of the inputs' tints.
 fn fill_of(job: &RenderJob, inputs: u32) -> Colour {
     if job.names.len() == 1 {
         return palette::alone();
@@ -441,7 +450,7 @@ fn fill_of(job: &RenderJob, inputs: u32) -> Colour {
     inside.enumerate().fold(background, |mixed, (before, input)| mixed.mix(pale(job, input), 1.0 / (before + 1) as f32))
 }
 
-/// The colour, in a slice, of what lies in one input and not in the result.
+/// Returns the colour, in a slice, of the points in one input that are not in the result.
 fn pale(job: &RenderJob, input: usize) -> Colour {
     tint(job, input).mix(job.background.colour(), 0.45)
 }
@@ -450,7 +459,7 @@ fn hull(a: ViewBox, b: ViewBox) -> ViewBox {
     ViewBox { min: a.min.min(b.min), max: a.max.max(b.max) }
 }
 
-/// The rays of the picture, as a box on the lattice.
+/// Returns the rays of the picture, as a box on the lattice.
 fn window(camera: &Camera) -> LatticeBox {
     let ([low, high], grid) = (camera.window(), camera.grid());
     let steps = |rays: u32| (rays << grid.shift()) as i32;
@@ -460,18 +469,18 @@ fn window(camera: &Camera) -> LatticeBox {
     }
 }
 
-/// Rays along the longest side of all solids with which it is found where the result of several is.
-const PROBE: u32 = 160;
+/// Rays along the longest side of all solids, for the box of the result of several.
+const BOX_RESOLUTION: u32 = 160;
 
-/// The box of what is seen; that of all where nothing is.
+/// Returns the box of the result of several solids; `None` for a single solid or an empty result.
 ///
-/// It is always the CPU that looks for it: so few rays are done before a GPU has compiled its shaders for them.
-fn seen(job: &RenderJob, solids: &[Solid]) -> Result<Option<ViewBox>, Error> {
+/// The CPU always samples here: it finishes so few rays before a GPU has compiled its shaders.
+fn box_of_result(job: &RenderJob, solids: &[Solid]) -> Result<Option<ViewBox>, Error> {
     if solids.len() == 1 {
         return Ok(None);
     }
     let bounds = raster::common_box(solids);
-    let Ok(grid) = Grid::with_resolution(bounds, PROBE, *LOD_RANGE.start()) else { return Ok(None) };
+    let Ok(grid) = Grid::with_resolution(bounds, BOX_RESOLUTION, *LOD_RANGE.start()) else { return Ok(None) };
     let images = solids
         .iter()
         .map(|solid| Ok(CpuSampler::default().sample(&solid.quantise(&grid)?, Axis::Z, Mode::Exact, job.fill)?));
@@ -481,7 +490,7 @@ fn seen(job: &RenderJob, solids: &[Solid]) -> Result<Option<ViewBox>, Error> {
         let samples = image.samples(ray);
         let at = [ray % columns, ray / columns].map(f64::from);
         let depth = |steps: &i32| f64::from(*steps) * grid.step();
-        // The result reaches up to a ray that misses it.
+        // The result may extend up to the neighbouring ray that misses it.
         let low = DVec3::new((at[0] - 0.5) * grid.pitch(), (at[1] - 0.5) * grid.pitch(), depth(samples.first()?));
         let high = DVec3::new((at[0] + 1.5) * grid.pitch(), (at[1] + 1.5) * grid.pitch(), depth(samples.last()?));
         Some(ViewBox { min: grid.origin() + low, max: grid.origin() + high })
@@ -490,7 +499,7 @@ fn seen(job: &RenderJob, solids: &[Solid]) -> Result<Option<ViewBox>, Error> {
     Ok(hits.reduce(hull).map(within))
 }
 
-/// The image of a job's expression, from an image of each input and the number of its first triangle.
+/// Returns the image of a job's expression, from an image of each input and the number of its first triangle.
 fn combine(job: &RenderJob, mut images: Vec<Ldi>, first_triangles: &[u32]) -> Result<Ldi, Error> {
     if images.len() == 1 {
         return Ok(images.remove(0));
@@ -501,7 +510,7 @@ fn combine(job: &RenderJob, mut images: Vec<Ldi>, first_triangles: &[u32]) -> Re
     Ok(plan.sweep(&operands)?)
 }
 
-/// Draws what a figure needs beside the picture.
+/// Draws outline, scale bar, axes and caption.
 fn annotate(job: &RenderJob, stage: &Stage, plane: Option<(Axis, f64)>, bar: ScaleBar, canvas: &mut Canvas) {
     let unit_of = unit::suffix(stage.solids[0].unit, 1);
     let mut annotator = Annotator::new(canvas);
@@ -518,7 +527,7 @@ fn annotate(job: &RenderJob, stage: &Stage, plane: Option<(Axis, f64)>, bar: Sca
     annotator.caption(&captions(job, stage, plane, &unit_of));
 }
 
-/// Which plane it is, and whose tint is which.
+/// Returns the caption: the position of the plane, and the tint of each input.
 fn captions(job: &RenderJob, stage: &Stage, plane: Option<(Axis, f64)>, unit_of: &str) -> Vec<CaptionLine> {
     let mut lines = Vec::new();
     if let Some((axis, at)) = plane {
@@ -552,10 +561,10 @@ fn captions(job: &RenderJob, stage: &Stage, plane: Option<(Axis, f64)>, unit_of:
     lines
 }
 
-/// A number with four digits that count, for a caption.
+/// Returns a number with four significant digits, for a caption.
 fn rounded(value: f64) -> String {
     let text = format!("{value:.3e}");
     let short: f64 = text.parse().unwrap_or(value);
-    // What is next to nothing beside the other coordinates is nothing in a caption.
+    // A rounding residue of 0 appears as 0.
     format!("{}", if short.abs() < 1e-12 { 0.0 } else { short })
 }

@@ -1,4 +1,4 @@
-//! Warnings about units: a unit that is given against the one that the file states, and sizes that speak for another unit.
+//! Warnings about units: `--unit` contradicts the file, or the size of a model suggests another unit.
 
 use std::path::Path;
 
@@ -9,19 +9,19 @@ use crate::mesh::LengthUnit;
 use crate::number::digits;
 use crate::unit;
 
-/// Sides in metres: the longest side of a model is rarely shorter than the first or longer than the second.
+/// Plausible range of the longest side of a model, in metres.
 const PLAUSIBLE: [f64; 2] = [1e-4, 10.0];
 
-/// Numbers that no unit makes strange: models have been drawn in every unit with sides of this many of it.
+/// Range of side lengths that are common in any unit and give no warning.
 const COMMON_NUMBERS: [f64; 2] = [0.1, 1e4];
 
-/// Says that a file's own unit stands against the one that was given, and what the model measures in both.
+/// Returns a warning if a file states another unit than `--unit`, with the size of the model in both.
 pub fn unit_ignored(path: &Path, own: Option<LengthUnit>, given: Option<LengthUnit>, extent: DVec3) -> Option<Warning> {
     let (own, given) = (own?, given?);
     let name = path.display();
     let message = format!(
-        "{name}: the file states{}, and --unit{} is for files that state none: the model is {}, and would be {}; if that is \
-         meant, `ldi-ops convert {name} -o FILE.stl` drops the unit, and --unit{} then gives it",
+        "{name}: the file states{}, so --unit{} is ignored: the model is {}, not {}; to change the unit, drop it with \
+         `ldi-ops convert {name} -o FILE.stl`, then pass --unit{}",
         unit::suffix(Some(own), 1),
         unit::suffix(Some(given), 1),
         sides(extent, own),
@@ -31,8 +31,8 @@ pub fn unit_ignored(path: &Path, own: Option<LengthUnit>, given: Option<LengthUn
     (own != given).then(|| Warning::new("unit-ignored", message))
 }
 
-/// Says that a model is too small or too large to be in its unit, and which unit would fit; `given` is whether the user gave
-/// the unit.
+/// Returns a warning if a model is implausibly small or large in its unit, with the unit that would fit. `given` is true if the
+/// unit comes from the user.
 pub fn implausible(path: &Path, unit: Option<LengthUnit>, given: bool, extent: DVec3) -> Option<Warning> {
     let unit = unit?;
     let longest = extent.max_element();
@@ -50,15 +50,15 @@ pub fn implausible(path: &Path, unit: Option<LengthUnit>, given: bool, extent: D
     let way_out = match given {
         true => format!("did you mean --unit {symbol}?"),
         false => format!(
-            "is the unit that the file states meant? `ldi-ops convert {name} -o FILE.stl` drops it, and --unit {symbol} then gives \
-             another"
+            "the unit that the file states may be wrong; to change it, drop it with `ldi-ops convert {name} -o FILE.stl`, \
+             then pass --unit {symbol} instead"
         ),
     };
     let message = format!("{name}: the model is {}; {way_out}", sides(extent, unit));
     Some(Warning::new("unit-implausible", message))
 }
 
-/// The sides of a box: `12 × 10 × 3 mm`.
+/// Returns the sides of a box as text: `12 × 10 × 3 mm`.
 fn sides(extent: DVec3, unit: LengthUnit) -> String {
     let [x, y, z] = extent.to_array().map(|side| digits(side, 3));
     format!("{x} × {y} × {z}{}", unit::suffix(Some(unit), 1))
@@ -74,9 +74,9 @@ mod tests {
     }
 
     #[test]
-    fn sizes_that_speak_for_another_unit_are_asked_about() {
-        let asked = message(0.05, LengthUnit::Millimetre, true).unwrap();
-        assert!(asked.contains("the model is 0.05 × 0.025 × 0.0125 mm; did you mean --unit m?"), "{asked}");
+    fn implausible_sizes_suggest_another_unit() {
+        let suggested = message(0.05, LengthUnit::Millimetre, true).unwrap();
+        assert!(suggested.contains("the model is 0.05 × 0.025 × 0.0125 mm; did you mean --unit m?"), "{suggested}");
         assert!(message(0.12, LengthUnit::Micrometre, true).is_none());
         assert!(message(0.012, LengthUnit::Micrometre, true).unwrap().contains("--unit m?"));
         assert!(message(25_000.0, LengthUnit::Millimetre, true).unwrap().contains("--unit um?"));
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn ordinary_sizes_in_every_unit_are_not_asked_about() {
+    fn ordinary_sizes_in_every_unit_give_no_warning() {
         use LengthUnit::{Centimetre, Foot, Inch, Metre, Micrometre, Millimetre};
         let ordinary = [
             (3.0, Micrometre),

@@ -1,4 +1,4 @@
-//! From images to a mesh that is fit to be written: contoured, if asked for simplified, and checked to be a manifold.
+//! Meshes of images: contoured, simplified on request, and checked to be manifolds.
 
 use std::path::{Path, PathBuf};
 
@@ -24,73 +24,73 @@ use crate::surface::simplify::simplify;
 use crate::surface::{Coordinates, Surface, contour_in};
 use crate::{Error, Warning};
 
-/// What is known of a mesh that was made of images.
+/// The report of a mesh that was contoured from images.
 #[derive(Clone, Debug)]
 pub struct SurfaceReport {
-    /// Where it was written; nothing where it was not, being empty or far from the volume.
+    /// The file; `None` where none was written, as the mesh is empty or far from the volume.
     pub path: Option<PathBuf>,
-    /// Vertices of the mesh.
+    /// The number of vertices.
     pub vertices: usize,
-    /// Triangles of the mesh.
+    /// The number of triangles.
     pub triangles: usize,
-    /// Connected parts of the mesh.
+    /// The number of connected parts.
     pub components: usize,
-    /// Of all components together.
+    /// The genus, summed over all components.
     pub genus: usize,
     /// The volume that the mesh encloses.
     pub volume: f64,
-    /// The same before parts were dropped and triangles removed.
+    /// The volume before parts were dropped and triangles removed.
     pub contoured_volume: f64,
-    /// What may be missing of it where edges are cut off for want of normals: a pitch of its whole surface.
+    /// The volume that may be missing where edges are cut off, as normals are unknown: one pitch times the area.
     pub cut_off: f64,
-    /// Ray crossings of walls and gaps that are finer than the lattice, which the mesh does not have.
+    /// The number of ray crossings of walls between two neighbouring nodes, which the mesh lacks.
     pub walls: u64,
-    /// Gaps between two nodes, likewise.
+    /// The number of ray crossings of gaps between two neighbouring nodes, which the mesh lacks.
     pub gaps: u64,
-    /// Nodes about which the images disagree.
+    /// The number of nodes about which the images disagree.
     pub disagreements: u64,
     /// The largest distance of a sample from the mesh before it was simplified.
     pub largest_distance: f64,
-    /// Vertices of edges and corners that could not be put where they belong.
+    /// The number of vertices that could not be placed on their edge or corner.
     pub blunted: u64,
-    /// Pairs of triangles that cross; not known of a mesh that was simplified.
+    /// The number of pairs of triangles that cross; unknown for a simplified mesh.
     pub crossing_pairs: Option<u64>,
-    /// The simplification, where one was asked for.
+    /// The report of the simplification, if requested.
     pub simplified: Option<SimplifiedReport>,
-    /// The volume of the largest part, as a share of that of all.
+    /// The volume of the largest part, as a share of the total.
     pub largest_share: f64,
-    /// Small parts that were dropped.
+    /// The small parts that were dropped.
     pub dropped: Dropped,
-    /// What was subtracted from the coordinates.
+    /// The offset that was subtracted from the coordinates.
     pub recentred: Option<DVec3>,
 }
 
-/// What simplification did.
+/// The report of a simplification.
 #[derive(Clone, Copy, Debug)]
 pub struct SimplifiedReport {
-    /// What the distance was to be below.
+    /// The requested bound of the distance.
     pub bound: f64,
-    /// The largest distance that was measured, either way.
+    /// The largest distance that was measured, in either direction.
     pub distance: f64,
-    /// Triangles before.
+    /// The number of triangles before.
     pub triangles: usize,
 }
 
-/// Images of one solid along all axes, and what belongs to them.
+/// The images of one solid, with their normals, mode, unit and volume.
 pub struct Imaged<'a> {
     /// The images along x, y and z.
     pub images: &'a [Ldi],
-    /// The normals of the triangles that the images refer to; nothing where they are not known.
+    /// The normals of the triangles that the images refer to; `None` where they are unknown.
     pub normals: Option<&'a [[f32; 3]]>,
     /// The mode of the images.
     pub mode: Mode,
     /// The unit of lengths, where it is known.
     pub unit: Option<LengthUnit>,
-    /// The volume that a mesh of them is held against.
+    /// The volume that a mesh of the images is compared with.
     pub volume: Option<VolumeEstimate>,
 }
 
-/// Makes a mesh of images and writes it, unless it is empty or far from the volume; says what is noteworthy.
+/// Contours images and writes the mesh, unless it is empty or far from the volume. Returns its report and warnings.
 pub fn write(
     imaged: &Imaged,
     path: &Path,
@@ -129,14 +129,14 @@ pub fn write_error(error: io::WriteError) -> Error {
     }
 }
 
-/// Says that a mesh is not one of the solid whose volume was measured.
+/// Returns a warning if the volume of a mesh is far from the measured volume.
 pub fn far_from_volume(imaged: &Imaged, report: &SurfaceReport) -> Option<Warning> {
     let VolumeEstimate { value, error } = imaged.volume?;
     let mesh = report.contoured_volume;
     let message = || {
         format!(
-            "the mesh encloses {} of a volume of {} ± {}: {} walls and {} gaps are thinner than the pitch, which a mesh \
-             cannot hold; a greater --resolution keeps more",
+            "the mesh encloses a volume of {}, but the solid has {} ± {}: the mesh lacks {} walls and {} gaps that are thinner \
+             than the pitch; raise --resolution to keep more",
             number(mesh),
             number(value),
             number(error),
@@ -147,14 +147,14 @@ pub fn far_from_volume(imaged: &Imaged, report: &SurfaceReport) -> Option<Warnin
     is_far(value, error + report.cut_off, mesh).then(|| Warning::new("mesh-far-from-volume", message()))
 }
 
-/// Returns whether the volume of a mesh is far beyond the error of the volume that was measured. An error as large as
-/// the volume excuses no mesh that has less than half of it.
+/// Returns whether the volume of a mesh differs from the measured volume by far more than its error, or, for large errors, by
+/// more than half of the volume.
 fn is_far(value: f64, error: f64, mesh: f64) -> bool {
     let distance = (mesh - value).abs();
     distance > (10.0 * error).max(0.01 * value) || distance > (2.0 * error).max(0.5 * value)
 }
 
-/// A round offset near the middle of a box: a multiple of the power of ten next above its longest side.
+/// Returns a round offset near the middle of a box: a multiple of the power of ten next above its longest side.
 pub fn middle(bounds: Aabb) -> DVec3 {
     let unit = 10f64.powi(bounds.extent().max_element().log10().ceil() as i32);
     let offset = (0.5 * (bounds.min + bounds.max) / unit).round() * unit;
@@ -162,7 +162,7 @@ pub fn middle(bounds: Aabb) -> DVec3 {
     if offset.is_finite() { offset + DVec3::ZERO } else { DVec3::ZERO }
 }
 
-/// Makes a mesh of images for a file of a precision.
+/// Contours images into a mesh for a file of a precision.
 pub fn mesh(
     imaged: &Imaged,
     finish: Finish,
@@ -202,14 +202,18 @@ pub fn mesh(
     progress.stage("checking the mesh")?;
     let manifold = ManifoldReport::of(&mesh, precision);
     if let Some(failure) = manifold.failures().first() {
-        // Coordinates that fall together are the model's; all else would be a fault of this program.
+        // Coordinates that overflow or coincide after rounding come from the model; the others are faults of this program.
         let way_out = match failure {
             ManifoldFailure::Collapsed(_, Precision::Single) | ManifoldFailure::Welded(_, Precision::Single) => {
                 " Write .obj, .ply, .off or .3mf, which hold 64 bits, or pass --recentre."
             }
-            _ => "",
+            ManifoldFailure::Collapsed(..)
+            | ManifoldFailure::Welded(..)
+            | ManifoldFailure::BadPositions(_)
+            | ManifoldFailure::NoVolume { .. } => "",
+            _ => " This is an internal error; please report it.",
         };
-        return Err(Error::input(format!("the mesh of the result is not fit to be written: {failure}{way_out}")));
+        return Err(Error::input(format!("the mesh of the result fails the manifold check: {failure}{way_out}")));
     }
     let report = SurfaceReport {
         path: None,
@@ -234,27 +238,27 @@ pub fn mesh(
     Ok((mesh, report))
 }
 
-/// The bound of a first step, in pitches. With more at once so many nodes change sides that most places have to be restored,
-/// and more triangles stay than with less.
+/// The bound of the first step, in pitches. A larger first step moves so many nodes to the other side that most places have to
+/// be restored, and more triangles remain.
 const FIRST_STEP: f64 = 0.1;
 
 #[cfg(feature = "simplify")]
-/// Removes triangles within a bound; the mesh sampled again gives the same nodes. A bound that is large beside the pitch is
-/// used in steps, each twice as long as the one before; their distances add up.
+/// Removes triangles within a bound, so that sampling the mesh again gives the same nodes. A bound that is large compared with
+/// the pitch is used in steps, each twice as long as the one before; their distances add up.
 fn simplified(mesh: TriangleMesh, grid: &Grid, bound: f64) -> Result<(TriangleMesh, SimplifiedReport), Error> {
-    let wanted = planes_of(&mesh, grid)?;
+    let expected = planes_of(&mesh, grid)?;
     let mut report = SimplifiedReport { bound, distance: 0.0, triangles: mesh.triangles.len() };
     let (mut mesh, mut step) = (mesh, FIRST_STEP * grid.pitch());
     while report.distance < bound {
         let rest = bound - report.distance;
-        let made = simplify(&mesh, step.min(rest), |mesh| {
-            // A mesh that cannot be sampled on this grid is acceptable nowhere.
+        let result = simplify(&mesh, step.min(rest), |mesh| {
+            // If the mesh cannot be sampled on this grid, every vertex has to be restored.
             let Ok(found) = planes_of(mesh, grid) else { return mesh.positions.clone() };
-            differences(grid, &wanted, &found)
+            differences(grid, &expected, &found)
         });
-        let made = made.map_err(Error::input)?;
-        mesh = made.mesh;
-        report.distance += made.distance;
+        let result = result.map_err(Error::input)?;
+        mesh = result.mesh;
+        report.distance += result.distance;
         if step >= rest {
             break;
         }
@@ -268,23 +272,23 @@ fn simplified(_: TriangleMesh, _: &Grid, _: f64) -> Result<(TriangleMesh, Simpli
     Err(Error::Usage("build ldi_ops with the feature `simplify` to remove triangles".to_owned()))
 }
 
-/// The nodes inside a mesh, plane after plane.
+/// Returns the nodes inside a mesh, plane after plane.
 fn planes_of(mesh: &TriangleMesh, grid: &Grid) -> Result<Vec<Vec<u64>>, Error> {
-    // It is closed: the contour and each step of the simplification are.
+    // The mesh is closed, as the contour and each step of the simplification keep it closed.
     let solid = grid.quantise_open(mesh).map_err(Error::input)?;
-    // All three images of one mesh say the same of nodes.
+    // All three images of one mesh agree about nodes, so one is enough.
     let image = CpuSampler::default().sample(&solid, Axis::X, Mode::Exact, FillRule::EvenOdd)?;
     Ok(NodePlanes::new([&image], Mode::Exact).map_err(Error::input)?.planes().collect())
 }
 
-/// The world positions of nodes that differ.
-fn differences(grid: &Grid, wanted: &[Vec<u64>], found: &[Vec<u64>]) -> Vec<DVec3> {
+/// Returns the world positions of nodes that differ.
+fn differences(grid: &Grid, expected: &[Vec<u64>], found: &[Vec<u64>]) -> Vec<DVec3> {
     let [columns, ..] = grid.rays().map(|n| n as usize);
     let words = columns.div_ceil(64);
     let mut places = Vec::new();
-    for (z, (wanted, found)) in wanted.iter().zip(found).enumerate() {
-        for (at, (wanted, found)) in wanted.iter().zip(found).enumerate() {
-            for bit in Ones(wanted ^ found) {
+    for (z, (expected, found)) in expected.iter().zip(found).enumerate() {
+        for (at, (expected, found)) in expected.iter().zip(found).enumerate() {
+            for bit in Ones(expected ^ found) {
                 let node = [at % words * 64 + bit as usize, at / words, z].map(|i| f64::from(grid.node(i as u32)));
                 places.push(grid.origin() + grid.step() * DVec3::from_array(node));
             }
@@ -293,17 +297,17 @@ fn differences(grid: &Grid, wanted: &[Vec<u64>], found: &[Vec<u64>]) -> Vec<DVec
     places
 }
 
-/// Shares of the vertices or crossings above which what was lost is told.
+/// Number of lost walls and gaps, as a share of the vertices, above which there is a warning.
 const NOTEWORTHY: f64 = 1e-3;
 
-/// What was lost on the way from images to a mesh.
+/// Returns warnings about details that the mesh lacks.
 pub fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let lost = report.walls + report.gaps;
     if lost as f64 > NOTEWORTHY * report.vertices as f64 {
         let message = format!(
-            "the mesh lacks what is thinner than the pitch: rays cross {} walls and {} gaps that lie between two neighbouring \
-             nodes; a greater --resolution keeps more",
+            "the mesh lacks details thinner than the pitch: rays cross {} walls and {} gaps between two neighbouring nodes; \
+             raise --resolution to keep more",
             report.walls, report.gaps
         );
         warnings.push(Warning::new("below-resolution", message));

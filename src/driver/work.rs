@@ -1,11 +1,12 @@
-//! How much there is to sample, told beforehand.
+//! Estimates of the sampling work, made before sampling.
 
 use crate::grid::{Axis, LatticeSolid};
 
-/// Triangles that are looked at; a solid of more is told by every so manieth.
-const LOOKED_AT: usize = 1 << 13;
+/// Sample size of the cost estimate; larger meshes are strided.
+const SAMPLE_SIZE: usize = 1 << 13;
 
-/// Triangles and expected crossings of all solids, along all axes: what the time of sampling goes with.
+/// Returns the number of triangles and expected crossings of all solids along all axes, to which the sampling time is
+/// proportional.
 pub fn work(solids: &[LatticeSolid], axes: &[Axis]) -> f64 {
     let each = |solid: &LatticeSolid| {
         let crossings: f64 = axes.iter().map(|&axis| expected_crossings(solid, axis)).sum();
@@ -14,17 +15,17 @@ pub fn work(solids: &[LatticeSolid], axes: &[Axis]) -> f64 {
     solids.iter().map(each).sum()
 }
 
-/// Expected crossings of a solid and the rays along an axis.
+/// Returns the expected number of crossings of a solid with the rays along an axis.
 pub fn expected_crossings(solid: &LatticeSolid, axis: Axis) -> f64 {
     let all = solid.triangles().len();
-    let stride = all.div_ceil(LOOKED_AT).max(1);
-    let looked_at = all.div_ceil(stride).max(1);
+    let stride = all.div_ceil(SAMPLE_SIZE).max(1);
+    let sampled = all.div_ceil(stride).max(1);
     let found: f64 = solid.triangles().iter().step_by(stride).map(|&triangle| crossings(solid, triangle, axis)).sum();
-    all as f64 * found / looked_at as f64
+    all as f64 * found / sampled as f64
 }
 
-/// The rays of the solid's region that cross a triangle, by its area in the image. Of a triangle that reaches beyond the
-/// region as large a share counts as of its box.
+/// Returns the expected number of rays in the solid's region that cross a triangle: its projected area in pixels. A triangle
+/// that extends beyond the region counts with the share of its box that lies within.
 fn crossings(solid: &LatticeSolid, triangle: [u32; 3], axis: Axis) -> f64 {
     let corners = triangle.map(|vertex| solid.positions()[vertex as usize]);
     let across = [axis.column(), axis.row()];
@@ -52,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn crossings_are_expected_where_they_are_found() {
+    fn expected_crossings_match_the_samples_of_an_image() {
         let mesh: TriangleMesh = solids::torus(10.0, 3.0, 300, 200).unwrap();
         let closed = ClosedMesh::check(mesh).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), 200, 1024).unwrap();
@@ -69,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn every_solid_and_axis_adds_its_own() {
+    fn work_adds_up_over_solids_and_axes() {
         let closed = ClosedMesh::check(solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap()).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), 100, 1024).unwrap();
         let solid = grid.quantise(&closed).unwrap();

@@ -1,4 +1,4 @@
-//! Files that are made of images.
+//! Writes images, or the mesh or voxels computed from them.
 
 use std::io;
 
@@ -14,7 +14,7 @@ use crate::progress::Monitor;
 use crate::voxels;
 use crate::{Error, Warning};
 
-/// Writes images along one axis or several, or what is made of them; of a mesh it tells what it came to.
+/// Writes images along one or more axes, or the mesh or voxels computed from them. Returns the report of a mesh, and warnings.
 pub fn images(
     target: &ImageTarget,
     imaged: &Imaged,

@@ -30,7 +30,7 @@ enum NonZero {
     Same,
     /// Another volume, since the rule unites overlaps.
     Volume(f64),
-    /// A refusal, as the triangles do not agree on what is outside.
+    /// A refusal, as the triangles are not consistently oriented.
     NotOriented,
 }
 

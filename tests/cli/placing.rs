@@ -141,7 +141,7 @@ fn implausible_sizes_suggest_another_unit() {
     folder.stl("b.stl", &cube(0.0, 120.0));
     folder.run(&["volume", "b.stl", "--resolution", "16", "--unit", "m"]).code(0).warns(&["b.stl", "--unit mm?"]);
     folder.run(&["convert", "a.stl", "-o", "a.3mf", "--unit", "mm"]).code(0);
-    folder.run(&["volume", "a.3mf", "--resolution", "16"]).code(0).warns(&["a.3mf", "states meant?", "--unit m "]);
+    folder.run(&["volume", "a.3mf", "--resolution", "16"]).code(0).warns(&["a.3mf", "may be wrong", "--unit m "]);
 }
 
 /// A tetrahedron of side 1, as glTF with its buffer inside; glTF is in metres.
@@ -177,11 +177,11 @@ fn files_are_converted_to_the_unit_of_the_first() {
     folder.run(&["volume", "m.gltf", "--unit", "mm", "--resolution", "16"]).code(0).warns(&[
         "m.gltf",
         "states m",
-        "the model is 1 × 1 × 1 m, and would be 1 × 1 × 1 mm",
+        "the model is 1 × 1 × 1 m, not 1 × 1 × 1 mm",
         "ldi-ops convert m.gltf -o FILE.stl",
     ]);
     let run = folder.run(&["convert", "m.gltf", "-o", "m.obj", "--unit", "mm"]).code(0);
-    run.warns(&["m.gltf", "states m", "would be 1 × 1 × 1 mm"]);
+    run.warns(&["m.gltf", "states m", "not 1 × 1 × 1 mm"]);
     let both = |unit| folder.json(&["intersect", "m.gltf", "m.gltf", "--unit", unit, "--resolution", "16"]);
     assert_eq!(warning_codes(&both("mm")), ["unit-ignored", "unit-ignored"]);
     assert!(warning_codes(&both("m")).is_empty());

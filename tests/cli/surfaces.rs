@@ -134,7 +134,7 @@ fn impossible_mesh_outputs_are_refused() {
     folder.run(&["sample", "a.stl", "--simplify", "0.1h", "-o", "a.npz"]).code(2).says(&["--simplify", "meshes"]);
     folder.run(&["sample", "a.stl", "--simplify", "0", "-o", "a.stl"]).code(2).says(&["0.1h"]);
     folder.run(&["sample", "a.stl", "--axis", "x", "--resolution", "8", "-o", "x.npz"]).code(0);
-    folder.run(&["surface", "x.npz", "-o", "x.stl"]).code(2).says(&["x.npz", "all three axes", "x alone"]);
+    folder.run(&["surface", "x.npz", "-o", "x.stl"]).code(2).says(&["x.npz", "all three axes", "x only"]);
     folder.run(&["surface", "a.stl", "-o", "x.stl"]).code(2).says(&["a.stl"]);
     folder.run(&["surface", "none.npz", "-o", "x.stl"]).code(2).says(&["none.npz", "No such file"]);
 }

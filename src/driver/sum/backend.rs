@@ -1,7 +1,7 @@
-//! Where the crossings of primitives are found and gaps resolved: on the CPU, or on the GPU that was asked for.
+//! The device of a sum: it samples primitives and resolves gaps on the CPU, or on the requested GPU.
 //!
-//! Culling takes milliseconds and images are made of what has come back, so both stay on the CPU, and so does the forecast on
-//! its coarse raster. The bits are the same by either. A GPU that gives up is an error and never a reason for the CPU to go on.
+//! Culling takes milliseconds, and images are made from spans in host memory, so both stay on the CPU, as does the forecast on
+//! its coarse raster. Both devices give the same bits. The failure of a GPU is an error; the CPU does not take over.
 
 use super::gpu::SumGpu;
 use crate::Error;
@@ -13,40 +13,40 @@ use crate::grid::{Axis, Grid};
 use crate::minkowski::{Exterior, Membership, Primitives, RaySpans, ResolveError, ResolvedSpans, resolve};
 use crate::sampler::cpu::CpuSampler;
 
-/// Bits that resolving on the CPU remembers of a node: two planes of each slab are kept.
+/// Bits per node during gap resolution on the CPU, which keeps two planes of each slab.
 const BITS_OF_NODE: f64 = 0.5;
 
-/// Bits of a node that a GPU sends back at the most: two states, three walls, and what of them is open, and begins a run.
+/// Largest number of bits per node that a GPU returns: two states, three walls, open or not, and start of a run or not.
 const BITS_OF_FLOODED_NODE: f64 = 7.0;
 
-/// One of them.
+/// The device of a sum.
 pub enum SumBackend {
-    /// The processor.
+    /// The CPU.
     Cpu,
     /// A GPU.
     Gpu(Box<SumGpu>),
 }
 
 impl SumBackend {
-    /// Opens the device that was asked for; `auto` takes none.
+    /// Opens the requested device; `auto` takes the CPU.
     pub fn open(backend: &Backend) -> Result<SumBackend, Error> {
         match backend {
             Backend::Auto | Backend::Cpu => Ok(SumBackend::Cpu),
-            Backend::Gpu(wanted) => Ok(SumBackend::Gpu(Box::new(SumGpu::open(wanted.as_deref())?))),
+            Backend::Gpu(name) => Ok(SumBackend::Gpu(Box::new(SumGpu::open(name.as_deref())?))),
         }
     }
 
-    /// What is told of it, where `asked` is what was asked for.
-    pub fn ran(&self, asked: &Backend) -> Ran {
+    /// Returns the device for reports, where `requested` is the requested one.
+    pub fn ran(&self, requested: &Backend) -> Ran {
         let reason = || Auto { reason: "no GPU has been measured for sums yet".to_owned(), warning: None };
         let gpu = match self {
             SumBackend::Cpu => None,
             SumBackend::Gpu(gpu) => Some(gpu.name.clone()),
         };
-        Ran { gpu, auto: (*asked == Backend::Auto).then(reason) }
+        Ran { gpu, auto: (*requested == Backend::Auto).then(reason) }
     }
 
-    /// Refuses a grid that a device has no room for.
+    /// Refuses a grid that does not fit into the memory of the device.
     pub fn admit(&self, grid: &Grid) -> Result<(), Error> {
         match self {
             SumBackend::Cpu => Ok(()),
@@ -54,7 +54,7 @@ impl SumBackend {
         }
     }
 
-    /// Bits of the host that resolving takes for each node.
+    /// Returns the bits of host memory per node during gap resolution.
     pub fn bits_of_node(&self) -> f64 {
         match self {
             SumBackend::Cpu => BITS_OF_NODE,
@@ -62,7 +62,7 @@ impl SumBackend {
         }
     }
 
-    /// The spans of primitives along an axis, and how many crossings there were.
+    /// Returns the spans of primitives along an axis, and the number of crossings.
     pub fn spans<H: Hit>(
         &self,
         primitives: &Primitives,
@@ -76,18 +76,19 @@ impl SumBackend {
         }
     }
 
-    /// Removes gaps that are none, if no two rays contradict one another and the device does not fail.
+    /// Resolves gaps. Fails if rays contradict each other, or if the device fails. It reports the number of tested components and
+    /// their total to `report_progress`.
     pub fn resolve<H: Hit + Sync>(
         &self,
         grid: &Grid,
         spans: [RaySpans<H>; 3],
         exterior: Exterior,
         membership: &impl Membership,
-        tell: &(dyn Fn(u64, u64) + Sync),
+        report_progress: &(dyn Fn(u64, u64) + Sync),
     ) -> Result<Result<ResolvedSpans<H>, ResolveError>, DeviceError> {
         match self {
-            SumBackend::Cpu => Ok(resolve(grid, spans, exterior, membership, tell)),
-            SumBackend::Gpu(gpu) => gpu.resolve(grid, spans, exterior, membership, tell),
+            SumBackend::Cpu => Ok(resolve(grid, spans, exterior, membership, report_progress)),
+            SumBackend::Gpu(gpu) => gpu.resolve(grid, spans, exterior, membership, report_progress),
         }
     }
 }

@@ -1,8 +1,8 @@
-//! What a step will find, told by the same step with a raster of an eighth of the rays along each side or fewer.
+//! Forecasts of the crossings and samples of a step, from the same step on a coarser raster.
 //!
-//! The lattice stays, so that nothing is culled or rounded again: a pixel of the coarse raster is eight of the fine one.
-//! Crossings, gaps and samples go with the number of rays, so that those of the coarse raster, times 64, are near to those
-//! to come: within a tenth or so, where the result is not thinner than a coarse pixel.
+//! The lattice stays the same, so nothing is culled or rounded again; only the pitch grows by a power of two. Crossings, gaps and
+//! samples are proportional to the number of rays. Scaled by the ratio of rays, the counts of the coarse raster agree with those
+//! of the fine one within about a tenth, if the result is not thinner than a coarse pixel.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,19 +13,19 @@ use crate::grid::{Axis, Grid};
 use crate::ldi::TooManySamples;
 use crate::minkowski::RaySpans;
 
-/// Rays along the longest side of the coarse raster, at least.
+/// Least number of rays along the longest side of the coarse raster.
 const FEWEST: u32 = 64;
 
-/// What is expected along all axes together.
+/// The expected counts of a step, summed over all axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
-    /// Ends of spans and of what may be gaps.
+    /// The number of ends of spans and possible gaps.
     pub kept: f64,
-    /// Samples of the result's exact images.
+    /// The number of samples of the result's exact images.
     pub samples: f64,
 }
 
-/// A raster of fewer rays on the same lattice; nothing where the lattice has no room for one.
+/// Returns a raster of fewer rays on the same lattice; `None` where the lattice has no room for one.
 fn coarser(grid: &Grid) -> Option<Grid> {
     let longest = grid.rays().into_iter().max().unwrap_or(1);
     (1..=(longest / FEWEST).max(2).ilog2()).rev().find_map(|halvings| {
@@ -36,8 +36,8 @@ fn coarser(grid: &Grid) -> Option<Grid> {
 }
 
 impl Forecast {
-    /// Samples on a coarser raster. `resolve` removes gaps that are none, as far as it can be done there; `surface` is what is
-    /// sampled where there is no room for a coarser raster, and how many of its crossings are then taken to be kept.
+    /// Returns the forecast from a coarser raster, where `resolve` resolves gaps as far as possible. Without room for a coarser
+    /// raster, it counts the crossings of `surface`: positions, triangles, and the share of crossings that is kept.
     pub fn of<E: From<Error>>(
         grid: &Grid,
         spans: impl Fn(&Grid, Axis) -> Result<RaySpans<Crossing>, TooManySamples>,
@@ -58,8 +58,7 @@ impl Forecast {
     }
 }
 
-/// How many crossings of rays with triangles there will be, along all axes: their areas as the rays see them, over that of
-/// a pixel.
+/// Returns the expected number of crossings of rays with triangles along all axes: the projected areas over that of a pixel.
 fn crossings(positions: &[[i32; 3]], triangles: &[[u32; 3]], grid: &Grid) -> f64 {
     let pixel = f64::from(1u32 << grid.shift());
     let area = |triangle: &[u32; 3]| {

@@ -1,4 +1,4 @@
-//! The part of a sum that a GPU makes; `no_gpu.rs` takes this module's place in builds without them.
+//! The part of a sum that runs on a GPU. Builds without the feature `gpu` use `no_gpu.rs` instead.
 
 use crate::Error;
 use crate::driver::gpu;
@@ -10,23 +10,23 @@ use crate::minkowski::{Exterior, Membership, Primitives, RaySpans, ResolveError,
 use crate::sampler::SampleError;
 use crate::sampler::gpu::GpuSampler;
 
-/// A GPU that is open, with all of its device that sums take.
+/// An open GPU, with its sampler and its resolver of gaps.
 pub struct SumGpu {
-    /// What it is called in results.
+    /// The name in results.
     pub name: String,
     sampler: GpuSampler,
     resolver: GpuResolver,
 }
 
 impl SumGpu {
-    /// Opens the adapter of a name, or the first one.
-    pub fn open(wanted: Option<&str>) -> Result<SumGpu, Error> {
-        let (name, sampler) = gpu::sampler(wanted)?;
+    /// Opens the adapter of a name, or the first adapter.
+    pub fn open(requested: Option<&str>) -> Result<SumGpu, Error> {
+        let (name, sampler) = gpu::sampler(requested)?;
         let resolver = GpuResolver::new(sampler.device());
         Ok(SumGpu { name, sampler, resolver })
     }
 
-    /// Whether there is room for resolving on a grid.
+    /// Checks that the device has memory for gap resolution on a grid.
     pub fn admit(&self, grid: &Grid) -> Result<(), DeviceError> {
         self.resolver.admit(grid)
     }
@@ -47,9 +47,9 @@ impl SumGpu {
         spans: [RaySpans<H>; 3],
         exterior: Exterior,
         membership: &impl Membership,
-        tell: &(dyn Fn(u64, u64) + Sync),
+        report_progress: &(dyn Fn(u64, u64) + Sync),
     ) -> Result<Result<ResolvedSpans<H>, ResolveError>, DeviceError> {
-        match self.resolver.resolve(grid, spans, exterior, membership, tell) {
+        match self.resolver.resolve(grid, spans, exterior, membership, report_progress) {
             Ok(resolved) => Ok(Ok(resolved)),
             Err(GpuResolveError::Resolve(error)) => Ok(Err(error)),
             Err(GpuResolveError::Device(error)) => Err(error),

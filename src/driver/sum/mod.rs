@@ -1,7 +1,7 @@
-//! `minkowski`, `offset`, `open` and `close`: images of what no mesh bounds, in one step or two, and what they integrate to.
+//! Minkowski sums, offsets, openings and closings: images and volumes.
 //!
-//! The volume's error estimate comes from a second, coarser raster, as for all images; what is smaller than the pitch of both
-//! may be further off than the ± says.
+//! An opening or a closing takes two steps, all others one. The error estimate of the volume comes from coarser rasters, as for
+//! all images; it may be too small for details finer than the pitch of all rasters.
 
 mod backend;
 mod forecast;
@@ -23,7 +23,7 @@ use crate::sampler::{FillRule, Mode};
 
 pub use self::backend::SumBackend;
 use self::shells::{Shells, Windings};
-use self::steps::{Made, Setting, Step};
+use self::steps::{Setting, Step, StepImages};
 use super::input::{self, InputRequirements, Sides, Solid};
 use super::measure::{Measured, Seconds, Volume, check_pitches};
 use super::memory::Limit;
@@ -37,25 +37,25 @@ use crate::progress::Monitor;
 
 pub use self::steps::StepReport;
 
-/// What a sum took.
+/// The report of a sum, a difference or an offset.
 #[derive(Clone, Debug)]
 pub struct SumReport {
-    /// Two of an opening or a closing, one of all else; the first alone if it left nothing.
+    /// The steps: two for an opening or a closing, one for all others. If the first result is empty, there is no second step.
     pub steps: Vec<StepReport>,
-    /// The bytes that it might hold, where anything is known of them.
+    /// The memory limit in bytes, where it is known.
     pub memory_limit: Option<u64>,
 }
 
 impl SumReport {
-    /// The bytes that it was expected to hold at most.
+    /// Returns the expected peak memory, in bytes.
     pub fn memory_estimate(&self) -> u64 {
         self.steps.iter().map(|step| step.memory_estimate).max().unwrap_or(0)
     }
 }
 
-/// Reads inputs, makes their sum, difference or offset, measures it and writes what `target` asks for.
+/// Reads inputs, computes their sum, difference or offset, measures it and writes `target`.
 ///
-/// `start` is the time from which the total counts.
+/// The total time counts from `start`.
 ///
 /// # Errors
 /// Inputs that cannot be read or have no sum, rasters beyond the machine, and files that cannot be written.
@@ -66,7 +66,7 @@ pub fn sum_files(
     start: Instant,
     progress: &Monitor,
 ) -> Result<Measured, Error> {
-    // First, so that nobody waits for a refusal.
+    // Before reading, so that a missing device fails at once.
     let backend = SumBackend::open(&job.backend)?;
     progress.stage("reading")?;
     let requirements = requirements(job);
@@ -83,10 +83,10 @@ fn requirements(job: &SumJob) -> InputRequirements {
     InputRequirements { unit, openness: Openness::Refused, sides: Sides::Needed, fill, hashes }
 }
 
-/// Makes the sum, the difference or the offset of solids, and measures it.
+/// Computes the sum, the difference or the offset of solids, and measures it.
 ///
 /// # Errors
-/// Those of [`sum_files`], but for reading and writing.
+/// Those of [`sum_files`], except for reading and writing.
 pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress: &Monitor) -> Result<Measured, Error> {
     let start = Instant::now();
     let mut seconds = Seconds::default();
@@ -98,29 +98,29 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         let side = if i == 0 { first_side(operation) } else { Side::Inside };
         warnings.extend(face_outwards(solid, side, requirements)?);
     }
-    // A difference is the complement of a sum with the reflected.
+    // A difference is the complement of a sum with the reflected B.
     if let SumOperation::Sum(Operand::Reflected) | SumOperation::Difference(Operand::AsItIs) = operation {
         input::map(&mut solids[1], &DAffine3::from_scale(DVec3::NEG_ONE), requirements)?;
     }
     let raster = Raster::of(job, (operation, spacing), &solids);
     let operated = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?;
-    let Made { grid, volume_sums, images, normals, bias, .. } = operated.last;
+    let StepImages { grid, volume_sums, images, normals, bias, .. } = operated.last;
     progress.stage("coarser rasters")?;
     let mut coarser = Vec::new();
     for ratio in check_pitches(&job.axes) {
         let raster = Raster { pitch: ratio * grid.pitch(), axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Sums };
-        let made = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?.last;
-        coarser.push(axis_volumes(&made.volume_sums));
+        let last = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?.last;
+        coarser.push(axis_volumes(&last.volume_sums));
     }
     let mut rays = VolumeEstimate::from_rasters(&axis_volumes(&volume_sums), &coarser);
     rays.error = rays.error.max(bias);
     let volume = Volume::estimate(rays, [0.0, result_box(operation, &solids).extent().element_product()], None);
     warnings.extend(operated.warnings);
-    // The surface between two steps comes by its folds on the lattice, and nobody can mend it.
+    // Folds of the surface between two steps come from the lattice, and the user cannot repair them.
     if operated.report.steps[0].is_folded {
         let message = format!(
-            "{}: a surface folds over itself, so that the solid lies before some of its facets; all facets were taken from both \
-             sides, as a sheet of no thickness each",
+            "{}: a surface folds over itself, so the solid lies on the outer side of some facets; both sides of every facet are \
+             used, as sheets without thickness; repair the mesh or change --resolution to avoid this",
             raster::names(&solids)
         );
         warnings.push(Warning::new("folded", message));
@@ -159,14 +159,14 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     })
 }
 
-/// What was made, and what there is to say of it.
+/// The result of all steps, with its report and warnings.
 struct Operated {
-    last: Made,
+    last: StepImages,
     report: SumReport,
     warnings: Vec<Warning>,
 }
 
-/// The images that are to be made, and what is kept of them.
+/// The images to make, and the part of them to keep.
 #[derive(Clone, Copy)]
 struct Raster<'j> {
     pitch: f64,
@@ -176,7 +176,7 @@ struct Raster<'j> {
 }
 
 impl Raster<'_> {
-    /// The raster that a job asks for.
+    /// Returns the raster of a job.
     fn of<'j>(job: &'j SumJob, (operation, spacing): (SumOperation, Spacing), solids: &[Solid]) -> Raster<'j> {
         let pitch = match spacing {
             Spacing::Resolution(rays) => counted_side(operation, solids) / f64::from(rays),
@@ -187,7 +187,7 @@ impl Raster<'_> {
     }
 }
 
-/// Goes all steps; the lengths of what is made and of the raster are in the unit of the solids.
+/// Runs all steps; the lengths of the operation and of the raster are in the unit of the solids.
 fn operate(
     job: &SumJob,
     operation: SumOperation,
@@ -228,11 +228,11 @@ fn operate(
     let (mesh, found) = surface::mesh(&imaged, Finish::default(), Precision::Double, progress)?;
     let mut warnings = surface::warnings(&found, true);
     warnings.extend(surface::far_from_volume(&imaged, &found).map(|Warning { code, message }| {
-        Warning::new(code, format!("between the two steps {message}; the result lacks what the mesh lacks"))
+        Warning::new(code, format!("between the two steps {message}; the result lacks the same details"))
     }));
     let last = match mesh.triangles.is_empty() {
-        // Nothing grows to nothing.
-        true => setting.nothing(between)?,
+        // The offset of an empty set is empty.
+        true => setting.empty(between)?,
         false => {
             drop(between);
             let mesh = ClosedMesh::check(mesh).map_err(Error::input)?;
@@ -255,7 +255,7 @@ fn closed(solid: &Solid) -> &ClosedMesh {
     }
 }
 
-/// A box that the result lies in: for what is shrunk that of A.
+/// Returns a box around the result: that of A where the operation shrinks A.
 fn result_box(operation: SumOperation, solids: &[Solid]) -> Aabb {
     let a = solids[0].bounds();
     match operation {
@@ -271,20 +271,21 @@ fn result_box(operation: SumOperation, solids: &[Solid]) -> Aabb {
     }
 }
 
-/// The side that a resolution counts along: the longest of the result's box.
+/// Returns the side that a resolution counts along: the longest of the result's box.
 fn counted_side(operation: SumOperation, solids: &[Solid]) -> f64 {
     result_box(operation, solids).extent().max_element()
 }
 
-/// What of a solid goes into a sum.
+/// The set that enters a sum: a solid or its complement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Side {
+    /// The solid.
     Inside,
-    /// The complement, as of what shrinks.
+    /// The complement, where the operation shrinks the solid.
     Outside,
 }
 
-/// What of the first input goes into a sum.
+/// Returns whether the first input or its complement enters a sum.
 fn first_side(operation: SumOperation) -> Side {
     match operation {
         SumOperation::Difference(_) | SumOperation::Opening(_) => Side::Outside,
@@ -293,7 +294,7 @@ fn first_side(operation: SumOperation) -> Side {
     }
 }
 
-/// Turns a solid whose triangles all face inwards, and refuses what has no sum.
+/// Reverses a solid whose triangles all face inwards, and refuses solids whose sum is not defined.
 fn face_outwards(solid: &mut Solid, side: Side, requirements: InputRequirements) -> Result<Option<Warning>, Error> {
     let windings = Windings::of(solid)?;
     let name = solid.name().to_string();
@@ -303,14 +304,14 @@ fn face_outwards(solid: &mut Solid, side: Side, requirements: InputRequirements)
             (FillRule::NonZero, Side::Inside) => {}
             (FillRule::EvenOdd, Side::Inside) => {
                 return Err(Error::input(format!(
-                    "{overlap}, and what cancels there, as even-odd has it, has no sum; --fill nonzero unites them"
+                    "{overlap}, and the even-odd rule cancels them there, for which no sum is defined; --fill nonzero unites them"
                 )));
             }
-            // A wall between two shells that overlap bounds nothing, but a complement would have it as its surface.
+            // A wall inside two overlapping shells bounds nothing, but would be a surface of the complement.
             (_, Side::Outside) => {
                 return Err(Error::input(format!(
-                    "{overlap}, and a solid that shrinks must be bounded by each of its shells; make them one first, as with \
-                     `ldi-ops sample {name} --fill nonzero --mode exact -o one.stl`"
+                    "{overlap}, and this operation would shrink each shell by itself; unite them first with `ldi-ops sample {name} \
+                     --fill nonzero --mode exact -o one.stl`"
                 )));
             }
         }
@@ -319,8 +320,8 @@ fn face_outwards(solid: &mut Solid, side: Side, requirements: InputRequirements)
         Shells::Outwards if side == Side::Outside && windings.share_of_overlaps() > 0.0 => {
             let share = 100.0 * windings.share_of_overlaps();
             let message = format!(
-                "{name}: shells overlap in about {share:.1e} % of the solid; each shrinks by itself, so that the solid comes apart \
-                 there"
+                "{name}: shells overlap in about {share:.1e} % of the solid; each shrinks by itself, so the result is disconnected \
+                 there; unite them first with `ldi-ops sample {name} --fill nonzero --mode exact -o one.stl`"
             );
             Ok(Some(Warning::new("overlap", message)))
         }
@@ -329,24 +330,27 @@ fn face_outwards(solid: &mut Solid, side: Side, requirements: InputRequirements)
             input::turn(solid, requirements)?;
             let volume = number(solid.volume);
             let message = format!(
-                "{name}: the mesh is inside out (its signed volume is {volume}); it is taken the right way round"
+                "{name}: the mesh is inside out (its signed volume is {volume}); its triangles were reversed for this operation"
             );
             Ok(Some(Warning::new("inside-out", message)))
         }
         Shells::Mixed => Err(Error::input(format!(
-            "{name}: some shells face outwards and others inwards with nothing around them, so it is not known on which side \
-             of them the solid lies"
+            "{name}: some shells face outwards and others inwards without a shell around them, so the inside is ambiguous; \
+             orient all shells the same way"
         ))),
     }
 }
 
-/// Says that nothing is left.
+/// Returns the warning of an empty result, with the reason.
 fn empty(operation: SumOperation, pitch: f64) -> Warning {
     let why = match operation {
         SumOperation::Difference(_) => "B fits nowhere into A".to_owned(),
         SumOperation::Offset(distance) => format!("no ball of radius {} fits into the solid", number(-distance)),
         SumOperation::Opening(radius) => format!("no ball of radius {} fits into the solid", number(radius)),
-        SumOperation::Sum(_) | SumOperation::Closing(_) => "the solid is thinner than that".to_owned(),
+        SumOperation::Sum(_) | SumOperation::Closing(_) => "the solid is thinner than the pitch".to_owned(),
     };
-    Warning::new("empty", format!("the result is empty as far as rays at a pitch of {pitch:.3e} tell: {why}"))
+    Warning::new(
+        "empty",
+        format!("the result is empty at a pitch of {pitch:.3e}: {why}; raise --resolution to find smaller parts"),
+    )
 }

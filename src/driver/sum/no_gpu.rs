@@ -1,4 +1,4 @@
-//! In the place of `gpu.rs` in builds without the feature `gpu`: no GPU is ever open.
+//! The replacement of `gpu.rs` in builds without the feature `gpu`: no GPU can be opened.
 
 use std::convert::Infallible;
 
@@ -9,15 +9,15 @@ use crate::grid::{Axis, Grid};
 use crate::minkowski::{Exterior, Primitives, RaySpans, ResolveError, ResolvedSpans};
 use crate::sampler::SampleError;
 
-/// A GPU that is never open.
+/// The type of a GPU, which this build never opens.
 pub struct SumGpu {
     pub name: String,
     never: Infallible,
 }
 
 impl SumGpu {
-    pub fn open(wanted: Option<&str>) -> Result<SumGpu, Error> {
-        Err(gpu::refused(wanted))
+    pub fn open(requested: Option<&str>) -> Result<SumGpu, Error> {
+        Err(gpu::refused(requested))
     }
 
     pub fn admit(&self, _: &Grid) -> Result<(), DeviceError> {

@@ -1,8 +1,8 @@
-//! Which side of a solid's shells is out, and whether they overlap: what its sums rest on.
+//! Orientation and overlap of a solid's shells, on which its sums depend.
 //!
-//! A sum takes each triangle at its word: the solid lies behind it. So where the winding number is −1, nothing a sum makes
-//! there is right; where it is 2 or more, shells overlap, and the sum has them united. Meshes of practice have folds and
-//! overlaps too small to matter, so shares of the volume decide, on a raster that is fine enough to tell a thousandth.
+//! A sum assumes that the solid lies behind each triangle. Where the winding number is −1, its result is wrong; where it is 2 or
+//! more, shells overlap, and the sum unites them. Real meshes have folds and overlaps that are too small to matter. So shares of
+//! the volume decide, on a raster that resolves a thousandth.
 
 use crate::Error;
 use crate::driver::input::Solid;
@@ -14,17 +14,17 @@ use crate::sampler::{FillRule, Sampler};
 /// Rays along the longest side of the solid.
 const RESOLUTION: u32 = 192;
 
-/// Shares of the volume up to this one are let pass, as [`super::super::fill`] does.
+/// Share of the volume up to which negative or multiple winding numbers are ignored, as in [`super::super::fill`].
 const NOTEWORTHY: f64 = 1e-3;
 
-/// What shells make of a solid.
+/// The orientation of the shells of a solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shells {
     /// The solid lies behind every triangle.
     Outwards,
     /// The solid lies before every triangle.
     Inwards,
-    /// Some shells face outwards with nothing in them, others inwards with nothing around them.
+    /// Some shells face outwards, others inwards without a shell around them.
     Mixed,
 }
 
@@ -33,15 +33,15 @@ pub enum Shells {
 pub struct Windings {
     positive: i64,
     negative: i64,
-    /// Those of either sign and more than one.
+    /// The length with a winding number beyond ±1.
     multiple: i64,
 }
 
 impl Windings {
-    /// Finds them along all axes.
+    /// Returns the lengths along all axes.
     pub fn of(solid: &Solid) -> Result<Windings, Error> {
         let mut windings = Windings::default();
-        // A box that no grid can be laid around is told of where the sum's own is laid.
+        // A box that fits no grid is an error later, when the grid of the sum is laid.
         let Ok(grid) = Grid::with_resolution(solid.bounds(), RESOLUTION, *LOD_RANGE.start()) else {
             return Ok(windings);
         };
@@ -49,7 +49,7 @@ impl Windings {
         let normals = lattice.normals();
         for axis in Axis::ALL {
             windings.add_image(&crossings(&lattice, axis)?, |triangle| {
-                // What faces against the ray is entered.
+                // A ray enters through triangles that face against it.
                 if normals[triangle as usize][axis.depth()] < 0.0 { 1 } else { -1 }
             });
         }
@@ -80,7 +80,7 @@ impl Windings {
         }
     }
 
-    /// Which way the shells face; `signed_volume` decides where no ray met any.
+    /// Returns the orientation of the shells; `signed_volume` decides if no ray met any.
     pub fn shells(&self, signed_volume: f64) -> Shells {
         let total = self.positive + self.negative;
         let is_noteworthy = |length: i64| length as f64 > NOTEWORTHY * total as f64;
@@ -92,19 +92,19 @@ impl Windings {
         }
     }
 
-    /// The share of the solid in which shells overlap, where it matters to a sum.
+    /// Returns the share of the solid in which shells overlap, if it is large enough to matter to a sum.
     pub fn overlap(&self) -> Option<f64> {
         let share = self.share_of_overlaps();
         (share > NOTEWORTHY).then_some(share)
     }
 
-    /// The share of the solid in which shells overlap, however small.
+    /// Returns the share of the solid in which shells overlap, however small.
     pub fn share_of_overlaps(&self) -> f64 {
         self.multiple as f64 / (self.positive + self.negative).max(1) as f64
     }
 }
 
-/// The image of every crossing, whatever the fill rule.
+/// Returns the image of every crossing, for any fill rule.
 fn crossings(lattice: &LatticeSolid, axis: Axis) -> Result<Ldi, Error> {
     Ok(CpuSampler::default().sample_surface(lattice, axis, FillRule::EvenOdd)?)
 }
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_tell_which_way_shells_face() {
+    fn lengths_by_winding_number_give_the_orientation_of_shells() {
         let of = |lengths: &[(i64, i64)]| {
             let mut windings = Windings::default();
             lengths.iter().for_each(|&(winding, length)| windings.add(winding, length));

@@ -1,7 +1,7 @@
-//! Whether a resolved sum says of nodes anywhere what the operands say.
+//! Spot check of a resolved sum: compares nodes with the exact membership test of the operands.
 //!
-//! A flood is spoilt as a whole by one ray that slips through between two primitives. That must not happen, and if it does,
-//! nothing of the result is right; a few thousand nodes then tell, and cost a few milliseconds.
+//! One ray that passes between two primitives would spoil a whole flood. This must not happen; if it does, most of the result is
+//! wrong, and a few thousand nodes show it within a few milliseconds.
 
 use rayon::prelude::*;
 
@@ -9,10 +9,10 @@ use crate::fixed::Hit;
 use crate::grid::{Axis, Grid};
 use crate::minkowski::{Exterior, Membership, RaySpans};
 
-/// Nodes that are looked at.
+/// Number of nodes to check.
 const NODES: u64 = 4096;
 
-/// The first node about which the spans along z and the membership differ; by its indices.
+/// Returns the indices of the first node at which the spans along z disagree with the membership test.
 pub fn first_difference<H: Hit + Sync, M: Membership>(
     grid: &Grid,
     spans: &[RaySpans<H>; 3],
@@ -30,7 +30,7 @@ pub fn first_difference<H: Hit + Sync, M: Membership>(
         .find_map_first(|difference| difference)
 }
 
-/// Whether a node lies in the spans of rays along z.
+/// Returns whether a node lies in the spans of rays along z.
 fn is_in_spans<H: Hit>(grid: &Grid, spans: &RaySpans<H>, exterior: Exterior, [x, y, z]: [u32; 3]) -> bool {
     let (columns, _) = grid.image_size(Axis::Z);
     let is_before = |hit: &H| hit.crossing().nearest() < grid.node(z);
@@ -38,7 +38,7 @@ fn is_in_spans<H: Hit>(grid: &Grid, spans: &RaySpans<H>, exterior: Exterior, [x,
     (ends % 2 == 1) != (exterior == Exterior::In)
 }
 
-/// Some node, always the same for one number: splitmix64.
+/// Returns a pseudo-random node for a number, by splitmix64.
 fn node(grid: &Grid, at: u64) -> [u32; 3] {
     let mut bits = (at + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -58,7 +58,7 @@ mod tests {
     use crate::minkowski::Primitives;
     use crate::sampler::cpu::CpuSampler;
 
-    /// The lower part of a box of lattice positions along z, up to a height.
+    /// The points below a height along z.
     struct Below(i32);
 
     impl Membership for Below {

@@ -1,4 +1,4 @@
-//! One step: from closed meshes to the images of their sum, their difference or an offset.
+//! One step: images of a sum, a difference or an offset from closed meshes.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -26,52 +26,53 @@ use crate::progress::Monitor;
 use crate::sampler::Mode;
 use crate::sampler::cpu::CpuSampler;
 
-/// What a solid is to become.
+/// The operation of a step.
 #[derive(Clone, Copy)]
 pub enum Step<'m> {
-    /// Its sum with another.
+    /// The sum with another solid.
     Sum(&'m ClosedMesh),
-    /// Where the reflection of this one, moved, fits in: the complement of the sum of this one and its complement.
+    /// The positions at which the reflection of this solid fits into the first one: the complement of the sum of this solid and
+    /// the first one's complement.
     DifferenceOfReflected(&'m ClosedMesh),
-    /// Grown by a distance, or shrunk by one below zero.
+    /// The offset by a distance, which shrinks the solid if it is negative.
     Offset(f64),
 }
 
-/// So many triangles are sampled before it is known which of them lie inside.
-const FEW: usize = 1 << 15;
+/// Number of primitive triangles up to which the step does not test which of them lie inside the sum.
+const FEW_TRIANGLES: usize = 1 << 15;
 
-/// Bytes that resolving remembers of a gap: its place, and what set of nodes it belongs to.
+/// Bytes per gap during gap resolution: its position, and the component of nodes that it belongs to.
 const BYTES_OF_GAP: f64 = 12.0;
 
-/// Bytes that finding the closest triangle takes for each.
+/// Bytes per triangle of the search for the closest triangle.
 const BYTES_OF_CLOSEST: f64 = 150.0;
 
-/// Bytes of a sample's own normal, and of its number.
+/// Bytes of the normal of a sample, and of its number.
 const BYTES_OF_NORMAL: f64 = 16.0;
 
-/// Bytes beside spans and images.
+/// Memory in addition to spans and images, in bytes.
 #[derive(Clone, Copy, Debug, Default)]
 struct ExtraMemory {
-    /// Whatever the pitch.
+    /// Bytes that do not depend on the pitch.
     fixed: f64,
-    /// Grows with the number of rays.
+    /// Bytes that grow with the number of rays.
     of_rays: f64,
 }
 
-/// On which sides of its facets a solid may lie.
+/// The sides of its facets on which a solid may lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sides {
-    /// Behind them.
+    /// Behind the facets.
     Behind,
-    /// Anywhere: there are folds.
+    /// On both sides, as the surface has folds.
     Both,
 }
 
-/// Why a step could not be made.
+/// The failure of a step.
 enum StepError {
-    /// Rays contradict one another, or exact tests.
+    /// Rays contradict each other or the exact membership test.
     Contradiction(Error),
-    /// All else.
+    /// Any other error.
     Failed(Error),
 }
 
@@ -82,14 +83,14 @@ impl From<Error> for StepError {
 }
 
 impl From<StepError> for Error {
-    fn from(unmade: StepError) -> Error {
-        match unmade {
+    fn from(error: StepError) -> Error {
+        match error {
             StepError::Contradiction(failure) | StepError::Failed(failure) => failure,
         }
     }
 }
 
-/// What all steps of a job share.
+/// The settings that all steps of a job share.
 #[derive(Clone, Copy)]
 pub struct Setting<'s> {
     pub pitch: f64,
@@ -98,55 +99,55 @@ pub struct Setting<'s> {
     pub lod: u32,
     pub limit: Limit,
     pub backend: &'s SumBackend,
-    /// Of the images that are wanted.
+    /// The axes of the requested images.
     pub axes: &'s [Axis],
     pub mode: Mode,
     pub keep: Keep,
-    /// Of the inputs, for messages.
+    /// The names of the inputs, for messages.
     pub names: &'s str,
     pub progress: &'s Monitor<'s>,
 }
 
-/// What a step made.
-pub struct Made {
+/// The images of a step.
+pub struct StepImages {
     pub grid: Grid,
-    /// Along the axes that are wanted.
+    /// The sums along the requested axes.
     pub volume_sums: Vec<VolumeSums>,
-    /// Those, if they are kept.
+    /// The images along these axes, if they are kept.
     pub images: Vec<Ldi>,
-    /// Of the primitives that the images' triangles are.
+    /// The normals of the primitives that the images refer to as triangles.
     pub normals: Vec<[f32; 3]>,
-    /// What an over- or under-estimate adds or leaves out, in cubic world units; the mean of the axes.
+    /// The volume that an over- or under-estimate adds or omits, in cubic world units: the mean over the axes.
     pub bias: f64,
     pub report: StepReport,
 }
 
-/// What a step took.
+/// The report of a step.
 #[derive(Clone, Debug)]
 pub struct StepReport {
     /// `sum`, `difference` or `offset`.
     pub operation: &'static str,
-    /// Of an offset.
+    /// The distance of an offset.
     pub distance: Option<f64>,
-    /// Whether the facets of the inputs contradict one another, so that they count from both sides.
+    /// True if the facets of the inputs contradict each other, so that both sides of each are used.
     pub is_folded: bool,
-    /// Of features; an offset has none.
+    /// The counts of pairs of features; `None` for an offset.
     pub pairs: Option<CullCounts>,
-    /// Triangles that cover the surface, or parts of planes, tubes and spheres.
+    /// The number of triangles, or of parts of planes, tubes and spheres, that cover the surface.
     pub primitives: u64,
-    /// Triangles or parts that are sampled: those that may lie at the surface.
+    /// The number of triangles or parts that are sampled, as they may lie on the surface.
     pub sampled: u64,
-    /// Crossings of rays along x, y and z with those that are sampled.
+    /// The number of crossings of rays along x, y and z with the sampled primitives.
     pub crossings: Option<[u64; 3]>,
-    /// Counts of the resolution of gaps.
+    /// The counts of gap resolution.
     pub resolved: ResolveCounts,
-    /// The most bytes that the step was expected to hold.
+    /// The expected peak memory of the step, in bytes.
     pub memory_estimate: u64,
     /// Seconds of each stage, in order.
     pub seconds: Vec<(&'static str, f64)>,
 }
 
-/// A clock of the stages of a step.
+/// The times of the stages of a step.
 struct Laps {
     since: Instant,
     seconds: Vec<(&'static str, f64)>,
@@ -170,17 +171,22 @@ impl Laps {
 }
 
 impl Setting<'_> {
-    /// Goes a step from a solid.
-    pub fn make(&self, a: &ClosedMesh, step: &Step, seconds: &mut Seconds) -> Result<Made, Error> {
+    /// Runs a step on a solid.
+    pub fn make(&self, a: &ClosedMesh, step: &Step, seconds: &mut Seconds) -> Result<StepImages, Error> {
         match self.keep.has_triangles() {
-            true => self.made::<TriangleHit>(a, step, seconds),
-            false => self.made::<Crossing>(a, step, seconds),
+            true => self.make_with::<TriangleHit>(a, step, seconds),
+            false => self.make_with::<Crossing>(a, step, seconds),
         }
     }
 
-    /// Where facets contradict one another, one of the solids has folds, in which it lies before its facets, or came by them
-    /// when it was rounded to the lattice; the step is then made with both sides of all.
-    fn made<H: Hit + Sync>(&self, a: &ClosedMesh, step: &Step, seconds: &mut Seconds) -> Result<Made, Error> {
+    /// Runs a step with one type of hits. Facets that contradict each other come from folds, in which the solid lies on the wrong
+    /// side of its facets; rounding to the lattice may cause them. The step then runs again with both sides of all facets.
+    fn make_with<H: Hit + Sync>(
+        &self,
+        a: &ClosedMesh,
+        step: &Step,
+        seconds: &mut Seconds,
+    ) -> Result<StepImages, Error> {
         let mut of_sides = |sides| match *step {
             Step::Sum(b) => self.of_pair::<H>(a, b, Exterior::Out, sides, seconds),
             Step::DifferenceOfReflected(b) => self.of_pair::<H>(a, b, Exterior::In, sides, seconds),
@@ -188,14 +194,14 @@ impl Setting<'_> {
         };
         match of_sides(Sides::Behind) {
             Err(StepError::Contradiction(_)) => {
-                self.progress.detail(format_args!("facets contradict one another: taken from both sides"));
+                self.progress.detail(format_args!("facets contradict each other: both sides of each are used"));
                 Ok(of_sides(Sides::Both)?)
             }
-            made => Ok(made?),
+            result => Ok(result?),
         }
     }
 
-    /// A sum, or with [`Exterior::In`] a difference of the reflected.
+    /// Makes a sum, or with [`Exterior::In`] a difference of the reflected solid.
     fn of_pair<H: Hit + Sync>(
         &self,
         a: &ClosedMesh,
@@ -203,7 +209,7 @@ impl Setting<'_> {
         exterior: Exterior,
         sides: Sides,
         seconds: &mut Seconds,
-    ) -> Result<Made, StepError> {
+    ) -> Result<StepImages, StepError> {
         let mut laps = Laps::start();
         self.progress.stage("culling")?;
         let grids = SumGrid::with_pitch(a.bounds(), b.bounds(), self.pitch, self.lod);
@@ -215,7 +221,7 @@ impl Setting<'_> {
         };
         let mut culled = laps.lap("cull");
         let sampler = CpuSampler::default();
-        if primitives.triangles.len() > FEW {
+        if primitives.triangles.len() > FEW_TRIANGLES {
             primitives = primitives.outside(&Interior::new(&grid, &a, exterior, &b, &sampler));
         }
         culled += laps.lap("interior");
@@ -226,13 +232,13 @@ impl Setting<'_> {
             primitives.triangles.len()
         ));
 
-        self.progress.stage("looking ahead")?;
+        self.progress.stage("forecasting memory")?;
         let membership = SumMembership::new(&a, exterior, &b);
         let forecast = Forecast::of::<StepError>(
             &grid,
             |grid, axis| Ok(primitives.spans(grid, axis, exterior, &sampler)?.0),
             |grid, spans| Ok(self.resolved_spans(&SumBackend::Cpu, grid, spans, exterior, &membership)?.spans),
-            // Of crossings in any order half are the ends of what may be a gap.
+            // In a random order, half of the crossings are ends of possible gaps.
             (&primitives.positions, &primitives.triangles, 0.5),
         )?;
         let memory_estimate = self.admit::<H>(&grid, &forecast, ExtraMemory::default())?;
@@ -261,20 +267,20 @@ impl Setting<'_> {
             memory_estimate,
             seconds: Vec::new(),
         };
-        let mut made = self.images(seconds, &mut laps, grid, &spans, report)?;
-        made.normals = normals;
-        made.report.seconds = laps.seconds;
-        Ok(made)
+        let mut images = self.images(seconds, &mut laps, grid, &spans, report)?;
+        images.normals = normals;
+        images.report.seconds = laps.seconds;
+        Ok(images)
     }
 
-    /// An offset.
+    /// Makes an offset.
     fn of_ball<H: Hit + Sync>(
         &self,
         a: &ClosedMesh,
         distance: f64,
         sides: Sides,
         seconds: &mut Seconds,
-    ) -> Result<Made, StepError> {
+    ) -> Result<StepImages, StepError> {
         let mut laps = Laps::start();
         self.progress.stage("finding edges")?;
         let grid = offset_grid(a.bounds(), distance, self.pitch, self.lod).map_err(|error| self.refused(&error))?;
@@ -292,19 +298,19 @@ impl Setting<'_> {
             "{facets} facets, {tubes} parts of tubes and {caps} of spheres, found in {found:.4} s"
         ));
 
-        self.progress.stage("looking ahead")?;
+        self.progress.stage("forecasting memory")?;
         let forecast = Forecast::of::<StepError>(
             &grid,
             |grid, axis| patches.spans(grid, axis, exterior),
-            // Most gaps are the result's.
+            // Most gaps belong to the result.
             |_, spans| Ok(spans),
             (covered.positions(), covered.triangles(), 1.0),
         )?;
         let normals = if self.keep.has_triangles() { BYTES_OF_NORMAL * forecast.samples } else { 0.0 };
-        // Membership has exact images of the solid, which has about as many samples.
-        let images = 4.0 * (memory::rays(&grid) + forecast.samples);
-        let beside = ExtraMemory { fixed: BYTES_OF_CLOSEST * facets as f64, of_rays: images.max(normals) };
-        let memory_estimate = self.admit::<H>(&grid, &forecast, beside)?;
+        // The membership test holds exact images of the solid, which have about as many samples.
+        let solid_images = 4.0 * (memory::rays(&grid) + forecast.samples);
+        let extra = ExtraMemory { fixed: BYTES_OF_CLOSEST * facets as f64, of_rays: solid_images.max(normals) };
+        let memory_estimate = self.admit::<H>(&grid, &forecast, extra)?;
         let membership = BallMembership::new(&grid, &solid, radius, exterior).map_err(Error::from)?;
         seconds.operate += found + laps.lap("forecast");
 
@@ -326,31 +332,31 @@ impl Setting<'_> {
             memory_estimate,
             seconds: Vec::new(),
         };
-        let mut made = self.images(seconds, &mut laps, grid, &spans, report)?;
+        let mut images = self.images(seconds, &mut laps, grid, &spans, report)?;
         if self.keep.has_triangles() {
             // An axis without an image has no samples to number.
             let mut all = Axis::ALL.map(|axis| empty_image(&grid, axis));
-            for image in made.images.drain(..) {
+            for image in images.images.drain(..) {
                 let axis = image.axis();
                 all[axis.depth()] = Ok(image);
             }
             let [x, y, z] = all;
-            let (images, normals) = patches.sample_normals([x?, y?, z?]).map_err(Error::input)?;
-            made.images = images.into_iter().filter(|image| self.axes.contains(&image.axis())).collect();
-            made.normals = normals;
+            let (numbered, normals) = patches.sample_normals([x?, y?, z?]).map_err(Error::input)?;
+            images.images = numbered.into_iter().filter(|image| self.axes.contains(&image.axis())).collect();
+            images.normals = normals;
             seconds.operate += laps.lap("normals");
         }
-        made.report.seconds = laps.seconds;
-        Ok(made)
+        images.report.seconds = laps.seconds;
+        Ok(images)
     }
 
-    /// A mesh on the lattice, seen from the side that goes into a sum.
+    /// Returns a mesh on the lattice, or its complement, as it enters a sum.
     fn polyhedron(&self, grid: &Grid, mesh: &ClosedMesh, exterior: Exterior) -> Result<Polyhedron, Error> {
         let solid = Polyhedron::new(&grid.quantise(mesh).map_err(|error| self.refused(&error))?);
         if solid.triangles().is_empty() {
             return Err(self.refused(&format_args!(
-                "every triangle of a solid {} long is thinner than a lattice step, {} here, which leaves nothing of it to add \
-                 or to take away",
+                "every triangle of a solid {} long is thinner than a lattice step of {}, so the solid vanishes; raise \
+                 --resolution",
                 number(mesh.bounds().extent().max_element()),
                 number(2.0 * grid.step())
             )));
@@ -361,7 +367,7 @@ impl Setting<'_> {
         })
     }
 
-    /// Finds what rays cross along all axes.
+    /// Finds the spans of all rays along all axes, and counts crossings.
     fn sampled<H: Hit>(
         &self,
         seconds: &mut Seconds,
@@ -387,7 +393,7 @@ impl Setting<'_> {
         Ok(([along_x, along_y, along_z], [met_x, met_y, met_z]))
     }
 
-    /// Removes gaps that are none.
+    /// Resolves gaps, then compares some nodes with the exact membership test.
     fn resolved<H: Hit + Sync>(
         &self,
         seconds: &mut Seconds,
@@ -401,9 +407,10 @@ impl Setting<'_> {
         let resolved = self.resolved_spans(self.backend, grid, spans, exterior, membership)?;
         let mut took = laps.lap("resolve");
         if let Some(node) = first_difference(grid, &resolved.spans, exterior, membership) {
+            let [x, y, z] = node;
             return Err(StepError::Contradiction(self.refused(&format_args!(
-                "at lattice node {node:?} the result is not what an exact test says: a ray has slipped through the surface, \
-                 which must not happen; another --resolution may do"
+                "Internal check failed at node ({x}, {y}, {z}): the result disagrees with the exact membership test. Please \
+                 report this; another --resolution may work."
             ))));
         }
         took += laps.lap("spot_check");
@@ -424,20 +431,20 @@ impl Setting<'_> {
         membership: &impl Membership,
     ) -> Result<ResolvedSpans<H>, StepError> {
         let progress = self.progress;
-        // A request to stop is remembered until the next stage.
-        let tell = move |done: u64, all: u64| {
-            let _ = progress.stage(format!("testing what no flood reached: {done} of {all}"));
+        // The monitor remembers a request to stop until the next stage.
+        let report_progress = move |done: u64, all: u64| {
+            let _ = progress.stage(format!("testing components of open nodes: {done} of {all}"));
         };
-        let resolved = backend.resolve(grid, spans, exterior, membership, &tell).map_err(Error::from)?;
+        let resolved = backend.resolve(grid, spans, exterior, membership, &report_progress).map_err(Error::from)?;
         resolved.map_err(|error| {
             StepError::Contradiction(self.refused(&format_args!(
-                "{error}; a surface that crosses itself may do that, and `ldi-ops sample FILE --fill nonzero --mode exact -o one.stl` \
-                 makes one that does not"
+                "{error}; a self-intersecting surface may cause this: remove its self-intersections with `ldi-ops sample FILE --fill \
+                 nonzero --mode exact -o one.stl`"
             )))
         })
     }
 
-    /// Makes the images that are wanted of resolved spans.
+    /// Makes the requested images from resolved spans.
     fn images<H: Hit + Sync>(
         &self,
         seconds: &mut Seconds,
@@ -445,10 +452,10 @@ impl Setting<'_> {
         grid: Grid,
         spans: &[RaySpans<H>; 3],
         report: StepReport,
-    ) -> Result<Made, Error> {
+    ) -> Result<StepImages, Error> {
         let sampler = CpuSampler::default();
-        let mut made =
-            Made { grid, volume_sums: Vec::new(), images: Vec::new(), normals: Vec::new(), bias: 0.0, report };
+        let mut step =
+            StepImages { grid, volume_sums: Vec::new(), images: Vec::new(), normals: Vec::new(), bias: 0.0, report };
         for &axis in self.axes {
             self.progress.stage(format!("the image along {}", axis.name()))?;
             let spans = &spans[axis.depth()];
@@ -456,40 +463,40 @@ impl Setting<'_> {
             if self.mode != Mode::Exact {
                 let exact = spans.image(&grid, Mode::Exact, &sampler).map_err(Error::machine)?;
                 let difference = integrate::volume(&image) - integrate::volume(&exact);
-                made.bias += difference.abs() / self.axes.len() as f64;
+                step.bias += difference.abs() / self.axes.len() as f64;
                 if self.keep.has_triangles() {
                     image = image.with_triangles_of(&[(&exact, 0)]).map_err(Error::input)?;
                 }
             }
             seconds.operate += laps.lap("retrieve");
-            made.volume_sums.push(image.volume_sums());
+            step.volume_sums.push(image.volume_sums());
             seconds.integrate += laps.lap("integrate");
             if self.keep != Keep::Sums {
-                made.images.push(image);
+                step.images.push(image);
             }
             self.progress.step()?;
         }
-        Ok(made)
+        Ok(step)
     }
 
-    /// Refuses a step that will not fit; returns the bytes that it will hold at most. `beside` is what will be there
-    /// besides.
-    fn admit<H>(&self, grid: &Grid, forecast: &Forecast, beside: ExtraMemory) -> Result<u64, Error> {
+    /// Refuses a step that would not fit into memory; returns its expected peak, in bytes. `extra` is memory in addition to spans
+    /// and images.
+    fn admit<H>(&self, grid: &Grid, forecast: &Forecast, extra: ExtraMemory) -> Result<u64, Error> {
         let Forecast { kept, samples } = *forecast;
         let rays = memory::rays(grid);
-        // Those of one axis are put together from bands while these are still there.
+        // The spans of one axis are joined from bands, which are in memory at the same time.
         let spans = 4.0 * rays + size_of::<H>() as f64 * kept;
         let resolving = spans + (spans / 3.0).max(BYTES_OF_GAP * 0.5 * kept);
         let of_sample = if self.keep.has_triangles() { 8.0 } else { 4.0 };
         let image = (4.0 * rays + of_sample * samples) / 3.0;
         let images = if self.keep == Keep::Sums { 0.0 } else { image * self.axes.len() as f64 };
         let mesh = if self.keep == Keep::Mesh { memory::BYTES_OF_MESH_SAMPLE * samples } else { 0.0 };
-        // An image of an estimate is made beside the exact one.
+        // The image of an estimate is in memory together with the exact one.
         let retrieving = spans + images + 2.0 * image;
         let cost = Cost {
-            fixed: machine::held_memory() as f64 + beside.fixed,
+            fixed: machine::held_memory() as f64 + extra.fixed,
             of_rows: 0.0,
-            of_rays: resolving.max(retrieving).max(images + mesh) + beside.of_rays,
+            of_rays: resolving.max(retrieving).max(images + mesh) + extra.of_rays,
             of_nodes: self.backend.bits_of_node() / 8.0 * memory::nodes(grid),
         };
         let subject = format_args!("{}: spans and images", self.names);
@@ -499,12 +506,12 @@ impl Setting<'_> {
         Ok(cost.bytes())
     }
 
-    /// Nothing at all, on the grid of what was made.
-    pub fn nothing(&self, made: Made) -> Result<Made, Error> {
-        let Made { grid, report, .. } = made;
+    /// Returns empty images, on the grid of a previous step.
+    pub fn empty(&self, previous: StepImages) -> Result<StepImages, Error> {
+        let StepImages { grid, report, .. } = previous;
         let images = self.axes.iter().map(|&axis| empty_image(&grid, axis)).collect::<Result<Vec<Ldi>, Error>>()?;
         let volume_sums = images.iter().map(Ldi::volume_sums).collect();
-        Ok(Made { grid, volume_sums, images, normals: Vec::new(), bias: 0.0, report })
+        Ok(StepImages { grid, volume_sums, images, normals: Vec::new(), bias: 0.0, report })
     }
 
     fn refused(&self, error: &dyn Display) -> Error {
@@ -512,7 +519,7 @@ impl Setting<'_> {
     }
 }
 
-/// An image of nothing.
+/// Returns an image without samples.
 fn empty_image(grid: &Grid, axis: Axis) -> Result<Ldi, Error> {
     let (columns, rows) = grid.image_size(axis);
     let offsets = vec![0; columns as usize * rows as usize + 1];
