@@ -490,8 +490,8 @@ pub struct FillArguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sampling")]
 pub struct DeviceArguments {
-    /// Device, with the same bits on each: auto chooses by the amount of work, and the CPU for sums and offsets; gpu uses the
-    /// first GPU of `ldi-ops devices` or fails
+    /// Device (see `ldi-ops devices`), with the same bits on each: auto chooses by the amount of work, and the CPU for sums and
+    /// offsets; gpu uses the first GPU or fails
     #[arg(long, value_enum, default_value_t = BackendChoice::Auto)]
     pub backend: BackendChoice,
     /// GPU to use, by its name or a part of it; implies --backend gpu
