@@ -108,7 +108,7 @@ fn errors_mark_the_fault_in_an_expression() {
     // The program counts characters, not bytes.
     says(&["größe b", "größe=a.stl", "b=b.stl"], &["character 7", "operators", "\n    größe b\n          ^"]);
     says(&["a | b)", "a=a.stl", "b=b.stl"], &["character 6", "has no matching", "\n    a | b)\n         ^"]);
-    says(&["(a | b", "a=a.stl", "b=b.stl"], &["character 1", "not closed", "\n    (a | b\n    ^"]);
+    says(&["(a | b", "a=a.stl", "b=b.stl"], &["character 1", "no matching", "\n    (a | b\n    ^"]);
     says(&["a |", "a=a.stl"], &["character 4", "found the end"]);
     says(&["", "a=a.stl"], &["character 1", "found the end"]);
     says(&["a | d", "a=a.stl", "b=b.stl"], &["character 5", "no input is named `d`; the inputs are a, b"]);

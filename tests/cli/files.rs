@@ -87,7 +87,7 @@ fn impossible_outputs_are_refused_before_inputs_are_read() {
     for (target, words) in [
         ("b.gltf", &["b.gltf", "cannot write", ".3mf"][..]),
         ("nowhere/b.stl", &["the folder nowhere does not exist"]),
-        ("b.doc", &["not known", ".npz", ".vti"]),
+        ("b.doc", &["unknown extension", ".npz", ".vti"]),
         ("b", &["no extension", ".npz"]),
         ("nowhere/b.npz", &["the folder nowhere does not exist"]),
         ("nowhere/b.vti", &["the folder nowhere does not exist"]),

@@ -90,6 +90,6 @@ fn man_writes_all_pages_or_none() {
     fs::remove_dir(folder.path("man1/ldi-ops-volume.1")).unwrap();
     folder.run(&["man", "man1"]).code(0);
     assert!(read(&folder.path("man1/ldi-ops.1")).contains(".SH NAME"));
-    folder.run(&["man", "absent/man1"]).code(2).says(&["absent/man1", "there is no folder absent"]);
+    folder.run(&["man", "absent/man1"]).code(2).says(&["absent/man1", "the folder absent does not exist"]);
     folder.run(&["man", "man1/ldi-ops.1"]).code(2).says(&["man1/ldi-ops.1", "is a file"]);
 }

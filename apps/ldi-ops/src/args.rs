@@ -43,8 +43,8 @@ pub struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   ldi-ops intersect scaffold.stl bone.stl --unit mm        their common volume
-  ldi-ops volume part.3mf --tolerance 0.1%                 refine until the estimate is below 0.1 %
-  ldi-ops check part.stl                                   checks that it is a solid; exit code 1 if not
+  ldi-ops volume part.3mf --tolerance 0.1%                 refine to a relative error of 0.1 %
+  ldi-ops check part.stl                                   check that it is a solid
 
 `ldi-ops COMMAND --help` lists the options of a command.";
 
@@ -54,24 +54,27 @@ Examples:
   ldi-ops intersect scaffold.stl bone.stl -o common.stl    and a mesh of it
   ldi-ops csg 'a & (b | c)' a=scaffold.stl b=bone.stl c=part.stl -o part.3mf
   ldi-ops difference block.stl drill.stl --transform-b 'rotate(1,0,0,90) translate(0,5,0)'
-  ldi-ops volume part.3mf --tolerance 0.1%                 refine until the estimate is below 0.1 %
+  ldi-ops volume part.3mf --tolerance 0.1%                 refine to a relative error of 0.1 %
   ldi-ops volume struts.stl --fill nonzero                 unites overlapping shells
   ldi-ops minkowski part.stl ball.stl -o sum.stl           sum of any two solids
   ldi-ops offset part.stl --distance -0.2 -o thin.stl      inwards by a true ball
   ldi-ops report scaffold.stl --unit mm -o report          pores, walls, percolation, topology
   ldi-ops sample part.stl --axis z -o part.npz             the image, for numpy
   ldi-ops volume part.stl --backend gpu                    on the first GPU of `ldi-ops devices`
-  ldi-ops check part.stl                                   checks that it is a solid; exit code 1 if not
+  ldi-ops check part.stl                                   check that it is a solid
   ldi-ops generate gyroid --cells 4 -o gyroid.stl
   ldi-ops render scaffold.stl bone.stl -o picture.png      the common solid, in two colours
 
-Inputs are meshes (.stl, .obj, .ply, .off, .gltf, .glb, .3mf) or images (.npz), whose surface is the
-mesh. The result goes to stdout, as text or with `--json -` as JSON; all other output goes to stderr.
+Inputs are meshes (.stl, .obj, .ply, .off, .gltf, .glb, .3mf) or images (.npz), whose surface is
+the mesh. The result goes to stdout, as text or with `--json -` as JSON; all other output goes to
+stderr.
 
-Aliases of commands: intersection, common, and (intersect); join, merge, or (union); subtract, minus
-(difference); info (check). Lengths may have units: --pitch 0.05mm, --distance 50um, translate(1mm,0,0).
+Aliases of commands: intersection, common, and (intersect); join, merge, or (union); subtract,
+minus (difference); info (check). Lengths may have units: --pitch 0.05mm, --distance 50um,
+translate(1mm,0,0).
 
-Exit codes: 0 done; 1 a requested check failed; 2 wrong usage or input; 3 machine (memory, device).";
+Exit codes: 0 done; 1 a requested check failed; 2 wrong usage or input; 3 machine (memory,
+device).";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -141,8 +144,8 @@ Examples:
   ldi-ops intersect a.stl b.stl --transform-b 'translate(1,0,0) rotate(0,0,1,30)' -o common.npz
   ldi-ops intersect a.stl b.stl --backend gpu
 
-The grid encloses the box of all solids. In the JSON, `inputs[].volume` is the signed volume of the
-mesh itself.";
+The grid encloses the box of all solids. In the JSON, `inputs[].volume` is the signed volume of
+the mesh itself.";
 
 #[derive(Debug, Args)]
 #[command(after_help = LIST_EXAMPLES)]
@@ -158,9 +161,9 @@ Examples:
   ldi-ops difference block.stl drill.stl drill.stl --transform c='translate(9,0,0)'
   ldi-ops xor a.stl b.stl --axis all --json result.json
 
-More than two solids are combined from left to right: A − B − C, A xor B xor C. The grid encloses the
-box of all solids. An over-estimate of a difference subtracts under-estimates, so that it remains an
-over-estimate. --transform names the solids a, b, c … z, aa, ab …";
+More than two solids are combined from left to right: A − B − C, A xor B xor C. The grid encloses
+the box of all solids. An over-estimate of a difference subtracts under-estimates, so that it
+remains an over-estimate. --transform names the solids a, b, c … z, aa, ab …";
 
 /// Two or more solids, their placement, and the operation's options.
 #[derive(Debug, Args)]
@@ -216,10 +219,10 @@ Operators by precedence, the highest first; equal ones are evaluated from left t
   a ^ b   symmetric difference: in exactly one
   a | b   union: in either
 The precedence is that of sets in Python: a | b & c - d is a | (b & (c - d)). Names consist of
-letters, digits and _. The expression must use every input, and may use one more than once. All inputs
-are evaluated in one pass along each ray, without intermediate images. An over-estimate subtracts
-under-estimates, so that it remains an over-estimate. The JSON adds `expression`, and `name` to each of
-`inputs`.";
+letters, digits and _. The expression must use every input, and may use one more than once. All
+inputs are evaluated in one pass along each ray, without intermediate images. An over-estimate
+subtracts under-estimates, so that it remains an over-estimate. The JSON adds `expression`, and
+`name` to each of `inputs`.";
 
 #[derive(Debug, Args)]
 #[command(after_help = VOLUME_EXAMPLES)]
@@ -242,11 +245,11 @@ Examples:
   ldi-ops volume *.stl --json volumes.json
 
 JSON: {\"schema\", \"command\", \"inputs\", \"results\": [object, …], \"warnings\"}, with one object per
-file; for a single file its keys are at the top level too. If a file cannot be measured, its object is
-{\"path\", \"error\"}, the others are measured, and the exit code is 2 or 3. `volume` adds the keys `area`,
-`centroid` (three numbers) and `inertia` (a 3 × 3 tensor about the centroid, unit density). The area is
-that of the mesh's triangles, times the share of ray hits along all three axes that bound the solid:
-triangles inside the solid do not count.";
+file; for a single file its keys are at the top level too. If a file cannot be measured, its
+object is {\"path\", \"error\"}, the others are measured, and the exit code is 2 or 3. `volume` adds
+the keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3 tensor about the centroid,
+unit density). The area is that of the mesh's triangles, times the share of ray hits along all
+three axes that bound the solid: triangles inside the solid do not count.";
 
 #[derive(Debug, Args)]
 #[command(after_help = SAMPLE_LAYOUT)]
@@ -293,8 +296,8 @@ Examples:
   ldi-ops intersect lattice.stl bone.stl -o common.npz && ldi-ops surface common.npz -o common.3mf
   ldi-ops surface part.npz --simplify 0.1h -o small.stl
 
-The mesh is a closed, oriented 2-manifold. Its edges and corners are sharp if the file has normals, as
-written by `sample` and the operations; without normals they are cut off.";
+The mesh is a closed, oriented 2-manifold. Its edges and corners are sharp if the file has
+normals, as written by `sample` and the operations; without normals they are cut off.";
 
 const SAMPLE_LAYOUT: &str = "\
 Examples:
@@ -325,10 +328,10 @@ become offsets_x, depths_x, normals_x, unclosed_x and so on for y and z.
   inside = (a['depths'][1::2] - a['depths'][0::2]).sum(dtype=np.int64)
   volume = inside * a['grid']['step'] * a['grid']['pitch']**2
 
-Voxels are cubes of one pitch around the points where rays of the three axes meet: 1 if the point is
-inside, 0 if not. Where images along several axes disagree, a voxel is inside if any image says so
-(--mode over), or if all do (under). .npy is an array uint8 of shape (rays along x, y, z); .vti has cells
-with the value `inside`, in world coordinates, and the unit as a field.";
+Voxels are cubes of one pitch around the points where rays of the three axes meet: 1 if the point
+is inside, 0 if not. Where images along several axes disagree, a voxel is inside if any image
+says so (--mode over), or if all do (under). .npy is an array uint8 of shape (rays along x, y,
+z); .vti has cells with the value `inside`, in world coordinates, and the unit as a field.";
 
 #[derive(Debug, Args)]
 #[command(after_help = CHECK_EXAMPLES)]
@@ -355,11 +358,12 @@ Examples:
   ldi-ops check part.stl
   ldi-ops check *.stl --json report.json
 
-The exit code is 1 if a mesh has a defect of severity error. Sampling needs only a closed mesh: an even
-number of triangles at every edge, where identical coordinates are one vertex.
-JSON: {\"schema\", \"command\", \"inputs\", \"results\": [{\"path\", \"solid\", …}], \"warnings\"}, in the order of
-the files. If a file cannot be read, its object is {\"path\", \"error\"}, the others are checked, and the
-exit code is 2.";
+The exit code is 1 if a mesh has a defect of severity error. Sampling needs only a closed mesh:
+an even number of triangles at every edge, where identical coordinates are one vertex.
+
+JSON: {\"schema\", \"command\", \"inputs\", \"results\": [{\"path\", \"solid\", …}], \"warnings\"}, in the
+order of the files. If a file cannot be read, its object is {\"path\", \"error\"}, the others are
+checked, and the exit code is 2.";
 
 #[derive(Debug, Args)]
 #[command(after_help = CONVERT_EXAMPLES)]
@@ -486,8 +490,8 @@ pub struct FillArguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sampling")]
 pub struct DeviceArguments {
-    /// Device, with the same bits on each: auto uses a GPU for large work if there is one, gpu uses the first of `ldi-ops
-    /// devices` or fails
+    /// Device (see `ldi-ops devices`), with the same bits on each: auto chooses by the amount of work, and the CPU for sums and
+    /// offsets; gpu uses the first GPU or fails
     #[arg(long, value_enum, default_value_t = BackendChoice::Auto)]
     pub backend: BackendChoice,
     /// GPU to use, by its name or a part of it; implies --backend gpu
@@ -651,8 +655,9 @@ Examples:
   ldi-ops generate bcc --form overlapping --radius 0.6 -o struts.stl
   ldi-ops generate bone --length 120 -o bone.obj
 
-Lengths are in millimetres. All solids are closed and face outwards. `ldi-ops generate KIND --help`
-lists the parameters of a kind and their defaults. The extension of the file selects the format.";
+Lengths are in millimetres. All solids are closed and face outwards. `ldi-ops generate KIND
+--help` lists the parameters of a kind and their defaults. The extension of the file selects the
+format.";
 
 /// Other names of kinds.
 const ALIASES: [(&str, &[&str]); 4] =

@@ -454,7 +454,11 @@ fn usable(flag: &str, folder: &Path, taker: &str) -> Result<(), Error> {
     }
     let parent = output::folder(folder);
     if !folder.is_dir() && !parent.is_dir() {
-        return Err(Error::input(format!("{flag}{}: there is no folder {}", folder.display(), parent.display())));
+        return Err(Error::input(format!(
+            "{flag}{}: the folder {} does not exist; create it first",
+            folder.display(),
+            parent.display()
+        )));
     }
     Ok(())
 }

@@ -229,7 +229,7 @@ fn wrong_types_and_shapes_are_named() {
     refuses("axis", array("'<U999999999'", &[], &[]), &["axis", "<U999999999"]);
     refuses("axis", array("'<U1'", &[], b"w\0\0\0"), &["axis", "\"w\""]);
     refuses("axis", array("'<U1'", &[2], b"z\0\0\0z\0\0\0"), &["axis", "z occurs twice"]);
-    refuses("axis", array("'<U1'", &[2], b"x\0\0\0z\0\0\0"), &["no array offsets_x"]);
+    refuses("axis", array("'<U1'", &[2], b"x\0\0\0z\0\0\0"), &["array offsets_x is missing"]);
     refuses("unit", array("'<U3'", &[], b"1\0\0\0m\0\0\0m\0\0\0"), &["unit", "\"1mm\""]);
     refuses("depths", b"{\"format\": 1}".to_vec(), &["depths", "signature of a .npy"]);
     refuses("depths", Vec::new(), &["depths", "header"]);

@@ -99,7 +99,7 @@ fn files_are_replaced_whole_or_not_at_all() {
     assert_eq!(left.len(), 2, "{left:?}");
 
     let error = write(Path::new("mesh.gltf"), &mesh, None).unwrap_err().to_string();
-    assert_eq!(error, "mesh.gltf: glTF files are not written here; .stl, .obj, .ply, .off, .glb and .3mf are");
+    assert_eq!(error, "mesh.gltf: cannot write glTF files; supported are .stl, .obj, .ply, .off, .glb and .3mf");
     let error = write(Path::new("mesh.step"), &mesh, None).unwrap_err().to_string();
     assert!(error.starts_with("mesh.step: `.step` is not a supported mesh format"), "{error}");
 }

@@ -68,9 +68,9 @@ Examples:
   ldi-ops render block.stl drill.stl --csg 'a - b' --view iso --slice x=50% -o open.png
   ldi-ops render a.stl b.stl --slice z=50% -o slice.png
 
-The picture is made from a layered depth image along the line of sight, and shows a Boolean without
-making a mesh of it. It is orthographic: the scale bar holds everywhere. Surfaces have the tint of the
-input that they come from.";
+The picture is made from a layered depth image along the line of sight, and shows a Boolean
+without making a mesh of it. It is orthographic: the scale bar holds everywhere. Surfaces have
+the tint of the input that they come from.";
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum BackgroundChoice {

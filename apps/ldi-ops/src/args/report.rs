@@ -120,19 +120,19 @@ pub enum BuildChoice {
 const REPORT_EXAMPLES: &str = "\
 Examples:
   ldi-ops report scaffold.stl --unit mm -o report
-  ldi-ops report scaffold.stl --unit mm --roi bone.stl -o report          within the bone only
-  ldi-ops report scaffold.stl --unit mm --limits limits.toml -o report    exit code 1 if a limit is broken
+  ldi-ops report scaffold.stl --unit mm --roi bone.stl -o report          only within the bone
+  ldi-ops report scaffold.stl --unit mm --limits limits.toml -o report    check limits
   ldi-ops report old.stl --compare new.stl --unit mm -o report
-  ldi-ops report *.stl --unit mm -o reports                               a sortable table, and a page each
+  ldi-ops report *.stl --unit mm -o reports                               a page each, and a table
   ldi-ops report cell.stl --edges periodic --resolution 128 -o report     one cell of a lattice
 
-limits.toml lists metrics by their ids in metrics.json, with min, max or both, as shares or lengths with
-or without a unit:
+limits.toml lists metrics by their ids in metrics.json, with min, max or both, as shares or
+lengths with or without a unit:
 
   porosity = { min = \"60 %\", max = \"80 %\" }
   percolation = { min = \"300 um\" }
   \"wall.thinnest\" = { min = \"0.2 mm\" }
 
-report.html is one file and needs no network. metrics.json has every metric with its bounds, method,
-parameters and source; metrics.csv has the same as a long table, methods.txt a paragraph for a paper.
-stdout has the key figures, or with `--json -` the content of metrics.json.";
+report.html is one file and needs no network. metrics.json has every metric with its bounds,
+method, parameters and source; metrics.csv has the same as a long table, methods.txt a paragraph
+for a paper. stdout has the key figures, or with `--json -` the content of metrics.json.";

@@ -40,12 +40,13 @@ Examples:
   ldi-ops minkowski bone.stl drill.stl --reflect -o obstacle.npz
   ldi-ops minkowski part.stl b.stl --memory 2G
 
-A ⊕ B is the set of all sums a + b. Neither solid needs to be convex or to contain the origin; the sum
-moves with B. Both solids must be closed and consistently oriented; a solid that is inside out is
-reversed. --fill nonzero unites overlapping shells of one solid. The result of --difference may be
-empty: a warning says so, and the volume is 0. The images along all three axes are made even if --axis
-names one. The JSON adds `memory` and `steps`: pairs of features, their primitives, the crossings of
-these, and the resolved gaps.";
+A ⊕ B is the set of all sums a + b. Neither solid needs to be convex or to contain the origin;
+the sum moves with B. Both solids must be closed and consistently oriented; a solid that is
+inside out is reversed. --fill nonzero unites overlapping shells of one solid. The result of
+--difference may be empty: a warning says so, and the volume is 0. The images along all three
+axes are made even if --axis names one. The JSON adds `memory` and `steps`: pairs of features,
+their primitives, the crossings of these, and the resolved gaps. --backend gpu finds the
+crossings and resolves the gaps on the GPU.";
 
 #[derive(Debug, Args)]
 #[command(after_help = OFFSET_EXAMPLES)]
@@ -68,9 +69,10 @@ Examples:
   ldi-ops offset part.stl --distance 50um --unit mm
   ldi-ops offset bone.stl --distance 1 --axis z --json -
 
-The result has all points within the distance of the solid, or with a negative distance all points at
-least as deep inside it: an offset by a true ball, round at edges and corners. Inwards, thin walls
-vanish; if nothing is left, a warning says so and the volume is 0.";
+The result has all points within the distance of the solid, or with a negative distance all
+points at least as deep inside it: an offset by a true ball, round at edges and corners. Inwards,
+thin walls vanish; if nothing is left, a warning says so and the volume is 0. --backend gpu
+resolves the gaps on the GPU.";
 
 #[derive(Debug, Args)]
 #[command(after_help = BALL_EXAMPLES)]
@@ -91,9 +93,9 @@ Examples:
   ldi-ops open part.stl --radius 0.1 --unit mm
   ldi-ops close scaffold.stl --radius 0.2 --mode exact -o closed.stl
 
-open offsets the solid inwards by the radius and back: walls, struts and edges thinner than the ball
-vanish. close offsets it outwards and back: pores, gaps and inner edges in which the ball does not fit
-are filled. The second step starts from the surface of the first at the same pitch.";
+open offsets the solid inwards by the radius and back: walls, struts and edges thinner than the
+ball vanish. close offsets it outwards and back: pores, gaps and inner edges in which the ball
+does not fit are filled. The second step starts from the surface of the first at the same pitch.";
 
 /// The options that all sums and offsets share, besides solids and placement.
 #[derive(Debug, Args)]
