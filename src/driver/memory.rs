@@ -50,26 +50,37 @@ impl Cost {
     pub fn bytes(&self) -> u64 {
         self.at(1.0) as u64
     }
+}
 
-    /// Returns the least factor of the pitch, above 1, at which the cost is below a limit; `None` where no pitch is coarse enough.
-    fn fitting(&self, limit: f64) -> Option<f64> {
-        let (mut fits, mut low) = (2.0, 1.0);
-        while self.at(fits) > limit {
-            (low, fits) = (fits, 2.0 * fits);
-            if fits > COARSEST {
-                return None;
-            }
+/// Returns the largest of some costs at a pitch `factor` times as long.
+fn largest(costs: &[Cost], factor: f64) -> f64 {
+    costs.iter().map(|cost| cost.at(factor)).fold(0.0, f64::max)
+}
+
+/// Returns the least factor of the pitch, above 1, at which all costs are below a limit; `None` where no pitch is coarse enough.
+fn below(costs: &[Cost], limit: f64) -> Option<f64> {
+    let (mut fits, mut low) = (2.0, 1.0);
+    while largest(costs, fits) > limit {
+        (low, fits) = (fits, 2.0 * fits);
+        if fits > COARSEST {
+            return None;
         }
-        // A thousandth of the pitch is finer than the accuracy of the estimate.
-        while fits - low > 1e-3 * low {
-            let middle = 0.5 * (low + fits);
-            match self.at(middle) > limit {
-                true => low = middle,
-                false => fits = middle,
-            }
-        }
-        Some(fits)
     }
+    // A thousandth of the pitch is finer than the accuracy of the estimate.
+    while fits - low > 1e-3 * low {
+        let middle = 0.5 * (low + fits);
+        match largest(costs, middle) > limit {
+            true => low = middle,
+            false => fits = middle,
+        }
+    }
+    Some(fits)
+}
+
+/// Returns the least factor of the pitch, above 1, at which all costs are below a limit with a margin; `None` where no pitch is
+/// coarse enough, or the limit is not known.
+pub fn fitting(costs: &[Cost], limit: Limit) -> Option<f64> {
+    below(costs, MARGIN * limit.bytes()? as f64)
 }
 
 /// The most memory that the process may hold.
@@ -102,18 +113,19 @@ impl Limit {
     }
 
     /// Returns the bytes of the limit, if a cost exceeds it.
-    fn exceeded_by(self, cost: &Cost) -> Option<u64> {
-        let is_little = matches!(self, Limit::Free(_)) && cost.at(1.0) - cost.fixed <= LITTLE;
-        self.bytes().filter(|most| cost.bytes() > *most && !is_little)
+    fn exceeded_by(self, costs: &[Cost]) -> Option<u64> {
+        let (bytes, fixed) = (largest(costs, 1.0), costs.first().map_or(0.0, |cost| cost.fixed));
+        let is_little = matches!(self, Limit::Free(_)) && bytes - fixed <= LITTLE;
+        self.bytes().filter(|most| bytes > *most as f64 && !is_little)
     }
 }
 
 impl Display for Limit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Limit::Asked(bytes) => write!(f, "--memory allows {}", megabytes(*bytes)),
+            Limit::Asked(bytes) => write!(f, "--memory allows {}", size(*bytes as f64)),
             Limit::Free(bytes) => {
-                write!(f, "{} are allowed (80 % of the free memory; --memory changes it)", megabytes(*bytes))
+                write!(f, "{} are allowed (80 % of the free memory; --memory changes it)", size(*bytes as f64))
             }
             Limit::Unknown => f.write_str("the free memory is not known"),
         }
@@ -126,20 +138,21 @@ impl Display for Limit {
 /// # Errors
 /// A machine error with the cost, the limit and the way out.
 pub fn admit(
-    cost: &Cost,
+    costs: &[Cost],
     limit: Limit,
     subject: impl Display,
     way_out: impl FnOnce(Option<f64>) -> String,
 ) -> Result<(), Error> {
-    let Some(most) = limit.exceeded_by(cost) else { return Ok(()) };
-    let way_out = way_out(cost.fitting(MARGIN * most as f64));
-    let fixed = match cost.fixed > MARGIN * most as f64 {
-        true => format!(", as {} do not depend on it", megabytes(cost.fixed as u64)),
+    let Some(most) = limit.exceeded_by(costs) else { return Ok(()) };
+    let way_out = way_out(fitting(costs, limit));
+    let fixed = costs.first().map_or(0.0, |cost| cost.fixed);
+    let fixed = match fixed > MARGIN * most as f64 {
+        true => format!(", as {} do not depend on it", size(fixed)),
         false => String::new(),
     };
     Err(Error::machine(format!(
         "{subject} need about {} of memory, and {limit}; {way_out}{fixed}",
-        megabytes(cost.bytes())
+        size(largest(costs, 1.0))
     )))
 }
 
@@ -153,8 +166,12 @@ pub fn coarser(factor: Option<f64>, longest: f64, grid: &Grid) -> String {
     }
 }
 
-fn megabytes(bytes: u64) -> String {
-    format!("{} MB", number((bytes as f64 / 1e5).round() / 10.0))
+/// Returns a number of bytes for people: in MB, or in GB from 10 GB on.
+pub fn size(bytes: f64) -> String {
+    match bytes < 1e10 {
+        true => format!("{} MB", number((bytes / 1e5).round() / 10.0)),
+        false => format!("{} GB", number((bytes / 1e8).round() / 10.0)),
+    }
 }
 
 /// Returns the number of rays of the images along all axes.
@@ -209,15 +226,10 @@ const KEPT_WITH_TRIANGLE: f64 = 12.0;
 const WITH_NORMAL: f64 = 30.0;
 
 impl Images<'_> {
-    /// Returns the bytes that the images take at most.
-    fn cost(&self, grid: &Grid, solids: &[LatticeSolid]) -> Cost {
+    /// Returns the bytes that are held while each axis is sampled, and while all images are written.
+    fn costs(&self, grid: &Grid, solids: &[LatticeSolid]) -> Vec<Cost> {
         let held = Cost { fixed: self.held as f64, ..Cost::default() };
-        let (mut kept, mut written, mut most) = (0.0, held, held);
-        let keep_larger = |most: &mut Cost, cost: Cost| {
-            if cost.at(1.0) > most.at(1.0) {
-                *most = cost;
-            }
-        };
+        let (mut kept, mut written, mut costs) = (0.0, held, Vec::new());
         for &axis in self.axes {
             let rays = RAY * rays_along(grid, axis) as f64;
             let rows = f64::from(grid.image_size(axis).1);
@@ -230,14 +242,14 @@ impl Images<'_> {
                 true => (IN_BAND * samples * ROWS_UNDER_WAY / rows, 0.0),
                 false => (0.0, IN_BAND * samples),
             };
-            keep_larger(&mut most, Cost { of_rows, of_rays: kept + images + all_rows, ..held });
+            costs.push(Cost { of_rows, of_rays: kept + images + all_rows, ..held });
             if self.are_kept {
                 kept += rays + samples * if self.have_triangles { KEPT_WITH_TRIANGLE } else { KEPT };
                 written.of_rays += rays + samples * if self.have_normals { WITH_NORMAL } else { KEPT };
             }
         }
-        keep_larger(&mut most, written);
-        most
+        costs.push(written);
+        costs
     }
 }
 
@@ -258,7 +270,7 @@ pub fn admit_images(
     }
     let [x, y, z] = grid.rays();
     let subject = format_args!("the images of {x} × {y} × {z} rays");
-    admit(&images.cost(grid, solids), limit, subject, way_out)
+    admit(&images.costs(grid, solids), limit, subject, way_out)
 }
 
 /// Largest number of bytes per sample of a mesh: a vertex, two triangles, and the vertex stars of the manifold check.
@@ -272,7 +284,7 @@ pub fn admit_mesh(samples: u64, limit: Limit) -> Result<(), Error> {
     let of_rays = BYTES_OF_MESH_SAMPLE * samples as f64;
     let cost = Cost { fixed: machine::held_memory() as f64, of_rays, ..Cost::default() };
     let subject = format_args!("the {} triangles of a mesh of {samples} samples", 2 * samples);
-    admit(&cost, limit, subject, |factor| match factor {
+    admit(&[cost], limit, subject, |factor| match factor {
         Some(factor) => format!("{:.0} % of the --resolution would fit", (100.0 / factor).floor()),
         None => "no raster would fit".to_owned(),
     })
@@ -297,23 +309,23 @@ mod tests {
         let grid = Grid::with_resolution(closed.bounds(), resolution, 1024).unwrap();
         let solids = [grid.quantise(&closed).unwrap()];
         let admitted = admit_images(images, &grid, &solids, limit, |factor| coarser(factor, 1.0, &grid));
-        (images.cost(&grid, &solids).at(1.0), admitted)
+        (largest(&images.costs(&grid, &solids), 1.0), admitted)
     }
 
     #[test]
     fn proposed_factors_fit_and_are_the_least() {
         for limit in [20e6, 100e6, 900e6] {
-            let factor = COST.fitting(limit).unwrap();
+            let factor = below(&[COST], limit).unwrap();
             assert!(COST.at(factor) <= limit && COST.at(0.99 * factor) > limit, "{limit}: {factor}");
         }
-        assert_eq!(COST.fitting(9e6), None);
+        assert_eq!(below(&[COST], 9e6), None);
     }
 
     #[test]
     fn refusals_carry_the_figure_the_limit_and_a_way_out() {
         let bounds = crate::mesh::Aabb { min: glam::DVec3::ZERO, max: glam::DVec3::new(10.0, 8.0, 6.0) };
         let grid = Grid::with_resolution(bounds, 100, 1024).unwrap();
-        let admitted = |limit| admit(&COST, limit, "three images", |factor| coarser(factor, 10.0, &grid));
+        let admitted = |limit| admit(&[COST], limit, "three images", |factor| coarser(factor, 10.0, &grid));
         assert_eq!(admitted(Limit::Asked(1_010_000_000)), Ok(()));
         assert_eq!(admitted(Limit::Unknown), Ok(()));
         let message = |limit| admitted(Limit::Asked(limit)).unwrap_err().to_string();

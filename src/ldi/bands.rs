@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+#[cfg(feature = "gpu")]
 use super::LdiError;
 use super::{Ldi, Windings};
-#[cfg(feature = "gpu")]
 use crate::cancel::checkpoint;
 use crate::grid::{Axis, Grid};
 

@@ -24,6 +24,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::parts::part_of_vertices;
+use crate::cancel::checkpoint;
 use crate::mesh::check::{BadIndex, BadPosition, DuplicatePlace, EdgePlace, Findings, TrianglePlace, VertexPlace};
 use crate::mesh::{Precision, TriangleMesh};
 
@@ -316,6 +317,7 @@ impl Faults {
         let found: Vec<Faults> = (0..vertices.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
+                checkpoint();
                 let mut faults = Faults::default();
                 for vertex in chunk * CHUNK..vertices.min((chunk + 1) * CHUNK) {
                     let star = stars.corners_at(vertex);

@@ -500,7 +500,7 @@ impl Setting<'_> {
             of_nodes: self.backend.bits_of_node() / 8.0 * memory::nodes(grid),
         };
         let subject = format_args!("{}: spans and images", self.names);
-        memory::admit(&cost, self.limit, subject, |factor| memory::coarser(factor, self.longest, grid))?;
+        memory::admit(&[cost], self.limit, subject, |factor| memory::coarser(factor, self.longest, grid))?;
         self.backend.admit(grid)?;
         self.progress.detail(format_args!("{kept:.0} crossings are expected, and {} bytes", cost.bytes()));
         Ok(cost.bytes())

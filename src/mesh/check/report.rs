@@ -93,7 +93,7 @@ pub struct ShellPlace {
     pub bounds: Aabb,
 }
 
-/// The findings of [`check`] for one mesh.
+/// The findings of [`check`](super::check) for one mesh.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct MeshReport {
@@ -135,11 +135,11 @@ pub struct MeshReport {
     pub inside_out: Findings<ShellPlace>,
     /// Closed shells that lie inside a solid and face outwards.
     pub solids_in_solids: Findings<ShellPlace>,
-    /// See [`TriangleMesh::signed_volume`].
+    /// See [`TriangleMesh::signed_volume`](crate::mesh::TriangleMesh::signed_volume).
     pub signed_volume: f64,
-    /// See [`TriangleMesh::area`].
+    /// See [`TriangleMesh::area`](crate::mesh::TriangleMesh::area).
     pub area: f64,
-    /// See [`TriangleMesh::bounds`].
+    /// See [`TriangleMesh::bounds`](crate::mesh::TriangleMesh::bounds).
     pub bounds: Option<Aabb>,
     /// Vertices of faces − edges + faces.
     pub euler_characteristic: i64,

@@ -60,17 +60,18 @@ impl Subject<'_> {
             let advice = memory::coarser(factor, region.bounds().extent().max_element(), grid);
             advice + &sizes.unwrap_or_default()
         };
+        let cost = Cost { fixed: machine::held_memory() as f64, of_nodes: BYTES_OF_NODE * nodes, ..Cost::default() };
         if nodes >= NODES_MAX {
-            let factor = (nodes / (0.9 * NODES_MAX)).cbrt();
+            let factor = (nodes / (0.9 * NODES_MAX)).cbrt().max(memory::fitting(&[cost], limit).unwrap_or(1.0));
             return Err(Error::machine(format!(
-                "{}: {x} × {y} × {z} nodes (limit {NODES_MAX}); {}",
+                "{}: {x} × {y} × {z} nodes (limit {NODES_MAX}), which need about {} of memory; {}",
                 self.solid.name(),
+                memory::size(BYTES_OF_NODE * nodes),
                 way_out(Some(factor))
             )));
         }
-        let cost = Cost { fixed: machine::held_memory() as f64, of_nodes: BYTES_OF_NODE * nodes, ..Cost::default() };
         let subject = format_args!("{}: the fields of {x} × {y} × {z} nodes", self.solid.name());
-        memory::admit(&cost, limit, subject, way_out)
+        memory::admit(&[cost], limit, subject, way_out)
     }
 
     /// Returns a grid of another pitch that contains solid and region.
