@@ -2,10 +2,14 @@
 
 use std::fmt::Display;
 use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::thread;
+use std::time::Duration;
 
 use crate::Error;
+use crate::cancel::{self, Unwound};
 
 /// A listener to a long operation. All methods may be called from any thread.
 pub trait Progress: Sync {
@@ -68,13 +72,8 @@ impl<'p> Monitor<'p> {
     }
 
     /// Repeats the state to the listener, which may then stop the operation.
-    pub(crate) fn heartbeat(&self) -> Result<(), Error> {
+    fn heartbeat(&self) -> Result<(), Error> {
         self.change(|_| {})
-    }
-
-    /// Returns the flag that is set when the listener stops the operation.
-    pub(crate) fn stop_flag(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.is_stopped)
     }
 
     fn change(&self, change: impl FnOnce(&mut State)) -> Result<(), Error> {
@@ -91,9 +90,53 @@ impl<'p> Monitor<'p> {
     }
 }
 
+/// The time between two questions to a listener.
+const HEARTBEAT: Duration = Duration::from_millis(50);
+
+/// Runs an operation on `threads` threads (0: as many as here) that the monitor's listener can stop at any checkpoint of its loops
+/// (`cancel.rs`).
+///
+/// # Errors
+/// Those of the operation; [`Error::Cancelled`] where it was stopped; a machine error where no threads could be started.
+pub(crate) fn stoppable<T: Send>(
+    monitor: &Monitor,
+    threads: usize,
+    operation: impl FnOnce() -> Result<T, Error> + Send,
+) -> Result<T, Error> {
+    let flag = Arc::clone(&monitor.is_stopped);
+    let threads = if threads == 0 { rayon::current_num_threads() } else { threads };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .start_handler(move |_| cancel::work_for(Arc::clone(&flag)))
+        .build()
+        .map_err(|error| Error::machine(format!("no threads could be started: {error}")))?;
+    let (done, is_done) = mpsc::channel::<()>();
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            while is_done.recv_timeout(HEARTBEAT) == Err(mpsc::RecvTimeoutError::Timeout) {
+                if monitor.heartbeat().is_err() {
+                    return;
+                }
+            }
+        });
+        let ended = catch_unwind(AssertUnwindSafe(|| pool.install(operation)));
+        drop(done);
+        match ended {
+            Ok(result) => result,
+            Err(payload) if payload.is::<Unwound>() => Err(Error::Cancelled),
+            Err(payload) => resume_unwind(payload),
+        }
+    })
+}
+
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::AtomicU64;
+
+    use rayon::prelude::*;
+
     use super::*;
+    use crate::cancel::checkpoint;
 
     /// A listener that stops the operation at the third update.
     struct Listener(Mutex<Vec<(String, u64, u64)>>);
@@ -118,5 +161,49 @@ mod tests {
         assert_eq!(seen[1], ("sampling".to_owned(), 0, 2));
         assert_eq!(seen[2], ("sampling".to_owned(), 1, 2));
         assert_eq!(Monitor::new(None).step(), Ok(()));
+    }
+
+    /// Goes on for so many questions.
+    struct Patience(AtomicU64);
+
+    impl Progress for Patience {
+        fn update(&self, _: &str, _: u64, _: u64) -> ControlFlow<()> {
+            match self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1)) {
+                Ok(_) => ControlFlow::Continue(()),
+                Err(_) => ControlFlow::Break(()),
+            }
+        }
+    }
+
+    #[test]
+    fn endless_loops_on_all_threads_stop_and_drop_what_they_own() {
+        let patience = Patience(AtomicU64::new(2));
+        let monitor = Monitor::new(Some(&patience));
+        let owned = Arc::new(());
+        let result: Result<(), Error> = stoppable(&monitor, 3, || {
+            (0..3).into_par_iter().for_each(|_| {
+                let _owned = Arc::clone(&owned);
+                loop {
+                    checkpoint();
+                }
+            });
+            Ok(())
+        });
+        assert_eq!(result, Err(Error::Cancelled));
+        assert_eq!(Arc::strong_count(&owned), 1);
+    }
+
+    #[test]
+    fn results_errors_and_panics_pass() {
+        let monitor = Monitor::new(None);
+        assert_eq!(stoppable(&monitor, 2, || Ok(rayon::current_num_threads())), Ok(2));
+        assert_eq!(stoppable::<()>(&monitor, 1, || Err(Error::input("none"))), Err(Error::input("none")));
+        let panicked = catch_unwind(AssertUnwindSafe(|| stoppable::<()>(&monitor, 1, || panic!("a fault"))));
+        assert_eq!(panicked.unwrap_err().downcast_ref::<&str>(), Some(&"a fault"));
+    }
+
+    #[test]
+    fn checkpoints_outside_operations_do_nothing() {
+        checkpoint();
     }
 }

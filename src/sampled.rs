@@ -5,7 +5,6 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 
 use crate::bits::is_set;
-use crate::cancel::stoppable;
 use crate::driver::bound::Bound;
 use crate::driver::job::Finish;
 #[cfg(feature = "npz")]
@@ -19,6 +18,7 @@ use crate::ldi::{Ldi, NodePlanes};
 use crate::length::Length;
 use crate::mesh::io::Format;
 use crate::mesh::{LengthUnit, Precision, TriangleMesh};
+use crate::progress::stoppable;
 #[cfg(feature = "npz")]
 use crate::voxels;
 use crate::{Error, Estimate, Monitor, Progress, Warning};

@@ -1,11 +1,10 @@
 //! Settings of an operation.
 
 use crate::Error;
-use crate::cancel::stoppable;
 use crate::driver::job::{Backend, Keep, MeasureJob, Measurement, Openness, Spacing, SumJob, SumOperation};
 use crate::grid::Axis;
 use crate::length::Length;
-use crate::progress::{Monitor, Progress};
+use crate::progress::{Monitor, Progress, stoppable};
 use crate::sampler::{FillRule, Mode};
 
 /// The axes of the images.
