@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::driver::measure::{Method, Volume};
+use crate::driver::measured::{Method, Volume};
 use crate::mesh::LengthUnit;
 use crate::number::{number, plain};
 use crate::unit;

@@ -129,7 +129,7 @@ pub mod placement;
 pub mod unit;
 
 pub use driver::job::Backend;
-pub use driver::measure::{Method, Seconds};
+pub use driver::measured::{Method, Seconds};
 pub use driver::surface::SurfaceReport;
 pub use error::{Error, ErrorKind, OpenMesh};
 pub use estimate::{Estimate, with_error};

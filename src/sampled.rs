@@ -9,7 +9,8 @@ use crate::driver::bound::Bound;
 use crate::driver::job::Finish;
 #[cfg(feature = "npz")]
 use crate::driver::job::{Content, ImageTarget};
-use crate::driver::measure::{Measured, Seconds, mean_moments};
+use crate::driver::measure::mean_moments;
+use crate::driver::measured::{Measured, Seconds};
 use crate::driver::surface::{self, SurfaceReport};
 use crate::driver::write;
 use crate::grid::{Axis, Grid};

@@ -11,7 +11,8 @@ use crate::driver::input::{self, InputRequirements, Sides, ready};
 use crate::driver::job::{
     Boolean, Finish, Keep, MeasureJob, Measurement, Openness, Operand, SumJob, SumOperation, Wording,
 };
-use crate::driver::measure::{Measured, measure};
+use crate::driver::measure::measure;
+use crate::driver::measured::Measured;
 use crate::driver::sum::{SumBackend, sum};
 use crate::driver::surface;
 use crate::length::Length;

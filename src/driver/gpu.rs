@@ -1,6 +1,6 @@
 //! Lists, chooses and opens the GPUs of this machine. Builds without the feature `gpu` use `no_gpu.rs` instead.
 
-use super::backend::{Gpu, GpuDevice};
+use super::device::{Gpu, GpuDevice};
 use crate::Error;
 use crate::gpu::{self, Adapter, AdapterKind, DeviceError};
 use crate::sampler::gpu::{GpuOptions, GpuSampler};

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::job::{Boolean, Measurement};
-use super::measure::Seconds;
+use super::measured::Seconds;
 use crate::Error;
 use crate::boolean::{Expression, Leaf, Operand, Plan};
 use crate::grid::{Axis, LatticeSolid};

@@ -16,7 +16,7 @@ use super::{bytes, size, surface};
 use crate::error::OpenMesh;
 use crate::grid::{Grid, LatticeSolid};
 use crate::mesh::check::{MeshReport, check};
-use crate::mesh::io::{self, Format, MeshFile, ReadError, ReadNote, WriteNote};
+use crate::mesh::io::{self, Format, MeshFile, ReadError, ReadNote};
 use crate::mesh::{Aabb, ClosedMesh, LengthUnit, NotClosed, Precision, TriangleMesh};
 use crate::progress::Monitor;
 use crate::sampler::FillRule;
@@ -197,11 +197,6 @@ fn surface_of_images(bytes: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning
 #[cfg(not(feature = "npz"))]
 fn surface_of_images(_: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning>), Error> {
     Err(Error::input(format!("{}: build ldi_ops with the feature `npz` to read images", path.display())))
-}
-
-/// Returns the notes of a writer as warnings.
-pub fn write_notes(path: &Path, notes: &[WriteNote]) -> Vec<Warning> {
-    notes.iter().map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect()
 }
 
 /// Reads, places and checks all inputs, and brings them to one unit.

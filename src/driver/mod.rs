@@ -6,6 +6,7 @@
 pub mod backend;
 pub(crate) mod bound;
 mod bytes;
+pub mod device;
 mod fill;
 #[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
 pub mod gpu;
@@ -16,6 +17,7 @@ pub mod input;
 pub mod job;
 pub mod machine;
 pub mod measure;
+pub mod measured;
 pub(crate) mod memory;
 pub mod output;
 pub(crate) mod raster;

@@ -1,6 +1,6 @@
 //! The replacement of `gpu.rs` in builds without the feature `gpu`: every request for a GPU fails.
 
-use super::backend::{Gpu, GpuDevice};
+use super::device::{Gpu, GpuDevice};
 use crate::Error;
 use crate::gpu::DeviceError;
 

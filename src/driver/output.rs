@@ -4,7 +4,8 @@ use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::Path;
 
-use crate::Error;
+use crate::mesh::io::WriteNote;
+use crate::{Error, Warning};
 
 /// Replaces `path` by a new file once `fill` has written all of it.
 ///
@@ -12,4 +13,9 @@ use crate::Error;
 /// Files that cannot be written.
 pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> Result<(), Error> {
     crate::output::replace(path, fill).map_err(|error| Error::output(path, &error))
+}
+
+/// Returns the notes of a writer as warnings.
+pub fn write_notes(path: &Path, notes: &[WriteNote]) -> Vec<Warning> {
+    notes.iter().map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect()
 }

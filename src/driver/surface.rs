@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::input::write_notes;
 use super::job::Finish;
 use super::memory::{self, Limit};
+use super::output::write_notes;
 use crate::bits::Ones;
 use crate::grid::{Axis, Grid};
 use crate::integrate::VolumeEstimate;

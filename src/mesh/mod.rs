@@ -8,6 +8,7 @@ mod beam;
 pub mod check;
 pub mod closed;
 mod compact;
+mod hash;
 mod hull;
 pub mod io;
 mod mass;

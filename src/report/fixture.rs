@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::id::{self, Statistic};
+use super::id::{self, Group, Statistic};
 use super::limits::Limits;
 use super::measure::record::Record;
 use super::quantity::Quantity;

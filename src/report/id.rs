@@ -11,8 +11,33 @@ use std::slice;
 use serde::{Serialize, Serializer};
 
 use super::quantity::Quantity::{self, Length, Number, Share};
-use super::scaffold_report::Group;
 use crate::grid::Axis;
+
+/// The section of the table that a metric is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Group {
+    /// Volumes and shares of volume.
+    Volume,
+    /// Areas and curvature.
+    Surface,
+    /// Access to the pores from outside, and percolation.
+    Access,
+    /// Thickness of the solid and width of the pores.
+    Thickness,
+    /// Chord lengths.
+    Chords,
+    /// Mean intercept lengths by direction.
+    Anisotropy,
+    /// Pieces, holes and cavities.
+    Topology,
+    /// Tortuosity and permeability.
+    Transport,
+    /// Centroid and inertia.
+    Moments,
+    /// Overhang and thin walls.
+    Manufacture,
+}
 
 /// The id of a metric: a reference to its definition. The constants of this module are the only ids.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,7 @@
 
 use serde::{Serialize, Serializer};
 
-use super::id::MetricId;
+use super::id::{Group, MetricId};
 use super::quantity::Unit;
 use crate::mesh::LengthUnit;
 
@@ -86,32 +86,6 @@ pub struct Metric {
     pub status: Status,
     /// Reasons for doubt.
     pub warnings: Vec<String>,
-}
-
-/// The section of the table that a metric is in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Group {
-    /// Volumes and shares of volume.
-    Volume,
-    /// Areas and curvature.
-    Surface,
-    /// Access to the pores from outside, and percolation.
-    Access,
-    /// Thickness of the solid and width of the pores.
-    Thickness,
-    /// Chord lengths.
-    Chords,
-    /// Mean intercept lengths by direction.
-    Anisotropy,
-    /// Pieces, holes and cavities.
-    Topology,
-    /// Tortuosity and permeability.
-    Transport,
-    /// Centroid and inertia.
-    Moments,
-    /// Overhang and thin walls.
-    Manufacture,
 }
 
 /// The status of a value: present, or the reason why not.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::cuts::Cuts;
 use super::edges::EdgeSlab;
-use super::features::Feature;
+use super::feature::Feature;
 use super::qef::{Bounds, Loop};
 use crate::bits::{Ones, after};
 use crate::cancel::checkpoint;

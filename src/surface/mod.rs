@@ -28,6 +28,7 @@
 mod cells;
 mod cuts;
 mod edges;
+mod feature;
 mod features;
 mod intersect;
 pub mod manifold;
@@ -49,7 +50,8 @@ use cells::{CellLayer, JoinedFaces, world_from_cells};
 use cuts::Cuts;
 pub use edges::SubResolution;
 use edges::{EdgeSlab, Source};
-use features::{Feature, Features};
+use feature::Feature;
+use features::Features;
 use quads::{Cut, OpenQuad, Quad};
 use resolve_self_intersections::{Tangle, View};
 

@@ -33,7 +33,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cells::{MARGIN, world_from_cells};
-use super::features::{CellFilter, Feature, Features};
+use super::feature::Feature;
+use super::features::{CellFilter, Features};
 use super::intersect::{Candidate, pairs};
 use super::quads::Cut;
 use crate::bits;

@@ -6,12 +6,12 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::path::Path;
 
-use ldi_ops::driver::backend::{GpuDevice, Ran};
+use ldi_ops::driver::backend::Ran;
+use ldi_ops::driver::device::GpuDevice;
 use ldi_ops::driver::input::Solid;
 use ldi_ops::driver::machine::{cpu_name, peak_memory_bytes};
-use ldi_ops::driver::measure::{Measured, Method, Volume};
+use ldi_ops::driver::measured::{Measured, Method, StepReport, Volume};
 use ldi_ops::driver::render::Rendered;
-use ldi_ops::driver::sum::StepReport;
 use ldi_ops::driver::surface::SurfaceReport;
 use ldi_ops::grid::Grid;
 use ldi_ops::mesh::check::{Defect, Severity};

@@ -25,7 +25,8 @@ pub use self::backend::SumBackend;
 use self::shells::{Shells, Windings};
 use self::steps::{Setting, Step, StepImages};
 use super::input::{self, InputRequirements, Sides, Solid};
-use super::measure::{Measured, Seconds, Volume, check_pitches};
+use super::measure::check_pitches;
+use super::measured::{Measured, Seconds, SumReport, Volume};
 use super::memory::Limit;
 use super::raster;
 use super::surface::{self, Imaged};
@@ -34,24 +35,6 @@ use crate::Warning;
 use crate::driver::job::{Finish, ImageTarget, Input, Keep, Openness, Operand, Spacing, SumJob, SumOperation};
 use crate::number::number;
 use crate::progress::Monitor;
-
-pub use self::steps::StepReport;
-
-/// The report of a sum, a difference or an offset.
-#[derive(Clone, Debug)]
-pub struct SumReport {
-    /// The steps: two for an opening or a closing, one for all others. If the first result is empty, there is no second step.
-    pub steps: Vec<StepReport>,
-    /// The memory limit in bytes, where it is known.
-    pub memory_limit: Option<u64>,
-}
-
-impl SumReport {
-    /// Returns the expected peak memory, in bytes.
-    pub fn memory_estimate(&self) -> u64 {
-        self.steps.iter().map(|step| step.memory_estimate).max().unwrap_or(0)
-    }
-}
 
 /// Reads inputs, computes their sum, difference or offset, measures it and writes `target`.
 ///

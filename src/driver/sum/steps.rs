@@ -10,7 +10,7 @@ use super::spot_check::first_difference;
 use crate::Error;
 use crate::driver::job::Keep;
 use crate::driver::machine;
-use crate::driver::measure::Seconds;
+use crate::driver::measured::{Seconds, StepReport};
 use crate::driver::memory::{self, Cost, Limit};
 use crate::fixed::{Crossing, Hit, TriangleHit};
 use crate::grid::{Axis, Grid, SumGrid, offset_grid};
@@ -120,31 +120,6 @@ pub struct StepImages {
     /// The volume that an over- or under-estimate adds or omits, in cubic world units: the mean over the axes.
     pub bias: f64,
     pub report: StepReport,
-}
-
-/// The report of a step.
-#[derive(Clone, Debug)]
-pub struct StepReport {
-    /// `sum`, `difference` or `offset`.
-    pub operation: &'static str,
-    /// The distance of an offset.
-    pub distance: Option<f64>,
-    /// True if the facets of the inputs contradict each other, so that both sides of each are used.
-    pub is_folded: bool,
-    /// The counts of pairs of features; `None` for an offset.
-    pub pairs: Option<CullCounts>,
-    /// The number of triangles, or of parts of planes, tubes and spheres, that cover the surface.
-    pub primitives: u64,
-    /// The number of triangles or parts that are sampled, as they may lie on the surface.
-    pub sampled: u64,
-    /// The number of crossings of rays along x, y and z with the sampled primitives.
-    pub crossings: Option<[u64; 3]>,
-    /// The counts of gap resolution.
-    pub resolved: ResolveCounts,
-    /// The expected peak memory of the step, in bytes.
-    pub memory_estimate: u64,
-    /// Seconds of each stage, in order.
-    pub seconds: Vec<(&'static str, f64)>,
 }
 
 /// The times of the stages of a step.

@@ -34,7 +34,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::TriangleMesh;
-use super::closed::position_hash;
+use super::hash::position_hash;
 use edges::{connect, edge_uses};
 use exact::are_collinear;
 use nesting::judge;

@@ -15,8 +15,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
-use super::flood::LEAST;
-use super::steps::{Cube, MIDDLE, Steps, bits};
+use super::steps::{Cube, LEAST, MIDDLE, Steps, bits};
 use crate::bits::ones;
 use crate::cancel::checkpoint;
 use crate::metrics::NodeSet;

@@ -7,9 +7,6 @@ use super::steps::Steps;
 use crate::metrics::thickness::{Ball, paint};
 use crate::metrics::{BoundaryCondition, NodeSet};
 
-/// The least bottleneck radius: nodes of an open piece are reached, however narrow it is.
-pub(super) const LEAST: f32 = f32::MIN_POSITIVE;
-
 /// Computes for each node the radius, in pitches, of the largest ball that reaches it from one of `sources`: the maximum, over
 /// all paths, of the least radius on the path. 0 for nodes that no path leads to, above 0 for all others.
 ///

@@ -1,9 +1,9 @@
 //! The largest ball that passes from one end of a region to the other.
 
 use super::ends::Ends;
-use super::flood::{LEAST, widest};
+use super::flood::widest;
 use super::queue::{LEVELS, Queue};
-use super::steps::{MIDDLE, Steps, bits};
+use super::steps::{LEAST, MIDDLE, Steps, bits};
 use crate::cancel::checkpoint;
 use crate::metrics::{BoundaryCondition, NodeSet};
 

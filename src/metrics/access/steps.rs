@@ -180,6 +180,9 @@ pub(in crate::metrics) fn bits(cube: Cube) -> Ones {
     Ones(u64::from(cube))
 }
 
+/// The least bottleneck radius: nodes of an open piece are reached, however narrow it is.
+pub(super) const LEAST: f32 = f32::MIN_POSITIVE;
+
 /// Returns the 6-neighbours of nodes of a cube that are in the cube.
 #[inline]
 fn spread(cube: Cube) -> Cube {

@@ -11,8 +11,9 @@ use super::summary::{Entry, address};
 use super::table::{GROUPS, finite, is_open, named};
 use super::verdict::Strip;
 use super::{FOOT, STYLE, words};
+use crate::report::id::Group;
 use crate::report::quantity::{Quantity, Unit};
-use crate::report::scaffold_report::{Group, Metric, ScaffoldReport};
+use crate::report::scaffold_report::{Metric, ScaffoldReport};
 
 #[derive(Template)]
 #[template(path = "compare.html", config = "src/report/askama.toml")]

@@ -9,10 +9,10 @@ use super::slices::{self, Shown};
 use super::table::{self, GroupTable, KeyFigure, Row};
 use super::verdict::Strip;
 use super::{FOOT, STYLE, words};
+use crate::report::id::Group;
 use crate::report::quantity::{Quantity, Unit};
 use crate::report::scaffold_report::{
-    Alert, Anisotropy, Convergence, ConvergenceSeries, Group, InputFile, Profile, Provenance, ScaffoldReport, Severity,
-    Varied,
+    Alert, Anisotropy, Convergence, ConvergenceSeries, InputFile, Profile, Provenance, ScaffoldReport, Severity, Varied,
 };
 
 /// A plot with its title, its result and a guide to reading it.

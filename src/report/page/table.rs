@@ -1,8 +1,9 @@
 //! Tables of metrics by group, and the key figures.
 
 use super::words;
+use crate::report::id::Group;
 use crate::report::id::{self, MetricId, Statistic};
-use crate::report::scaffold_report::{Group, Metric, ScaffoldReport};
+use crate::report::scaffold_report::{Metric, ScaffoldReport};
 
 /// A group of metrics.
 pub struct GroupTable {

@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use super::band::{Band, cut};
-use super::passes::most_rows;
 use super::solid::ResidentSolid;
 use super::stages::{Flag, Flags};
-use super::view::{TALLY_WORDS, TILE_MEMORY, TILE_SIDE, TILE_WORDS, Tally, wide, words};
+use super::view::{TALLY_WORDS, TILE_MEMORY, TILE_SIDE, TILE_WORDS, Tally, most_rows, wide, words};
 use super::{GpuSampler, Route, State};
 use crate::gpu::{DeviceError, Pool, Recorder, bytes_of, held};
 use crate::grid::{Axis, Grid, LatticeSolid};

@@ -12,13 +12,6 @@ const QUEUE_CAPACITY: u64 = 1 << 20;
 /// Largest number of items of a prefix sum: one dimension of workgroups, of which every adapter allows 65 535.
 pub const MOST_SCANNED: u64 = 65_535 * SCAN_BLOCK as u64;
 
-/// Returns the largest number of rows of a band in which the blocks of this many large triangles can be counted in 32
-/// bits.
-pub fn most_rows(triangles: u64) -> u32 {
-    let blocks = u64::from(u32::MAX) / triangles.max(1);
-    (u64::from(BLOCK_ROWS) * blocks.max(1)).min(u32::MAX.into()) as u32
-}
-
 impl BandJob<'_> {
     /// Returns the view of the band.
     pub fn view(&self) -> View {
@@ -143,21 +136,5 @@ impl BandJob<'_> {
             self.run(recorder, stage, &buffers, Workgroups::Counted(groups, 1))?;
         }
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn block_counts_of_the_large_triangle_queue_fit_32_bits() {
-        for triangles in [1, 1000, 524_287, 524_288, 524_289, 33_554_433, 1 << 31, (1 << 32) - 1] {
-            let rows = most_rows(triangles).min(1 << 16);
-            let blocks = triangles * u64::from(rows.div_ceil(BLOCK_ROWS));
-            assert!(blocks <= u32::MAX.into(), "{triangles} triangles in {rows} rows: {blocks}");
-            assert!(rows == 1 << 16 || blocks + triangles > u32::MAX.into(), "{rows} rows could be more");
-        }
-        assert_eq!([most_rows(0), most_rows(524_287)], [u32::MAX, 65_536]);
     }
 }

@@ -204,3 +204,26 @@ pub const TALLY_WORDS: u64 = size_of::<Tally>() as u64 / 4;
 pub fn wide(low: u32, high: u32) -> i64 {
     (u64::from(low) | u64::from(high) << 32) as i64
 }
+
+/// Returns the largest number of rows of a band in which the blocks of this many large triangles can be counted in 32
+/// bits.
+pub fn most_rows(triangles: u64) -> u32 {
+    let blocks = u64::from(u32::MAX) / triangles.max(1);
+    (u64::from(BLOCK_ROWS) * blocks.max(1)).min(u32::MAX.into()) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn block_counts_of_the_large_triangle_queue_fit_32_bits() {
+        for triangles in [1, 1000, 524_287, 524_288, 524_289, 33_554_433, 1 << 31, (1 << 32) - 1] {
+            let rows = most_rows(triangles).min(1 << 16);
+            let blocks = triangles * u64::from(rows.div_ceil(BLOCK_ROWS));
+            assert!(blocks <= u32::MAX.into(), "{triangles} triangles in {rows} rows: {blocks}");
+            assert!(rows == 1 << 16 || blocks + triangles > u32::MAX.into(), "{rows} rows could be more");
+        }
+        assert_eq!([most_rows(0), most_rows(524_287)], [u32::MAX, 65_536]);
+    }
+}

@@ -2,8 +2,8 @@
 
 use ldi_ops::driver::input::Solid;
 use ldi_ops::driver::job::{Backend, Keep, Operand, Spacing, SumJob, SumOperation};
-use ldi_ops::driver::measure::Measured;
-use ldi_ops::driver::sum::{StepReport, SumBackend, sum};
+use ldi_ops::driver::measured::{Measured, StepReport};
+use ldi_ops::driver::sum::{SumBackend, sum};
 use ldi_ops::grid::Axis;
 use ldi_ops::integrate::volume;
 use ldi_ops::minkowski::CullCounts;

@@ -52,7 +52,7 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Error> {
     let unit = read.file.unit.or(job.unit);
     monitor.stage("writing")?;
     let written = io::write_at(&job.to, &mesh, unit, recentred.unwrap_or_default()).map_err(surface::write_error)?;
-    warnings.extend(input::write_notes(&job.to, &written.notes));
+    warnings.extend(ldi_ops::driver::output::write_notes(&job.to, &written.notes));
     warnings.extend(unit_not_kept(job, read.file.unit));
     let converted = Converted {
         from: job.from.path.clone(),

@@ -1,7 +1,8 @@
 //! `devices`: lists the devices that can sample.
 
 use ldi_ops::Error;
-use ldi_ops::driver::backend::{GpuDevice, LARGE_WORK, crossings};
+use ldi_ops::driver::backend::{LARGE_WORK, crossings};
+use ldi_ops::driver::device::GpuDevice;
 use ldi_ops::driver::{gpu, machine};
 use ldi_ops::gpu::DeviceError;
 

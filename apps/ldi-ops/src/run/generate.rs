@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ldi_ops::driver::{input, surface};
+use ldi_ops::driver::surface;
 use ldi_ops::mesh::{Aabb, LengthUnit, io};
 use ldi_ops::{Error, Warning};
 
@@ -36,7 +36,7 @@ pub fn run(job: &GenerateJob, progress: &Progress) -> Result<Finished, Error> {
         bounds: mesh.bounds(),
         volume: mesh.signed_volume(),
         area: mesh.area(),
-        warnings: input::write_notes(&job.to, &written.notes),
+        warnings: ldi_ops::driver::output::write_notes(&job.to, &written.notes),
     };
     progress.finish();
     say_warnings(&generated.warnings, progress);

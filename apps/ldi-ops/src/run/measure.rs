@@ -6,7 +6,8 @@ use std::time::Instant;
 use ldi_ops::Error;
 use ldi_ops::driver::backend::Backends;
 use ldi_ops::driver::job::{Backend, MeasureJob, Measurement};
-use ldi_ops::driver::measure::{Measured, Method, measure_files};
+use ldi_ops::driver::measure::measure_files;
+use ldi_ops::driver::measured::{Measured, Method};
 use ldi_ops::number::number;
 
 use super::{Each, Finished, Outcome, Refused, say_warnings, surface_exit, worst};

@@ -15,7 +15,7 @@ mod sum;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use ldi_ops::driver::measure::Measured;
+use ldi_ops::driver::measured::Measured;
 use ldi_ops::driver::render::Rendered;
 use ldi_ops::driver::surface::SurfaceReport;
 use ldi_ops::report::files::Reported;

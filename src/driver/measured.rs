@@ -1,0 +1,315 @@
+//! The results of operations: volumes, measures, images, files, times and warnings.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use glam::{DMat3, DVec3};
+#[cfg(feature = "report")]
+use serde::Serialize;
+
+use super::backend::Ran;
+use super::input::Solid;
+use super::job::ImageTarget;
+use super::surface::{Imaged, SurfaceReport};
+use super::write;
+use crate::grid::Grid;
+use crate::integrate::VolumeEstimate;
+use crate::ldi::Ldi;
+use crate::mesh::{LengthUnit, Unproved};
+use crate::minkowski::{CullCounts, ResolveCounts};
+use crate::number::number;
+use crate::progress::Monitor;
+use crate::sampler::{FillRule, Mode};
+use crate::unit;
+use crate::{Error, Estimate, Warning};
+
+/// The measured result of an operation.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// The name of the command.
+    pub command: &'static str,
+    /// The expression as typed.
+    pub expression: Option<String>,
+    /// The inputs.
+    pub solids: Vec<Solid>,
+    /// The unit of all lengths, where it is known.
+    pub unit: Option<LengthUnit>,
+    /// The volume of the result.
+    pub volume: Volume,
+    /// The raster.
+    pub grid: Grid,
+    /// The most samples on a ray along x, y and z; `None` for axes that were not sampled.
+    pub layers: [Option<u32>; 3],
+    /// The number of samples on all axes.
+    pub samples: u64,
+    /// The number of unclosed rays on all axes.
+    pub unclosed: u64,
+    /// The mode of the images.
+    pub mode: Mode,
+    /// The fill rule.
+    pub fill: FillRule,
+    /// The device that made the images, if there are any.
+    pub ran: Option<Ran>,
+    /// Times by stage.
+    pub seconds: Seconds,
+    /// Warnings about the inputs and the result.
+    pub warnings: Vec<Warning>,
+    /// The images, if they are kept.
+    pub images: Vec<Ldi>,
+    /// The normals of the triangles that the images refer to.
+    pub normals: Vec<[f32; 3]>,
+    /// The output file.
+    pub output: Option<PathBuf>,
+    /// The report of the mesh of the images, if one was requested.
+    pub surface: Option<SurfaceReport>,
+    /// Area and moments, for `volume`.
+    pub measures: Option<SolidMeasures>,
+    /// The course of a refinement, for `--tolerance`.
+    pub refinement: Option<Refinement>,
+    /// The report of a sum or an offset.
+    pub sum: Option<SumReport>,
+}
+
+/// The volume of a result, with its error.
+#[derive(Clone, Copy, Debug)]
+pub struct Volume {
+    /// The volume, in cubic units of the inputs.
+    pub value: f64,
+    /// The bound of the rounding of an exact value, else an error estimate.
+    pub error: f64,
+    /// The method.
+    pub method: Method,
+    /// The estimate from the images alone, if there are any.
+    pub rays: Option<VolumeEstimate>,
+    /// The least and the greatest volume that the inputs allow.
+    pub possible: [f64; 2],
+}
+
+/// The method of a volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// By sums over the triangles of a mesh whose winding numbers are proved to be 0 and 1.
+    Exact,
+    /// From images. For a single solid, with the reason why its triangles give no exact volume.
+    Estimate(Option<Unproved>),
+}
+
+impl Volume {
+    /// Returns the estimate of images, clamped to the volumes that the inputs allow.
+    pub fn estimate(rays: VolumeEstimate, possible: [f64; 2], unproved: Option<Unproved>) -> Volume {
+        let [least, greatest] = possible;
+        // NaN stays NaN.
+        let value = rays.value.max(least).min(greatest);
+        let farthest = (greatest - value).max(value - least);
+        // If the rays contradict the inputs, or meet nothing, only the range that the inputs allow is known.
+        let error = match rays.value == 0.0 || (value - rays.value).abs() > rays.error {
+            true => farthest,
+            false => (rays.error + (value - rays.value).abs()).min(farthest),
+        };
+        // The volumes of the inputs are rounded.
+        let error = error + 1e-12 * greatest;
+        Volume { value, error, method: Method::Estimate(unproved), rays: Some(rays), possible }
+    }
+
+    /// Returns whether no ray met the result, so that only the range that the inputs allow is known.
+    pub fn is_unresolved(&self) -> bool {
+        self.rays.is_some_and(|rays| rays.value == 0.0)
+            && self.method != Method::Exact
+            && self.possible[1] > self.possible[0]
+    }
+}
+
+/// Area and moments of one solid.
+#[derive(Clone, Copy, Debug)]
+pub struct SolidMeasures {
+    /// The area of the surface of the solid; triangles inside it do not count.
+    pub area: f64,
+    /// The centre of mass; NaN where there is no volume.
+    pub centroid: DVec3,
+    /// The inertia about the centroid, for unit density; NaN where there is no volume.
+    pub inertia: DMat3,
+}
+
+/// The outcome of `--tolerance`.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "report", derive(Serialize))]
+pub struct Refinement {
+    /// The requested bound of the error estimate, as a share of the volume.
+    pub asked: f64,
+    /// The error estimate in the end, as a share of the volume.
+    pub came_to: f64,
+    /// True if the tolerance was reached.
+    pub reached: bool,
+    /// Rays along the longest side in the end.
+    pub resolution: u32,
+}
+
+impl fmt::Display for Refinement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "--tolerance {} %: {} with {} rays along the longest side, where the estimate is {} % of the volume",
+            number(100.0 * self.asked),
+            if self.reached { "reached" } else { "not reached" },
+            self.resolution,
+            number(100.0 * self.came_to),
+        )
+    }
+}
+
+/// Times by stage.
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "report", derive(Serialize))]
+pub struct Seconds {
+    /// Reading and checking.
+    pub read: f64,
+    /// Sampling.
+    pub sample: f64,
+    /// Booleans, sums and offsets.
+    pub operate: f64,
+    /// Volumes, moments and areas.
+    pub integrate: f64,
+    /// Writing.
+    pub write: f64,
+    /// The total.
+    pub total: f64,
+}
+
+/// The report of a sum, a difference or an offset.
+#[derive(Clone, Debug)]
+pub struct SumReport {
+    /// The steps: two for an opening or a closing, one for all others. If the first result is empty, there is no second step.
+    pub steps: Vec<StepReport>,
+    /// The memory limit in bytes, where it is known.
+    pub memory_limit: Option<u64>,
+}
+
+impl SumReport {
+    /// Returns the expected peak memory, in bytes.
+    pub fn memory_estimate(&self) -> u64 {
+        self.steps.iter().map(|step| step.memory_estimate).max().unwrap_or(0)
+    }
+}
+
+/// The report of a step.
+#[derive(Clone, Debug)]
+pub struct StepReport {
+    /// `sum`, `difference` or `offset`.
+    pub operation: &'static str,
+    /// The distance of an offset.
+    pub distance: Option<f64>,
+    /// True if the facets of the inputs contradict each other, so that both sides of each are used.
+    pub is_folded: bool,
+    /// The counts of pairs of features; `None` for an offset.
+    pub pairs: Option<CullCounts>,
+    /// The number of triangles, or of parts of planes, tubes and spheres, that cover the surface.
+    pub primitives: u64,
+    /// The number of triangles or parts that are sampled, as they may lie on the surface.
+    pub sampled: u64,
+    /// The number of crossings of rays along x, y and z with the sampled primitives.
+    pub crossings: Option<[u64; 3]>,
+    /// The counts of gap resolution.
+    pub resolved: ResolveCounts,
+    /// The expected peak memory of the step, in bytes.
+    pub memory_estimate: u64,
+    /// Seconds of each stage, in order.
+    pub seconds: Vec<(&'static str, f64)>,
+}
+
+impl Measured {
+    /// Returns the volume with its error, its method and its unit.
+    pub fn estimate(&self) -> Estimate {
+        Estimate::of_volume(&self.volume, self.unit)
+    }
+
+    /// Returns the images with the data that an output file needs.
+    pub fn imaged(&self) -> Imaged<'_> {
+        let (images, normals, volume) = (&self.images[..], Some(&self.normals[..]), self.volume.rays);
+        Imaged { images, normals, mode: self.mode, unit: self.unit, volume }
+    }
+
+    /// Writes `target` and drops the images. `read` and `warnings` are the seconds and the warnings of reading the inputs.
+    pub(in crate::driver) fn finished(
+        mut self,
+        target: Option<&ImageTarget>,
+        (read, mut warnings): (f64, Vec<Warning>),
+        start: Instant,
+        progress: &Monitor,
+    ) -> Result<Measured, Error> {
+        warnings.append(&mut self.warnings);
+        if let Some(target) = target {
+            let writing = Instant::now();
+            let (surface, found) = write::images(target, &self.imaged(), progress)?;
+            warnings.extend(found);
+            self.output = match &surface {
+                Some(surface) => surface.path.clone(),
+                None => Some(target.path.clone()),
+            };
+            self.surface = surface;
+            self.seconds.write += writing.elapsed().as_secs_f64();
+        }
+        (self.images, self.normals) = (Vec::new(), Vec::new());
+        self.warnings = warnings;
+        self.seconds.read = read;
+        self.seconds.total = start.elapsed().as_secs_f64();
+        self.add_warnings();
+        Ok(self)
+    }
+
+    /// Adds warnings about numbers that are imprecise or not finite.
+    pub(crate) fn add_warnings(&mut self) {
+        self.warnings.extend(imprecise(self));
+        self.warnings.extend(not_finite(self));
+    }
+}
+
+/// Estimated error, as a share of the volume, above which there is a warning.
+const IMPRECISE: f64 = 0.1;
+
+/// Returns a warning if there are too few rays for the volume, as for a solid that is thin compared with the pitch.
+fn imprecise(measured: &Measured) -> Option<Warning> {
+    let Volume { value, error, possible: [least, greatest], .. } = measured.volume;
+    // An empty sum has a warning of its own.
+    if measured.volume.is_unresolved() && measured.sum.is_some() {
+        return None;
+    }
+    if measured.volume.is_unresolved() {
+        let unit = unit::suffix(measured.unit, 3);
+        let message = format!(
+            "no ray at a pitch of {:.3e} meets the result: its volume is at least {} and at most {}{unit}; raise --resolution to \
+             resolve it",
+            measured.grid.pitch(),
+            number(least),
+            number(greatest),
+        );
+        return Some(Warning::new("not-resolved", message));
+    }
+    let message = || {
+        let much = if value > 0.0 { format!("{:.0} % of it", 100.0 * error / value) } else { "all of it".to_owned() };
+        let change = match measured.sum.is_some() {
+            true => "raise --resolution",
+            false => "raise --resolution or set --tolerance",
+        };
+        format!(
+            "the volume may be off by {much}: too few rays meet the solid at a pitch of {:.3e}; {change}",
+            measured.grid.pitch()
+        )
+    };
+    (error > IMPRECISE * value).then(|| Warning::new("imprecise", message()))
+}
+
+/// Returns a warning that names the results that are not finite, which are null in JSON.
+fn not_finite(measured: &Measured) -> Option<Warning> {
+    let volume = [("volume", measured.volume.value), ("error estimate", measured.volume.error)];
+    let measures = measured.measures.iter().flat_map(|m| {
+        let inertia = m.inertia.to_cols_array().into_iter().sum();
+        [("area", m.area), ("centroid", m.centroid.element_sum()), ("inertia", inertia)]
+    });
+    let inputs = measured.solids.iter().map(|solid| ("volume of an input's mesh", solid.volume));
+    let names: Vec<&str> =
+        volume.into_iter().chain(measures).chain(inputs).filter(|(_, v)| !v.is_finite()).map(|(n, _)| n).collect();
+    let why = if measured.volume.value == 0.0 { "as the volume is zero" } else { "as they exceed the range of f64" };
+    let message = format!("these results are not finite numbers, {why}: {}", names.join(", "));
+    (!names.is_empty()).then(|| Warning::new("not-finite", message))
+}
