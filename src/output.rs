@@ -11,6 +11,8 @@ use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
+use crate::cancel::checkpoint;
+
 /// Writes a file that appears whole or not at all.
 ///
 /// `fill` writes to a temporary file beside the target, which replaces the target once it is complete. The next write
@@ -38,6 +40,8 @@ pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::
     builder.prefix(PREFIX).suffix(SUFFIX);
     let (mut file, unfinished) = Unfinished::make(|| builder.make_in(folder, make_locked))?;
     fill(file.as_file_mut())?;
+    // The last moment at which a stopped operation leaves no file.
+    checkpoint();
     file.persist(&target)?;
     drop(unfinished);
     Ok(())

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 use std::ops::ControlFlow;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread;
@@ -93,6 +93,9 @@ impl<'p> Monitor<'p> {
 /// The time between two questions to a listener.
 const HEARTBEAT: Duration = Duration::from_millis(50);
 
+/// The stack of each thread in bytes, as large as that of a main thread.
+const STACK: usize = 8 << 20;
+
 /// Runs an operation on `threads` threads (0: as many as here) that the monitor's listener can stop at any checkpoint of its loops
 /// (`cancel.rs`).
 ///
@@ -107,21 +110,19 @@ pub(crate) fn stoppable<T: Send>(
     let threads = if threads == 0 { rayon::current_num_threads() } else { threads };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
+        .stack_size(STACK)
         .start_handler(move |_| cancel::work_for(Arc::clone(&flag)))
         .build()
         .map_err(|error| Error::machine(format!("no threads could be started: {error}")))?;
-    let (done, is_done) = mpsc::channel::<()>();
+    // The calling thread asks the listener. If it belongs to a pool, it takes up no other work meanwhile.
     thread::scope(|scope| {
-        scope.spawn(move || {
-            while is_done.recv_timeout(HEARTBEAT) == Err(mpsc::RecvTimeoutError::Timeout) {
-                if monitor.heartbeat().is_err() {
-                    return;
-                }
-            }
+        let (done, is_done) = mpsc::channel::<()>();
+        let worker = scope.spawn(move || {
+            let _done = done;
+            pool.install(operation)
         });
-        let ended = catch_unwind(AssertUnwindSafe(|| pool.install(operation)));
-        drop(done);
-        match ended {
+        while is_done.recv_timeout(HEARTBEAT) == Err(mpsc::RecvTimeoutError::Timeout) && monitor.heartbeat().is_ok() {}
+        match worker.join() {
             Ok(result) => result,
             Err(payload) if payload.is::<Unwound>() => Err(Error::Cancelled),
             Err(payload) => resume_unwind(payload),
@@ -131,6 +132,7 @@ pub(crate) fn stoppable<T: Send>(
 
 #[cfg(test)]
 mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
     use std::sync::atomic::AtomicU64;
 
     use rayon::prelude::*;

@@ -438,11 +438,11 @@ mod tests {
     fn snippets_that_break_a_rule_are_found() {
         let bad = [
             ("src/sampler/cpu/mod.rs", "use wgpu::Device;"),
-            ("src/boolean.rs", "fn f(device: &wgpu::Device) {}"),
-            ("src/mesh/check.rs", "use tobj::load_obj;"),
+            ("src/boolean/mod.rs", "fn f(device: &wgpu::Device) {}"),
+            ("src/mesh/check/mod.rs", "use tobj::load_obj;"),
             ("src/ldi/mod.rs", "use zip::{CompressionMethod, ZipWriter};"),
             ("src/mesh/mod.rs", "fn f() { let v: serde_json::Value = serde_json::from_str(x).unwrap(); }"),
-            ("src/grid.rs", "use gltf::Gltf;"),
+            ("src/grid/mod.rs", "use gltf::Gltf;"),
             ("src/ldi/nodes.rs", "use flate2::Compression;"),
             ("src/voxels/vti.rs", "use crate::mesh::LengthUnit;"),
             ("src/grid.rs", "use quick_xml::{Reader, events::Event};"),

@@ -77,7 +77,14 @@ impl ImageFile {
 
     /// Returns the images without a volume, for outputs that need no surface.
     pub fn as_they_are(&self, mode: Mode) -> Imaged<'_> {
-        Imaged { images: &self.images, normals: self.normals.as_deref(), mode, unit: self.unit, volume: None }
+        Imaged {
+            images: &self.images,
+            normals: self.normals.as_deref(),
+            mode,
+            unit: self.unit,
+            volume: None,
+            memory: None,
+        }
     }
 }
 

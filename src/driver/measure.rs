@@ -143,6 +143,7 @@ pub fn measure(
         unclosed: round.iter().flat_map(|round| &round.unclosed).map(|(_, rays)| rays).sum(),
         mode: job.mode,
         fill: job.fill,
+        memory: job.memory,
         ran: round.as_ref().map(|round| round.choice.ran()),
         seconds,
         warnings,

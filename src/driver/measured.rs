@@ -49,6 +49,8 @@ pub struct Measured {
     pub mode: Mode,
     /// The fill rule.
     pub fill: FillRule,
+    /// The memory limit in bytes, if one was given.
+    pub memory: Option<u64>,
     /// The device that made the images, if there are any.
     pub ran: Option<Ran>,
     /// Times by stage.
@@ -226,7 +228,7 @@ impl Measured {
     /// Returns the images with the data that an output file needs.
     pub fn imaged(&self) -> Imaged<'_> {
         let (images, normals, volume) = (&self.images[..], Some(&self.normals[..]), self.volume.rays);
-        Imaged { images, normals, mode: self.mode, unit: self.unit, volume }
+        Imaged { images, normals, mode: self.mode, unit: self.unit, volume, memory: self.memory }
     }
 
     /// Writes `target` and drops the images. `read` and `warnings` are the seconds and the warnings of reading the inputs.

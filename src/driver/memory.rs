@@ -114,8 +114,8 @@ impl Limit {
 
     /// Returns the bytes of the limit, if a cost exceeds it.
     fn exceeded_by(self, costs: &[Cost]) -> Option<u64> {
-        let (bytes, fixed) = (largest(costs, 1.0), costs.first().map_or(0.0, |cost| cost.fixed));
-        let is_little = matches!(self, Limit::Free(_)) && bytes - fixed <= LITTLE;
+        let bytes = largest(costs, 1.0);
+        let is_little = matches!(self, Limit::Free(_)) && bytes - machine::held_memory() as f64 <= LITTLE;
         self.bytes().filter(|most| bytes > *most as f64 && !is_little)
     }
 }
@@ -125,7 +125,7 @@ impl Display for Limit {
         match self {
             Limit::Asked(bytes) => write!(f, "--memory allows {}", size(*bytes as f64)),
             Limit::Free(bytes) => {
-                write!(f, "{} are allowed (80 % of the free memory; --memory changes it)", size(*bytes as f64))
+                write!(f, "{} are allowed (80 % of the free memory)", size(*bytes as f64))
             }
             Limit::Unknown => f.write_str("the free memory is not known"),
         }
@@ -147,11 +147,11 @@ pub fn admit(
     let way_out = way_out(fitting(costs, limit));
     let fixed = costs.first().map_or(0.0, |cost| cost.fixed);
     let fixed = match fixed > MARGIN * most as f64 {
-        true => format!(", as {} do not depend on it", size(fixed)),
+        true => format!(" ({} of it on any raster)", size(fixed)),
         false => String::new(),
     };
     Err(Error::machine(format!(
-        "{subject} need about {} of memory, and {limit}; {way_out}{fixed}",
+        "{subject} need about {} of memory{fixed}, and {limit}; {way_out}",
         size(largest(costs, 1.0))
     )))
 }
@@ -337,7 +337,8 @@ mod tests {
         ] {
             assert!(refusal.contains(words), "no `{words}` in: {refusal}");
         }
-        assert!(message(5_000_000).contains("no raster would fit, as 10 MB do not depend on it"));
+        let refusal = message(5_000_000);
+        assert!(refusal.contains("10 MB of it on any raster") && refusal.contains("no raster would fit"), "{refusal}");
     }
 
     #[test]

@@ -88,6 +88,8 @@ pub struct Imaged<'a> {
     pub unit: Option<LengthUnit>,
     /// The volume that a mesh of the images is compared with.
     pub volume: Option<VolumeEstimate>,
+    /// The memory limit in bytes; a share of the free memory without it.
+    pub memory: Option<u64>,
 }
 
 /// Contours images and writes the mesh, unless it is empty or far from the volume. Returns its report and warnings.
@@ -173,7 +175,7 @@ pub fn mesh(
         return Err(Error::input("a mesh needs images along all three axes, x, y and z"));
     };
     let samples = imaged.images.iter().map(|image| image.depths().len() as u64).sum();
-    memory::admit_mesh(samples, Limit::new(None))?;
+    memory::admit_mesh(samples, Limit::new(imaged.memory))?;
     progress.stage("contouring")?;
     let grid = a.grid();
     let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));

@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::TriangleMesh;
+use crate::cancel::checkpoint;
 
 /// Largest number of lattice steps along the longest side: normals fit into 64 bits, distances from planes into 128.
 const STEPS: f64 = (1u32 << 28) as f64;
@@ -101,6 +102,7 @@ impl<'p> Hull<'p> {
     /// Assigns each point to the first face, from `first` on, that it lies beyond; points beyond none are in the hull.
     fn hand_out(&mut self, points: impl Iterator<Item = u32>, first: usize) {
         for point in points {
+            checkpoint();
             if let Some(face) = (first..self.faces.len()).find(|&face| self.height(face, point) > 0) {
                 self.faces[face].beyond.push(point);
             }

@@ -22,7 +22,7 @@
 
 use rayon::prelude::*;
 
-use super::segments::{End, flush, stretches};
+use super::segments::{End, flush, segments};
 use super::{BoundaryCondition, Distribution, Phase, Region};
 use crate::cancel::checkpoint;
 use crate::ldi::{Ldi, Spans};
@@ -105,7 +105,7 @@ impl Chords {
             for ray in row * columns..(row + 1) * columns {
                 of_ray.clear();
                 let (solid, spans) = (Spans::new(image.samples(ray)), region.spans(image.axis(), ray));
-                stretches(solid, spans, phase, flush, |stretch| of_ray.push(stretch));
+                segments(solid, spans, phase, flush, |segment| of_ray.push(segment));
                 if let (true, [first, .., last]) = (joins, &of_ray[..])
                     && (first.ends[0], last.ends[1]) == (End::Boundary, End::Boundary)
                 {
@@ -113,7 +113,7 @@ impl Chords {
                     of_ray.pop();
                     of_ray.swap_remove(0);
                 }
-                of_ray.iter().for_each(|stretch| found.add(stretch.length(), stretch.ends));
+                of_ray.iter().for_each(|segment| found.add(segment.length(), segment.ends));
             }
             found
         };

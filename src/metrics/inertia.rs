@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 pub use super::eigen::Principal;
-use super::segments::stretches;
+use super::segments::segments;
 use super::{Phase, Region};
 use crate::cancel::checkpoint;
 use crate::integrate::{Moments, moments};
@@ -76,7 +76,7 @@ fn solid_within(image: &Ldi, region: &Region) -> Ldi {
         for ray in row * columns..(row + 1) * columns {
             let before = depths.len();
             let (solid, spans) = (Spans::new(image.samples(ray)), region.spans(image.axis(), ray));
-            stretches(solid, spans, Phase::Solid, 0, |stretch| depths.extend([stretch.start, stretch.end]));
+            segments(solid, spans, Phase::Solid, 0, |segment| depths.extend([segment.start, segment.end]));
             counts.push((depths.len() - before) as u32);
         }
         (counts, depths)

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::segments::stretches;
+use super::segments::segments;
 use super::{Phase, Region};
 use crate::cancel::checkpoint;
 use crate::grid::{Axis, Grid};
@@ -88,7 +88,7 @@ impl Lengths {
         let length = |phase| {
             let mut length = 0;
             let (solid, spans) = (Spans::new(image.samples(ray)), region.spans(image.axis(), ray));
-            stretches(solid, spans, phase, 0, |stretch| length += i64::from(stretch.length()));
+            segments(solid, spans, phase, 0, |segment| length += i64::from(segment.length()));
             length
         };
         Lengths { solid: length(Phase::Solid), pore: length(Phase::Pore) }

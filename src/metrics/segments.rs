@@ -42,7 +42,7 @@ pub(super) fn flush(grid: &Grid) -> i32 {
 ///
 /// An end within `flush` steps of an end of the region's span counts as one at the boundary, whatever its cause; the sliver
 /// between that end and the boundary is dropped. With a `flush` of 0 the segments of the two phases fill the region's spans.
-pub(super) fn stretches(
+pub(super) fn segments(
     solid: Spans<'_>,
     region: RegionSpans<'_>,
     phase: Phase,
@@ -86,8 +86,8 @@ mod tests {
 
     fn of(solid: &[i32], region: &[i32], phase: Phase, flush: i32) -> Vec<(i32, i32, [End; 2])> {
         let mut found = Vec::new();
-        stretches(Spans::new(solid), RegionSpans::Solid(Spans::new(region)), phase, flush, |stretch| {
-            found.push((stretch.start, stretch.end, stretch.ends));
+        segments(Spans::new(solid), RegionSpans::Solid(Spans::new(region)), phase, flush, |segment| {
+            found.push((segment.start, segment.end, segment.ends));
         });
         found
     }

@@ -228,7 +228,7 @@ const BALLS: &str = "largest balls between exact ray crossings, their centres no
 const FLOOD: &str = "flood of the largest balls' radii from the faces of the region";
 const CHORDS: &str = "length of the phase on rays along this axis over half the ends that the surface makes; what the region cuts distorts nothing";
 const WHOLE_CHORDS: &str =
-    "stretches of rays along this axis that end at the surface on both sides; cut ones are left out";
+    "segments of rays along this axis that end at the surface on both sides; cut ones are left out";
 const CUBES: &str = "V − E + F − C of the cubes around solid nodes";
 const POISSON: &str = "Laplace's equation on raster nodes, conjugate gradients with multigrid";
 const MARCHING: &str = "fast marching on raster nodes";
@@ -257,11 +257,11 @@ catalogue! {
     PORE_THICKNESS: ByStatistic = ["pore.thickness", Thickness, "Tb.Sp", "Width of the pores", Length(1), BALLS, HILDEBRAND, "The diameter of the largest ball in the pores that holds a point, averaged over their volume."];
     NUMBER: MetricId = ["number", Thickness, "Tb.N", "Trabecular number", Length(-1), BALLS, HILDEBRAND, "Walls met on a length: 1 / (Tb.Th + Tb.Sp)."];
     WALL_THINNEST: MetricId = ["wall.thinnest", Thickness, "Th p1", "Thinnest wall (1st percentile)", Length(1), BALLS, HILDEBRAND, "The thickness that 1 % of the solid falls below, without what the faces of the region cut thinner; sharp edges are thin."];
-    CHORD_SOLID: ByAxis = ["chord.solid", Chords, "ℓ solid", "Mean solid chord", Length(1), CHORDS, TORQUATO, "Mean length of the stretches of lines along this axis within the solid."];
-    CHORD_PORE: ByAxis = ["chord.pore", Chords, "ℓ pore", "Mean pore chord", Length(1), CHORDS, TORQUATO, "Mean length of the stretches of lines along this axis within the pores."];
+    CHORD_SOLID: ByAxis = ["chord.solid", Chords, "ℓ solid", "Mean solid chord", Length(1), CHORDS, TORQUATO, "Mean length of the segments of lines along this axis within the solid."];
+    CHORD_PORE: ByAxis = ["chord.pore", Chords, "ℓ pore", "Mean pore chord", Length(1), CHORDS, TORQUATO, "Mean length of the segments of lines along this axis within the pores."];
     CHORD_SOLID_WEIGHTED: ByAxis = ["chord.solid.weighted", Chords, "ℓL solid", "Length-weighted solid chord", Length(1), WHOLE_CHORDS, TORQUATO, "Of whole chords, each counted by its length: what a random point of the solid lies on."];
     CHORD_PORE_WEIGHTED: ByAxis = ["chord.pore.weighted", Chords, "ℓL pore", "Length-weighted pore chord", Length(1), WHOLE_CHORDS, TORQUATO, "Of whole chords, each counted by its length: what a random point of the pores lies on."];
-    CHORD_CENSORED: ByAxis = ["chord.censored", Chords, "cut", "Chords cut by the region", Share, "stretches of rays along this axis", TORQUATO, "The share of chords, of both phases, that end at the region's boundary and not at a surface."];
+    CHORD_CENSORED: ByAxis = ["chord.censored", Chords, "cut", "Chords cut by the region", Share, "segments of rays along this axis", TORQUATO, "The share of chords, of both phases, that end at the region's boundary and not at a surface."];
     ANISOTROPY: MetricId = ["anisotropy", Anisotropy, "DA", "Degree of anisotropy", Number, FACETS, HARRIGAN, "1 − (c/a)² of the mean intercept lengths' ellipsoid: 0 of an isotropic solid, 1 of parallel plates."];
     INTERCEPT_LONG: MetricId = ["intercept.long", Anisotropy, "MIL a", "Longest mean intercept", Length(1), FACETS, HARRIGAN, "The longest half axis of the ellipsoid of mean intercept lengths."];
     INTERCEPT_MIDDLE: MetricId = ["intercept.middle", Anisotropy, "MIL b", "Middle mean intercept", Length(1), FACETS, HARRIGAN, "Its middle half axis."];

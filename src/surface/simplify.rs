@@ -81,13 +81,13 @@ pub enum SimplifyError {
     },
     /// The given mesh does not pass the manifold check.
     #[error("the mesh to simplify fails the manifold check: {}", .failures.iter().map(ManifoldFailure::to_string).collect::<Vec<_>>().join(" "))]
-    ManifoldReport {
+    NotManifold {
         /// The failures of the check.
         failures: Vec<ManifoldFailure>,
     },
 }
 
-/// Removes triangles from a mesh while it stays within `bound` (world units) of the original, in both directions, passes all
+/// Removes triangles from a mesh while it stays within `bound` (world units) of the original, in both directions, passes the
 /// [manifold check](ManifoldReport) in `f64` with the same components and genus, and is acceptable.
 ///
 /// `acceptable` returns the places (world units) at or near which a mesh is not acceptable; an empty list accepts it. It is
@@ -106,7 +106,7 @@ pub fn simplify(
     }
     let manifold = ManifoldReport::of(mesh, Precision::Double);
     if !manifold.passed() {
-        return Err(SimplifyError::ManifoldReport { failures: manifold.failures() });
+        return Err(SimplifyError::NotManifold { failures: manifold.failures() });
     }
     let mut state = Surface::of(mesh);
     let (mut rounds, mut passes) = (0, 0);

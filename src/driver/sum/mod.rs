@@ -128,6 +128,7 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         unclosed: 0,
         mode: job.mode,
         fill: job.fill,
+        memory: job.memory,
         ran: Some(backend.ran(&job.backend)),
         seconds,
         warnings,
@@ -207,7 +208,7 @@ fn operate(
         Some(&between.normals[..]),
         Some(VolumeEstimate::from_axes(&axis_volumes(&between.volume_sums))),
     );
-    let imaged = Imaged { images, normals, mode: Mode::Exact, unit: None, volume };
+    let imaged = Imaged { images, normals, mode: Mode::Exact, unit: None, volume, memory: job.memory };
     let (mesh, found) = surface::mesh(&imaged, Finish::default(), Precision::Double, progress)?;
     let mut warnings = surface::warnings(&found, true);
     warnings.extend(surface::far_from_volume(&imaged, &found).map(|Warning { code, message }| {

@@ -222,6 +222,7 @@ impl Setting<'_> {
         let spans = |axis| self.backend.spans(&primitives, &grid, axis, exterior);
         let (spans, crossings) = self.sampled::<H>(seconds, &mut laps, &grid, spans)?;
         let normals = if self.keep.has_triangles() { primitives.normals(&grid) } else { Vec::new() };
+        seconds.operate += laps.lap("normals");
         let sampled = primitives.triangles.len() as u64;
         drop(primitives);
         let ResolvedSpans { spans, counts: resolved } =

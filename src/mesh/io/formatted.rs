@@ -8,6 +8,8 @@ use std::io::{self, Write};
 
 use rayon::prelude::*;
 
+use crate::cancel::checkpoint;
+
 /// Number of elements that one task formats: enough to outweigh the overhead, few enough that their bytes stay in a
 /// cache.
 const ELEMENTS_PER_TASK: usize = 1 << 13;
@@ -29,6 +31,7 @@ pub(super) fn write_each<T: Sync>(
     };
     let (mut ready, mut next) = (Vec::new(), Vec::new());
     for group in elements.chunks(ELEMENTS_PER_TASK * tasks) {
+        checkpoint();
         let write = || ready.iter().try_for_each(|bytes: &Vec<u8>| out.write_all(bytes));
         let (written, ()) = rayon::join(write, || fill(group, &mut next));
         written?;

@@ -27,6 +27,7 @@ use rayon::prelude::*;
 use self::lattice::{Displaced, Windings};
 use self::runs::Runs;
 use super::{BoundaryCondition, NodeSet};
+use crate::cancel::checkpoint;
 use crate::union_find::UnionFind;
 
 pub use pores::{open_pores, rim};
@@ -89,6 +90,7 @@ impl Components {
         let union_find = UnionFind::new(runs.count());
         let (reach, rows) = (connectivity.reach(), connectivity.rows());
         (0..size[2]).into_par_iter().for_each(|z| {
+            checkpoint();
             for y in 0..size[1] {
                 for &step in rows {
                     if let (other, [0, 0]) = neighbour(size, [y, z], step) {

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::cancel::checkpoint;
 use crate::metrics::NodeSet;
 use crate::metrics::nodes::words_between;
 
@@ -30,6 +31,7 @@ impl Runs {
         let by_plane: Vec<(Vec<u32>, Vec<Run>)> = (0..planes)
             .into_par_iter()
             .map(|z| {
+                checkpoint();
                 let (mut counts, mut runs) = (Vec::with_capacity(rows), Vec::new());
                 for y in 0..rows {
                     let before = runs.len();

@@ -24,6 +24,7 @@ use rayon::prelude::*;
 
 use super::segments::flush;
 use super::{Facets, Region};
+use crate::cancel::checkpoint;
 use crate::integrate::shows_every_facet;
 use crate::ldi::Ldi;
 
@@ -146,7 +147,10 @@ impl<'a> SurfaceElements<'a> {
 
 /// Returns a sum over facets, in an order that does not depend on the number of threads.
 pub(super) fn in_chunks(length: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
-    let chunk = |c: usize| (c * CHUNK..length.min((c + 1) * CHUNK)).map(&term).sum::<f64>();
+    let chunk = |c: usize| {
+        checkpoint();
+        (c * CHUNK..length.min((c + 1) * CHUNK)).map(&term).sum::<f64>()
+    };
     let sums: Vec<f64> = (0..length.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
     sums.iter().sum()
 }
@@ -217,6 +221,7 @@ impl Hits {
         let (columns, rows) = image.size();
         let flush = flush(image.grid());
         (0..rows).into_par_iter().for_each(|row| {
+            checkpoint();
             for ray in row * columns..(row + 1) * columns {
                 let (mut at, samples) = (image.offsets()[ray as usize] as usize, image.samples(ray));
                 let mut spans = region.spans(image.axis(), ray).peekable();

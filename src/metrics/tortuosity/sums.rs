@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use crate::cancel::checkpoint;
+
 /// Unknowns in one task.
 const CHUNK: usize = 1 << 12;
 
@@ -31,6 +33,7 @@ pub(super) fn each<T: Send>(values: &mut [T], change: impl Fn(usize, &mut T) + S
         return;
     }
     values.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, values)| {
+        checkpoint();
         values.iter_mut().enumerate().for_each(|(i, value)| change(chunk * CHUNK + i, value));
     });
 }

@@ -51,7 +51,7 @@ impl BallMembership {
         Ok(BallMembership { radius, exterior, surface, images: images?, pixels: Pixels::new(grid.shift()) })
     }
 
-    /// Returns whether a point on a ray is in the polyhedron, without its exterior side.
+    /// Returns whether a point on a ray is in the polyhedron, without its outer side.
     fn is_inside(&self, point: [i32; 3]) -> bool {
         let ray_of = |coordinate: usize| {
             let index = self.pixels.index_from(point[coordinate]);

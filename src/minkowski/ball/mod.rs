@@ -16,7 +16,7 @@
 //!
 //! Rounding to the lattice can flip a triangle that is only a few steps high, as surfaces made of cells have them by the dozen.
 //! The edges on both of its sides are then reflex by their facets' normals, although these very edges are nearest to outside
-//! points: a tube is missing, and a ray passes through the gap. Around such **doubtful** vertices the exterior side of a facet is
+//! points: a tube is missing, and a ray passes through the gap. Around such **doubtful** vertices the outer side of a facet is
 //! not used. Every edge carries the tube of the normals that lead away from both of its facets, and thin or folded facets are
 //! shifted to either side. These are more patches than necessary and harmless, for the same reason as widening.
 //!

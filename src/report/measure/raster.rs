@@ -62,12 +62,16 @@ impl Subject<'_> {
         };
         let cost = Cost { fixed: machine::held_memory() as f64, of_nodes: BYTES_OF_NODE * nodes, ..Cost::default() };
         if nodes >= NODES_MAX {
-            let factor = (nodes / (0.9 * NODES_MAX)).cbrt().max(memory::fitting(&[cost], limit).unwrap_or(1.0));
+            let factor = (nodes / (0.9 * NODES_MAX)).cbrt();
+            let factor = match limit.bytes() {
+                Some(_) => memory::fitting(&[cost], limit).map(|fits| fits.max(factor)),
+                None => Some(factor),
+            };
             return Err(Error::machine(format!(
                 "{}: {x} × {y} × {z} nodes (limit {NODES_MAX}), which need about {} of memory; {}",
                 self.solid.name(),
                 memory::size(BYTES_OF_NODE * nodes),
-                way_out(Some(factor))
+                way_out(factor)
             )));
         }
         let subject = format_args!("{}: the fields of {x} × {y} × {z} nodes", self.solid.name());

@@ -25,7 +25,7 @@ const FAMILIES: [(&[&str], &str); 11] = [
         "Access-limited pore sizes and percolation diameters are those of the largest balls that \
       get there from the faces of the region, and from face to face",
     ),
-    (&["chord."], "Chords are the stretches of the rays within a phase"),
+    (&["chord."], "Chords are the segments of the rays within a phase"),
     (
         &["anisotropy", "intercept."],
         "Mean intercept lengths follow from the facets in closed form, and the degree of anisotropy \

@@ -119,6 +119,7 @@ fn write_all(files: &[(PathBuf, Vec<u8>)]) -> io::Result<()> {
     let Some(((path, text), rest)) = files.split_first() else { return Ok(()) };
     output::replace(path, |file| {
         file.write_all(text)?;
+        file.flush()?;
         write_all(rest)
     })
 }
