@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
 """Compares two builds of the program: every command line must give the same bytes.
 
-usage: same_bits.py --before OLD --after NEW [--only TEXT] [--jobs N] [--verbose] | --self-test --before OLD
+usage: same_bits.py --before OLD --after NEW [--only TEXT] [--jobs N] [--numbers] [--verbose] | --self-test --before OLD
 
 Runs each command line of the table below with both programs, each in a fresh folder that holds copies of the same inputs:
 models of data/models, small meshes and images that OLD makes once, and broken files that this script writes. Compares
 stdout, stderr, the exit code and every file in the folder, byte for byte. stderr is a pipe, so that no progress bar is in
 it. MASKS lists the texts that differ between two runs of one program; only these, the version and the folder's path are
 masked. Both programs run on one machine, so that devices and numbers of threads are compared too.
+
+With --numbers messages may be worded anew: exit codes, JSON but for the texts in it, numbers in tables, images and meshes are
+compared, and neither stderr nor pages.
 
 Every command line states --mode and --backend where its command has them, so that other defaults change no result.
 
@@ -19,8 +22,10 @@ and exits 1 unless the comparison finds every disturbance.
 import argparse
 import collections
 import concurrent.futures
+import csv
 import dataclasses
 import difflib
+import json
 import os
 import re
 import shlex
@@ -653,6 +658,38 @@ def mask(part: str, content: bytes, version: str) -> bytes:
     return text.encode(errors="surrogateescape")
 
 
+def numbers_alone(part: str, content: bytes) -> bytes:
+    """Returns a part of a result without its words: JSON without the texts of strings, cells of tables that are numbers, nothing of
+    messages and pages, and all of meshes and images."""
+
+    def without_words(value: object) -> object:
+        if isinstance(value, dict):
+            return {key: without_words(entry) for key, entry in value.items()}
+        if isinstance(value, list):
+            return [without_words(entry) for entry in value]
+        return "" if isinstance(value, str) else value
+
+    def number_or_nothing(cell: str) -> str:
+        try:
+            return str(float(cell))
+        except ValueError:
+            return ""
+
+    if not is_text(part):
+        return content
+    text = content.decode(errors="surrogateescape")
+    if part == "stderr" or part.endswith((".html", ".txt")):
+        return b""
+    if part.endswith(".csv"):
+        rows = csv.reader(text.splitlines())
+        return "\n".join(",".join(map(number_or_nothing, row)) for row in rows).encode()
+    try:
+        # The marks of masked numbers are no JSON.
+        return json.dumps(without_words(json.loads(re.sub(r"(?<=: )#|(?<=:)#", "0", text))), indent=1).encode()
+    except ValueError:
+        return b"" if part in ("stdout", "stderr") else content
+
+
 # Comparing
 
 
@@ -677,8 +714,8 @@ def account_of_bytes(before: bytes, after: bytes) -> list[str]:
     return [f"{sizes}; {len(places)} bytes differ, first {first}"]
 
 
-def compare(before: Outcome, after: Outcome, versions: tuple[str, str]) -> list[Difference]:
-    """Returns the parts of a result that differ between two runs."""
+def compare(before: Outcome, after: Outcome, versions: tuple[str, str], numbers: bool = False) -> list[Difference]:
+    """Returns the parts of a result that differ between two runs; only in `numbers`, not in words, on request."""
     found = []
     if before.code != after.code:
         codes = ["no end in time" if code is None else str(code) for code in (before.code, after.code)]
@@ -688,6 +725,8 @@ def compare(before: Outcome, after: Outcome, versions: tuple[str, str]) -> list[
             found.append(Difference(part, ["only before" if part in before.parts else "only after"]))
             continue
         old, new = mask(part, before.parts[part], versions[0]), mask(part, after.parts[part], versions[1])
+        if numbers:
+            old, new = numbers_alone(part, old), numbers_alone(part, new)
         if old != new:
             found.append(Difference(part, (account_of_text if is_text(part) else account_of_bytes)(old, new)))
     return found
@@ -701,11 +740,12 @@ class Pair:
     after: Path
     versions: tuple[str, str]
     inputs: dict[str, bytes]
+    numbers: bool = False
 
     def differences(self, case: Case) -> list[Difference]:
         """Runs a command line with both programs and returns what differs."""
         before = run(self.before, case, self.inputs)
-        found = compare(before, run(self.after, case, self.inputs), self.versions)
+        found = compare(before, run(self.after, case, self.inputs), self.versions, self.numbers)
         # An unexpected error would hide the part that the command line tests.
         if before.code is None or (before.code != 0) != case.fails:
             message = before.parts.get("stderr", b"").decode(errors="replace").strip()
@@ -865,6 +905,7 @@ def main() -> None:
     arguments.add_argument("--only", default="", metavar="TEXT", help="only command lines that contain this")
     arguments.add_argument("--jobs", type=int, default=2, metavar="N", help="command lines that run at once [default: 2]")
     arguments.add_argument("--self-test", action="store_true", help="disturb results of OLD and see that it shows")
+    arguments.add_argument("--numbers", action="store_true", help="compare JSON, tables, images and meshes, and no words")
     arguments.add_argument("--verbose", action="store_true", help="a line for every command line")
     options = arguments.parse_args()
     if options.after is None and not options.self_test:
@@ -881,7 +922,7 @@ def main() -> None:
         cases = [case for case in all_cases() if options.only in str(case)]
         if not cases:
             arguments.error(f"no command line contains '{options.only}'")
-        pair = Pair(before, after, (version_of(before), version_of(after)), inputs)
+        pair = Pair(before, after, (version_of(before), version_of(after)), inputs, options.numbers)
         sys.exit(0 if compare_all(pair, cases, options.jobs, options.verbose) else 1)
 
 
