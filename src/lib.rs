@@ -83,6 +83,7 @@ mod closest;
 pub mod driver;
 mod error;
 mod estimate;
+pub mod exact;
 pub mod fixed;
 pub mod gpu;
 pub mod grid;

@@ -1,7 +1,9 @@
 //! Settings of an operation.
 
 use crate::Error;
-use crate::driver::job::{Backend, Keep, MeasureJob, Measurement, Openness, Spacing, SumJob, SumOperation};
+use crate::driver::job::{
+    Backend, Keep, MeasureJob, Measurement, Openness, Spacing, SumJob, SumOperation, VolumeMethod,
+};
 use crate::grid::Axis;
 use crate::length::Length;
 use crate::progress::{Monitor, Progress, stoppable};
@@ -168,7 +170,12 @@ impl<'p> Settings<'p> {
         }
     }
 
-    pub(crate) fn measure_job(&self, measurement: Measurement, keep: Keep) -> Result<MeasureJob, Error> {
+    pub(crate) fn measure_job(
+        &self,
+        measurement: Measurement,
+        method: VolumeMethod,
+        keep: Keep,
+    ) -> Result<MeasureJob, Error> {
         self.check()?;
         Ok(MeasureJob {
             measurement,
@@ -181,7 +188,7 @@ impl<'p> Settings<'p> {
             fill: self.fill,
             backend: self.backend.clone(),
             memory: self.memory,
-            check_rays: false,
+            method,
             hashes: false,
             keep,
         })

@@ -9,7 +9,7 @@ use crate::boolean::{BooleanOperation, Expression};
 use crate::driver::backend::Backends;
 use crate::driver::input::{self, InputRequirements, Sides, ready};
 use crate::driver::job::{
-    Boolean, Finish, Keep, MeasureJob, Measurement, Openness, Operand, SumJob, SumOperation, Wording,
+    Boolean, Finish, Keep, MeasureJob, Measurement, Openness, Operand, SumJob, SumOperation, VolumeMethod, Wording,
 };
 use crate::driver::measure::measure;
 use crate::driver::measured::Measured;
@@ -189,15 +189,16 @@ impl Shape {
         Ok(settings.run(|monitor| self.measured(settings, Keep::Sums, true, monitor))?.estimate())
     }
 
-    /// Measures the shape; `is_volume` asks for the best volume of a single solid instead of its image.
+    /// Measures the shape; `is_volume` asks for the best volume instead of images.
     fn measured(&self, settings: &Settings, keep: Keep, is_volume: bool, monitor: &Monitor) -> Result<Measured, Error> {
+        let method = if is_volume { VolumeMethod::Best } else { VolumeMethod::Estimate };
         let (measurement, operands) = match &*self.node {
             Node::Solid(_) if is_volume => (Measurement::Volume, slice::from_ref(self)),
             Node::Solid(_) => (Measurement::Sample, slice::from_ref(self)),
             Node::Boolean(boolean, _) => {
                 let (expression, operands) = self.flattened();
                 let boolean = Boolean { expression, wording: boolean.wording.clone() };
-                let job = settings.measure_job(Measurement::Boolean(boolean), keep)?;
+                let job = settings.measure_job(Measurement::Boolean(boolean), method, keep)?;
                 return booleans(&job, settings, &operands, monitor);
             }
             Node::Sum(operation, operands) => {
@@ -205,7 +206,7 @@ impl Shape {
                 return sums(&settings.sum_job(*operation, keep)?, settings, operands, monitor);
             }
         };
-        booleans(&settings.measure_job(measurement, keep)?, settings, operands, monitor)
+        booleans(&settings.measure_job(measurement, method, keep)?, settings, operands, monitor)
     }
 
     /// Returns the expression of a Boolean, and its operands.

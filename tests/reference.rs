@@ -19,7 +19,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DVec3};
-use ldi_ops::boolean::{BooleanOperation, merge};
+use ldi_ops::boolean::{BooleanOperation, Expression, merge};
+use ldi_ops::exact;
 use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
 use ldi_ops::ldi::Ldi;
@@ -176,6 +177,38 @@ fn volumes_of_all_pairs_are_within_a_fiftieth_of_a_pixel_of_the_peers() {
     assert!(wrong.is_empty(), "beyond the tolerance:\n{}", wrong.join("\n"));
     assert!(compared >= 60, "only {compared} values were compared");
     assert!(10 * honest >= 9 * compared, "only {honest} of {compared} are within twice the estimate");
+}
+
+/// The peers' own rounding, and that of coordinates to the lattice, as a share of the volume of both inputs.
+const ROUNDING: f64 = 2e-12;
+
+#[test]
+fn exact_volumes_of_all_pairs_are_those_of_the_peers() {
+    let mut compared = 0;
+    for pair in pairs() {
+        let [a, b] = &pair.solids;
+        let scale = a.signed_volume() + b.signed_volume();
+        for (name, operation) in OPERATIONS {
+            let Some(expected) = agreed(&pair, name) else { continue };
+            let found = exact::mass_properties(&[a, b], &Expression::of_inputs(operation, 2), FillRule::EvenOdd);
+            let found = found.unwrap().mass;
+            let error = (found.volume - expected).abs();
+            eprintln!(
+                "{:22}{name:14}{:20.12}{:10.1e}{:10.1e}",
+                pair.name,
+                found.volume,
+                error / scale,
+                found.volume_rounding / scale
+            );
+            assert!(
+                is_within(found.volume, expected, ROUNDING * scale),
+                "{}, {name}: {expected}, not {found:?}",
+                pair.name
+            );
+            compared += 1;
+        }
+    }
+    assert!(compared >= 30, "only {compared} values were compared");
 }
 
 #[test]

@@ -133,6 +133,18 @@ impl Measurement {
     }
 }
 
+/// The requested method of a volume.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum VolumeMethod {
+    /// Exact where the triangles allow it, else an estimate from images.
+    #[default]
+    Best,
+    /// Exact, or an error with the reason why it cannot be.
+    Exact,
+    /// An estimate from images.
+    Estimate,
+}
+
 /// Volumes, Booleans and images of solids.
 #[derive(Clone, Debug)]
 pub struct MeasureJob {
@@ -156,8 +168,8 @@ pub struct MeasureJob {
     pub backend: Backend,
     /// The most bytes that the process may hold; a share of the free memory without it.
     pub memory: Option<u64>,
-    /// True if images check a volume that is known exactly.
-    pub check_rays: bool,
+    /// The method of the volume.
+    pub method: VolumeMethod,
     /// True if the files are hashed.
     pub hashes: bool,
     /// The part of the images that is kept.

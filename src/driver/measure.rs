@@ -13,16 +13,17 @@ use super::backend::{Backends, Choice};
 use super::fill::FillDifference;
 use super::image::{ImageMaker, Triangles, alive_at_once};
 use super::input::{self, InputRequirements, Sides, Solid};
-use super::job::{Boolean, ImageTarget, Input, Keep, MeasureJob, Measurement, Spacing};
+use super::job::{Boolean, ImageTarget, Input, Keep, MeasureJob, Measurement, Spacing, VolumeMethod};
 use super::measured::{Measured, Method, Refinement, Seconds, SolidMeasures, Volume};
 use super::memory::Limit;
 use super::work::work;
 use super::{machine, memory, raster};
 use crate::boolean::VolumeBounds;
+use crate::exact::{self, ExactProperties, NotExact};
 use crate::grid::{Axis, Grid, LatticeBox, LatticeSolid};
 use crate::integrate::{self, AxisVolume, CHECK_PITCHES, Moments, SurfaceHits, VolumeEstimate};
 use crate::ldi::Ldi;
-use crate::mesh::{self, Aabb, MassProperties, Unproved};
+use crate::mesh::{Aabb, ClosedMesh, MassProperties};
 use crate::progress::Monitor;
 use crate::sampler::{FillRule, MaskIntersection, Mode, Sampler};
 use crate::{Error, Warning};
@@ -70,16 +71,10 @@ pub fn measure(
     let start = Instant::now();
     let mut seconds = Seconds::default();
     let mut warnings = Vec::new();
-    let exact = match job.measurement {
-        Measurement::Volume => {
-            progress.stage("looking for triangles that meet")?;
-            exact_sums(&solids[0], &mut seconds, progress)
-        }
-        _ => Err(None),
-    };
+    let exact = exact_properties(job, &solids, &mut seconds, progress)?;
     let spacing = job.spacing.in_unit(solids[0].unit)?;
-    // If the volume is known exactly, images only check it.
-    let needs_images = exact.is_err() || job.check_rays || job.keep != Keep::Sums;
+    // If the volume is known exactly, images are made only for a file or for the value of an estimate.
+    let needs_images = exact.is_err() || job.mode != Mode::Exact || job.keep != Keep::Sums;
     let mut refinement = None;
     let mut round = None;
     if needs_images {
@@ -104,24 +99,40 @@ pub fn measure(
     };
 
     let (volume, measures) = match (&exact, &round) {
-        (Ok(sums), round) => {
-            let (volume, measures) = exactly(sums, round.as_ref().map(|round| round.volume));
+        (Ok(exact), round) if job.mode == Mode::Exact || round.is_none() => {
+            let (volume, measures) = exactly(&exact.mass, round.as_ref().map(|round| round.volume));
             if let Spacing::Tolerance(asked) = spacing {
-                let came_to = volume.error / volume.value;
+                let came_to = if volume.value == 0.0 { 0.0 } else { volume.error / volume.value };
                 refinement = Some(Refinement { asked, came_to, reached: came_to <= asked, resolution: COARSEST });
             }
-            (volume, Some(measures))
+            let measures = match job.measurement {
+                // The order of coincident faces is not defined: rays tell which of them bound the solid.
+                Measurement::Volume if exact.area_error > 0.0 => {
+                    let choice = backends.choose(|| work(&[], &job.axes));
+                    let area = surface_area(job, &solids[0], &grid, choice.sampler(), progress)?;
+                    Some(SolidMeasures { area, ..measures })
+                }
+                Measurement::Volume => Some(measures),
+                _ => None,
+            };
+            for &input in &exact.with_meeting_shells {
+                let difference = FillDifference::of(&solids[input])?;
+                warnings.extend(difference.and_then(|difference| difference.warning(&solids[input], job.fill)));
+            }
+            (volume, measures)
         }
-        (Err(unproved), Some(round)) => {
+        (exact, Some(round)) => {
             warnings.extend(fill_differences(job, &solids, &round.rules_agree, &mut seconds, progress)?);
             warnings.extend(solids.iter().filter_map(|solid| thin(solid, &grid, &job.axes)));
             let measures = match job.measurement {
                 Measurement::Volume => Some(estimated_measures(job, &solids[0], round, &mut seconds, progress)?),
                 _ => None,
             };
-            (estimated(job, &solids, round, *unproved), measures)
+            let mut volume = estimated(job, &solids, round, exact.as_ref().err().copied().flatten());
+            volume.exact = exact.as_ref().ok().map(|exact| [exact.mass.volume, exact.mass.volume_rounding]);
+            (volume, measures)
         }
-        (Err(_), None) => unreachable!("a volume without an exact value is sampled"),
+        (_, None) => unreachable!("a volume without an exact value is sampled"),
     };
     if let Some(round) = &round {
         warnings.extend(round.choice.ran().auto.iter().filter_map(|auto| auto.warning.clone()));
@@ -158,34 +169,55 @@ pub fn measure(
     })
 }
 
-/// Returns sums over the triangles of a solid, if it is proved that its winding numbers are 0 and 1.
+/// Returns the exact properties of the result, if they are sought and the triangles give them.
 ///
 /// # Errors
-/// The reason why there is no proof, if the mesh is closed.
-fn exact_sums(solid: &Solid, seconds: &mut Seconds, progress: &Monitor) -> Result<MassProperties, Option<Unproved>> {
-    let closed = solid.closed().ok_or(None)?;
-    let proving = Instant::now();
-    let proof = mesh::prove_simple(closed);
-    let sums = proof.map(|()| closed.mass_properties());
-    let took = proving.elapsed().as_secs_f64();
+/// The outer error if the job insists on an exact volume that cannot be had; the inner one gives the reason, if one was found.
+fn exact_properties(
+    job: &MeasureJob,
+    solids: &[Solid],
+    seconds: &mut Seconds,
+    progress: &Monitor,
+) -> Result<Result<ExactProperties, Option<NotExact>>, Error> {
+    if job.method == VolumeMethod::Estimate || job.measurement == Measurement::Sample {
+        return Ok(Err(None));
+    }
+    progress.stage("exact volume")?;
+    let start = Instant::now();
+    let closed: Option<Vec<&ClosedMesh>> = solids.iter().map(Solid::closed).collect();
+    let found = match (closed, &job.measurement) {
+        (None, _) => Err(None),
+        (Some(closed), Measurement::Boolean(boolean)) => {
+            exact::mass_properties(&closed, &boolean.expression, job.fill).map_err(Some)
+        }
+        (Some(closed), _) => exact::of_solid(closed[0], job.fill).map_err(Some),
+    };
+    let took = start.elapsed().as_secs_f64();
     seconds.integrate += took;
-    let found = proof.map_or_else(|why| format!("not proved to be 0 and 1: {why}"), |()| "0 and 1".to_owned());
-    progress.detail(format_args!("{}: winding numbers {found}, in {took:.4} s", solid.name()));
-    sums.map_err(Some)
+    let outcome = match &found {
+        Ok(_) => "exact volume".to_owned(),
+        Err(Some(NotExact { input, why })) => format!("no exact volume, as {}: {why}", solids[*input].name()),
+        Err(None) => "no exact volume, as a mesh is open".to_owned(),
+    };
+    progress.detail(format_args!("{outcome}, in {took:.4} s"));
+    match (job.method, &found) {
+        (VolumeMethod::Exact, Err(_)) => Err(Error::input(format!("{outcome}; without --exact it is estimated"))),
+        _ => Ok(found),
+    }
 }
 
-/// Returns the volume and the measures of a solid from sums over its triangles. An inside-out mesh describes the same solid.
+/// Returns the volume and the measures of a solid from sums over its triangles.
 fn exactly(sums: &MassProperties, rays: Option<VolumeEstimate>) -> (Volume, SolidMeasures) {
     let &MassProperties { volume, volume_rounding, area, centroid, inertia } = sums;
-    let sign = volume.signum();
-    let value = sign * volume;
-    let volume = Volume { value, error: volume_rounding, method: Method::Exact, rays, possible: [value, value] };
-    (volume, SolidMeasures { area, centroid, inertia: sign * inertia })
+    let value = volume.max(0.0);
+    let exact = Some([value, volume_rounding]);
+    let volume = Volume { value, error: volume_rounding, method: Method::Exact, exact, rays, possible: [value, value] };
+    (volume, SolidMeasures { area, centroid, inertia })
 }
 
 /// Returns the volume from images, clamped to the volumes that the inputs allow.
-fn estimated(job: &MeasureJob, solids: &[Solid], round: &Round, unproved: Option<Unproved>) -> Volume {
-    let mut volume = Volume::estimate(round.volume, possible(job, solids, &round.rules_agree), unproved);
+fn estimated(job: &MeasureJob, solids: &[Solid], round: &Round, not_exact: Option<NotExact>) -> Volume {
+    let mut volume = Volume::estimate(round.volume, possible(job, solids, &round.rules_agree), not_exact);
     // On all rays the fill rules agree, so the signed volume of the mesh is that of the solid: the error is at least the
     // difference.
     if job.measurement.expression().is_none() && round.rules_agree[0] == Some(true) {

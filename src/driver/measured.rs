@@ -13,10 +13,11 @@ use super::input::Solid;
 use super::job::ImageTarget;
 use super::surface::{Imaged, SurfaceReport};
 use super::write;
+use crate::exact::NotExact;
 use crate::grid::Grid;
 use crate::integrate::VolumeEstimate;
 use crate::ldi::Ldi;
-use crate::mesh::{LengthUnit, Unproved};
+use crate::mesh::LengthUnit;
 use crate::minkowski::{CullCounts, ResolveCounts};
 use crate::number::number;
 use crate::progress::Monitor;
@@ -82,6 +83,8 @@ pub struct Volume {
     pub error: f64,
     /// The method.
     pub method: Method,
+    /// The exact volume with the bound of its rounding, where it is known; beside the value of an over- or under-estimate.
+    pub exact: Option<[f64; 2]>,
     /// The estimate from the images alone, if there are any.
     pub rays: Option<VolumeEstimate>,
     /// The least and the greatest volume that the inputs allow.
@@ -91,15 +94,15 @@ pub struct Volume {
 /// The method of a volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// By sums over the triangles of a mesh whose winding numbers are proved to be 0 and 1.
+    /// By sums over triangles and the segments in which they meet; see [`exact`](crate::exact).
     Exact,
-    /// From images. For a single solid, with the reason why its triangles give no exact volume.
-    Estimate(Option<Unproved>),
+    /// From images, with the reason why the triangles give no exact volume, if one was sought.
+    Estimate(Option<NotExact>),
 }
 
 impl Volume {
     /// Returns the estimate of images, clamped to the volumes that the inputs allow.
-    pub fn estimate(rays: VolumeEstimate, possible: [f64; 2], unproved: Option<Unproved>) -> Volume {
+    pub fn estimate(rays: VolumeEstimate, possible: [f64; 2], not_exact: Option<NotExact>) -> Volume {
         let [least, greatest] = possible;
         // NaN stays NaN.
         let value = rays.value.max(least).min(greatest);
@@ -111,7 +114,7 @@ impl Volume {
         };
         // The volumes of the inputs are rounded.
         let error = error + 1e-12 * greatest;
-        Volume { value, error, method: Method::Estimate(unproved), rays: Some(rays), possible }
+        Volume { value, error, method: Method::Estimate(not_exact), exact: None, rays: Some(rays), possible }
     }
 
     /// Returns whether no ray met the result, so that only the range that the inputs allow is known.

@@ -10,6 +10,9 @@ use glam::{DMat3, DVec3};
 use super::measure::Frame;
 use super::{Aabb, TriangleMesh};
 
+/// Number of sums that give the mass properties.
+pub(crate) const TERMS: usize = 12;
+
 /// The mass properties of a solid of unit density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassProperties {
@@ -30,13 +33,18 @@ impl MassProperties {
     pub(super) fn of(mesh: &TriangleMesh, bounds: Aabb) -> MassProperties {
         let frame = Frame::of(Some(bounds));
         let sums = mesh.sums(|corners| terms(corners.map(|corner| frame.local(corner))));
+        let reach = 0.5 * bounds.extent().length() / frame.unit();
+        MassProperties::from_sums(sums, &frame, reach)
+    }
+
+    /// Returns the properties from sums of [`terms`] in a frame. No corner is farther than `reach` from the frame's centre.
+    pub(crate) fn from_sums(sums: [f64; TERMS], frame: &Frame, reach: f64) -> MassProperties {
         let [six, x, y, z, xx, yy, zz, xy, yz, zx, twice_area, sides] = sums;
         let unit = frame.unit();
         let cubed = unit * unit * unit;
         let volume = six / 6.0 * cubed;
         // d is the sum of three products of a coordinate and a difference of two products of sides: at most eight roundings,
         // each of a share ε of |a| |b − a| |c − a|; the corners' own rounding adds one of ε times the area.
-        let reach = 0.5 * bounds.extent().length() / unit;
         let volume_rounding = 2.0 * f64::EPSILON * reach * sides * cubed;
         let local = DVec3::new(x, y, z) / (4.0 * six);
         let second = |sum: f64, i: usize, j: usize| sum / (20.0 * six) - local[i] * local[j];
@@ -56,7 +64,7 @@ impl MassProperties {
 /// Returns the contributions of one triangle: to six times the volume, 24 times the first and 120 times the second
 /// moments (xx, yy, zz, xy, yz, zx), twice the area, and the product of two sides, which bounds the rounding error.
 #[inline]
-fn terms([a, b, c]: [DVec3; 3]) -> [f64; 12] {
+pub(crate) fn terms([a, b, c]: [DVec3; 3]) -> [f64; TERMS] {
     let normal = (b - a).cross(c - a);
     let d = a.dot(normal);
     let s = a + b + c;

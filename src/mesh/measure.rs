@@ -95,11 +95,10 @@ impl TriangleMesh {
         let mut total = [Sum::default(); N];
         for part in totals {
             for (total, part) in total.iter_mut().zip(part) {
-                total.add(part.value);
-                total.add(part.lost);
+                total.join(part);
             }
         }
-        total.map(|total| total.value + total.lost)
+        total.map(Sum::total)
     }
 
     fn frame(&self) -> Frame {
@@ -109,7 +108,7 @@ impl TriangleMesh {
 
 impl Frame {
     /// Returns the frame of a mesh with these bounds.
-    pub(super) fn of(bounds: Option<Aabb>) -> Frame {
+    pub(crate) fn of(bounds: Option<Aabb>) -> Frame {
         let Some(Aabb { min, max }) = bounds else { return Frame { centre: DVec3::ZERO, unit: 1.0 } };
         let farthest = min.abs().max(max.abs()).max_element();
         // The power of two at or below the farthest coordinate; the clamp keeps it and its reciprocal normal numbers.
@@ -120,7 +119,7 @@ impl Frame {
 }
 
 /// Local coordinates for sums: centred on the box, in a unit that brings all of it near 1.
-pub(super) struct Frame {
+pub(crate) struct Frame {
     /// Centre of the box, in `unit`.
     centre: DVec3,
     /// A power of two, so that scaling by it is exact.
@@ -128,32 +127,48 @@ pub(super) struct Frame {
 }
 
 impl Frame {
+    /// Returns the frame in which the origin is `centre` · `unit`, `unit` being a power of two.
+    pub(crate) fn new(centre: DVec3, unit: f64) -> Frame {
+        Frame { centre, unit }
+    }
+
     #[inline]
-    pub(super) fn local(&self, position: DVec3) -> DVec3 {
+    pub(crate) fn local(&self, position: DVec3) -> DVec3 {
         position / self.unit - self.centre
     }
 
     /// Returns the world position of local coordinates.
-    pub(super) fn world(&self, local: DVec3) -> DVec3 {
+    pub(crate) fn world(&self, local: DVec3) -> DVec3 {
         (local + self.centre) * self.unit
     }
 
     /// Returns the length of a local unit.
-    pub(super) fn unit(&self) -> f64 {
+    pub(crate) fn unit(&self) -> f64 {
         self.unit
     }
 }
 
 /// A running sum with its accumulated rounding error.
-#[derive(Clone, Copy, Default)]
-struct Sum {
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sum {
     value: f64,
     lost: f64,
 }
 
 impl Sum {
+    /// Returns the sum.
+    pub(crate) fn total(self) -> f64 {
+        self.value + self.lost
+    }
+
+    /// Adds the terms of another sum.
+    pub(crate) fn join(&mut self, other: Sum) {
+        self.add(other.value);
+        self.add(other.lost);
+    }
+
     #[inline]
-    fn add(&mut self, term: f64) {
+    pub(crate) fn add(&mut self, term: f64) {
         let value = self.value + term;
         let kept = value - self.value;
         self.lost += (self.value - (value - kept)) + (term - kept);

@@ -4,12 +4,11 @@
 //! readers go by indices need them welded. Coordinates are compared exactly: any tolerance would close some gap that is
 //! intended.
 
-use std::cmp::Ordering;
-
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::TriangleMesh;
+use super::hash::position_hash;
 
 /// The positions of a mesh that stay when those with the same coordinates are one: the first of each.
 #[derive(Debug)]
@@ -21,34 +20,27 @@ pub(super) struct Weld {
 }
 
 impl Weld {
-    /// Sorts the positions, which takes the time of a sort and two words a position. 0 and −0 are the same; NaNs equal
-    /// nothing.
+    /// Finds equal positions by their hashes. 0 and −0 are the same; NaNs equal nothing.
     pub(super) fn of(positions: &[DVec3]) -> Weld {
-        let mut order: Vec<u32> = (0..positions.len() as u32).collect();
-        let at = |index: u32| positions[index as usize];
-        order.par_sort_unstable_by(|&a, &b| compare(at(a), at(b)).then(a.cmp(&b)));
-        // First the index of the first equal position, then the rank of that one among all firsts.
-        let mut new_index = vec![0; positions.len()];
-        for alike in order.chunk_by(|&a, &b| at(a) == at(b)) {
-            alike.iter().for_each(|&index| new_index[index as usize] = alike[0]);
-        }
-        let mut kept = order;
-        kept.clear();
-        for index in 0..positions.len() {
-            let first = new_index[index] as usize;
-            new_index[index] = if first == index { kept.len() as u32 } else { new_index[first] };
-            if first == index {
+        const FREE: u32 = u32::MAX;
+        let hashes: Vec<u64> = positions.par_iter().map(|&p| position_hash(p)[0]).collect();
+        let mut table = vec![FREE; (2 * positions.len()).next_power_of_two()];
+        let mask = table.len() - 1;
+        let mut kept: Vec<u32> = Vec::new();
+        let mut new_index = Vec::with_capacity(positions.len());
+        for (index, position) in positions.iter().enumerate() {
+            let mut slot = hashes[index] as usize & mask;
+            while table[slot] != FREE && positions[kept[table[slot] as usize] as usize] != *position {
+                slot = (slot + 1) & mask;
+            }
+            if table[slot] == FREE {
+                table[slot] = kept.len() as u32;
                 kept.push(index as u32);
             }
+            new_index.push(table[slot]);
         }
         Weld { kept, new_index }
     }
-}
-
-fn compare(a: DVec3, b: DVec3) -> Ordering {
-    // Adding 0 turns −0 into 0.
-    let order = |a: f64, b: f64| (a + 0.0).total_cmp(&(b + 0.0));
-    order(a.x, b.x).then_with(|| order(a.y, b.y)).then_with(|| order(a.z, b.z))
 }
 
 impl TriangleMesh {

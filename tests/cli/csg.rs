@@ -70,7 +70,7 @@ fn estimates_of_nested_expressions_enclose_the_exact_volume() {
     for expression in ["a - (b - c)", "a ^ b ^ c", "a - (b ^ c)", "(a ^ b) & c"] {
         let volume = |mode| {
             let files = ["a=a.stl", "b=b.stl", "c=c.stl"];
-            let rest = ["--mode", mode, "--lod", "64", "--resolution", "100", "--axis", "y"];
+            let rest = ["--estimate", "--mode", mode, "--lod", "64", "--resolution", "100", "--axis", "y"];
             folder.volume(&[&["csg", expression], &files[..], &rest].concat())
         };
         let (under, exact, over) = (volume("under"), volume("exact"), volume("over"));

@@ -26,16 +26,16 @@ fn devices_states_the_choice_of_auto_and_its_reason() {
 #[test]
 fn json_states_autos_choice_only_where_auto_chose() {
     let folder = with_cube();
-    let small = folder.json(&["volume", "a.stl", "--resolution", "8"]);
+    let small = folder.json(&["volume", "a.stl", "--estimate", "--resolution", "8"]);
     assert_eq!((&small["backend"], &small["auto"]["backend"]), (&"cpu".into(), &"cpu".into()));
     let reason = small["auto"]["reason"].as_str().unwrap();
     let expected =
         if cfg!(feature = "gpu") { "are too few to open a GPU for" } else { "this build has no GPU sampler" };
     assert!(reason.contains(expected), "{reason}");
-    let asked = folder.json(&["volume", "a.stl", "--resolution", "8", "--backend", "cpu"]);
+    let asked = folder.json(&["volume", "a.stl", "--estimate", "--resolution", "8", "--backend", "cpu"]);
     assert_eq!((&asked["backend"], &asked["device"]), (&"cpu".into(), &small["device"]));
     assert!(asked["auto"].is_null());
-    let arguments = ["volume", "a.stl", "--resolution", "8", "--backend", "cpu", "--threads", "2", "-v"];
+    let arguments = ["volume", "a.stl", "--estimate", "--resolution", "8", "--backend", "cpu", "--threads", "2", "-v"];
     let text = folder.run(&arguments).stdout();
     assert!(text.contains("\nbackend     cpu, 2 threads\n"), "{text}");
 }

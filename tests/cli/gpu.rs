@@ -30,6 +30,9 @@ fn same_on_both(folder: &Folder, arguments: &[&str]) -> Value {
     let gpu_arguments: Vec<&str> = gpu_arguments.iter().map(String::as_str).collect();
     let written = ["image.npz", "image.png", "mesh.ply"].map(|name| folder.path(name));
     let image = || written.each_ref().map(|path| if path.exists() { fs::read(path).unwrap() } else { Vec::new() });
+    // An exact volume needs no device.
+    let has_exact = ["intersect", "union", "difference", "csg", "volume"].contains(&arguments[0]);
+    let arguments = &[arguments, if has_exact { &["--estimate"] } else { &[] }].concat()[..];
     let mut cpu = folder.json(&[arguments, &["--backend", "cpu"]].concat());
     let cpu_image = image();
     let mut gpu = folder.json(&[arguments, &gpu_arguments].concat());
@@ -211,7 +214,7 @@ fn auto_never_chooses_a_software_adapter() {
     let backend = if hardware { "gpu" } else { "cpu" };
     assert_eq!(folder.json(&["devices"])["auto"]["backend"], backend);
     // Eighteen million crossings, enough that one thread looks for adapters.
-    let large = ["volume", "a.stl", "--axis", "z", "--resolution", "3000", "--threads", "1"];
+    let large = ["volume", "a.stl", "--estimate", "--axis", "z", "--resolution", "3000", "--threads", "1"];
     let result = folder.json(&large);
     let reason = result["auto"]["reason"].as_str().unwrap();
     assert_eq!((&result["backend"], &result["auto"]["backend"]), (&backend.into(), &backend.into()), "{reason}");
@@ -219,7 +222,7 @@ fn auto_never_chooses_a_software_adapter() {
     if !hardware {
         assert!(reason.contains(adapters[0]["name"].as_str().unwrap()), "{reason}");
     }
-    let small = folder.json(&["volume", "a.stl", "--resolution", "300"]);
+    let small = folder.json(&["volume", "a.stl", "--estimate", "--resolution", "300"]);
     assert_eq!(small["backend"], "cpu");
 }
 
@@ -229,7 +232,8 @@ fn adapters_are_selected_by_part_of_their_name() {
     folder.stl("a.stl", &cube(0.0, 2.0));
     let adapters = adapters(&folder);
     let name = adapters[0]["name"].as_str().unwrap();
-    let result = folder.json(&["volume", "a.stl", "--resolution", "8", "--adapter", &name.to_uppercase()]);
+    let result =
+        folder.json(&["volume", "a.stl", "--estimate", "--resolution", "8", "--adapter", &name.to_uppercase()]);
     assert_eq!(result["backend"], "gpu");
     assert!(result["device"].as_str().unwrap().starts_with(name));
     // The refusal comes before a file is read, so that nobody waits for it.
@@ -251,10 +255,11 @@ fn machines_without_a_driver_refuse_a_gpu_and_nothing_else() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     let none = ["no GPU was found", "no graphics driver", "the CPU gives the same bits"];
-    without_drivers(&folder, &["volume", "a.stl", "--backend", "gpu"]).code(3).says(&none);
-    without_drivers(&folder, &["volume", "a.stl", "--adapter", "nonsense"]).code(3).says(&none);
+    without_drivers(&folder, &["volume", "a.stl", "--estimate", "--backend", "gpu"]).code(3).says(&none);
+    without_drivers(&folder, &["volume", "a.stl", "--estimate", "--adapter", "nonsense"]).code(3).says(&none);
     for backend in ["auto", "cpu"] {
-        let large = ["volume", "a.stl", "--axis", "z", "--resolution", "3000", "--threads", "1", "--unit", "mm"];
+        let large =
+            ["volume", "a.stl", "--estimate", "--axis", "z", "--resolution", "3000", "--threads", "1", "--unit", "mm"];
         let run = without_drivers(&folder, &[&large[..], &["--backend", backend]].concat()).code(0);
         assert_eq!(run.stderr(), "");
         let run = without_drivers(&folder, &[&large[..], &["--backend", backend, "-v"]].concat()).code(0);

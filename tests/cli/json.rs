@@ -32,7 +32,7 @@ fn results_have_every_key_of_the_schema() {
     folder.stl("b.stl", &cube(1.0, 2.0));
     for command in ["intersect", "union", "difference", "xor", "volume"] {
         let files: &[&str] = if command == "volume" { &["a.stl"] } else { &["a.stl", "b.stl"] };
-        let arguments = [&[command], files, &["--resolution", "64", "--unit", "mm"]].concat();
+        let arguments = [&[command], files, &["--estimate", "--resolution", "64", "--unit", "mm"]].concat();
         let result = folder.json(&arguments);
         for key in KEYS {
             assert!(result.get(key).is_some(), "{command} has no {key}");
@@ -46,8 +46,8 @@ fn results_have_every_key_of_the_schema() {
             "estimate_error",
             "method",
             "exact",
-            "proof",
-            "unproved",
+            "exact_error",
+            "not_exact",
             "rays",
             "at_least",
             "at_most",
@@ -55,7 +55,7 @@ fn results_have_every_key_of_the_schema() {
             "upper",
         ];
         assert_eq!(keys(&result["volume"]), [&VOLUME[..], &["unit"]].concat());
-        assert_eq!(result["volume"]["method"], if command == "volume" { "exact" } else { "estimate" });
+        assert_eq!(result["volume"]["method"], "estimate");
         assert_eq!(keys(&result["grid"]), ["pitch", "rays", "lod", "quantisation"]);
         assert_eq!(keys(&result["seconds"]), ["read", "sample", "operate", "integrate", "write", "total"]);
         assert!(result["volume"]["lower"].is_null() && result["volume"]["upper"].is_null());
@@ -119,7 +119,7 @@ fn errors_are_written_as_json() {
         (&["check", "missing.stl"], "check", "input", 2),
         (&["volume", "a.stl", "--pitch", "-1"], "volume", "usage", 2),
         (&["volume", "a.stl", "--nonsense"], "volume", "usage", 2),
-        (&["volume", "a.stl", "--resolution", "65535"], "volume", "machine", 3),
+        (&["volume", "a.stl", "--estimate", "--resolution", "65535"], "volume", "machine", 3),
     ] {
         for json in [&["--json", "-"][..], &["--json=-"], &["--json", "e.json"]] {
             let run = folder.run(&[arguments, json].concat()).code(code);
@@ -163,8 +163,9 @@ fn hashes_equal_the_sha256_of_the_inputs() {
 fn axes_that_were_not_sampled_have_no_layers() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
-    let layers =
-        |axis| folder.json(&["volume", "a.stl", "--resolution", "8", "--axis", axis])["layers_max"].to_string();
+    let layers = |axis| {
+        folder.json(&["volume", "a.stl", "--estimate", "--resolution", "8", "--axis", axis])["layers_max"].to_string()
+    };
     assert_eq!(layers("all"), "[2,2,2]");
     assert_eq!(layers("y"), "[null,2,null]");
 }

@@ -36,12 +36,12 @@ fn the_first_program_of_the_interface_prints_what_the_command_line_prints() {
     let folder = models();
     let common = solid(&folder, "a.3mf").intersect(solid(&folder, "b.stl")).sample(&Settings::rays(64)).unwrap();
     common.surface().unwrap().write(folder.path("common.stl")).unwrap();
-    let job = ["intersect", "a.3mf", "b.stl", "--resolution", "64", "--mode", "exact", "-o", "same.stl"];
+    let job = ["intersect", "a.3mf", "b.stl", "--resolution", "64", "--mode", "exact", "--estimate", "-o", "same.stl"];
     let json = folder.json(&job);
     assert_same(&common.volume(), &json);
     let [ours, theirs] = ["common.stl", "same.stl"].map(|name| std::fs::read(folder.path(name)).unwrap());
     assert_eq!(ours, theirs);
-    let printed = folder.run(&job[..7]).code(0).stdout();
+    let printed = folder.run(&job[..8]).code(0).stdout();
     assert!(printed.contains(&common.volume().to_string()), "{printed} {}", common.volume());
 }
 

@@ -27,7 +27,7 @@ fn run_within(folder: &Folder, kilobytes: u32, arguments: &str) -> Run {
 fn images_that_do_not_fit_are_refused_with_a_resolution_that_fits() {
     let folder = Folder::new();
     folder.stl("a.stl", &plates(100));
-    for job in ["volume a.stl -v --axis z --resolution 20000", "sample a.stl --resolution 1500 -o a.npz"] {
+    for job in ["volume a.stl --estimate --axis z --resolution 20000", "sample a.stl --resolution 1500 -o a.npz"] {
         let run = run_within(&folder, 1_000_000, job).code(3).says(&["GB of memory", "--resolution", "would fit"]);
         let stderr = run.stderr();
         let proposed: u32 = stderr.split("--resolution ").nth(1).unwrap().split(',').next().unwrap().parse().unwrap();

@@ -49,6 +49,7 @@ fn over_and_under_enclose_the_exact_volume() {
                 "b.stl",
                 "--mode",
                 mode,
+                "--estimate",
                 "--lod",
                 "64",
                 "--resolution",
@@ -165,7 +166,7 @@ fn volume_continues_after_a_bad_file() {
     }
     // The worst exit code wins: too many rays for the machine, and a missing file.
     folder
-        .run(&["volume", "a.stl", "missing.stl", "-v", "--resolution", "65535"])
+        .run(&["volume", "a.stl", "missing.stl", "--estimate", "--resolution", "65535"])
         .code(3)
         .says(&["a.stl", "missing.stl"]);
 }
@@ -182,7 +183,7 @@ fn volumes_meet_and_state_the_tolerance() {
         assert_eq!(result["tolerance"]["reached"], true);
         assert_eq!(result["tolerance"]["asked"], 1e-4);
     }
-    let stderr = folder.run(&["intersect", "a.stl", "a.stl", "--tolerance", "3%"]).code(0).stderr();
+    let stderr = folder.run(&["intersect", "a.stl", "a.stl", "--estimate", "--tolerance", "3%"]).code(0).stderr();
     assert!(stderr.contains("reached with 128 rays"), "{stderr}");
 }
 
@@ -190,7 +191,7 @@ fn volumes_meet_and_state_the_tolerance() {
 fn unreachable_tolerances_give_the_best_volume_and_exit_with_one() {
     let folder = Folder::new();
     folder.run(&["generate", "geodesic", "--frequency", "2", "-o", "a.stl"]).code(0);
-    let arguments = ["intersect", "a.stl", "a.stl", "--axis", "z", "--mode", "exact", "--tolerance", "0.0001%"];
+    let arguments = ["intersect", "a.stl", "a.stl", "--axis", "z", "--estimate", "--tolerance", "0.0001%"];
     let run = folder.run(&[&arguments[..], &["--json", "-"]].concat()).code(1).warns(&["not reached", "4096 rays"]);
     let result = run.json();
     assert!(crate::warning_codes(&result).contains(&"tolerance-not-reached"));

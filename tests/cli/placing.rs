@@ -169,7 +169,7 @@ fn files_are_converted_to_the_unit_of_the_first() {
     let arguments = ["intersect", "mm.stl", "m.gltf", "--unit", "mm", "--axis", "z", "--resolution", "500"];
     assert_near(folder.volume(&arguments), 1e6, 1e3);
     // Without a stated unit, the program assumes that of the other file.
-    let result = folder.json(&["intersect", "mm.stl", "m.gltf", "--axis", "z", "--resolution", "16"]);
+    let result = folder.json(&["intersect", "mm.stl", "m.gltf", "--estimate", "--axis", "z", "--resolution", "16"]);
     assert_eq!(result["volume"]["unit"], "m^3");
     // At sixteen rays the pitch exceeds the smaller cube.
     assert_eq!(warning_codes(&result), ["unit-assumed", "thinner-than-pitch", "not-resolved"]);

@@ -26,9 +26,14 @@ fn a_thin_plate_has_its_exact_volume_and_inertia_on_any_axis() {
         assert_honest(&result, 11000.0, 1e-8);
         assert_eq!(result["volume"]["method"], "exact");
         assert_eq!(result["volume"]["exact"], result["volume"]["value"]);
-        assert!(result["volume"]["proof"].as_str().unwrap().contains("touch or cross"));
-        let rays = &result["volume"]["rays"];
-        assert!((number(&rays["value"]) - 11000.0).abs() <= number(&rays["estimate_error"]), "{rays}");
+        assert_eq!(
+            (&result["samples"], &result["backend"]),
+            (&0.into(), &Value::Null),
+            "an exact volume needs no image"
+        );
+        let estimated = folder.json(&[&arguments[..], &["--estimate"]].concat());
+        assert_honest(&estimated, 11000.0, f64::INFINITY);
+        assert_eq!(estimated["volume"]["method"], "estimate");
         for (i, [a, b]) in [[1.1, 100.0], [100.0, 100.0], [1.1, 100.0]].into_iter().enumerate() {
             let exact = 11000.0 * (a * a + b * b) / 12.0;
             assert_near(number(&result["inertia"][i][i]), exact, 1e-9 * exact);
@@ -52,18 +57,52 @@ fn inside_out_and_hollow_meshes_have_their_exact_volume() {
 }
 
 #[test]
-fn overlapping_or_touching_shells_are_estimated_and_the_reason_is_stated() {
+fn overlapping_and_touching_shells_have_exact_volumes() {
     let folder = Folder::new();
     let first = cuboid([0.0; 3], [2.0; 3]);
     folder.stl("overlapping.stl", &[first.clone(), cuboid([1.0; 3], [3.0; 3])].concat());
     folder.stl("touching.stl", &[first, cuboid([2.0, 0.5, 0.5], [3.0, 1.5, 1.5])].concat());
     // Even-odd removes the common cube, which counts twice in the mesh's own volume of 16.
-    for (file, exact) in [("overlapping.stl", 14.0), ("touching.stl", 9.0)] {
-        let result = folder.json(&["volume", file, "--resolution", "64"]);
-        assert_honest(&result, exact, 0.1);
-        let volume = &result["volume"];
-        assert_eq!((&volume["method"], &volume["exact"]), (&"estimate".into(), &Value::Null));
-        assert!(volume["unproved"].as_str().unwrap().contains("touch or cross"), "{volume}");
+    for (file, fill, exact) in
+        [("overlapping.stl", "even-odd", 14.0), ("overlapping.stl", "nonzero", 15.0), ("touching.stl", "nonzero", 9.0)]
+    {
+        let result = folder.json(&["volume", file, "--fill", fill, "--exact", "--resolution", "64"]);
+        assert_honest(&result, exact, 1e-9);
+        assert_eq!(result["volume"]["method"], "exact");
+    }
+}
+
+#[test]
+fn volumes_of_shells_that_cross_themselves_are_estimated_and_the_reason_is_stated() {
+    let folder = Folder::new();
+    // A box of which a lid is pressed through the bottom.
+    let mut folded = cuboid([0.0; 3], [2.0; 3]);
+    for corner in folded.iter_mut().flatten().filter(|corner| corner[0] == 2.0 && corner[2] == 2.0) {
+        corner[2] = -1.0;
+    }
+    folder.stl("folded.stl", &folded);
+    let result = folder.json(&["volume", "folded.stl", "--resolution", "64"]);
+    let volume = &result["volume"];
+    assert_eq!((&volume["method"], &volume["exact"]), (&"estimate".into(), &Value::Null));
+    assert!(volume["not_exact"].as_str().unwrap().contains("touch or cross"), "{volume}");
+    folder.run(&["volume", "folded.stl", "--exact"]).code(2).says(&["folded.stl", "touch or cross", "--exact"]);
+    folder.run(&["volume", "folded.stl", "--exact", "--estimate"]).code(2);
+}
+
+#[test]
+fn booleans_have_exact_volumes_whatever_the_raster_and_beside_those_of_estimates() {
+    let folder = Folder::with_two_cubes();
+    for (command, exact) in [("intersect", 1.0), ("union", 15.0), ("difference", 7.0), ("xor", 14.0)] {
+        for raster in [&["--resolution", "7"][..], &["--axis", "x", "--pitch", "0.3"], &["--tolerance", "50%"]] {
+            let result = folder.json(&[&[command, "a.stl", "b.stl"], raster].concat());
+            assert_honest(&result, exact, 1e-12);
+            let volume = &result["volume"];
+            assert_eq!((&volume["method"], &volume["exact"]), (&"exact".into(), &volume["value"]));
+        }
+        let over = folder.json(&[command, "a.stl", "b.stl", "--mode", "over", "--lod", "32", "--resolution", "30"]);
+        assert_eq!(over["volume"]["method"], "estimate");
+        assert_near(number(&over["volume"]["exact"]), exact, 1e-12);
+        assert!(number(&over["volume"]["value"]) >= exact - 1e-6, "{command}: {}", over["volume"]);
     }
 }
 
@@ -75,7 +114,18 @@ fn unions_and_differences_respect_the_volumes_of_the_inputs() {
     folder.stl("b.stl", &cuboid([0.0, 50.0, 0.0], [100.0, 51.3, 100.0]));
     for mode in ["over", "exact", "under"] {
         let of = |command: &str| {
-            folder.json(&[command, "a.stl", "b.stl", "--axis", "z", "--mode", mode, "--resolution", "128"])
+            folder.json(&[
+                command,
+                "a.stl",
+                "b.stl",
+                "--estimate",
+                "--axis",
+                "z",
+                "--mode",
+                mode,
+                "--resolution",
+                "128",
+            ])
         };
         assert_honest(&of("union"), 24000.0, 1e-3);
         assert_honest(&of("difference"), 11000.0, 1e-3);
@@ -90,12 +140,12 @@ fn overlaps_that_no_ray_meets_are_bounded() {
     // Two boxes fill the box around both: the common part is the excess of their volumes.
     folder.stl("a.stl", &cuboid([0.0; 3], [100.0; 3]));
     folder.stl("b.stl", &cuboid([99.9, 0.0, 0.0], [199.9, 100.0, 100.0]));
-    assert_honest(&folder.json(&["intersect", "a.stl", "b.stl", "--axis", "z"]), 1000.0, 1e-5);
+    assert_honest(&folder.json(&["intersect", "a.stl", "b.stl", "--estimate", "--axis", "z"]), 1000.0, 1e-5);
 
     // Two needles that cross: the common part is at most the box that they share.
     folder.stl("x.stl", &cuboid([0.0; 3], [100.0, 0.01, 0.01]));
     folder.stl("y.stl", &cuboid([50.0, -50.0, 0.0], [50.01, 50.0, 0.01]));
-    let arguments = ["intersect", "x.stl", "y.stl", "--resolution", "100", "--unit", "mm"];
+    let arguments = ["intersect", "x.stl", "y.stl", "--estimate", "--resolution", "100", "--unit", "mm"];
     let result = folder.json(&arguments);
     assert_honest(&result, 1e-6, 1.1e-6);
     assert_eq!((&result["volume"]["value"], &result["volume"]["at_least"]), (&0.0.into(), &0.0.into()));
@@ -111,7 +161,8 @@ fn bounds_of_unmet_results_that_print_the_same_are_a_value() {
     // No ray along x meets the needle, of which the crumb makes a ten-millionth.
     folder.stl("needle.stl", &cuboid([0.0; 3], [100.0, 0.01, 0.01]));
     folder.stl("crumb.stl", &cuboid([50.0, -0.0005, 0.0], [50.001, 0.0005, 0.001]));
-    let arguments = ["union", "needle.stl", "crumb.stl", "--resolution", "10", "--axis", "x", "--unit", "mm"];
+    let arguments =
+        ["union", "needle.stl", "crumb.stl", "--estimate", "--resolution", "10", "--axis", "x", "--unit", "mm"];
     let run = folder.run(&arguments).code(0);
     assert!(run.stdout().starts_with("union       1.000000"), "{}", run.stdout());
     assert!(!run.stdout().contains("at least") && run.stdout().contains(" ± "), "{}", run.stdout());
@@ -126,7 +177,8 @@ fn struts_aligned_with_the_rays_are_within_the_stated_error() {
     let exact = number(&folder.json(&["volume", "l.stl", "--resolution", "16"])["volume"]["value"]);
     for axis in ["x", "all"] {
         // The box is half as long again as the lattice, so that a cell has 32 rays.
-        let result = folder.json(&["intersect", "l.stl", "box.stl", "--axis", axis, "--resolution", "384"]);
+        let result =
+            folder.json(&["intersect", "l.stl", "box.stl", "--estimate", "--axis", axis, "--resolution", "384"]);
         assert_honest(&result, exact, 0.02 * exact);
     }
 }

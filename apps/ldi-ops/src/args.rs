@@ -144,8 +144,9 @@ Examples:
   ldi-ops intersect a.stl b.stl --transform-b 'translate(1,0,0) rotate(0,0,1,30)' -o common.npz
   ldi-ops intersect a.stl b.stl --backend gpu
 
-The grid encloses the box of all solids. In the JSON, `inputs[].volume` is the signed volume of
-the mesh itself.";
+The volume is exact where no shell of a solid touches or crosses itself, whatever the raster. The
+raster is for files (-o), for --estimate, and for solids whose volume is not exact; it encloses the
+box of all solids. In the JSON, `inputs[].volume` is the signed volume of the mesh itself.";
 
 #[derive(Debug, Args)]
 #[command(after_help = LIST_EXAMPLES)]
@@ -161,8 +162,9 @@ Examples:
   ldi-ops difference block.stl drill.stl drill.stl --transform c='translate(9,0,0)'
   ldi-ops xor a.stl b.stl --axis all --json result.json
 
-More than two solids are combined from left to right: A − B − C, A xor B xor C. The grid encloses
-the box of all solids. An over-estimate of a difference subtracts under-estimates, so that it
+More than two solids are combined from left to right: A − B − C, A xor B xor C. The volume is exact
+where no shell of a solid touches or crosses itself, whatever the raster, which is for files (-o)
+and for --estimate; it encloses the box of all solids. An over-estimate of a difference subtracts under-estimates, so that it
 remains an over-estimate. --transform names the solids a, b, c … z, aa, ab …";
 
 /// Two or more solids, their placement, and the operation's options.
@@ -248,8 +250,9 @@ JSON: {\"schema\", \"command\", \"inputs\", \"results\": [object, …], \"warnin
 file; for a single file its keys are at the top level too. If a file cannot be measured, its
 object is {\"path\", \"error\"}, the others are measured, and the exit code is 2 or 3. `volume` adds
 the keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3 tensor about the centroid,
-unit density). The area is that of the mesh's triangles, times the share of ray hits along all
-three axes that bound the solid: triangles inside the solid do not count.";
+unit density). They are exact where no shell of the solid touches or crosses itself. Elsewhere the
+area is that of the mesh's triangles, times the share of ray hits along all three axes that bound
+the solid: triangles inside the solid do not count.";
 
 #[derive(Debug, Args)]
 #[command(after_help = SAMPLE_LAYOUT)]
@@ -453,6 +456,13 @@ pub struct SamplingArguments {
     /// Refine until the estimated relative error of the volume is below this share: 0.1% or 0.001
     #[arg(long, value_name = "P%")]
     pub tolerance: Option<Share>,
+    /// Insist on the exact volume, from the triangles; fail with the reason where it cannot be had [default: exact where it
+    /// can be had]
+    #[arg(long, conflicts_with = "estimate")]
+    pub exact: bool,
+    /// Take the estimate of the images, even where the exact volume can be had
+    #[arg(long)]
+    pub estimate: bool,
     #[command(flatten)]
     pub kind: KindArguments,
     #[command(flatten)]

@@ -183,18 +183,18 @@ fn one_measured(result: &Measured) -> Value {
 
 /// Returns a volume with its method and bounds.
 fn volume(volume: &Volume, unit: Option<String>) -> Value {
-    let (method, unproved) = match volume.method {
+    let (method, not_exact) = match volume.method {
         Method::Exact => ("exact", None),
-        Method::Estimate(unproved) => ("estimate", unproved),
+        Method::Estimate(not_exact) => ("estimate", not_exact),
     };
     let [at_least, at_most] = volume.possible;
     json!({
         "value": volume.value,
         "estimate_error": volume.error,
         "method": method,
-        "exact": (volume.method == Method::Exact).then_some(volume.value),
-        "proof": (volume.method == Method::Exact).then_some(PROOF),
-        "unproved": unproved.map(|why| why.to_string()),
+        "exact": volume.exact.map(|[value, _]| value),
+        "exact_error": volume.exact.map(|[_, error]| error),
+        "not_exact": not_exact.map(|reason| reason.to_string()),
         "rays": volume.rays.map(|rays| json!({ "value": rays.value, "estimate_error": rays.error })),
         "at_least": at_least,
         "at_most": at_most,
@@ -203,10 +203,6 @@ fn volume(volume: &Volume, unit: Option<String>) -> Value {
         "unit": unit,
     })
 }
-
-/// The proof that the triangles give the volume.
-const PROOF: &str = "no two triangles touch or cross but in shared corners and sides, and every shell faces the right way, so that \
-                     every winding number is 0 or 1";
 
 /// Returns the statistics of a step of a sum.
 fn step(report: &StepReport) -> Value {

@@ -13,7 +13,7 @@ use ldi_ops::Error;
 use ldi_ops::boolean::{BooleanOperation, Expression};
 use ldi_ops::driver::job::{
     Backend, Boolean, Content, Finish, ImageTarget, Input, Keep, MeasureJob, Measurement, Openness, Spacing, SumJob,
-    SumOperation, Wording,
+    SumOperation, VolumeMethod, Wording,
 };
 use ldi_ops::driver::render::RenderJob;
 use ldi_ops::excerpt;
@@ -325,6 +325,7 @@ fn measure(
     writing: args::ImageArguments,
     common: CommonArguments,
 ) -> Result<Invocation, Error> {
+    let method = method(&sampling);
     let (backend, memory) = device(sampling.device)?;
     let spacing = spacing(sampling.resolution, sampling.pitch, sampling.tolerance)?;
     let lod = lod(sampling.kind.lod)?;
@@ -340,12 +341,21 @@ fn measure(
         mode: mode(sampling.kind.mode),
         fill: fill(sampling.fill.fill),
         backend,
-        check_rays: report.has_json() || common.verbose,
+        method,
         memory,
         hashes: report.has_json(),
         keep: Keep::from(target.as_ref()),
     };
     Ok(invocation(Job::Measure(Command { job, inputs, target, report }), &common))
+}
+
+/// Returns the method of the volume.
+fn method(sampling: &SamplingArguments) -> VolumeMethod {
+    match (sampling.exact, sampling.estimate) {
+        (true, _) => VolumeMethod::Exact,
+        (_, true) => VolumeMethod::Estimate,
+        _ => VolumeMethod::Best,
+    }
 }
 
 fn lod(voxels: u32) -> Result<u32, Error> {

@@ -1,0 +1,218 @@
+//! Solids on a lattice of integers, as bodies: closed surfaces that are proved not to meet themselves.
+//!
+//! A solid is one body if its winding numbers are proved to be 0 and 1. Otherwise each of its shells is to be one; shells
+//! may overlap.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::tree::Extent;
+use crate::mesh::measure::Frame;
+use crate::mesh::{Aabb, ClosedMesh, TriangleMesh, Unproved, prove_simple};
+use crate::union_find::UnionFind;
+
+/// Bits of a lattice coordinate: points lie within ± 2^39 of the lattice's origin.
+const BITS: i32 = 40;
+
+/// Brings lattice coordinates to at most 1.
+pub(super) const SCALE: f64 = 1.0 / (1u64 << (BITS - 1)) as f64;
+
+/// A map between world coordinates and integers. Its step is a power of two, so that scaling is exact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lattice {
+    pub step: f64,
+    /// The lattice coordinates, relative to world zero, of lattice point zero.
+    origin: DVec3,
+}
+
+impl Lattice {
+    /// Returns the lattice for solids in a box.
+    pub fn around(bounds: Aabb) -> Lattice {
+        let longest = bounds.extent().max_element();
+        let exponent = longest.log2().floor() as i32 + 1 - BITS;
+        let step = 2f64.powi(exponent.clamp(-1000, 900));
+        Lattice { step, origin: ((bounds.min + bounds.extent() / 2.0) / step).round() }
+    }
+
+    fn round(&self, position: DVec3) -> DVec3 {
+        (position / self.step).round() - self.origin
+    }
+
+    /// Returns the frame of lattice points that are scaled by [`SCALE`].
+    pub fn frame(&self) -> Frame {
+        Frame::new(self.origin * SCALE, self.step / SCALE)
+    }
+}
+
+/// The number of bodies of a solid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wholeness {
+    /// The solid is one body.
+    Whole,
+    /// Each shell is a body, as some meet.
+    Shells,
+}
+
+/// A closed surface that does not meet itself.
+#[derive(Clone, Debug)]
+pub(super) struct Body {
+    /// The index of its solid.
+    pub solid: usize,
+    pub faces: Range<u32>,
+    pub points: Range<u32>,
+    pub extent: Extent,
+    /// Its winding number in front of its faces; behind them it is one more.
+    pub front: i32,
+}
+
+/// All bodies. Points and faces are numbered through all of them.
+#[derive(Debug, Default)]
+pub(super) struct Bodies {
+    /// Lattice points, which are integers.
+    pub points: Vec<DVec3>,
+    pub faces: Vec<[u32; 3]>,
+    pub bodies: Vec<Body>,
+    /// A bound on the volume between the surfaces as given and on the lattice, in cubic steps.
+    pub displaced: f64,
+}
+
+impl Bodies {
+    /// Adds a solid, as one body or as shells.
+    ///
+    /// # Errors
+    /// The reason why the winding numbers of a shell are not proved to be 0 and 1.
+    pub fn add(&mut self, solid: usize, mesh: &ClosedMesh, lattice: &Lattice) -> Result<Wholeness, Unproved> {
+        if !mesh.oriented() {
+            return Err(Unproved::NotOriented);
+        }
+        let (rounded, displaced) = rounded(mesh.mesh(), lattice);
+        self.displaced += displaced;
+        let closed = checked(rounded)?;
+        match prove_simple(&closed) {
+            Ok(()) => {
+                // Inside-out, a whole solid is the same solid.
+                let turn = closed.signed_volume() < 0.0;
+                self.push(solid, closed.into_mesh(), turn, 0);
+                Ok(Wholeness::Whole)
+            }
+            Err(Unproved::TrianglesMeet { .. } | Unproved::ShellFacing { .. }) => {
+                let shells = shells(closed.mesh());
+                for shell in shells {
+                    let shell = checked(shell)?;
+                    prove_simple(&shell)?;
+                    let front = if shell.signed_volume() < 0.0 { -1 } else { 0 };
+                    self.push(solid, shell.into_mesh(), false, front);
+                }
+                Ok(Wholeness::Shells)
+            }
+            Err(why) => Err(why),
+        }
+    }
+
+    fn push(&mut self, solid: usize, mesh: TriangleMesh, turn: bool, front: i32) {
+        let (point, face) = (self.points.len() as u32, self.faces.len() as u32);
+        let extent = Extent::of(mesh.bounds().into_iter().flat_map(|bounds| [bounds.min, bounds.max]));
+        self.points.extend(mesh.positions);
+        self.faces.extend(mesh.triangles.iter().map(|&[a, b, c]| {
+            let [b, c] = if turn { [c, b] } else { [b, c] };
+            [a, b, c].map(|index| index + point)
+        }));
+        let (points, faces) = (point..self.points.len() as u32, face..self.faces.len() as u32);
+        self.bodies.push(Body { solid, faces, points, extent, front });
+    }
+
+    /// Returns the corners of a face.
+    #[inline]
+    pub fn corners(&self, face: u32) -> [DVec3; 3] {
+        self.faces[face as usize].map(|index| self.points[index as usize])
+    }
+
+    /// Returns the body of a face.
+    pub fn body_of_face(&self, face: u32) -> u32 {
+        self.bodies.partition_point(|body| body.faces.end <= face) as u32
+    }
+}
+
+/// Returns a mesh on the lattice, with one position per point and no face with a repeated corner, and a bound on the
+/// volume between the two.
+fn rounded(mesh: &TriangleMesh, lattice: &Lattice) -> (TriangleMesh, f64) {
+    let TriangleMesh { positions, triangles } = mesh;
+    let points: Vec<DVec3> = positions.par_iter().map(|&position| lattice.round(position)).collect();
+    let moved: Vec<f32> = (positions, &points)
+        .into_par_iter()
+        .map(|(&position, &point)| {
+            let moved = (position / lattice.step - (point + lattice.origin)).length();
+            if moved == 0.0 { 0.0 } else { (moved as f32).next_up() }
+        })
+        .collect();
+    // While its corners move, a triangle sweeps at most its greatest area times its greatest displacement.
+    let displaced = match moved.par_iter().any(|&moved| moved > 0.0) {
+        true => {
+            triangles.par_chunks(4096).map(|chunk| swept(chunk, &points, &moved)).collect::<Vec<f64>>().iter().sum()
+        }
+        false => 0.0,
+    };
+    let mut mesh = TriangleMesh { positions: points, triangles: triangles.clone() };
+    mesh.weld();
+    mesh.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
+    (mesh, displaced)
+}
+
+fn swept(triangles: &[[u32; 3]], points: &[DVec3], moved: &[f32]) -> f64 {
+    let of = |triangle: &[u32; 3]| {
+        let farthest = triangle.iter().fold(0.0, |most: f32, &index| most.max(moved[index as usize]));
+        let [a, b, c] = triangle.map(|index| points[index as usize]);
+        let (u, v) = (b - a, c - a);
+        let slack = 1.0 + u.length() + v.length();
+        f64::from(farthest) * (0.5 * u.cross(v).length() + 2.0 * slack)
+    };
+    triangles.iter().map(of).sum()
+}
+
+fn checked(mesh: TriangleMesh) -> Result<ClosedMesh, Unproved> {
+    ClosedMesh::check(mesh).map_err(|_| Unproved::NoVolume)
+}
+
+/// Returns the closed parts of a mesh. Where more than two faces share a side, those that follow one another in the order of the
+/// mesh are taken to belong together, as in a file that lists its shells one by one.
+fn shells(mesh: &TriangleMesh) -> Vec<TriangleMesh> {
+    let mut sides: Vec<(u32, u32, u32, bool)> = (0..mesh.triangles.len() as u32)
+        .into_par_iter()
+        .flat_map_iter(|face| {
+            let [a, b, c] = mesh.triangles[face as usize];
+            [(a, b), (b, c), (c, a)].map(|(u, v)| (u.min(v), u.max(v), face, u < v))
+        })
+        .collect();
+    sides.par_sort_unstable();
+    let parts = UnionFind::new(mesh.triangles.len() as u32);
+    sides.par_chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).for_each(|uses| {
+        let mut unpaired: Vec<(u32, bool)> = Vec::new();
+        for &(_, _, face, is_upwards) in uses {
+            match unpaired.last() {
+                Some(&(other, direction)) if direction != is_upwards => {
+                    parts.join(face, other);
+                    unpaired.pop();
+                }
+                _ => unpaired.push((face, is_upwards)),
+            }
+        }
+    });
+    let mut order: Vec<(u32, u32)> =
+        parts.roots().into_iter().enumerate().map(|(face, root)| (root, face as u32)).collect();
+    order.par_sort_unstable();
+    order.chunk_by(|a, b| a.0 == b.0).map(|faces| part(mesh, faces.iter().map(|&(_, face)| face))).collect()
+}
+
+/// Returns some faces of a mesh, with the positions that they use.
+fn part(mesh: &TriangleMesh, faces: impl Iterator<Item = u32>) -> TriangleMesh {
+    let mut triangles: Vec<[u32; 3]> = faces.map(|face| mesh.triangles[face as usize]).collect();
+    let mut used = triangles.as_flattened().to_vec();
+    used.sort_unstable();
+    used.dedup();
+    for index in triangles.as_flattened_mut() {
+        *index = used.partition_point(|&other| other < *index) as u32;
+    }
+    TriangleMesh { positions: used.into_iter().map(|index| mesh.positions[index as usize]).collect(), triangles }
+}

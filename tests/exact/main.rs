@@ -1,0 +1,160 @@
+//! Exact volumes of the library against rational arithmetic that shares no code with it.
+//!
+//! Solids are unions, or overlapping shells, of convex pieces with small integer coordinates, so that coincident faces,
+//! shared edges, touching vertices, identical and nested pieces are common. The volume of the common part of any convex pieces is a
+//! divergence sum over their clipped faces, in rationals; inclusion–exclusion gives the volume of every cell of the
+//! arrangement, and the fill rule and the expression decide which cells count.
+
+mod convex;
+mod known;
+mod voxels;
+
+use convex::Piece;
+use glam::DVec3;
+use ldi_ops::boolean::{BooleanOperation, Expression};
+use ldi_ops::exact::mass_properties;
+use ldi_ops::mesh::{ClosedMesh, MassProperties, TriangleMesh};
+use ldi_ops::sampler::FillRule;
+use num_rational::BigRational;
+use num_traits::{ToPrimitive, Zero};
+use proptest::prelude::*;
+
+/// A convex piece of a solid: which one, and whether its faces look inwards.
+#[derive(Clone, Debug)]
+struct Shell {
+    solid: usize,
+    piece: Piece,
+    is_inverted: bool,
+}
+
+fn meshes(shells: &[Shell], solids: usize) -> Vec<ClosedMesh> {
+    let of_solid = |solid: usize| {
+        let mut mesh = TriangleMesh::default();
+        for shell in shells.iter().filter(|shell| shell.solid == solid) {
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(shell.piece.corners.iter().map(|c| DVec3::from_array(c.map(|x| x as f64))));
+            mesh.triangles.extend(shell.piece.faces.iter().map(|&[a, b, c]| {
+                let [b, c] = if shell.is_inverted { [c, b] } else { [b, c] };
+                [a, b, c].map(|i| i as u32 + first)
+            }));
+        }
+        ClosedMesh::check(mesh).unwrap()
+    };
+    (0..solids).map(of_solid).collect()
+}
+
+/// Returns the volume of an expression: of every set of pieces, the part that lies in these and in no others.
+fn rational_volume(shells: &[Shell], solids: usize, expression: &Expression, fill: FillRule) -> BigRational {
+    let sets = 1usize << shells.len();
+    let common: Vec<BigRational> = (0..sets)
+        .map(|set| {
+            let pieces: Vec<&Piece> =
+                shells.iter().enumerate().filter(|(i, _)| set >> i & 1 != 0).map(|(_, shell)| &shell.piece).collect();
+            if pieces.is_empty() { BigRational::zero() } else { convex::common_volume(&pieces) }
+        })
+        .collect();
+    let mut volume = BigRational::zero();
+    for set in 1..sets {
+        let mut windings = vec![0; solids];
+        for (i, shell) in shells.iter().enumerate().filter(|(i, _)| set >> i & 1 != 0) {
+            let _ = i;
+            windings[shell.solid] += if shell.is_inverted { -1 } else { 1 };
+        }
+        let is_inside = expression.holds(|solid| match fill {
+            FillRule::EvenOdd => windings[solid] % 2 != 0,
+            FillRule::NonZero => windings[solid] != 0,
+        });
+        if !is_inside {
+            continue;
+        }
+        for larger in (set..sets).filter(|larger| larger & set == set) {
+            match (larger ^ set).count_ones() % 2 {
+                0 => volume += &common[larger],
+                _ => volume -= &common[larger],
+            }
+        }
+    }
+    volume
+}
+
+fn exact(inputs: &[ClosedMesh], expression: &Expression, fill: FillRule) -> MassProperties {
+    let inputs: Vec<&ClosedMesh> = inputs.iter().collect();
+    mass_properties(&inputs, expression, fill).unwrap().mass
+}
+
+const OPERATIONS: [BooleanOperation; 4] =
+    [BooleanOperation::Intersection, BooleanOperation::Union, BooleanOperation::Difference, BooleanOperation::Xor];
+
+/// Checks all operations on the solids under both fill rules.
+fn check(shells: &[Shell], solids: usize) {
+    let inputs = meshes(shells, solids);
+    let mut expressions = OPERATIONS.map(|operation| Expression::of_inputs(operation, solids)).to_vec();
+    if solids == 3 {
+        expressions.push(Expression::parse("a & (b | c) - (a ^ c)", &["a", "b", "c"]).unwrap());
+    }
+    for expression in &expressions {
+        for fill in [FillRule::EvenOdd, FillRule::NonZero] {
+            let found = exact(&inputs, expression, fill);
+            let expected = rational_volume(shells, solids, expression, fill).to_f64().unwrap();
+            let difference = (found.volume - expected).abs();
+            assert!(
+                difference <= found.volume_rounding && found.volume_rounding < 1e-10,
+                "{expression:?} {fill:?}: {} instead of {expected}, with a bound of {} for {shells:?}",
+                found.volume,
+                found.volume_rounding,
+            );
+        }
+    }
+}
+
+/// Random convex pieces, often aligned with one another.
+fn piece() -> impl Strategy<Value = Piece> {
+    let corner = || [0i64..5, 0i64..5, 0i64..5];
+    let cuboid = (corner(), [1i64..4, 1i64..4, 1i64..4]).prop_map(|(low, size)| Piece::cuboid(low, size));
+    let tetrahedron = [corner(), corner(), corner(), corner()].prop_filter_map("flat", Piece::tetrahedron);
+    prop_oneof![cuboid, tetrahedron]
+}
+
+fn shells(solids: usize, count: impl Into<proptest::collection::SizeRange>) -> impl Strategy<Value = Vec<Shell>> {
+    let shell = (0..solids, piece(), prop::bool::weighted(0.15));
+    let shell = shell.prop_map(|(solid, piece, is_inverted)| Shell { solid, piece, is_inverted });
+    prop::collection::vec(shell, count)
+}
+
+fn cases(count: u32) -> ProptestConfig {
+    ProptestConfig { cases: count, max_shrink_iters: 200, ..ProptestConfig::default() }
+}
+
+proptest! {
+    #![proptest_config(cases(1500))]
+
+    #[test]
+    fn two_convex_solids_have_their_rational_volume(a in piece(), b in piece()) {
+        let shell = |solid, piece| Shell { solid, piece, is_inverted: false };
+        check(&[shell(0, a), shell(1, b)], 2);
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(400))]
+
+    #[test]
+    fn three_convex_solids_have_their_rational_volume(a in piece(), b in piece(), c in piece()) {
+        let shell = |solid, piece| Shell { solid, piece, is_inverted: false };
+        check(&[shell(0, a), shell(1, b), shell(2, c)], 3);
+    }
+
+    #[test]
+    fn overlapping_shells_have_their_rational_volume(shells in shells(1, 2..5)) {
+        check(&shells, 1);
+    }
+
+    #[test]
+    fn solids_of_overlapping_shells_have_their_rational_volume(first in piece(), second in piece(), more in shells(2, 1..4)) {
+        let mut shells = more;
+        for (solid, piece) in [first, second].into_iter().enumerate() {
+            shells.push(Shell { solid, piece, is_inverted: false });
+        }
+        check(&shells, 2);
+    }
+}
