@@ -1,5 +1,7 @@
 //! A solid with the hierarchy of its triangles, and questions about one point.
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
@@ -15,12 +17,14 @@ pub struct Body<'m> {
     mesh: &'m TriangleMesh,
     fill: FillRule,
     pub(super) tree: BoxTree,
+    /// A point of each connected part of the surface, found when it is first asked for.
+    shells: OnceLock<Vec<DVec3>>,
 }
 
 impl<'m> Body<'m> {
     /// Builds the hierarchy of a closed mesh.
     pub fn new(mesh: &'m TriangleMesh, fill: FillRule) -> Body<'m> {
-        Body { mesh, fill, tree: BoxTree::of_mesh(mesh) }
+        Body { mesh, fill, tree: BoxTree::of_mesh(mesh), shells: OnceLock::new() }
     }
 
     pub(super) fn mesh(&self) -> &'m TriangleMesh {
@@ -55,7 +59,7 @@ impl<'m> Body<'m> {
         }
     }
 
-    /// Returns the point of the surface nearest to a point, and its distance, if it is below a limit.
+    /// Returns the distance of the surface from a point, if it is below a limit.
     pub(super) fn nearest_to(&self, point: DVec3, limit: f64) -> Option<f64> {
         let mut best = limit * limit;
         let mut is_found = false;
@@ -82,8 +86,12 @@ impl<'m> Body<'m> {
         is_found.then(|| best.sqrt())
     }
 
-    /// Returns a point of each connected part of the surface.
-    pub fn points_of_shells(&self) -> Vec<DVec3> {
+    /// Returns a point of each part of the surface that is connected by the numbers of corners.
+    pub fn points_of_shells(&self) -> &[DVec3] {
+        self.shells.get_or_init(|| self.find_shells())
+    }
+
+    fn find_shells(&self) -> Vec<DVec3> {
         let sets = UnionFind::new(self.mesh.positions.len() as u32);
         for [a, b, c] in &self.mesh.triangles {
             sets.join(*a, *b);

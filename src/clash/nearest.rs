@@ -1,8 +1,8 @@
 //! The distance of two bodies' surfaces.
 
 use super::body::Body;
-use super::tree::{Node, opened};
-use super::triangles::{Nearest, ROUGH_ERROR, crossings, distance, do_meet, rough_distance};
+use super::tree::{Box32, Node, opened};
+use super::triangles::{Corners, Nearest, ROUGH_ERROR, crossings, distance, do_meet, rough_distance};
 use crate::cancel::checkpoint;
 
 /// Number of pairs of nodes between two checkpoints.
@@ -60,10 +60,10 @@ impl Search<'_, '_> {
         let (items_a, items_b) = (a.tree.items(node_a).unwrap_or_default(), b.tree.items(node_b).unwrap_or_default());
         for &i in items_a {
             let of_a = a.corners(i);
-            let around_a = super::tree::Box32::around(of_a);
+            let around_a = Box32::around(of_a);
             for &j in items_b {
                 let of_b = b.corners(j);
-                let gap = around_a.squared_distance(&super::tree::Box32::around(of_b));
+                let gap = around_a.squared_distance(&Box32::around(of_b));
                 if gap >= self.squared() {
                     continue;
                 }
@@ -73,7 +73,7 @@ impl Search<'_, '_> {
                     self.nearest = Nearest { distance: 0.0, points: [point; 2] };
                     return;
                 }
-                let longest = |[a, b, c]: [glam::DVec3; 3]| a.distance(b).max(b.distance(c)).max(c.distance(a));
+                let longest = |[a, b, c]: Corners| a.distance(b).max(b.distance(c)).max(c.distance(a));
                 let error = ROUGH_ERROR * longest(of_a).max(longest(of_b));
                 if rough_distance(&of_a, &of_b) - error < self.nearest.distance {
                     let found = distance(&of_a, &of_b);

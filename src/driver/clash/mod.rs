@@ -211,7 +211,7 @@ pub fn clash_files(job: &ClashJob, start: Instant, progress: &Monitor) -> Result
 /// Compares parts.
 ///
 /// # Errors
-/// Fewer than two parts, lengths in a unit that the parts do not have, and parts that would not fit into memory.
+/// Fewer than two parts, open meshes, lengths in a unit that the parts do not have, and parts that would not fit into memory.
 pub fn compare_parts(parts: Vec<Part>, settings: &Settings, progress: &Monitor) -> Result<Clashes, Error> {
     if parts.len() < 2 {
         let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
@@ -219,6 +219,9 @@ pub fn compare_parts(parts: Vec<Part>, settings: &Settings, progress: &Monitor) 
             "{}: one part alone clashes with nothing; name two files, a folder or an assembly of several parts",
             names.join(", ")
         )));
+    }
+    if let Some(open) = parts.iter().find(|part| !part.solid.is_closed()) {
+        return Err(Error::input(format!("{}: the mesh is not closed, so it bounds no solid", open.name)));
     }
     let unit = parts[0].solid.unit;
     let in_unit = |length: Option<Length>, what| length.map(|length| length.in_unit(unit, what)).transpose();

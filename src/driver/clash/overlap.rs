@@ -6,7 +6,8 @@ use crate::driver::backend::Backends;
 use crate::driver::input::Solid;
 use crate::driver::job::{Backend, Boolean, Keep, MeasureJob, Measurement, Openness, Spacing, Wording};
 use crate::driver::measure::measure;
-use crate::grid::{Axis, RAYS_MAX};
+use crate::driver::measured::Method;
+use crate::grid::Axis;
 use crate::length::Length;
 use crate::mesh::Aabb;
 use crate::progress::Monitor;
@@ -31,17 +32,21 @@ pub struct Overlap {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "report", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
 pub enum OverlapMethod {
+    /// From the triangles; the range is the rounding.
+    Exact,
     /// From images; the range is an estimate.
     Estimate,
 }
 
-/// The largest number of rays along the longest side of both parts: the lattice must hold both.
-const LONGEST: f64 = 0.5 * RAYS_MAX as f64;
+/// Largest number of rays along the longest side of both parts, for each ray along that of the box that they share: an image
+/// has an entry for each of its rays, also where it is empty.
+const RAYS_OF_BOTH: f64 = 4.0;
 
 /// Voxels along a ray, which exact images do not have.
 const LOD: u32 = 1024;
 
-/// Returns the volume that two parts share, sampled by `resolution` rays along the longest side of the box `common` around it.
+/// Returns the volume that two parts share. Where it is sampled, it is by `resolution` rays along the longest side of the box
+/// `common` around it, or by fewer where both parts are more than four times as long.
 ///
 /// # Errors
 /// Parts that no lattice holds.
@@ -54,7 +59,8 @@ pub fn overlap(
 ) -> Result<(Overlap, Vec<Warning>), Error> {
     let solids: Vec<Solid> = parts.into_iter().cloned().collect();
     let longest = raster::common_box(&solids).extent().max_element();
-    let pitch = (common.extent().max_element() / f64::from(resolution)).max(longest / LONGEST);
+    let rays = f64::from(resolution);
+    let pitch = (common.extent().max_element() / rays).max(longest / (RAYS_OF_BOTH * rays));
     let operation = BooleanOperation::Intersection;
     let boolean = Boolean { expression: Expression::of_inputs(operation, 2), wording: Wording::Operation(operation) };
     let job = MeasureJob {
@@ -73,9 +79,13 @@ pub fn overlap(
         keep: Keep::Sums,
     };
     let measured = measure(&job, solids, &Backends::open(&job.backend)?, &Monitor::new(None))?;
+    let method = match measured.volume.method {
+        Method::Exact => OverlapMethod::Exact,
+        Method::Estimate(_) => OverlapMethod::Estimate,
+    };
     let most = common.extent().element_product();
     let value = measured.volume.value.min(most);
     let (lower, upper) = ((value - measured.volume.error).max(0.0), (value + measured.volume.error).min(most));
     let warnings = measured.warnings.into_iter().filter(|warning| warning.code == "fill-rules-differ").collect();
-    Ok((Overlap { value, lower, upper, method: OverlapMethod::Estimate }, warnings))
+    Ok((Overlap { value, lower, upper, method }, warnings))
 }

@@ -138,6 +138,10 @@ fn parts_of(source: &Source, name: &str, requirements: InputRequirements) -> Res
     let map = map.transpose().map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
     let part = |NamedMesh { name: own, mut mesh }| {
         let name = own.map_or_else(|| name.to_owned(), |own| format!("{name}/{own}"));
+        // Shells are found by the numbers of corners, and a file of loose triangles repeats each corner six times.
+        if mesh.positions.len() > mesh.triangles.len() {
+            mesh.weld();
+        }
         if let Some(map) = &map {
             mesh.transform(map);
         }

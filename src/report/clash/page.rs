@@ -214,9 +214,9 @@ fn picture<'c>(clashes: &'c Clashes, pictured: &Pictured, length: &Unit, volume:
     let Pictured { pair, pictures } = pictured;
     let finding = match pair.relation {
         Relation::Overlapping(common) => format!(
-            "They share {}, at most {} deep at ({}).",
+            "They share {}; the largest ball that was found in it, {} wide, lies at ({}).",
             words::with_unit(common.volume.value, volume),
-            words::with_unit(common.depth_bound, length),
+            words::with_unit(common.depth, length),
             place(pair)
         ),
         Relation::Touching { .. } => format!("They touch at ({}).", place(pair)),

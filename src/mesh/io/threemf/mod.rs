@@ -628,13 +628,14 @@ impl<'a> Walk<'a> {
 #[cfg(test)]
 pub(super) mod tests {
     use std::io::Write;
+    use std::path::Path;
 
     use zip::ZipWriter;
     use zip::write::SimpleFileOptions;
 
     use super::*;
-    use crate::mesh::io::Format;
     use crate::mesh::io::tests::{error, parsed, points};
+    use crate::mesh::io::{Format, parse_parts};
 
     const FORMAT: Format = Format::ThreeMf;
     const ROOT: &str = "3D/root.model";
@@ -702,6 +703,26 @@ pub(super) mod tests {
         assert_eq!(file.mesh.positions[7], DVec3::new(-1.0, 0.0, 0.0));
         assert_eq!(file.mesh.triangles, [[0, 1, 2], [3, 4, 5], [6, 8, 7]]);
         assert_eq!(file.notes, [ReadNote::ObjectsMerged { count: 3 }]);
+    }
+
+    #[test]
+    fn instances_are_read_apart_by_their_names() {
+        let named = TRIANGLE.replace("id=\"1\"", "id=\"1\" name=\"a &amp; b\"");
+        let other = TRIANGLE.replace("id=\"1\"", "id=\"2\"");
+        let objects = format!(
+            r#"{named}{other}<object id="3"><components><component objectid="1" transform="1 0 0 0 1 0 0 0 1 0 0 5"/>
+            <component objectid="2"/></components></object>"#
+        );
+        let items = r#"<item objectid="3"/><item objectid="1" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/>"#;
+        let bytes = single("unit=\"inch\"", &objects, items);
+        let file = parse_parts(&bytes, FORMAT, Path::new("sample.3mf")).unwrap();
+        let names: Vec<&str> = file.meshes.iter().map(|part| part.name.as_deref().unwrap()).collect();
+        assert_eq!(names, ["a & b", "object 2", "a & b"]);
+        let corner = |part: usize| file.meshes[part].mesh.positions[1];
+        let corners = [0, 1, 2].map(corner);
+        assert_eq!(corners, [DVec3::new(1.0, 0.0, 5.0), DVec3::new(1.0, 0.0, 0.0), DVec3::new(-1.0, 0.0, 0.0)]);
+        assert_eq!(file.meshes[2].mesh.triangles, [[0, 2, 1]]);
+        assert_eq!((file.unit, file.notes), (Some(LengthUnit::Inch), vec![]));
     }
 
     #[test]
