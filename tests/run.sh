@@ -119,6 +119,7 @@ run_python() {
 run_reference() {
   run_python && .venv/bin/python tests/reference/live_manifold.py && .venv/bin/python tests/reference/live_sums.py &&
     build_program && .venv/bin/python tests/reference/offsets.py --program "$program" &&
+    .venv/bin/python tests/reference/clashes.py --program "$program" &&
     .venv/bin/python tests/reference/estimates.py --program "$program" --cases 200
 }
 # Pages of reports in a browser: one solid, several, two beside each other. The limits are kept, so that all exit with 0.
@@ -173,6 +174,7 @@ run_self-test() {
     .venv/bin/python tests/reference/live_numpy.py --self-test &&
     build_program && .venv/bin/python tests/reference/reread.py --program "$program" --self-test &&
     .venv/bin/python tests/reference/offsets.py --program "$program" --self-test &&
+    .venv/bin/python tests/reference/clashes.py --program "$program" --parts 40 --self-test &&
     .venv/bin/python tests/reference/estimates.py --program "$program" --cases 60 --self-test &&
     .venv/bin/python tests/reference/outputs.py --program "$program" --self-test &&
     .venv/bin/python tests/reference/sum_outputs.py --program "$program" --self-test &&
