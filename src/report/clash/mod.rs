@@ -26,7 +26,7 @@ const PICTURES: usize = 12;
 /// The names of the files.
 const FILES: [&str; 3] = ["clash.html", "clash.json", "clash.csv"];
 
-/// Returns the files that [`write`] writes.
+/// Returns the files that [`write()`] writes.
 pub fn files(folder: &Path) -> Vec<PathBuf> {
     FILES.map(|name| folder.join(name)).to_vec()
 }

@@ -682,7 +682,7 @@ fn base64_decode(text: &[u8]) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::io::Format;
+    use crate::mesh::io::parse_parts;
     use crate::mesh::io::tests::{error, parsed, points};
 
     const FORMAT: Format = Format::Gltf;
@@ -744,6 +744,19 @@ mod tests {
 
     const INDEXED: &str = r#"{"attributes":{"POSITION":0},"indices":1}"#;
     const ONE: &str = r#""nodes":[{"mesh":0}]"#;
+
+    #[test]
+    fn nodes_are_read_apart_by_their_names() {
+        let nodes = r#""nodes":[{"name":"left","mesh":0,"translation":[0,0,5]},{"mesh":0}]"#;
+        let file = parse_parts(&embedded(nodes, INDEXED), FORMAT, Path::new("sample.gltf")).unwrap();
+        let names: Vec<&str> = file.meshes.iter().map(|part| part.name.as_deref().unwrap()).collect();
+        assert_eq!(names, ["left", "node 1"]);
+        assert_eq!(
+            [0, 1].map(|part| file.meshes[part].mesh.positions[1]),
+            [[1., 0., 5.], [1., 0., 0.]].map(DVec3::from)
+        );
+        assert_eq!((file.unit, file.notes), (Some(LengthUnit::Metre), vec![]));
+    }
 
     #[test]
     fn shared_buffers_do_not_multiply_without_limit() {
