@@ -79,6 +79,7 @@ mod bits;
 pub mod boolean;
 mod cancel;
 mod cell;
+mod clash;
 mod closest;
 pub mod driver;
 mod error;

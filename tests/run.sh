@@ -119,6 +119,7 @@ run_python() {
 run_reference() {
   run_python && .venv/bin/python tests/reference/live_manifold.py && .venv/bin/python tests/reference/live_sums.py &&
     build_program && .venv/bin/python tests/reference/offsets.py --program "$program" &&
+    .venv/bin/python tests/reference/clashes.py --program "$program" &&
     .venv/bin/python tests/reference/estimates.py --program "$program" --cases 200
 }
 # Pages of reports in a browser: one solid, several, two beside each other. The limits are kept, so that all exit with 0.
@@ -128,7 +129,7 @@ run_browser() {
   pages=$(mktemp -d)
   make_pages "$pages" &&
     node tests/browser/check.mjs report="$pages/one/report.html" report="$pages/roi/report.html" report="$pages/hull/report.html" \
-      summary="$pages/many/index.html" comparison="$pages/two/compare.html"
+      summary="$pages/many/index.html" comparison="$pages/two/compare.html" clash="$pages/clash/clash.html"
   local status=$?
   rm -r "$pages"
   return "$status"
@@ -140,7 +141,15 @@ make_pages() {
     "${report[@]}" "$models/gyroid_sheet.stl" --roi "$models/bone.stl" -o "$1/roi" >/dev/null &&
     "${report[@]}" "$models/bone.stl" --roi hull -o "$1/hull" >/dev/null &&
     "${report[@]}" "$models/bcc_lattice.stl" "$models/sphere.stl" "$models/primitive_sheet.stl" -o "$1/many" >/dev/null &&
-    "${report[@]}" "$models/cubic_lattice.stl" --compare "$models/bcc_lattice.stl" -o "$1/two" >/dev/null
+    "${report[@]}" "$models/cubic_lattice.stl" --compare "$models/bcc_lattice.stl" -o "$1/two" >/dev/null &&
+    make_clash_page "$1/clash"
+}
+# A page with findings, so that its command exits with 1.
+make_clash_page() {
+  local models=data/models status=0
+  "$program" clash "$models/gyroid_sheet.stl" "$models/bone.stl" "$models/sphere.stl" "$models/bcc_lattice.stl" \
+    --unit mm --clearance 1mm --quiet -o "$1" >/dev/null || status=$?
+  [ "$status" -eq 1 ]
 }
 # Files that are written, read by others; and the commands of README.md and docs/.
 run_files() {
@@ -165,6 +174,7 @@ run_self-test() {
     .venv/bin/python tests/reference/live_numpy.py --self-test &&
     build_program && .venv/bin/python tests/reference/reread.py --program "$program" --self-test &&
     .venv/bin/python tests/reference/offsets.py --program "$program" --self-test &&
+    .venv/bin/python tests/reference/clashes.py --program "$program" --parts 40 --self-test &&
     .venv/bin/python tests/reference/estimates.py --program "$program" --cases 60 --self-test &&
     .venv/bin/python tests/reference/outputs.py --program "$program" --self-test &&
     .venv/bin/python tests/reference/sum_outputs.py --program "$program" --self-test &&

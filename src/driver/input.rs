@@ -242,7 +242,7 @@ fn bring_to_one_unit(solids: &mut [Solid], requirements: InputRequirements) -> R
             Some(unit) => format!("in{}, as in the other file", unit::suffix(Some(unit), 1)),
             None => "in file units".to_owned(),
         };
-        let message = format!("{}: no unit is stated: lengths are {assumed} (set --unit)", unitless.join(", "));
+        let message = format!("{}: no unit is stated: lengths are {assumed} (set --unit)", list(&unitless));
         warnings.push(Warning::new("unit-assumed", message));
     }
     if let Some(common) = common {
@@ -259,6 +259,17 @@ fn bring_to_one_unit(solids: &mut [Solid], requirements: InputRequirements) -> R
         }
     }
     Ok(warnings)
+}
+
+/// Most names that a warning lists.
+const LISTED: usize = 6;
+
+/// Returns names as text, the first of them where there are many.
+fn list(names: &[String]) -> String {
+    match names.len() {
+        count if count > LISTED => format!("{} and {} others", names[..3].join(", "), count - 3),
+        _ => names.join(", "),
+    }
 }
 
 /// Reads, places and checks one input.

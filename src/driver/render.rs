@@ -239,7 +239,7 @@ fn unit_vector(axis: Axis) -> DVec3 {
 }
 
 /// Returns the view onto a plane across an axis: x to the right if possible, and z upwards.
-fn across(axis: Axis) -> View {
+pub(crate) fn across(axis: Axis) -> View {
     match axis {
         Axis::X | Axis::Z => View::From(axis),
         Axis::Y => View::FromBelow(axis),
@@ -460,7 +460,7 @@ fn hull(a: ViewBox, b: ViewBox) -> ViewBox {
 }
 
 /// Returns the rays of the picture, as a box on the lattice.
-fn window(camera: &Camera) -> LatticeBox {
+pub(crate) fn window(camera: &Camera) -> LatticeBox {
     let ([low, high], grid) = (camera.window(), camera.grid());
     let steps = |rays: u32| (rays << grid.shift()) as i32;
     LatticeBox {

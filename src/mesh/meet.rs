@@ -89,11 +89,12 @@ fn side(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
 }
 
 /// Returns the sides of a plane on which the corners of a triangle lie.
-fn sides(plane: [DVec3; 3], of: [DVec3; 3]) -> [f64; 3] {
+pub(crate) fn sides(plane: [DVec3; 3], of: [DVec3; 3]) -> [f64; 3] {
     of.map(|point| side(plane[0], plane[1], plane[2], point))
 }
 
-fn apart_meet(a: [DVec3; 3], b: [DVec3; 3]) -> bool {
+/// Returns whether triangles that share no corner by its number meet; the first is not degenerate.
+pub(crate) fn apart_meet(a: [DVec3; 3], b: [DVec3; 3]) -> bool {
     let b_of_a = sides(a, b);
     if one_sided(&b_of_a) {
         return false;
@@ -117,7 +118,7 @@ fn one_sided(sides: &[f64]) -> bool {
 
 /// Returns whether a segment meets a triangle, given the sides of the triangle's plane on which its ends lie; false for
 /// a segment in the plane.
-fn crosses(p: DVec3, q: DVec3, of_p: f64, of_q: f64, [a, b, c]: [DVec3; 3]) -> bool {
+pub(crate) fn crosses(p: DVec3, q: DVec3, of_p: f64, of_q: f64, [a, b, c]: [DVec3; 3]) -> bool {
     if one_sided(&[of_p, of_q]) || (of_p == 0.0 && of_q == 0.0) {
         return false;
     }

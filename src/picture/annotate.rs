@@ -120,6 +120,17 @@ impl<'c> Annotator<'c> {
         }
     }
 
+    /// Draws a ring about a point given in pixels.
+    pub fn ring(&mut self, [x, y]: [f64; 2], radius: f64) {
+        const CORNERS: usize = 32;
+        let ink = self.canvas.background().ink();
+        let corner = |i: usize| {
+            let (sin, cos) = (std::f64::consts::TAU * i as f64 / CORNERS as f64).sin_cos();
+            [x + radius * cos, y + radius * sin]
+        };
+        (0..CORNERS).for_each(|i| self.canvas.stroke(corner(i), corner(i + 1), 1.6, ink, 0.9));
+    }
+
     /// Draws a faint closed line through corners given in pixels.
     pub fn outline(&mut self, corners: &[[f64; 2]]) {
         let ink = self.canvas.background().ink();

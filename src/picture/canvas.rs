@@ -101,6 +101,14 @@ impl Canvas {
         &self.pixels
     }
 
+    /// Blends a picture of the same size over this one, as transparent as `1 − share`.
+    pub fn lay_over(&mut self, top: &Canvas, share: f32) {
+        for (pixel, above) in self.pixels.iter_mut().zip(&top.pixels) {
+            let rest = 1.0 - share * above[3];
+            *pixel = [0, 1, 2, 3].map(|i| share * above[i] + rest * pixel[i]);
+        }
+    }
+
     /// Returns the rows, which can be filled in parallel.
     pub(super) fn rows_mut(&mut self) -> std::slice::ChunksMut<'_, [f32; 4]> {
         self.pixels.chunks_mut(self.width as usize)

@@ -18,6 +18,11 @@ pub fn cut() -> Colour {
     Colour::srgb(0xb5533c)
 }
 
+/// Returns the colour of the region that two clashing parts share.
+pub fn clash() -> Colour {
+    Colour::srgb(0xb3261e)
+}
+
 /// Returns the colour of the result of several solids in a slice: dark, so that its lightness differs from all tints.
 pub fn result() -> Colour {
     Colour::srgb(0x3b4a63)

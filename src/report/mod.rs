@@ -2,9 +2,10 @@
 //!
 //! `measure` (images, fields, metrics, named by [`id`]) → [`scaffold_report`] (all data, in world units) → `limits`, `write`
 //! (metrics.json, metrics.csv, methods.txt) and `page` (report.html). No step after the report computes, and no step before it
-//! formats. [`Report`] is the facade, [`files`] runs several solids.
+//! formats. [`Report`] is the facade, [`files`] runs several solids. [`clash`] has the page and the tables of clashes.
 
 mod build;
+pub mod clash;
 pub mod files;
 #[cfg(test)]
 mod fixture;

@@ -12,6 +12,7 @@ export const SECTIONS = {
   ],
   summary: ["solids"],
   comparison: ["designs", "metrics", "pictures", "curves"],
+  clash: ["verdict", "matrix", "list", "pictures"],
 };
 
 const SCHEMES = ["light", "dark"];
@@ -53,7 +54,7 @@ export async function findings(browser, { kind, url, name, folder }) {
   await withPage(browser, url, { viewport: { width: 1280, height: HEIGHT } }, async (page) => {
     note("structure", await page.evaluate(structure));
     note("numbers", await page.evaluate(oddNumbers));
-    if (kind === "summary") note("sorting", await sorting(page));
+    if (["summary", "clash"].includes(kind)) note("sorting", await sorting(page));
   });
   note("without scripts", await withoutScripts(browser, url, SECTIONS[kind]));
   note("print", await printed(browser, url, folder && join(folder, `${name}.pdf`)));

@@ -54,7 +54,7 @@ fn man_writes_a_page_of_each_command_with_its_examples() {
     assert_eq!(text, format!("written     {} pages in man1\n", names.len()));
     assert!(!names.iter().any(|name| name.contains("repair") || name.contains("help")), "{names:?}");
     let mut pages = vec![("ldi-ops.1".to_owned(), vec![])];
-    for command in COMMANDS.into_iter().chain(["report", "surface"]) {
+    for command in COMMANDS.into_iter().chain(["report", "surface", "clash"]) {
         pages.push((format!("ldi-ops-{command}.1"), vec![command]));
     }
     pages.push(("ldi-ops-generate-gyroid.1".to_owned(), vec!["generate", "gyroid"]));

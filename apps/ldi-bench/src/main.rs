@@ -4,6 +4,7 @@
 
 #![expect(clippy::print_stdout, reason = "tables on stdout, as each is done, are what this program is for")]
 
+mod clash;
 mod clock;
 mod fit;
 #[cfg(feature = "gpu")]
@@ -195,6 +196,21 @@ enum Benchmark {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// The whole process of `clash` on an assembly of bolts, plates and lattices
+    Clash {
+        /// The command line program, built for release
+        #[arg(long, value_name = "PATH")]
+        ldi_ops: PathBuf,
+        /// Number of parts
+        #[arg(long, default_value_t = 1000)]
+        parts: usize,
+        /// Runs; medians are printed
+        #[arg(long, default_value_t = 3)]
+        runs: usize,
+        /// Also write everything as JSON
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
     /// Long operations, each stopped by its listener at random moments: how long they go on
     Stop {
         /// Only these operations, by name, with commas between; a wrong name lists all
@@ -265,6 +281,9 @@ fn main() -> ExitCode {
         #[cfg(feature = "gpu")]
         Benchmark::Gpu { adapter, models, resolution, rounds, json } => {
             gpu::run(&gpu::Plan { adapter, models, resolution, rounds: rounds.max(1) }, json.as_deref())
+        }
+        Benchmark::Clash { ldi_ops, parts, runs, json } => {
+            clash::run(&clash::Plan { ldi_ops, parts: parts.max(2), runs: runs.max(1) }, json.as_deref())
         }
         Benchmark::Stop { only, rounds, json } => stop::run(&only, rounds.max(1), json.as_deref()),
         Benchmark::Metrics { arrays, balls, only, rounds, maps, threads } => {

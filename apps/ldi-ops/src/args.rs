@@ -1,5 +1,6 @@
 //! Arguments as they are typed. What they mean together is for [`crate::resolve`].
 
+mod clash;
 mod manual;
 mod memory;
 mod render;
@@ -18,6 +19,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand,
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
+pub use self::clash::{ClashArguments, ComparisonArguments, RuleArguments};
 pub use self::manual::{CompletionsArguments, ManArguments};
 pub use self::memory::MemorySize;
 pub use self::render::{BackgroundChoice, FacetChoice, PictureSize, RenderArguments, SliceAt};
@@ -61,6 +63,7 @@ Examples:
   ldi-ops report scaffold.stl --unit mm -o report          pores, walls, percolation, topology
   ldi-ops sample part.stl --axis z -o part.npz             the image, for numpy
   ldi-ops volume part.stl --backend gpu                    on the first GPU of `ldi-ops devices`
+  ldi-ops clash assembly.3mf --clearance 0.3mm -o clashes  overlaps and gaps of parts
   ldi-ops check part.stl                                   check that it is a solid
   ldi-ops generate gyroid --cells 4 -o gyroid.stl
   ldi-ops render scaffold.stl bone.stl -o picture.png      the common solid, in two colours
@@ -118,6 +121,8 @@ pub enum Command {
     Generate(GenerateArguments),
     /// Metrics of scaffolds and their pores: a page, tables, and a paragraph about the methods
     Report(ReportArguments),
+    /// Overlaps, contacts and clearances of parts and assemblies, with places; exit code 1 if a pair breaks a rule
+    Clash(ClashArguments),
     /// Picture of solids, or of a slice through them, as .png
     Render(RenderArguments),
     /// List the devices for sampling, and the choice of `--backend auto` with its reason

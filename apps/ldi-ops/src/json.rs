@@ -15,6 +15,7 @@ use ldi_ops::driver::render::Rendered;
 use ldi_ops::driver::surface::SurfaceReport;
 use ldi_ops::grid::Grid;
 use ldi_ops::mesh::check::{Defect, Severity};
+use ldi_ops::report::clash;
 use ldi_ops::report::files::Reported;
 use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::unit;
@@ -40,6 +41,7 @@ fn of(outcome: &Outcome) -> Value {
         Outcome::Devices(result) => devices(result),
         Outcome::Rendered(result) => rendered(result),
         Outcome::Reported(result) => reported(result),
+        Outcome::Compared(result) => json!(clash::record(&result.clashes)),
         Outcome::Text(text) => json!(text),
     }
 }

@@ -1,5 +1,7 @@
 //! Text output of results.
 
+mod clash;
+
 use std::fmt::Write;
 
 use glam::DVec3;
@@ -33,6 +35,7 @@ pub fn of(outcome: &Outcome, verbosity: Verbosity) -> String {
         Outcome::Devices(result) => devices(result),
         Outcome::Rendered(result) => rendered(result, verbosity),
         Outcome::Reported(result) => reported(result),
+        Outcome::Compared(result) => clash::of(result, verbosity),
         Outcome::Text(text) => text.clone(),
     }
 }

@@ -1,5 +1,6 @@
 //! Resolution of arguments into jobs; rejects every error that can be found without reading an input.
 
+mod clash;
 mod render;
 mod report;
 mod sum;
@@ -33,6 +34,7 @@ use crate::args::{
     PlacingArguments, SamplingArguments,
 };
 use crate::output;
+pub use clash::ClashCommand;
 
 /// A job and its settings of threads and verbosity.
 #[derive(Debug)]
@@ -63,6 +65,7 @@ pub enum Job {
     Devices(DevicesJob),
     Render(Command<RenderJob>),
     Sum(Command<SumJob>),
+    Clash(Box<ClashCommand>),
     Report(Box<ReportJob>, Report),
     Completions(Shell),
     /// The folder of the pages; `None` for the page of the program on stdout.
@@ -194,6 +197,7 @@ pub fn resolve(command: args::Command, words: &[OsString]) -> Result<Invocation,
             Ok(invocation(Job::Generate(GenerateJob { kind: a.kind, model, to: a.output, report }), &a.common))
         }
         Command::Render(a) => render::resolve(a),
+        Command::Clash(a) => clash::resolve(a),
         Command::Report(a) => report::resolve(a, words),
         Command::Minkowski(a) => sum::minkowski(a),
         Command::Offset(a) => sum::offset(a),

@@ -38,6 +38,7 @@ use crate::input;
 use error::Fault;
 pub use error::{FormatError, Place, Problem, ReadError, WriteError};
 pub use note::{ReadNote, WriteNote};
+use placement::Scene;
 pub use write::{Written, write, write_at};
 
 /// A mesh file format.
@@ -178,6 +179,26 @@ impl MeshFile {
     }
 }
 
+/// The contents of a mesh file, its instances apart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartsFile {
+    /// The instances that have triangles, at least one, in the coordinates of the file.
+    pub meshes: Vec<NamedMesh>,
+    /// The length of one unit of the coordinates, where the format or the file states it.
+    pub unit: Option<LengthUnit>,
+    /// Notes for the user about how the file was read.
+    pub notes: Vec<ReadNote>,
+}
+
+/// A mesh with the name that its file gives it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedMesh {
+    /// The name of the instance; `None` in formats that hold one mesh.
+    pub name: Option<String>,
+    /// The triangles. Every index is in range; nothing else is guaranteed.
+    pub mesh: TriangleMesh,
+}
+
 /// Reads a mesh file, by its extension.
 pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
     let format = Format::from_path(path)?;
@@ -284,11 +305,9 @@ pub fn parse(bytes: &[u8], format: Format, path: &Path) -> Result<MeshFile, Read
         #[cfg(feature = "off")]
         Format::Off => off::parse(bytes),
         #[cfg(feature = "gltf")]
-        Format::Gltf => gltf::parse_text(bytes, path),
-        #[cfg(feature = "gltf")]
-        Format::Glb => gltf::parse_binary(bytes, path),
+        Format::Gltf | Format::Glb => gltf::parse(bytes, format, path).and_then(Scene::merged),
         #[cfg(feature = "3mf")]
-        Format::ThreeMf => threemf::parse(bytes),
+        Format::ThreeMf => threemf::parse(bytes).and_then(Scene::merged),
         #[cfg(not(feature = "cpu"))]
         _ => return Err(format.not_built(path).into()),
     };
@@ -296,6 +315,26 @@ pub fn parse(bytes: &[u8], format: Format, path: &Path) -> Result<MeshFile, Read
     if file.mesh.triangles.is_empty() {
         let found = format!("the file has {} vertices and no faces", file.mesh.positions.len());
         return Err(ReadError::Empty { path: path.to_path_buf(), found });
+    }
+    Ok(file)
+}
+
+/// Parses the meshes of a file as [`parse`] does, but keeps the instances of glTF and 3MF apart: the nodes with a mesh,
+/// and the objects with triangles.
+pub fn parse_parts(bytes: &[u8], format: Format, path: &Path) -> Result<PartsFile, ReadError> {
+    let scene: Result<Scene, Fault> = match format {
+        #[cfg(feature = "gltf")]
+        Format::Gltf | Format::Glb if !bytes.is_empty() => gltf::parse(bytes, format, path),
+        #[cfg(feature = "3mf")]
+        Format::ThreeMf if !bytes.is_empty() => threemf::parse(bytes),
+        _ => {
+            let MeshFile { mesh, unit, notes } = parse(bytes, format, path)?;
+            return Ok(PartsFile { meshes: vec![NamedMesh { name: None, mesh }], unit, notes });
+        }
+    };
+    let file = scene.and_then(Scene::apart).map_err(|fault| fault.in_file(path))?;
+    if file.meshes.is_empty() {
+        return Err(ReadError::Empty { path: path.to_path_buf(), found: "no object has a face".to_owned() });
     }
     Ok(file)
 }

@@ -1,12 +1,14 @@
-//! Placement of parts: the instances of glTF nodes and of 3MF components as one mesh.
+//! Placement of parts: the instances of glTF nodes and of 3MF components, as one mesh or apart.
 
 use std::collections::TryReserveError;
 
 use glam::DAffine3;
 
 use super::error::{Fault, Place, Problem};
+use super::note::ReadNote;
+use super::{MeshFile, NamedMesh, PartsFile};
 use crate::allocation::try_vec_with_room;
-use crate::mesh::TriangleMesh;
+use crate::mesh::{LengthUnit, TriangleMesh};
 
 /// Largest number of parts that a file may place. Components may refer to one another, so that a few lines can describe
 /// more than any memory holds; this limit, [`COPIES_MAX`] and [`TRIANGLES_MAX`] prevent that.
@@ -25,10 +27,47 @@ pub(super) struct Placement {
     pub(super) part: usize,
     /// The map from the part's space to the file's.
     pub(super) world_from_part: DAffine3,
+    /// The name of the instance, or that of its part.
+    pub(super) name: String,
 }
 
-/// Merges all instances, in order, after checking that they fit. Vertices that no triangle uses are left out.
-pub(super) fn assemble(parts: &mut [TriangleMesh], placements: &[Placement]) -> Result<TriangleMesh, Fault> {
+/// The parts of a file, and their instances.
+pub(super) struct Scene {
+    pub(super) parts: Vec<TriangleMesh>,
+    pub(super) placements: Vec<Placement>,
+    pub(super) unit: LengthUnit,
+    /// Notes about the parts.
+    pub(super) notes: Vec<ReadNote>,
+}
+
+impl Scene {
+    /// Returns all instances as one mesh.
+    pub(super) fn merged(mut self) -> Result<MeshFile, Fault> {
+        let mesh = assemble(&mut self.parts, &self.placements)?;
+        if self.placements.len() > 1 {
+            self.notes.insert(0, ReadNote::ObjectsMerged { count: self.placements.len() });
+        }
+        Ok(MeshFile { mesh, unit: Some(self.unit), notes: self.notes })
+    }
+
+    /// Returns a mesh for each instance that has triangles.
+    pub(super) fn apart(mut self) -> Result<PartsFile, Fault> {
+        check_limits(&self.parts, &self.placements)?;
+        self.parts.iter_mut().for_each(drop_unused);
+        let mut meshes = Vec::new();
+        for Placement { part, world_from_part, name } in self.placements {
+            let mut mesh = TriangleMesh::default();
+            append(&mut mesh, &self.parts[part], world_from_part);
+            if !mesh.triangles.is_empty() {
+                meshes.push(NamedMesh { name: Some(name), mesh });
+            }
+        }
+        Ok(PartsFile { meshes, unit: Some(self.unit), notes: self.notes })
+    }
+}
+
+/// Checks that all instances fit; returns the number of their triangles.
+fn check_limits(parts: &[TriangleMesh], placements: &[Placement]) -> Result<u64, Fault> {
     let too_many = |what: &'static str, found, limit| {
         Err(Fault::Malformed(Place::File, Problem::TooMany { what: what.into(), found, limit }))
     };
@@ -45,6 +84,12 @@ pub(super) fn assemble(parts: &mut [TriangleMesh], placements: &[Placement]) -> 
     if triangles > TRIANGLES_MAX {
         return too_many("triangles in all instances", triangles, TRIANGLES_MAX);
     }
+    Ok(triangles)
+}
+
+/// Merges all instances, in order, after checking that they fit. Vertices that no triangle uses are left out.
+fn assemble(parts: &mut [TriangleMesh], placements: &[Placement]) -> Result<TriangleMesh, Fault> {
+    let triangles = check_limits(parts, placements)?;
     parts.iter_mut().for_each(drop_unused);
     // No part now has more than three positions to a triangle, so that 32 bits can number all of them.
     let positions: usize = placements.iter().map(|placement| parts[placement.part].positions.len()).sum();
@@ -107,7 +152,7 @@ mod tests {
     use super::*;
 
     fn placed(part: &TriangleMesh, times: usize) -> Result<TriangleMesh, Fault> {
-        let place = |_| Placement { part: 0, world_from_part: DAffine3::IDENTITY };
+        let place = |_| Placement { part: 0, world_from_part: DAffine3::IDENTITY, name: String::new() };
         assemble(&mut [part.clone()], &(0..times).map(place).collect::<Vec<_>>())
     }
 

@@ -19,18 +19,19 @@ use askama::Template;
 use super::scaffold_report::ScaffoldReport;
 
 /// The style of all pages.
-const STYLE: &str = include_str!("../templates/style.css");
+pub const STYLE: &str = include_str!("../templates/style.css");
 /// The script that makes tables sortable.
-const SORT: &str = include_str!("../templates/sort.js");
+pub const SORT: &str = include_str!("../templates/sort.js");
 /// The footer of all pages.
-const FOOT: &str = concat!("Made by ldi-ops ", env!("CARGO_PKG_VERSION"));
+pub const FOOT: &str = concat!("Made by ldi-ops ", env!("CARGO_PKG_VERSION"));
 
 /// Returns the report on one solid, as a self-contained page.
 pub fn html(report: &ScaffoldReport) -> String {
     report::html(report)
 }
 
-fn rendered(page: &impl Template) -> String {
+/// Returns the text of a page.
+pub fn rendered(page: &impl Template) -> String {
     page.render().expect("a template that compiles fails only where writing to memory does")
 }
 

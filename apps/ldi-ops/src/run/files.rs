@@ -7,6 +7,7 @@ use ldi_ops::Error;
 use ldi_ops::driver::job::Input;
 use ldi_ops::mesh::io;
 use ldi_ops::report::Roi;
+use ldi_ops::report::clash;
 use ldi_ops::report::files;
 
 use crate::output::{Identity, identity};
@@ -54,6 +55,10 @@ fn files_read(job: &Job) -> Vec<&Path> {
             let solids = job.solids.iter().chain(roi).chain(&job.compare);
             solids.map(|input| input.path.as_path()).chain(job.limits.as_deref()).collect()
         }
+        Job::Clash(command) => {
+            let inputs = command.job.inputs.iter().filter(|path| !path.is_dir());
+            inputs.chain(&command.job.assembly).map(PathBuf::as_path).collect()
+        }
         Job::Generate(_) | Job::Devices(_) | Job::Completions(_) | Job::Man(_) => Vec::new(),
     }
 }
@@ -74,6 +79,7 @@ fn files_written(job: &Job) -> Vec<(String, PathBuf)> {
         Job::Check(job) => (None, &job.report),
         Job::Devices(job) => (None, &job.report),
         Job::Report(_, report) => (None, report),
+        Job::Clash(command) => (None, &command.report),
         Job::Completions(_) | Job::Man(_) => (None, &Report::Text),
     };
     let mut files: Vec<(String, PathBuf)> = Vec::new();
@@ -81,6 +87,11 @@ fn files_written(job: &Job) -> Vec<(String, PathBuf)> {
         files.push((format!("--json {}", path.display()), path.clone()));
     }
     files.extend(output.map(|path| (format!("-o {}", path.display()), path.clone())));
+    if let Job::Clash(command) = job {
+        files.extend(command.csv.iter().map(|path| (format!("--csv {}", path.display()), path.clone())));
+        let of_clash = |path: PathBuf| (format!("{}, a file of the comparison,", path.display()), path);
+        files.extend(command.folder.iter().flat_map(|folder| clash::files(folder)).map(of_clash));
+    }
     if let Job::Report(job, _) = job {
         let of_report = |path: PathBuf| (format!("{}, a file of the report,", path.display()), path);
         files.extend(files::files(job).into_iter().map(of_report));

@@ -1,6 +1,7 @@
 //! Commands, one module per kind: each calls the library and reports the result.
 
 mod check;
+mod clash;
 mod convert;
 mod devices;
 mod files;
@@ -26,6 +27,7 @@ use crate::progress::{Progress, Steps};
 use crate::resolve::{Invocation, Job, Report};
 
 pub use check::Checked;
+pub use clash::Compared;
 pub use convert::Converted;
 pub use devices::Devices;
 pub use from_images::Surfaced;
@@ -50,6 +52,7 @@ pub enum Outcome {
     Devices(Devices),
     Rendered(Box<Rendered>),
     Reported(Reported),
+    Compared(Box<Compared>),
     /// Text that is the result itself.
     Text(String),
 }
@@ -110,6 +113,7 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Error> {
         Job::Devices(job) => devices::run(&job),
         Job::Render(job) => render::run(&job, start, &progress),
         Job::Sum(job) => sum::run(&job, start, &progress),
+        Job::Clash(job) => clash::run(&job, start, &progress),
         Job::Report(job, report) => report::run(&job, &report, &progress),
         Job::Completions(shell) => Ok(manual::completions(shell)),
         Job::Man(folder) => manual::man(folder.as_deref()),

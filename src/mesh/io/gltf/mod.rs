@@ -24,10 +24,10 @@ use gltf::json::validation::Checked;
 use gltf::json::{Index, Root};
 use serde::Deserialize;
 
-use super::MeshFile;
+use super::Format;
 use super::error::{Fault, Place, Problem};
 use super::note::ReadNote;
-use super::placement::{Placement, TRIANGLES_MAX, assemble, drop_unused};
+use super::placement::{Placement, Scene, TRIANGLES_MAX, drop_unused};
 use super::polygon::Strip;
 use super::text::{decode, quote, sentence};
 use crate::input;
@@ -47,14 +47,14 @@ const ZEROS_PER_VALUE: u64 = 16;
 /// Accessors and primitives may share their bytes, so that little data could describe any number of either.
 const SHARED_MAX: u64 = 1 << 21;
 
-pub(super) fn parse_text(bytes: &[u8], path: &Path) -> Result<MeshFile, Fault> {
-    if bytes.starts_with(b"glTF") {
+pub(super) fn parse(bytes: &[u8], format: Format, path: &Path) -> Result<Scene, Fault> {
+    if format == Format::Glb || bytes.starts_with(b"glTF") {
         return parse_binary(bytes, path);
     }
     parse_document(&decode(bytes), None, path)
 }
 
-pub(super) fn parse_binary(bytes: &[u8], path: &Path) -> Result<MeshFile, Fault> {
+fn parse_binary(bytes: &[u8], path: &Path) -> Result<Scene, Fault> {
     let Chunks { json, blob, end } = chunks(bytes)?;
     let mut file = parse_document(json, blob, path)?;
     if bytes.len() > end {
@@ -145,12 +145,12 @@ pub(super) fn side_files(bytes: &[u8], path: &Path) -> Vec<PathBuf> {
     uris.filter(|uri| !uri.starts_with(DATA)).map(|uri| beside(path, &file_name(&uri))).collect()
 }
 
-fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshFile, Fault> {
+fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<Scene, Fault> {
     let not_json = |error: serde_json::Error| {
         Fault::invalid(Place::Line(error.line()), format!("the glTF document is invalid: {}", sentence(&error)))
     };
     let root = Root::from_slice(json).map_err(not_json)?;
-    let Transforms { nodes: transforms } = serde_json::from_slice(json).map_err(not_json)?;
+    let NamesAndTransforms { nodes: transforms, meshes } = serde_json::from_slice(json).map_err(not_json)?;
     if let Some(name) = root.extensions_required.iter().find(|name| is_compression(name)) {
         return Err(Fault::Unsupported(Place::File, compressed(name)));
     }
@@ -163,7 +163,7 @@ fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshF
     let mut placements = Vec::with_capacity(placed.len());
     let (mut lines, mut deformed) = (0, 0);
     let mut triangles = 0;
-    for (mesh, world_from_part) in placed {
+    for (node, mesh, world_from_part) in placed {
         let part = match part_of_mesh.get(&mesh) {
             Some(&part) => part,
             None => {
@@ -175,13 +175,11 @@ fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshF
                 parts.len() - 1
             }
         };
-        placements.push(Placement { part, world_from_part });
+        let names = [transforms.get(node).map(|node| &node.name), meshes.get(mesh).map(|mesh| &mesh.name)];
+        let name = names.into_iter().flatten().flatten().find(|name| !name.is_empty()).cloned();
+        placements.push(Placement { part, world_from_part, name: name.unwrap_or_else(|| format!("node {node}")) });
     }
-    let mesh = assemble(&mut parts, &placements)?;
     let mut notes = Vec::new();
-    if placements.len() > 1 {
-        notes.push(ReadNote::ObjectsMerged { count: placements.len() });
-    }
     if lines > 0 {
         notes.push(ReadNote::PointsOrLinesIgnored { count: lines });
     }
@@ -189,7 +187,7 @@ fn parse_document(json: &[u8], blob: Option<&[u8]>, path: &Path) -> Result<MeshF
     if deformed > 0 {
         notes.push(ReadNote::DeformationIgnored { count: deformed });
     }
-    Ok(MeshFile { mesh, unit: Some(LengthUnit::Metre), notes })
+    Ok(Scene { parts, placements, unit: LengthUnit::Metre, notes })
 }
 
 fn is_compression(extension: &str) -> bool {
@@ -200,15 +198,23 @@ fn compressed(extension: &str) -> String {
     format!("the mesh is compressed with {extension}, which is not supported; write it without compression")
 }
 
-/// The transforms of the nodes of a document, in full precision.
+/// The transforms of the nodes of a document, in full precision, and the names of nodes and meshes.
 #[derive(Deserialize)]
-struct Transforms {
+struct NamesAndTransforms {
     #[serde(default)]
     nodes: Vec<NodeTransform>,
+    #[serde(default)]
+    meshes: Vec<MeshName>,
+}
+
+#[derive(Deserialize)]
+struct MeshName {
+    name: Option<String>,
 }
 
 #[derive(Deserialize)]
 struct NodeTransform {
+    name: Option<String>,
     matrix: Option<[f64; 16]>,
     translation: Option<[f64; 3]>,
     rotation: Option<[f64; 4]>,
@@ -229,8 +235,8 @@ impl NodeTransform {
     }
 }
 
-/// Returns each instance of a mesh in the scene, in depth-first order of the nodes.
-fn placements(root: &Root, transforms: &[NodeTransform]) -> Result<Vec<(usize, DAffine3)>, Fault> {
+/// Returns the node, the mesh and the place of each instance in the scene, in depth-first order of the nodes.
+fn placements(root: &Root, transforms: &[NodeTransform]) -> Result<Vec<(usize, usize, DAffine3)>, Fault> {
     let scene = match root.scene {
         Some(scene) => Some(get(&root.scenes, scene, "scene", || Place::File)?),
         None => root.scenes.first(),
@@ -260,7 +266,7 @@ fn placements(root: &Root, transforms: &[NodeTransform]) -> Result<Vec<(usize, D
         let world_from_node = world_from_parent * parent_from_node;
         if let Some(mesh) = node.mesh {
             get(&root.meshes, mesh, "mesh", || Place::element("node", index))?;
-            placed.push((mesh.value(), world_from_node));
+            placed.push((index, mesh.value(), world_from_node));
         }
         let children = node.children.iter().flatten().rev();
         stack.extend(children.map(|child| (child.value(), world_from_node)));
@@ -676,7 +682,7 @@ fn base64_decode(text: &[u8]) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::io::Format;
+    use crate::mesh::io::parse_parts;
     use crate::mesh::io::tests::{error, parsed, points};
 
     const FORMAT: Format = Format::Gltf;
@@ -738,6 +744,19 @@ mod tests {
 
     const INDEXED: &str = r#"{"attributes":{"POSITION":0},"indices":1}"#;
     const ONE: &str = r#""nodes":[{"mesh":0}]"#;
+
+    #[test]
+    fn nodes_are_read_apart_by_their_names() {
+        let nodes = r#""nodes":[{"name":"left","mesh":0,"translation":[0,0,5]},{"mesh":0}]"#;
+        let file = parse_parts(&embedded(nodes, INDEXED), FORMAT, Path::new("sample.gltf")).unwrap();
+        let names: Vec<&str> = file.meshes.iter().map(|part| part.name.as_deref().unwrap()).collect();
+        assert_eq!(names, ["left", "node 1"]);
+        assert_eq!(
+            [0, 1].map(|part| file.meshes[part].mesh.positions[1]),
+            [[1., 0., 5.], [1., 0., 0.]].map(DVec3::from)
+        );
+        assert_eq!((file.unit, file.notes), (Some(LengthUnit::Metre), vec![]));
+    }
 
     #[test]
     fn shared_buffers_do_not_multiply_without_limit() {

@@ -24,10 +24,9 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use zip::ZipArchive;
 
-use super::MeshFile;
 use super::error::{Fault, Place, Problem};
 use super::note::ReadNote;
-use super::placement::{PLACEMENTS_MAX, Placement, assemble};
+use super::placement::{PLACEMENTS_MAX, Placement, Scene};
 use super::text::{decode, number, quote, sentence};
 use crate::mesh::{LengthUnit, TriangleMesh};
 use lattice::{Lattice, Meshed};
@@ -39,7 +38,7 @@ fn inflated_limit(length: usize) -> u64 {
     (16 << 20) + 200 * length as u64
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Scene, Fault> {
     let mut package = Package::open(bytes)?;
     let root = package.root_model()?;
     let mut models = BTreeMap::new();
@@ -235,6 +234,8 @@ struct Reference {
 
 #[derive(Default)]
 struct Object {
+    /// The name, empty where there is none.
+    name: String,
     is_support: bool,
     mesh: TriangleMesh,
     lattice: Option<Lattice>,
@@ -371,6 +372,7 @@ impl Model {
                 xml.attributes(element, |name, value| {
                     match name {
                         "id" => found = Some(xml.integer(value)?),
+                        "name" => object.name = xml.name(value)?,
                         "type" => object.is_support = matches!(value, "support" | "solidsupport"),
                         _ => {}
                     }
@@ -496,7 +498,7 @@ fn unit_name(unit: LengthUnit) -> &'static str {
 }
 
 /// Walks from the root model's items down to meshes.
-fn build(mut models: BTreeMap<String, Model>, root: &str) -> Result<MeshFile, Fault> {
+fn build(mut models: BTreeMap<String, Model>, root: &str) -> Result<Scene, Fault> {
     let Some(root_model) = models.get(root) else {
         return Err(Fault::invalid(Place::File, "the package has no model"));
     };
@@ -509,7 +511,7 @@ fn build(mut models: BTreeMap<String, Model>, root: &str) -> Result<MeshFile, Fa
 
     let mut walk = Walk { stack: Vec::new(), reached: 0 };
     walk.push(root, &root_model.items, DAffine3::IDENTITY, 0)?;
-    let mut placed: Vec<(&str, i64, DAffine3)> = Vec::new();
+    let mut placed: Vec<(&str, i64, DAffine3, String)> = Vec::new();
     let mut supports = 0;
     while let Some((part, reference, world_from_outer, depth)) = walk.stack.pop() {
         let part = reference.part.as_deref().unwrap_or(part);
@@ -534,28 +536,32 @@ fn build(mut models: BTreeMap<String, Model>, root: &str) -> Result<MeshFile, Fa
         object.lattice.as_ref().map_or(Ok(()), |lattice| refuse_clipping(lattice, part, reference.object))?;
         let world_from_object = world_from_outer * reference.outer_from_object;
         if object.has_shape() {
-            placed.push((part, reference.object, world_from_object));
+            let name = match object.name.as_str() {
+                "" => format!("object {}", reference.object),
+                name => name.to_owned(),
+            };
+            placed.push((part, reference.object, world_from_object, name));
         }
         walk.push(part, &object.components, world_from_object, depth + 1)?;
     }
 
     let mut notes = Vec::new();
-    if placed.len() > 1 {
-        notes.push(ReadNote::ObjectsMerged { count: placed.len() });
-    }
     if supports > 0 {
         notes.push(ReadNote::SupportsSkipped { count: supports });
     }
-    let keys: BTreeSet<(String, i64)> = placed.iter().map(|&(part, object, _)| (part.to_owned(), object)).collect();
+    let keys: BTreeSet<(String, i64)> = placed.iter().map(|(part, object, ..)| ((*part).to_owned(), *object)).collect();
     let keys: Vec<(String, i64)> = keys.into_iter().collect();
     let part_index = |part: &str, object: i64| {
         keys.binary_search_by(|key| (key.0.as_str(), key.1).cmp(&(part, object))).unwrap_or_default()
     };
     let placements: Vec<Placement> = placed
-        .iter()
-        .map(|&(part, object, world_from_part)| Placement { part: part_index(part, object), world_from_part })
+        .into_iter()
+        .map(|(part, object, world_from_part, name)| {
+            let part = part_index(part, object);
+            Placement { part, world_from_part, name }
+        })
         .collect();
-    drop((placed, walk));
+    drop(walk);
     let mut parts = Vec::with_capacity(keys.len());
     let mut lattices = Vec::with_capacity(keys.len());
     let mut room = lattice::TRIANGLES_MAX;
@@ -566,8 +572,7 @@ fn build(mut models: BTreeMap<String, Model>, root: &str) -> Result<MeshFile, Fa
         lattices.push(meshed);
     }
     notes.extend(lattice_notes(placements.iter().map(|placement| lattices[placement.part])));
-    let mesh = assemble(&mut parts, &placements)?;
-    Ok(MeshFile { mesh, unit: Some(unit), notes })
+    Ok(Scene { parts, placements, unit, notes })
 }
 
 fn refuse_clipping(lattice: &Lattice, part: &str, object: i64) -> Result<(), Fault> {
@@ -623,13 +628,14 @@ impl<'a> Walk<'a> {
 #[cfg(test)]
 pub(super) mod tests {
     use std::io::Write;
+    use std::path::Path;
 
     use zip::ZipWriter;
     use zip::write::SimpleFileOptions;
 
     use super::*;
-    use crate::mesh::io::Format;
     use crate::mesh::io::tests::{error, parsed, points};
+    use crate::mesh::io::{Format, parse_parts};
 
     const FORMAT: Format = Format::ThreeMf;
     const ROOT: &str = "3D/root.model";
@@ -697,6 +703,26 @@ pub(super) mod tests {
         assert_eq!(file.mesh.positions[7], DVec3::new(-1.0, 0.0, 0.0));
         assert_eq!(file.mesh.triangles, [[0, 1, 2], [3, 4, 5], [6, 8, 7]]);
         assert_eq!(file.notes, [ReadNote::ObjectsMerged { count: 3 }]);
+    }
+
+    #[test]
+    fn instances_are_read_apart_by_their_names() {
+        let named = TRIANGLE.replace("id=\"1\"", "id=\"1\" name=\"a &amp; b\"");
+        let other = TRIANGLE.replace("id=\"1\"", "id=\"2\"");
+        let objects = format!(
+            r#"{named}{other}<object id="3"><components><component objectid="1" transform="1 0 0 0 1 0 0 0 1 0 0 5"/>
+            <component objectid="2"/></components></object>"#
+        );
+        let items = r#"<item objectid="3"/><item objectid="1" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/>"#;
+        let bytes = single("unit=\"inch\"", &objects, items);
+        let file = parse_parts(&bytes, FORMAT, Path::new("sample.3mf")).unwrap();
+        let names: Vec<&str> = file.meshes.iter().map(|part| part.name.as_deref().unwrap()).collect();
+        assert_eq!(names, ["a & b", "object 2", "a & b"]);
+        let corner = |part: usize| file.meshes[part].mesh.positions[1];
+        let corners = [0, 1, 2].map(corner);
+        assert_eq!(corners, [DVec3::new(1.0, 0.0, 5.0), DVec3::new(1.0, 0.0, 0.0), DVec3::new(-1.0, 0.0, 0.0)]);
+        assert_eq!(file.meshes[2].mesh.triangles, [[0, 2, 1]]);
+        assert_eq!((file.unit, file.notes), (Some(LengthUnit::Inch), vec![]));
     }
 
     #[test]

@@ -1,0 +1,58 @@
+//! Resolution of `clash`.
+
+use std::path::PathBuf;
+
+use ldi_ops::Error;
+use ldi_ops::driver::clash::rules::Rules;
+use ldi_ops::driver::clash::{ClashJob, Settings};
+use ldi_ops::grid::RAYS_MAX;
+use ldi_ops::length::Length;
+
+use super::{Invocation, Job, Report, fill, invocation, report, usable, writable};
+use crate::args::{ClashArguments, ComparisonArguments, MemorySize, RuleArguments};
+
+/// A comparison of parts, and the destinations of its result.
+#[derive(Debug)]
+pub struct ClashCommand {
+    pub job: ClashJob,
+    /// The folder of the page and the tables.
+    pub folder: Option<PathBuf>,
+    /// The table alone.
+    pub csv: Option<PathBuf>,
+    pub report: Report,
+}
+
+/// Resolves `clash`.
+pub fn resolve(arguments: ClashArguments) -> Result<Invocation, Error> {
+    let ClashArguments { parts, assembly, output: folder, csv, rules, comparison, common } = arguments;
+    let RuleArguments { clearance, allow_touching, max_volume, ignore } = rules;
+    let ComparisonArguments { unit, touching, resolution, fill: fill_choice, memory } = comparison;
+    for (flag, length) in [("--clearance", clearance), ("--touching", touching)] {
+        if let Some(length) = length.filter(|length| !is_valid(length)) {
+            return Err(Error::input(format!("{flag} {length} is not a length of 0 or more")));
+        }
+    }
+    if !(max_volume.is_finite() && max_volume >= 0.0) {
+        return Err(Error::input(format!("--max-volume {max_volume} is not a volume of 0 or more")));
+    }
+    if !(8..=RAYS_MAX / 8).contains(&resolution) {
+        return Err(Error::input(format!("--resolution {resolution} is outside 8 to {} rays", RAYS_MAX / 8)));
+    }
+    folder.as_deref().map(|folder| usable("-o ", folder, "clash")).transpose()?;
+    csv.as_deref().map(writable).transpose()?;
+    let settings = Settings {
+        fill: fill(fill_choice.fill),
+        clearance,
+        touching,
+        resolution,
+        rules: Rules { allow_touching, max_volume, ignored: ignore },
+        memory: memory.map(|MemorySize(bytes)| bytes),
+    };
+    let job = ClashJob { inputs: parts, assembly, unit, settings };
+    let command = ClashCommand { job, folder, csv, report: report(&common)? };
+    Ok(invocation(Job::Clash(Box::new(command)), &common))
+}
+
+fn is_valid(length: &Length) -> bool {
+    length.value.is_finite() && length.value >= 0.0
+}

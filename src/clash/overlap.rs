@@ -1,0 +1,257 @@
+//! The place of the overlap of two bodies: its box, and the largest ball in it.
+
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+
+use super::body::Body;
+use super::tree::{Box32, Node, opened};
+use super::triangles::{crossings, do_meet};
+use crate::cancel::checkpoint;
+use crate::mesh::Aabb;
+
+/// The region that two bodies share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Region {
+    /// The box around it.
+    pub bounds: Aabb,
+    /// The centre of the largest ball in it that was found.
+    pub deepest: DVec3,
+    /// The diameter of this ball: a lower bound of the depth of the overlap.
+    pub depth: f64,
+    /// An upper bound of the diameter of any ball in it.
+    pub depth_bound: f64,
+}
+
+/// Largest number of points at which the search for the largest ball computes distances.
+const EVALUATIONS: usize = 1500;
+
+/// Number of corners of either body that the search starts from.
+const SEEDS: usize = 200;
+
+/// The search ends where the upper bound exceeds the ball found by this share.
+const TOLERANCE: f64 = 0.02;
+
+/// Number of pairs of triangles between two checkpoints.
+const BETWEEN_CHECKPOINTS: u32 = 1 << 12;
+
+/// Returns the region that two bodies share; `None` where no corner of one lies in the other and no surfaces cross.
+pub fn region(a: &Body, b: &Body) -> Option<Region> {
+    let common = common_box(a, b)?;
+    let bounds = bounds_of_overlap(a, b, common)?;
+    Some(deepest(a, b, bounds, seeds(a, b, bounds)))
+}
+
+/// Returns the common part of the boxes of two bodies.
+fn common_box(a: &Body, b: &Body) -> Option<Aabb> {
+    let [a, b] = [a.mesh().bounds()?, b.mesh().bounds()?];
+    let common = Aabb { min: a.min.max(b.min), max: a.max.min(b.max) };
+    common.min.cmple(common.max).all().then_some(common)
+}
+
+/// Returns the box around the overlap: around the crossings of sides and faces, and the corners of one body in the other.
+/// These are the corners of the overlap.
+fn bounds_of_overlap(a: &Body, b: &Body, common: Aabb) -> Option<Aabb> {
+    let mut bounds = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+    let mut include = |point: DVec3| {
+        bounds = Aabb { min: bounds.min.min(point), max: bounds.max.max(point) };
+    };
+    meetings(a, b, |i, j| crossings(&a.corners(i), &b.corners(j), &mut include));
+    for (body, other) in [(a, b), (b, a)] {
+        for (i, &corner) in body.mesh().positions.iter().enumerate() {
+            if i % BETWEEN_CHECKPOINTS as usize == 0 {
+                checkpoint();
+            }
+            let is_within = |bounds: &Aabb| corner.cmpge(bounds.min).all() && corner.cmple(bounds.max).all();
+            if is_within(&common) && !is_within(&bounds) && other.contains(corner) {
+                bounds = Aabb { min: bounds.min.min(corner), max: bounds.max.max(corner) };
+            }
+        }
+    }
+    let bounds = Aabb { min: bounds.min.max(common.min), max: bounds.max.min(common.max) };
+    bounds.min.cmple(bounds.max).all().then_some(bounds)
+}
+
+/// Calls `each` with the pairs of triangles that meet.
+fn meetings(a: &Body, b: &Body, mut each: impl FnMut(u32, u32)) {
+    let trees = [&a.tree, &b.tree];
+    let mut stack: Vec<[Node; 2]> = vec![[a.tree.root(), b.tree.root()]];
+    let mut visited = 0u32;
+    while let Some(nodes) = stack.pop() {
+        visited += 1;
+        if visited.is_multiple_of(BETWEEN_CHECKPOINTS) {
+            checkpoint();
+        }
+        if a.tree.bounds(nodes[0]).squared_distance(b.tree.bounds(nodes[1])) > 0.0 {
+            continue;
+        }
+        if let Some((below, count)) = opened(trees, nodes) {
+            stack.extend(&below[..count]);
+            continue;
+        }
+        for &i in a.tree.items(nodes[0]).unwrap_or_default() {
+            let of_a = a.corners(i);
+            let around = Box32::around(of_a);
+            for &j in b.tree.items(nodes[1]).unwrap_or_default() {
+                let of_b = b.corners(j);
+                if around.squared_distance(&Box32::around(of_b)) == 0.0 && do_meet(&of_a, &of_b) {
+                    each(i, j);
+                }
+            }
+        }
+    }
+}
+
+/// Returns points at which the search for the largest ball starts: corners of either body within the box.
+fn seeds(a: &Body, b: &Body, bounds: Aabb) -> Vec<DVec3> {
+    let mut seeds = vec![0.5 * (bounds.min + bounds.max)];
+    for body in [a, b] {
+        let is_within = |corner: &&DVec3| corner.cmpge(bounds.min).all() && corner.cmple(bounds.max).all();
+        let within: Vec<DVec3> = body.mesh().positions.iter().filter(is_within).copied().collect();
+        seeds.extend(within.iter().step_by(within.len().div_ceil(SEEDS).max(1)));
+    }
+    seeds
+}
+
+/// A cube that may hold the centre of a larger ball, ordered by the largest radius that is possible in it.
+struct Cell {
+    bound: f64,
+    centre: DVec3,
+    half: DVec3,
+}
+
+impl PartialEq for Cell {
+    fn eq(&self, other: &Cell) -> bool {
+        self.bound.total_cmp(&other.bound).is_eq()
+    }
+}
+
+impl Eq for Cell {}
+
+impl PartialOrd for Cell {
+    fn partial_cmp(&self, other: &Cell) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Cell {
+    fn cmp(&self, other: &Cell) -> std::cmp::Ordering {
+        self.bound.total_cmp(&other.bound)
+    }
+}
+
+/// Searches the largest ball in the overlap of two bodies, best first over an octree of its box: the radius at a point is
+/// the least of its distances to both surfaces, and changes by no more than the distance between points.
+fn deepest(a: &Body, b: &Body, bounds: Aabb, seeds: Vec<DVec3>) -> Region {
+    let radius = |point: DVec3| radius_at(a, b, point);
+    let (mut place, mut best) = (0.5 * (bounds.min + bounds.max), 0.0);
+    let mut evaluations = 0;
+    for seed in seeds {
+        checkpoint();
+        let found = radius(seed);
+        evaluations += 1;
+        if found > best {
+            (place, best) = (seed, found);
+        }
+    }
+    let half = 0.5 * (bounds.max - bounds.min);
+    let middle = 0.5 * (bounds.min + bounds.max);
+    let mut cells = BinaryHeap::from([Cell { bound: half.min_element(), centre: middle, half }]);
+    let mut bound = half.min_element();
+    while let Some(cell) = cells.pop() {
+        checkpoint();
+        bound = cell.bound;
+        if bound <= best * (1.0 + TOLERANCE) || evaluations >= EVALUATIONS {
+            break;
+        }
+        // Halving the longest sides alone keeps the cells close to cubes.
+        let longest = cell.half.max_element();
+        let steps = [0, 1, 2].map(|i| if cell.half[i] > 0.6 * longest { &[-0.5, 0.5][..] } else { &[0.0][..] });
+        let half = DVec3::from([0, 1, 2].map(|i| cell.half[i] * if steps[i].len() == 2 { 0.5 } else { 1.0 }));
+        for &x in steps[0] {
+            for &y in steps[1] {
+                for &z in steps[2] {
+                    let centre = cell.centre + DVec3::new(x, y, z) * cell.half;
+                    let found = radius(centre);
+                    evaluations += 1;
+                    if found > best {
+                        (place, best) = (centre, found);
+                    }
+                    let bound = (found + half.length()).min(cell.bound);
+                    if bound > best * (1.0 + TOLERANCE) {
+                        cells.push(Cell { bound, centre, half });
+                    }
+                }
+            }
+        }
+        bound = cells.peek().map_or(best * (1.0 + TOLERANCE), |cell| cell.bound);
+    }
+    Region { bounds, deepest: place, depth: 2.0 * best, depth_bound: 2.0 * bound.max(best) }
+}
+
+/// Returns the radius of the largest ball about a point that lies in both bodies; below 0, the distance to the farther
+/// of the bodies that the point is outside of.
+fn radius_at(a: &Body, b: &Body, point: DVec3) -> f64 {
+    let mut radius = f64::INFINITY;
+    for body in [a, b] {
+        let distance = body.nearest_to(point, f64::INFINITY).unwrap_or(f64::INFINITY);
+        radius = radius.min(if body.contains(point) { distance } else { -distance });
+    }
+    radius
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::TriangleMesh;
+    use crate::sampler::FillRule;
+    use crate::solids;
+    use crate::testing::meshes::cube;
+
+    fn shared(a: &TriangleMesh, b: &TriangleMesh) -> Option<Region> {
+        region(&Body::new(a, FillRule::EvenOdd), &Body::new(b, FillRule::EvenOdd))
+    }
+
+    #[test]
+    fn cubes_that_overlap_share_a_slab() {
+        let found = shared(&cube(DVec3::ZERO, 2.0), &cube(DVec3::new(1.75, 0.25, -0.5), 2.0)).unwrap();
+        assert_eq!(found.bounds, Aabb { min: DVec3::new(1.75, 0.25, 0.0), max: DVec3::new(2.0, 2.0, 1.5) });
+        assert!(found.depth > 0.24 && found.depth <= 0.25 && found.depth_bound >= 0.25, "{found:?}");
+        assert!((found.deepest.x - 1.875).abs() < 0.01, "{found:?}");
+    }
+
+    #[test]
+    fn a_body_within_another_is_the_region() {
+        let inner = solids::geodesic(0.5, 12).unwrap();
+        let found = shared(&cube(DVec3::splat(-2.0), 4.0), &inner).unwrap();
+        assert_eq!(Some(found.bounds), inner.bounds());
+        assert!(found.deepest.length() < 0.02 && found.depth > 0.95 && found.depth_bound <= 1.05, "{found:?}");
+    }
+
+    #[test]
+    fn the_lens_of_two_balls_has_its_width() {
+        let ball = solids::geodesic(1.0, 32).unwrap();
+        let mut other = ball.clone();
+        other.positions.iter_mut().for_each(|position| position.x += 1.9);
+        let found = shared(&ball, &other).unwrap();
+        assert!((found.depth - 0.1).abs() < 0.005, "{found:?}");
+        assert!((found.deepest - DVec3::new(0.95, 0.0, 0.0)).length() < 0.02, "{found:?}");
+        assert!(
+            (found.bounds.extent().x - 0.1).abs() < 0.005 && (found.bounds.max.y - 0.312).abs() < 0.01,
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn identical_bodies_share_themselves() {
+        let body = cube(DVec3::ONE, 3.0);
+        let found = shared(&body, &body).unwrap();
+        assert_eq!(Some(found.bounds), body.bounds());
+        assert!(found.depth > 2.9 && found.depth <= 3.0);
+    }
+
+    #[test]
+    fn bodies_apart_share_nothing() {
+        assert_eq!(shared(&cube(DVec3::ZERO, 1.0), &cube(DVec3::splat(3.0), 1.0)), None);
+    }
+}

@@ -1,0 +1,89 @@
+//! The comparison of two parts.
+
+use super::overlap::overlap;
+use super::{Common, Part, Relation, Settings};
+use crate::clash::{Body, Region, nearest, region};
+use crate::mesh::{Aabb, TriangleMesh};
+use crate::{Error, Warning};
+
+/// The parts and what they are compared by.
+pub struct Comparison<'c> {
+    pub parts: &'c [Part],
+    pub bodies: &'c [Body<'c>],
+    /// The largest gap or depth that counts as touching, if one was given.
+    pub touching: Option<f64>,
+    pub settings: &'c Settings,
+}
+
+/// The rounding of a coordinate, as a share of the largest: two units in the last place of a 32-bit number, once for each
+/// part.
+const ROUNDING: f64 = 4.0 * f32::EPSILON as f64 / 2.0;
+
+/// Returns the largest gap or depth of touching parts whose coordinates were rounded to 32 bits.
+pub fn rounding(boxes: &[Aabb]) -> f64 {
+    let largest = boxes.iter().map(|b| b.min.abs().max(b.max.abs()).max_element()).fold(0.0, f64::max);
+    ROUNDING * largest
+}
+
+impl Comparison<'_> {
+    /// Returns how two parts lie to one another, and warnings about their overlap.
+    pub fn relation(&self, [i, j]: [usize; 2]) -> Result<(Relation, Vec<Warning>), Error> {
+        let (a, b) = (&self.bodies[i], &self.bodies[j]);
+        let solids = [&self.parts[i].solid, &self.parts[j].solid];
+        let tolerance = self.touching.unwrap_or_else(|| rounding(&solids.map(|solid| solid.bounds())));
+        let found = nearest(a, b);
+        let touching = Relation::Touching { distance: found.distance, points: found.points };
+        let Held { any, whole } = if found.distance > 0.0 { held(a, b) } else { Held { any: true, whole: None } };
+        if !any {
+            let separate = Relation::Separate { distance: found.distance, points: found.points };
+            return Ok((if found.distance <= tolerance { touching } else { separate }, Vec::new()));
+        }
+        let Some(shared) = region(a, b).filter(|shared| shared.depth_bound > tolerance) else {
+            return Ok((touching, Vec::new()));
+        };
+        let Settings { fill, resolution, memory, .. } = *self.settings;
+        let (volume, warnings) = overlap(solids, shared.bounds, fill, resolution, memory)?;
+        // A layer of the depth of touching, on the surface of the part that has less of it there.
+        let layer = tolerance
+            * solids.map(|solid| area_within(solid.mesh(), &shared.bounds)).into_iter().fold(f64::INFINITY, f64::min);
+        let is_certain = shared.depth > tolerance || volume.lower > layer;
+        if !is_certain && volume.value <= layer {
+            return Ok((touching, warnings));
+        }
+        let Region { bounds, deepest, depth, depth_bound } = shared;
+        let common = Common { volume, bounds, deepest, depth, depth_bound, contained: whole, is_certain };
+        Ok((Relation::Overlapping(common), warnings))
+    }
+}
+
+/// The shells of bodies whose surfaces do not meet that lie in the other body.
+struct Held {
+    /// True if any shell lies in the other body.
+    any: bool,
+    /// The body whose shells all lie in the other, if none of the other's lies in it.
+    whole: Option<usize>,
+}
+
+fn held(a: &Body, b: &Body) -> Held {
+    let inside = |body: &Body, other: &Body| {
+        let points = body.points_of_shells();
+        let count = points.iter().filter(|point| other.contains(**point)).count();
+        (count, points.len())
+    };
+    let (of_a, of_b) = (inside(a, b), inside(b, a));
+    let whole = match (of_a, of_b) {
+        ((count, all), (0, _)) if count == all => Some(0),
+        ((0, _), (count, all)) if count == all => Some(1),
+        _ => None,
+    };
+    Held { any: of_a.0 + of_b.0 > 0, whole }
+}
+
+/// Returns the area of the triangles whose boxes meet a box.
+fn area_within(mesh: &TriangleMesh, bounds: &Aabb) -> f64 {
+    let corners = mesh.triangles.iter().map(|triangle| triangle.map(|index| mesh.positions[index as usize]));
+    corners
+        .filter(|[a, b, c]| a.min(*b).min(*c).cmple(bounds.max).all() && a.max(*b).max(*c).cmpge(bounds.min).all())
+        .map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length())
+        .sum()
+}

@@ -1,0 +1,191 @@
+//! Reading of parts: files, folders, assemblies.
+
+use std::collections::HashMap;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use super::{ClashJob, Part};
+use crate::driver::input::{self, InputRequirements, Solid};
+use crate::driver::memory::{self, Cost, Limit};
+use crate::driver::{bytes, machine};
+use crate::mesh::io::{self, Format, NamedMesh, PartsFile, ReadError, ReadNote};
+use crate::placement::Placement;
+use crate::progress::Monitor;
+use crate::{Error, Warning};
+
+/// A file with parts, and their place.
+pub struct Source {
+    pub path: PathBuf,
+    /// The name of the part, if it is not that of the file.
+    pub name: Option<String>,
+    pub placement: Option<Placement>,
+}
+
+/// Reads the parts of a job, and brings them to one unit.
+pub fn read(job: &ClashJob, progress: &Monitor) -> Result<(Vec<Part>, Vec<Warning>), Error> {
+    let sources = sources(job)?;
+    admit(&sources, job.settings.memory)?;
+    let requirements = super::requirements(job.unit, job.settings.fill);
+    progress.expect(sources.len())?;
+    let names = names_of_files(&sources);
+    let read: Vec<Result<Vec<Part>, Error>> = sources
+        .par_iter()
+        .zip(&names)
+        .map(|(source, name)| {
+            let parts = parts_of(source, name, requirements);
+            progress.step()?;
+            parts
+        })
+        .collect();
+    let mut parts: Vec<Part> = read.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
+    number_equal_names(&mut parts);
+    let (mut solids, rest): (Vec<Solid>, Vec<(String, PathBuf)>) =
+        parts.into_iter().map(|part| (part.solid, (part.name, part.path))).unzip();
+    let warnings = input::ready(&mut solids, requirements)?;
+    let parts = solids.into_iter().zip(rest).map(|(solid, (name, path))| Part { name, path, solid }).collect();
+    Ok((parts, warnings))
+}
+
+/// Returns the files of a job: the named ones, those in the named folders by their names, and those of the assembly.
+fn sources(job: &ClashJob) -> Result<Vec<Source>, Error> {
+    let mut sources = Vec::new();
+    for path in &job.inputs {
+        if !path.is_dir() {
+            sources.push(Source { path: path.clone(), name: None, placement: None });
+            continue;
+        }
+        let failure = |error: std::io::Error| Error::input(format!("{}: {error}", path.display()));
+        let entries = fs::read_dir(path).map_err(failure)?;
+        let mut files: Vec<PathBuf> =
+            entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>().map_err(failure)?;
+        files.retain(|file| Format::from_path(file).is_ok() && file.is_file());
+        if files.is_empty() {
+            return Err(Error::input(format!("{}: the folder has no mesh files", path.display())));
+        }
+        files.sort();
+        sources.extend(files.into_iter().map(|path| Source { path, name: None, placement: None }));
+    }
+    if let Some(path) = &job.assembly {
+        #[cfg(feature = "report")]
+        sources.extend(super::assembly::read(path)?);
+        #[cfg(not(feature = "report"))]
+        return Err(Error::input(format!(
+            "{}: build ldi_ops with the feature `report` to read lists of parts",
+            path.display()
+        )));
+    }
+    Ok(sources)
+}
+
+/// Bytes that a loaded part takes for each byte of its file, while the file is read: of packed formats and of others.
+const BYTES_OF_PACKED: f64 = 12.0;
+const BYTES_OF_OTHER: f64 = 3.0;
+
+/// Refuses files whose meshes would not fit into memory.
+fn admit(sources: &[Source], limit: Option<u64>) -> Result<(), Error> {
+    let bytes = |source: &Source| {
+        let length = fs::metadata(&source.path).map_or(0, |data| data.len()) as f64;
+        let is_packed = matches!(Format::from_path(&source.path), Ok(Format::ThreeMf));
+        length * if is_packed { BYTES_OF_PACKED } else { BYTES_OF_OTHER }
+    };
+    let fixed = machine::held_memory() as f64 + sources.iter().map(bytes).sum::<f64>();
+    let cost = Cost { fixed, ..Cost::default() };
+    let subject = format_args!("the meshes of {} files", sources.len());
+    memory::admit(&[cost], Limit::new(limit), subject, |_| "compare fewer parts at a time".to_owned())
+}
+
+/// Returns the name of each source: that of its file, or its path if other files have that name.
+fn names_of_files(sources: &[Source]) -> Vec<String> {
+    let short = |path: &Path| path.file_name().map_or_else(|| path.display().to_string(), |n| n.display().to_string());
+    let mut paths: HashMap<String, &Path> = HashMap::new();
+    let mut is_shared: HashMap<String, bool> = HashMap::new();
+    for Source { path, .. } in sources {
+        let first = *paths.entry(short(path)).or_insert(path);
+        *is_shared.entry(short(path)).or_default() |= first != path;
+    }
+    let name = |source: &Source| match (&source.name, short(&source.path)) {
+        (Some(name), _) => name.clone(),
+        (None, short) if is_shared[&short] => source.path.display().to_string(),
+        (None, short) => short,
+    };
+    sources.iter().map(name).collect()
+}
+
+/// Appends `#2`, `#3` … to names that occurred before.
+fn number_equal_names(parts: &mut [Part]) {
+    let mut counts: HashMap<String, usize> = HashMap::new();
+    for part in parts {
+        let count = counts.entry(part.name.clone()).or_default();
+        *count += 1;
+        if *count > 1 {
+            part.name = format!("{}#{count}", part.name);
+            part.solid.path = PathBuf::from(&part.name);
+        }
+    }
+}
+
+/// Reads, places and checks the parts of a file.
+fn parts_of(source: &Source, name: &str, requirements: InputRequirements) -> Result<Vec<Part>, Error> {
+    let Source { path, placement, .. } = source;
+    let PartsFile { meshes, unit, notes } = parse(path)?;
+    let beams = notes.iter().find(|note| matches!(note, ReadNote::BeamsMeshed { .. })).map(ToString::to_string);
+    let mut warnings: Vec<Warning> =
+        notes.iter().map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect();
+    let map = placement.as_ref().map(|placement| placement.map(unit.or(requirements.unit)));
+    let map = map.transpose().map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
+    let part = |NamedMesh { name: own, mut mesh }| {
+        let name = own.map_or_else(|| name.to_owned(), |own| format!("{name}/{own}"));
+        // Shells are found by the numbers of corners, and a file of loose triangles repeats each corner six times.
+        if mesh.positions.len() > mesh.triangles.len() {
+            mesh.weld();
+        }
+        if let Some(map) = &map {
+            mesh.transform(map);
+        }
+        let mut solid = input::solid_of_mesh(mesh, Path::new(&name), requirements)?;
+        (solid.stated_unit, solid.unit, solid.beams) = (unit, unit.or(requirements.unit), beams.clone());
+        solid.warnings = std::mem::take(&mut warnings);
+        Ok(Part { name, path: path.clone(), solid })
+    };
+    meshes.into_iter().map(part).collect()
+}
+
+/// Parses a mesh file, its instances apart, or a file of images, whose surface is the mesh.
+fn parse(path: &Path) -> Result<PartsFile, Error> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz")) {
+        let file = input::read(path, false)?.file;
+        return Ok(PartsFile {
+            meshes: vec![NamedMesh { name: None, mesh: file.mesh }],
+            unit: file.unit,
+            notes: file.notes,
+        });
+    }
+    let format = Format::from_path(path).map_err(Error::input)?;
+    io::examine(path, format).map_err(Error::input)?;
+    let bytes = bytes::of_file(path).map_err(|source| {
+        let is_memory = source.kind() == ErrorKind::OutOfMemory;
+        let error = ReadError::Io { path: path.to_path_buf(), source };
+        if is_memory { Error::machine(error) } else { Error::input(error) }
+    })?;
+    io::parse_parts(&bytes, format, path).map_err(Error::input)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn named(paths: &[&str]) -> Vec<String> {
+        let source = |path: &&str| Source { path: PathBuf::from(path), name: None, placement: None };
+        names_of_files(&paths.iter().map(source).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn files_of_equal_names_are_named_by_their_paths() {
+        assert_eq!(named(&["x/a.stl", "x/b.stl"]), ["a.stl", "b.stl"]);
+        assert_eq!(named(&["x/a.stl", "y/a.stl", "b.stl"]), ["x/a.stl", "y/a.stl", "b.stl"]);
+        assert_eq!(named(&["x/a.stl", "x/a.stl"]), ["a.stl", "a.stl"]);
+    }
+}

@@ -1,0 +1,186 @@
+//! Pictures of a pair of parts: both parts with the region that they share, and a section through the place of the finding.
+
+use glam::{DAffine3, DVec3};
+
+use crate::Error;
+use crate::boolean::{BooleanOperation, Expression, Operand, Plan};
+use crate::driver::clash::{Clashes, Pair, Relation};
+use crate::driver::render::{across, window};
+use crate::grid::{Axis, LatticeSolid};
+use crate::ldi::Ldi;
+use crate::mesh::{Aabb, ClosedMesh, LengthUnit};
+use crate::number::number;
+use crate::picture::annotate::{Annotator, ScaleBar};
+use crate::picture::{Background, Camera, Canvas, Colour, Facets, Format, Scene, Skin, View, ViewBox, palette, png};
+use crate::picture::{shaded, slice};
+use crate::sampler::cpu::CpuSampler;
+use crate::sampler::{FillRule, Mode, Sampler};
+use crate::unit;
+
+const FORMAT: Format = Format { width: 640, height: 480, supersampling: 2 };
+
+/// The longest side of both parts is shown at most this many times larger than in a picture of all of it.
+const LARGEST_ZOOM: f64 = 8.0;
+
+/// The opacity of the shared region over the parts that hide it.
+const SHINE: f32 = 0.8;
+
+/// The pictures of a pair, as PNG files.
+pub struct Pictures {
+    /// Both parts.
+    pub view: Vec<u8>,
+    /// A section through the place of the finding.
+    pub section: Vec<u8>,
+    /// The name of the axis that the section lies across.
+    pub axis: &'static str,
+}
+
+/// Returns the pictures of a pair.
+pub fn pictures(clashes: &Clashes, pair: &Pair, fill: FillRule) -> Result<Pictures, Error> {
+    let solids = pair.parts.map(|part| clashes.parts[part].solid.closed().expect("parts are closed"));
+    let boxes = solids.map(ClosedMesh::bounds);
+    let all = boxes[0].union(boxes[1]);
+    let view = Stage::new(solids, View::Isometric, all, all)?.shaded(fill, clashes.unit)?;
+    let (place, axis) = (pair.relation.place(), section_axis(pair, boxes));
+    let stage = Stage::new(solids, across(axis), frame(pair, all), all)?;
+    Ok(Pictures { view, section: stage.section(fill, place, clashes.unit)?, axis: axis.name() })
+}
+
+/// Returns the axis that the section lies across: so that thin regions and gaps are seen from the side.
+fn section_axis(pair: &Pair, [a, b]: [Aabb; 2]) -> Axis {
+    let extent = match pair.relation {
+        Relation::Overlapping(common) => common.bounds.extent(),
+        Relation::Separate { points: [p, q], .. } => -(p - q).abs(),
+        Relation::Touching { .. } => a.max.min(b.max) - a.min.max(b.min),
+    };
+    let [x, y, z] = extent.to_array();
+    if z >= x.max(y) {
+        Axis::Z
+    } else if y >= x {
+        Axis::Y
+    } else {
+        Axis::X
+    }
+}
+
+/// Returns the part of the box of both parts that a section shows: about the finding.
+fn frame(pair: &Pair, all: Aabb) -> Aabb {
+    let finding = match pair.relation {
+        Relation::Overlapping(common) => common.bounds,
+        Relation::Separate { points: [p, q], .. } | Relation::Touching { points: [p, q], .. } => {
+            Aabb { min: p.min(q), max: p.max(q) }
+        }
+    };
+    let least = all.extent().max_element() / LARGEST_ZOOM;
+    let half = DVec3::splat((0.75 * finding.extent().max_element()).max(0.5 * least));
+    let middle = 0.5 * (finding.min + finding.max);
+    Aabb { min: (middle - half).max(all.min), max: (middle + half).min(all.max) }
+}
+
+/// Both parts, turned to a view, and the camera.
+struct Stage {
+    meshes: [ClosedMesh; 2],
+    rotation: DAffine3,
+    camera: Camera,
+}
+
+impl Stage {
+    fn new(solids: [&ClosedMesh; 2], view: View, subject: Aabb, all: Aabb) -> Result<Stage, Error> {
+        let rotation = DAffine3::from_mat3(view.rotation());
+        let turned = |solid: &ClosedMesh| {
+            let mut mesh = solid.mesh().clone();
+            mesh.transform(&rotation);
+            ClosedMesh::check(mesh).map_err(Error::input)
+        };
+        let meshes = [turned(solids[0])?, turned(solids[1])?];
+        let boxes = [meshes[0].bounds(), meshes[1].bounds()];
+        let around = boxes[0].union(boxes[1]);
+        let subject = if subject == all { around } else { turned_box(&rotation, subject) };
+        let view_box = |bounds: Aabb| ViewBox { min: bounds.min, max: bounds.max };
+        let camera = Camera::aim(FORMAT, view_box(subject), view_box(around)).map_err(Error::input)?;
+        Ok(Stage { meshes, rotation, camera })
+    }
+
+    fn lattice(&self) -> Result<Vec<LatticeSolid<'_>>, Error> {
+        let window = window(&self.camera);
+        let quantise = |mesh| Ok(self.camera.grid().quantise(mesh).map_err(Error::input)?.within(&window));
+        self.meshes.iter().map(quantise).collect()
+    }
+
+    /// Returns both parts, and the shared region shining through them.
+    fn shaded(&self, fill: FillRule, length: Option<LengthUnit>) -> Result<Vec<u8>, Error> {
+        let lattice = self.lattice()?;
+        let sampler = CpuSampler::default();
+        let sample = |solid| sampler.sample_surface(solid, Axis::Z, fill);
+        let images = lattice.iter().map(sample).collect::<Result<Vec<Ldi>, _>>()?;
+        let mut canvas = self.scene(&lattice, &images, BooleanOperation::Union, [0, 1].map(palette::tint))?;
+        let common = self.scene(&lattice, &images, BooleanOperation::Intersection, [palette::clash(); 2])?;
+        canvas.lay_over(&common, SHINE);
+        self.finished(canvas, length, None)
+    }
+
+    fn scene(
+        &self,
+        lattice: &[LatticeSolid],
+        images: &[Ldi],
+        operation: BooleanOperation,
+        tints: [Colour; 2],
+    ) -> Result<Canvas, Error> {
+        let plan = Plan::new(&Expression::of_inputs(operation, 2), Mode::Exact);
+        let firsts = [0, lattice[0].triangles().len() as u32];
+        let operand = |input: usize| Operand { image: &images[input], first_triangle: firsts[input] };
+        let operands: Vec<Operand> = plan.leaves().iter().map(|leaf| operand(leaf.input)).collect();
+        let image = plan.sweep(&operands)?;
+        let skins: Vec<Skin> = lattice
+            .iter()
+            .zip(tints)
+            .map(|(solid, tint)| Skin { positions: solid.positions(), triangles: solid.triangles(), tint })
+            .collect();
+        let scene = Scene { camera: &self.camera, image: &image, skins: &skins, cut: None, cut_tint: palette::cut() };
+        Ok(shaded(&scene, Facets::Smooth, Background::Transparent))
+    }
+
+    /// Returns the section across the line of sight through a place, with a ring about the place.
+    fn section(&self, fill: FillRule, place: DVec3, length: Option<LengthUnit>) -> Result<Vec<u8>, Error> {
+        let sampler = CpuSampler::default();
+        let sample = |solid: LatticeSolid| sampler.sample(&solid, Axis::Z, Mode::Exact, fill);
+        let images = self.lattice()?.into_iter().map(sample).collect::<Result<Vec<Ldi>, _>>()?;
+        let images: Vec<&Ldi> = images.iter().collect();
+        let turned = self.rotation.transform_point3(place);
+        let colours = |inputs: u32| match inputs {
+            1 => palette::tint(0),
+            2 => palette::tint(1),
+            _ => palette::clash(),
+        };
+        let background = Background::White;
+        let canvas = slice(&self.camera, &images, turned.z, &colours, background.ink(), background);
+        self.finished(canvas, length, Some(turned))
+    }
+
+    /// Adds the scale bar and the ring, and encodes a picture.
+    fn finished(&self, mut canvas: Canvas, length: Option<LengthUnit>, ring: Option<DVec3>) -> Result<Vec<u8>, Error> {
+        let bar = ScaleBar::of(&self.camera);
+        let mut annotator = Annotator::new(&mut canvas);
+        annotator.scale_bar(bar, &format!("{}{}", number(bar.length), unit::suffix(length, 1)));
+        if let Some(place) = ring {
+            annotator.ring(self.camera.place(place), RING);
+        }
+        let mut bytes = Vec::new();
+        png::write(&canvas, &mut bytes)
+            .map_err(|error| Error::machine(format!("the picture cannot be encoded: {error}")))?;
+        Ok(bytes)
+    }
+}
+
+/// The radius of the ring about a finding, in pixels.
+const RING: f64 = 14.0;
+
+/// Returns the box around the corners of a box, once they have been turned.
+fn turned_box(rotation: &DAffine3, bounds: Aabb) -> Aabb {
+    let corner = |i: usize| {
+        let at = |k: usize| if i >> k & 1 == 1 { bounds.max[k] } else { bounds.min[k] };
+        rotation.transform_point3(DVec3::new(at(0), at(1), at(2)))
+    };
+    let point = |at: DVec3| Aabb { min: at, max: at };
+    (1..8).fold(point(corner(0)), |around, i| around.union(point(corner(i))))
+}

@@ -1,0 +1,185 @@
+//! The command `clash`.
+
+use std::fs;
+
+use crate::{Folder, assert_near, cube, cuboid, read};
+
+/// Writes a cube of side 2, one that overlaps it by 1, one that touches it, one 0.25 away, and one far away.
+fn with_parts() -> Folder {
+    let folder = Folder::with_two_cubes();
+    folder.stl("touching.stl", &cuboid([0.0, 2.0, 0.0], [2.0, 3.0, 0.5]));
+    folder.stl("near.stl", &cuboid([-1.25, 0.0, 0.0], [-0.25, 2.0, 2.0]));
+    folder.stl("far.stl", &cube(50.0, 1.0));
+    folder
+}
+
+#[test]
+fn overlaps_have_volume_box_depth_and_place() {
+    let folder = Folder::with_two_cubes();
+    let run = folder.run(&["clash", "a.stl", "b.stl", "--unit", "mm"]).code(1);
+    let text = run.stdout();
+    assert!(text.starts_with("clash       1 finding in 1 near pair of 2 parts\n"), "{text}");
+    assert!(text.contains("OVERLAP") && text.contains("a.stl : b.stl") && text.contains("mm³"), "{text}");
+    let json = folder.run(&["clash", "a.stl", "b.stl", "--json", "-"]).code(1).json();
+    let pair = &json["pairs"][0];
+    assert_eq!((&pair["state"], &pair["finding"]), (&"overlapping".into(), &"overlap".into()));
+    let overlap = &pair["overlap"];
+    let [lower, value, upper] = ["lower", "value", "upper"].map(|key| overlap["volume"][key].as_f64().unwrap());
+    assert_near(value, 1.0, 1e-3);
+    assert!(lower <= 1.0 + 1e-9 && 1.0 <= upper + 1e-9, "{overlap}");
+    assert_eq!(overlap["bounds"], serde_json::json!({ "min": [1.0, 1.0, 1.0], "max": [2.0, 2.0, 2.0] }));
+    let [least, most] = ["lower", "upper"].map(|key| overlap["depth"][key].as_f64().unwrap());
+    assert!(least > 0.97 && least <= 1.0 && most >= 1.0, "{overlap}");
+    for i in 0..3 {
+        assert_near(overlap["deepest"][i].as_f64().unwrap(), 1.5, 0.02);
+    }
+    assert_eq!((&json["passed"], &overlap["certain"]), (&false.into(), &true.into()));
+}
+
+#[test]
+fn contacts_are_findings_unless_they_are_allowed() {
+    let folder = with_parts();
+    let run = folder.run(&["clash", "a.stl", "touching.stl"]).code(1);
+    assert!(run.stdout().contains("TOUCHING  a.stl : touching.stl"), "{}", run.stdout());
+    let run = folder.run(&["clash", "a.stl", "touching.stl", "--allow-touching"]).code(0);
+    assert!(run.stdout().starts_with("clash       0 findings in 1 near pair of 2 parts\n"), "{}", run.stdout());
+    // A gap below --touching is a contact.
+    folder.run(&["clash", "a.stl", "near.stl"]).code(0);
+    folder.run(&["clash", "a.stl", "near.stl", "--touching", "0.3"]).code(1);
+}
+
+#[test]
+fn turned_parts_touch_although_their_corners_are_rounded() {
+    let folder = with_parts();
+    let place = "rotate(1,2,3,40) translate(5,6,7)";
+    let part = |file: &str| format!("[[part]]\nfile = \"{file}\"\ntransform = \"{place}\"\n");
+    fs::write(folder.path("list.toml"), part("a.stl") + &part("touching.stl")).unwrap();
+    let json = folder.run(&["clash", "--assembly", "list.toml", "--json", "-"]).code(1).json();
+    assert_eq!(json["pairs"][0]["state"], "touching");
+}
+
+#[test]
+fn distances_below_the_clearance_are_findings_with_two_points() {
+    let folder = with_parts();
+    let run = |clearance: &str| folder.run(&["clash", "a.stl", "near.stl", "--clearance", clearance, "--json", "-"]);
+    let json = run("0.3").code(1).json();
+    let pair = &json["pairs"][0];
+    assert_eq!((&pair["state"], &pair["finding"]), (&"separate".into(), &"clearance".into()));
+    assert_eq!(pair["distance"], 0.25);
+    let x = |i: usize| pair["points"][i][0].as_f64().unwrap();
+    assert_eq!([x(0), x(1)], [0.0, -0.25]);
+    let json = run("0.25").code(0).json();
+    assert_eq!((&json["passed"], &json["counts"]["near_pairs"]), (&true.into(), &1.into()));
+    folder
+        .run(&["clash", "a.stl", "near.stl", "--clearance", "0.3mm"])
+        .code(2)
+        .says(&["--clearance 0.3mm", "--unit mm"]);
+    folder.run(&["clash", "a.stl", "near.stl", "--clearance", "300um", "--unit", "mm"]).code(1);
+}
+
+#[test]
+fn a_part_within_another_overlaps_it() {
+    let folder = Folder::new();
+    folder.stl("outer.stl", &cube(0.0, 4.0));
+    folder.stl("inner.stl", &cube(1.0, 1.0));
+    let json = folder.run(&["clash", "outer.stl", "inner.stl", "--json", "-"]).code(1).json();
+    let overlap = &json["pairs"][0]["overlap"];
+    assert_eq!(overlap["contained"], "inner.stl");
+    assert_near(overlap["volume"]["value"].as_f64().unwrap(), 1.0, 1e-3);
+    // In a cavity it is separate.
+    let hollow: Vec<_> = cube(0.0, 4.0).into_iter().chain(crate::inside_out(&cube(0.5, 3.0))).collect();
+    folder.stl("hollow.stl", &hollow);
+    let json = folder.run(&["clash", "hollow.stl", "inner.stl", "--json", "-"]).code(0).json();
+    assert_eq!((&json["pairs"][0]["state"], &json["pairs"][0]["distance"]), (&"separate".into(), &0.5.into()));
+}
+
+#[test]
+fn rules_ignore_pairs_and_allow_small_overlaps() {
+    let folder = Folder::with_two_cubes();
+    let json = folder.run(&["clash", "a.stl", "b.stl", "--ignore", "b.*:a?stl", "--json", "-"]).code(0).json();
+    assert_eq!((&json["counts"]["ignored_pairs"], &json["pairs"]), (&1.into(), &serde_json::json!([])));
+    folder.run(&["clash", "a.stl", "b.stl", "--ignore", "a.stl:c.stl"]).code(1);
+    folder.run(&["clash", "a.stl", "b.stl", "--max-volume", "1.01"]).code(0);
+    folder.run(&["clash", "a.stl", "b.stl", "--max-volume", "0.99"]).code(1);
+}
+
+#[test]
+fn folders_give_all_their_parts_and_the_worst_pairs_come_first() {
+    let folder = with_parts();
+    let parts = folder.path("parts");
+    fs::create_dir(&parts).unwrap();
+    for name in ["a.stl", "b.stl", "touching.stl", "near.stl", "far.stl"] {
+        fs::rename(folder.path(name), parts.join(name)).unwrap();
+    }
+    fs::write(parts.join("notes.txt"), "no mesh").unwrap();
+    let run = folder.run(&["clash", "parts", "--clearance", "0.5", "--csv", "table.csv"]).code(1);
+    let table = read(&folder.path("table.csv"));
+    let lines: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(lines[0][..5], ["finding", "state", "a", "b", "distance"]);
+    let findings: Vec<&str> = lines[1..].iter().map(|line| line[0]).collect();
+    // b.stl and touching.stl share the box from (1, 2, 1) upwards: they overlap nowhere and are near.
+    assert_eq!((findings[0], findings[1]), ("overlap", "touching"), "{table}");
+    assert!(findings[2..].iter().all(|finding| ["clearance", ""].contains(finding)), "{table}");
+    assert!(!table.contains("far.stl") && run.stdout().contains("of 5 parts"), "{table}");
+}
+
+#[test]
+fn lists_place_and_name_parts() {
+    let folder = Folder::new();
+    folder.stl("plate.stl", &cuboid([0.0, 0.0, 0.0], [10.0, 10.0, 1.0]));
+    folder.stl("bolt.stl", &cuboid([-0.5, -0.5, -2.0], [0.5, 0.5, 2.0]));
+    let part = |place: &str| format!("[[part]]\nfile = \"bolt.stl\"\nname = \"bolt\"\ntransform = \"{place}\"\n");
+    fs::write(folder.path("bolts.toml"), part("translate(2,2,0)") + &part("translate(20,2,0)")).unwrap();
+    let json = folder.run(&["clash", "plate.stl", "--assembly", "bolts.toml", "--json", "-"]).code(1).json();
+    let names: Vec<&str> =
+        json["parts"].as_array().unwrap().iter().map(|part| part["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["plate.stl", "bolt", "bolt#2"]);
+    assert_eq!(json["pairs"].as_array().unwrap().len(), 1);
+    assert_eq!((&json["pairs"][0]["a"], &json["pairs"][0]["b"]), (&"plate.stl".into(), &"bolt".into()));
+}
+
+#[test]
+fn bad_inputs_are_named() {
+    let folder = with_parts();
+    folder.run(&["clash", "a.stl"]).code(2).says(&["a.stl", "one part alone"]);
+    folder.run(&["clash", "a.stl", "missing.stl"]).code(2).says(&["missing.stl"]);
+    folder.run(&["clash"]).code(2);
+    folder.stl("open.stl", &cube(0.0, 1.0)[1..]);
+    folder.run(&["clash", "a.stl", "open.stl"]).code(2).says(&["open.stl", "not closed"]);
+    fs::create_dir(folder.path("empty")).unwrap();
+    folder.run(&["clash", "a.stl", "empty"]).code(2).says(&["empty", "no mesh files"]);
+    fs::write(folder.path("list.toml"), "[[part]]\nfile = \"a.stl\"\ntransform = \"turn(3)\"\n").unwrap();
+    folder.run(&["clash", "a.stl", "--assembly", "list.toml"]).code(2).says(&["list.toml", "part 1"]);
+    folder.run(&["clash", "a.stl", "b.stl", "--clearance", "-1"]).code(2).says(&["--clearance -1"]);
+    folder.run(&["clash", "a.stl", "b.stl", "--ignore", "a.stl"]).code(2);
+    folder.run(&["clash", "a.stl", "b.stl", "--csv", "a.stl"]).code(2).says(&["a.stl", "overwritten"]);
+    folder.run(&["clash", "a.stl", "b.stl", "--memory", "1M"]).code(3).says(&["--memory allows 1 MB"]);
+}
+
+#[test]
+fn a_folder_has_the_page_and_the_tables() {
+    let folder = with_parts();
+    let arguments =
+        ["clash", "a.stl", "b.stl", "touching.stl", "near.stl", "--clearance", "0.3", "--unit", "mm", "-o", "out"];
+    let run = folder.run(&arguments).code(1);
+    assert!(run.stdout().contains("out/clash.html") && run.stderr().is_empty(), "{}{}", run.stdout(), run.stderr());
+    let page = read(&folder.path("out/clash.html"));
+    for text in ["4 parts", "a.stl", "near.stl", "Section across", "data:image/png;base64,", "id=\"matrix\"", "mm³"] {
+        assert!(page.contains(text), "no {text}");
+    }
+    for text in ["NaN", "inf ", "http://", "https://"] {
+        assert!(!page.contains(text), "{text}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&read(&folder.path("out/clash.json"))).unwrap();
+    assert_eq!((&json["schema"], &json["command"]), (&"ldi-ops/1".into(), &"clash".into()));
+    assert_eq!(read(&folder.path("out/clash.csv")).lines().count(), 1 + json["pairs"].as_array().unwrap().len());
+}
+
+#[test]
+fn quiet_and_verbose_text() {
+    let folder = with_parts();
+    let run = folder.run(&["clash", "a.stl", "b.stl", "-q", "--unit", "mm"]).code(1);
+    assert_eq!(run.stdout(), "clash       1 finding\n");
+    let run = folder.run(&["clash", "a.stl", "near.stl", "-v", "--clearance", "0.1", "--touching", "0.26"]).code(1);
+    assert!(run.stdout().contains("touching, 0.25 apart") && run.stdout().contains("time "), "{}", run.stdout());
+}
