@@ -79,6 +79,7 @@ mod bits;
 pub mod boolean;
 mod cancel;
 mod cell;
+pub mod certified;
 mod closest;
 pub mod driver;
 mod error;
