@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::bound::Bound;
+use super::certainty::Certainty;
 use crate::Error;
 use crate::boolean::{BooleanOperation, Expression};
 use crate::grid::Axis;
@@ -160,6 +161,8 @@ pub struct MeasureJob {
     pub check_rays: bool,
     /// True if the files are hashed.
     pub hashes: bool,
+    /// What has to be proved about the volume.
+    pub certainty: Certainty,
     /// The part of the images that is kept.
     pub keep: Keep,
 }
@@ -187,6 +190,8 @@ pub struct SumJob {
     pub memory: Option<u64>,
     /// True if the files are hashed.
     pub hashes: bool,
+    /// What has to be proved about the volume.
+    pub certainty: Certainty,
     /// The part of the images that is kept.
     pub keep: Keep,
 }

@@ -6,6 +6,7 @@
 pub mod backend;
 pub(crate) mod bound;
 mod bytes;
+pub mod certainty;
 pub mod device;
 mod fill;
 #[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
