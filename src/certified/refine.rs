@@ -29,13 +29,13 @@ const UNITS: f64 = (1u128 << 80) as f64;
 impl Totals {
     pub fn of([lower, upper]: [f64; 2]) -> Totals {
         // Products with a power of two are exact, and the conversion drops the fraction.
-        Totals { lower: (lower * UNITS) as i128, upper: (upper * UNITS) as i128 + 1 }
+        Totals { lower: (lower * UNITS) as i128, upper: (upper * UNITS) as i128 + i128::from(upper > 0.0) }
     }
 
     /// Returns the sums, rounded outwards.
     pub fn bounds(&self) -> [f64; 2] {
         let [lower, upper] = [self.lower, self.upper].map(|sum| sum as f64 / UNITS);
-        [lower.next_down().max(0.0), upper.next_up()]
+        [lower.next_down().max(0.0), if self.upper > 0 { upper.next_up() } else { 0.0 }]
     }
 }
 
@@ -48,7 +48,7 @@ impl Add for Totals {
 }
 
 /// Most cells of a pass.
-pub(super) const BUDGET: u64 = 1 << 23;
+pub(super) const BUDGET: u64 = 1 << 22;
 
 /// Longest side of a cell whose halves are one task, where that of the whole is between 1 and 2.
 pub(super) const TOGETHER: f64 = 1.0 / 64.0;

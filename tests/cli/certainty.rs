@@ -27,8 +27,8 @@ fn bounds_contain_the_volume_in_every_command() {
         (&["xor", "a.stl", "b.stl"], 14.0, 1e-3),
         (&["csg", "a & b | c", "a=a.stl", "b=b.stl", "c=small.stl"], 1.125, 1e-3),
         (&["volume", "a.stl"], 8.0, 1e-12),
-        (&["minkowski", "a.stl", "small.stl"], 2.5f64.powi(3), 0.2),
-        (&["minkowski", "a.stl", "small.stl", "--difference"], 1.5f64.powi(3), 0.2),
+        (&["minkowski", "a.stl", "small.stl"], 2.5f64.powi(3), 0.4),
+        (&["minkowski", "a.stl", "small.stl", "--difference"], 1.5f64.powi(3), 0.8),
         (&["offset", "a.stl", "--distance", "0.5"], grown, 0.1),
     ];
     for (arguments, volume, share) in cases {

@@ -69,6 +69,23 @@ fn a_tolerance_is_reached_and_not_exceeded_much() {
 }
 
 #[test]
+fn refinement_to_a_tolerance_ends_for_empty_and_touching_results() {
+    let expression = Expression::of_inputs(BooleanOperation::Intersection, 2);
+    let a = cube(DVec3::splat(-0.5), 1.0);
+    let turn = |mesh| turned(mesh, DVec3::new(1.0, 2.0, 3.0), 0.7);
+    let [one, other] =
+        [turn(a.clone()), turn(moved(a.clone(), DVec3::new(1.05, 0.0, 0.0)))].map(|m| ClosedMesh::check(m).unwrap());
+    let found = certified_volume(&expression, &[&one, &other], FillRule::EvenOdd, Refine::ToTolerance(0.01)).unwrap();
+    assert_eq!((found.lower, found.upper, found.reached), (0.0, 0.0, true));
+    // The rounding of a needle's volume is more than a millionth of a millionth of it.
+    let needle = crate::solids::cuboid(DVec3::new(-9.0, 0.1, 0.1), DVec3::new(9.0, 0.1 + 1e-6, 0.1 + 1e-6)).unwrap();
+    let [needle, other] = [needle, turn(a)].map(|m| ClosedMesh::check(m).unwrap());
+    let found =
+        certified_volume(&expression, &[&needle, &other], FillRule::EvenOdd, Refine::ToTolerance(1e-15)).unwrap();
+    assert!(!found.reached && found.lower <= found.upper, "{found:?}");
+}
+
+#[test]
 fn bounds_depend_neither_on_threads_nor_on_the_order_of_triangles() {
     let (_, [a, b]) = pairs().swap_remove(1);
     let expression = Expression::of_inputs(BooleanOperation::Xor, 2);
