@@ -217,7 +217,7 @@ fn to_tolerance(scene: &Scene, root: &Node, share: f64) -> (Totals, f64, u64, bo
         let reached = upper - lower <= share * upper;
         best = Some((totals, finest, pass.visited(), reached));
         // What cells above the threshold do not account for, lies in cells that are not halved: rounding, or the finest side.
-        let is_final = pass.visited() as f64 * negligible < 0.5 * (upper - lower);
+        let is_final = pass.visited() as f64 * negligible < 0.01 * (upper - lower);
         if reached || is_final {
             return best.expect("it was set");
         }
