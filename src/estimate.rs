@@ -91,8 +91,9 @@ pub fn with_error(value: f64, error: f64) -> (String, String) {
 pub fn rounded_outwards([lower, upper]: [f64; 2]) -> [String; 2] {
     let width = upper - lower;
     let digits = 1.0 - width.log10().floor();
-    if !(width > 0.0 && plain(lower) && plain(upper) && digits <= 12.0) {
-        // The shortest texts that denote the same numbers.
+    let unit = 10f64.powf(-digits.max(0.0));
+    if !(width > 0.0 && plain(lower) && plain(upper) && unit > 1e-14 * upper && digits <= 12.0) {
+        // Where f64 has few more digits: the shortest texts that denote the same numbers.
         return [format!("{lower}"), format!("{upper}")];
     }
     let digits = digits.max(0.0) as usize;
@@ -102,7 +103,7 @@ pub fn rounded_outwards([lower, upper]: [f64; 2]) -> [String; 2] {
         let nearest: f64 = text.parse().unwrap_or(bound);
         match sign * (nearest - bound) >= 0.0 {
             true => text,
-            false => format!("{:.digits$}", (nearest + sign * 10f64.powi(-(digits as i32))).max(0.0)),
+            false => format!("{:.digits$}", (nearest + sign * unit).max(0.0)),
         }
     };
     [outwards(lower, -1.0), outwards(upper, 1.0)]
