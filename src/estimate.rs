@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::driver::certainty::{Side, Verdict};
 use crate::driver::measured::{Method, Volume};
 use crate::mesh::LengthUnit;
 use crate::number::{number, plain};
@@ -19,6 +20,9 @@ pub struct Estimate {
     pub method: Method,
     /// The least and the greatest value that the inputs allow.
     pub possible: [f64; 2],
+    /// Certified bounds: the value is proved to lie between them. `None` unless [`Settings::bounds`](crate::Settings::bounds)
+    /// requests them.
+    pub bounds: Option<[f64; 2]>,
     /// The unit of length, where it is known.
     pub unit: Option<LengthUnit>,
     /// The power of the unit: 3 for a volume.
@@ -29,7 +33,17 @@ pub struct Estimate {
 impl Estimate {
     pub(crate) fn of_volume(volume: &Volume, unit: Option<LengthUnit>) -> Estimate {
         let &Volume { value, error, method, possible, .. } = volume;
-        Estimate { value, error, method, possible, unit, power: 3, is_unresolved: volume.is_unresolved() }
+        Estimate { value, error, method, possible, bounds: None, unit, power: 3, is_unresolved: volume.is_unresolved() }
+    }
+
+    /// Returns whether the certified bounds prove that the value is below a limit; undecided without bounds.
+    pub fn is_below(&self, limit: f64) -> Verdict {
+        self.bounds.map_or(Verdict::Undecided, |bounds| Verdict::of(Side::Below, bounds, [limit; 2]))
+    }
+
+    /// Returns whether the certified bounds prove that the value is above a limit; undecided without bounds.
+    pub fn is_above(&self, limit: f64) -> Verdict {
+        self.bounds.map_or(Verdict::Undecided, |bounds| Verdict::of(Side::Above, bounds, [limit; 2]))
     }
 
     /// Returns whether no ray met the result, so that only `possible` is known.
@@ -73,6 +87,28 @@ pub fn with_error(value: f64, error: f64) -> (String, String) {
     (format!("{value:.significant$e}"), format!("{error:.1e}"))
 }
 
+/// Returns two bounds with the digits that their distance makes significant: the lower one rounded down, the upper one up.
+pub fn rounded_outwards([lower, upper]: [f64; 2]) -> [String; 2] {
+    let width = upper - lower;
+    let digits = 1.0 - width.log10().floor();
+    let unit = 10f64.powf(-digits.max(0.0));
+    if !(width > 0.0 && plain(lower) && plain(upper) && unit > 1e-14 * upper && digits <= 12.0) {
+        // Where f64 has few more digits: the shortest texts that denote the same numbers.
+        return [format!("{lower}"), format!("{upper}")];
+    }
+    let digits = digits.max(0.0) as usize;
+    // The nearest number with so many digits, or its neighbour beyond.
+    let outwards = |bound: f64, sign: f64| {
+        let text = format!("{bound:.digits$}");
+        let nearest: f64 = text.parse().unwrap_or(bound);
+        match sign * (nearest - bound) >= 0.0 {
+            true => text,
+            false => format!("{:.digits$}", (nearest + sign * unit).max(0.0)),
+        }
+    };
+    [outwards(lower, -1.0), outwards(upper, 1.0)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -91,6 +127,23 @@ mod tests {
         assert_eq!(written(27.0, 8.9e-16), "27 ± 0");
         assert_eq!(written(0.0, 0.0), "0 ± 0");
         assert_eq!(written(2.5e20, 1.0e17), "2.5000e20 ± 1.0e17");
+    }
+
+    #[test]
+    fn bounds_are_rounded_outwards() {
+        assert_eq!(rounded_outwards([1.234_567, 1.298_765]), ["1.234", "1.299"]);
+        assert_eq!(rounded_outwards([0.0, 0.125]), ["0.00", "0.13"]);
+        assert_eq!(rounded_outwards([2.0, 2.0]), ["2", "2"]);
+        assert_eq!(rounded_outwards([0.1, 0.1f64.next_up()]), ["0.1", "0.10000000000000002"]);
+        assert_eq!(rounded_outwards([0.0, 0.0]), ["0", "0"]);
+        let mut random = crate::testing::random::Random::new(5);
+        for _ in 0..10_000 {
+            let lower = random.share() * 10f64.powi(random.between(-6, 10));
+            let upper = lower + random.share() * 10f64.powi(random.between(-12, 10));
+            let [low, high] = rounded_outwards([lower, upper]).map(|text| text.parse::<f64>().unwrap());
+            assert!(low <= lower && upper <= high, "{lower} {upper} {low} {high}");
+            assert!(high - low <= 1.5 * (upper - lower) + 1e-12, "{lower} {upper} {low} {high}");
+        }
     }
 
     #[test]

@@ -79,6 +79,7 @@ mod bits;
 pub mod boolean;
 mod cancel;
 mod cell;
+pub mod certified;
 mod clash;
 mod closest;
 pub mod driver;
@@ -116,6 +117,8 @@ mod warning;
 #[doc(hidden)]
 pub mod allocation;
 #[doc(hidden)]
+pub mod cubic;
+#[doc(hidden)]
 pub mod excerpt;
 #[doc(hidden)]
 pub mod input;
@@ -130,11 +133,12 @@ pub mod placement;
 #[doc(hidden)]
 pub mod unit;
 
+pub use driver::certainty::Verdict;
 pub use driver::job::Backend;
 pub use driver::measured::{Method, Seconds};
 pub use driver::surface::SurfaceReport;
 pub use error::{Error, ErrorKind, OpenMesh};
-pub use estimate::{Estimate, with_error};
+pub use estimate::{Estimate, rounded_outwards, with_error};
 pub use grid::Axis;
 pub use mesh::LengthUnit as Unit;
 pub use progress::{Monitor, Progress};

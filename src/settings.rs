@@ -1,6 +1,7 @@
 //! Settings of an operation.
 
 use crate::Error;
+use crate::driver::certainty::Certainty;
 use crate::driver::job::{
     Backend, Keep, MeasureJob, Measurement, Openness, Spacing, SumJob, SumOperation, VolumeMethod,
 };
@@ -60,6 +61,7 @@ pub struct Settings<'p> {
     lod: u32,
     threads: usize,
     memory: Option<u64>,
+    bounds: bool,
     progress: Option<&'p dyn Progress>,
 }
 
@@ -97,6 +99,7 @@ impl<'p> Settings<'p> {
             lod: DEFAULT_LOD,
             threads: 0,
             memory: None,
+            bounds: false,
             progress: None,
         }
     }
@@ -136,6 +139,11 @@ impl<'p> Settings<'p> {
         Settings { memory: Some(bytes), ..self }
     }
 
+    /// Requests certified bounds of volumes ([`Estimate::bounds`](crate::Estimate::bounds)).
+    pub fn bounds(self, bounds: bool) -> Self {
+        Settings { bounds, ..self }
+    }
+
     /// Sets the listener that receives the progress and may stop the operation.
     pub fn progress(self, progress: &'p dyn Progress) -> Self {
         Settings { progress: Some(progress), ..self }
@@ -143,6 +151,10 @@ impl<'p> Settings<'p> {
 
     pub(crate) fn fill_rule(&self) -> FillRule {
         self.fill
+    }
+
+    pub(crate) fn needs_bounds(&self) -> bool {
+        self.bounds
     }
 
     pub(crate) fn memory(&self) -> Option<u64> {
@@ -190,6 +202,7 @@ impl<'p> Settings<'p> {
             memory: self.memory,
             method,
             hashes: false,
+            certainty: Certainty { bounds: self.bounds, assertions: Vec::new() },
             keep,
         })
     }
@@ -212,6 +225,7 @@ impl<'p> Settings<'p> {
             backend: self.backend.clone(),
             memory: self.memory,
             hashes: false,
+            certainty: Certainty { bounds: self.bounds, assertions: Vec::new() },
             keep,
         })
     }

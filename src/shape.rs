@@ -244,6 +244,11 @@ impl Shape {
         if let Node::Solid(solid) = &*self.node {
             return Ok(solid.clone());
         }
+        if settings.needs_bounds() {
+            return Err(Error::Usage(
+                "no bounds can be certified for a sum or an offset within another operation, as its mesh is approximate".to_owned(),
+            ));
+        }
         let whole = settings.clone().axes(crate::Axes::All).mode(crate::Mode::Exact);
         let measured = self.measured(&whole, Keep::Mesh, false, monitor)?;
         let (mesh, report) = surface::mesh(&measured.imaged(), Finish::default(), Precision::Double, monitor)?;

@@ -113,6 +113,21 @@ impl Expression {
         })
     }
 
+    /// Returns whether a point is in the result, given whether it is in some of the inputs, and `None` for the others; `None` if
+    /// these do not decide (Kleene's logic).
+    pub fn decided(&self, in_input: impl Fn(usize) -> Option<bool>) -> Option<bool> {
+        self.fold(in_input, |operation, operands| {
+            let (first, others) = operands.split_first().expect("an operation has operands");
+            others.iter().fold(*first, |left, &right| match (left, right) {
+                (Some(left), Some(right)) => Some(operation.holds(left, right)),
+                // One that is known decides if both values of the other give the same.
+                (Some(left), None) => same([false, true].map(|right| operation.holds(left, right))),
+                (None, Some(right)) => same([false, true].map(|left| operation.holds(left, right))),
+                (None, None) => None,
+            })
+        })
+    }
+
     /// Evaluates the expression: `input` returns the value of an input, `operation` combines the values of its operands.
     pub(super) fn fold<T>(&self, input: impl Fn(usize) -> T, operation: impl Fn(BooleanOperation, &[T]) -> T) -> T {
         let mut values = Vec::new();
@@ -148,6 +163,11 @@ impl Expression {
     }
 }
 
+/// Returns the value of two, if it is the same.
+fn same([a, b]: [bool; 2]) -> Option<bool> {
+    (a == b).then_some(a)
+}
+
 /// The place of a term in an expression.
 #[derive(Clone, Copy)]
 pub(super) struct Parent {
@@ -170,6 +190,22 @@ mod tests {
         assert!(of(BooleanOperation::Union, &[false, false, true]));
         assert!(!of(BooleanOperation::Intersection, &[true, true, false]));
         assert_eq!(Expression::of_inputs(BooleanOperation::Union, 1), Expression::input(0));
+    }
+
+    #[test]
+    fn an_expression_is_decided_only_if_no_unknown_input_can_change_it() {
+        let expression = Expression::parse("a & (b | c) - d ^ a", &["a", "b", "c", "d"]).unwrap();
+        for code in 0..3u32.pow(4) {
+            let input = |i: usize| [None, Some(false), Some(true)][(code / 3u32.pow(i as u32) % 3) as usize];
+            let fits = |bits: &u32| (0..4).all(|i| input(i).is_none_or(|known| known == (bits >> i & 1 == 1)));
+            let values: Vec<bool> = (0..16).filter(fits).map(|bits| expression.holds(|i| bits >> i & 1 == 1)).collect();
+            if let Some(decided) = expression.decided(input) {
+                assert!(values.iter().all(|&value| value == decided), "{code}");
+            }
+            if values.len() == 1 {
+                assert_eq!(expression.decided(input), Some(values[0]), "{code}");
+            }
+        }
     }
 
     #[test]

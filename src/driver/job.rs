@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::bound::Bound;
+use super::certainty::Certainty;
 use crate::Error;
 use crate::boolean::{BooleanOperation, Expression};
 use crate::grid::Axis;
@@ -172,6 +173,8 @@ pub struct MeasureJob {
     pub method: VolumeMethod,
     /// True if the files are hashed.
     pub hashes: bool,
+    /// What has to be proved about the volume.
+    pub certainty: Certainty,
     /// The part of the images that is kept.
     pub keep: Keep,
 }
@@ -199,6 +202,8 @@ pub struct SumJob {
     pub memory: Option<u64>,
     /// True if the files are hashed.
     pub hashes: bool,
+    /// What has to be proved about the volume.
+    pub certainty: Certainty,
     /// The part of the images that is kept.
     pub keep: Keep,
 }

@@ -10,6 +10,7 @@ use std::time::Instant;
 use glam::{DMat3, DVec3};
 
 use super::backend::{Backends, Choice};
+use super::certainty::certify;
 use super::fill::FillDifference;
 use super::image::{ImageMaker, Triangles, alive_at_once};
 use super::input::{self, InputRequirements, Sides, Solid};
@@ -134,6 +135,7 @@ pub fn measure(
         }
         (_, None) => unreachable!("a volume without an exact value is sampled"),
     };
+    let certified = certify(job, &solids, &volume, (grid.pitch(), spacing), &mut warnings, progress)?;
     if let Some(round) = &round {
         warnings.extend(round.choice.ran().auto.iter().filter_map(|auto| auto.warning.clone()));
         warnings.extend(open_warning(&solids, round));
@@ -148,6 +150,7 @@ pub fn measure(
         expression: job.measurement.typed_expression().map(str::to_owned),
         unit: solids[0].unit,
         volume,
+        certified,
         grid,
         layers: round.as_ref().map_or([None; 3], |round| round.layers),
         samples: round.as_ref().map_or(0, |round| round.samples),

@@ -9,6 +9,7 @@ use glam::{DMat3, DVec3};
 use serde::Serialize;
 
 use super::backend::Ran;
+use super::certainty::Certified;
 use super::input::Solid;
 use super::job::ImageTarget;
 use super::surface::{Imaged, SurfaceReport};
@@ -38,6 +39,8 @@ pub struct Measured {
     pub unit: Option<LengthUnit>,
     /// The volume of the result.
     pub volume: Volume,
+    /// Certified bounds of the volume, and the verdicts on assertions.
+    pub certified: Certified,
     /// The raster.
     pub grid: Grid,
     /// The most samples on a ray along x, y and z; `None` for axes that were not sampled.
@@ -225,7 +228,9 @@ pub struct StepReport {
 impl Measured {
     /// Returns the volume with its error, its method and its unit.
     pub fn estimate(&self) -> Estimate {
-        Estimate::of_volume(&self.volume, self.unit)
+        let mut estimate = Estimate::of_volume(&self.volume, self.unit);
+        estimate.bounds = self.certified.bounds;
+        estimate
     }
 
     /// Returns the images with the data that an output file needs.

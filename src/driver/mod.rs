@@ -6,6 +6,7 @@
 pub mod backend;
 pub(crate) mod bound;
 mod bytes;
+pub mod certainty;
 pub mod clash;
 pub mod device;
 mod fill;

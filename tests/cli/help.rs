@@ -136,8 +136,8 @@ fn wrong_usage_exits_with_two() {
         (&["volume", "a.stl", "--quiet", "-v"], &["--quiet"]),
         (&["volume", "a.stl", "--backend", "cpu", "--adapter", "A card"], &["--adapter A card", "--backend cpu"]),
         (&["sample", "a.stl"], &["--output"]),
-        // Options that do not exist yet are refused.
-        (&["volume", "a.stl", "--bounds"], &["--bounds"]),
+        // A sample is an image, not a volume.
+        (&["sample", "a.stl", "-o", "a.npz", "--bounds"], &["--bounds"]),
         (&["minkowski", "a.stl"], &["<B>"]),
         (&["minkowski", "a.stl", "a.stl", "--lod", "31"], &["--lod 31", "32 to 65536"]),
         (&["minkowski", "a.stl", "a.stl", "--allow-open"], &["--allow-open"]),

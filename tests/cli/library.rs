@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use ldi_ops::{Axes, Axis, Backend, Error, FillRule, Limits, Mode, Report, Settings, Shape, Solid, Unit};
+use ldi_ops::{Axes, Axis, Backend, Error, FillRule, Limits, Mode, Report, Settings, Shape, Solid, Unit, Verdict};
 use serde_json::Value;
 
-use crate::{Folder, cube};
+use crate::{Folder, assert_near, cube};
 
 /// A gyroid and a ball of different units, and a brush.
 fn models() -> Folder {
@@ -118,6 +118,35 @@ fn sums_and_offsets_are_those_of_the_command_line() {
     }
     assert!(matches!(a.offset(0.0).volume(&settings), Err(Error::Usage(_))));
     assert!(matches!(a.offset(0.1).volume(&Settings::tolerance(0.1)), Err(Error::Usage(_))));
+}
+
+#[test]
+fn bounds_are_those_of_the_command_line() {
+    let folder = Folder::with_two_cubes();
+    let [a, b] = ["a.stl", "b.stl"].map(|name| solid(&folder, name));
+    let settings = Settings::rays(32).bounds(true);
+    let cases: [(Shape, &[&str]); 4] = [
+        (&a & &b, &["intersect", "a.stl", "b.stl"]),
+        (&a ^ &b, &["xor", "a.stl", "b.stl"]),
+        (a.minkowski_sum(&b), &["minkowski", "a.stl", "b.stl"]),
+        (a.offset(0.2), &["offset", "a.stl", "--distance", "0.2"]),
+    ];
+    for (shape, job) in cases {
+        let json = folder.json(&[job, &["--resolution", "32", "--bounds"]].concat());
+        let volume = shape.volume(&settings).unwrap();
+        let [lower, upper] = volume.bounds.unwrap();
+        for (key, ours) in [("lower", lower), ("upper", upper)] {
+            // JSON is read with an error of a unit in the last place.
+            assert_near(ours, json["volume"][key].as_f64().unwrap(), 1e-14 * upper);
+        }
+        assert_eq!(
+            (volume.is_below(upper + 1.0), volume.is_above(upper + 1.0)),
+            (Verdict::Certain, Verdict::CertainlyNot)
+        );
+        assert_eq!(shape.volume(&Settings::rays(32)).unwrap().bounds, None);
+    }
+    assert!(matches!((&a.offset(0.1) & &b).volume(&settings), Err(Error::Usage(_))));
+    assert!(a.close(0.1).volume(&settings).is_err());
 }
 
 #[test]

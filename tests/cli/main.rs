@@ -3,6 +3,7 @@
 //! Each test writes its own small input files.
 
 mod broken;
+mod certainty;
 mod clash;
 mod completions;
 mod corpus;

@@ -1,5 +1,6 @@
 //! Arguments as they are typed. What they mean together is for [`crate::resolve`].
 
+mod certainty;
 mod clash;
 mod manual;
 mod memory;
@@ -19,6 +20,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand,
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
+pub use self::certainty::CertaintyArguments;
 pub use self::clash::{ClashArguments, ComparisonArguments, RuleArguments};
 pub use self::manual::{CompletionsArguments, ManArguments};
 pub use self::memory::MemorySize;
@@ -56,6 +58,7 @@ Examples:
   ldi-ops intersect scaffold.stl bone.stl -o common.stl    and a mesh of it
   ldi-ops csg 'a & (b | c)' a=scaffold.stl b=bone.stl c=part.stl -o part.3mf
   ldi-ops difference block.stl drill.stl --transform-b 'rotate(1,0,0,90) translate(0,5,0)'
+  ldi-ops intersect a.stl b.stl --assert-below 5mm3        exit 0 only if that is proved
   ldi-ops volume part.3mf --tolerance 0.1%                 refine to a relative error of 0.1 %
   ldi-ops volume struts.stl --fill nonzero                 unites overlapping shells
   ldi-ops minkowski part.stl ball.stl -o sum.stl           sum of any two solids
@@ -192,6 +195,8 @@ pub struct OperationArguments {
     #[command(flatten)]
     pub sampling: SamplingArguments,
     #[command(flatten)]
+    pub certainty: CertaintyArguments,
+    #[command(flatten)]
     pub writing: ImageArguments,
     #[command(flatten)]
     pub common: CommonArguments,
@@ -241,6 +246,8 @@ pub struct VolumeArguments {
     pub placing: PlacingArguments,
     #[command(flatten)]
     pub sampling: SamplingArguments,
+    #[command(flatten)]
+    pub certainty: CertaintyArguments,
     #[command(flatten)]
     pub common: CommonArguments,
 }

@@ -7,10 +7,11 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 use ldi_ops::driver::backend::Ran;
+use ldi_ops::driver::certainty::Judged;
 use ldi_ops::driver::device::GpuDevice;
 use ldi_ops::driver::input::Solid;
 use ldi_ops::driver::machine::{cpu_name, peak_memory_bytes};
-use ldi_ops::driver::measured::{Measured, Method, StepReport, Volume};
+use ldi_ops::driver::measured::{Measured, Method, StepReport};
 use ldi_ops::driver::render::Rendered;
 use ldi_ops::driver::surface::SurfaceReport;
 use ldi_ops::grid::Grid;
@@ -145,7 +146,7 @@ fn one_measured(result: &Measured) -> Value {
         "schema": SCHEMA,
         "command": result.command,
         "inputs": result.solids.iter().map(input).collect::<Vec<_>>(),
-        "volume": volume(&result.volume, unit),
+        "volume": volume(result, unit),
         "grid": grid(&result.grid),
         "layers_max": result.layers,
         "samples": result.samples,
@@ -184,13 +185,14 @@ fn one_measured(result: &Measured) -> Value {
 }
 
 /// Returns a volume with its method and bounds.
-fn volume(volume: &Volume, unit: Option<String>) -> Value {
+fn volume(result: &Measured, unit: Option<String>) -> Value {
+    let Measured { volume, certified, .. } = result;
     let (method, not_exact) = match volume.method {
         Method::Exact => ("exact", None),
         Method::Estimate(not_exact) => ("estimate", not_exact),
     };
     let [at_least, at_most] = volume.possible;
-    json!({
+    let mut object = json!({
         "value": volume.value,
         "estimate_error": volume.error,
         "method": method,
@@ -200,10 +202,19 @@ fn volume(volume: &Volume, unit: Option<String>) -> Value {
         "rays": volume.rays.map(|rays| json!({ "value": rays.value, "estimate_error": rays.error })),
         "at_least": at_least,
         "at_most": at_most,
-        "lower": null,
-        "upper": null,
+        "lower": certified.bounds.map(|[lower, _]| lower),
+        "upper": certified.bounds.map(|[_, upper]| upper),
         "unit": unit,
-    })
+    });
+    if !certified.judged.is_empty() {
+        object["assertions"] = certified.judged.iter().map(judged).collect();
+    }
+    object
+}
+
+/// Returns the verdict on an assertion.
+fn judged(judged: &Judged) -> Value {
+    json!({ "kind": judged.side.name(), "value": judged.limit, "verdict": judged.verdict.to_string() })
 }
 
 /// Returns the statistics of a step of a sum.

@@ -6,6 +6,7 @@ use std::fmt::Write;
 
 use glam::DVec3;
 use ldi_ops::driver::backend::Ran;
+use ldi_ops::driver::certainty::Judged;
 use ldi_ops::driver::machine::peak_memory_bytes;
 use ldi_ops::driver::measured::{Measured, StepReport};
 use ldi_ops::driver::render::Rendered;
@@ -19,7 +20,7 @@ use ldi_ops::report::id::{self, MetricId, Statistic};
 use ldi_ops::report::scaffold_report::{LimitOutcome, Metric, ScaffoldReport};
 use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::unit;
-use ldi_ops::with_error;
+use ldi_ops::{rounded_outwards, with_error};
 
 use crate::resolve::Verbosity;
 use crate::run::{Checked, Converted, Devices, Each, Generated, Outcome, Surfaced, is_pinned};
@@ -176,6 +177,7 @@ fn one_measured(result: &Measured, verbosity: Verbosity) -> String {
     let is_verbose = verbosity == Verbosity::Verbose;
     let mut table = Table::default();
     table.line(result.command, value(result));
+    certified(&mut table, result);
     if let Some(expression) = result.expression.as_ref().filter(|_| is_verbose) {
         table.line("expression", expression);
     }
@@ -191,6 +193,18 @@ fn one_measured(result: &Measured, verbosity: Verbosity) -> String {
         cost(&mut table, result);
     }
     table.text
+}
+
+/// Adds certified bounds and the verdicts on assertions.
+fn certified(table: &mut Table, result: &Measured) {
+    let cubed = unit::suffix(result.unit, 3);
+    if let Some(bounds) = result.certified.bounds {
+        let [lower, upper] = rounded_outwards(bounds);
+        table.line("bounds", format_args!("{lower} to {upper}{cubed} (certified)"));
+    }
+    for Judged { side, limit, verdict } in &result.certified.judged {
+        table.line("assert", format_args!("{} {}{cubed}: {verdict}", side.name(), number(*limit)));
+    }
 }
 
 /// Adds the measures of `volume`.

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use clap_complete::Shell;
 use ldi_ops::Error;
 use ldi_ops::boolean::{BooleanOperation, Expression};
+use ldi_ops::driver::certainty::Certainty;
 use ldi_ops::driver::job::{
     Backend, Boolean, Content, Finish, ImageTarget, Input, Keep, MeasureJob, Measurement, Openness, Spacing, SumJob,
     SumOperation, VolumeMethod, Wording,
@@ -164,12 +165,14 @@ pub fn resolve(command: args::Command, words: &[OsString]) -> Result<Invocation,
             }
             let PlacingArguments { reading, transform_a: placement } = a.placing;
             let inputs = a.solids.into_iter().map(|path| Input { name: None, path, placement }).collect();
-            measure(Measurement::Volume, inputs, reading, a.sampling, args::ImageArguments::default(), a.common)
+            let certainty = a.certainty.into();
+            measure(Measurement::Volume, inputs, reading, (a.sampling, certainty), Default::default(), a.common)
         }
         Command::Sample(a) => {
             let input = Input { name: None, path: a.solid, placement: a.placing.transform_a };
             let writing = args::ImageArguments { output: Some(a.output), finish: a.finish };
-            measure(Measurement::Sample, vec![input], a.placing.reading, a.sampling, writing, a.common)
+            let sampling = (a.sampling, Certainty::default());
+            measure(Measurement::Sample, vec![input], a.placing.reading, sampling, writing, a.common)
         }
         Command::Surface(a) => {
             let report = report(&a.common)?;
@@ -260,7 +263,8 @@ fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<In
     let inputs = paths.into_iter().zip(placements).map(|(path, placement)| Input { name: None, path, placement });
     let expression = Expression::of_inputs(operation, inputs.len());
     let boolean = Boolean { expression, wording: Wording::Operation(operation) };
-    let args::OperationArguments { sampling, writing, common } = rest;
+    let args::OperationArguments { sampling, certainty, writing, common } = rest;
+    let sampling = (sampling, certainty.into());
     measure(Measurement::Boolean(boolean), inputs.collect(), reading, sampling, writing, common)
 }
 
@@ -274,8 +278,8 @@ fn csg(arguments: args::CsgArguments) -> Result<Invocation, Error> {
     let inputs = names.into_iter().zip(paths).zip(placements);
     let inputs = inputs.map(|((name, path), placement)| Input { name: Some(name), path, placement }).collect();
     let boolean = Boolean { expression, wording: Wording::Typed(text) };
-    let args::OperationArguments { sampling, writing, common } = operation;
-    measure(Measurement::Boolean(boolean), inputs, reading, sampling, writing, common)
+    let args::OperationArguments { sampling, certainty, writing, common } = operation;
+    measure(Measurement::Boolean(boolean), inputs, reading, (sampling, certainty.into()), writing, common)
 }
 
 /// Parses an expression as typed.
@@ -325,7 +329,7 @@ fn measure(
     measurement: Measurement,
     inputs: Vec<Input>,
     reading: args::ReadingArguments,
-    sampling: SamplingArguments,
+    (sampling, certainty): (SamplingArguments, Certainty),
     writing: args::ImageArguments,
     common: CommonArguments,
 ) -> Result<Invocation, Error> {
@@ -348,6 +352,7 @@ fn measure(
         method,
         memory,
         hashes: report.has_json(),
+        certainty,
         keep: Keep::from(target.as_ref()),
     };
     Ok(invocation(Job::Measure(Command { job, inputs, target, report }), &common))

@@ -3,8 +3,9 @@
 use super::raster;
 use crate::boolean::{BooleanOperation, Expression};
 use crate::driver::backend::Backends;
+use crate::driver::certainty::Certainty;
 use crate::driver::input::Solid;
-use crate::driver::job::{Backend, Boolean, Keep, MeasureJob, Measurement, Openness, Spacing, Wording};
+use crate::driver::job::{Backend, Boolean, Keep, MeasureJob, Measurement, Openness, Spacing, VolumeMethod, Wording};
 use crate::driver::measure::measure;
 use crate::driver::measured::Method;
 use crate::grid::Axis;
@@ -74,8 +75,9 @@ pub fn overlap(
         fill,
         backend: Backend::Cpu,
         memory,
-        check_rays: false,
+        method: VolumeMethod::Best,
         hashes: false,
+        certainty: Certainty::default(),
         keep: Keep::Sums,
     };
     let measured = measure(&job, solids, &Backends::open(&job.backend)?, &Monitor::new(None))?;

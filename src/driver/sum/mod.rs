@@ -4,6 +4,7 @@
 //! all images; it may be too small for details finer than the pitch of all rasters.
 
 mod backend;
+mod bounds;
 mod forecast;
 #[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
 mod gpu;
@@ -24,6 +25,7 @@ use crate::sampler::{FillRule, Mode};
 pub use self::backend::SumBackend;
 use self::shells::{Shells, Windings};
 use self::steps::{Setting, Step, StepImages};
+use super::certainty::{Certified, certify_offset};
 use super::input::{self, InputRequirements, Sides, Solid};
 use super::measure::check_pitches;
 use super::measured::{Measured, Seconds, SumReport, Volume};
@@ -76,6 +78,10 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     let mut warnings = Vec::new();
     let requirements = requirements(job);
     let operation = job.operation.in_unit(solids[0].unit)?;
+    let needs_bounds = job.certainty.needs_bounds();
+    if needs_bounds {
+        can_be_certified(operation)?;
+    }
     let spacing = job.spacing.in_unit(solids[0].unit)?;
     for (i, solid) in solids.iter_mut().enumerate() {
         let side = if i == 0 { first_side(operation) } else { Side::Inside };
@@ -85,13 +91,22 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     if let SumOperation::Sum(Operand::Reflected) | SumOperation::Difference(Operand::AsItIs) = operation {
         input::map(&mut solids[1], &DAffine3::from_scale(DVec3::NEG_ONE), requirements)?;
     }
-    let raster = Raster::of(job, (operation, spacing), &solids);
+    let raster = Raster { needs_bounds, ..Raster::of(job, (operation, spacing), &solids) };
     let operated = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?;
-    let StepImages { grid, volume_sums, images, normals, bias, .. } = operated.last;
+    let StepImages { grid, volume_sums, images, normals, bias, bounds, .. } = operated.last;
+    let certified = match (operation, bounds) {
+        _ if !needs_bounds => Certified::default(),
+        (SumOperation::Offset(distance), _) => {
+            certify_offset(job, &solids[0], (distance, grid.pitch()), &mut warnings, progress)?
+        }
+        (_, Some(bounds)) => Certified::of(&job.certainty, [bounds.lower, bounds.upper], solids[0].unit)?,
+        (_, None) => unreachable!("a sum has bounds if they are needed"),
+    };
     progress.stage("coarser rasters")?;
     let mut coarser = Vec::new();
     for ratio in check_pitches(&job.axes) {
-        let raster = Raster { pitch: ratio * grid.pitch(), axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Sums };
+        let pitch = ratio * grid.pitch();
+        let raster = Raster { pitch, axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Sums, needs_bounds: false };
         let last = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?.last;
         coarser.push(axis_volumes(&last.volume_sums));
     }
@@ -122,6 +137,7 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         expression: None,
         unit: solids[0].unit,
         volume,
+        certified,
         grid,
         layers,
         samples: volume_sums.iter().map(|volume_sums| volume_sums.samples()).sum(),
@@ -143,6 +159,18 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     })
 }
 
+/// Refuses operations whose volume cannot be certified.
+fn can_be_certified(operation: SumOperation) -> Result<(), Error> {
+    match operation {
+        SumOperation::Sum(_) | SumOperation::Difference(_) | SumOperation::Offset(_) => Ok(()),
+        SumOperation::Opening(_) | SumOperation::Closing(_) => Err(Error::input(format!(
+            "{}: bounds of the volume cannot be certified, as its second step starts from a mesh that is approximate; remove \
+             --bounds and the assertions",
+            operation.command()
+        ))),
+    }
+}
+
 /// The result of all steps, with its report and warnings.
 struct Operated {
     last: StepImages,
@@ -157,6 +185,8 @@ struct Raster<'j> {
     axes: &'j [Axis],
     mode: Mode,
     keep: Keep,
+    /// True if certified bounds of the volume are needed.
+    needs_bounds: bool,
 }
 
 impl Raster<'_> {
@@ -167,7 +197,7 @@ impl Raster<'_> {
             Spacing::Pitch(pitch) => pitch,
             Spacing::Tolerance(_) => unreachable!("sums have no tolerance"),
         };
-        Raster { pitch, axes: &job.axes, mode: job.mode, keep: job.keep }
+        Raster { pitch, axes: &job.axes, mode: job.mode, keep: job.keep, needs_bounds: false }
     }
 }
 
@@ -183,10 +213,10 @@ fn operate(
 ) -> Result<Operated, Error> {
     let limit = Limit::new(job.memory);
     let longest = counted_side(operation, solids);
-    let Raster { pitch, axes, mode, keep } = raster;
+    let Raster { pitch, axes, mode, keep, needs_bounds } = raster;
     let names = raster::names(solids);
     let (lod, names) = (job.lod, &names[..]);
-    let setting = Setting { pitch, longest, lod, limit, backend, axes, mode, keep, names, progress };
+    let setting = Setting { pitch, longest, lod, limit, backend, axes, mode, keep, needs_bounds, names, progress };
     let a = closed(&solids[0]);
     let (step, next) = match operation {
         SumOperation::Sum(_) => (Step::Sum(closed(&solids[1])), None),

@@ -5,6 +5,7 @@ use std::fmt::Display;
 use std::time::Instant;
 
 use super::backend::SumBackend;
+use super::bounds::certified_bounds;
 use super::forecast::Forecast;
 use super::spot_check::first_difference;
 use crate::Error;
@@ -17,6 +18,7 @@ use crate::grid::{Axis, Grid, SumGrid, offset_grid};
 use crate::integrate;
 use crate::ldi::{Ldi, VolumeSums};
 use crate::mesh::ClosedMesh;
+use crate::metrics::bounds::Interval;
 use crate::minkowski::ball::{BallMembership, BallPatches, PatchCounts};
 use crate::minkowski::{
     CullCounts, Exterior, Interior, Membership, Polyhedron, RaySpans, ResolveCounts, ResolvedSpans, SumMembership, cull,
@@ -103,6 +105,8 @@ pub struct Setting<'s> {
     pub axes: &'s [Axis],
     pub mode: Mode,
     pub keep: Keep,
+    /// True if certified bounds of the volume are needed.
+    pub needs_bounds: bool,
     /// The names of the inputs, for messages.
     pub names: &'s str,
     pub progress: &'s Monitor<'s>,
@@ -119,6 +123,8 @@ pub struct StepImages {
     pub normals: Vec<[f32; 3]>,
     /// The volume that an over- or under-estimate adds or omits, in cubic world units: the mean over the axes.
     pub bias: f64,
+    /// Certified bounds of the volume, if they are needed.
+    pub bounds: Option<Interval>,
     pub report: StepReport,
 }
 
@@ -224,9 +230,17 @@ impl Setting<'_> {
         let normals = if self.keep.has_triangles() { primitives.normals(&grid) } else { Vec::new() };
         seconds.operate += laps.lap("normals");
         let sampled = primitives.triangles.len() as u64;
-        drop(primitives);
+        // Only bounds need the primitives again.
+        let primitives = self.needs_bounds.then_some(primitives);
         let ResolvedSpans { spans, counts: resolved } =
             self.resolved(seconds, &mut laps, &grid, spans, exterior, &membership)?;
+        let bounds = match primitives {
+            Some(primitives) => {
+                self.progress.stage("certifying bounds")?;
+                Some(certified_bounds(&grid, &primitives, &spans[0])?)
+            }
+            None => None,
+        };
         let operation = match exterior {
             Exterior::Out => "sum",
             Exterior::In => "difference",
@@ -245,6 +259,7 @@ impl Setting<'_> {
         };
         let mut images = self.images(seconds, &mut laps, grid, &spans, report)?;
         images.normals = normals;
+        images.bounds = bounds;
         images.report.seconds = laps.seconds;
         Ok(images)
     }
@@ -430,8 +445,15 @@ impl Setting<'_> {
         report: StepReport,
     ) -> Result<StepImages, Error> {
         let sampler = CpuSampler::default();
-        let mut step =
-            StepImages { grid, volume_sums: Vec::new(), images: Vec::new(), normals: Vec::new(), bias: 0.0, report };
+        let mut step = StepImages {
+            grid,
+            volume_sums: Vec::new(),
+            images: Vec::new(),
+            normals: Vec::new(),
+            bias: 0.0,
+            bounds: None,
+            report,
+        };
         for &axis in self.axes {
             self.progress.stage(format!("the image along {}", axis.name()))?;
             let spans = &spans[axis.depth()];
@@ -487,7 +509,7 @@ impl Setting<'_> {
         let StepImages { grid, report, .. } = previous;
         let images = self.axes.iter().map(|&axis| empty_image(&grid, axis)).collect::<Result<Vec<Ldi>, Error>>()?;
         let volume_sums = images.iter().map(Ldi::volume_sums).collect();
-        Ok(StepImages { grid, volume_sums, images, normals: Vec::new(), bias: 0.0, report })
+        Ok(StepImages { grid, volume_sums, images, normals: Vec::new(), bias: 0.0, bounds: None, report })
     }
 
     fn refused(&self, error: &dyn Display) -> Error {

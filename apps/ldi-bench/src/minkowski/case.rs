@@ -1,5 +1,6 @@
 //! One sum by stages, in its own process, so that its peak memory is known.
 
+use ldi_ops::driver::certainty::Certainty;
 use ldi_ops::driver::input::Solid;
 use ldi_ops::driver::job::{Backend, Keep, Operand, Spacing, SumJob, SumOperation};
 use ldi_ops::driver::measured::{Measured, StepReport};
@@ -46,6 +47,7 @@ pub fn run(name: &str, resolution: u32, runs: usize, adapter: Option<&str>) -> R
         backend: backend.clone(),
         memory: None,
         hashes: false,
+        certainty: Certainty::default(),
         keep: Keep::Images,
     };
     let device = SumBackend::open(&backend).map_err(failed)?;

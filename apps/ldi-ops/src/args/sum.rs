@@ -8,7 +8,7 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::placement::Placement;
 use ldi_ops::unit;
 
-use super::{CommonArguments, DeviceArguments, FillArguments, ImageArguments, KindArguments};
+use super::{CertaintyArguments, CommonArguments, DeviceArguments, FillArguments, ImageArguments, KindArguments};
 
 #[derive(Debug, Args)]
 #[command(after_help = MINKOWSKI_EXAMPLES)]
@@ -102,6 +102,8 @@ does not fit are filled. The second step starts from the surface of the first at
 pub struct SumArguments {
     #[command(flatten)]
     pub sampling: SumSamplingArguments,
+    #[command(flatten)]
+    pub certainty: CertaintyArguments,
     #[command(flatten)]
     pub writing: ImageArguments,
     #[command(flatten)]

@@ -42,7 +42,7 @@ fn sum(
     unit: Option<LengthUnit>,
     rest: SumArguments,
 ) -> Result<Invocation, Error> {
-    let SumArguments { sampling, writing, common } = rest;
+    let SumArguments { sampling, certainty, writing, common } = rest;
     let (backend, memory) = device(sampling.device)?;
     let target = image_target(writing, sampling.kind.axis)?;
     let report = report(&common)?;
@@ -57,6 +57,7 @@ fn sum(
         backend,
         memory,
         hashes: report.has_json(),
+        certainty: certainty.into(),
         keep: Keep::from(target.as_ref()),
     };
     Ok(invocation(Job::Sum(Command { job, inputs, target, report }), &common))

@@ -48,6 +48,7 @@ pub fn run(command: &Command<MeasureJob>, start: Instant, progress: &Progress) -
     }
     let exit = worst(&results, |measured| match measured.refinement {
         Some(refinement) if !refinement.reached => Exit::CheckFalse,
+        _ if !measured.certified.holds() => Exit::CheckFalse,
         _ => surface_exit(measured.surface.as_ref()),
     });
     Ok(Finished { outcome: Outcome::Measured(results), report: report.clone(), exit })
