@@ -15,6 +15,7 @@
 //! - [`sampler`] states what an image is, to the bit; [`sampler::cpu`] and, with the feature `gpu`, `sampler::gpu` make it.
 //! - [`gpu`] finds and opens compute devices.
 //! - [`ldi`] holds the image; [`boolean`] combines any number; [`integrate`] finds volume, area and moments.
+//! - [`certified`] proves bounds of the volumes of expressions and offsets.
 //! - [`minkowski`] makes the images of Minkowski sums, differences and offsets without a mesh of the result.
 //! - [`metrics`] measures scaffolds and their pores: thickness, access, topology, paths.
 //! - [`surface`] contours three images to a closed mesh, checks that it is a manifold, and simplifies it.
