@@ -49,7 +49,7 @@ const CONTESTS: [Contest; 2] = [
 ];
 
 /// The flags of ldi-ops in every comparison; they follow the files.
-const FLAGS: [&str; 6] = ["--axis", "z", "--resolution", "512", "--mode", "exact"];
+const FLAGS: [&str; 7] = ["--estimate", "--axis", "z", "--resolution", "512", "--mode", "exact"];
 
 /// The cost of a process.
 #[derive(Clone, Debug, Serialize)]
@@ -209,7 +209,7 @@ fn large_images(plan: &Plan, folder: &Path) -> Result<Vec<Value>, BenchError> {
     for job in jobs {
         let command = || {
             let mut command = Command::new(&plan.ldi_ops);
-            command.args(job).args(["--axis", "z", "--resolution", "2048", "--quiet"]);
+            command.args(job).args(["--estimate", "--axis", "z", "--resolution", "2048", "--quiet"]);
             command
         };
         let told = told_by_own_json(command())?;

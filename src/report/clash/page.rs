@@ -6,7 +6,7 @@ use base64::engine::general_purpose::STANDARD;
 
 use super::Pictured;
 use crate::driver::clash::rules::Finding;
-use crate::driver::clash::{Clashes, Pair, Relation};
+use crate::driver::clash::{Clashes, OverlapMethod, Pair, Relation};
 use crate::report::page::{FOOT, SORT, STYLE, rendered, words};
 use crate::report::quantity::{Quantity, Unit};
 
@@ -185,10 +185,11 @@ fn row<'c>(clashes: &'c Clashes, rank: usize, pair: &Pair) -> Row<'c> {
     };
     let volume = match common {
         Some(common) => {
-            let error = 0.5 * (common.volume.upper - common.volume.lower);
+            let volume = common.volume;
+            let error = (volume.method == OverlapMethod::Estimate).then_some(0.5 * (volume.upper - volume.lower));
             let unit = Quantity::Length(3).of(clashes.unit);
-            let text = words::with_error(common.volume.value, Some(error), &unit);
-            Value { text, key: format!("{:e}", common.volume.value) }
+            let text = words::with_error(volume.value, error, &unit);
+            Value { text, key: format!("{:e}", volume.value) }
         }
         None => value(None),
     };

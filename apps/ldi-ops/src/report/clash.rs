@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use ldi_ops::driver::clash::{Clashes, Pair, Relation};
+use ldi_ops::driver::clash::{Clashes, OverlapMethod, Pair, Relation};
 use ldi_ops::driver::machine::peak_memory_bytes;
 use ldi_ops::number::digits;
 use ldi_ops::unit;
@@ -81,13 +81,19 @@ fn row(clashes: &Clashes, pair: &Pair) -> [String; 4] {
         Relation::Touching { distance, .. } => format!("touching, {} apart", length(distance)),
         Relation::Overlapping(common) => {
             let volume = common.volume;
-            let (value, error) = with_error(volume.value, 0.5 * (volume.upper - volume.lower));
+            let amount = match volume.method {
+                OverlapMethod::Exact => digits(volume.value, 7),
+                OverlapMethod::Estimate => {
+                    let (value, error) = with_error(volume.value, 0.5 * (volume.upper - volume.lower));
+                    format!("{value} ± {error}")
+                }
+            };
             let how = match common.contained {
                 Some(place) => format!("{} lies in {}", [a, b][place], [a, b][1 - place]),
                 None => format!("{} deep", length(common.depth)),
             };
             let doubt = if common.is_certain { "" } else { ", not certain" };
-            format!("{value} ± {error}{}, {how}{doubt}", unit::suffix(clashes.unit, 3))
+            format!("{amount}{}, {how}{doubt}", unit::suffix(clashes.unit, 3))
         }
     };
     let [x, y, z] = pair.relation.place().to_array().map(|value| digits(value, 4));
