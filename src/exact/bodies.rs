@@ -30,7 +30,7 @@ pub(super) struct Lattice {
 impl Lattice {
     /// Returns the lattice for solids in a box.
     pub fn around(bounds: Aabb) -> Lattice {
-        let longest = bounds.extent().max_element();
+        let longest = bounds.extent().max_element().clamp(f64::MIN_POSITIVE, f64::MAX);
         let exponent = longest.log2().floor() as i32 + 1 - BITS;
         let step = 2f64.powi(exponent.clamp(-1000, 900));
         Lattice { step, origin: ((bounds.min + bounds.extent() / 2.0) / step).round() }

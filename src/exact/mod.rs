@@ -10,11 +10,11 @@
 //!   across the piece as its weight. The weighted triangles of all faces form a closed chain, so their divergence sums
 //!   ([`MassProperties`]) are those of the result.
 //! - A change depends only on the winding numbers beside the piece. Those at points come from one ray per connected surface
-//!   and the crossings of edges ([`windings`]); along an edge or a segment they change by one at each crossing.
+//!   and the crossings of edges (`windings`); along an edge or a segment they change by one at each crossing.
 //!
 //! # Why it is exact
 //! Coordinates are rounded to a lattice of 2^40 steps along the longest side, which keeps nearly every `f32`. From there
-//! on, every decision is the sign of an integer ([`signs`]). Bodies are displaced by infinitesimal vectors, so that no decision is a
+//! on, every decision is the sign of an integer (`signs`). Bodies are displaced by infinitesimal vectors, so that no decision is a
 //! tie: coincident faces and touching edges need no cases. The volume is continuous in the displacements; so it is
 //! that of the solids as given. Positions and sums are rounded in `f64`, and the bound of that error is returned.
 //!
