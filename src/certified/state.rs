@@ -125,10 +125,10 @@ impl<'s> State<'s> {
     pub fn bounds(&self) -> [f64; 2] {
         let (volume, error) = self.node.cell.volume();
         let cell = Part { volume, error };
-        let nothing = Part { volume: 0.0, error: 0.0 };
         let holds = |bits| self.holds(bits);
         match &self.dividers[..] {
-            [] => frechet::of_one([holds(0); 2], nothing, cell),
+            [] if holds(0) => [volume - error, volume + error],
+            [] => [0.0; 2],
             [a] => frechet::of_one([0, 1].map(holds), self.part(a, cell), cell),
             [a, b] => frechet::of_two([0, 1, 2, 3].map(holds), [self.part(a, cell), self.part(b, cell)], cell),
             // The bits of a mask.
