@@ -157,7 +157,8 @@ fn deepest(a: &Body, b: &Body, bounds: Aabb, seeds: Vec<DVec3>) -> Region {
     let half = 0.5 * (bounds.max - bounds.min);
     let middle = 0.5 * (bounds.min + bounds.max);
     let mut cells = BinaryHeap::from([Cell { bound: half.min_element(), centre: middle, half }]);
-    let mut bound = half.min_element();
+    let widest = half.min_element();
+    let mut bound = widest;
     while let Some(cell) = cells.pop() {
         checkpoint();
         bound = cell.bound;
@@ -186,7 +187,9 @@ fn deepest(a: &Body, b: &Body, bounds: Aabb, seeds: Vec<DVec3>) -> Region {
         }
         bound = cells.peek().map_or(best * (1.0 + TOLERANCE), |cell| cell.bound);
     }
-    Region { bounds, deepest: place, depth: 2.0 * best, depth_bound: 2.0 * bound.max(best) }
+    // Cells that could exceed the best ball by no more than the tolerance were dropped.
+    let bound = bound.max(best * (1.0 + TOLERANCE)).min(widest).max(best);
+    Region { bounds, deepest: place, depth: 2.0 * best, depth_bound: 2.0 * bound }
 }
 
 /// Returns the radius of the largest ball about a point that lies in both bodies; below 0, the distance to the farther

@@ -81,7 +81,6 @@ pub fn measure(
     if needs_images {
         let mut sample = |spacing| sample_round(job, &solids, backends, spacing, &mut seconds, progress);
         round = Some(match spacing {
-            Spacing::Tolerance(_) if exact.is_ok() => sample(Spacing::Resolution(COARSEST))?,
             Spacing::Tolerance(tolerance) => {
                 let (round, found) = refine(tolerance, &mut sample)?;
                 if !found.reached {
@@ -102,7 +101,7 @@ pub fn measure(
     let (volume, measures) = match (&exact, &round) {
         (Ok(exact), round) if job.mode == Mode::Exact || round.is_none() => {
             let (volume, measures) = exactly(&exact.mass, round.as_ref().map(|round| round.volume));
-            if let Spacing::Tolerance(asked) = spacing {
+            if let (Spacing::Tolerance(asked), None) = (spacing, round) {
                 let came_to = if volume.value == 0.0 { 0.0 } else { volume.error / volume.value };
                 refinement = Some(Refinement { asked, came_to, reached: came_to <= asked, resolution: COARSEST });
             }
@@ -116,6 +115,9 @@ pub fn measure(
                 Measurement::Volume => Some(measures),
                 _ => None,
             };
+            if let Some(round) = round {
+                warnings.extend(solids.iter().filter_map(|solid| thin(solid, &round.grid, &job.axes)));
+            }
             for &input in &exact.with_meeting_shells {
                 let difference = FillDifference::of(&solids[input])?;
                 warnings.extend(difference.and_then(|difference| difference.warning(&solids[input], job.fill)));

@@ -140,7 +140,8 @@ impl<P: Fn(u32) -> Plane + Sync> Surface<'_, P> {
         windings[self.solid_of_face(crossing.face)] += change;
     }
 
-    /// Sums the sides of all faces. With the first corner as the fan's centre, only the opposite side contributes.
+    /// Sums the sides of all faces. The sides at the fan's centre contribute only the rounding of their crossings, which closes
+    /// the chain.
     fn sum_faces(&self) -> Vec<Sums> {
         let Bodies { faces, bodies, .. } = self.bodies;
         let weights: Vec<Weight> = self.windings.first_points().iter().map(|&point| self.weight_at(point)).collect();
@@ -154,23 +155,27 @@ impl<P: Fn(u32) -> Plane + Sync> Surface<'_, P> {
             let mut sums = Sums::default();
             let mut windings = Vec::new();
             for face in chunk {
-                let [_, u, v] = faces[face as usize];
-                let edge = [u.min(v), u.max(v)];
-                let crossed = self.crossings.is_crossed(face);
-                let along = if crossed { self.crossings.along(edge) } else { &[] };
                 let corners = self.bodies.corners(face);
-                if along.is_empty() {
-                    let weight = weights[self.windings.patch(u) as usize];
-                    if weight != Weight::default() {
-                        let [o, p, q] = corners;
-                        sums.add(unit_normal(corners), o, [p, q].map(Located::exactly), weight);
+                let indices = faces[face as usize];
+                let normal = unit_normal(corners);
+                for side in 0..3 {
+                    let (u, v) = (indices[side], indices[(side + 1) % 3]);
+                    let edge = [u.min(v), u.max(v)];
+                    let along = if self.crossings.is_crossed(face) { self.crossings.along(edge) } else { &[] };
+                    if along.is_empty() {
+                        let weight = weights[self.windings.patch(u) as usize];
+                        if side == 1 && weight != Weight::default() {
+                            sums.add(normal, corners[0], [corners[1], corners[2]].map(Located::exactly), weight);
+                        }
+                        continue;
                     }
-                    continue;
+                    windings.clear();
+                    windings.extend_from_slice(self.windings.at(edge[0]));
+                    windings[body.solid] += body.front;
+                    let ends = edge.map(|point| self.bodies.points[point as usize]);
+                    let fan = (normal, corners[0]);
+                    self.add_side(fan, (ends, u > v), along, &mut windings, body.solid, &mut sums);
                 }
-                windings.clear();
-                windings.extend_from_slice(self.windings.at(edge[0]));
-                windings[body.solid] += body.front;
-                self.add_side(corners, u > v, along, &mut windings, body.solid, &mut sums);
             }
             sums
         });
@@ -186,25 +191,23 @@ impl<P: Fn(u32) -> Plane + Sync> Surface<'_, P> {
         self.weight(&mut windings, body.solid)
     }
 
-    /// Adds the pieces of the side of a face opposite its first corner. `windings` are those at the side's lower point.
+    /// Adds the pieces of a side of a face. `windings` are those at the side's lower point, in front of the face.
     fn add_side(
         &self,
-        [o, u, v]: [DVec3; 3],
-        is_turned: bool,
+        (normal, corner): (DVec3, DVec3),
+        (edge, is_turned): ([DVec3; 2], bool),
         along: &[Crossing],
         windings: &mut [i32],
         solid: usize,
         sums: &mut Sums,
     ) {
-        let normal = unit_normal([o, u, v]);
-        let edge = if is_turned { [v, u] } else { [u, v] };
         let mut from = Located::exactly(edge[0]);
         for i in 0..=along.len() {
             let to =
                 along.get(i).map_or(Located::exactly(edge[1]), |crossing| (self.plane)(crossing.face).crossing(edge));
             let weight = self.weight(windings, solid);
             if weight != Weight::default() {
-                sums.add(normal, o, if is_turned { [to, from] } else { [from, to] }, weight);
+                sums.add(normal, corner, if is_turned { [to, from] } else { [from, to] }, weight);
             }
             if let Some(crossing) = along.get(i) {
                 self.step(crossing, windings, 1);

@@ -29,6 +29,11 @@ impl Weld {
         let mut kept: Vec<u32> = Vec::new();
         let mut new_index = Vec::with_capacity(positions.len());
         for (index, position) in positions.iter().enumerate() {
+            if position.is_nan() {
+                new_index.push(kept.len() as u32);
+                kept.push(index as u32);
+                continue;
+            }
             let mut slot = hashes[index] as usize & mask;
             while table[slot] != FREE && positions[kept[table[slot] as usize] as usize] != *position {
                 slot = (slot + 1) & mask;

@@ -85,7 +85,11 @@ pub fn overlap(
         Method::Exact => OverlapMethod::Exact,
         Method::Estimate(_) => OverlapMethod::Estimate,
     };
-    let most = common.extent().element_product();
+    // The corners of the common box are rounded, so it bounds an estimate but not an exact volume.
+    let most = match method {
+        OverlapMethod::Exact => f64::INFINITY,
+        OverlapMethod::Estimate => common.extent().element_product(),
+    };
     let value = measured.volume.value.min(most);
     let (lower, upper) = ((value - measured.volume.error).max(0.0), (value + measured.volume.error).min(most));
     let warnings = measured.warnings.into_iter().filter(|warning| warning.code == "fill-rules-differ").collect();
