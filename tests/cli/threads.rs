@@ -22,7 +22,8 @@ fn each_run_in_a_process_has_the_threads_that_it_asks_for() {
     let (solid, json) = (path(&folder, "a.stl"), path(&folder, "a.json"));
     let mut volumes = Vec::new();
     for threads in ["2", "3", "1"] {
-        let job = ["volume", &solid, "--resolution", "16", "--backend", "cpu", "--quiet", "--json", &json];
+        let job =
+            ["volume", &solid, "--estimate", "--resolution", "16", "--backend", "cpu", "--quiet", "--json", &json];
         assert_eq!(run(&[&job[..], &["--threads", threads]].concat()), 0);
         let result: Value = serde_json::from_str(&read(&folder.path("a.json"))).unwrap();
         let device = result["device"].as_str().unwrap();
