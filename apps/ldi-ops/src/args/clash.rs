@@ -63,7 +63,7 @@ pub struct ComparisonArguments {
     /// rounding of 32-bit coordinates]
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     pub touching: Option<Length>,
-    /// Rays along the longest side of the box of an overlap, for its volume
+    /// Rays along the longest side of the box of an overlap, for its volume where that is not exact
     #[arg(long, value_name = "N", default_value_t = 128)]
     pub resolution: u32,
     #[command(flatten)]
@@ -88,10 +88,10 @@ bolts.toml lists parts with their places; paths are relative to it:
   transform = \"translate(10,0,0) rotate(0,0,1,30)\"
 
 A part has the name of its file, with that of its object in an assembly: assembly.3mf/bolt. Equal
-names are numbered: bolt#2. Parts are separate, touching or overlapping; the distance is exact,
-and the volume is an estimate with its range. The exit code is 1 if a pair breaks a rule: if it
-overlaps by more than --max-volume, touches without --allow-touching, or is nearer than
---clearance.
+names are numbered: bolt#2. Parts are separate, touching or overlapping. Distances are exact, and so
+are volumes where no shell of a part touches or crosses itself; others are estimates with their
+range. The exit code is 1 if a pair breaks a rule: if it overlaps by more than --max-volume, touches
+without --allow-touching, or is nearer than --clearance.
 
 JSON: {\"schema\", \"command\", \"unit\", \"clearance\", \"passed\", \"counts\", \"parts\", \"pairs\": [{\"a\", \"b\",
 \"state\", \"finding\", \"distance\", \"points\", \"overlap\": {\"volume\", \"bounds\", \"deepest\", \"depth\",
