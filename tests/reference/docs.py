@@ -266,7 +266,7 @@ TRUE_DOCUMENT = """\
 $ ldi-ops generate cuboid -o block.stl
 $ cargo run --release -- generate sphere \\
     --radius 4 -o ball.stl
-$ ldi-ops intersect block.stl ball.stl --unit mm --resolution 64 -v
+$ ldi-ops intersect block.stl ball.stl --unit mm --estimate --resolution 64 -v
 backend     …
 $ ldi-ops check missing.stl; echo "exit code $?"
 ```
