@@ -78,6 +78,7 @@ extern crate self as ldi_ops;
 
 mod bits;
 pub mod boolean;
+mod box_tree;
 mod cancel;
 mod cell;
 pub mod certified;

@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-use super::tree::BoxTree;
 use super::triangles::Corners;
+use crate::box_tree::BoxTree;
 use crate::closest;
 use crate::mesh::TriangleMesh;
 use crate::sampler::FillRule;

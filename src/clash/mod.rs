@@ -11,7 +11,6 @@ mod pairs;
 mod real;
 #[cfg(test)]
 mod tests;
-mod tree;
 mod triangles;
 
 pub use body::Body;
@@ -21,5 +20,5 @@ pub use pairs::near_pairs;
 
 /// Returns the bytes that a body holds for each triangle of its mesh.
 pub fn bytes_of_triangle() -> f64 {
-    tree::BoxTree::bytes_of_triangle()
+    crate::box_tree::BoxTree::bytes_of_triangle()
 }

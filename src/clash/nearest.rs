@@ -1,8 +1,8 @@
 //! The distance of two bodies' surfaces.
 
 use super::body::Body;
-use super::tree::{Box32, Node, opened};
 use super::triangles::{Corners, Nearest, ROUGH_ERROR, crossings, distance, do_meet, rough_distance};
+use crate::box_tree::{Box32, Node, opened};
 use crate::cancel::checkpoint;
 
 /// Number of pairs of nodes between two checkpoints.

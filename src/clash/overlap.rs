@@ -5,8 +5,8 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 
 use super::body::Body;
-use super::tree::{Box32, Node, opened};
 use super::triangles::{crossings, do_meet};
+use crate::box_tree::{Box32, Node, opened};
 use crate::cancel::checkpoint;
 use crate::mesh::Aabb;
 

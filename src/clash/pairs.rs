@@ -1,6 +1,6 @@
 //! The pairs of bodies whose boxes come near one another.
 
-use super::tree::{Box32, BoxTree, opened};
+use crate::box_tree::{Box32, BoxTree, opened};
 use crate::cancel::checkpoint;
 use crate::mesh::Aabb;
 

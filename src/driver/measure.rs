@@ -184,7 +184,7 @@ fn exact_properties(
     seconds: &mut Seconds,
     progress: &Monitor,
 ) -> Result<Result<ExactProperties, Option<NotExact>>, Error> {
-    if job.method == VolumeMethod::Estimate || job.measurement == Measurement::Sample {
+    if job.method == VolumeMethod::Estimate {
         return Ok(Err(None));
     }
     progress.stage("exact volume")?;

@@ -8,7 +8,7 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::tree::Extent;
+use crate::box_tree::Box32;
 use crate::mesh::measure::Frame;
 use crate::mesh::{Aabb, ClosedMesh, TriangleMesh, Unproved, prove_simple};
 use crate::union_find::UnionFind;
@@ -62,7 +62,7 @@ pub(super) struct Body {
     pub solid: usize,
     pub faces: Range<u32>,
     pub points: Range<u32>,
-    pub extent: Extent,
+    pub extent: Box32,
     /// Its winding number in front of its faces; behind them it is one more.
     pub front: i32,
 }
@@ -87,7 +87,7 @@ impl Bodies {
         if !mesh.oriented() {
             return Err(Unproved::NotOriented);
         }
-        let (rounded, displaced) = rounded(mesh.mesh(), lattice);
+        let Rounded { mesh: rounded, faces: numbers, displaced } = Rounded::of(mesh.mesh(), lattice);
         self.displaced += displaced;
         let closed = checked(rounded)?;
         match prove_simple(&closed) {
@@ -98,10 +98,10 @@ impl Bodies {
                 Ok(Wholeness::Whole)
             }
             Err(Unproved::TrianglesMeet { .. } | Unproved::ShellFacing { .. }) => {
-                let shells = shells(closed.mesh());
-                for shell in shells {
-                    let shell = checked(shell)?;
-                    prove_simple(&shell)?;
+                for faces in shells(closed.mesh()) {
+                    let shell = checked(part(closed.mesh(), &faces))?;
+                    let as_given = |face: u32| numbers[faces[face as usize] as usize];
+                    prove_simple(&shell).map_err(|why| why.renumbered(as_given))?;
                     let front = if shell.signed_volume() < 0.0 { -1 } else { 0 };
                     self.push(solid, shell.into_mesh(), false, front);
                 }
@@ -113,7 +113,7 @@ impl Bodies {
 
     fn push(&mut self, solid: usize, mesh: TriangleMesh, turn: bool, front: i32) {
         let (point, face) = (self.points.len() as u32, self.faces.len() as u32);
-        let extent = Extent::of(mesh.bounds().into_iter().flat_map(|bounds| [bounds.min, bounds.max]));
+        let extent = Box32::around(mesh.bounds().into_iter().flat_map(|bounds| [bounds.min, bounds.max]));
         self.points.extend(mesh.positions);
         self.faces.extend(mesh.triangles.iter().map(|&[a, b, c]| {
             let [b, c] = if turn { [c, b] } else { [b, c] };
@@ -135,29 +135,41 @@ impl Bodies {
     }
 }
 
-/// Returns a mesh on the lattice, with one position per point and no face with a repeated corner, and a bound on the
-/// volume between the two.
-fn rounded(mesh: &TriangleMesh, lattice: &Lattice) -> (TriangleMesh, f64) {
-    let TriangleMesh { positions, triangles } = mesh;
-    let points: Vec<DVec3> = positions.par_iter().map(|&position| lattice.round(position)).collect();
-    let moved: Vec<f32> = (positions, &points)
-        .into_par_iter()
-        .map(|(&position, &point)| {
-            let moved = (position / lattice.step - (point + lattice.origin)).length();
-            if moved == 0.0 { 0.0 } else { (moved as f32).next_up() }
-        })
-        .collect();
-    // While its corners move, a triangle sweeps at most its greatest area times its greatest displacement.
-    let displaced = match moved.par_iter().any(|&moved| moved > 0.0) {
-        true => {
-            triangles.par_chunks(4096).map(|chunk| swept(chunk, &points, &moved)).collect::<Vec<f64>>().iter().sum()
-        }
-        false => 0.0,
-    };
-    let mut mesh = TriangleMesh { positions: points, triangles: triangles.clone() };
-    mesh.weld();
-    mesh.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
-    (mesh, displaced)
+/// A mesh on the lattice, with one position per point and no face with a repeated corner.
+struct Rounded {
+    mesh: TriangleMesh,
+    /// The number of each face in the mesh as given.
+    faces: Vec<u32>,
+    /// A bound on the volume between the two, in cubic steps.
+    displaced: f64,
+}
+
+impl Rounded {
+    fn of(mesh: &TriangleMesh, lattice: &Lattice) -> Rounded {
+        let TriangleMesh { positions, triangles } = mesh;
+        let points: Vec<DVec3> = positions.par_iter().map(|&position| lattice.round(position)).collect();
+        let moved: Vec<f32> = (positions, &points)
+            .into_par_iter()
+            .map(|(&position, &point)| {
+                let moved = (position / lattice.step - (point + lattice.origin)).length();
+                if moved == 0.0 { 0.0 } else { (moved as f32).next_up() }
+            })
+            .collect();
+        // While its corners move, a triangle sweeps at most its greatest area times its greatest displacement.
+        let displaced = match moved.par_iter().any(|&moved| moved > 0.0) {
+            true => {
+                triangles.par_chunks(4096).map(|chunk| swept(chunk, &points, &moved)).collect::<Vec<f64>>().iter().sum()
+            }
+            false => 0.0,
+        };
+        let mut mesh = TriangleMesh { positions: points, triangles: triangles.clone() };
+        mesh.weld();
+        let is_face = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+        let faces =
+            (0..).zip(&mesh.triangles).filter(|(_, triangle)| is_face(triangle)).map(|(face, _)| face).collect();
+        mesh.triangles.retain(is_face);
+        Rounded { mesh, faces, displaced }
+    }
 }
 
 fn swept(triangles: &[[u32; 3]], points: &[DVec3], moved: &[f32]) -> f64 {
@@ -175,9 +187,9 @@ fn checked(mesh: TriangleMesh) -> Result<ClosedMesh, Unproved> {
     ClosedMesh::check(mesh).map_err(|_| Unproved::NoVolume)
 }
 
-/// Returns the closed parts of a mesh. Where more than two faces share a side, those that follow one another in the order of the
+/// Returns the faces of the closed parts of a mesh, in order. Where more than two faces share a side, those that follow one another in the order of the
 /// mesh are taken to belong together, as in a file that lists its shells one by one.
-fn shells(mesh: &TriangleMesh) -> Vec<TriangleMesh> {
+fn shells(mesh: &TriangleMesh) -> Vec<Vec<u32>> {
     let mut sides: Vec<(u32, u32, u32, bool)> = (0..mesh.triangles.len() as u32)
         .into_par_iter()
         .flat_map_iter(|face| {
@@ -202,12 +214,12 @@ fn shells(mesh: &TriangleMesh) -> Vec<TriangleMesh> {
     let mut order: Vec<(u32, u32)> =
         parts.roots().into_iter().enumerate().map(|(face, root)| (root, face as u32)).collect();
     order.par_sort_unstable();
-    order.chunk_by(|a, b| a.0 == b.0).map(|faces| part(mesh, faces.iter().map(|&(_, face)| face))).collect()
+    order.chunk_by(|a, b| a.0 == b.0).map(|faces| faces.iter().map(|&(_, face)| face).collect()).collect()
 }
 
 /// Returns some faces of a mesh, with the positions that they use.
-fn part(mesh: &TriangleMesh, faces: impl Iterator<Item = u32>) -> TriangleMesh {
-    let mut triangles: Vec<[u32; 3]> = faces.map(|face| mesh.triangles[face as usize]).collect();
+fn part(mesh: &TriangleMesh, faces: &[u32]) -> TriangleMesh {
+    let mut triangles: Vec<[u32; 3]> = faces.iter().map(|&face| mesh.triangles[face as usize]).collect();
     let mut used = triangles.as_flattened().to_vec();
     used.sort_unstable();
     used.dedup();

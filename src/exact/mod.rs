@@ -25,10 +25,10 @@
 mod bodies;
 mod coincident;
 mod crossings;
+mod near;
 mod segments;
 mod signs;
 mod sums;
-mod tree;
 mod triple;
 mod windings;
 
@@ -36,13 +36,14 @@ use std::fmt;
 
 use bodies::{Bodies, Lattice, Wholeness};
 use coincident::Coincident;
+use near::NearFaces;
 use rayon::prelude::*;
 use segments::{Meeting, Segment, meet};
-use signs::{Located, Plane};
+use signs::Plane;
 use sums::Sums;
-use tree::{Extent, Tree};
 
 use crate::boolean::Expression;
+use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
 use crate::ldi::FillRule;
 use crate::mesh::{Aabb, ClosedMesh, MassProperties, Unproved, prove_simple};
@@ -158,12 +159,12 @@ fn find_meetings(bodies: &Bodies, plane: &(impl Fn(u32) -> Plane + Sync)) -> (Ve
     let tree = |own: usize| {
         checkpoint();
         let others = (0..all.len()).filter(|&other| other != own && all[other].extent.touches(&all[own].extent));
-        let around = others.map(|other| all[other].extent).reduce(Extent::join)?;
-        let faces = all[own].faces.clone().into_par_iter().map(|face| (face, Extent::of(bodies.corners(face))));
+        let around = others.map(|other| all[other].extent).reduce(Box32::union)?;
+        let faces = all[own].faces.clone().into_par_iter().map(|face| (face, Box32::around(bodies.corners(face))));
         let faces: Vec<_> = faces.filter(|(_, extent)| extent.touches(&around)).collect();
-        (!faces.is_empty()).then(|| Tree::new(faces))
+        (!faces.is_empty()).then(|| NearFaces::new(faces))
     };
-    let trees: Vec<Option<Tree>> = (0..all.len()).map(tree).collect();
+    let trees: Vec<Option<NearFaces>> = (0..all.len()).map(tree).collect();
     let (mut segments, mut coincident) = (Vec::new(), Vec::new());
     for (i, first) in trees.iter().enumerate() {
         for (j, second) in trees.iter().enumerate().skip(i + 1) {
@@ -181,12 +182,4 @@ fn find_meetings(bodies: &Bodies, plane: &(impl Fn(u32) -> Plane + Sync)) -> (Ve
         }
     }
     (segments, coincident)
-}
-
-/// Returns the positions of the ends of a segment.
-fn ends_of(segment: &Segment, bodies: &Bodies, planes: &[Plane; 2]) -> [Located; 2] {
-    [segment.start, segment.end].map(|end| {
-        let (edge, _, _) = segment.edge(end, bodies);
-        planes[usize::from(!end.of_second)].crossing(edge.map(|index| bodies.points[index as usize]))
-    })
 }

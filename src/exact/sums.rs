@@ -4,13 +4,13 @@ use rayon::prelude::*;
 
 use glam::DVec3;
 
+use super::Rule;
 use super::bodies::{Bodies, Lattice, SCALE};
 use super::crossings::{Crossing, Crossings};
 use super::segments::Segment;
 use super::signs::{Located, Plane};
 use super::triple::{OnFaces, Placed, Triple};
 use super::windings::Windings;
-use super::{Rule, ends_of};
 use crate::cancel::checkpoint;
 use crate::mesh::MassProperties;
 use crate::mesh::mass::{TERMS, terms};
@@ -118,7 +118,11 @@ struct Surface<'s, P> {
 impl<P: Fn(u32) -> Plane + Sync> Surface<'_, P> {
     fn placed(&self, segment: &Segment) -> Placed {
         let planes = segment.faces.map(self.plane);
-        Placed { segment: *segment, planes, ends: ends_of(segment, self.bodies, &planes) }
+        let ends = [segment.start, segment.end].map(|end| {
+            let (edge, _, _) = segment.edge(end, self.bodies);
+            planes[usize::from(!end.of_second)].crossing(edge.map(|index| self.bodies.points[index as usize]))
+        });
+        Placed { segment: *segment, planes, ends }
     }
 
     fn solid_of_face(&self, face: u32) -> usize {
@@ -134,10 +138,9 @@ impl<P: Fn(u32) -> Plane + Sync> Surface<'_, P> {
         Weight::of(behind, in_front)
     }
 
-    /// Adds the change of winding numbers at a crossing, times a sign.
-    fn step(&self, crossing: &Crossing, windings: &mut [i32], sign: i32) {
-        let change = if crossing.enters { sign } else { -sign };
-        windings[self.solid_of_face(crossing.face)] += change;
+    /// Adds the change of winding numbers where a face is crossed.
+    fn step(&self, face: u32, enters: bool, windings: &mut [i32]) {
+        windings[self.solid_of_face(face)] += if enters { 1 } else { -1 };
     }
 
     /// Sums the sides of all faces. The sides at the fan's centre contribute only the rounding of their crossings, which closes
@@ -210,7 +213,7 @@ impl<P: Fn(u32) -> Plane + Sync> Surface<'_, P> {
                 sums.add(normal, corner, if is_turned { [to, from] } else { [from, to] }, weight);
             }
             if let Some(crossing) = along.get(i) {
-                self.step(crossing, windings, 1);
+                self.step(crossing.face, crossing.enters, windings);
             }
             from = to;
         }
@@ -224,11 +227,11 @@ impl<P: Fn(u32) -> Plane + Sync> Surface<'_, P> {
         for crossing in self.crossings.along(edge) {
             if crossing.face == face {
                 if !crossing.enters {
-                    self.step(crossing, &mut windings, 1);
+                    self.step(face, false, &mut windings);
                 }
                 break;
             }
-            self.step(crossing, &mut windings, 1);
+            self.step(crossing.face, crossing.enters, &mut windings);
         }
         let body = &bodies.bodies[bodies.body_of_face(owner) as usize];
         windings[body.solid] += body.front;
@@ -255,7 +258,7 @@ impl<P: Fn(u32) -> Plane + Sync> Surface<'_, P> {
                 }
             }
             if let Some(triple) = triples.get(i) {
-                windings[self.solid_of_face(triple.face)] += if triple.enters { 1 } else { -1 };
+                self.step(triple.face, triple.enters, &mut windings);
             }
             from = to;
         }

@@ -1,11 +1,12 @@
 //! The points in which three faces of different bodies meet.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::bodies::Bodies;
 use super::segments::{End, Segment};
 use super::signs::{Located, Plane, common_point, common_point_is_in_front};
-use super::tree::Extent;
+use crate::box_tree::Box32;
 
 /// A point at which a segment crosses a third face.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +28,7 @@ pub(super) struct Placed {
 pub(super) struct OnFaces {
     /// Faces with the indices of their segments, sorted.
     list: Vec<(u32, u32)>,
-    extents: Vec<Extent>,
+    extents: Vec<Box32>,
 }
 
 impl OnFaces {
@@ -37,8 +38,8 @@ impl OnFaces {
             (0..).zip(segments).flat_map(|(i, segment)| segment.faces.map(|face| (face, i))).collect();
         list.par_sort_unstable();
         // Positions are rounded; the boxes are wide enough for a crossing that lies at an end.
-        let ends = |segment| place(segment).ends.map(|end| end.at);
-        let extents = segments.par_iter().map(|segment| Extent::of(ends(segment)).widened()).collect();
+        let extent = |segment| Box32::around(place(segment).ends.into_iter().flat_map(|end| widened(end.at)));
+        let extents = segments.par_iter().map(extent).collect();
         OnFaces { list, extents }
     }
 
@@ -77,7 +78,7 @@ impl OnFaces {
                 return std::cmp::Ordering::Equal;
             }
             // The segment starts in front of a face that it enters.
-            let planes = placed.as_ref().map(|placed| placed.planes).unwrap_or([*a, *b]);
+            let planes = &placed.as_ref().expect("two crossings were found").planes;
             match common_point_is_in_front([&planes[0], &planes[1], a], b) == second.enters {
                 true => std::cmp::Ordering::Less,
                 false => std::cmp::Ordering::Greater,
@@ -85,6 +86,12 @@ impl OnFaces {
         });
         found.into_iter().map(|(_, triple)| triple).collect()
     }
+}
+
+/// Returns the corners of a box around a rounded point: a millionth of its coordinates wide.
+fn widened(point: DVec3) -> [DVec3; 2] {
+    let margin = DVec3::splat(1e-6 * point.abs().max_element());
+    [point - margin, point + margin]
 }
 
 /// Returns the point at which two segments on face `f` cross, on the first, with the plane of the third face.

@@ -6,13 +6,14 @@
 
 use std::ops::Range;
 
-use glam::Vec3;
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::bodies::Bodies;
 use super::crossings::{Crossing, Crossings};
+use super::near::NearFaces;
 use super::signs::{Plane, is_left_of};
-use super::tree::{Extent, Tree};
+use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
 use crate::union_find::UnionFind;
 
@@ -36,7 +37,7 @@ impl Windings {
         let links = Links::of(crossings, &patch_of_point, first_points.len());
         let numbers = vec![0; solids * first_points.len()];
         let mut found = Windings { solids, patch_of_point, first_points, numbers };
-        let mut rays = Rays { bodies, planes, trees: bodies.bodies.iter().map(|_| Faces::Unused).collect() };
+        let mut rays = Rays { bodies, planes, met: bodies.bodies.iter().map(|_| MetBody::default()).collect() };
         let mut is_known = vec![false; found.first_points.len()];
         for patch in 0..found.first_points.len() {
             if is_known[patch] {
@@ -156,20 +157,20 @@ impl Links {
     }
 }
 
-/// Rays along x from points, through the bodies.
+/// Rays along +x from points, through the bodies.
 struct Rays<'b, P> {
     bodies: &'b Bodies,
     planes: &'b P,
-    /// The faces of each body, sorted when a second ray needs them.
-    trees: Vec<Faces>,
+    met: Vec<MetBody>,
 }
 
-/// The faces of a body, for rays.
-enum Faces {
-    Unused,
-    /// One ray has been tested against all of them.
-    Used,
-    Sorted(Tree),
+/// A body that rays meet.
+#[derive(Default)]
+struct MetBody {
+    /// True if a ray has been tested against all faces; for one ray, that is faster than to sort them.
+    was_met: bool,
+    /// The sorted faces, for all further rays.
+    faces: Option<NearFaces>,
 }
 
 impl<P: Fn(u32) -> Plane + Sync> Rays<'_, P> {
@@ -178,36 +179,31 @@ impl<P: Fn(u32) -> Plane + Sync> Rays<'_, P> {
         let bodies = self.bodies;
         let position = bodies.points[point as usize];
         let own = bodies.bodies.partition_point(|body| body.points.end <= point);
-        let here = Extent::of([position]);
-        let ray = Extent { min: here.min, max: Vec3::new(f32::INFINITY, here.max.y, here.max.z) };
+        let here = Box32::around([position]);
         for (index, body) in bodies.bodies.iter().enumerate() {
             if index == own || !body.extent.touches(&here) {
                 continue;
             }
             let planes = self.planes;
-            let faces = || body.faces.clone().into_par_iter().map(|face| (face, Extent::of(bodies.corners(face))));
             let across = |face| winding(&planes(face), position, own as u32);
-            let faces_of_body = &mut self.trees[index];
-            *faces_of_body = match std::mem::replace(faces_of_body, Faces::Unused) {
-                Faces::Unused => Faces::Used,
-                Faces::Used => Faces::Sorted(Tree::new(faces().collect())),
-                sorted => sorted,
+            let faces = || body.faces.clone().into_par_iter().map(|face| (face, Box32::around(bodies.corners(face))));
+            let met = &mut self.met[index];
+            numbers[body.solid] += if met.was_met {
+                let sorted = met.faces.get_or_insert_with(|| NearFaces::new(faces().collect()));
+                let mut sum = 0;
+                sorted.ahead_of(position, |face| sum += across(face));
+                sum
+            } else {
+                faces().filter(|(_, extent)| extent.is_ahead_of(position)).map(|(face, _)| across(face)).sum()
             };
-            numbers[body.solid] += match faces_of_body {
-                Faces::Sorted(tree) => {
-                    let mut sum = 0;
-                    tree.touching(&ray, |face| sum += across(face));
-                    sum
-                }
-                _ => faces().filter(|(_, extent)| extent.touches(&ray)).map(|(face, _)| across(face)).sum(),
-            };
+            met.was_met = true;
         }
     }
 }
 
 /// Returns the contribution of a face to the winding number of its body at a point of another: 1 if the ray along x from the
 /// point leaves the body through the face, −1 if it enters.
-fn winding(plane: &Plane, point: glam::DVec3, body: u32) -> i32 {
+fn winding(plane: &Plane, point: DVec3, body: u32) -> i32 {
     let [a, b, c] = plane.corners;
     let left = [[a, b], [b, c], [c, a]].map(|side| is_left_of(point, body, side, plane.body));
     // Seen against the x axis, sides turn left around the point if the normal points to the observer.

@@ -48,6 +48,17 @@ pub enum Unproved {
     NoVolume,
 }
 
+impl Unproved {
+    /// Returns the reason with other numbers of its triangles.
+    pub(crate) fn renumbered(self, number: impl Fn(u32) -> u32) -> Unproved {
+        match self {
+            Unproved::TrianglesMeet { triangles } => Unproved::TrianglesMeet { triangles: triangles.map(number) },
+            Unproved::ShellFacing { triangle } => Unproved::ShellFacing { triangle: number(triangle as u32) as usize },
+            Unproved::NotOriented | Unproved::NoVolume => self,
+        }
+    }
+}
+
 impl fmt::Display for Unproved {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

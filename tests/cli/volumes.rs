@@ -85,8 +85,16 @@ fn volumes_of_shells_that_cross_themselves_are_estimated_and_the_reason_is_state
     let volume = &result["volume"];
     assert_eq!((&volume["method"], &volume["exact"]), (&"estimate".into(), &Value::Null));
     assert!(volume["not_exact"].as_str().unwrap().contains("touch or cross"), "{volume}");
+    // Triangles are numbered as in the file, where a second shell follows.
+    folder.stl("second.stl", &[cuboid([1.0, 1.0, 1.5], [3.0; 3]), folded].concat());
+    let result = folder.json(&["volume", "second.stl", "--resolution", "64"]);
+    let reason = result["volume"]["not_exact"].as_str().unwrap();
+    let numbers: Vec<u32> = reason.split(' ').filter_map(|word| word.parse().ok()).collect();
+    assert!(numbers.len() == 2 && numbers.iter().all(|&number| (12..24).contains(&number)), "{reason}");
     folder.run(&["volume", "folded.stl", "--exact"]).code(2).says(&["folded.stl", "touch or cross", "--exact"]);
     folder.run(&["volume", "folded.stl", "--exact", "--estimate"]).code(2);
+    folder.run(&["volume", "folded.stl", "--exact", "--mode", "over"]).code(2).says(&["--exact", "--mode over"]);
+    folder.run(&["sample", "folded.stl", "--exact", "-o", "a.npz"]).code(2).says(&["--exact"]);
 }
 
 #[test]

@@ -195,6 +195,8 @@ pub struct OperationArguments {
     #[command(flatten)]
     pub sampling: SamplingArguments,
     #[command(flatten)]
+    pub method: MethodArguments,
+    #[command(flatten)]
     pub certainty: CertaintyArguments,
     #[command(flatten)]
     pub writing: ImageArguments,
@@ -246,6 +248,8 @@ pub struct VolumeArguments {
     pub placing: PlacingArguments,
     #[command(flatten)]
     pub sampling: SamplingArguments,
+    #[command(flatten)]
+    pub method: MethodArguments,
     #[command(flatten)]
     pub certainty: CertaintyArguments,
     #[command(flatten)]
@@ -468,6 +472,18 @@ pub struct SamplingArguments {
     /// Refine until the estimated relative error of the volume is below this share: 0.1% or 0.001
     #[arg(long, value_name = "P%")]
     pub tolerance: Option<Share>,
+    #[command(flatten)]
+    pub kind: KindArguments,
+    #[command(flatten)]
+    pub fill: FillArguments,
+    #[command(flatten)]
+    pub device: DeviceArguments,
+}
+
+/// The method of the volume.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Sampling")]
+pub struct MethodArguments {
     /// Insist on the exact volume, from the triangles; fail with the reason where it cannot be had [default: exact where it
     /// can be had]
     #[arg(long, conflicts_with = "estimate")]
@@ -475,12 +491,6 @@ pub struct SamplingArguments {
     /// Take the estimate of the images, even where the exact volume can be had
     #[arg(long)]
     pub estimate: bool,
-    #[command(flatten)]
-    pub kind: KindArguments,
-    #[command(flatten)]
-    pub fill: FillArguments,
-    #[command(flatten)]
-    pub device: DeviceArguments,
 }
 
 /// The kind of the images, and their directions.

@@ -165,13 +165,13 @@ pub fn resolve(command: args::Command, words: &[OsString]) -> Result<Invocation,
             }
             let PlacingArguments { reading, transform_a: placement } = a.placing;
             let inputs = a.solids.into_iter().map(|path| Input { name: None, path, placement }).collect();
-            let certainty = a.certainty.into();
-            measure(Measurement::Volume, inputs, reading, (a.sampling, certainty), Default::default(), a.common)
+            let sampling = (a.sampling, method(&a.method), a.certainty.into());
+            measure(Measurement::Volume, inputs, reading, sampling, Default::default(), a.common)
         }
         Command::Sample(a) => {
             let input = Input { name: None, path: a.solid, placement: a.placing.transform_a };
             let writing = args::ImageArguments { output: Some(a.output), finish: a.finish };
-            let sampling = (a.sampling, Certainty::default());
+            let sampling = (a.sampling, VolumeMethod::Estimate, Certainty::default());
             measure(Measurement::Sample, vec![input], a.placing.reading, sampling, writing, a.common)
         }
         Command::Surface(a) => {
@@ -263,8 +263,8 @@ fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<In
     let inputs = paths.into_iter().zip(placements).map(|(path, placement)| Input { name: None, path, placement });
     let expression = Expression::of_inputs(operation, inputs.len());
     let boolean = Boolean { expression, wording: Wording::Operation(operation) };
-    let args::OperationArguments { sampling, certainty, writing, common } = rest;
-    let sampling = (sampling, certainty.into());
+    let args::OperationArguments { sampling, method: choice, certainty, writing, common } = rest;
+    let sampling = (sampling, method(&choice), certainty.into());
     measure(Measurement::Boolean(boolean), inputs.collect(), reading, sampling, writing, common)
 }
 
@@ -278,8 +278,9 @@ fn csg(arguments: args::CsgArguments) -> Result<Invocation, Error> {
     let inputs = names.into_iter().zip(paths).zip(placements);
     let inputs = inputs.map(|((name, path), placement)| Input { name: Some(name), path, placement }).collect();
     let boolean = Boolean { expression, wording: Wording::Typed(text) };
-    let args::OperationArguments { sampling, certainty, writing, common } = operation;
-    measure(Measurement::Boolean(boolean), inputs, reading, (sampling, certainty.into()), writing, common)
+    let args::OperationArguments { sampling, method: choice, certainty, writing, common } = operation;
+    let sampling = (sampling, method(&choice), certainty.into());
+    measure(Measurement::Boolean(boolean), inputs, reading, sampling, writing, common)
 }
 
 /// Parses an expression as typed.
@@ -329,11 +330,15 @@ fn measure(
     measurement: Measurement,
     inputs: Vec<Input>,
     reading: args::ReadingArguments,
-    (sampling, certainty): (SamplingArguments, Certainty),
+    (sampling, method, certainty): (SamplingArguments, VolumeMethod, Certainty),
     writing: args::ImageArguments,
     common: CommonArguments,
 ) -> Result<Invocation, Error> {
-    let method = method(&sampling);
+    if method == VolumeMethod::Exact && sampling.kind.mode != ModeChoice::Exact {
+        return Err(Error::input(
+            "--exact asks for the exact volume, and --mode over or under for that of an image; remove one of them",
+        ));
+    }
     let (backend, memory) = device(sampling.device)?;
     let spacing = spacing(sampling.resolution, sampling.pitch, sampling.tolerance)?;
     let lod = lod(sampling.kind.lod)?;
@@ -359,8 +364,8 @@ fn measure(
 }
 
 /// Returns the method of the volume.
-fn method(sampling: &SamplingArguments) -> VolumeMethod {
-    match (sampling.exact, sampling.estimate) {
+fn method(choice: &args::MethodArguments) -> VolumeMethod {
+    match (choice.exact, choice.estimate) {
         (true, _) => VolumeMethod::Exact,
         (_, true) => VolumeMethod::Estimate,
         _ => VolumeMethod::Best,

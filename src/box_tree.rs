@@ -15,7 +15,7 @@ const LEAF: usize = 4;
 
 /// A box whose sides are rounded outwards to 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Box32 {
+pub(crate) struct Box32 {
     min: [f32; 3],
     max: [f32; 3],
 }
@@ -40,7 +40,16 @@ impl Box32 {
         Box32 { min: bounds.min.to_array().map(down), max: bounds.max.to_array().map(up) }
     }
 
-    fn union(self, other: Box32) -> Box32 {
+    /// Returns whether two boxes have a common point.
+    #[inline]
+    pub fn touches(&self, other: &Box32) -> bool {
+        // Without short-circuiting, so that the comparisons become vector instructions.
+        let spans = |i: usize| (self.min[i] <= other.max[i]) & (other.min[i] <= self.max[i]);
+        spans(0) & spans(1) & spans(2)
+    }
+
+    /// Returns the box around two boxes.
+    pub fn union(self, other: Box32) -> Box32 {
         Box32 {
             min: [0, 1, 2].map(|i| self.min[i].min(other.min[i])),
             max: [0, 1, 2].map(|i| self.max[i].max(other.max[i])),
@@ -78,13 +87,13 @@ impl Box32 {
 
 /// A node: its level, 0 for the lowest, and its number there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Node {
+pub(crate) struct Node {
     level: u32,
     index: u32,
 }
 
 /// The hierarchy over a list of items.
-pub(super) struct BoxTree {
+pub(crate) struct BoxTree {
     /// The items, in the order of the curve.
     order: Vec<u32>,
     /// The boxes of all nodes, from the lowest level to the root.
@@ -175,7 +184,7 @@ impl BoxTree {
 /// Opens the larger of two nodes, or the one that can be opened; `None` where both are of the lowest level. Returns the
 /// pairs of nodes below.
 #[inline]
-pub(super) fn opened(trees: [&BoxTree; 2], [a, b]: [Node; 2]) -> Option<([[Node; 2]; 2], usize)> {
+pub(crate) fn opened(trees: [&BoxTree; 2], [a, b]: [Node; 2]) -> Option<([[Node; 2]; 2], usize)> {
     let is_first = match (a.level, b.level) {
         (0, 0) => return None,
         (0, _) => false,
