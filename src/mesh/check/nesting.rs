@@ -9,6 +9,7 @@ use super::report::{MeshReport, ShellPlace};
 use super::shells::{Facing, Shell};
 use crate::mesh::Aabb;
 use crate::mesh::measure::{EMPTY, include};
+use crate::mesh::meet::widest_axis;
 
 /// Finds shells that face the wrong way for their depth.
 pub(super) fn judge(vertices: &[DVec3], faces: &[Face], shells: &[Shell], report: &mut MeshReport) {
@@ -149,12 +150,11 @@ fn cast(vertices: &[DVec3], faces: &[Face], shell: &Shell, queries: &mut [Query]
                 continue;
             }
             let above = above(a, b, c, p);
-            if above == 0 && p.z >= min.z {
-                query.too_near = true;
-                continue;
-            }
             let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| side(from.truncate(), to.truncate(), p.truncate()));
-            if sides[0] != 0 && sides[0] == sides[1] && sides[1] == sides[2] && above * sides[0] >= 0 {
+            let meets = sides[0] != 0 && sides[0] == sides[1] && sides[1] == sides[2];
+            if above == 0 && p.z >= min.z {
+                query.too_near |= meets || !is_beside([a, b, c], p);
+            } else if meets && above * sides[0] >= 0 {
                 query.crossings += 1;
             }
         }
@@ -175,6 +175,21 @@ fn side(from: DVec2, to: DVec2, point: DVec2) -> i32 {
         .unwrap_or(0)
 }
 
+/// Returns whether a point in the plane of a triangle is outside it by more than a negligible part of its size.
+fn is_beside(triangle: [DVec3; 3], point: DVec3) -> bool {
+    let axis = widest_axis(triangle);
+    let flat = |p: DVec3| DVec2::new(p[(axis + 1) % 3], p[(axis + 2) % 3]);
+    let turn = |a: DVec2, b: DVec2, c: DVec2| {
+        let (u, v) = (b - a, c - a);
+        let (left, right) = (u.x * v.y, u.y * v.x);
+        let turn = left - right;
+        if turn.abs() > NEAR * (left.abs() + right.abs()) { turn } else { 0.0 }
+    };
+    let [a, b, c, p] = [triangle[0], triangle[1], triangle[2], point].map(flat);
+    let own = turn(a, b, c);
+    [(a, b), (b, c), (c, a)].iter().any(|&(from, to)| turn(from, to, p) * own < 0.0)
+}
+
 /// Compares the plane through a, b, c with a point. Returns 1 if it is above the point and they turn left seen from
 /// above, −1 if it is below or they turn right, 0 if the distance is a negligible part of their size.
 fn above(a: DVec3, b: DVec3, c: DVec3, point: DVec3) -> i32 {
@@ -187,4 +202,27 @@ fn above(a: DVec3, b: DVec3, c: DVec3, point: DVec3) -> i32 {
     // Far above the rounding, which is at most (7 + 56ε)ε of the size with ε = 2⁻⁵³; the second term covers underflow.
     let bound = NEAR * size + 1e-290;
     i32::from(value > bound) - i32::from(value < -bound)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_in_the_plane_of_a_face_is_too_near_only_if_it_is_in_the_face() {
+        let vertices = [[0.0, 0.0, 0.0], [4.0, 0.0, 1.0], [0.0, 4.0, 2.0], [4.0, 4.0, 9.0]].map(DVec3::from);
+        let faces = [Face { triangle: 0, corners: [0, 1, 2] }, Face { triangle: 1, corners: [0, 3, 1] }];
+        let shell = Shell::new(&vertices, &faces, vec![0, 1]);
+        let found = |x: f64, y: f64, z: f64| {
+            let mut queries = [Query { shell: 0, point: DVec3::new(x, y, z), crossings: 0, too_near: false }];
+            cast(&vertices, &faces, &shell, &mut queries);
+            (queries[0].crossings, queries[0].too_near)
+        };
+        // In the first plane, z = x / 4 + y / 2: in the face, in its side, in its box beside it.
+        assert!(found(1.0, 1.0, 0.75).1);
+        assert!(found(2.0, 2.0, 1.5).1);
+        assert_eq!(found(1.0, 3.5, 2.0), (0, false));
+        // Above the plane there, and below the second face.
+        assert_eq!(found(3.0, 2.0, 1.0), (1, false));
+    }
 }

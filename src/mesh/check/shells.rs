@@ -66,7 +66,7 @@ pub(super) struct Shell {
 }
 
 impl Shell {
-    fn new(vertices: &[DVec3], faces: &[Face], list: Vec<usize>) -> Shell {
+    pub(super) fn new(vertices: &[DVec3], faces: &[Face], list: Vec<usize>) -> Shell {
         let corners = |face: &usize| faces[*face].corners.map(|vertex| vertices[vertex as usize]);
         let bounds = list.iter().flat_map(corners).fold(EMPTY, include);
         let centre = bounds.min * 0.5 + bounds.max * 0.5;
