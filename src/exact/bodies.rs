@@ -1,16 +1,16 @@
-//! Solids on a lattice of integers, as bodies: closed surfaces that are proved not to meet themselves.
+//! Solids on a lattice of integers, as bodies: closed surfaces with a winding number of 0 and 1 wherever that matters.
 //!
-//! A solid is one body if its winding numbers are proved to be 0 and 1. Otherwise each of its shells is to be one; shells
-//! may overlap.
+//! A solid is taken to be one body. Where that cannot be proved (`fronts`), each of its shells is to be one; shells may overlap.
 
 use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::signs::Plane;
 use crate::box_tree::Box32;
 use crate::mesh::measure::Frame;
-use crate::mesh::{Aabb, ClosedMesh, TriangleMesh, Unproved, prove_simple};
+use crate::mesh::{Aabb, ClosedMesh, TriangleMesh, Unproved};
 use crate::union_find::UnionFind;
 
 /// Bits of a lattice coordinate: points lie within ± 2^39 of the lattice's origin.
@@ -55,7 +55,7 @@ pub(super) enum Wholeness {
     Shells,
 }
 
-/// A closed surface that does not meet itself.
+/// A closed surface.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
     /// The index of its solid.
@@ -65,6 +65,18 @@ pub(super) struct Body {
     pub extent: Box32,
     /// Its winding number in front of its faces; behind them it is one more.
     pub front: i32,
+    /// The number of each face in the mesh as given, unless all are in order.
+    numbers: Option<Vec<u32>>,
+}
+
+impl Body {
+    /// Returns a reason whose triangles are faces of this body, with their numbers in the mesh as given.
+    pub fn as_given(&self, why: Unproved) -> Unproved {
+        match &self.numbers {
+            Some(numbers) => why.renumbered(|face| numbers[face as usize]),
+            None => why,
+        }
+    }
 }
 
 /// All bodies. Points and faces are numbered through all of them.
@@ -79,39 +91,41 @@ pub(super) struct Bodies {
 }
 
 impl Bodies {
-    /// Adds a solid, as one body or as shells.
+    /// Adds a solid, as one body or as its shells.
     ///
     /// # Errors
-    /// The reason why the winding numbers of a shell are not proved to be 0 and 1.
-    pub fn add(&mut self, solid: usize, mesh: &ClosedMesh, lattice: &Lattice) -> Result<Wholeness, Unproved> {
+    /// A mesh that is not consistently oriented.
+    pub fn add(
+        &mut self,
+        solid: usize,
+        mesh: &ClosedMesh,
+        lattice: &Lattice,
+        wholeness: Wholeness,
+    ) -> Result<(), Unproved> {
         if !mesh.oriented() {
             return Err(Unproved::NotOriented);
         }
-        let Rounded { mesh: rounded, faces: numbers, displaced } = Rounded::of(mesh.mesh(), lattice);
+        let Rounded { mesh, numbers, displaced } = Rounded::of(mesh.mesh(), lattice);
         self.displaced += displaced;
-        let closed = checked(rounded)?;
-        match prove_simple(&closed) {
-            Ok(()) => {
-                // Inside-out, a whole solid is the same solid.
-                let turn = closed.signed_volume() < 0.0;
-                self.push(solid, closed.into_mesh(), turn, 0);
-                Ok(Wholeness::Whole)
+        match wholeness {
+            // Inside-out, a whole solid is the same solid.
+            Wholeness::Whole => {
+                let turn = mesh.signed_volume() < 0.0;
+                self.push(solid, mesh, turn, 0, numbers);
             }
-            Err(Unproved::TrianglesMeet { .. } | Unproved::ShellFacing { .. }) => {
-                for faces in shells(closed.mesh()) {
-                    let shell = checked(part(closed.mesh(), &faces))?;
-                    let as_given = |face: u32| numbers[faces[face as usize] as usize];
-                    prove_simple(&shell).map_err(|why| why.renumbered(as_given))?;
+            Wholeness::Shells => {
+                for faces in shells(&mesh) {
+                    let shell = part(&mesh, &faces);
                     let front = if shell.signed_volume() < 0.0 { -1 } else { 0 };
-                    self.push(solid, shell.into_mesh(), false, front);
+                    let number = |face: u32| numbers.as_ref().map_or(face, |numbers| numbers[face as usize]);
+                    self.push(solid, shell, false, front, Some(faces.into_iter().map(number).collect()));
                 }
-                Ok(Wholeness::Shells)
             }
-            Err(why) => Err(why),
         }
+        Ok(())
     }
 
-    fn push(&mut self, solid: usize, mesh: TriangleMesh, turn: bool, front: i32) {
+    fn push(&mut self, solid: usize, mesh: TriangleMesh, turn: bool, front: i32, numbers: Option<Vec<u32>>) {
         let (point, face) = (self.points.len() as u32, self.faces.len() as u32);
         let extent = Box32::around(mesh.bounds().into_iter().flat_map(|bounds| [bounds.min, bounds.max]));
         self.points.extend(mesh.positions);
@@ -120,13 +134,18 @@ impl Bodies {
             [a, b, c].map(|index| index + point)
         }));
         let (points, faces) = (point..self.points.len() as u32, face..self.faces.len() as u32);
-        self.bodies.push(Body { solid, faces, points, extent, front });
+        self.bodies.push(Body { solid, faces, points, extent, front, numbers });
     }
 
     /// Returns the corners of a face.
     #[inline]
     pub fn corners(&self, face: u32) -> [DVec3; 3] {
         self.faces[face as usize].map(|index| self.points[index as usize])
+    }
+
+    /// Returns the plane of a face.
+    pub fn plane(&self, face: u32) -> Plane {
+        Plane::new(self.corners(face), self.body_of_face(face))
     }
 
     /// Returns the body of a face.
@@ -138,8 +157,8 @@ impl Bodies {
 /// A mesh on the lattice, with one position per point and no face with a repeated corner.
 struct Rounded {
     mesh: TriangleMesh,
-    /// The number of each face in the mesh as given.
-    faces: Vec<u32>,
+    /// The number of each face in the mesh as given, unless all are in order.
+    numbers: Option<Vec<u32>>,
     /// A bound on the volume between the two, in cubic steps.
     displaced: f64,
 }
@@ -165,10 +184,10 @@ impl Rounded {
         let mut mesh = TriangleMesh { positions: points, triangles: triangles.clone() };
         mesh.weld();
         let is_face = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
-        let faces =
-            (0..).zip(&mesh.triangles).filter(|(_, triangle)| is_face(triangle)).map(|(face, _)| face).collect();
+        let kept = || (0..).zip(&mesh.triangles).filter(|(_, triangle)| is_face(triangle)).map(|(face, _)| face);
+        let numbers = (!mesh.triangles.par_iter().all(is_face)).then(|| kept().collect());
         mesh.triangles.retain(is_face);
-        Rounded { mesh, faces, displaced }
+        Rounded { mesh, numbers, displaced }
     }
 }
 
@@ -181,10 +200,6 @@ fn swept(triangles: &[[u32; 3]], points: &[DVec3], moved: &[f32]) -> f64 {
         f64::from(farthest) * (0.5 * u.cross(v).length() + 2.0 * slack)
     };
     triangles.iter().map(of).sum()
-}
-
-fn checked(mesh: TriangleMesh) -> Result<ClosedMesh, Unproved> {
-    ClosedMesh::check(mesh).map_err(|_| Unproved::NoVolume)
 }
 
 /// Returns the faces of the closed parts of a mesh, in order. Where more than two faces share a side, those that follow one another in the order of the

@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use super::bodies::Bodies;
 use super::segments::{End, Segment};
-use super::signs::Plane;
 
 /// A crossing of an edge, from its lower point to its higher, with a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +32,7 @@ impl Segment {
 }
 
 impl Crossings {
-    pub fn of(segments: &[Segment], bodies: &Bodies, planes: &(impl Fn(u32) -> Plane + Sync)) -> Crossings {
+    pub fn of(segments: &[Segment], bodies: &Bodies) -> Crossings {
         let mut is_crossed = vec![false; bodies.faces.len()];
         for segment in segments {
             for end in [segment.start, segment.end] {
@@ -57,7 +56,7 @@ impl Crossings {
         list.par_sort_unstable_by_key(|crossing| (crossing.edge, crossing.face));
         list.dedup();
         list.par_chunk_by_mut(|a, b| a.edge == b.edge).filter(|group| group.len() > 1).for_each(|group| {
-            sort_along(group, bodies, planes);
+            sort_along(group, bodies);
         });
         Crossings { list, is_crossed }
     }
@@ -85,7 +84,7 @@ impl Crossings {
 }
 
 /// Sorts the crossings of one edge from its lower point to its higher.
-fn sort_along(group: &mut [Crossing], bodies: &Bodies, planes: &impl Fn(u32) -> Plane) {
+fn sort_along(group: &mut [Crossing], bodies: &Bodies) {
     let edge = group[0].edge;
     let ends = edge.map(|index| bodies.points[index as usize]);
     let body = bodies.bodies.partition_point(|body| body.points.end <= edge[0]) as u32;
@@ -93,7 +92,7 @@ fn sort_along(group: &mut [Crossing], bodies: &Bodies, planes: &impl Fn(u32) -> 
         if a.face == b.face {
             return std::cmp::Ordering::Equal;
         }
-        let [through, beside] = [a, b].map(|crossing| planes(crossing.face));
+        let [through, beside] = [a, b].map(|crossing| bodies.plane(crossing.face));
         // The edge starts in front of a face that it enters. The crossing with `a` comes first if it lies on the side of `b`
         // where the edge starts.
         match beside.has_crossing_in_front(ends, body, &through, a.enters) == b.enters {

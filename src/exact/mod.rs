@@ -19,12 +19,14 @@
 //! that of the solids as given. Positions and sums are rounded in `f64`, and the bound of that error is returned.
 //!
 //! # What it takes
-//! Consistently oriented meshes. A body is a mesh whose winding numbers are proved to be 0 and 1 ([`prove_simple`]), or
-//! else each shell of one; a shell that meets itself is refused.
+//! Consistently oriented meshes. A body is a mesh whose winding number is proved to be 0 and 1 wherever the result
+//! depends on it (`fronts`), or else each shell of one; a shell that meets itself there is refused.
 
+mod arrangement;
 mod bodies;
 mod coincident;
 mod crossings;
+mod fronts;
 mod near;
 mod segments;
 mod signs;
@@ -34,19 +36,12 @@ mod windings;
 
 use std::fmt;
 
-use bodies::{Bodies, Lattice, Wholeness};
-use coincident::Coincident;
-use near::NearFaces;
-use rayon::prelude::*;
-use segments::{Meeting, Segment, meet};
-use signs::Plane;
-use sums::Sums;
+use arrangement::Arrangement;
+use bodies::Wholeness;
 
 use crate::boolean::Expression;
-use crate::box_tree::Box32;
-use crate::cancel::checkpoint;
 use crate::ldi::FillRule;
-use crate::mesh::{Aabb, ClosedMesh, MassProperties, Unproved, prove_simple};
+use crate::mesh::{ClosedMesh, MassProperties, Unproved, prove_simple};
 
 /// The reason why the volume of an expression is not known exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,31 +84,23 @@ pub fn mass_properties(
     expression: &Expression,
     fill: FillRule,
 ) -> Result<ExactProperties, NotExact> {
-    let bounds = inputs.iter().map(|mesh| mesh.bounds()).reduce(Aabb::union).expect("an expression has inputs");
-    let lattice = Lattice::around(bounds);
-    let mut bodies = Bodies::default();
-    let mut with_meeting_shells = Vec::new();
-    for (input, mesh) in inputs.iter().enumerate() {
-        let wholeness = bodies.add(input, mesh, &lattice).map_err(|why| NotExact { input, why })?;
-        if wholeness == Wholeness::Shells {
-            with_meeting_shells.push(input);
-        }
-    }
-    checkpoint();
-    let plane = |face: u32| Plane::new(bodies.corners(face), bodies.body_of_face(face));
-    let (segments, coincident) = find_meetings(&bodies, &plane);
     let rule = Rule { expression, fill };
-    let sums = Sums::of(&bodies, inputs.len(), &segments, &rule, &plane);
-    let mut mass = sums.mass_properties(&lattice, bodies.displaced);
-    let square = lattice.step * lattice.step;
-    let mut area_error = 0.0;
-    match &bodies.bodies[..] {
-        [first, second] => {
-            mass.area += square * coincident::area_change(&coincident, [first, second], &rule, inputs.len())
+    let mut wholeness = vec![Wholeness::Whole; inputs.len()];
+    loop {
+        let arrangement = Arrangement::of(inputs, &wholeness)?;
+        let unproved = arrangement.unproved(&rule);
+        if unproved.is_empty() {
+            let with_meeting_shells =
+                (0..inputs.len()).filter(|&input| wholeness[input] == Wholeness::Shells).collect();
+            return Ok(ExactProperties { with_meeting_shells, ..arrangement.properties(&rule) });
         }
-        _ => area_error = 2.0 * square * coincident.iter().map(|pair| pair.area).sum::<f64>(),
+        for unproved in unproved {
+            match &mut wholeness[unproved.input] {
+                Wholeness::Shells => return Err(unproved),
+                whole => *whole = Wholeness::Shells,
+            }
+        }
     }
-    Ok(ExactProperties { mass, area_error, with_meeting_shells })
 }
 
 /// Returns volume, area, centroid and inertia of one solid: from the sums over its triangles if its winding numbers are
@@ -144,42 +131,22 @@ struct Rule<'e> {
 }
 
 impl Rule<'_> {
-    fn holds(&self, windings: &[i32]) -> bool {
-        self.expression.holds(|input| match self.fill {
-            FillRule::EvenOdd => windings[input] & 1 != 0,
-            FillRule::NonZero => windings[input] != 0,
-        })
+    /// Returns whether the result depends on a solid, given the winding numbers of the others.
+    fn depends_on(&self, solid: usize, windings: &[i32]) -> bool {
+        let [outside, inside] = [false, true].map(|is_inside| {
+            self.expression.holds(|input| if input == solid { is_inside } else { self.is_inside(windings[input]) })
+        });
+        outside != inside
     }
-}
 
-/// Returns the segments in which faces of different bodies meet, and the pairs of faces that coincide.
-fn find_meetings(bodies: &Bodies, plane: &(impl Fn(u32) -> Plane + Sync)) -> (Vec<Segment>, Vec<Coincident>) {
-    let all = &bodies.bodies;
-    // Only faces near another body can meet one.
-    let tree = |own: usize| {
-        checkpoint();
-        let others = (0..all.len()).filter(|&other| other != own && all[other].extent.touches(&all[own].extent));
-        let around = others.map(|other| all[other].extent).reduce(Box32::union)?;
-        let faces = all[own].faces.clone().into_par_iter().map(|face| (face, Box32::around(bodies.corners(face))));
-        let faces: Vec<_> = faces.filter(|(_, extent)| extent.touches(&around)).collect();
-        (!faces.is_empty()).then(|| NearFaces::new(faces))
-    };
-    let trees: Vec<Option<NearFaces>> = (0..all.len()).map(tree).collect();
-    let (mut segments, mut coincident) = (Vec::new(), Vec::new());
-    for (i, first) in trees.iter().enumerate() {
-        for (j, second) in trees.iter().enumerate().skip(i + 1) {
-            let (Some(first), Some(second)) = (first, second) else { continue };
-            if !all[i].extent.touches(&all[j].extent) {
-                continue;
-            }
-            let found = first.pairs(second, |f, g| meet([f, g], &plane(f), &plane(g)));
-            for meeting in found {
-                match meeting {
-                    Meeting::Segment(segment) => segments.push(segment),
-                    Meeting::Coincident(pair) => coincident.push(pair),
-                }
-            }
+    fn is_inside(&self, winding: i32) -> bool {
+        match self.fill {
+            FillRule::EvenOdd => winding & 1 != 0,
+            FillRule::NonZero => winding != 0,
         }
     }
-    (segments, coincident)
+
+    fn holds(&self, windings: &[i32]) -> bool {
+        self.expression.holds(|input| self.is_inside(windings[input]))
+    }
 }

@@ -22,6 +22,11 @@ impl NearFaces {
         NearFaces { faces, tree }
     }
 
+    /// Returns the faces.
+    pub fn faces(&self) -> impl IndexedParallelIterator<Item = u32> + '_ {
+        self.faces.par_iter().map(|&(face, _)| face)
+    }
+
     /// Returns what `look` finds of the pairs of faces whose boxes touch, in an order that does not depend on threads.
     pub fn pairs<T: Send>(&self, other: &NearFaces, look: impl Fn(u32, u32) -> Option<T> + Sync) -> Vec<T> {
         let trees = [&self.tree, &other.tree];

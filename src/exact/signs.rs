@@ -71,6 +71,11 @@ impl Plane {
         Plane { corners, body, normal: u.cross(v), magnitude }
     }
 
+    /// Returns whether the corners lie on a line.
+    pub fn is_flat(&self) -> bool {
+        self.normal.abs().cmple(DETERMINANT_ERROR * self.magnitude).all() && self.exact_normal() == [0; 3]
+    }
+
     /// Returns the normal, of length 1.
     pub fn unit_normal(&self) -> DVec3 {
         self.normal.normalize_or_zero()

@@ -8,7 +8,7 @@ use super::Rule;
 use super::bodies::{Bodies, Lattice, SCALE};
 use super::crossings::{Crossing, Crossings};
 use super::segments::Segment;
-use super::signs::{Located, Plane};
+use super::signs::Located;
 use super::triple::{OnFaces, Placed, Triple};
 use super::windings::Windings;
 use crate::cancel::checkpoint;
@@ -48,16 +48,11 @@ impl Weight {
 impl Sums {
     pub fn of(
         bodies: &Bodies,
-        solids: usize,
-        segments: &[Segment],
+        (segments, crossings): (&[Segment], &Crossings),
+        windings: &Windings,
         rule: &Rule,
-        plane: &(impl Fn(u32) -> Plane + Sync),
     ) -> Sums {
-        let crossings = Crossings::of(segments, bodies, plane);
-        checkpoint();
-        let windings = Windings::of(bodies, solids, &crossings, plane);
-        checkpoint();
-        let surface = Surface { bodies, rule, crossings: &crossings, windings: &windings, plane };
+        let surface = Surface { bodies, rule, crossings, windings };
         let place = |segment: &Segment| surface.placed(segment);
         let triple_points = (bodies.bodies.len() > 2).then(|| OnFaces::of(segments, &place));
         let faces = surface.sum_faces();
@@ -107,17 +102,16 @@ impl Sums {
 }
 
 /// The surfaces of all bodies, with the winding numbers on them.
-struct Surface<'s, P> {
+struct Surface<'s> {
     bodies: &'s Bodies,
     rule: &'s Rule<'s>,
     crossings: &'s Crossings,
     windings: &'s Windings,
-    plane: &'s P,
 }
 
-impl<P: Fn(u32) -> Plane + Sync> Surface<'_, P> {
+impl Surface<'_> {
     fn placed(&self, segment: &Segment) -> Placed {
-        let planes = segment.faces.map(self.plane);
+        let planes = segment.faces.map(|face| self.bodies.plane(face));
         let ends = [segment.start, segment.end].map(|end| {
             let (edge, _, _) = segment.edge(end, self.bodies);
             planes[usize::from(!end.of_second)].crossing(edge.map(|index| self.bodies.points[index as usize]))
@@ -206,8 +200,9 @@ impl<P: Fn(u32) -> Plane + Sync> Surface<'_, P> {
     ) {
         let mut from = Located::exactly(edge[0]);
         for i in 0..=along.len() {
-            let to =
-                along.get(i).map_or(Located::exactly(edge[1]), |crossing| (self.plane)(crossing.face).crossing(edge));
+            let to = along
+                .get(i)
+                .map_or(Located::exactly(edge[1]), |crossing| self.bodies.plane(crossing.face).crossing(edge));
             let weight = self.weight(windings, solid);
             if weight != Weight::default() {
                 sums.add(normal, corner, if is_turned { [to, from] } else { [from, to] }, weight);

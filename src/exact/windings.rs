@@ -27,17 +27,12 @@ pub(super) struct Windings {
 }
 
 impl Windings {
-    pub fn of(
-        bodies: &Bodies,
-        solids: usize,
-        crossings: &Crossings,
-        planes: &(impl Fn(u32) -> Plane + Sync),
-    ) -> Windings {
+    pub fn of(bodies: &Bodies, solids: usize, crossings: &Crossings) -> Windings {
         let (patch_of_point, first_points) = patches(bodies, crossings);
         let links = Links::of(crossings, &patch_of_point, first_points.len());
         let numbers = vec![0; solids * first_points.len()];
         let mut found = Windings { solids, patch_of_point, first_points, numbers };
-        let mut rays = Rays { bodies, planes, met: bodies.bodies.iter().map(|_| MetBody::default()).collect() };
+        let mut rays = Rays { bodies, met: bodies.bodies.iter().map(|_| MetBody::default()).collect() };
         let mut is_known = vec![false; found.first_points.len()];
         for patch in 0..found.first_points.len() {
             if is_known[patch] {
@@ -77,7 +72,8 @@ impl Windings {
         self.of_patch(self.patch(point))
     }
 
-    fn of_patch(&self, patch: u32) -> &[i32] {
+    /// Returns [`Windings::at`] of the points of a patch.
+    pub fn of_patch(&self, patch: u32) -> &[i32] {
         let first = self.solids * patch as usize;
         &self.numbers[first..first + self.solids]
     }
@@ -158,9 +154,8 @@ impl Links {
 }
 
 /// Rays along +x from points, through the bodies.
-struct Rays<'b, P> {
+struct Rays<'b> {
     bodies: &'b Bodies,
-    planes: &'b P,
     met: Vec<MetBody>,
 }
 
@@ -173,7 +168,7 @@ struct MetBody {
     faces: Option<NearFaces>,
 }
 
-impl<P: Fn(u32) -> Plane + Sync> Rays<'_, P> {
+impl Rays<'_> {
     /// Adds the winding numbers of all other bodies at a point.
     fn locate(&mut self, point: u32, numbers: &mut [i32]) {
         let bodies = self.bodies;
@@ -184,8 +179,7 @@ impl<P: Fn(u32) -> Plane + Sync> Rays<'_, P> {
             if index == own || !body.extent.touches(&here) {
                 continue;
             }
-            let planes = self.planes;
-            let across = |face| winding(&planes(face), position, own as u32);
+            let across = |face| winding(&bodies.plane(face), position, own as u32);
             let faces = || body.faces.clone().into_par_iter().map(|face| (face, Box32::around(bodies.corners(face))));
             let met = &mut self.met[index];
             numbers[body.solid] += if met.was_met {

@@ -24,6 +24,7 @@ pub use check::{Defect, MeshReport, Severity, check};
 pub use closed::{ClosedMesh, NotClosed};
 pub use hull::convex_hull;
 pub use mass::MassProperties;
+pub(crate) use winding::prove_embedded;
 pub use winding::{Unproved, prove_simple};
 
 /// Triangles over shared positions, as a reader or a generator produced them; nothing about them has been checked.

@@ -18,13 +18,14 @@
 //! triangles that meet.
 
 use std::fmt;
-use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::measure::{EMPTY, include};
 use super::meet::{are_parted, meet, widest_axis};
-use super::{Aabb, ClosedMesh, TriangleMesh, check};
+use super::{Aabb, ClosedMesh, check};
 use crate::cancel::checkpoint;
 use crate::union_find::UnionFind;
 
@@ -44,6 +45,16 @@ pub enum Unproved {
         /// A triangle of the shell.
         triangle: usize,
     },
+    /// The corners of a triangle lie on a line.
+    Flat {
+        /// The triangle.
+        triangle: usize,
+    },
+    /// A set of triangles, each narrower than a few units of rounding, whose sides others share.
+    TooThin {
+        /// The largest of the triangles.
+        triangle: usize,
+    },
     /// The mesh encloses no volume.
     NoVolume,
 }
@@ -54,6 +65,8 @@ impl Unproved {
         match self {
             Unproved::TrianglesMeet { triangles } => Unproved::TrianglesMeet { triangles: triangles.map(number) },
             Unproved::ShellFacing { triangle } => Unproved::ShellFacing { triangle: number(triangle as u32) as usize },
+            Unproved::Flat { triangle } => Unproved::Flat { triangle: number(triangle as u32) as usize },
+            Unproved::TooThin { triangle } => Unproved::TooThin { triangle: number(triangle as u32) as usize },
             Unproved::NotOriented | Unproved::NoVolume => self,
         }
     }
@@ -65,6 +78,8 @@ impl fmt::Display for Unproved {
             Unproved::NotOriented => write!(f, "its triangles are not consistently oriented"),
             Unproved::TrianglesMeet { triangles: [a, b] } => write!(f, "triangles {a} and {b} touch or cross"),
             Unproved::ShellFacing { triangle } => write!(f, "the shell of triangle {triangle} faces the wrong way"),
+            Unproved::Flat { triangle } => write!(f, "the corners of triangle {triangle} lie on a line"),
+            Unproved::TooThin { triangle } => write!(f, "triangle {triangle} is too thin"),
             Unproved::NoVolume => write!(f, "it encloses no volume"),
         }
     }
@@ -80,11 +95,10 @@ pub fn prove_simple(mesh: &ClosedMesh) -> Result<(), Unproved> {
         return Err(Unproved::NotOriented);
     }
     let triangles = mesh.mesh();
-    let surface = Surface::new(triangles, mesh.bounds());
-    surface.embed()?;
-    let is_manifold = 2 * surface.shared_sides.load(Ordering::Relaxed) == 3 * triangles.triangles.len();
-    let is_connected = || (0..triangles.triangles.len() as u32).into_par_iter().all(|t| surface.parts.find(t) == 0);
-    if is_manifold && is_connected() {
+    let corners = |triangle: u32| triangles.triangles[triangle as usize].map(|i| triangles.positions[i as usize]);
+    let sheets = prove_embedded(&corners, &vec![true; triangles.triangles.len()])?;
+    let is_connected = || (0..triangles.triangles.len() as u32).into_par_iter().all(|t| sheets.parts.find(t) == 0);
+    if sheets.are_closed && is_connected() {
         return if mesh.signed_volume() == 0.0 { Err(Unproved::NoVolume) } else { Ok(()) };
     }
     let report = check(triangles);
@@ -94,7 +108,32 @@ pub fn prove_simple(mesh: &ClosedMesh) -> Result<(), Unproved> {
     }
 }
 
-/// The box of a triangle, relative to that of the mesh, rounded outwards.
+/// Triangles that meet no others elsewhere than in corners and sides that they share.
+pub(crate) struct Sheets {
+    /// The sets of these triangles that are connected by sides of exactly two triangles, which use them in opposite directions.
+    pub parts: UnionFind,
+    /// True if they are all triangles of the mesh, and all their sides are of this kind.
+    pub are_closed: bool,
+}
+
+/// Proves that some triangles of a mesh meet no triangle of it elsewhere than in corners and sides that they share.
+///
+/// `corners` returns the corners of a triangle, and `is_needed` tells which are to be proved.
+///
+/// # Errors
+/// [`Unproved::TrianglesMeet`], where one of the two is needed.
+pub(crate) fn prove_embedded(
+    corners: &(impl Fn(u32) -> [DVec3; 3] + Sync),
+    is_needed: &[bool],
+) -> Result<Sheets, Unproved> {
+    let Some(surface) = Surface::new(corners, is_needed) else {
+        return Ok(Sheets { parts: UnionFind::new(is_needed.len() as u32), are_closed: false });
+    };
+    surface.embed()?;
+    Ok(surface.sheets())
+}
+
+/// The box of a triangle, relative to that of all, rounded outwards.
 #[derive(Clone, Copy)]
 struct Extent {
     min: Vec3,
@@ -126,14 +165,16 @@ struct Level {
     /// The offset of the triangles of each cell, and the end of the last.
     starts: Vec<u32>,
     triangles: Vec<u32>,
+    /// The triangles of the level, once each.
+    members: Vec<u32>,
 }
 
 impl Level {
     /// Sorts the triangles of a level into cells.
-    fn new(side: f32, size: Vec3, members: &[u32], extents: &[Extent]) -> Level {
+    fn new(side: f32, size: Vec3, members: Vec<u32>, extents: &[Extent]) -> Level {
         let scale = 1.0 / side;
         let cells = (size * scale).to_array().map(|c| c as u32 + 1);
-        let mut level = Level { scale, cells, starts: Vec::new(), triangles: Vec::new() };
+        let mut level = Level { scale, cells, starts: Vec::new(), triangles: Vec::new(), members: Vec::new() };
         let counts: Vec<AtomicU32> =
             (0..cells.iter().product::<u32>() + 1).into_par_iter().map(|_| AtomicU32::new(0)).collect();
         members.par_iter().with_min_len(CHUNK).for_each(|&triangle| {
@@ -155,6 +196,7 @@ impl Level {
         });
         level.starts = counts.into_iter().map(AtomicU32::into_inner).collect();
         level.triangles = slots.into_iter().map(AtomicU32::into_inner).collect();
+        level.members = members;
         level
     }
 
@@ -182,7 +224,7 @@ impl Level {
         }
     }
 
-    fn members(&self, cell: u32) -> &[u32] {
+    fn of_cell(&self, cell: u32) -> &[u32] {
         &self.triangles[self.starts[cell as usize] as usize..self.starts[cell as usize + 1] as usize]
     }
 
@@ -199,30 +241,43 @@ const CHUNK: usize = 4096;
 /// Largest number of cells of the finest level.
 const MOST_CELLS: f64 = 4e6;
 
-/// A mesh whose triangles are being tested against one another.
-struct Surface<'m> {
-    mesh: &'m TriangleMesh,
+/// The mark of a side of one triangle alone.
+const FREE: u32 = u32::MAX;
+
+/// The mark of a side of more than two triangles, or of two in the same direction.
+const CROWDED: u32 = u32::MAX - 1;
+
+/// Triangles that are being tested against one another.
+struct Surface<'m, C> {
+    corners: &'m C,
+    is_needed: &'m [bool],
     extents: Vec<Extent>,
     /// Levels from fine to coarse, each with cells of twice the side of the level before.
     levels: Vec<Level>,
     /// The level that each triangle belongs to.
     level_of: Vec<u8>,
-    /// The sets of triangles that shared sides connect.
-    parts: UnionFind,
-    /// Pairs of triangles that share a side, in opposite directions.
-    shared_sides: AtomicUsize,
+    /// The other triangle at each side of those that are needed, or a mark.
+    neighbors: Vec<[AtomicU32; 3]>,
 }
 
-impl<'m> Surface<'m> {
-    fn new(mesh: &'m TriangleMesh, bounds: Aabb) -> Surface<'m> {
+impl<'m, C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'m, C> {
+    /// Sorts the triangles near those that are needed; returns `None` if there are none.
+    fn new(corners: &'m C, is_needed: &'m [bool]) -> Option<Surface<'m, C>> {
+        let all = (0..is_needed.len() as u32).into_par_iter();
+        let around = |triangle: u32| corners(triangle).into_iter().fold(EMPTY, include);
+        let needed = all.clone().filter(|&triangle| is_needed[triangle as usize]);
+        let bounds = needed.map(around).reduce_with(Aabb::union)?;
         // In units of the longest side, so that no coordinate leaves the range of f32.
-        let unit = bounds.extent().max_element();
-        let local = |index: u32| (mesh.positions[index as usize] - bounds.min) / unit;
-        let extents: Vec<Extent> = mesh.triangles.par_iter().map(|t| Extent::of(t.map(local))).collect();
+        let unit = bounds.extent().max_element().max(f64::MIN_POSITIVE);
+        let local = |point: DVec3| (point - bounds.min) / unit;
+        let extents: Vec<Extent> = all.clone().map(|triangle| Extent::of(corners(triangle).map(local))).collect();
+        let whole = Extent::of([bounds.min, bounds.max, bounds.max].map(local));
+        let near: Vec<u32> = all.filter(|&triangle| extents[triangle as usize].touches(&whole)).collect();
         let size = (bounds.extent() / unit).as_vec3();
 
         let width = |extent: &Extent| (extent.max - extent.min).max_element();
-        let mean = extents.par_iter().map(|extent| f64::from(width(extent))).sum::<f64>() / extents.len() as f64;
+        let width_of = |&triangle: &u32| f64::from(width(&extents[triangle as usize]));
+        let mean = near.par_iter().map(width_of).sum::<f64>() / near.len() as f64;
         let volume = |side: f64| size.to_array().iter().map(|&c| f64::from(c) / side + 1.0).product::<f64>();
         let mut finest = 1.5 * mean;
         while volume(finest) > MOST_CELLS {
@@ -231,35 +286,52 @@ impl<'m> Surface<'m> {
         let finest = finest as f32;
         let level_of: Vec<u8> =
             extents.par_iter().map(|extent| (width(extent) / finest).log2().ceil().clamp(0.0, 30.0) as u8).collect();
-        let coarsest = level_of.par_iter().copied().max().unwrap_or(0);
+        let coarsest = near.par_iter().map(|&triangle| level_of[triangle as usize]).max().unwrap_or(0);
         let levels = (0..=coarsest).map(|k| {
-            let members: Vec<u32> =
-                (0..extents.len() as u32).into_par_iter().filter(|&t| level_of[t as usize] == k).collect();
-            Level::new(finest * f32::from(k).exp2(), size, &members, &extents)
+            let members: Vec<u32> = near.par_iter().copied().filter(|&t| level_of[t as usize] == k).collect();
+            Level::new(finest * f32::from(k).exp2(), size, members, &extents)
         });
         let levels = levels.collect();
-        let parts = UnionFind::new(extents.len() as u32);
-        Surface { mesh, extents, levels, level_of, parts, shared_sides: AtomicUsize::new(0) }
+        let neighbors = (0..is_needed.len()).into_par_iter().map(|_| [FREE; 3].map(AtomicU32::new)).collect();
+        Some(Surface { corners, is_needed, extents, levels, level_of, neighbors })
     }
 
-    /// Tests every pair of triangles whose boxes touch.
+    /// Tests every pair of triangles whose boxes touch and of which one is needed.
     fn embed(&self) -> Result<(), Unproved> {
         for level in &self.levels {
             let cells = (0..level.starts.len() as u32 - 1).into_par_iter().with_min_len(64);
             first(cells.filter_map(|cell| self.within_cell(level, cell)))?;
         }
         if self.levels.len() > 1 {
-            let triangles = (0..self.extents.len() as u32).into_par_iter().with_min_len(CHUNK);
-            first(triangles.filter_map(|triangle| self.with_larger(triangle)))?;
+            for level in &self.levels {
+                let triangles = level.members.par_iter().with_min_len(CHUNK);
+                first(triangles.filter_map(|&triangle| self.with_larger(triangle)))?;
+            }
         }
         Ok(())
+    }
+
+    /// Joins the needed triangles that share a side.
+    fn sheets(&self) -> Sheets {
+        let parts = UnionFind::new(self.is_needed.len() as u32);
+        let join = |triangle: u32| {
+            let beside = self.neighbors[triangle as usize].each_ref().map(|side| side.load(Ordering::Relaxed));
+            for other in beside.into_iter().filter(|&other| other < CROWDED && self.is_needed[other as usize]) {
+                parts.join(triangle, other);
+            }
+            beside.into_iter().all(|other| other < CROWDED)
+        };
+        let all = (0..self.is_needed.len() as u32).into_par_iter().with_min_len(CHUNK);
+        let are_closed =
+            all.map(|triangle| self.is_needed[triangle as usize] && join(triangle)).reduce(|| true, |a, b| a & b);
+        Sheets { parts, are_closed }
     }
 
     /// Tests the pairs of a cell; returns the least one that meets.
     fn within_cell(&self, level: &Level, cell: u32) -> Option<[u32; 2]> {
         checkpoint();
-        let members = level.members(cell);
-        if members.len() < 2 {
+        let members = level.of_cell(cell);
+        if members.len() < 2 || !members.iter().any(|&triangle| self.is_needed[triangle as usize]) {
             return None;
         }
         // Stored contiguously, since each is read as often as the cell has members.
@@ -267,7 +339,8 @@ impl<'m> Surface<'m> {
         let mut found = None;
         for (i, one) in facets.iter().enumerate() {
             for other in &facets[i + 1..] {
-                if one.extent.touches(&other.extent) && level.is_first(cell, &one.extent, &other.extent) {
+                let decides = one.is_needed || other.is_needed;
+                if decides && one.extent.touches(&other.extent) && level.is_first(cell, &one.extent, &other.extent) {
                     found = lesser(found, self.look_at(one, other));
                 }
             }
@@ -281,9 +354,10 @@ impl<'m> Surface<'m> {
         let mut found = None;
         for level in &self.levels[usize::from(self.level_of[triangle as usize]) + 1..] {
             level.each_cell(&one.extent, |cell| {
-                for &other in level.members(cell) {
+                for &other in level.of_cell(cell) {
                     let extent = &self.extents[other as usize];
-                    if one.extent.touches(extent) && level.is_first(cell, &one.extent, extent) {
+                    let decides = one.is_needed || self.is_needed[other as usize];
+                    if decides && one.extent.touches(extent) && level.is_first(cell, &one.extent, extent) {
                         found = lesser(found, self.look_at(&one, &self.facet(other)));
                     }
                 }
@@ -293,11 +367,12 @@ impl<'m> Surface<'m> {
     }
 
     fn facet(&self, triangle: u32) -> Facet {
-        let corners = self.mesh.triangles[triangle as usize].map(|index| self.mesh.positions[index as usize]);
-        Facet { triangle, axis: widest_axis(corners), corners, extent: self.extents[triangle as usize] }
+        let corners = (self.corners)(triangle);
+        let (is_needed, extent) = (self.is_needed[triangle as usize], self.extents[triangle as usize]);
+        Facet { triangle, is_needed, axis: widest_axis(corners), corners, extent }
     }
 
-    /// Returns the pair if it meets; joins the sets of triangles that share a side.
+    /// Returns the pair if it meets; marks the side that they share.
     fn look_at(&self, one: &Facet, other: &Facet) -> Option<[u32; 2]> {
         let (a, b) = (&one.corners, &other.corners);
         // Corners in the same place are one, whatever their indices.
@@ -316,20 +391,32 @@ impl<'m> Surface<'m> {
                 return Some([one.triangle.min(other.triangle), one.triangle.max(other.triangle)]);
             }
         }
-        // A side from corner i to i + 1 is shared in the opposite direction if the other goes from i + 1 to i.
-        let [p, q, r] = shared;
-        let is_opposite = |from: usize, to: usize| from < 3 && to < 3 && from == (to + 1) % 3;
-        if is_opposite(p, q) || is_opposite(q, r) || is_opposite(r, p) {
-            self.shared_sides.fetch_add(1, Ordering::Relaxed);
-            self.parts.join(one.triangle, other.triangle);
+        for j in 0..3 {
+            let (from, to) = (shared[j], shared[(j + 1) % 3]);
+            if from == 3 || to == 3 {
+                continue;
+            }
+            // The sides of `one` go from corner i to i + 1.
+            let is_opposite = from == (to + 1) % 3;
+            self.note(one, if is_opposite { to } else { from }, other.triangle, is_opposite);
+            self.note(other, j, one.triangle, is_opposite);
         }
         None
+    }
+
+    /// Notes the triangle at a side of another. The mark does not depend on the order of the notes.
+    fn note(&self, facet: &Facet, side: usize, beside: u32, is_opposite: bool) {
+        let mark = &self.neighbors[facet.triangle as usize][side];
+        if mark.swap(beside, Ordering::Relaxed) != FREE || !is_opposite {
+            mark.store(CROWDED, Ordering::Relaxed);
+        }
     }
 }
 
 /// A triangle as the pair test needs it.
 struct Facet {
     triangle: u32,
+    is_needed: bool,
     /// The axis along which its projection is largest.
     axis: usize,
     corners: [DVec3; 3],
@@ -354,6 +441,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::mesh::TriangleMesh;
     use crate::solids;
     use crate::testing::meshes::{cube, reversed, tetrahedron, together, unwelded};
 

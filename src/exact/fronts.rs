@@ -1,0 +1,203 @@
+//! The proof that the winding number of each body's own surface is known wherever the result depends on it.
+//!
+//! # The argument
+//! The weights of the result's surface take for granted that a body's own winding number is [`Body::front`] in front of
+//! its faces. That matters only where the result depends on whether a point is in the body's solid; elsewhere the weight is zero
+//! whatever the number is. So it is proved for the faces that such a place touches, as a whole each:
+//! 1. They meet no face of their body elsewhere than in corners and sides that they share ([`prove_embedded`]). So
+//!    the number is constant in front of each.
+//! 2. Faces at a side that no third one uses have the same number, since they use it in opposite directions.
+//! 3. For one face of each set that such sides connect, the number is counted with exact signs along an axis, from outside
+//!    the body to the face.
+//!
+//! The winding numbers of the other bodies need no proof: they are counted.
+
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicI32, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Rule;
+use super::bodies::{Bodies, Body, SCALE};
+use super::signs::{Plane, is_left_of};
+use super::windings::Windings;
+use crate::cancel::checkpoint;
+use crate::mesh::{Unproved, prove_embedded};
+use crate::union_find::UnionFind;
+
+/// The body of a line, which is displaced beyond all others.
+const LINE: u32 = u32::MAX;
+
+/// A coordinate beyond the lattice.
+const BEYOND: f64 = 1.0 / SCALE + 1.0;
+
+/// Proves the numbers of a body; see the module's docs. `is_crossed` tells which faces of all bodies others meet.
+///
+/// # Errors
+/// Faces that meet, and a set of faces that has another number; faces are numbered within the body.
+pub(super) fn prove(
+    own: usize,
+    bodies: &Bodies,
+    is_crossed: &[bool],
+    windings: &Windings,
+    rule: &Rule,
+) -> Result<(), Unproved> {
+    let body = &bodies.bodies[own];
+    let is_needed = needed(body, bodies, is_crossed, windings, rule);
+    let first = body.faces.start;
+    let sheets = prove_embedded(&|face| bodies.corners(first + face), &is_needed)?;
+    checkpoint();
+    check(own, bodies, &is_needed, &sheets.parts)
+}
+
+/// Returns for each face of a body whether it touches a place where the result depends on the body's solid.
+fn needed(body: &Body, bodies: &Bodies, is_crossed: &[bool], windings: &Windings, rule: &Rule) -> Vec<bool> {
+    let patches = windings.first_points();
+    let own = patches.partition_point(|&point| point < body.points.start)
+        ..patches.partition_point(|&point| point < body.points.end);
+    let start = own.start;
+    let depends: Vec<bool> = own.map(|patch| rule.depends_on(body.solid, windings.of_patch(patch as u32))).collect();
+    // The corners of a face that is not crossed are of one patch.
+    let of_face = |face: u32| {
+        is_crossed[face as usize] || depends[windings.patch(bodies.faces[face as usize][0]) as usize - start]
+    };
+    body.faces.clone().into_par_iter().map(of_face).collect()
+}
+
+/// A line along an axis through a face, from one side of the lattice to the other.
+struct Line {
+    /// The number of the face within its body.
+    face: u32,
+    plane: Plane,
+    ends: [DVec3; 2],
+    /// True if the first end is in front of the face.
+    enters: bool,
+}
+
+impl Line {
+    /// Returns a line along x through a point of the lattice in a face, if there is one near its centroid.
+    fn through(face: u32, plane: Plane) -> Option<Line> {
+        let [a, b, c] = plane.corners;
+        let middle = ((a + b + c) / 3.0).round();
+        let ends = [-BEYOND, BEYOND].map(|x| DVec3::new(x, middle.y, middle.z));
+        crosses(&plane, middle).then(|| Line { face, ends, enters: plane.is_in_front(ends[0], LINE), plane })
+    }
+
+    /// Returns by how much the winding number grows at a face if the line crosses that before its own.
+    fn change(&self, plane: &Plane) -> i32 {
+        let enters = plane.is_in_front(self.ends[0], LINE);
+        // The line starts in front of a face that it enters.
+        let is_later = plane.has_crossing_in_front(self.ends, LINE, &self.plane, self.enters) == enters;
+        match (is_later, enters) {
+            (true, _) => 0,
+            (false, true) => 1,
+            (false, false) => -1,
+        }
+    }
+}
+
+/// Returns whether the line along x through a point crosses a face.
+fn crosses(plane: &Plane, point: DVec3) -> bool {
+    let [a, b, c] = plane.corners;
+    let [first, second, third] = [[a, b], [b, c], [c, a]].map(|side| is_left_of(point, LINE, side, plane.body));
+    first == second && second == third
+}
+
+/// A body with the coordinates brought forward, so that another axis is the first.
+struct Turned<'b> {
+    bodies: &'b Bodies,
+    own: u32,
+    turns: usize,
+}
+
+impl Turned<'_> {
+    fn body(&self) -> &Body {
+        &self.bodies.bodies[self.own as usize]
+    }
+
+    /// Returns the corners of a face by its number within the body.
+    fn corners(&self, face: u32) -> [DVec3; 3] {
+        self.bodies.corners(self.body().faces.start + face).map(|point| match self.turns {
+            0 => point,
+            1 => DVec3::new(point.y, point.z, point.x),
+            _ => DVec3::new(point.z, point.x, point.y),
+        })
+    }
+
+    fn line(&self, face: u32) -> Option<Line> {
+        Line::through(face, Plane::new(self.corners(face), self.own))
+    }
+
+    /// Returns the lowest of the lines' faces with another winding number in front than that of the body.
+    fn least_wrong(&self, mut lines: Vec<Line>) -> Option<u32> {
+        lines.sort_unstable_by(|a, b| a.ends[0].y.total_cmp(&b.ends[0].y).then(a.face.cmp(&b.face)));
+        let numbers: Vec<AtomicI32> = lines.iter().map(|_| AtomicI32::new(0)).collect();
+        (0..self.body().faces.len() as u32).into_par_iter().with_min_len(4096).for_each(|face| {
+            let corners = self.corners(face);
+            let [a, b, c] = corners;
+            let (min, max) = (a.min(b).min(c), a.max(b).max(c));
+            let start = lines.partition_point(|line| line.ends[0].y < min.y);
+            for (line, number) in lines[start..].iter().zip(&numbers[start..]) {
+                let point = line.ends[0];
+                if point.y > max.y {
+                    break;
+                }
+                if face == line.face || point.z < min.z || point.z > max.z {
+                    continue;
+                }
+                let plane = Plane::new(corners, self.own);
+                if crosses(&plane, point) {
+                    number.fetch_add(line.change(&plane), Ordering::Relaxed);
+                }
+            }
+        });
+        let is_wrong = |(line, number): &(Line, AtomicI32)| {
+            // The count ends before the face: behind it if the line leaves there.
+            number.load(Ordering::Relaxed) != self.body().front + i32::from(!line.enters)
+        };
+        lines.into_iter().zip(numbers).filter(is_wrong).map(|(line, _)| line.face).min()
+    }
+}
+
+/// Checks the winding number in front of one face of each set.
+fn check(own: usize, bodies: &Bodies, is_needed: &[bool], parts: &UnionFind) -> Result<(), Unproved> {
+    let axes = [0, 1, 2].map(|turns| Turned { bodies, own: own as u32, turns });
+    let mut lines: [Vec<Line>; 3] = Default::default();
+    for (face, axis) in widest_of_sets(&axes[0], is_needed, parts) {
+        let line = axes[axis].line(face).ok_or(Unproved::TooThin { triangle: face as usize })?;
+        lines[axis].push(line);
+    }
+    let wrong = axes.iter().zip(lines).filter(|(_, lines)| !lines.is_empty());
+    match wrong.filter_map(|(axis, lines)| axis.least_wrong(lines)).min() {
+        Some(face) => Err(Unproved::ShellFacing { triangle: face as usize }),
+        None => Ok(()),
+    }
+}
+
+/// Returns the face of each set that is widest along an axis, and that axis.
+fn widest_of_sets(body: &Turned, is_needed: &[bool], parts: &UnionFind) -> Vec<(u32, usize)> {
+    type Widest = BTreeMap<u32, (f64, Reverse<u32>, usize)>;
+    let widest = |face: u32| {
+        let [a, b, c] = body.corners(face);
+        let projections = (b - a).cross(c - a).abs();
+        let axis = projections.max_position();
+        (projections[axis], Reverse(face), axis)
+    };
+    let include = |mut widest: Widest, set: u32, found: (f64, Reverse<u32>, usize)| {
+        let known = widest.entry(set).or_insert(found);
+        if found > *known {
+            *known = found;
+        }
+        widest
+    };
+    let faces = (0..is_needed.len() as u32).into_par_iter().with_min_len(4096);
+    let found = faces
+        .filter(|&face| is_needed[face as usize])
+        .fold(Widest::new, |known, face| include(known, parts.find(face), widest(face)))
+        .reduce(Widest::new, |known, other| {
+            other.into_iter().fold(known, |known, (set, found)| include(known, set, found))
+        });
+    found.into_values().map(|(_, Reverse(face), axis)| (face, axis)).collect()
+}
