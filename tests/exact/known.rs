@@ -105,3 +105,92 @@ fn coincident_faces_bound_the_result_only_where_it_ends() {
         }
     }
 }
+
+#[test]
+fn shells_may_meet_where_the_result_does_not_depend_on_them() {
+    let far = together(&[cube(DVec3::splat(10.0), 2.0), cube(DVec3::splat(11.0), 2.0)]);
+    let a = closed(together(&[cube(DVec3::ZERO, 4.0), far]));
+    let b = closed(cube(DVec3::splat(2.0), 4.0));
+    for fill in [FillRule::NonZero, FillRule::EvenOdd] {
+        let of = |operation| mass_properties(&[&a, &b], &Expression::of_inputs(operation, 2), fill).unwrap();
+        let common = of(BooleanOperation::Intersection);
+        assert!((common.mass.volume - 8.0).abs() < 1e-12);
+        assert_eq!(common.with_meeting_shells, []);
+        let all = of(BooleanOperation::Union);
+        let far = if fill == FillRule::NonZero { 15.0 } else { 14.0 };
+        assert!((all.mass.volume - (120.0 + far)).abs() < 1e-11);
+        assert_eq!(all.with_meeting_shells, [0]);
+    }
+}
+
+#[test]
+fn a_single_shell_may_cross_itself_only_where_the_result_does_not_depend_on_it() {
+    // One corner of a torus is pulled through the far side, at x < 0.
+    let mut torus = solids::torus(3.0, 1.0, 24, 12).unwrap();
+    let at = (0..torus.positions.len()).max_by(|&i, &j| torus.positions[i].x.total_cmp(&torus.positions[j].x)).unwrap();
+    let pulled = torus.positions[at];
+    torus.positions[at] = DVec3::new(-9.0, 0.1, 0.05);
+    let (torus, ball) = (closed(torus), solids::geodesic(1.0, 8).unwrap());
+    let moved = |by: DVec3| {
+        let positions = ball.positions.iter().map(|&p| p + by).collect();
+        closed(TriangleMesh { positions, ..ball.clone() })
+    };
+    let of = |ball: &ClosedMesh| {
+        let common = Expression::of_inputs(BooleanOperation::Intersection, 2);
+        mass_properties(&[&torus, ball], &common, FillRule::NonZero)
+    };
+    let whole = closed(solids::torus(3.0, 1.0, 24, 12).unwrap());
+    let away = moved(DVec3::new(0.0, 3.0, 0.5));
+    let expected = volume(BooleanOperation::Intersection, &[&whole, &away]).volume;
+    assert!(expected > 1.0 && (of(&away).unwrap().mass.volume - expected).abs() < 1e-12);
+    assert!(of(&moved(-pulled)).is_err());
+}
+
+#[test]
+fn nested_shells_that_face_the_same_way_are_counted() {
+    // The inner cube has a winding number of 1 in front.
+    let a = closed(together(&[cube(DVec3::ZERO, 4.0), cube(DVec3::ONE, 2.0)]));
+    for (corner, within) in [(DVec3::splat(1.5), 1.0), (DVec3::new(2.5, 1.5, 1.5), 0.5), (DVec3::splat(2.75), 0.015625)]
+    {
+        let b = closed(cube(corner, 1.0));
+        let of = |fill| {
+            let common = Expression::of_inputs(BooleanOperation::Intersection, 2);
+            mass_properties(&[&a, &b], &common, fill).unwrap().mass.volume
+        };
+        assert!((of(FillRule::NonZero) - 1.0).abs() < 1e-13, "{corner}");
+        assert!((of(FillRule::EvenOdd) - (1.0 - within)).abs() < 1e-13, "{corner}");
+    }
+}
+
+#[test]
+fn walls_along_every_axis_are_counted_from_outside() {
+    // Only walls along one axis bound the common part, seen from either of the others.
+    for axis in 0..3 {
+        let mut corners = [DVec3::splat(1.0), DVec3::splat(2.0)];
+        (corners[0][axis], corners[1][axis]) = (-50.0, 50.0);
+        let bar = solids::cuboid(corners[0], corners[1]).unwrap();
+        let hollow = |mesh: &TriangleMesh| TriangleMesh {
+            triangles: mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect(),
+            ..mesh.clone()
+        };
+        let outer = solids::cuboid(corners[0] - DVec3::ONE, corners[1] + DVec3::ONE).unwrap();
+        let tube = closed(together(&[outer, hollow(&bar)]));
+        let b = closed(cube(DVec3::splat(-1.0), 5.0));
+        let found = volume(BooleanOperation::Intersection, &[&tube, &b]).volume;
+        assert!((found - (9.0 - 1.0) * 5.0).abs() < 1e-11, "{axis}: {found}");
+    }
+}
+
+#[test]
+fn flat_triangles_are_refused_only_near_another_solid() {
+    let mut mesh = cube(DVec3::ZERO, 4.0);
+    let first = mesh.positions.len() as u32;
+    mesh.positions.extend([DVec3::splat(3.0), DVec3::splat(3.5), DVec3::splat(3.25)]);
+    mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 1]]);
+    let a = closed(mesh);
+    let common = Expression::of_inputs(BooleanOperation::Intersection, 2);
+    let of = |corner: f64| mass_properties(&[&a, &closed(cube(DVec3::splat(corner), 2.0))], &common, FillRule::NonZero);
+    assert!((of(-1.0).unwrap().mass.volume - 1.0).abs() < 1e-13);
+    let refused = of(2.5).unwrap_err();
+    assert_eq!(refused.to_string(), "input 1: the corners of triangle 12 lie on a line");
+}
