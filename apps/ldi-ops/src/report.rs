@@ -202,8 +202,9 @@ fn certified(table: &mut Table, result: &Measured) {
         let [lower, upper] = rounded_outwards(bounds);
         table.line("bounds", format_args!("{lower} to {upper}{cubed} (certified)"));
     }
-    for Judged { side, limit, verdict } in &result.certified.judged {
-        table.line("assert", format_args!("{} {}{cubed}: {verdict}", side.name(), number(*limit)));
+    for judged in &result.certified.judged {
+        let Judged { side, limit, .. } = judged;
+        table.line("assert", format_args!("{} {}{cubed}: {judged}", side.name(), number(*limit)));
     }
 }
 
