@@ -11,6 +11,7 @@ mod parts;
 pub mod rules;
 
 use std::path::PathBuf;
+use std::sync::OnceLock;
 use std::time::Instant;
 
 use glam::DVec3;
@@ -243,7 +244,8 @@ pub fn compare_parts(parts: Vec<Part>, settings: &Settings, progress: &Monitor) 
     let comparing = Instant::now();
     progress.stage(format!("comparing {} pairs", compared.len()))?;
     progress.expect(compared.len())?;
-    let comparison = Comparison { parts: &parts, bodies: &bodies, touching, settings };
+    let fill_warnings = parts.iter().map(|_| OnceLock::new()).collect();
+    let comparison = Comparison { parts: &parts, bodies: &bodies, touching, settings, fill_warnings };
     let compare = |&indices: &[usize; 2]| -> Result<(Pair, Vec<Warning>), Error> {
         let (relation, warnings) = comparison.relation(indices)?;
         progress.step()?;
