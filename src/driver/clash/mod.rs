@@ -225,19 +225,19 @@ pub fn compare_parts(parts: Vec<Part>, settings: &Settings, progress: &Monitor) 
         return Err(Error::input(format!("{}: the mesh is not closed, so it bounds no solid", open.name)));
     }
     let unit = parts[0].solid.unit;
-    let in_unit = |length: Option<Length>, what| length.map(|length| length.in_unit(unit, what)).transpose();
-    let clearance = in_unit(settings.clearance, "--clearance")?;
-    let touching = in_unit(settings.touching, "--touching")?;
+    let limits = settings.rules.limits(settings.clearance, unit)?;
+    let touching = settings.touching.map(|length| length.in_unit(unit, "--touching")).transpose()?;
+    let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
+    let (ignored, mut distinct) = settings.rules.ignored(&names)?;
     admit(&parts, settings.memory)?;
 
     let preparing = Instant::now();
     progress.stage(format!("hierarchies of {} parts", parts.len()))?;
     let bodies: Vec<Body> = parts.par_iter().map(|part| Body::new(part.solid.mesh(), settings.fill)).collect();
     let boxes: Vec<Aabb> = parts.iter().map(|part| part.solid.bounds()).collect();
-    let reach = clearance.unwrap_or(0.0).max(touching.unwrap_or_else(|| compare::rounding(&boxes)));
+    let reach = limits.clearance.unwrap_or(0.0).max(touching.unwrap_or_else(|| compare::rounding(&boxes)));
     let near = clash::near_pairs(&boxes, reach);
-    let ignored = |&[i, j]: &[usize; 2]| settings.rules.ignores(&parts[i].name, &parts[j].name);
-    let (left_out, compared): (Vec<_>, Vec<_>) = near.into_iter().partition(ignored);
+    let (left_out, compared): (Vec<_>, Vec<_>) = near.into_iter().partition(|&pair| ignored.contains(pair));
     let prepare = preparing.elapsed().as_secs_f64();
     progress.detail(format_args!("{} near pairs, {} of them ignored", compared.len() + left_out.len(), left_out.len()));
 
@@ -249,13 +249,12 @@ pub fn compare_parts(parts: Vec<Part>, settings: &Settings, progress: &Monitor) 
     let compare = |&indices: &[usize; 2]| -> Result<(Pair, Vec<Warning>), Error> {
         let (relation, warnings) = comparison.relation(indices)?;
         progress.step()?;
-        let finding = settings.rules.finding(&relation, clearance);
+        let finding = limits.finding(&relation);
         Ok((Pair { parts: indices, relation, finding }, warnings))
     };
     let compared = compared.par_iter().map(compare).collect::<Result<Vec<_>, Error>>()?;
     let (mut pairs, warnings): (Vec<Pair>, Vec<Vec<Warning>>) = compared.into_iter().unzip();
     pairs.sort_by(rules::by_severity);
-    let mut distinct: Vec<Warning> = Vec::new();
     for warning in warnings.into_iter().flatten() {
         if !distinct.contains(&warning) {
             distinct.push(warning);
@@ -264,6 +263,7 @@ pub fn compare_parts(parts: Vec<Part>, settings: &Settings, progress: &Monitor) 
     drop(bodies);
     let compare = comparing.elapsed().as_secs_f64();
     let seconds = ClashSeconds { prepare, compare, ..ClashSeconds::default() };
+    let clearance = limits.clearance;
     Ok(Clashes { parts, unit, clearance, pairs, ignored: left_out.len(), seconds, warnings: distinct })
 }
 
