@@ -187,6 +187,14 @@ impl Clashes {
         self.parts.len() * (self.parts.len() - 1) / 2
     }
 
+    /// Returns the place of a pair, without the rounding of coordinates that are zero.
+    pub fn place(&self, pair: &Pair) -> DVec3 {
+        let boxes = pair.parts.map(|part| self.parts[part].solid.bounds());
+        let least = 1e-12 * boxes.map(|b| b.min.abs().max(b.max.abs()).max_element()).into_iter().fold(0.0, f64::max);
+        let place = pair.relation.place().to_array();
+        DVec3::from_array(place.map(|value| if value.abs() < least { 0.0 } else { value }))
+    }
+
     /// Returns the names of the parts of a pair.
     pub fn names(&self, pair: &Pair) -> [&str; 2] {
         pair.parts.map(|part| self.parts[part].name.as_str())
