@@ -29,6 +29,7 @@ use super::node::Node;
 use super::refine::{BUDGET, TOGETHER, Totals};
 use super::shells::Shells;
 use crate::cancel::checkpoint;
+use crate::closest::closest_to_origin;
 use crate::sampler::FillRule;
 
 /// Error bound of coordinates, distances and dot products, as a share of the largest coordinate: 2⁻⁴⁴.
@@ -166,24 +167,4 @@ fn near_share(nearest: &Sight, sights: &[Sight], view: &View, radius: f64) -> [f
     let [least, _] = half_space::share(nearest.towards, near, view.half);
     let [_, most] = half_space::share(nearest.towards, far, view.half);
     [least.min(most), most]
-}
-
-/// Returns the point of a triangle closest to the origin, or nearly so: a combination of the corners with weights from 0 to 1
-/// (Ericson, "Real-Time Collision Detection", 2005, 5.1.5).
-fn closest_to_origin([a, b, c]: [DVec3; 3]) -> DVec3 {
-    let (ab, ac) = (b - a, c - a);
-    let on_side = |from: DVec3, along: DVec3| {
-        let square = along.length_squared();
-        let share = if square > 0.0 { (-from.dot(along) / square).clamp(0.0, 1.0) } else { 0.0 };
-        from + along * share
-    };
-    let normal = ab.cross(ac);
-    let square = normal.length_squared();
-    // Weights of the foot of the perpendicular.
-    let (v, w) = (-a.cross(ac).dot(normal) / square, -ab.cross(a).dot(normal) / square);
-    if v >= 0.0 && w >= 0.0 && v + w <= 1.0 {
-        return a + ab * v + ac * w;
-    }
-    let sides = [on_side(a, ab), on_side(b, c - b), on_side(a, ac)];
-    sides.into_iter().min_by(|p, q| p.length_squared().total_cmp(&q.length_squared())).unwrap_or(a)
 }

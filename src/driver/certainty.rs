@@ -74,7 +74,7 @@ impl fmt::Display for Verdict {
         f.write_str(match self {
             Verdict::Certain => "certainly",
             Verdict::CertainlyNot => "certainly not",
-            Verdict::Undecided => "not decided at this pitch",
+            Verdict::Undecided => "not decided",
         })
     }
 }
@@ -103,6 +103,20 @@ pub struct Judged {
     pub limit: f64,
     /// The verdict.
     pub verdict: Verdict,
+    /// True if the bounds are the rounding of an exact value, which no finer pitch narrows.
+    pub is_exact: bool,
+}
+
+/// The verdict, with the reason where nothing is decided.
+impl fmt::Display for Judged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.verdict.fmt(f)?;
+        f.write_str(match (self.verdict, self.is_exact) {
+            (Verdict::Undecided, true) => " within rounding",
+            (Verdict::Undecided, false) => " at this pitch",
+            _ => "",
+        })
+    }
 }
 
 /// Certified bounds, and the verdicts that follow.
@@ -115,12 +129,12 @@ pub struct Certified {
 }
 
 impl Certified {
-    /// Judges assertions by bounds.
+    /// Judges assertions by bounds that depend on the pitch.
     pub(super) fn of(certainty: &Certainty, bounds: [f64; 2], unit: Option<LengthUnit>) -> Result<Certified, Error> {
         let judge = |assertion: &Assertion| {
             let limits = assertion.limit.in_cubed(unit, &format!("--assert-{}", assertion.side.name()))?;
             let verdict = Verdict::of(assertion.side, bounds, limits);
-            Ok(Judged { side: assertion.side, limit: 0.5 * (limits[0] + limits[1]), verdict })
+            Ok(Judged { side: assertion.side, limit: 0.5 * (limits[0] + limits[1]), verdict, is_exact: false })
         };
         let judged = certainty.assertions.iter().map(judge).collect::<Result<_, Error>>()?;
         Ok(Certified { bounds: Some(bounds), judged })
@@ -147,7 +161,9 @@ pub(super) fn certify(
     let unit = solids[0].unit;
     if volume.method == Method::Exact {
         let bounds = [(volume.value - volume.error).next_down().max(0.0), (volume.value + volume.error).next_up()];
-        return Certified::of(&job.certainty, bounds, unit);
+        let mut certified = Certified::of(&job.certainty, bounds, unit)?;
+        certified.judged.iter_mut().for_each(|judged| judged.is_exact = true);
+        return Ok(certified);
     }
     progress.stage("certifying bounds")?;
     let start = Instant::now();

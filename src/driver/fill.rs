@@ -1,8 +1,10 @@
 //! Comparison of the volumes that the two fill rules give a mesh.
 
 use super::input::Solid;
+use crate::exact;
 use crate::grid::{Axis, Grid, LOD_RANGE};
 use crate::integrate;
+use crate::number::number;
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Mode, Sampler};
 use crate::{Error, Warning};
@@ -13,9 +15,11 @@ const RESOLUTION: u32 = 128;
 /// Difference, as a share of the larger volume, above which there is a warning.
 const NOTEWORTHY: f64 = 1e-3;
 
-/// The volumes that the two rules give on the same rays.
+/// The volumes that the two rules give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FillDifference {
+    /// True if the volumes are exact; otherwise they are those on the same rays of a coarse raster.
+    pub is_exact: bool,
     /// Volume under the even-odd rule.
     pub even_odd: f64,
     /// Volume under the non-zero rule.
@@ -35,7 +39,17 @@ impl FillDifference {
         let volume = |fill| {
             CpuSampler::default().sample(&lattice, Axis::Z, Mode::Exact, fill).map(|image| integrate::volume(&image))
         };
-        Ok(Some(FillDifference { even_odd: volume(FillRule::EvenOdd)?, non_zero: volume(FillRule::NonZero)? }))
+        let (even_odd, non_zero) = (volume(FillRule::EvenOdd)?, volume(FillRule::NonZero)?);
+        Ok(Some(FillDifference { is_exact: false, even_odd, non_zero }))
+    }
+
+    /// Returns the exact volumes under both rules, or else [those on a raster](FillDifference::of).
+    pub fn exact(solid: &Solid) -> Result<Option<FillDifference>, Error> {
+        let volume = |fill| Some(exact::of_solid(solid.closed()?, fill).ok()?.mass.volume);
+        match (volume(FillRule::EvenOdd), volume(FillRule::NonZero)) {
+            (Some(even_odd), Some(non_zero)) => Ok(Some(FillDifference { is_exact: true, even_odd, non_zero })),
+            _ => FillDifference::of(solid),
+        }
     }
 
     /// Returns the difference of the volumes, as a share of the larger one.
@@ -46,15 +60,20 @@ impl FillDifference {
 
     /// Returns a warning if the rules differ by more than 0.1 %.
     pub fn warning(&self, solid: &Solid, fill: FillRule) -> Option<Warning> {
-        let FillDifference { even_odd, non_zero } = self;
+        let &FillDifference { is_exact, even_odd, non_zero } = self;
         let used = match fill {
             FillRule::EvenOdd => "even-odd was used, in which overlaps cancel; --fill nonzero unites them",
             FillRule::NonZero => "nonzero was used, in which overlaps unite",
         };
+        let volumes = match is_exact {
+            true => format!("even-odd gives a volume of {}, nonzero {}", number(even_odd), number(non_zero)),
+            false => {
+                format!("on a coarse raster even-odd gives a volume of about {even_odd:.3e}, nonzero {non_zero:.3e}")
+            }
+        };
         (self.share() > NOTEWORTHY).then(|| {
             let message = format!(
-                "{}: shells overlap, and the fill rules differ by {:.2} %: on a coarse raster even-odd gives a volume of about \
-                 {even_odd:.3e}, nonzero {non_zero:.3e}; {used}",
+                "{}: shells overlap, and the fill rules differ by {:.2} %: {volumes}; {used}",
                 solid.name(),
                 100.0 * self.share(),
             );

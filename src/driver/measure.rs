@@ -95,7 +95,13 @@ pub fn measure(
     let grid = match (&round, spacing) {
         (Some(round), _) => round.grid,
         (None, Spacing::Tolerance(_)) => lay(job, &solids, Spacing::Resolution(COARSEST))?,
-        (None, spacing) => lay(job, &solids, spacing)?,
+        // An exact volume needs no raster.
+        (None, spacing) => lay(job, &solids, spacing).or_else(|error| {
+            let message =
+                format!("{error}; the exact volume needs no raster, and the grid that is stated is a coarser one");
+            warnings.push(Warning::new("raster-not-laid", message));
+            lay(job, &solids, Spacing::Resolution(COARSEST))
+        })?,
     };
 
     let (volume, measures) = match (&exact, &round) {
@@ -119,7 +125,7 @@ pub fn measure(
                 warnings.extend(solids.iter().filter_map(|solid| thin(solid, &round.grid, &job.axes)));
             }
             for &input in &exact.with_meeting_shells {
-                let difference = FillDifference::of(&solids[input])?;
+                let difference = FillDifference::exact(&solids[input])?;
                 warnings.extend(difference.and_then(|difference| difference.warning(&solids[input], job.fill)));
             }
             (volume, measures)

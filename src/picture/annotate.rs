@@ -64,6 +64,15 @@ impl<'c> Annotator<'c> {
         1.5 * self.unit
     }
 
+    /// Covers what lies behind a scale bar.
+    pub fn plate(&mut self, bar: ScaleBar, label: &str) {
+        let (margin, height) = (self.margin(), f64::from(self.canvas.height()));
+        let width = bar.pixels.max(self.letters.width(label));
+        let paper = self.canvas.background().colour();
+        let top = height - margin - self.letters.height() - 1.6 * self.unit;
+        self.canvas.rectangle([0.5 * margin, top], [1.5 * margin + width, height - 0.5 * margin], paper, 0.85);
+    }
+
     /// Draws a scale bar at the lower left, with its length above it.
     pub fn scale_bar(&mut self, bar: ScaleBar, label: &str) {
         let ink = self.canvas.background().ink();
@@ -120,7 +129,7 @@ impl<'c> Annotator<'c> {
         }
     }
 
-    /// Draws a ring about a point given in pixels.
+    /// Draws a ring about a point given in pixels, on a wider one in the colour of the background.
     pub fn ring(&mut self, [x, y]: [f64; 2], radius: f64) {
         const CORNERS: usize = 32;
         let ink = self.canvas.background().ink();
@@ -128,7 +137,10 @@ impl<'c> Annotator<'c> {
             let (sin, cos) = (std::f64::consts::TAU * i as f64 / CORNERS as f64).sin_cos();
             [x + radius * cos, y + radius * sin]
         };
-        (0..CORNERS).for_each(|i| self.canvas.stroke(corner(i), corner(i + 1), 1.6, ink, 0.9));
+        let paper = self.canvas.background().colour();
+        for (width, colour) in [(4.5, paper), (1.6, ink)] {
+            (0..CORNERS).for_each(|i| self.canvas.stroke(corner(i), corner(i + 1), width, colour, 1.0));
+        }
     }
 
     /// Draws a faint closed line through corners given in pixels.

@@ -90,6 +90,12 @@ fn assertions_have_verdicts_and_exit_codes() {
             assertions.iter().map(|assertion| format!("--assert-{}", assertion["kind"].as_str().unwrap())).collect();
         assert_eq!(kinds, flags.iter().step_by(2).copied().collect::<Vec<_>>());
     }
+    // A finer pitch does not decide about an exact volume.
+    let exact = ["volume", "a.stl", "--assert-above", "8"];
+    let text = folder.run(&exact).code(1).stdout();
+    assert!(text.lines().any(|line| line == "assert      above 8: not decided within rounding"), "{text}");
+    let result = folder.run(&[&exact[..], &["--json", "-"]].concat()).code(1).json();
+    assert_eq!(result["volume"]["assertions"][0]["verdict"], "not decided within rounding");
     let result = folder.run(&["volume", "a.stl", "--assert-below", "8.1", "--json", "-"]).code(0).json();
     assert_eq!(
         result["volume"]["assertions"][0],

@@ -98,9 +98,26 @@ fn rules_ignore_pairs_and_allow_small_overlaps() {
     let folder = Folder::with_two_cubes();
     let json = folder.run(&["clash", "a.stl", "b.stl", "--ignore", "b.*:a?stl", "--json", "-"]).code(0).json();
     assert_eq!((&json["counts"]["ignored_pairs"], &json["pairs"]), (&1.into(), &serde_json::json!([])));
-    folder.run(&["clash", "a.stl", "b.stl", "--ignore", "a.stl:c.stl"]).code(1);
-    folder.run(&["clash", "a.stl", "b.stl", "--max-volume", "1.01"]).code(0);
-    folder.run(&["clash", "a.stl", "b.stl", "--max-volume", "0.99"]).code(1);
+    let run = folder.run(&["clash", "a.stl", "b.stl", "--ignore", "a.stl:c.stl"]).code(1);
+    run.warns(&["no part is named `c.stl`", "the parts are a.stl, b.stl"]);
+    for (volume, code) in [("1.01", 0), ("0.99", 1), ("1mm3", 0), ("0.99 mm³", 1), ("0.0011ml", 0), ("1e8um3", 1)] {
+        folder.run(&["clash", "a.stl", "b.stl", "--unit", "mm", "--max-volume", volume]).code(code);
+    }
+    folder.run(&["clash", "a.stl", "b.stl", "--max-volume", "1mm3"]).code(2).says(&["--max-volume 1mm3", "--unit mm"]);
+    folder.run(&["clash", "a.stl", "b.stl", "--max-volume", "-1mm3"]).code(2).says(&["--max-volume -1mm3"]);
+}
+
+#[test]
+fn names_may_have_colons_and_numbers() {
+    let folder = Folder::with_two_cubes();
+    let part = |file: &str, name: &str| format!("[[part]]\nfile = \"{file}\"\nname = \"{name}\"\n");
+    let list = [part("a.stl", "M3:8"), part("b.stl", "M3"), part("b.stl", "M3"), part("b.stl", "M3#2")].concat();
+    fs::write(folder.path("list.toml"), list).unwrap();
+    let run = |ignored: &str| folder.run(&["clash", "--assembly", "list.toml", "--ignore", ignored, "--json", "-"]);
+    let json = run("M3:8:M3#2").code(1).json();
+    let names: Vec<&str> = json["parts"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
+    assert_eq!((names, &json["counts"]["ignored_pairs"]), (vec!["M3:8", "M3", "M3#3", "M3#2"], &1.into()));
+    run("*:*:*").code(2).says(&["--ignore *:*:*", "`*` and `*:*`", "write ? for each colon"]);
 }
 
 #[test]

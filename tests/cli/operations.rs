@@ -225,6 +225,41 @@ fn volumes_follow_the_fill_rule_and_warn_where_the_rules_differ() {
 }
 
 #[test]
+fn exact_volumes_need_no_raster() {
+    let folder = Folder::with_two_cubes();
+    let fine = ["intersect", "a.stl", "b.stl", "--pitch", "1e-12"];
+    let run = folder.run(&fine).code(0).warns(&["rays along the longest side are outside", "needs no raster"]);
+    assert!(run.stdout().starts_with("intersect   1 (exact)\n"), "{}", run.stdout());
+    for flags in [&["--estimate"][..], &["--mode", "over"]] {
+        folder.run(&[&fine[..], flags].concat()).code(2).says(&["rays along the longest side are outside"]);
+    }
+}
+
+#[test]
+fn fill_rules_are_compared_exactly_beside_exact_volumes() {
+    let folder = Folder::new();
+    let mut shells = cuboid([0.0; 3], [2.0, 1.0, 1.0]);
+    shells.extend(cuboid([1.0, 0.0, 0.0], [3.0, 1.0, 1.0]));
+    folder.stl("a.stl", &shells);
+    folder.run(&["volume", "a.stl"]).code(0).warns(&["even-odd gives a volume of 2, nonzero 3;"]);
+    folder.run(&["volume", "a.stl", "--estimate"]).code(0).warns(&["on a coarse raster"]);
+}
+
+#[test]
+fn text_of_over_and_under_estimates_has_the_exact_volume() {
+    let folder = Folder::with_two_cubes();
+    for mode in ["over", "under"] {
+        let arguments = ["intersect", "a.stl", "b.stl", "--mode", mode, "--unit", "mm"];
+        let text = folder.run(&arguments).code(0).stdout();
+        assert!(text.lines().any(|line| line == "exact       1 mm³"), "{text}");
+        let text = folder.run(&[&arguments[..], &["--estimate"]].concat()).code(0).stdout();
+        assert!(!text.contains("\nexact "), "{text}");
+    }
+    let text = folder.run(&["intersect", "a.stl", "b.stl"]).code(0).stdout();
+    assert!(!text.contains("\nexact "), "{text}");
+}
+
+#[test]
 fn pitch_and_resolution_set_the_grid() {
     let folder = Folder::with_two_cubes();
     let result = folder.json(&["intersect", "a.stl", "b.stl", "--pitch", "0.1"]);

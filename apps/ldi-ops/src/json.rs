@@ -214,7 +214,7 @@ fn volume(result: &Measured, unit: Option<String>) -> Value {
 
 /// Returns the verdict on an assertion.
 fn judged(judged: &Judged) -> Value {
-    json!({ "kind": judged.side.name(), "value": judged.limit, "verdict": judged.verdict.to_string() })
+    json!({ "kind": judged.side.name(), "value": judged.limit, "verdict": judged.to_string() })
 }
 
 /// Returns the statistics of a step of a sum.

@@ -8,7 +8,7 @@ use glam::DVec3;
 use ldi_ops::driver::backend::Ran;
 use ldi_ops::driver::certainty::Judged;
 use ldi_ops::driver::machine::peak_memory_bytes;
-use ldi_ops::driver::measured::{Measured, StepReport};
+use ldi_ops::driver::measured::{Measured, Method, StepReport};
 use ldi_ops::driver::render::Rendered;
 use ldi_ops::driver::surface::{SimplifiedReport, SurfaceReport};
 use ldi_ops::grid::Axis;
@@ -177,6 +177,10 @@ fn one_measured(result: &Measured, verbosity: Verbosity) -> String {
     let is_verbose = verbosity == Verbosity::Verbose;
     let mut table = Table::default();
     table.line(result.command, value(result));
+    // Beside an over- or under-estimate.
+    if let Some([exact, _]) = result.volume.exact.filter(|_| result.volume.method != Method::Exact) {
+        table.line("exact", format_args!("{}{}", number(exact), unit::suffix(result.unit, 3)));
+    }
     certified(&mut table, result);
     if let Some(expression) = result.expression.as_ref().filter(|_| is_verbose) {
         table.line("expression", expression);
@@ -202,8 +206,9 @@ fn certified(table: &mut Table, result: &Measured) {
         let [lower, upper] = rounded_outwards(bounds);
         table.line("bounds", format_args!("{lower} to {upper}{cubed} (certified)"));
     }
-    for Judged { side, limit, verdict } in &result.certified.judged {
-        table.line("assert", format_args!("{} {}{cubed}: {verdict}", side.name(), number(*limit)));
+    for judged in &result.certified.judged {
+        let Judged { side, limit, .. } = judged;
+        table.line("assert", format_args!("{} {}{cubed}: {judged}", side.name(), number(*limit)));
     }
 }
 

@@ -42,12 +42,12 @@ fn random_cells(random: &mut Random, size: i32) -> Vec<bool> {
     }
 }
 
-/// 2,400 cases with coincident faces, shared edges, touching corners, identical solids and open checkerboards.
+/// 6,000 cases with coincident faces, shared edges, touching corners, identical solids and open checkerboards.
 #[test]
 fn bounds_contain_the_volumes_of_sets_of_cells() {
     const SIZE: i32 = 3;
     let mut random = Random::new(1);
-    for case in 0..600 {
+    for case in 0..1_500 {
         let sets = [(); 2].map(|()| random_cells(&mut random, SIZE));
         let index = |[x, y, z]: [i32; 3]| (x + SIZE * (y + SIZE * z)) as usize;
         let map = match case % 3 {
@@ -77,11 +77,11 @@ fn random_box(random: &mut Random) -> ([DVec3; 2], TriangleMesh) {
     ([min, max], crate::solids::cuboid(min, max).unwrap())
 }
 
-/// 2,000 cases: plates, needles and boxes in any common orientation.
+/// 6,000 cases: plates, needles and boxes in any common orientation.
 #[test]
 fn bounds_contain_the_volumes_of_boxes() {
     let mut random = Random::new(2);
-    for case in 0..500 {
+    for case in 0..1_500 {
         let [(a, mesh_a), (b, mesh_b)] = [(); 2].map(|()| random_box(&mut random));
         let turn = if case % 2 == 0 { DMat3::IDENTITY } else { random_turn(&mut random) };
         // Far from the origin, now and then; by a whole number, so that the sides keep most of their digits.
@@ -99,11 +99,11 @@ fn bounds_contain_the_volumes_of_boxes() {
     }
 }
 
-/// Overlapping boxes in one mesh, whose exact volume under either rule is that of the cells between their coordinates.
+/// 1,800 cases: overlapping boxes in one mesh, whose exact volume under either rule is that of the cells between their coordinates.
 #[test]
 fn bounds_contain_the_volumes_of_overlapping_shells_under_both_rules() {
     let mut random = Random::new(3);
-    for case in 0..300 {
+    for case in 0..900 {
         let count = 2 + random.below(4);
         let corners: Vec<[[i32; 3]; 2]> = (0..count)
             .map(|_| {

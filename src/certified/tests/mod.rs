@@ -5,6 +5,7 @@ mod boxes;
 mod convergence;
 mod offsets;
 mod parts;
+mod phases;
 
 use glam::{DMat3, DVec3};
 

@@ -23,7 +23,7 @@ fn grown(size: DVec3, radius: f64) -> f64 {
 #[test]
 fn bounds_contain_the_volumes_of_offset_boxes() {
     let mut random = Random::new(21);
-    for case in 0..120 {
+    for case in 0..300 {
         let size = DVec3::from_array([(); 3].map(|()| [1.0, 0.3, 1e-3][random.below(3)] * (0.5 + random.share())));
         let turn = if case % 3 == 0 { DMat3::IDENTITY } else { random_turn(&mut random) };
         let shift = DVec3::splat([0.0, 100.0][random.below(2)]);

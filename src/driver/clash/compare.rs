@@ -1,8 +1,11 @@
 //! The comparison of two parts.
 
-use super::overlap::overlap;
+use std::sync::OnceLock;
+
+use super::overlap::{Found, overlap};
 use super::{Common, Part, Relation, Settings};
 use crate::clash::{Body, Region, nearest, region};
+use crate::driver::fill::FillDifference;
 use crate::mesh::{Aabb, TriangleMesh};
 use crate::{Error, Warning};
 
@@ -13,6 +16,8 @@ pub struct Comparison<'c> {
     /// The largest gap or depth that counts as touching, if one was given.
     pub touching: Option<f64>,
     pub settings: &'c Settings,
+    /// The warning of each part whose fill rules matter, found when it is first needed.
+    pub fill_warnings: Vec<OnceLock<Option<Warning>>>,
 }
 
 /// The rounding of a coordinate, as a share of the largest: two units in the last place of a 32-bit number, once for each
@@ -41,8 +46,10 @@ impl Comparison<'_> {
         let Some(shared) = region(a, b).filter(|shared| shared.depth_bound > tolerance) else {
             return Ok((touching, Vec::new()));
         };
-        let Settings { fill, resolution, memory, .. } = *self.settings;
-        let (volume, warnings) = overlap(solids, shared.bounds, fill, resolution, memory)?;
+        let Found { volume, with_meeting_shells, mut warnings } = overlap(solids, shared.bounds, self.settings)?;
+        for place in with_meeting_shells {
+            warnings.extend(self.fill_warning([i, j][place])?);
+        }
         // A layer of the depth of touching, on the surface of the part that has less of it there.
         let layer = tolerance
             * solids.map(|solid| area_within(solid.mesh(), &shared.bounds)).into_iter().fold(f64::INFINITY, f64::min);
@@ -53,6 +60,19 @@ impl Comparison<'_> {
         let Region { bounds, deepest, depth, depth_bound } = shared;
         let common = Common { volume, bounds, deepest, depth, depth_bound, contained: whole, is_certain };
         Ok((Relation::Overlapping(common), warnings))
+    }
+}
+
+impl Comparison<'_> {
+    /// Returns the warning of a part whose volume depends on the fill rule.
+    fn fill_warning(&self, part: usize) -> Result<Option<Warning>, Error> {
+        let (cell, solid) = (&self.fill_warnings[part], &self.parts[part].solid);
+        if let Some(found) = cell.get() {
+            return Ok(found.clone());
+        }
+        let difference = FillDifference::exact(solid)?;
+        let warning = difference.and_then(|difference| difference.warning(solid, self.settings.fill));
+        Ok(cell.get_or_init(|| warning).clone())
     }
 }
 

@@ -11,6 +11,7 @@ mod parts;
 pub mod rules;
 
 use std::path::PathBuf;
+use std::sync::OnceLock;
 use std::time::Instant;
 
 use glam::DVec3;
@@ -186,6 +187,14 @@ impl Clashes {
         self.parts.len() * (self.parts.len() - 1) / 2
     }
 
+    /// Returns the place of a pair, without the rounding of coordinates that are zero.
+    pub fn place(&self, pair: &Pair) -> DVec3 {
+        let boxes = pair.parts.map(|part| self.parts[part].solid.bounds());
+        let least = 1e-12 * boxes.map(|b| b.min.abs().max(b.max.abs()).max_element()).into_iter().fold(0.0, f64::max);
+        let place = pair.relation.place().to_array();
+        DVec3::from_array(place.map(|value| if value.abs() < least { 0.0 } else { value }))
+    }
+
     /// Returns the names of the parts of a pair.
     pub fn names(&self, pair: &Pair) -> [&str; 2] {
         pair.parts.map(|part| self.parts[part].name.as_str())
@@ -224,36 +233,36 @@ pub fn compare_parts(parts: Vec<Part>, settings: &Settings, progress: &Monitor) 
         return Err(Error::input(format!("{}: the mesh is not closed, so it bounds no solid", open.name)));
     }
     let unit = parts[0].solid.unit;
-    let in_unit = |length: Option<Length>, what| length.map(|length| length.in_unit(unit, what)).transpose();
-    let clearance = in_unit(settings.clearance, "--clearance")?;
-    let touching = in_unit(settings.touching, "--touching")?;
+    let limits = settings.rules.limits(settings.clearance, unit)?;
+    let touching = settings.touching.map(|length| length.in_unit(unit, "--touching")).transpose()?;
+    let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
+    let (ignored, mut distinct) = settings.rules.ignored(&names)?;
     admit(&parts, settings.memory)?;
 
     let preparing = Instant::now();
     progress.stage(format!("hierarchies of {} parts", parts.len()))?;
     let bodies: Vec<Body> = parts.par_iter().map(|part| Body::new(part.solid.mesh(), settings.fill)).collect();
     let boxes: Vec<Aabb> = parts.iter().map(|part| part.solid.bounds()).collect();
-    let reach = clearance.unwrap_or(0.0).max(touching.unwrap_or_else(|| compare::rounding(&boxes)));
+    let reach = limits.clearance.unwrap_or(0.0).max(touching.unwrap_or_else(|| compare::rounding(&boxes)));
     let near = clash::near_pairs(&boxes, reach);
-    let ignored = |&[i, j]: &[usize; 2]| settings.rules.ignores(&parts[i].name, &parts[j].name);
-    let (left_out, compared): (Vec<_>, Vec<_>) = near.into_iter().partition(ignored);
+    let (left_out, compared): (Vec<_>, Vec<_>) = near.into_iter().partition(|&pair| ignored.contains(pair));
     let prepare = preparing.elapsed().as_secs_f64();
     progress.detail(format_args!("{} near pairs, {} of them ignored", compared.len() + left_out.len(), left_out.len()));
 
     let comparing = Instant::now();
     progress.stage(format!("comparing {} pairs", compared.len()))?;
     progress.expect(compared.len())?;
-    let comparison = Comparison { parts: &parts, bodies: &bodies, touching, settings };
+    let fill_warnings = parts.iter().map(|_| OnceLock::new()).collect();
+    let comparison = Comparison { parts: &parts, bodies: &bodies, touching, settings, fill_warnings };
     let compare = |&indices: &[usize; 2]| -> Result<(Pair, Vec<Warning>), Error> {
         let (relation, warnings) = comparison.relation(indices)?;
         progress.step()?;
-        let finding = settings.rules.finding(&relation, clearance);
+        let finding = limits.finding(&relation);
         Ok((Pair { parts: indices, relation, finding }, warnings))
     };
     let compared = compared.par_iter().map(compare).collect::<Result<Vec<_>, Error>>()?;
     let (mut pairs, warnings): (Vec<Pair>, Vec<Vec<Warning>>) = compared.into_iter().unzip();
     pairs.sort_by(rules::by_severity);
-    let mut distinct: Vec<Warning> = Vec::new();
     for warning in warnings.into_iter().flatten() {
         if !distinct.contains(&warning) {
             distinct.push(warning);
@@ -262,6 +271,7 @@ pub fn compare_parts(parts: Vec<Part>, settings: &Settings, progress: &Monitor) 
     drop(bodies);
     let compare = comparing.elapsed().as_secs_f64();
     let seconds = ClashSeconds { prepare, compare, ..ClashSeconds::default() };
+    let clearance = limits.clearance;
     Ok(Clashes { parts, unit, clearance, pairs, ignored: left_out.len(), seconds, warnings: distinct })
 }
 

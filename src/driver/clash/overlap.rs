@@ -1,18 +1,18 @@
 //! The volume that two parts share.
 
-use super::raster;
+use super::{Settings, raster};
 use crate::boolean::{BooleanOperation, Expression};
 use crate::driver::backend::Backends;
 use crate::driver::certainty::Certainty;
 use crate::driver::input::Solid;
 use crate::driver::job::{Backend, Boolean, Keep, MeasureJob, Measurement, Openness, Spacing, VolumeMethod, Wording};
 use crate::driver::measure::measure;
-use crate::driver::measured::Method;
+use crate::exact;
 use crate::grid::Axis;
 use crate::length::Length;
 use crate::mesh::Aabb;
 use crate::progress::Monitor;
-use crate::sampler::{FillRule, Mode};
+use crate::sampler::Mode;
 use crate::{Error, Warning};
 
 /// A volume that two parts share.
@@ -46,24 +46,41 @@ const RAYS_OF_BOTH: f64 = 4.0;
 /// Voxels along a ray, which exact images do not have.
 const LOD: u32 = 1024;
 
-/// Returns the volume that two parts share. Where it is sampled, it is by `resolution` rays along the longest side of the box
-/// `common` around it, or by fewer where both parts are more than four times as long.
+/// The volume that two parts share, and how their shells and fill rules matter to it.
+pub struct Found {
+    pub volume: Overlap,
+    /// The places, in the pair, of the parts whose shells overlap or touch.
+    pub with_meeting_shells: Vec<usize>,
+    /// Warnings of an estimate.
+    pub warnings: Vec<Warning>,
+}
+
+/// Returns the volume that two parts share: exactly, or from images where a shell meets itself.
 ///
 /// # Errors
 /// Parts that no lattice holds.
-pub fn overlap(
-    parts: [&Solid; 2],
-    common: Aabb,
-    fill: FillRule,
-    resolution: u32,
-    memory: Option<u64>,
-) -> Result<(Overlap, Vec<Warning>), Error> {
+pub fn overlap(parts: [&Solid; 2], common: Aabb, settings: &Settings) -> Result<Found, Error> {
+    let expression = Expression::of_inputs(BooleanOperation::Intersection, 2);
+    let closed = parts.map(|part| part.closed().expect("parts are closed"));
+    match exact::mass_properties(&closed, &expression, settings.fill) {
+        Ok(found) => {
+            let (value, rounding) = (found.mass.volume.max(0.0), found.mass.volume_rounding);
+            let (lower, upper) = ((value - rounding).max(0.0), value + rounding);
+            let volume = Overlap { value, lower, upper, method: OverlapMethod::Exact };
+            Ok(Found { volume, with_meeting_shells: found.with_meeting_shells, warnings: Vec::new() })
+        }
+        Err(_) => sampled(parts, common, expression, settings),
+    }
+}
+
+/// Returns the volume from images of `resolution` rays along the longest side of the box `common` around it, or of fewer where
+/// both parts are more than four times as long.
+fn sampled(parts: [&Solid; 2], common: Aabb, expression: Expression, settings: &Settings) -> Result<Found, Error> {
     let solids: Vec<Solid> = parts.into_iter().cloned().collect();
     let longest = raster::common_box(&solids).extent().max_element();
-    let rays = f64::from(resolution);
+    let rays = f64::from(settings.resolution);
     let pitch = (common.extent().max_element() / rays).max(longest / (RAYS_OF_BOTH * rays));
-    let operation = BooleanOperation::Intersection;
-    let boolean = Boolean { expression: Expression::of_inputs(operation, 2), wording: Wording::Operation(operation) };
+    let boolean = Boolean { expression, wording: Wording::Operation(BooleanOperation::Intersection) };
     let job = MeasureJob {
         measurement: Measurement::Boolean(boolean),
         unit: None,
@@ -72,26 +89,20 @@ pub fn overlap(
         lod: LOD,
         axes: Axis::ALL.to_vec(),
         mode: Mode::Exact,
-        fill,
+        fill: settings.fill,
         backend: Backend::Cpu,
-        memory,
-        method: VolumeMethod::Best,
+        memory: settings.memory,
+        method: VolumeMethod::Estimate,
         hashes: false,
         certainty: Certainty::default(),
         keep: Keep::Sums,
     };
     let measured = measure(&job, solids, &Backends::open(&job.backend)?, &Monitor::new(None))?;
-    let method = match measured.volume.method {
-        Method::Exact => OverlapMethod::Exact,
-        Method::Estimate(_) => OverlapMethod::Estimate,
-    };
-    // The corners of the common box are rounded, so it bounds an estimate but not an exact volume.
-    let most = match method {
-        OverlapMethod::Exact => f64::INFINITY,
-        OverlapMethod::Estimate => common.extent().element_product(),
-    };
+    // The corners of the common box are rounded, but by less than an estimate errs.
+    let most = common.extent().element_product();
     let value = measured.volume.value.min(most);
     let (lower, upper) = ((value - measured.volume.error).max(0.0), (value + measured.volume.error).min(most));
+    let volume = Overlap { value, lower, upper, method: OverlapMethod::Estimate };
     let warnings = measured.warnings.into_iter().filter(|warning| warning.code == "fill-rules-differ").collect();
-    Ok((Overlap { value, lower, upper, method }, warnings))
+    Ok(Found { volume, with_meeting_shells: Vec::new(), warnings })
 }

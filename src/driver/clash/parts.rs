@@ -1,6 +1,6 @@
 //! Reading of parts: files, folders, assemblies.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -114,17 +114,37 @@ fn names_of_files(sources: &[Source]) -> Vec<String> {
     sources.iter().map(name).collect()
 }
 
-/// Appends `#2`, `#3` … to names that occurred before.
+/// Gives parts of equal names numbers.
 fn number_equal_names(parts: &mut [Part]) {
-    let mut counts: HashMap<String, usize> = HashMap::new();
-    for part in parts {
-        let count = counts.entry(part.name.clone()).or_default();
-        *count += 1;
-        if *count > 1 {
-            part.name = format!("{}#{count}", part.name);
-            part.solid.path = PathBuf::from(&part.name);
+    let names = distinct(parts.iter().map(|part| part.name.as_str()).collect());
+    for (part, name) in parts.iter_mut().zip(names) {
+        if part.name != name {
+            part.solid.path = PathBuf::from(&name);
+            part.name = name;
         }
     }
+}
+
+/// Appends `#2`, `#3` … to names that occurred before, and leaves out numbers that another name has already.
+fn distinct(names: Vec<&str>) -> Vec<String> {
+    let given: HashSet<&str> = names.iter().copied().collect();
+    let mut counts: HashMap<&str, usize> = HashMap::new();
+    let numbered = |name| {
+        let count = counts.entry(name).or_default();
+        loop {
+            *count += 1;
+            match *count {
+                1 => return name.to_owned(),
+                count => {
+                    let numbered = format!("{name}#{count}");
+                    if !given.contains(numbered.as_str()) {
+                        return numbered;
+                    }
+                }
+            }
+        }
+    };
+    names.iter().copied().map(numbered).collect()
 }
 
 /// Reads, places and checks the parts of a file.
@@ -187,5 +207,12 @@ mod tests {
         assert_eq!(named(&["x/a.stl", "x/b.stl"]), ["a.stl", "b.stl"]);
         assert_eq!(named(&["x/a.stl", "y/a.stl", "b.stl"]), ["x/a.stl", "y/a.stl", "b.stl"]);
         assert_eq!(named(&["x/a.stl", "x/a.stl"]), ["a.stl", "a.stl"]);
+    }
+
+    #[test]
+    fn equal_names_get_numbers_that_no_other_name_has() {
+        assert_eq!(distinct(vec!["a", "b", "a", "a"]), ["a", "b", "a#2", "a#3"]);
+        assert_eq!(distinct(vec!["a", "a", "a#2", "a"]), ["a", "a#3", "a#2", "a#4"]);
+        assert_eq!(distinct(vec!["a#2", "a#2", "a", "a"]), ["a#2", "a#2#2", "a", "a#3"]);
     }
 }

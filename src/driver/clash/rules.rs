@@ -4,14 +4,18 @@ use std::cmp::Ordering;
 use std::str::FromStr;
 
 use super::{Pair, Relation};
+use crate::cubic::TypedVolume;
+use crate::length::Length;
+use crate::mesh::LengthUnit;
+use crate::{Error, Warning};
 
 /// What pairs of parts may do.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rules {
     /// True if parts may touch.
     pub allow_touching: bool,
-    /// The largest volume that two parts may share.
-    pub max_volume: f64,
+    /// The largest volume that two parts may share; 0 without it.
+    pub max_volume: Option<TypedVolume>,
     /// Pairs that are not compared.
     pub ignored: Vec<IgnoredPair>,
 }
@@ -40,18 +44,50 @@ impl Finding {
 }
 
 impl Rules {
-    /// Returns whether a pair of parts is not compared.
-    pub fn ignores(&self, a: &str, b: &str) -> bool {
-        self.ignored.iter().any(|pair| pair.matches(a, b) || pair.matches(b, a))
+    /// Returns the pairs of parts that are not compared, and warnings about patterns that no part has.
+    ///
+    /// # Errors
+    /// A text with several colons that can be read as two patterns in several ways.
+    pub fn ignored(&self, names: &[&str]) -> Result<(IgnoredParts, Vec<Warning>), Error> {
+        let read = self.ignored.iter().map(|pair| pair.of_parts(names)).collect::<Result<Vec<_>, Error>>()?;
+        let (parts, warnings): (Vec<_>, Vec<_>) = read.into_iter().unzip();
+        Ok((IgnoredParts(parts), warnings.into_iter().flatten().collect()))
     }
 
+    /// Returns the limits that pairs are judged by, in a unit. A volume that equals the limit to its last digits is within it.
+    ///
+    /// # Errors
+    /// A limit with a unit where that of the parts is not known.
+    pub fn limits(&self, clearance: Option<Length>, unit: Option<LengthUnit>) -> Result<Limits, Error> {
+        let clearance = clearance.map(|length| length.in_unit(unit, "--clearance")).transpose()?;
+        let max_volume = self.max_volume.as_ref().map(|volume| volume.in_cubed(unit, "--max-volume")).transpose()?;
+        Ok(Limits {
+            clearance,
+            max_volume: max_volume.map_or(0.0, |[_, most]| most),
+            allow_touching: self.allow_touching,
+        })
+    }
+}
+
+/// The limits that pairs are judged by, in the unit of the parts.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// The least distance that two parts must keep, if one was given.
+    pub clearance: Option<f64>,
+    /// The largest volume that two parts may share.
+    pub max_volume: f64,
+    /// True if parts may touch.
+    pub allow_touching: bool,
+}
+
+impl Limits {
     /// Returns the rule that a pair breaks.
-    pub fn finding(&self, relation: &Relation, clearance: Option<f64>) -> Option<Finding> {
+    pub fn finding(&self, relation: &Relation) -> Option<Finding> {
         match relation {
             Relation::Overlapping(common) => (common.volume.value > self.max_volume).then_some(Finding::Overlap),
             Relation::Touching { .. } => (!self.allow_touching).then_some(Finding::Touching),
             Relation::Separate { distance, .. } => {
-                clearance.is_some_and(|least| *distance < least).then_some(Finding::Clearance)
+                self.clearance.is_some_and(|least| *distance < least).then_some(Finding::Clearance)
             }
         }
     }
@@ -75,15 +111,68 @@ pub fn by_severity(a: &Pair, b: &Pair) -> Ordering {
 }
 
 /// Two patterns of names, as typed: `A:B`, in which `*` stands for any characters and `?` for one.
+///
+/// Where names have colons, the patterns end at the one colon at which both have parts.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct IgnoredPair {
-    a: String,
-    b: String,
+pub struct IgnoredPair(String);
+
+/// The parts that two patterns have.
+struct Reading<'t> {
+    patterns: [&'t str; 2],
+    parts: [Vec<bool>; 2],
+}
+
+impl Reading<'_> {
+    fn has_parts(&self) -> [bool; 2] {
+        [0, 1].map(|side| self.parts[side].contains(&true))
+    }
 }
 
 impl IgnoredPair {
-    fn matches(&self, a: &str, b: &str) -> bool {
-        matches(&self.a, a) && matches(&self.b, b)
+    /// Returns the parts of both patterns; with a warning where one of them has none.
+    fn of_parts(&self, names: &[&str]) -> Result<([Vec<bool>; 2], Option<Warning>), Error> {
+        let IgnoredPair(text) = self;
+        let parts = |pattern| names.iter().map(|name| matches(pattern, name)).collect();
+        let readings: Vec<Reading> =
+            splits(text).map(|(a, b)| Reading { patterns: [a, b], parts: [a, b].map(parts) }).collect();
+        let mut with_parts = readings.iter().filter(|reading| reading.has_parts() == [true; 2]);
+        match (with_parts.next(), with_parts.next()) {
+            (Some(one), Some(other)) => {
+                let [one, other] = [one, other].map(|reading| reading.patterns.map(|p| format!("`{p}`")).join(" and "));
+                Err(Error::input(format!(
+                    "--ignore {text}: names {one}, or {other}; write ? for each colon within a name"
+                )))
+            }
+            (Some(one), None) => Ok((one.parts.clone(), None)),
+            (None, _) => {
+                let missing = readings.iter().flat_map(|reading| {
+                    reading.patterns.into_iter().zip(reading.has_parts()).filter(|(_, has)| !has).map(|(p, _)| p)
+                });
+                let missing: Vec<String> = missing.map(|pattern| format!("`{pattern}`")).collect();
+                let message = format!(
+                    "--ignore {text}: no part is named {}; the parts are {}",
+                    missing.join(" or "),
+                    listed(names)
+                );
+                Ok((Default::default(), Some(Warning::new("ignores-nothing", message))))
+            }
+        }
+    }
+}
+
+/// Returns the texts before and behind each colon that has both.
+fn splits(text: &str) -> impl Iterator<Item = (&str, &str)> {
+    let colons = text.match_indices(':').map(|(at, _)| (&text[..at], &text[at + 1..]));
+    colons.filter(|(a, b)| !a.is_empty() && !b.is_empty())
+}
+
+/// Most names that a message lists.
+const LISTED: usize = 8;
+
+fn listed(names: &[&str]) -> String {
+    match names.len() {
+        count if count > LISTED => format!("{} and {} others", names[..LISTED].join(", "), count - LISTED),
+        _ => names.join(", "),
     }
 }
 
@@ -91,10 +180,21 @@ impl FromStr for IgnoredPair {
     type Err = String;
 
     fn from_str(text: &str) -> Result<IgnoredPair, String> {
-        match text.split_once(':') {
-            Some((a, b)) if !a.is_empty() && !b.is_empty() => Ok(IgnoredPair { a: a.to_owned(), b: b.to_owned() }),
-            _ => Err("expected two names of parts, as in 'bolt*:plate.stl'".to_owned()),
+        match splits(text).next() {
+            Some(_) => Ok(IgnoredPair(text.to_owned())),
+            None => Err("expected two names of parts, as in 'bolt*:plate.stl'".to_owned()),
         }
+    }
+}
+
+/// The pairs of parts that are not compared: for each rule, the parts of its two patterns.
+pub struct IgnoredParts(Vec<[Vec<bool>; 2]>);
+
+impl IgnoredParts {
+    /// Returns whether a pair of parts, by their numbers, is not compared.
+    pub fn contains(&self, [i, j]: [usize; 2]) -> bool {
+        let is = |list: &Vec<bool>, part: usize| list.get(part) == Some(&true);
+        self.0.iter().any(|[a, b]| is(a, i) && is(b, j) || is(a, j) && is(b, i))
     }
 }
 
@@ -141,25 +241,72 @@ mod tests {
         }
     }
 
+    fn ignored(text: &str, names: &[&str]) -> Result<(IgnoredParts, Vec<Warning>), Error> {
+        Rules { ignored: vec![text.parse().unwrap()], ..Rules::default() }.ignored(names)
+    }
+
     #[test]
     fn ignored_pairs_hold_in_both_orders() {
-        let rules = Rules { ignored: vec!["bolt*:plate".parse().unwrap()], ..Rules::default() };
-        assert!(rules.ignores("bolt 1", "plate") && rules.ignores("plate", "bolt 1"));
-        assert!(!rules.ignores("bolt 1", "bolt 2") && !rules.ignores("plate", "plate"));
+        let (pairs, warnings) = ignored("bolt*:plate", &["bolt 1", "bolt 2", "plate"]).unwrap();
+        assert!(pairs.contains([0, 2]) && pairs.contains([2, 0]) && pairs.contains([1, 2]));
+        assert!(!pairs.contains([0, 1]) && !pairs.contains([2, 2]) && warnings.is_empty());
         for wrong in ["bolt", ":plate", "bolt:", ""] {
             assert!(wrong.parse::<IgnoredPair>().is_err(), "{wrong}");
         }
     }
 
     #[test]
+    fn patterns_end_at_the_colon_at_which_both_have_parts() {
+        let names = [r"C:\a.stl", r"D:\b.stl", "M3:8", "M3"];
+        for (text, pair) in
+            [(r"C:\a.stl:D:\b.stl", [0, 1]), ("*b.stl:M3:8", [1, 2]), ("M3:C:*", [0, 3]), ("M3?8:M3", [2, 3])]
+        {
+            let (pairs, warnings) = ignored(text, &names).unwrap();
+            assert!(warnings.is_empty(), "{text} {warnings:?}");
+            let found: Vec<[usize; 2]> =
+                (0..4).flat_map(|i| (i..4).map(move |j| [i, j])).filter(|&p| pairs.contains(p)).collect();
+            assert_eq!(found, [pair], "{text}");
+        }
+        let error = ignored("M3:8:M3", &["M3:8", "M3", "8:M3"]).err().unwrap().to_string();
+        assert_eq!(
+            error,
+            "--ignore M3:8:M3: names `M3` and `8:M3`, or `M3:8` and `M3`; write ? for each colon within a name"
+        );
+    }
+
+    #[test]
+    fn patterns_without_parts_leave_a_warning_that_names_the_parts() {
+        let (pairs, warnings) = ignored("bolt:plat", &["bolt", "plate"]).unwrap();
+        assert!(!pairs.contains([0, 1]));
+        assert_eq!(warnings[0].message, "--ignore bolt:plat: no part is named `plat`; the parts are bolt, plate");
+    }
+
+    #[test]
+    fn volumes_have_the_unit_that_they_are_typed_with() {
+        let most = |text: &str, unit| {
+            let rules = Rules { max_volume: Some(text.parse().unwrap()), ..Rules::default() };
+            rules.limits(None, unit).map(|limits| limits.max_volume)
+        };
+        assert_eq!(most("0.5", None), Ok(0.5));
+        assert!((most("0.5 mm3", Some(LengthUnit::Centimetre)).unwrap() - 5e-4).abs() < 1e-17);
+        assert!(
+            most("0.5mm3", None).unwrap_err().to_string().starts_with("--max-volume 0.5mm3: the input states no unit")
+        );
+    }
+
+    #[test]
     fn distances_below_the_clearance_are_findings() {
         let separate = |distance| Relation::Separate { distance, points: [DVec3::ZERO; 2] };
         let touching = Relation::Touching { distance: 0.0, points: [DVec3::ZERO; 2] };
-        let strict = Rules::default();
-        let lax = Rules { allow_touching: true, ..Rules::default() };
-        assert_eq!(strict.finding(&separate(0.3), Some(0.4)), Some(Finding::Clearance));
-        assert_eq!(strict.finding(&separate(0.4), Some(0.4)), None);
-        assert_eq!(strict.finding(&separate(0.3), None), None);
-        assert_eq!([strict, lax].map(|rules| rules.finding(&touching, Some(0.4))), [Some(Finding::Touching), None]);
+        let of = |allow_touching, clearance: Option<f64>| {
+            let clearance = clearance.map(|value| Length { value, unit: None });
+            Rules { allow_touching, ..Rules::default() }.limits(clearance, None).unwrap()
+        };
+        let strict = of(false, Some(0.4));
+        assert_eq!(strict.finding(&separate(0.3)), Some(Finding::Clearance));
+        assert_eq!(strict.finding(&separate(0.4)), None);
+        assert_eq!(of(false, None).finding(&separate(0.3)), None);
+        let both = [strict, of(true, Some(0.4))];
+        assert_eq!(both.map(|limits| limits.finding(&touching)), [Some(Finding::Touching), None]);
     }
 }

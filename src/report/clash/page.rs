@@ -73,6 +73,8 @@ struct Picture<'c> {
     view: String,
     section: String,
     axis: &'static str,
+    /// The coordinate of the section.
+    at: String,
 }
 
 /// Returns the page.
@@ -201,36 +203,43 @@ fn row<'c>(clashes: &'c Clashes, rank: usize, pair: &Pair) -> Row<'c> {
         distance: value(distance),
         depth: value(common.map(|common| common.depth)),
         volume,
-        place: place(pair),
+        place: place(clashes, pair),
     }
 }
 
 /// Returns the coordinates of a finding.
-fn place(pair: &Pair) -> String {
-    let [x, y, z] = pair.relation.place().to_array().map(|value| words::significant(value, 4));
+fn place(clashes: &Clashes, pair: &Pair) -> String {
+    let [x, y, z] = clashes.place(pair).to_array().map(|value| words::significant(value, 4));
     format!("{x}, {y}, {z}")
 }
 
 fn picture<'c>(clashes: &'c Clashes, pictured: &Pictured, length: &Unit, volume: &Unit) -> Picture<'c> {
     let Pictured { pair, pictures } = pictured;
+    let names = clashes.names(pair);
+    let at = format!("({}) {}", place(clashes, pair), length.for_people());
+    let at = at.trim_end();
     let finding = match pair.relation {
-        Relation::Overlapping(common) => format!(
-            "They share {}; the largest ball that was found in it, {} wide, lies at ({}).",
-            words::with_unit(common.volume.value, volume),
-            words::with_unit(common.depth, length),
-            place(pair)
-        ),
-        Relation::Touching { .. } => format!("They touch at ({}).", place(pair)),
+        Relation::Overlapping(common) => {
+            let within = common.contained.map(|place| format!("{} lies in {}. ", names[place], names[1 - place]));
+            format!(
+                "{}They share {}; the largest ball that was found in it, {} wide, lies at {at}.",
+                within.unwrap_or_default(),
+                words::with_unit(common.volume.value, volume),
+                words::with_unit(common.depth, length),
+            )
+        }
+        Relation::Touching { .. } => format!("They touch at {at}."),
         Relation::Separate { distance, .. } => {
-            format!("They are {} apart at ({}).", words::with_unit(distance, length), place(pair))
+            format!("They are {} apart at {at}.", words::with_unit(distance, length))
         }
     };
     let address = |png: &[u8]| format!("data:image/png;base64,{}", STANDARD.encode(png));
     Picture {
-        names: pair.parts.map(|part| clashes.parts[part].name.as_str()),
+        names,
         finding,
         view: address(&pictures.view),
         section: address(&pictures.section),
-        axis: pictures.axis,
+        axis: pictures.axis.name(),
+        at: words::with_unit(clashes.place(pair)[pictures.axis.depth()], length),
     }
 }

@@ -31,8 +31,8 @@ pub struct Pictures {
     pub view: Vec<u8>,
     /// A section through the place of the finding.
     pub section: Vec<u8>,
-    /// The name of the axis that the section lies across.
-    pub axis: &'static str,
+    /// The axis that the section lies across.
+    pub axis: Axis,
 }
 
 /// Returns the pictures of a pair.
@@ -43,7 +43,7 @@ pub fn pictures(clashes: &Clashes, pair: &Pair, fill: FillRule) -> Result<Pictur
     let view = Stage::new(solids, View::Isometric, all, all)?.shaded(fill, clashes.unit)?;
     let (place, axis) = (pair.relation.place(), section_axis(pair, boxes));
     let stage = Stage::new(solids, across(axis), frame(pair, all), all)?;
-    Ok(Pictures { view, section: stage.section(fill, place, clashes.unit)?, axis: axis.name() })
+    Ok(Pictures { view, section: stage.section(fill, place, clashes.unit)?, axis })
 }
 
 /// Returns the axis that the section lies across: so that thin regions and gaps are seen from the side.
@@ -161,7 +161,12 @@ impl Stage {
     fn finished(&self, mut canvas: Canvas, length: Option<LengthUnit>, ring: Option<DVec3>) -> Result<Vec<u8>, Error> {
         let bar = ScaleBar::of(&self.camera);
         let mut annotator = Annotator::new(&mut canvas);
-        annotator.scale_bar(bar, &format!("{}{}", number(bar.length), unit::suffix(length, 1)));
+        let label = format!("{}{}", number(bar.length), unit::suffix(length, 1));
+        // A section fills the picture to its edges.
+        if ring.is_some() {
+            annotator.plate(bar, &label);
+        }
+        annotator.scale_bar(bar, &label);
         if let Some(place) = ring {
             annotator.ring(self.camera.place(place), RING);
         }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use ldi_ops::cubic::TypedVolume;
 use ldi_ops::driver::clash::rules::IgnoredPair;
 use ldi_ops::length::Length;
 use ldi_ops::mesh::LengthUnit;
@@ -43,11 +44,11 @@ pub struct RuleArguments {
     /// Accept parts that touch
     #[arg(long)]
     pub allow_touching: bool,
-    /// Accept overlaps up to this volume, in cubic file units
-    #[arg(long, value_name = "V", default_value_t = 0.0, allow_hyphen_values = true)]
-    pub max_volume: f64,
+    /// Accept overlaps up to this volume, in cubic file units or with a unit: 0.5mm3, 0.2ml [default: 0]
+    #[arg(long, value_name = "V", allow_hyphen_values = true)]
+    pub max_volume: Option<TypedVolume>,
     /// Do not compare parts with these names, in which * stands for any characters and ? for one: 'bolt*:plate.stl'; may be
-    /// repeated
+    /// repeated. Names may have colons: the one at which both sides name parts separates them
     #[arg(long, value_name = "A:B")]
     pub ignore: Vec<IgnoredPair>,
 }
@@ -78,7 +79,7 @@ Examples:
   ldi-ops clash housing.stl shaft.stl --unit mm
   ldi-ops clash assembly.3mf --clearance 0.3mm -o clashes        a page with pictures
   ldi-ops clash parts/ --ignore 'bolt*:plate*' --allow-touching --csv clashes.csv
-  ldi-ops clash housing.stl --assembly bolts.toml --max-volume 0.01
+  ldi-ops clash housing.stl --assembly bolts.toml --max-volume 0.01mm3 --unit mm
 
 bolts.toml lists parts with their places; paths are relative to it:
 

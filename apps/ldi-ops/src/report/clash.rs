@@ -96,6 +96,6 @@ fn row(clashes: &Clashes, pair: &Pair) -> [String; 4] {
             format!("{amount}{}, {how}{doubt}", unit::suffix(clashes.unit, 3))
         }
     };
-    let [x, y, z] = pair.relation.place().to_array().map(|value| digits(value, 4));
+    let [x, y, z] = clashes.place(pair).to_array().map(|value| digits(value, 4));
     [finding, format!("{a} : {b}"), amount, format!("({x}, {y}, {z})")]
 }

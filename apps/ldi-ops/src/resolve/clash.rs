@@ -32,8 +32,8 @@ pub fn resolve(arguments: ClashArguments) -> Result<Invocation, Error> {
             return Err(Error::input(format!("{flag} {length} is not a length of 0 or more")));
         }
     }
-    if !(max_volume.is_finite() && max_volume >= 0.0) {
-        return Err(Error::input(format!("--max-volume {max_volume} is not a volume of 0 or more")));
+    if let Some(volume) = max_volume.as_ref().filter(|volume| volume.value < 0.0) {
+        return Err(Error::input(format!("--max-volume {volume} is not a volume of 0 or more")));
     }
     if !(8..=RAYS_MAX / 8).contains(&resolution) {
         return Err(Error::input(format!("--resolution {resolution} is outside 8 to {} rays", RAYS_MAX / 8)));
