@@ -247,16 +247,18 @@ const FREE: u32 = u32::MAX;
 /// The mark of a side of more than two triangles, or of two in the same direction.
 const CROWDED: u32 = u32::MAX - 1;
 
-/// Triangles that are being tested against one another.
+/// The triangles near those that are needed, by numbers of their own, that are being tested against one another.
 struct Surface<'m, C> {
     corners: &'m C,
     is_needed: &'m [bool],
+    /// The triangles in the mesh, in ascending order.
+    triangles: Vec<u32>,
     extents: Vec<Extent>,
     /// Levels from fine to coarse, each with cells of twice the side of the level before.
     levels: Vec<Level>,
     /// The level that each triangle belongs to.
     level_of: Vec<u8>,
-    /// The other triangle at each side of those that are needed, or a mark.
+    /// The other triangle at each side, or a mark; of triangles that are not needed, only some.
     neighbors: Vec<[AtomicU32; 3]>,
 }
 
@@ -270,14 +272,14 @@ impl<'m, C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'m, C> {
         // In units of the longest side, so that no coordinate leaves the range of f32.
         let unit = bounds.extent().max_element().max(f64::MIN_POSITIVE);
         let local = |point: DVec3| (point - bounds.min) / unit;
-        let extents: Vec<Extent> = all.clone().map(|triangle| Extent::of(corners(triangle).map(local))).collect();
         let whole = Extent::of([bounds.min, bounds.max, bounds.max].map(local));
-        let near: Vec<u32> = all.filter(|&triangle| extents[triangle as usize].touches(&whole)).collect();
+        let extent = |triangle: u32| (triangle, Extent::of(corners(triangle).map(local)));
+        let (triangles, extents): (Vec<u32>, Vec<Extent>) =
+            all.map(extent).filter(|(_, extent)| extent.touches(&whole)).unzip();
         let size = (bounds.extent() / unit).as_vec3();
 
         let width = |extent: &Extent| (extent.max - extent.min).max_element();
-        let width_of = |&triangle: &u32| f64::from(width(&extents[triangle as usize]));
-        let mean = near.par_iter().map(width_of).sum::<f64>() / near.len() as f64;
+        let mean = extents.par_iter().map(|extent| f64::from(width(extent))).sum::<f64>() / extents.len() as f64;
         let volume = |side: f64| size.to_array().iter().map(|&c| f64::from(c) / side + 1.0).product::<f64>();
         let mut finest = 1.5 * mean;
         while volume(finest) > MOST_CELLS {
@@ -286,14 +288,21 @@ impl<'m, C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'m, C> {
         let finest = finest as f32;
         let level_of: Vec<u8> =
             extents.par_iter().map(|extent| (width(extent) / finest).log2().ceil().clamp(0.0, 30.0) as u8).collect();
-        let coarsest = near.par_iter().map(|&triangle| level_of[triangle as usize]).max().unwrap_or(0);
+        let coarsest = level_of.par_iter().copied().max().unwrap_or(0);
         let levels = (0..=coarsest).map(|k| {
-            let members: Vec<u32> = near.par_iter().copied().filter(|&t| level_of[t as usize] == k).collect();
+            let all = (0..triangles.len() as u32).into_par_iter();
+            let members: Vec<u32> = all.filter(|&t| level_of[t as usize] == k).collect();
             Level::new(finest * f32::from(k).exp2(), size, members, &extents)
         });
         let levels = levels.collect();
-        let neighbors = (0..is_needed.len()).into_par_iter().map(|_| [FREE; 3].map(AtomicU32::new)).collect();
-        Some(Surface { corners, is_needed, extents, levels, level_of, neighbors })
+        let neighbors = (0..triangles.len()).into_par_iter().map(|_| [FREE; 3].map(AtomicU32::new)).collect();
+        Some(Surface { corners, is_needed, triangles, extents, levels, level_of, neighbors })
+    }
+
+    /// Returns whether a triangle is needed.
+    #[inline]
+    fn is_needed(&self, triangle: u32) -> bool {
+        self.is_needed[self.triangles[triangle as usize] as usize]
     }
 
     /// Tests every pair of triangles whose boxes touch and of which one is needed.
@@ -316,22 +325,22 @@ impl<'m, C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'m, C> {
         let parts = UnionFind::new(self.is_needed.len() as u32);
         let join = |triangle: u32| {
             let beside = self.neighbors[triangle as usize].each_ref().map(|side| side.load(Ordering::Relaxed));
-            for other in beside.into_iter().filter(|&other| other < CROWDED && self.is_needed[other as usize]) {
-                parts.join(triangle, other);
+            for other in beside.into_iter().filter(|&other| other < CROWDED && self.is_needed(other)) {
+                parts.join(self.triangles[triangle as usize], self.triangles[other as usize]);
             }
             beside.into_iter().all(|other| other < CROWDED)
         };
-        let all = (0..self.is_needed.len() as u32).into_par_iter().with_min_len(CHUNK);
-        let are_closed =
-            all.map(|triangle| self.is_needed[triangle as usize] && join(triangle)).reduce(|| true, |a, b| a & b);
-        Sheets { parts, are_closed }
+        let all = (0..self.triangles.len() as u32).into_par_iter().with_min_len(CHUNK);
+        let is_closed = |triangle: u32| self.is_needed(triangle) && join(triangle);
+        let are_closed = all.map(is_closed).reduce(|| true, |a, b| a & b);
+        Sheets { parts, are_closed: are_closed && self.triangles.len() == self.is_needed.len() }
     }
 
     /// Tests the pairs of a cell; returns the least one that meets.
     fn within_cell(&self, level: &Level, cell: u32) -> Option<[u32; 2]> {
         checkpoint();
         let members = level.of_cell(cell);
-        if members.len() < 2 || !members.iter().any(|&triangle| self.is_needed[triangle as usize]) {
+        if members.len() < 2 || !members.iter().any(|&triangle| self.is_needed(triangle)) {
             return None;
         }
         // Stored contiguously, since each is read as often as the cell has members.
@@ -356,7 +365,7 @@ impl<'m, C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'m, C> {
             level.each_cell(&one.extent, |cell| {
                 for &other in level.of_cell(cell) {
                     let extent = &self.extents[other as usize];
-                    let decides = one.is_needed || self.is_needed[other as usize];
+                    let decides = one.is_needed || self.is_needed(other);
                     if decides && one.extent.touches(extent) && level.is_first(cell, &one.extent, extent) {
                         found = lesser(found, self.look_at(&one, &self.facet(other)));
                     }
@@ -367,8 +376,8 @@ impl<'m, C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'m, C> {
     }
 
     fn facet(&self, triangle: u32) -> Facet {
-        let corners = (self.corners)(triangle);
-        let (is_needed, extent) = (self.is_needed[triangle as usize], self.extents[triangle as usize]);
+        let corners = (self.corners)(self.triangles[triangle as usize]);
+        let (is_needed, extent) = (self.is_needed(triangle), self.extents[triangle as usize]);
         Facet { triangle, is_needed, axis: widest_axis(corners), corners, extent }
     }
 
@@ -388,7 +397,8 @@ impl<'m, C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'m, C> {
             let numbers = [0, 1, 2].map(|j| if shared[j] < 3 { shared[j] as u32 } else { 3 + j as u32 });
             let place_of = |number: u32| if number < 3 { a[number as usize] } else { b[number as usize - 3] };
             if meet([0, 1, 2], numbers, place_of) {
-                return Some([one.triangle.min(other.triangle), one.triangle.max(other.triangle)]);
+                let [a, b] = [one, other].map(|facet| self.triangles[facet.triangle as usize]);
+                return Some([a.min(b), a.max(b)]);
             }
         }
         for j in 0..3 {

@@ -115,7 +115,7 @@ fn shells_may_meet_where_the_result_does_not_depend_on_them() {
         let of = |operation| mass_properties(&[&a, &b], &Expression::of_inputs(operation, 2), fill).unwrap();
         let common = of(BooleanOperation::Intersection);
         assert!((common.mass.volume - 8.0).abs() < 1e-12);
-        assert_eq!(common.with_meeting_shells, []);
+        assert!(common.with_meeting_shells.is_empty());
         let all = of(BooleanOperation::Union);
         let far = if fill == FillRule::NonZero { 15.0 } else { 14.0 };
         assert!((all.mass.volume - (120.0 + far)).abs() < 1e-11);
