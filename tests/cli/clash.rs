@@ -194,6 +194,22 @@ fn a_folder_has_the_page_and_the_tables() {
 }
 
 #[test]
+fn pages_name_the_part_that_lies_in_another_and_say_that_none_are_near() {
+    let folder = Folder::new();
+    folder.stl("outer.stl", &cube(-2.0, 4.0));
+    folder.stl("inner.stl", &cube(-0.5, 1.0));
+    folder.stl("far.stl", &cube(50.0, 1.0));
+    folder.run(&["clash", "outer.stl", "inner.stl", "--unit", "mm", "-o", "out"]).code(1);
+    let page = read(&folder.path("out/clash.html"));
+    for text in ["inner.stl lies in outer.stl.", "lies at (0, 0, 0) mm.", " at 0\u{a0}mm</figcaption>"] {
+        assert!(page.contains(text), "no {text}");
+    }
+    folder.run(&["clash", "outer.stl", "far.stl", "--unit", "mm", "-o", "clean"]).code(0);
+    let page = read(&folder.path("clean/clash.html"));
+    assert!(page.contains("No two parts are near one another.") && !page.contains("Near pairs"));
+}
+
+#[test]
 fn quiet_and_verbose_text() {
     let folder = with_parts();
     let run = folder.run(&["clash", "a.stl", "b.stl", "-q", "--unit", "mm"]).code(1);
