@@ -117,7 +117,8 @@ fn names_may_have_colons_and_numbers() {
     let json = run("M3:8:M3#2").code(1).json();
     let names: Vec<&str> = json["parts"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
     assert_eq!((names, &json["counts"]["ignored_pairs"]), (vec!["M3:8", "M3", "M3#3", "M3#2"], &1.into()));
-    run("*:*:*").code(2).says(&["--ignore *:*:*", "`*` and `*:*`", "write ? for each colon"]);
+    let run = folder.run(&["clash", "--assembly", "list.toml", "--ignore", "*:*:*"]);
+    run.code(2).says(&["--ignore *:*:*", "`*` and `*:*`", "write ? for each colon"]);
 }
 
 #[test]
@@ -190,6 +191,22 @@ fn a_folder_has_the_page_and_the_tables() {
     let json: serde_json::Value = serde_json::from_str(&read(&folder.path("out/clash.json"))).unwrap();
     assert_eq!((&json["schema"], &json["command"]), (&"ldi-ops/1".into(), &"clash".into()));
     assert_eq!(read(&folder.path("out/clash.csv")).lines().count(), 1 + json["pairs"].as_array().unwrap().len());
+}
+
+#[test]
+fn pages_name_the_part_that_lies_in_another_and_say_that_none_are_near() {
+    let folder = Folder::new();
+    folder.stl("outer.stl", &cube(-2.0, 4.0));
+    folder.stl("inner.stl", &cube(-0.5, 1.0));
+    folder.stl("far.stl", &cube(50.0, 1.0));
+    folder.run(&["clash", "outer.stl", "inner.stl", "--unit", "mm", "-o", "out"]).code(1);
+    let page = read(&folder.path("out/clash.html"));
+    for text in ["inner.stl lies in outer.stl.", "lies at (0, 0, 0) mm.", " at 0\u{a0}mm</figcaption>"] {
+        assert!(page.contains(text), "no {text}");
+    }
+    folder.run(&["clash", "outer.stl", "far.stl", "--unit", "mm", "-o", "clean"]).code(0);
+    let page = read(&folder.path("clean/clash.html"));
+    assert!(page.contains("No two parts are near one another.") && !page.contains("Near pairs"));
 }
 
 #[test]

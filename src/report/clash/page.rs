@@ -240,6 +240,6 @@ fn picture<'c>(clashes: &'c Clashes, pictured: &Pictured, length: &Unit, volume:
         view: address(&pictures.view),
         section: address(&pictures.section),
         axis: pictures.axis.name(),
-        at: words::with_unit(clashes.place(pair)[pictures.axis.depth()], length),
+        at: words::with_unit(pictures.at, length),
     }
 }

@@ -22,6 +22,9 @@ const FORMAT: Format = Format { width: 640, height: 480, supersampling: 2 };
 /// The longest side of both parts is shown at most this many times larger than in a picture of all of it.
 const LARGEST_ZOOM: f64 = 8.0;
 
+/// The share of the length that two boxes have in common, at either end, in which no section lies.
+const RIM: f64 = 0.02;
+
 /// The opacity of the shared region over the parts that hide it.
 const SHINE: f32 = 0.8;
 
@@ -33,6 +36,8 @@ pub struct Pictures {
     pub section: Vec<u8>,
     /// The axis that the section lies across.
     pub axis: Axis,
+    /// The coordinate of the section.
+    pub at: f64,
 }
 
 /// Returns the pictures of a pair.
@@ -41,9 +46,25 @@ pub fn pictures(clashes: &Clashes, pair: &Pair, fill: FillRule) -> Result<Pictur
     let boxes = solids.map(ClosedMesh::bounds);
     let all = boxes[0].union(boxes[1]);
     let view = Stage::new(solids, View::Isometric, all, all)?.shaded(fill, clashes.unit)?;
-    let (place, axis) = (pair.relation.place(), section_axis(pair, boxes));
+    let axis = section_axis(pair, boxes);
+    let place = match pair.relation {
+        Relation::Overlapping(_) => clashes.place(pair),
+        Relation::Touching { .. } | Relation::Separate { .. } => off_the_rim(clashes.place(pair), axis, boxes),
+    };
     let stage = Stage::new(solids, across(axis), frame(pair, all), all)?;
-    Ok(Pictures { view, section: stage.section(fill, place, clashes.unit)?, axis })
+    Ok(Pictures { view, section: stage.section(fill, place, clashes.unit)?, axis, at: place[axis.depth()] })
+}
+
+/// Returns a place moved along an axis from the rim of either box into both: of two faces the nearest points may be corners, and a
+/// section through these shows nothing.
+fn off_the_rim(mut place: DVec3, axis: Axis, [a, b]: [Aabb; 2]) -> DVec3 {
+    let along = axis.depth();
+    let (low, high) = (a.min[along].max(b.min[along]), a.max[along].min(b.max[along]));
+    let margin = RIM * (high - low);
+    if margin > 0.0 {
+        place[along] = place[along].clamp(low + margin, high - margin);
+    }
+    place
 }
 
 /// Returns the axis that the section lies across: so that thin regions and gaps are seen from the side.
@@ -188,4 +209,20 @@ fn turned_box(rotation: &DAffine3, bounds: Aabb) -> Aabb {
     };
     let point = |at: DVec3| Aabb { min: at, max: at };
     (1..8).fold(point(corner(0)), |around, i| around.union(point(corner(i))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sections_avoid_the_rims_of_both_parts() {
+        let boxes = [[0.0, 4.0], [2.0, 12.0]].map(|[min, max]| Aabb { min: DVec3::splat(min), max: DVec3::splat(max) });
+        let at = |z: f64| off_the_rim(DVec3::new(4.0, 4.0, z), Axis::Z, boxes);
+        assert_eq!([4.0, 2.0, 3.0].map(|z| at(z).z), [3.96, 2.04, 3.0]);
+        assert_eq!(at(4.0).truncate().to_array(), [4.0, 4.0]);
+        // Boxes that share no length.
+        let apart = [boxes[0], Aabb { min: DVec3::splat(5.0), max: DVec3::splat(6.0) }];
+        assert_eq!(off_the_rim(DVec3::splat(4.5), Axis::X, apart), DVec3::splat(4.5));
+    }
 }
