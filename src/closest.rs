@@ -89,6 +89,11 @@ impl ClosestTriangle {
         Closest { triangle: self.indices[best as usize], squared, hint: best }
     }
 
+    /// Returns the square of the distance of a point from the triangle with a [`hint`](Closest::hint).
+    pub fn squared_from(&self, point: DVec3, hint: u32) -> f64 {
+        squared_distance(point, self.corners[hint as usize])
+    }
+
     /// Returns whether any triangle is within this distance of a point.
     pub fn any_within(&self, point: DVec3, distance: f64) -> bool {
         let limit = distance * distance;

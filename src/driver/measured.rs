@@ -12,6 +12,7 @@ use super::backend::Ran;
 use super::certainty::Certified;
 use super::input::Solid;
 use super::job::ImageTarget;
+use super::sum::BetweenRays;
 use super::surface::{Imaged, SurfaceReport};
 use super::write;
 use crate::exact::NotExact;
@@ -219,6 +220,8 @@ pub struct StepReport {
     pub crossings: Option<[u64; 3]>,
     /// The counts of gap resolution.
     pub resolved: ResolveCounts,
+    /// The details that no ray meets; `None` if they were not searched.
+    pub between_rays: Option<BetweenRays>,
     /// The expected peak memory of the step, in bytes.
     pub memory_estimate: u64,
     /// Seconds of each stage, in order.

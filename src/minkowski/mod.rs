@@ -63,14 +63,16 @@ pub mod cull;
 mod interior;
 pub mod membership;
 pub mod polyhedron;
+pub mod probe;
 pub mod resolve;
 pub mod spans;
 mod sum;
 
 pub use cull::cull;
 pub use interior::Interior;
-pub use membership::SumMembership;
+pub use membership::{SumMembership, SumProbe};
 pub use polyhedron::Polyhedron;
+pub use probe::{Probe, Probed};
 pub use resolve::{ResolveCounts, ResolveError, ResolvedSpans, resolve};
 pub use spans::{Exterior, RaySpans};
 

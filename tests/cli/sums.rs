@@ -426,3 +426,45 @@ fn auto_stays_on_the_cpu_and_states_the_reason() {
     let asked = sum(&folder, &[&flags[..], &["--backend", "cpu"]].concat());
     assert_eq!((&asked["backend"], &asked["auto"]), (&"cpu".into(), &Value::Null));
 }
+
+#[test]
+fn details_between_the_rays_are_named_with_place_and_size() {
+    let folder = Folder::new();
+    // At a pitch of 0.255 rays lie at 2.1175, 2.3725 and 2.6275, and the hollow between two of them along each axis.
+    let hollow = [cube(0.0, 5.0), inside_out(&cuboid([2.4, 2.15, 1.9], [2.6, 2.35, 2.1]))].concat();
+    folder.stl("hollow.stl", &hollow);
+    let details = |result: &Value| result["steps"][0]["between_rays"]["details"].as_array().unwrap().clone();
+    let offset = |distance: &str, pitch: &str| {
+        let flags = ["hollow.stl", "--distance", distance, "--pitch", pitch, "--unit", "mm"];
+        folder.json(&[&["offset"], &flags[..]].concat())
+    };
+    let left = offset("0.05", "0.255");
+    assert_eq!(warning_codes(&left), ["between-rays"]);
+    let message = left["warnings"][0]["message"].as_str().unwrap();
+    for words in ["no ray meets 1 cavity", " mm at (2.5", "raise --resolution, or set --pitch to 0.0"] {
+        assert!(message.contains(words), "no `{words}` in {message}");
+    }
+    let found = details(&left);
+    assert_eq!((found.len(), &found[0]["kind"]), (1, &"cavity".into()));
+    for (axis, place) in [2.5, 2.25, 2.0].into_iter().enumerate() {
+        assert_near(found[0]["place"][axis].as_f64().unwrap(), place, 0.255 / 16.0);
+        assert_near(found[0]["size"][axis].as_f64().unwrap(), 0.1, 0.255 / 8.0);
+    }
+    let step = &left["steps"][0]["between_rays"];
+    assert_eq!(step["complete"], true);
+    assert_near(step["searched_to"].as_f64().unwrap(), 0.255 / 16.0, 1e-6);
+    assert!(left["volume"]["estimate_error"].as_f64().unwrap() >= found[0]["volume"].as_f64().unwrap());
+    // The cavity closes, or finer rays meet it.
+    for (distance, pitch) in [("0.11", "0.255"), ("0.05", "0.03")] {
+        let result = offset(distance, pitch);
+        assert_eq!(warning_codes(&result), Vec::<&str>::new(), "{distance} {pitch}");
+        assert!(details(&result).is_empty());
+    }
+    let closed = folder.json(&["close", "hollow.stl", "--radius", "0.05", "--pitch", "0.255", "--unit", "mm"]);
+    let messages = closed["warnings"].to_string();
+    assert!(messages.contains("between the two steps: no ray meets 1 cavity"), "{messages}");
+    folder.stl("tool.stl", &cube(-0.02, 0.04));
+    let sum = sum(&folder, &["hollow.stl", "tool.stl", "--pitch", "0.255"]);
+    assert_eq!(details(&sum).len(), 1);
+    assert!(warning_codes(&sum).contains(&"between-rays"), "{:#}", sum["warnings"]);
+}

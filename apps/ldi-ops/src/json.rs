@@ -13,6 +13,7 @@ use ldi_ops::driver::input::Solid;
 use ldi_ops::driver::machine::{cpu_name, peak_memory_bytes};
 use ldi_ops::driver::measured::{Measured, Method, StepReport};
 use ldi_ops::driver::render::Rendered;
+use ldi_ops::driver::sum::{BetweenRays, Detail};
 use ldi_ops::driver::surface::SurfaceReport;
 use ldi_ops::grid::Grid;
 use ldi_ops::mesh::check::{Defect, Severity};
@@ -219,7 +220,7 @@ fn judged(judged: &Judged) -> Value {
 
 /// Returns the statistics of a step of a sum.
 fn step(report: &StepReport) -> Value {
-    let StepReport { operation, distance, pairs, primitives, sampled, crossings, resolved, .. } = report;
+    let StepReport { operation, distance, pairs, primitives, sampled, crossings, resolved, between_rays, .. } = report;
     json!({
         "operation": operation,
         "distance": distance,
@@ -233,6 +234,25 @@ fn step(report: &StepReport) -> Value {
         "crossings": crossings,
         "components": { "tested": resolved.components, "cavities": resolved.cavities, "filled": resolved.filled },
         "gaps": { "found": resolved.gaps, "tested": resolved.gaps_tested, "kept": resolved.gaps_out },
+        "between_rays": between_rays.as_ref().map(details),
+    })
+}
+
+/// Returns the details of a step that no ray meets.
+fn details(found: &BetweenRays) -> Value {
+    let detail = |detail: &Detail| {
+        json!({
+            "kind": if detail.is_solid { "solid" } else { "cavity" },
+            "place": detail.place.to_array(),
+            "size": detail.size.to_array(),
+            "volume": detail.volume,
+        })
+    };
+    json!({
+        "candidates": found.candidates,
+        "searched_to": found.searched_to,
+        "complete": found.is_complete,
+        "details": found.details.iter().map(detail).collect::<Vec<Value>>(),
     })
 }
 

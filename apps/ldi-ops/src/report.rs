@@ -10,11 +10,12 @@ use ldi_ops::driver::certainty::Judged;
 use ldi_ops::driver::machine::peak_memory_bytes;
 use ldi_ops::driver::measured::{Measured, Method, StepReport};
 use ldi_ops::driver::render::Rendered;
+use ldi_ops::driver::sum::BetweenRays;
 use ldi_ops::driver::surface::{SimplifiedReport, SurfaceReport};
 use ldi_ops::grid::Axis;
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::check::Severity;
-use ldi_ops::number::number;
+use ldi_ops::number::{digits, number};
 use ldi_ops::report::files::Reported;
 use ldi_ops::report::id::{self, MetricId, Statistic};
 use ldi_ops::report::scaffold_report::{LimitOutcome, Metric, ScaffoldReport};
@@ -325,7 +326,7 @@ fn images(table: &mut Table, result: &Measured, ran: &Ran) {
 
 /// Adds the statistics of a step of a sum, on two lines.
 fn sum_step(table: &mut Table, report: &StepReport, unit: Option<LengthUnit>) {
-    let StepReport { operation, distance, pairs, primitives, sampled, crossings, resolved, .. } = report;
+    let StepReport { operation, distance, pairs, primitives, sampled, crossings, resolved, between_rays, .. } = report;
     let by = distance.map(|distance| format!(" by {}{}", number(distance), unit::suffix(unit, 1)));
     let pairs =
         pairs.map(|pairs| format!(" of {} pairs kept, {} visited of {}", pairs.kept, pairs.visited, pairs.candidates));
@@ -340,6 +341,14 @@ fn sum_step(table: &mut Table, report: &StepReport, unit: Option<LengthUnit>) {
         resolved.cavities,
         resolved.filled
     ));
+    if let Some(BetweenRays { candidates, details, searched_to, .. }) = between_rays {
+        table.more(format_args!(
+            "between the rays: {candidates} cubes searched, for cavities down to {}{}; {} details found",
+            digits(*searched_to, 3),
+            unit::suffix(unit, 1),
+            details.len()
+        ));
+    }
 }
 
 /// Formats the data of a mesh extracted from images, on two lines.

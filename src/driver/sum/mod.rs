@@ -1,9 +1,10 @@
 //! Minkowski sums, offsets, openings and closings: images and volumes.
 //!
 //! An opening or a closing takes two steps, all others one. The error estimate of the volume comes from coarser rasters, as for
-//! all images; it may be too small for details finer than the pitch of all rasters.
+//! all images; the volume of details that a search finds between the rays ([`between_rays`]) is added to it.
 
 mod backend;
+mod between_rays;
 mod bounds;
 mod forecast;
 #[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
@@ -23,6 +24,7 @@ use crate::mesh::{Aabb, ClosedMesh, Precision};
 use crate::sampler::{FillRule, Mode};
 
 pub use self::backend::SumBackend;
+pub use self::between_rays::{BetweenRays, Detail};
 use self::shells::{Shells, Windings};
 use self::steps::{Setting, Step, StepImages};
 use super::certainty::{Certified, certify_offset};
@@ -106,14 +108,21 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     let mut coarser = Vec::new();
     for ratio in check_pitches(&job.axes) {
         let pitch = ratio * grid.pitch();
-        let raster = Raster { pitch, axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Sums, needs_bounds: false };
+        let (axes, keep) = (&Axis::ALL, Keep::Sums);
+        let raster = Raster { pitch, axes, mode: Mode::Exact, keep, needs_bounds: false, searches: false };
         let last = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?.last;
         coarser.push(axis_volumes(&last.volume_sums));
     }
     let mut rays = VolumeEstimate::from_rasters(&axis_volumes(&volume_sums), &coarser);
-    rays.error = rays.error.max(bias);
+    let between_rays = || operated.report.steps.iter().filter_map(|step| step.between_rays.as_ref());
+    rays.error = rays.error.max(bias) + between_rays().map(BetweenRays::volume).sum::<f64>();
     let volume = Volume::estimate(rays, [0.0, result_box(operation, &solids).extent().element_product()], None);
     warnings.extend(operated.warnings);
+    let steps = operated.report.steps.len();
+    warnings.extend(between_rays().enumerate().filter_map(|(step, found)| {
+        let prefix = if step + 1 < steps { "between the two steps: " } else { "" };
+        found.warning(prefix, solids[0].unit)
+    }));
     // Folds of the surface between two steps come from the lattice, and the user cannot repair them.
     if operated.report.steps[0].is_folded {
         let message = format!(
@@ -187,6 +196,8 @@ struct Raster<'j> {
     keep: Keep,
     /// True if certified bounds of the volume are needed.
     needs_bounds: bool,
+    /// True if details between the rays are searched.
+    searches: bool,
 }
 
 impl Raster<'_> {
@@ -197,7 +208,7 @@ impl Raster<'_> {
             Spacing::Pitch(pitch) => pitch,
             Spacing::Tolerance(_) => unreachable!("sums have no tolerance"),
         };
-        Raster { pitch, axes: &job.axes, mode: job.mode, keep: job.keep, needs_bounds: false }
+        Raster { pitch, axes: &job.axes, mode: job.mode, keep: job.keep, needs_bounds: false, searches: true }
     }
 }
 
@@ -213,10 +224,11 @@ fn operate(
 ) -> Result<Operated, Error> {
     let limit = Limit::new(job.memory);
     let longest = counted_side(operation, solids);
-    let Raster { pitch, axes, mode, keep, needs_bounds } = raster;
+    let Raster { pitch, axes, mode, keep, needs_bounds, searches } = raster;
     let names = raster::names(solids);
     let (lod, names) = (job.lod, &names[..]);
-    let setting = Setting { pitch, longest, lod, limit, backend, axes, mode, keep, needs_bounds, names, progress };
+    let setting =
+        Setting { pitch, longest, lod, limit, backend, axes, mode, keep, needs_bounds, searches, names, progress };
     let a = closed(&solids[0]);
     let (step, next) = match operation {
         SumOperation::Sum(_) => (Step::Sum(closed(&solids[1])), None),

@@ -31,7 +31,7 @@ pub fn first_difference<H: Hit + Sync, M: Membership>(
 }
 
 /// Returns whether a node lies in the spans of rays along z.
-fn is_in_spans<H: Hit>(grid: &Grid, spans: &RaySpans<H>, exterior: Exterior, [x, y, z]: [u32; 3]) -> bool {
+pub fn is_in_spans<H: Hit>(grid: &Grid, spans: &RaySpans<H>, exterior: Exterior, [x, y, z]: [u32; 3]) -> bool {
     let (columns, _) = grid.image_size(Axis::Z);
     let is_before = |hit: &H| hit.crossing().nearest() < grid.node(z);
     let ends = spans.of_ray(y * columns + x).partition_point(is_before);

@@ -5,6 +5,7 @@ use std::fmt::Display;
 use std::time::Instant;
 
 use super::backend::SumBackend;
+use super::between_rays::{BetweenRays, Searched, Tests};
 use super::bounds::certified_bounds;
 use super::forecast::Forecast;
 use super::spot_check::first_difference;
@@ -19,9 +20,10 @@ use crate::integrate;
 use crate::ldi::{Ldi, VolumeSums};
 use crate::mesh::ClosedMesh;
 use crate::metrics::bounds::Interval;
-use crate::minkowski::ball::{BallMembership, BallPatches, PatchCounts};
+use crate::minkowski::ball::{BallMembership, BallPatches, BallProbe, PatchCounts};
 use crate::minkowski::{
-    CullCounts, Exterior, Interior, Membership, Polyhedron, RaySpans, ResolveCounts, ResolvedSpans, SumMembership, cull,
+    CullCounts, Exterior, Interior, Membership, Polyhedron, Primitives, RaySpans, ResolveCounts, ResolvedSpans,
+    SumMembership, SumProbe, cull,
 };
 use crate::number::number;
 use crate::progress::Monitor;
@@ -107,6 +109,8 @@ pub struct Setting<'s> {
     pub keep: Keep,
     /// True if certified bounds of the volume are needed.
     pub needs_bounds: bool,
+    /// True if details between the rays are searched.
+    pub searches: bool,
     /// The names of the inputs, for messages.
     pub names: &'s str,
     pub progress: &'s Monitor<'s>,
@@ -230,16 +234,20 @@ impl Setting<'_> {
         let normals = if self.keep.has_triangles() { primitives.normals(&grid) } else { Vec::new() };
         seconds.operate += laps.lap("normals");
         let sampled = primitives.triangles.len() as u64;
-        // Only bounds need the primitives again.
-        let primitives = self.needs_bounds.then_some(primitives);
+        // Only bounds and the search between the rays need the primitives again.
+        let primitives = if self.needs_bounds || self.searches { primitives } else { Primitives::default() };
         let ResolvedSpans { spans, counts: resolved } =
             self.resolved(seconds, &mut laps, &grid, spans, exterior, &membership)?;
-        let bounds = match primitives {
-            Some(primitives) => {
+        let tests = Tests::of_sum(&resolved, [&a, &b]);
+        let probe = SumProbe::new(&membership);
+        let searched = Searched { grid: &grid, spans: &spans, exterior, probe: &probe, tests };
+        let between_rays = self.between_rays(seconds, &mut laps, || searched.bounded_by(&primitives))?;
+        let bounds = match self.needs_bounds {
+            true => {
                 self.progress.stage("certifying bounds")?;
                 Some(certified_bounds(&grid, &primitives, &spans[0])?)
             }
-            None => None,
+            false => None,
         };
         let operation = match exterior {
             Exterior::Out => "sum",
@@ -254,6 +262,7 @@ impl Setting<'_> {
             sampled,
             crossings: Some(crossings),
             resolved,
+            between_rays,
             memory_estimate,
             seconds: Vec::new(),
         };
@@ -309,6 +318,10 @@ impl Setting<'_> {
         let (spans, crossings) = self.sampled(seconds, &mut laps, &grid, spans)?;
         let ResolvedSpans { spans, counts: resolved } =
             self.resolved(seconds, &mut laps, &grid, spans, exterior, &membership)?;
+        let probe = BallProbe::new(&membership, &solid);
+        let tests = Tests::of_ball(&grid);
+        let searched = Searched { grid: &grid, spans: &spans, exterior, probe: &probe, tests };
+        let between_rays = self.between_rays(seconds, &mut laps, || searched.bounded_by_patches(&patches))?;
         drop(membership);
         let primitives = (facets + tubes + caps) as u64;
         let report = StepReport {
@@ -320,6 +333,7 @@ impl Setting<'_> {
             sampled: primitives,
             crossings: Some(crossings),
             resolved,
+            between_rays,
             memory_estimate,
             seconds: Vec::new(),
         };
@@ -435,6 +449,28 @@ impl Setting<'_> {
         })
     }
 
+    /// Searches for details between the rays, if they are wanted.
+    fn between_rays(
+        &self,
+        seconds: &mut Seconds,
+        laps: &mut Laps,
+        search: impl FnOnce() -> BetweenRays,
+    ) -> Result<Option<BetweenRays>, Error> {
+        if !self.searches {
+            return Ok(None);
+        }
+        self.progress.stage("searching between the rays")?;
+        let found = search();
+        let took = laps.lap("between_rays");
+        seconds.operate += took;
+        let BetweenRays { candidates, details, .. } = &found;
+        self.progress.detail(format_args!(
+            "searched between the rays in {took:.4} s: {candidates} cubes may have a detail, {} details found",
+            details.len()
+        ));
+        Ok(Some(found))
+    }
+
     /// Makes the requested images from resolved spans.
     fn images<H: Hit + Sync>(
         &self,
@@ -509,7 +545,8 @@ impl Setting<'_> {
         let StepImages { grid, report, .. } = previous;
         let images = self.axes.iter().map(|&axis| empty_image(&grid, axis)).collect::<Result<Vec<Ldi>, Error>>()?;
         let volume_sums = images.iter().map(Ldi::volume_sums).collect();
-        Ok(StepImages { grid, volume_sums, images, normals: Vec::new(), bias: 0.0, bounds: None, report })
+        let normals = Vec::new();
+        Ok(StepImages { grid, volume_sums, images, normals, bias: 0.0, bounds: None, report })
     }
 
     fn refused(&self, error: &dyn Display) -> Error {

@@ -15,7 +15,7 @@ use crate::metrics::nodes::words_between;
 const CORNERS: usize = 13;
 
 /// The surface of a solid, prepared for intersection with the cubes of its raster.
-pub(super) struct SurfaceCubes<'a> {
+pub(crate) struct SurfaceCubes<'a> {
     solid: &'a LatticeSolid<'a>,
     cut_by: Option<LatticeBox>,
     /// The first and the last plane of cubes that each triangle meets; an empty range for one that does not count.

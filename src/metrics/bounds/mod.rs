@@ -28,7 +28,7 @@ mod cubes;
 mod interval;
 mod volume;
 
-use self::cubes::SurfaceCubes;
+pub(crate) use self::cubes::SurfaceCubes;
 use super::{NodeSet, Region};
 use crate::grid::LatticeSolid;
 

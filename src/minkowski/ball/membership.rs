@@ -17,10 +17,10 @@ use crate::sampler::{FillRule, Mode, SampleError, Sampler};
 /// Near the surface a tree of triangles decides; a point farther from every triangle than the radius is in or out with the
 /// polyhedron itself, which its exact images decide.
 pub struct BallMembership {
-    radius: f64,
-    exterior: Exterior,
+    pub(super) radius: f64,
+    pub(super) exterior: Exterior,
     /// `None` where there are no triangles.
-    surface: Option<ClosestTriangle>,
+    pub(super) surface: Option<ClosestTriangle>,
     images: Vec<Ldi>,
     pixels: Pixels,
 }

@@ -29,10 +29,12 @@
 
 mod cap;
 mod cone;
+mod cubes;
 mod facet;
 mod features;
 mod gather;
 mod membership;
+mod probe;
 #[cfg(test)]
 mod tests;
 mod tube;
@@ -48,6 +50,7 @@ use cap::Cap;
 use facet::Facet;
 use features::Features;
 pub use membership::BallMembership;
+pub use probe::BallProbe;
 use tube::Tube;
 
 /// Widening of patches, in lattice steps.

@@ -25,10 +25,12 @@
 //! since a wall between two of them bounds no complement.
 
 pub mod predicates;
+mod probe;
 mod shells;
 mod sum;
 #[cfg(test)]
 mod tests;
 pub mod tree;
 
+pub use probe::{Shell, SumProbe};
 pub use sum::{SumMembership, SumMemory};

@@ -13,27 +13,27 @@ use crate::minkowski::{Exterior, Membership, Polyhedron};
 /// Lattice positions of both are even and in [0, 2^30); those of points are in the same range and need not be even.
 #[derive(Clone, Debug)]
 pub struct SumMembership {
-    a: Surface,
+    pub(super) a: Surface,
     exterior_a: Exterior,
-    b: Surface,
+    pub(super) b: Surface,
 }
 
 /// The memory of a thread from one point to the next.
 #[derive(Clone, Debug, Default)]
 pub struct SumMemory {
     /// The triangles that crossed last, as indices in the trees' orders.
-    crossing: Option<[usize; 2]>,
+    pub(super) crossing: Option<[usize; 2]>,
     pairs: PairStack,
-    stack: Stack,
-    ray_stack: Stack,
+    pub(super) stack: Stack,
+    pub(super) ray_stack: Stack,
 }
 
 /// A surface prepared for crossing tests and winding numbers.
 #[derive(Clone, Debug)]
-struct Surface {
+pub(super) struct Surface {
     /// The tree over `triangles`.
-    tree: Tree,
-    triangles: Vec<Corners>,
+    pub(super) tree: Tree,
+    pub(super) triangles: Vec<Corners>,
     /// The tree over `shells`.
     shell_tree: Tree,
     /// A vertex of each shell.
@@ -43,6 +43,11 @@ struct Surface {
 }
 
 impl SumMembership {
+    /// Returns whether A is a bounded solid, and no complement.
+    pub(super) fn is_a_bounded(&self) -> bool {
+        self.exterior_a == Exterior::Out
+    }
+
     /// Prepares the sum of `a` and `b`. With [`Exterior::In`], `a` is the complement of a bounded solid and its triangles face
     /// inwards; its shells must not overlap then. `b` is always bounded.
     pub fn new(a: &Polyhedron, exterior_a: Exterior, b: &Polyhedron) -> SumMembership {
@@ -50,7 +55,7 @@ impl SumMembership {
     }
 
     /// Returns whether a movable point lies in A.
-    fn is_in_a(&self, point: [i32; 3], stack: &mut Stack) -> bool {
+    pub(super) fn is_in_a(&self, point: [i32; 3], stack: &mut Stack) -> bool {
         let is_wound = self.a.winding(point, stack) != 0;
         match self.exterior_a {
             Exterior::Out => is_wound,
@@ -60,7 +65,7 @@ impl SumMembership {
     }
 
     /// Returns whether two triangles, by indices in the trees' orders, cross where B is reflected and moved to the point.
-    fn do_cross(&self, [i, j]: [usize; 2], point: [i32; 3]) -> bool {
+    pub(super) fn do_cross(&self, [i, j]: [usize; 2], point: [i32; 3]) -> bool {
         do_cross(&self.a.triangles[i], &moved_to(point, &self.b.triangles[j]))
     }
 
@@ -125,7 +130,7 @@ impl Membership for SumMembership {
 }
 
 impl Surface {
-    fn new(solid: &Polyhedron) -> Surface {
+    pub(super) fn new(solid: &Polyhedron) -> Surface {
         let positions = solid.positions();
         let corners: Vec<Corners> = solid.triangles().iter().map(|t| t.map(|v| positions[v as usize])).collect();
         let boxes: Vec<LatticeBox> = corners.iter().map(|corners| around(corners)).collect();
@@ -143,7 +148,7 @@ impl Surface {
     }
 
     /// Returns the winding number of the surface around a movable point.
-    fn winding(&self, point: [i32; 3], stack: &mut Stack) -> i32 {
+    pub(super) fn winding(&self, point: [i32; 3], stack: &mut Stack) -> i32 {
         let bounds = self.tree.bounds();
         let depth = self.ray_axis.depth();
         let is_below_middle = i64::from(point[depth]) * 2 < i64::from(bounds.min[depth]) + i64::from(bounds.max[depth]);
@@ -197,7 +202,7 @@ fn around(positions: &[[i32; 3]]) -> LatticeBox {
 }
 
 #[inline]
-fn minus([x, y, z]: [i32; 3], [from_x, from_y, from_z]: [i32; 3]) -> [i32; 3] {
+pub(super) fn minus([x, y, z]: [i32; 3], [from_x, from_y, from_z]: [i32; 3]) -> [i32; 3] {
     [x - from_x, y - from_y, z - from_z]
 }
 

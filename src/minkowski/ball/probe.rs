@@ -1,0 +1,63 @@
+//! Membership of boxes in an offset solid.
+
+use std::sync::OnceLock;
+
+use super::exact;
+use super::membership::BallMembership;
+use crate::grid::LatticeBox;
+use crate::minkowski::membership::Shell;
+use crate::minkowski::probe::{Probe, Probed, centre, corners};
+use crate::minkowski::{Exterior, Polyhedron};
+
+/// A bound on the error of distances between lattice positions, in lattice steps.
+const ROUNDED: f64 = 1e-3;
+
+/// The membership test of boxes in a polyhedron dilated by a ball.
+pub struct BallProbe<'s> {
+    membership: &'s BallMembership,
+    solid: &'s Polyhedron,
+    shell: OnceLock<Shell>,
+}
+
+impl<'s> BallProbe<'s> {
+    /// Returns the test for the solid of a membership test.
+    pub fn new(membership: &'s BallMembership, solid: &'s Polyhedron) -> BallProbe<'s> {
+        BallProbe { membership, solid, shell: OnceLock::new() }
+    }
+
+    /// Returns whether a point off the surface lies in the polyhedron, without the ball.
+    fn is_inside(&self, point: [i32; 3]) -> bool {
+        let shell = self.shell.get_or_init(|| Shell::new(self.solid));
+        shell.winds_around(point) != (self.membership.exterior == Exterior::In)
+    }
+}
+
+impl Probe for BallProbe<'_> {
+    type Memory = u32;
+
+    fn probe(&self, bounds: &LatticeBox, hint: &mut u32) -> Probed {
+        let BallMembership { radius, surface, .. } = self.membership;
+        let centre = centre(bounds);
+        let Some(surface) = surface else {
+            return if self.is_inside(centre) { Probed::Filled } else { Probed::Empty };
+        };
+        let closest = surface.of(exact(centre), *hint);
+        *hint = closest.hint;
+        let within = (radius - ROUNDED).max(0.0).powi(2);
+        let distance = closest.squared.sqrt();
+        let half = exact(centre).distance(exact(bounds.min)).max(exact(centre).distance(exact(bounds.max)));
+        if distance <= *radius {
+            // The distance from one triangle is convex, so the corners have the greatest.
+            let is_within = |corner| surface.squared_from(exact(corner), closest.hint) <= within;
+            let is_filled =
+                corners(bounds).into_iter().all(is_within) || distance > half + ROUNDED && self.is_inside(centre);
+            return if is_filled { Probed::Filled } else { Probed::Inside };
+        }
+        match self.is_inside(centre) {
+            true if distance > half + ROUNDED => Probed::Filled,
+            true => Probed::Inside,
+            false if distance > radius + half + ROUNDED => Probed::Empty,
+            false => Probed::Outside,
+        }
+    }
+}
