@@ -1,7 +1,7 @@
 //! Minkowski sums, offsets, openings and closings: images and volumes.
 //!
 //! An opening or a closing takes two steps, all others one. The error estimate of the volume comes from coarser rasters, as for
-//! all images; the volume of details that a search finds between the rays ([`between_rays`]) is added to it.
+//! all images; the volume of details that a search finds between the rays (`between_rays`) is added to it.
 
 mod backend;
 mod between_rays;
