@@ -87,14 +87,7 @@ fn sign(mesh: &ClosedMesh) -> Option<i32> {
 
 fn sign_of_part(mesh: &TriangleMesh, triangles: &[[u32; 3]]) -> Option<i32> {
     checkpoint();
-    let mut part = TriangleMesh { positions: Vec::new(), triangles: triangles.to_vec() };
-    let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
-    used.sort_unstable();
-    used.dedup();
-    part.positions.extend(used.iter().map(|&v| mesh.positions[v as usize]));
-    for v in part.triangles.iter_mut().flatten() {
-        *v = used.binary_search(v).expect("the vertex is used") as u32;
-    }
+    let (part, _) = mesh.of_triangles(triangles.to_vec());
     sign(&ClosedMesh::check(part).ok()?)
 }
 

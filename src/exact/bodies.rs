@@ -115,7 +115,8 @@ impl Bodies {
             }
             Wholeness::Shells => {
                 for faces in shells(&mesh) {
-                    let shell = part(&mesh, &faces);
+                    let (shell, _) =
+                        mesh.of_triangles(faces.iter().map(|&face| mesh.triangles[face as usize]).collect());
                     let front = if shell.signed_volume() < 0.0 { -1 } else { 0 };
                     let number = |face: u32| numbers.as_ref().map_or(face, |numbers| numbers[face as usize]);
                     self.push(solid, shell, false, front, Some(faces.into_iter().map(number).collect()));
@@ -202,8 +203,8 @@ fn swept(triangles: &[[u32; 3]], points: &[DVec3], moved: &[f32]) -> f64 {
     triangles.iter().map(of).sum()
 }
 
-/// Returns the faces of the closed parts of a mesh, in order. Where more than two faces share a side, those that follow one another in the order of the
-/// mesh are taken to belong together, as in a file that lists its shells one by one.
+/// Returns the faces of the closed parts of a mesh, in order. Where more than two faces share a side, those that follow one
+/// another in the order of the mesh are taken to belong together, as in a file that lists its shells one by one.
 fn shells(mesh: &TriangleMesh) -> Vec<Vec<u32>> {
     let mut sides: Vec<(u32, u32, u32, bool)> = (0..mesh.triangles.len() as u32)
         .into_par_iter()
@@ -230,16 +231,4 @@ fn shells(mesh: &TriangleMesh) -> Vec<Vec<u32>> {
         parts.roots().into_iter().enumerate().map(|(face, root)| (root, face as u32)).collect();
     order.par_sort_unstable();
     order.chunk_by(|a, b| a.0 == b.0).map(|faces| faces.iter().map(|&(_, face)| face).collect()).collect()
-}
-
-/// Returns some faces of a mesh, with the positions that they use.
-fn part(mesh: &TriangleMesh, faces: &[u32]) -> TriangleMesh {
-    let mut triangles: Vec<[u32; 3]> = faces.iter().map(|&face| mesh.triangles[face as usize]).collect();
-    let mut used = triangles.as_flattened().to_vec();
-    used.sort_unstable();
-    used.dedup();
-    for index in triangles.as_flattened_mut() {
-        *index = used.partition_point(|&other| other < *index) as u32;
-    }
-    TriangleMesh { positions: used.into_iter().map(|index| mesh.positions[index as usize]).collect(), triangles }
 }

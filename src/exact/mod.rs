@@ -75,7 +75,8 @@ pub struct ExactProperties {
 /// The result does not depend on threads. The order of triangles changes it within the rounding that it states.
 ///
 /// # Errors
-/// An input whose winding numbers are not proved to be 0 and 1, and of which a shell meets itself.
+/// An input that is not consistently oriented, of which a shell meets itself where the result depends on it, or of which a
+/// triangle near another input has no area.
 ///
 /// # Panics
 /// Panics if there is no input, or if the expression refers to one that does not exist.
@@ -84,15 +85,18 @@ pub fn mass_properties(
     expression: &Expression,
     fill: FillRule,
 ) -> Result<ExactProperties, NotExact> {
-    let rule = Rule { expression, fill };
-    let mut wholeness = vec![Wholeness::Whole; inputs.len()];
+    of_bodies(inputs, &Rule { expression, fill }, vec![Wholeness::Whole; inputs.len()])
+}
+
+/// Returns the properties from bodies; where those of an input are whole and not proved, from its shells.
+fn of_bodies(inputs: &[&ClosedMesh], rule: &Rule, mut wholeness: Vec<Wholeness>) -> Result<ExactProperties, NotExact> {
     loop {
         let arrangement = Arrangement::of(inputs, &wholeness)?;
-        let unproved = arrangement.unproved(&rule);
+        let unproved = arrangement.unproved(rule);
         if unproved.is_empty() {
             let with_meeting_shells =
                 (0..inputs.len()).filter(|&input| wholeness[input] == Wholeness::Shells).collect();
-            return Ok(ExactProperties { with_meeting_shells, ..arrangement.properties(&rule) });
+            return Ok(ExactProperties { with_meeting_shells, ..arrangement.properties(rule) });
         }
         for unproved in unproved {
             match &mut wholeness[unproved.input] {
@@ -118,7 +122,7 @@ pub fn of_solid(mesh: &ClosedMesh, fill: FillRule) -> Result<ExactProperties, No
             Ok(ExactProperties { mass, area_error: 0.0, with_meeting_shells: Vec::new() })
         }
         Err(Unproved::TrianglesMeet { .. } | Unproved::ShellFacing { .. }) => {
-            mass_properties(&[mesh], &Expression::input(0), fill)
+            of_bodies(&[mesh], &Rule { expression: &Expression::input(0), fill }, vec![Wholeness::Shells])
         }
         Err(why) => Err(NotExact { input: 0, why }),
     }

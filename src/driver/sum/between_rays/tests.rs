@@ -63,6 +63,16 @@ impl Search {
         (0..3).filter(|&i| first(min[i], i) < first(max[i], i)).count() >= 2
     }
 
+    /// Asserts that a box is found as one detail, unless rays meet it; then none. Returns whether it was found.
+    fn is_found(&self, is_solid: bool, min: DVec3, max: DVec3) -> bool {
+        if self.is_met(min, max) {
+            assert_eq!(self.found.details, [], "{min} {max}");
+            return false;
+        }
+        self.is_one(is_solid, min, max);
+        true
+    }
+
     /// Asserts that one detail was found, with the place and the size of a box to the accuracy of the search. That of details in
     /// many cubes is an eighth of the pitch.
     fn is_one(&self, is_solid: bool, min: DVec3, max: DVec3) {
