@@ -107,7 +107,8 @@ run_corpus() {
   ran=$(grep -cE '^running [1-9]' "$log") || true
   rm "$log"
   [ "$ran" != 0 ] || { echo "no corpus test ran"; return 1; }
-  run_python && build_program && .venv/bin/python tests/reference/outputs.py --program "$program" --corpus "$corpus"
+  run_python && build_program && .venv/bin/python tests/reference/outputs.py --program "$program" --corpus "$corpus" &&
+    .venv/bin/python tests/reference/exact_volumes.py --program "$program" --bench "$bench" --corpus "$corpus"
 }
 
 # What an interrupted run left half made is made anew.
@@ -119,6 +120,7 @@ run_python() {
 run_reference() {
   run_python && .venv/bin/python tests/reference/live_manifold.py && .venv/bin/python tests/reference/live_sums.py &&
     build_program && .venv/bin/python tests/reference/offsets.py --program "$program" &&
+    .venv/bin/python tests/reference/exact_volumes.py --program "$program" --bench "$bench" &&
     .venv/bin/python tests/reference/clashes.py --program "$program" &&
     .venv/bin/python tests/reference/estimates.py --program "$program" --cases 200
 }
@@ -174,6 +176,7 @@ run_self-test() {
     .venv/bin/python tests/reference/live_numpy.py --self-test &&
     build_program && .venv/bin/python tests/reference/reread.py --program "$program" --self-test &&
     .venv/bin/python tests/reference/offsets.py --program "$program" --self-test &&
+    .venv/bin/python tests/reference/exact_volumes.py --program "$program" --bench "$bench" --self-test &&
     .venv/bin/python tests/reference/clashes.py --program "$program" --parts 40 --self-test &&
     .venv/bin/python tests/reference/estimates.py --program "$program" --cases 60 --self-test &&
     .venv/bin/python tests/reference/outputs.py --program "$program" --self-test &&

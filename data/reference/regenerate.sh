@@ -39,3 +39,4 @@ rm -f data/reference/*.json data/reference/minkowski/*.json
 .venv/bin/python data/reference/minkowski/manifold_sums.py
 .venv/bin/python data/reference/minkowski/cgal_sums.py --program target/cgal_reference/cgal_sum
 .venv/bin/python tests/reference/live_sums.py
+.venv/bin/python data/reference/struts/struts.py

@@ -31,12 +31,15 @@ class Steps:
 
     def __init__(self):
         self.seconds = dict.fromkeys(STEPS)
+        # Of all threads and all steps.
+        self.cpu_seconds = 0.0
         self.notes = {}
 
     def time(self, step, work):
-        start = time.perf_counter()
+        start, cpu_start = time.perf_counter(), time.process_time()
         value = work()
         self.seconds[step] = time.perf_counter() - start
+        self.cpu_seconds += time.process_time() - cpu_start
         return value
 
 
@@ -52,7 +55,10 @@ def read_corners(path):
 
 
 def weld(corners):
-    """Points and triangles, where corners of equal coordinates became one point."""
+    """Points and triangles, where corners of equal coordinates became one point.
+
+    Points are in the order of the file, so that neighbours lie near each other in memory.
+    """
     import numpy as np
 
     corners = corners + np.float32(0)  # −0 equals 0 but has other bits
@@ -63,8 +69,11 @@ def weld(corners):
     _, first, index = np.unique(mixed, return_index=True, return_inverse=True)
     points = corners[first]
     if not (points[index] == corners).all():
-        points, index = np.unique(corners, axis=0, return_inverse=True)
-    return points, index.reshape(-1, 3)
+        points, first, index = np.unique(corners, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return points[order], rank[index].reshape(-1, 3)
 
 
 def run_manifold3d(files, operation, steps, out):
@@ -164,11 +173,39 @@ def run_libigl(files, operation, steps, out):
     return steps.time("volume", volume), len(triangles)
 
 
+def run_meshlib(files, operation, steps, out):
+    from meshlib import mrmeshpy
+
+    # Its reader welds as it reads, and gives f32.
+    meshes = steps.time("read", lambda: [mrmeshpy.loadMesh(str(file)) for file in files])
+
+    def build():
+        for mesh in meshes:
+            # The Boolean would otherwise build it when first called.
+            mesh.getAABBTree()
+        return meshes
+
+    a, b = steps.time("build", build)
+    names = {"intersection": "Intersection", "union": "Union", "difference": "DifferenceAB"}
+
+    def boolean():
+        result = mrmeshpy.boolean(a, b, getattr(mrmeshpy.BooleanOperation, names[operation]))
+        if not result.valid():
+            raise ValueError(f"meshlib refuses: {result.errorString}")
+        return result.mesh
+
+    result = steps.time("boolean", boolean)
+    if out:
+        steps.time("write", lambda: mrmeshpy.saveMesh(result, str(out)))
+    return steps.time("volume", result.volume), result.topology.numValidFaces()
+
+
 # name: (distribution, what runs it)
 PEERS = {
     "manifold3d": ("manifold3d", run_manifold3d),
     "trueform": ("trueform", run_trueform),
     "trueform-f64": ("trueform", run_trueform_f64),
+    "meshlib": ("meshlib", run_meshlib),
     "libigl": ("libigl", run_libigl),
 }
 
@@ -184,11 +221,12 @@ def peak_memory():
 def measure(peer, files, operation, runs, out):
     """In the peer's own process: medians, volume, peak memory."""
     _, run = PEERS[peer]
-    every, answers = [], []
+    every, answers, cpu = [], [], []
     for _ in range(runs):
         steps = Steps()
         answers.append(run(files, operation, steps, out))
         every.append(steps.seconds)
+        cpu.append(steps.cpu_seconds)
     seconds = {step: None if every[0][step] is None else statistics.median(s[step] for s in every) for step in STEPS}
     seconds["total"] = statistics.median(sum(filter(None, s.values())) for s in every)
     volume, triangles = answers[0]
@@ -198,6 +236,7 @@ def measure(peer, files, operation, runs, out):
         "same_every_run": all(answer == answers[0] for answer in answers),
         **steps.notes,
         "seconds": seconds,
+        "cpu_seconds": statistics.median(cpu),
         "peak_memory_bytes": peak_memory(),
     }
 

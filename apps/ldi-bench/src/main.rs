@@ -1,11 +1,12 @@
-//! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, whole [`process`]es and the [`meshes`] that
-//! they write beside those of other programs, [`minkowski`] sums, the [`gpu`]'s sampler by stages, and [`metrics`] of voxel
+//! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, whole [`process`]es, their [`exact`] volumes and the
+//! [`meshes`] that they write beside those of other programs, [`minkowski`] sums, the [`gpu`]'s sampler by stages, and [`metrics`] of voxel
 //! arrays that other programs also measure. The tables show medians; on request, all data goes to a JSON file.
 
 #![expect(clippy::print_stdout, reason = "tables on stdout, as each is done, are what this program is for")]
 
 mod clash;
 mod clock;
+mod exact;
 mod fit;
 #[cfg(feature = "gpu")]
 mod gpu;
@@ -133,6 +134,16 @@ enum Benchmark {
     },
     /// Whole processes, from files to a volume, beside manifold3d and trueform
     Process(Contest),
+    /// Whole processes, from files to an exact volume, beside manifold3d, trueform and MeshLib
+    Exact(Contest),
+    /// Exact volumes and areas of the intersection, the union and the difference of two files, as JSON on stdout
+    #[command(hide = true)]
+    ExactProperties {
+        /// The first file.
+        a: PathBuf,
+        /// The second file.
+        b: PathBuf,
+    },
     /// Whole processes, from files to a file with the mesh of the intersection, beside manifold3d and trueform
     Meshes(Contest),
     /// Minkowski sums by stages, on pairs like those of Leung and Wang, beside manifold3d
@@ -250,6 +261,12 @@ enum Benchmark {
         /// The folder, which exists.
         folder: PathBuf,
     },
+    /// Write the models of `exact` to a folder
+    #[command(hide = true)]
+    ExactModels {
+        /// The folder, which exists.
+        folder: PathBuf,
+    },
     /// Write the models of `meshes` to a folder
     #[command(hide = true)]
     MeshModels {
@@ -270,6 +287,8 @@ fn main() -> ExitCode {
             sampling::run(&sampling::Plan { runs: runs.max(1), resolution }, json.as_deref())
         }
         Benchmark::Process(contest) => contest.run(process::run),
+        Benchmark::Exact(contest) => contest.run(exact::run),
+        Benchmark::ExactProperties { a, b } => exact::properties([&a, &b]).map(|told| println!("{told}")),
         Benchmark::Meshes(contest) => contest.run(meshes::run),
         Benchmark::Minkowski { pairs, resolution, runs, adapter, python, peers, peer_timeout, json } => {
             let plan = minkowski::Plan { pairs, resolution, runs: runs.max(1), adapter, python, peers, peer_timeout };
@@ -292,6 +311,7 @@ fn main() -> ExitCode {
                 .map(|told| println!("{told}"))
         }
         Benchmark::Models { folder } => models::write_all(&folder),
+        Benchmark::ExactModels { folder } => models::write_for_exact(&folder),
         Benchmark::MeshModels { folder } => models::write_for_meshes(&folder),
         Benchmark::SeedModels { folder } => models::write_seeds(&folder).map(|table| print!("{}", table.markdown())),
     };

@@ -232,6 +232,28 @@ pub fn write_for_meshes(folder: &Path) -> Result<(), BenchError> {
     Ok(())
 }
 
+/// Writes the files of the `exact` benchmark: of the solids of [`seed_models`], those that it needs.
+pub fn write_for_exact(folder: &Path) -> Result<(), BenchError> {
+    let write = |name: &str, mesh: &TriangleMesh| {
+        io::write(&file(folder, name), mesh, Some(LengthUnit::Millimetre)).map_err(|e| BenchError::model(name, e))
+    };
+    write("gyroid", &gyroid()?)?;
+    write("bone", &bone()?)?;
+    write("organic", &build("organic", &[("resolution", "75")])?)?;
+    for SeedModel { solid, .. } in seed_models()? {
+        match solid.name {
+            "geodesic structure" => drop(write("geodesic", solid.mesh.mesh())?),
+            "brush" | "chain" => drop(write(solid.name, solid.mesh.mesh())?),
+            _ => {}
+        }
+    }
+    let mut lattice = build("bcc", &[("cells", "6"), ("cell-size", "5"), ("radius", "0.5"), ("resolution", "18")])?;
+    write("lattice", &lattice)?;
+    lattice.positions.iter_mut().for_each(|position| *position += SHIFT);
+    write("lattice-shifted", &lattice)?;
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -64,17 +64,21 @@ pub struct Run {
 
 /// Medians of one program, in seconds; for a peer by step. Peak memory is that of one run or the maximum of all.
 #[derive(Clone, Debug, Serialize)]
-struct Entry {
-    program: String,
+pub struct Entry {
+    /// Its name.
+    pub program: String,
     /// Reading and welding the files, if timed separately.
-    prepare: Option<f64>,
+    pub prepare: Option<f64>,
     /// Building the solids and intersecting them, if timed separately.
-    work: Option<f64>,
+    pub work: Option<f64>,
     /// The whole time.
-    whole: f64,
-    cpu: f64,
-    peak_memory_bytes: u64,
-    volume: f64,
+    pub whole: f64,
+    /// Time of all processors together; for a peer that of its steps.
+    pub cpu: f64,
+    /// Peak memory.
+    pub peak_memory_bytes: u64,
+    /// The volume of the result.
+    pub volume: f64,
 }
 
 /// Runs the benchmark and prints the tables.
@@ -84,7 +88,8 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     let mut contests = Vec::new();
     println!("### Whole processes\n\n`ldi-bench process --runs {} --peer-runs {}`\n", plan.runs, plan.peer_runs);
     for contest in &CONTESTS {
-        let entries = compete(plan, contest, folder.path())?;
+        let files = [contest.a, contest.b].map(|name| models::file(folder.path(), name));
+        let (entries, _) = compete(plan, &files, &FLAGS, &PEERS)?;
         print_contest(contest, &entries);
         contests.push(json!({"a": contest.a, "b": contest.b, "programs": entries}));
     }
@@ -103,28 +108,33 @@ pub fn write_models(folder: &Path, models: &str) -> Result<(), BenchError> {
     said_by(&mut command).map(drop)
 }
 
-fn compete(plan: &Plan, contest: &Contest, folder: &Path) -> Result<Vec<Entry>, BenchError> {
-    let files = [models::file(folder, contest.a), models::file(folder, contest.b)];
+/// Intersects two files by ldi-ops with the given flags, and by peers, in turn. Returns the costs, those of ldi-ops first, and the
+/// JSON of ldi-ops.
+pub fn compete(
+    plan: &Plan,
+    files: &[PathBuf; 2],
+    flags: &[&str],
+    peers: &[&str],
+) -> Result<(Vec<Entry>, Value), BenchError> {
     let own_command = || {
         let mut command = Command::new(&plan.ldi_ops);
-        command.arg("intersect").args(&files).args(FLAGS).arg("--quiet");
+        command.arg("intersect").args(files).args(flags).arg("--quiet");
         command
     };
     // This run also brings the files into the system's cache.
     let told = told_by_own_json(own_command())?;
     let mut own = Vec::new();
-    let mut peers = PEERS.map(|_| Vec::new());
+    let mut answers = vec![Vec::new(); peers.len()];
     for _ in 0..plan.runs {
         own.push(timed(&mut own_command())?);
         let Some(python) = &plan.python else { continue };
-        for (peer, answers) in PEERS.iter().zip(&mut peers) {
+        for (peer, answers) in peers.iter().zip(&mut answers) {
             let mut command = Command::new(python);
-            command.arg(&plan.peers).arg("--build-and-intersect").args(&files);
+            command.arg(&plan.peers).arg("--build-and-intersect").args(files);
             command.args(["--op", "intersection", "--only", peer, "--runs", &plan.peer_runs.to_string()]);
             answers.push(parse_json(python, &said_by(&mut command)?)?);
         }
     }
-    let volume = number_at(&told, "/volume/value");
     let of_own = |f: fn(&Run) -> f64| median(own.iter().map(f).collect());
     let mut entries = vec![Entry {
         program: "ldi-ops".to_owned(),
@@ -133,9 +143,9 @@ fn compete(plan: &Plan, contest: &Contest, folder: &Path) -> Result<Vec<Entry>, 
         whole: of_own(|run| run.seconds),
         cpu: of_own(|run| run.cpu_seconds),
         peak_memory_bytes: own.iter().map(|run| run.peak_memory_bytes).max().unwrap_or(0),
-        volume,
+        volume: number_at(&told, "/volume/value"),
     }];
-    for (peer, answers) in PEERS.iter().zip(&peers).filter(|(_, answers)| !answers.is_empty()) {
+    for (peer, answers) in peers.iter().zip(&answers).filter(|(_, answers)| !answers.is_empty()) {
         let steps = |names: &[&str]| {
             let sum = |answer: &Value| names.iter().map(|name| number_at(answer, &format!("/seconds/{name}"))).sum();
             median(answers.iter().map(sum).collect())
@@ -145,12 +155,12 @@ fn compete(plan: &Plan, contest: &Contest, folder: &Path) -> Result<Vec<Entry>, 
             prepare: Some(steps(&["read", "weld"])),
             work: Some(steps(&["build", "boolean"])),
             whole: steps(&["read", "weld", "build", "boolean", "volume"]),
-            cpu: f64::NAN,
+            cpu: median(answers.iter().map(|answer| number_at(answer, "/cpu_seconds")).collect()),
             peak_memory_bytes: number_at(&answers[0], "/peak_memory_bytes") as u64,
             volume: number_at(&answers[0], "/volume"),
         });
     }
-    Ok(entries)
+    Ok((entries, told))
 }
 
 fn print_contest(contest: &Contest, entries: &[Entry]) {

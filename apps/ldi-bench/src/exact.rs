@@ -1,0 +1,123 @@
+//! Exact volumes: from two mesh files to the exact volume of their intersection, ldi-ops beside programs that compute the mesh
+//! of the Boolean.
+//!
+//! The programs take turns and are timed as in [`process`](crate::process). Every volume is stated with its difference from that of
+//! ldi-ops.
+
+use std::path::Path;
+
+use ldi_ops::boolean::{BooleanOperation, Expression};
+use ldi_ops::exact;
+use ldi_ops::mesh::{ClosedMesh, io};
+use ldi_ops::sampler::FillRule;
+use serde_json::{Map, Value, json};
+
+use crate::BenchError;
+use crate::machine::Machine;
+use crate::models;
+use crate::process::{Entry, Plan, compete, number_at, write_json, write_models};
+use crate::table::{Table, count, number};
+
+/// The intersections, by title and files.
+const CONTESTS: [(&str, [&str; 2]); 4] = [
+    ("Gyroid scaffold ∩ bone", ["gyroid", "bone"]),
+    ("Geodesic frame ∩ organic solid", ["geodesic", "organic"]),
+    ("Brush ∩ chain mail", ["brush", "chain"]),
+    ("Strut lattice ∩ the same lattice, shifted", ["lattice", "lattice-shifted"]),
+];
+
+/// The peers of this benchmark. trueform computes in the type of its points, so that its `f64` is as accurate as the others.
+const PEERS: [&str; 4] = ["manifold3d", "trueform", "trueform-f64", "meshlib"];
+
+/// Runs the benchmark and prints the tables.
+pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
+    let folder = tempfile::tempdir().map_err(BenchError::io("a folder for the models"))?;
+    write_models(folder.path(), "exact-models")?;
+    println!("### Exact volumes\n\n`ldi-bench exact --runs {} --peer-runs {}`\n", plan.runs, plan.peer_runs);
+    let mut contests = Vec::new();
+    for (title, [a, b]) in CONTESTS {
+        let files = [a, b].map(|name| models::file(folder.path(), name));
+        let (entries, told) = compete(plan, &files, &["--exact"], &PEERS)?;
+        let triangles = [0, 1].map(|input| number_at(&told, &format!("/inputs/{input}/triangles")) as u64);
+        println!(
+            "#### {title}\n\n`ldi-ops intersect {a}.stl {b}.stl --exact`, {} and {} triangles\n",
+            count(triangles[0]),
+            count(triangles[1])
+        );
+        println!("{}", table(&entries).markdown());
+        contests.push(
+            json!({"a": a, "b": b, "triangles": triangles, "volume": told.pointer("/volume").unwrap_or(&Value::Null),
+            "programs": entries}),
+        );
+    }
+    println!(
+        "ldi-ops: the whole process from its start to its end, reading included. Peers: steps within one process that has \
+         imported all it needs; memory is that of the whole process. The difference is that of the volume, relative to ldi-ops.\n"
+    );
+    let machine = Machine::ask();
+    println!("{}", machine.describe());
+    write_json(json, &json!({"runs": plan.runs, "machine": machine, "contests": contests}))
+}
+
+fn table(entries: &[Entry]) -> Table {
+    let mut table = Table::new(&[
+        "program",
+        "read + weld ms",
+        "build + intersect ms",
+        "whole ms",
+        "CPU ms",
+        "peak MB",
+        "volume mm³",
+        "difference",
+        "build + intersect / ldi-ops whole",
+        "whole / ldi-ops whole",
+    ]);
+    let own = &entries[0];
+    let milliseconds = |seconds: f64| number(1e3 * seconds);
+    for (i, entry) in entries.iter().enumerate() {
+        let beside_own = |text: String| if i > 0 { text } else { "–".to_owned() };
+        let ratio = |seconds: Option<f64>| format!("{} ×", number(seconds.unwrap_or(f64::NAN) / own.whole));
+        table.row(vec![
+            entry.program.clone(),
+            milliseconds(entry.prepare.unwrap_or(f64::NAN)),
+            milliseconds(entry.work.unwrap_or(f64::NAN)),
+            milliseconds(entry.whole),
+            milliseconds(entry.cpu),
+            number(1e-6 * entry.peak_memory_bytes as f64),
+            format!("{:.10}", entry.volume),
+            beside_own(format!("{:.0e}", entry.volume / own.volume - 1.0)),
+            beside_own(ratio(entry.work)),
+            beside_own(ratio(Some(entry.whole))),
+        ]);
+    }
+    table
+}
+
+/// Returns volume and area of the intersection, the union and the difference of two files under the non-zero rule, each with a bound
+/// of its error, or the reason why they are not known.
+pub fn properties(files: [&Path; 2]) -> Result<Value, BenchError> {
+    let [a, b] = files.map(|file| {
+        let name = file.display().to_string();
+        let mesh = io::read(file).map_err(|error| BenchError::model(&name, error))?.mesh;
+        ClosedMesh::check(mesh).map_err(|error| BenchError::model(&name, error))
+    });
+    let (a, b) = (a?, b?);
+    let operations = [
+        ("intersection", BooleanOperation::Intersection),
+        ("union", BooleanOperation::Union),
+        ("difference", BooleanOperation::Difference),
+    ];
+    let results: Map<String, Value> = operations
+        .into_iter()
+        .map(|(name, operation)| {
+            let expression = Expression::of_inputs(operation, 2);
+            let result = match exact::mass_properties(&[&a, &b], &expression, FillRule::NonZero) {
+                Ok(found) => json!({"volume": found.mass.volume, "volume_error": found.mass.volume_rounding,
+                    "area": found.mass.area, "area_error": found.area_error}),
+                Err(reason) => json!({"not_exact": reason.to_string()}),
+            };
+            (name.to_owned(), result)
+        })
+        .collect();
+    Ok(Value::Object(results))
+}
