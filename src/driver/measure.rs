@@ -18,7 +18,7 @@ use super::job::{Boolean, ImageTarget, Input, Keep, MeasureJob, Measurement, Spa
 use super::measured::{Measured, Method, Refinement, Seconds, SolidMeasures, Volume};
 use super::memory::Limit;
 use super::work::work;
-use super::{machine, memory, raster};
+use super::{exact_cost, machine, memory, raster};
 use crate::boolean::VolumeBounds;
 use crate::exact::{self, ExactProperties, NotExact};
 use crate::grid::{Axis, Grid, LatticeBox, LatticeSolid};
@@ -72,7 +72,7 @@ pub fn measure(
     let start = Instant::now();
     let mut seconds = Seconds::default();
     let mut warnings = Vec::new();
-    let exact = exact_properties(job, &solids, &mut seconds, progress)?;
+    let exact = exact_properties(job, &solids, (&mut seconds, &mut warnings), progress)?;
     let spacing = job.spacing.in_unit(solids[0].unit)?;
     // If the volume is known exactly, images are made only for a file or for the value of an estimate.
     let needs_images = exact.is_err() || job.mode != Mode::Exact || job.keep != Keep::Sums;
@@ -187,10 +187,18 @@ pub fn measure(
 fn exact_properties(
     job: &MeasureJob,
     solids: &[Solid],
-    seconds: &mut Seconds,
+    (seconds, warnings): (&mut Seconds, &mut Vec<Warning>),
     progress: &Monitor,
 ) -> Result<Result<ExactProperties, Option<NotExact>>, Error> {
     if job.method == VolumeMethod::Estimate {
+        return Ok(Err(None));
+    }
+    if let Some(excess) = memory::excess("the exact volume", exact_cost::cost(solids), Limit::new(job.memory)) {
+        if job.method == VolumeMethod::Exact {
+            return Err(Error::machine(format!("{excess}; without --exact it is estimated")));
+        }
+        let message = format!("{excess}, so it is estimated; a larger --memory gives the exact one");
+        warnings.push(Warning::new("exact-volume-memory", message));
         return Ok(Err(None));
     }
     progress.stage("exact volume")?;

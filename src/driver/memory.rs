@@ -156,6 +156,12 @@ pub fn admit(
     )))
 }
 
+/// Returns what an operation without a raster needs and what is allowed, if its cost is above the limit; `subject` names it.
+pub fn excess(subject: &str, cost: Cost, limit: Limit) -> Option<String> {
+    limit.exceeded_by(&[cost])?;
+    Some(format!("{subject} needs about {} of memory, and {limit}", size(cost.fixed)))
+}
+
 /// Returns the resolution of a raster whose pitch is `factor` times that of `grid`, as advice; `longest` is the side that the
 /// resolution counts along.
 pub fn coarser(factor: Option<f64>, longest: f64, grid: &Grid) -> String {
@@ -339,6 +345,19 @@ mod tests {
         }
         let refusal = message(5_000_000);
         assert!(refusal.contains("10 MB of it on any raster") && refusal.contains("no raster would fit"), "{refusal}");
+    }
+
+    #[test]
+    fn operations_without_a_raster_name_need_and_limit() {
+        let cost = Cost { fixed: 300e6, ..Cost::default() };
+        assert_eq!(excess("it", cost, Limit::Asked(300_000_000)), None);
+        assert_eq!(excess("it", cost, Limit::Unknown), None);
+        let words = "it needs about 300 MB of memory, and --memory allows 200 MB";
+        assert_eq!(excess("it", cost, Limit::Asked(200_000_000)).as_deref(), Some(words));
+        // Little memory is always allowed, unless the user sets a limit.
+        let little = Cost { fixed: machine::held_memory() as f64 + 1e6, ..Cost::default() };
+        assert_eq!(excess("it", little, Limit::Free(0)), None);
+        assert!(excess("it", little, Limit::Asked(0)).is_some());
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod bytes;
 pub mod certainty;
 pub mod clash;
 pub mod device;
+mod exact_cost;
 mod fill;
 #[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
 pub mod gpu;
