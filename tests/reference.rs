@@ -15,6 +15,7 @@
 //! whole surfaces coincide, as in A ∩ A, the ends that two solids share still lie within one voxel of half a pixel, and all
 //! depths but theirs are the same.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -24,9 +25,11 @@ use ldi_ops::exact;
 use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
 use ldi_ops::ldi::Ldi;
-use ldi_ops::mesh::{ClosedMesh, io};
+use ldi_ops::mesh::{ClosedMesh, Precision, io};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, Sampler};
+use ldi_ops::surface::Coordinates;
+use ldi_ops::surface::manifold::ManifoldReport;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
@@ -209,6 +212,64 @@ fn exact_volumes_of_all_pairs_are_those_of_the_peers() {
         }
     }
     assert!(compared >= 30, "only {compared} values were compared");
+}
+
+/// Asserts that every triangle lies in the triangle that is named as its source. Returns the number of vertices that are those of
+/// inputs, bit for bit.
+fn has_sources(found: &exact::ExactMesh, inputs: [&ClosedMesh; 2], name: &str) -> usize {
+    let mesh = &found.mesh;
+    assert_eq!(found.sources.len(), mesh.triangles.len());
+    let bits = |position: &DVec3| position.to_array().map(f64::to_bits);
+    let given: HashSet<[u64; 3]> = inputs.iter().flat_map(|input| input.mesh().positions.iter().map(bits)).collect();
+    let size = inputs.iter().map(|input| input.bounds().extent().max_element()).fold(0.0, f64::max);
+    for (triangle, source) in mesh.triangles.iter().zip(&found.sources) {
+        let input = inputs[source.input as usize].mesh();
+        let [a, b, c] = input.triangles[source.triangle as usize].map(|index| input.positions[index as usize]);
+        let normal = (b - a).cross(c - a).normalize();
+        for corner in triangle.map(|index| mesh.positions[index as usize]) {
+            let inside = [(a, b), (b, c), (c, a)].map(|(u, v)| (v - u).normalize().cross(corner - u).dot(normal));
+            let farthest = inside.into_iter().fold(normal.dot(corner - a).abs(), |most, height| most.max(-height));
+            assert!(farthest < 1e-9 * size, "{name}: {farthest} from {source:?}");
+        }
+    }
+    mesh.positions.iter().filter(|position| given.contains(&bits(position))).count()
+}
+
+#[test]
+fn exact_meshes_of_all_pairs_are_manifolds_with_the_exact_volume_and_the_triangles_of_their_inputs() {
+    let (mut written, mut kept) = (0, 0);
+    for pair in pairs() {
+        let [a, b] = &pair.solids;
+        let scale = a.signed_volume() + b.signed_volume();
+        for (operation_name, operation) in OPERATIONS {
+            let name = format!("{}, {operation_name}", pair.name);
+            let expression = Expression::of_inputs(operation, 2);
+            let solution = exact::Solution::of(&[a, b], &expression, FillRule::EvenOdd).unwrap();
+            let volume = solution.properties().mass.volume;
+            if volume <= 1e-9 * scale {
+                continue;
+            }
+            for (precision, tolerance) in [(Precision::Double, 1e-12), (Precision::Single, 1e-5)] {
+                let found = solution.mesh(Coordinates { precision, ..Coordinates::default() });
+                let report = ManifoldReport::of(&found.mesh, precision);
+                eprintln!(
+                    "{name:34}{:>9} triangles{:>6} parts, genus {:>4} {:?}",
+                    report.triangles,
+                    report.components,
+                    report.genus.unwrap_or(0),
+                    found.apart
+                );
+                assert!(report.passed(), "{name}: {:?}", report.failures());
+                assert!(is_within(report.signed_volume, volume, tolerance * scale), "{name}: {report:?} {volume}");
+                if precision == Precision::Double {
+                    kept += has_sources(&found, [a, b], &name);
+                }
+                written += 1;
+            }
+        }
+    }
+    assert!(written >= 60, "only {written} meshes");
+    assert!(kept >= 100_000, "only {kept} vertices of inputs");
 }
 
 #[test]

@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn only_triangles_in_the_box_of_another_solid_are_near() {
         let solids = [comb(40, 0), solid([[DVec3::splat(-1.0), DVec3::splat(9.05)]].into_iter())];
-        assert_eq!(near_triangles(&solids, 1), 10.0);
+        assert_eq!(near_triangles(&solids, 1), 6.0);
         let near = near_triangles(&solids, 0);
         assert!((60.0..120.0).contains(&near), "{near}");
         assert_eq!(near_triangles(&solids[..1], 0), 480.0);

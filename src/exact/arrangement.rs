@@ -6,13 +6,16 @@ use super::bodies::{Bodies, Body, Lattice, Wholeness};
 use super::coincident::{self, Coincident};
 use super::crossings::Crossings;
 use super::near::NearFaces;
+use super::pieces::Pieces;
 use super::segments::{Meeting, Segment, meet};
 use super::sums::Sums;
+use super::triple::Triples;
 use super::windings::Windings;
-use super::{ExactProperties, NotExact, Rule, fronts};
+use super::{ExactProperties, NotExact, Rule, Source, fronts, result};
 use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
-use crate::mesh::{Aabb, ClosedMesh, Unproved};
+use crate::mesh::{Aabb, ClosedMesh, TriangleMesh, Unproved};
+use crate::surface::Coordinates;
 
 /// The surfaces of all solids.
 pub(super) struct Arrangement {
@@ -22,6 +25,7 @@ pub(super) struct Arrangement {
     segments: Vec<Segment>,
     coincident: Vec<Coincident>,
     crossings: Crossings,
+    triples: Triples,
     windings: Windings,
 }
 
@@ -42,7 +46,12 @@ impl Arrangement {
         let crossings = Crossings::of(&segments, &bodies);
         checkpoint();
         let windings = Windings::of(&bodies, solids.len(), &crossings);
-        Ok(Arrangement { solids: solids.len(), lattice, bodies, segments, coincident, crossings, windings })
+        // Three faces of different bodies meet.
+        let triples = match bodies.bodies.len() {
+            0..=2 => Triples::default(),
+            _ => Triples::of(&segments, &crossings, &bodies),
+        };
+        Ok(Arrangement { solids: solids.len(), lattice, bodies, segments, coincident, crossings, triples, windings })
     }
 
     /// Returns the first reason of each solid why a winding number on which the result depends is not proved.
@@ -59,10 +68,35 @@ impl Arrangement {
         found
     }
 
+    fn pieces<'a>(&'a self, rule: &'a Rule) -> Pieces<'a> {
+        let Arrangement { bodies, segments, crossings, triples, windings, .. } = self;
+        Pieces::of(bodies, segments, (crossings, triples), windings, rule)
+    }
+
+    /// Returns the surface of the result, once nothing is unproved, with the source of each triangle. The solids are those of the
+    /// arrangement.
+    pub fn surface(
+        &self,
+        rule: &Rule,
+        solids: &[&ClosedMesh],
+        coordinates: Coordinates,
+    ) -> (TriangleMesh, Vec<Source>) {
+        let pieces = self.pieces(rule);
+        let Coordinates { precision, offset } = coordinates;
+        let place = |vertex: u32| {
+            let position = match self.bodies.given_vertex(vertex) {
+                Some((solid, index)) => solids[solid].mesh().positions[index as usize],
+                None => self.lattice.position(pieces.position(vertex).at),
+            };
+            precision.round(position - offset)
+        };
+        result::surface(&pieces, place)
+    }
+
     /// Returns the properties of the result, once nothing is unproved.
     pub fn properties(&self, rule: &Rule) -> ExactProperties {
-        let Arrangement { bodies, segments, crossings, windings, .. } = self;
-        let sums = Sums::of(bodies, (segments, crossings), windings, rule);
+        let bodies = &self.bodies;
+        let sums = Sums::of(&self.pieces(rule));
         let mut mass = sums.mass_properties(&self.lattice, bodies.displaced);
         let square = self.lattice.step * self.lattice.step;
         let mut area_error = 0.0;

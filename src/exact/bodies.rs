@@ -40,6 +40,11 @@ impl Lattice {
         (position / self.step).round() - self.origin
     }
 
+    /// Returns the world position of a lattice point.
+    pub fn position(&self, point: DVec3) -> DVec3 {
+        (point + self.origin) * self.step
+    }
+
     /// Returns the frame of lattice points that are scaled by [`SCALE`].
     pub fn frame(&self) -> Frame {
         Frame::new(self.origin * SCALE, self.step / SCALE)
@@ -67,9 +72,23 @@ pub(super) struct Body {
     pub front: i32,
     /// The number of each face in the mesh as given, unless all are in order.
     numbers: Option<Vec<u32>>,
+    /// The number of each point in the mesh as given, unless all are in order.
+    vertices: Option<Vec<u32>>,
 }
 
 impl Body {
+    /// Returns the triangle of the mesh as given that a face is.
+    pub fn triangle(&self, face: u32) -> u32 {
+        let face = face - self.faces.start;
+        self.numbers.as_ref().map_or(face, |numbers| numbers[face as usize])
+    }
+
+    /// Returns the vertex of the mesh as given that a point is.
+    pub fn vertex(&self, point: u32) -> u32 {
+        let point = point - self.points.start;
+        self.vertices.as_ref().map_or(point, |vertices| vertices[point as usize])
+    }
+
     /// Returns a reason whose triangles are faces of this body, with their numbers in the mesh as given.
     pub fn as_given(&self, why: Unproved) -> Unproved {
         match &self.numbers {
@@ -105,28 +124,39 @@ impl Bodies {
         if !mesh.oriented() {
             return Err(Unproved::NotOriented);
         }
-        let Rounded { mesh, numbers, displaced } = Rounded::of(mesh.mesh(), lattice);
+        let Rounded { mesh, numbers, vertices, displaced } = Rounded::of(mesh.mesh(), lattice);
         self.displaced += displaced;
         match wholeness {
             // Inside-out, a whole solid is the same solid.
             Wholeness::Whole => {
                 let turn = mesh.signed_volume() < 0.0;
-                self.push(solid, mesh, turn, 0, numbers);
+                self.push(solid, mesh, turn, 0, [numbers, vertices]);
             }
             Wholeness::Shells => {
                 for faces in shells(&mesh) {
-                    let (shell, _) =
+                    let (shell, points) =
                         mesh.of_triangles(faces.iter().map(|&face| mesh.triangles[face as usize]).collect());
                     let front = if shell.signed_volume() < 0.0 { -1 } else { 0 };
-                    let number = |face: u32| numbers.as_ref().map_or(face, |numbers| numbers[face as usize]);
-                    self.push(solid, shell, false, front, Some(faces.into_iter().map(number).collect()));
+                    let as_given = |numbers: &Option<Vec<u32>>, own: Vec<u32>| match numbers {
+                        Some(numbers) => own.into_iter().map(|index| numbers[index as usize]).collect(),
+                        None => own,
+                    };
+                    let (faces, points) = (as_given(&numbers, faces), as_given(&vertices, points));
+                    self.push(solid, shell, false, front, [Some(faces), Some(points)]);
                 }
             }
         }
         Ok(())
     }
 
-    fn push(&mut self, solid: usize, mesh: TriangleMesh, turn: bool, front: i32, numbers: Option<Vec<u32>>) {
+    fn push(
+        &mut self,
+        solid: usize,
+        mesh: TriangleMesh,
+        turn: bool,
+        front: i32,
+        [numbers, vertices]: [Option<Vec<u32>>; 2],
+    ) {
         let (point, face) = (self.points.len() as u32, self.faces.len() as u32);
         let extent = Box32::around(mesh.bounds().into_iter().flat_map(|bounds| [bounds.min, bounds.max]));
         self.points.extend(mesh.positions);
@@ -135,7 +165,7 @@ impl Bodies {
             [a, b, c].map(|index| index + point)
         }));
         let (points, faces) = (point..self.points.len() as u32, face..self.faces.len() as u32);
-        self.bodies.push(Body { solid, faces, points, extent, front, numbers });
+        self.bodies.push(Body { solid, faces, points, extent, front, numbers, vertices });
     }
 
     /// Returns the corners of a face.
@@ -153,6 +183,22 @@ impl Bodies {
     pub fn body_of_face(&self, face: u32) -> u32 {
         self.bodies.partition_point(|body| body.faces.end <= face) as u32
     }
+
+    /// Returns the body of a point.
+    pub fn body_of_point(&self, point: u32) -> u32 {
+        self.bodies.partition_point(|body| body.points.end <= point) as u32
+    }
+
+    /// Returns the solid of a point and the point's number in the mesh as given, unless the number is beyond all points.
+    pub fn given_vertex(&self, point: u32) -> Option<(usize, u32)> {
+        let body = self.bodies.get(self.body_of_point(point) as usize)?;
+        Some((body.solid, body.vertex(point)))
+    }
+
+    /// Returns the solid of a face.
+    pub fn solid_of_face(&self, face: u32) -> usize {
+        self.bodies[self.body_of_face(face) as usize].solid
+    }
 }
 
 /// A mesh on the lattice, with one position per point and no face with a repeated corner.
@@ -160,6 +206,8 @@ struct Rounded {
     mesh: TriangleMesh,
     /// The number of each face in the mesh as given, unless all are in order.
     numbers: Option<Vec<u32>>,
+    /// The number of each point in the mesh as given, unless all are in order.
+    vertices: Option<Vec<u32>>,
     /// A bound on the volume between the two, in cubic steps.
     displaced: f64,
 }
@@ -183,12 +231,12 @@ impl Rounded {
             false => 0.0,
         };
         let mut mesh = TriangleMesh { positions: points, triangles: triangles.clone() };
-        mesh.weld();
+        let vertices = mesh.weld();
         let is_face = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
         let kept = || (0..).zip(&mesh.triangles).filter(|(_, triangle)| is_face(triangle)).map(|(face, _)| face);
         let numbers = (!mesh.triangles.par_iter().all(is_face)).then(|| kept().collect());
         mesh.triangles.retain(is_face);
-        Rounded { mesh, numbers, displaced }
+        Rounded { mesh, numbers, vertices, displaced }
     }
 }
 

@@ -1,9 +1,12 @@
 //! The crossings of edges with faces of other bodies, sorted along each edge.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::bodies::Bodies;
 use super::segments::{End, Segment};
+use super::signs::Located;
 
 /// A crossing of an edge, from its lower point to its higher, with a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,8 +20,18 @@ pub(super) struct Crossing {
 /// All crossings, by edge and along it.
 pub(super) struct Crossings {
     list: Vec<Crossing>,
+    positions: Vec<Located>,
+    /// The places in the list of the start and the end of each segment.
+    ends: Vec<[u32; 2]>,
     /// A bit per face that has a crossing on a side.
     is_crossed: Vec<bool>,
+}
+
+/// A crossing, and where the ends of segments that lie there are listed.
+#[derive(Clone)]
+struct Group {
+    crossing: Crossing,
+    ends: Range<usize>,
 }
 
 impl Segment {
@@ -39,26 +52,57 @@ impl Crossings {
                 is_crossed[segment.edge(end, bodies).2 as usize] = true;
             }
         }
-        let mut list: Vec<Crossing> = segments
+        // Every face at an edge reports the crossing.
+        let mut reports: Vec<(Crossing, u32)> = segments
             .par_iter()
-            .flat_map_iter(|segment| {
+            .zip(0..segments.len() as u32)
+            .flat_map_iter(|(segment, index)| {
                 // A side of the first face comes from the back at the start; one of the second goes there.
-                [(segment.start, segment.start.of_second), (segment.end, !segment.end.of_second)].map(
-                    |(end, side_enters)| {
+                let (start, end) = (segment.start, segment.end);
+                [(start, start.of_second, 2 * index), (end, !end.of_second, 2 * index + 1)].map(
+                    |(end, side_enters, number)| {
                         let (edge, face, owner) = segment.edge(end, bodies);
                         let is_upwards = bodies.faces[owner as usize][usize::from(end.side)] == edge[0];
-                        Crossing { edge, face, enters: side_enters == is_upwards }
+                        (Crossing { edge, face, enters: side_enters == is_upwards }, number)
                     },
                 )
             })
             .collect();
-        // Every face at an edge reports the crossing.
-        list.par_sort_unstable_by_key(|crossing| (crossing.edge, crossing.face));
-        list.dedup();
-        list.par_chunk_by_mut(|a, b| a.edge == b.edge).filter(|group| group.len() > 1).for_each(|group| {
-            sort_along(group, bodies);
-        });
-        Crossings { list, is_crossed }
+        reports.par_sort_unstable_by_key(|(crossing, number)| (crossing.edge, crossing.face, *number));
+        let mut end = 0;
+        let mut groups: Vec<Group> = reports
+            .chunk_by(|(a, _), (b, _)| a == b)
+            .map(|same| {
+                end += same.len();
+                Group { crossing: same[0].0, ends: end - same.len()..end }
+            })
+            .collect();
+        groups
+            .par_chunk_by_mut(|a, b| a.crossing.edge == b.crossing.edge)
+            .filter(|group| group.len() > 1)
+            .for_each(|group| sort_along(group, bodies));
+        let mut ends = vec![[0; 2]; segments.len()];
+        for (place, group) in (0..).zip(&groups) {
+            for &(_, number) in &reports[group.ends.clone()] {
+                ends[number as usize / 2][number as usize % 2] = place;
+            }
+        }
+        let list: Vec<Crossing> = groups.into_iter().map(|group| group.crossing).collect();
+        let position = |crossing: &Crossing| {
+            bodies.plane(crossing.face).crossing(crossing.edge.map(|point| bodies.points[point as usize]))
+        };
+        let positions = list.par_iter().map(position).collect();
+        Crossings { list, positions, ends, is_crossed }
+    }
+
+    /// Returns the places of the start and the end of a segment among all crossings.
+    pub fn ends_of(&self, segment: u32) -> [u32; 2] {
+        self.ends[segment as usize]
+    }
+
+    /// Returns the positions of all crossings.
+    pub fn positions(&self) -> &[Located] {
+        &self.positions
     }
 
     /// Returns whether a side of a face has a crossing.
@@ -72,7 +116,7 @@ impl Crossings {
     }
 
     /// Returns the place of the crossings of an edge among all.
-    pub fn range(&self, edge: [u32; 2]) -> std::ops::Range<usize> {
+    pub fn range(&self, edge: [u32; 2]) -> Range<usize> {
         let start = self.list.partition_point(|crossing| crossing.edge < edge);
         let count = self.list[start..].iter().take_while(|crossing| crossing.edge == edge).count();
         start..start + count
@@ -84,11 +128,12 @@ impl Crossings {
 }
 
 /// Sorts the crossings of one edge from its lower point to its higher.
-fn sort_along(group: &mut [Crossing], bodies: &Bodies) {
-    let edge = group[0].edge;
+fn sort_along(group: &mut [Group], bodies: &Bodies) {
+    let edge = group[0].crossing.edge;
     let ends = edge.map(|index| bodies.points[index as usize]);
-    let body = bodies.bodies.partition_point(|body| body.points.end <= edge[0]) as u32;
+    let body = bodies.body_of_point(edge[0]);
     group.sort_by(|a, b| {
+        let [a, b] = [a, b].map(|group| group.crossing);
         if a.face == b.face {
             return std::cmp::Ordering::Equal;
         }

@@ -1,4 +1,4 @@
-//! Exact volumes, areas and moments of Boolean expressions over closed meshes, without a mesh of the result.
+//! Exact volumes, areas, moments and meshes of Boolean expressions over closed meshes.
 //!
 //! # Method
 //! The divergence theorem turns the volume of a solid into a sum over its surface, and Green's theorem turns the sum over a plane
@@ -11,6 +11,9 @@
 //!   ([`MassProperties`]) are those of the result.
 //! - A change depends only on the winding numbers beside the piece. Those at points come from one ray per connected surface
 //!   and the crossings of edges (`windings`); along an edge or a segment they change by one at each crossing.
+//!
+//! The mesh of the result follows from the same pieces (`result`): faces at which nothing changes are kept whole, and of the others
+//! the outlines of the parts that bound the result are triangulated (`cut`).
 //!
 //! # Why it is exact
 //! Coordinates are rounded to a lattice of 2^40 steps along the longest side, which keeps nearly every `f32`. From there
@@ -26,8 +29,11 @@ mod arrangement;
 mod bodies;
 mod coincident;
 mod crossings;
+mod cut;
 mod fronts;
 mod near;
+mod pieces;
+mod result;
 mod segments;
 mod signs;
 mod sums;
@@ -39,9 +45,13 @@ use std::fmt;
 use arrangement::Arrangement;
 use bodies::Wholeness;
 
+pub use result::Source;
+
 use crate::boolean::Expression;
+use crate::cancel::checkpoint;
 use crate::ldi::FillRule;
-use crate::mesh::{ClosedMesh, MassProperties, Unproved, prove_simple};
+use crate::mesh::{ClosedMesh, MassProperties, TriangleMesh, Unproved, prove_simple};
+use crate::surface::{Apart, Coordinates, move_apart, separate};
 
 /// The reason why the volume of an expression is not known exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,38 +82,92 @@ pub struct ExactProperties {
 
 /// Returns volume, area, centroid and inertia of an expression over closed meshes, whose unit is the same.
 ///
-/// The result does not depend on threads. The order of triangles changes it within the rounding that it states.
-///
 /// # Errors
-/// An input that is not consistently oriented, of which a shell meets itself where the result depends on it, or of which a
-/// triangle near another input has no area.
+/// See [`Solution::of`].
 ///
 /// # Panics
-/// Panics if there is no input, or if the expression refers to one that does not exist.
+/// See [`Solution::of`].
 pub fn mass_properties(
     inputs: &[&ClosedMesh],
     expression: &Expression,
     fill: FillRule,
 ) -> Result<ExactProperties, NotExact> {
-    of_bodies(inputs, &Rule { expression, fill }, vec![Wholeness::Whole; inputs.len()])
+    Ok(Solution::of(inputs, expression, fill)?.properties())
 }
 
-/// Returns the properties from bodies; where those of an input are whole and not proved, from its shells.
-fn of_bodies(inputs: &[&ClosedMesh], rule: &Rule, mut wholeness: Vec<Wholeness>) -> Result<ExactProperties, NotExact> {
-    loop {
-        let arrangement = Arrangement::of(inputs, &wholeness)?;
-        let unproved = arrangement.unproved(rule);
-        if unproved.is_empty() {
-            let with_meeting_shells =
-                (0..inputs.len()).filter(|&input| wholeness[input] == Wholeness::Shells).collect();
-            return Ok(ExactProperties { with_meeting_shells, ..arrangement.properties(rule) });
-        }
-        for unproved in unproved {
-            match &mut wholeness[unproved.input] {
-                Wholeness::Shells => return Err(unproved),
-                whole => *whole = Wholeness::Shells,
+/// The solid of an expression over closed meshes, whose unit is the same: where their surfaces meet, and what lies on either side.
+///
+/// It does not depend on threads. The order of triangles changes the properties within the rounding that they state.
+pub struct Solution<'a> {
+    inputs: Vec<&'a ClosedMesh>,
+    rule: Rule<'a>,
+    arrangement: Arrangement,
+    with_meeting_shells: Vec<usize>,
+}
+
+/// The surface of an expression's solid: a closed, oriented 2-manifold.
+#[derive(Clone, Debug)]
+pub struct ExactMesh {
+    /// The mesh. Vertices of inputs have the coordinates that they have there, rounded for the file.
+    pub mesh: TriangleMesh,
+    /// The source of each triangle.
+    pub sources: Vec<Source>,
+    /// Vertices that rounding let fall together.
+    pub apart: Apart,
+}
+
+impl<'a> Solution<'a> {
+    /// Finds where the surfaces meet: of each input as a whole, or, where its winding numbers are not proved to be 0 and 1, of its
+    /// shells.
+    ///
+    /// # Errors
+    /// An input that is not consistently oriented, of which a shell meets itself where the result depends on it, or of which a
+    /// triangle near another input has no area.
+    ///
+    /// # Panics
+    /// Panics if there is no input, or if the expression refers to one that does not exist.
+    pub fn of(inputs: &[&'a ClosedMesh], expression: &'a Expression, fill: FillRule) -> Result<Solution<'a>, NotExact> {
+        Solution::of_bodies(inputs, Rule { expression, fill }, vec![Wholeness::Whole; inputs.len()])
+    }
+
+    fn of_bodies(
+        inputs: &[&'a ClosedMesh],
+        rule: Rule<'a>,
+        mut wholeness: Vec<Wholeness>,
+    ) -> Result<Solution<'a>, NotExact> {
+        loop {
+            let arrangement = Arrangement::of(inputs, &wholeness)?;
+            let unproved = arrangement.unproved(&rule);
+            if unproved.is_empty() {
+                let with_meeting_shells =
+                    (0..inputs.len()).filter(|&input| wholeness[input] == Wholeness::Shells).collect();
+                return Ok(Solution { inputs: inputs.to_vec(), rule, arrangement, with_meeting_shells });
+            }
+            for unproved in unproved {
+                match &mut wholeness[unproved.input] {
+                    Wholeness::Shells => return Err(unproved),
+                    whole => *whole = Wholeness::Shells,
+                }
             }
         }
+    }
+
+    /// Returns volume, area, centroid and inertia.
+    pub fn properties(&self) -> ExactProperties {
+        let with_meeting_shells = self.with_meeting_shells.clone();
+        ExactProperties { with_meeting_shells, ..self.arrangement.properties(&self.rule) }
+    }
+
+    /// Returns the surface, with positions rounded for a file. Solids that touch in an edge or a vertex have vertices of their own
+    /// there, and no two vertices have the same position: where rounding lets vertices fall together, they are merged, or moved
+    /// apart by steps of the file's precision. Where faces coincide, one is taken to lie before the other, so that walls or gaps of
+    /// no thickness may be left.
+    pub fn mesh(&self, coordinates: Coordinates) -> ExactMesh {
+        let (mut mesh, mut sources) = self.arrangement.surface(&self.rule, &self.inputs, coordinates);
+        checkpoint();
+        separate(&mut mesh, &mut sources, coordinates.precision);
+        let apart = move_apart(&mut mesh, &mut sources, coordinates.precision);
+        ExactMesh { mesh, sources, apart }
     }
 }
 
@@ -122,7 +186,9 @@ pub fn of_solid(mesh: &ClosedMesh, fill: FillRule) -> Result<ExactProperties, No
             Ok(ExactProperties { mass, area_error: 0.0, with_meeting_shells: Vec::new() })
         }
         Err(Unproved::TrianglesMeet { .. } | Unproved::ShellFacing { .. }) => {
-            of_bodies(&[mesh], &Rule { expression: &Expression::input(0), fill }, vec![Wholeness::Shells])
+            let expression = Expression::input(0);
+            let rule = Rule { expression: &expression, fill };
+            Ok(Solution::of_bodies(&[mesh], rule, vec![Wholeness::Shells])?.properties())
         }
         Err(why) => Err(NotExact { input: 0, why }),
     }

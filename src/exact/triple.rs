@@ -4,9 +4,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::bodies::Bodies;
+use super::crossings::Crossings;
 use super::segments::{End, Segment};
 use super::signs::{Located, Plane, common_point, common_point_is_in_front};
 use crate::box_tree::Box32;
+use crate::cancel::checkpoint;
 
 /// A point at which a segment crosses a third face.
 #[derive(Clone, Copy, Debug)]
@@ -14,33 +16,102 @@ pub(super) struct Triple {
     pub face: u32,
     /// True if the segment, along its direction, passes from the front of the face to its back.
     pub enters: bool,
-    pub position: Located,
+    /// The number of the point, which is the same on all three segments.
+    pub point: u32,
 }
 
-/// A segment with the planes of its faces and the positions of its ends.
-pub(super) struct Placed {
-    pub segment: Segment,
-    pub planes: [Plane; 2],
-    pub ends: [Located; 2],
+/// The points in which three faces meet, along each segment.
+#[derive(Default)]
+pub(super) struct Triples {
+    list: Vec<Triple>,
+    /// The place in the list after the last one of each segment.
+    ends: Vec<u32>,
+    positions: Vec<Located>,
+}
+
+impl Triples {
+    pub fn of(segments: &[Segment], crossings: &Crossings, bodies: &Bodies) -> Triples {
+        let on_faces = OnFaces { bodies, segments, crossings, list: listed(segments), extents: Vec::new() };
+        let extents = (0..segments.len() as u32).into_par_iter().map(|segment| on_faces.extent(segment)).collect();
+        let on_faces = OnFaces { extents, ..on_faces };
+        let found: Vec<Vec<Found>> = (0..segments.len() as u32)
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|segment| {
+                checkpoint();
+                on_faces.along(segment)
+            })
+            .collect();
+        let key = |segment: &Segment, found: &Found| {
+            let mut faces = [segment.faces[0], segment.faces[1], found.face];
+            faces.sort_unstable();
+            faces
+        };
+        let all =
+            || segments.iter().zip(&found).flat_map(|(segment, found)| found.iter().map(move |found| (segment, found)));
+        let mut points: Vec<([u32; 3], Located)> =
+            all().map(|(segment, found)| (key(segment, found), found.position)).collect();
+        points.par_sort_unstable_by_key(|(faces, _)| *faces);
+        points.dedup_by_key(|(faces, _)| *faces);
+        let number =
+            |segment: &Segment, found: &Found| points.partition_point(|(faces, _)| *faces < key(segment, found)) as u32;
+        let list = all().map(|(segment, found)| Triple {
+            face: found.face,
+            enters: found.enters,
+            point: number(segment, found),
+        });
+        let mut end = 0;
+        let ends = found.iter().map(|found| {
+            end += found.len() as u32;
+            end
+        });
+        Triples { list: list.collect(), ends: ends.collect(), positions: points.iter().map(|point| point.1).collect() }
+    }
+
+    /// Returns the points on a segment, in order.
+    pub fn of_segment(&self, segment: u32) -> &[Triple] {
+        let end =
+            |segment: Option<u32>| segment.and_then(|segment| self.ends.get(segment as usize)).map_or(0, |&end| end);
+        &self.list[end(segment.checked_sub(1)) as usize..end(Some(segment)) as usize]
+    }
+
+    /// Returns the positions of the points, by their numbers.
+    pub fn positions(&self) -> &[Located] {
+        &self.positions
+    }
+}
+
+/// A crossing of a segment with a third face.
+struct Found {
+    plane: Plane,
+    face: u32,
+    enters: bool,
+    position: Located,
 }
 
 /// The segments on each face.
-pub(super) struct OnFaces {
+struct OnFaces<'a> {
+    bodies: &'a Bodies,
+    segments: &'a [Segment],
+    crossings: &'a Crossings,
     /// Faces with the indices of their segments, sorted.
     list: Vec<(u32, u32)>,
     extents: Vec<Box32>,
 }
 
-impl OnFaces {
-    /// Sorts segments by their faces.
-    pub fn of(segments: &[Segment], place: &(impl Fn(&Segment) -> Placed + Sync)) -> OnFaces {
-        let mut list: Vec<(u32, u32)> =
-            (0..).zip(segments).flat_map(|(i, segment)| segment.faces.map(|face| (face, i))).collect();
-        list.par_sort_unstable();
-        // Positions are rounded; the boxes are wide enough for a crossing that lies at an end.
-        let extent = |segment| Box32::around(place(segment).ends.into_iter().flat_map(|end| widened(end.at)));
-        let extents = segments.par_iter().map(extent).collect();
-        OnFaces { list, extents }
+/// Returns the faces with the indices of their segments, sorted.
+fn listed(segments: &[Segment]) -> Vec<(u32, u32)> {
+    let mut list: Vec<(u32, u32)> =
+        (0..).zip(segments).flat_map(|(i, segment)| segment.faces.map(|face| (face, i))).collect();
+    list.par_sort_unstable();
+    list
+}
+
+impl OnFaces<'_> {
+    /// Returns a box around a segment. Positions are rounded; the box is wide enough for a crossing that lies at an end.
+    fn extent(&self, segment: u32) -> Box32 {
+        let ends = self.crossings.ends_of(segment).map(|place| self.crossings.positions()[place as usize].at);
+        Box32::around(ends.into_iter().flat_map(widened))
     }
 
     fn of_face(&self, face: u32) -> impl Iterator<Item = u32> {
@@ -48,44 +119,49 @@ impl OnFaces {
         self.list[start..].iter().take_while(move |&&(other, _)| other == face).map(|&(_, segment)| segment)
     }
 
+    fn placed(&self, segment: &Segment) -> Placed {
+        Placed { segment: *segment, planes: segment.faces.map(|face| self.bodies.plane(face)) }
+    }
+
     /// Returns the crossings of a segment with third faces, in order.
-    pub fn triples(
-        &self,
-        index: u32,
-        segments: &[Segment],
-        bodies: &Bodies,
-        place: &impl Fn(&Segment) -> Placed,
-    ) -> Vec<Triple> {
-        let own = &segments[index as usize];
+    fn along(&self, index: u32) -> Vec<Found> {
+        let bodies = self.bodies;
+        let own = &self.segments[index as usize];
         let [f, g] = own.faces;
         let second_body = bodies.body_of_face(g);
-        let mut found: Vec<(Plane, Triple)> = Vec::new();
+        let mut found: Vec<Found> = Vec::new();
         let mut placed = None;
         for other in self.of_face(f) {
             if other == index || !self.extents[other as usize].touches(&self.extents[index as usize]) {
                 continue;
             }
-            let beside = &segments[other as usize];
+            let beside = &self.segments[other as usize];
             let third = if beside.faces[0] == f { beside.faces[1] } else { beside.faces[0] };
             if bodies.body_of_face(third) == second_body {
                 continue;
             }
-            let placed = placed.get_or_insert_with(|| place(own));
-            found.extend(crossing(placed, &place(beside), f, third, bodies));
+            let placed = placed.get_or_insert_with(|| self.placed(own));
+            found.extend(crossing(placed, &self.placed(beside), f, third, bodies));
         }
-        found.sort_by(|(a, first), (b, second)| {
-            if first.face == second.face {
+        found.sort_by(|a, b| {
+            if a.face == b.face {
                 return std::cmp::Ordering::Equal;
             }
             // The segment starts in front of a face that it enters.
             let planes = &placed.as_ref().expect("two crossings were found").planes;
-            match common_point_is_in_front([&planes[0], &planes[1], a], b) == second.enters {
+            match common_point_is_in_front([&planes[0], &planes[1], &a.plane], &b.plane) == b.enters {
                 true => std::cmp::Ordering::Less,
                 false => std::cmp::Ordering::Greater,
             }
         });
-        found.into_iter().map(|(_, triple)| triple).collect()
+        found
     }
+}
+
+/// A segment with the planes of its faces.
+struct Placed {
+    segment: Segment,
+    planes: [Plane; 2],
 }
 
 /// Returns the corners of a box around a rounded point: a millionth of its coordinates wide.
@@ -95,7 +171,7 @@ fn widened(point: DVec3) -> [DVec3; 2] {
 }
 
 /// Returns the point at which two segments on face `f` cross, on the first, with the plane of the third face.
-fn crossing(own: &Placed, beside: &Placed, f: u32, third: u32, bodies: &Bodies) -> Option<(Plane, Triple)> {
+fn crossing(own: &Placed, beside: &Placed, f: u32, third: u32, bodies: &Bodies) -> Option<Found> {
     let second = if own.segment.faces[0] == f { own.planes[1] } else { own.planes[0] };
     let plane = if beside.segment.faces[0] == f { beside.planes[1] } else { beside.planes[0] };
     let sides = |placed: &Placed, of: &Plane| {
@@ -114,7 +190,7 @@ fn crossing(own: &Placed, beside: &Placed, f: u32, third: u32, bodies: &Bodies) 
     let mut numbered = [(f, own.planes[first]), (own.segment.faces[other], second), (third, plane)];
     numbered.sort_by_key(|&(face, _)| face);
     let position = common_point([&numbered[0].1, &numbered[1].1, &numbered[2].1])?;
-    Some((plane, Triple { face: third, enters: starts_in_front, position }))
+    Some(Found { plane, face: third, enters: starts_in_front, position })
 }
 
 /// Returns whether an end of a segment lies in front of the face of a third body.

@@ -173,7 +173,7 @@ impl Rays<'_> {
     fn locate(&mut self, point: u32, numbers: &mut [i32]) {
         let bodies = self.bodies;
         let position = bodies.points[point as usize];
-        let own = bodies.bodies.partition_point(|body| body.points.end <= point);
+        let own = bodies.body_of_point(point) as usize;
         let here = Box32::around([position]);
         for (index, body) in bodies.bodies.iter().enumerate() {
             if index == own || !body.extent.touches(&here) {

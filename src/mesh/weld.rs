@@ -49,14 +49,16 @@ impl Weld {
 }
 
 impl TriangleMesh {
-    /// Replaces positions with the same coordinates by the first of them; the order of positions and triangles is kept.
-    pub fn weld(&mut self) {
+    /// Replaces positions with the same coordinates by the first of them; the order of positions and triangles is kept. Returns
+    /// the indices that the kept positions had, unless all are kept.
+    pub fn weld(&mut self) -> Option<Vec<u32>> {
         let Weld { kept, new_index } = Weld::of(&self.positions);
         if kept.len() == self.positions.len() {
-            return;
+            return None;
         }
         self.positions = kept.iter().map(|&index| self.positions[index as usize]).collect();
         self.triangles.as_flattened_mut().iter_mut().for_each(|index| *index = new_index[*index as usize]);
+        Some(kept)
     }
 }
 

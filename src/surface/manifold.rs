@@ -386,7 +386,7 @@ fn root(parents: &mut [usize], mut element: usize) -> usize {
 }
 
 /// The corners of triangles at every vertex. Triangles with a bad or repeated index have none.
-struct Stars {
+pub(super) struct Stars {
     /// The first corner of each vertex, and the end of the last.
     starts: Vec<u32>,
     /// Corners by vertex, in no order: three times the triangle, plus the index in it.
@@ -396,7 +396,7 @@ struct Stars {
 }
 
 impl Stars {
-    fn of(mesh: &TriangleMesh) -> Stars {
+    pub(super) fn of(mesh: &TriangleMesh) -> Stars {
         let vertices = mesh.positions.len();
         // Counted at the entry of the next vertex; then prefix sums; then every corner takes the last free place.
         let cursors: Vec<AtomicU32> = (0..vertices + 1).into_par_iter().map(|_| AtomicU32::new(0)).collect();
@@ -445,7 +445,8 @@ impl Stars {
         Stars { starts, corners, bad_indices: bad_indices.concat(), repeated_indices: repeated_indices.concat() }
     }
 
-    fn corners_at(&self, vertex: usize) -> &[u32] {
+    /// Returns the corners at a vertex, in no order: three times the triangle, plus the index in it.
+    pub(super) fn corners_at(&self, vertex: usize) -> &[u32] {
         &self.corners[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
     }
 }
@@ -456,7 +457,7 @@ fn has_vertices([a, b, c]: [u32; 3], vertices: usize) -> bool {
 }
 
 /// Returns the vertices after and before a corner in its triangle.
-fn sides(mesh: &TriangleMesh, corner: u32) -> (u32, u32) {
+pub(super) fn sides(mesh: &TriangleMesh, corner: u32) -> (u32, u32) {
     let indices = mesh.triangles[corner as usize / 3];
     match corner % 3 {
         0 => (indices[1], indices[2]),
@@ -511,7 +512,7 @@ fn collapsed(mesh: &TriangleMesh, precision: Precision) -> Vec<u32> {
 
 /// Returns the vertices whose rounded position equals that of one of lower index, each after the lowest such one, in order of
 /// index.
-fn welded(mesh: &TriangleMesh, used: &[bool], precision: Precision) -> Vec<[u32; 2]> {
+pub(super) fn welded(mesh: &TriangleMesh, used: &[bool], precision: Precision) -> Vec<[u32; 2]> {
     let vertices = (mesh.positions.par_iter(), used).into_par_iter().enumerate().filter(|(_, (_, used))| **used);
     // Half a hash above the index: the few runs of equal halves after sorting are compared in full.
     let mut keys: Vec<u64> =

@@ -25,9 +25,11 @@
 //! crossings, the vertices of its cells, and its triangles. Beyond the images and the mesh itself nothing larger than a slab is
 //! held in memory, and the result depends neither on the height of slabs nor on threads.
 
+mod apart;
 mod cells;
 mod cuts;
 mod edges;
+mod fans;
 mod feature;
 mod features;
 mod intersect;
@@ -46,10 +48,12 @@ use crate::cancel::checkpoint;
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Ldi, Mode, NodePlanes, NodesError};
 use crate::mesh::{Precision, TriangleMesh};
+pub use apart::{Apart, move_apart};
 use cells::{CellLayer, JoinedFaces, world_from_cells};
 use cuts::Cuts;
 pub use edges::SubResolution;
 use edges::{EdgeSlab, Source};
+pub use fans::separate;
 use feature::Feature;
 use features::Features;
 use quads::{Cut, OpenQuad, Quad};

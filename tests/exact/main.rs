@@ -12,9 +12,11 @@ mod voxels;
 use convex::Piece;
 use glam::DVec3;
 use ldi_ops::boolean::{BooleanOperation, Expression};
-use ldi_ops::exact::mass_properties;
-use ldi_ops::mesh::{ClosedMesh, MassProperties, TriangleMesh};
+use ldi_ops::exact::Solution;
+use ldi_ops::mesh::{ClosedMesh, MassProperties, Precision, TriangleMesh};
 use ldi_ops::sampler::FillRule;
+use ldi_ops::surface::Coordinates;
+use ldi_ops::surface::manifold::ManifoldReport;
 use num_rational::BigRational;
 use num_traits::{ToPrimitive, Zero};
 use proptest::prelude::*;
@@ -79,7 +81,24 @@ fn rational_volume(shells: &[Shell], solids: usize, expression: &Expression, fil
 
 fn exact(inputs: &[ClosedMesh], expression: &Expression, fill: FillRule) -> MassProperties {
     let inputs: Vec<&ClosedMesh> = inputs.iter().collect();
-    mass_properties(&inputs, expression, fill).unwrap().mass
+    let solution = Solution::of(&inputs, expression, fill).unwrap();
+    let mass = solution.properties().mass;
+    for precision in [Precision::Single, Precision::Double] {
+        let found = solution.mesh(Coordinates { precision, ..Coordinates::default() });
+        assert_eq!(found.mesh.triangles.len(), found.sources.len());
+        if mass.volume <= mass.volume_rounding {
+            // What has no volume may leave crumbs of rounding.
+            assert!(found.mesh.signed_volume().abs() < 1e-5, "{}", found.mesh.signed_volume());
+            continue;
+        }
+        let report = ManifoldReport::of(&found.mesh, precision);
+        assert!(report.passed(), "{expression:?} {fill:?} {precision:?}: {:?}", report.failures());
+        // Vertices that rounding lets fall together are moved by steps.
+        let tolerance = if precision == Precision::Single { 1e-3 } else { 1e-10 };
+        let difference = (found.mesh.signed_volume() - mass.volume).abs();
+        assert!(difference < tolerance, "{expression:?} {fill:?} {precision:?}: off by {difference}");
+    }
+    mass
 }
 
 const OPERATIONS: [BooleanOperation; 4] =

@@ -1,0 +1,180 @@
+//! The pieces of outline on the faces: parts of sides and of segments, and whether the result has a surface beside them.
+//!
+//! The vertices of the result are numbered by what meets there: first the points, then the crossings of edges with faces, then
+//! the points in which three faces meet. So faces that share a vertex know it by the same number, whatever its position is
+//! rounded to.
+
+use super::Rule;
+use super::bodies::{Bodies, Body};
+use super::crossings::Crossings;
+use super::segments::Segment;
+use super::signs::Located;
+use super::triple::Triples;
+use super::windings::Windings;
+
+/// The surface of the result on one side of a face's piece of outline: 1 where the result lies behind the face alone, −1 where
+/// it lies in front alone, and 0 where there is no surface.
+pub(super) type Weight = i32;
+
+/// A piece of outline on a face, seen from the face's front.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Piece {
+    /// The vertices at its start and at its end.
+    pub ends: [u32; 2],
+    /// The surface to its left and to its right.
+    pub beside: [Weight; 2],
+}
+
+impl Piece {
+    pub fn turned(self) -> Piece {
+        let ([from, to], [left, right]) = (self.ends, self.beside);
+        Piece { ends: [to, from], beside: [right, left] }
+    }
+}
+
+/// The pieces of all faces.
+pub(super) struct Pieces<'a> {
+    pub bodies: &'a Bodies,
+    pub segments: &'a [Segment],
+    crossings: &'a Crossings,
+    windings: &'a Windings,
+    rule: &'a Rule<'a>,
+    triples: &'a Triples,
+    /// The surface at the points of each patch.
+    of_patch: Vec<Weight>,
+}
+
+impl<'a> Pieces<'a> {
+    pub fn of(
+        bodies: &'a Bodies,
+        segments: &'a [Segment],
+        (crossings, triples): (&'a Crossings, &'a Triples),
+        windings: &'a Windings,
+        rule: &'a Rule,
+    ) -> Pieces<'a> {
+        let mut pieces = Pieces { bodies, segments, crossings, windings, rule, triples, of_patch: Vec::new() };
+        pieces.of_patch = windings.first_points().iter().map(|&point| pieces.at(point)).collect();
+        pieces
+    }
+
+    /// Returns the number of vertices.
+    pub fn vertices(&self) -> u32 {
+        (self.bodies.points.len() + self.crossings.list().len() + self.triples.positions().len()) as u32
+    }
+
+    /// Returns the position of a vertex on the lattice.
+    pub fn position(&self, vertex: u32) -> Located {
+        let points = &self.bodies.points;
+        let crossing = vertex as usize;
+        let Some(crossing) = crossing.checked_sub(points.len()) else { return Located::exactly(points[crossing]) };
+        let crossings = self.crossings.positions();
+        match crossing.checked_sub(crossings.len()) {
+            Some(triple) => self.triples.positions()[triple],
+            None => crossings[crossing],
+        }
+    }
+
+    /// Returns the surface at a point, on the faces of its body.
+    pub fn at_point(&self, point: u32) -> Weight {
+        self.of_patch[self.windings.patch(point) as usize]
+    }
+
+    /// Returns whether a side of a face has a crossing.
+    pub fn is_crossed(&self, face: u32) -> bool {
+        self.crossings.is_crossed(face)
+    }
+
+    fn at(&self, point: u32) -> Weight {
+        let body = &self.bodies.bodies[self.bodies.body_of_point(point) as usize];
+        let mut windings = self.windings.at(point).to_vec();
+        windings[body.solid] += body.front;
+        self.weight(&mut windings, body.solid)
+    }
+
+    /// Returns the surface on a face of a solid, given the winding numbers in front of it.
+    fn weight(&self, windings: &mut [i32], solid: usize) -> Weight {
+        let in_front = self.rule.holds(windings);
+        windings[solid] += 1;
+        let behind = self.rule.holds(windings);
+        windings[solid] -= 1;
+        Weight::from(behind) - Weight::from(in_front)
+    }
+
+    /// Adds the change of winding numbers where a face is crossed.
+    fn step(&self, face: u32, enters: bool, windings: &mut [i32]) {
+        windings[self.bodies.solid_of_face(face)] += if enters { 1 } else { -1 };
+    }
+
+    fn crossing(&self, place: usize) -> u32 {
+        (self.bodies.points.len() + place) as u32
+    }
+
+    /// Visits the pieces of a side of a face, which have the face to their left. `windings` is scratch space.
+    pub fn side(&self, body: &Body, face: u32, side: usize, windings: &mut Vec<i32>, mut visit: impl FnMut(Piece)) {
+        let corners = self.bodies.faces[face as usize];
+        let [u, v] = [corners[side], corners[(side + 1) % 3]];
+        let edge = [u.min(v), u.max(v)];
+        let places = if self.is_crossed(face) { self.crossings.range(edge) } else { 0..0 };
+        if places.is_empty() {
+            return visit(Piece { ends: [u, v], beside: [self.at_point(u), 0] });
+        }
+        windings.clear();
+        windings.extend_from_slice(self.windings.at(edge[0]));
+        windings[body.solid] += body.front;
+        let mut from = edge[0];
+        for place in places.clone().map(Some).chain([None]) {
+            let to = place.map_or(edge[1], |place| self.crossing(place));
+            let ends = if u > v { [to, from] } else { [from, to] };
+            visit(Piece { ends, beside: [self.weight(windings, body.solid), 0] });
+            if let Some(place) = place {
+                let crossing = self.crossings.list()[place];
+                self.step(crossing.face, crossing.enters, windings);
+            }
+            from = to;
+        }
+    }
+
+    /// Visits the pieces of a segment, on its first and on its second face.
+    pub fn segment(&self, index: u32, mut visit: impl FnMut([Piece; 2])) {
+        let faces = self.segments[index as usize].faces;
+        let solids = faces.map(|face| self.bodies.solid_of_face(face));
+        let [start, end] = self.crossings.ends_of(index);
+        let mut windings = self.windings_at_start(&self.segments[index as usize], start as usize);
+        let triples = self.triples.of_segment(index);
+        let first_triple = self.crossing(self.crossings.list().len());
+        let mut from = self.crossing(start as usize);
+        for i in 0..=triples.len() {
+            let to = triples.get(i).map_or_else(|| self.crossing(end as usize), |triple| first_triple + triple.point);
+            visit([(0, 1), (1, 0)].map(|(own, other)| {
+                let in_front = self.weight(&mut windings, solids[own]);
+                windings[solids[other]] += 1;
+                let behind = self.weight(&mut windings, solids[own]);
+                windings[solids[other]] -= 1;
+                // The back of the second face lies to the left on the first, that of the first to the right on the second.
+                Piece { ends: if own == 0 { [from, to] } else { [to, from] }, beside: [behind, in_front] }
+            }));
+            if let Some(triple) = triples.get(i) {
+                self.step(triple.face, triple.enters, &mut windings);
+            }
+            from = to;
+        }
+    }
+
+    /// Returns the winding numbers in front of both faces of a segment, at its start, which is the crossing at a place.
+    fn windings_at_start(&self, segment: &Segment, start: usize) -> Vec<i32> {
+        let list = self.crossings.list();
+        let edge = list[start].edge;
+        let mut windings = self.windings.at(edge[0]).to_vec();
+        let first = list[..start].iter().rposition(|crossing| crossing.edge != edge).map_or(0, |before| before + 1);
+        for crossing in &list[first..start] {
+            self.step(crossing.face, crossing.enters, &mut windings);
+        }
+        if !list[start].enters {
+            self.step(list[start].face, false, &mut windings);
+        }
+        let owner = segment.faces[usize::from(segment.start.of_second)];
+        let body = &self.bodies.bodies[self.bodies.body_of_face(owner) as usize];
+        windings[body.solid] += body.front;
+        windings
+    }
+}

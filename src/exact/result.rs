@@ -1,0 +1,188 @@
+//! The surface of the result as triangles.
+//!
+//! A face that no other meets, or at which nothing changes, is kept, turned or dropped whole. Of the others, the region with a
+//! surface is bounded by pieces of outline, and triangulated (`cut`). Every piece borders one triangle of each of the two
+//! faces that meet there, or of the two at a side, and they know its ends by the same numbers. So the surface is closed and
+//! oriented by its numbers, whatever the positions are rounded to.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::cut::triangulate;
+use super::pieces::{Pieces, Weight};
+use crate::cancel::checkpoint;
+use crate::mesh::TriangleMesh;
+
+/// Number of faces that one task cuts.
+const CHUNK: usize = 4096;
+
+/// The triangle of an input that a triangle of a result lies in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// The index of the input.
+    pub input: u32,
+    /// The index of its triangle.
+    pub triangle: u32,
+}
+
+/// A piece of outline of the region of a face that has a surface of one weight.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Bound {
+    face: u32,
+    weight: Weight,
+    ends: [u32; 2],
+}
+
+/// Returns the surface of the result, with the source of each triangle. `place` gives the position of a vertex in the file.
+pub(super) fn surface(pieces: &Pieces, place: impl Fn(u32) -> DVec3 + Sync) -> (TriangleMesh, Vec<Source>) {
+    let bounds = bounds(pieces);
+    let faces = pieces.bodies.faces.len() as u32;
+    let starts: Vec<u32> = (0..faces).step_by(CHUNK).collect();
+    let parts: Vec<(Vec<[u32; 3]>, Vec<Source>)> = starts
+        .into_par_iter()
+        .map(|start| {
+            checkpoint();
+            let mut cutter = Cutter { pieces, place: &place, windings: Vec::new(), outline: Vec::new() };
+            let mut part = (Vec::new(), Vec::new());
+            let mut left = &bounds[bounds.partition_point(|bound| bound.face < start)..];
+            for face in start..faces.min(start + CHUNK as u32) {
+                let count = left.iter().take_while(|bound| bound.face == face).count();
+                let (own, rest) = left.split_at(count);
+                left = rest;
+                let before = part.0.len();
+                cutter.face(face, own, &mut part.0);
+                if part.0.len() > before {
+                    let body = &pieces.bodies.bodies[pieces.bodies.body_of_face(face) as usize];
+                    let source = Source { input: body.solid as u32, triangle: body.triangle(face) };
+                    part.1.resize(part.0.len(), source);
+                }
+            }
+            part
+        })
+        .collect();
+    let (mut triangles, mut sources) = (Vec::new(), Vec::new());
+    for (some, their_sources) in parts {
+        triangles.extend(some);
+        sources.extend(their_sources);
+    }
+    (compacted(triangles, pieces.vertices(), &place), sources)
+}
+
+/// Returns the pieces of segments beside which the surface changes, sorted by faces.
+fn bounds(pieces: &Pieces) -> Vec<Bound> {
+    let mut bounds: Vec<Bound> = (0..pieces.segments.len() as u32)
+        .into_par_iter()
+        .with_min_len(CHUNK)
+        .flat_map_iter(|segment| {
+            let faces = pieces.segments[segment as usize].faces;
+            let mut found = Vec::new();
+            pieces.segment(segment, |both| {
+                for (face, piece) in faces.into_iter().zip(both) {
+                    for (piece, [own, beyond]) in [(piece, piece.beside), (piece.turned(), piece.turned().beside)] {
+                        if own != beyond && own != 0 {
+                            found.push(Bound { face, weight: own, ends: piece.ends });
+                        }
+                    }
+                }
+            });
+            found
+        })
+        .collect();
+    bounds.par_sort_unstable();
+    bounds
+}
+
+/// Cuts faces.
+struct Cutter<'a, P> {
+    pieces: &'a Pieces<'a>,
+    place: &'a P,
+    windings: Vec<i32>,
+    outline: Vec<[u32; 2]>,
+}
+
+impl<P: Fn(u32) -> DVec3> Cutter<'_, P> {
+    /// Appends the triangles of a face, given its pieces of segments.
+    fn face(&mut self, face: u32, bounds: &[Bound], triangles: &mut Vec<[u32; 3]>) {
+        let corners = self.pieces.bodies.faces[face as usize];
+        if bounds.is_empty() {
+            match self.pieces.at_point(corners[0]) {
+                0 => {}
+                weight => triangles.push(turned(corners, weight)),
+            }
+            return;
+        }
+        for same in bounds.chunk_by(|a, b| a.weight == b.weight) {
+            let weight = same[0].weight;
+            self.outline.clear();
+            self.outline.extend(same.iter().map(|bound| bound.ends));
+            self.add_sides(face, weight);
+            let first = triangles.len();
+            let project = Projection::of(self.pieces.bodies.corners(face));
+            triangulate(&mut self.outline, |vertex| project.flat((self.place)(vertex)), triangles);
+            triangles[first..].iter_mut().for_each(|triangle| *triangle = turned(*triangle, weight));
+        }
+    }
+
+    /// Adds the pieces of sides with a surface of a weight. Where it does not change, pieces are one.
+    fn add_sides(&mut self, face: u32, weight: Weight) {
+        let bodies = self.pieces.bodies;
+        let body = &bodies.bodies[bodies.body_of_face(face) as usize];
+        for side in 0..3 {
+            let first = self.outline.len();
+            let outline = &mut self.outline;
+            let corners = bodies.faces[face as usize];
+            let is_upwards = corners[side] < corners[(side + 1) % 3];
+            self.pieces.side(body, face, side, &mut self.windings, |piece| {
+                if piece.beside[0] != weight {
+                    return;
+                }
+                // From the lower point to the higher, whatever the direction of the pieces is.
+                match outline[first..].last_mut() {
+                    Some(last) if is_upwards && last[1] == piece.ends[0] => last[1] = piece.ends[1],
+                    Some(last) if !is_upwards && last[0] == piece.ends[1] => last[0] = piece.ends[0],
+                    _ => outline.push(piece.ends),
+                }
+            });
+        }
+    }
+}
+
+fn turned([a, b, c]: [u32; 3], weight: Weight) -> [u32; 3] {
+    if weight < 0 { [a, c, b] } else { [a, b, c] }
+}
+
+/// The projection of a face along the axis that is nearest to its normal, seen from its front.
+struct Projection {
+    axes: [usize; 2],
+}
+
+impl Projection {
+    fn of([a, b, c]: [DVec3; 3]) -> Projection {
+        let normal = (b - a).cross(c - a);
+        let axis = normal.abs().max_position();
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+        Projection { axes: if normal[axis] < 0.0 { [v, u] } else { [u, v] } }
+    }
+
+    fn flat(&self, point: DVec3) -> DVec2 {
+        let [u, v] = self.axes;
+        DVec2::new(point[u], point[v])
+    }
+}
+
+/// Returns the mesh of triangles whose vertices are numbered with gaps.
+fn compacted(mut triangles: Vec<[u32; 3]>, vertices: u32, place: &(impl Fn(u32) -> DVec3 + Sync)) -> TriangleMesh {
+    const UNUSED: u32 = u32::MAX;
+    let mut numbers = vec![UNUSED; vertices as usize];
+    triangles.as_flattened().iter().for_each(|&vertex| numbers[vertex as usize] = 0);
+    let mut used = Vec::new();
+    for (vertex, number) in (0..).zip(&mut numbers) {
+        if *number != UNUSED {
+            *number = used.len() as u32;
+            used.push(vertex);
+        }
+    }
+    triangles.par_iter_mut().for_each(|triangle| *triangle = triangle.map(|vertex| numbers[vertex as usize]));
+    let positions = used.into_par_iter().map(place).collect();
+    TriangleMesh { positions, triangles }
+}

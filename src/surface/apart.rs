@@ -1,0 +1,235 @@
+//! Vertices that fall together once they are rounded for a file.
+//!
+//! A reader welds equal positions, so no two vertices of a written mesh may have the same one. Two that an edge joins become one,
+//! where the surface stays a manifold. All others belong to parts of the surface that touch: they are moved apart, into the
+//! solid, by single steps of the file's precision.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::DVec3;
+
+use super::fans::retain;
+use super::manifold::{Stars, welded};
+use crate::mesh::{Precision, TriangleMesh};
+
+/// Most rounds of steps; each begins with the vertices that still fall together.
+const ROUNDS: i32 = 64;
+
+/// The outcome of moving vertices apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Apart {
+    /// Vertices that became one with another.
+    pub merged: usize,
+    /// Vertices that were moved.
+    pub moved: usize,
+}
+
+/// Moves vertices of a manifold apart that have equal positions. Positions are rounded to the precision already. `sources`, with
+/// one entry for each triangle, follow the triangles.
+pub fn move_apart<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) -> Apart {
+    let mut apart = Apart::default();
+    let all_used = vec![true; mesh.positions.len()];
+    let pairs = welded(mesh, &all_used, precision);
+    if pairs.is_empty() {
+        return apart;
+    }
+    let stars = Stars::of(mesh);
+    let mut edges = Edges { mesh, stars: HashMap::new(), removed: HashSet::new() };
+    for same in groups(&pairs) {
+        apart.merged += edges.merge(&same, &stars);
+    }
+    let Edges { removed, .. } = edges;
+    let kept: Vec<bool> = (0..mesh.triangles.len() as u32).map(|triangle| !removed.contains(&triangle)).collect();
+    retain(mesh, sources, &kept);
+    let triangles = std::mem::take(&mut mesh.triangles);
+    *mesh = mesh.of_triangles(triangles).0;
+    apart.moved = step_apart(mesh, precision);
+    apart
+}
+
+/// Returns the vertices of each position that several have.
+fn groups(pairs: &[[u32; 2]]) -> Vec<Vec<u32>> {
+    let mut pairs = pairs.to_vec();
+    pairs.sort_unstable();
+    let group = |same: &[[u32; 2]]| [same[0][0]].into_iter().chain(same.iter().map(|pair| pair[1])).collect();
+    pairs.chunk_by(|a, b| a[0] == b[0]).map(group).collect()
+}
+
+/// A mesh whose edges are contracted.
+struct Edges<'m> {
+    mesh: &'m mut TriangleMesh,
+    /// The triangles at vertices that were changed.
+    stars: HashMap<u32, Vec<u32>>,
+    removed: HashSet<u32>,
+}
+
+impl Edges<'_> {
+    /// Merges those of some vertices that edges join, and returns their number.
+    fn merge(&mut self, same: &[u32], stars: &Stars) -> usize {
+        let mut merged = 0;
+        let mut left = same.to_vec();
+        let mut i = 0;
+        while i < left.len() {
+            let joined = (i + 1..left.len()).find(|&j| self.contract(left[i], left[j], stars));
+            match joined {
+                Some(j) => {
+                    left.remove(j);
+                    merged += 1;
+                }
+                None => i += 1,
+            }
+        }
+        merged
+    }
+
+    fn star(&mut self, vertex: u32, stars: &Stars) -> Vec<u32> {
+        let given = || stars.corners_at(vertex as usize).iter().map(|corner| corner / 3).collect();
+        let star = self.stars.entry(vertex).or_insert_with(given);
+        star.retain(|triangle| !self.removed.contains(triangle));
+        star.sort_unstable();
+        star.clone()
+    }
+
+    /// Returns the other vertices of some triangles around a vertex, sorted.
+    fn ring(&self, vertex: u32, star: &[u32]) -> Vec<u32> {
+        let corners = star.iter().flat_map(|&triangle| self.mesh.triangles[triangle as usize]);
+        let mut ring: Vec<u32> = corners.filter(|&corner| corner != vertex).collect();
+        ring.sort_unstable();
+        ring.dedup();
+        ring
+    }
+
+    /// Moves all triangles of the second vertex to the first, if an edge joins them and the surface stays a manifold: if they have
+    /// no common neighbours but the two beside the edge (the link condition of Dey et al., "Topology preserving edge
+    /// contraction", 1999).
+    fn contract(&mut self, kept: u32, gone: u32, stars: &Stars) -> bool {
+        let (kept_star, gone_star) = (self.star(kept, stars), self.star(gone, stars));
+        let at_edge: Vec<u32> = gone_star.iter().copied().filter(|triangle| kept_star.contains(triangle)).collect();
+        if at_edge.len() != 2 {
+            return false;
+        }
+        let (kept_ring, gone_ring) = (self.ring(kept, &kept_star), self.ring(gone, &gone_star));
+        let common = gone_ring.iter().filter(|vertex| kept_ring.binary_search(vertex).is_ok()).count();
+        let beside: HashSet<u32> =
+            at_edge.iter().flat_map(|&triangle| self.mesh.triangles[triangle as usize]).collect();
+        // Two triangles with the same corners have three in all.
+        if common != 2 || beside.len() != 4 {
+            return false;
+        }
+        let all: HashSet<u32> = kept_star.iter().chain(&gone_star).copied().collect();
+        if all.len() == 4 {
+            // A tetrahedron without volume.
+            self.removed.extend(all);
+            return true;
+        }
+        for &triangle in &gone_star {
+            let corners = &mut self.mesh.triangles[triangle as usize];
+            corners.iter_mut().filter(|corner| **corner == gone).for_each(|corner| *corner = kept);
+        }
+        self.removed.extend(at_edge);
+        self.stars.insert(gone, Vec::new());
+        self.stars.entry(kept).or_default().extend(gone_star);
+        let star = self.stars.get_mut(&kept).expect("it was just added to");
+        star.sort_unstable();
+        star.dedup();
+        true
+    }
+}
+
+/// Moves vertices into the solid until no two have the same position, and returns the number of those that moved.
+fn step_apart(mesh: &mut TriangleMesh, precision: Precision) -> usize {
+    let all_used = vec![true; mesh.positions.len()];
+    let mut moved = HashSet::new();
+    let mut stars = None;
+    for round in 1..=ROUNDS {
+        let pairs = welded(mesh, &all_used, precision);
+        if pairs.is_empty() {
+            break;
+        }
+        let stars = stars.get_or_insert_with(|| Stars::of(mesh));
+        for group in groups(&pairs) {
+            // The first stays, and each further one goes farther.
+            for (steps, &vertex) in (0..).zip(&group).skip(1) {
+                let inwards = inwards(mesh, stars, vertex);
+                let position = &mut mesh.positions[vertex as usize];
+                *position = stepped(*position, inwards, steps + (round - 1) / 8, precision);
+                moved.insert(vertex);
+            }
+        }
+    }
+    moved.len()
+}
+
+/// Returns a vector from a vertex into the solid.
+fn inwards(mesh: &TriangleMesh, stars: &Stars, vertex: u32) -> DVec3 {
+    let mut star = stars.corners_at(vertex as usize).to_vec();
+    star.sort_unstable();
+    let normal = |&corner: &u32| {
+        let [a, b, c] = mesh.triangles[corner as usize / 3].map(|index| mesh.positions[index as usize]);
+        (b - a).cross(c - a)
+    };
+    -star.iter().map(normal).sum::<DVec3>()
+}
+
+/// Returns a position after a number of steps of a precision along each axis in which a direction has a share.
+fn stepped(position: DVec3, direction: DVec3, steps: i32, precision: Precision) -> DVec3 {
+    const LEAST_SHARE: f64 = 0.25;
+    let least = LEAST_SHARE * direction.abs().max_element();
+    let step = |coordinate: f64, along: f64| match (precision, along > 0.0) {
+        (Precision::Single, true) => f64::from((coordinate as f32).next_up()),
+        (Precision::Single, false) => f64::from((coordinate as f32).next_down()),
+        (Precision::Double, true) => coordinate.next_up(),
+        (Precision::Double, false) => coordinate.next_down(),
+    };
+    let direction = if least > 0.0 { direction } else { DVec3::X };
+    let mut moved = position;
+    for axis in (0..3).filter(|&axis| direction[axis].abs() > least) {
+        (0..steps).for_each(|_| moved[axis] = step(moved[axis], direction[axis]));
+    }
+    moved
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solids::cuboid;
+    use crate::surface::manifold::ManifoldReport;
+
+    #[test]
+    fn boxes_that_touch_in_a_face_are_moved_apart() {
+        let mut mesh = cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
+        let other = cuboid(DVec3::X, DVec3::new(2.0, 1.0, 1.0)).unwrap();
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(other.positions);
+        mesh.triangles.extend(other.triangles.iter().map(|triangle| triangle.map(|index| index + first)));
+        let mut sources = vec![(); mesh.triangles.len()];
+        for precision in [Precision::Single, Precision::Double] {
+            let mut mesh = mesh.clone();
+            assert_eq!(move_apart(&mut mesh, &mut sources, precision), Apart { merged: 0, moved: 4 });
+            let report = ManifoldReport::of(&mesh, precision);
+            assert!(report.passed(), "{:?}", report.failures());
+            assert!(mesh.positions[first as usize..].iter().all(|position| position.x > 1.0));
+        }
+    }
+
+    #[test]
+    fn vertices_that_an_edge_joins_become_one() {
+        let mesh = cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
+        let corner = 0;
+        let mut cut = mesh.clone();
+        let star: Vec<usize> = (0..12).filter(|&i| mesh.triangles[i].contains(&corner)).collect();
+        // Split one triangle at the corner by a vertex on top of the corner.
+        let first = star[0];
+        let triangle = mesh.triangles[first];
+        let place = triangle.iter().position(|&v| v == corner).unwrap();
+        let [a, b, c] = [triangle[place], triangle[(place + 1) % 3], triangle[(place + 2) % 3]];
+        let top = cut.positions.len() as u32;
+        cut.positions.push(cut.positions[corner as usize]);
+        cut.triangles[first] = [a, b, top];
+        cut.triangles.extend([[b, c, top], [c, a, top]]);
+        let mut sources = vec![(); cut.triangles.len()];
+        assert_eq!(move_apart(&mut cut, &mut sources, Precision::Double), Apart { merged: 1, moved: 0 });
+        assert_eq!((cut.triangles.len(), sources.len()), (12, 12));
+        assert!(ManifoldReport::of(&cut, Precision::Double).passed());
+    }
+}
