@@ -45,16 +45,16 @@ fn images_that_do_not_fit_are_refused_with_a_resolution_that_fits() {
 #[test]
 fn exact_volumes_that_do_not_fit_are_refused_or_estimated_with_a_warning() {
     let folder = Folder::new();
-    folder.stl("a.stl", &plates(100));
+    folder.stl("a.stl", &plates(200));
     let across: Vec<Triangle> =
-        plates(100).into_iter().map(|triangle| triangle.map(|[x, y, z]| [z + 0.03, x - 1.0, y + 1.0])).collect();
+        plates(200).into_iter().map(|triangle| triangle.map(|[x, y, z]| [z + 0.03, x - 1.0, y + 1.0])).collect();
     folder.stl("b.stl", &across);
-    // 10,000 pairs of plates meet, each in more than ten segments.
+    // 40,000 pairs of plates meet, each in more than ten segments.
     let run = |arguments: &str| folder.run(&arguments.split(' ').collect::<Vec<_>>());
-    let job = "intersect a.stl b.stl --unit mm --resolution 64 --axis z --memory";
-    run(&format!("{job} 24M --exact")).code(3).says(&["exact volume needs about", "MB of memory", "without --exact"]);
-    let estimate = run(&format!("{job} 24M --json out.json")).code(0);
-    let estimate = estimate.warns(&["exact volume needs about", "--memory allows 24 MB, so it is estimated"]);
+    let job = "intersect a.stl b.stl --unit mm --resolution 16 --axis z --memory";
+    run(&format!("{job} 100M --exact")).code(3).says(&["exact volume needs about", "MB of memory", "without --exact"]);
+    let estimate = run(&format!("{job} 100M --json out.json")).code(0);
+    let estimate = estimate.warns(&["exact volume needs about", "--memory allows 100 MB, so it is estimated"]);
     assert!(!estimate.stdout().contains("(exact)"), "{}", estimate.stdout());
     let told: Value = serde_json::from_str(&std::fs::read_to_string(folder.path("out.json")).unwrap()).unwrap();
     assert_eq!(told["volume"]["method"], "estimate");
