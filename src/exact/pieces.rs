@@ -57,11 +57,6 @@ impl<'a> Pieces<'a> {
         pieces
     }
 
-    /// Returns the number of vertices.
-    pub fn vertices(&self) -> u32 {
-        (self.bodies.points.len() + self.crossings.list().len() + self.triples.positions().len()) as u32
-    }
-
     /// Returns the position of a vertex on the lattice.
     pub fn position(&self, vertex: u32) -> Located {
         let points = &self.bodies.points;

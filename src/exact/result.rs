@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::cut::triangulate;
 use super::pieces::{Pieces, Weight};
 use crate::cancel::checkpoint;
-use crate::mesh::TriangleMesh;
+use crate::mesh::{TriangleMesh, renumber};
 
 /// Number of faces that one task cuts.
 const CHUNK: usize = 4096;
@@ -34,7 +34,7 @@ struct Bound {
 }
 
 /// Returns the surface of the result, with the source of each triangle. `place` gives the position of a vertex in the file.
-pub(super) fn surface(pieces: &Pieces, place: impl Fn(u32) -> DVec3 + Sync) -> (TriangleMesh, Vec<Source>) {
+pub(super) fn surface(pieces: &Pieces, place: impl Fn(u32) -> DVec3 + Sync + Send) -> (TriangleMesh, Vec<Source>) {
     let bounds = bounds(pieces);
     let faces = pieces.bodies.faces.len() as u32;
     let starts: Vec<u32> = (0..faces).step_by(CHUNK).collect();
@@ -65,7 +65,9 @@ pub(super) fn surface(pieces: &Pieces, place: impl Fn(u32) -> DVec3 + Sync) -> (
         triangles.extend(some);
         sources.extend(their_sources);
     }
-    (compacted(triangles, pieces.vertices(), &place), sources)
+    let used = renumber(&mut triangles);
+    let positions = used.into_par_iter().map(place).collect();
+    (TriangleMesh { positions, triangles }, sources)
 }
 
 /// Returns the pieces of segments beside which the surface changes, sorted by faces.
@@ -168,21 +170,4 @@ impl Projection {
         let [u, v] = self.axes;
         DVec2::new(point[u], point[v])
     }
-}
-
-/// Returns the mesh of triangles whose vertices are numbered with gaps.
-fn compacted(mut triangles: Vec<[u32; 3]>, vertices: u32, place: &(impl Fn(u32) -> DVec3 + Sync)) -> TriangleMesh {
-    const UNUSED: u32 = u32::MAX;
-    let mut numbers = vec![UNUSED; vertices as usize];
-    triangles.as_flattened().iter().for_each(|&vertex| numbers[vertex as usize] = 0);
-    let mut used = Vec::new();
-    for (vertex, number) in (0..).zip(&mut numbers) {
-        if *number != UNUSED {
-            *number = used.len() as u32;
-            used.push(vertex);
-        }
-    }
-    triangles.par_iter_mut().for_each(|triangle| *triangle = triangle.map(|vertex| numbers[vertex as usize]));
-    let positions = used.into_par_iter().map(place).collect();
-    TriangleMesh { positions, triangles }
 }

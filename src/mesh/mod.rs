@@ -22,6 +22,7 @@ use glam::DVec3;
 
 pub use check::{Defect, MeshReport, Severity, check};
 pub use closed::{ClosedMesh, NotClosed};
+pub(crate) use compact::renumber;
 pub use hull::convex_hull;
 pub use mass::MassProperties;
 pub(crate) use winding::prove_embedded;
