@@ -26,28 +26,65 @@ pub fn separate<S: Copy>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precisio
     let given = mesh.positions.len();
     let (partners, copied) = split(mesh, &faults);
     let origin = |vertex: u32| (vertex as usize).checked_sub(given).map_or(vertex, |copy| copied[copy]);
-    // The triangle that each one is a part of.
-    let mut wholes: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
-    for edge in Faults::of(mesh).edges {
-        let ends = sorted(edge.ends.map(origin));
-        let joins = |triangle: &[u32; 3]| edge.ends.iter().all(|end| triangle.contains(end));
-        let at_edge: Vec<u32> =
-            (0..).zip(&mesh.triangles).filter(|(_, triangle)| joins(triangle)).map(|(number, _)| number).collect();
-        let partner = |triangle: u32| {
-            let whole = partners.get(&(wholes[triangle as usize], ends))?;
-            at_edge.iter().find(|&&other| wholes[other as usize] == *whole).copied()
-        };
-        let mut pairs: Vec<[u32; 2]> =
-            at_edge.iter().filter_map(|&triangle| Some(sorted([triangle, partner(triangle)?]))).collect();
+    let shared: Vec<[u32; 2]> = Faults::of(mesh).edges.into_iter().map(|edge| edge.ends).collect();
+    let mut parts = Parts::at(&shared, mesh);
+    for ends in shared {
+        let whole_ends = sorted(ends.map(origin));
+        let wholes = parts.wholes.remove(&ends).unwrap_or_default();
+        let mut pairs: Vec<[u32; 2]> = wholes
+            .iter()
+            .filter_map(|&whole| Some(sorted([whole, *partners.get(&(whole, whole_ends))?])))
+            .filter(|pair| wholes.contains(&pair[1]))
+            .collect();
         pairs.sort_unstable();
         pairs.dedup();
         for pair in pairs.into_iter().skip(1) {
-            split_edge(mesh, edge.ends, pair, precision);
+            let pair = pair.map(|whole| parts.with(ends, whole, mesh));
+            split_edge(mesh, ends, pair, precision);
             for triangle in pair {
-                wholes.push(wholes[triangle as usize]);
+                parts.add(triangle);
                 sources.push(sources[triangle as usize]);
             }
         }
+    }
+}
+
+/// Triangles at shared edges, and the parts that they are split into.
+struct Parts {
+    /// The triangles at each edge, before any is split.
+    wholes: HashMap<[u32; 2], Vec<u32>>,
+    /// Further parts of triangles.
+    further: HashMap<u32, Vec<u32>>,
+    /// The triangles of which the last ones are parts, and the number of the first of these.
+    of_last: Vec<u32>,
+    first: u32,
+}
+
+impl Parts {
+    fn at(edges: &[[u32; 2]], mesh: &TriangleMesh) -> Parts {
+        let mut wholes: HashMap<[u32; 2], Vec<u32>> = edges.iter().map(|&edge| (edge, Vec::new())).collect();
+        for (number, &[a, b, c]) in (0..).zip(&mesh.triangles) {
+            for edge in [[a, b], [b, c], [c, a]].map(sorted) {
+                if let Some(triangles) = wholes.get_mut(&edge) {
+                    triangles.push(number);
+                }
+            }
+        }
+        Parts { wholes, further: HashMap::new(), of_last: Vec::new(), first: mesh.triangles.len() as u32 }
+    }
+
+    /// Returns the part of a triangle that has an edge.
+    fn with(&self, edge: [u32; 2], whole: u32, mesh: &TriangleMesh) -> u32 {
+        let has_edge = |part: &u32| edge.iter().all(|end| mesh.triangles[*part as usize].contains(end));
+        let further = self.further.get(&whole).into_iter().flatten().copied();
+        [whole].into_iter().chain(further).find(has_edge).unwrap_or(whole)
+    }
+
+    /// Adds the next triangle as a part of the one that `triangle` is a part of.
+    fn add(&mut self, triangle: u32) {
+        let whole = triangle.checked_sub(self.first).map_or(triangle, |last| self.of_last[last as usize]);
+        self.further.entry(whole).or_default().push(self.first + self.of_last.len() as u32);
+        self.of_last.push(whole);
     }
 }
 
