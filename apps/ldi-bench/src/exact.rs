@@ -15,8 +15,8 @@ use serde_json::{Map, Value, json};
 use crate::BenchError;
 use crate::machine::Machine;
 use crate::models;
-use crate::process::{Entry, Plan, compete, number_at, write_json, write_models};
-use crate::table::{Table, count, number};
+use crate::process::{self, Entry, Plan, compete, number_at, write_json, write_models};
+use crate::table::{Table, count};
 
 /// The intersections, by title and files.
 const CONTESTS: [(&str, [&str; 2]); 4] = [
@@ -60,37 +60,14 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
 }
 
 fn table(entries: &[Entry]) -> Table {
-    let mut table = Table::new(&[
-        "program",
-        "read + weld ms",
-        "build + intersect ms",
-        "whole ms",
-        "CPU ms",
-        "peak MB",
-        "volume mm³",
-        "difference",
-        "build + intersect / ldi-ops whole",
-        "whole / ldi-ops whole",
-    ]);
     let own = &entries[0];
-    let milliseconds = |seconds: f64| number(1e3 * seconds);
-    for (i, entry) in entries.iter().enumerate() {
-        let beside_own = |text: String| if i > 0 { text } else { "–".to_owned() };
-        let ratio = |seconds: Option<f64>| format!("{} ×", number(seconds.unwrap_or(f64::NAN) / own.whole));
-        table.row(vec![
-            entry.program.clone(),
-            milliseconds(entry.prepare.unwrap_or(f64::NAN)),
-            milliseconds(entry.work.unwrap_or(f64::NAN)),
-            milliseconds(entry.whole),
-            milliseconds(entry.cpu),
-            number(1e-6 * entry.peak_memory_bytes as f64),
-            format!("{:.10}", entry.volume),
-            beside_own(format!("{:.0e}", entry.volume / own.volume - 1.0)),
-            beside_own(ratio(entry.work)),
-            beside_own(ratio(Some(entry.whole))),
-        ]);
-    }
-    table
+    process::table(entries, &["volume mm³", "difference"], |entry| {
+        let difference = match std::ptr::eq(entry, own) {
+            true => "–".to_owned(),
+            false => format!("{:.0e}", entry.volume / own.volume - 1.0),
+        };
+        vec![format!("{:.10}", entry.volume), difference]
+    })
 }
 
 /// Returns volume and area of the intersection, the union and the difference of two files under the non-zero rule, each with a bound

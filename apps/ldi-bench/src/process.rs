@@ -163,18 +163,11 @@ pub fn compete(
     Ok((entries, told))
 }
 
-fn print_contest(contest: &Contest, entries: &[Entry]) {
-    let mut table = Table::new(&[
-        "program",
-        "read + weld ms",
-        "build + intersect ms",
-        "whole ms",
-        "CPU ms",
-        "peak MB",
-        "volume mm³",
-        "build + intersect / ldi-ops whole",
-        "whole / ldi-ops whole",
-    ]);
+/// Returns the table of the programs' costs, that of ldi-ops first, with columns of their results.
+pub fn table(entries: &[Entry], names: &[&str], results: impl Fn(&Entry) -> Vec<String>) -> Table {
+    let costs = ["program", "read + weld ms", "build + intersect ms", "whole ms", "CPU ms", "peak MB"];
+    let ratios = ["build + intersect / ldi-ops whole", "whole / ldi-ops whole"];
+    let mut table = Table::new(&[&costs[..], names, &ratios[..]].concat());
     let own = &entries[0];
     for (i, entry) in entries.iter().enumerate() {
         let ratio = |seconds: Option<f64>| match seconds {
@@ -182,18 +175,23 @@ fn print_contest(contest: &Contest, entries: &[Entry]) {
             _ => "–".to_owned(),
         };
         let milliseconds = |seconds: Option<f64>| number(1e3 * seconds.unwrap_or(f64::NAN));
-        table.row(vec![
+        let mut row = vec![
             entry.program.clone(),
             milliseconds(entry.prepare),
             milliseconds(entry.work),
             milliseconds(Some(entry.whole)),
             milliseconds(Some(entry.cpu)),
             number(1e-6 * entry.peak_memory_bytes as f64),
-            format!("{:.3}", entry.volume),
-            ratio(entry.work),
-            ratio(Some(entry.whole)),
-        ]);
+        ];
+        row.extend(results(entry));
+        row.extend([ratio(entry.work), ratio(Some(entry.whole))]);
+        table.row(row);
     }
+    table
+}
+
+fn print_contest(contest: &Contest, entries: &[Entry]) {
+    let table = table(entries, &["volume mm³"], |entry| vec![format!("{:.3}", entry.volume)]);
     println!("#### {}\n\n`ldi-ops intersect {}.stl {}.stl {}`\n", contest.title, contest.a, contest.b, FLAGS.join(" "));
     println!("{}", table.markdown());
     println!(
