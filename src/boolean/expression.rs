@@ -129,7 +129,7 @@ impl Expression {
     }
 
     /// Evaluates the expression: `input` returns the value of an input, `operation` combines the values of its operands.
-    pub(super) fn fold<T>(&self, input: impl Fn(usize) -> T, operation: impl Fn(BooleanOperation, &[T]) -> T) -> T {
+    pub(crate) fn fold<T>(&self, input: impl Fn(usize) -> T, operation: impl Fn(BooleanOperation, &[T]) -> T) -> T {
         let mut values = Vec::new();
         for term in &self.terms {
             let value = match *term {

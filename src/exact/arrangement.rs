@@ -11,7 +11,8 @@ use super::segments::{Meeting, Segment, meet};
 use super::sums::Sums;
 use super::triple::Triples;
 use super::windings::Windings;
-use super::{ExactProperties, NotExact, Rule, Source, fronts, result};
+use super::{ExactProperties, NotExact, Rule, Source, fronts, growth, result};
+use crate::boolean::Expression;
 use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
 use crate::mesh::{Aabb, ClosedMesh, TriangleMesh, Unproved};
@@ -34,12 +35,17 @@ impl Arrangement {
     ///
     /// # Errors
     /// A solid that is not consistently oriented, or of which a face near another body has no area.
-    pub fn of(solids: &[&ClosedMesh], wholeness: &[Wholeness]) -> Result<Arrangement, NotExact> {
+    pub fn of(
+        solids: &[&ClosedMesh],
+        wholeness: &[Wholeness],
+        expression: &Expression,
+    ) -> Result<Arrangement, NotExact> {
         let bounds = solids.iter().map(|mesh| mesh.bounds()).reduce(Aabb::union).expect("an expression has inputs");
         let lattice = Lattice::around(bounds);
         let mut bodies = Bodies::default();
+        let rates = growth::rates(expression, solids.len());
         for (input, (mesh, &wholeness)) in solids.iter().zip(wholeness).enumerate() {
-            bodies.add(input, mesh, &lattice, wholeness).map_err(|why| NotExact { input, why })?;
+            bodies.add(input, mesh, &lattice, wholeness, rates[input]).map_err(|why| NotExact { input, why })?;
             checkpoint();
         }
         let (segments, coincident) = find_meetings(&bodies)?;

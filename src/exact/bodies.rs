@@ -4,10 +4,11 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec3, I64Vec3};
 use rayon::prelude::*;
 
-use super::signs::Plane;
+use super::growth::Stars;
+use super::signs::{Plane, Vertex};
 use crate::box_tree::Box32;
 use crate::mesh::measure::Frame;
 use crate::mesh::{Aabb, ClosedMesh, TriangleMesh, Unproved};
@@ -15,6 +16,9 @@ use crate::union_find::UnionFind;
 
 /// Bits of a lattice coordinate: points lie within ± 2^39 of the lattice's origin.
 const BITS: i32 = 40;
+
+/// Number of shells of a solid that grow at different rates.
+const SHELLS: i32 = 1 << 12;
 
 /// Brings lattice coordinates to at most 1.
 pub(super) const SCALE: f64 = 1.0 / (1u64 << (BITS - 1)) as f64;
@@ -70,6 +74,8 @@ pub(super) struct Body {
     pub extent: Box32,
     /// Its winding number in front of its faces; behind them it is one more.
     pub front: i32,
+    /// The rate at which it grows.
+    rate: i32,
     /// The number of each face in the mesh as given, unless all are in order.
     numbers: Option<Vec<u32>>,
     /// The number of each point in the mesh as given, unless all are in order.
@@ -107,10 +113,11 @@ pub(super) struct Bodies {
     pub bodies: Vec<Body>,
     /// A bound on the volume between the surfaces as given and on the lattice, in cubic steps.
     pub displaced: f64,
+    stars: Stars,
 }
 
 impl Bodies {
-    /// Adds a solid, as one body or as its shells.
+    /// Adds a solid that grows at a rate, as one body or as its shells.
     ///
     /// # Errors
     /// A mesh that is not consistently oriented.
@@ -120,6 +127,7 @@ impl Bodies {
         mesh: &ClosedMesh,
         lattice: &Lattice,
         wholeness: Wholeness,
+        rate: i32,
     ) -> Result<(), Unproved> {
         if !mesh.oriented() {
             return Err(Unproved::NotOriented);
@@ -130,10 +138,12 @@ impl Bodies {
             // Inside-out, a whole solid is the same solid.
             Wholeness::Whole => {
                 let turn = mesh.signed_volume() < 0.0;
-                self.push(solid, mesh, turn, 0, [numbers, vertices]);
+                self.push(solid, mesh, turn, (0, SHELLS * rate), [numbers, vertices]);
             }
             Wholeness::Shells => {
-                for faces in shells(&mesh) {
+                // Shells grow at different rates, so that those that are flush part.
+                for (number, faces) in (0..).zip(shells(&mesh)) {
+                    let rate = SHELLS * rate + i32::min(number, SHELLS - 1);
                     let (shell, points) =
                         mesh.of_triangles(faces.iter().map(|&face| mesh.triangles[face as usize]).collect());
                     let front = if shell.signed_volume() < 0.0 { -1 } else { 0 };
@@ -142,7 +152,7 @@ impl Bodies {
                         None => own,
                     };
                     let (faces, points) = (as_given(&numbers, faces), as_given(&vertices, points));
-                    self.push(solid, shell, false, front, [Some(faces), Some(points)]);
+                    self.push(solid, shell, false, (front, rate), [Some(faces), Some(points)]);
                 }
             }
         }
@@ -154,7 +164,7 @@ impl Bodies {
         solid: usize,
         mesh: TriangleMesh,
         turn: bool,
-        front: i32,
+        (front, rate): (i32, i32),
         [numbers, vertices]: [Option<Vec<u32>>; 2],
     ) {
         let (point, face) = (self.points.len() as u32, self.faces.len() as u32);
@@ -165,7 +175,7 @@ impl Bodies {
             [a, b, c].map(|index| index + point)
         }));
         let (points, faces) = (point..self.points.len() as u32, face..self.faces.len() as u32);
-        self.bodies.push(Body { solid, faces, points, extent, front, numbers, vertices });
+        self.bodies.push(Body { solid, faces, points, extent, front, rate, numbers, vertices });
     }
 
     /// Returns the corners of a face.
@@ -175,8 +185,23 @@ impl Bodies {
     }
 
     /// Returns the plane of a face.
-    pub fn plane(&self, face: u32) -> Plane {
-        Plane::new(self.corners(face), self.body_of_face(face))
+    pub fn plane(&self, face: u32) -> Plane<'_> {
+        let body = self.body_of_face(face);
+        Plane::new(self.faces[face as usize].map(|point| Vertex::of(self, point, body)))
+    }
+
+    /// Returns the ends of an edge.
+    pub fn ends(&self, edge: [u32; 2]) -> [Vertex<'_>; 2] {
+        let body = self.body_of_point(edge[0]);
+        edge.map(|point| Vertex::of(self, point, body))
+    }
+
+    /// Returns the vector, in infinitesimal steps, by which a point of a body moves as the body grows.
+    pub fn growth(&self, point: u32, body: u32) -> I64Vec3 {
+        match self.bodies[body as usize].rate {
+            0 => I64Vec3::ZERO,
+            rate => i64::from(rate) * self.stars.direction(self, point),
+        }
     }
 
     /// Returns the body of a face.

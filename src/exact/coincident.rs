@@ -27,17 +27,18 @@ const LEAST_OVERLAP: f64 = 1e-9;
 impl Coincident {
     /// Returns the overlap of two faces if they are coplanar.
     pub fn of(f: &Plane, g: &Plane) -> Option<Coincident> {
-        if !g.contains(f.corners) {
+        if !g.contains(&f.corners) {
             return None;
         }
         let normal = f.unit_normal();
         let is_parallel = normal.dot(g.unit_normal()) > 0.0;
         let u = normal.any_orthonormal_vector();
         let v = normal.cross(u);
-        let flat = |point: DVec3| DVec2::new((point - f.corners[0]).dot(u), (point - f.corners[0]).dot(v));
-        let [a, b, c] = g.corners.map(flat);
+        let origin = f.corners[0].at;
+        let flat = |point: DVec3| DVec2::new((point - origin).dot(u), (point - origin).dot(v));
+        let [a, b, c] = g.positions().map(flat);
         let other = if is_parallel { [a, b, c] } else { [a, c, b] };
-        let own = f.corners.map(flat);
+        let own = f.positions().map(flat);
         let common = other
             .iter()
             .zip([other[1], other[2], other[0]])
@@ -46,7 +47,7 @@ impl Coincident {
         (area > LEAST_OVERLAP * self::area(&own).min(self::area(&other))).then(|| Coincident {
             area,
             is_parallel,
-            second_is_in_front: f.is_in_front(g.corners[0], g.body),
+            second_is_in_front: f.is_in_front(&g.corners[0]),
         })
     }
 }

@@ -88,9 +88,8 @@ impl Crossings {
             }
         }
         let list: Vec<Crossing> = groups.into_iter().map(|group| group.crossing).collect();
-        let position = |crossing: &Crossing| {
-            bodies.plane(crossing.face).crossing(crossing.edge.map(|point| bodies.points[point as usize]))
-        };
+        let position =
+            |crossing: &Crossing| bodies.plane(crossing.face).crossing(bodies.ends(crossing.edge).each_ref());
         let positions = list.par_iter().map(position).collect();
         Crossings { list, positions, ends, is_crossed }
     }
@@ -129,9 +128,7 @@ impl Crossings {
 
 /// Sorts the crossings of one edge from its lower point to its higher.
 fn sort_along(group: &mut [Group], bodies: &Bodies) {
-    let edge = group[0].crossing.edge;
-    let ends = edge.map(|index| bodies.points[index as usize]);
-    let body = bodies.body_of_point(edge[0]);
+    let ends = bodies.ends(group[0].crossing.edge);
     group.sort_by(|a, b| {
         let [a, b] = [a, b].map(|group| group.crossing);
         if a.face == b.face {
@@ -140,7 +137,7 @@ fn sort_along(group: &mut [Group], bodies: &Bodies) {
         let [through, beside] = [a, b].map(|crossing| bodies.plane(crossing.face));
         // The edge starts in front of a face that it enters. The crossing with `a` comes first if it lies on the side of `b`
         // where the edge starts.
-        match beside.has_crossing_in_front(ends, body, &through, a.enters) == b.enters {
+        match beside.has_crossing_in_front(ends.each_ref(), &through, a.enters) == b.enters {
             true => std::cmp::Ordering::Less,
             false => std::cmp::Ordering::Greater,
         }

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use super::Rule;
 use super::bodies::{Bodies, Body, SCALE};
-use super::signs::{Plane, is_left_of};
+use super::signs::{Plane, Vertex, is_left_of};
 use super::windings::Windings;
 use crate::cancel::checkpoint;
 use crate::mesh::{Unproved, prove_embedded};
@@ -67,29 +67,29 @@ fn needed(body: &Body, bodies: &Bodies, is_crossed: &[bool], windings: &Windings
 }
 
 /// A line along an axis through a face, from one side of the lattice to the other.
-struct Line {
+struct Line<'b> {
     /// The number of the face within its body.
     face: u32,
-    plane: Plane,
-    ends: [DVec3; 2],
+    plane: Plane<'b>,
+    ends: [Vertex<'b>; 2],
     /// True if the first end is in front of the face.
     enters: bool,
 }
 
-impl Line {
+impl<'b> Line<'b> {
     /// Returns a line along x through a point of the lattice in a face, if there is one near its centroid.
-    fn through(face: u32, plane: Plane) -> Option<Line> {
-        let [a, b, c] = plane.corners;
+    fn through(face: u32, plane: Plane<'b>) -> Option<Line<'b>> {
+        let [a, b, c] = plane.positions();
         let middle = ((a + b + c) / 3.0).round();
-        let ends = [-BEYOND, BEYOND].map(|x| DVec3::new(x, middle.y, middle.z));
-        crosses(&plane, middle).then(|| Line { face, ends, enters: plane.is_in_front(ends[0], LINE), plane })
+        let ends = [-BEYOND, BEYOND].map(|x| Vertex::still(DVec3::new(x, middle.y, middle.z), LINE));
+        crosses(&plane, &ends[0]).then(|| Line { face, ends, enters: plane.is_in_front(&ends[0]), plane })
     }
 
     /// Returns by how much the winding number grows at a face if the line crosses that before its own.
     fn change(&self, plane: &Plane) -> i32 {
-        let enters = plane.is_in_front(self.ends[0], LINE);
+        let enters = plane.is_in_front(&self.ends[0]);
         // The line starts in front of a face that it enters.
-        let is_later = plane.has_crossing_in_front(self.ends, LINE, &self.plane, self.enters) == enters;
+        let is_later = plane.has_crossing_in_front(self.ends.each_ref(), &self.plane, self.enters) == enters;
         match (is_later, enters) {
             (true, _) => 0,
             (false, true) => 1,
@@ -99,9 +99,9 @@ impl Line {
 }
 
 /// Returns whether the line along x through a point crosses a face.
-fn crosses(plane: &Plane, point: DVec3) -> bool {
-    let [a, b, c] = plane.corners;
-    let [first, second, third] = [[a, b], [b, c], [c, a]].map(|side| is_left_of(point, LINE, side, plane.body));
+fn crosses(plane: &Plane, point: &Vertex) -> bool {
+    let [a, b, c] = &plane.corners;
+    let [first, second, third] = [[a, b], [b, c], [c, a]].map(|side| is_left_of(point, side));
     first == second && second == third
 }
 
@@ -126,29 +126,34 @@ impl Turned<'_> {
         })
     }
 
-    fn line(&self, face: u32) -> Option<Line> {
-        Line::through(face, Plane::new(self.corners(face), self.own))
+    /// Returns the plane of a face, which does not grow.
+    fn plane(&self, face: u32) -> Plane<'static> {
+        Plane::new(self.corners(face).map(|corner| Vertex::still(corner, self.own)))
+    }
+
+    fn line(&self, face: u32) -> Option<Line<'static>> {
+        Line::through(face, self.plane(face))
     }
 
     /// Returns the lowest of the lines' faces with another winding number in front than that of the body.
-    fn least_wrong(&self, mut lines: Vec<Line>) -> Option<u32> {
-        lines.sort_unstable_by(|a, b| a.ends[0].y.total_cmp(&b.ends[0].y).then(a.face.cmp(&b.face)));
+    fn least_wrong(&self, mut lines: Vec<Line<'_>>) -> Option<u32> {
+        lines.sort_unstable_by(|a, b| a.ends[0].at.y.total_cmp(&b.ends[0].at.y).then(a.face.cmp(&b.face)));
         let numbers: Vec<AtomicI32> = lines.iter().map(|_| AtomicI32::new(0)).collect();
         (0..self.body().faces.len() as u32).into_par_iter().with_min_len(4096).for_each(|face| {
             let corners = self.corners(face);
             let [a, b, c] = corners;
             let (min, max) = (a.min(b).min(c), a.max(b).max(c));
-            let start = lines.partition_point(|line| line.ends[0].y < min.y);
+            let start = lines.partition_point(|line| line.ends[0].at.y < min.y);
             for (line, number) in lines[start..].iter().zip(&numbers[start..]) {
-                let point = line.ends[0];
+                let point = line.ends[0].at;
                 if point.y > max.y {
                     break;
                 }
                 if face == line.face || point.z < min.z || point.z > max.z {
                     continue;
                 }
-                let plane = Plane::new(corners, self.own);
-                if crosses(&plane, point) {
+                let plane = self.plane(face);
+                if crosses(&plane, &line.ends[0]) {
                     number.fetch_add(line.change(&plane), Ordering::Relaxed);
                 }
             }

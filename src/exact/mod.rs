@@ -31,8 +31,10 @@ mod coincident;
 mod crossings;
 mod cut;
 mod fronts;
+mod growth;
 mod near;
 mod pieces;
+mod polynomial;
 mod result;
 mod segments;
 mod signs;
@@ -136,7 +138,7 @@ impl<'a> Solution<'a> {
         mut wholeness: Vec<Wholeness>,
     ) -> Result<Solution<'a>, NotExact> {
         loop {
-            let arrangement = Arrangement::of(inputs, &wholeness)?;
+            let arrangement = Arrangement::of(inputs, &wholeness, rule.expression)?;
             let unproved = arrangement.unproved(&rule);
             if unproved.is_empty() {
                 let with_meeting_shells =

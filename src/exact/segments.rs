@@ -6,8 +6,6 @@
 //! from there. So four orders of two crossings give the segment, and each order is the sign of the volume of a side of
 //! f and a side of g (Guigue and Devillers, "Fast and robust triangle-triangle overlap test", 2003).
 
-use glam::DVec3;
-
 use super::coincident::Coincident;
 use super::signs::{Plane, edges_turn};
 
@@ -37,7 +35,7 @@ pub(super) enum Meeting {
 
 /// Returns the way in which two faces of different bodies meet, if they do.
 pub(super) fn meet(faces: [u32; 2], f: &Plane, g: &Plane) -> Option<Meeting> {
-    let beside = |plane: &Plane, of: &Plane| of.corners.map(|corner| plane.is_in_front(corner, of.body));
+    let beside = |plane: &Plane, of: &Plane| of.corners.each_ref().map(|corner| plane.is_in_front(corner));
     let of_f = beside(g, f);
     if of_f == [of_f[0]; 3] {
         // Coplanar faces are displaced to one side of each other.
@@ -50,12 +48,13 @@ pub(super) fn meet(faces: [u32; 2], f: &Plane, g: &Plane) -> Option<Meeting> {
     let [f_in, f_out] = passing_sides(of_f);
     let [g_in, g_out] = passing_sides(of_g);
     // Sides from front to back of the other face.
-    let ends = |plane: &Plane, side: usize| [plane.corners[side], plane.corners[(side + 1) % 3]];
-    let turned = |[u, v]: [DVec3; 2]| [v, u];
-    let of_first = [turned(ends(f, f_out)), ends(f, f_in)];
-    let of_second = [ends(g, g_in), turned(ends(g, g_out))];
+    let [ends_of_f, ends_of_g] =
+        [f, g].map(|plane| |side: usize| [&plane.corners[side], &plane.corners[(side + 1) % 3]]);
+    let turned = |[u, v]: [_; 2]| [v, u];
+    let of_first = [turned(ends_of_f(f_out)), ends_of_f(f_in)];
+    let of_second = [ends_of_g(g_in), turned(ends_of_g(g_out))];
     // Whether the crossing of a side of f comes before that of a side of g.
-    let precedes = |own: usize, other: usize| edges_turn(of_first[own], f.body, of_second[other], g.body);
+    let precedes = |own: usize, other: usize| edges_turn(of_first[own], of_second[other]);
     if !precedes(0, 1) || precedes(1, 0) {
         return None;
     }

@@ -1,17 +1,21 @@
 //! Exact signs of volumes of lattice points, in a world where no two bodies touch.
 //!
-//! Points are integers of up to 40 bits, stored as `f64`. Each body is moved by an infinitesimal vector of its own: body
-//! k by (ε₁, ε₂, ε₃) with ε₁ ≫ ε₂ ≫ ε₃ > 0, and every component of a later body exceeds those of all earlier ones by
-//! any factor (a simulation of simplicity, Edelsbrunner and Mücke 1990, by translations). All quantities below are
-//! linear in these vectors, so the sign of a quantity that is zero is that of the first coefficient that is not.
+//! Points are integers of up to 40 bits, stored as `f64`. Each body grows by an infinitesimal: its points move by ε times
+//! integer vectors (`growth`), so that faces that coincide part in the direction that suits the expression. What that leaves
+//! undecided, translations decide that are smaller than any power of ε: body k moves by (ε₁, ε₂, ε₃) with ε₁ ≫ ε₂ ≫ ε₃ > 0, and
+//! every component of a later body exceeds those of all earlier ones by any factor (a simulation of simplicity, Edelsbrunner
+//! and Mücke 1990). All quantities below are polynomials in ε and linear in the translations, so the sign of a quantity that is
+//! zero is that of the first coefficient that is not.
 //!
 //! A sign is first computed in `f64`. Differences of points are exact; the determinant has at most five roundings in
 //! each product. Where that bound does not decide, integers do: of 128 bits for one determinant (2^123 at most), of 512
-//! bits for products of them.
+//! bits for products of them; and where these are zero, polynomials of such integers.
 
-use bnum::cast::As;
 use bnum::types::I512;
 use glam::{DVec3, I64Vec3};
+
+use super::bodies::Bodies;
+use super::polynomial::{Number, Polynomial};
 
 /// Half a unit in the last place of 1.
 const HALF_ULP: f64 = f64::EPSILON / 2.0;
@@ -22,10 +26,84 @@ const DETERMINANT_ERROR: f64 = 8.0 * HALF_ULP;
 /// The largest error of a crossing along an edge, as a share of the edge, with which `f64` is trusted.
 const CROSSING_ERROR: f64 = 1.0 / (1u64 << 46) as f64;
 
+/// A point of a body, or of a line that tests one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vertex<'b> {
+    pub at: DVec3,
+    pub body: u32,
+    /// The bodies and the number of the point in them; `None` if it does not move with growth.
+    source: Option<(&'b Bodies, u32)>,
+}
+
+impl<'b> Vertex<'b> {
+    /// Returns a point that does not move with growth.
+    pub fn still(at: DVec3, body: u32) -> Vertex<'b> {
+        Vertex { at, body, source: None }
+    }
+
+    /// Returns a point of a body, by its number.
+    pub fn of(bodies: &'b Bodies, number: u32, body: u32) -> Vertex<'b> {
+        Vertex { at: bodies.points[number as usize], body, source: Some((bodies, number)) }
+    }
+
+    fn seen(&self, time: Time) -> Moving {
+        let speed = match (time, self.source) {
+            (Time::Growing, Some((bodies, number))) => bodies.growth(number, self.body),
+            _ => I64Vec3::ZERO,
+        };
+        Moving { at: self.at.as_i64vec3(), speed }
+    }
+}
+
+/// Whether bodies grow.
+#[derive(Clone, Copy)]
+enum Time {
+    /// Not yet; all powers of growth but the lowest are zero.
+    Resting,
+    Growing,
+}
+
+/// A vector that changes with growth.
+#[derive(Clone, Copy)]
+struct Moving {
+    at: I64Vec3,
+    speed: I64Vec3,
+}
+
+impl Moving {
+    fn from(self, origin: Moving) -> Moving {
+        Moving { at: self.at - origin.at, speed: self.speed - origin.speed }
+    }
+
+    /// Returns the coefficients of a product of vectors.
+    fn cross(self, other: Moving) -> [[i128; 3]; 3] {
+        let both = [cross(self.at, other.speed), cross(self.speed, other.at)];
+        [cross(self.at, other.at), [0, 1, 2].map(|i| both[0][i] + both[1][i]), cross(self.speed, other.speed)]
+    }
+
+    /// Returns the coefficients of the volume of three vectors.
+    fn volume(self, v: Moving, w: Moving) -> [i128; 4] {
+        let product = v.cross(w);
+        let (at, speed) = (wide(self.at), wide(self.speed));
+        let by = |vector: [i128; 3], power: usize| dot(vector, product[power]);
+        [by(at, 0), by(at, 1) + by(speed, 0), by(at, 2) + by(speed, 1), by(speed, 2)]
+    }
+}
+
+/// Returns the sign of the first coefficient that is not zero.
+fn first_sign(coefficients: impl IntoIterator<Item = i128>) -> Option<bool> {
+    coefficients.into_iter().find(|&c| c != 0).map(|c| c > 0)
+}
+
+/// Returns the sign of the product of a vector with a translation: of its first component that is not zero.
+fn is_along_translation(vector: [[i128; 3]; 3]) -> bool {
+    first_sign((0..3).flat_map(|axis| vector.map(|coefficients| coefficients[axis]))).unwrap_or(false)
+}
+
 /// A triangle's plane: its corners, its body, and its normal in `f64`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Plane {
-    pub corners: [DVec3; 3],
+pub(super) struct Plane<'b> {
+    pub corners: [Vertex<'b>; 3],
     pub body: u32,
     /// (b − a) × (c − a), rounded.
     normal: DVec3,
@@ -62,18 +140,26 @@ impl Rounded {
     }
 }
 
-impl Plane {
+impl<'b> Plane<'b> {
     #[inline]
-    pub fn new(corners: [DVec3; 3], body: u32) -> Plane {
-        let (u, v) = (corners[1] - corners[0], corners[2] - corners[0]);
+    pub fn new(corners: [Vertex<'b>; 3]) -> Plane<'b> {
+        let [a, b, c] = corners.map(|corner| corner.at);
+        let (u, v) = (b - a, c - a);
         let (s, t) = (u.abs(), v.abs());
         let magnitude = DVec3::new(s.y * t.z + s.z * t.y, s.z * t.x + s.x * t.z, s.x * t.y + s.y * t.x);
-        Plane { corners, body, normal: u.cross(v), magnitude }
+        Plane { corners, body: corners[0].body, normal: u.cross(v), magnitude }
+    }
+
+    /// Returns the positions of the corners.
+    #[inline]
+    pub fn positions(&self) -> [DVec3; 3] {
+        self.corners.map(|corner| corner.at)
     }
 
     /// Returns whether the corners lie on a line.
     pub fn is_flat(&self) -> bool {
-        self.normal.abs().cmple(DETERMINANT_ERROR * self.magnitude).all() && self.exact_normal() == [0; 3]
+        self.normal.abs().cmple(DETERMINANT_ERROR * self.magnitude).all()
+            && self.exact_normal(Time::Resting)[0] == [0; 3]
     }
 
     /// Returns the normal, of length 1.
@@ -83,211 +169,287 @@ impl Plane {
 
     #[inline]
     fn rounded_height(&self, point: DVec3) -> Rounded {
-        let w = point - self.corners[0];
+        let w = point - self.corners[0].at;
         Rounded { value: self.normal.dot(w), error: DETERMINANT_ERROR * self.magnitude.dot(w.abs()) }
     }
 
     /// Returns whether a point of another body lies in front, where the normal points to.
     #[inline]
-    pub fn is_in_front(&self, point: DVec3, body: u32) -> bool {
-        self.rounded_height(point).is_positive().unwrap_or_else(|| self.is_exactly_in_front(point, body))
+    pub fn is_in_front(&self, point: &Vertex) -> bool {
+        self.rounded_height(point.at).is_positive().unwrap_or_else(|| self.is_exactly_in_front(point))
     }
 
     #[cold]
-    fn is_exactly_in_front(&self, point: DVec3, body: u32) -> bool {
-        let height = self.height(point);
-        if height != 0 { height > 0 } else { first_is_positive(self.exact_normal()) == (body > self.body) }
+    fn is_exactly_in_front(&self, point: &Vertex) -> bool {
+        let sign =
+            first_sign(self.height(point, Time::Resting)).or_else(|| first_sign(self.height(point, Time::Growing)));
+        sign.unwrap_or_else(|| is_along_translation(self.exact_normal(Time::Growing)) == (point.body > self.body))
     }
 
-    /// Returns (b − a) × (c − a) · (p − a).
-    fn height(&self, point: DVec3) -> i128 {
-        let ([a, b, c], p) = (self.corners.map(integer), integer(point));
-        dot(cross(b - a, c - a), wide(p - a))
+    /// Returns the coefficients of (b − a) × (c − a) · (p − a).
+    fn height(&self, point: &Vertex, time: Time) -> [i128; 4] {
+        let ([a, b, c], p) = (self.corners.each_ref().map(|corner| corner.seen(time)), point.seen(time));
+        p.from(a).volume(b.from(a), c.from(a))
     }
 
-    fn exact_normal(&self) -> [i128; 3] {
-        let [a, b, c] = self.corners.map(integer);
-        cross(b - a, c - a)
+    fn exact_normal(&self, time: Time) -> [[i128; 3]; 3] {
+        let [a, b, c] = self.corners.each_ref().map(|corner| corner.seen(time));
+        b.from(a).cross(c.from(a))
     }
 
     /// Returns the point at which an edge whose ends lie on different sides crosses the plane. Its rounding depends on the
     /// order of the ends.
-    pub fn crossing(&self, [u, v]: [DVec3; 2]) -> Located {
-        let (from, to) = (self.rounded_height(u), self.rounded_height(v));
+    pub fn crossing(&self, [u, v]: [&Vertex; 2]) -> Located {
+        let (from, to) = (self.rounded_height(u.at), self.rounded_height(v.at));
         let (mut above, mut below) = (from.value, to.value);
         let mut error = from.error + to.error;
-        if error > CROSSING_ERROR * (above - below).abs() {
-            (above, below) = (self.height(u) as f64, self.height(v) as f64);
+        if error >= CROSSING_ERROR * (above - below).abs() {
+            (above, below) = self.exact_heights([u, v]);
             error = 0.0;
         }
-        // If both heights are zero, the displacement decides about the sides, and it is the same at both ends; so the
-        // divisor is not zero.
         let share = above / (above - below);
+        let (u, v) = (u.at, v.at);
         let at = if share <= 0.5 { u + share * (v - u) } else { v + (below / (below - above)) * (u - v) };
         let share_error = 1.01 * error / (above - below).abs() + 4.0 * HALF_ULP;
         Located { at, error: share_error * (v - u).length() + HALF_ULP * (at.length() + 1.0) }
     }
 
+    /// Returns the heights of the ends of an edge that crosses the plane, in the lowest power of growth in which they differ.
+    fn exact_heights(&self, ends: [&Vertex; 2]) -> (f64, f64) {
+        let resting = ends.map(|end| self.height(end, Time::Resting)[0]);
+        if resting != [0; 2] {
+            return (resting[0] as f64, resting[1] as f64);
+        }
+        let [above, below] = ends.map(|end| self.height(end, Time::Growing));
+        // If all are zero, translation decides about the sides, and it is the same at both ends; so some differ.
+        let power = (1..4).find(|&power| above[power] != 0 || below[power] != 0).unwrap_or(0);
+        (above[power] as f64, below[power] as f64)
+    }
+
     /// Returns whether the corners of a face lie in this plane.
-    pub fn contains(&self, corners: [DVec3; 3]) -> bool {
-        let may_contain = |point| self.rounded_height(point).is_positive().is_none();
-        corners.into_iter().all(|corner| may_contain(corner) && self.height(corner) == 0)
+    pub fn contains(&self, corners: &[Vertex; 3]) -> bool {
+        let may_contain = |point: &Vertex| self.rounded_height(point.at).is_positive().is_none();
+        corners.iter().all(|corner| may_contain(corner) && self.height(corner, Time::Resting)[0] == 0)
     }
 
     /// Returns whether the crossing of an edge of another body and `through`, a plane of a third body or of this plane's,
     /// lies in front. `u_in_front` tells whether the edge's first end lies in front of `through`.
-    pub fn has_crossing_in_front(&self, edge: [DVec3; 2], body: u32, through: &Plane, u_in_front: bool) -> bool {
+    pub fn has_crossing_in_front(&self, edge: [&Vertex; 2], through: &Plane, u_in_front: bool) -> bool {
         let [u, v] = edge;
-        let [d, e] = [through.rounded_height(u), through.rounded_height(v)];
-        let [g, h] = [self.rounded_height(u), self.rounded_height(v)];
+        let [d, e] = [through.rounded_height(u.at), through.rounded_height(v.at)];
+        let [g, h] = [self.rounded_height(u.at), self.rounded_height(v.at)];
         let value = d.value * h.value - e.value * g.value;
         let product = |a: Rounded, b: Rounded| a.value.abs() * b.error + b.value.abs() * a.error + a.error * b.error;
         let rounding = 4.0 * HALF_ULP * (d.value * h.value).abs().max((e.value * g.value).abs());
         let error = 1.01 * (product(d, h) + product(e, g) + rounding);
         let is_positive = Rounded { value, error }.is_positive();
-        is_positive.unwrap_or_else(|| self.exact_product_is_positive(edge, body, through)) == u_in_front
+        is_positive.unwrap_or_else(|| self.exact_product_is_positive(edge, through)) == u_in_front
     }
 
     /// Returns the sign of D(u) H(v) − D(v) H(u), D being the height above `through` and H that above this plane.
     #[cold]
-    fn exact_product_is_positive(&self, [u, v]: [DVec3; 2], body: u32, through: &Plane) -> bool {
-        let big = |x: i128| -> I512 { x.as_() };
-        let [d, e] = [through.height(u), through.height(v)].map(big);
-        let [g, h] = [self.height(u), self.height(v)].map(big);
-        let value = d * h - e * g;
-        if !value.is_zero() {
-            return value.is_positive();
+    fn exact_product_is_positive(&self, edge: [&Vertex; 2], through: &Plane) -> bool {
+        let product = self.product::<I512>(edge, through, Time::Resting);
+        if let Some(sign) = product.value().sign() {
+            return sign;
         }
-        // Moving the edge by s and the planes by s₁, s₂ adds n₁ · (s − s₁) to D and n₂ · (s − s₂) to H.
-        let along_through = through.exact_normal().map(|n| big(n) * (h - g));
-        let along_self = self.exact_normal().map(|n| big(n) * (d - e));
-        let of_edge = [0, 1, 2].map(|i| along_through[i] + along_self[i]);
-        let moves = [(body, of_edge), (through.body, along_through.map(|c| -c)), (self.body, along_self.map(|c| -c))];
-        first_move_is_positive(moves)
+        let product = self.product::<Polynomial>(edge, through, Time::Growing);
+        product.value().sign().unwrap_or_else(|| {
+            // Moving the edge by s and the planes by s₁, s₂ adds n₁ · (s − s₁) to D and n₂ · (s − s₂) to H.
+            let Product { above_through: [d, e], above_own: [g, h] } = product;
+            let normal = |plane: &Plane| vector::<Polynomial>(plane.exact_normal(Time::Growing));
+            let along_through = normal(through).map(|n| n.times(h.minus(g)));
+            let along_own = normal(self).map(|n| n.times(d.minus(e)));
+            let of_edge = [0, 1, 2].map(|i| along_through[i].plus(along_own[i]));
+            let turned = |vector: [Polynomial; 3]| vector.map(|c| Polynomial::of(&[]).minus(c));
+            let moves =
+                [(edge[0].body, of_edge), (through.body, turned(along_through)), (self.body, turned(along_own))];
+            first_move_is_positive(moves)
+        })
     }
+
+    fn product<T: Number>(&self, [u, v]: [&Vertex; 2], through: &Plane, time: Time) -> Product<T> {
+        let above = |plane: &Plane| [u, v].map(|end| T::of(&plane.height(end, time)));
+        Product { above_through: above(through), above_own: above(self) }
+    }
+}
+
+/// The heights of the ends of an edge above two planes.
+struct Product<T> {
+    above_through: [T; 2],
+    above_own: [T; 2],
+}
+
+impl<T: Number> Product<T> {
+    fn value(&self) -> T {
+        let ([d, e], [g, h]) = (self.above_through, self.above_own);
+        d.times(h).minus(e.times(g))
+    }
+}
+
+/// Returns a vector by components from its coefficients by powers.
+fn vector<T: Number>(coefficients: [[i128; 3]; 3]) -> [T; 3] {
+    [0, 1, 2].map(|axis| T::of(&coefficients.map(|power| power[axis])))
 }
 
 /// Returns the sign of the volume of two edges of different bodies: of (v − u) · ((r − u) × (s − u)).
 #[inline]
-pub(super) fn edges_turn([u, v]: [DVec3; 2], body: u32, [r, s]: [DVec3; 2], other: u32) -> bool {
+pub(super) fn edges_turn(edge: [&Vertex; 2], other: [&Vertex; 2]) -> bool {
+    let ([u, v], [r, s]) = (edge.map(|end| end.at), other.map(|end| end.at));
     let (a, b, c) = (v - u, r - u, s - u);
     let (p, q, k) = (a.abs(), b.abs(), c.abs());
     let value = a.dot(b.cross(c));
     let magnitude = p.x * (q.y * k.z + q.z * k.y) + p.y * (q.z * k.x + q.x * k.z) + p.z * (q.x * k.y + q.y * k.x);
     let rounded = Rounded { value, error: DETERMINANT_ERROR * magnitude };
-    rounded.is_positive().unwrap_or_else(|| edges_turn_exactly([u, v], [r, s], other > body))
+    rounded.is_positive().unwrap_or_else(|| edges_turn_exactly(edge, other))
 }
 
 #[cold]
-fn edges_turn_exactly(edge: [DVec3; 2], other: [DVec3; 2], other_is_moved: bool) -> bool {
-    let ([u, v], [r, s]) = (edge.map(integer), other.map(integer));
-    let value = dot(cross(r - u, s - u), wide(v - u));
-    if value != 0 { value > 0 } else { first_is_positive(cross(s - r, v - u)) == other_is_moved }
+fn edges_turn_exactly(edge: [&Vertex; 2], other: [&Vertex; 2]) -> bool {
+    let volume = |time: Time| {
+        let ([u, v], [r, s]) = (edge.map(|end| end.seen(time)), other.map(|end| end.seen(time)));
+        v.from(u).volume(r.from(u), s.from(u))
+    };
+    let sign = first_sign(volume(Time::Resting)).or_else(|| first_sign(volume(Time::Growing)));
+    sign.unwrap_or_else(|| {
+        let [[u, v], [r, s]] = [edge, other].map(|ends| ends.map(|end| end.seen(Time::Growing)));
+        is_along_translation(s.from(r).cross(v.from(u))) == (other[0].body > edge[0].body)
+    })
 }
 
 /// Returns whether a point lies to the left of the line from a to b, seen against the x axis, where the line belongs to
 /// another body.
-pub(super) fn is_left_of(point: DVec3, body: u32, [a, b]: [DVec3; 2], other: u32) -> bool {
-    let (u, w) = (b - a, point - a);
+pub(super) fn is_left_of(point: &Vertex, [a, b]: [&Vertex; 2]) -> bool {
+    let (u, w) = (b.at - a.at, point.at - a.at);
     let (left, right) = (u.y * w.z, u.z * w.y);
     let rounded = Rounded { value: left - right, error: 4.0 * HALF_ULP * (left.abs() + right.abs()) };
     rounded.is_positive().unwrap_or_else(|| {
-        let ([a, b], p) = ([a, b].map(integer), integer(point));
-        let (u, w) = (wide(b - a), wide(p - a));
-        let value = u[1] * w[2] - u[2] * w[1];
-        match value {
-            0 => first_is_positive([0, -u[2], u[1]]) == (body > other),
-            value => value > 0,
-        }
+        let along_x = |time: Time| {
+            let [a, b, p] = [a, b, point].map(|end| end.seen(time));
+            b.from(a).cross(p.from(a)).map(|power| power[0])
+        };
+        let sign = first_sign(along_x(Time::Resting)).or_else(|| first_sign(along_x(Time::Growing)));
+        sign.unwrap_or_else(|| {
+            let u = b.seen(Time::Growing).from(a.seen(Time::Growing));
+            let along = [u.at, u.speed, I64Vec3::ZERO].map(|u| [0, -i128::from(u.z), i128::from(u.y)]);
+            is_along_translation(along) == (point.body > a.body)
+        })
     })
 }
 
 /// Returns whether the point common to three planes lies in front of a fourth. No two of the planes may be parallel to the
-/// line of the others; see [`has_common_point`].
+/// line of the others; see [`common_point`].
 pub(super) fn common_point_is_in_front(planes: [&Plane; 3], fourth: &Plane) -> bool {
-    let [f, g, h] = planes.map(Equation::of);
-    let k = Equation::of(fourth);
-    let triple = |a: &Equation, b: &Equation, c: &Equation| a.normal_volume(b, c);
-    // The heights are n · x − o. Cramer's rule for the first three gives the point; its height above the fourth, times
-    // their determinant, is the sum of the offsets times these minors.
-    let minors = [triple(&g, &h, &k), -triple(&h, &k, &f), triple(&k, &f, &g), -triple(&f, &g, &h)];
-    let determinant = -minors[3];
-    let all = [&f, &g, &h, &k];
-    let offset = |i: usize| all[i].offset * minors[i];
-    let value = offset(0) + offset(1) + offset(2) + offset(3);
-    let bodies = [planes[0].body, planes[1].body, planes[2].body, fourth.body];
-    let is_positive = if value.is_zero() {
-        first_move_is_positive([0, 1, 2, 3].map(|i| (bodies[i], all[i].normal.map(|n| n * minors[i]))))
-    } else {
-        value.is_positive()
-    };
-    is_positive == determinant.is_positive()
+    let resting = Common::<I512>::of(planes, Time::Resting);
+    if let (Some(above), Some(orientation)) = (resting.height(fourth, Time::Resting).sign(), resting.determinant.sign())
+    {
+        return above == orientation;
+    }
+    let growing = Common::<Polynomial>::of(planes, Time::Growing);
+    let is_positive = growing.height(fourth, Time::Growing).sign().unwrap_or_else(|| {
+        let minors = growing.minors(fourth, Time::Growing);
+        let all = [planes[0], planes[1], planes[2], fourth];
+        let normal = |i: usize| Equation::<Polynomial>::of(all[i], Time::Growing).normal;
+        first_move_is_positive([0, 1, 2, 3].map(|i| (all[i].body, normal(i).map(|n| n.times(minors[i])))))
+    });
+    Some(is_positive) == growing.determinant.sign()
 }
 
 /// Returns the point common to three planes, rounded once; `None` where they are parallel to a line.
 pub(super) fn common_point(planes: [&Plane; 3]) -> Option<Located> {
-    let [f, g, h] = planes.map(Equation::of);
-    let determinant = f.normal_volume(&g, &h);
-    if determinant.is_zero() {
-        return None;
-    }
-    let sides = [g.crossed(&h), h.crossed(&f), f.crossed(&g)];
-    let of = |i: usize| f.offset * sides[0][i] + g.offset * sides[1][i] + h.offset * sides[2][i];
-    let divisor: f64 = determinant.as_();
-    let at = DVec3::from_array([0, 1, 2].map(|i| {
-        let numerator: f64 = of(i).as_();
-        numerator / divisor
-    }));
+    let resting = Common::<I512>::of(planes, Time::Resting);
+    let at = match resting.determinant.sign() {
+        Some(_) => resting.point(),
+        None => {
+            let growing = Common::<Polynomial>::of(planes, Time::Growing);
+            growing.determinant.sign()?;
+            growing.point()
+        }
+    };
     Some(Located { at, error: 4.0 * HALF_ULP * at.length() })
 }
 
 /// A plane n · x = o in integers.
-struct Equation {
-    normal: [I512; 3],
-    offset: I512,
+#[derive(Clone, Copy)]
+struct Equation<T> {
+    normal: [T; 3],
+    offset: T,
 }
 
-impl Equation {
-    fn of(plane: &Plane) -> Equation {
-        let normal = plane.exact_normal();
-        let offset = dot(normal, wide(integer(plane.corners[0])));
-        Equation { normal: normal.map(|n| n.as_()), offset: offset.as_() }
+impl<T: Number> Equation<T> {
+    fn of(plane: &Plane, time: Time) -> Equation<T> {
+        let normal = vector::<T>(plane.exact_normal(time));
+        let corner = plane.corners[0].seen(time);
+        let (at, speed) = (wide(corner.at), wide(corner.speed));
+        let along = |axis: usize| normal[axis].times(T::of(&[at[axis], speed[axis]]));
+        Equation { normal, offset: along(0).plus(along(1)).plus(along(2)) }
     }
 
-    fn crossed(&self, other: &Equation) -> [I512; 3] {
+    fn crossed(&self, other: &Equation<T>) -> [T; 3] {
         let (a, b) = (&self.normal, &other.normal);
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        [[1, 2], [2, 0], [0, 1]].map(|[i, j]| a[i].times(b[j]).minus(a[j].times(b[i])))
     }
 
-    fn normal_volume(&self, b: &Equation, c: &Equation) -> I512 {
+    fn normal_volume(&self, b: &Equation<T>, c: &Equation<T>) -> T {
         let (n, m) = (&self.normal, b.crossed(c));
-        n[0] * m[0] + n[1] * m[1] + n[2] * m[2]
+        n[0].times(m[0]).plus(n[1].times(m[1])).plus(n[2].times(m[2]))
     }
 }
 
-/// Returns the sign of a sum of products of vectors with the displacements of bodies.
-fn first_move_is_positive<const N: usize>(moves: [(u32, [I512; 3]); N]) -> bool {
+/// The point common to three planes.
+struct Common<T> {
+    planes: [Equation<T>; 3],
+    determinant: T,
+}
+
+impl<T: Number> Common<T> {
+    fn of(planes: [&Plane; 3], time: Time) -> Common<T> {
+        let planes = planes.map(|plane| Equation::of(plane, time));
+        Common { planes, determinant: planes[0].normal_volume(&planes[1], &planes[2]) }
+    }
+
+    /// Returns the point by Cramer's rule.
+    fn point(&self) -> DVec3 {
+        let [f, g, h] = &self.planes;
+        let sides = [g.crossed(h), h.crossed(f), f.crossed(g)];
+        let of = |i: usize| {
+            let terms = [f.offset.times(sides[0][i]), g.offset.times(sides[1][i]), h.offset.times(sides[2][i])];
+            terms[0].plus(terms[1]).plus(terms[2]).quotient(self.determinant)
+        };
+        DVec3::from_array([0, 1, 2].map(of))
+    }
+
+    /// Returns the factors of the offsets in the height above a fourth plane.
+    fn minors(&self, fourth: &Plane, time: Time) -> [T; 4] {
+        let ([f, g, h], k) = (&self.planes, &Equation::of(fourth, time));
+        let negative = |value: T| T::of(&[0]).minus(value);
+        [g.normal_volume(h, k), negative(h.normal_volume(k, f)), k.normal_volume(f, g), negative(self.determinant)]
+    }
+
+    /// Returns the height above a fourth plane, times the determinant: the heights are n · x − o, and with Cramer's rule that is
+    /// the sum of the offsets times their minors.
+    fn height(&self, fourth: &Plane, time: Time) -> T {
+        let minors = self.minors(fourth, time);
+        let [f, g, h] = &self.planes;
+        let offsets = [f.offset, g.offset, h.offset, Equation::of(fourth, time).offset];
+        (0..4).fold(T::of(&[0]), |sum, i| sum.plus(offsets[i].times(minors[i])))
+    }
+}
+
+/// Returns the sign of a sum of products of vectors with the translations of bodies.
+fn first_move_is_positive<const N: usize>(moves: [(u32, [Polynomial; 3]); N]) -> bool {
     let mut order: [usize; N] = std::array::from_fn(|i| i);
     order.sort_by_key(|&i| std::cmp::Reverse(moves[i].0));
     for same in order.chunk_by(|&i, &j| moves[i].0 == moves[j].0) {
         for axis in 0..3 {
-            let sum = same.iter().fold(I512::default(), |sum, &i| sum + moves[i].1[axis]);
-            if !sum.is_zero() {
-                return sum.is_positive();
+            let sum = same.iter().fold(Polynomial::of(&[]), |sum, &i| sum.plus(moves[i].1[axis]));
+            if let Some(sign) = sum.sign() {
+                return sign;
             }
         }
     }
     // Only for parallel lines and planes, which do not cross.
     false
-}
-
-/// Returns whether the first component that is not zero is positive.
-fn first_is_positive(components: [i128; 3]) -> bool {
-    components.into_iter().find(|&c| c != 0).is_some_and(|c| c > 0)
-}
-
-fn integer(point: DVec3) -> I64Vec3 {
-    point.as_i64vec3()
 }
 
 fn wide(v: I64Vec3) -> [i128; 3] {

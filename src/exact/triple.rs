@@ -82,8 +82,8 @@ impl Triples {
 }
 
 /// A crossing of a segment with a third face.
-struct Found {
-    plane: Plane,
+struct Found<'b> {
+    plane: Plane<'b>,
     face: u32,
     enters: bool,
     position: Located,
@@ -119,17 +119,17 @@ impl OnFaces<'_> {
         self.list[start..].iter().take_while(move |&&(other, _)| other == face).map(|&(_, segment)| segment)
     }
 
-    fn placed(&self, segment: &Segment) -> Placed {
+    fn placed(&self, segment: &Segment) -> Placed<'_> {
         Placed { segment: *segment, planes: segment.faces.map(|face| self.bodies.plane(face)) }
     }
 
     /// Returns the crossings of a segment with third faces, in order.
-    fn along(&self, index: u32) -> Vec<Found> {
+    fn along(&self, index: u32) -> Vec<Found<'_>> {
         let bodies = self.bodies;
         let own = &self.segments[index as usize];
         let [f, g] = own.faces;
         let second_body = bodies.body_of_face(g);
-        let mut found: Vec<Found> = Vec::new();
+        let mut found: Vec<Found<'_>> = Vec::new();
         let mut placed = None;
         for other in self.of_face(f) {
             if other == index || !self.extents[other as usize].touches(&self.extents[index as usize]) {
@@ -159,9 +159,9 @@ impl OnFaces<'_> {
 }
 
 /// A segment with the planes of its faces.
-struct Placed {
+struct Placed<'b> {
     segment: Segment,
-    planes: [Plane; 2],
+    planes: [Plane<'b>; 2],
 }
 
 /// Returns the corners of a box around a rounded point: a millionth of its coordinates wide.
@@ -171,7 +171,7 @@ fn widened(point: DVec3) -> [DVec3; 2] {
 }
 
 /// Returns the point at which two segments on face `f` cross, on the first, with the plane of the third face.
-fn crossing(own: &Placed, beside: &Placed, f: u32, third: u32, bodies: &Bodies) -> Option<Found> {
+fn crossing<'b>(own: &Placed<'b>, beside: &Placed<'b>, f: u32, third: u32, bodies: &Bodies) -> Option<Found<'b>> {
     let second = if own.segment.faces[0] == f { own.planes[1] } else { own.planes[0] };
     let plane = if beside.segment.faces[0] == f { beside.planes[1] } else { beside.planes[0] };
     let sides = |placed: &Placed, of: &Plane| {
@@ -197,7 +197,6 @@ fn crossing(own: &Placed, beside: &Placed, f: u32, third: u32, bodies: &Bodies) 
 fn end_is_in_front(placed: &Placed, end: End, of: &Plane, bodies: &Bodies) -> bool {
     let (edge, _, _) = placed.segment.edge(end, bodies);
     let through = &placed.planes[usize::from(!end.of_second)];
-    let body = placed.planes[usize::from(end.of_second)].body;
-    let ends = edge.map(|index| bodies.points[index as usize]);
-    of.has_crossing_in_front(ends, body, through, through.is_in_front(ends[0], body))
+    let ends = bodies.ends(edge);
+    of.has_crossing_in_front(ends.each_ref(), through, through.is_in_front(&ends[0]))
 }

@@ -6,13 +6,12 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::bodies::Bodies;
 use super::crossings::{Crossing, Crossings};
 use super::near::NearFaces;
-use super::signs::{Plane, is_left_of};
+use super::signs::{Plane, Vertex, is_left_of};
 use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
 use crate::union_find::UnionFind;
@@ -174,12 +173,13 @@ impl Rays<'_> {
         let bodies = self.bodies;
         let position = bodies.points[point as usize];
         let own = bodies.body_of_point(point) as usize;
+        let vertex = Vertex::of(bodies, point, own as u32);
         let here = Box32::around([position]);
         for (index, body) in bodies.bodies.iter().enumerate() {
             if index == own || !body.extent.touches(&here) {
                 continue;
             }
-            let across = |face| winding(&bodies.plane(face), position, own as u32);
+            let across = |face| winding(&bodies.plane(face), &vertex);
             let faces = || body.faces.clone().into_par_iter().map(|face| (face, Box32::around(bodies.corners(face))));
             let met = &mut self.met[index];
             numbers[body.solid] += if met.was_met {
@@ -197,9 +197,9 @@ impl Rays<'_> {
 
 /// Returns the contribution of a face to the winding number of its body at a point of another: 1 if the ray along x from the
 /// point leaves the body through the face, −1 if it enters.
-fn winding(plane: &Plane, point: DVec3, body: u32) -> i32 {
-    let [a, b, c] = plane.corners;
-    let left = [[a, b], [b, c], [c, a]].map(|side| is_left_of(point, body, side, plane.body));
+fn winding(plane: &Plane, point: &Vertex) -> i32 {
+    let [a, b, c] = &plane.corners;
+    let left = [[a, b], [b, c], [c, a]].map(|side| is_left_of(point, side));
     // Seen against the x axis, sides turn left around the point if the normal points to the observer.
     let is_leaving = match left {
         [true, true, true] => true,
@@ -207,7 +207,7 @@ fn winding(plane: &Plane, point: DVec3, body: u32) -> i32 {
         _ => return 0,
     };
     // The ray leaves through faces that have the point behind them.
-    if plane.is_in_front(point, body) == is_leaving {
+    if plane.is_in_front(point) == is_leaving {
         return 0;
     }
     if is_leaving { 1 } else { -1 }
