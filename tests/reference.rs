@@ -25,7 +25,7 @@ use ldi_ops::exact;
 use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::integrate::{AxisVolume, VolumeEstimate};
 use ldi_ops::ldi::Ldi;
-use ldi_ops::mesh::{ClosedMesh, Precision, io};
+use ldi_ops::mesh::{ClosedMesh, MassProperties, Precision, io};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, Sampler};
 use ldi_ops::surface::Coordinates;
@@ -245,7 +245,7 @@ fn exact_meshes_of_all_pairs_are_manifolds_with_the_exact_volume_and_the_triangl
             let name = format!("{}, {operation_name}", pair.name);
             let expression = Expression::of_inputs(operation, 2);
             let solution = exact::Solution::of(&[a, b], &expression, FillRule::EvenOdd).unwrap();
-            let volume = solution.properties().mass.volume;
+            let MassProperties { volume, area, .. } = solution.properties().mass;
             if volume <= 1e-9 * scale {
                 continue;
             }
@@ -261,6 +261,9 @@ fn exact_meshes_of_all_pairs_are_manifolds_with_the_exact_volume_and_the_triangl
                 );
                 assert!(report.passed(), "{name}: {:?}", report.failures());
                 assert!(is_within(report.signed_volume, volume, tolerance * scale), "{name}: {report:?} {volume}");
+                if precision == Precision::Double && operation != BooleanOperation::Xor {
+                    assert!(is_within(found.mesh.area(), area, 1e-9 * area), "{name}: {} {area}", found.mesh.area());
+                }
                 if precision == Precision::Double {
                     kept += has_sources(&found, [a, b], &name);
                 }

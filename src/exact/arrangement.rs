@@ -31,21 +31,23 @@ pub(super) struct Arrangement {
 }
 
 impl Arrangement {
-    /// Finds where the solids meet.
+    /// Finds where the solids meet. With an expression they grow at the rates that suit it, so that its result has as few walls
+    /// without thickness as can be.
     ///
     /// # Errors
     /// A solid that is not consistently oriented, or of which a face near another body has no area.
     pub fn of(
         solids: &[&ClosedMesh],
         wholeness: &[Wholeness],
-        expression: &Expression,
+        growing_for: Option<&Expression>,
     ) -> Result<Arrangement, NotExact> {
         let bounds = solids.iter().map(|mesh| mesh.bounds()).reduce(Aabb::union).expect("an expression has inputs");
         let lattice = Lattice::around(bounds);
         let mut bodies = Bodies::default();
-        let rates = growth::rates(expression, solids.len());
+        let rates = growing_for.map(|expression| growth::rates(expression, solids.len()));
         for (input, (mesh, &wholeness)) in solids.iter().zip(wholeness).enumerate() {
-            bodies.add(input, mesh, &lattice, wholeness, rates[input]).map_err(|why| NotExact { input, why })?;
+            let rate = rates.as_ref().map(|rates| rates[input]);
+            bodies.add(input, mesh, &lattice, wholeness, rate).map_err(|why| NotExact { input, why })?;
             checkpoint();
         }
         let (segments, coincident) = find_meetings(&bodies)?;
@@ -74,19 +76,24 @@ impl Arrangement {
         found
     }
 
+    /// Returns whether faces of different bodies coincide.
+    pub fn has_coincident_faces(&self) -> bool {
+        !self.coincident.is_empty()
+    }
+
     fn pieces<'a>(&'a self, rule: &'a Rule) -> Pieces<'a> {
         let Arrangement { bodies, segments, crossings, triples, windings, .. } = self;
         Pieces::of(bodies, segments, (crossings, triples), windings, rule)
     }
 
     /// Returns the surface of the result, once nothing is unproved, with the source of each triangle. The solids are those of the
-    /// arrangement.
+    /// arrangement. `None` if outlines do not close, which happens only to bodies that touch themselves while they grow.
     pub fn surface(
         &self,
         rule: &Rule,
         solids: &[&ClosedMesh],
         coordinates: Coordinates,
-    ) -> (TriangleMesh, Vec<Source>) {
+    ) -> Option<(TriangleMesh, Vec<Source>)> {
         let pieces = self.pieces(rule);
         let Coordinates { precision, offset } = coordinates;
         let place = |vertex: u32| {
@@ -96,7 +103,7 @@ impl Arrangement {
             };
             precision.round(position - offset)
         };
-        result::surface(&pieces, place)
+        result::surface(&pieces, place, precision)
     }
 
     /// Returns the properties of the result, once nothing is unproved.

@@ -117,7 +117,7 @@ pub(super) struct Bodies {
 }
 
 impl Bodies {
-    /// Adds a solid that grows at a rate, as one body or as its shells.
+    /// Adds a solid, as one body or as its shells, that grows at a rate or rests.
     ///
     /// # Errors
     /// A mesh that is not consistently oriented.
@@ -127,7 +127,7 @@ impl Bodies {
         mesh: &ClosedMesh,
         lattice: &Lattice,
         wholeness: Wholeness,
-        rate: i32,
+        rate: Option<i32>,
     ) -> Result<(), Unproved> {
         if !mesh.oriented() {
             return Err(Unproved::NotOriented);
@@ -138,12 +138,12 @@ impl Bodies {
             // Inside-out, a whole solid is the same solid.
             Wholeness::Whole => {
                 let turn = mesh.signed_volume() < 0.0;
-                self.push(solid, mesh, turn, (0, SHELLS * rate), [numbers, vertices]);
+                self.push(solid, mesh, turn, (0, SHELLS * rate.unwrap_or(0)), [numbers, vertices]);
             }
             Wholeness::Shells => {
                 // Shells grow at different rates, so that those that are flush part.
                 for (number, faces) in (0..).zip(shells(&mesh)) {
-                    let rate = SHELLS * rate + i32::min(number, SHELLS - 1);
+                    let rate = rate.map_or(0, |rate| SHELLS * rate + i32::min(number, SHELLS - 1));
                     let (shell, points) =
                         mesh.of_triangles(faces.iter().map(|&face| mesh.triangles[face as usize]).collect());
                     let front = if shell.signed_volume() < 0.0 { -1 } else { 0 };

@@ -17,30 +17,45 @@ const NONE: u32 = u32::MAX;
 const TURNS: usize = 16;
 
 /// Appends the triangles of a region to the left of its outline, whose pieces are given by their ends. They turn as the
-/// outline does.
-pub(super) fn triangulate(outline: &mut [[u32; 2]], at: impl Fn(u32) -> DVec2, triangles: &mut Vec<[u32; 3]>) {
+/// outline does. Positions are rounded to a share `epsilon` of them. Returns false if the outline is not closed.
+#[must_use]
+pub(super) fn triangulate(
+    outline: &mut [[u32; 2]],
+    at: impl Fn(u32) -> DVec2,
+    epsilon: f64,
+    triangles: &mut Vec<[u32; 3]>,
+) -> bool {
     if let &mut [[a, b], [c, d], [e, f]] = outline {
         // One triangle, in one of the two orders of its pieces.
         if b == c && d == e && f == a {
-            return triangles.push([a, b, d]);
+            triangles.push([a, b, d]);
+            return true;
         }
         if b == e && f == c && d == a {
-            return triangles.push([a, b, f]);
+            triangles.push([a, b, f]);
+            return true;
         }
     }
     outline.sort_unstable();
+    let mut ends: Vec<u32> = outline.iter().map(|piece| piece[1]).collect();
+    ends.sort_unstable();
+    if !outline.iter().map(|piece| piece[0]).eq(ends) {
+        return false;
+    }
     let mut vertices: Vec<u32> = outline.iter().map(|piece| piece[0]).collect();
     vertices.dedup();
     let points: Vec<DVec2> = vertices.iter().map(|&vertex| at(vertex)).collect();
     let local = |vertex: u32| vertices.partition_point(|&other| other < vertex) as u32;
     let pieces: Vec<[u32; 2]> = outline.iter().map(|piece| piece.map(local)).collect();
-    let mut region = Region { points: &points, nodes: Vec::new(), found: Vec::new() };
+    let rounding = epsilon * points.iter().fold(0.0, |most: f64, point| most.max(point.abs().max_element()));
+    let mut region = Region { points: &points, rounding, nodes: Vec::new(), found: Vec::new() };
     let loops = loops(&pieces, &points);
     for polygon in region.polygons(&loops) {
         region.clip(polygon);
     }
     let found = Diagonals::of(region.found, &points).turned();
     triangles.extend(found.into_iter().map(|triangle| triangle.map(|index| vertices[index as usize])));
+    true
 }
 
 fn turn([a, b, c]: [DVec2; 3]) -> f64 {
@@ -95,6 +110,8 @@ struct Node {
 /// Polygons that are being cut into triangles.
 struct Region<'p> {
     points: &'p [DVec2],
+    /// The distance by which points are rounded.
+    rounding: f64,
     nodes: Vec<Node>,
     found: Vec<[u32; 3]>,
 }
@@ -164,7 +181,17 @@ impl Region<'_> {
             let ring = self.ring(&loops[hole]);
             let node = self.around(ring).find(|&node| self.nodes[node as usize].vertex == start).unwrap_or(ring);
             let point = self.point(node);
-            let around = (0..outlines.len()).find(|&i| self.contains(outlines[i], point));
+            let is_around = |i: &usize| match self.contains(outlines[*i], point) {
+                Some(is_inside) => is_inside,
+                // What touches from within is no larger, and nothing of it lies outside.
+                None => {
+                    1.001 * areas[outer[*i]] >= -areas[hole]
+                        && loops[hole]
+                            .iter()
+                            .all(|&corner| self.contains(outlines[*i], self.points[corner as usize]) != Some(false))
+                }
+            };
+            let around = (0..outlines.len()).find(is_around);
             match around {
                 Some(i) => self.join(polygons[i], node),
                 // A loop in nothing is a polygon that is thinner than rounding.
@@ -174,18 +201,23 @@ impl Region<'_> {
         polygons
     }
 
-    /// Returns whether a loop winds around a point.
-    fn contains(&self, corners: &[u32], point: DVec2) -> bool {
+    /// Returns whether a loop winds around a point; `None` if the point lies on the loop, within rounding.
+    fn contains(&self, corners: &[u32], point: DVec2) -> Option<bool> {
         let mut is_inside = false;
         for (i, &to) in corners.iter().enumerate() {
             let from = corners[(i + corners.len() - 1) % corners.len()];
             let [a, b] = [from, to].map(|index| self.points[index as usize]);
+            let reach = 2.0 * self.rounding;
+            let is_beside = (point + reach).cmpge(a.min(b)).all() && (point - reach).cmple(a.max(b)).all();
+            if is_beside && turn([a, b, point]).abs() <= reach * a.distance(b) {
+                return None;
+            }
             if (a.y > point.y) != (b.y > point.y) {
                 let [low, high] = if a.y < b.y { [a, b] } else { [b, a] };
                 is_inside ^= turn([low, high, point]) > 0.0;
             }
         }
-        is_inside
+        Some(is_inside)
     }
 
     /// Joins a hole to the polygon around it by a bridge from a leftmost node to one that it sees.
@@ -220,6 +252,9 @@ impl Region<'_> {
     /// clipping").
     fn seen_from(&self, polygon: u32, hole: u32) -> u32 {
         let from = self.point(hole);
+        if let Some(same) = self.around(polygon).find(|&node| self.point(node) == from) {
+            return same;
+        }
         let mut best: Option<(f64, u32)> = None;
         for node in self.around(polygon) {
             let [a, b] = [self.point(node), self.point(self.next(node))];
@@ -267,7 +302,19 @@ impl Region<'_> {
     /// Cuts the polygon of a node into triangles.
     fn clip(&mut self, start: u32) {
         let mut count = self.around(start).count();
-        let (mut node, mut misses) = (start, 0);
+        let mut node = start;
+        // What has no width comes first: an ear across it would cover what lies beyond.
+        let mut misses = 0;
+        while count > 3 && misses < count {
+            if self.is_folded(node) {
+                let before = self.previous(node);
+                self.cut(node);
+                (node, count, misses) = (before, count - 1, 0);
+            } else {
+                (node, misses) = (self.next(node), misses + 1);
+            }
+        }
+        misses = 0;
         while count > 3 {
             let (previous, next) = (self.previous(node), self.next(node));
             if self.nodes[previous as usize].vertex == self.nodes[next as usize].vertex {
@@ -278,7 +325,7 @@ impl Region<'_> {
                 (node, count, misses) = (after, count - 2, 0);
                 continue;
             }
-            if self.is_ear(node) {
+            if self.is_folded(node) || self.is_ear(node) {
                 node = self.cut(node);
                 (count, misses) = (count - 1, 0);
                 continue;
@@ -296,6 +343,15 @@ impl Region<'_> {
         if count == 3 {
             self.cut(node);
         }
+    }
+
+    /// Returns whether the outline turns straight back at a node, or has a side without length there.
+    fn is_folded(&self, node: u32) -> bool {
+        let [before, at, after] = self.corner(node);
+        let is_back =
+            before == at || at == after || (turn([before, at, after]) == 0.0 && (before - at).dot(after - at) > 0.0);
+        let [previous, next] = [self.previous(node), self.next(node)].map(|node| self.nodes[node as usize].vertex);
+        is_back && previous != next
     }
 
     fn is_ear(&self, node: u32) -> bool {

@@ -15,62 +15,65 @@ use glam::{DVec3, I64Vec3};
 use super::bodies::Bodies;
 use crate::boolean::{BooleanOperation, Expression};
 
-/// The greatest component of a direction.
-const LENGTH: f64 = 1023.0;
+/// The greatest component of a direction: large, so that one within a needle's corner stays there when it is rounded.
+const LENGTH: f64 = ((1 << 20) - 1) as f64;
 
-/// Most steps to a direction that has all faces behind it.
-const STEPS: usize = 32;
-
-/// The cosine of the angle to the nearest face below which a direction is turned.
+/// The cosine of the angle to the nearest face from which the sum of the normals is the direction.
 const LEAST_COSINE: f64 = 0.05;
+
+/// Most faces of different planes at a point of which all threes are tried.
+const MOST_PLANES: usize = 24;
+
+/// A solid of an expression, or its complement if it is subtracted.
+#[derive(Clone, Copy)]
+struct Leaf {
+    input: usize,
+    is_complement: bool,
+    /// The rate at which the solid, or its complement, grows.
+    rate: i32,
+}
 
 /// Returns the rate at which each solid of an expression grows.
 ///
 /// Faces that touch overlap if the sum of the rates is positive, as a union needs it, and part if it is negative, as an intersection
-/// and a difference need it. Of faces that are flush, the one with the greater rate lies in front, and that of a solid that is
-/// subtracted must. Expressions of several operations may ask for what contradicts itself; then some pairs have a gap or a wall.
+/// needs it. A difference is an intersection with complements. Expressions of several operations may ask for what contradicts
+/// itself; then some pairs have a gap or a wall.
 pub(super) fn rates(expression: &Expression, solids: usize) -> Vec<i32> {
-    let found = expression.fold(
-        |input| vec![(input, 0)],
-        |operation, operands| {
-            let (first, others) = operands.split_first().expect("an operation has operands");
-            match operation {
-                BooleanOperation::Union | BooleanOperation::Xor => beside(operands, 1),
-                BooleanOperation::Intersection => beside(operands, -1),
-                BooleanOperation::Difference => {
-                    let mut all = beside(others, 1);
-                    let greatest = greatest(&all);
-                    match first[..] {
-                        [(input, _)] => all.push((input, -greatest - 1)),
-                        _ => {
-                            // What is subtracted lies in front.
-                            let front = first.iter().map(|&(_, rate)| rate).max().unwrap_or(0);
-                            let least = all.iter().map(|&(_, rate)| rate).min().unwrap_or(0);
-                            all.iter_mut().for_each(|(_, rate)| *rate += front + 1 - least);
-                            all.extend_from_slice(first);
-                        }
-                    }
-                    all
+    let leaves = expression.fold(
+        |input| vec![Leaf { input, is_complement: false, rate: 0 }],
+        |operation, operands: &[Vec<Leaf>]| match operation {
+            BooleanOperation::Union | BooleanOperation::Xor => beside(operands.to_vec(), 1),
+            BooleanOperation::Intersection => beside(operands.to_vec(), -1),
+            BooleanOperation::Difference => {
+                let mut operands = operands.to_vec();
+                for leaf in operands.iter_mut().skip(1).flatten() {
+                    *leaf = Leaf { input: leaf.input, is_complement: !leaf.is_complement, rate: -leaf.rate };
                 }
+                beside(operands, -1)
             }
         },
     );
     let mut rates = vec![0; solids];
-    found.into_iter().for_each(|(input, rate)| rates[input] = rate);
+    for Leaf { input, is_complement, rate } in leaves {
+        rates[input] = if is_complement { -rate } else { rate };
+    }
     rates
 }
 
-fn greatest(rates: &[(usize, i32)]) -> i32 {
-    rates.iter().map(|(_, rate)| rate.abs()).max().unwrap_or(0)
-}
-
-/// Returns the rates of operands whose single solids grow, or shrink, more than all before.
-fn beside(operands: &[Vec<(usize, i32)>], sign: i32) -> Vec<(usize, i32)> {
-    let mut all: Vec<(usize, i32)> = operands.iter().filter(|own| own.len() > 1).flatten().copied().collect();
+/// Returns the leaves of operands, with rates of which any two of different operands have a sum of a sign, where those within an
+/// operand allow it.
+fn beside(operands: Vec<Vec<Leaf>>, sign: i32) -> Vec<Leaf> {
     // The last of the single ones is the first to be added: of two, the second one rests.
-    for own in operands.iter().rev().filter(|own| own.len() == 1) {
-        let rate = if all.is_empty() { 0 } else { sign * (greatest(&all) + 1) };
-        all.push((own[0].0, rate));
+    let (several, single): (Vec<_>, Vec<_>) = operands.into_iter().partition(|own| own.len() > 1);
+    let mut all: Vec<Leaf> = Vec::new();
+    for mut own in several.into_iter().chain(single.into_iter().rev()) {
+        own.sort_by_key(|leaf| sign * leaf.rate);
+        let may_grow = own.len() < 2 || sign * (own[0].rate + own[1].rate) > 0;
+        if let (Some(greatest), true) = (all.iter().map(|leaf| leaf.rate.abs()).max(), may_grow) {
+            let more = greatest + 1 - sign * own[0].rate;
+            own.iter_mut().for_each(|leaf| leaf.rate += sign * more);
+        }
+        all.append(&mut own);
     }
     all
 }
@@ -100,19 +103,36 @@ impl Stars {
                 normals.push(normal);
             }
         }
-        let mut direction: DVec3 = normals.iter().sum();
-        for _ in 0..STEPS {
-            let length = direction.length();
-            let nearest = normals.iter().min_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction)));
-            let Some(nearest) = nearest.filter(|nearest| nearest.dot(direction) < LEAST_COSINE * length.max(1e-9))
-            else {
-                break;
-            };
-            direction += (0.5 * length + 0.1) * *nearest;
-        }
+        let direction = in_front(&normals);
         let longest = direction.abs().max_element();
         if longest < 1e-9 { I64Vec3::ZERO } else { (direction * (LENGTH / longest)).round().as_i64vec3() }
     }
+}
+
+/// Returns a direction towards the front of all planes at a point, of their unit normals; of none if there is none.
+fn in_front(normals: &[DVec3]) -> DVec3 {
+    let sum: DVec3 = normals.iter().sum();
+    let cosine = |direction: DVec3| normals.iter().map(|normal| normal.dot(direction)).fold(f64::INFINITY, f64::min);
+    let mean = sum.normalize_or_zero();
+    let mut best = (cosine(mean), mean);
+    if best.0 >= LEAST_COSINE {
+        return mean;
+    }
+    // The best direction is as far from three planes, or from two.
+    let few = &normals[..normals.len().min(MOST_PLANES)];
+    for (i, &a) in few.iter().enumerate() {
+        for (j, &b) in few.iter().enumerate().skip(i + 1) {
+            let between = [a + b].into_iter();
+            let beside = few[j + 1..].iter().map(|&c| (b - a).cross(c - a) * a.dot(b.cross(c)).signum());
+            for direction in between.chain(beside).map(DVec3::normalize_or_zero) {
+                let found = cosine(direction);
+                if found > best.0 {
+                    best = (found, direction);
+                }
+            }
+        }
+    }
+    best.1
 }
 
 /// Returns the faces by points, and the end of those of each point.
@@ -140,14 +160,40 @@ mod tests {
     use super::*;
 
     #[test]
+    fn directions_of_sharp_corners_have_all_faces_behind_them() {
+        let corner = |normals: &[[f64; 3]]| {
+            let normals: Vec<DVec3> = normals.iter().map(|&n| DVec3::from_array(n).normalize()).collect();
+            normals.iter().map(|normal| normal.dot(in_front(&normals))).fold(f64::INFINITY, f64::min)
+        };
+        assert!(corner(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) > 0.5);
+        // A needle, and a blade.
+        assert!(corner(&[[1.0, 0.0, 0.01], [-1.0, 1.0, 0.01], [-1.0, -1.0, 0.01]]) > 0.005);
+        assert!(corner(&[[1.0, 0.0, 0.01], [-1.0, 0.0, 0.01], [0.0, 1.0, 1.0], [0.0, -1.0, 0.5]]) > 0.005);
+        // A saddle has none.
+        assert!(corner(&[[1.0, 0.0, 0.1], [-1.0, 0.0, 0.1], [0.0, 1.0, -0.1], [0.0, -1.0, -0.1]]) <= 0.0);
+    }
+
+    #[test]
     fn what_unites_grows_and_what_cuts_shrinks() {
-        let of = |text: &str| rates(&Expression::parse(text, &["a", "b", "c"]).unwrap(), 3);
-        assert_eq!(of("a | b | c"), [2, 1, 0]);
-        assert_eq!(of("a & b & c"), [-2, -1, 0]);
-        assert_eq!(of("a - b - c")[0], -2);
+        let of = |text: &str| {
+            let names: Vec<&str> = ["a", "b", "c", "d"].into_iter().filter(|name| text.contains(name)).collect();
+            rates(&Expression::parse(text, &names).unwrap(), names.len())
+        };
+        let sums = |text: &str, signs: [i32; 4]| {
+            let rates: Vec<i32> = of(text).iter().zip(signs).map(|(rate, sign)| rate * sign).collect();
+            [0, 1, 2].map(|i| (i + 1..4).map(|j| rates[i] + rates[j]).collect::<Vec<i32>>()).concat()
+        };
+        for text in ["a | b | c | d", "(a | b) | (c | d)", "a | (b | (c | d))"] {
+            assert!(sums(text, [1; 4]).iter().all(|&sum| sum > 0), "{text}: {:?}", of(text));
+        }
+        assert!(sums("a & b & c & d", [1; 4]).iter().all(|&sum| sum < 0));
+        for text in ["a - b - c - d", "a - (b | c | d)", "(a & b) - (c | d)"] {
+            let signs = if text.contains('&') { [1, 1, -1, -1] } else { [1, -1, -1, -1] };
+            assert!(sums(text, signs).iter().all(|&sum| sum < 0), "{text}: {:?}", of(text));
+        }
         let [a, b, c] = of("(a & b) | c")[..] else { panic!("three solids") };
         assert!(a + b < 0 && a + c > 0 && b + c > 0);
-        let [a, b, c] = of("(a | b) - c")[..] else { panic!("three solids") };
-        assert!(a + b > 0 && c > a && c > b);
+        assert_eq!(of("a | b"), [1, 0]);
+        assert_eq!(of("a - b"), [-1, 0]);
     }
 }

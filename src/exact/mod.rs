@@ -53,7 +53,7 @@ use crate::boolean::Expression;
 use crate::cancel::checkpoint;
 use crate::ldi::FillRule;
 use crate::mesh::{ClosedMesh, MassProperties, TriangleMesh, Unproved, prove_simple};
-use crate::surface::{Apart, Coordinates, move_apart, separate};
+use crate::surface::{Apart, Coordinates, take_apart};
 
 /// The reason why the volume of an expression is not known exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,11 +104,11 @@ pub struct Solution<'a> {
     inputs: Vec<&'a ClosedMesh>,
     rule: Rule<'a>,
     arrangement: Arrangement,
-    with_meeting_shells: Vec<usize>,
+    wholeness: Vec<Wholeness>,
 }
 
 /// The surface of an expression's solid: a closed, oriented 2-manifold.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ExactMesh {
     /// The mesh. Vertices of inputs have the coordinates that they have there, rounded for the file.
     pub mesh: TriangleMesh,
@@ -129,21 +129,21 @@ impl<'a> Solution<'a> {
     /// # Panics
     /// Panics if there is no input, or if the expression refers to one that does not exist.
     pub fn of(inputs: &[&'a ClosedMesh], expression: &'a Expression, fill: FillRule) -> Result<Solution<'a>, NotExact> {
-        Solution::of_bodies(inputs, Rule { expression, fill }, vec![Wholeness::Whole; inputs.len()])
+        Solution::of_bodies(inputs, Rule { expression, fill }, vec![Wholeness::Whole; inputs.len()], Growth::Resting)
     }
 
     fn of_bodies(
         inputs: &[&'a ClosedMesh],
         rule: Rule<'a>,
         mut wholeness: Vec<Wholeness>,
+        growth: Growth,
     ) -> Result<Solution<'a>, NotExact> {
         loop {
-            let arrangement = Arrangement::of(inputs, &wholeness, rule.expression)?;
+            let arrangement =
+                Arrangement::of(inputs, &wholeness, (growth == Growth::Growing).then_some(rule.expression))?;
             let unproved = arrangement.unproved(&rule);
             if unproved.is_empty() {
-                let with_meeting_shells =
-                    (0..inputs.len()).filter(|&input| wholeness[input] == Wholeness::Shells).collect();
-                return Ok(Solution { inputs: inputs.to_vec(), rule, arrangement, with_meeting_shells });
+                return Ok(Solution { inputs: inputs.to_vec(), rule, arrangement, wholeness });
             }
             for unproved in unproved {
                 match &mut wholeness[unproved.input] {
@@ -156,19 +156,27 @@ impl<'a> Solution<'a> {
 
     /// Returns volume, area, centroid and inertia.
     pub fn properties(&self) -> ExactProperties {
-        let with_meeting_shells = self.with_meeting_shells.clone();
+        let with_meeting_shells =
+            (0..self.inputs.len()).filter(|&input| self.wholeness[input] == Wholeness::Shells).collect();
         ExactProperties { with_meeting_shells, ..self.arrangement.properties(&self.rule) }
     }
 
     /// Returns the surface, with positions rounded for a file. Solids that touch in an edge or a vertex have vertices of their own
     /// there, and no two vertices have the same position: where rounding lets vertices fall together, they are merged, or moved
-    /// apart by steps of the file's precision. Where faces coincide, one is taken to lie before the other, so that walls or gaps of
-    /// no thickness may be left.
+    /// apart by steps of the file's precision. Where faces coincide, one is taken to lie before the other, as it suits the
+    /// expression; walls or gaps of no thickness may be left at saddles, and where several operations contradict each other.
     pub fn mesh(&self, coordinates: Coordinates) -> ExactMesh {
-        let (mut mesh, mut sources) = self.arrangement.surface(&self.rule, &self.inputs, coordinates);
+        let surface = |arrangement: &Arrangement| arrangement.surface(&self.rule, &self.inputs, coordinates);
+        let grown = || {
+            let Solution { inputs, rule, arrangement, wholeness } = self;
+            let has_walls = arrangement.has_coincident_faces();
+            let grown = || Solution::of_bodies(inputs, *rule, wholeness.clone(), Growth::Growing).ok();
+            surface(&has_walls.then(grown)??.arrangement)
+        };
+        let (mut mesh, mut sources) =
+            grown().or_else(|| surface(&self.arrangement)).expect("outlines of proved bodies at rest are closed");
         checkpoint();
-        separate(&mut mesh, &mut sources, coordinates.precision);
-        let apart = move_apart(&mut mesh, &mut sources, coordinates.precision);
+        let apart = take_apart(&mut mesh, &mut sources, coordinates.precision);
         ExactMesh { mesh, sources, apart }
     }
 }
@@ -190,13 +198,21 @@ pub fn of_solid(mesh: &ClosedMesh, fill: FillRule) -> Result<ExactProperties, No
         Err(Unproved::TrianglesMeet { .. } | Unproved::ShellFacing { .. }) => {
             let expression = Expression::input(0);
             let rule = Rule { expression: &expression, fill };
-            Ok(Solution::of_bodies(&[mesh], rule, vec![Wholeness::Shells])?.properties())
+            Ok(Solution::of_bodies(&[mesh], rule, vec![Wholeness::Shells], Growth::Resting)?.properties())
         }
         Err(why) => Err(NotExact { input: 0, why }),
     }
 }
 
+/// Whether bodies grow by an infinitesimal.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Growth {
+    Resting,
+    Growing,
+}
+
 /// The rule that decides about a point from its winding numbers.
+#[derive(Clone, Copy)]
 struct Rule<'e> {
     expression: &'e Expression,
     fill: FillRule,

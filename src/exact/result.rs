@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::cut::triangulate;
 use super::pieces::{Pieces, Weight};
 use crate::cancel::checkpoint;
-use crate::mesh::{TriangleMesh, renumber};
+use crate::mesh::{Precision, TriangleMesh, renumber};
 
 /// Number of faces that one task cuts.
 const CHUNK: usize = 4096;
@@ -33,16 +33,27 @@ struct Bound {
     ends: [u32; 2],
 }
 
-/// Returns the surface of the result, with the source of each triangle. `place` gives the position of a vertex in the file.
-pub(super) fn surface(pieces: &Pieces, place: impl Fn(u32) -> DVec3 + Sync + Send) -> (TriangleMesh, Vec<Source>) {
+/// Returns the surface of the result, with the source of each triangle. `place` gives the position of a vertex in a file of a precision. `None` if
+/// an outline is not closed, as winding numbers are others than a body may have.
+pub(super) fn surface(
+    pieces: &Pieces,
+    place: impl Fn(u32) -> DVec3 + Sync + Send,
+    precision: Precision,
+) -> Option<(TriangleMesh, Vec<Source>)> {
     let bounds = bounds(pieces);
     let faces = pieces.bodies.faces.len() as u32;
     let starts: Vec<u32> = (0..faces).step_by(CHUNK).collect();
-    let parts: Vec<(Vec<[u32; 3]>, Vec<Source>)> = starts
+    let parts: Option<Vec<(Vec<[u32; 3]>, Vec<Source>)>> = starts
         .into_par_iter()
         .map(|start| {
             checkpoint();
-            let mut cutter = Cutter { pieces, place: &place, windings: Vec::new(), outline: Vec::new() };
+            let mut cutter = Cutter {
+                pieces,
+                place: &place,
+                epsilon: precision.epsilon(),
+                windings: Vec::new(),
+                outline: Vec::new(),
+            };
             let mut part = (Vec::new(), Vec::new());
             let mut left = &bounds[bounds.partition_point(|bound| bound.face < start)..];
             for face in start..faces.min(start + CHUNK as u32) {
@@ -50,24 +61,26 @@ pub(super) fn surface(pieces: &Pieces, place: impl Fn(u32) -> DVec3 + Sync + Sen
                 let (own, rest) = left.split_at(count);
                 left = rest;
                 let before = part.0.len();
-                cutter.face(face, own, &mut part.0);
+                if !cutter.face(face, own, &mut part.0) {
+                    return None;
+                }
                 if part.0.len() > before {
                     let body = &pieces.bodies.bodies[pieces.bodies.body_of_face(face) as usize];
                     let source = Source { input: body.solid as u32, triangle: body.triangle(face) };
                     part.1.resize(part.0.len(), source);
                 }
             }
-            part
+            Some(part)
         })
         .collect();
     let (mut triangles, mut sources) = (Vec::new(), Vec::new());
-    for (some, their_sources) in parts {
+    for (some, their_sources) in parts? {
         triangles.extend(some);
         sources.extend(their_sources);
     }
     let used = renumber(&mut triangles);
     let positions = used.into_par_iter().map(place).collect();
-    (TriangleMesh { positions, triangles }, sources)
+    Some((TriangleMesh { positions, triangles }, sources))
 }
 
 /// Returns the pieces of segments beside which the surface changes, sorted by faces.
@@ -98,20 +111,21 @@ fn bounds(pieces: &Pieces) -> Vec<Bound> {
 struct Cutter<'a, P> {
     pieces: &'a Pieces<'a>,
     place: &'a P,
+    epsilon: f64,
     windings: Vec<i32>,
     outline: Vec<[u32; 2]>,
 }
 
 impl<P: Fn(u32) -> DVec3> Cutter<'_, P> {
-    /// Appends the triangles of a face, given its pieces of segments.
-    fn face(&mut self, face: u32, bounds: &[Bound], triangles: &mut Vec<[u32; 3]>) {
+    /// Appends the triangles of a face, given its pieces of segments. Returns false if its outline is not closed.
+    fn face(&mut self, face: u32, bounds: &[Bound], triangles: &mut Vec<[u32; 3]>) -> bool {
         let corners = self.pieces.bodies.faces[face as usize];
         if bounds.is_empty() {
             match self.pieces.at_point(corners[0]) {
                 0 => {}
                 weight => triangles.push(turned(corners, weight)),
             }
-            return;
+            return true;
         }
         for same in bounds.chunk_by(|a, b| a.weight == b.weight) {
             let weight = same[0].weight;
@@ -120,9 +134,12 @@ impl<P: Fn(u32) -> DVec3> Cutter<'_, P> {
             self.add_sides(face, weight);
             let first = triangles.len();
             let project = Projection::of(self.pieces.bodies.corners(face));
-            triangulate(&mut self.outline, |vertex| project.flat((self.place)(vertex)), triangles);
+            if !triangulate(&mut self.outline, |vertex| project.flat((self.place)(vertex)), self.epsilon, triangles) {
+                return false;
+            }
             triangles[first..].iter_mut().for_each(|triangle| *triangle = turned(*triangle, weight));
         }
+        true
     }
 
     /// Adds the pieces of sides with a surface of a weight. Where it does not change, pieces are one.

@@ -1,16 +1,17 @@
-//! Vertices that fall together once they are rounded for a file.
+//! Vertices that fall together once they are rounded for a file, and solids that touch.
 //!
-//! A reader welds equal positions, so no two vertices of a written mesh may have the same one. Two that an edge joins become one,
-//! where the surface stays a manifold. All others belong to parts of the surface that touch: they are moved apart, into the
-//! solid, by single steps of the file's precision.
+//! A reader welds equal positions, so no two vertices of a written mesh may have the same one. Two that an edge joins become one.
+//! If that leaves edges or vertices at which several parts of the surface touch, these are separated. All others of one
+//! position are moved apart, into the solid, by single steps of the file's precision.
 
 use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::fans::retain;
+use super::fans::{retain, separate};
 use super::manifold::{Stars, welded};
 use crate::mesh::{Precision, TriangleMesh};
+use crate::union_find::UnionFind;
 
 /// Most rounds of steps; each begins with the vertices that still fall together.
 const ROUNDS: i32 = 64;
@@ -24,30 +25,105 @@ pub struct Apart {
     pub moved: usize,
 }
 
-/// Moves vertices of a manifold apart that have equal positions. Positions are rounded to the precision already. `sources`, with
-/// one entry for each triangle, follow the triangles.
-pub fn move_apart<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) -> Apart {
+/// Makes a closed, oriented mesh a 2-manifold of which no two vertices have the same position. Positions are rounded to the
+/// precision already. Edges must have as many uses in one direction as in the other. `sources`, with one entry for each
+/// triangle, follow the triangles.
+pub fn take_apart<S: Copy>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) -> Apart {
+    join_opposite(mesh, sources, precision);
+    separate(mesh, sources, precision);
     let mut apart = Apart::default();
-    let all_used = vec![true; mesh.positions.len()];
-    let pairs = welded(mesh, &all_used, precision);
-    if pairs.is_empty() {
+    if equal_positions(mesh, precision).is_empty() {
         return apart;
     }
-    let stars = Stars::of(mesh);
-    let mut edges = Edges { mesh, stars: HashMap::new(), removed: HashSet::new() };
-    for same in groups(&pairs) {
-        apart.merged += edges.merge(&same, &stars);
+    apart.merged = contract_edges(mesh, sources, precision);
+    let joined = join_edges(mesh, sources, precision);
+    if joined > 0 {
+        apart.merged += joined;
+        separate(mesh, sources, precision);
     }
-    let Edges { removed, .. } = edges;
-    let kept: Vec<bool> = (0..mesh.triangles.len() as u32).map(|triangle| !removed.contains(&triangle)).collect();
-    retain(mesh, sources, &kept);
-    let triangles = std::mem::take(&mut mesh.triangles);
-    *mesh = mesh.of_triangles(triangles).0;
     apart.moved = step_apart(mesh, precision);
     apart
 }
 
-/// Returns the vertices of each position that several have.
+/// Gives triangles that lie on each other and face opposite ways the same vertices, so that they bound nothing.
+fn join_opposite<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) {
+    let groups = equal_positions(mesh, precision);
+    let lowest: HashMap<u32, u32> =
+        groups.iter().flat_map(|group| group.iter().map(|&vertex| (vertex, group[0]))).collect();
+    let mut sides: HashMap<[u32; 3], [Vec<[u32; 3]>; 2]> = HashMap::new();
+    for &triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|vertex| *lowest.get(&vertex).unwrap_or(&vertex));
+        let may_join = triangle.iter().any(|vertex| lowest.contains_key(vertex));
+        if !may_join || a == b || b == c || c == a {
+            continue;
+        }
+        let first = (0..3).min_by_key(|&i| [a, b, c][i]).unwrap_or(0);
+        let turned = |corners: [u32; 3]| [corners[first], corners[(first + 1) % 3], corners[(first + 2) % 3]];
+        let ([low, second, third], own) = (turned([a, b, c]), turned(triangle));
+        let is_back = second > third;
+        let own = if is_back { [own[0], own[2], own[1]] } else { own };
+        sides.entry([low, second.min(third), second.max(third)]).or_default()[usize::from(is_back)].push(own);
+    }
+    let vertices = UnionFind::new(mesh.positions.len() as u32);
+    let mut has_joined = false;
+    for [front, back] in sides.into_values() {
+        for (one, other) in front.iter().zip(&back) {
+            one.iter().zip(other).for_each(|(&a, &b)| vertices.join(a, b));
+            has_joined = true;
+        }
+    }
+    if has_joined {
+        join(mesh, sources, &vertices);
+    }
+}
+
+/// Makes one vertex of each set, drops the triangles that lose a side by it, and returns the number of vertices that are gone.
+fn join<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, vertices: &UnionFind) -> usize {
+    let kept_vertices = vertices.roots();
+    mesh.triangles.as_flattened_mut().iter_mut().for_each(|corner| *corner = kept_vertices[*corner as usize]);
+    let kept: Vec<bool> = mesh.triangles.iter().map(|&[a, b, c]| a != b && b != c && c != a).collect();
+    retain(mesh, sources, &kept);
+    (0..).zip(&kept_vertices).filter(|(vertex, kept)| vertex != *kept).count()
+}
+
+/// Returns the vertices of each position that several have, once they are rounded.
+fn equal_positions(mesh: &TriangleMesh, precision: Precision) -> Vec<Vec<u32>> {
+    let all_used = vec![true; mesh.positions.len()];
+    groups(&welded(mesh, &all_used, precision))
+}
+
+/// Contracts edges without length where the surface stays a manifold, and returns their number.
+fn contract_edges<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) -> usize {
+    let stars = Stars::of(mesh);
+    let groups = equal_positions(mesh, precision);
+    let mut edges = Edges { mesh, stars: HashMap::new(), removed: HashSet::new() };
+    let merged = groups.iter().map(|same| edges.merge(same, &stars)).sum();
+    let Edges { removed, .. } = edges;
+    let kept: Vec<bool> = (0..mesh.triangles.len() as u32).map(|triangle| !removed.contains(&triangle)).collect();
+    retain(mesh, sources, &kept);
+    merged
+}
+
+/// Makes one of vertices of one position that an edge joins, whatever meets there, and returns the number that are gone.
+fn join_edges<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) -> usize {
+    let groups = equal_positions(mesh, precision);
+    let of_group =
+        |(position, group): (usize, &Vec<u32>)| group.iter().map(move |&vertex| (vertex, position)).collect::<Vec<_>>();
+    let same: HashMap<u32, usize> = groups.iter().enumerate().flat_map(of_group).collect();
+    let vertices = UnionFind::new(mesh.positions.len() as u32);
+    let mut has_joined = false;
+    for &[a, b, c] in mesh.triangles.iter().filter(|_| !same.is_empty()) {
+        for [from, to] in [[a, b], [b, c], [c, a]] {
+            if from < to && same.get(&from).is_some_and(|position| same.get(&to) == Some(position)) {
+                vertices.join(from, to);
+                has_joined = true;
+            }
+        }
+    }
+    if has_joined { join(mesh, sources, &vertices) } else { 0 }
+}
+
+/// Returns vertices that pairs connect, in groups.
 fn groups(pairs: &[[u32; 2]]) -> Vec<Vec<u32>> {
     let mut pairs = pairs.to_vec();
     pairs.sort_unstable();
@@ -138,16 +214,15 @@ impl Edges<'_> {
 
 /// Moves vertices into the solid until no two have the same position, and returns the number of those that moved.
 fn step_apart(mesh: &mut TriangleMesh, precision: Precision) -> usize {
-    let all_used = vec![true; mesh.positions.len()];
     let mut moved = HashSet::new();
     let mut stars = None;
     for round in 1..=ROUNDS {
-        let pairs = welded(mesh, &all_used, precision);
-        if pairs.is_empty() {
+        let groups = equal_positions(mesh, precision);
+        if groups.is_empty() {
             break;
         }
         let stars = stars.get_or_insert_with(|| Stars::of(mesh));
-        for group in groups(&pairs) {
+        for group in groups {
             // The first stays, and each further one goes farther.
             for (steps, &vertex) in (0..).zip(&group).skip(1) {
                 let inwards = inwards(mesh, stars, vertex);
@@ -202,14 +277,28 @@ mod tests {
         let first = mesh.positions.len() as u32;
         mesh.positions.extend(other.positions);
         mesh.triangles.extend(other.triangles.iter().map(|triangle| triangle.map(|index| index + first)));
-        let mut sources = vec![(); mesh.triangles.len()];
         for precision in [Precision::Single, Precision::Double] {
             let mut mesh = mesh.clone();
-            assert_eq!(move_apart(&mut mesh, &mut sources, precision), Apart { merged: 0, moved: 4 });
+            assert_eq!(step_apart(&mut mesh, precision), 4);
             let report = ManifoldReport::of(&mesh, precision);
             assert!(report.passed(), "{:?}", report.failures());
             assert!(mesh.positions[first as usize..].iter().all(|position| position.x > 1.0));
         }
+    }
+
+    #[test]
+    fn faces_of_the_same_triangles_that_look_at_each_other_vanish() {
+        let mut mesh = cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
+        let mut mirrored = mesh.clone();
+        mirrored.positions.iter_mut().for_each(|position| position.x = 2.0 - position.x);
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(mirrored.positions);
+        mesh.triangles.extend(mirrored.triangles.iter().map(|&[a, b, c]| [a, c, b].map(|index| index + first)));
+        let mut sources: Vec<usize> = (0..mesh.triangles.len()).collect();
+        assert_eq!(take_apart(&mut mesh, &mut sources, Precision::Double), Apart::default());
+        let report = ManifoldReport::of(&mesh, Precision::Double);
+        assert_eq!((report.triangles, report.vertices, sources.len()), (20, 12, 20));
+        assert!(report.passed() && report.signed_volume == 2.0, "{report:?}");
     }
 
     #[test]
@@ -228,7 +317,7 @@ mod tests {
         cut.triangles[first] = [a, b, top];
         cut.triangles.extend([[b, c, top], [c, a, top]]);
         let mut sources = vec![(); cut.triangles.len()];
-        assert_eq!(move_apart(&mut cut, &mut sources, Precision::Double), Apart { merged: 1, moved: 0 });
+        assert_eq!(take_apart(&mut cut, &mut sources, Precision::Double), Apart { merged: 1, moved: 0 });
         assert_eq!((cut.triangles.len(), sources.len()), (12, 12));
         assert!(ManifoldReport::of(&cut, Precision::Double).passed());
     }

@@ -15,7 +15,7 @@ use crate::mesh::{Precision, TriangleMesh};
 
 /// Separates what touches, as the module says. Edges must have as many uses in one direction as in the other. `sources`, with one
 /// entry for each triangle, follow the triangles. New positions are rounded to a precision.
-pub fn separate<S: Copy>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) {
+pub(super) fn separate<S: Copy>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) {
     let mut faults = Faults::of(mesh);
     if remove_pairs(mesh, sources, &faults.duplicates) {
         faults = Faults::of(mesh);
@@ -122,18 +122,22 @@ fn remove_pairs<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, duplicates: &[
         let (ahead, back): (Vec<u32>, Vec<u32>) = all().partition(|&triangle| cycle(triangle) == way);
         is_removed.extend(ahead.iter().zip(&back).flat_map(|(a, b)| [*a, *b]));
     }
-    let mut is_kept = (0..mesh.triangles.len() as u32).map(|triangle| !is_removed.contains(&triangle));
-    let kept: Vec<bool> = is_kept.by_ref().collect();
+    let kept: Vec<bool> = (0..mesh.triangles.len() as u32).map(|triangle| !is_removed.contains(&triangle)).collect();
     retain(mesh, sources, &kept);
     !is_removed.is_empty()
 }
 
-/// Keeps some of the triangles.
+/// Keeps some of the triangles, and the vertices that they use.
 pub(super) fn retain<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, is_kept: &[bool]) {
+    if is_kept.iter().all(|&kept| kept) {
+        return;
+    }
     let mut kept = is_kept.iter();
     mesh.triangles.retain(|_| *kept.next().expect("one entry per triangle"));
     let mut kept = is_kept.iter();
     sources.retain(|_| *kept.next().expect("one entry per triangle"));
+    let triangles = std::mem::take(&mut mesh.triangles);
+    *mesh = mesh.of_triangles(triangles).0;
 }
 
 /// Gives each fan of triangles a vertex of its own. Returns the pairs at shared edges, and the vertices that new ones are copies of.

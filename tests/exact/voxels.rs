@@ -42,6 +42,11 @@ fn surface(voxels: &[bool], shear: [[f64; 3]; 3]) -> Option<ClosedMesh> {
     (!mesh.triangles.is_empty()).then(|| ClosedMesh::check(mesh).unwrap())
 }
 
+/// Returns the area of the surface of a set of voxels.
+fn area(voxels: &[bool], shear: [[f64; 3]; 3]) -> f64 {
+    surface(voxels, shear).map_or(0.0, |mesh| mesh.mesh().area())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, max_shrink_iters: 50, ..ProptestConfig::default() })]
 
@@ -56,15 +61,18 @@ proptest! {
         let (Some(first), Some(second)) = (surface(&a, shear), surface(&b, shear)) else { return Ok(()) };
         let inputs = [first, second];
         for operation in super::OPERATIONS {
-            let count = a.iter().zip(&b).filter(|&(&a, &b)| match operation {
+            let result: Vec<bool> = a.iter().zip(&b).map(|(&a, &b)| match operation {
                 BooleanOperation::Intersection => a && b,
                 BooleanOperation::Union => a || b,
                 BooleanOperation::Difference => a && !b,
                 BooleanOperation::Xor => a != b,
-            }).count();
+            }).collect();
+            let count = result.iter().filter(|&&is_full| is_full).count();
             let found = exact(&inputs, &Expression::of_inputs(operation, 2), FillRule::EvenOdd);
             prop_assert!((found.volume - count as f64).abs() <= found.volume_rounding, "{operation:?}: {} {count}", found.volume);
             prop_assert!(found.volume_rounding < 1e-9, "{}", found.volume_rounding);
+            let area = area(&result, shear);
+            prop_assert!((found.area - area).abs() <= 1e-9 * area, "{operation:?}: {} instead of {area}", found.area);
         }
     }
 }
