@@ -197,7 +197,9 @@ for stage in "$@"; do
 done
 
 corpus=$(find_corpus)
-passed=0 failed=0 summary="" missing=""
+passed=0 failed=0 summary="" missing="" ends=""
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
 if ! install_missing "$@"; then
   printf -v summary '%-10s %s\n' install 'FAILED; no other stage was run'
   failed=1
@@ -211,17 +213,19 @@ for stage in "$@"; do
     echo "$verdict"
   else
     start=$SECONDS
-    if "run_$stage"; then
+    if "run_$stage" 2>&1 | tee "$log"; then
       verdict=passed passed=$((passed + 1))
     else
       verdict=FAILED failed=$((failed + 1))
+      # Again at the end, where it is seen.
+      ends+=$'\n\n'"=== the end of $stage"$'\n'$(grep -E 'FAILED|panicked|^error' "$log" | tail -n 20; tail -n 20 "$log")
     fi
     verdict+=" $((SECONDS - start)) s"
   fi
   printf -v summary '%s%-10s %s\n' "$summary" "$stage" "$verdict"
 done
 
-printf '\n=== summary\n%s' "$summary"
+printf '%s\n\n=== summary\n%s' "$ends" "$summary"
 [ -z "$missing" ] || echo "$missing"
 echo "$passed passed, $failed failed"
 [ "$failed" = 0 ]
