@@ -22,7 +22,8 @@ use crate::{Error, Estimate, Monitor, Sampled, Settings, Solid, Warning, excerpt
 /// An expression over solids: Booleans, Minkowski sums and differences, offsets, openings and closings. Cheap to clone.
 ///
 /// [`sample`](Shape::sample) and [`volume`](Shape::volume) compute the expression. They evaluate nested Booleans in one pass over
-/// all images. A sum or an offset within another operation is first contoured into a mesh, on the raster of the settings.
+/// all images. A sum or an offset within another operation is first contoured into a mesh, on the raster of the settings; a Boolean
+/// within a sum or an offset becomes its exact mesh where it has one.
 ///
 /// ```no_run
 /// # fn main() -> Result<(), ldi_ops::Error> {
@@ -191,7 +192,10 @@ impl Shape {
 
     /// Measures the shape; `is_volume` asks for the best volume instead of images.
     fn measured(&self, settings: &Settings, keep: Keep, is_volume: bool, monitor: &Monitor) -> Result<Measured, Error> {
-        let method = if is_volume { VolumeMethod::Best } else { VolumeMethod::Estimate };
+        let method = match (is_volume, keep) {
+            (true, _) | (_, Keep::Mesh(_)) => VolumeMethod::Best,
+            _ => VolumeMethod::Estimate,
+        };
         let (measurement, operands) = match &*self.node {
             Node::Solid(_) if is_volume => (Measurement::Volume, slice::from_ref(self)),
             Node::Solid(_) => (Measurement::Sample, slice::from_ref(self)),
@@ -234,7 +238,7 @@ impl Shape {
         (Expression::of_tree(self, Shape::boolean, |shape| indices[&Arc::as_ptr(&shape.node)]), operands)
     }
 
-    /// Returns a solid: the shape itself, or the mesh of its images.
+    /// Returns a solid: the shape itself, or its mesh, which is exact for Booleans of solids.
     fn to_solid(
         &self,
         settings: &Settings,
@@ -250,8 +254,12 @@ impl Shape {
             ));
         }
         let whole = settings.clone().axes(crate::Axes::All).mode(crate::Mode::Exact);
-        let measured = self.measured(&whole, Keep::Mesh, false, monitor)?;
-        let (mesh, report) = surface::mesh(&measured.imaged(), Finish::default(), Precision::Double, monitor)?;
+        let (finish, precision) = (Finish::default(), Precision::Double);
+        let mut measured = self.measured(&whole, Keep::Mesh(finish.request(precision)), false, monitor)?;
+        let (mesh, report) = match measured.exact_mesh.take() {
+            Some(exact) => exact.finished(finish, monitor)?,
+            None => surface::mesh(&measured.imaged(), finish, precision, monitor)?,
+        };
         warnings.extend(measured.warnings);
         warnings.extend(surface::warnings(&report, true));
         let closed = ClosedMesh::check(mesh)

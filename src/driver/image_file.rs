@@ -90,11 +90,11 @@ impl ImageFile {
 
 /// Returns a warning if images that count as exact disagree about nodes, which exact images of one solid never do.
 pub fn images_disagree(path: &Path, mode: Mode, report: &SurfaceReport) -> Option<Warning> {
+    let disagreements = report.sampled()?.disagreements;
     let message = format!(
-        "{}: the images along different axes disagree about {} lattice nodes, so they are not exact images of one closed solid; \
-         at each of these nodes the mesh follows the majority",
+        "{}: the images along different axes disagree about {disagreements} lattice nodes, so they are not exact images of one \
+         closed solid; at each of these nodes the mesh follows the majority",
         path.display(),
-        report.disagreements
     );
-    (mode == Mode::Exact && report.disagreements > 0).then(|| Warning::new("images-disagree", message))
+    (mode == Mode::Exact && disagreements > 0).then(|| Warning::new("images-disagree", message))
 }

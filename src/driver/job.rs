@@ -8,7 +8,8 @@ use crate::Error;
 use crate::boolean::{BooleanOperation, Expression};
 use crate::grid::Axis;
 use crate::length::Length;
-use crate::mesh::LengthUnit;
+use crate::mesh::io::Format;
+use crate::mesh::{LengthUnit, Precision};
 use crate::placement::Placement;
 use crate::sampler::{FillRule, Mode};
 #[cfg(feature = "npz")]
@@ -269,26 +270,53 @@ pub enum Keep {
     Images,
     /// The images, with the triangle of each sample.
     ImagesWithTriangles,
-    /// The same, to be contoured into a mesh.
-    Mesh,
+    /// A mesh: the exact one, or else the same images, to be contoured.
+    Mesh(MeshRequest),
+}
+
+/// The mesh that outlives a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MeshRequest {
+    /// The method.
+    pub method: MeshMethod,
+    /// The precision of coordinates in the file.
+    pub precision: Precision,
+    /// True if a round offset is subtracted from the coordinates.
+    pub recentre: bool,
+}
+
+/// The requested method of a mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MeshMethod {
+    /// Exact where the triangles allow it, else from images.
+    #[default]
+    Best,
+    /// Exact, or an error with the reason why it cannot be.
+    Exact,
+    /// From images.
+    Sampled,
 }
 
 impl Keep {
     /// Returns whether each sample keeps its triangle.
     pub fn has_triangles(self) -> bool {
-        matches!(self, Keep::ImagesWithTriangles | Keep::Mesh)
+        matches!(self, Keep::ImagesWithTriangles | Keep::Mesh(_))
     }
 }
 
 impl From<Option<&ImageTarget>> for Keep {
     fn from(target: Option<&ImageTarget>) -> Keep {
-        match target.map(|target| target.content) {
-            None => Keep::Sums,
+        let Some(ImageTarget { path, content }) = target else { return Keep::Sums };
+        match *content {
             #[cfg(feature = "npz")]
-            Some(Content::Voxels(_)) => Keep::Images,
+            Content::Voxels(_) => Keep::Images,
             #[cfg(feature = "npz")]
-            Some(Content::Images) => Keep::ImagesWithTriangles,
-            Some(Content::Mesh(_)) => Keep::Mesh,
+            Content::Images => Keep::ImagesWithTriangles,
+            Content::Mesh(finish) => {
+                // A name without a known format is refused when the file is written.
+                let precision = Format::from_path(path).map_or(Precision::Double, Format::precision);
+                Keep::Mesh(finish.request(precision))
+            }
         }
     }
 }
@@ -315,13 +343,28 @@ pub enum Content {
     Mesh(Finish),
 }
 
-/// The processing of a contoured mesh before it is written.
+/// The method of a mesh and its processing before it is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Finish {
-    /// The bound within which triangles are removed.
+    /// The method.
+    pub method: MeshMethod,
+    /// The bound within which triangles of a mesh from images are removed.
     pub simplify: Option<Bound>,
     /// The least volume of a part that is kept, as a share of the whole.
     pub least_part: Option<f64>,
     /// True if a round offset is subtracted from the coordinates.
     pub recentre: bool,
+}
+
+impl Finish {
+    /// Returns whether the mesh is certainly one of images. A bound of a distance makes sense for those alone.
+    pub fn is_of_images(&self) -> bool {
+        self.method == MeshMethod::Sampled || self.simplify.is_some()
+    }
+
+    /// Returns what a measurement has to keep for a file of a precision.
+    pub fn request(&self, precision: Precision) -> MeshRequest {
+        let method = if self.is_of_images() { MeshMethod::Sampled } else { self.method };
+        MeshRequest { method, precision, recentre: self.recentre }
+    }
 }

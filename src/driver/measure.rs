@@ -14,19 +14,22 @@ use super::certainty::certify;
 use super::fill::FillDifference;
 use super::image::{ImageMaker, Triangles, alive_at_once};
 use super::input::{self, InputRequirements, Sides, Solid};
-use super::job::{Boolean, ImageTarget, Input, Keep, MeasureJob, Measurement, Spacing, VolumeMethod};
+use super::job::{
+    Boolean, ImageTarget, Input, Keep, MeasureJob, Measurement, MeshMethod, MeshRequest, Spacing, VolumeMethod,
+};
 use super::measured::{Measured, Method, Refinement, Seconds, SolidMeasures, Volume};
 use super::memory::Limit;
 use super::work::work;
-use super::{exact_cost, machine, memory, raster};
+use super::{exact_cost, machine, memory, raster, surface};
 use crate::boolean::VolumeBounds;
-use crate::exact::{self, ExactProperties, NotExact};
+use crate::exact::{self, ExactMesh, ExactProperties, NotExact, Solution};
 use crate::grid::{Axis, Grid, LatticeBox, LatticeSolid};
 use crate::integrate::{self, AxisVolume, CHECK_PITCHES, Moments, SurfaceHits, VolumeEstimate};
 use crate::ldi::Ldi;
 use crate::mesh::{Aabb, ClosedMesh, MassProperties};
 use crate::progress::Monitor;
 use crate::sampler::{FillRule, MaskIntersection, Mode, Sampler};
+use crate::surface::Coordinates;
 use crate::{Error, Warning};
 
 /// Reads inputs, measures the result of the job and writes `target`.
@@ -72,10 +75,15 @@ pub fn measure(
     let start = Instant::now();
     let mut seconds = Seconds::default();
     let mut warnings = Vec::new();
-    let exact = exact_properties(job, &solids, (&mut seconds, &mut warnings), progress)?;
+    let mut exact = exact_result(job, &solids, (&mut seconds, &mut warnings), progress)?;
+    let exact_mesh = exact.as_mut().ok().and_then(|exact| exact.mesh.take());
     let spacing = job.spacing.in_unit(solids[0].unit)?;
     // If the volume is known exactly, images are made only for a file or for the value of an estimate.
-    let needs_images = exact.is_err() || job.mode != Mode::Exact || job.keep != Keep::Sums;
+    let has_all_kept = job.keep == Keep::Sums || exact_mesh.is_some();
+    let needs_images = exact.is_err() || job.mode != Mode::Exact || !has_all_kept;
+    if let (Keep::Mesh(_), true) = (job.keep, job.axes.len() < 3 && !has_all_kept) {
+        return Err(Error::input("a mesh that is not exact needs the images along all axes; remove --axis"));
+    }
     let mut refinement = None;
     let mut round = None;
     if needs_images {
@@ -106,14 +114,15 @@ pub fn measure(
 
     let (volume, measures) = match (&exact, &round) {
         (Ok(exact), round) if job.mode == Mode::Exact || round.is_none() => {
-            let (volume, measures) = exactly(&exact.mass, round.as_ref().map(|round| round.volume));
+            let properties = &exact.properties;
+            let (volume, measures) = exactly(&properties.mass, round.as_ref().map(|round| round.volume));
             if let (Spacing::Tolerance(asked), None) = (spacing, round) {
                 let came_to = if volume.value == 0.0 { 0.0 } else { volume.error / volume.value };
                 refinement = Some(Refinement { asked, came_to, reached: came_to <= asked, resolution: COARSEST });
             }
             let measures = match job.measurement {
                 // The order of coincident faces is not defined: rays tell which of them bound the solid.
-                Measurement::Volume if exact.area_error > 0.0 => {
+                Measurement::Volume if properties.area_error > 0.0 => {
                     let choice = backends.choose(|| work(&[], &job.axes));
                     let area = surface_area(job, &solids[0], &grid, choice.sampler(), progress)?;
                     Some(SolidMeasures { area, ..measures })
@@ -124,7 +133,7 @@ pub fn measure(
             if let Some(round) = round {
                 warnings.extend(solids.iter().filter_map(|solid| thin(solid, &round.grid, &job.axes)));
             }
-            for &input in &exact.with_meeting_shells {
+            for &input in &properties.with_meeting_shells {
                 let difference = FillDifference::exact(&solids[input])?;
                 warnings.extend(difference.and_then(|difference| difference.warning(&solids[input], job.fill)));
             }
@@ -138,7 +147,10 @@ pub fn measure(
                 _ => None,
             };
             let mut volume = estimated(job, &solids, round, exact.as_ref().err().copied().flatten());
-            volume.exact = exact.as_ref().ok().map(|exact| [exact.mass.volume, exact.mass.volume_rounding]);
+            volume.exact = exact.as_ref().ok().map(|exact| {
+                let MassProperties { volume, volume_rounding, .. } = exact.properties.mass;
+                [volume, volume_rounding]
+            });
             (volume, measures)
         }
         (_, None) => unreachable!("a volume without an exact value is sampled"),
@@ -171,6 +183,7 @@ pub fn measure(
         warnings,
         images,
         normals,
+        exact_mesh,
         output: None,
         surface: None,
         measures,
@@ -180,22 +193,37 @@ pub fn measure(
     })
 }
 
-/// Returns the exact properties of the result, if they are sought and the triangles give them.
+/// The exact properties of a result, and its mesh if one is kept.
+struct ExactResult {
+    properties: ExactProperties,
+    mesh: Option<surface::Exact>,
+}
+
+/// Returns the exact properties of the result, if they are sought and the triangles give them, and its exact mesh.
 ///
 /// # Errors
-/// The outer error if the job insists on an exact volume that cannot be had; the inner one gives the reason, if one was found.
-fn exact_properties(
+/// The outer error if the job insists on an exact volume or mesh that cannot be had; the inner one gives the reason, if one was
+/// found.
+fn exact_result(
     job: &MeasureJob,
     solids: &[Solid],
     (seconds, warnings): (&mut Seconds, &mut Vec<Warning>),
     progress: &Monitor,
-) -> Result<Result<ExactProperties, Option<NotExact>>, Error> {
+) -> Result<Result<ExactResult, Option<NotExact>>, Error> {
     if job.method == VolumeMethod::Estimate {
         return Ok(Err(None));
     }
-    if let Some(excess) = memory::excess("the exact volume", exact_cost::cost(solids), Limit::new(job.memory)) {
-        if job.method == VolumeMethod::Exact {
-            return Err(Error::machine(format!("{excess}; without --exact it is estimated")));
+    let request = exact_mesh_request(job);
+    let insists = match request {
+        _ if job.method == VolumeMethod::Exact => Some("--exact it is estimated"),
+        Some(MeshRequest { method: MeshMethod::Exact, .. }) => Some("--mesh exact the mesh is made from images"),
+        _ => None,
+    };
+    let cost = exact_cost::cost(solids, request.is_some());
+    let what = if request.is_some() { "the exact mesh" } else { "the exact volume" };
+    if let Some(excess) = memory::excess(what, cost, Limit::new(job.memory)) {
+        if let Some(otherwise) = insists {
+            return Err(Error::machine(format!("{excess}; without {otherwise}")));
         }
         let message = format!("{excess}, so it is estimated; a larger --memory gives the exact one");
         warnings.push(Warning::new("exact-volume-memory", message));
@@ -207,9 +235,10 @@ fn exact_properties(
     let found = match (closed, &job.measurement) {
         (None, _) => Err(None),
         (Some(closed), Measurement::Boolean(boolean)) => {
-            exact::mass_properties(&closed, &boolean.expression, job.fill).map_err(Some)
+            let solution = Solution::of(&closed, &boolean.expression, job.fill).map_err(Some);
+            solution.map(|solution| (solution.properties(), Some(solution)))
         }
-        (Some(closed), _) => exact::of_solid(closed[0], job.fill).map_err(Some),
+        (Some(closed), _) => exact::of_solid(closed[0], job.fill).map(|properties| (properties, None)).map_err(Some),
     };
     let took = start.elapsed().as_secs_f64();
     seconds.integrate += took;
@@ -219,10 +248,45 @@ fn exact_properties(
         Err(None) => "no exact volume, as a mesh is open".to_owned(),
     };
     progress.detail(format_args!("{outcome}, in {took:.4} s"));
-    match (job.method, &found) {
-        (VolumeMethod::Exact, Err(_)) => Err(Error::input(format!("{outcome}; without --exact it is estimated"))),
-        _ => Ok(found),
+    let (properties, solution) = match (insists, found) {
+        (_, Ok(found)) => found,
+        (Some(otherwise), Err(_)) => return Err(Error::input(format!("{outcome}; without {otherwise}"))),
+        (None, Err(why)) => return Ok(Err(why)),
+    };
+    let mut mesh = None;
+    if let (Some(request), Some(solution)) = (request, solution) {
+        progress.stage("exact mesh")?;
+        let meshing = Instant::now();
+        mesh = Some(exact_mesh(request, &solution, &properties.mass, solids));
+        let took = meshing.elapsed().as_secs_f64();
+        seconds.operate += took;
+        progress.detail(format_args!("exact mesh in {took:.4} s"));
     }
+    Ok(Ok(ExactResult { properties, mesh }))
+}
+
+/// Returns the request for an exact mesh, if the job has one: only Booleans have exact meshes, and an over- or under-estimate asks
+/// for the mesh of its image.
+fn exact_mesh_request(job: &MeasureJob) -> Option<MeshRequest> {
+    match (job.keep, &job.measurement, job.mode) {
+        (Keep::Mesh(request), Measurement::Boolean(_), Mode::Exact) if request.method != MeshMethod::Sampled => {
+            Some(request)
+        }
+        _ => None,
+    }
+}
+
+/// Returns the exact mesh in the coordinates of a file. Coincident faces may leave walls without thickness of a result that has no
+/// volume; its mesh is empty.
+fn exact_mesh(request: MeshRequest, solution: &Solution, mass: &MassProperties, solids: &[Solid]) -> surface::Exact {
+    let MeshRequest { precision, recentre, .. } = request;
+    let recentred = recentre.then(|| surface::middle(raster::common_box(solids)));
+    let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
+    let mesh = match mass.volume > mass.volume_rounding {
+        true => solution.mesh(coordinates),
+        false => ExactMesh::default(),
+    };
+    surface::Exact { mesh, precision, recentred }
 }
 
 /// Returns the volume and the measures of a solid from sums over its triangles.

@@ -11,9 +11,9 @@ use serde::Serialize;
 use super::backend::Ran;
 use super::certainty::Certified;
 use super::input::Solid;
-use super::job::ImageTarget;
+use super::job::{Content, ImageTarget};
 use super::sum::BetweenRays;
-use super::surface::{Imaged, SurfaceReport};
+use super::surface::{self, Exact, Imaged, SurfaceReport};
 use super::write;
 use crate::exact::NotExact;
 use crate::grid::Grid;
@@ -66,9 +66,11 @@ pub struct Measured {
     pub images: Vec<Ldi>,
     /// The normals of the triangles that the images refer to.
     pub normals: Vec<[f32; 3]>,
+    /// The exact mesh, if it is kept; then the images are not.
+    pub exact_mesh: Option<Exact>,
     /// The output file.
     pub output: Option<PathBuf>,
-    /// The report of the mesh of the images, if one was requested.
+    /// The report of the mesh, if one was requested.
     pub surface: Option<SurfaceReport>,
     /// Area and moments, for `volume`.
     pub measures: Option<SolidMeasures>,
@@ -253,7 +255,13 @@ impl Measured {
         warnings.append(&mut self.warnings);
         if let Some(target) = target {
             let writing = Instant::now();
-            let (surface, found) = write::images(target, &self.imaged(), progress)?;
+            let (surface, found) = match (target.content, self.exact_mesh.take()) {
+                (Content::Mesh(finish), Some(exact)) => {
+                    let (report, found) = surface::write_exact(exact, self.unit, &target.path, finish, progress)?;
+                    (Some(report), found)
+                }
+                _ => write::images(target, &self.imaged(), progress)?,
+            };
             warnings.extend(found);
             self.output = match &surface {
                 Some(surface) => surface.path.clone(),

@@ -101,7 +101,7 @@ fn images_keep_the_mode_that_surface_uses() {
         let written = &arrays(&folder.path("c.npz"))["mode"];
         let letters: String = words(&written.1).into_iter().map(|c| char::from_u32(c).unwrap()).collect();
         assert_eq!(letters, mode);
-        folder.run(&[&operation[..], &["-o", "direct.ply"]].concat()).code(0);
+        folder.run(&[&operation[..], &["--mesh", "sampled", "-o", "direct.ply"]].concat()).code(0);
         folder.run(&["surface", "c.npz", "-o", "again.ply"]).code(0);
         let read = |name| std::fs::read(folder.path(name)).unwrap();
         assert!(read("again.ply") == read("direct.ply"), "{mode}");

@@ -23,11 +23,12 @@ fn every_operation_writes_a_solid_in_every_format() {
         ("intersect", 1.0, "i.3mf"),
     ];
     for (operation, volume, target) in cases {
-        for mode in ["exact", "over", "under"] {
+        for (mode, mesh) in [("exact", "exact"), ("exact", "sampled"), ("over", "sampled"), ("under", "sampled")] {
             let arguments =
                 [operation, "a.stl", "b.stl", "--mode", mode, "--resolution", "32", "--unit", "m", "-o", target];
-            let result = folder.json(&arguments);
+            let result = folder.json(&[&arguments[..], &["--mesh", mesh]].concat());
             let surface = &result["surface"];
+            assert_eq!(surface["method"], mesh);
             assert_eq!((&result["output"], &surface["path"]), (&target.into(), &target.into()));
             assert_near(surface["volume"].as_f64().unwrap(), volume, 2e-3 * volume);
             let found = checked(&folder, target);
@@ -58,7 +59,8 @@ fn a_cube_keeps_its_corners_and_loses_its_triangles() {
     assert!(surface["simplified"]["distance"].as_f64().unwrap() <= 0.01);
     assert_near(checked(&folder, "small.ply")["volume"].as_f64().unwrap(), 8.0, 1e-6);
     let run = folder.run(&[&arguments[..], &["-v"]].concat()).code(0);
-    assert!(run.stdout().contains("12 triangles, 8 vertices, 1 components, genus 0, simplified from 4800 within"));
+    let words = "12 triangles, 8 vertices, 1 components, genus 0; from images, simplified from 4800 within";
+    assert!(run.stdout().contains(words), "{}", run.stdout());
 }
 
 #[test]
@@ -66,7 +68,7 @@ fn surface_of_an_image_file_equals_the_mesh_of_the_operation() {
     let folder = Folder::with_two_cubes();
     for mode in ["exact", "over"] {
         let operation = ["difference", "a.stl", "b.stl", "--mode", mode, "--resolution", "31", "--unit", "mm"];
-        folder.run(&[&operation[..], &["-o", "direct.ply"]].concat()).code(0);
+        folder.run(&[&operation[..], &["--mesh", "sampled", "-o", "direct.ply"]].concat()).code(0);
         folder.run(&[&operation[..], &["-o", "images.npz"]].concat()).code(0);
         let again = folder.json(&["surface", "images.npz", "--mode", mode, "-o", "again.ply"]);
         assert_eq!((&again["unit"], &again["warnings"]), (&"mm".into(), &Value::Array(vec![])));
@@ -75,6 +77,55 @@ fn surface_of_an_image_file_equals_the_mesh_of_the_operation() {
     }
     let voxels = folder.json(&["surface", "images.npz", "-o", "voxels.npy"]);
     assert_eq!((&voxels["output"], voxels.get("surface")), (&"voxels.npy".into(), None));
+}
+
+#[test]
+fn booleans_are_written_exactly_wherever_they_can_be() {
+    let folder = Folder::with_two_cubes();
+    // Neither the raster nor the axis matters.
+    let union = ["union", "a.stl", "b.stl", "--axis", "z", "--resolution", "3", "--unit", "mm"];
+    let made = folder.json(&[&union[..], &["-o", "u.ply"]].concat());
+    let surface = &made["surface"];
+    assert_eq!((&surface["method"], surface["volume"].as_f64()), (&"exact".into(), Some(15.0)));
+    assert_eq!((&surface["sub_resolution"], &surface["largest_distance"]), (&Value::Null, &Value::Null));
+    assert_eq!(made["samples"], 0);
+    let found = checked(&folder, "u.ply");
+    assert!(found["solid"] == true && found["defects"] == Value::Array(vec![]), "{found:#}");
+    assert_eq!((found["volume"].as_f64(), &found["triangles"]), (Some(15.0), &surface["triangles"]));
+    assert!(found["triangles"].as_u64().unwrap() < 60);
+    let text = folder.run(&[&union[..], &["-v", "-o", "u.ply"]].concat()).code(0).stdout();
+    assert!(text.contains("genus 0; exact") && text.contains("2-manifold around 15 mm"), "{text}");
+    let far = ["--recentre", "--transform-a", "translate(5e4,0,0)", "-o", "far.stl"];
+    let surface = &folder.json(&[&union[..], &far].concat())["surface"];
+    assert_eq!((&surface["method"], surface["recentred"].is_array()), (&"exact".into(), true));
+    assert_near(checked(&folder, "far.stl")["volume"].as_f64().unwrap(), 16.0, 1e-2);
+    // Parts are dropped from exact meshes, too.
+    folder.stl("two.stl", &[cube(0.0, 2.0), cube(3.0, 0.2)].concat());
+    folder.stl("all.stl", &cube(-1.0, 9.0));
+    let one = folder.json(&["intersect", "two.stl", "all.stl", "--drop-parts", "1%", "-o", "one.stl"]);
+    assert_eq!((&one["surface"]["triangles"], &one["surface"]["dropped_parts"]["count"]), (&12.into(), &1.into()));
+    // Several operations at once, and operands whose shells overlap.
+    folder.stl("lapping.stl", &[cube(0.0, 2.0), cube(1.0, 2.0)].concat());
+    let csg = ["csg", "l - a & all", "l=lapping.stl", "a=a.stl", "all=all.stl", "--fill", "nonzero", "-o", "csg.obj"];
+    let csg = folder.json(&csg);
+    assert_eq!(csg["surface"]["method"], "exact");
+    assert_near(
+        checked(&folder, "csg.obj")["volume"].as_f64().unwrap(),
+        csg["volume"]["value"].as_f64().unwrap(),
+        1e-9,
+    );
+    // A box of which a lid is pressed through the bottom.
+    let mut folded = cuboid([0.0; 3], [2.0; 3]);
+    for corner in folded.iter_mut().flatten().filter(|corner| corner[0] == 2.0 && corner[2] == 2.0) {
+        corner[2] = -0.5;
+    }
+    folder.stl("folded.stl", &folded);
+    let command = ["intersect", "folded.stl", "all.stl", "--resolution", "64", "-o", "f.stl"];
+    assert_eq!(folder.json(&command)["surface"]["method"], "sampled");
+    let insisting = [&command[..], &["--mesh", "exact"]].concat();
+    folder.run(&insisting).code(2).says(&["folded.stl", "touch or cross", "--mesh exact"]);
+    let along_one = [&command[..], &["--axis", "z"]].concat();
+    folder.run(&along_one).code(2).says(&["images along all axes", "--axis"]);
 }
 
 #[test]
@@ -102,7 +153,7 @@ fn meshes_that_lack_measured_volume_are_not_written() {
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.stl("b.stl", &cube(0.001, 3.0));
     // The difference leaves a wall of a thousandth at each of three faces, and no node lies in these walls.
-    let command = ["difference", "a.stl", "b.stl", "--resolution", "16", "-o", "thin.stl"];
+    let command = ["difference", "a.stl", "b.stl", "--resolution", "16", "--mesh", "sampled", "-o", "thin.stl"];
     let result = folder.run(&[&command[..], &["--json", "-"]].concat()).code(1).json();
     assert!(warning_codes(&result).contains(&"below-resolution"));
     assert!(result["surface"]["sub_resolution"]["walls"].as_u64().unwrap() > 100, "{:#}", result["surface"]);
@@ -128,8 +179,18 @@ fn meshes_that_lack_measured_volume_are_not_written() {
 #[test]
 fn impossible_mesh_outputs_are_refused() {
     let folder = Folder::with_two_cubes();
-    let along_one = ["intersect", "a.stl", "b.stl", "--axis", "x", "-o", "out.stl"];
+    let along_one = ["intersect", "a.stl", "b.stl", "--axis", "x", "--mesh", "sampled", "-o", "out.stl"];
     folder.run(&along_one).code(2).says(&["out.stl", "all axes", "--axis"]);
+    for (rest, words) in [
+        (&["--estimate", "-o", "out.stl"][..], &["--mesh exact", "--estimate"][..]),
+        (&["--mode", "over", "-o", "out.stl"], &["--mesh exact", "--mode"]),
+        (&["--simplify", "0.1h", "-o", "out.stl"], &["--mesh exact", "--simplify"]),
+        (&["-o", "out.npz"], &["--mesh exact", "-o FILE"]),
+        (&[], &["--mesh exact", "-o FILE"]),
+    ] {
+        folder.run(&[&["intersect", "a.stl", "b.stl", "--mesh", "exact"], rest].concat()).code(2).says(words);
+    }
+    assert!(!folder.path("out.stl").exists() && !folder.path("out.npz").exists());
     folder.run(&["intersect", "a.stl", "b.stl", "--simplify", "0.1h"]).code(2).says(&["--simplify", "-o FILE"]);
     folder.run(&["sample", "a.stl", "--simplify", "0.1h", "-o", "a.npz"]).code(2).says(&["--simplify", "meshes"]);
     folder.run(&["sample", "a.stl", "--simplify", "0", "-o", "a.stl"]).code(2).says(&["0.1h"]);
@@ -188,7 +249,7 @@ fn meshes_of_booleans_pass_the_check_without_self_intersections() {
     for (operation, a, b, placement, target) in cases {
         let arguments =
             [operation, &model(a), &model(b), "--transform-b", placement, "--resolution", "40", "-o", target];
-        let made = folder.json(&arguments);
+        let made = folder.json(&[&arguments[..], &["--mesh", "sampled"]].concat());
         assert_eq!(made["surface"]["crossing_pairs"], 0, "{operation}");
         let found = checked(&folder, target);
         assert!(found["solid"] == true && found["defects"] == Value::Array(vec![]), "{operation}: {found:#}");

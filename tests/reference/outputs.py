@@ -4,13 +4,16 @@
 usage: outputs.py --program LDI-OPS [--corpus DIR | --self-test] [--verbose]
 
 Runs `intersect`, `union`, `difference` and `xor` with `-o` on pairs of data/reference/pairs.toml, every operation in every
-format, or on pairs of the corpus of real meshes. lib3mf (3MF) or trimesh reads each written mesh, which must be
+format and by both methods, or on pairs of the corpus of real meshes. lib3mf (3MF) or trimesh reads each written mesh, which
+must be
 
 - a closed 2-manifold: each directed edge once and its opposite once, the triangles around a vertex one fan; by trimesh
   watertight and of one winding; by manifold3d without error;
 - as the JSON states: vertices, triangles, components, genus, volume;
 - near manifold3d's exact Boolean of the same coordinates: its volume within `allowed_volume`, its box no more than
-  `REACH` pitches larger.
+  `REACH` pitches larger;
+- if it is an exact mesh, of that volume, area and box to the rounding of the format, and of that number of parts and genus, with no
+  more than `MORE_TRIANGLES` of its triangles.
 
 Exits 1 with a table of the differences. `--self-test` damages meshes and falsifies the JSON and the references, and exits 1
 unless the check finds every damage.
@@ -70,6 +73,12 @@ CONSERVATIVE_PAIRS = ("rotated_boxes", "gyroid_bone", "primitive_diamond", "cont
 SIMPLIFIED_PAIRS = ("spheres", "rotated_boxes", "gyroid_bone")
 SIMPLIFY = 0.1  # pitches
 
+# What no two programs need agree about, as its solids touch: whether they are joined where they do, by operation and file of A.
+TOUCHING = {}
+
+# The triangles of an exact mesh, as a multiple of manifold3d's, which merges triangles of one plane.
+MORE_TRIANGLES = 1.6
+
 # The distance, in pitches, by which a mesh may exceed the exact box. A vertex belongs to a cell with a node inside; it may leave
 # the cell by this distance, towards the point where the planes of its crossings meet.
 REACH = 1.0
@@ -89,6 +98,8 @@ class Case:
     mode: str = "exact"
     resolution: int = 128
     simplified: bool = False
+    # `sampled` or `exact`; None leaves the choice to the program.
+    method: str | None = "sampled"
     # False where manifold3d's Boolean of the two is wrong, because an input crosses itself.
     has_reference: bool = True
     # The volume from another source, where it is known.
@@ -100,12 +111,14 @@ class Case:
         for side, placement in (("a", self.a[1]), ("b", self.b[1])):
             words += [f"--transform-{side}", placement] if placement else []
         words += ["--simplify", f"{SIMPLIFY}h"] if self.simplified else []
+        words += ["--mesh", self.method] if self.method else []
         return [str(word) for word in (*words, "--quiet", "--json", told, "-o", out)]
 
     def describe(self):
         names = " ".join(Path(side[0]).stem for side in (self.a, self.b))
         simplified = " simplified" if self.simplified else ""
-        return f"{self.operation} {names} {self.mode} {self.resolution}{simplified} .{self.suffix}"
+        method = self.method or "best"
+        return f"{self.operation} {names} {self.mode} {self.resolution} {method}{simplified} .{self.suffix}"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -118,12 +131,15 @@ class Mesh:
 
 @dataclasses.dataclass(frozen=True)
 class Reference:
-    """The expected values: volume, area, the sum over edges of length × dihedral angle, and the box (None: empty)."""
+    """The expected values: volume, area, the sum over edges of length × dihedral angle, and the box (None: empty); triangles,
+    components and genus, where they are known."""
 
     volume: float
     area: float
     bending: float
     bounds: np.ndarray | None
+    triangles: int | None = None
+    topology: tuple | None = None
 
 
 # Reading
@@ -199,8 +215,8 @@ def of_manifold(solid):
     if solid.is_empty():
         return EMPTY
     mesh = solid.to_mesh64()
-    points, faces = np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts).astype(np.int64)
-    return measure(Mesh(points, faces))
+    found = Mesh(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts).astype(np.int64))
+    return dataclasses.replace(measure(found), triangles=len(found.faces), topology=components_and_genus(found))
 
 
 @functools.cache
@@ -259,12 +275,36 @@ def allowed_volume(right, told, case):
     over its edges of length × dihedral angle. Parts between two neighbouring nodes are missed as a whole: each wall and gap that
     the JSON counts is a pixel wide, and between zero and a pitch thick, half a pitch on average. The same holds for the part that
     is cut off where a vertex had to stay in its cell, and for a node about which the images disagree. Simplification moves the
-    surface by its bound.
+    surface by its bound. An exact mesh is off by the rounding of its coordinates alone, over its area.
     """
     pitch, surface = told["grid"]["pitch"], told["surface"]
+    if surface["method"] == "exact":
+        return rounding(right, case) * right.area + 1e-9 * abs(right.volume)
     lost = sum(surface["sub_resolution"].values()) + surface["blunted_vertices"] + surface["disagreements"]
     moved = SIMPLIFY * pitch * right.area if case.simplified else 0.0
     return pitch**2 / 8 * right.bending + lost * pitch**3 / 2 + moved + 1e-7 * abs(right.volume)
+
+
+def rounding(right, case):
+    """Returns the distance by which a format moves a coordinate of a result, and vertices move that would fall together."""
+    return 0.0 if right.bounds is None else 4 * FORMATS[case.suffix] * np.abs(right.bounds).max()
+
+
+def exact_complaints(case, mesh, told, right):
+    """Returns the differences of an exact mesh from manifold3d's, besides its volume."""
+    rows = []
+    if case.method is not None and told["surface"]["method"] != case.method:
+        rows.append(("method", case.method, told["surface"]["method"]))
+    if told["surface"]["method"] != "exact" or right.topology is None or (case.operation, Path(case.a[0]).stem) in TOUCHING:
+        return rows
+    area = measure(mesh).area
+    if not abs(area - right.area) <= 1e-6 * right.area:
+        rows.append(("area", right.area, area))
+    if components_and_genus(mesh) != right.topology:
+        rows.append(("components and genus", right.topology, components_and_genus(mesh)))
+    if not len(mesh.faces) <= MORE_TRIANGLES * right.triangles + 64:
+        rows.append(("triangles", f"{right.triangles} × {MORE_TRIANGLES}", len(mesh.faces)))
+    return rows
 
 
 def structure_complaints(mesh):
@@ -314,7 +354,9 @@ def solid_complaints(case, mesh, told, right):
         bounds = np.array([mesh.points.min(axis=0), mesh.points.max(axis=0)])
         outwards = (bounds - right.bounds) * [[-1], [1]]
         # Tips that are thinner than a pixel may be lost, but whole edges must not be added.
-        if not outwards.max() <= REACH * pitch:
+        is_exact = told["surface"]["method"] == "exact"
+        reach = rounding(right, case) + 1e-6 * np.ptp(right.bounds, axis=0).max() if is_exact else REACH * pitch
+        if not outwards.max() <= reach or (is_exact and not outwards.min() >= -reach):
             rows.append(("box", right.bounds.tolist(), bounds.tolist()))
     return rows
 
@@ -353,6 +395,7 @@ def complaints(case, mesh, told, right):
     rows = structure_complaints(mesh)
     rows += said_complaints(case, mesh, told)
     rows += simplified_complaints(case, mesh, told)
+    rows += exact_complaints(case, mesh, told, right)
     return rows + solid_complaints(case, mesh, told, right)
 
 
@@ -365,7 +408,9 @@ def data_cases():
     for pair in pairs.load(names=DATA_PAIRS):
         a, b = (str(pairs.ROOT / pair["a"]), None), (str(pairs.ROOT / pair["b"]), pair["transform_b"])
         for operation in OPERATIONS:
-            yield Case(operation, a, b, next(suffixes))
+            suffix = next(suffixes)
+            yield Case(operation, a, b, suffix)
+            yield Case(operation, a, b, suffix, method="exact")
         # Four operations and six formats: without an extra step, each operation would occur in only three of them.
         next(suffixes)
         for operation in ("intersect", "difference"):
@@ -418,10 +463,14 @@ def corpus_cases(corpus):
         placement = fitted(a, b, rotation, shift)
         for operation in ("intersect", "difference"):
             sides = (a, None), (b, placement)
-            yield Case(operation, *sides, next(suffixes), resolution=256, has_reference=has_reference)
+            suffix = next(suffixes)
+            for method in ("sampled", None):
+                yield Case(operation, *sides, suffix, resolution=256, has_reference=has_reference, method=method)
     for a, b, volume in CORTEX:
         sides = ((str(corpus / f"large/cortex_{name}_lh.ply"), None) for name in (a, b))
-        yield Case("difference", *sides, next(suffixes), resolution=256, known_volume=volume)
+        suffix = next(suffixes)
+        for method in ("sampled", None):
+            yield Case("difference", *sides, suffix, resolution=256, known_volume=volume, method=method)
 
 
 # Running
@@ -553,6 +602,12 @@ def falsehoods(case, mesh, told, right):
     yield "no mesh, and the JSON says so", case, None, missing, right
     shrunk = right.bounds + np.array([[1.1], [-1.1]]) * (REACH + 1) * told["grid"]["pitch"]
     yield "a larger box", case, mesh, told, dataclasses.replace(right, bounds=shrunk)
+    if case.method == "exact":
+        yield "another area", case, mesh, told, dataclasses.replace(right, area=1.00001 * right.area)
+        components, genus = right.topology
+        yield "another genus", case, mesh, told, dataclasses.replace(right, topology=(components, genus + 1))
+        yield "too many triangles", case, mesh, told, dataclasses.replace(right, triangles=len(mesh.faces) // 3)
+        yield "another method", case, mesh, {**told, "surface": {**told["surface"], "method": "sampled"}}, right
     if case.simplified:
         before = {**told["surface"]["simplified"], "triangles_before": len(mesh.faces)}
         yield "nothing simplified", case, mesh, {**told, "surface": {**told["surface"], "simplified": before}}, right
@@ -561,15 +616,16 @@ def falsehoods(case, mesh, told, right):
 
 
 def self_test(program):
-    """Returns whether the check finds every falsehood, in a result of each format, one of them simplified, and a program that
+    """Returns whether the check finds every falsehood, in a result of each format and method, one of them simplified, and a program that
     fails."""
     pair = pairs.load(names=["spheres"])[0]
     a, b = (str(pairs.ROOT / pair["a"]), None), (str(pairs.ROOT / pair["b"]), pair["transform_b"])
     found = harness.Falsehoods()
     # Python takes the operation for a script, which does not exist.
     found.expect("a program that fails", examine(Path(sys.executable), Case(OPERATIONS[0], a, b, "stl")).rows)
-    for i, suffix in enumerate(FORMATS):
-        case = Case(OPERATIONS[i % 3], a, b, suffix, simplified=suffix == "ply")
+    kinds = [(suffix, method) for suffix in FORMATS for method in ("sampled", "exact")]
+    for i, (suffix, method) in enumerate(kinds):
+        case = Case(OPERATIONS[i % 3], a, b, suffix, simplified=(suffix, method) == ("ply", "sampled"), method=method)
         mesh, told = run(program, case)
         found.vary(case.describe(), (case, mesh, told, right_of(case, mesh, told)), complaints, falsehoods)
     return found.report()

@@ -200,6 +200,10 @@ pub struct OperationArguments {
     pub certainty: CertaintyArguments,
     #[command(flatten)]
     pub writing: ImageArguments,
+    /// Method of a written mesh: `exact` keeps the triangles of the inputs and cuts those that meet others; `sampled` contours
+    /// images, on the raster of --resolution or --pitch [default: exact where the inputs allow it, else sampled]
+    #[arg(long, value_enum)]
+    pub mesh: Option<MeshChoice>,
     #[command(flatten)]
     pub common: CommonArguments,
 }
@@ -590,6 +594,12 @@ pub enum ModeChoice {
     Over,
     Under,
     Exact,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub enum MeshChoice {
+    Exact,
+    Sampled,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]

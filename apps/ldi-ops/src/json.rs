@@ -14,7 +14,7 @@ use ldi_ops::driver::machine::{cpu_name, peak_memory_bytes};
 use ldi_ops::driver::measured::{Measured, Method, StepReport};
 use ldi_ops::driver::render::Rendered;
 use ldi_ops::driver::sum::{BetweenRays, Detail};
-use ldi_ops::driver::surface::SurfaceReport;
+use ldi_ops::driver::surface::{Made, SurfaceReport};
 use ldi_ops::grid::Grid;
 use ldi_ops::mesh::check::{Defect, Severity};
 use ldi_ops::report::clash;
@@ -258,22 +258,30 @@ fn details(found: &BetweenRays) -> Value {
 
 /// Returns the data of a written mesh.
 fn surface(report: &SurfaceReport) -> Value {
+    let sampled = report.sampled();
+    let apart = match report.made {
+        Made::Exact(apart) => Some(apart),
+        Made::Sampled(_) => None,
+    };
     json!({
         "path": report.path.as_deref().map(path),
+        "method": if sampled.is_some() { "sampled" } else { "exact" },
         "vertices": report.vertices,
         "triangles": report.triangles,
         "components": report.components,
         "genus": report.genus,
         "volume": report.volume,
-        "sub_resolution": { "walls": report.walls, "gaps": report.gaps },
-        "disagreements": report.disagreements,
-        "largest_distance": report.largest_distance,
-        "blunted_vertices": report.blunted,
-        "crossing_pairs": report.crossing_pairs,
+        "vertices_merged": apart.map(|apart| apart.merged),
+        "vertices_moved": apart.map(|apart| apart.moved),
+        "sub_resolution": sampled.map(|report| json!({ "walls": report.walls, "gaps": report.gaps })),
+        "disagreements": sampled.map(|report| report.disagreements),
+        "largest_distance": sampled.map(|report| report.largest_distance),
+        "blunted_vertices": sampled.map(|report| report.blunted),
+        "crossing_pairs": sampled.and_then(|report| report.crossing_pairs),
         "largest_component_share": report.largest_share,
         "recentred": report.recentred.map(|offset| offset.to_array()),
         "dropped_parts": { "count": report.dropped.parts, "volume": report.dropped.volume },
-        "simplified": report.simplified.map(|simplified| json!({
+        "simplified": sampled.and_then(|report| report.simplified).map(|simplified| json!({
             "bound": simplified.bound,
             "distance": simplified.distance,
             "triangles_before": simplified.triangles,

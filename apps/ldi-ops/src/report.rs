@@ -11,7 +11,7 @@ use ldi_ops::driver::machine::peak_memory_bytes;
 use ldi_ops::driver::measured::{Measured, Method, StepReport};
 use ldi_ops::driver::render::Rendered;
 use ldi_ops::driver::sum::BetweenRays;
-use ldi_ops::driver::surface::{SimplifiedReport, SurfaceReport};
+use ldi_ops::driver::surface::{Made, SampledReport, SimplifiedReport, SurfaceReport};
 use ldi_ops::grid::Axis;
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::check::Severity;
@@ -20,6 +20,7 @@ use ldi_ops::report::files::Reported;
 use ldi_ops::report::id::{self, MetricId, Statistic};
 use ldi_ops::report::scaffold_report::{LimitOutcome, Metric, ScaffoldReport};
 use ldi_ops::sampler::{Estimate, FillRule, Mode};
+use ldi_ops::surface::Apart;
 use ldi_ops::unit;
 use ldi_ops::{rounded_outwards, with_error};
 
@@ -351,24 +352,23 @@ fn sum_step(table: &mut Table, report: &StepReport, unit: Option<LengthUnit>) {
     }
 }
 
-/// Formats the data of a mesh extracted from images, on two lines.
+/// Formats the data of a mesh, on two lines.
 fn surface(report: &SurfaceReport, unit: Option<LengthUnit>) -> [String; 2] {
     let (length, cubed) = (unit::suffix(unit, 1), unit::suffix(unit, 3));
     let SurfaceReport { vertices, triangles, components, genus, .. } = report;
-    let simplified = match report.simplified {
-        Some(SimplifiedReport { distance, triangles, .. }) => {
-            format!(", simplified from {triangles} within {}{length}", number(distance))
-        }
-        None => String::new(),
-    };
-    let before = if report.simplified.is_some() { " before that" } else { "" };
     let largest = match components {
         0 | 1 => String::new(),
         _ => format!(" (all but the largest {:.1e} of the volume)", (1.0 - report.largest_share).abs()),
     };
-    let crossing = match report.crossing_pairs {
-        None | Some(0) => String::new(),
-        Some(pairs) => format!("; {pairs} pairs of triangles cross"),
+    let (made, quality) = match &report.made {
+        Made::Exact(Apart { merged, moved }) => {
+            let rounded = match merged + moved {
+                0 => String::new(),
+                _ => format!("; of vertices with equal coordinates {merged} merged and {moved} moved"),
+            };
+            ("exact".to_owned(), rounded)
+        }
+        Made::Sampled(sampled) => of_images(sampled, &length),
     };
     let dropped = match report.dropped.parts {
         0 => String::new(),
@@ -377,16 +377,31 @@ fn surface(report: &SurfaceReport, unit: Option<LengthUnit>) -> [String; 2] {
     let recentred = recentred(report.recentred, unit);
     [
         format!(
-            "{triangles} triangles, {vertices} vertices, {components} components{largest}, genus {genus}{simplified}{recentred}"
+            "{triangles} triangles, {vertices} vertices, {components} components{largest}, genus {genus}; {made}{recentred}"
         ),
-        format!(
-            "closed 2-manifold around {}{cubed}; samples at most {}{length} away{before}; {} walls and {} gaps below the pitch dropped{dropped}{crossing}",
-            number(report.volume),
-            number(report.largest_distance),
-            report.walls,
-            report.gaps
-        ),
+        format!("closed 2-manifold around {}{cubed}{quality}{dropped}", number(report.volume)),
     ]
+}
+
+/// Returns the origin of a mesh of images, and what it lost.
+fn of_images(report: &SampledReport, length: &str) -> (String, String) {
+    let (made, before) = match report.simplified {
+        Some(SimplifiedReport { distance, triangles, .. }) => {
+            (format!("from images, simplified from {triangles} within {}{length}", number(distance)), " before that")
+        }
+        None => ("from images".to_owned(), ""),
+    };
+    let crossing = match report.crossing_pairs {
+        None | Some(0) => String::new(),
+        Some(pairs) => format!("; {pairs} pairs of triangles cross"),
+    };
+    let lost = format!(
+        "; samples at most {}{length} away{before}; {} walls and {} gaps below the pitch dropped{crossing}",
+        number(report.largest_distance),
+        report.walls,
+        report.gaps
+    );
+    (made, lost)
 }
 
 /// Returns the text of `surface`.

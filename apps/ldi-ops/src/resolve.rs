@@ -9,13 +9,14 @@ use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
+use clap::ValueEnum;
 use clap_complete::Shell;
 use ldi_ops::Error;
 use ldi_ops::boolean::{BooleanOperation, Expression};
 use ldi_ops::driver::certainty::Certainty;
 use ldi_ops::driver::job::{
-    Backend, Boolean, Content, Finish, ImageTarget, Input, Keep, MeasureJob, Measurement, Openness, Spacing, SumJob,
-    SumOperation, VolumeMethod, Wording,
+    Backend, Boolean, Content, Finish, ImageTarget, Input, Keep, MeasureJob, Measurement, MeshMethod, Openness,
+    Spacing, SumJob, SumOperation, VolumeMethod, Wording,
 };
 use ldi_ops::driver::render::RenderJob;
 use ldi_ops::excerpt;
@@ -31,7 +32,7 @@ use ldi_ops::unit;
 use ldi_ops::voxels;
 
 use crate::args::{
-    self, AxisChoice, BackendChoice, CommonArguments, DeviceArguments, FillChoice, MemorySize, ModeChoice,
+    self, AxisChoice, BackendChoice, CommonArguments, DeviceArguments, FillChoice, MemorySize, MeshChoice, ModeChoice,
     PlacingArguments, SamplingArguments,
 };
 use crate::output;
@@ -172,12 +173,12 @@ pub fn resolve(command: args::Command, words: &[OsString]) -> Result<Invocation,
             let input = Input { name: None, path: a.solid, placement: a.placing.transform_a };
             let writing = args::ImageArguments { output: Some(a.output), finish: a.finish };
             let sampling = (a.sampling, VolumeMethod::Estimate, Certainty::default());
-            measure(Measurement::Sample, vec![input], a.placing.reading, sampling, writing, a.common)
+            measure(Measurement::Sample, vec![input], a.placing.reading, sampling, (writing, None), a.common)
         }
         Command::Surface(a) => {
             let report = report(&a.common)?;
             let writing = args::ImageArguments { output: Some(a.output), finish: a.finish };
-            let target = image_target(writing, AxisChoice::All)?.expect("an output is given");
+            let target = image_target(writing, MeshMethod::Sampled, AxisChoice::All)?.expect("an output is given");
             let job = SurfaceJob { images: a.images, unit: a.unit, mode: a.mode.map(mode), target, report };
             Ok(invocation(Job::Surface(job), &a.common))
         }
@@ -263,9 +264,9 @@ fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<In
     let inputs = paths.into_iter().zip(placements).map(|(path, placement)| Input { name: None, path, placement });
     let expression = Expression::of_inputs(operation, inputs.len());
     let boolean = Boolean { expression, wording: Wording::Operation(operation) };
-    let args::OperationArguments { sampling, method: choice, certainty, writing, common } = rest;
+    let args::OperationArguments { sampling, method: choice, certainty, writing, mesh, common } = rest;
     let sampling = (sampling, method(&choice), certainty.into());
-    measure(Measurement::Boolean(boolean), inputs.collect(), reading, sampling, writing, common)
+    measure(Measurement::Boolean(boolean), inputs.collect(), reading, sampling, (writing, mesh), common)
 }
 
 /// Resolves `csg`: an expression over named inputs.
@@ -278,9 +279,9 @@ fn csg(arguments: args::CsgArguments) -> Result<Invocation, Error> {
     let inputs = names.into_iter().zip(paths).zip(placements);
     let inputs = inputs.map(|((name, path), placement)| Input { name: Some(name), path, placement }).collect();
     let boolean = Boolean { expression, wording: Wording::Typed(text) };
-    let args::OperationArguments { sampling, method: choice, certainty, writing, common } = operation;
+    let args::OperationArguments { sampling, method: choice, certainty, writing, mesh, common } = operation;
     let sampling = (sampling, method(&choice), certainty.into());
-    measure(Measurement::Boolean(boolean), inputs, reading, sampling, writing, common)
+    measure(Measurement::Boolean(boolean), inputs, reading, sampling, (writing, mesh), common)
 }
 
 /// Parses an expression as typed.
@@ -331,7 +332,7 @@ fn measure(
     inputs: Vec<Input>,
     reading: args::ReadingArguments,
     (sampling, method, certainty): (SamplingArguments, VolumeMethod, Certainty),
-    writing: args::ImageArguments,
+    (writing, mesh): (args::ImageArguments, Option<MeshChoice>),
     common: CommonArguments,
 ) -> Result<Invocation, Error> {
     if method == VolumeMethod::Exact && sampling.kind.mode != ModeChoice::Exact {
@@ -342,7 +343,12 @@ fn measure(
     let (backend, memory) = device(sampling.device)?;
     let spacing = spacing(sampling.resolution, sampling.pitch, sampling.tolerance)?;
     let lod = lod(sampling.kind.lod)?;
-    let target = image_target(writing, sampling.kind.axis)?;
+    let mesh_method = mesh_method(mesh, &measurement, method, sampling.kind.mode)?;
+    let target = image_target(writing, mesh_method, sampling.kind.axis)?;
+    if let (Some(choice), false) = (mesh, matches!(&target, Some(ImageTarget { content: Content::Mesh(_), .. }))) {
+        let flag = choice.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
+        return Err(Error::input(format!("--mesh {flag} applies to a mesh: write one with -o FILE, or remove it")));
+    }
     let report = report(&common)?;
     let job = MeasureJob {
         measurement,
@@ -361,6 +367,31 @@ fn measure(
         keep: Keep::from(target.as_ref()),
     };
     Ok(invocation(Job::Measure(Command { job, inputs, target, report }), &common))
+}
+
+/// Returns the method of a written mesh.
+fn mesh_method(
+    choice: Option<MeshChoice>,
+    measurement: &Measurement,
+    volume: VolumeMethod,
+    mode: ModeChoice,
+) -> Result<MeshMethod, Error> {
+    let of_images = match (measurement, volume, mode) {
+        (Measurement::Boolean(_), VolumeMethod::Estimate, _) => Some("--estimate asks for results of images"),
+        (Measurement::Boolean(_), _, ModeChoice::Over | ModeChoice::Under) => {
+            Some("--mode over or under asks for results of images")
+        }
+        (Measurement::Boolean(_), _, ModeChoice::Exact) => None,
+        _ => Some("the mesh is one of images"),
+    };
+    match (choice, of_images) {
+        (Some(MeshChoice::Exact), Some(why)) => {
+            Err(Error::input(format!("--mesh exact asks for the exact mesh, but {why}; remove one of them")))
+        }
+        (Some(MeshChoice::Exact), None) => Ok(MeshMethod::Exact),
+        (None, None) => Ok(MeshMethod::Best),
+        (Some(MeshChoice::Sampled), _) | (None, Some(_)) => Ok(MeshMethod::Sampled),
+    }
 }
 
 /// Returns the method of the volume.
@@ -500,7 +531,11 @@ fn mesh_target(path: &Path) -> Result<(), Error> {
 const WRITTEN: &str = "-o takes .npz (images), .stl, .obj, .ply, .off, .glb or .3mf (surface), .vti or .npy (voxels)";
 
 /// Returns the file to make from the images.
-fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Option<ImageTarget>, Error> {
+fn image_target(
+    writing: args::ImageArguments,
+    method: MeshMethod,
+    axis: AxisChoice,
+) -> Result<Option<ImageTarget>, Error> {
     let args::ImageArguments { output, finish: args::FinishArguments { simplify, drop_parts, recentre } } = writing;
     let flag = match (simplify, drop_parts, recentre) {
         (Some(_), _, _) => Some("--simplify"),
@@ -522,13 +557,19 @@ fn image_target(writing: args::ImageArguments, axis: AxisChoice) -> Result<Optio
         ("", _) => return refuse(&format!("the name has no extension; {WRITTEN}")),
         _ if Format::from_path(&path).is_ok() => {
             mesh_target(&path)?;
-            Content::Mesh(Finish { simplify, least_part: drop_parts.map(|args::Share(share)| share), recentre })
+            if let (MeshMethod::Exact, Some(_)) = (method, simplify) {
+                return refuse("--simplify removes triangles of meshes from images; remove it, or --mesh exact");
+            }
+            Content::Mesh(Finish { method, simplify, least_part: drop_parts.map(|args::Share(share)| share), recentre })
         }
         _ => return refuse(&format!("unknown extension; {WRITTEN}")),
     };
     match (content, axis) {
         (Content::Mesh(_), AxisChoice::All) => {}
-        (Content::Mesh(_), _) => return refuse("a mesh needs the images along all axes; remove --axis"),
+        (Content::Mesh(finish), _) if finish.is_of_images() => {
+            return refuse("a mesh of images needs those along all axes; remove --axis");
+        }
+        (Content::Mesh(_), _) => {}
         _ => {
             if let Some(flag) = flag {
                 return refuse(&format!("{flag} applies to meshes only; remove it, or write a mesh"));

@@ -159,6 +159,7 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         warnings,
         images,
         normals,
+        exact_mesh: None,
         output: None,
         surface: None,
         measures: None,
@@ -242,7 +243,12 @@ fn operate(
         let report = SumReport { steps: vec![last.report.clone()], memory_limit: limit.bytes() };
         return Ok(Operated { last, report, warnings: Vec::new() });
     };
-    let whole = Setting { axes: &Axis::ALL, mode: Mode::Exact, keep: Keep::Mesh, ..setting };
+    let whole = Setting {
+        axes: &Axis::ALL,
+        mode: Mode::Exact,
+        keep: Keep::Mesh(Finish::default().request(Precision::Double)),
+        ..setting
+    };
     let between = whole.make(a, &step, seconds)?;
     let mut steps = vec![between.report.clone()];
     let (images, normals, volume) = (

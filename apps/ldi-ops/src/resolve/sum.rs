@@ -1,7 +1,7 @@
 //! Resolution of `minkowski`, `offset`, `open` and `close`.
 
 use ldi_ops::Error;
-use ldi_ops::driver::job::{Input, Keep, Operand, SumJob, SumOperation};
+use ldi_ops::driver::job::{Input, Keep, MeshMethod, Operand, SumJob, SumOperation};
 use ldi_ops::length::Length;
 use ldi_ops::mesh::LengthUnit;
 
@@ -44,7 +44,7 @@ fn sum(
 ) -> Result<Invocation, Error> {
     let SumArguments { sampling, certainty, writing, common } = rest;
     let (backend, memory) = device(sampling.device)?;
-    let target = image_target(writing, sampling.kind.axis)?;
+    let target = image_target(writing, MeshMethod::Sampled, sampling.kind.axis)?;
     let report = report(&common)?;
     let job = SumJob {
         operation,

@@ -1,0 +1,169 @@
+//! Meshes that are contoured from images, and simplified on request.
+
+use glam::DVec3;
+
+use super::simplified::simplified;
+use super::{Made, SurfaceReport, checked, middle, without_small_parts};
+use crate::driver::job::Finish;
+use crate::driver::memory::{self, Limit};
+use crate::integrate::VolumeEstimate;
+use crate::ldi::Ldi;
+use crate::mesh::{Aabb, LengthUnit, Precision, TriangleMesh};
+use crate::number::number;
+use crate::progress::Monitor;
+use crate::sampler::Mode;
+use crate::surface::{Coordinates, Surface, contour_in};
+use crate::{Error, Warning};
+
+/// What a mesh from images lost.
+#[derive(Clone, Copy, Debug)]
+pub struct SampledReport {
+    /// The volume before parts were dropped and triangles removed.
+    pub contoured_volume: f64,
+    /// The volume that may be missing where edges are cut off, as normals are unknown: one pitch times the area.
+    pub cut_off: f64,
+    /// The number of ray crossings of walls between two neighbouring nodes, which the mesh lacks.
+    pub walls: u64,
+    /// The number of ray crossings of gaps between two neighbouring nodes, which the mesh lacks.
+    pub gaps: u64,
+    /// The number of nodes about which the images disagree.
+    pub disagreements: u64,
+    /// The largest distance of a sample from the mesh before it was simplified.
+    pub largest_distance: f64,
+    /// The number of vertices that could not be placed on their edge or corner.
+    pub blunted: u64,
+    /// The number of pairs of triangles that cross; unknown for a simplified mesh.
+    pub crossing_pairs: Option<u64>,
+    /// The report of the simplification, if requested.
+    pub simplified: Option<SimplifiedReport>,
+}
+
+/// The report of a simplification.
+#[derive(Clone, Copy, Debug)]
+pub struct SimplifiedReport {
+    /// The requested bound of the distance.
+    pub bound: f64,
+    /// The largest distance that was measured, in either direction.
+    pub distance: f64,
+    /// The number of triangles before.
+    pub triangles: usize,
+}
+
+/// The images of one solid, with their normals, mode, unit and volume.
+pub struct Imaged<'a> {
+    /// The images along x, y and z.
+    pub images: &'a [Ldi],
+    /// The normals of the triangles that the images refer to; `None` where they are unknown.
+    pub normals: Option<&'a [[f32; 3]]>,
+    /// The mode of the images.
+    pub mode: Mode,
+    /// The unit of lengths, where it is known.
+    pub unit: Option<LengthUnit>,
+    /// The volume that a mesh of the images is compared with.
+    pub volume: Option<VolumeEstimate>,
+    /// The memory limit in bytes; a share of the free memory without it.
+    pub memory: Option<u64>,
+}
+
+/// Contours images into a mesh for a file of a precision.
+pub fn mesh(
+    imaged: &Imaged,
+    finish: Finish,
+    precision: Precision,
+    progress: &Monitor,
+) -> Result<(TriangleMesh, SurfaceReport), Error> {
+    let [a, b, c] = imaged.images else {
+        return Err(Error::input("a mesh needs images along all three axes, x, y and z"));
+    };
+    let samples = imaged.images.iter().map(|image| image.depths().len() as u64).sum();
+    memory::admit_mesh(samples, Limit::new(imaged.memory))?;
+    progress.stage("contouring")?;
+    let grid = a.grid();
+    let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));
+    let recentred = finish.recentre.then(|| middle(Aabb { min: grid.origin(), max: grid.origin() + size }));
+    let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
+    let surface = contour_in([a, b, c], imaged.normals, imaged.mode, coordinates).map_err(Error::input)?;
+    let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
+    let contoured_volume = mesh.signed_volume();
+    let cut_off = if imaged.normals.is_some() { 0.0 } else { a.grid().pitch() * mesh.area() };
+    let (mesh, shares) = without_small_parts(mesh, finish);
+    let (mesh, simplified) = match finish.simplify {
+        Some(bound) if !mesh.triangles.is_empty() => {
+            progress.stage("simplifying")?;
+            let (mesh, simplified) =
+                simplified(mesh, &grid.translated(-coordinates.offset), bound.length(grid.pitch(), imaged.unit)?)?;
+            (mesh, Some(simplified))
+        }
+        _ => (mesh, None),
+    };
+    let report = SampledReport {
+        contoured_volume,
+        cut_off,
+        walls: sub_resolution.walls,
+        gaps: sub_resolution.gaps,
+        disagreements,
+        largest_distance: distance,
+        blunted: stayed + pulled,
+        crossing_pairs: simplified.is_none().then_some(crossing_pairs),
+        simplified,
+    };
+    checked(mesh, precision, Made::Sampled(report), shares, recentred, progress)
+}
+
+/// Returns a warning if the volume of a mesh is far from the measured volume.
+pub fn far_from_volume(imaged: &Imaged, report: &SurfaceReport) -> Option<Warning> {
+    let VolumeEstimate { value, error } = imaged.volume?;
+    let &SampledReport { contoured_volume: mesh, cut_off, walls, gaps, .. } = report.sampled()?;
+    let message = || {
+        format!(
+            "the mesh encloses a volume of {}, but the solid has {} ± {}: the mesh lacks {walls} walls and {gaps} gaps that are \
+             thinner than the pitch; raise --resolution to keep more",
+            number(mesh),
+            number(value),
+            number(error),
+        )
+    };
+    is_far(value, error + cut_off, mesh).then(|| Warning::new("mesh-far-from-volume", message()))
+}
+
+/// Returns whether the volume of a mesh differs from the measured volume by far more than its error, or, for large errors, by
+/// more than half of the volume.
+fn is_far(value: f64, error: f64, mesh: f64) -> bool {
+    let distance = (mesh - value).abs();
+    distance > (10.0 * error).max(0.01 * value) || distance > (2.0 * error).max(0.5 * value)
+}
+
+/// Number of lost walls and gaps, as a share of the vertices, above which there is a warning.
+const NOTEWORTHY: f64 = 1e-3;
+
+/// Returns warnings about details that the mesh lacks.
+pub fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let Some(&SampledReport { walls, gaps, .. }) = report.sampled() else { return warnings };
+    let lost = walls + gaps;
+    if lost as f64 > NOTEWORTHY * report.vertices as f64 {
+        let message = format!(
+            "the mesh lacks details thinner than the pitch: rays cross {walls} walls and {gaps} gaps between two neighbouring \
+             nodes; raise --resolution to keep more",
+        );
+        warnings.push(Warning::new("below-resolution", message));
+    }
+    if !has_normals && report.vertices > 0 {
+        let message = "the images have no normals, so edges and corners of the mesh are cut off".to_owned();
+        warnings.push(Warning::new("no-normals", message));
+    }
+    warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mesh_is_far_beyond_ten_errors_or_a_hundredth_or_half_of_the_volume() {
+        assert!(!is_far(100.0, 0.0, 100.9) && is_far(100.0, 0.0, 101.1));
+        assert!(!is_far(100.0, 1.0, 90.5) && is_far(100.0, 1.0, 89.5));
+        assert!(!is_far(100.0, 17.0, 55.0) && is_far(100.0, 17.0, 0.005));
+        assert!(!is_far(100.0, 60.0, 0.005) && !is_far(0.0, 0.0, 0.0));
+    }
+}
