@@ -33,6 +33,9 @@ struct Bound {
     ends: [u32; 2],
 }
 
+/// Triangles with their sources.
+type Part = (Vec<[u32; 3]>, Vec<Source>);
+
 /// Returns the surface of the result, with the source of each triangle. `place` gives the position of a vertex in a file of a precision. `None` if
 /// an outline is not closed, as winding numbers are others than a body may have.
 pub(super) fn surface(
@@ -43,7 +46,7 @@ pub(super) fn surface(
     let bounds = bounds(pieces);
     let faces = pieces.bodies.faces.len() as u32;
     let starts: Vec<u32> = (0..faces).step_by(CHUNK).collect();
-    let parts: Option<Vec<(Vec<[u32; 3]>, Vec<Source>)>> = starts
+    let parts: Option<Vec<Part>> = starts
         .into_par_iter()
         .map(|start| {
             checkpoint();

@@ -1,7 +1,7 @@
 //! Exact volumes: from two mesh files to the exact volume of their intersection, ldi-ops beside programs that compute the mesh
 //! of the Boolean.
 //!
-//! The programs take turns and are timed as in [`process`](crate::process). Every volume is stated with its difference from that of
+//! The programs take turns and are timed as in [`process`]. Every volume is stated with its difference from that of
 //! ldi-ops.
 
 use std::path::Path;
