@@ -94,6 +94,8 @@ class Case:
     volume: float | None
     box: tuple
     simplified: bool = False
+    # Sums have meshes of images alone.
+    method: str = "sampled"
 
     def arguments(self, out, told):
         words = [*self.words, "--mode", "exact", "--resolution", self.resolution, "--quiet", "--json", told, "-o", out]
