@@ -229,10 +229,13 @@ fn a_bone_shaped_scaffold_passes_the_check() {
     let scaffold = ["generate", "gyroid", "--cells", "12,34,11", "--cell-size", "2", "--wall", "0.4"];
     folder.run(&[&scaffold[..], &["--resolution", "10", "-o", "g.stl"]].concat()).code(0);
     let bone = ["intersect", "g.stl", bone.to_str().unwrap(), "--transform-b", "scale(1000)", "--unit", "mm"];
-    let made = folder.json(&[&bone[..], &["-o", "out.stl"]].concat());
-    assert_eq!(made["surface"]["crossing_pairs"], 0);
-    let found = &folder.json(&["check", "out.stl"])["results"][0];
-    assert!(found["solid"] == true && found["defects"] == Value::Array(vec![]), "{found:#}");
+    for method in ["sampled", "exact"] {
+        let made = folder.json(&[&bone[..], &["--mesh", method, "-o", "out.stl"]].concat());
+        let crossing = &made["surface"]["crossing_pairs"];
+        assert!(*crossing == if method == "sampled" { Value::from(0) } else { Value::Null }, "{crossing}");
+        let found = &folder.json(&["check", "out.stl"])["results"][0];
+        assert!(found["solid"] == true && found["defects"] == Value::Array(vec![]), "{method}: {found:#}");
+    }
 }
 
 #[cfg(unix)]
