@@ -28,15 +28,19 @@ pub struct Apart {
 /// Makes a closed, oriented mesh a 2-manifold of which no two vertices have the same position. Positions are rounded to the
 /// precision already. Edges must have as many uses in one direction as in the other. `sources`, with one entry for each
 /// triangle, follow the triangles.
-pub fn take_apart<S: Copy>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) -> Apart {
-    join_opposite(mesh, sources, precision);
-    separate(mesh, sources, precision);
+pub(crate) fn take_apart<S: Copy>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) -> Apart {
     let mut apart = Apart::default();
-    if equal_positions(mesh, precision).is_empty() {
+    let groups = equal_positions(mesh, precision);
+    if !groups.is_empty() {
+        join_opposite(mesh, sources, &lowest_of(&groups));
+    }
+    let is_separated = separate(mesh, sources, precision);
+    // What is separated has copies of vertices.
+    if groups.is_empty() && !is_separated {
         return apart;
     }
-    apart.merged = contract_edges(mesh, sources, precision);
-    let joined = join_edges(mesh, sources, precision);
+    apart.merged = contract_edges(mesh, sources, &equal_positions(mesh, precision));
+    let joined = join_edges(mesh, sources, &lowest_of(&equal_positions(mesh, precision)));
     if joined > 0 {
         apart.merged += joined;
         separate(mesh, sources, precision);
@@ -45,24 +49,26 @@ pub fn take_apart<S: Copy>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precis
     apart
 }
 
-/// Gives triangles that lie on each other and face opposite ways the same vertices, so that they bound nothing.
-fn join_opposite<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) {
-    let groups = equal_positions(mesh, precision);
-    let lowest: HashMap<u32, u32> =
-        groups.iter().flat_map(|group| group.iter().map(|&vertex| (vertex, group[0]))).collect();
+/// Gives triangles that lie on each other and face opposite ways the same vertices, so that they bound nothing. `lowest` has the
+/// vertices whose position others have, too, each with the lowest of these.
+fn join_opposite<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, lowest: &HashMap<u32, u32>) {
     let mut sides: HashMap<[u32; 3], [Vec<[u32; 3]>; 2]> = HashMap::new();
-    for &triangle in &mesh.triangles {
-        let [a, b, c] = triangle.map(|vertex| *lowest.get(&vertex).unwrap_or(&vertex));
+    for triangle in &mesh.triangles {
+        // Each corner with the number of its position.
+        let mut corners = triangle.map(|vertex| (*lowest.get(&vertex).unwrap_or(&vertex), vertex));
+        let [a, b, c] = corners.map(|(position, _)| position);
         let may_join = triangle.iter().any(|vertex| lowest.contains_key(vertex));
         if !may_join || a == b || b == c || c == a {
             continue;
         }
-        let first = (0..3).min_by_key(|&i| [a, b, c][i]).unwrap_or(0);
-        let turned = |corners: [u32; 3]| [corners[first], corners[(first + 1) % 3], corners[(first + 2) % 3]];
-        let ([low, second, third], own) = (turned([a, b, c]), turned(triangle));
-        let is_back = second > third;
-        let own = if is_back { [own[0], own[2], own[1]] } else { own };
-        sides.entry([low, second.min(third), second.max(third)]).or_default()[usize::from(is_back)].push(own);
+        let first = (0..3).min_by_key(|&i| corners[i].0).unwrap_or(0);
+        corners.rotate_left(first);
+        let is_back = corners[1].0 > corners[2].0;
+        if is_back {
+            corners.swap(1, 2);
+        }
+        let [positions, own] = [corners.map(|(position, _)| position), corners.map(|(_, vertex)| vertex)];
+        sides.entry(positions).or_default()[usize::from(is_back)].push(own);
     }
     let vertices = UnionFind::new(mesh.positions.len() as u32);
     let mut has_joined = false;
@@ -92,10 +98,14 @@ fn equal_positions(mesh: &TriangleMesh, precision: Precision) -> Vec<Vec<u32>> {
     groups(&welded(mesh, &all_used, precision))
 }
 
+/// Returns the vertices in groups, each with the lowest of its group.
+fn lowest_of(groups: &[Vec<u32>]) -> HashMap<u32, u32> {
+    groups.iter().flat_map(|group| group.iter().map(|&vertex| (vertex, group[0]))).collect()
+}
+
 /// Contracts edges without length where the surface stays a manifold, and returns their number.
-fn contract_edges<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) -> usize {
+fn contract_edges<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, groups: &[Vec<u32>]) -> usize {
     let stars = Stars::of(mesh);
-    let groups = equal_positions(mesh, precision);
     let mut edges = Edges { mesh, stars: HashMap::new(), removed: HashSet::new() };
     let merged = groups.iter().map(|same| edges.merge(same, &stars)).sum();
     let Edges { removed, .. } = edges;
@@ -104,17 +114,14 @@ fn contract_edges<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: P
     merged
 }
 
-/// Makes one of vertices of one position that an edge joins, whatever meets there, and returns the number that are gone.
-fn join_edges<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) -> usize {
-    let groups = equal_positions(mesh, precision);
-    let of_group =
-        |(position, group): (usize, &Vec<u32>)| group.iter().map(move |&vertex| (vertex, position)).collect::<Vec<_>>();
-    let same: HashMap<u32, usize> = groups.iter().enumerate().flat_map(of_group).collect();
+/// Makes one of vertices of one position that an edge joins, whatever meets there, and returns the number that are gone. `lowest`
+/// is as for [`join_opposite`].
+fn join_edges<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, lowest: &HashMap<u32, u32>) -> usize {
     let vertices = UnionFind::new(mesh.positions.len() as u32);
     let mut has_joined = false;
-    for &[a, b, c] in mesh.triangles.iter().filter(|_| !same.is_empty()) {
+    for &[a, b, c] in mesh.triangles.iter().filter(|_| !lowest.is_empty()) {
         for [from, to] in [[a, b], [b, c], [c, a]] {
-            if from < to && same.get(&from).is_some_and(|position| same.get(&to) == Some(position)) {
+            if from < to && lowest.get(&from).is_some_and(|position| lowest.get(&to) == Some(position)) {
                 vertices.join(from, to);
                 has_joined = true;
             }

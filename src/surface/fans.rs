@@ -14,14 +14,14 @@ use super::manifold::{Faults, Stars, sides};
 use crate::mesh::{Precision, TriangleMesh};
 
 /// Separates what touches, as the module says. Edges must have as many uses in one direction as in the other. `sources`, with one
-/// entry for each triangle, follow the triangles. New positions are rounded to a precision.
-pub(super) fn separate<S: Copy>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) {
+/// entry for each triangle, follow the triangles. New positions are rounded to a precision. Returns whether anything touched.
+pub(super) fn separate<S: Copy>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) -> bool {
     let mut faults = Faults::of(mesh);
     if remove_pairs(mesh, sources, &faults.duplicates) {
         faults = Faults::of(mesh);
     }
     if faults.edges.is_empty() && faults.vertices.is_empty() {
-        return;
+        return false;
     }
     let given = mesh.positions.len();
     let (partners, copied) = split(mesh, &faults);
@@ -47,6 +47,7 @@ pub(super) fn separate<S: Copy>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, p
             }
         }
     }
+    true
 }
 
 /// Triangles at shared edges, and the parts that they are split into.
