@@ -34,8 +34,16 @@ const DRAWN: usize = 4096;
 /// Number of triangles, of those that are drawn, that are compared with all that are drawn from another mesh.
 const COMPARED: usize = 256;
 
-/// Returns the bytes that the process holds while it finds an exact volume of the solids, and its mesh on request.
-pub fn cost(solids: &[Solid], has_mesh: bool) -> Cost {
+/// The bytes that the process holds while it finds an exact result.
+pub struct Costs {
+    /// Of the volume.
+    pub volume: Cost,
+    /// Of the volume and the mesh.
+    pub mesh: Cost,
+}
+
+/// Returns the bytes that the process holds while it finds an exact volume of the solids, and its mesh.
+pub fn costs(solids: &[Solid]) -> Costs {
     let [triangles, near] = [false, true].map(|is_near| -> f64 {
         let of_solid = |(i, solid): (usize, &Solid)| match is_near {
             true => near_triangles(solids, i),
@@ -49,11 +57,10 @@ pub fn cost(solids: &[Solid], has_mesh: bool) -> Cost {
         .map(|pair| expected_segments(pair.map(|i| &solids[i])))
         .sum();
     let held = machine::held_memory() as f64;
-    let mut bytes = BYTES_OF_TRIANGLE * triangles + BYTES_OF_NEAR_TRIANGLE * near + BYTES_OF_SEGMENT * segments;
-    if has_mesh {
-        bytes += BYTES_OF_MESH_TRIANGLE * triangles + BYTES_OF_MESH_SEGMENT * segments;
-    }
-    Cost { fixed: held + bytes, ..Cost::default() }
+    let volume = held + BYTES_OF_TRIANGLE * triangles + BYTES_OF_NEAR_TRIANGLE * near + BYTES_OF_SEGMENT * segments;
+    let mesh = volume + BYTES_OF_MESH_TRIANGLE * triangles + BYTES_OF_MESH_SEGMENT * segments;
+    let [volume, mesh] = [volume, mesh].map(|fixed| Cost { fixed, ..Cost::default() });
+    Costs { volume, mesh }
 }
 
 /// Returns about how many triangles of a solid lie in the box of another; of a single solid all.
@@ -200,6 +207,8 @@ mod tests {
         let near = near_triangles(&solids, 0);
         assert!((60.0..120.0).contains(&near), "{near}");
         assert_eq!(near_triangles(&solids[..1], 0), 480.0);
-        assert!(cost(&solids, false).bytes() as f64 > machine::held_memory() as f64 * 0.5 + 492.0 * BYTES_OF_TRIANGLE);
+        let Costs { volume, mesh } = costs(&solids);
+        assert!(mesh.bytes() > volume.bytes());
+        assert!(volume.bytes() as f64 > machine::held_memory() as f64 * 0.5 + 492.0 * BYTES_OF_TRIANGLE);
     }
 }

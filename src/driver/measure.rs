@@ -193,6 +193,10 @@ pub fn measure(
     })
 }
 
+/// What happens where the job does not insist.
+const WITHOUT_EXACT: &str = "without --exact it is estimated";
+const WITHOUT_MESH_EXACT: &str = "without --mesh exact the mesh is made from images";
+
 /// The exact properties of a result, and its mesh if one is kept.
 struct ExactResult {
     properties: ExactProperties,
@@ -213,21 +217,28 @@ fn exact_result(
     if job.method == VolumeMethod::Estimate {
         return Ok(Err(None));
     }
-    let request = exact_mesh_request(job);
-    let insists = match request {
-        _ if job.method == VolumeMethod::Exact => Some("--exact it is estimated"),
-        Some(MeshRequest { method: MeshMethod::Exact, .. }) => Some("--mesh exact the mesh is made from images"),
-        _ => None,
+    let mut request = exact_mesh_request(job);
+    let insists_on_mesh = request.is_some_and(|request| request.method == MeshMethod::Exact);
+    let insists = match job.method {
+        VolumeMethod::Exact => Some(WITHOUT_EXACT),
+        _ => insists_on_mesh.then_some(WITHOUT_MESH_EXACT),
     };
-    let cost = exact_cost::cost(solids, request.is_some());
-    let what = if request.is_some() { "the exact mesh" } else { "the exact volume" };
-    if let Some(excess) = memory::excess(what, cost, Limit::new(job.memory)) {
+    let (costs, limit) = (exact_cost::costs(solids), Limit::new(job.memory));
+    if let Some(excess) = memory::excess("the exact volume", costs.volume, limit) {
         if let Some(otherwise) = insists {
-            return Err(Error::machine(format!("{excess}; without {otherwise}")));
+            return Err(Error::machine(format!("{excess}; {otherwise}")));
         }
         let message = format!("{excess}, so it is estimated; a larger --memory gives the exact one");
         warnings.push(Warning::new("exact-volume-memory", message));
         return Ok(Err(None));
+    }
+    if let Some(excess) = request.and_then(|_| memory::excess("the exact mesh", costs.mesh, limit)) {
+        if insists_on_mesh {
+            return Err(Error::machine(format!("{excess}; {WITHOUT_MESH_EXACT}")));
+        }
+        let message = format!("{excess}, so the mesh is made from images; a larger --memory gives the exact one");
+        warnings.push(Warning::new("exact-mesh-memory", message));
+        request = None;
     }
     progress.stage("exact volume")?;
     let start = Instant::now();
@@ -250,7 +261,7 @@ fn exact_result(
     progress.detail(format_args!("{outcome}, in {took:.4} s"));
     let (properties, solution) = match (insists, found) {
         (_, Ok(found)) => found,
-        (Some(otherwise), Err(_)) => return Err(Error::input(format!("{outcome}; without {otherwise}"))),
+        (Some(otherwise), Err(_)) => return Err(Error::input(format!("{outcome}; {otherwise}"))),
         (None, Err(why)) => return Ok(Err(why)),
     };
     let mut mesh = None;

@@ -61,6 +61,14 @@ fn exact_volumes_that_do_not_fit_are_refused_or_estimated_with_a_warning() {
     assert!(warning_codes(&told).contains(&"exact-volume-memory"), "{told:#}");
     let exact = run(&format!("{job} 1G")).code(0);
     assert!(exact.stdout().contains("(exact)"), "{}", exact.stdout());
+    // Between what the volume needs and what the mesh needs, only the mesh comes from images.
+    let refused = run(&format!("{job} 100M --exact")).code(3).stderr();
+    let needed = refused.split("needs about ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+    let between = 1.1 * needed.parse::<f64>().unwrap();
+    let meshed = format!("intersect a.stl b.stl --unit mm --resolution 16 -o out.stl --memory {between:.0}M");
+    let exact = run(&meshed).warns(&["exact mesh needs about", "so the mesh is made from images"]);
+    assert!(exact.stdout().contains("(exact)"), "{}", exact.stdout());
+    run(&format!("{meshed} --mesh exact")).code(3).says(&["exact mesh needs about", "without --mesh exact"]);
 }
 
 #[test]
