@@ -1,10 +1,11 @@
 //! Exact signs of volumes of lattice points, in a world where no two bodies touch.
 //!
-//! Points are integers of up to 40 bits, stored as `f64`. Each body grows by an infinitesimal: its points move by ε times
-//! integer vectors (`growth`), so that faces that coincide part in the direction that suits the expression. What that leaves
-//! undecided, translations decide that are smaller than any power of ε: body k moves by (ε₁, ε₂, ε₃) with ε₁ ≫ ε₂ ≫ ε₃ > 0, and
-//! every component of a later body exceeds those of all earlier ones by any factor (a simulation of simplicity, Edelsbrunner
-//! and Mücke 1990). All quantities below are polynomials in ε and linear in the translations, so the sign of a quantity that is
+//! Points are integers of up to 40 bits, stored as `f64`. For meshes, bodies grow by an infinitesimal: their points move by ε
+//! times integer vectors (`growth`), so that faces that coincide part in the direction that suits the expression. For volumes
+//! and areas bodies are at rest, as one of two faces that coincide then lies in front everywhere. What that leaves undecided,
+//! translations decide that are smaller than any power of ε: body k moves by (ε₁, ε₂, ε₃) with ε₁ ≫ ε₂ ≫ ε₃ > 0, and every
+//! component of a later body exceeds those of all earlier ones by any factor (a simulation of simplicity, Edelsbrunner and
+//! Mücke 1990). All quantities below are polynomials in ε and linear in the translations, so the sign of a quantity that is
 //! zero is that of the first coefficient that is not.
 //!
 //! A sign is first computed in `f64`. Differences of points are exact; the determinant has at most five roundings in

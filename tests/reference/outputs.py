@@ -12,8 +12,8 @@ must be
 - as the JSON states: vertices, triangles, components, genus, volume;
 - near manifold3d's exact Boolean of the same coordinates: its volume within `allowed_volume`, its box no more than
   `REACH` pitches larger;
-- if it is an exact mesh, of that volume, area and box to the rounding of the format, and of that number of parts and genus, with no
-  more than `MORE_TRIANGLES` of its triangles.
+- if it is an exact mesh, of that volume, area and box to the rounding of the format, and of that number of parts and genus,
+  with no more than `MORE_TRIANGLES` of its triangles.
 
 Exits 1 with a table of the differences. `--self-test` damages meshes and falsifies the JSON and the references, and exits 1
 unless the check finds every damage.
@@ -621,8 +621,8 @@ def falsehoods(case, mesh, told, right):
 
 
 def self_test(program):
-    """Returns whether the check finds every falsehood, in a result of each format and method, one of them simplified, and a program that
-    fails."""
+    """Returns whether the check finds every falsehood, in a result of each format and method, one of them simplified, and a
+    program that fails."""
     pair = pairs.load(names=["spheres"])[0]
     a, b = (str(pairs.ROOT / pair["a"]), None), (str(pairs.ROOT / pair["b"]), pair["transform_b"])
     found = harness.Falsehoods()

@@ -552,7 +552,7 @@ pub struct ImageArguments {
 /// The processing of a mesh before it is written.
 #[derive(Debug, Default, Args)]
 pub struct FinishArguments {
-    /// Simplify the mesh within this distance: in pitches (0.1h), in file units (0.02) or with a unit (20um)
+    /// Simplify a mesh of images within this distance: in pitches (0.1h), in file units (0.02) or with a unit (20um)
     #[arg(long, value_name = "BOUND")]
     pub simplify: Option<Bound>,
     /// Drop components of the mesh below this share of its volume, such as crumbs and bubbles: 0.1% or 0.001

@@ -9,7 +9,6 @@ use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use clap_complete::Shell;
 use ldi_ops::Error;
 use ldi_ops::boolean::{BooleanOperation, Expression};
@@ -346,7 +345,10 @@ fn measure(
     let mesh_method = mesh_method(mesh, &measurement, method, sampling.kind.mode)?;
     let target = image_target(writing, mesh_method, sampling.kind.axis)?;
     if let (Some(choice), false) = (mesh, matches!(&target, Some(ImageTarget { content: Content::Mesh(_), .. }))) {
-        let flag = choice.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
+        let flag = match choice {
+            MeshChoice::Exact => "exact",
+            MeshChoice::Sampled => "sampled",
+        };
         return Err(Error::input(format!("--mesh {flag} applies to a mesh: write one with -o FILE, or remove it")));
     }
     let report = report(&common)?;
