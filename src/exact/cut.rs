@@ -13,6 +13,9 @@ use robust::{Coord, orient2d};
 /// Marks the absence of a neighbour.
 const NONE: u32 = u32::MAX;
 
+/// Nodes of a polygon from which they are sorted into buckets.
+const MANY: usize = 64;
+
 /// Turns of diagonals per triangle at most; a few per cent of them are used.
 const TURNS: usize = 16;
 
@@ -48,7 +51,7 @@ pub(super) fn triangulate(
     let local = |vertex: u32| vertices.partition_point(|&other| other < vertex) as u32;
     let pieces: Vec<[u32; 2]> = outline.iter().map(|piece| piece.map(local)).collect();
     let rounding = epsilon * points.iter().fold(0.0, |most: f64, point| most.max(point.abs().max_element()));
-    let mut region = Region { points: &points, rounding, nodes: Vec::new(), found: Vec::new() };
+    let mut region = Region { points: &points, rounding, nodes: Vec::new(), buckets: None, found: Vec::new() };
     let loops = loops(&pieces, &points);
     for polygon in region.polygons(&loops) {
         region.clip(polygon);
@@ -105,6 +108,66 @@ struct Node {
     vertex: u32,
     next: u32,
     previous: u32,
+    /// True once it is no corner any more.
+    is_cut: bool,
+}
+
+/// The nodes of a polygon in square buckets, so that an ear is compared with those nearby alone.
+struct Buckets {
+    min: DVec2,
+    /// 1 / side of a bucket.
+    scale: f64,
+    counts: [usize; 2],
+    /// The offset of the nodes of each bucket, and the end of the last.
+    starts: Vec<u32>,
+    nodes: Vec<u32>,
+}
+
+impl Buckets {
+    /// Sorts nodes into about as many buckets. `None` if they have no extent.
+    fn of(nodes: &[(u32, DVec2)]) -> Option<Buckets> {
+        let (min, max) = nodes
+            .iter()
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), (_, point)| (min.min(*point), max.max(*point)));
+        let extent = max - min;
+        let side = (extent.x * extent.y / nodes.len() as f64).sqrt().max(extent.max_element() / nodes.len() as f64);
+        let scale = Some(1.0 / side).filter(|scale| scale.is_normal())?;
+        let counts = (extent * scale).to_array().map(|count| count as usize + 1);
+        let mut buckets = Buckets { min, scale, counts, starts: vec![0; counts[0] * counts[1] + 1], nodes: Vec::new() };
+        let places: Vec<usize> = nodes.iter().map(|(_, point)| buckets.number(buckets.place(*point))).collect();
+        places.iter().for_each(|&place| buckets.starts[place + 1] += 1);
+        (1..buckets.starts.len()).for_each(|i| buckets.starts[i] += buckets.starts[i - 1]);
+        let mut free = buckets.starts.clone();
+        buckets.nodes = vec![NONE; nodes.len()];
+        for (place, (node, _)) in places.into_iter().zip(nodes) {
+            buckets.nodes[free[place] as usize] = *node;
+            free[place] += 1;
+        }
+        Some(buckets)
+    }
+
+    /// Returns the bucket of a point; monotone in both coordinates.
+    fn place(&self, point: DVec2) -> [usize; 2] {
+        let place = ((point - self.min) * self.scale).to_array();
+        [0, 1].map(|i| (place[i] as usize).min(self.counts[i] - 1))
+    }
+
+    fn number(&self, [x, y]: [usize; 2]) -> usize {
+        y * self.counts[0] + x
+    }
+
+    /// Returns the nodes of the buckets that a box touches, unless there are more than `most` buckets.
+    fn near(&self, min: DVec2, max: DVec2, most: usize) -> Option<impl Iterator<Item = u32> + '_> {
+        let (low, high) = (self.place(min), self.place(max));
+        let rows = low[1]..=high[1];
+        let is_few = (high[0] - low[0] + 1) * rows.clone().count() <= most;
+        // The buckets of a row are stored one after the other.
+        let of_row = move |y: usize| {
+            let [first, last] = [low[0], high[0]].map(|x| self.number([x, y]));
+            &self.nodes[self.starts[first] as usize..self.starts[last + 1] as usize]
+        };
+        is_few.then(|| rows.flat_map(of_row).copied())
+    }
 }
 
 /// Polygons that are being cut into triangles.
@@ -113,6 +176,8 @@ struct Region<'p> {
     /// The distance by which points are rounded.
     rounding: f64,
     nodes: Vec<Node>,
+    /// The nodes of the polygon that is being cut, if there are many.
+    buckets: Option<Buckets>,
     found: Vec<[u32; 3]>,
 }
 
@@ -140,6 +205,7 @@ impl Region<'_> {
             vertex,
             next: first + (i + 1) % count,
             previous: first + (i + count - 1) % count,
+            is_cut: false,
         }));
         first
     }
@@ -239,8 +305,8 @@ impl Region<'_> {
         // seen → hole … around … before the hole → a copy of the hole's node → a copy of the seen one → after it
         let copies = self.nodes.len() as u32;
         let [copy_of_hole, copy_of_seen] = [copies, copies + 1];
-        self.nodes.push(Node { vertex: vertex_of_hole, next: copy_of_seen, previous: before_hole });
-        self.nodes.push(Node { vertex: vertex_of_seen, next: after_seen, previous: copy_of_hole });
+        self.nodes.push(Node { vertex: vertex_of_hole, next: copy_of_seen, previous: before_hole, is_cut: false });
+        self.nodes.push(Node { vertex: vertex_of_seen, next: after_seen, previous: copy_of_hole, is_cut: false });
         self.nodes[before_hole as usize].next = copy_of_hole;
         self.nodes[after_seen as usize].previous = copy_of_seen;
         self.nodes[seen as usize].next = hole;
@@ -314,6 +380,8 @@ impl Region<'_> {
                 (node, misses) = (self.next(node), misses + 1);
             }
         }
+        let nodes: Vec<(u32, DVec2)> = self.around(node).map(|node| (node, self.point(node))).collect();
+        self.buckets = (nodes.len() >= MANY).then(|| Buckets::of(&nodes)).flatten();
         misses = 0;
         while count > 3 {
             let (previous, next) = (self.previous(node), self.next(node));
@@ -322,10 +390,12 @@ impl Region<'_> {
                 let after = self.next(next);
                 self.nodes[previous as usize].next = after;
                 self.nodes[after as usize].previous = previous;
+                self.nodes[node as usize].is_cut = true;
+                self.nodes[next as usize].is_cut = true;
                 (node, count, misses) = (after, count - 2, 0);
                 continue;
             }
-            if self.is_folded(node) || self.is_ear(node) {
+            if self.is_folded(node) || self.is_ear(node, count) {
                 node = self.cut(node);
                 (count, misses) = (count - 1, 0);
                 continue;
@@ -354,22 +424,22 @@ impl Region<'_> {
         is_back && previous != next
     }
 
-    fn is_ear(&self, node: u32) -> bool {
+    /// Returns whether a triangle at a node of a polygon with `count` nodes covers no other.
+    fn is_ear(&self, node: u32, count: usize) -> bool {
         let corner = self.corner(node);
         if turn(corner) <= 0.0 {
             return false;
         }
         let (min, max) = (corner[0].min(corner[1]).min(corner[2]), corner[0].max(corner[1]).max(corner[2]));
-        let mut other = self.next(self.next(node));
-        while other != self.previous(node) {
+        let is_covered = |other: u32| {
             let point = self.point(other);
             let may_hold = point.cmpge(min).all() && point.cmple(max).all();
-            if may_hold && !corner.contains(&point) && turn(self.corner(other)) <= 0.0 && holds(corner, point) {
-                return false;
-            }
-            other = self.next(other);
+            may_hold && !corner.contains(&point) && turn(self.corner(other)) <= 0.0 && holds(corner, point)
+        };
+        match self.buckets.as_ref().and_then(|buckets| buckets.near(min, max, count)) {
+            Some(mut near) => !near.any(|other| !self.nodes[other as usize].is_cut && is_covered(other)),
+            None => !self.around(node).any(is_covered),
         }
-        true
     }
 
     /// Cuts the triangle at a node off, and returns the node from which to go on.
@@ -378,6 +448,7 @@ impl Region<'_> {
         self.found.push([previous, node, next].map(|node| self.nodes[node as usize].vertex));
         self.nodes[previous as usize].next = next;
         self.nodes[next as usize].previous = previous;
+        self.nodes[node as usize].is_cut = true;
         // Fewer slivers than from the next node.
         self.next(next)
     }

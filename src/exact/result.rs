@@ -13,8 +13,11 @@ use super::pieces::{Pieces, Weight};
 use crate::cancel::checkpoint;
 use crate::mesh::{Precision, TriangleMesh, renumber};
 
-/// Number of faces that one task cuts.
-const CHUNK: usize = 4096;
+/// Number of faces that one task cuts; a single face may take milliseconds.
+const FACES: usize = 128;
+
+/// Number of segments whose pieces one task finds at least.
+const SEGMENTS: usize = 4096;
 
 /// The triangle of an input that a triangle of a result lies in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,8 +39,8 @@ struct Bound {
 /// Triangles with their sources.
 type Part = (Vec<[u32; 3]>, Vec<Source>);
 
-/// Returns the surface of the result, with the source of each triangle. `place` gives the position of a vertex in a file of a precision. `None` if
-/// an outline is not closed, as winding numbers are others than a body may have.
+/// Returns the surface of the result, with the source of each triangle. `place` gives the position of a vertex in a file of a
+/// precision. `None` if an outline is not closed, as winding numbers are others than a body may have.
 pub(super) fn surface(
     pieces: &Pieces,
     place: impl Fn(u32) -> DVec3 + Sync + Send,
@@ -45,7 +48,7 @@ pub(super) fn surface(
 ) -> Option<(TriangleMesh, Vec<Source>)> {
     let bounds = bounds(pieces);
     let faces = pieces.bodies.faces.len() as u32;
-    let starts: Vec<u32> = (0..faces).step_by(CHUNK).collect();
+    let starts: Vec<u32> = (0..faces).step_by(FACES).collect();
     let parts: Option<Vec<Part>> = starts
         .into_par_iter()
         .map(|start| {
@@ -59,7 +62,7 @@ pub(super) fn surface(
             };
             let mut part = (Vec::new(), Vec::new());
             let mut left = &bounds[bounds.partition_point(|bound| bound.face < start)..];
-            for face in start..faces.min(start + CHUNK as u32) {
+            for face in start..faces.min(start + FACES as u32) {
                 let count = left.iter().take_while(|bound| bound.face == face).count();
                 let (own, rest) = left.split_at(count);
                 left = rest;
@@ -90,7 +93,7 @@ pub(super) fn surface(
 fn bounds(pieces: &Pieces) -> Vec<Bound> {
     let mut bounds: Vec<Bound> = (0..pieces.segments.len() as u32)
         .into_par_iter()
-        .with_min_len(CHUNK)
+        .with_min_len(SEGMENTS)
         .flat_map_iter(|segment| {
             let faces = pieces.segments[segment as usize].faces;
             let mut found = Vec::new();
