@@ -60,10 +60,15 @@ impl ClosestTriangle {
     /// Returns the triangle closest to a point. A good hint (0 is always valid) makes it faster; it may select among
     /// triangles at the same distance.
     pub fn of(&self, point: DVec3, hint: u32) -> Closest {
+        self.near_enough(point, hint, 0.0)
+    }
+
+    /// Returns the triangle closest to a point, or any within a distance of `enough`. The hint is as for [`ClosestTriangle::of`].
+    pub fn near_enough(&self, point: DVec3, hint: u32, enough: f64) -> Closest {
         let (mut best, mut squared) = (hint, squared_distance(point, self.corners[hint as usize]));
         let mut stack = [(0u32, 0f64); 64];
         let mut depth = 1;
-        while depth > 0 && squared > 0.0 {
+        while depth > 0 && squared > enough * enough {
             depth -= 1;
             let (index, bound) = stack[depth];
             if bound >= squared {

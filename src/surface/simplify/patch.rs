@@ -19,6 +19,10 @@ const TARGET: f64 = 0.6;
 const MANY: usize = 64;
 const LESS: f64 = 0.75;
 
+/// A triangle within this share of the bound is near enough to stop the search for the closest, which most points then find at
+/// once; the measured distance is at most that larger.
+const ENOUGH: f64 = 0.25;
+
 /// Most subdivisions of a triangle's sides where its distance is sampled.
 const MOST_PARTS: f64 = 16.0;
 
@@ -153,7 +157,8 @@ impl Patch {
     pub(super) fn leave(&mut self, original: &TriangleMesh) {
         self.locked.fill(true);
         let corners: Vec<_> = self.start.iter().map(|&indices| self.corners(original, indices)).collect();
-        let (homes, squared): (Vec<u32>, Vec<f64>) = self.homes(original, &ClosestTriangle::new(&corners)).unzip();
+        let tree = ClosestTriangle::new(&corners);
+        let (homes, squared): (Vec<u32>, Vec<f64>) = self.homes(original, &tree, 0.0).unzip();
         let distance = squared.into_iter().fold(0.0, f64::max).sqrt();
         self.result = Decimated { triangles: self.start.clone(), homes, distance };
     }
@@ -249,11 +254,12 @@ impl Patch {
         broken
     }
 
-    /// Returns the triangle that is closest to each point and centroid of the share, and the square of its distance.
-    fn homes(&self, original: &TriangleMesh, tree: &ClosestTriangle) -> impl Iterator<Item = (u32, f64)> {
+    /// Returns for each point and centroid of the share the triangle that is closest to it, or one within a distance of
+    /// `enough`, and the square of its distance.
+    fn homes(&self, original: &TriangleMesh, tree: &ClosestTriangle, enough: f64) -> impl Iterator<Item = (u32, f64)> {
         let mut hint = 0;
         self.share_points(original).map(move |point| {
-            let closest = tree.of(point, hint);
+            let closest = tree.near_enough(point, hint, enough);
             hint = closest.hint;
             (closest.triangle, closest.squared)
         })
@@ -277,7 +283,7 @@ impl Patch {
         let (mut places, mut largest) = (Vec::new(), 0.0f64);
         let mut homes = Vec::with_capacity(self.original.points.len() + self.original.centroids.len());
         let most = homes.capacity() / MANY;
-        for (point, (home, squared)) in self.share_points(original).zip(self.homes(original, &tree)) {
+        for (point, (home, squared)) in self.share_points(original).zip(self.homes(original, &tree, ENOUGH * bound)) {
             homes.push(home);
             largest = largest.max(squared);
             if squared > bound * bound {
@@ -319,7 +325,7 @@ impl Patch {
         let (tree, mut hint, mut largest) = (ClosestTriangle::new(&around), 0, 0.0f64);
         for corners in new {
             for point in samples(corners, spacing) {
-                let closest = tree.of(point, hint);
+                let closest = tree.near_enough(point, hint, ENOUGH * bound);
                 hint = closest.hint;
                 largest = largest.max(closest.squared);
                 if closest.squared > bound * bound {
