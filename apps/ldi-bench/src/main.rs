@@ -1,6 +1,6 @@
-//! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, whole [`process`]es, their [`exact`] volumes and the
-//! [`meshes`] that they write beside those of other programs, [`minkowski`] sums, the [`gpu`]'s sampler by stages, and [`metrics`] of voxel
-//! arrays that other programs also measure. The tables show medians; on request, all data goes to a JSON file.
+//! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, whole [`process`]es, [`exact`] volumes and meshes
+//! beside those of other programs, [`minkowski`] sums, the [`gpu`]'s sampler by stages, and [`metrics`] of voxel arrays that other
+//! programs also measure. The tables show medians; on request, all data goes to a JSON file.
 
 #![expect(clippy::print_stdout, reason = "tables on stdout, as each is done, are what this program is for")]
 
@@ -11,7 +11,6 @@ mod fit;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod machine;
-mod meshes;
 mod metrics;
 mod minkowski;
 mod models;
@@ -144,7 +143,7 @@ enum Benchmark {
         /// The second file.
         b: PathBuf,
     },
-    /// Whole processes, from files to a file with the mesh of the intersection, beside manifold3d and trueform
+    /// Whole processes, from files to a file with the exact mesh of the intersection, beside manifold3d, trueform and MeshLib
     Meshes(Contest),
     /// Minkowski sums by stages, on pairs like those of Leung and Wang, beside manifold3d
     Minkowski {
@@ -261,15 +260,9 @@ enum Benchmark {
         /// The folder, which exists.
         folder: PathBuf,
     },
-    /// Write the models of `exact` to a folder
+    /// Write the models of `exact` and `meshes` to a folder
     #[command(hide = true)]
     ExactModels {
-        /// The folder, which exists.
-        folder: PathBuf,
-    },
-    /// Write the models of `meshes` to a folder
-    #[command(hide = true)]
-    MeshModels {
         /// The folder, which exists.
         folder: PathBuf,
     },
@@ -289,7 +282,7 @@ fn main() -> ExitCode {
         Benchmark::Process(contest) => contest.run(process::run),
         Benchmark::Exact(contest) => contest.run(exact::run),
         Benchmark::ExactProperties { a, b } => exact::properties([&a, &b]).map(|told| println!("{told}")),
-        Benchmark::Meshes(contest) => contest.run(meshes::run),
+        Benchmark::Meshes(contest) => contest.run(exact::run_meshes),
         Benchmark::Minkowski { pairs, resolution, runs, adapter, python, peers, peer_timeout, json } => {
             let plan = minkowski::Plan { pairs, resolution, runs: runs.max(1), adapter, python, peers, peer_timeout };
             minkowski::run(&plan, json.as_deref())
@@ -312,7 +305,6 @@ fn main() -> ExitCode {
         }
         Benchmark::Models { folder } => models::write_all(&folder),
         Benchmark::ExactModels { folder } => models::write_for_exact(&folder),
-        Benchmark::MeshModels { folder } => models::write_for_meshes(&folder),
         Benchmark::SeedModels { folder } => models::write_seeds(&folder).map(|table| print!("{}", table.markdown())),
     };
     match done {

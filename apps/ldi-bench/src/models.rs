@@ -217,22 +217,7 @@ pub fn write_all(folder: &Path) -> Result<(), BenchError> {
     Ok(())
 }
 
-/// Writes the files of the `meshes` benchmark.
-pub fn write_for_meshes(folder: &Path) -> Result<(), BenchError> {
-    let write = |name: &str, mesh: &TriangleMesh| {
-        io::write(&file(folder, name), mesh, Some(LengthUnit::Millimetre)).map_err(|e| BenchError::model(name, e))
-    };
-    write("gyroid", &build("gyroid", &[("resolution", "27")])?)?;
-    // The ends of the bone lie outside the gyroid, and its shaft is several cells wide.
-    let mut bone = build("bone", &[("length", "60"), ("resolution", "300")])?;
-    let place = |p: &mut DVec3| *p = (*p - DVec3::new(0.0, 0.0, 30.0)) * DVec3::new(1.6, 1.6, 1.0);
-    bone.positions.iter_mut().for_each(place);
-    write("bone", &bone)?;
-    write("sphere", &build("sphere", &[("radius", "19"), ("segments", "256")])?)?;
-    Ok(())
-}
-
-/// Writes the files of the `exact` benchmark: of the solids of [`seed_models`], those that it needs.
+/// Writes the files of the benchmarks `exact` and `meshes`: of the solids of [`seed_models`], those that it needs.
 pub fn write_for_exact(folder: &Path) -> Result<(), BenchError> {
     let write = |name: &str, mesh: &TriangleMesh| {
         io::write(&file(folder, name), mesh, Some(LengthUnit::Millimetre)).map_err(|e| BenchError::model(name, e))

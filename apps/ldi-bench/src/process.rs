@@ -4,6 +4,7 @@
 //! process, from its start to its end. For a peer it is only its own steps, without the start of Python: reading and welding
 //! the files, and, stated separately, building and intersecting its solids.
 
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -34,7 +35,7 @@ pub struct Plan {
 }
 
 /// Names of the peers in the program that times them.
-pub const PEERS: [&str; 2] = ["manifold3d", "trueform"];
+const PEERS: [&str; 2] = ["manifold3d", "trueform"];
 
 /// A comparison.
 struct Contest {
@@ -71,6 +72,8 @@ pub struct Entry {
     pub prepare: Option<f64>,
     /// Building the solids and intersecting them, if timed separately.
     pub work: Option<f64>,
+    /// Writing the result, if timed separately.
+    pub write: Option<f64>,
     /// The whole time.
     pub whole: f64,
     /// Time of all processors together; for a peer that of its steps.
@@ -79,6 +82,8 @@ pub struct Entry {
     pub peak_memory_bytes: u64,
     /// The volume of the result.
     pub volume: f64,
+    /// The number of triangles of the result; 0 for a volume alone.
+    pub triangles: u64,
 }
 
 /// Runs the benchmark and prints the tables.
@@ -89,7 +94,7 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     println!("### Whole processes\n\n`ldi-bench process --runs {} --peer-runs {}`\n", plan.runs, plan.peer_runs);
     for contest in &CONTESTS {
         let files = [contest.a, contest.b].map(|name| models::file(folder.path(), name));
-        let (entries, _) = compete(plan, &files, &FLAGS, &PEERS)?;
+        let (entries, _) = compete(plan, &files, (&FLAGS, None), &PEERS)?;
         print_contest(contest, &entries);
         contests.push(json!({"a": contest.a, "b": contest.b, "programs": entries}));
     }
@@ -108,17 +113,18 @@ pub fn write_models(folder: &Path, models: &str) -> Result<(), BenchError> {
     said_by(&mut command).map(drop)
 }
 
-/// Intersects two files by ldi-ops with the given flags, and by peers, in turn. Returns the costs, those of ldi-ops first, and the
-/// JSON of ldi-ops.
+/// Intersects two files by ldi-ops with the given flags, and by peers, in turn; all write the mesh of the result if there is a file
+/// for it. Returns the costs, those of ldi-ops first, and the JSON of ldi-ops.
 pub fn compete(
     plan: &Plan,
     files: &[PathBuf; 2],
-    flags: &[&str],
+    (flags, out): (&[&str], Option<&Path>),
     peers: &[&str],
 ) -> Result<(Vec<Entry>, Value), BenchError> {
     let own_command = || {
         let mut command = Command::new(&plan.ldi_ops);
         command.arg("intersect").args(files).args(flags).arg("--quiet");
+        command.args(out.iter().flat_map(|out| [OsStr::new("-o"), out.as_os_str()]));
         command
     };
     // This run also brings the files into the system's cache.
@@ -132,6 +138,7 @@ pub fn compete(
             let mut command = Command::new(python);
             command.arg(&plan.peers).arg("--build-and-intersect").args(files);
             command.args(["--op", "intersection", "--only", peer, "--runs", &plan.peer_runs.to_string()]);
+            command.args(out.iter().flat_map(|out| [OsStr::new("--write"), out.as_os_str()]));
             answers.push(parse_json(python, &said_by(&mut command)?)?);
         }
     }
@@ -140,11 +147,15 @@ pub fn compete(
         program: "ldi-ops".to_owned(),
         prepare: None,
         work: None,
+        write: None,
         whole: of_own(|run| run.seconds),
         cpu: of_own(|run| run.cpu_seconds),
         peak_memory_bytes: own.iter().map(|run| run.peak_memory_bytes).max().unwrap_or(0),
         volume: number_at(&told, "/volume/value"),
+        triangles: number_at(&told, "/surface/triangles") as u64,
     }];
+    // Who writes a mesh need not know its volume.
+    let last = if out.is_some() { "write" } else { "volume" };
     for (peer, answers) in peers.iter().zip(&answers).filter(|(_, answers)| !answers.is_empty()) {
         let steps = |names: &[&str]| {
             let sum = |answer: &Value| names.iter().map(|name| number_at(answer, &format!("/seconds/{name}"))).sum();
@@ -154,10 +165,12 @@ pub fn compete(
             program: (*peer).to_owned(),
             prepare: Some(steps(&["read", "weld"])),
             work: Some(steps(&["build", "boolean"])),
-            whole: steps(&["read", "weld", "build", "boolean", "volume"]),
+            write: out.map(|_| steps(&["write"])),
+            whole: steps(&["read", "weld", "build", "boolean", last]),
             cpu: median(answers.iter().map(|answer| number_at(answer, "/cpu_seconds")).collect()),
             peak_memory_bytes: number_at(&answers[0], "/peak_memory_bytes") as u64,
             volume: number_at(&answers[0], "/volume"),
+            triangles: number_at(&answers[0], "/triangles") as u64,
         });
     }
     Ok((entries, told))
