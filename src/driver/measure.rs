@@ -193,8 +193,9 @@ pub fn measure(
     })
 }
 
-/// What happens where the job does not insist.
+/// The effect of removing `--exact`, for errors.
 const WITHOUT_EXACT: &str = "without --exact it is estimated";
+/// The effect of removing `--mesh exact`, for errors.
 const WITHOUT_MESH_EXACT: &str = "without --mesh exact the mesh is made from images";
 
 /// The exact properties of a result, and its mesh if one is kept.

@@ -130,7 +130,8 @@ impl Buckets {
             .iter()
             .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), (_, point)| (min.min(*point), max.max(*point)));
         let extent = max - min;
-        let side = (extent.x * extent.y / nodes.len() as f64).sqrt().max(extent.max_element() / nodes.len() as f64);
+        let side = (extent.x.sqrt() * extent.y.sqrt() / (nodes.len() as f64).sqrt())
+            .max(extent.max_element() / nodes.len() as f64);
         let scale = Some(1.0 / side).filter(|scale| scale.is_normal())?;
         let counts = (extent * scale).to_array().map(|count| count as usize + 1);
         let mut buckets = Buckets { min, scale, counts, starts: vec![0; counts[0] * counts[1] + 1], nodes: Vec::new() };
@@ -424,7 +425,7 @@ impl Region<'_> {
         is_back && previous != next
     }
 
-    /// Returns whether a triangle at a node of a polygon with `count` nodes covers no other.
+    /// Returns whether a triangle at a node of a polygon with `count` nodes covers no other corner.
     fn is_ear(&self, node: u32, count: usize) -> bool {
         let corner = self.corner(node);
         if turn(corner) <= 0.0 {
@@ -567,4 +568,53 @@ impl<'p> Diagonals<'p> {
 
 fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns a comb of teeth, and square holes in its back: all points, and the loops of their numbers.
+    fn comb(teeth: u32) -> (Vec<DVec2>, Vec<Vec<u32>>) {
+        let width = f64::from(2 * teeth);
+        let mut outline = vec![DVec2::new(0.0, -4.0), DVec2::new(width, -4.0)];
+        // From right to left.
+        for tooth in (0..teeth).rev() {
+            let x = f64::from(2 * tooth);
+            outline.extend([(2.0, 0.0), (1.5, 0.0), (1.25, 5.0), (1.0, 0.0)].map(|(dx, y)| DVec2::new(x + dx, y)));
+        }
+        outline.push(DVec2::ZERO);
+        let (mut points, mut loops) = (Vec::new(), Vec::new());
+        let mut add = |corners: Vec<DVec2>| {
+            let first = points.len() as u32;
+            loops.push((first..first + corners.len() as u32).collect());
+            points.extend(corners);
+        };
+        add(outline);
+        for tooth in 0..teeth {
+            let x = f64::from(2 * tooth);
+            add([(0.5, -3.0), (0.5, -1.0), (1.5, -1.0), (1.5, -3.0)].map(|(dx, y)| DVec2::new(x + dx, y)).to_vec());
+        }
+        (points, loops)
+    }
+
+    #[test]
+    fn regions_of_many_corners_are_covered_once() {
+        for teeth in [3, 40, 200] {
+            let (points, loops) = comb(teeth);
+            let sides = |corners: &Vec<u32>| {
+                (0..corners.len()).map(|i| [corners[i], corners[(i + 1) % corners.len()]]).collect::<Vec<_>>()
+            };
+            let mut outline: Vec<[u32; 2]> = loops.iter().flat_map(sides).collect();
+            let mut found = Vec::new();
+            assert!(triangulate(&mut outline, |vertex| points[vertex as usize], 1e-16, &mut found));
+            assert_eq!(found.len(), points.len() + 2 * (loops.len() - 1) - 2);
+            let areas: Vec<f64> =
+                found.iter().map(|triangle| turn(triangle.map(|vertex| points[vertex as usize])) / 2.0).collect();
+            assert!(areas.iter().all(|&area| area > 0.0));
+            // The back without the holes, and the teeth.
+            let expected = f64::from(teeth) * (8.0 - 2.0 + 1.25);
+            assert!((areas.iter().sum::<f64>() - expected).abs() < 1e-9 * expected);
+        }
+    }
 }

@@ -14,7 +14,7 @@ use super::manifold::{Faults, Stars, sides};
 use crate::mesh::{Precision, TriangleMesh};
 
 /// Separates what touches, as the module says. Edges must have as many uses in one direction as in the other. `sources`, with one
-/// entry for each triangle, follow the triangles. New positions are rounded to a precision. Returns whether anything touched.
+/// entry for each triangle, follow the triangles. New positions are rounded to a precision. Returns whether vertices were copied.
 pub(super) fn separate<S: Copy>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) -> bool {
     let mut faults = Faults::of(mesh);
     if remove_pairs(mesh, sources, &faults.duplicates) {

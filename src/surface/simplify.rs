@@ -17,7 +17,8 @@
 //! parallel and in coordinates of its own, so that the `f32` of meshoptimizer loses nothing; and a patch that passes is not
 //! affected by the others. The borders are decimated in later passes, which split elsewhere, until a pass gains little. A patch
 //! that fails too often is restored; if all are, the result is the given mesh. Distances are always measured from the original:
-//! each of its vertices and triangles is assigned to the triangle closest to it, and to the patch of that triangle.
+//! each of its vertices and triangles is assigned to a triangle near it, the closest or one within a quarter of the bound, and to the
+//! patch of that triangle.
 //!
 //! # Limitations
 //! - The new surface is sampled, so that between samples, which are about an edge of the original apart, it may be somewhat
@@ -61,7 +62,8 @@ const ROUNDS: usize = 10;
 pub struct Simplified {
     /// The mesh; its positions are those of the original that it uses, in their order.
     pub mesh: TriangleMesh,
-    /// The largest distance measured between the two surfaces, in either direction; never more than the bound.
+    /// The largest distance measured between the two surfaces, in either direction; never more than the bound. The true one may
+    /// be smaller by a quarter of the bound.
     pub distance: f64,
     /// The number of verifications of the whole mesh.
     pub rounds: usize,
@@ -131,9 +133,9 @@ pub fn simplify(
 struct Surface {
     /// Triangles of original vertices.
     triangles: Vec<[u32; 3]>,
-    /// For each original vertex the closest triangle found so far; `NONE` for unused vertices.
+    /// For each original vertex the near triangle that it is assigned to; `NONE` for unused vertices.
     homes_of_points: Vec<u32>,
-    /// For each original triangle the triangle that is closest to its centroid.
+    /// For each original triangle the near triangle that its centroid is assigned to.
     homes_of_centroids: Vec<u32>,
     /// The largest distance measured.
     distance: f64,

@@ -73,7 +73,7 @@ enum TooFar {
 struct Decimated {
     /// Triangles by places in the vertices of the patch.
     triangles: Vec<[u32; 3]>,
-    /// The closest triangle for the points of the share, then for its centroids.
+    /// A near triangle for the points of the share, then for its centroids.
     homes: Vec<u32>,
     /// The largest distance measured, in either direction.
     distance: f64,
@@ -106,12 +106,12 @@ impl Patch {
         self.locked.iter().filter(|locked| **locked).count()
     }
 
-    /// Returns the original vertices, each with the closest triangle of the patch.
+    /// Returns the original vertices, each with a near triangle of the patch.
     pub(super) fn homes_of_points(&self) -> impl Iterator<Item = (u32, u32)> {
         self.original.points.iter().copied().zip(self.result.homes.iter().copied())
     }
 
-    /// Returns the original triangles, each with the triangle of the patch that is closest to its centroid.
+    /// Returns the original triangles, each with a triangle of the patch that is near its centroid.
     pub(super) fn homes_of_centroids(&self) -> impl Iterator<Item = (u32, u32)> {
         let homes = &self.result.homes[self.original.points.len()..];
         self.original.centroids.iter().copied().zip(homes.iter().copied())
@@ -130,7 +130,8 @@ impl Patch {
     pub(super) fn decimate(&mut self, original: &TriangleMesh, bound: f64) {
         for rings in 0..ATTEMPTS {
             let triangles = self.decimated(original, bound);
-            if triangles.len() == self.start.len() {
+            // Without a part of the original there is nothing to measure from.
+            if triangles.len() == self.start.len() || self.original.triangles.is_empty() {
                 break;
             }
             let spoiled = self.spoiled(&triangles);
@@ -317,9 +318,6 @@ impl Patch {
         let position = |vertex: u32| original.positions[vertex as usize];
         let around: Vec<[DVec3; 3]> =
             self.original.triangles.iter().map(|&t| original.triangles[t as usize].map(position)).collect();
-        if around.is_empty() {
-            return 0.0;
-        }
         let lengths = around.iter().map(|[a, b, c]| a.distance(*b) + b.distance(*c) + c.distance(*a));
         let spacing = lengths.sum::<f64>() / (3 * around.len()) as f64;
         let (tree, mut hint, mut largest) = (ClosestTriangle::new(&around), 0, 0.0f64);
