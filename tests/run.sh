@@ -85,8 +85,8 @@ run_quick() {
 run_docs() { RUSTDOCFLAGS=-Dwarnings cargo doc --workspace --no-deps; }
 # The checked profile is optimised, which the oracle and the properties need, and panics where an integer overflows.
 run_test() { cargo test --profile checked --workspace --no-fail-fast; }
-# What is left where nobody wants a GPU: that it builds, and the commands of those tests that depend on the choice of a device.
-# All other tests call the same code in both builds.
+# Without the feature `gpu`: lints, and tests of the commands that choose a device. All other tests call the same code in both
+# builds.
 run_no-gpu() {
   cargo clippy --workspace --all-targets --no-default-features -- -D warnings &&
     cargo test --profile checked --workspace --no-default-features --no-fail-fast --test cli -- \

@@ -66,8 +66,10 @@ fn exact_volumes_that_do_not_fit_are_refused_or_estimated_with_a_warning() {
     let needed = refused.split("needs about ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
     let between = 1.1 * needed.parse::<f64>().unwrap();
     let meshed = format!("intersect a.stl b.stl --unit mm --resolution 16 -o out.stl --memory {between:.0}M");
-    let exact = run(&meshed).warns(&["exact mesh needs about", "so the mesh is made from images"]);
-    assert!(exact.stdout().contains("(exact)"), "{}", exact.stdout());
+    run(&format!("{meshed} --json out.json")).warns(&["exact mesh needs about", "so the mesh is made from images"]);
+    let told: Value = serde_json::from_str(&std::fs::read_to_string(folder.path("out.json")).unwrap()).unwrap();
+    assert_eq!([&told["volume"]["method"], &told["surface"]["method"]], ["exact", "sampled"], "{told:#}");
+    assert!(warning_codes(&told).contains(&"exact-mesh-memory"), "{told:#}");
     run(&format!("{meshed} --mesh exact")).code(3).says(&["exact mesh needs about", "without --mesh exact"]);
 }
 

@@ -341,9 +341,10 @@ def pierces(triangle, other):
 
 
 def crossing_pairs(mesh):
-    """Counts the pairs of triangles that cross. CGAL's exact kernel finds those that meet elsewhere than in corners and sides that
-    they share; of these, rational arithmetic leaves out those that only touch."""
-    found = cgal.remesh_self_intersections(mesh.points, mesh.faces, True, False, False, False, 2**31 - 1)[2]
+    """Counts the pairs of triangles of which a side of one goes through the inside of the other. CGAL's exact kernel finds those
+    that meet elsewhere than in corners and sides that they share; of these, rational arithmetic leaves out those that only touch or
+    overlap in a plane."""
+    found = cgal.remesh_self_intersections(mesh.points, mesh.faces, detect_only=True)[2]
     corners = lambda face: [[Fraction(x) for x in mesh.points[vertex].tolist()] for vertex in mesh.faces[face]]
     pairs_of_corners = ((corners(f), corners(g)) for f, g in found)
     return sum(pierces(f, g) or pierces(g, f) for f, g in pairs_of_corners)

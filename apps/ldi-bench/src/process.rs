@@ -54,13 +54,13 @@ const FLAGS: [&str; 7] = ["--estimate", "--axis", "z", "--resolution", "512", "-
 
 /// The cost of a process.
 #[derive(Clone, Debug, Serialize)]
-pub struct Run {
+struct Run {
     /// Time from its start to its end.
-    pub seconds: f64,
+    seconds: f64,
     /// Time of all processors together.
-    pub cpu_seconds: f64,
+    cpu_seconds: f64,
     /// Peak memory.
-    pub peak_memory_bytes: u64,
+    peak_memory_bytes: u64,
 }
 
 /// Medians of one program, in seconds; for a peer by step. Peak memory is that of one run or the maximum of all.
@@ -82,7 +82,7 @@ pub struct Entry {
     pub peak_memory_bytes: u64,
     /// The volume of the result.
     pub volume: f64,
-    /// The number of triangles of the result; 0 for a volume alone.
+    /// The number of triangles of the result; 0 for ldi-ops where it writes no mesh.
     pub triangles: u64,
 }
 
@@ -154,7 +154,7 @@ pub fn compete(
         volume: number_at(&told, "/volume/value"),
         triangles: number_at(&told, "/surface/triangles") as u64,
     }];
-    // Who writes a mesh need not know its volume.
+    // The time of a mesh excludes the volume.
     let last = if out.is_some() { "write" } else { "volume" };
     for (peer, answers) in peers.iter().zip(&answers).filter(|(_, answers)| !answers.is_empty()) {
         let steps = |names: &[&str]| {
@@ -260,7 +260,7 @@ fn large_images(plan: &Plan, folder: &Path) -> Result<Vec<Value>, BenchError> {
 }
 
 /// Returns the JSON output of ldi-ops, from an untimed run: hashing the inputs for it costs time.
-pub fn told_by_own_json(mut command: Command) -> Result<Value, BenchError> {
+fn told_by_own_json(mut command: Command) -> Result<Value, BenchError> {
     command.args(["--json", "-"]);
     let said = said_by(&mut command)?;
     let told = parse_json(Path::new("ldi-ops"), &said)?;
@@ -297,7 +297,7 @@ pub fn said_by(command: &mut Command) -> Result<String, BenchError> {
 
 /// Runs a program to its end, discards its output, and asks the system for its costs.
 #[cfg(unix)]
-pub fn timed(command: &mut Command) -> Result<Run, BenchError> {
+fn timed(command: &mut Command) -> Result<Run, BenchError> {
     let program = command.get_program().to_string_lossy().into_owned();
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     let start = Instant::now();
@@ -327,7 +327,7 @@ pub fn timed(command: &mut Command) -> Result<Run, BenchError> {
 
 /// Runs a program to its end and discards its output; memory and processor time are unknown.
 #[cfg(not(unix))]
-pub fn timed(command: &mut Command) -> Result<Run, BenchError> {
+fn timed(command: &mut Command) -> Result<Run, BenchError> {
     let program = command.get_program().to_string_lossy().into_owned();
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     let start = Instant::now();
