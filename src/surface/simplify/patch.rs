@@ -128,10 +128,11 @@ impl Patch {
 
     /// Decimates the patch as far as the distances from the original allow; restores it in the worst case.
     pub(super) fn decimate(&mut self, original: &TriangleMesh, bound: f64) {
-        for rings in 0..ATTEMPTS {
+        // Without a part of the original there is nothing to measure from.
+        let attempts = if self.original.triangles.is_empty() { 0 } else { ATTEMPTS };
+        for rings in 0..attempts {
             let triangles = self.decimated(original, bound);
-            // Without a part of the original there is nothing to measure from.
-            if triangles.len() == self.start.len() || self.original.triangles.is_empty() {
+            if triangles.len() == self.start.len() {
                 break;
             }
             let spoiled = self.spoiled(&triangles);
