@@ -348,6 +348,8 @@ pub enum Content {
 pub struct Finish {
     /// The method.
     pub method: MeshMethod,
+    /// The bound within which flat parts of a mesh from images get few triangles; each cell of the lattice has some without it.
+    pub surface_error: Option<Bound>,
     /// The bound within which triangles of a mesh from images are removed.
     pub simplify: Option<Bound>,
     /// The least volume of a part that is kept, as a share of the whole.

@@ -76,6 +76,14 @@ pub struct View<'a> {
     pub precision: Precision,
 }
 
+impl View<'_> {
+    /// Returns the world coordinates of a point in coordinates of cells: exact, and rounded for the file.
+    pub fn places(&self, point: DVec3) -> [DVec3; 2] {
+        let exact = world_from_cells(self.grid, point);
+        [exact, self.precision.round(exact)]
+    }
+}
+
 /// A surface whose triangles may cross one another.
 pub struct Tangle<'a> {
     features: &'a Features<'a>,
@@ -326,9 +334,9 @@ impl<'a> Tangle<'a> {
 
     /// Returns whether two triangles cross one another, exact or rounded.
     fn do_meet(&self, one: [u32; 3], other: [u32; 3]) -> bool {
-        let exact = |vertex: u32| world_from_cells(self.view.grid, self.vertices[vertex as usize]);
+        let place = |vertex: u32| self.view.places(self.vertices[vertex as usize]);
         let is_rounded = self.view.precision != Precision::Double;
-        meet(one, other, exact) || (is_rounded && meet(one, other, |vertex| self.view.precision.round(exact(vertex))))
+        meet(one, other, |vertex| place(vertex)[0]) || (is_rounded && meet(one, other, |vertex| place(vertex)[1]))
     }
 
     /// Pulls back some of the features in pairs of crossing triangles, and returns the numbers of their quadrilaterals.

@@ -64,6 +64,20 @@ fn a_cube_keeps_its_corners_and_loses_its_triangles() {
 }
 
 #[test]
+fn flat_faces_have_few_triangles_within_a_surface_error() {
+    let folder = Folder::with_two_cubes();
+    let sample = ["sample", "a.stl", "--resolution", "100", "-o", "few.ply"];
+    let surface = &folder.json(&[&sample[..], &["--surface-error", "0.05h"]].concat())["surface"];
+    assert!(surface["triangles"].as_u64().unwrap() < 100 * 100 * 6 * 2 / 5, "{surface}");
+    assert!(surface["largest_distance"].as_f64().unwrap() <= 0.05 * 0.02, "{surface}");
+    assert_near(checked(&folder, "few.ply")["volume"].as_f64().unwrap(), 8.0, 1e-3);
+    folder.run(&[&sample[..], &["--surface-error", "1um"]].concat()).code(2).says(&["--surface-error 1um", "--unit"]);
+    folder.run(&[&sample[..], &["--surface-error", "0"]].concat()).code(2).says(&["--surface-error", "above zero"]);
+    let without_file = ["intersect", "a.stl", "b.stl", "--surface-error", "0.05h"];
+    folder.run(&without_file).code(2).says(&["--surface-error", "-o FILE"]);
+}
+
+#[test]
 fn surface_of_an_image_file_equals_the_mesh_of_the_operation() {
     let folder = Folder::with_two_cubes();
     for mode in ["exact", "over"] {

@@ -104,7 +104,7 @@ fn crossing_pairs_are_found_and_touching_pairs_are_not() {
     assert!(!cross([0, 1, 2], [2, 1, 6]) && !cross([0, 1, 2], [1, 7, 2]));
 }
 
-fn model(name: &str) -> TriangleMesh {
+pub fn model(name: &str) -> TriangleMesh {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/models").join(name);
     io::read(&path).unwrap().mesh
 }

@@ -1,6 +1,7 @@
 //! Surfaces made from images: they are manifold, keep sharp edges, and contain exactly the nodes that they were made from.
 
 mod crossings;
+mod leaves;
 mod sampled;
 mod shapes;
 #[path = "../../src/testing/mod.rs"]

@@ -14,7 +14,7 @@ use crate::testing::images::closed;
 use crate::testing::random::Congruential;
 
 /// Images with given nodes; the samples lie at arbitrary depths between the nodes.
-fn images_of(grid: &Grid, inside: impl Fn([u32; 3]) -> bool, noise: &mut Congruential) -> [Ldi; 3] {
+pub fn images_of(grid: &Grid, inside: impl Fn([u32; 3]) -> bool, noise: &mut Congruential) -> [Ldi; 3] {
     Axis::ALL.map(|axis| {
         let (columns, rows) = grid.image_size(axis);
         let (mut offsets, mut depths) = (vec![0], Vec::new());

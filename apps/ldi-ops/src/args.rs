@@ -552,6 +552,10 @@ pub struct ImageArguments {
 /// The processing of a mesh before it is written.
 #[derive(Debug, Default, Args)]
 pub struct FinishArguments {
+    /// Make few triangles where a mesh of images is flat, within this distance of the samples: in pitches (0.05h), in file units
+    /// (0.02) or with a unit (20um); exact meshes have few anyway
+    #[arg(long, value_name = "BOUND")]
+    pub surface_error: Option<Bound>,
     /// Simplify a mesh of images within this distance: in pitches (0.1h), in file units (0.02) or with a unit (20um)
     #[arg(long, value_name = "BOUND")]
     pub simplify: Option<Bound>,

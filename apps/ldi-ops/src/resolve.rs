@@ -538,13 +538,15 @@ fn image_target(
     method: MeshMethod,
     axis: AxisChoice,
 ) -> Result<Option<ImageTarget>, Error> {
-    let args::ImageArguments { output, finish: args::FinishArguments { simplify, drop_parts, recentre } } = writing;
-    let flag = match (simplify, drop_parts, recentre) {
-        (Some(_), _, _) => Some("--simplify"),
-        (None, Some(_), _) => Some("--drop-parts"),
-        (None, None, true) => Some("--recentre"),
-        (None, None, false) => None,
-    };
+    let args::ImageArguments { output, finish } = writing;
+    let args::FinishArguments { surface_error, simplify, drop_parts, recentre } = finish;
+    let flags = [
+        ("--surface-error", surface_error.is_some()),
+        ("--simplify", simplify.is_some()),
+        ("--drop-parts", drop_parts.is_some()),
+        ("--recentre", recentre),
+    ];
+    let flag = flags.into_iter().find_map(|(flag, is_given)| is_given.then_some(flag));
     let Some(path) = output else {
         return match flag {
             Some(flag) => Err(Error::input(format!("{flag} applies to a mesh: add -o FILE, or remove {flag}"))),
@@ -562,7 +564,8 @@ fn image_target(
             if let (MeshMethod::Exact, Some(_)) = (method, simplify) {
                 return refuse("--simplify removes triangles of meshes from images; remove it, or --mesh exact");
             }
-            Content::Mesh(Finish { method, simplify, least_part: drop_parts.map(|args::Share(share)| share), recentre })
+            let least_part = drop_parts.map(|args::Share(share)| share);
+            Content::Mesh(Finish { method, surface_error, simplify, least_part, recentre })
         }
         _ => return refuse(&format!("unknown extension; {WRITTEN}")),
     };

@@ -82,7 +82,10 @@ pub fn mesh(
     let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));
     let recentred = finish.recentre.then(|| middle(Aabb { min: grid.origin(), max: grid.origin() + size }));
     let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
-    let surface = contour_in([a, b, c], imaged.normals, imaged.mode, coordinates).map_err(Error::input)?;
+    let pitch = grid.pitch();
+    let bound = finish.surface_error.map_or(Ok(0.0), |bound| bound.length(pitch, imaged.unit, "--surface-error"))?;
+    let surface =
+        contour_in([a, b, c], imaged.normals, imaged.mode, coordinates, bound / pitch).map_err(Error::input)?;
     let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
     let contoured_volume = mesh.signed_volume();
     let cut_off = if imaged.normals.is_some() { 0.0 } else { a.grid().pitch() * mesh.area() };
@@ -90,8 +93,8 @@ pub fn mesh(
     let (mesh, simplified) = match finish.simplify {
         Some(bound) if !mesh.triangles.is_empty() => {
             progress.stage("simplifying")?;
-            let (mesh, simplified) =
-                simplified(mesh, &grid.translated(-coordinates.offset), bound.length(grid.pitch(), imaged.unit)?)?;
+            let bound = bound.length(pitch, imaged.unit, "--simplify")?;
+            let (mesh, simplified) = simplified(mesh, &grid.translated(-coordinates.offset), bound)?;
             (mesh, Some(simplified))
         }
         _ => (mesh, None),

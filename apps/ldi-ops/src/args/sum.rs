@@ -65,7 +65,7 @@ pub struct OffsetArguments {
 const OFFSET_EXAMPLES: &str = "\
 Examples:
   ldi-ops offset part.stl --distance 0.5 --unit mm
-  ldi-ops offset part.stl --distance -0.2 --mode exact -o shrunk.stl
+  ldi-ops offset part.stl --distance -0.2 --mode exact --surface-error 0.05h -o shrunk.stl
   ldi-ops offset part.stl --distance 50um --unit mm
   ldi-ops offset bone.stl --distance 1 --axis z --json -
 
