@@ -7,14 +7,17 @@
 //! 3. Crossings further than the bound from the triangles around their leaf become vertices: each is **inserted** in the
 //!    triangle nearest to it, or in its side (Garland & Heckbert, Fast polygonal approximation of terrains, 1995).
 //!
-//! What remains too far, and triangles that cross others, fail: their leaves are left out of another attempt.
+//! At the end the distances of all crossings are measured anew, and triangles that cross others are searched. Blocks that fail
+//! have single cells in another attempt.
 
+use std::cell::Cell;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::intersect::cell_of;
 use super::leaves::{Leaf, Leaves};
 use super::resolve_self_intersections::View;
 use crate::box_tree::{Box32, BoxTree};
@@ -24,6 +27,12 @@ use crate::mesh::meet::{are_parted, meet, widest_axis};
 
 /// Least cosine between a triangle's normal and the mean normal of its leaf.
 const UPRIGHT: f64 = 0.25;
+
+/// That cosine for each of its leaves, exact and rounded, above which no pair of triangles around a leaf is tested.
+const SOUND: f64 = 0.1;
+
+/// Share by which a distance may exceed the bound, as it is rounded.
+const ROUNDED: f64 = 1e-9;
 
 /// Least area of a triangle, in square pitches: smaller ones turn over when rounded.
 const LEAST_AREA: f64 = 1e-4;
@@ -51,6 +60,9 @@ struct Slab {
     samples: Vec<Sample>,
 }
 
+/// A block of cells: the lowest, and the number along a side.
+pub type Block = ([i32; 3], i32);
+
 /// A crossing, and the vertex of a leaf beside it.
 pub type Sample = (u32, DVec3);
 
@@ -59,12 +71,6 @@ pub type Sample = (u32, DVec3);
 pub struct LeafTriangles {
     all: Vec<[u32; 3]>,
     slabs: Vec<Slab>,
-    /// Leaves with a triangle that is turned over.
-    unsound: HashSet<u32>,
-    /// Leaves with a crossing that is too far, as it could not be inserted.
-    failed: Vec<u32>,
-    /// The largest distance of a crossing, in pitches.
-    distance: f64,
 }
 
 /// The triangles around the vertices of some leaves.
@@ -111,6 +117,9 @@ impl LeafTriangles {
 
     /// Adds the leaves of a slab whose first triangles follow, with the crossings beside them.
     pub fn add_slab(&mut self, leaves: Leaves, triangles: impl Iterator<Item = [u32; 3]>, samples: Vec<Sample>) {
+        if let Some(older) = self.slabs.len().checked_sub(2) {
+            self.slabs[older].leaves.forget_cells();
+        }
         self.slabs.push(Slab { leaves, first_triangle: self.all.len(), samples });
         self.all.extend(triangles);
     }
@@ -127,21 +136,41 @@ impl LeafTriangles {
         }
     }
 
-    /// Does what [`settle`](LeafTriangles::settle) has not yet done, and looks for triangles that cross one another or `others`,
-    /// which are those without a leaf.
+    /// Does what [`settle`](LeafTriangles::settle) has not yet done, and tests the result: the distances of all crossings, and
+    /// whether triangles cross one another or `others`, which are those without a leaf.
     pub fn finish(mut self, bound: f64, view: View, others: &[[u32; 3]], vertices: &mut Vec<DVec3>) -> Finished {
         let count = self.slabs.len();
         if count > 0 {
             self.slide(count - 1, view, vertices);
         }
         (count.saturating_sub(2)..count).for_each(|slab| self.repair(slab, bound, vertices));
-        if self.failed.is_empty() {
-            self.failed = self.crossing(view, others, vertices);
+        if self.all.is_empty() {
+            return Finished { failed: Vec::new(), triangles: self.all, distance: 0.0 };
         }
-        self.failed.sort_unstable();
-        self.failed.dedup();
-        let failed = self.failed.iter().filter_map(|&vertex| self.leaf(vertex)).map(|leaf| (leaf.origin, leaf.size));
-        Finished { failed: failed.collect(), triangles: self.all, distance: self.distance }
+        checkpoint();
+        let corners = |triangle: u32| self.all[triangle as usize].map(|vertex| vertices[vertex as usize]);
+        let tree = BoxTree::new(self.all.len(), |triangle| Box32::around(corners(triangle)));
+        let samples: Vec<Sample> = self.slabs.iter_mut().flat_map(|slab| std::mem::take(&mut slab.samples)).collect();
+        let distance = |&(leaf, point): &Sample| {
+            let squared = Cell::new(f64::INFINITY);
+            let is_open = |bounds: &Box32| {
+                squared.get() > (NEAR * bound).powi(2) && bounds.squared_distance_to(point) < squared.get()
+            };
+            let measure = |triangle: &u32| squared_distance(point, corners(*triangle));
+            tree.visit(is_open, |items| squared.set(items.iter().map(measure).fold(squared.get(), f64::min)));
+            (squared.get().sqrt(), leaf)
+        };
+        let distances: Vec<(f64, u32)> = samples.par_iter().with_min_len(256).map(distance).collect();
+        let far = distances.iter().filter(|(distance, _)| *distance > bound * (1.0 + ROUNDED));
+        let mut failed: Vec<Block> =
+            far.filter_map(|(_, leaf)| self.leaf(*leaf)).map(|leaf| (leaf.origin, leaf.size)).collect();
+        if failed.is_empty() {
+            failed = self.crossing(view, others, vertices);
+        }
+        failed.sort_unstable();
+        failed.dedup();
+        let distance = distances.iter().map(|(distance, _)| *distance).fold(0.0, f64::max);
+        Finished { failed, triangles: self.all, distance }
     }
 
     /// Returns how well a triangle faces where its leaves do: at best 1, below [`UPRIGHT`] it fails.
@@ -201,12 +230,10 @@ impl LeafTriangles {
     fn repair(&mut self, slab: usize, bound: f64, vertices: &mut Vec<DVec3>) {
         checkpoint();
         let samples = std::mem::take(&mut self.slabs[slab].samples);
-        let Slab { leaves, first_triangle, .. } = &self.slabs[slab];
-        let own = leaves.vertices();
-        // Crossings of the lowest plane may be those of leaves of the slab below.
-        let below = slab.checked_sub(1).map(|below| &self.slabs[below]);
-        let start = below.map_or(own.start, |below| below.leaves.vertices().start);
-        let first = below.map_or(*first_triangle, |below| below.first_triangle);
+        let own = self.slabs[slab].leaves.vertices();
+        // Crossings of the lowest plane may be those of leaves of the slab below, whose triangles may reach one slab further.
+        let [below, lowest] = [1, 2].map(|step| &self.slabs[slab.saturating_sub(step)]);
+        let (start, first) = (below.leaves.vertices().start, lowest.first_triangle);
         let fans = Fans::of(start..own.end, &self.all, first);
         let turned: Vec<u32> = (first as u32..self.all.len() as u32)
             .into_par_iter()
@@ -219,48 +246,65 @@ impl LeafTriangles {
             .collect();
         let parts = vec![Vec::new(); self.all.len() - first];
         let mut repair = Repair { triangles: self, vertices, first, sides: HashMap::new(), parts };
-        for &triangle in &turned {
-            if !repair.turn(triangle) {
-                let corners = repair.triangles.all[triangle as usize];
-                repair.triangles.unsound.extend(corners);
-            }
+        for triangle in turned {
+            repair.turn(triangle);
         }
-        let (mut measured, mut largest) = (samples, 0.0);
-        for round in 0..=INSERTIONS {
-            let distance = |&(leaf, point): &Sample| repair.nearest(&fans, leaf, point, NEAR * bound).0;
-            let distances: Vec<f64> = measured.par_iter().with_min_len(1 << 10).map(distance).collect();
-            let (far, near): (Vec<usize>, Vec<usize>) = (0..measured.len()).partition(|&i| distances[i] > bound);
-            largest = near.iter().fold(largest, |most: f64, &i| most.max(distances[i]));
-            if far.is_empty() {
+        let mut measured: Vec<u32> = (0..samples.len() as u32).collect();
+        for _ in 0..INSERTIONS {
+            let is_far = |&&sample: &&u32| {
+                let (leaf, point) = samples[sample as usize];
+                repair.nearest(&fans, leaf, point, NEAR * bound).0 > bound
+            };
+            let far: Vec<u32> = measured.par_iter().with_min_len(1 << 10).filter(is_far).copied().collect();
+            let mut touched = HashSet::new();
+            for sample in far {
+                let (leaf, point) = samples[sample as usize];
+                repair.insert(&fans, leaf, point, bound, &mut touched);
+            }
+            if touched.is_empty() {
                 break;
             }
-            let mut touched = HashSet::new();
-            for i in far {
-                let (leaf, point) = measured[i];
-                if round == INSERTIONS || !repair.insert(&fans, leaf, point, bound, &mut touched) {
-                    repair.triangles.failed.push(leaf);
-                }
-            }
-            measured.retain(|(leaf, _)| touched.contains(leaf));
+            measured = (0..samples.len() as u32).filter(|&i| touched.contains(&samples[i as usize].0)).collect();
         }
-        self.distance = self.distance.max(largest);
+        self.slabs[slab].samples = samples;
     }
 
-    /// Returns the leaves whose triangles meet others elsewhere than in what they share.
-    fn crossing(&self, view: View, others: &[[u32; 3]], vertices: &[DVec3]) -> Vec<u32> {
-        if self.all.is_empty() {
-            return Vec::new();
-        }
+    /// Returns blocks around triangles that meet others elsewhere than in what they share.
+    fn crossing(&self, view: View, others: &[[u32; 3]], vertices: &[DVec3]) -> Vec<Block> {
         checkpoint();
         let places: Vec<[DVec3; 2]> = vertices.par_iter().with_min_len(1 << 12).map(|&v| view.places(v)).collect();
         let at = |triangle: [u32; 3]| triangle.map(|vertex| places[vertex as usize]);
         let box_of = |triangle: [u32; 3]| Box32::around(at(triangle).into_iter().flatten());
         let tree = BoxTree::new(self.all.len(), |item| box_of(self.all[item as usize]));
-        let is_sound = |vertex: u32| self.leaf(vertex).is_some() && !self.unsound.contains(&vertex);
-        let is_sound: Vec<bool> = (0..vertices.len() as u32).into_par_iter().map(is_sound).collect();
         // If all triangles around the vertex of a leaf face one direction, they lie side by side.
+        let pitch = view.grid.pitch();
+        let faces = |triangle: [u32; 3], facing: Vec3| {
+            (0..2).all(|rounded| {
+                let corners = at(triangle).map(|place| place[rounded] / pitch);
+                upright(facing.as_dvec3(), corners) >= SOUND
+            })
+        };
+        let mut is_sound: Vec<bool> = vec![false; vertices.len()];
+        for slab in &self.slabs {
+            slab.leaves.vertices().for_each(|vertex| is_sound[vertex as usize] = true);
+        }
+        let turned = |triangle: &[u32; 3]| {
+            let triangle = *triangle;
+            triangle.into_iter().filter(move |&v| self.leaf(v).is_some_and(|leaf| !faces(triangle, leaf.facing)))
+        };
+        let turned: Vec<u32> = self.all.par_iter().with_min_len(256).flat_map_iter(turned).collect();
+        turned.into_iter().for_each(|vertex| is_sound[vertex as usize] = false);
         let share_leaf = |one: [u32; 3], other: [u32; 3]| {
             one.iter().any(|vertex| is_sound[*vertex as usize] && other.contains(vertex))
+        };
+        let around = |triangles: [[u32; 3]; 2]| {
+            let corners = || triangles.as_flattened().iter().map(|&vertex| vertices[vertex as usize]);
+            let (least, greatest) = corners()
+                .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(least, greatest), place| {
+                    (least.min(place), greatest.max(place))
+                });
+            let origin = cell_of(least);
+            (origin, cell_of(greatest).into_iter().zip(origin).map(|(end, start)| end - start + 1).max().unwrap_or(1))
         };
         let meets = |(number, triangle): (usize, &[u32; 3])| {
             let bounds = box_of(*triangle);
@@ -269,17 +313,16 @@ impl LeafTriangles {
                 for &item in items.iter().filter(|&&item| (item as usize) < number) {
                     let other = self.all[item as usize];
                     if !share_leaf(*triangle, other) && do_meet([*triangle, other], &places) {
-                        met.extend(triangle.iter().chain(&other).copied().filter(|&v| self.leaf(v).is_some()));
+                        met.push(around([*triangle, other]));
                     }
                 }
             };
             tree.visit(|node| node.touches(&bounds), each);
             met
         };
-        let own = self.all.par_iter().with_min_len(256).enumerate().flat_map_iter(meets);
-        let mut found: Vec<u32> = own.collect();
+        let mut found: Vec<Block> = self.all.par_iter().with_min_len(256).enumerate().flat_map_iter(meets).collect();
         let with_others = others.par_iter().with_min_len(256).flat_map_iter(|t| meets((usize::MAX, t)));
-        found.extend(with_others.collect::<Vec<u32>>());
+        found.extend(with_others.collect::<Vec<Block>>());
         found
     }
 }
@@ -348,11 +391,11 @@ impl Repair<'_> {
         }
     }
 
-    /// Turns a side of a triangle that is turned over, so that it and its neighbour are no longer; returns whether it did.
-    fn turn(&mut self, triangle: u32) -> bool {
+    /// Turns a side of a triangle that is turned over, if it and its neighbour are not afterwards.
+    fn turn(&mut self, triangle: u32) {
         let corners = self.triangles.all[triangle as usize];
         if self.is_upright(corners) {
-            return true;
+            return;
         }
         for i in 0..3 {
             let [a, b, c] = [0, 1, 2].map(|j| corners[(i + j) % 3]);
@@ -363,10 +406,9 @@ impl Repair<'_> {
             let is_new = !self.sides.contains_key(&[c, d]) && !self.sides.contains_key(&[d, c]);
             if is_known && is_new && new.into_iter().all(|triangle| self.is_upright(triangle)) {
                 self.replace(&[triangle, other], &new);
-                return true;
+                return;
             }
         }
-        false
     }
 
     /// Returns the distance of a point from the triangles around a leaf, and the nearest of these, or any within a distance of
@@ -399,12 +441,12 @@ impl Repair<'_> {
         (best.0.sqrt(), best.1)
     }
 
-    /// Makes a point a vertex of the triangle nearest to it, if it is further than the bound; returns whether it is near.
-    /// Appends the leaves of the triangles that changed.
-    fn insert(&mut self, fans: &Fans, leaf: u32, point: DVec3, bound: f64, touched: &mut HashSet<u32>) -> bool {
+    /// Makes a point a vertex of the triangle nearest to it, if it is further than the bound and turns none over. Appends the
+    /// leaves of the triangles that changed.
+    fn insert(&mut self, fans: &Fans, leaf: u32, point: DVec3, bound: f64, touched: &mut HashSet<u32>) {
         let (distance, number) = self.nearest(fans, leaf, point, 0.0);
         if distance <= bound {
-            return true;
+            return;
         }
         let vertex = self.vertices.len() as u32;
         self.vertices.push(point);
@@ -432,15 +474,11 @@ impl Repair<'_> {
         let best = sound.or_else(|| (0..ways.len()).max_by(|&a, &b| worst(&ways[a]).total_cmp(&worst(&ways[b]))));
         let Some((old, new)) = best.map(|way| ways.swap_remove(way)).filter(|way| worst(way) > 0.0) else {
             self.vertices.pop();
-            return false;
+            return;
         };
-        if sound.is_none() {
-            self.triangles.unsound.extend(new.as_flattened());
-        }
         let corners = old.iter().flat_map(|&number| self.triangles.all[number as usize]);
         touched.extend(corners.filter(|&corner| self.triangles.leaf(corner).is_some()));
         self.replace(&old, &new);
-        true
     }
 }
 
@@ -457,8 +495,8 @@ fn upright(facing: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
 
 /// The result of the tests.
 pub struct Finished {
-    /// Leaves that fail: their lowest cell, and cells along a side.
-    pub failed: Vec<([i32; 3], i32)>,
+    /// The blocks that fail.
+    pub failed: Vec<Block>,
     pub triangles: Vec<[u32; 3]>,
     /// The largest distance of a crossing from the triangles, in pitches.
     pub distance: f64,

@@ -2,10 +2,10 @@
 //!
 //! Blocks are halved from the largest down, as in an octree, until a block is a leaf or a single cell. One is a leaf if
 //! - **the surface is flat in it**: the planes of all its crossings are within the bound of one point, where they have it in
-//!   common or nearest to their mean (`qef`), and their normals within 15° of the mean normal; and in the cells around it there
-//!   is neither a sharp edge nor another sheet;
+//!   common or nearest to their mean (`qef`), and their normals within 15° of the mean normal; and in the cells around it in
+//!   its slab there is neither a sharp edge nor another sheet;
 //! - **the surface is a disc in it**, and stays a manifold where cells of different size meet: at most one arc on each face of
-//!   the block and at most one crossing on each of its twelve sides (the manifold criterion of Schaefer, Ju & Warren, Manifold
+//!   the block, no closed line, and at most one crossing on each of its twelve sides (the manifold criterion of Schaefer, Ju & Warren, Manifold
 //!   Dual Contouring, 2007). The disc is known by its Euler characteristic, from the signs of nodes alone: cells that the
 //!   surface passes less faces plus edges that it crosses in the interior.
 //!
@@ -26,6 +26,9 @@ use crate::grid::Grid;
 
 /// Longest side of a block, in cells.
 pub const LARGEST: i32 = 32;
+
+/// Least side of the largest blocks of a slab.
+const LEAST_ROOT: i32 = 8;
 
 /// The cosine of the angle to their mean, 15°, of the normals in a leaf.
 const FLAT: f64 = 0.966;
@@ -97,12 +100,13 @@ pub struct Leaves {
 
 impl Leaves {
     /// Finds the leaves of a slab, whose vertices are numbered from `first`. The surface may be `bound` pitches from its
-    /// crossings. `height` is that of slabs: all blocks begin at a multiple of their size from the first layer.
+    /// crossings. All blocks begin at a multiple of their size from the first layer. Low slabs, those of large rasters, have
+    /// none: the blocks would outnumber what they save.
     pub fn find(slab: &EdgeSlab, grid: &Grid, barred: &Barred, bound: f64, first: u32) -> Leaves {
         let layers = slab.layers();
         let height = layers.len() as i32;
         let size = LARGEST.min(1 << height.ilog2());
-        if size < 2 {
+        if size < LEAST_ROOT {
             return Leaves::default();
         }
         let cells = [(64 * slab.nodes.words()) as i32, slab.nodes.rows() as i32 - 1];
@@ -125,6 +129,11 @@ impl Leaves {
             leaves.all.extend(of_tree);
         }
         leaves
+    }
+
+    /// Forgets the cells of the leaves.
+    pub fn forget_cells(&mut self) {
+        (self.layers, self.trees) = (0..0, Vec::new());
     }
 
     /// Returns the vertices of the leaves.
@@ -461,6 +470,8 @@ fn is_disc(node: impl Fn(usize, usize) -> u64, size: usize) -> bool {
     // For each face of the block the cells less the edges that the surface passes on it, and whether it passes any.
     let mut arcs = [[0i64; 2]; 3];
     let mut passes = [[false; 2]; 3];
+    // Whether edges on a face, along the axis after the face's and the one before it, lead out of the solid and into it.
+    let mut leads = [[[[false; 2]; 2]; 2]; 3];
     // The crossings of the sides: along z by their positions in x and y, and so on.
     let mut sides = [[[0i64; 2]; 2]; 3];
     for z in 0..=size {
@@ -503,6 +514,24 @@ fn is_disc(node: impl Fn(usize, usize) -> u64, size: usize) -> bool {
             }
             // Edges: in the interior, on a face, or on a side of the block.
             let side_of = |i: usize| usize::from(i == size);
+            let mut lead = |face: usize, side: usize, axis: usize, crossed: u64| {
+                let of_axis = &mut leads[face][side][usize::from(axis == (face + 2) % 3)];
+                of_axis[0] |= crossed & row != 0;
+                of_axis[1] |= crossed & !row != 0;
+            };
+            if is_end(y) && !is_end(z) {
+                lead(1, side_of(y), 0, along_x);
+            }
+            if is_end(z) && !is_end(y) {
+                lead(2, side_of(z), 0, along_x);
+            }
+            for (axis, crossed, at) in [(1, along_y, z), (2, along_z, y)] {
+                if is_end(at) {
+                    lead(3 - axis, side_of(at), axis, crossed & interior);
+                } else {
+                    ends.iter().enumerate().for_each(|(x, &end)| lead(0, x, axis, crossed & 1 << end));
+                }
+            }
             match (is_end(y), is_end(z)) {
                 (false, false) => characteristic += count(along_x),
                 (true, false) => arcs[1][side_of(y)] -= count(along_x),
@@ -531,5 +560,49 @@ fn is_disc(node: impl Fn(usize, usize) -> u64, size: usize) -> bool {
     }
     let crossed: i64 = sides.iter().flatten().flatten().sum();
     let arcs_fit = (0..3).all(|axis| (0..2).all(|side| arcs[axis][side] == i64::from(passes[axis][side])));
-    characteristic == 1 && crossed >= 3 && arcs_fit && sides.iter().flatten().flatten().all(|&count| count <= 1)
+    // A closed line on a face has edges of both directions along both axes.
+    let is_closed = leads.iter().flatten().any(|axes| *axes == [[true; 2]; 2]);
+    characteristic == 1
+        && crossed >= 3
+        && arcs_fit
+        && !is_closed
+        && sides.iter().flatten().flatten().all(|&count| count <= 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns whether the surface between nodes that are inside below a height is a disc, for each position in x and y.
+    fn is_disc_below(size: usize, height: impl Fn(usize, usize) -> usize) -> bool {
+        let node = |y: usize, z: usize| (0..=size).fold(0, |row, x| row | u64::from(z < height(x, y)) << x);
+        is_disc(node, size)
+    }
+
+    #[test]
+    fn planes_are_discs_and_other_surfaces_are_not() {
+        for size in [2, 4, 8, 32] {
+            assert!(is_disc_below(size, |_, _| size / 2));
+            assert!(is_disc_below(size, |x, y| (x + y).min(size)));
+            // A corner is cut off; then two.
+            let corner = |x: usize, y: usize| usize::from(x + y == 0);
+            assert!(is_disc_below(size, corner));
+            assert!(!is_disc_below(size, |x, y| usize::from(x + y == 0 || x + y == 2 * size)));
+            // A bump on a face, and two sheets.
+            assert!(!is_disc_below(size, |x, y| usize::from((x, y) == (size / 2, size / 2))));
+            assert!(!is_disc(|_, z| if z == 1 { mask(size as u32 + 1) } else { 0 }, size));
+        }
+    }
+
+    #[test]
+    fn a_sheet_with_a_hole_and_an_island_is_no_disc() {
+        // Its Euler characteristic is 1, and its open arcs are those of a disc.
+        let height = |x: usize, y: usize| match (x, y) {
+            (2, 4) => 0,
+            (7, 4) => 1,
+            _ => usize::from(x <= 4),
+        };
+        assert!(is_disc_below(8, |x, _| usize::from(x <= 4)));
+        assert!(!is_disc_below(8, height));
+    }
 }

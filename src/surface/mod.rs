@@ -13,7 +13,7 @@
 //! # Guarantees
 //! - The mesh is closed, 2-manifold and consistently oriented, whatever the images hold.
 //! - Sampled again on the same lattice it gives the same nodes: the surface has the topology of the lattice's signs. With leaves,
-//!   nodes within the bound of the surface may change sides, and the topology stays.
+//!   nodes near the surface may change sides, and the topology stays.
 //! - Faces that all cross the lattice where they meet keep their edges and corners, to rounding.
 //!
 //! Detail finer than the lattice is lost: several crossings between two nodes cancel in pairs. They are counted. Exceptions are
@@ -23,8 +23,8 @@
 //!
 //! # Leaves
 //! Within a bound of the samples, blocks of cells in which the surface is flat get one vertex (`leaves`). The triangles of such
-//! vertices are repaired and tested apart from the others (`leaf_triangles`); where the tests fail, the surface is made anew with
-//! smaller blocks there.
+//! vertices are repaired and tested apart from the others (`leaf_triangles`); where a test fails, the surface is made anew with
+//! single cells there.
 //!
 //! # Slabs
 //! Layers of cells are processed in slabs, in parallel: the nodes of a slab from the images, its crossed edges with their
@@ -65,7 +65,7 @@ use edges::{EdgeSlab, Source};
 use feature::Feature;
 use features::Features;
 use intersect::cell_of;
-use leaf_triangles::{Finished, LeafTriangles, Sample};
+use leaf_triangles::{Block, Finished, LeafTriangles, Sample};
 use leaves::{Barred, LARGEST, Leaves};
 use quads::{Cut, OpenQuad, Quad};
 use resolve_self_intersections::{Tangle, View};
@@ -134,8 +134,8 @@ pub fn contour(images: [&Ldi; 3], normals: Option<&[[f32; 3]]>, mode: Mode) -> R
 /// Contours the solid of three images for the given coordinates: triangles do not cross one another, whether exact or rounded.
 ///
 /// With a `bound` above zero, blocks of cells in which the surface is flat get one vertex: samples are at most `bound` pitches
-/// from the mesh, as long as they lie in such blocks, and nodes nearer than that may change sides. With zero each cell has its
-/// own.
+/// from the mesh, as long as they lie in such blocks, and nodes near it may change sides. With zero each cell has its own.
+/// Rasters of more than about 5,000 rays have no such blocks.
 ///
 /// `normals` holds the unit normal of each triangle that the images' [`triangles`](Ldi::triangles) refer to, in world axes and
 /// of either sign. Without them, or without triangles in an image, vertices are the mean of their crossings, and sharp edges
@@ -161,7 +161,9 @@ pub fn contour_in(
         let bound = if attempt < ATTEMPTS { bound } else { 0.0 };
         let mut contour = Contour::new(source, grid, coordinates.precision, bound, &single);
         for first in (-1..layers).step_by(height as usize) {
-            contour.add_layers(first..first + height)?;
+            // Blocks end with the slab, so that its last layers count as full even beyond the grid.
+            let end = if bound > 0.0 { first + height } else { layers.min(first + height) };
+            contour.add_layers(first..end)?;
         }
         match contour.finish() {
             Ok(surface) => return Ok(surface),
@@ -171,7 +173,7 @@ pub fn contour_in(
     unreachable!("without leaves a surface is always found")
 }
 
-/// Attempts with leaves. Those that fail are left out of the next.
+/// Attempts with leaves. Blocks that fail have single cells in the next; after the last all have.
 const ATTEMPTS: usize = 8;
 
 /// Greatest distance, in lattice steps, of a surface from its position before its vertices were rounded to the lattice.
@@ -185,8 +187,8 @@ struct Contour<'a> {
     precision: Precision,
     /// Greatest distance of samples from triangles of leaves, in pitches; zero for no leaves.
     bound: f64,
-    /// Blocks that are no leaves: the lowest cell, and the cells along a side.
-    single: &'a [([i32; 3], i32)],
+    /// Blocks that are no leaves.
+    single: &'a [Block],
     joined: JoinedFaces,
     cuts: Cuts,
     leaf_triangles: LeafTriangles,
@@ -222,13 +224,7 @@ struct Patch {
 }
 
 impl<'a> Contour<'a> {
-    fn new(
-        source: Source<'a>,
-        grid: Grid,
-        precision: Precision,
-        bound: f64,
-        single: &'a [([i32; 3], i32)],
-    ) -> Contour<'a> {
+    fn new(source: Source<'a>, grid: Grid, precision: Precision, bound: f64, single: &'a [Block]) -> Contour<'a> {
         let cuts = Cuts::of_gaps(&source);
         // Gaps that are kept do not count as missing.
         let kept = cuts.len() as u64;
@@ -337,7 +333,10 @@ impl<'a> Contour<'a> {
         for (origin, size) in self.single {
             // With those around, which would fail next.
             let cells = |axis: usize| origin[axis] - size / 2..origin[axis] + size + size / 2;
-            cells(2).for_each(|z| cells(1).for_each(|y| cells(0).for_each(|x| barred.add([x, y, z]))));
+            let (layers, cells_z) = (slab.layers(), cells(2));
+            for z in cells_z.start.max(layers.start - 1)..cells_z.end.min(layers.end + 1) {
+                cells(1).for_each(|y| cells(0).for_each(|x| barred.add([x, y, z])));
+            }
         }
         // Features of the slab below may move into the lowest layer of this one.
         let below = self.before.0.features.iter().filter(|feature| feature.target.is_some());
@@ -368,9 +367,8 @@ impl<'a> Contour<'a> {
     }
 
     /// Moves vertices beyond their cells, cuts open quadrilaterals, separates triangles that cross one another, and converts to
-    /// world coordinates. Where leaves fail, returns the blocks that may not be leaves: the lowest cell, and the cells along a
-    /// side.
-    fn finish(mut self) -> Result<Surface, Vec<([i32; 3], i32)>> {
+    /// world coordinates. Where leaves fail, returns the blocks that may not be leaves.
+    fn finish(mut self) -> Result<Surface, Vec<Block>> {
         let features = Features::new(&self.features, &self.marks, &self.open);
         let rounding = LATTICE_STEPS / f64::from(1u32 << self.grid.shift());
         let stayed = features.resolve(rounding, &mut self.vertices);
