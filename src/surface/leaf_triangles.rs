@@ -151,17 +151,19 @@ impl LeafTriangles {
         let corners = |triangle: u32| self.all[triangle as usize].map(|vertex| vertices[vertex as usize]);
         let tree = BoxTree::new(self.all.len(), |triangle| Box32::around(corners(triangle)));
         let samples: Vec<Sample> = self.slabs.iter_mut().flat_map(|slab| std::mem::take(&mut slab.samples)).collect();
+        // What is further is as far as any.
+        let most = (bound * (1.0 + ROUNDED)).powi(2);
         let distance = |&(leaf, point): &Sample| {
-            let squared = Cell::new(f64::INFINITY);
+            let squared = Cell::new(most);
             let is_open = |bounds: &Box32| {
                 squared.get() > (NEAR * bound).powi(2) && bounds.squared_distance_to(point) < squared.get()
             };
             let measure = |triangle: &u32| squared_distance(point, corners(*triangle));
             tree.visit(is_open, |items| squared.set(items.iter().map(measure).fold(squared.get(), f64::min)));
-            (squared.get().sqrt(), leaf)
+            (squared.get(), leaf)
         };
         let distances: Vec<(f64, u32)> = samples.par_iter().with_min_len(256).map(distance).collect();
-        let far = distances.iter().filter(|(distance, _)| *distance > bound * (1.0 + ROUNDED));
+        let far = distances.iter().filter(|(squared, _)| *squared >= most);
         let mut failed: Vec<Block> =
             far.filter_map(|(_, leaf)| self.leaf(*leaf)).map(|leaf| (leaf.origin, leaf.size)).collect();
         if failed.is_empty() {
@@ -169,7 +171,7 @@ impl LeafTriangles {
         }
         failed.sort_unstable();
         failed.dedup();
-        let distance = distances.iter().map(|(distance, _)| *distance).fold(0.0, f64::max);
+        let distance = distances.iter().map(|(squared, _)| squared.sqrt()).fold(0.0, f64::max);
         Finished { failed, triangles: self.all, distance }
     }
 
