@@ -23,7 +23,6 @@ use super::resolve_self_intersections::View;
 use crate::box_tree::{Box32, BoxTree};
 use crate::cancel::checkpoint;
 use crate::closest::squared_distance;
-use crate::mesh::meet::{are_parted, meet, widest_axis};
 
 /// Least cosine between a triangle's normal and the mean normal of its leaf.
 const UPRIGHT: f64 = 0.25;
@@ -181,6 +180,16 @@ impl LeafTriangles {
         upright(facing.normalize_or_zero(), triangle.map(at))
     }
 
+    /// Returns the triangles from the first on that are turned over, at vertices of some leaves.
+    fn turned(&self, leaves: &Range<u32>, first: usize, vertices: &[DVec3]) -> Vec<u32> {
+        let is_turned = |&number: &u32| {
+            let triangle = self.all[number as usize];
+            let is_own = triangle.iter().any(|vertex| leaves.contains(vertex));
+            is_own && self.upright(triangle, |vertex| vertices[vertex as usize]) < UPRIGHT
+        };
+        (first as u32..self.all.len() as u32).into_par_iter().with_min_len(1 << 10).filter(is_turned).collect()
+    }
+
     /// Slides vertices of leaves of a slab where triangles are turned over.
     fn slide(&self, slab: usize, view: View, vertices: &mut [DVec3]) {
         checkpoint();
@@ -191,14 +200,9 @@ impl LeafTriangles {
         let range = leaves.vertices();
         let mut fans = None;
         for _ in 0..ROUNDS {
-            let fails = |triangle: &[u32; 3]| {
-                let is_own = triangle.iter().any(|vertex| range.contains(vertex));
-                is_own && self.upright(*triangle, |vertex| vertices[vertex as usize]) < UPRIGHT
-            };
-            let failing =
-                self.all[*first_triangle..].par_iter().with_min_len(1 << 10).filter(|triangle| fails(triangle));
-            let failing: Vec<&[u32; 3]> = failing.collect();
-            let mut movers: Vec<u32> = failing.into_iter().flatten().copied().filter(|v| range.contains(v)).collect();
+            let turned = self.turned(&range, *first_triangle, vertices);
+            let corners = turned.into_iter().flat_map(|triangle| self.all[triangle as usize]);
+            let mut movers: Vec<u32> = corners.filter(|vertex| range.contains(vertex)).collect();
             movers.sort_unstable();
             movers.dedup();
             if movers.is_empty() {
@@ -237,15 +241,7 @@ impl LeafTriangles {
         let [below, lowest] = [1, 2].map(|step| &self.slabs[slab.saturating_sub(step)]);
         let (start, first) = (below.leaves.vertices().start, lowest.first_triangle);
         let fans = Fans::of(start..own.end, &self.all, first);
-        let turned: Vec<u32> = (first as u32..self.all.len() as u32)
-            .into_par_iter()
-            .with_min_len(1 << 10)
-            .filter(|&triangle| {
-                let triangle = self.all[triangle as usize];
-                let is_own = triangle.iter().any(|vertex| own.contains(vertex));
-                is_own && self.upright(triangle, |vertex| vertices[vertex as usize]) < UPRIGHT
-            })
-            .collect();
+        let turned = self.turned(&own, first, vertices);
         let parts = vec![Vec::new(); self.all.len() - first];
         let mut repair = Repair { triangles: self, vertices, first, sides: HashMap::new(), parts };
         for triangle in turned {
@@ -314,7 +310,8 @@ impl LeafTriangles {
             let each = |items: &[u32]| {
                 for &item in items.iter().filter(|&&item| (item as usize) < number) {
                     let other = self.all[item as usize];
-                    if !share_leaf(*triangle, other) && do_meet([*triangle, other], &places) {
+                    if !share_leaf(*triangle, other) && view.do_meet(*triangle, other, |vertex| places[vertex as usize])
+                    {
                         met.push(around([*triangle, other]));
                     }
                 }
@@ -327,16 +324,6 @@ impl LeafTriangles {
         found.extend(with_others.collect::<Vec<Block>>());
         found
     }
-}
-
-/// Returns whether two triangles meet elsewhere than in what they share, exact or rounded, which are the places of vertices.
-fn do_meet([one, other]: [[u32; 3]; 2], places: &[[DVec3; 2]]) -> bool {
-    let shared = other.map(|vertex| one.iter().position(|&corner| corner == vertex).unwrap_or(3));
-    (0..2).any(|rounded| {
-        let at = |vertex: u32| places[vertex as usize][rounded];
-        let [a, b] = [one.map(at), other.map(at)];
-        !are_parted(&a, &b, shared, widest_axis(a)) && meet(one, other, at)
-    })
 }
 
 /// The repair of the triangles of a slab, from the first triangle on.

@@ -5,9 +5,9 @@
 //!   common or nearest to their mean (`qef`), and their normals within 15° of the mean normal; and in the cells around it in
 //!   its slab there is neither a sharp edge nor another sheet;
 //! - **the surface is a disc in it**, and stays a manifold where cells of different size meet: at most one arc on each face of
-//!   the block, no closed line, and at most one crossing on each of its twelve sides (the manifold criterion of Schaefer, Ju & Warren, Manifold
-//!   Dual Contouring, 2007). The disc is known by its Euler characteristic, from the signs of nodes alone: cells that the
-//!   surface passes less faces plus edges that it crosses in the interior.
+//!   the block, no closed line, and at most one crossing on each of its twelve sides (the manifold criterion of Schaefer, Ju &
+//!   Warren, Manifold Dual Contouring, 2007). The disc is known by its Euler characteristic, from the signs of nodes alone:
+//!   cells that the surface passes less faces plus edges that it crosses in the interior.
 //!
 //! A quadrilateral whose cells belong to three different leaves or vertices of cells is a triangle, and to fewer, nothing. So
 //! the mesh has vertices where the surface bends, and its manifold follows from that of single cells.
@@ -19,8 +19,8 @@ use rayon::prelude::*;
 
 use super::cells::{MARGIN, grid_bounds};
 use super::edges::EdgeSlab;
-use super::qef::{Bounds, least_direction, nearest_to_planes};
-use crate::bits::Ones;
+use super::qef::{Bounds, least_direction, minimum};
+use crate::bits::{self, Ones, lowest};
 use crate::cancel::checkpoint;
 use crate::grid::Grid;
 
@@ -205,20 +205,9 @@ impl Barred {
         !self.bits.is_empty()
             && rows().any(|(y, z)| {
                 let row = ((z - self.layers.start) as usize * self.rows + y as usize) * self.words;
-                bits_from(&self.bits[row..row + self.words], low[0], count) != 0
+                bits::from(&self.bits[row..row + self.words], low[0] as usize, count) != 0
             })
     }
-}
-
-/// Returns up to 64 bits of a row from one of its bits on.
-fn bits_from(row: &[u64], from: i32, count: u32) -> u64 {
-    let (word, shift) = (from as usize / 64, from as u32 % 64);
-    let upper = if shift == 0 { 0 } else { row.get(word + 1).map_or(0, |next| next << (64 - shift)) };
-    (row.get(word).map_or(0, |word| word >> shift) | upper) & mask(count)
-}
-
-fn mask(count: u32) -> u64 {
-    if count >= 64 { u64::MAX } else { (1 << count) - 1 }
 }
 
 /// A crossing near a block, relative to the block's lowest node.
@@ -287,13 +276,13 @@ impl Finder<'_> {
         let last_plane = self.slab.layers().end;
         let row = |y: i32, z: i32| self.nodes(x, y, z, size as u32 + 1);
         let first = row(y, z);
-        (first != 0 && first != mask(size as u32 + 1))
+        (first != 0 && first != lowest(size as u32 + 1))
             || (z..=(z + size).min(last_plane)).any(|z| (y..=y + size).any(|y| row(y, z) != first))
     }
 
     /// Returns the nodes of a row from one of them on; those beyond the rows are outside.
     fn nodes(&self, x: i32, y: i32, z: i32, count: u32) -> u64 {
-        if y > self.rows { 0 } else { bits_from(self.slab.nodes.row(y as usize, z), x, count) }
+        if y > self.rows { 0 } else { bits::from(self.slab.nodes.row(y as usize, z), x as usize, count) }
     }
 
     /// Returns the leaf of a block, if the surface is flat in it and a disc.
@@ -327,7 +316,7 @@ impl Finder<'_> {
             return None;
         }
         let [dx, dy, dz] = [0, 1, 2].map(|i| (origin[i] - low[i]) as usize);
-        let of_block = |y: usize, z: usize| node(y + dy, z + dz) >> dx & mask(size as u32 + 1);
+        let of_block = |y: usize, z: usize| node(y + dy, z + dz) >> dx & lowest(size as u32 + 1);
         if !is_disc(of_block, size as usize) {
             return None;
         }
@@ -356,7 +345,7 @@ impl Finder<'_> {
             for y in 0..rows {
                 let row = node(y, z);
                 let crossed = [
-                    (row ^ row >> 1) & mask(columns as u32 - 1),
+                    (row ^ row >> 1) & lowest(columns as u32 - 1),
                     if y + 1 < rows { row ^ node(y + 1, z) } else { 0 },
                     if z + 1 < planes { row ^ node(y, z + 1) } else { 0 },
                 ];
@@ -419,14 +408,15 @@ fn fit(near: &[Near], bound: f64) -> Option<Fit> {
     let facing = sum.normalize();
     let planes = of_block().map(|near| (near.normal, near.normal.dot(near.point - mean)));
     [LEAST_SPREAD, ONE_PLANE].into_iter().find_map(|least| {
-        let place = mean + nearest_to_planes(planes.clone(), least);
+        let (place, ..) = minimum(planes.clone(), least);
+        let place = mean + place;
         Some(Fit { place, facing }).filter(fits)
     })
 }
 
 /// Returns whether each cell between some nodes has at most one loop, whichever faces are joined.
 fn is_plain(node: impl Fn(usize, usize) -> u64, columns: usize, rows: usize, planes: usize) -> bool {
-    let cells = mask(columns as u32 - 1);
+    let cells = lowest(columns as u32 - 1);
     let is_diagonal = |a: u64, b: u64, c: u64, d: u64| !(a ^ c) & !(b ^ d) & (a ^ b);
     let plain = |y: usize, z: usize| {
         let at = |y: usize, z: usize| if y < rows && z < planes { node(y, z) } else { 0 };
@@ -442,7 +432,7 @@ fn is_plain(node: impl Fn(usize, usize) -> u64, columns: usize, rows: usize, pla
             bad |= is_diagonal(a, c, upper[2], upper[0]) & cells;
         }
         if is_row && is_plane {
-            bad |= is_diagonal(a, b, d, c) & mask(columns as u32);
+            bad |= is_diagonal(a, b, d, c) & lowest(columns as u32);
             // Two opposite corners of a cell, and no others.
             let all = [a, b, c, d, upper[0], upper[1], upper[2], upper[3]];
             for (i, j) in [(0, 7), (1, 6), (2, 5), (3, 4)] {
@@ -460,7 +450,7 @@ fn is_plain(node: impl Fn(usize, usize) -> u64, columns: usize, rows: usize, pla
 /// Returns whether the surface between the nodes of a block, `size` cells along a side, is a disc that meets each face in one
 /// arc at most and each side in one point at most. Its cells have one loop each, and it has no part without boundary.
 fn is_disc(node: impl Fn(usize, usize) -> u64, size: usize) -> bool {
-    let cells = mask(size as u32);
+    let cells = lowest(size as u32);
     // Without the first node and the last.
     let interior = cells & !1;
     let ends = [0, size];
@@ -590,7 +580,7 @@ mod tests {
             assert!(!is_disc_below(size, |x, y| usize::from(x + y == 0 || x + y == 2 * size)));
             // A bump on a face, and two sheets.
             assert!(!is_disc_below(size, |x, y| usize::from((x, y) == (size / 2, size / 2))));
-            assert!(!is_disc(|_, z| if z == 1 { mask(size as u32 + 1) } else { 0 }, size));
+            assert!(!is_disc(|_, z| if z == 1 { lowest(size as u32 + 1) } else { 0 }, size));
         }
     }
 

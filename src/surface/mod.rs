@@ -28,8 +28,9 @@
 //!
 //! # Slabs
 //! Layers of cells are processed in slabs, in parallel: the nodes of a slab from the images, its crossed edges with their
-//! crossings, the vertices of its cells, and its triangles. Beyond the images and the mesh itself nothing larger than a slab is
-//! held in memory, and the result does not depend on threads. Without leaves it does not depend on the height of slabs either.
+//! crossings, the vertices of its cells, and its triangles. Beyond the images, the mesh itself and the crossings at leaves, which
+//! are measured at the end, nothing larger than a slab is held in memory, and the result does not depend on threads. Without
+//! leaves it does not depend on the height of slabs either.
 
 mod apart;
 mod cells;
@@ -157,8 +158,10 @@ pub fn contour_in(
     let plane = (columns + 2).div_ceil(64) * (rows + 2);
     let height = (SLAB_WORDS / plane).clamp(1, LARGEST as u64) as i32;
     let mut single = Vec::new();
-    for attempt in 0.. {
-        let bound = if attempt < ATTEMPTS { bound } else { 0.0 };
+    let mut attempts = ATTEMPTS;
+    loop {
+        // Without leaves a surface is always found.
+        let bound = if attempts > 0 { bound } else { 0.0 };
         let mut contour = Contour::new(source, grid, coordinates.precision, bound, &single);
         for first in (-1..layers).step_by(height as usize) {
             // Blocks end with the slab, so that its last layers count as full even beyond the grid.
@@ -169,8 +172,8 @@ pub fn contour_in(
             Ok(surface) => return Ok(surface),
             Err(failed) => single.extend(failed),
         }
+        attempts -= 1;
     }
-    unreachable!("without leaves a surface is always found")
 }
 
 /// Attempts with leaves. Blocks that fail have single cells in the next; after the last all have.

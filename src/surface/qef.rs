@@ -137,14 +137,10 @@ impl Loop {
     }
 }
 
-/// Returns the point nearest to the origin that is nearest to planes, given by unit normals and distances. Directions whose
-/// eigenvalue is up to a share `least` of the largest are undetermined; at least one is determined.
-pub fn nearest_to_planes(planes: impl Iterator<Item = (DVec3, f64)>, least: f64) -> DVec3 {
-    minimum(planes, least).0
-}
-
-/// Returns the minimum of the error function of planes, the number of determined directions, and the last undetermined one.
-fn minimum(planes: impl Iterator<Item = (DVec3, f64)>, least: f64) -> (DVec3, usize, DVec3) {
+/// Returns the minimum of the error function of planes that is nearest to the origin, the number of determined directions, and
+/// the last undetermined one. Planes are given by unit normals and distances; directions whose eigenvalue is up to a share
+/// `least` of the largest are undetermined, and at least one is determined.
+pub fn minimum(planes: impl Iterator<Item = (DVec3, f64)>, least: f64) -> (DVec3, usize, DVec3) {
     let (mut moments, mut pull) = (DMat3::ZERO, DVec3::ZERO);
     for (normal, distance) in planes {
         moments += DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);

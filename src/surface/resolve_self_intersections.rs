@@ -41,7 +41,7 @@ use crate::bits;
 use crate::cancel::checkpoint;
 use crate::grid::Grid;
 use crate::mesh::Precision;
-use crate::mesh::meet::meet;
+use crate::mesh::meet::{are_parted, meet, widest_axis};
 
 /// Most rounds; chains of neighbours of more than four steps are rare.
 const ROUNDS: usize = 32;
@@ -81,6 +81,18 @@ impl View<'_> {
     pub fn places(&self, point: DVec3) -> [DVec3; 2] {
         let exact = world_from_cells(self.grid, point);
         [exact, self.precision.round(exact)]
+    }
+
+    /// Returns whether two triangles meet elsewhere than in what they share, exact or rounded, given the
+    /// [`places`](View::places) of vertices.
+    pub fn do_meet(&self, one: [u32; 3], other: [u32; 3], places: impl Fn(u32) -> [DVec3; 2]) -> bool {
+        let shared = other.map(|vertex| one.iter().position(|&corner| corner == vertex).unwrap_or(3));
+        let [of_one, of_other] = [one, other].map(|triangle| triangle.map(&places));
+        let forms = if self.precision == Precision::Double { 1 } else { 2 };
+        (0..forms).any(|form| {
+            let [a, b] = [of_one, of_other].map(|corners| corners.map(|place| place[form]));
+            !are_parted(&a, &b, shared, widest_axis(a)) && meet(one, other, |vertex| places(vertex)[form])
+        })
     }
 }
 
@@ -282,7 +294,7 @@ impl<'a> Tangle<'a> {
         let is_sound = |vertex: &u32| !self.unsound.has(*vertex);
         let do_meet = |one: &Candidate, other: &Candidate| {
             !one.vertices.iter().any(|vertex| other.vertices.contains(vertex) && is_sound(vertex))
-                && !are_parted(one, other, self.blur)
+                && !are_clearly_parted(one, other, self.blur)
                 && self.do_meet(one.vertices, other.vertices)
         };
         pairs(&candidates, |candidate, cell| candidate.is_active || cells.may_be(cell), do_meet)
@@ -334,9 +346,7 @@ impl<'a> Tangle<'a> {
 
     /// Returns whether two triangles cross one another, exact or rounded.
     fn do_meet(&self, one: [u32; 3], other: [u32; 3]) -> bool {
-        let place = |vertex: u32| self.view.places(self.vertices[vertex as usize]);
-        let is_rounded = self.view.precision != Precision::Double;
-        meet(one, other, |vertex| place(vertex)[0]) || (is_rounded && meet(one, other, |vertex| place(vertex)[1]))
+        self.view.do_meet(one, other, |vertex| self.view.places(self.vertices[vertex as usize]))
     }
 
     /// Pulls back some of the features in pairs of crossing triangles, and returns the numbers of their quadrilaterals.
@@ -519,7 +529,7 @@ fn on_edge(places: [DVec3; 4]) -> DVec3 {
 
 /// Returns whether a plane clearly separates two triangles except at shared vertices, wherever vertices are moved by `blur`:
 /// the plane of either, or one perpendicular to either through a side.
-fn are_parted(one: &Candidate, other: &Candidate, blur: f64) -> bool {
+fn are_clearly_parted(one: &Candidate, other: &Candidate, blur: f64) -> bool {
     let parts = |one: &Candidate, other: &Candidate| {
         let [a, b, c] = one.corners;
         let (ab, ac) = (b - a, c - a);

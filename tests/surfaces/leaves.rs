@@ -1,11 +1,9 @@
 //! Surfaces within a bound of the samples: few triangles where they are flat, and as sound as those of single cells.
 
-use std::collections::HashMap;
-
 use glam::{DAffine3, DVec3};
 use ldi_ops::grid::Grid;
 use ldi_ops::ldi::{Ldi, Mode};
-use ldi_ops::mesh::{ClosedMesh, Precision, TriangleMesh};
+use ldi_ops::mesh::{ClosedMesh, Precision};
 use ldi_ops::solids;
 use ldi_ops::surface::manifold::ManifoldReport;
 use ldi_ops::surface::{Coordinates, Surface, contour_in};
@@ -13,6 +11,7 @@ use ldi_ops::surface::{Coordinates, Surface, contour_in};
 use crate::crossings::{assert_uncrossed, model};
 use crate::sampled::{assert_solid, images, nodes, surface_of};
 use crate::testing::images::closed;
+use crate::testing::near::Near;
 use crate::testing::random::Congruential;
 use crate::topology::images_of;
 
@@ -20,57 +19,6 @@ const BOUND: f64 = 0.05;
 
 fn within(images: &[Ldi; 3], normals: Option<&[[f32; 3]]>, bound: f64) -> Surface {
     contour_in(images.each_ref(), normals, Mode::Exact, Coordinates::default(), bound).unwrap()
-}
-
-/// The triangles of a mesh, by the cubes of a pitch that their boxes touch.
-struct Near<'a> {
-    mesh: &'a TriangleMesh,
-    pitch: f64,
-    by_cube: HashMap<[i64; 3], Vec<usize>>,
-}
-
-impl Near<'_> {
-    fn of(mesh: &TriangleMesh, pitch: f64) -> Near<'_> {
-        let cube = |p: DVec3| (p / pitch).floor().to_array().map(|c| c as i64);
-        let mut by_cube: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
-        for (i, triangle) in mesh.triangles.iter().enumerate() {
-            let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
-            let (low, high) = (cube(a.min(b).min(c)), cube(a.max(b).max(c)));
-            for z in low[2]..=high[2] {
-                for y in low[1]..=high[1] {
-                    (low[0]..=high[0]).for_each(|x| by_cube.entry([x, y, z]).or_default().push(i));
-                }
-            }
-        }
-        Near { mesh, pitch, by_cube }
-    }
-
-    /// Returns the distance of a point, in pitches; infinite beyond one.
-    fn distance(&self, point: DVec3) -> f64 {
-        let [x, y, z] = (point / self.pitch).floor().to_array().map(|c| c as i64);
-        let mut least = f64::INFINITY;
-        for [dx, dy, dz] in (0..27).map(|i| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1]) {
-            for &triangle in self.by_cube.get(&[x + dx, y + dy, z + dz]).into_iter().flatten() {
-                let corners = self.mesh.triangles[triangle].map(|vertex| self.mesh.positions[vertex as usize]);
-                least = least.min(distance(point, corners));
-            }
-        }
-        if least > self.pitch { f64::INFINITY } else { least / self.pitch }
-    }
-}
-
-/// Returns the distance of a point from a triangle: from its plane above it, else from a side.
-fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
-    let sides = [0, 1, 2].map(|i| (corners[i], corners[(i + 1) % 3]));
-    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
-    if normal != DVec3::ZERO && sides.iter().all(|(a, b)| (*b - *a).cross(point - *a).dot(normal) >= 0.0) {
-        return (point - corners[0]).dot(normal).abs();
-    }
-    let from_side = |(a, b): (DVec3, DVec3)| {
-        let share = ((point - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-        a.lerp(b, share).distance(point)
-    };
-    sides.into_iter().map(from_side).fold(f64::INFINITY, f64::min)
 }
 
 /// Returns the samples of images in world coordinates.
@@ -102,9 +50,12 @@ fn check(mesh: &ClosedMesh, grid: &Grid, bound: f64, what: &str) -> [usize; 2] {
     let [one, other] = [&single, &few].map(|surface| ManifoldReport::of(&surface.mesh, Precision::Single));
     assert_eq!((one.components, one.genus), (other.components, other.genus), "{what}");
     assert_eq!((single.sub_resolution, single.disagreements), (few.sub_resolution, few.disagreements), "{what}");
-    let (to_single, to_few) = (Near::of(&single.mesh, grid.pitch()), Near::of(&few.mesh, grid.pitch()));
+    let near = [&single, &few].map(|surface| Near::new(&surface.mesh, grid.pitch()));
+    // In pitches, and infinite beyond one.
+    let distance = |near: &Near, point| near.distance(point).map_or(f64::INFINITY, |away| away / grid.pitch());
+    let (to_single, to_few) = (|point| distance(&near[0], point), |point| distance(&near[1], point));
     for sample in samples(&images, grid) {
-        let (before, after) = (to_single.distance(sample), to_few.distance(sample));
+        let (before, after) = (to_single(sample), to_few(sample));
         assert!(after <= bound.max(before) + 1e-6, "{what}: {sample}: {before} {after}");
         // Of samples of walls and gaps below the pitch nothing is said.
         let is_all = few.sub_resolution == Default::default();
@@ -115,7 +66,7 @@ fn check(mesh: &ClosedMesh, grid: &Grid, bound: f64, what: &str) -> [usize; 2] {
     for triangle in &few.mesh.triangles {
         let [a, b, c] = triangle.map(|vertex| few.mesh.positions[vertex as usize]);
         for point in [a, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0, (a + b + c) / 3.0] {
-            let away = to_single.distance(point);
+            let away = to_single(point);
             assert!(away <= 2.0 * bound, "{what}: {point} is {away} away");
         }
     }
@@ -126,7 +77,7 @@ fn check(mesh: &ClosedMesh, grid: &Grid, bound: f64, what: &str) -> [usize; 2] {
             for bit in (0..64).filter(|bit| (before ^ after) >> bit & 1 == 1) {
                 let node = [(place % words * 64 + bit) as u32, (place / words) as u32, z];
                 let at = DVec3::from_array(node.map(|i| f64::from(grid.node(i))));
-                let away = to_single.distance(grid.origin() + at * grid.pitch() / f64::from(1u32 << grid.shift()));
+                let away = to_single(grid.origin() + at * grid.pitch() / f64::from(1u32 << grid.shift()));
                 assert!(away <= 2.0 * bound, "{what}: node {node:?} is {away} away");
             }
         }

@@ -9,6 +9,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::solids;
 use crate::testing::meshes::{cube, reversed, tetrahedron, together};
+use crate::testing::near::distance;
 
 /// Splits every triangle into four, `times` times, with shared midpoints.
 fn refined(mesh: &TriangleMesh, times: usize) -> TriangleMesh {
@@ -34,20 +35,6 @@ fn refined(mesh: &TriangleMesh, times: usize) -> TriangleMesh {
 
 fn simplified(mesh: &TriangleMesh, bound: f64) -> Simplified {
     simplify(mesh, bound, |_| Vec::new()).unwrap()
-}
-
-/// Returns the distance of a point from a triangle that has an area: from its plane above it, else from a side.
-fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
-    let sides = [0, 1, 2].map(|i| (corners[i], corners[(i + 1) % 3]));
-    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
-    if sides.iter().all(|(from, to)| (*to - *from).cross(point - *from).dot(normal) >= 0.0) {
-        return (point - corners[0]).dot(normal).abs();
-    }
-    let from_side = |(from, to): (DVec3, DVec3)| {
-        let at = ((point - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0);
-        from.lerp(to, at).distance(point)
-    };
-    sides.into_iter().map(from_side).fold(f64::INFINITY, f64::min)
 }
 
 fn corners(mesh: &TriangleMesh) -> Vec<[DVec3; 3]> {
