@@ -10,8 +10,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::input::Solid;
-use super::machine;
-use super::memory::Cost;
 use crate::mesh::{Aabb, TriangleMesh};
 
 /// Bytes of any triangle: 80 to 93 were measured.
@@ -20,8 +18,8 @@ const BYTES_OF_TRIANGLE: f64 = 110.0;
 /// Further bytes of a triangle in the box of another solid, or of one whose shells may be split: 30 to 100 were measured.
 const BYTES_OF_NEAR_TRIANGLE: f64 = 110.0;
 
-/// Bytes of a segment: 63 to 120 were measured. As not every pair that [`Triangle::may_meet`] meets, the forecast for combs of plates is
-/// four times the peak, and for the others 1.5 to 2.5 times.
+/// Bytes of a segment: 63 to 120 were measured. As not every pair that [`Triangle::may_meet`] meets, the forecast for combs of
+/// plates is four times the peak, and for the others 1.5 to 2.5 times.
 const BYTES_OF_SEGMENT: f64 = 128.0;
 
 /// Further bytes of a triangle and of a segment for the mesh of the result: up to 20 and 100 were measured.
@@ -34,18 +32,18 @@ const DRAWN: usize = 4096;
 /// Number of triangles, of those that are drawn, that are compared with all that are drawn from another mesh.
 const COMPARED: usize = 256;
 
-/// The bytes that the process holds while it finds an exact result.
+/// The bytes that an exact result takes while it is found, beyond those that the process holds.
 pub struct Costs {
     /// Of the volume.
-    pub volume: Cost,
+    pub volume: f64,
     /// Of the volume and the mesh.
-    pub mesh: Cost,
+    pub mesh: f64,
 }
 
-/// Returns the bytes that the process holds while it finds an exact volume of the solids, and its mesh.
-pub fn costs(solids: &[Solid]) -> Costs {
+/// Returns the bytes that an exact volume of the solids and its mesh take.
+pub fn costs(solids: &[&Solid]) -> Costs {
     let [triangles, near] = [false, true].map(|is_near| -> f64 {
-        let of_solid = |(i, solid): (usize, &Solid)| match is_near {
+        let of_solid = |(i, solid): (usize, &&Solid)| match is_near {
             true => near_triangles(solids, i),
             false => solid.mesh().triangles.len() as f64,
         };
@@ -54,17 +52,20 @@ pub fn costs(solids: &[Solid]) -> Costs {
     // Shells of one solid may meet, too.
     let segments: f64 = (0..solids.len())
         .flat_map(|i| (i..solids.len()).map(move |j| [i, j]))
-        .map(|pair| expected_segments(pair.map(|i| &solids[i])))
+        .map(|pair| expected_segments(pair.map(|i| solids[i])))
         .sum();
-    let held = machine::held_memory() as f64;
-    let volume = held + BYTES_OF_TRIANGLE * triangles + BYTES_OF_NEAR_TRIANGLE * near + BYTES_OF_SEGMENT * segments;
-    let mesh = volume + BYTES_OF_MESH_TRIANGLE * triangles + BYTES_OF_MESH_SEGMENT * segments;
-    let [volume, mesh] = [volume, mesh].map(|fixed| Cost { fixed, ..Cost::default() });
-    Costs { volume, mesh }
+    let volume = BYTES_OF_TRIANGLE * triangles + BYTES_OF_NEAR_TRIANGLE * near + BYTES_OF_SEGMENT * segments;
+    Costs { volume, mesh: volume + BYTES_OF_MESH_TRIANGLE * triangles + BYTES_OF_MESH_SEGMENT * segments }
+}
+
+/// Returns an upper bound of the bytes that an exact volume of the solids takes, as if all triangles met.
+pub fn most(solids: &[&Solid]) -> f64 {
+    let triangles: f64 = solids.iter().map(|solid| solid.mesh().triangles.len() as f64).sum();
+    (BYTES_OF_TRIANGLE + BYTES_OF_NEAR_TRIANGLE) * triangles + BYTES_OF_SEGMENT * 0.5 * triangles * triangles
 }
 
 /// Returns about how many triangles of a solid lie in the box of another; of a single solid all.
-fn near_triangles(solids: &[Solid], i: usize) -> f64 {
+fn near_triangles(solids: &[&Solid], i: usize) -> f64 {
     let others = solids.iter().enumerate().filter(|&(j, _)| j != i).map(|(_, other)| other.bounds());
     match others.reduce(Aabb::union) {
         Some(around) => Drawn::from(solids[i].mesh(), around).near(),
@@ -202,13 +203,13 @@ mod tests {
 
     #[test]
     fn only_triangles_in_the_box_of_another_solid_are_near() {
-        let solids = [comb(40, 0), solid([[DVec3::splat(-1.0), DVec3::splat(9.05)]].into_iter())];
+        let combs = [comb(40, 0), solid([[DVec3::splat(-1.0), DVec3::splat(9.05)]].into_iter())];
+        let solids = combs.each_ref();
         assert_eq!(near_triangles(&solids, 1), 6.0);
         let near = near_triangles(&solids, 0);
         assert!((60.0..120.0).contains(&near), "{near}");
         assert_eq!(near_triangles(&solids[..1], 0), 480.0);
         let Costs { volume, mesh } = costs(&solids);
-        assert!(mesh.bytes() > volume.bytes());
-        assert!(volume.bytes() as f64 > machine::held_memory() as f64 * 0.5 + 492.0 * BYTES_OF_TRIANGLE);
+        assert!(mesh > volume && volume > 492.0 * BYTES_OF_TRIANGLE && volume < most(&solids));
     }
 }

@@ -224,7 +224,7 @@ fn exact_result(
         VolumeMethod::Exact => Some(WITHOUT_EXACT),
         _ => insists_on_mesh.then_some(WITHOUT_MESH_EXACT),
     };
-    let (costs, limit) = (exact_cost::costs(solids), Limit::new(job.memory));
+    let (costs, limit) = (exact_cost::costs(&solids.iter().collect::<Vec<_>>()), Limit::new(job.memory));
     if let Some(excess) = memory::excess("the exact volume", costs.volume, limit) {
         if let Some(otherwise) = insists {
             return Err(Error::machine(format!("{excess}; {otherwise}")));

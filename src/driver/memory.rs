@@ -156,10 +156,12 @@ pub fn admit(
     )))
 }
 
-/// Returns what an operation without a raster needs and what is allowed, if its cost is above the limit; `subject` names it.
-pub fn excess(subject: &str, cost: Cost, limit: Limit) -> Option<String> {
-    limit.exceeded_by(&[cost])?;
-    Some(format!("{subject} needs about {} of memory, and {limit}", size(cost.fixed)))
+/// Returns what an operation without a raster needs and what is allowed, if the process would hold more than the limit; `subject`
+/// names the operation, and `bytes` are those that it takes beyond what the process holds.
+pub fn excess(subject: impl Display, bytes: f64, limit: Limit) -> Option<String> {
+    let fixed = machine::held_memory() as f64 + bytes;
+    limit.exceeded_by(&[Cost { fixed, ..Cost::default() }])?;
+    Some(format!("{subject} needs about {} of memory, and {limit}", size(fixed)))
 }
 
 /// Returns the resolution of a raster whose pitch is `factor` times that of `grid`, as advice; `longest` is the side that the

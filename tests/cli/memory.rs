@@ -74,6 +74,37 @@ fn exact_volumes_that_do_not_fit_are_refused_or_estimated_with_a_warning() {
 }
 
 #[test]
+fn common_volumes_of_parts_that_do_not_fit_are_estimated_with_a_warning() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &plates(200));
+    let across = plates(200).into_iter().map(|triangle| triangle.map(|[x, y, z]| [z + 0.03, x - 1.0, y + 1.0]));
+    folder.stl("b.stl", &across.collect::<Vec<_>>());
+    let run = |memory: f64| {
+        let memory = format!("{memory:.0}M");
+        let arguments = ["clash", "a.stl", "b.stl", "--unit", "mm", "--resolution", "64", "--threads", "2"];
+        let run = folder.run(&[&arguments[..], &["--memory", &memory, "--json", "out.json"]].concat()).code(1);
+        let told: Value = serde_json::from_str(&std::fs::read_to_string(folder.path("out.json")).unwrap()).unwrap();
+        (run, told)
+    };
+    let (refused, told) = run(100.0);
+    let stderr = refused.stderr();
+    let needed: f64 =
+        stderr.split("needs about ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().parse().unwrap();
+    refused.warns(&[
+        "the exact common volume of a.stl and b.stl needs about",
+        "--memory allows 100 MB, so it is estimated",
+    ]);
+    assert_eq!(told["pairs"][0]["overlap"]["volume"]["method"], "estimate", "{told:#}");
+    assert!(warning_codes(&told).contains(&"exact-volume-memory"), "{told:#}");
+    // Room for one such pair, and not for two at once.
+    let (_, exact) = run(1.2 * needed);
+    assert_eq!(exact["pairs"][0]["overlap"]["volume"]["method"], "exact", "{exact:#}");
+    assert_eq!(warning_codes(&exact), Vec::<&str>::new());
+    let volumes = [told, exact].map(|told| told["pairs"][0]["overlap"]["volume"]["value"].as_f64().unwrap());
+    assert!((volumes[0] / volumes[1] - 1.0).abs() < 0.05, "{volumes:?}");
+}
+
+#[test]
 fn failed_allocations_end_with_a_message_and_code_three() {
     let folder = Folder::new();
     let run = run_within(&folder, 300_000, "generate gyroid --cells 20 -o a.stl").code(3).says(&["out of memory"]);

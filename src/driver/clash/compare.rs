@@ -31,8 +31,9 @@ pub fn rounding(boxes: &[Aabb]) -> f64 {
 }
 
 impl Comparison<'_> {
-    /// Returns how two parts lie to one another, and warnings about their overlap.
-    pub fn relation(&self, [i, j]: [usize; 2]) -> Result<(Relation, Vec<Warning>), Error> {
+    /// Returns how two parts lie to one another, and warnings about their overlap; `None` if `beside` other pairs of the same
+    /// memory there might be no room for their common volume.
+    pub fn relation(&self, [i, j]: [usize; 2], beside: usize) -> Result<Option<(Relation, Vec<Warning>)>, Error> {
         let (a, b) = (&self.bodies[i], &self.bodies[j]);
         let solids = [&self.parts[i].solid, &self.parts[j].solid];
         let tolerance = self.touching.unwrap_or_else(|| rounding(&solids.map(|solid| solid.bounds())));
@@ -41,12 +42,14 @@ impl Comparison<'_> {
         let Held { any, whole } = if found.distance > 0.0 { held(a, b) } else { Held { any: true, whole: None } };
         if !any {
             let separate = Relation::Separate { distance: found.distance, points: found.points };
-            return Ok((if found.distance <= tolerance { touching } else { separate }, Vec::new()));
+            return Ok(Some((if found.distance <= tolerance { touching } else { separate }, Vec::new())));
         }
         let Some(shared) = region(a, b).filter(|shared| shared.depth_bound > tolerance) else {
-            return Ok((touching, Vec::new()));
+            return Ok(Some((touching, Vec::new())));
         };
-        let Found { volume, with_meeting_shells, mut warnings } = overlap(solids, shared.bounds, self.settings)?;
+        let names = [i, j].map(|part| self.parts[part].name.as_str());
+        let Some(found) = overlap(solids, names, shared.bounds, self.settings, beside)? else { return Ok(None) };
+        let Found { volume, with_meeting_shells, mut warnings } = found;
         for place in with_meeting_shells {
             warnings.extend(self.fill_warning([i, j][place])?);
         }
@@ -55,11 +58,11 @@ impl Comparison<'_> {
             * solids.map(|solid| area_within(solid.mesh(), &shared.bounds)).into_iter().fold(f64::INFINITY, f64::min);
         let is_certain = shared.depth > tolerance || volume.lower > layer;
         if !is_certain && volume.value <= layer {
-            return Ok((touching, warnings));
+            return Ok(Some((touching, warnings)));
         }
         let Region { bounds, deepest, depth, depth_bound } = shared;
         let common = Common { volume, bounds, deepest, depth, depth_bound, contained: whole, is_certain };
-        Ok((Relation::Overlapping(common), warnings))
+        Ok(Some((Relation::Overlapping(common), warnings)))
     }
 }
 

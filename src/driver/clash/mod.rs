@@ -254,14 +254,21 @@ pub fn compare_parts(parts: Vec<Part>, settings: &Settings, progress: &Monitor) 
     progress.expect(compared.len())?;
     let fill_warnings = parts.iter().map(|_| OnceLock::new()).collect();
     let comparison = Comparison { parts: &parts, bodies: &bodies, touching, settings, fill_warnings };
-    let compare = |&indices: &[usize; 2]| -> Result<(Pair, Vec<Warning>), Error> {
-        let (relation, warnings) = comparison.relation(indices)?;
+    let compare = |indices: [usize; 2], beside: usize| -> Result<Option<(Pair, Vec<Warning>)>, Error> {
+        let Some((relation, warnings)) = comparison.relation(indices, beside)? else { return Ok(None) };
         progress.step()?;
         let finding = limits.finding(&relation);
-        Ok((Pair { parts: indices, relation, finding }, warnings))
+        Ok(Some((Pair { parts: indices, relation, finding }, warnings)))
     };
-    let compared = compared.par_iter().map(compare).collect::<Result<Vec<_>, Error>>()?;
-    let (mut pairs, warnings): (Vec<Pair>, Vec<Vec<Warning>>) = compared.into_iter().unzip();
+    let others = rayon::current_num_threads() - 1;
+    let at_once = compared.par_iter().map(|&indices| compare(indices, others)).collect::<Result<Vec<_>, Error>>()?;
+    // Pairs too large to be compared beside others follow one after another.
+    let alone = |(found, &indices)| match found {
+        Some(found) => Ok(Some(found)),
+        None => compare(indices, 0),
+    };
+    let compared = at_once.into_iter().zip(&compared).map(alone).collect::<Result<Vec<_>, Error>>()?;
+    let (mut pairs, warnings): (Vec<Pair>, Vec<Vec<Warning>>) = compared.into_iter().flatten().unzip();
     pairs.sort_by(rules::by_severity);
     for warning in warnings.into_iter().flatten() {
         if !distinct.contains(&warning) {

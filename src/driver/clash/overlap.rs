@@ -4,9 +4,11 @@ use super::{Settings, raster};
 use crate::boolean::{BooleanOperation, Expression};
 use crate::driver::backend::Backends;
 use crate::driver::certainty::Certainty;
+use crate::driver::exact_cost;
 use crate::driver::input::Solid;
 use crate::driver::job::{Backend, Boolean, Keep, MeasureJob, Measurement, Openness, Spacing, VolumeMethod, Wording};
 use crate::driver::measure::measure;
+use crate::driver::memory::{self, Limit};
 use crate::exact;
 use crate::grid::Axis;
 use crate::length::Length;
@@ -55,21 +57,43 @@ pub struct Found {
     pub warnings: Vec<Warning>,
 }
 
-/// Returns the volume that two parts share: exactly, or from images where a shell meets itself.
+/// Returns the volume that two parts share: exactly, or from images where a shell meets itself or the memory is too small.
+/// `None` if `beside` other pairs of the same memory there might be no room for the exact volume.
 ///
 /// # Errors
 /// Parts that no lattice holds.
-pub fn overlap(parts: [&Solid; 2], common: Aabb, settings: &Settings) -> Result<Found, Error> {
+pub fn overlap(
+    parts: [&Solid; 2],
+    names: [&str; 2],
+    common: Aabb,
+    settings: &Settings,
+    beside: usize,
+) -> Result<Option<Found>, Error> {
     let expression = Expression::of_inputs(BooleanOperation::Intersection, 2);
+    let limit = Limit::new(settings.memory);
+    let excess = |bytes: f64| {
+        let subject = format_args!("the exact common volume of {} and {}", names[0], names[1]);
+        memory::excess(subject, bytes * (beside + 1) as f64, limit)
+    };
+    // For small parts the forecast would take as long as the volume.
+    if let Some(excess) = excess(exact_cost::most(&parts)).and_then(|_| excess(exact_cost::costs(&parts).volume)) {
+        if beside > 0 {
+            return Ok(None);
+        }
+        let message = format!("{excess}, so it is estimated; a larger --memory gives the exact one");
+        let mut found = sampled(parts, common, expression, settings)?;
+        found.warnings.push(Warning::new("exact-volume-memory", message));
+        return Ok(Some(found));
+    }
     let closed = parts.map(|part| part.closed().expect("parts are closed"));
     match exact::mass_properties(&closed, &expression, settings.fill) {
         Ok(found) => {
             let (value, rounding) = (found.mass.volume.max(0.0), found.mass.volume_rounding);
             let (lower, upper) = ((value - rounding).max(0.0), value + rounding);
             let volume = Overlap { value, lower, upper, method: OverlapMethod::Exact };
-            Ok(Found { volume, with_meeting_shells: found.with_meeting_shells, warnings: Vec::new() })
+            Ok(Some(Found { volume, with_meeting_shells: found.with_meeting_shells, warnings: Vec::new() }))
         }
-        Err(_) => sampled(parts, common, expression, settings),
+        Err(_) => sampled(parts, common, expression, settings).map(Some),
     }
 }
 

@@ -69,7 +69,8 @@ pub struct ComparisonArguments {
     pub resolution: u32,
     #[command(flatten)]
     pub fill: FillArguments,
-    /// Memory limit: 800M, 2G or 1.5GiB. Parts whose estimate exceeds it are refused [default: 80 % of free memory]
+    /// Memory limit: 800M, 2G or 1.5GiB. Parts that exceed it are refused, and common volumes that do are estimated
+    /// from images [default: 80 % of free memory]
     #[arg(long, value_name = "SIZE")]
     pub memory: Option<MemorySize>,
 }
