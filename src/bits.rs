@@ -48,20 +48,6 @@ pub fn after(row: &[u64], word: usize) -> u64 {
     row[word] >> 1 | row.get(word + 1).map_or(0, |after| after << 63)
 }
 
-/// Returns a word whose lowest bits are set, up to all 64.
-#[inline]
-pub fn lowest(count: u32) -> u64 {
-    if count >= u64::BITS { u64::MAX } else { (1 << count) - 1 }
-}
-
-/// Returns up to 64 bits of a row from one of them on; those beyond its end are 0.
-#[inline]
-pub fn from(row: &[u64], bit: usize, count: u32) -> u64 {
-    let (word, shift) = (bit / 64, bit as u32 % 64);
-    let upper = if shift == 0 { 0 } else { row.get(word + 1).map_or(0, |next| next << (64 - shift)) };
-    (row.get(word).map_or(0, |word| word >> shift) | upper) & lowest(count)
-}
-
 /// Returns the prefix parity of a word: bit i of the result is the parity of bits 0 to i.
 #[inline]
 pub fn prefix_parity<W: Copy + BitXor<Output = W> + Shl<u32, Output = W>>(word: W) -> W {
@@ -102,11 +88,6 @@ mod tests {
         let beside = |of: fn(&[u64], usize) -> u64| ones(&[0, 1, 2].map(|word| of(&row, word))).collect::<Vec<_>>();
         assert_eq!(beside(before), [1, 6, 64, 65, 131]);
         assert_eq!(beside(after), [4, 62, 63, 129, 190]);
-        for (bit, count) in [(0, 64), (1, 64), (60, 33), (63, 2), (64, 1), (130, 64), (191, 5), (192, 64), (300, 7)] {
-            let expected = (0..count).filter(|i| set.contains(&(bit + *i as usize))).fold(0, |bits, i| bits | 1 << i);
-            assert_eq!(from(&row, bit, count), expected, "{bit} {count}");
-        }
-        assert_eq!([0, 1, 63, 64].map(lowest), [0, 1, u64::MAX >> 1, u64::MAX]);
         let low: u32 = 0x8000_0421;
         assert_eq!(u64::from(prefix_parity(low)), prefix_parity(u64::from(low)) & u64::from(u32::MAX));
         let mut rows = [row, row, [0, 1, 2]].concat();

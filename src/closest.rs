@@ -38,8 +38,6 @@ struct Node {
 /// The triangle closest to a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Closest {
-    /// The triangle, as an index into the set.
-    pub triangle: u32,
     /// The square of its distance.
     pub squared: f64,
     /// The index of the triangle in the tree: a start for a search from a point nearby.
@@ -60,15 +58,10 @@ impl ClosestTriangle {
     /// Returns the triangle closest to a point. A good hint (0 is always valid) makes it faster; it may select among
     /// triangles at the same distance.
     pub fn of(&self, point: DVec3, hint: u32) -> Closest {
-        self.near_enough(point, hint, 0.0)
-    }
-
-    /// Returns the triangle closest to a point, or any within a distance of `enough`. The hint is as for [`ClosestTriangle::of`].
-    pub fn near_enough(&self, point: DVec3, hint: u32, enough: f64) -> Closest {
         let (mut best, mut squared) = (hint, squared_distance(point, self.corners[hint as usize]));
         let mut stack = [(0u32, 0f64); 64];
         let mut depth = 1;
-        while depth > 0 && squared > enough * enough {
+        while depth > 0 {
             depth -= 1;
             let (index, bound) = stack[depth];
             if bound >= squared {
@@ -91,7 +84,7 @@ impl ClosestTriangle {
             stack[depth + 1] = near;
             depth += 2;
         }
-        Closest { triangle: self.indices[best as usize], squared, hint: best }
+        Closest { squared, hint: best }
     }
 
     /// Returns the square of the distance of a point from the triangle with a [`hint`](Closest::hint).
@@ -315,7 +308,7 @@ mod tests {
                 const ROUNDED: f64 = 1e-12;
                 let same = |squared: f64| (squared - brute).abs() <= ROUNDED * brute.max(1.0);
                 prop_assert!(same(found.squared), "{} {brute}", found.squared);
-                prop_assert!(same(squared_distance(point, set[found.triangle as usize])));
+                prop_assert!(same(tree.squared_from(point, found.hint)));
                 let within = tree.within(point, 2.0);
                 prop_assert_eq!(tree.any_within(point, 2.0), !within.is_empty());
                 for (i, triangle) in set.iter().enumerate() {

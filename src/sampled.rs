@@ -169,7 +169,7 @@ pub struct SurfaceMesh<'s> {
 impl<'s> SurfaceMesh<'s> {
     /// Simplifies the mesh within a distance, in the unit of the solid.
     pub fn simplified(mut self, distance: f64) -> Self {
-        self.finish.simplify = Some(Bound::Length(Length { value: distance, unit: None }));
+        self.finish.surface_error = Some(Bound::Length(Length { value: distance, unit: None }));
         self
     }
 

@@ -29,7 +29,7 @@ has_vulkan() {
 
 has_chromium() { [ -n "${CHROMIUM:-}" ] || command -v chromium >/dev/null || command -v chromium-browser >/dev/null; }
 
-# Adds to `packages` what the checks need beside the compilers.
+# Adds to `packages` what the checks need beside the compiler.
 add_packages_of_checks() {
   command -v python3 >/dev/null || packages+=(python3)
   # Debian's python3 has the module venv but not what it needs to put pip into it.
@@ -42,11 +42,11 @@ add_packages_of_checks() {
   command -v npm >/dev/null || packages+=(npm)
 }
 
-# Installs what stages need, of which `quick` needs the compilers alone.
+# Installs what stages need, of which `quick` needs the compiler alone.
 install_missing() {
   local packages=()
-  # meshoptimizer is C++.
-  command -v cc >/dev/null && command -v c++ >/dev/null || packages+=(build-essential)
+  # The linker, and the C in the benchmarks' library.
+  command -v cc >/dev/null || packages+=(build-essential)
   [ "$*" = quick ] || add_packages_of_checks
   if [ ${#packages[@]} != 0 ]; then
     local install=(apt-get install -y --no-install-recommends "${packages[@]}")

@@ -16,11 +16,11 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// Returns the bound in the unit of a raster's pitch; `flag` is the flag that it was given with, for the error.
-    pub fn length(self, pitch: f64, unit: Option<LengthUnit>, flag: &str) -> Result<f64, Error> {
+    /// Returns the bound in the unit of a raster's pitch.
+    pub fn length(self, pitch: f64, unit: Option<LengthUnit>) -> Result<f64, Error> {
         match self {
             Bound::Pitches(share) => Ok(share * pitch),
-            Bound::Length(length) => length.in_unit(unit, flag),
+            Bound::Length(length) => length.in_unit(unit, "--surface-error"),
         }
     }
 }
@@ -52,10 +52,10 @@ mod tests {
         assert_eq!(" 2 h".parse(), Ok(Bound::Pitches(2.0)));
         assert_eq!("0.02".parse(), Ok(Bound::Length(Length { value: 0.02, unit: None })));
         let millimetres = Some(LengthUnit::Millimetre);
-        assert_eq!("20um".parse::<Bound>().unwrap().length(3.0, millimetres, "--simplify"), Ok(0.02));
-        assert_eq!("1 inch".parse::<Bound>().unwrap().length(3.0, millimetres, "--simplify"), Ok(25.4));
-        assert!("20um".parse::<Bound>().unwrap().length(3.0, None, "--simplify").is_err());
-        assert_eq!(Bound::Pitches(0.5).length(3.0, None, "--simplify"), Ok(1.5));
+        assert_eq!("20um".parse::<Bound>().unwrap().length(3.0, millimetres), Ok(0.02));
+        assert_eq!("1 inch".parse::<Bound>().unwrap().length(3.0, millimetres), Ok(25.4));
+        assert!("20um".parse::<Bound>().unwrap().length(3.0, None).is_err());
+        assert_eq!(Bound::Pitches(0.5).length(3.0, None), Ok(1.5));
         for wrong in ["0", "-1", "h", "0h", "1hh", "0mm", "NaN", "inf", "infh"] {
             assert!(wrong.parse::<Bound>().is_err(), "{wrong}");
         }

@@ -348,10 +348,8 @@ pub enum Content {
 pub struct Finish {
     /// The method.
     pub method: MeshMethod,
-    /// The bound within which flat parts of a mesh from images get few triangles; each cell of the lattice has some without it.
+    /// The bound within which triangles of a mesh from images are removed; none are without it.
     pub surface_error: Option<Bound>,
-    /// The bound within which triangles of a mesh from images are removed.
-    pub simplify: Option<Bound>,
     /// The least volume of a part that is kept, as a share of the whole.
     pub least_part: Option<f64>,
     /// True if a round offset is subtracted from the coordinates.
@@ -361,7 +359,7 @@ pub struct Finish {
 impl Finish {
     /// Returns whether the mesh is certainly one of images. A bound of a distance makes sense for those alone.
     pub fn is_of_images(&self) -> bool {
-        self.method == MeshMethod::Sampled || self.simplify.is_some()
+        self.method == MeshMethod::Sampled || self.surface_error.is_some()
     }
 
     /// Returns what a measurement has to keep for a file of a precision.

@@ -8,7 +8,7 @@ mod beam;
 pub mod check;
 pub mod closed;
 mod compact;
-mod hash;
+pub(crate) mod hash;
 mod hull;
 pub mod io;
 pub(crate) mod mass;

@@ -393,7 +393,7 @@ fn wrap(solid: &Solid, diameter: Option<Length>, fill: FillRule) -> Result<Solid
     let images = [image(Axis::X)?, image(Axis::Y)?, image(Axis::Z)?];
     let [x, y, z] = &metrics::wrap::wrap(&images, radius).map_err(|error| refused(&error))?;
     let coordinates = Coordinates { precision: Precision::Double, ..Coordinates::default() };
-    let surface = contour_in([x, y, z], None, Mode::Exact, coordinates, 0.0).map_err(|error| refused(&error))?;
+    let surface = contour_in([x, y, z], None, Mode::Exact, coordinates).map_err(|error| refused(&error))?;
     let closed = ClosedMesh::check(surface.mesh).map_err(|error| refused(&error))?;
     let unit = solid.unit.map_or_else(String::new, |unit| format!(" {}", unit.symbol()));
     Ok(region_of(solid, closed, format!("wrap:{}{unit}", number(diameter))))

@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use super::cuts::Cuts;
 use super::edges::EdgeSlab;
 use super::feature::Feature;
-use super::leaves::Leaves;
 use super::qef::{Bounds, Loop};
 use crate::bits::{Ones, after};
 use crate::cancel::checkpoint;
@@ -85,30 +84,9 @@ fn corners_inside(slab: &EdgeSlab, [x, y, z]: [i32; 3]) -> u8 {
 
 /// A cell that the surface crosses.
 #[derive(Clone, Copy, Debug)]
-enum Cell {
-    /// With a vertex for each loop, numbered within the layer from the first.
-    Single { first_vertex: u32, signs: Signs },
-    /// Of a leaf, by its vertex.
-    OfLeaf(u32),
-}
-
-/// The leaves of a slab and of the one below it.
-#[derive(Clone, Copy)]
-pub struct Around<'a> {
-    pub leaves: &'a Leaves,
-    pub below: &'a Leaves,
-}
-
-impl Around<'_> {
-    /// Returns whether a vertex is that of a leaf.
-    pub fn is_leaf(&self, vertex: u32) -> bool {
-        self.leaves.vertices().contains(&vertex) || self.below.vertices().contains(&vertex)
-    }
-
-    /// Returns whether a cell is beside a leaf.
-    fn touch(&self, cell: [i32; 3]) -> bool {
-        self.leaves.touch(cell) || self.below.touch(cell)
-    }
+struct Cell {
+    first_vertex: u32,
+    signs: Signs,
 }
 
 /// The cells of one layer that the surface crosses, and their vertices.
@@ -124,8 +102,6 @@ pub struct CellLayer {
     pub vertices: Vec<DVec3>,
     /// The vertices that are not plain vertices of one gently bent sheet, numbered within the layer.
     pub features: Vec<Feature>,
-    /// Cells beside leaves whose vertex belongs beyond them.
-    pub held_back: Vec<[i32; 3]>,
 }
 
 /// Least distance of a vertex from the faces of its cell, in pitches: enough for 32-bit coordinates to keep it inside.
@@ -146,7 +122,7 @@ const APART: f64 = 1e-2;
 
 impl CellLayer {
     /// Finds the cells of layer `k` and their vertices.
-    pub fn new(slab: &EdgeSlab, joined: &JoinedFaces, cuts: &Cuts, grid: &Grid, around: Around, k: i32) -> CellLayer {
+    pub fn new(slab: &EdgeSlab, joined: &JoinedFaces, cuts: &Cuts, grid: &Grid, k: i32) -> CellLayer {
         let nodes = &slab.nodes;
         let mut layer = CellLayer { words: nodes.words(), ..CellLayer::default() };
         for y in 0..nodes.rows() - 1 {
@@ -165,21 +141,17 @@ impl CellLayer {
                     let corners = |i: usize| (lower[i] >> bit & 1) | (upper[i] >> bit & 1) << 1;
                     let inside = corners(0) | corners(1) << 2 | corners(2) << 4 | corners(3) << 6;
                     let cell = [(64 * word) as i32 + bit as i32, y as i32, k];
-                    if let Some(vertex) = around.leaves.of_cell(cell) {
-                        layer.cells.push(Cell::OfLeaf(vertex));
-                        continue;
-                    }
                     let signs = Signs { inside: inside as u8, joined: joined.of(cell), cut: cuts.in_cell(cell) };
-                    layer.add_cell(slab, cuts, grid, around, cell, signs);
+                    layer.add_cell(slab, cuts, grid, cell, signs);
                 }
             }
         }
         layer
     }
 
-    fn add_cell(&mut self, slab: &EdgeSlab, cuts: &Cuts, grid: &Grid, around: Around, cell: [i32; 3], signs: Signs) {
+    fn add_cell(&mut self, slab: &EdgeSlab, cuts: &Cuts, grid: &Grid, cell: [i32; 3], signs: Signs) {
         let first_vertex = self.vertices.len() as u32;
-        self.cells.push(Cell::Single { first_vertex, signs });
+        self.cells.push(Cell { first_vertex, signs });
         let loops = loops(signs);
         let (mut few, mut many) = ([Loop::default(); 4], Vec::new());
         let of_cell = match usize::from(loops.count) {
@@ -210,12 +182,6 @@ impl CellLayer {
                 |(p, clamped): &(DVec3, DVec3)| clamped.distance(*p) < MARGIN && clamped.distance(place.held) > ROUNDED;
             let target = beyond.filter(is_elsewhere).map(|(_, clamped)| base + clamped);
             let is_alone = loops.count == 1;
-            // The triangles of leaves are not searched for nodes: no vertex may move among them.
-            let is_held_back = target.is_some() && around.touch(cell);
-            if is_held_back {
-                self.held_back.push(cell);
-            }
-            let target = target.filter(|_| !is_held_back);
             if !place.is_gentle || !is_alone || target.is_some() || place.held.distance(place.mean) > PLAIN {
                 self.features.push(Feature {
                     vertex: self.vertices.len() as u32,
@@ -242,16 +208,12 @@ impl CellLayer {
         }
     }
 
-    /// Returns the vertex of the loop that a crossing of a cell belongs to; `first` is the first vertex of the layer.
-    pub fn vertex(&self, first: u32, x: i32, y: i32, crossing: usize) -> u32 {
+    /// Returns the vertex, by its number in the layer, of the loop that a crossing of a cell belongs to.
+    pub fn vertex(&self, x: i32, y: i32, crossing: usize) -> u32 {
         let word = y as usize * self.words + x as usize / 64;
         let below = self.passed[word] & ((1 << (x % 64)) - 1);
-        match self.cells[(self.ranks[word] + below.count_ones()) as usize] {
-            Cell::Single { first_vertex, signs } => {
-                first + first_vertex + u32::from(loops(signs).of_crossing[crossing])
-            }
-            Cell::OfLeaf(vertex) => vertex,
-        }
+        let cell = self.cells[(self.ranks[word] + below.count_ones()) as usize];
+        cell.first_vertex + u32::from(loops(cell.signs).of_crossing[crossing])
     }
 }
 
@@ -264,7 +226,7 @@ fn bounds_of(cell: [i32; 3], grid: &Grid) -> Bounds {
 
 /// Returns the box of the grid, relative to a cell's lower corner. Cell i in x and y, with their margin of one, begins at node
 /// i − 1 of the grid; layer k at plane k.
-pub fn grid_bounds(grid: &Grid, base: DVec3) -> Bounds {
+fn grid_bounds(grid: &Grid, base: DVec3) -> Bounds {
     let pixel = f64::from(1u32 << grid.shift());
     let first = f64::from(grid.node(0)) / pixel;
     let origin = DVec3::new(1.0 - first, 1.0 - first, -first);

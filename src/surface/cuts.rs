@@ -172,11 +172,6 @@ impl Cuts {
         self.of_edge.range(from..=to).map(|(&[z, _, y, x], &crossings)| ([x, y, z], crossings))
     }
 
-    /// Returns the cells that have cut edges.
-    pub fn cells(&self) -> impl Iterator<Item = [i32; 3]> + '_ {
-        self.of_cell.keys().copied()
-    }
-
     /// Returns the number of cut edges.
     pub fn len(&self) -> usize {
         self.of_edge.len()

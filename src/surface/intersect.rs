@@ -4,6 +4,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::cancel::checkpoint;
+use crate::mesh::Precision;
+use crate::mesh::meet::{are_parted, meet, widest_axis};
 
 /// Enlargement of the boxes of triangles, in pitches, as they are also tested rounded.
 const PADDING: f64 = 1e-3;
@@ -82,6 +84,18 @@ pub fn pairs(
     let mut pairs: Vec<[u32; 2]> = groups.par_iter().with_min_len(64).flat_map_iter(in_group).collect();
     pairs.par_sort_unstable();
     pairs
+}
+
+/// Returns whether two triangles meet elsewhere than in what they share, exactly or rounded to a precision, given the exact and
+/// the rounded places of vertices.
+pub fn do_meet(one: [u32; 3], other: [u32; 3], precision: Precision, places: impl Fn(u32) -> [DVec3; 2]) -> bool {
+    let shared = other.map(|vertex| one.iter().position(|&corner| corner == vertex).unwrap_or(3));
+    let [of_one, of_other] = [one, other].map(|triangle| triangle.map(&places));
+    let forms = if precision == Precision::Double { 1 } else { 2 };
+    (0..forms).any(|form| {
+        let [a, b] = [of_one, of_other].map(|corners| corners.map(|place| place[form]));
+        !are_parted(&a, &b, shared, widest_axis(a)) && meet(one, other, |vertex| places(vertex)[form])
+    })
 }
 
 /// Returns the cell that a point lies in.

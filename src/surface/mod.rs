@@ -12,8 +12,7 @@
 //!
 //! # Guarantees
 //! - The mesh is closed, 2-manifold and consistently oriented, whatever the images hold.
-//! - Sampled again on the same lattice it gives the same nodes: the surface has the topology of the lattice's signs. With leaves,
-//!   nodes near the surface may change sides, and the topology stays.
+//! - Sampled again on the same lattice it gives the same nodes: the surface has the topology of the lattice's signs.
 //! - Faces that all cross the lattice where they meet keep their edges and corners, to rounding.
 //!
 //! Detail finer than the lattice is lost: several crossings between two nodes cancel in pairs. They are counted. Exceptions are
@@ -21,16 +20,10 @@
 //! cross one another are separated as far as pulling vertices back allows; remaining crossings are counted, and none remained
 //! in any test: models, random nodes, walls thinner than a pitch.
 //!
-//! # Leaves
-//! Within a bound of the samples, blocks of cells in which the surface is flat get one vertex (`leaves`). The triangles of such
-//! vertices are repaired and tested apart from the others (`leaf_triangles`); where a test fails, the surface is made anew with
-//! single cells there.
-//!
 //! # Slabs
 //! Layers of cells are processed in slabs, in parallel: the nodes of a slab from the images, its crossed edges with their
-//! crossings, the vertices of its cells, and its triangles. Beyond the images, the mesh itself and the crossings at leaves, which
-//! are measured at the end, nothing larger than a slab is held in memory, and the result does not depend on threads. Without
-//! leaves it does not depend on the height of slabs either.
+//! crossings, the vertices of its cells, and its triangles. Beyond the images and the mesh itself nothing larger than a slab is
+//! held in memory, and the result depends neither on the height of slabs nor on threads.
 
 mod apart;
 mod cells;
@@ -40,14 +33,11 @@ mod fans;
 mod feature;
 mod features;
 mod intersect;
-mod leaf_triangles;
-mod leaves;
 pub mod manifold;
 pub mod parts;
 mod qef;
 mod quads;
 mod resolve_self_intersections;
-#[cfg(feature = "simplify")]
 pub mod simplify;
 
 use glam::DVec3;
@@ -59,15 +49,12 @@ use crate::ldi::{Ldi, Mode, NodePlanes, NodesError};
 use crate::mesh::{Precision, TriangleMesh};
 pub use apart::Apart;
 pub(crate) use apart::take_apart;
-use cells::{Around, CellLayer, JoinedFaces, world_from_cells};
+use cells::{CellLayer, JoinedFaces, world_from_cells};
 use cuts::Cuts;
 pub use edges::SubResolution;
 use edges::{EdgeSlab, Source};
 use feature::Feature;
 use features::Features;
-use intersect::cell_of;
-use leaf_triangles::{Block, Finished, LeafTriangles, Sample};
-use leaves::{Barred, LARGEST, Leaves};
 use quads::{Cut, OpenQuad, Quad};
 use resolve_self_intersections::{Tangle, View};
 
@@ -123,20 +110,18 @@ pub enum SurfaceError {
     },
 }
 
+/// Most layers of cells in a slab.
+const MOST_LAYERS: i32 = 32;
+
 /// Most words of the planes of a slab, for each kind of array separately: on large rasters slabs have fewer layers.
 const SLAB_WORDS: u64 = 1 << 22;
 
-/// Contours the solid of three images cell by cell, for world coordinates in `f32`: [`contour_in`] with the default and a bound
-/// of zero.
+/// Contours the solid of three images for world coordinates in `f32`: [`contour_in`] with the default.
 pub fn contour(images: [&Ldi; 3], normals: Option<&[[f32; 3]]>, mode: Mode) -> Result<Surface, SurfaceError> {
-    contour_in(images, normals, mode, Coordinates::default(), 0.0)
+    contour_in(images, normals, mode, Coordinates::default())
 }
 
 /// Contours the solid of three images for the given coordinates: triangles do not cross one another, whether exact or rounded.
-///
-/// With a `bound` above zero, blocks of cells in which the surface is flat get one vertex: samples are at most `bound` pitches
-/// from the mesh, as long as they lie in such blocks, and nodes near it may change sides. With zero each cell has its own.
-/// Rasters of more than about 5,000 rays have no such blocks.
 ///
 /// `normals` holds the unit normal of each triangle that the images' [`triangles`](Ldi::triangles) refer to, in world axes and
 /// of either sign. Without them, or without triangles in an image, vertices are the mean of their crossings, and sharp edges
@@ -146,38 +131,21 @@ pub fn contour_in(
     normals: Option<&[[f32; 3]]>,
     mode: Mode,
     coordinates: Coordinates,
-    bound: f64,
 ) -> Result<Surface, SurfaceError> {
     let planes = NodePlanes::new(images, mode)?;
     let along = |axis| planes.image(axis).ok_or(SurfaceError::MissingAxis { axis });
     let images = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
     let grid = planes.grid().translated(-coordinates.offset);
-    let source = Source { planes, images, normals, mode };
+    let mut contour = Contour::new(Source { planes, images, normals, mode }, grid, coordinates.precision);
     let layers = planes.grid().rays()[2] as i32;
     let [columns, rows, _] = planes.grid().rays().map(u64::from);
     let plane = (columns + 2).div_ceil(64) * (rows + 2);
-    let height = (SLAB_WORDS / plane).clamp(1, LARGEST as u64) as i32;
-    let mut single = Vec::new();
-    let mut attempts = ATTEMPTS;
-    loop {
-        // Without leaves a surface is always found.
-        let bound = if attempts > 0 { bound } else { 0.0 };
-        let mut contour = Contour::new(source, grid, coordinates.precision, bound, &single);
-        for first in (-1..layers).step_by(height as usize) {
-            // Blocks end with the slab, so that its last layers count as full even beyond the grid.
-            let end = if bound > 0.0 { first + height } else { layers.min(first + height) };
-            contour.add_layers(first..end)?;
-        }
-        match contour.finish() {
-            Ok(surface) => return Ok(surface),
-            Err(failed) => single.extend(failed),
-        }
-        attempts -= 1;
+    let height = (SLAB_WORDS / plane).clamp(1, MOST_LAYERS as u64) as i32;
+    for first in (-1..layers).step_by(height as usize) {
+        contour.add_layers(first..layers.min(first + height))?;
     }
+    Ok(contour.finish())
 }
-
-/// Attempts with leaves. Blocks that fail have single cells in the next; after the last all have.
-const ATTEMPTS: usize = 8;
 
 /// Greatest distance, in lattice steps, of a surface from its position before its vertices were rounded to the lattice.
 const LATTICE_STEPS: f64 = 4.0;
@@ -188,15 +156,8 @@ struct Contour<'a> {
     /// The grid of the mesh.
     grid: Grid,
     precision: Precision,
-    /// Greatest distance of samples from triangles of leaves, in pitches; zero for no leaves.
-    bound: f64,
-    /// Blocks that are no leaves.
-    single: &'a [Block],
     joined: JoinedFaces,
     cuts: Cuts,
-    leaf_triangles: LeafTriangles,
-    /// Cells beside leaves whose vertex belongs beyond them.
-    held_back: Vec<[i32; 3]>,
     /// The last layer of the previous slab, and its first vertex.
     before: (CellLayer, u32),
     /// Vertices in coordinates of cells.
@@ -222,12 +183,10 @@ struct Patch {
     open: Vec<OpenQuad>,
     irregular: Vec<u32>,
     distance: f32,
-    of_leaves: Vec<[u32; 3]>,
-    samples: Vec<Sample>,
 }
 
 impl<'a> Contour<'a> {
-    fn new(source: Source<'a>, grid: Grid, precision: Precision, bound: f64, single: &'a [Block]) -> Contour<'a> {
+    fn new(source: Source<'a>, grid: Grid, precision: Precision) -> Contour<'a> {
         let cuts = Cuts::of_gaps(&source);
         // Gaps that are kept do not count as missing.
         let kept = cuts.len() as u64;
@@ -235,12 +194,8 @@ impl<'a> Contour<'a> {
             source,
             grid,
             precision,
-            bound,
-            single,
             joined: JoinedFaces::default(),
             cuts,
-            leaf_triangles: LeafTriangles::default(),
-            held_back: Vec::new(),
             kept,
             before: (CellLayer::default(), 0),
             vertices: Vec::new(),
@@ -263,21 +218,16 @@ impl<'a> Contour<'a> {
         self.disagreements += slab.nodes.disagreements(range.start + 1..range.end + 1);
         self.cuts.add_necks(&self.source, &slab);
         self.joined.decide(&slab, &self.cuts);
-        let leaves = self.leaves(&slab);
-        self.vertices.extend(leaves.all.iter().map(|leaf| leaf.place));
-        let none = Leaves::default();
-        let around = Around { leaves: &leaves, below: self.leaf_triangles.last().unwrap_or(&none) };
         let layers: Vec<CellLayer> = range
             .clone()
             .into_par_iter()
-            .map(|k| CellLayer::new(&slab, &self.joined, &self.cuts, &self.grid, around, k))
+            .map(|k| CellLayer::new(&slab, &self.joined, &self.cuts, &self.grid, k))
             .collect();
         let mut firsts = Vec::with_capacity(layers.len());
         for layer in &layers {
             let first = u32::try_from(self.vertices.len()).map_err(|_| SurfaceError::TooLarge { limit: u32::MAX })?;
             firsts.push(first);
             self.vertices.extend_from_slice(&layer.vertices);
-            self.held_back.extend_from_slice(&layer.held_back);
             self.marks.resize(self.vertices.len(), 0);
             for feature in &layer.features {
                 let feature = Feature { vertex: first + feature.vertex, ..*feature };
@@ -297,64 +247,31 @@ impl<'a> Contour<'a> {
                 checkpoint();
                 for axis in 0..3 {
                     for node in slab.crossed_in(axis, k) {
-                        self.add_quad(&mut patch, around, Quad::around(&slab, axis, node, layer_of));
+                        self.add_quad(&mut patch, Quad::around(&slab, axis, node, layer_of));
                     }
                     for (node, crossings) in self.cuts.in_layer(axis, k) {
                         for quad in Quad::around_cut(axis, node, crossings, layer_of) {
-                            self.add_quad(&mut patch, around, quad);
+                            self.add_quad(&mut patch, quad);
                         }
                     }
                 }
                 patch
             })
             .collect();
-        for patch in &patches {
+        for patch in patches {
             let base = u32::try_from(self.triangles.len()).map_err(|_| SurfaceError::TooLarge { limit: u32::MAX })?;
             self.triangles.extend_from_slice(&patch.triangles);
             self.open.extend(patch.open.iter().map(|open| OpenQuad { triangle: base + open.triangle, ..*open }));
             self.irregular.extend(patch.irregular.iter().map(|triangle| base + triangle));
             self.distance = self.distance.max(patch.distance);
         }
-        let triangles = patches.iter().flat_map(|patch| &patch.of_leaves).copied();
-        let samples = patches.iter().flat_map(|patch| &patch.samples).copied().collect();
-        self.leaf_triangles.add_slab(leaves, triangles, samples);
-        let view = View { grid: &self.grid, precision: self.precision };
-        self.leaf_triangles.settle(self.bound, view, &mut self.vertices);
         let last = layers.into_iter().next_back().zip(firsts.pop());
         self.before = last.expect("a slab has a layer");
         Ok(())
     }
 
-    /// Returns the leaves of a slab.
-    fn leaves(&self, slab: &EdgeSlab) -> Leaves {
-        let first = self.vertices.len() as u32;
-        if self.bound == 0.0 {
-            return Leaves::default();
-        }
-        let mut barred = Barred::new(slab);
-        self.cuts.cells().for_each(|cell| barred.add(cell));
-        for (origin, size) in self.single {
-            // With those around, which would fail next.
-            let cells = |axis: usize| origin[axis] - size / 2..origin[axis] + size + size / 2;
-            let (layers, cells_z) = (slab.layers(), cells(2));
-            for z in cells_z.start.max(layers.start - 1)..cells_z.end.min(layers.end + 1) {
-                cells(1).for_each(|y| cells(0).for_each(|x| barred.add([x, y, z])));
-            }
-        }
-        // Features of the slab below may move into the lowest layer of this one.
-        let below = self.before.0.features.iter().filter(|feature| feature.target.is_some());
-        below.for_each(|feature| barred.add(cell_of(feature.held)));
-        Leaves::find(slab, &self.grid, &barred, self.bound, first)
-    }
-
-    /// Cuts a quadrilateral, or leaves it open where one of its vertices may still move. At leaves it may be one triangle or
-    /// none.
-    fn add_quad(&self, patch: &mut Patch, around: Around, quad: Quad) {
-        if let Some(leaf) = quad.corners.into_iter().find(|&vertex| around.is_leaf(vertex)) {
-            patch.samples.push((leaf, quad.crossing_within(0.0)));
-            patch.of_leaves.extend(quad.cut_at_leaves(&self.vertices));
-            return;
-        }
+    /// Cuts a quadrilateral, or leaves it open where one of its vertices may still move.
+    fn add_quad(&self, patch: &mut Patch, quad: Quad) {
         let triangle = patch.triangles.len() as u32;
         if quad.corners.iter().any(|&vertex| self.marks[vertex as usize] != 0) {
             patch.open.push(OpenQuad { triangle, quad });
@@ -370,8 +287,8 @@ impl<'a> Contour<'a> {
     }
 
     /// Moves vertices beyond their cells, cuts open quadrilaterals, separates triangles that cross one another, and converts to
-    /// world coordinates. Where leaves fail, returns the blocks that may not be leaves.
-    fn finish(mut self) -> Result<Surface, Vec<Block>> {
+    /// world coordinates.
+    fn finish(mut self) -> Surface {
         let features = Features::new(&self.features, &self.marks, &self.open);
         let rounding = LATTICE_STEPS / f64::from(1u32 << self.grid.shift());
         let stayed = features.resolve(rounding, &mut self.vertices);
@@ -383,26 +300,19 @@ impl<'a> Contour<'a> {
                 self.distance = self.distance.max(features.distance(open, &self.vertices));
             }
         }
-        let Finished { mut failed, triangles, distance } =
-            self.leaf_triangles.finish(self.bound, see, &self.triangles, &mut self.vertices);
-        failed.extend(self.held_back.iter().map(|&cell| (cell, 1)));
-        if !failed.is_empty() {
-            return Err(failed);
-        }
-        self.triangles.extend(triangles);
         let grid = self.grid;
         self.vertices.par_iter_mut().for_each(|vertex| *vertex = world_from_cells(&grid, *vertex));
         let movers = self.features.iter().filter(|feature| feature.target.is_some()).count() as u64;
         let SubResolution { gaps, .. } = self.sub_resolution;
-        Ok(Surface {
+        Surface {
             mesh: TriangleMesh { positions: self.vertices, triangles: self.triangles },
             sub_resolution: SubResolution { gaps: gaps.saturating_sub(self.kept), ..self.sub_resolution },
             disagreements: self.disagreements,
-            distance: f64::from(self.distance).max(distance) * grid.pitch(),
+            distance: f64::from(self.distance) * grid.pitch(),
             moved: movers - stayed,
             stayed,
             pulled: parted.pulled,
             crossing_pairs: parted.left,
-        })
+        }
     }
 }

@@ -53,8 +53,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Returns the point of the box nearest to another.
-    pub fn hold(&self, point: DVec3) -> DVec3 {
+    fn hold(&self, point: DVec3) -> DVec3 {
         point.clamp(self.least, self.greatest)
     }
 
@@ -131,41 +130,27 @@ impl Loop {
         if all - along < SMOOTH * all {
             return (mean + facing * (off / along), 1, DVec3::ZERO);
         }
-        let planes = planes().map(|(&point, &normal)| (normal, normal.dot(point - mean)));
-        let (best, directions, free) = minimum(planes, LEAST_EIGENVALUE);
-        (mean + best, directions, free)
-    }
-}
-
-/// Returns the minimum of the error function of planes that is nearest to the origin, the number of determined directions, and
-/// the last undetermined one. Planes are given by unit normals and distances; directions whose eigenvalue is up to a share
-/// `least` of the largest are undetermined, and at least one is determined.
-pub fn minimum(planes: impl Iterator<Item = (DVec3, f64)>, least: f64) -> (DVec3, usize, DVec3) {
-    let (mut moments, mut pull) = (DMat3::ZERO, DVec3::ZERO);
-    for (normal, distance) in planes {
-        moments += DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
-        pull += normal * distance;
-    }
-    let (values, vectors) = eigen(moments);
-    let largest = values.max_element();
-    let (mut best, mut directions, mut free) = (DVec3::ZERO, 0, DVec3::ZERO);
-    for i in 0..3 {
-        let vector = vectors.col(i);
-        if values[i] > least * largest {
-            best += vector * (vector.dot(pull) / values[i]);
-            directions += 1;
-        } else {
-            free = vector;
+        let mut moments = DMat3::ZERO;
+        let mut pull = DVec3::ZERO;
+        for (&point, &normal) in planes() {
+            moments += DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
+            pull += normal * normal.dot(point - mean);
         }
+        let (values, vectors) = eigen(moments);
+        let largest = values.max_element();
+        let mut best = mean;
+        let (mut directions, mut free) = (0, DVec3::ZERO);
+        for i in 0..3 {
+            let vector = vectors.col(i);
+            if values[i] > LEAST_EIGENVALUE * largest {
+                best += vector * (vector.dot(pull) / values[i]);
+                directions += 1;
+            } else {
+                free = vector;
+            }
+        }
+        (best, directions, free)
     }
-    (best, directions, free)
-}
-
-/// Returns the unit vector along which vectors extend least.
-pub fn least_direction(of: impl Iterator<Item = DVec3>) -> DVec3 {
-    let moments = of.fold(DMat3::ZERO, |sum, v| sum + DMat3::from_cols(v * v.x, v * v.y, v * v.z));
-    let (values, vectors) = eigen(moments);
-    vectors.col(values.min_position())
 }
 
 /// Returns eigenvalues and eigenvectors of a symmetric matrix, by Jacobi rotations.

@@ -63,7 +63,7 @@ impl Quad {
             cell[u] -= 1 - du;
             cell[v] -= 1 - dv;
             let (layer, first) = layer_of(cell[2]);
-            layer.vertex(first, cell[0], cell[1], edge_at(axis, 1 - du as usize, 1 - dv as usize) + number)
+            first + layer.vertex(cell[0], cell[1], edge_at(axis, 1 - du as usize, 1 - dv as usize) + number)
         });
         if !is_below {
             corners.reverse();
@@ -105,18 +105,6 @@ impl Quad {
     pub fn cut(&self, vertices: &[DVec3]) -> Cut {
         let (corners, [one, other]) = self.fits(vertices);
         self.cut_along(one.is_better(&other), corners, one.is_regular() && other.is_regular())
-    }
-
-    /// Returns the triangles between vertices some of which may be the same, as cells of one leaf have one vertex.
-    pub fn cut_at_leaves(&self, vertices: &[DVec3]) -> impl Iterator<Item = [u32; 3]> + use<> {
-        let corners = self.corners;
-        let mut kept = (0..4).filter(|&i| corners[i] != corners[(i + 1) % 4]).map(|i| corners[i]);
-        let (triangles, count) = match [kept.next(), kept.next(), kept.next(), kept.next()] {
-            [Some(_), Some(_), Some(_), Some(_)] => (self.cut(vertices).triangles, 2),
-            [Some(a), Some(b), Some(c), None] => ([[a, b, c]; 2], 1),
-            _ => ([[0; 3]; 2], 0),
-        };
-        triangles.into_iter().take(count)
     }
 
     /// Returns the [`cut`](Quad::cut) along the other diagonal, if that fits the normal nearly as well.

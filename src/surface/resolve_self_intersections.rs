@@ -35,13 +35,12 @@ use rayon::prelude::*;
 use super::cells::{MARGIN, world_from_cells};
 use super::feature::Feature;
 use super::features::{CellFilter, Features};
-use super::intersect::{Candidate, pairs};
+use super::intersect::{Candidate, do_meet, pairs};
 use super::quads::Cut;
 use crate::bits;
 use crate::cancel::checkpoint;
 use crate::grid::Grid;
 use crate::mesh::Precision;
-use crate::mesh::meet::{are_parted, meet, widest_axis};
 
 /// Most rounds; chains of neighbours of more than four steps are rare.
 const ROUNDS: usize = 32;
@@ -81,18 +80,6 @@ impl View<'_> {
     pub fn places(&self, point: DVec3) -> [DVec3; 2] {
         let exact = world_from_cells(self.grid, point);
         [exact, self.precision.round(exact)]
-    }
-
-    /// Returns whether two triangles meet elsewhere than in what they share, exact or rounded, given the
-    /// [`places`](View::places) of vertices.
-    pub fn do_meet(&self, one: [u32; 3], other: [u32; 3], places: impl Fn(u32) -> [DVec3; 2]) -> bool {
-        let shared = other.map(|vertex| one.iter().position(|&corner| corner == vertex).unwrap_or(3));
-        let [of_one, of_other] = [one, other].map(|triangle| triangle.map(&places));
-        let forms = if self.precision == Precision::Double { 1 } else { 2 };
-        (0..forms).any(|form| {
-            let [a, b] = [of_one, of_other].map(|corners| corners.map(|place| place[form]));
-            !are_parted(&a, &b, shared, widest_axis(a)) && meet(one, other, |vertex| places(vertex)[form])
-        })
     }
 }
 
@@ -346,7 +333,7 @@ impl<'a> Tangle<'a> {
 
     /// Returns whether two triangles cross one another, exact or rounded.
     fn do_meet(&self, one: [u32; 3], other: [u32; 3]) -> bool {
-        self.view.do_meet(one, other, |vertex| self.view.places(self.vertices[vertex as usize]))
+        do_meet(one, other, self.view.precision, |vertex| self.view.places(self.vertices[vertex as usize]))
     }
 
     /// Pulls back some of the features in pairs of crossing triangles, and returns the numbers of their quadrilaterals.

@@ -64,13 +64,14 @@ fn a_cube_keeps_its_corners_and_loses_its_triangles() {
 }
 
 #[test]
-fn flat_faces_have_few_triangles_within_a_surface_error() {
+fn surface_errors_are_bounds_with_units() {
     let folder = Folder::with_two_cubes();
     let sample = ["sample", "a.stl", "--resolution", "100", "-o", "few.ply"];
     let surface = &folder.json(&[&sample[..], &["--surface-error", "0.05h"]].concat())["surface"];
-    assert!(surface["triangles"].as_u64().unwrap() < 100 * 100 * 6 * 2 / 5, "{surface}");
-    assert!(surface["largest_distance"].as_f64().unwrap() <= 0.05 * 0.02, "{surface}");
-    assert_near(checked(&folder, "few.ply")["volume"].as_f64().unwrap(), 8.0, 1e-3);
+    assert_eq!(surface["triangles"], 12, "{surface}");
+    assert_near(checked(&folder, "few.ply")["volume"].as_f64().unwrap(), 8.0, 1e-6);
+    let alias = &folder.json(&[&sample[..], &["--simplify", "0.05h"]].concat())["surface"];
+    assert_eq!(alias, surface);
     folder.run(&[&sample[..], &["--surface-error", "1um"]].concat()).code(2).says(&["--surface-error 1um", "--unit"]);
     folder.run(&[&sample[..], &["--surface-error", "0"]].concat()).code(2).says(&["--surface-error", "above zero"]);
     let without_file = ["intersect", "a.stl", "b.stl", "--surface-error", "0.05h"];
@@ -198,15 +199,15 @@ fn impossible_mesh_outputs_are_refused() {
     for (rest, words) in [
         (&["--estimate", "-o", "out.stl"][..], &["--mesh exact", "--estimate"][..]),
         (&["--mode", "over", "-o", "out.stl"], &["--mesh exact", "--mode"]),
-        (&["--simplify", "0.1h", "-o", "out.stl"], &["--mesh exact", "--simplify"]),
+        (&["--simplify", "0.1h", "-o", "out.stl"], &["--mesh exact", "--surface-error"]),
         (&["-o", "out.npz"], &["--mesh exact", "-o FILE"]),
         (&[], &["--mesh exact", "-o FILE"]),
     ] {
         folder.run(&[&["intersect", "a.stl", "b.stl", "--mesh", "exact"], rest].concat()).code(2).says(words);
     }
     assert!(!folder.path("out.stl").exists() && !folder.path("out.npz").exists());
-    folder.run(&["intersect", "a.stl", "b.stl", "--simplify", "0.1h"]).code(2).says(&["--simplify", "-o FILE"]);
-    folder.run(&["sample", "a.stl", "--simplify", "0.1h", "-o", "a.npz"]).code(2).says(&["--simplify", "meshes"]);
+    folder.run(&["intersect", "a.stl", "b.stl", "--simplify", "0.1h"]).code(2).says(&["--surface-error", "-o FILE"]);
+    folder.run(&["sample", "a.stl", "--simplify", "0.1h", "-o", "a.npz"]).code(2).says(&["--surface-error", "meshes"]);
     folder.run(&["sample", "a.stl", "--simplify", "0", "-o", "a.stl"]).code(2).says(&["0.1h"]);
     folder.run(&["sample", "a.stl", "--axis", "x", "--resolution", "8", "-o", "x.npz"]).code(0);
     folder.run(&["surface", "x.npz", "-o", "x.stl"]).code(2).says(&["x.npz", "all three axes", "x only"]);

@@ -1,9 +1,10 @@
 //! Surfaces made from images: they are manifold, keep sharp edges, and contain exactly the nodes that they were made from.
 
 mod crossings;
-mod leaves;
+
 mod sampled;
 mod shapes;
+mod simplified;
 #[path = "../../src/testing/mod.rs"]
 mod testing;
 mod topology;

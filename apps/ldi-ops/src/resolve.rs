@@ -539,10 +539,9 @@ fn image_target(
     axis: AxisChoice,
 ) -> Result<Option<ImageTarget>, Error> {
     let args::ImageArguments { output, finish } = writing;
-    let args::FinishArguments { surface_error, simplify, drop_parts, recentre } = finish;
+    let args::FinishArguments { surface_error, drop_parts, recentre } = finish;
     let flags = [
         ("--surface-error", surface_error.is_some()),
-        ("--simplify", simplify.is_some()),
         ("--drop-parts", drop_parts.is_some()),
         ("--recentre", recentre),
     ];
@@ -561,11 +560,11 @@ fn image_target(
         ("", _) => return refuse(&format!("the name has no extension; {WRITTEN}")),
         _ if Format::from_path(&path).is_ok() => {
             mesh_target(&path)?;
-            if let (MeshMethod::Exact, Some(_)) = (method, simplify) {
-                return refuse("--simplify removes triangles of meshes from images; remove it, or --mesh exact");
+            if let (MeshMethod::Exact, Some(_)) = (method, surface_error) {
+                return refuse("--surface-error bounds meshes from images; remove it, or --mesh exact");
             }
             let least_part = drop_parts.map(|args::Share(share)| share);
-            Content::Mesh(Finish { method, surface_error, simplify, least_part, recentre })
+            Content::Mesh(Finish { method, surface_error, least_part, recentre })
         }
         _ => return refuse(&format!("unknown extension; {WRITTEN}")),
     };

@@ -12,6 +12,7 @@ use crate::mesh::{Aabb, LengthUnit, Precision, TriangleMesh};
 use crate::number::number;
 use crate::progress::Monitor;
 use crate::sampler::Mode;
+use crate::surface::simplify::Limits;
 use crate::surface::{Coordinates, Surface, contour_in};
 use crate::{Error, Warning};
 
@@ -76,25 +77,28 @@ pub fn mesh(
         return Err(Error::input("a mesh needs images along all three axes, x, y and z"));
     };
     let samples = imaged.images.iter().map(|image| image.depths().len() as u64).sum();
-    memory::admit_mesh(samples, Limit::new(imaged.memory))?;
+    let bytes_of_sample = match finish.surface_error {
+        Some(_) => memory::BYTES_OF_SIMPLIFIED_SAMPLE,
+        None => memory::BYTES_OF_MESH_SAMPLE,
+    };
+    memory::admit_mesh(samples, bytes_of_sample, Limit::new(imaged.memory))?;
     progress.stage("contouring")?;
     let grid = a.grid();
     let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));
     let recentred = finish.recentre.then(|| middle(Aabb { min: grid.origin(), max: grid.origin() + size }));
     let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
     let pitch = grid.pitch();
-    let bound = finish.surface_error.map_or(Ok(0.0), |bound| bound.length(pitch, imaged.unit, "--surface-error"))?;
-    let surface =
-        contour_in([a, b, c], imaged.normals, imaged.mode, coordinates, bound / pitch).map_err(Error::input)?;
+    let bound = finish.surface_error.map(|bound| bound.length(pitch, imaged.unit)).transpose()?;
+    let surface = contour_in([a, b, c], imaged.normals, imaged.mode, coordinates).map_err(Error::input)?;
     let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
     let contoured_volume = mesh.signed_volume();
     let cut_off = if imaged.normals.is_some() { 0.0 } else { a.grid().pitch() * mesh.area() };
     let (mesh, shares) = without_small_parts(mesh, finish);
-    let (mesh, simplified) = match finish.simplify {
+    let (mesh, simplified) = match bound {
         Some(bound) if !mesh.triangles.is_empty() => {
             progress.stage("simplifying")?;
-            let bound = bound.length(pitch, imaged.unit, "--simplify")?;
-            let (mesh, simplified) = simplified(mesh, &grid.translated(-coordinates.offset), bound)?;
+            let grid = grid.translated(-coordinates.offset);
+            let (mesh, simplified) = simplified(mesh, &grid, &Limits { bound, grid: Some(&grid), precision })?;
             (mesh, Some(simplified))
         }
         _ => (mesh, None),

@@ -10,45 +10,23 @@ use crate::ldi::NodePlanes;
 use crate::mesh::TriangleMesh;
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Mode, Sampler};
-#[cfg(feature = "simplify")]
-use crate::surface::simplify::simplify;
+use crate::surface::simplify::{Limits, simplify};
 
-/// The bound of the first step, in pitches. A larger first step moves so many nodes to the other side that most places have to
-/// be restored, and more triangles remain.
-const FIRST_STEP: f64 = 0.1;
-
-#[cfg(feature = "simplify")]
-/// Removes triangles within a bound, so that sampling the mesh again gives the same nodes. A bound that is large compared with
-/// the pitch is used in steps, each twice as long as the one before; their distances add up.
+/// Removes triangles within limits, so that sampling the mesh again gives the same nodes of the grid.
 pub(super) fn simplified(
     mesh: TriangleMesh,
     grid: &Grid,
-    bound: f64,
+    limits: &Limits,
 ) -> Result<(TriangleMesh, SimplifiedReport), Error> {
     let expected = planes_of(&mesh, grid)?;
-    let mut report = SimplifiedReport { bound, distance: 0.0, triangles: mesh.triangles.len() };
-    let (mut mesh, mut step) = (mesh, FIRST_STEP * grid.pitch());
-    while report.distance < bound {
-        let rest = bound - report.distance;
-        let result = simplify(&mesh, step.min(rest), |mesh| {
-            // If the mesh cannot be sampled on this grid, every vertex has to be restored.
-            let Ok(found) = planes_of(mesh, grid) else { return mesh.positions.clone() };
-            differences(grid, &expected, &found)
-        });
-        let result = result.map_err(Error::input)?;
-        mesh = result.mesh;
-        report.distance += result.distance;
-        if step >= rest {
-            break;
-        }
-        step *= 2.0;
-    }
-    Ok((mesh, report))
-}
-
-#[cfg(not(feature = "simplify"))]
-pub(super) fn simplified(_: TriangleMesh, _: &Grid, _: f64) -> Result<(TriangleMesh, SimplifiedReport), Error> {
-    Err(Error::Usage("build ldi_ops with the feature `simplify` to remove triangles".to_owned()))
+    let result = simplify(&mesh, limits, |mesh| {
+        // If the mesh cannot be sampled on this grid, every vertex has to be restored.
+        let Ok(found) = planes_of(mesh, grid) else { return mesh.positions.clone() };
+        differences(grid, &expected, &found)
+    });
+    let result = result.map_err(Error::input)?;
+    let report = SimplifiedReport { bound: limits.bound, distance: result.distance, triangles: mesh.triangles.len() };
+    Ok((result.mesh, report))
 }
 
 /// Returns the nodes inside a mesh, plane after plane.

@@ -33,8 +33,12 @@ fn refined(mesh: &TriangleMesh, times: usize) -> TriangleMesh {
     mesh
 }
 
+fn within(bound: f64) -> Limits<'static> {
+    Limits { bound, grid: None, precision: Precision::Double }
+}
+
 fn simplified(mesh: &TriangleMesh, bound: f64) -> Simplified {
-    simplify(mesh, bound, |_| Vec::new()).unwrap()
+    simplify(mesh, &within(bound), |_| Vec::new()).unwrap()
 }
 
 fn corners(mesh: &TriangleMesh) -> Vec<[DVec3; 3]> {
@@ -126,7 +130,7 @@ fn requested_positions_are_restored() {
     };
     assert!(missing(&plain.mesh).len() > wanted.len() / 4);
     let calls = RefCell::new(0);
-    let result = simplify(&original, 0.1, |mesh| {
+    let result = simplify(&original, &within(0.1), |mesh| {
         *calls.borrow_mut() += 1;
         assert!(ManifoldReport::of(mesh, Precision::Single).passed());
         missing(mesh)
@@ -143,19 +147,14 @@ fn requested_positions_are_restored() {
 fn unreachable_requests_return_the_original() {
     let original = solids::torus(10.0, 3.0, 40, 20).unwrap();
     for place in [DVec3::ZERO, DVec3::X * 10.0, DVec3::splat(1e6)] {
-        let result = simplify(&original, 0.1, |_| vec![place]).unwrap();
+        let result = simplify(&original, &within(0.1), |_| vec![place]).unwrap();
         assert_eq!((&result.mesh, result.distance), (&original, 0.0));
     }
     // A place that only the original restores, although every patch can be simplified.
     let all = original.positions.len();
-    let result =
-        simplify(
-            &original,
-            0.1,
-            |mesh| {
-                if mesh.positions.len() < all { original.positions.clone() } else { Vec::new() }
-            },
-        );
+    let result = simplify(&original, &within(0.1), |mesh| {
+        if mesh.positions.len() < all { original.positions.clone() } else { Vec::new() }
+    });
     assert_eq!(result.unwrap().mesh.triangles.len(), original.triangles.len());
 }
 
@@ -173,12 +172,12 @@ fn simplification_does_not_depend_on_the_thread_count() {
 #[test]
 fn invalid_bounds_are_refused() {
     for bound in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = simplify(&cube(DVec3::ZERO, 1.0), bound, |_| Vec::new()).unwrap_err();
+        let error = simplify(&cube(DVec3::ZERO, 1.0), &within(bound), |_| Vec::new()).unwrap_err();
         assert!(matches!(error, SimplifyError::Bound { .. }), "{error}");
     }
     let mut open = cube(DVec3::ZERO, 1.0);
     open.triangles.pop();
-    let error = simplify(&open, 0.1, |_| Vec::new()).unwrap_err();
+    let error = simplify(&open, &within(0.1), |_| Vec::new()).unwrap_err();
     assert!(error.to_string().contains("3 edges do not border"), "{error}");
     let nothing = simplified(&TriangleMesh::default(), 0.1);
     assert_eq!(nothing.mesh, TriangleMesh::default());

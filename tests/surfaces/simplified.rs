@@ -1,0 +1,114 @@
+//! Simplified surfaces: few triangles within a bound, as sound as before, around the same nodes.
+
+use glam::{DAffine3, DVec3};
+use ldi_ops::grid::Grid;
+use ldi_ops::ldi::Mode;
+use ldi_ops::mesh::{ClosedMesh, Precision};
+use ldi_ops::solids;
+use ldi_ops::surface::manifold::ManifoldReport;
+use ldi_ops::surface::simplify::{Limits, simplify};
+use ldi_ops::surface::{Surface, contour};
+
+use crate::crossings::{assert_uncrossed, model};
+use crate::sampled::{assert_solid, nodes, surface_of};
+use crate::testing::images::closed;
+use crate::testing::near::Near;
+use crate::testing::random::Congruential;
+use crate::topology::images_of;
+
+/// Returns a surface with fewer triangles within a bound, in pitches.
+fn simplified(surface: &Surface, grid: &Grid, bound: f64) -> Surface {
+    let limits = Limits { bound: bound * grid.pitch(), grid: Some(grid), precision: Precision::Single };
+    Surface { mesh: simplify(&surface.mesh, &limits, |_| Vec::new()).unwrap().mesh, ..surface.clone() }
+}
+
+/// Checks the simplified surface of a solid, and returns the numbers of triangles before and after.
+fn check(mesh: &ClosedMesh, grid: &Grid, bound: f64, what: &str) -> [usize; 2] {
+    let single = surface_of(mesh, grid);
+    let few = simplified(&single, grid, bound);
+    assert_solid(&few.mesh);
+    assert_uncrossed(&few, grid, what);
+    let [one, other] = [&single, &few].map(|surface| ManifoldReport::of(&surface.mesh, Precision::Single));
+    assert_eq!((one.components, one.genus), (other.components, other.genus), "{what}");
+    let near = [&single, &few].map(|surface| Near::new(&surface.mesh, grid.pitch()));
+    let away = |near: &Near, point| near.distance(point).map_or(f64::INFINITY, |away| away / grid.pitch());
+    for &point in &single.mesh.positions {
+        let away = away(&near[1], point);
+        assert!(away <= bound * (1.0 + 1e-9), "{what}: {point} is {away} away");
+    }
+    for triangle in &few.mesh.triangles {
+        let [a, b, c] = triangle.map(|vertex| few.mesh.positions[vertex as usize]);
+        for point in [(a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0, (a + b + c) / 3.0] {
+            let away = away(&near[0], point);
+            assert!(away <= bound * (1.0 + 1e-9), "{what}: {point} is {away} away");
+        }
+    }
+    let [before, after] = [single.mesh, few.mesh].map(|mesh| (mesh.triangles.len(), nodes(&closed(mesh), grid)));
+    assert!(before.1 == after.1, "{what}: nodes changed sides");
+    [before.0, after.0]
+}
+
+#[test]
+fn models_stay_within_the_bound_and_around_their_nodes() {
+    let ell = solids::ell(DVec3::new(3.0, 2.0, 1.0), [1.2, 0.7]).unwrap();
+    let cases = [
+        ("ell", ell, 64, 30),
+        ("geodesic", model("geodesic.obj"), 64, 4),
+        ("bone", model("bone.stl"), 100, 3),
+        ("lattice", model("bcc_lattice.stl"), 50, 2),
+    ];
+    for (name, mesh, rays, least) in cases {
+        let mesh = closed(mesh);
+        let grid = Grid::with_resolution(mesh.bounds(), rays, 1024).unwrap();
+        for bound in [0.05, 0.3] {
+            let [before, after] = check(&mesh, &grid, bound, &format!("{name} at {rays} within {bound}"));
+            println!("{name} at {rays} within {bound}: {before} and {after} triangles");
+            assert!(least * after < before, "{name}: {before} {after}");
+        }
+    }
+}
+
+#[test]
+fn turned_cubes_have_few_triangles_and_their_corners() {
+    let mut noise = Congruential::new(5);
+    for i in 0..3 {
+        let mut cube = solids::cuboid(DVec3::splat(-1.0), DVec3::splat(1.0)).unwrap();
+        let axis = DVec3::from_array([0; 3].map(|_| noise.below(1000) as f64 - 499.5)).normalize();
+        cube.transform(&DAffine3::from_axis_angle(axis, noise.below(1000) as f64 / 500.0));
+        let cube = closed(cube);
+        let grid = Grid::with_resolution(cube.bounds(), 100, 1024).unwrap();
+        let [before, after] = check(&cube, &grid, 0.05, &format!("cube {i}"));
+        println!("cube {i}: {before} and {after} triangles");
+        assert!(after <= 60, "{i}: {after}");
+        let few = simplified(&surface_of(&cube, &grid), &grid, 0.05).mesh;
+        for corner in &cube.mesh().positions {
+            let nearest = few.positions.iter().map(|p| p.distance(*corner)).fold(f64::INFINITY, f64::min);
+            assert!(nearest < 1e-5 * grid.pitch(), "{i}: {corner} {}", nearest / grid.pitch());
+        }
+    }
+}
+
+#[test]
+fn surfaces_of_random_nodes_stay_manifolds_around_them() {
+    let mut noise = Congruential::new(31);
+    for (rays, rough) in [([40, 9, 37], 0), ([66, 35, 8], 2), ([20, 20, 20], 60)] {
+        let grid = Grid::from_parts(DVec3::new(1.0, -2.0, 0.5), 0.25, rays, 12, 64).unwrap();
+        // A plane whose nodes change sides here and there, and specks.
+        let flips: Vec<bool> = (0..rays.iter().product::<u32>()).map(|_| noise.below(100) < rough).collect();
+        let inside = |[x, y, z]: [u32; 3]| {
+            let height = f64::from(z) - 4.0 - 0.1 * f64::from(x + y);
+            let is_flipped = flips[((z * rays[1] + y) * rays[0] + x) as usize];
+            (height < 0.0) != (is_flipped && (height.abs() < 2.0 || rough > 50))
+        };
+        let images = images_of(&grid, inside, &mut noise);
+        let single = contour(images.each_ref(), None, Mode::Exact).unwrap();
+        for bound in [0.05, 0.5] {
+            let few = simplified(&single, &grid, bound);
+            assert_solid(&few.mesh);
+            assert_uncrossed(&few, &grid, &format!("{rays:?} {rough}"));
+            assert!(few.mesh.triangles.len() < single.mesh.triangles.len());
+            let [before, after] = [&single, &few].map(|surface| nodes(&closed(surface.mesh.clone()), &grid));
+            assert!(before == after, "{rays:?} within {bound}: nodes changed sides");
+        }
+    }
+}
