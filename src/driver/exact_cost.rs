@@ -59,7 +59,7 @@ pub fn costs(solids: &[&Solid]) -> Costs {
 }
 
 /// Returns an upper bound of the bytes that an exact volume of the solids takes, as if all triangles met.
-pub fn most(solids: &[&Solid]) -> f64 {
+pub fn upper_bound(solids: &[&Solid]) -> f64 {
     let triangles: f64 = solids.iter().map(|solid| solid.mesh().triangles.len() as f64).sum();
     (BYTES_OF_TRIANGLE + BYTES_OF_NEAR_TRIANGLE) * triangles + BYTES_OF_SEGMENT * 0.5 * triangles * triangles
 }
@@ -210,6 +210,6 @@ mod tests {
         assert!((60.0..120.0).contains(&near), "{near}");
         assert_eq!(near_triangles(&solids[..1], 0), 480.0);
         let Costs { volume, mesh } = costs(&solids);
-        assert!(mesh > volume && volume > 492.0 * BYTES_OF_TRIANGLE && volume < most(&solids));
+        assert!(mesh > volume && volume > 492.0 * BYTES_OF_TRIANGLE && volume < upper_bound(&solids));
     }
 }

@@ -283,6 +283,8 @@ pub struct MeshRequest {
     pub precision: Precision,
     /// True if a round offset is subtracted from the coordinates.
     pub recentre: bool,
+    /// True if triangles of a mesh from images are removed within a bound.
+    pub is_simplified: bool,
 }
 
 /// The requested method of a mesh.
@@ -365,6 +367,7 @@ impl Finish {
     /// Returns what a measurement has to keep for a file of a precision.
     pub fn request(&self, precision: Precision) -> MeshRequest {
         let method = if self.is_of_images() { MeshMethod::Sampled } else { self.method };
-        MeshRequest { method, precision, recentre: self.recentre }
+        let is_simplified = self.surface_error.is_some();
+        MeshRequest { method, precision, recentre: self.recentre, is_simplified }
     }
 }

@@ -225,7 +225,8 @@ fn exact_result(
         _ => insists_on_mesh.then_some(WITHOUT_MESH_EXACT),
     };
     let (costs, limit) = (exact_cost::costs(&solids.iter().collect::<Vec<_>>()), Limit::new(job.memory));
-    if let Some(excess) = memory::excess("the exact volume", costs.volume, limit) {
+    let held = machine::held_memory();
+    if let Some(excess) = memory::excess("the exact volume", held, costs.volume, limit) {
         if let Some(otherwise) = insists {
             return Err(Error::machine(format!("{excess}; {otherwise}")));
         }
@@ -233,7 +234,7 @@ fn exact_result(
         warnings.push(Warning::new("exact-volume-memory", message));
         return Ok(Err(None));
     }
-    if let Some(excess) = request.and_then(|_| memory::excess("the exact mesh", costs.mesh, limit)) {
+    if let Some(excess) = request.and_then(|_| memory::excess("the exact mesh", held, costs.mesh, limit)) {
         if insists_on_mesh {
             return Err(Error::machine(format!("{excess}; {WITHOUT_MESH_EXACT}")));
         }

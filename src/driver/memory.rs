@@ -157,9 +157,9 @@ pub fn admit(
 }
 
 /// Returns what an operation without a raster needs and what is allowed, if the process would hold more than the limit; `subject`
-/// names the operation, and `bytes` are those that it takes beyond what the process holds.
-pub fn excess(subject: impl Display, bytes: f64, limit: Limit) -> Option<String> {
-    let fixed = machine::held_memory() as f64 + bytes;
+/// names the operation, and `bytes` are those that it takes beyond the `held` ones.
+pub fn excess(subject: impl Display, held: u64, bytes: f64, limit: Limit) -> Option<String> {
+    let fixed = held as f64 + bytes;
     limit.exceeded_by(&[Cost { fixed, ..Cost::default() }])?;
     Some(format!("{subject} needs about {} of memory, and {limit}", size(fixed)))
 }
@@ -281,24 +281,26 @@ pub fn admit_images(
     admit(&images.costs(grid, solids), limit, subject, way_out)
 }
 
-/// Largest number of bytes per sample of a mesh: a vertex, two triangles, and the vertex stars of the manifold check.
-pub const BYTES_OF_MESH_SAMPLE: f64 = 110.0;
+/// Returns the largest number of bytes per sample of a mesh: a vertex, two triangles, and the vertex stars of the manifold check.
+///
+/// Where triangles are removed, 370 and 690 bytes were measured, of an organic solid and of a cube (`ldi-ops offset
+/// --surface-error 0.05h --resolution 512`).
+pub fn bytes_of_mesh_sample(is_simplified: bool) -> f64 {
+    if is_simplified { 800.0 } else { 110.0 }
+}
 
-/// Bytes per sample of a mesh that triangles are removed from: 370 and 690 were measured (`ldi-ops offset --surface-error 0.05h` of
-/// an organic solid and of a cube, at 512 rays).
-pub const BYTES_OF_SIMPLIFIED_SAMPLE: f64 = 700.0;
-
-/// Refuses the mesh of a number of samples, at so many bytes each, if it would not fit.
+/// Refuses the mesh of a number of samples if it would not fit, and triangles would be removed or not.
 ///
 /// # Errors
 /// A machine error.
-pub fn admit_mesh(samples: u64, bytes_of_sample: f64, limit: Limit) -> Result<(), Error> {
-    let of_rays = bytes_of_sample * samples as f64;
+pub fn admit_mesh(samples: u64, is_simplified: bool, limit: Limit) -> Result<(), Error> {
+    let of_rays = bytes_of_mesh_sample(is_simplified) * samples as f64;
     let cost = Cost { fixed: machine::held_memory() as f64, of_rays, ..Cost::default() };
     let subject = format_args!("the {} triangles of a mesh of {samples} samples", 2 * samples);
+    let otherwise = if is_simplified { "; without --surface-error it takes less" } else { "" };
     admit(&[cost], limit, subject, |factor| match factor {
-        Some(factor) => format!("{:.0} % of the --resolution would fit", (100.0 / factor).floor()),
-        None => "no raster would fit".to_owned(),
+        Some(factor) => format!("{:.0} % of the --resolution would fit{otherwise}", (100.0 / factor).floor()),
+        None => format!("no raster would fit{otherwise}"),
     })
 }
 
@@ -355,14 +357,14 @@ mod tests {
 
     #[test]
     fn operations_without_a_raster_name_need_and_limit() {
-        assert_eq!(excess("it", 300e9, Limit::Asked(400_000_000_000)), None);
-        assert_eq!(excess("it", 300e9, Limit::Unknown), None);
-        let refusal = excess("it", 300e9, Limit::Asked(200_000_000)).unwrap();
+        assert_eq!(excess("it", machine::held_memory(), 300e9, Limit::Asked(400_000_000_000)), None);
+        assert_eq!(excess("it", machine::held_memory(), 300e9, Limit::Unknown), None);
+        let refusal = excess("it", machine::held_memory(), 300e9, Limit::Asked(200_000_000)).unwrap();
         assert!(refusal.starts_with("it needs about 300"), "{refusal}");
         assert!(refusal.ends_with(" GB of memory, and --memory allows 200 MB"), "{refusal}");
         // Little memory is always allowed, unless the user sets a limit.
-        assert_eq!(excess("it", 1e6, Limit::Free(0)), None);
-        assert!(excess("it", 1e6, Limit::Asked(0)).is_some());
+        assert_eq!(excess("it", machine::held_memory(), 1e6, Limit::Free(0)), None);
+        assert!(excess("it", machine::held_memory(), 1e6, Limit::Asked(0)).is_some());
     }
 
     #[test]

@@ -309,7 +309,11 @@ pub(super) struct Faults {
 impl Faults {
     /// Returns whether every star is one cycle of triangles.
     pub(super) fn are_none(&self) -> bool {
-        self.bad_indices.is_empty() && self.edges.is_empty() && self.duplicates.is_empty() && self.vertices.is_empty()
+        self.bad_indices.is_empty()
+            && self.repeated_indices.is_empty()
+            && self.edges.is_empty()
+            && self.duplicates.is_empty()
+            && self.vertices.is_empty()
     }
 
     pub(super) fn of(mesh: &TriangleMesh) -> Faults {

@@ -1,26 +1,25 @@
 //! Mesh simplification within a bound that is measured, not merely requested.
 //!
-//! Edges are collapsed (`collapse`): the vertices of the result are some of the given ones, to the last bit. Each collapse keeps
-//! what can be tested around it: the surface stays a manifold with the same components and the same genus, all vertices of the
-//! original stay within the bound, and the nodes of a grid keep their sides. The rest is verified afterwards:
-//! - every centroid of the original is within the bound of the new surface, by exact distances from triangles, and so are points
-//!   of the new triangles, sampled as densely as the original is meshed, of the original;
-//! - no triangle has a direction that differs by more than 75° from that of every original triangle nearby;
-//! - no triangles cross one another, whether exact or rounded to the precision of a file;
+//! Edges are collapsed (`collapse`): the vertices of the result are some of the given ones, to the last bit. Each collapse is
+//! tested: the surface stays a manifold with the same components and the same genus; all vertices of the original stay within the
+//! bound of the triangles that they are assigned to, and points of new triangles within the bound of the original; no triangle
+//! turns by more than 75° from the original below its centroid; and the nodes of a grid keep their sides. The rest is verified
+//! afterwards:
+//! - no new triangle crosses another, whether exact or rounded to the precision of a file;
 //! - the caller's own criterion: a function that takes the mesh and returns the places where it is not acceptable.
 //!
 //! # Patches
 //! The surface is split into patches of some thousand triangles, at medians of centroids, with their borders locked. Each is
-//! decimated and measured by itself, in parallel and in coordinates of its own. Where a check fails, vertices nearby are locked
-//! and the patch is decimated again; a patch that fails too often is restored, and if all are, the result is the given mesh. The
-//! borders are decimated in later passes, which split elsewhere, until a pass gains little. Distances are always measured from
-//! the original: each of its vertices and triangles is assigned to a triangle near it, the closest or one within a quarter of the
-//! bound, and to the patch of that triangle.
+//! decimated by itself, in parallel and in coordinates of its own. Where a verification fails, vertices nearby are locked and the
+//! patches there are decimated again; those that fail too often stay what they were before the pass, and if that does not help,
+//! so do all. The borders are decimated in later passes, four at most, which split elsewhere, until a pass gains little.
+//! Distances are always measured from the original: each of its vertices is assigned to a triangle, and to the patch of that
+//! triangle.
 //!
 //! # Limitations
-//! The new surface is sampled, so that between samples, which are about an edge of the original apart, it may be somewhat farther
-//! away than measured: an excess of 5 % was observed where the bound was as large as those edges. Distances are from the
-//! corresponding part of the surface, and no less than the distance from the nearest part of all.
+//! New triangles are measured at points about an edge of the original apart, and at most 16 along a side; between these, they may
+//! be somewhat farther away. Distances are from the corresponding part of the surface, and no less than the distance from the
+//! nearest part of all.
 
 mod collapse;
 mod face;
@@ -54,7 +53,7 @@ const LEAST_GAIN: f64 = 0.08;
 /// After this number of rounds of a pass, patches with a failed check are restored.
 const ROUNDS: usize = 10;
 
-/// What a simplification keeps.
+/// The limits of a simplification.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits<'a> {
     /// The largest distance between the surfaces, in either direction, in world units.
@@ -71,7 +70,7 @@ pub struct Simplified {
     /// The mesh; its positions are those of the original that it uses, in their order.
     pub mesh: TriangleMesh,
     /// The largest distance measured between the two surfaces, in either direction; never more than the bound. The true one may
-    /// be smaller by a quarter of the bound.
+    /// be smaller, as each vertex is measured from the triangle that it is assigned to.
     pub distance: f64,
     /// The number of verifications of the whole mesh.
     pub rounds: usize,
@@ -101,11 +100,10 @@ pub enum SimplifyError {
 /// same components and genus, and is acceptable.
 ///
 /// `acceptable` returns the places (world units) at or near which a mesh is not acceptable; an empty list accepts it. It is
-/// called at most once a round, with a mesh that passes all other checks but for the distances. Its findings should depend on
-/// the surface nearby alone, and it must accept the original: the triangles around a place are restored, and in the end that is
-/// the original.
+/// called at most once a round, with a mesh that passes all other checks. Its findings should depend on the surface nearby
+/// alone, and it must accept the original: the triangles around a place are restored.
 ///
-/// The result does not depend on the thread count, if `acceptable` does not. Needs three to four times the memory of the mesh.
+/// The result does not depend on the thread count, if `acceptable` does not. Needs eight to twelve times the memory of the mesh.
 pub fn simplify(
     mesh: &TriangleMesh,
     limits: &Limits,
@@ -114,6 +112,9 @@ pub fn simplify(
     let &Limits { bound, .. } = limits;
     if !(bound > 0.0 && bound.is_finite()) {
         return Err(SimplifyError::Bound { bound });
+    }
+    if mesh.triangles.is_empty() {
+        return Ok(Simplified { mesh: mesh.clone(), distance: 0.0, rounds: 0, passes: 0 });
     }
     let manifold = ManifoldReport::of(mesh, Precision::Double);
     if !manifold.passed() {
@@ -254,7 +255,8 @@ fn resolve(
         let triangles = patches.iter().flat_map(Patch::triangles).collect();
         let (mesh, _) = original.of_triangles(triangles);
         debug_assert!(Faults::of(&mesh).are_none(), "collapses keep a manifold");
-        let mut places = crossings(&mesh, limits.precision);
+        let is_new: Vec<bool> = patches.iter().flat_map(Patch::is_new).collect();
+        let mut places = crossings(&mesh, &is_new, limits.precision);
         if places.is_empty() {
             places = acceptable(&mesh);
         }
@@ -271,19 +273,17 @@ fn resolve(
             });
         }
         stale = patches.iter().zip(locked).map(|(patch, before)| patch.locked() > before).collect();
-        if !stale.contains(&true) {
+        // Without new locks, the next round locks more around the places.
+        if round > ROUNDS && !stale.contains(&true) {
             return false;
         }
     }
     unreachable!("every round locks vertices")
 }
 
-/// Returns places at which triangles of a mesh meet elsewhere than in what they share, exactly or rounded.
-fn crossings(mesh: &TriangleMesh, precision: Precision) -> Vec<DVec3> {
+/// Returns places at which new triangles of a mesh meet others elsewhere than in what they share, exactly or rounded.
+fn crossings(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<DVec3> {
     checkpoint();
-    if mesh.triangles.is_empty() {
-        return Vec::new();
-    }
     let places = |vertex: u32| {
         let place = mesh.positions[vertex as usize];
         [place, precision.round(place)]
@@ -292,10 +292,12 @@ fn crossings(mesh: &TriangleMesh, precision: Precision) -> Vec<DVec3> {
     let tree = BoxTree::new(mesh.triangles.len(), |triangle| around(mesh.triangles[triangle as usize]));
     let met = |(number, &triangle): (usize, &[u32; 3])| {
         let (bounds, mut met) = (around(triangle), Vec::new());
+        // Of two new ones, the later finds both.
+        let is_other = |other: usize| if is_new[other] { other < number } else { true };
         tree.visit(
             |node| node.touches(&bounds),
             |items| {
-                for &item in items.iter().filter(|&&item| (item as usize) < number) {
+                for &item in items.iter().filter(|&&item| is_other(item as usize)) {
                     let other = mesh.triangles[item as usize];
                     if around(other).touches(&bounds) && do_meet(triangle, other, precision, places) {
                         met.extend([triangle, other].as_flattened().iter().map(|&vertex| places(vertex)[0]));
@@ -305,7 +307,8 @@ fn crossings(mesh: &TriangleMesh, precision: Precision) -> Vec<DVec3> {
         );
         met
     };
-    mesh.triangles.par_iter().with_min_len(256).enumerate().flat_map_iter(met).collect()
+    let triangles = mesh.triangles.par_iter().with_min_len(256).enumerate();
+    triangles.filter(|(number, _)| is_new[*number]).flat_map_iter(met).collect()
 }
 
 /// Locks vertices near places, in a neighbourhood that grows with the round. Returns for each patch whether it is affected.

@@ -1,4 +1,4 @@
-//! Meshes of results: `-o out.stl`, `surface`, `--simplify`.
+//! Meshes of results: `-o out.stl`, `surface`, `--surface-error`.
 
 use std::fs;
 

@@ -1,7 +1,6 @@
 //! Surfaces made from images: they are manifold, keep sharp edges, and contain exactly the nodes that they were made from.
 
 mod crossings;
-
 mod sampled;
 mod shapes;
 mod simplified;

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use super::overlap::{Found, overlap};
+use super::overlap::{Found, Room, overlap};
 use super::{Common, Part, Relation, Settings};
 use crate::clash::{Body, Region, nearest, region};
 use crate::driver::fill::FillDifference;
@@ -31,9 +31,9 @@ pub fn rounding(boxes: &[Aabb]) -> f64 {
 }
 
 impl Comparison<'_> {
-    /// Returns how two parts lie to one another, and warnings about their overlap; `None` if `beside` other pairs of the same
-    /// memory there might be no room for their common volume.
-    pub fn relation(&self, [i, j]: [usize; 2], beside: usize) -> Result<Option<(Relation, Vec<Warning>)>, Error> {
+    /// Returns how two parts lie to one another, and warnings about their overlap; `None` if the common volume might not fit while
+    /// other pairs that take as much memory are compared.
+    pub fn relation(&self, [i, j]: [usize; 2], room: Room) -> Result<Option<(Relation, Vec<Warning>)>, Error> {
         let (a, b) = (&self.bodies[i], &self.bodies[j]);
         let solids = [&self.parts[i].solid, &self.parts[j].solid];
         let tolerance = self.touching.unwrap_or_else(|| rounding(&solids.map(|solid| solid.bounds())));
@@ -48,7 +48,7 @@ impl Comparison<'_> {
             return Ok(Some((touching, Vec::new())));
         };
         let names = [i, j].map(|part| self.parts[part].name.as_str());
-        let Some(found) = overlap(solids, names, shared.bounds, self.settings, beside)? else { return Ok(None) };
+        let Some(found) = overlap(solids, names, shared.bounds, self.settings, room)? else { return Ok(None) };
         let Found { volume, with_meeting_shells, mut warnings } = found;
         for place in with_meeting_shells {
             warnings.extend(self.fill_warning([i, j][place])?);

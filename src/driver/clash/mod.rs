@@ -28,6 +28,7 @@ use crate::progress::Monitor;
 use crate::sampler::FillRule;
 use crate::{Error, Warning};
 use compare::Comparison;
+use overlap::Room;
 use rules::{Finding, Rules};
 
 pub use overlap::{Overlap, OverlapMethod};
@@ -254,21 +255,24 @@ pub fn compare_parts(parts: Vec<Part>, settings: &Settings, progress: &Monitor) 
     progress.expect(compared.len())?;
     let fill_warnings = parts.iter().map(|_| OnceLock::new()).collect();
     let comparison = Comparison { parts: &parts, bodies: &bodies, touching, settings, fill_warnings };
+    let room = Room { held: machine::held_memory(), limit: Limit::new(settings.memory), beside: 0 };
     let compare = |indices: [usize; 2], beside: usize| -> Result<Option<(Pair, Vec<Warning>)>, Error> {
-        let Some((relation, warnings)) = comparison.relation(indices, beside)? else { return Ok(None) };
+        let Some((relation, warnings)) = comparison.relation(indices, Room { beside, ..room })? else {
+            return Ok(None);
+        };
         progress.step()?;
         let finding = limits.finding(&relation);
         Ok(Some((Pair { parts: indices, relation, finding }, warnings)))
     };
-    let others = rayon::current_num_threads() - 1;
+    let others = rayon::current_num_threads().min(compared.len()).saturating_sub(1);
     let at_once = compared.par_iter().map(|&indices| compare(indices, others)).collect::<Result<Vec<_>, Error>>()?;
     // Pairs too large to be compared beside others follow one after another.
     let alone = |(found, &indices)| match found {
-        Some(found) => Ok(Some(found)),
-        None => compare(indices, 0),
+        Some(found) => Ok(found),
+        None => compare(indices, 0).map(|found| found.expect("a pair alone is compared")),
     };
     let compared = at_once.into_iter().zip(&compared).map(alone).collect::<Result<Vec<_>, Error>>()?;
-    let (mut pairs, warnings): (Vec<Pair>, Vec<Vec<Warning>>) = compared.into_iter().flatten().unzip();
+    let (mut pairs, warnings): (Vec<Pair>, Vec<Vec<Warning>>) = compared.into_iter().unzip();
     pairs.sort_by(rules::by_severity);
     for warning in warnings.into_iter().flatten() {
         if !distinct.contains(&warning) {

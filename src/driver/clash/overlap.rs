@@ -57,8 +57,18 @@ pub struct Found {
     pub warnings: Vec<Warning>,
 }
 
-/// Returns the volume that two parts share: exactly, or from images where a shell meets itself or the memory is too small.
-/// `None` if `beside` other pairs of the same memory there might be no room for the exact volume.
+/// The memory for the common volume of a pair.
+#[derive(Clone, Copy)]
+pub struct Room {
+    /// The bytes that the process held before the comparison.
+    pub held: u64,
+    pub limit: Limit,
+    /// The number of other pairs that are compared at the same time.
+    pub beside: usize,
+}
+
+/// Returns the volume that two parts share: exactly, or from images where a shell meets itself or there is no room. Returns `None`
+/// if the volume might not fit while other pairs that take as much memory are compared.
 ///
 /// # Errors
 /// Parts that no lattice holds.
@@ -67,17 +77,17 @@ pub fn overlap(
     names: [&str; 2],
     common: Aabb,
     settings: &Settings,
-    beside: usize,
+    room: Room,
 ) -> Result<Option<Found>, Error> {
     let expression = Expression::of_inputs(BooleanOperation::Intersection, 2);
-    let limit = Limit::new(settings.memory);
     let excess = |bytes: f64| {
         let subject = format_args!("the exact common volume of {} and {}", names[0], names[1]);
-        memory::excess(subject, bytes * (beside + 1) as f64, limit)
+        memory::excess(subject, room.held, bytes * (room.beside + 1) as f64, room.limit)
     };
     // For small parts the forecast would take as long as the volume.
-    if let Some(excess) = excess(exact_cost::most(&parts)).and_then(|_| excess(exact_cost::costs(&parts).volume)) {
-        if beside > 0 {
+    if let Some(excess) = excess(exact_cost::upper_bound(&parts)).and_then(|_| excess(exact_cost::costs(&parts).volume))
+    {
+        if room.beside > 0 {
             return Ok(None);
         }
         let message = format!("{excess}, so it is estimated; a larger --memory gives the exact one");

@@ -524,7 +524,10 @@ impl Setting<'_> {
         let of_sample = if self.keep.has_triangles() { 8.0 } else { 4.0 };
         let image = (4.0 * rays + of_sample * samples) / 3.0;
         let images = if self.keep == Keep::Sums { 0.0 } else { image * self.axes.len() as f64 };
-        let mesh = if let Keep::Mesh(_) = self.keep { memory::BYTES_OF_MESH_SAMPLE * samples } else { 0.0 };
+        let mesh = match self.keep {
+            Keep::Mesh(request) => memory::bytes_of_mesh_sample(request.is_simplified) * samples,
+            _ => 0.0,
+        };
         // The image of an estimate is in memory together with the exact one.
         let retrieving = spans + images + 2.0 * image;
         let cost = Cost {

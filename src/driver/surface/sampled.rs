@@ -77,11 +77,7 @@ pub fn mesh(
         return Err(Error::input("a mesh needs images along all three axes, x, y and z"));
     };
     let samples = imaged.images.iter().map(|image| image.depths().len() as u64).sum();
-    let bytes_of_sample = match finish.surface_error {
-        Some(_) => memory::BYTES_OF_SIMPLIFIED_SAMPLE,
-        None => memory::BYTES_OF_MESH_SAMPLE,
-    };
-    memory::admit_mesh(samples, bytes_of_sample, Limit::new(imaged.memory))?;
+    memory::admit_mesh(samples, finish.surface_error.is_some(), Limit::new(imaged.memory))?;
     progress.stage("contouring")?;
     let grid = a.grid();
     let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));

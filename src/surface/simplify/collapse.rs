@@ -1,7 +1,7 @@
 //! Collapses of edges: a vertex is removed, and a neighbour takes its place in the triangles around it.
 //!
-//! The order is that of quadric error metrics (Garland & Heckbert 1997): the sum of squared distances from the planes of all
-//! triangles that a vertex stands for, by their areas. It is settled pass by pass: in each, every vertex proposes its best
+//! The order is that of quadric error metrics (Garland & Heckbert 1997): the sum of squared distances from the planes of the
+//! triangles of the patch that a vertex stands for, by their areas. It is settled pass by pass: in each, every vertex proposes its best
 //! neighbour, and the cheapest third of the proposals is carried out. So no queue is kept, and a proposal costs little.
 //!
 //! What is carried out must hold for itself:
@@ -18,6 +18,7 @@ use glam::DVec3;
 use super::face::Face;
 use super::nodes::NodeGuard;
 use super::original::Original;
+use crate::cancel::checkpoint;
 use crate::closest::squared_distance;
 
 /// The index that denotes no triangle, vertex or sample.
@@ -32,6 +33,12 @@ const PROPOSALS: usize = 3;
 
 /// One in this number of proposals is carried out in a pass.
 const SHARE: usize = 3;
+
+/// Number of proposals between two checkpoints.
+const BETWEEN_CHECKPOINTS: usize = 256;
+
+/// Rounding of a distance, as a share.
+const ROUNDED: f64 = 1e-6;
 
 /// Least cosine of the angle by which a triangle turns.
 const TURN: f64 = 0.5;
@@ -99,7 +106,7 @@ pub(super) struct Collapser<'a> {
     scratch: Scratch,
 }
 
-/// What a proposal is tested with.
+/// Scratch space of the tests of a collapse.
 #[derive(Default)]
 struct Scratch {
     /// For each vertex the number of the last test that it was a neighbour in.
@@ -109,7 +116,7 @@ struct Scratch {
     faces: Vec<(u32, Face)>,
     /// Samples, and the triangles that they are assigned to.
     moved: Vec<(u32, u32)>,
-    left: Vec<u64>,
+    hashes: Vec<u64>,
 }
 
 /// The result of collapses.
@@ -117,6 +124,8 @@ struct Scratch {
 pub(super) struct Collapsed {
     /// The triangles that are left.
     pub triangles: Vec<[u32; 3]>,
+    /// For each triangle, whether a collapse made it.
+    pub is_new: Vec<bool>,
     /// For each sample the triangle that it is assigned to.
     pub homes: Vec<u32>,
     /// The largest distance of a sample from its triangle, or of a new triangle from the original.
@@ -153,7 +162,7 @@ impl<'a> Collapser<'a> {
         Collapser { points, locked, samples, bound, triangles, is_new, around, quadrics, first, next, scratch }
     }
 
-    /// Collapses edges until no proposal holds: near the original, and so that the nodes of a guard keep their sides.
+    /// Collapses edges until no proposal passes the tests: near the original, and so that the nodes of a guard keep their sides.
     pub fn run(mut self, original: Original, guard: Option<&NodeGuard>) -> Collapsed {
         let count = self.points.len();
         let mut refused = vec![0; count];
@@ -177,7 +186,10 @@ impl<'a> Collapser<'a> {
             }
             proposals.sort_unstable_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)));
             let mut left = proposals.len().div_ceil(SHARE);
-            for &(_, ends @ [from, into]) in &proposals {
+            for (number, &(_, ends @ [from, into])) in proposals.iter().enumerate() {
+                if number % BETWEEN_CHECKPOINTS == 0 {
+                    checkpoint();
+                }
                 if left == 0 {
                     break;
                 }
@@ -246,7 +258,7 @@ impl<'a> Collapser<'a> {
             && self.keeps_direction([from, into], &mut scratch)
             && self.keeps_distance(from, &mut scratch)
             && guard.is_none_or(|guard| self.keeps_sides(from, guard, &mut scratch))
-            && self.is_near(into, original, &scratch);
+            && scratch.faces.iter().all(|(_, face)| original.is_near(face));
         self.scratch = scratch;
         holds
     }
@@ -276,13 +288,12 @@ impl<'a> Collapser<'a> {
     fn keeps_direction(&self, [from, into]: [u32; 2], scratch: &mut Scratch) -> bool {
         scratch.faces.clear();
         for &number in &self.around[from as usize] {
-            let corners = self.triangles[number as usize];
-            if corners.contains(&into) {
+            let [b, c] = self.opposite(number, from);
+            if b == into || c == into {
                 continue;
             }
-            let [a, b, c] = corners.map(|vertex| self.at(vertex));
-            let before = (b - a).cross(c - a);
-            let face = Face::new(corners.map(|vertex| self.at(if vertex == from { into } else { vertex })));
+            let [u, v, b, c] = [from, into, b, c].map(|vertex| self.at(vertex));
+            let (before, face) = ((b - u).cross(c - u), Face::new([v, b, c]));
             if face.is_sliver() || face.normal.dot(before) < TURN * before.length() {
                 return false;
             }
@@ -294,7 +305,7 @@ impl<'a> Collapser<'a> {
     fn keeps_sides(&self, from: u32, guard: &NodeGuard, scratch: &mut Scratch) -> bool {
         let before = self.around[from as usize].iter().map(|&t| self.triangles[t as usize].map(|v| self.at(v)));
         let after = scratch.faces.iter().map(|(_, face)| face.corners);
-        guard.keeps_sides(before, after, &mut scratch.left)
+        guard.keeps_sides(before, after, &mut scratch.hashes)
     }
 
     fn keeps_distance(&self, from: u32, scratch: &mut Scratch) -> bool {
@@ -324,26 +335,17 @@ impl<'a> Collapser<'a> {
         true
     }
 
-    /// Returns whether the new triangles are near the original.
-    fn is_near(&self, into: u32, original: &Original, scratch: &Scratch) -> bool {
-        scratch.faces.iter().all(|(_, face)| {
-            // From the new vertex on, whose sides are new.
-            let first = face.corners.iter().position(|&corner| corner == self.at(into)).unwrap_or(0);
-            original.is_near(face, first)
-        })
-    }
-
     /// Carries out the collapse that was tested last.
     fn collapse(&mut self, [from, into]: [u32; 2]) {
         for number in std::mem::take(&mut self.around[from as usize]) {
             self.first[number as usize] = NONE;
-            let corners = self.triangles[number as usize];
-            if corners.contains(&into) {
-                let others = corners.into_iter().filter(|&vertex| vertex != from);
-                others.for_each(|vertex| self.around[vertex as usize].retain(|&other| other != number));
+            let [b, c] = self.opposite(number, from);
+            if b == into || c == into {
+                [b, c].into_iter().for_each(|v| self.around[v as usize].retain(|&other| other != number));
                 self.triangles[number as usize] = [NONE; 3];
             } else {
-                self.triangles[number as usize] = corners.map(|vertex| if vertex == from { into } else { vertex });
+                // From the new vertex on, as its distance was measured.
+                self.triangles[number as usize] = [into, b, c];
                 self.around[into as usize].push(number);
             }
         }
@@ -372,8 +374,10 @@ impl<'a> Collapser<'a> {
                 sample = self.next[sample as usize];
             }
             collapsed.triangles.push(triangle);
+            collapsed.is_new.push(self.is_new[number]);
         }
-        // The heights that were tested are rounded otherwise.
+        debug_assert!(largest <= (self.bound * (1.0 + ROUNDED)).powi(2), "{largest} {}", self.bound);
+        // Heights are rounded otherwise than distances.
         collapsed.distance = largest.sqrt().min(self.bound);
         collapsed
     }

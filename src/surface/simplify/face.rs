@@ -7,7 +7,7 @@ use crate::closest::squared_distance;
 /// Least ratio of twice a triangle's area to the square of its longest side.
 const SLIVER: f64 = 1e-3;
 
-/// A triangle with what distances from it need.
+/// A triangle with its normal and gradients, for distances.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face {
     pub corners: [DVec3; 3],

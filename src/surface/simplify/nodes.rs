@@ -9,28 +9,31 @@ use crate::mesh::hash::{PI, mix};
 ///
 /// Two parts with the same boundary enclose the nodes that would change. Columns of nodes cross both; the nodes of one keep their
 /// sides if between any two nodes the number of crossings is even. Each crossing is known by a hash of the node above it, and
-/// the hashes of a column are combined by XOR, so that a pair of equal ones cancels: what is left is zero where all do, and
-/// otherwise with a chance of 2⁻⁶⁴. Coordinates are rounded, so that nodes on the surface may change: the result is sampled
+/// the hashes of a column are combined by XOR, so that a pair of equal ones cancels. The XOR is zero where all cancel; where they do
+/// not, it is zero with a chance of 2⁻⁶⁴. Coordinates are rounded, so that nodes on the surface may change: the result is sampled
 /// afterwards.
 pub(super) struct NodeGuard {
     origin: DVec3,
     pitch: f64,
+    /// The greatest node.
+    last: DVec3,
 }
 
 impl NodeGuard {
     /// Returns the guard of a grid for coordinates relative to a point.
     pub fn new(grid: &Grid, relative_to: DVec3) -> NodeGuard {
         let [first, second] = [0, 1].map(|node| grid.step() * f64::from(grid.node(node)));
-        NodeGuard { origin: grid.origin() + first - relative_to, pitch: second - first }
+        let last = DVec3::from_array(grid.rays().map(|rays| f64::from(rays) - 1.0));
+        NodeGuard { origin: grid.origin() + first - relative_to, pitch: second - first, last }
     }
 
-    /// Returns whether the nodes keep their sides if triangles replace others, which have all their corners. `left` is scratch
+    /// Returns whether the nodes keep their sides if triangles replace others, which have all their corners. `hashes` is scratch
     /// space.
     pub fn keeps_sides(
         &self,
         before: impl Iterator<Item = [DVec3; 3]> + Clone,
         after: impl Iterator<Item = [DVec3; 3]>,
-        left: &mut Vec<u64>,
+        hashes: &mut Vec<u64>,
     ) -> bool {
         let by_nodes = |triangle: [DVec3; 3]| triangle.map(|corner| (corner - self.origin) / self.pitch);
         let (mut low, mut high, mut facing) = (DVec3::INFINITY, DVec3::NEG_INFINITY, DVec3::ZERO);
@@ -38,33 +41,34 @@ impl NodeGuard {
             (low, high) = (low.min(a).min(b).min(c), high.max(a).max(b).max(c));
             facing += (b - a).cross(c - a);
         }
-        let (first, last) = (low.ceil(), high.floor());
+        let (first, last) = (low.ceil().max(DVec3::ZERO), high.floor().min(self.last));
         if first.cmpgt(last).any() {
             return true;
         }
         // Along the axis that they face most, the surface is crossed least often.
         let axis = facing.abs().max_position();
         let [width, rows] = [(axis + 1) % 3, (axis + 2) % 3].map(|i| (last[i] - first[i]) as usize + 1);
-        let columns = Columns { axis, first, width };
-        left.clear();
-        left.resize(width * rows, 0);
-        before.chain(after).for_each(|triangle| columns.cross(by_nodes(triangle), left));
-        left.iter().all(|&hash| hash == 0)
+        let columns = Columns { axis, first, last, width };
+        hashes.clear();
+        hashes.resize(width * rows, 0);
+        before.chain(after).for_each(|triangle| columns.cross(by_nodes(triangle), hashes));
+        hashes.iter().all(|&hash| hash == 0)
     }
 }
 
 /// The columns of nodes along an axis in a box.
 struct Columns {
     axis: usize,
-    /// The least node.
+    /// The least node, and the greatest.
     first: DVec3,
+    last: DVec3,
     /// The number of columns in a row.
     width: usize,
 }
 
 impl Columns {
     /// Combines the hash of each column that crosses a triangle with that of the first node above the crossing.
-    fn cross(&self, corners: [DVec3; 3], left: &mut [u64]) {
+    fn cross(&self, corners: [DVec3; 3], hashes: &mut [u64]) {
         let (u, v, w) = ((self.axis + 1) % 3, (self.axis + 2) % 3, self.axis);
         let [a, b, c] = corners;
         let normal = (b - a).cross(c - a);
@@ -73,16 +77,17 @@ impl Columns {
         }
         let is_up = normal[w] > 0.0;
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let (from, to) = (low.ceil().max(self.first), high.floor().min(self.last));
         let sides = [Side::new(a, b, u, v), Side::new(b, c, u, v), Side::new(c, a, u, v)];
         let slopes = [normal[u] / normal[w], normal[v] / normal[w]];
-        for y in low[v].ceil() as i64..=high[v].floor() as i64 {
+        for y in from[v] as i64..=to[v] as i64 {
             let row = (y - self.first[v] as i64) as usize * self.width;
-            for x in low[u].ceil() as i64..=high[u].floor() as i64 {
+            for x in from[u] as i64..=to[u] as i64 {
                 let (px, py) = (x as f64, y as f64);
                 if sides.iter().all(|side| side.has(px, py, is_up)) {
                     let depth = a[w] - slopes[0] * (px - a[u]) - slopes[1] * (py - a[v]);
                     let above = depth.clamp(low[w], high[w]).ceil() as i64;
-                    left[row + (x - self.first[u] as i64) as usize] ^= mix(above as u64 ^ PI[0], PI[1]);
+                    hashes[row + (x - self.first[u] as i64) as usize] ^= mix(above as u64 ^ PI[0], PI[1]);
                 }
             }
         }
@@ -118,7 +123,7 @@ mod tests {
     /// Returns whether the nodes at whole coordinates keep their sides where the apex of a pyramid without base moves.
     fn keeps(base: &[DVec3], [from, to]: [DVec3; 2]) -> bool {
         let fan = |apex: DVec3| (0..base.len()).map(move |i| [base[i], base[(i + 1) % base.len()], apex]);
-        let guard = NodeGuard { origin: DVec3::ZERO, pitch: 1.0 };
+        let guard = NodeGuard { origin: DVec3::splat(-20.0), pitch: 1.0, last: DVec3::splat(40.0) };
         // The box of the triangles before must hold those after.
         let (before, after): (Vec<_>, Vec<_>) = (fan(from).collect(), fan(to).collect());
         guard.keeps_sides(before.iter().copied(), after.iter().copied(), &mut Vec::new())

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::face::Face;
+use crate::cancel::checkpoint;
 
 /// Most subdivisions of a triangle's sides where its distance is sampled.
 const MOST_PARTS: f64 = 16.0;
@@ -11,8 +12,12 @@ const MOST_PARTS: f64 = 16.0;
 /// but several together may turn it farther.
 const LIKE: f64 = 0.25;
 
-/// Most cells for each triangle.
+/// Most cells for each triangle, and most entries of triangles in cells.
 const MOST_CELLS: f64 = 16.0;
+const MOST_ENTRIES: f64 = 64.0;
+
+/// Number of triangles between two checkpoints.
+const BETWEEN_CHECKPOINTS: u32 = 1 << 12;
 
 /// Triangles of the original, from which distances are measured, by the cells of a grid that they are within the bound of.
 pub(super) struct Original {
@@ -30,24 +35,29 @@ pub(super) struct Original {
 }
 
 impl Original {
-    pub fn new(corners: Vec<[DVec3; 3]>, bound: f64) -> Original {
-        let count = corners.len().max(1) as f64;
-        let lengths = corners.iter().map(|[a, b, c]| a.distance(*b) + b.distance(*c) + c.distance(*a));
-        let spacing = lengths.sum::<f64>() / (3.0 * count);
-        let box_of = |[a, b, c]: &[DVec3; 3]| (a.min(*b).min(*c) - bound, a.max(*b).max(*c) + bound);
-        let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (low, high) = corners.iter().map(box_of).fold(empty, |all, of| (all.0.min(of.0), all.1.max(of.1)));
-        let extent = if corners.is_empty() { DVec3::ZERO } else { high - low };
-        // A flat part has one layer of cells.
-        let cells_of = |side: f64| (extent / side).floor() + 1.0;
-        let mut side = spacing.max(2.0 * bound);
-        while cells_of(side).element_product() > MOST_CELLS * count + 64.0 {
-            side *= 1.25;
+    pub fn new(corners: impl Iterator<Item = [DVec3; 3]>, bound: f64) -> Original {
+        let faces: Vec<Face> = corners.map(Face::new).collect();
+        let count = faces.len().max(1) as f64;
+        let length = |[a, b, c]: [DVec3; 3]| a.distance(b) + b.distance(c) + c.distance(a);
+        let spacing = faces.iter().map(|face| length(face.corners)).sum::<f64>() / (3.0 * count);
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for corner in faces.iter().flat_map(|face| face.corners) {
+            (low, high) = (low.min(corner - bound), high.max(corner + bound));
         }
-        let cells = cells_of(side).to_array().map(|count| count as usize);
-        let faces = corners.into_iter().map(Face::new).collect();
-        let mut grid = Original { faces, spacing, bound, origin: low, side, cells, ends: Vec::new(), near: Vec::new() };
-        let mut ends = vec![0u32; cells.iter().product()];
+        let extent = if faces.is_empty() { DVec3::ZERO } else { high - low };
+        let (ends, near) = (Vec::new(), Vec::new());
+        let mut grid =
+            Original { faces, spacing, bound, origin: low, side: spacing.max(2.0 * bound), cells: [1; 3], ends, near };
+        // Triangles much longer than the others lie in many cells.
+        loop {
+            let cells = (extent / grid.side).floor() + 1.0;
+            grid.cells = cells.to_array().map(|count| count as usize);
+            if cells.element_product() <= MOST_CELLS * count + 64.0 && grid.entries() as f64 <= MOST_ENTRIES * count {
+                break;
+            }
+            grid.side *= 1.25;
+        }
+        let mut ends = vec![0u32; grid.cells.iter().product()];
         grid.each_cell(|cell, _| ends[cell] += 1);
         let mut sum = 0;
         for end in &mut ends {
@@ -62,12 +72,28 @@ impl Original {
         grid
     }
 
+    /// Returns the least and the greatest cell of the box around a triangle.
+    fn cells_of(&self, face: &Face) -> [[usize; 3]; 2] {
+        let [a, b, c] = face.corners;
+        [self.place(a.min(b).min(c) - self.bound), self.place(a.max(b).max(c) + self.bound)]
+    }
+
+    /// Returns the number of pairs of a triangle and a cell.
+    fn entries(&self) -> u64 {
+        let of_face = |face: &Face| {
+            let [low, high] = self.cells_of(face);
+            (0..3).map(|i| (high[i] - low[i] + 1) as u64).product::<u64>()
+        };
+        self.faces.iter().map(of_face).sum()
+    }
+
     /// Visits the cells of the box around each triangle.
     fn each_cell(&self, mut visit: impl FnMut(usize, u32)) {
         for (number, face) in (0..).zip(&self.faces) {
-            let [a, b, c] = face.corners;
-            let (low, high) = (a.min(b).min(c) - self.bound, a.max(b).max(c) + self.bound);
-            let (low, high) = (self.place(low), self.place(high));
+            if number % BETWEEN_CHECKPOINTS == 0 {
+                checkpoint();
+            }
+            let [low, high] = self.cells_of(face);
             for z in low[2]..=high[2] {
                 for y in low[1]..=high[1] {
                     (low[0]..=high[0]).for_each(|x| visit(self.cell([x, y, z]), number));
@@ -92,14 +118,12 @@ impl Original {
         self.near[start as usize..self.ends[cell] as usize].iter().map(|&number| &self.faces[number as usize])
     }
 
-    /// Returns whether a triangle is within the bound, at points as dense as the original is meshed, and faces as the original
-    /// does there. The points are its centroid and those of a raster, but for those on the side opposite to the corner `first` and
-    /// on the side before it: of the triangles around a new vertex, the first is old, and the second belongs to the next.
-    pub fn is_near(&self, face: &Face, first: usize) -> bool {
-        let [a, b, c] = [0, 1, 2].map(|i| face.corners[(first + i) % 3]);
+    /// Returns whether a triangle is within the bound at its [`samples`], and faces as the original does at its centroid.
+    pub fn is_near(&self, face: &Face) -> bool {
+        let [a, b, c] = face.corners;
         let faces_like = |other: &Face| other.normal.dot(face.normal) >= LIKE;
         self.is_within((a + b + c) / 3.0, faces_like)
-            && samples([a, b, c], self.spacing).all(|point| self.is_within(point, |_| true))
+            && samples(face.corners, self.spacing).all(|point| self.is_within(point, |_| true))
     }
 
     /// Returns whether a point is within the bound of a triangle with a property.
@@ -110,16 +134,16 @@ impl Original {
             || self.around(point).any(|face| face.squared_distance(point) <= squared && has(face))
     }
 
-    /// Returns the square of the largest distance of a triangle that is within the bound.
+    /// Returns the square of the largest distance of the points at which a triangle is within the bound.
     pub fn squared_distance(&self, corners: [DVec3; 3]) -> f64 {
         let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let squared =
-            |point| self.around(point).map(|face| face.squared_distance(point)).fold(self.bound * self.bound, f64::min);
+        let squared = |point| self.around(point).map(|face| face.squared_distance(point)).fold(f64::INFINITY, f64::min);
         samples(corners, self.spacing).chain([centroid]).map(squared).fold(0.0, f64::max)
     }
 }
 
-/// Returns points of a triangle, no more than about `spacing` apart, in its interior and on its first side.
+/// Returns points of a triangle about `spacing` apart, but at most 16 along a side: in its interior and on its first side. Of the
+/// triangles around a new vertex, each begins with it, so that the last side is the first of the next; the side between is old.
 fn samples([a, b, c]: [DVec3; 3], spacing: f64) -> impl Iterator<Item = DVec3> {
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
     let parts = 2 * (longest / (2.0 * spacing)).ceil().clamp(1.0, MOST_PARTS / 2.0) as u32;

@@ -58,6 +58,11 @@ impl Patch {
         self.result.triangles.iter().map(|indices| indices.map(|place| self.vertices[place as usize]))
     }
 
+    /// Returns for each of its triangles whether it is new.
+    pub(super) fn is_new(&self) -> impl Iterator<Item = bool> {
+        self.result.is_new.iter().copied()
+    }
+
     /// Returns the largest distance measured, in either direction.
     pub(super) fn distance(&self) -> f64 {
         self.result.distance
@@ -91,7 +96,7 @@ impl Patch {
         let points: Vec<DVec3> = self.vertices.iter().map(place).collect();
         let samples: Vec<DVec3> = self.original.points.iter().map(place).collect();
         let corners = |&triangle: &u32| original.triangles[triangle as usize].map(|vertex| place(&vertex));
-        let near = Original::new(self.original.triangles.iter().map(corners).collect(), limits.bound);
+        let near = Original::new(self.original.triangles.iter().map(corners), limits.bound);
         let guard = limits.grid.map(|grid| NodeGuard::new(grid, middle));
         let assigned = (&samples[..], &self.original.homes[..]);
         let collapser = Collapser::new(&points, self.start.clone(), &self.locked, assigned, limits.bound);
