@@ -246,7 +246,9 @@ fn resolve(
     rounds: &mut usize,
 ) -> bool {
     let mut stale = vec![true; patches.len()];
-    for round in 1.. {
+    let mut round = 0;
+    loop {
+        round += 1;
         patches.par_iter_mut().zip(&stale).filter(|(_, stale)| **stale).for_each(|(patch, _)| {
             checkpoint();
             patch.decimate(original, limits);
@@ -278,7 +280,6 @@ fn resolve(
             return false;
         }
     }
-    unreachable!("every round locks vertices")
 }
 
 /// Returns places at which new triangles of a mesh meet others elsewhere than in what they share, exactly or rounded.
@@ -293,7 +294,7 @@ fn crossings(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<
     let met = |(number, &triangle): (usize, &[u32; 3])| {
         let (bounds, mut met) = (around(triangle), Vec::new());
         // Of two new ones, the later finds both.
-        let is_other = |other: usize| if is_new[other] { other < number } else { true };
+        let is_other = |other: usize| !is_new[other] || other < number;
         tree.visit(
             |node| node.touches(&bounds),
             |items| {

@@ -12,7 +12,6 @@ use crate::mesh::{Aabb, LengthUnit, Precision, TriangleMesh};
 use crate::number::number;
 use crate::progress::Monitor;
 use crate::sampler::Mode;
-use crate::surface::simplify::Limits;
 use crate::surface::{Coordinates, Surface, contour_in};
 use crate::{Error, Warning};
 
@@ -94,7 +93,7 @@ pub fn mesh(
         Some(bound) if !mesh.triangles.is_empty() => {
             progress.stage("simplifying")?;
             let grid = grid.translated(-coordinates.offset);
-            let (mesh, simplified) = simplified(mesh, &grid, &Limits { bound, grid: Some(&grid), precision })?;
+            let (mesh, simplified) = simplified(mesh, &grid, bound, precision)?;
             (mesh, Some(simplified))
         }
         _ => (mesh, None),

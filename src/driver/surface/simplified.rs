@@ -7,25 +7,26 @@ use crate::Error;
 use crate::bits::Ones;
 use crate::grid::{Axis, Grid};
 use crate::ldi::NodePlanes;
-use crate::mesh::TriangleMesh;
+use crate::mesh::{Precision, TriangleMesh};
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Mode, Sampler};
 use crate::surface::simplify::{Limits, simplify};
 
-/// Removes triangles within limits, so that sampling the mesh again gives the same nodes of the grid.
+/// Removes triangles within a bound for a file of a precision, so that sampling the mesh again gives the same nodes of the grid.
 pub(super) fn simplified(
     mesh: TriangleMesh,
     grid: &Grid,
-    limits: &Limits,
+    bound: f64,
+    precision: Precision,
 ) -> Result<(TriangleMesh, SimplifiedReport), Error> {
     let expected = planes_of(&mesh, grid)?;
-    let result = simplify(&mesh, limits, |mesh| {
+    let result = simplify(&mesh, &Limits { bound, grid: Some(grid), precision }, |mesh| {
         // If the mesh cannot be sampled on this grid, every vertex has to be restored.
         let Ok(found) = planes_of(mesh, grid) else { return mesh.positions.clone() };
         differences(grid, &expected, &found)
     });
     let result = result.map_err(Error::input)?;
-    let report = SimplifiedReport { bound: limits.bound, distance: result.distance, triangles: mesh.triangles.len() };
+    let report = SimplifiedReport { bound, distance: result.distance, triangles: mesh.triangles.len() };
     Ok((result.mesh, report))
 }
 
