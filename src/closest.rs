@@ -58,7 +58,18 @@ impl ClosestTriangle {
     /// Returns the triangle closest to a point. A good hint (0 is always valid) makes it faster; it may select among
     /// triangles at the same distance.
     pub fn of(&self, point: DVec3, hint: u32) -> Closest {
-        let (mut best, mut squared) = (hint, squared_distance(point, self.corners[hint as usize]));
+        self.closer(point, Closest { squared: self.squared_from(point, hint), hint })
+    }
+
+    /// Returns the square of the distance of a point, if it is less than a limit.
+    pub fn squared_below(&self, point: DVec3, limit: f64) -> Option<f64> {
+        let closest = self.closer(point, Closest { squared: limit, hint: 0 });
+        Some(closest.squared).filter(|squared| *squared < limit)
+    }
+
+    /// Returns the triangle closest to a point, or another one if none is closer than that.
+    fn closer(&self, point: DVec3, other: Closest) -> Closest {
+        let Closest { mut squared, hint: mut best } = other;
         let mut stack = [(0u32, 0f64); 64];
         let mut depth = 1;
         while depth > 0 {
@@ -92,8 +103,8 @@ impl ClosestTriangle {
         squared_distance(point, self.corners[hint as usize])
     }
 
-    /// Returns whether any triangle is within this distance of a point.
-    pub fn any_within(&self, point: DVec3, distance: f64) -> bool {
+    /// Returns whether any triangle with a property is within this distance of a point.
+    pub fn any_within(&self, point: DVec3, distance: f64, has: impl Fn([DVec3; 3]) -> bool) -> bool {
         let limit = distance * distance;
         let mut stack = [0u32; 64];
         let mut depth = 1;
@@ -103,7 +114,7 @@ impl ClosestTriangle {
             let node = &self.nodes[index as usize];
             if node.count > 0 {
                 let corners = &self.corners[node.at as usize..(node.at + node.count) as usize];
-                if corners.iter().any(|triangle| squared_distance(point, *triangle) <= limit) {
+                if corners.iter().any(|&triangle| squared_distance(point, triangle) <= limit && has(triangle)) {
                     return true;
                 }
                 continue;
@@ -310,7 +321,7 @@ mod tests {
                 prop_assert!(same(found.squared), "{} {brute}", found.squared);
                 prop_assert!(same(tree.squared_from(point, found.hint)));
                 let within = tree.within(point, 2.0);
-                prop_assert_eq!(tree.any_within(point, 2.0), !within.is_empty());
+                prop_assert_eq!(tree.any_within(point, 2.0, |_| true), !within.is_empty());
                 for (i, triangle) in set.iter().enumerate() {
                     let beyond = squared_distance(point, *triangle) - 4.0;
                     if beyond.abs() > ROUNDED * 4.0 {

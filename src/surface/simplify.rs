@@ -1,9 +1,8 @@
 //! Mesh simplification within a bound that is measured, not merely requested.
 //!
 //! Edges are collapsed (`collapse`): the vertices of the result are some of the given ones, to the last bit. Each collapse is
-//! tested: the surface stays a manifold with the same components and the same genus; all vertices of the original stay within the
-//! bound of the triangles that they are assigned to, and points of new triangles within the bound of the original; no triangle
-//! turns by more than 75° from the original below its centroid; and the nodes of a grid keep their sides. The rest is verified
+//! tested: the surface stays a manifold with the same components and the same genus; it stays within the bound of the original, and
+//! the original of it; no triangle turns by more than 60°; and the nodes of a grid keep their sides. The rest is verified
 //! afterwards:
 //! - no new triangle crosses another, whether exact or rounded to the precision of a file;
 //! - the caller's own criterion: a function that takes the mesh and returns the places where it is not acceptable.
@@ -12,32 +11,33 @@
 //! The surface is split into patches of some thousand triangles, at medians of centroids, with their borders locked. Each is
 //! decimated by itself, in parallel and in coordinates of its own. Where a verification fails, vertices nearby are locked and the
 //! patches there are decimated again; those that fail too often stay what they were before the pass, and if that does not help,
-//! so do all. The borders are decimated in later passes, four at most, which split elsewhere, until a pass gains little.
-//! Distances are always measured from the original: each of its vertices is assigned to a triangle, and to the patch of that
-//! triangle.
+//! so do all. The borders are decimated in later passes, four at most, which split elsewhere, until a pass gains little or few
+//! triangles are left. Distances are always from the original.
 //!
 //! # Limitations
-//! New triangles are measured at points about an edge of the original apart, and at most 16 along a side; between these, they may
-//! be somewhat farther away. Distances are from the corresponding part of the surface, and no less than the distance from the
-//! nearest part of all.
+//! Where distances are measured, the original is measured at its vertices, and new triangles at points about an edge of the original
+//! apart, but at most 15 on a side and 3 inside: between these, they may be somewhat farther away. Distances are from the
+//! corresponding part of the surface, and no less than the distance from the nearest part of all.
 
 mod collapse;
 mod face;
+mod fan;
 mod nodes;
 mod original;
 mod patch;
+mod quadric;
+mod samples;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use thiserror::Error;
 
-use self::collapse::NONE;
+use self::collapse::{NONE, Standing};
 use self::patch::{Near, Patch, Share};
 use super::intersect::do_meet;
 use super::manifold::{Faults, ManifoldFailure, ManifoldReport};
 use crate::box_tree::{Box32, BoxTree};
 use crate::cancel::checkpoint;
-use crate::closest::longest;
 use crate::grid::Grid;
 use crate::mesh::{Aabb, Precision, TriangleMesh};
 
@@ -49,6 +49,12 @@ const SPLITS: [f64; 4] = [0.5, 0.37, 0.59, 0.45];
 
 /// A pass that removes less than this share of the triangles is the last.
 const LEAST_GAIN: f64 = 0.08;
+
+/// A pass that leaves less than this share of the original triangles is the last.
+const FEW: f64 = 1.0 / 2000.0;
+
+/// A triangle whose distance from the original is at most this share of the bound takes its place in measurements.
+const FLAT: f64 = 1.0 / 256.0;
 
 /// After this number of rounds of a pass, patches with a failed check are restored.
 const ROUNDS: usize = 10;
@@ -69,8 +75,8 @@ pub struct Limits<'a> {
 pub struct Simplified {
     /// The mesh; its positions are those of the original that it uses, in their order.
     pub mesh: TriangleMesh,
-    /// The largest distance measured between the two surfaces, in either direction; never more than the bound. The true one may
-    /// be smaller, as each vertex is measured from the triangle that it is assigned to.
+    /// The largest distance found between the two surfaces, in either direction; never more than the bound. The true one may be
+    /// smaller, as parts are compared with those that they correspond to, and where that is certain, with bounds.
     pub distance: f64,
     /// The number of verifications of the whole mesh.
     pub rounds: usize,
@@ -120,23 +126,49 @@ pub fn simplify(
     if !manifold.passed() {
         return Err(SimplifyError::NotManifold { failures: manifold.failures() });
     }
+    let target = Target { original: mesh, spacing: mean_side(mesh), limits };
     let mut state = Surface::of(mesh);
     let (mut rounds, mut passes) = (0, 0);
     for split in SPLITS {
         let before = state.triangles.len();
-        let mut patches = state.patches(mesh, split);
-        let kept = resolve(&mut patches, mesh, limits, &acceptable, &mut rounds);
+        let mut patches = state.patches(&target, split);
+        let kept = resolve(&mut patches, &target, &acceptable, &mut rounds);
         passes += 1;
         if !kept {
             break;
         }
         state.take(&patches);
-        if (before - state.triangles.len()) as f64 <= LEAST_GAIN * before as f64 {
+        let (left, all) = (state.triangles.len() as f64, mesh.triangles.len() as f64);
+        if left >= (1.0 - LEAST_GAIN) * before as f64 || left <= FEW * all {
             break;
         }
     }
     let (mesh, _) = mesh.of_triangles(state.triangles);
     Ok(Simplified { mesh, distance: state.distance, rounds, passes })
+}
+
+/// Returns the mean length of the sides of triangles.
+fn mean_side(mesh: &TriangleMesh) -> f64 {
+    let length = |indices: &[u32; 3]| {
+        let [a, b, c] = indices.map(|vertex| mesh.positions[vertex as usize]);
+        a.distance(b) + b.distance(c) + c.distance(a)
+    };
+    mesh.triangles.iter().map(length).sum::<f64>() / (3 * mesh.triangles.len()) as f64
+}
+
+/// The surface that patches must stay near, and how near.
+struct Target<'a> {
+    original: &'a TriangleMesh,
+    /// The mean length of its sides.
+    spacing: f64,
+    limits: &'a Limits<'a>,
+}
+
+impl Target<'_> {
+    /// Returns the error up to which a triangle takes the place of the original.
+    fn flat(&self) -> f64 {
+        FLAT * self.limits.bound
+    }
 }
 
 /// The surface between two passes.
@@ -145,7 +177,11 @@ struct Surface {
     triangles: Vec<[u32; 3]>,
     /// For each original vertex the near triangle that it is assigned to; `NONE` for unused vertices.
     homes: Vec<u32>,
-    /// The largest distance measured.
+    /// For each triangle, a bound of its distance from the original, in either direction.
+    errors: Vec<f64>,
+    /// For each original vertex, whether it was refused with nothing locked nearby: another split would not help.
+    is_refused: Vec<bool>,
+    /// The largest error, or distance measured.
     distance: f64,
 }
 
@@ -158,17 +194,20 @@ impl Surface {
         for (triangle, indices) in (0..).zip(&mesh.triangles) {
             indices.iter().for_each(|&vertex| homes[vertex as usize] = triangle);
         }
-        Surface { triangles: mesh.triangles.clone(), homes, distance: 0.0 }
+        let (errors, is_refused) = (vec![0.0; mesh.triangles.len()], vec![false; mesh.positions.len()]);
+        Surface { triangles: mesh.triangles.clone(), homes, errors, is_refused, distance: 0.0 }
     }
 
     /// Splits the surface into patches, with the vertices and triangles assigned to each.
-    fn patches(&self, original: &TriangleMesh, split: f64) -> Vec<Patch> {
-        let centroid = |triangle: &u32| {
-            let [a, b, c] = self.triangles[*triangle as usize].map(|vertex| original.positions[vertex as usize]);
-            a + b + c
+    fn patches(&self, target: &Target, split: f64) -> Vec<Patch> {
+        let original = target.original;
+        let centroid = |triangle: usize| {
+            let [a, b, c] = self.triangles[triangle].map(|vertex| original.positions[vertex as usize]);
+            ((a + b + c) / 3.0).as_vec3()
         };
-        let mut order: Vec<u32> = (0..self.triangles.len() as u32).collect();
-        let groups = split_at(&mut order, split, &centroid);
+        let mut order: Vec<(Vec3, u32)> =
+            (0..self.triangles.len()).into_par_iter().map(|triangle| (centroid(triangle), triangle as u32)).collect();
+        let groups = split_at(&mut order, split);
 
         let mut patch_of_triangle = vec![NONE; self.triangles.len()];
         let mut place_of_triangle = vec![NONE; self.triangles.len()];
@@ -189,17 +228,30 @@ impl Surface {
             share.points.push(vertex);
             share.homes.push(place_of_triangle[home as usize]);
         }
-        for (triangle, indices) in (0..).zip(&original.triangles) {
-            let patches = indices.map(|vertex| patch_of_triangle[self.homes[vertex as usize] as usize]);
+        let is_flat = |triangle: u32| self.errors[triangle as usize] <= target.flat();
+        for (triangle, indices) in (0..).zip(&self.triangles) {
+            if is_flat(triangle) {
+                shares[patch_of_triangle[triangle as usize] as usize].triangles.push(*indices);
+            }
+        }
+        for indices in &original.triangles {
+            let homes = indices.map(|vertex| self.homes[vertex as usize]);
+            let patches = homes.map(|home| patch_of_triangle[home as usize]);
             for (i, patch) in patches.into_iter().enumerate() {
-                if !patches[..i].contains(&patch) {
-                    shares[patch as usize].triangles.push(triangle);
+                if !is_flat(homes[i]) && !patches[..i].contains(&patch) {
+                    shares[patch as usize].triangles.push(*indices);
                 }
             }
         }
         let patches = groups.into_par_iter().zip(shares).map(|(group, share)| {
             let triangles: Vec<[u32; 3]> = group.iter().map(|&triangle| self.triangles[triangle as usize]).collect();
-            Patch::new(&triangles, |vertex| patch_of_vertex[vertex as usize] == MANY, share)
+            let errors = group.iter().map(|&triangle| self.errors[triangle as usize]).collect();
+            let standing = |vertex: u32| match patch_of_vertex[vertex as usize] {
+                MANY => Standing::Locked,
+                _ if self.is_refused[vertex as usize] => Standing::Refused,
+                _ => Standing::Open,
+            };
+            Patch::new(&triangles, errors, standing, share)
         });
         patches.collect()
     }
@@ -207,31 +259,37 @@ impl Surface {
     /// Replaces the surface by the patches.
     fn take(&mut self, patches: &[Patch]) {
         self.triangles.clear();
+        self.errors.clear();
         for patch in patches {
             let first = self.triangles.len() as u32;
             self.triangles.extend(patch.triangles());
             patch.homes().for_each(|(vertex, home)| self.homes[vertex as usize] = first + home);
+            self.errors.extend(patch.errors());
             self.distance = self.distance.max(patch.distance());
+            patch.vertices().iter().for_each(|&vertex| self.is_refused[vertex as usize] = true);
+        }
+        for vertex in patches.iter().flat_map(Patch::beside_locked) {
+            self.is_refused[vertex as usize] = false;
         }
     }
 }
 
 /// Splits triangles at a quantile of their centroids along the longest side of their bounding box, until all groups are small;
 /// each group is sorted.
-fn split_at(order: &mut [u32], split: f64, centroid: &(impl Fn(&u32) -> DVec3 + Sync)) -> Vec<Vec<u32>> {
+fn split_at(order: &mut [(Vec3, u32)], split: f64) -> Vec<Vec<u32>> {
     if order.len() <= PATCH {
-        order.sort_unstable();
-        return vec![order.to_vec()];
+        let mut group: Vec<u32> = order.iter().map(|(_, triangle)| *triangle).collect();
+        group.sort_unstable();
+        return vec![group];
     }
-    let (min, max) = order
-        .iter()
-        .map(centroid)
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), point| (min.min(point), max.max(point)));
-    let axis = longest(max - min);
+    let (min, max) = order.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), (centroid, _)| {
+        (min.min(*centroid), max.max(*centroid))
+    });
+    let axis = (max - min).max_position();
     let at = (order.len() as f64 * split) as usize;
-    order.select_nth_unstable_by(at, |a, b| centroid(a)[axis].total_cmp(&centroid(b)[axis]).then(a.cmp(b)));
+    order.select_nth_unstable_by(at, |a, b| a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1)));
     let (low, high) = order.split_at_mut(at);
-    let (mut groups, rest) = rayon::join(|| split_at(low, split, centroid), || split_at(high, split, centroid));
+    let (mut groups, rest) = rayon::join(|| split_at(low, split), || split_at(high, split));
     groups.extend(rest);
     groups
 }
@@ -240,8 +298,7 @@ fn split_at(order: &mut [u32], split: f64, centroid: &(impl Fn(&u32) -> DVec3 + 
 /// all affected patches restored.
 fn resolve(
     patches: &mut [Patch],
-    original: &TriangleMesh,
-    limits: &Limits,
+    target: &Target,
     acceptable: &impl Fn(&TriangleMesh) -> Vec<DVec3>,
     rounds: &mut usize,
 ) -> bool {
@@ -251,14 +308,14 @@ fn resolve(
         round += 1;
         patches.par_iter_mut().zip(&stale).filter(|(_, stale)| **stale).for_each(|(patch, _)| {
             checkpoint();
-            patch.decimate(original, limits);
+            patch.decimate(target);
         });
         *rounds += 1;
         let triangles = patches.iter().flat_map(Patch::triangles).collect();
-        let (mesh, _) = original.of_triangles(triangles);
+        let (mesh, _) = target.original.of_triangles(triangles);
         debug_assert!(Faults::of(&mesh).are_none(), "collapses keep a manifold");
         let is_new: Vec<bool> = patches.iter().flat_map(Patch::is_new).collect();
-        let mut places = crossings(&mesh, &is_new, limits.precision);
+        let mut places = crossings(&mesh, &is_new, target.limits.precision);
         if places.is_empty() {
             places = acceptable(&mesh);
         }
@@ -267,11 +324,11 @@ fn resolve(
         }
         drop(mesh);
         let locked: Vec<usize> = patches.iter().map(Patch::locked).collect();
-        let concerned = lock_near(patches, original, limits.bound, &places, round);
+        let concerned = lock_near(patches, target, &places, round);
         if round >= ROUNDS {
             patches.par_iter_mut().zip(concerned).filter(|(_, concerned)| *concerned).for_each(|(patch, _)| {
                 checkpoint();
-                patch.leave(original, limits);
+                patch.leave(target);
             });
         }
         stale = patches.iter().zip(locked).map(|(patch, before)| patch.locked() > before).collect();
@@ -313,8 +370,9 @@ fn crossings(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<
 }
 
 /// Locks vertices near places, in a neighbourhood that grows with the round. Returns for each patch whether it is affected.
-fn lock_near(patches: &mut [Patch], original: &TriangleMesh, bound: f64, places: &[DVec3], round: usize) -> Vec<bool> {
-    let boxes: Vec<Aabb> = patches.par_iter().map(|patch| patch.bounds(original)).collect();
+fn lock_near(patches: &mut [Patch], target: &Target, places: &[DVec3], round: usize) -> Vec<bool> {
+    let bound = target.limits.bound;
+    let boxes: Vec<Aabb> = patches.par_iter().map(|patch| patch.bounds(target)).collect();
     let from_box = |point: DVec3, around: &Aabb| point.distance(point.clamp(around.min, around.max));
     let least = |point: DVec3| boxes.iter().map(|around| from_box(point, around)).fold(f64::INFINITY, f64::min);
     let reach: Vec<f64> = places.par_iter().map(|&place| least(place) + 2.0 * bound).collect();
@@ -326,7 +384,7 @@ fn lock_near(patches: &mut [Patch], original: &TriangleMesh, bound: f64, places:
             return Vec::new();
         }
         let points: Vec<DVec3> = candidates.iter().map(|&place| places[place]).collect();
-        candidates.into_iter().zip(patch.near(original, &points, bound)).collect()
+        candidates.into_iter().zip(patch.near(target, &points, bound)).collect()
     });
     let near: Vec<Vec<(usize, Near)>> = near.collect();
     let mut closest = vec![f64::INFINITY; places.len()];

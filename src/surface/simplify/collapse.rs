@@ -10,16 +10,23 @@
 //!   have that edge.
 //! - **Direction**: no triangle turns by more than 60°, or becomes a sliver.
 //! - **Sides**: no node of a lattice changes its side of the surface ([`NodeGuard`]).
-//! - **Distance**: every vertex of the original that the triangles around the vertex stand for is within the bound of one of the
-//!   new triangles, and is assigned to it; and points of these are within the bound of the original ([`Original`]).
+//! - **Distance**: the new triangles are within the bound of the part of the original that they stand for, and this of them
+//!   (`distance`).
+
+mod distance;
+
+use std::cell::LazyCell;
+use std::ops::Deref;
 
 use glam::DVec3;
 
 use super::face::Face;
+use super::fan::Fan;
 use super::nodes::NodeGuard;
 use super::original::Original;
+use super::quadric::Quadric;
+use super::samples::Samples;
 use crate::cancel::checkpoint;
-use crate::closest::squared_distance;
 
 /// The index that denotes no triangle, vertex or sample.
 pub(super) const NONE: u32 = u32::MAX;
@@ -37,72 +44,43 @@ const SHARE: usize = 3;
 /// Number of proposals between two checkpoints.
 const BETWEEN_CHECKPOINTS: usize = 256;
 
-/// Rounding of a distance, as a share.
-const ROUNDED: f64 = 1e-6;
-
 /// Least cosine of the angle by which a triangle turns.
 const TURN: f64 = 0.5;
 
 /// A cost, as a share of the squared bound and for each squared unit of length, so that of equal proposals the shorter wins.
 const LENGTH_COST: f64 = 1e-9;
 
-/// The error of a vertex: the weighted sum of squared distances from planes, as a polynomial.
-#[derive(Clone, Copy, Default)]
-struct Quadric {
-    /// The second-order coefficients: of xx, yy, zz, and of yz, zx, xy.
-    squares: DVec3,
-    products: DVec3,
-    /// Half of the first-order coefficients.
-    linear: DVec3,
-    constant: f64,
-    weight: f64,
-}
-
-impl Quadric {
-    /// Returns the error from the plane through a point with a unit normal.
-    fn plane(normal: DVec3, through: DVec3, weight: f64) -> Quadric {
-        let offset = -normal.dot(through);
-        let n = normal;
-        Quadric {
-            squares: n * n * weight,
-            products: DVec3::new(n.y * n.z, n.z * n.x, n.x * n.y) * weight,
-            linear: n * (offset * weight),
-            constant: offset * offset * weight,
-            weight,
-        }
-    }
-
-    fn add(&mut self, other: &Quadric) {
-        self.squares += other.squares;
-        self.products += other.products;
-        self.linear += other.linear;
-        self.constant += other.constant;
-        self.weight += other.weight;
-    }
-
-    fn at(&self, p: DVec3) -> f64 {
-        let mixed = DVec3::new(p.y * p.z, p.z * p.x, p.x * p.y);
-        self.squares.dot(p * p) + 2.0 * (self.products.dot(mixed) + self.linear.dot(p)) + self.constant
-    }
+/// What is known of a vertex.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Standing {
+    /// It may be removed.
+    Open,
+    /// All that it proposed was refused: it may be removed once triangles around it change.
+    Refused,
+    /// It must stay.
+    Locked,
 }
 
 /// The part of a surface on which edges are collapsed.
 pub(super) struct Collapser<'a> {
     points: &'a [DVec3],
-    /// For each vertex, whether it must stay.
-    locked: &'a [bool],
-    samples: &'a [DVec3],
+    standings: &'a [Standing],
+    /// The largest distance, and that up to which a triangle is as good as the original. Measured distances may be twice `flat` too
+    /// small.
     bound: f64,
+    flat: f64,
     /// The triangles; `NONE` where one was removed.
     triangles: Vec<[u32; 3]>,
     /// For each triangle, whether it is new.
     is_new: Vec<bool>,
+    /// For each triangle a bound of its distance from the original that it stands for, in either direction.
+    errors: Vec<f64>,
+    /// The largest distance measured.
+    distance: f64,
     /// The triangles around each vertex.
     around: Vec<Vec<u32>>,
     quadrics: Vec<Quadric>,
-    /// The first sample of each triangle, and the next of each sample.
-    first: Vec<u32>,
-    next: Vec<u32>,
+    samples: Samples<'a>,
     scratch: Scratch,
 }
 
@@ -114,7 +92,17 @@ struct Scratch {
     test: u32,
     /// The triangles that a collapse would make, and their numbers.
     faces: Vec<(u32, Face)>,
-    /// Samples, and the triangles that they are assigned to.
+    /// Their errors, and those of the triangles around the vertex.
+    errors: Vec<f64>,
+    old_errors: Vec<f64>,
+    /// The largest distance measured.
+    distance: f64,
+    fan: Fan,
+    /// If something must be measured, the old triangles whose samples are, and those that stay as they are; these samples, and the new
+    /// triangles that they are assigned to.
+    is_measured: bool,
+    measured: Vec<u32>,
+    spared: Vec<u32>,
     moved: Vec<(u32, u32)>,
     hashes: Vec<u64>,
 }
@@ -126,20 +114,23 @@ pub(super) struct Collapsed {
     pub triangles: Vec<[u32; 3]>,
     /// For each triangle, whether a collapse made it.
     pub is_new: Vec<bool>,
+    /// For each triangle a bound of its distance from the original that it stands for, in either direction.
+    pub errors: Vec<f64>,
+    /// The largest of these, or distance measured.
+    pub distance: f64,
     /// For each sample the triangle that it is assigned to.
     pub homes: Vec<u32>,
-    /// The largest distance of a sample from its triangle, or of a new triangle from the original.
-    pub distance: f64,
 }
 
 impl<'a> Collapser<'a> {
-    /// Prepares triangles, with the number of the triangle that each sample is assigned to.
+    /// Prepares triangles, with their errors, and with the number of the triangle that each sample is assigned to.
     pub fn new(
         points: &'a [DVec3],
         triangles: Vec<[u32; 3]>,
-        locked: &'a [bool],
+        errors: Vec<f64>,
+        standings: &'a [Standing],
         (samples, homes): (&'a [DVec3], &[u32]),
-        bound: f64,
+        [bound, flat]: [f64; 2],
     ) -> Collapser<'a> {
         let mut around = vec![Vec::new(); points.len()];
         let mut quadrics = vec![Quadric::default(); points.len()];
@@ -153,19 +144,33 @@ impl<'a> Collapser<'a> {
                 quadrics[vertex as usize].add(&quadric);
             }
         }
-        let (mut first, mut next) = (vec![NONE; triangles.len()], vec![NONE; samples.len()]);
-        for (sample, &home) in (0..).zip(homes) {
-            next[sample as usize] = std::mem::replace(&mut first[home as usize], sample);
-        }
+        let samples = Samples::new(samples, homes, triangles.len());
         let scratch = Scratch { seen: vec![0; points.len()], ..Scratch::default() };
         let is_new = vec![false; triangles.len()];
-        Collapser { points, locked, samples, bound, triangles, is_new, around, quadrics, first, next, scratch }
+        Collapser {
+            points,
+            standings,
+            bound,
+            flat,
+            triangles,
+            is_new,
+            errors,
+            distance: 0.0,
+            around,
+            quadrics,
+            samples,
+            scratch,
+        }
     }
 
     /// Collapses edges until no proposal passes the tests: near the original, and so that the nodes of a guard keep their sides.
-    pub fn run(mut self, original: Original, guard: Option<&NodeGuard>) -> Collapsed {
+    ///
+    /// `original` is called at most once, if something must be measured.
+    pub fn run(mut self, original: impl FnOnce() -> Original, guard: Option<&NodeGuard>) -> Collapsed {
+        let original = LazyCell::new(original);
         let count = self.points.len();
-        let mut refused = vec![0; count];
+        let mut refused: Vec<usize> =
+            self.standings.iter().map(|&standing| if standing == Standing::Open { 0 } else { PROPOSALS }).collect();
         // The last pass in which the triangles around a vertex changed, or in which its proposal was refused.
         let mut changed = vec![0u32; count];
         let mut proposals: Vec<(f64, [u32; 2])> = Vec::new();
@@ -173,7 +178,7 @@ impl<'a> Collapser<'a> {
             proposals.clear();
             for vertex in 0..count as u32 {
                 let refused = &mut refused[vertex as usize];
-                let may_go = !self.locked[vertex as usize] && !self.around[vertex as usize].is_empty();
+                let may_go = !self.is_locked(vertex) && !self.around[vertex as usize].is_empty();
                 if may_go && *refused < PROPOSALS {
                     match self.proposal(vertex, *refused) {
                         Some((cost, into)) => proposals.push((cost, [vertex, into])),
@@ -209,11 +214,19 @@ impl<'a> Collapser<'a> {
                 }
             }
         }
-        self.finish(&original)
+        self.finish()
+    }
+
+    fn is_locked(&self, vertex: u32) -> bool {
+        self.standings[vertex as usize] == Standing::Locked
     }
 
     fn at(&self, vertex: u32) -> DVec3 {
         self.points[vertex as usize]
+    }
+
+    fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].map(|vertex| self.at(vertex))
     }
 
     /// Returns the other corners of a triangle, in its direction.
@@ -252,13 +265,17 @@ impl<'a> Collapser<'a> {
 
     /// Returns whether the first end may be removed and the second take its place. Notes the triangles that its samples are then
     /// assigned to.
-    fn holds(&mut self, [from, into]: [u32; 2], original: &Original, guard: Option<&NodeGuard>) -> bool {
+    fn holds(
+        &mut self,
+        [from, into]: [u32; 2],
+        original: &impl Deref<Target = Original>,
+        guard: Option<&NodeGuard>,
+    ) -> bool {
         let mut scratch = std::mem::take(&mut self.scratch);
         let holds = self.keeps_topology([from, into], &mut scratch)
             && self.keeps_direction([from, into], &mut scratch)
-            && self.keeps_distance(from, &mut scratch)
             && guard.is_none_or(|guard| self.keeps_sides(from, guard, &mut scratch))
-            && scratch.faces.iter().all(|(_, face)| original.is_near(face));
+            && self.keeps_distance([from, into], original, &mut scratch);
         self.scratch = scratch;
         holds
     }
@@ -274,7 +291,7 @@ impl<'a> Collapser<'a> {
         let is_new = |vertex: u32| scratch.seen[vertex as usize] != scratch.test;
         let neighbours = || around.iter().map(|&triangle| self.opposite(triangle, from)[0]).filter(|&v| v != into);
         let common = neighbours().filter(|&vertex| !is_new(vertex)).count();
-        let is_locked = |vertex: u32| self.locked[vertex as usize];
+        let is_locked = |vertex: u32| self.is_locked(vertex);
         let joins_locked = || is_locked(into) && neighbours().any(|vertex| is_new(vertex) && is_locked(vertex));
         // What is left of three triangles may be there already: the fourth of a tetrahedron, maybe in another patch.
         let may_be_there = || {
@@ -308,77 +325,64 @@ impl<'a> Collapser<'a> {
         guard.keeps_sides(before, after, &mut scratch.hashes)
     }
 
-    fn keeps_distance(&self, from: u32, scratch: &mut Scratch) -> bool {
-        let squared_bound = self.bound * self.bound;
-        scratch.moved.clear();
-        for &number in &self.around[from as usize] {
-            let mut sample = self.first[number as usize];
-            while sample != NONE {
-                let point = self.samples[sample as usize];
-                let mut best = (f64::INFINITY, NONE);
-                for (number, face) in &scratch.faces {
-                    if let Some(squared) = face.squared_height(point).filter(|&squared| squared < best.0) {
-                        best = (squared, *number);
-                    }
-                }
-                if best.0 > squared_bound {
-                    let distances = scratch.faces.iter().map(|(number, face)| (face.squared_distance(point), *number));
-                    best = distances.fold(best, |best, other| if other.0 < best.0 { other } else { best });
-                }
-                if best.0 > squared_bound {
-                    return false;
-                }
-                scratch.moved.push((sample, best.1));
-                sample = self.next[sample as usize];
-            }
-        }
-        true
-    }
-
     /// Carries out the collapse that was tested last.
     fn collapse(&mut self, [from, into]: [u32; 2]) {
+        let scratch = std::mem::take(&mut self.scratch);
+        if scratch.is_measured {
+            scratch.measured.iter().for_each(|&number| self.samples.clear(number));
+        }
         for number in std::mem::take(&mut self.around[from as usize]) {
-            self.first[number as usize] = NONE;
             let [b, c] = self.opposite(number, from);
             if b == into || c == into {
                 [b, c].into_iter().for_each(|v| self.around[v as usize].retain(|&other| other != number));
                 self.triangles[number as usize] = [NONE; 3];
+                // Its samples go to a new triangle at the side that is left of it.
+                let other = if b == into { c } else { b };
+                let mut heirs = scratch.faces.iter().map(|(heir, _)| *heir);
+                let heir = heirs.find(|&heir| self.triangles[heir as usize].contains(&other));
+                self.samples.join(number, heir.expect("every neighbour is in a new triangle"));
             } else {
                 // From the new vertex on, as its distance was measured.
                 self.triangles[number as usize] = [into, b, c];
                 self.around[into as usize].push(number);
             }
         }
-        for &(sample, home) in &self.scratch.moved {
-            self.next[sample as usize] = std::mem::replace(&mut self.first[home as usize], sample);
+        for (&(number, _), &error) in scratch.faces.iter().zip(&scratch.errors) {
+            self.is_new[number as usize] = true;
+            self.errors[number as usize] = error;
+            self.samples.unsettle(number);
         }
-        for (number, _) in &self.scratch.faces {
-            self.is_new[*number as usize] = true;
+        if scratch.is_measured {
+            scratch.faces.iter().for_each(|(number, _)| self.settle(*number));
+            scratch.moved.iter().for_each(|&(sample, home)| self.samples.add(home, sample));
         }
+        self.distance = self.distance.max(scratch.distance);
         let quadric = self.quadrics[from as usize];
         self.quadrics[into as usize].add(&quadric);
+        self.scratch = scratch;
     }
 
-    fn finish(self, original: &Original) -> Collapsed {
-        let mut collapsed = Collapsed { homes: vec![NONE; self.samples.len()], ..Collapsed::default() };
-        let mut largest = 0.0f64;
-        for (number, &triangle) in self.triangles.iter().enumerate().filter(|(_, triangle)| triangle[0] != NONE) {
-            let corners = triangle.map(|vertex| self.at(vertex));
-            if self.is_new[number] {
-                largest = largest.max(original.squared_distance(corners));
+    /// Returns the triangles that are left.
+    fn left(&self) -> impl Iterator<Item = u32> {
+        (0..).zip(&self.triangles).filter(|(_, triangle)| triangle[0] != NONE).map(|(number, _)| number)
+    }
+
+    fn finish(mut self) -> Collapsed {
+        self.settle_from(self.left().collect());
+        let homes = vec![NONE; self.samples.points.len()];
+        let distance = if self.distance > 0.0 { self.distance + 2.0 * self.flat } else { 0.0 };
+        let mut collapsed = Collapsed { homes, distance, ..Collapsed::default() };
+        for number in self.left() {
+            let place = collapsed.triangles.len() as u32;
+            self.samples.of(number).for_each(|sample| collapsed.homes[sample as usize] = place);
+            collapsed.triangles.push(self.triangles[number as usize]);
+            collapsed.is_new.push(self.is_new[number as usize]);
+            let error = self.errors[number as usize];
+            collapsed.errors.push(error);
+            if error < self.bound {
+                collapsed.distance = collapsed.distance.max(error);
             }
-            let mut sample = self.first[number];
-            while sample != NONE {
-                collapsed.homes[sample as usize] = collapsed.triangles.len() as u32;
-                largest = largest.max(squared_distance(self.samples[sample as usize], corners));
-                sample = self.next[sample as usize];
-            }
-            collapsed.triangles.push(triangle);
-            collapsed.is_new.push(self.is_new[number]);
         }
-        debug_assert!(largest <= (self.bound * (1.0 + ROUNDED)).powi(2), "{largest} {}", self.bound);
-        // Heights are rounded otherwise than distances.
-        collapsed.distance = largest.sqrt().min(self.bound);
         collapsed
     }
 }

@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
-use super::Limits;
-use super::collapse::{Collapsed, Collapser};
+use super::Target;
+use super::collapse::{Collapsed, Collapser, Standing};
 use super::nodes::NodeGuard;
 use super::original::Original;
 use crate::closest::ClosestTriangle;
-use crate::mesh::{Aabb, TriangleMesh};
+use crate::mesh::Aabb;
 
 /// A part of the surface and the part of the original assigned to it.
 pub(super) struct Patch {
@@ -15,8 +15,10 @@ pub(super) struct Patch {
     vertices: Vec<u32>,
     /// Its initial triangles, by places in `vertices`.
     start: Vec<[u32; 3]>,
-    /// For each of `vertices`, whether it must stay.
-    locked: Vec<bool>,
+    /// Their errors.
+    errors: Vec<f64>,
+    /// For each of `vertices`, what is known of it.
+    standings: Vec<Standing>,
     /// The assigned part of the original.
     original: Share,
     result: Collapsed,
@@ -29,8 +31,8 @@ pub(super) struct Share {
     pub points: Vec<u32>,
     /// For each of `points` the triangle of the patch that it is assigned to.
     pub homes: Vec<u32>,
-    /// Original triangles that the patch must be near.
-    pub triangles: Vec<u32>,
+    /// Triangles, by original vertices, that the patch must be near: of the original, or nearly on it.
+    pub triangles: Vec<[u32; 3]>,
 }
 
 /// The part of a patch that is closest to a point.
@@ -42,15 +44,20 @@ pub(super) struct Near {
 }
 
 impl Patch {
-    /// Creates a patch of triangles of original vertices; those for which `is_border` holds must stay.
-    pub(super) fn new(triangles: &[[u32; 3]], is_border: impl Fn(u32) -> bool, original: Share) -> Patch {
+    /// Creates a patch of triangles of original vertices, with their errors, and with what is known of each vertex.
+    pub(super) fn new(
+        triangles: &[[u32; 3]],
+        errors: Vec<f64>,
+        standing: impl Fn(u32) -> Standing,
+        original: Share,
+    ) -> Patch {
         let mut vertices = triangles.as_flattened().to_vec();
         vertices.sort_unstable();
         vertices.dedup();
         let place = |vertex: u32| vertices.binary_search(&vertex).expect("all vertices are listed") as u32;
         let start = triangles.iter().map(|indices| indices.map(place)).collect();
-        let locked = vertices.iter().map(|&vertex| is_border(vertex)).collect();
-        Patch { vertices, start, locked, original, result: Collapsed::default() }
+        let standings = vertices.iter().map(|&vertex| standing(vertex)).collect();
+        Patch { vertices, start, errors, standings, original, result: Collapsed::default() }
     }
 
     /// Returns its current triangles, by original vertices.
@@ -58,19 +65,36 @@ impl Patch {
         self.result.triangles.iter().map(|indices| indices.map(|place| self.vertices[place as usize]))
     }
 
+    /// Returns its original vertices.
+    pub(super) fn vertices(&self) -> &[u32] {
+        &self.vertices
+    }
+
+    /// Returns the original vertices of triangles with a vertex that had to stay.
+    pub(super) fn beside_locked(&self) -> impl Iterator<Item = u32> {
+        let is_beside =
+            |indices: &&[u32; 3]| indices.iter().any(|&place| self.standings[place as usize] == Standing::Locked);
+        self.result.triangles.iter().filter(is_beside).flatten().map(|&place| self.vertices[place as usize])
+    }
+
     /// Returns for each of its triangles whether it is new.
     pub(super) fn is_new(&self) -> impl Iterator<Item = bool> {
         self.result.is_new.iter().copied()
     }
 
-    /// Returns the largest distance measured, in either direction.
+    /// Returns for each of its triangles a bound of its distance from the original, in either direction.
+    pub(super) fn errors(&self) -> &[f64] {
+        &self.result.errors
+    }
+
+    /// Returns the largest of these, or distance measured.
     pub(super) fn distance(&self) -> f64 {
         self.result.distance
     }
 
     /// Returns the number of its locked vertices.
     pub(super) fn locked(&self) -> usize {
-        self.locked.iter().filter(|locked| **locked).count()
+        self.standings.iter().filter(|standing| **standing == Standing::Locked).count()
     }
 
     /// Returns the original vertices, each with the triangle of the patch that it is assigned to.
@@ -79,34 +103,39 @@ impl Patch {
     }
 
     /// Returns its bounding box.
-    pub(super) fn bounds(&self, original: &TriangleMesh) -> Aabb {
+    pub(super) fn bounds(&self, target: &Target) -> Aabb {
         let empty = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
         self.vertices.iter().fold(empty, |bounds, &vertex| {
-            let position = original.positions[vertex as usize];
+            let position = target.original.positions[vertex as usize];
             bounds.union(Aabb { min: position, max: position })
         })
     }
 
     /// Collapses edges as far as the limits allow.
-    pub(super) fn decimate(&mut self, original: &TriangleMesh, limits: &Limits) {
-        let Aabb { min, max } = self.bounds(original);
+    pub(super) fn decimate(&mut self, target: &Target) {
+        let Aabb { min, max } = self.bounds(target);
+        // Triangles that count as the original, and points on the wrong side of their border, may be a little away.
+        let bound = target.limits.bound - 2.0 * target.flat();
         // Near their middle, coordinates have the smallest rounding.
         let middle = 0.5 * (min + max);
-        let place = |&vertex: &u32| original.positions[vertex as usize] - middle;
-        let points: Vec<DVec3> = self.vertices.iter().map(place).collect();
-        let samples: Vec<DVec3> = self.original.points.iter().map(place).collect();
-        let corners = |&triangle: &u32| original.triangles[triangle as usize].map(|vertex| place(&vertex));
-        let near = Original::new(self.original.triangles.iter().map(corners), limits.bound);
-        let guard = limits.grid.map(|grid| NodeGuard::new(grid, middle));
+        let place = |vertex: u32| target.original.positions[vertex as usize] - middle;
+        let points: Vec<DVec3> = self.vertices.iter().map(|&vertex| place(vertex)).collect();
+        let samples: Vec<DVec3> = self.original.points.iter().map(|&vertex| place(vertex)).collect();
+        let guard = target.limits.grid.map(|grid| NodeGuard::new(grid, middle));
+        let (start, errors) = (self.start.clone(), self.errors.clone());
         let assigned = (&samples[..], &self.original.homes[..]);
-        let collapser = Collapser::new(&points, self.start.clone(), &self.locked, assigned, limits.bound);
-        self.result = collapser.run(near, guard.as_ref());
+        let collapser = Collapser::new(&points, start, errors, &self.standings, assigned, [bound, target.flat()]);
+        let original = || {
+            let corners: Vec<_> = self.original.triangles.iter().map(|indices| indices.map(place)).collect();
+            Original::new(&corners, target.spacing, bound)
+        };
+        self.result = collapser.run(original, guard.as_ref());
     }
 
     /// Restores the patch permanently.
-    pub(super) fn leave(&mut self, original: &TriangleMesh, limits: &Limits) {
-        self.locked.fill(true);
-        self.decimate(original, limits);
+    pub(super) fn leave(&mut self, target: &Target) {
+        self.standings.fill(Standing::Locked);
+        self.decimate(target);
     }
 
     /// Locks places and all within `rings` edges of them.
@@ -121,14 +150,15 @@ impl Patch {
                 }
             }
         }
-        self.locked.iter_mut().zip(fresh).for_each(|(locked, fresh)| *locked |= fresh);
+        let fresh = self.standings.iter_mut().zip(fresh).filter(|(_, fresh)| *fresh);
+        fresh.for_each(|(standing, _)| *standing = Standing::Locked);
     }
 
     /// Returns for each point its distance from the initial patch, and the vertices of the triangles that are closest to it or
     /// at most `slack` farther than the closest.
-    pub(super) fn near(&self, original: &TriangleMesh, points: &[DVec3], slack: f64) -> Vec<Near> {
-        let corners =
-            |indices: &[u32; 3]| indices.map(|place| original.positions[self.vertices[place as usize] as usize]);
+    pub(super) fn near(&self, target: &Target, points: &[DVec3], slack: f64) -> Vec<Near> {
+        let position = |place: u32| target.original.positions[self.vertices[place as usize] as usize];
+        let corners = |indices: &[u32; 3]| indices.map(position);
         let tree = ClosestTriangle::new(&self.start.iter().map(corners).collect::<Vec<_>>());
         let near = points.iter().map(|&point| {
             let closest = tree.of(point, 0);
