@@ -1,8 +1,8 @@
-//! Mesh simplification within a bound that is measured, not merely requested.
+//! Mesh simplification within a bound that is proved or measured, not merely requested.
 //!
 //! Edges are collapsed (`collapse`): the vertices of the result are some of the given ones, to the last bit. Each collapse is
 //! tested: the surface stays a manifold with the same components and the same genus; it stays within the bound of the original, and
-//! the original of it; no triangle turns by more than 60°; and the nodes of a grid keep their sides. The rest is verified
+//! the original of it; no collapse turns a triangle by more than 60°; and the nodes of a grid keep their sides. The rest is verified
 //! afterwards:
 //! - no new triangle crosses another, whether exact or rounded to the precision of a file;
 //! - the caller's own criterion: a function that takes the mesh and returns the places where it is not acceptable.
@@ -11,12 +11,12 @@
 //! The surface is split into patches of some thousand triangles, at medians of centroids, with their borders locked. Each is
 //! decimated by itself, in parallel and in coordinates of its own. Where a verification fails, vertices nearby are locked and the
 //! patches there are decimated again; those that fail too often stay what they were before the pass, and if that does not help,
-//! so do all. The borders are decimated in later passes, four at most, which split elsewhere, until a pass gains little or few
-//! triangles are left. Distances are always from the original.
+//! so do all. The borders are decimated in later passes, four at most, which split elsewhere, until a pass gains little. Distances
+//! are always from the original, or from triangles within 1/256 of the bound of it.
 //!
 //! # Limitations
 //! Where distances are measured, the original is measured at its vertices, and new triangles at points about an edge of the original
-//! apart, but at most 15 on a side and 3 inside: between these, they may be somewhat farther away. Distances are from the
+//! apart, but at most 15 on a side and 4 inside: between these, they may be somewhat farther away. Distances are from the
 //! corresponding part of the surface, and no less than the distance from the nearest part of all.
 
 mod collapse;
@@ -49,9 +49,6 @@ const SPLITS: [f64; 4] = [0.5, 0.37, 0.59, 0.45];
 
 /// A pass that removes less than this share of the triangles is the last.
 const LEAST_GAIN: f64 = 0.08;
-
-/// A pass that leaves less than this share of the original triangles is the last.
-const FEW: f64 = 1.0 / 2000.0;
 
 /// A triangle whose distance from the original is at most this share of the bound takes its place in measurements.
 const FLAT: f64 = 1.0 / 256.0;
@@ -138,8 +135,7 @@ pub fn simplify(
             break;
         }
         state.take(&patches);
-        let (left, all) = (state.triangles.len() as f64, mesh.triangles.len() as f64);
-        if left >= (1.0 - LEAST_GAIN) * before as f64 || left <= FEW * all {
+        if (before - state.triangles.len()) as f64 <= LEAST_GAIN * before as f64 {
             break;
         }
     }
@@ -203,7 +199,7 @@ impl Surface {
         let original = target.original;
         let centroid = |triangle: usize| {
             let [a, b, c] = self.triangles[triangle].map(|vertex| original.positions[vertex as usize]);
-            ((a + b + c) / 3.0).as_vec3()
+            ((a + b + c) / 3.0 - original.positions[0]).as_vec3()
         };
         let mut order: Vec<(Vec3, u32)> =
             (0..self.triangles.len()).into_par_iter().map(|triangle| (centroid(triangle), triangle as u32)).collect();
@@ -238,7 +234,8 @@ impl Surface {
             let homes = indices.map(|vertex| self.homes[vertex as usize]);
             let patches = homes.map(|home| patch_of_triangle[home as usize]);
             for (i, patch) in patches.into_iter().enumerate() {
-                if !is_flat(homes[i]) && !patches[..i].contains(&patch) {
+                let is_known = (0..i).any(|j| patches[j] == patch && !is_flat(homes[j]));
+                if !is_flat(homes[i]) && !is_known {
                     shares[patch as usize].triangles.push(*indices);
                 }
             }

@@ -124,6 +124,10 @@ fn surfaces_of_random_nodes_stay_manifolds_around_them() {
         let images = images_of(&grid, inside, &mut noise);
         let single = contour(images.each_ref(), None, Mode::Exact).unwrap();
         for bound in [0.05, 0.5] {
+            let moved = nodes(&closed(simplified(&single, &grid, bound).mesh), &grid);
+            let all = nodes(&closed(single.mesh.clone()), &grid);
+            let moved: u32 = moved.iter().flatten().zip(all.iter().flatten()).map(|(a, b)| (a ^ b).count_ones()).sum();
+            assert!(moved <= 2, "{rays:?} within {bound}: {moved} nodes");
             let few = simplified_around_nodes(&single, &grid, bound);
             assert_solid(&few.mesh);
             assert_uncrossed(&few, &grid, &format!("{rays:?} {rough}"));

@@ -47,26 +47,29 @@ const BETWEEN_CHECKPOINTS: usize = 256;
 /// Least cosine of the angle by which a triangle turns.
 const TURN: f64 = 0.5;
 
+/// Rounding of a distance, as a share.
+const ROUNDED: f64 = 1e-9;
+
 /// A cost, as a share of the squared bound and for each squared unit of length, so that of equal proposals the shorter wins.
 const LENGTH_COST: f64 = 1e-9;
 
-/// What is known of a vertex.
+/// Whether a vertex may be removed.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Standing {
-    /// It may be removed.
+    /// Yes.
     Open,
-    /// All that it proposed was refused: it may be removed once triangles around it change.
+    /// Once triangles around it change: all that it proposed was refused.
     Refused,
-    /// It must stay.
+    /// No.
     Locked,
 }
 
 /// The part of a surface on which edges are collapsed.
 pub(super) struct Collapser<'a> {
     points: &'a [DVec3],
+    /// For each vertex, whether it may be removed.
     standings: &'a [Standing],
-    /// The largest distance, and that up to which a triangle is as good as the original. Measured distances may be twice `flat` too
-    /// small.
+    /// The largest distance, and that up to which a triangle is as good as the original.
     bound: f64,
     flat: f64,
     /// The triangles; `NONE` where one was removed.
@@ -98,11 +101,11 @@ struct Scratch {
     /// The largest distance measured.
     distance: f64,
     fan: Fan,
-    /// If something must be measured, the old triangles whose samples are, and those that stay as they are; these samples, and the new
-    /// triangles that they are assigned to.
+    /// Whether distances must be measured.
     is_measured: bool,
+    /// The old triangles whose samples are measured; the others are nearly as flat as the new ones.
     measured: Vec<u32>,
-    spared: Vec<u32>,
+    /// Samples measured, and the new triangles that they are assigned to.
     moved: Vec<(u32, u32)>,
     hashes: Vec<u64>,
 }
@@ -263,8 +266,7 @@ impl<'a> Collapser<'a> {
         Some(best[refused]).filter(|(_, into)| *into != NONE)
     }
 
-    /// Returns whether the first end may be removed and the second take its place. Notes the triangles that its samples are then
-    /// assigned to.
+    /// Returns whether the first end may be removed and the second take its place. Notes what the collapse will need.
     fn holds(
         &mut self,
         [from, into]: [u32; 2],
@@ -274,8 +276,9 @@ impl<'a> Collapser<'a> {
         let mut scratch = std::mem::take(&mut self.scratch);
         let holds = self.keeps_topology([from, into], &mut scratch)
             && self.keeps_direction([from, into], &mut scratch)
+            && self.adds_up([from, into], &mut scratch)
             && guard.is_none_or(|guard| self.keeps_sides(from, guard, &mut scratch))
-            && self.keeps_distance([from, into], original, &mut scratch);
+            && (!scratch.is_measured || self.is_near(from, original, &mut scratch));
         self.scratch = scratch;
         holds
     }
@@ -328,8 +331,15 @@ impl<'a> Collapser<'a> {
     /// Carries out the collapse that was tested last.
     fn collapse(&mut self, [from, into]: [u32; 2]) {
         let scratch = std::mem::take(&mut self.scratch);
+        for &(number, _) in &scratch.faces {
+            if !(scratch.is_measured && scratch.measured.contains(&number)) {
+                self.samples.mark_stale(number);
+            }
+        }
         if scratch.is_measured {
             scratch.measured.iter().for_each(|&number| self.samples.clear(number));
+            scratch.moved.iter().for_each(|&(sample, home)| self.samples.add(home, sample));
+            self.distance = self.distance.max(scratch.distance);
         }
         for number in std::mem::take(&mut self.around[from as usize]) {
             let [b, c] = self.opposite(number, from);
@@ -350,13 +360,7 @@ impl<'a> Collapser<'a> {
         for (&(number, _), &error) in scratch.faces.iter().zip(&scratch.errors) {
             self.is_new[number as usize] = true;
             self.errors[number as usize] = error;
-            self.samples.unsettle(number);
         }
-        if scratch.is_measured {
-            scratch.faces.iter().for_each(|(number, _)| self.settle(*number));
-            scratch.moved.iter().for_each(|&(sample, home)| self.samples.add(home, sample));
-        }
-        self.distance = self.distance.max(scratch.distance);
         let quadric = self.quadrics[from as usize];
         self.quadrics[into as usize].add(&quadric);
         self.scratch = scratch;
@@ -368,10 +372,10 @@ impl<'a> Collapser<'a> {
     }
 
     fn finish(mut self) -> Collapsed {
-        self.settle_from(self.left().collect());
+        self.refresh_from(self.left().collect());
+        debug_assert!(self.left().all(|number| self.errors[number as usize] <= self.bound * (1.0 + ROUNDED)));
         let homes = vec![NONE; self.samples.points.len()];
-        let distance = if self.distance > 0.0 { self.distance + 2.0 * self.flat } else { 0.0 };
-        let mut collapsed = Collapsed { homes, distance, ..Collapsed::default() };
+        let mut collapsed = Collapsed { homes, distance: self.distance, ..Collapsed::default() };
         for number in self.left() {
             let place = collapsed.triangles.len() as u32;
             self.samples.of(number).for_each(|sample| collapsed.homes[sample as usize] = place);

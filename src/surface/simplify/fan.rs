@@ -1,13 +1,16 @@
 //! The distance between the triangles around a vertex before and after it is removed.
 //!
-//! Both are height fields over the same polygon, if no triangle is turned over when seen along their mean normal. Their difference
-//! in height is then linear between the places where their sides meet, so that its largest values are found there: at the vertex
-//! that is removed, and where sides before and after cross.
+//! Both are height fields over the same polygon, if seen along their mean normal no triangle is turned over and the polygon goes
+//! around the vertex once. Their difference in height is then linear between the places where their sides meet, so that its largest
+//! values are found there: at the vertex that is removed, and where sides before and after cross.
 
 use glam::DVec3;
 
 /// Rounding of a share.
 const ROUNDED: f64 = 1e-9;
+
+/// Most triangles that are compared: the time grows with the square.
+const MOST: usize = 128;
 
 /// The triangles around a vertex, seen along their mean normal, and those in which another vertex takes its place.
 #[derive(Default)]
@@ -15,20 +18,25 @@ pub(super) struct Fan {
     spokes: Vec<Spoke>,
     /// The crossings of sides before and after.
     crossings: Vec<Crossing>,
-    /// The triangles after that the removed vertex lies in, and its difference in height from them.
-    around_middle: Vec<usize>,
+    /// The triangles after over which the removed vertex lies, more than one if it lies over a side, and its height above them.
+    under_middle: Vec<usize>,
     at_middle: f64,
+    /// For each spoke the largest error and difference at the crossings of the side after with the same end.
+    of_sides: Vec<f64>,
 }
 
 /// A side from the removed vertex, and the triangle that begins with it.
 struct Spoke {
-    /// Its end, and the number of the spoke with the triangle's third corner.
+    /// Its end, and the numbers of the spokes with the triangle's third corner, and before it.
     end: u32,
     next: usize,
+    previous: usize,
     /// Its end in coordinates with their origin at the vertex, z along the mean normal.
     at: DVec3,
     /// Whether the triangle stays, as it does not have the vertex that takes the place of the middle.
     stays: bool,
+    /// The largest difference in height along the side.
+    difference: f64,
 }
 
 /// A crossing of a side before and a side after, by the numbers of the spokes with their ends.
@@ -40,25 +48,33 @@ struct Crossing {
 }
 
 impl Fan {
-    /// Compares the triangles around a vertex with those in which the vertex `into` takes its place. Returns false where a triangle
-    /// is turned over, so that they cannot be compared.
+    /// Compares the triangles around a vertex with those in which the vertex `into` takes its place. Returns false if they cannot be
+    /// compared.
     ///
     /// `ends` gives the other two corners of each triangle, in its direction.
     pub fn compare(
         &mut self,
         middle: DVec3,
         into: u32,
-        ends: impl Iterator<Item = [u32; 2]> + Clone,
+        ends: impl ExactSizeIterator<Item = [u32; 2]> + Clone,
         place: impl Fn(u32) -> DVec3,
     ) -> bool {
-        let Fan { spokes, crossings, around_middle, at_middle } = self;
+        let Fan { spokes, crossings, under_middle, at_middle, .. } = self;
         spokes.clear();
         crossings.clear();
-        around_middle.clear();
+        under_middle.clear();
+        if ends.len() > MOST {
+            return false;
+        }
         let number = |end: u32| ends.clone().position(|[first, _]| first == end);
         for [end, other] in ends.clone() {
             let Some(next) = number(other) else { return false };
-            spokes.push(Spoke { end, next, at: place(end) - middle, stays: end != into && other != into });
+            let (at, stays) = (place(end) - middle, end != into && other != into);
+            spokes.push(Spoke { end, next, previous: 0, at, stays, difference: 0.0 });
+        }
+        for i in 0..spokes.len() {
+            let next = spokes[i].next;
+            spokes[next].previous = i;
         }
         let Some(apex) = number(into) else { return false };
         let normal: DVec3 = spokes.iter().map(|spoke| spoke.at.cross(spokes[spoke.next].at)).sum();
@@ -68,6 +84,7 @@ impl Fan {
             spoke.at = DVec3::new(x.dot(spoke.at), y.dot(spoke.at), normal.dot(spoke.at));
         }
         let apex = spokes[apex].at;
+        let mut turns = 0;
         *at_middle = 0.0;
         for (i, spoke) in spokes.iter().enumerate() {
             let [p, q] = [spoke.at, spokes[spoke.next].at];
@@ -75,25 +92,30 @@ impl Fan {
             if turn(p, q) <= 0.0 || (spoke.stays && area <= 0.0) {
                 return false;
             }
+            turns += usize::from(p.y < 0.0 && q.y >= 0.0);
             let weights = DVec3::new(turn(q, apex), turn(apex, p), turn(p, q)) / area;
             if spoke.stays && weights.min_element() >= -ROUNDED {
-                around_middle.push(i);
+                under_middle.push(i);
                 *at_middle = at_middle.max(weights.dot(DVec3::new(p.z, q.z, apex.z)).abs());
             }
         }
-        if around_middle.is_empty() {
+        if turns != 1 || under_middle.is_empty() {
             return false;
         }
-        for (after, side) in spokes.iter().enumerate().filter(|(_, side)| side.end != into) {
-            let along = side.at - apex;
+        for after in 0..spokes.len() {
+            if spokes[after].end == into {
+                continue;
+            }
+            let along = spokes[after].at - apex;
             let (of_middle, squared) = (turn(along, -apex), along.x * along.x + along.y * along.y);
-            for (before, spoke) in spokes.iter().enumerate() {
+            for (before, spoke) in spokes.iter_mut().enumerate() {
                 let of_end = turn(along, spoke.at - apex);
-                if of_middle * of_end < 0.0 {
+                if (of_middle < 0.0 && of_end > 0.0) || (of_middle > 0.0 && of_end < 0.0) {
                     let at = spoke.at * (of_middle / (of_middle - of_end));
                     let share = ((at.x - apex.x) * along.x + (at.y - apex.y) * along.y) / squared;
                     if (-ROUNDED..=1.0 + ROUNDED).contains(&share) {
                         let difference = (at.z - (apex.z + share * along.z)).abs();
+                        spoke.difference = spoke.difference.max(difference);
                         crossings.push(Crossing { before, after, difference });
                     }
                 }
@@ -104,24 +126,24 @@ impl Fan {
 
     /// Returns the largest difference in height of a triangle before from those after.
     pub fn difference(&self, triangle: usize) -> f64 {
-        let ends = [triangle, self.spokes[triangle].next];
-        let crossings = self.crossings.iter().filter(|crossing| ends.contains(&crossing.before));
-        crossings.map(|crossing| crossing.difference).fold(self.at_middle, f64::max)
+        let spoke = &self.spokes[triangle];
+        self.at_middle.max(spoke.difference).max(self.spokes[spoke.next].difference)
     }
 
-    /// Returns for each triangle after, in order, the largest error of those before that lie over it, plus the difference in height
-    /// there.
-    pub fn errors(&self, of: &[f64]) -> impl Iterator<Item = f64> {
-        let before = |spoke: usize| self.spokes.iter().position(|other| other.next == spoke);
-        let in_middle = of.iter().copied().fold(0.0, f64::max) + self.at_middle;
-        self.spokes.iter().enumerate().filter(|(_, spoke)| spoke.stays).map(move |(i, spoke)| {
-            let own = if self.around_middle.contains(&i) { in_middle } else { of[i] };
-            let crossings = self.crossings.iter().filter(|crossing| [i, spoke.next].contains(&crossing.after));
-            let at_crossing = |crossing: &Crossing| {
-                let beside = before(crossing.before).map_or(0.0, |triangle| of[triangle]);
-                of[crossing.before].max(beside) + crossing.difference
-            };
-            crossings.map(at_crossing).fold(own, f64::max)
+    /// Returns for each triangle after, in order, the largest of the errors of those before that lie over it, plus the difference
+    /// in height there.
+    pub fn errors(&mut self, of: &[f64]) -> impl Iterator<Item = f64> {
+        let Fan { spokes, crossings, under_middle, at_middle, of_sides } = self;
+        of_sides.clear();
+        of_sides.resize(spokes.len(), 0.0);
+        for crossing in &*crossings {
+            let beside = of[crossing.before].max(of[spokes[crossing.before].previous]);
+            of_sides[crossing.after] = of_sides[crossing.after].max(beside + crossing.difference);
+        }
+        let in_middle = of.iter().copied().fold(0.0, f64::max) + *at_middle;
+        spokes.iter().enumerate().filter(|(_, spoke)| spoke.stays).map(move |(i, spoke)| {
+            let own = if under_middle.contains(&i) { in_middle } else { of[i] };
+            own.max(of_sides[i]).max(of_sides[spoke.next])
         })
     }
 }

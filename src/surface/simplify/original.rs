@@ -5,8 +5,10 @@ use glam::DVec3;
 use super::face::Face;
 use crate::closest::ClosestTriangle;
 
-/// Most subdivisions of a triangle's sides where the distance of its first side is sampled, and that of its interior.
+/// Most parts into which a triangle's first side is divided by samples.
 const MOST_PARTS: f64 = 16.0;
+
+/// Most parts into which its longest side is divided by the raster of samples inside.
 const INNER_PARTS: f64 = 4.0;
 
 /// Least cosine of the angle, 75°, between a new triangle and one of the original near it. One collapse turns a triangle by less,
@@ -15,40 +17,44 @@ const LIKE: f64 = 0.25;
 
 /// Triangles of the original, or within a small distance of it, from which distances are measured.
 pub(super) struct Original {
-    triangles: ClosestTriangle,
+    triangles: Option<ClosestTriangle>,
     /// The distance between samples.
     spacing: f64,
-    /// The largest distance from these triangles.
+    /// The largest distance from these triangles, and the distance of these from the original.
     bound: f64,
+    flat: f64,
 }
 
 impl Original {
-    pub fn new(corners: &[[DVec3; 3]], spacing: f64, bound: f64) -> Original {
-        Original { triangles: ClosestTriangle::new(corners), spacing, bound }
+    /// Creates it from triangles whose distance from the original is at most `flat`, itself less than the bound.
+    pub fn new(corners: &[[DVec3; 3]], spacing: f64, [bound, flat]: [f64; 2]) -> Original {
+        let triangles = (!corners.is_empty()).then(|| ClosestTriangle::new(corners));
+        Original { triangles, spacing, bound: bound - flat, flat }
     }
 
     /// Returns the largest distance of a triangle at its [`samples`]. `None` if it is more than the bound, or if the original does not
     /// face as the triangle does at its centroid.
     pub fn distance(&self, face: &Face) -> Option<f64> {
+        let triangles = self.triangles.as_ref()?;
         let [a, b, c] = face.corners;
         let centroid = (a + b + c) / 3.0;
         let faces_like = |[a, b, c]: [DVec3; 3]| {
             let normal = (b - a).cross(c - a);
             normal.dot(face.normal) >= LIKE * normal.length()
         };
-        if !self.triangles.any_within(centroid, self.bound, faces_like) {
+        if !triangles.any_within(centroid, self.bound, faces_like) {
             return None;
         }
         let squared_bound = self.bound * self.bound;
         let mut largest = 0.0f64;
         for point in samples(face.corners, self.spacing).chain([centroid]) {
-            largest = largest.max(self.triangles.squared_below(point, squared_bound)?);
+            largest = largest.max(triangles.squared_below(point, squared_bound)?);
         }
-        Some(largest.sqrt())
+        Some(largest.sqrt() + self.flat)
     }
 }
 
-/// Returns points of a triangle: on its first side about `spacing` apart, but at most 15, and in its interior at most 3. Of the
+/// Returns points of a triangle: on its first side about `spacing` apart, but at most 15, and in its interior at most 3 besides the centroid. Of the
 /// triangles around a new vertex, each begins with it, so that the last side is the first of the next; the side between is old.
 fn samples([a, b, c]: [DVec3; 3], spacing: f64) -> impl Iterator<Item = DVec3> {
     let parts = |length: f64, most: f64| 2 * (length / (2.0 * spacing)).ceil().clamp(1.0, most / 2.0) as u32;

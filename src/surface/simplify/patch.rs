@@ -17,7 +17,7 @@ pub(super) struct Patch {
     start: Vec<[u32; 3]>,
     /// Their errors.
     errors: Vec<f64>,
-    /// For each of `vertices`, what is known of it.
+    /// For each of `vertices`, whether it may be removed.
     standings: Vec<Standing>,
     /// The assigned part of the original.
     original: Share,
@@ -44,7 +44,7 @@ pub(super) struct Near {
 }
 
 impl Patch {
-    /// Creates a patch of triangles of original vertices, with their errors, and with what is known of each vertex.
+    /// Creates a patch of triangles of original vertices, with their errors, and with the standing of each vertex.
     pub(super) fn new(
         triangles: &[[u32; 3]],
         errors: Vec<f64>,
@@ -114,8 +114,7 @@ impl Patch {
     /// Collapses edges as far as the limits allow.
     pub(super) fn decimate(&mut self, target: &Target) {
         let Aabb { min, max } = self.bounds(target);
-        // Triangles that count as the original, and points on the wrong side of their border, may be a little away.
-        let bound = target.limits.bound - 2.0 * target.flat();
+        let bounds = [target.limits.bound, target.flat()];
         // Near their middle, coordinates have the smallest rounding.
         let middle = 0.5 * (min + max);
         let place = |vertex: u32| target.original.positions[vertex as usize] - middle;
@@ -124,10 +123,10 @@ impl Patch {
         let guard = target.limits.grid.map(|grid| NodeGuard::new(grid, middle));
         let (start, errors) = (self.start.clone(), self.errors.clone());
         let assigned = (&samples[..], &self.original.homes[..]);
-        let collapser = Collapser::new(&points, start, errors, &self.standings, assigned, [bound, target.flat()]);
+        let collapser = Collapser::new(&points, start, errors, &self.standings, assigned, bounds);
         let original = || {
             let corners: Vec<_> = self.original.triangles.iter().map(|indices| indices.map(place)).collect();
-            Original::new(&corners, target.spacing, bound)
+            Original::new(&corners, target.spacing, bounds)
         };
         self.result = collapser.run(original, guard.as_ref());
     }

@@ -102,6 +102,54 @@ fn the_bound_holds_by_brute_force_and_larger_bounds_leave_fewer_triangles() {
 }
 
 #[test]
+fn walls_thinner_than_the_bound_stay_within_it() {
+    // A wavy sheet: samples of one side are near the other, too.
+    for (thickness, bound) in [(0.3, 0.5), (0.3, 0.2), (0.05, 1.0)] {
+        let sheet = solids::cuboid(DVec3::ZERO, DVec3::new(24.0, 24.0, thickness)).unwrap();
+        let mut original = refined(&sheet, 5);
+        for position in &mut original.positions {
+            position.z += 1.5 * (position.x / 2.0).sin() * (position.y / 3.0).cos();
+        }
+        let result = simplified(&original, bound);
+        assert_same_topology(&original, &result.mesh);
+        let apart = apart(&original, &result.mesh);
+        assert!(apart <= bound * (1.0 + 1e-12), "{thickness}: {apart} {bound}");
+        assert!(result.mesh.triangles.len() < original.triangles.len() / 2, "{}", result.mesh.triangles.len());
+    }
+}
+
+#[test]
+fn spikes_higher_than_the_bound_stay() {
+    let mut original = refined(&cube(DVec3::ZERO, 1.0), 5);
+    let top: Vec<usize> = (0..original.positions.len()).filter(|&i| original.positions[i].z == 1.0).collect();
+    let inner = |p: DVec3| p.x > 0.1 && p.x < 0.9 && p.y > 0.1 && p.y < 0.9;
+    let spikes: Vec<usize> = top.into_iter().filter(|&i| inner(original.positions[i])).step_by(37).collect();
+    assert!(spikes.len() > 10);
+    spikes.iter().for_each(|&i| original.positions[i].z = 1.0055);
+    let result = simplified(&original, 0.005);
+    assert_same_topology(&original, &result.mesh);
+    assert!(apart(&original, &result.mesh) <= 0.005 * (1.0 + 1e-12));
+    let left = result.mesh.positions.iter().filter(|position| position.z > 1.0).count();
+    // One between others may go, where the surface spans those.
+    assert!(left + 1 >= spikes.len() && result.mesh.triangles.len() < original.triangles.len() / 20, "{left}");
+}
+
+#[test]
+fn rounded_boxes_have_few_triangles() {
+    // Flat faces beside bent ones, in several passes.
+    let mut original = refined(&cube(DVec3::splat(-1.0), 2.0), 6);
+    for position in &mut original.positions {
+        let core = position.clamp(DVec3::splat(-0.8), DVec3::splat(0.8));
+        *position = core + 0.2 * (*position - core).normalize_or_zero();
+    }
+    assert!(original.triangles.len() > 4 * PATCH);
+    let result = simplified(&original, 0.004);
+    assert_same_topology(&original, &result.mesh);
+    assert!(result.mesh.triangles.len() < 560, "{}", result.mesh.triangles.len());
+    assert!(farthest(&original.positions, &result.mesh) <= 0.004 * (1.0 + 1e-12));
+}
+
+#[test]
 fn parts_smaller_than_the_bound_neither_vanish_nor_tear() {
     let scaled = |mesh: &TriangleMesh, scale: f64, by: DVec3| TriangleMesh {
         positions: mesh.positions.iter().map(|position| *position * scale + by).collect(),

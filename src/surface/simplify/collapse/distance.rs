@@ -3,12 +3,12 @@
 //! Every triangle has an error: a bound of its distance, in either direction, from the part of the original that it stands for. A
 //! collapse adds to it the distance between the triangles before and after ([`Fan`]), which costs little and holds everywhere. Where
 //! the sum exceeds the bound, the distance is measured: removed vertices are the samples of the original, each in the list of a
-//! triangle near it, and new triangles are measured from the original at points of their own ([`Original`]). Their error is then
-//! the whole bound.
+//! triangle that is within its error of the sample, and new triangles are measured from the original at points of their own
+//! ([`Original`]). Their error is then the whole bound.
 //!
-//! Where a collapse needs no measurement, the lists of the triangles are moved as a whole and need to be *settled* before the next
-//! one: each sample goes from triangle to neighbour as long as that is nearer. So nearly flat parts, where most collapses happen, never
-//! look at their samples.
+//! Where a collapse needs no measurement, the lists of the triangles are moved as a whole. They are *stale* then: before samples are
+//! measured nearby, each goes from triangle to neighbour as long as that is nearer. So samples of parts that are nearly flat, where
+//! most collapses happen, are seldom looked at.
 
 use std::ops::Deref;
 
@@ -19,26 +19,21 @@ use super::super::face::Face;
 use super::super::fan::Fan;
 use super::super::original::Original;
 use super::{Collapser, Scratch};
+use crate::cancel::checkpoint;
 use crate::closest::squared_distance;
 
-/// Least ratio of the height of a surface, seen along the mean normal of a few triangles, to the distance.
+/// Triangles are refused without a measurement where the difference in height is more than this number of times the largest
+/// distance. The ratio is 1 / cos of the angle from the mean normal of a few triangles, which is seldom more than 60°.
 const STEEP: f64 = 2.0;
 
 impl Collapser<'_> {
-    /// Finds the error of the new triangles: by those of the old ones and the difference of both, or else by measuring.
-    pub(super) fn keeps_distance(
-        &mut self,
-        [from, into]: [u32; 2],
-        original: &impl Deref<Target = Original>,
-        scratch: &mut Scratch,
-    ) -> bool {
-        let Scratch { fan, faces, old_errors, errors, measured, spared, moved, distance, .. } = scratch;
+    /// Finds the errors of the new triangles by those of the old ones and the difference of both, and which triangles must be
+    /// measured. Returns false where they are too far away for that.
+    pub(super) fn adds_up(&self, [from, into]: [u32; 2], scratch: &mut Scratch) -> bool {
+        let Scratch { fan, faces, old_errors, errors, is_measured, measured, .. } = scratch;
         old_errors.clear();
         errors.clear();
         measured.clear();
-        spared.clear();
-        moved.clear();
-        *distance = 0.0;
         let around = &self.around[from as usize];
         let ends = around.iter().map(|&number| self.opposite(number, from));
         let can_compare = fan.compare(self.at(from), into, ends, |vertex| self.at(vertex));
@@ -50,29 +45,52 @@ impl Collapser<'_> {
             }
             let is_certain = error + difference <= self.bound;
             old_errors.push(if is_certain { error } else { f64::INFINITY });
-            if error + difference <= self.flat { &mut *spared } else { &mut *measured }.push(number);
+            if error + difference > self.flat {
+                measured.push(number);
+            }
         }
         if can_compare {
             errors.extend(fan.errors(old_errors).map(|error| error.min(self.bound)));
         } else {
             errors.resize(faces.len(), self.bound);
         }
-        scratch.is_measured = old_errors.contains(&f64::INFINITY);
-        !scratch.is_measured || (self.are_near(scratch) && is_near(original, self.bound, scratch))
+        *is_measured = old_errors.contains(&f64::INFINITY);
+        true
     }
 
-    /// Measures the samples of triangles from the new ones, and assigns them to these.
-    fn are_near(&mut self, scratch: &mut Scratch) -> bool {
-        self.settle_from(scratch.measured.iter().chain(&scratch.spared).copied().collect());
-        let Scratch { measured, faces, moved, distance, .. } = scratch;
+    /// Measures the samples of old triangles from the new ones, and these from the original.
+    pub(super) fn is_near(
+        &mut self,
+        from: u32,
+        original: &impl Deref<Target = Original>,
+        scratch: &mut Scratch,
+    ) -> bool {
+        self.refresh_from(self.around[from as usize].clone());
+        scratch.moved.clear();
+        scratch.distance = 0.0;
+        self.are_samples_near(scratch) && {
+            let mut uncertain = scratch.faces.iter().zip(&scratch.errors).filter(|(_, error)| **error >= self.bound);
+            uncertain.all(|((_, face), _)| {
+                let distance = original.distance(face);
+                scratch.distance = scratch.distance.max(distance.unwrap_or(0.0));
+                distance.is_some()
+            })
+        }
+    }
+
+    /// Measures the samples of old triangles from the new ones, and assigns them to these.
+    fn are_samples_near(&mut self, scratch: &mut Scratch) -> bool {
+        let Scratch { measured, faces, errors, moved, distance, .. } = scratch;
         let is_far = |sample: u32| nearest(faces, self.samples.points[sample as usize], self.bound).is_none();
         if measured.iter().filter_map(|&number| self.samples.of(number).next()).any(is_far) {
             return false;
         }
         for &number in &*measured {
+            checkpoint();
             let far = self.samples.of(number).find(|&sample| {
                 let nearest = nearest(faces, self.samples.points[sample as usize], self.bound);
                 if let Some((squared, i)) = nearest {
+                    errors[i] = errors[i].max(squared.sqrt());
                     *distance = distance.max(squared.sqrt());
                     moved.push((sample, faces[i].0));
                 }
@@ -87,46 +105,50 @@ impl Collapser<'_> {
         true
     }
 
-    /// Returns the triangle beyond a side of a triangle.
-    fn beyond(&self, triangle: u32, [a, b]: [u32; 2]) -> Option<u32> {
-        let has = |other: &u32| *other != triangle && self.triangles[*other as usize].contains(&b);
-        self.around[a as usize].iter().copied().find(has)
-    }
-
-    /// Assigns the samples of triangles, and of all that are connected with them and not settled, to those that they are near.
-    pub(super) fn settle_from(&mut self, mut open: Vec<u32>) {
-        open.retain(|&number| !self.samples.is_settled(number));
+    /// Assigns the samples of triangles, and of all that are connected with them and stale, to those that they are near.
+    pub(super) fn refresh_from(&mut self, mut open: Vec<u32>) {
+        open.retain(|&number| self.samples.is_stale(number));
         while let Some(number) = open.pop() {
-            if !self.samples.is_settled(number) {
-                self.settle(number);
-                let [a, b, c] = self.triangles[number as usize];
-                let beyond = [[a, b], [b, c], [c, a]].into_iter().filter_map(|side| self.beyond(number, side));
-                open.extend(beyond.filter(|&other| !self.samples.is_settled(other)));
+            if self.samples.is_stale(number) {
+                checkpoint();
+                self.refresh(number);
+                let beyond = self.sides(number).filter_map(|side| self.beyond(number, side));
+                open.extend(beyond.filter(|&other| self.samples.is_stale(other)));
             }
         }
     }
 
     /// Assigns the samples of a triangle to those that they are near.
-    pub(super) fn settle(&mut self, number: u32) {
+    fn refresh(&mut self, number: u32) {
         let start = Face::new(self.corners(number));
-        let mut sample = self.samples.settle(number);
-        while let Some((place, next)) = sample.map(|sample| (sample, self.samples.after(sample))) {
-            let point = self.samples.points[place as usize];
-            let home = if start.squared_height(point).is_some() { number } else { self.home(point, number) };
-            self.samples.add(home, place);
-            sample = next;
+        let mut next = self.samples.take(number);
+        while let Some(sample) = next {
+            next = self.samples.after(sample);
+            let point = self.samples.points[sample as usize];
+            let above = start.squared_height(point).filter(|&squared| squared <= self.bound * self.bound);
+            let (squared, home) = above.map_or_else(|| self.home(point, number), |squared| (squared, number));
+            self.samples.add(home, sample);
+            let error = &mut self.errors[home as usize];
+            *error = error.max(squared.sqrt());
         }
     }
 
-    /// Returns a triangle near a point, found from one nearby by going to neighbours that are nearer.
-    fn home(&self, point: DVec3, start: u32) -> u32 {
+    /// Returns a triangle near a point and the square of its distance, found from one nearby by going to neighbours that are nearer.
+    fn home(&self, point: DVec3, start: u32) -> (f64, u32) {
         let distance = |triangle: u32| (squared_distance(point, self.corners(triangle)), triangle);
         let least = |one: &(f64, u32), other: &(f64, u32)| one.0.total_cmp(&other.0);
         let mut best = distance(start);
         loop {
-            let [a, b, c] = self.triangles[best.1 as usize];
-            let beyond = [[a, b], [b, c], [c, a]].into_iter().filter_map(|side| self.beyond(best.1, side));
-            match beyond.map(distance).filter(|other| other.0 < best.0).min_by(least) {
+            let is_nearer = |other: &(f64, u32)| other.0 < best.0;
+            let beyond = self.sides(best.1).filter_map(|side| self.beyond(best.1, side));
+            let mut nearer = beyond.map(distance).filter(is_nearer).min_by(least);
+            if nearer.is_none() {
+                // All that have the nearest corner may be equally far.
+                let corners = self.triangles[best.1 as usize].into_iter();
+                let around = corners.flat_map(|corner| &self.around[corner as usize]);
+                nearer = around.map(|&other| distance(other)).filter(is_nearer).min_by(least);
+            }
+            match nearer {
                 Some(nearer) => best = nearer,
                 None => break,
             }
@@ -135,7 +157,19 @@ impl Collapser<'_> {
             // The way ended at a fold.
             best = self.left().map(distance).min_by(least).unwrap_or(best);
         }
-        best.1
+        best
+    }
+
+    /// Returns the sides of a triangle.
+    fn sides(&self, triangle: u32) -> impl Iterator<Item = [u32; 2]> {
+        let [a, b, c] = self.triangles[triangle as usize];
+        [[a, b], [b, c], [c, a]].into_iter()
+    }
+
+    /// Returns the triangle beyond a side of a triangle.
+    fn beyond(&self, triangle: u32, [a, b]: [u32; 2]) -> Option<u32> {
+        let has = |other: &u32| *other != triangle && self.triangles[*other as usize].contains(&b);
+        self.around[a as usize].iter().copied().find(has)
     }
 }
 
@@ -151,13 +185,4 @@ fn nearest(faces: &[(u32, Face)], point: DVec3, bound: f64) -> Option<(f64, usiz
     let is_within = |found: &(f64, usize)| found.0 <= squared_bound;
     let around = || closest(&mut numbered().map(|(i, (_, face))| (face.squared_distance(point), i)));
     above.filter(is_within).or_else(|| around().filter(is_within))
-}
-
-/// Measures the new triangles from the original where their errors are not certain.
-fn is_near(original: &Original, bound: f64, scratch: &mut Scratch) -> bool {
-    for ((_, face), _) in scratch.faces.iter().zip(&scratch.errors).filter(|(_, error)| **error >= bound) {
-        let Some(distance) = original.distance(face) else { return false };
-        scratch.distance = scratch.distance.max(distance);
-    }
-    true
 }
