@@ -58,17 +58,17 @@ impl ClosestTriangle {
     /// Returns the triangle closest to a point. A good hint (0 is always valid) makes it faster; it may select among
     /// triangles at the same distance.
     pub fn of(&self, point: DVec3, hint: u32) -> Closest {
-        self.closer(point, Closest { squared: self.squared_from(point, hint), hint })
+        self.closer(point, Closest { squared: self.squared_from(point, hint), hint }, |_| true)
     }
 
-    /// Returns the square of the distance of a point, if it is less than a limit.
-    pub fn squared_below(&self, point: DVec3, limit: f64) -> Option<f64> {
-        let closest = self.closer(point, Closest { squared: limit, hint: 0 });
+    /// Returns the square of the distance of a point from the triangles with a property, if it is less than a limit.
+    pub fn squared_below(&self, point: DVec3, limit: f64, has: impl Fn([DVec3; 3]) -> bool) -> Option<f64> {
+        let closest = self.closer(point, Closest { squared: limit, hint: 0 }, has);
         Some(closest.squared).filter(|squared| *squared < limit)
     }
 
-    /// Returns the triangle closest to a point, or another one if none is closer than that.
-    fn closer(&self, point: DVec3, other: Closest) -> Closest {
+    /// Returns the triangle with a property that is closest to a point, or another one if none is closer than that.
+    fn closer(&self, point: DVec3, other: Closest, has: impl Fn([DVec3; 3]) -> bool) -> Closest {
         let Closest { mut squared, hint: mut best } = other;
         let mut stack = [(0u32, 0f64); 64];
         let mut depth = 1;
@@ -82,7 +82,7 @@ impl ClosestTriangle {
             if node.count > 0 {
                 for at in node.at..node.at + node.count {
                     let other = squared_distance(point, self.corners[at as usize]);
-                    if other < squared {
+                    if other < squared && has(self.corners[at as usize]) {
                         (best, squared) = (at, other);
                     }
                 }
@@ -103,8 +103,8 @@ impl ClosestTriangle {
         squared_distance(point, self.corners[hint as usize])
     }
 
-    /// Returns whether any triangle with a property is within this distance of a point.
-    pub fn any_within(&self, point: DVec3, distance: f64, has: impl Fn([DVec3; 3]) -> bool) -> bool {
+    /// Returns whether any triangle is within this distance of a point.
+    pub fn any_within(&self, point: DVec3, distance: f64) -> bool {
         let limit = distance * distance;
         let mut stack = [0u32; 64];
         let mut depth = 1;
@@ -114,7 +114,7 @@ impl ClosestTriangle {
             let node = &self.nodes[index as usize];
             if node.count > 0 {
                 let corners = &self.corners[node.at as usize..(node.at + node.count) as usize];
-                if corners.iter().any(|&triangle| squared_distance(point, triangle) <= limit && has(triangle)) {
+                if corners.iter().any(|triangle| squared_distance(point, *triangle) <= limit) {
                     return true;
                 }
                 continue;
@@ -321,7 +321,13 @@ mod tests {
                 prop_assert!(same(found.squared), "{} {brute}", found.squared);
                 prop_assert!(same(tree.squared_from(point, found.hint)));
                 let within = tree.within(point, 2.0);
-                prop_assert_eq!(tree.any_within(point, 2.0, |_| true), !within.is_empty());
+                prop_assert_eq!(tree.any_within(point, 2.0), !within.is_empty());
+                let has = |[a, b, _]: [DVec3; 3]| a.x < b.x;
+                let some = set.iter().filter(|triangle| has(**triangle));
+                let least = some.map(|triangle| squared_distance(point, *triangle)).fold(f64::INFINITY, f64::min);
+                for limit in [0.5 * least, 2.0 * least + 1e-9, f64::INFINITY] {
+                    prop_assert_eq!(tree.squared_below(point, limit, has), Some(least).filter(|least| *least < limit));
+                }
                 for (i, triangle) in set.iter().enumerate() {
                     let beyond = squared_distance(point, *triangle) - 4.0;
                     if beyond.abs() > ROUNDED * 4.0 {

@@ -73,7 +73,7 @@ impl Membership for BallMembership {
     type Memory = ();
 
     fn contains(&self, point: [i32; 3], (): &mut ()) -> bool {
-        let is_near = |surface: &ClosestTriangle| surface.any_within(exact(point), self.radius, |_| true);
+        let is_near = |surface: &ClosestTriangle| surface.any_within(exact(point), self.radius);
         self.surface.as_ref().is_some_and(is_near) || self.is_inside(point)
     }
 }

@@ -95,8 +95,9 @@ struct Scratch {
     test: u32,
     /// The triangles that a collapse would make, and their numbers.
     faces: Vec<(u32, Face)>,
-    /// Their errors, and those of the triangles around the vertex.
+    /// The errors of these.
     errors: Vec<f64>,
+    /// The errors of the triangles around the vertex; infinite where they must be measured.
     old_errors: Vec<f64>,
     /// The largest distance measured.
     distance: f64,
@@ -278,7 +279,7 @@ impl<'a> Collapser<'a> {
             && self.keeps_direction([from, into], &mut scratch)
             && self.adds_up([from, into], &mut scratch)
             && guard.is_none_or(|guard| self.keeps_sides(from, guard, &mut scratch))
-            && (!scratch.is_measured || self.is_near(from, original, &mut scratch));
+            && (!scratch.is_measured || self.is_near([from, into], original, &mut scratch));
         self.scratch = scratch;
         holds
     }
@@ -331,13 +332,12 @@ impl<'a> Collapser<'a> {
     /// Carries out the collapse that was tested last.
     fn collapse(&mut self, [from, into]: [u32; 2]) {
         let scratch = std::mem::take(&mut self.scratch);
-        for &(number, _) in &scratch.faces {
-            if !(scratch.is_measured && scratch.measured.contains(&number)) {
-                self.samples.mark_stale(number);
-            }
-        }
+        scratch.faces.iter().for_each(|&(number, _)| self.samples.mark_stale(number));
         if scratch.is_measured {
-            scratch.measured.iter().for_each(|&number| self.samples.clear(number));
+            // Their samples were assigned to new triangles.
+            for &number in &scratch.measured {
+                self.samples.take(number);
+            }
             scratch.moved.iter().for_each(|&(sample, home)| self.samples.add(home, sample));
             self.distance = self.distance.max(scratch.distance);
         }

@@ -32,8 +32,8 @@ impl Original {
         Original { triangles, spacing, bound: bound - flat, flat }
     }
 
-    /// Returns the largest distance of a triangle at its [`samples`]. `None` if it is more than the bound, or if the original does not
-    /// face as the triangle does at its centroid.
+    /// Returns the largest distance of a triangle at its [`samples`] and its centroid. `None` if it is more than the bound, or if the
+    /// original does not face as the triangle does at the centroid.
     pub fn distance(&self, face: &Face) -> Option<f64> {
         let triangles = self.triangles.as_ref()?;
         let [a, b, c] = face.corners;
@@ -42,19 +42,16 @@ impl Original {
             let normal = (b - a).cross(c - a);
             normal.dot(face.normal) >= LIKE * normal.length()
         };
-        if !triangles.any_within(centroid, self.bound, faces_like) {
-            return None;
-        }
         let squared_bound = self.bound * self.bound;
-        let mut largest = 0.0f64;
-        for point in samples(face.corners, self.spacing).chain([centroid]) {
-            largest = largest.max(triangles.squared_below(point, squared_bound)?);
+        let mut largest = triangles.squared_below(centroid, squared_bound, faces_like)?;
+        for point in samples(face.corners, self.spacing) {
+            largest = largest.max(triangles.squared_below(point, squared_bound, |_| true)?);
         }
         Some(largest.sqrt() + self.flat)
     }
 }
 
-/// Returns points of a triangle: on its first side about `spacing` apart, but at most 15, and in its interior at most 3 besides the centroid. Of the
+/// Returns points of a triangle: on its first side about `spacing` apart, but at most 15, and in its interior at most 3. Of the
 /// triangles around a new vertex, each begins with it, so that the last side is the first of the next; the side between is old.
 fn samples([a, b, c]: [DVec3; 3], spacing: f64) -> impl Iterator<Item = DVec3> {
     let parts = |length: f64, most: f64| 2 * (length / (2.0 * spacing)).ceil().clamp(1.0, most / 2.0) as u32;

@@ -64,11 +64,6 @@ impl<'a> Samples<'a> {
         some(self.next[sample as usize])
     }
 
-    /// Removes the points of a triangle.
-    pub fn clear(&mut self, triangle: u32) {
-        self.ends[triangle as usize] = [NONE; 2];
-    }
-
     /// Makes a point the first one of its triangle.
     pub fn bring_forward(&mut self, triangle: u32, sample: u32) {
         let [first, last] = self.ends[triangle as usize];
@@ -127,7 +122,7 @@ mod tests {
             check(&samples, &expected);
         }
         assert!(samples.is_stale(3) && !samples.is_stale(0));
-        samples.clear(0);
+        samples.take(0);
         expected[0].clear();
         let first = samples.take(3).unwrap();
         let taken: Vec<u32> = std::iter::successors(Some(first), |&sample| samples.after(sample)).collect();

@@ -61,11 +61,14 @@ impl Collapser<'_> {
     /// Measures the samples of old triangles from the new ones, and these from the original.
     pub(super) fn is_near(
         &mut self,
-        from: u32,
+        [from, into]: [u32; 2],
         original: &impl Deref<Target = Original>,
         scratch: &mut Scratch,
     ) -> bool {
-        self.refresh_from(self.around[from as usize].clone());
+        // Samples that change triangles raise errors, so that these are added up again.
+        if self.refresh_from(self.around[from as usize].clone()) && !self.adds_up([from, into], scratch) {
+            return false;
+        }
         scratch.moved.clear();
         scratch.distance = 0.0;
         self.are_samples_near(scratch) && {
@@ -105,9 +108,11 @@ impl Collapser<'_> {
         true
     }
 
-    /// Assigns the samples of triangles, and of all that are connected with them and stale, to those that they are near.
-    pub(super) fn refresh_from(&mut self, mut open: Vec<u32>) {
+    /// Assigns the samples of triangles that are stale, and of all stale ones connected with them, to those that they are near.
+    /// Returns whether there were any.
+    pub(super) fn refresh_from(&mut self, mut open: Vec<u32>) -> bool {
         open.retain(|&number| self.samples.is_stale(number));
+        let were_any = !open.is_empty();
         while let Some(number) = open.pop() {
             if self.samples.is_stale(number) {
                 checkpoint();
@@ -116,6 +121,7 @@ impl Collapser<'_> {
                 open.extend(beyond.filter(|&other| self.samples.is_stale(other)));
             }
         }
+        were_any
     }
 
     /// Assigns the samples of a triangle to those that they are near.
