@@ -111,7 +111,7 @@ fn common_volumes_of_parts_that_do_not_fit_are_estimated_with_a_warning() {
 #[test]
 fn failed_allocations_end_with_a_message_and_code_three() {
     let folder = Folder::new();
-    let run = run_within(&folder, 300_000, "generate gyroid --cells 20 -o a.stl").code(3).says(&["out of memory"]);
+    let run = run_within(&folder, 150_000, "generate gyroid --cells 20 -o a.stl").code(3).says(&["out of memory"]);
     assert!(!run.stderr().contains("backtrace"), "{}", run.stderr());
     assert!(folder.names().is_empty());
 }
