@@ -135,7 +135,9 @@ pub mod placement;
 #[doc(hidden)]
 pub mod unit;
 
+pub use driver::Bound;
 pub use driver::certainty::Verdict;
+pub use driver::clash::{Clash, Clashes};
 pub use driver::job::Backend;
 pub use driver::measured::{Method, Seconds};
 pub use driver::surface::SurfaceReport;

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
-use crate::bits::is_set;
 use crate::driver::bound::Bound;
 use crate::driver::job::Finish;
 #[cfg(feature = "npz")]
@@ -15,14 +15,17 @@ use crate::driver::surface::{self, SurfaceReport};
 use crate::driver::write;
 use crate::grid::{Axis, Grid};
 use crate::integrate;
-use crate::ldi::{Ldi, NodePlanes};
+use crate::ldi::{Ldi, NodePlanes, coverage};
 use crate::length::Length;
 use crate::mesh::io::Format;
 use crate::mesh::{LengthUnit, Precision, TriangleMesh};
+use crate::metrics::distance::{Crossings, DistanceField};
+use crate::metrics::thickness::local_thickness;
+use crate::metrics::{BoundaryCondition, Region};
 use crate::progress::stoppable;
 #[cfg(feature = "npz")]
 use crate::voxels;
-use crate::{Error, Estimate, Monitor, Progress, Warning};
+use crate::{Error, Estimate, Mode, Monitor, Progress, Warning};
 
 /// The images of a shape along the requested axes, with their settings and inputs.
 #[derive(Debug)]
@@ -105,22 +108,45 @@ impl Sampled {
 
     /// Returns the inside state of all lattice nodes, as dense voxels.
     pub fn voxels(&self) -> Voxels {
-        let planes = NodePlanes::new(&self.measured.images, self.measured.mode);
-        let planes = planes.expect("the images are of one grid");
+        let planes = NodePlanes::new(&self.measured.images, self.measured.mode).expect("the images are of one grid");
         let grid = self.grid();
-        let size @ [columns, rows, layers] = grid.rays().map(|n| n as usize);
-        let mut values = vec![0; size.iter().product()];
-        let words = columns.div_ceil(64);
-        for (z, plane) in planes.planes().enumerate() {
-            for y in 0..rows {
-                let row = &plane[y * words..(y + 1) * words];
-                for x in 0..columns {
-                    values[(x * rows + y) * layers + z] = u8::from(is_set(row, x));
-                }
-            }
-        }
         let origin = grid.origin() + DVec3::splat(grid.step() * f64::from(grid.node(0)));
-        Voxels { size, origin, spacing: grid.pitch(), values }
+        let size = grid.rays().map(|n| n as usize);
+        Voxels { size, origin, spacing: grid.pitch(), values: planes.to_bytes() }
+    }
+
+    /// Returns for each voxel the share of it that is inside along the rays through its centre, the mean over the images; in the
+    /// order of [`Voxels::values`].
+    pub fn coverage(&self) -> Vec<f32> {
+        coverage(&self.measured.images)
+    }
+
+    /// Returns the local thickness at each voxel inside, and 0 at others: the diameter of the largest ball in the solid that
+    /// covers it. In units of length; voxel (x, y, z) is at `(z · size[1] + y) · size[0] + x`, x fastest.
+    ///
+    /// Source: Hildebrand & Rüegsegger 1997, with balls whose centres lie between voxels.
+    ///
+    /// # Errors
+    /// Images that are not exact or do not cover all three axes.
+    pub fn thickness(&self) -> Result<Vec<f32>, Error> {
+        let images =
+            <&[Ldi; 3]>::try_from(&self.measured.images[..]).ok().filter(|_| self.measured.mode == Mode::Exact);
+        let Some(images) = images else {
+            return Err(Error::Usage(
+                "a thickness needs exact images along all axes: keep axes and mode as they are".to_owned(),
+            ));
+        };
+        let solid = Region::of_solid(images);
+        if solid.nodes().is_empty() {
+            return Ok(vec![0.0; solid.nodes().volume()]);
+        }
+        let region = Region::of_box(self.grid(), solid.bounds());
+        let edges = BoundaryCondition::Border;
+        let field = DistanceField::of(&Crossings::of_images(images, &region, edges), edges);
+        let mut thickness = local_thickness(&field, solid.nodes());
+        let pitch = self.grid().pitch() as f32;
+        thickness.par_iter_mut().for_each(|thickness| *thickness *= pitch);
+        Ok(thickness)
     }
 
     /// Writes the images (`.npz`), the voxels (`.vti`, `.npy`) or the surface (mesh formats), by the extension of the file.
@@ -168,8 +194,13 @@ pub struct SurfaceMesh<'s> {
 
 impl<'s> SurfaceMesh<'s> {
     /// Simplifies the mesh within a distance, in the unit of the solid.
-    pub fn simplified(mut self, distance: f64) -> Self {
-        self.finish.surface_error = Some(Bound::Length(Length { value: distance, unit: None }));
+    pub fn simplified(self, distance: f64) -> Self {
+        self.within(Bound::Length(Length { value: distance, unit: None }))
+    }
+
+    /// Simplifies the mesh within a bound, such as a share of the pitch.
+    pub fn within(mut self, bound: Bound) -> Self {
+        self.finish.surface_error = Some(bound);
         self
     }
 

@@ -173,6 +173,15 @@ impl<'p> Settings<'p> {
         }
     }
 
+    /// Runs a function on the threads of the settings. Their listener may stop it as it may stop an operation, with
+    /// [`Error::Cancelled`]: files are read, solids combined and voxels filled by calls that take no settings themselves.
+    ///
+    /// # Errors
+    /// Those of the function, and [`Error::Cancelled`].
+    pub fn install<T: Send>(&self, work: impl FnOnce() -> Result<T, Error> + Send) -> Result<T, Error> {
+        self.run(|_| work())
+    }
+
     /// Runs an operation on the threads of the settings, with a monitor of its progress.
     pub(crate) fn run<T: Send>(&self, operation: impl FnOnce(&Monitor) -> Result<T, Error> + Send) -> Result<T, Error> {
         let monitor = Monitor::new(self.progress);

@@ -190,6 +190,21 @@ impl Shape {
         Ok(settings.run(|monitor| self.measured(settings, Keep::Sums, true, monitor))?.estimate())
     }
 
+    /// Returns the shape as a solid: itself, the exact mesh of a Boolean where there is one, or a mesh of images.
+    /// [`Solid::warnings`] has what was lost.
+    ///
+    /// # Errors
+    /// Those of [`sample`](Shape::sample), meshes that are not manifolds, and shapes without a point.
+    pub fn solid(&self, settings: &Settings) -> Result<Solid, Error> {
+        let solid = settings.run(|monitor| {
+            let mut warnings = Vec::new();
+            let mut solid = self.to_solid(settings, monitor, &mut warnings)?;
+            solid.warnings.extend(warnings);
+            Ok(solid)
+        });
+        solid.map(Solid::from_inner)
+    }
+
     /// Measures the shape; `is_volume` asks for the best volume instead of images.
     fn measured(&self, settings: &Settings, keep: Keep, is_volume: bool, monitor: &Monitor) -> Result<Measured, Error> {
         let method = match (is_volume, keep) {
@@ -262,8 +277,9 @@ impl Shape {
         };
         warnings.extend(measured.warnings);
         warnings.extend(surface::warnings(&report, true));
-        let closed = ClosedMesh::check(mesh)
-            .map_err(|_| Error::input("an operand of the shape is empty on this raster; raise the resolution"))?;
+        let closed = ClosedMesh::check(mesh).map_err(|_| {
+            Error::input("the shape, or an operand of it, is empty on this raster; raise the resolution")
+        })?;
         Ok(input::Solid { unit: measured.unit, ..input::Solid::from_closed(closed, "operand") })
     }
 }

@@ -8,9 +8,12 @@ use glam::{DAffine3, DVec3};
 
 use crate::driver::input::{self, InputRequirements, Sides, load, solid_of_mesh};
 use crate::driver::job::{Input, Openness};
-use crate::mesh::{Aabb, LengthUnit, TriangleMesh};
+#[cfg(feature = "picture")]
+use crate::driver::render;
+use crate::driver::surface::write_error;
+use crate::mesh::{Aabb, LengthUnit, TriangleMesh, io};
 use crate::sampler::FillRule;
-use crate::{Error, Shape};
+use crate::{Error, Shape, Warning};
 
 /// The requirements on a mesh before its fill rule and its operation are known.
 const CLOSED: InputRequirements = InputRequirements {
@@ -63,7 +66,7 @@ impl Solid {
         Ok(Solid::from_inner(solid_of_mesh(mesh, Path::new("mesh"), CLOSED)?))
     }
 
-    fn from_inner(inner: input::Solid) -> Solid {
+    pub(crate) fn from_inner(inner: input::Solid) -> Solid {
         Solid { shape: Shape::of_solid(inner.clone()), inner }
     }
 
@@ -119,6 +122,28 @@ impl Solid {
     /// Returns the box around the mesh.
     pub fn bounds(&self) -> Aabb {
         self.inner.bounds()
+    }
+
+    /// Returns warnings about the file, the placement and the making of the solid.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.inner.warnings
+    }
+
+    /// Writes the mesh, in the format of the extension. The file is written completely or not at all.
+    ///
+    /// # Errors
+    /// Unknown extensions, files that cannot be written, and formats of 32 bits that would change the shape.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Error> {
+        io::write(path.as_ref(), self.mesh(), self.inner.unit).map(drop).map_err(write_error)
+    }
+
+    /// Returns a picture of the solid from the direction (1, −1, 1) with axes and a scale bar, as a PNG file.
+    ///
+    /// # Errors
+    /// Sides that are not between 16 and 16384 pixels, and pictures that do not fit into memory.
+    #[cfg(feature = "picture")]
+    pub fn picture(&self, width: u32, height: u32) -> Result<Vec<u8>, Error> {
+        render::picture(&self.inner, [width, height])
     }
 }
 

@@ -22,6 +22,7 @@ use crate::length::Length;
 use crate::mesh::LengthUnit;
 use crate::number::number;
 use crate::picture::annotate::{Annotator, CaptionLine, ScaleBar};
+use crate::picture::camera::SIDES;
 use crate::picture::{
     Background, Camera, Canvas, Colour, Cut, Facets, Format, Scene, Skin, View, ViewBox, outline_of, palette, png,
     shaded, slice,
@@ -165,47 +166,19 @@ pub fn render(job: &RenderJob, inputs: &[Input], start: Instant, progress: &Moni
     };
     let (mut solids, mut warnings) = timed(&mut seconds.read, || input::solids(inputs, requirements))?;
 
-    let plane = place(job, &solids)?;
-    let view = match job.scenery {
-        Scenery::Shaded { view, .. } => view,
-        Scenery::Slice(plane) => across(plane.axis),
-    };
-    let rotation = view.rotation();
-    progress.stage("turning")?;
-    let turning = Instant::now();
-    if view != View::From(Axis::Z) {
-        for solid in &mut solids {
-            input::map(solid, &DAffine3::from_mat3(rotation), requirements)?;
-        }
-    }
-    let stage = Stage::set(job, &solids, &backends)?;
-    seconds.sample += turning.elapsed().as_secs_f64();
-    progress.detail(format_args!("turned and quantised by {:.4} s", start.elapsed().as_secs_f64()));
+    let drawn = draw(job, &mut solids, requirements, (&backends, &mut seconds), progress)?;
+    progress.stage("writing")?;
+    timed(&mut seconds.write, || output::replace(&job.to, |file| png::write(&drawn.canvas, file)))?;
 
-    let (mut canvas, counts) = match (job.scenery, plane) {
-        (Scenery::Slice(_), Some((axis, at))) => stage.slice(axis, at, &mut seconds, progress)?,
-        (_, plane) => {
-            let cut = plane.map(|(axis, at)| Cut::facing_the_eye(rotation * unit_vector(axis), at));
-            stage.shaded(cut, &mut seconds, progress)?
-        }
-    };
+    let Drawn { plane, view, counts, ran, scale_bar, grid, pixel, .. } = drawn;
     if counts.result == 0 {
         let message = "the picture is empty: no ray meets the solid to show".to_owned();
         warnings.push(Warning::new("nothing-seen", message));
     }
-    let bar = ScaleBar::of(&stage.camera);
-    annotate(job, &stage, plane, bar, &mut canvas);
-
-    progress.stage("writing")?;
-    timed(&mut seconds.write, || output::replace(&job.to, |file| png::write(&canvas, file)))?;
-
     warnings.extend(fill_warnings(&solids, &counts.rules_agree, job.fill)?);
-    let ran = stage.choice.ran();
     warnings.extend(ran.auto.iter().filter_map(|auto| auto.warning.clone()));
     warnings.extend(counts.warning(&solids));
     seconds.total = start.elapsed().as_secs_f64();
-    let (grid, pixel) = (*stage.camera.grid(), stage.camera.pixel());
-    drop(stage);
     Ok(Rendered {
         unit: solids[0].unit,
         solids,
@@ -213,7 +186,7 @@ pub fn render(job: &RenderJob, inputs: &[Input], start: Instant, progress: &Moni
         width: job.format.width,
         height: job.format.height,
         pixel,
-        scale_bar: bar.length,
+        scale_bar,
         view,
         plane,
         grid,
@@ -224,6 +197,95 @@ pub fn render(job: &RenderJob, inputs: &[Input], start: Instant, progress: &Moni
         seconds,
         warnings,
     })
+}
+
+/// A picture in memory.
+struct Drawn {
+    canvas: Canvas,
+    plane: Option<(Axis, f64)>,
+    view: View,
+    counts: Counts,
+    ran: Ran,
+    scale_bar: f64,
+    grid: Grid,
+    pixel: f64,
+}
+
+/// Turns the solids of a job to its view and draws them.
+fn draw(
+    job: &RenderJob,
+    solids: &mut [Solid],
+    requirements: InputRequirements,
+    (backends, seconds): (&Backends, &mut RenderSeconds),
+    progress: &Monitor,
+) -> Result<Drawn, Error> {
+    let plane = place(job, solids)?;
+    let view = match job.scenery {
+        Scenery::Shaded { view, .. } => view,
+        Scenery::Slice(plane) => across(plane.axis),
+    };
+    let rotation = view.rotation();
+    progress.stage("turning")?;
+    let turning = Instant::now();
+    if view != View::From(Axis::Z) {
+        for solid in solids.iter_mut() {
+            input::map(solid, &DAffine3::from_mat3(rotation), requirements)?;
+        }
+    }
+    let stage = Stage::set(job, solids, backends)?;
+    seconds.sample += turning.elapsed().as_secs_f64();
+    progress.detail(format_args!("turned and quantised in {:.4} s", turning.elapsed().as_secs_f64()));
+
+    let (mut canvas, counts) = match (job.scenery, plane) {
+        (Scenery::Slice(_), Some((axis, at))) => stage.slice(axis, at, seconds, progress)?,
+        (_, plane) => {
+            let cut = plane.map(|(axis, at)| Cut::facing_the_eye(rotation * unit_vector(axis), at));
+            stage.shaded(cut, seconds, progress)?
+        }
+    };
+    let bar = ScaleBar::of(&stage.camera);
+    annotate(job, &stage, plane, bar, &mut canvas);
+    let (grid, pixel) = (*stage.camera.grid(), stage.camera.pixel());
+    Ok(Drawn { canvas, plane, view, counts, ran: stage.choice.ran(), scale_bar: bar.length, grid, pixel })
+}
+
+/// Returns a shaded picture of a solid, as a PNG file.
+///
+/// # Errors
+/// Sides that a picture cannot have, and pictures that do not fit into memory.
+pub(crate) fn picture(solid: &Solid, [width, height]: [u32; 2]) -> Result<Vec<u8>, Error> {
+    if let Some(side) = [width, height].into_iter().find(|side| !SIDES.contains(side)) {
+        let (least, most) = (SIDES.start(), SIDES.end());
+        return Err(Error::Usage(format!("{side} pixels: a side of a picture has between {least} and {most}")));
+    }
+    let job = RenderJob {
+        names: vec!["a".to_owned()],
+        unit: solid.unit,
+        openness: Openness::Refused,
+        fill: FillRule::EvenOdd,
+        backend: Backend::Cpu,
+        memory: None,
+        hashes: false,
+        expression: Expression::input(0),
+        typed: None,
+        scenery: Scenery::Shaded { view: View::Isometric, cut: None },
+        format: Format { width, height, supersampling: 3 },
+        background: Background::Light,
+        facets: Facets::Smooth,
+        to: PathBuf::new(),
+    };
+    let requirements = InputRequirements {
+        unit: solid.unit,
+        openness: Openness::Refused,
+        sides: Sides::NotNeeded,
+        fill: job.fill,
+        hashes: false,
+    };
+    let (backends, mut seconds) = (Backends::open(&job.backend)?, RenderSeconds::default());
+    let drawn = draw(&job, &mut [solid.clone()], requirements, (&backends, &mut seconds), &Monitor::new(None))?;
+    let mut file = Vec::new();
+    png::write(&drawn.canvas, &mut file).map_err(Error::machine)?;
+    Ok(file)
 }
 
 /// Runs a task and adds its time to `seconds`.

@@ -1,6 +1,7 @@
 //! The layered depth image: for every ray of a raster, the sorted depths at which it enters and leaves a solid.
 
 mod bands;
+mod coverage;
 mod error;
 mod kind;
 mod nodes;
@@ -14,6 +15,7 @@ mod volume_sums;
 pub(crate) use bands::ImageBuilder;
 pub use bands::TooManySamples;
 pub(crate) use bands::{BandImage, image_from_bands};
+pub use coverage::coverage;
 pub use error::LdiError;
 pub use kind::{Estimate, FillRule, Mode};
 pub use nodes::{NodePlanes, NodeSlab, NodesError};

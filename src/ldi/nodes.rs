@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use super::{Ldi, Mode};
 use crate::bits::{accumulate, accumulate_rows, flip};
+use crate::cancel::checkpoint;
 use crate::fixed::Pixels;
 use crate::grid::{Axis, Grid};
 
@@ -58,6 +59,9 @@ pub struct NodeSlab {
 /// Number of planes that are computed at a time where planes are requested one after another.
 const SLAB: i32 = 32;
 
+/// Number of nodes along x whose bytes a task writes; a divisor of 64.
+const COLUMNS: usize = 16;
+
 impl<'a> NodePlanes<'a> {
     /// Returns the nodes of one, two or three images of a mode. Of three exact images most decide, which is unanimous for those
     /// of one solid; of two, both.
@@ -95,6 +99,30 @@ impl<'a> NodePlanes<'a> {
             let length = slab.rows * slab.words;
             slab.bits.chunks(length.max(1)).map(<[u64]>::to_vec).collect::<Vec<_>>()
         })
+    }
+
+    /// Returns 1 for each node inside and 0 for others, node (x, y, z) at `(x · rays[1] + y) · rays[2] + z`.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let size @ [_, rows, layers] = self.grid.rays().map(|n| n as usize);
+        let planes: Vec<u64> = self.planes().flatten().collect();
+        let words = size[0].div_ceil(64);
+        let mut bytes = vec![0; size.iter().product()];
+        let of_nodes_along_x = (COLUMNS * rows * layers).max(1);
+        bytes.par_chunks_mut(of_nodes_along_x).enumerate().for_each(|(part, bytes)| {
+            let (word, first) = (part * COLUMNS / 64, part * COLUMNS % 64);
+            let mut column = vec![0; layers];
+            for y in 0..rows {
+                checkpoint();
+                for (z, bits) in column.iter_mut().enumerate() {
+                    *bits = planes[(z * rows + y) * words + word] >> first;
+                }
+                for x in 0..bytes.len() / (rows * layers) {
+                    let of_ray = &mut bytes[(x * rows + y) * layers..][..layers];
+                    of_ray.iter_mut().zip(&column).for_each(|(byte, bits)| *byte = (bits >> x & 1) as u8);
+                }
+            }
+        });
+        bytes
     }
 
     /// Counts the nodes about which the images disagree, and returns the first, z before y before x, or `None` where

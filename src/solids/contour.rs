@@ -20,6 +20,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{MAX_TRIANGLES, SolidError};
+use crate::cancel::checkpoint;
 use crate::cell::{Loops, Signs, at_fault, edge_at, edge_ends, loops};
 use crate::mesh::TriangleMesh;
 
@@ -154,6 +155,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
         let mut inside = vec![false; nx * ny * nz];
         inside.par_chunks_mut(nx * ny).enumerate().filter(|&(z, _)| z > 0 && z < nz - 1).for_each(|(z, plane)| {
             for y in 1..ny - 1 {
+                checkpoint();
                 for x in 1..nx - 1 {
                     let u = DVec3::new((x - 1) as f64, (y - 1) as f64, (z - 1) as f64);
                     plane[y * nx + x] = solid.value(block.min + block.spacing * u) < 0.0;
@@ -274,6 +276,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
             .map(|z| {
                 let mut layer = Layer { cells: Vec::new(), vertices: Vec::new() };
                 for y in 0..cy {
+                    checkpoint();
                     for x in 0..cx {
                         let cell = [x, y, z];
                         let inside = self.corners_inside(cell);
@@ -441,6 +444,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
                 .par_iter()
                 .enumerate()
                 .map(|(i, vertex)| {
+                    checkpoint();
                     let here = positions[i];
                     let (mut sum, mut count) = (DVec3::ZERO, 0);
                     for &j in &neighbours[first[i] as usize..first[i + 1] as usize] {

@@ -8,7 +8,7 @@
 //! [`GeodesicFrame`], [`HyperboloidFrame`]). Minimal surfaces, merged lattices, the brush, the bones and the organic solids are
 //! implicit solids {F < 0} that one contourer turns into a mesh, clipped by their box with planar caps ([`MinimalSurface`],
 //! [`StrutLattice`], [`Brush`], [`LongBone`], [`TrabecularBone`], [`Organic`], [`Skull`]). [`Model`] lists them all
-//! with the names and defaults that a command line needs.
+//! with the names and defaults that a command line needs. [`voxels()`] makes the solid of a voxel array.
 //!
 //! The mesh of a solid is bit for bit independent of the number of threads.
 
@@ -30,6 +30,7 @@ mod primitives;
 mod skull;
 mod star;
 mod trabecular;
+mod voxels;
 mod weave;
 
 #[cfg(test)]
@@ -51,6 +52,7 @@ pub use primitives::{cuboid, cylinder, hyperboloid, sphere, torus};
 pub use skull::Skull;
 pub use star::star;
 pub use trabecular::TrabecularBone;
+pub use voxels::voxels;
 pub use weave::Weave;
 
 /// Largest number of triangles of a solid.

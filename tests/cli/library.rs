@@ -293,3 +293,39 @@ fn voxels_are_the_nodes_that_the_images_have_inside() {
     assert_eq!((voxels.size, voxels.values.iter().map(|&v| u32::from(v)).sum::<u32>()), ([8; 3], 512));
     assert!((voxels.spacing - 0.25).abs() < 1e-12 && (voxels.origin.x - 0.125).abs() < 1e-6);
 }
+
+#[test]
+fn solids_of_shapes_are_the_meshes_of_the_command_line() {
+    let folder = models();
+    let [a, b] = ["a.3mf", "b.stl"].map(|name| solid(&folder, name));
+    let settings = Settings::rays(48);
+    let common = (&a & &b).solid(&settings).unwrap();
+    common.write(folder.path("ours.off")).unwrap();
+    folder.run(&["intersect", "a.3mf", "b.stl", "-o", "theirs.off"]).code(0);
+    let [ours, theirs] = ["ours.off", "theirs.off"].map(|name| std::fs::read_to_string(folder.path(name)).unwrap());
+    assert_eq!(ours, theirs);
+    assert_eq!(common.length_unit(), Some(Unit::Millimetre));
+
+    let grown = b.offset(0.25).solid(&settings).unwrap();
+    let radius = 3.25_f64;
+    let ball = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    assert_near(grown.volume(&settings).unwrap().value, ball, 0.02 * ball);
+    let nothing = (&b - &b).solid(&settings);
+    assert!(matches!(nothing, Err(Error::Input(_))), "{nothing:?}");
+    assert!(grown.picture(64, 48).unwrap().starts_with(b"\x89PNG"));
+    assert!(matches!(grown.picture(8, 48), Err(Error::Usage(_))));
+}
+
+#[test]
+fn thickness_and_coverage_are_those_of_a_plate() {
+    let folder = Folder::new();
+    folder.run(&["generate", "cuboid", "--min", "0,0,0", "--max", "4,4,1", "-o", "plate.stl"]).code(0);
+    let plate = solid(&folder, "plate.stl").sample(&Settings::rays(40)).unwrap();
+    let thickness = plate.thickness().unwrap();
+    assert_eq!(thickness.len(), 40 * 40 * 10);
+    assert!(thickness.iter().all(|&thickness| thickness == 0.0 || (thickness - 1.0).abs() < 0.02), "{thickness:?}");
+    let inside: f32 = plate.coverage().iter().sum();
+    assert_near(f64::from(inside) * 0.1_f64.powi(3), 16.0, 1e-3);
+    let along_z = solid(&folder, "plate.stl").sample(&Settings::rays(40).axes(Axes::Z)).unwrap();
+    assert!(matches!(along_z.thickness(), Err(Error::Usage(_))));
+}

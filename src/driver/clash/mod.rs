@@ -5,6 +5,7 @@
 
 #[cfg(feature = "report")]
 mod assembly;
+mod build;
 mod compare;
 mod overlap;
 mod parts;
@@ -31,6 +32,7 @@ use compare::Comparison;
 use overlap::Room;
 use rules::{Finding, Rules};
 
+pub use build::Clash;
 pub use overlap::{Overlap, OverlapMethod};
 
 /// Comparison of the parts of an assembly.
