@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs every test and says at the end which passed.
-# usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python reference files peers browser self-test; all by
-#                             default; or of quick, which repeats the fastest part of fmt, clippy and test
+# usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python reference files peers python-package browser
+#                             self-test; all by default; or of quick, which repeats the fastest part of fmt, clippy and test
 #
 # A stage that cannot run has failed. All stages run, so that one run tells everything; only where what they need is
 # missing and cannot be installed does none run, and the stage that has failed is `install`. As root, what is missing is
@@ -10,7 +10,7 @@
 set -euo pipefail
 
 cd "$(dirname "$0")/.."
-stages=(fmt clippy docs test no-gpu corpus python reference files peers browser self-test)
+stages=(fmt clippy docs test no-gpu corpus python reference files peers python-package browser self-test)
 # Stages that repeat parts of others, run only by name.
 repeats=(quick)
 
@@ -172,6 +172,17 @@ run_peers() {
   run_metrics_python && build_bench && .venv/bin/python tests/reference/metrics_peers.py --program "$bench" --quick &&
     .venv/bin/python tests/reference/metrics_peers.py --program "$bench" --self-test
 }
+# The wheel of the Python package in a fresh environment: its tests, the programs of its guide, and the console script beside the
+# program of the same profile.
+run_python-package() {
+  local folder=${CARGO_TARGET_DIR:-target}/python-package
+  rm -rf "$folder" && build_program && python3 -m venv "$folder/venv" || return
+  local python=$folder/venv/bin/python
+  "$python" -m pip install --quiet --disable-pip-version-check --requirement tests/requirements-python-package.txt &&
+    "$folder/venv/bin/maturin" build --quiet --profile checked --manifest-path apps/ldi-py/Cargo.toml --out "$folder/wheels" &&
+    "$python" -m pip install --quiet --disable-pip-version-check --no-deps "$folder"/wheels/ldi_ops-*.whl &&
+    LDI_OPS_PROGRAM=$(realpath "$program") "$python" -m pytest --quiet -p no:cacheprovider --durations=10 tests/python
+}
 run_self-test() {
   run_python && .venv/bin/python tests/reference/live_manifold.py --self-test &&
     .venv/bin/python tests/reference/live_sums.py --self-test &&
@@ -203,7 +214,7 @@ passed=0 failed=0 summary="" missing="" ends=""
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 if ! install_missing "$@"; then
-  printf -v summary '%-10s %s\n' install 'FAILED; no other stage was run'
+  printf -v summary '%-14s %s\n' install 'FAILED; no other stage was run'
   failed=1
   set --
 fi
@@ -224,7 +235,7 @@ for stage in "$@"; do
     fi
     verdict+=" $((SECONDS - start)) s"
   fi
-  printf -v summary '%s%-10s %s\n' "$summary" "$stage" "$verdict"
+  printf -v summary '%s%-14s %s\n' "$summary" "$stage" "$verdict"
 done
 
 printf '%s\n\n=== summary\n%s' "$ends" "$summary"

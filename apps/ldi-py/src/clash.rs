@@ -1,0 +1,140 @@
+//! Parts that overlap, touch or come too near.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+use ldi_ops::driver::clash::rules::Rules;
+use ldi_ops::driver::clash::{Pair, Relation};
+use ldi_ops::{Clash, FillRule, Monitor, report};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::error::usage;
+use crate::keywords::{Call, one_of};
+use crate::shape::Solid;
+
+/// The result of a comparison of parts: the pairs whose boxes come near one another, the worst first.
+#[pyclass(frozen, module = "ldi_ops")]
+pub struct Clashes {
+    clashes: Mutex<ldi_ops::Clashes>,
+    fill: FillRule,
+}
+
+/// Compares parts: which overlap, touch, or come nearer than a clearance.
+#[pyfunction]
+#[pyo3(signature = (parts, *, clearance=None, touching=None, allow_touching=false, ignore=Vec::new(), resolution=None, fill="even-odd"))]
+#[allow(clippy::too_many_arguments)]
+pub fn clash(
+    py: Python<'_>,
+    parts: Vec<(String, Py<Solid>)>,
+    clearance: Option<f64>,
+    touching: Option<f64>,
+    allow_touching: bool,
+    ignore: Vec<String>,
+    resolution: Option<u32>,
+    fill: &str,
+) -> PyResult<Clashes> {
+    let rule = one_of(py, "fill", fill, &[("even-odd", FillRule::EvenOdd), ("non-zero", FillRule::NonZero)])?;
+    let ignored: Result<Vec<_>, _> = ignore.iter().map(|pair| pair.parse()).collect();
+    let ignored = ignored.map_err(|error| usage(py, format!("ignore: {error}")))?;
+    let solids = parts.iter().map(|(name, solid)| (name.as_str(), &solid.get().solid));
+    let mut clash = Clash::of(solids).rules(Rules { allow_touching, max_volume: None, ignored });
+    clash = clearance.into_iter().fold(clash, Clash::clearance);
+    clash = touching.into_iter().fold(clash, Clash::touching);
+    clash = resolution.into_iter().fold(clash, Clash::rays);
+    let keywords = PyDict::new(py);
+    keywords.set_item("fill", fill)?;
+    let clashes = Call::new(py, Some(&keywords))?.run(py, |settings| clash.compare(settings))?;
+    Ok(Clashes { clashes: Mutex::new(clashes), fill: rule })
+}
+
+impl Clashes {
+    fn with<T>(&self, read: impl FnOnce(&ldi_ops::Clashes) -> T) -> T {
+        read(&self.clashes.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+#[pymethods]
+impl Clashes {
+    /// All near pairs, a dict each: the parts `a` and `b`, `state`, `finding`, `distance`, `volume` with `volume_lower` and
+    /// `volume_upper`, `depth` with `depth_upper`, and the place `x`, `y`, `z`. Lengths are in `unit`.
+    #[getter]
+    fn pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let rows =
+            self.with(|clashes| clashes.pairs.iter().map(|pair| row(py, clashes, pair)).collect::<Result<Vec<_>, _>>());
+        PyList::new(py, rows?)
+    }
+
+    /// The pairs that break a rule.
+    #[getter]
+    fn findings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let rows =
+            self.with(|clashes| clashes.findings().map(|pair| row(py, clashes, pair)).collect::<Result<Vec<_>, _>>());
+        PyList::new(py, rows?)
+    }
+
+    /// The names of all parts.
+    #[getter]
+    fn parts(&self) -> Vec<String> {
+        self.with(|clashes| clashes.parts.iter().map(|part| part.name.clone()).collect())
+    }
+
+    /// The unit of all lengths, such as 'mm'; None if it is not known.
+    #[getter]
+    fn unit(&self) -> Option<&'static str> {
+        self.with(|clashes| clashes.unit.map(|unit| unit.symbol()))
+    }
+
+    /// Warnings about the parts: codes and sentences.
+    #[getter]
+    fn warnings(&self) -> Vec<(&'static str, String)> {
+        self.with(|clashes| clashes.warnings.iter().map(|warning| (warning.code, warning.message.clone())).collect())
+    }
+
+    /// All near pairs as a `pandas.DataFrame`.
+    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("ldi_ops._interop")?.call_method1("clashes_to_pandas", (slf,))
+    }
+
+    /// Writes clash.html with pictures, clash.json and clash.csv to a folder, which is created if it is missing.
+    fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        Call::new(py, None)?.install(py, || {
+            let mut clashes = self.clashes.lock().unwrap_or_else(PoisonError::into_inner);
+            report::clash::write(&mut clashes, self.fill, &folder, &Monitor::new(None)).map(drop)
+        })
+    }
+
+    fn __len__(&self) -> usize {
+        self.with(|clashes| clashes.pairs.len())
+    }
+
+    fn __repr__(&self) -> String {
+        self.with(|clashes| {
+            let (parts, findings) = (clashes.parts.len(), clashes.findings().count());
+            format!("Clashes({parts} parts, {} near pairs, {findings} findings)", clashes.pairs.len())
+        })
+    }
+}
+
+fn row<'py>(py: Python<'py>, clashes: &ldi_ops::Clashes, pair: &Pair) -> PyResult<Bound<'py, PyDict>> {
+    let row = PyDict::new(py);
+    let [a, b] = clashes.names(pair);
+    row.set_item("a", a)?;
+    row.set_item("b", b)?;
+    row.set_item("state", pair.relation.name())?;
+    row.set_item("finding", pair.finding.map(|finding| finding.name()))?;
+    let (distance, common) = match &pair.relation {
+        Relation::Separate { distance, .. } | Relation::Touching { distance, .. } => (Some(*distance), None),
+        Relation::Overlapping(common) => (None, Some(common)),
+    };
+    row.set_item("distance", distance)?;
+    row.set_item("volume", common.map(|common| common.volume.value))?;
+    row.set_item("volume_lower", common.map(|common| common.volume.lower))?;
+    row.set_item("volume_upper", common.map(|common| common.volume.upper))?;
+    row.set_item("depth", common.map(|common| common.depth))?;
+    row.set_item("depth_upper", common.map(|common| common.depth_bound))?;
+    for (name, coordinate) in ["x", "y", "z"].into_iter().zip(clashes.place(pair).to_array()) {
+        row.set_item(name, coordinate)?;
+    }
+    Ok(row)
+}

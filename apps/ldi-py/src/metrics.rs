@@ -1,0 +1,254 @@
+//! Metrics of scaffolds.
+
+use std::path::PathBuf;
+
+use ldi_ops::report::scaffold_report::{self, Status};
+use ldi_ops::{Limits, Report};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::{exception, usage};
+use crate::keywords::Call;
+use crate::shape::Shape;
+
+/// A metric: a number with its meaning, error, bounds and unit. `float(metric)` is the value, NaN where there is none.
+#[pyclass(frozen, module = "ldi_ops")]
+pub struct Metric(scaffold_report::Metric);
+
+/// The metrics of a scaffold: a mapping from id to `Metric`, in the order of the catalogue.
+#[pyclass(frozen, mapping, module = "ldi_ops")]
+pub struct Metrics {
+    report: Report,
+}
+
+/// Returns the metrics of a shape.
+pub fn measured(
+    py: Python<'_>,
+    shape: &Shape,
+    region: Option<&Bound<'_, PyAny>>,
+    limits: Option<&Bound<'_, PyAny>>,
+    settings: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Metrics> {
+    let limits = limits.map(|limits| read_limits(py, limits)).transpose()?;
+    let region = region.map(|region| read_region(py, region)).transpose()?;
+    let report = Call::new(py, settings)?.run(py, |settings| {
+        let mut builder = Report::of(&shape.shape.solid(settings)?);
+        builder = match region {
+            None => builder,
+            Some(Region::Hull) => builder.within_hull(),
+            Some(Region::Shape(region)) => builder.region(&region.solid(settings)?),
+        };
+        if let Some(limits) = &limits {
+            builder = builder.limits(limits);
+        }
+        builder.measure(settings)
+    });
+    Ok(Metrics { report: report? })
+}
+
+/// The region of a measurement.
+enum Region {
+    Hull,
+    Shape(ldi_ops::Shape),
+}
+
+fn read_region(py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Region> {
+    if let Ok(shape) = region.cast::<Shape>() {
+        return Ok(Region::Shape(shape.get().shape.clone()));
+    }
+    match region.extract::<String>() {
+        Ok(word) if word == "hull" => Ok(Region::Hull),
+        _ => Err(usage(py, "a region is a Shape, or 'hull'")),
+    }
+}
+
+fn read_limits(py: Python<'_>, limits: &Bound<'_, PyAny>) -> PyResult<Limits> {
+    let read = match limits.cast::<PyDict>() {
+        Ok(limits) => {
+            let text: String = py.import("ldi_ops._interop")?.call_method1("limits_as_toml", (limits,))?.extract()?;
+            Limits::parse(&text)
+        }
+        Err(_) => Limits::open(limits.extract::<PathBuf>()?),
+    };
+    read.map_err(|error| exception(py, &error))
+}
+
+#[pymethods]
+impl Metric {
+    /// A stable name: 'porosity', 'solid.thickness.mean'.
+    #[getter]
+    fn id(&self) -> &'static str {
+        self.0.id
+    }
+
+    /// The name for readers.
+    #[getter]
+    fn name(&self) -> &'static str {
+        self.0.name
+    }
+
+    /// The symbol in the literature: 'BV/TV', 'Tb.Th'.
+    #[getter]
+    fn symbol(&self) -> &'static str {
+        self.0.symbol
+    }
+
+    /// The definition in one line.
+    #[getter]
+    fn definition(&self) -> &'static str {
+        self.0.definition
+    }
+
+    /// The value in `unit`; None where `status` and `warnings` say why.
+    #[getter]
+    fn value(&self) -> Option<f64> {
+        self.0.value
+    }
+
+    /// An estimate of the error, not a bound; None where there is none.
+    #[getter]
+    fn error(&self) -> Option<f64> {
+        self.0.error
+    }
+
+    /// The lower bound, from the inner and the outer solid.
+    #[getter]
+    fn lower(&self) -> Option<f64> {
+        self.0.lower
+    }
+
+    /// The upper bound, from the inner and the outer solid.
+    #[getter]
+    fn upper(&self) -> Option<f64> {
+        self.0.upper
+    }
+
+    /// The unit of value, error and bounds: '1', 'mm', '1/mm'.
+    #[getter]
+    fn unit(&self) -> String {
+        self.0.unit.to_string()
+    }
+
+    /// 'measured', 'not-applicable' or 'not-resolved'.
+    #[getter]
+    fn status(&self) -> &'static str {
+        match self.0.status {
+            Status::Measured => "measured",
+            Status::NotApplicable => "not-applicable",
+            Status::NotResolved => "not-resolved",
+        }
+    }
+
+    /// The method of measurement.
+    #[getter]
+    fn method(&self) -> &'static str {
+        self.0.method
+    }
+
+    /// The source of the definition.
+    #[getter]
+    fn reference(&self) -> &'static str {
+        self.0.reference
+    }
+
+    /// Reasons for doubt.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.0.warnings.clone()
+    }
+
+    fn __float__(&self) -> f64 {
+        self.0.value.unwrap_or(f64::NAN)
+    }
+
+    fn __str__(&self) -> String {
+        self.0.to_string()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Metric({}: {})", self.0.id, self.0)
+    }
+}
+
+#[pymethods]
+impl Metrics {
+    fn __getitem__(&self, id: &str) -> PyResult<Metric> {
+        match self.report.get(id) {
+            Some(metric) => Ok(Metric(metric.clone())),
+            None => Err(PyKeyError::new_err(id.to_owned())),
+        }
+    }
+
+    fn __contains__(&self, id: &str) -> bool {
+        self.report.get(id).is_some()
+    }
+
+    fn __len__(&self) -> usize {
+        self.report.metrics().len()
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.keys().into_pyobject(py)?.call_method0("__iter__")
+    }
+
+    /// The ids of all metrics.
+    fn keys(&self) -> Vec<&'static str> {
+        self.report.metrics().iter().map(|metric| metric.id).collect()
+    }
+
+    /// All metrics.
+    fn values(&self) -> Vec<Metric> {
+        self.report.metrics().iter().map(|metric| Metric(metric.clone())).collect()
+    }
+
+    /// All ids with their metrics.
+    fn items(&self) -> Vec<(&'static str, Metric)> {
+        self.report.metrics().iter().map(|metric| (metric.id, Metric(metric.clone()))).collect()
+    }
+
+    /// The metric of an id, or a default.
+    #[pyo3(signature = (id, default=None))]
+    fn get<'py>(
+        &self,
+        py: Python<'py>,
+        id: &str,
+        default: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        match self.report.get(id) {
+            Some(metric) => Ok(Some(Bound::new(py, Metric(metric.clone()))?.into_any())),
+            None => Ok(default),
+        }
+    }
+
+    /// Whether all limits are kept; None if there were none.
+    #[getter]
+    fn passed(&self) -> Option<bool> {
+        self.report.verdict().map(|verdict| verdict.passed)
+    }
+
+    /// Remarks on inputs and metrics: codes and sentences.
+    #[getter]
+    fn warnings(&self) -> Vec<(&'static str, String)> {
+        self.report.scaffold_report().alerts.iter().map(|alert| (alert.code, alert.message.clone())).collect()
+    }
+
+    /// Writes report.html, metrics.json, metrics.csv and methods.txt to a folder, which is created if it is missing.
+    fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        Call::new(py, None)?.install(py, || self.report.write(folder))
+    }
+
+    /// The metrics as a `pandas.DataFrame`, a row each.
+    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("ldi_ops._interop")?.call_method1("metrics_to_pandas", (slf,))
+    }
+
+    fn __repr__(&self) -> String {
+        let verdict = match self.passed() {
+            None => "",
+            Some(true) => ", all limits kept",
+            Some(false) => ", limits broken",
+        };
+        format!("Metrics({} of {}{verdict})", self.report.metrics().len(), self.report.scaffold_report().title)
+    }
+}

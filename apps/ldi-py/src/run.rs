@@ -1,0 +1,85 @@
+//! Calls of the library: without the GIL, stopped by signals, with progress.
+
+use std::ops::ControlFlow;
+use std::process;
+use std::sync::{Mutex, OnceLock, PoisonError};
+use std::thread::{self, ThreadId};
+
+use ldi_ops::{Error, Progress, Settings};
+use pyo3::prelude::*;
+use pyo3::types::PyBool;
+
+use crate::error::{exception, usage};
+
+/// The process in which the first call ran.
+static PROCESS: OnceLock<u32> = OnceLock::new();
+
+/// Listens to an operation on behalf of the Python thread that waits for it: every 50 ms it runs Python's signal handlers and the
+/// caller's progress function.
+struct Listener {
+    waiting: ThreadId,
+    progress: Option<Py<PyAny>>,
+    /// The exception that ends the operation.
+    raised: Mutex<Option<PyErr>>,
+}
+
+impl Listener {
+    fn raise(&self, error: PyErr) {
+        self.raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+
+    fn is_raised(&self) -> bool {
+        self.raised.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+    }
+
+    /// Runs signal handlers and the progress function.
+    fn answer(&self, py: Python<'_>, stage: &str, done: u64, total: u64) -> PyResult<()> {
+        py.check_signals()?;
+        let Some(progress) = &self.progress else { return Ok(()) };
+        let answer = progress.call1(py, (stage, done, total))?;
+        match answer.bind(py).is(PyBool::new(py, false).as_any()) {
+            true => Err(exception(py, &Error::Cancelled)),
+            false => Ok(()),
+        }
+    }
+}
+
+impl Progress for Listener {
+    fn update(&self, stage: &str, done: u64, total: u64) -> ControlFlow<()> {
+        // Workers report each step; the thread that waits reports every 50 ms, and it alone calls Python.
+        if thread::current().id() == self.waiting && !self.is_raised() {
+            let answer = Python::attach(|py| self.answer(py, stage, done, total));
+            answer.unwrap_or_else(|error| self.raise(error));
+        }
+        if self.is_raised() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// Runs work with settings, on threads of its own, while the calling thread answers signals.
+pub fn run<T: Send>(
+    py: Python<'_>,
+    settings: Settings<'static>,
+    progress: Option<Py<PyAny>>,
+    work: impl FnOnce(&Settings) -> Result<T, Error> + Send,
+) -> PyResult<T> {
+    if *PROCESS.get_or_init(process::id) != process::id() {
+        return Err(usage(
+            py,
+            "this process was forked from one in which ldi_ops had run, and a fork has none of its threads; start workers by \
+             spawn: multiprocessing.get_context('spawn'), or ProcessPoolExecutor(mp_context=…)",
+        ));
+    }
+    let listener = Listener { waiting: thread::current().id(), progress, raised: Mutex::default() };
+    let result = py.detach(|| work(&settings.progress(&listener)));
+    let raised = listener.raised.into_inner().unwrap_or_else(PoisonError::into_inner);
+    if let Some(progress) = &listener.progress
+        && let Ok(close) = progress.getattr(py, "close")
+    {
+        close.call0(py)?;
+    }
+    match (result, raised) {
+        (Ok(value), None) => Ok(value),
+        (_, Some(error)) => Err(error),
+        (Err(error), None) => Err(exception(py, &error)),
+    }
+}
