@@ -9,8 +9,10 @@ use crate::driver::bound::Bound;
 use crate::driver::job::Finish;
 #[cfg(feature = "npz")]
 use crate::driver::job::{Content, ImageTarget};
+use crate::driver::machine;
 use crate::driver::measure::mean_moments;
 use crate::driver::measured::{Measured, Seconds};
+use crate::driver::memory::{self, Cost, Limit};
 use crate::driver::surface::{self, SurfaceReport};
 use crate::driver::write;
 use crate::grid::{Axis, Grid};
@@ -41,6 +43,11 @@ pub struct SolidMoments {
     /// The inertia about the centroid, in fifth powers of the unit of length.
     pub inertia: DMat3,
 }
+
+/// Bytes for each voxel: of its state with its bit; of a share; of a thickness with the distances and the balls behind it.
+const BYTES_OF_VOXEL: f64 = 1.25;
+const BYTES_OF_SHARE: f64 = 4.0;
+const BYTES_OF_THICKNESS: f64 = 48.0;
 
 /// Voxels: the inside state of each lattice node.
 #[derive(Clone, Debug, PartialEq)]
@@ -115,19 +122,41 @@ impl Sampled {
         Voxels { size, origin, spacing: grid.pitch(), values: planes.to_bytes() }
     }
 
+    /// Returns the inside state of all lattice nodes, unless they do not fit into memory.
+    ///
+    /// # Errors
+    /// Voxels that do not fit into memory.
+    pub fn try_voxels(&self) -> Result<Voxels, Error> {
+        self.admit(BYTES_OF_VOXEL)?;
+        Ok(self.voxels())
+    }
+
     /// Returns for each voxel the share of it that is inside along the rays through its centre, the mean over the images; in the
     /// order of [`Voxels::values`].
-    pub fn coverage(&self) -> Vec<f32> {
-        coverage(&self.measured.images)
+    ///
+    /// # Errors
+    /// Voxels that do not fit into memory.
+    pub fn coverage(&self) -> Result<Vec<f32>, Error> {
+        self.admit(BYTES_OF_SHARE)?;
+        Ok(coverage(&self.measured.images))
+    }
+
+    /// Refuses results with so many bytes for each voxel that do not fit into memory.
+    fn admit(&self, bytes: f64) -> Result<(), Error> {
+        let [x, y, z] = self.grid().rays();
+        let voxels = f64::from(x) * f64::from(y) * f64::from(z);
+        let cost = Cost { fixed: machine::held_memory() as f64 + bytes * voxels, ..Cost::default() };
+        let subject = format_args!("the values of {x} × {y} × {z} voxels");
+        memory::admit(&[cost], Limit::new(self.measured.memory), subject, |_| "sample fewer rays".to_owned())
     }
 
     /// Returns the local thickness at each voxel inside, and 0 at others: the diameter of the largest ball in the solid that
-    /// covers it. In units of length; voxel (x, y, z) is at `(z · size[1] + y) · size[0] + x`, x fastest.
+    /// covers it. In units of length, in the order of [`Voxels::values`].
     ///
     /// Source: Hildebrand & Rüegsegger 1997, with balls whose centres lie between voxels.
     ///
     /// # Errors
-    /// Images that are not exact or do not cover all three axes.
+    /// Images that are not exact or do not cover all three axes, and maps that do not fit into memory.
     pub fn thickness(&self) -> Result<Vec<f32>, Error> {
         let images =
             <&[Ldi; 3]>::try_from(&self.measured.images[..]).ok().filter(|_| self.measured.mode == Mode::Exact);
@@ -136,6 +165,7 @@ impl Sampled {
                 "a thickness needs exact images along all axes: keep axes and mode as they are".to_owned(),
             ));
         };
+        self.admit(BYTES_OF_THICKNESS)?;
         let solid = Region::of_solid(images);
         if solid.nodes().is_empty() {
             return Ok(vec![0.0; solid.nodes().volume()]);
@@ -143,9 +173,16 @@ impl Sampled {
         let region = Region::of_box(self.grid(), solid.bounds());
         let edges = BoundaryCondition::Border;
         let field = DistanceField::of(&Crossings::of_images(images, &region, edges), edges);
-        let mut thickness = local_thickness(&field, solid.nodes());
+        let along_x = local_thickness(&field, solid.nodes());
+        let [columns, rows, layers] = solid.nodes().size();
         let pitch = self.grid().pitch() as f32;
-        thickness.par_iter_mut().for_each(|thickness| *thickness *= pitch);
+        let mut thickness = vec![0.0; along_x.len()];
+        thickness.par_chunks_mut((rows * layers).max(1)).enumerate().for_each(|(x, plane)| {
+            for (at, thickness) in plane.iter_mut().enumerate() {
+                let (y, z) = (at / layers, at % layers);
+                *thickness = pitch * along_x[(z * rows + y) * columns + x];
+            }
+        });
         Ok(thickness)
     }
 
@@ -204,7 +241,7 @@ impl<'s> SurfaceMesh<'s> {
         self
     }
 
-    /// Drops parts with less than a share of the volume.
+    /// Drops parts with less than a share of the volume, between 0 and 1.
     pub fn without_parts_below(mut self, share: f64) -> Self {
         self.finish.least_part = Some(share);
         self

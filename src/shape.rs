@@ -39,7 +39,12 @@ use crate::{Error, Estimate, Monitor, Sampled, Settings, Solid, Warning, excerpt
 #[derive(Clone, Debug)]
 pub struct Shape {
     node: Arc<Node>,
+    /// The number of sums and offsets one within another.
+    depth: u32,
 }
+
+/// The most sums and offsets one within another: each is evaluated within the call of the next.
+const DEEPEST: u32 = 64;
 
 #[derive(Debug)]
 enum Node {
@@ -89,9 +94,13 @@ impl From<&Shape> for Shape {
     }
 }
 
+fn deepest(shapes: &[Shape]) -> u32 {
+    shapes.iter().map(|shape| shape.depth).max().unwrap_or(0)
+}
+
 impl Shape {
     pub(crate) fn of_solid(solid: input::Solid) -> Shape {
-        Shape { node: Arc::new(Node::Solid(solid)) }
+        Shape { node: Arc::new(Node::Solid(solid)), depth: 0 }
     }
 
     /// Reads an expression of named shapes: `a & (b | c) - d`, with `&`, `|`, `-`, `^` and parentheses.
@@ -113,17 +122,17 @@ impl Shape {
             None => Error::Usage(error.to_string()),
         })?;
         let boolean = Boolean { expression, wording: Wording::Typed(text.to_owned()) };
-        Ok(Shape { node: Arc::new(Node::Boolean(boolean, shapes)) })
+        Ok(Shape { depth: deepest(&shapes), node: Arc::new(Node::Boolean(boolean, shapes)) })
     }
 
     fn combined(operation: BooleanOperation, a: &Shape, b: Shape) -> Shape {
         let boolean =
             Boolean { expression: Expression::of_inputs(operation, 2), wording: Wording::Operation(operation) };
-        Shape { node: Arc::new(Node::Boolean(boolean, vec![a.clone(), b])) }
+        Shape { depth: a.depth.max(b.depth), node: Arc::new(Node::Boolean(boolean, vec![a.clone(), b])) }
     }
 
     fn summed(operation: SumOperation<Length>, operands: Vec<Shape>) -> Shape {
-        Shape { node: Arc::new(Node::Sum(operation, operands)) }
+        Shape { depth: 1 + deepest(&operands), node: Arc::new(Node::Sum(operation, operands)) }
     }
 
     /// Returns the intersection: the points in both shapes.
@@ -207,6 +216,12 @@ impl Shape {
 
     /// Measures the shape; `is_volume` asks for the best volume instead of images.
     fn measured(&self, settings: &Settings, keep: Keep, is_volume: bool, monitor: &Monitor) -> Result<Measured, Error> {
+        if self.depth > DEEPEST {
+            return Err(Error::Usage(format!(
+                "{} sums or offsets lie one within another (limit {DEEPEST}); make a solid of the inner ones first, by Shape::solid",
+                self.depth
+            )));
+        }
         let method = match (is_volume, keep) {
             (true, _) | (_, Keep::Mesh(_)) => VolumeMethod::Best,
             _ => VolumeMethod::Estimate,
@@ -271,15 +286,21 @@ impl Shape {
         let whole = settings.clone().axes(crate::Axes::All).mode(crate::Mode::Exact);
         let (finish, precision) = (Finish::default(), Precision::Double);
         let mut measured = self.measured(&whole, Keep::Mesh(finish.request(precision)), false, monitor)?;
-        let (mesh, report) = match measured.exact_mesh.take() {
+        let exact = measured.exact_mesh.take();
+        let is_exact = exact.is_some();
+        let (mesh, report) = match exact {
             Some(exact) => exact.finished(finish, monitor)?,
             None => surface::mesh(&measured.imaged(), finish, precision, monitor)?,
         };
         warnings.extend(measured.warnings);
         warnings.extend(surface::warnings(&report, true));
-        let closed = ClosedMesh::check(mesh).map_err(|_| {
-            Error::input("the shape, or an operand of it, is empty on this raster; raise the resolution")
-        })?;
+        if mesh.triangles.is_empty() {
+            return Err(Error::input(match is_exact {
+                true => "the shape, or an operand of it, is empty",
+                false => "the shape, or an operand of it, is empty on this raster; raise the resolution",
+            }));
+        }
+        let closed = ClosedMesh::check(mesh).map_err(Error::input)?;
         Ok(input::Solid { unit: measured.unit, ..input::Solid::from_closed(closed, "operand") })
     }
 }
@@ -384,8 +405,10 @@ mod tests {
     }
 
     #[test]
-    fn chains_of_many_offsets_are_dropped() {
+    fn chains_of_many_offsets_are_refused_and_dropped() {
         let solid = input::Solid::from_closed(ClosedMesh::check(tetrahedron()).unwrap(), "tetrahedron");
-        drop((0..200_000).fold(Shape::of_solid(solid), |shape, _| shape.offset(0.1)));
+        let chain = (0..200_000).fold(Shape::of_solid(solid), |shape, _| shape.offset(0.1));
+        assert!(matches!(chain.volume(&Settings::rays(4)), Err(Error::Usage(_))));
+        drop(chain);
     }
 }

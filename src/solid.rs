@@ -82,7 +82,7 @@ impl Solid {
 
     /// Returns the solid with the unit of its coordinates, which stay the same. A unit that the file states takes precedence.
     pub fn unit(mut self, unit: LengthUnit) -> Solid {
-        self.inner.unit = self.inner.unit.or(Some(unit));
+        self.inner.unit = self.inner.stated_unit.or(Some(unit));
         Solid::from_inner(self.inner)
     }
 

@@ -38,6 +38,7 @@ use super::check::{MeshReport, Severity, check};
 use super::hash::{Hash, PI, mix, position_hash};
 use super::measure::{EMPTY, include};
 use super::{Aabb, MassProperties, TriangleMesh};
+use crate::cancel::checkpoint;
 
 /// A mesh that bounds a solid: every edge has an even number of uses once identical coordinates are one vertex.
 ///
@@ -166,6 +167,7 @@ impl Fold {
         let finite = (hashes.par_chunks_mut(CHUNK), positions.par_chunks(CHUNK))
             .into_par_iter()
             .map(|(hashes, positions)| {
+                checkpoint();
                 let mut finite = true;
                 for (hash, position) in hashes.iter_mut().zip(positions) {
                     *hash = position_hash(*position);
@@ -183,6 +185,7 @@ impl Fold {
         mesh.triangles
             .par_chunks(CHUNK)
             .map(|chunk| {
+                checkpoint();
                 let mut fold = Fold::EMPTY;
                 let mut hashes = [[0; 2]; 3 * BLOCK];
                 // Two loops over a block that stays in the L1 cache, because the data of both together does not fit

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::TriangleMesh;
 use super::hash::position_hash;
+use crate::cancel::checkpoint;
 
 /// The positions of a mesh that stay when those with the same coordinates are one: the first of each.
 #[derive(Debug)]
@@ -29,6 +30,9 @@ impl Weld {
         let mut kept: Vec<u32> = Vec::new();
         let mut new_index = Vec::with_capacity(positions.len());
         for (index, position) in positions.iter().enumerate() {
+            if index % 4096 == 0 {
+                checkpoint();
+            }
             if position.is_nan() {
                 new_index.push(kept.len() as u32);
                 kept.push(index as u32);

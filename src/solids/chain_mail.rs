@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{SolidError, check_range, check_triangles, torus};
+use crate::cancel::checkpoint;
 use crate::mesh::TriangleMesh;
 
 /// The gap between neighbouring rings, in radii of their section.
@@ -40,6 +41,7 @@ pub fn chain_mail(
     };
     for row in 0..2 * rows - 1 {
         for column in 0..2 * columns - 1 {
+            checkpoint();
             let turned: fn(DVec3) -> DVec3 = match (column % 2, row % 2) {
                 (0, 0) => |p| p,
                 // Quarter turns about x and y, which keep triangles facing outwards.

@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use super::{SolidError, check_length, check_range, check_triangles};
+use crate::cancel::checkpoint;
 use crate::mesh::TriangleMesh;
 
 /// Faces of the icosahedron, counter-clockwise from outside, over the vertices of [`icosahedron`].
@@ -68,6 +69,7 @@ pub fn geodesic(radius: f64, frequency: u32) -> Result<TriangleMesh, SolidError>
         let face_first = positions.len() as u32;
         let [pa, pb, pc] = [a, b, c].map(|v| corners[v as usize]);
         for i in 1..frequency {
+            checkpoint();
             for j in 1..frequency - i {
                 let (s, t) = (f64::from(j) / steps, f64::from(i) / steps);
                 positions.push(on_sphere((1.0 - s - t) * pa + s * pb + t * pc));

@@ -11,6 +11,7 @@ use std::f64::consts::{PI, SQRT_2, TAU};
 use glam::{DVec2, DVec3};
 
 use super::{SolidError, check_length, check_range, check_triangles, rounded};
+use crate::cancel::checkpoint;
 use crate::mesh::TriangleMesh;
 
 /// Layers of plain-woven cloth, one above the other along z, centred on the origin. No two yarns touch, so each yarn is
@@ -73,6 +74,7 @@ impl Weave {
             for (family, side) in [(0, 1.0), (1, -1.0)] {
                 let (count, length) = (self.yarns[family], self.yarns[1 - family]);
                 for i in 0..count {
+                    checkpoint();
                     let across = self.spacing * centred(i, count);
                     // The cosine of crossing j of yarn i, whose sign is opposite at the next yarn.
                     let amplitude = if i % 2 == 0 { side * amplitude } else { -side * amplitude };

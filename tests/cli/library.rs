@@ -325,8 +325,11 @@ fn thickness_and_coverage_are_those_of_a_plate() {
     assert_eq!(thickness.len(), 40 * 40 * 10);
     // A ball that touches both sides reaches all but the edges.
     let whole = thickness.iter().filter(|&&thickness| (thickness - 1.0).abs() < 0.02).count();
-    assert!(whole as f64 > 0.9 * 16000.0 && thickness.iter().all(|&thickness| (0.0..1.02).contains(&thickness)), "{whole}");
-    let inside: f32 = plate.coverage().iter().sum();
+    assert!(
+        whole as f64 > 0.9 * 16000.0 && thickness.iter().all(|&thickness| (0.0..1.02).contains(&thickness)),
+        "{whole}"
+    );
+    let inside: f32 = plate.coverage().unwrap().iter().sum();
     assert_near(f64::from(inside) * 0.1_f64.powi(3), 16.0, 1e-3);
     let along_z = solid(&folder, "plate.stl").sample(&Settings::rays(40).axes(Axes::Z)).unwrap();
     assert!(matches!(along_z.thickness(), Err(Error::Usage(_))));

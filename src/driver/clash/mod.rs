@@ -66,6 +66,7 @@ pub struct Settings {
 }
 
 /// The result of a comparison.
+#[derive(Clone)]
 pub struct Clashes {
     /// The parts.
     pub parts: Vec<Part>,
@@ -84,6 +85,7 @@ pub struct Clashes {
 }
 
 /// A part.
+#[derive(Clone)]
 pub struct Part {
     /// Its name: that of its file, and its own within an assembly.
     pub name: String,

@@ -18,6 +18,7 @@ use super::note::ReadNote;
 use super::text::{Words, decode};
 use super::{Format, MeshFile};
 use crate::allocation::vec_with_room;
+use crate::cancel::checkpoint;
 use crate::mesh::{LengthUnit, TriangleMesh};
 
 const HEADER_BYTES: usize = 84;
@@ -101,6 +102,7 @@ fn weld_recent(records: &[u8], count: usize) -> TriangleMesh {
         .par_chunks(TRIANGLES_PER_TASK * TRIANGLE_BYTES)
         .zip(triangles.par_chunks_mut(TRIANGLES_PER_TASK))
         .map_init(RecentCorners::default, |recent, (records, triangles)| {
+            checkpoint();
             recent.forget();
             for (record, triangle) in records.chunks_exact(TRIANGLE_BYTES).zip(triangles) {
                 let word = |at: usize| u32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]]);

@@ -28,6 +28,7 @@ use super::error::{Fault, Place, Problem};
 use super::note::ReadNote;
 use super::placement::{PLACEMENTS_MAX, Placement, Scene};
 use super::text::{decode, number, quote, sentence};
+use crate::cancel::checkpoint;
 use crate::mesh::{LengthUnit, TriangleMesh};
 use lattice::{Lattice, Meshed};
 pub(super) use write::{FARTHEST, Object as WrittenObject, write};
@@ -296,6 +297,7 @@ impl Model {
         let mut object = (0, Object::default());
         let mut has_model = false;
         while let Some(event) = xml.next()? {
+            checkpoint();
             match event {
                 Event::Start(element) => {
                     let tag = model.element(&xml, &element, open.last().copied(), &mut object)?;
