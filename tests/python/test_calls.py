@@ -48,9 +48,14 @@ def test_options_hold_within_their_block_and_are_checked():
             pass
 
 
-def test_bars_vanish(capsys):
+@pytest.mark.parametrize("has_tqdm", [True, False])
+def test_bars_show_a_stage_and_vanish(capsys, monkeypatch, has_tqdm):
+    if not has_tqdm:
+        monkeypatch.setitem(sys.modules, "tqdm.auto", None)
     with ldi.options(progress=True):
         ldi.gyroid(cells=2).offset(0.1).volume(resolution=256)
+    shown = capsys.readouterr().err
+    assert len(shown) > 20 and shown.endswith("\r") and not shown.rsplit("\r", 2)[1].strip()
 
 
 def test_other_threads_run_meanwhile():
@@ -75,7 +80,7 @@ def test_other_threads_run_meanwhile():
 def test_results_do_not_depend_on_the_thread_that_asks():
     ball = ldi.geodesic(frequency=24)
     volumes = []
-    threads = [threading.Thread(target=lambda: volumes.append(float(ball.sample(resolution=64).volume))) for _ in range(4)]
+    threads = [threading.Thread(target=lambda: volumes.append(float(ball.sample(resolution=64).volume()))) for _ in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -125,9 +130,12 @@ def test_interrupts_end_long_calls(name):
     assert child.returncode == 7 and float(rest) > 0
 
 
-def in_child(pipe):
+def in_child(pipe, image=None):
     try:
-        ldi.geodesic().volume()
+        if image is None:
+            ldi.geodesic().volume()
+        else:
+            image.centroid
         pipe.send("no error")
     except ldi.Error as error:
         pipe.send(str(error))
@@ -136,11 +144,11 @@ def in_child(pipe):
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system has no forks")
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_forked_children_are_told_and_spawned_ones_work():
-    ldi.geodesic().volume()
-    for method, expected in (("fork", "spawn"), ("spawn", "no error")):
+    image = ldi.geodesic().sample(resolution=16)
+    for method, arguments, expected in (("fork", (), "spawn"), ("fork", (image,), "spawn"), ("spawn", (), "no error")):
         context = multiprocessing.get_context(method)
         ours, theirs = context.Pipe()
-        child = context.Process(target=in_child, args=(theirs,))
+        child = context.Process(target=in_child, args=(theirs, *arguments))
         child.start()
         assert ours.poll(60), f"{method}: the child hangs"
         assert expected in ours.recv()

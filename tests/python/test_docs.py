@@ -24,7 +24,9 @@ def test_programs_of_the_guide_run(program, tmp_path, monkeypatch):
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         exec(compile(program, "docs/python.md", "exec"), {"__name__": "guide"})
-    for line in program.splitlines():
-        said = re.match(r"\s*print\(\w+\)\s+# ([^ ].*)$", line)
-        if said:
-            assert said.group(1) in printed.getvalue(), line
+    said = re.findall(r"^\s*print\(\w+\)\s+# ([^ ].*)$", program, flags=re.M)
+    assert all(line in printed.getvalue() for line in said), (said, printed.getvalue())
+
+
+def test_the_guide_states_outputs():
+    assert len(re.findall(r"print\(\w+\)\s+# [^ ]", "".join(PROGRAMS))) >= 2

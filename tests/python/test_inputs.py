@@ -1,6 +1,8 @@
 """Solids from other libraries, and what is refused."""
 
+import copy
 import pickle
+import types
 
 import numpy as np
 import pytest
@@ -30,6 +32,9 @@ def test_meshes_of_other_libraries_go_in_and_out(ball):
     vertices, faces = np.array(ball.vertices), ball.faces.astype(np.int64)
     volume = float(ball.volume())
     united = trimesh.Trimesh(vertices, faces, process=False)
+    united.units = "parsec"
+    with pytest.warns(UserWarning, match="parsec"):
+        assert ldi.load(united).unit is None
     united.units = "mm"
     assert ldi.load(united).unit == "mm" and float(ldi.load(united).volume()) == volume
     assert float(ldi.load(pyvista.PolyData.from_regular_faces(vertices, faces)).volume()) == pytest.approx(volume, rel=1e-6)
@@ -62,12 +67,20 @@ class Tessellated:
     def __init__(self, solid):
         self.solid = solid
 
+    def vertices(self):
+        raise AssertionError("build123d's shapes have this method, too")
+
+    faces = vertices
+
     def tessellate(self, tolerance, angular_tolerance=0.1):
         return [Vector(point) for point in self.solid.vertices], [tuple(face) for face in self.solid.faces.tolist()]
 
 
 def test_shapes_that_tessellate_are_taken(ball):
     assert float(ldi.load(Tessellated(ball), unit="mm").volume()) == float(ball.volume())
+    moved = ball.transformed(np.hstack([np.eye(3), [[9], [0], [0]]]))
+    plane = types.SimpleNamespace(vals=lambda: [Tessellated(ball), Tessellated(moved)])
+    assert float(ldi.load(plane).volume()) == pytest.approx(2 * float(ball.volume()), rel=1e-12)
 
 
 def test_voxels_make_a_solid_of_their_volume():
@@ -92,6 +105,14 @@ def test_open_meshes_are_an_error_with_places(ball):
     assert str(again) == str(raised.value) and again.name == raised.value.name
 
 
+def test_solids_are_pickled_and_copied(ball):
+    again = pickle.loads(pickle.dumps(ball))
+    assert (again.name, again.unit) == (ball.name, ball.unit) and (again.vertices == ball.vertices).all()
+    assert copy.copy(ball) is ball and copy.deepcopy([ball])[0] is ball
+    with pytest.raises(TypeError, match="paths"):
+        pickle.dumps(ball & ball)
+
+
 @pytest.mark.parametrize(
     ("call", "error"),
     [
@@ -109,7 +130,16 @@ def test_open_meshes_are_an_error_with_places(ball):
         (lambda: ldi.geodesic().volume(backend="tpu"), ldi.UsageError),
         (lambda: ldi.geodesic().sample(axes="z", resolution=8).mesh(), ldi.UsageError),
         (lambda: ldi.geodesic().sample(axes="z", resolution=8).depths("x"), ldi.UsageError),
-        (lambda: ldi.geodesic().offset(0.0).volume(), ldi.UsageError),
+        (lambda: ldi.geodesic().offset(0.0), ldi.UsageError),
+        (lambda: ldi.geodesic().offset(float("nan")), ldi.UsageError),
+        (lambda: ldi.geodesic().opening(-1), ldi.UsageError),
+        (lambda: ldi.geodesic().sample(resolution=-3), ldi.UsageError),
+        (lambda: ldi.geodesic() & 3, TypeError),
+        (lambda: ldi.clash([ldi.geodesic()]), TypeError),
+        (lambda: (ldi.geodesic() - ldi.geodesic()).solid(), ldi.InputError),
+        (lambda: ldi.from_voxels(np.full((2, 2, 2), np.nan), 1), ldi.UsageError),
+        (lambda: ldi.from_voxels(np.full((2, 2, 2), -1), 1), ldi.UsageError),
+        (lambda: ldi.from_voxels(np.ones((2, 2, 2)), (1, 1)), ldi.UsageError),
         (lambda: ldi.geodesic().with_unit("furlong"), ldi.UsageError),
         (lambda: ldi.clash({"a": ldi.geodesic()}), ldi.InputError),
     ],
@@ -125,6 +155,9 @@ def test_units_are_stated_and_never_guessed(models, tmp_path):
     assert solid.unit is None and solid.volume().unit is None
     stated = ldi.load(models / "bone.stl", unit="millimetres")
     assert (stated.unit, stated.volume().unit) == ("mm", "mm³")
+    assert stated.with_unit("in").unit == "in"
+    with pytest.warns(UserWarning, match="state no unit"):
+        assert (stated & solid).volume().unit == "mm³"
     stated.save(tmp_path / "bone.3mf")
     with pytest.warns(UserWarning, match="ignored"):
         assert ldi.load(tmp_path / "bone.3mf", unit="in").unit == "mm"

@@ -14,7 +14,7 @@ def test_stubs_of_the_package_are_up_to_date():
 
 def test_stubs_agree_with_the_module(tmp_path):
     done = subprocess.run(
-        [sys.executable, "-m", "mypy.stubtest", "ldi_ops", "--allowlist", Path(__file__).parent / "stubtest.txt"],
+        [sys.executable, "-m", "mypy.stubtest", "ldi_ops"],
         capture_output=True,
         text=True,
         cwd=tmp_path,

@@ -1,7 +1,6 @@
 //! Parts that overlap, touch or come too near.
 
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
 
 use ldi_ops::driver::clash::rules::Rules;
 use ldi_ops::driver::clash::{Pair, Relation};
@@ -16,7 +15,7 @@ use crate::shape::Solid;
 /// The result of a comparison of parts: the pairs whose boxes come near one another, the worst first.
 #[pyclass(frozen, module = "ldi_ops")]
 pub struct Clashes {
-    clashes: Mutex<ldi_ops::Clashes>,
+    clashes: ldi_ops::Clashes,
     fill: FillRule,
 }
 
@@ -45,12 +44,12 @@ pub fn clash(
     let keywords = PyDict::new(py);
     keywords.set_item("fill", fill)?;
     let clashes = Call::new(py, Some(&keywords))?.run(py, |settings| clash.compare(settings))?;
-    Ok(Clashes { clashes: Mutex::new(clashes), fill: rule })
+    Ok(Clashes { clashes, fill: rule })
 }
 
 impl Clashes {
-    fn with<T>(&self, read: impl FnOnce(&ldi_ops::Clashes) -> T) -> T {
-        read(&self.clashes.lock().unwrap_or_else(PoisonError::into_inner))
+    fn rows<'c, 'py>(&self, py: Python<'py>, pairs: impl Iterator<Item = &'c Pair>) -> PyResult<Bound<'py, PyList>> {
+        PyList::new(py, pairs.map(|pair| row(py, &self.clashes, pair)).collect::<Result<Vec<_>, _>>()?)
     }
 }
 
@@ -60,35 +59,31 @@ impl Clashes {
     /// `volume_upper`, `depth` with `depth_upper`, and the place `x`, `y`, `z`. Lengths are in `unit`.
     #[getter]
     fn pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let rows =
-            self.with(|clashes| clashes.pairs.iter().map(|pair| row(py, clashes, pair)).collect::<Result<Vec<_>, _>>());
-        PyList::new(py, rows?)
+        self.rows(py, self.clashes.pairs.iter())
     }
 
     /// The pairs that break a rule.
     #[getter]
     fn findings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let rows =
-            self.with(|clashes| clashes.findings().map(|pair| row(py, clashes, pair)).collect::<Result<Vec<_>, _>>());
-        PyList::new(py, rows?)
+        self.rows(py, self.clashes.findings())
     }
 
     /// The names of all parts.
     #[getter]
     fn parts(&self) -> Vec<String> {
-        self.with(|clashes| clashes.parts.iter().map(|part| part.name.clone()).collect())
+        self.clashes.parts.iter().map(|part| part.name.clone()).collect()
     }
 
     /// The unit of all lengths, such as 'mm'; None if it is not known.
     #[getter]
     fn unit(&self) -> Option<&'static str> {
-        self.with(|clashes| clashes.unit.map(|unit| unit.symbol()))
+        self.clashes.unit.map(|unit| unit.symbol())
     }
 
     /// Warnings about the parts: codes and sentences.
     #[getter]
     fn warnings(&self) -> Vec<(&'static str, String)> {
-        self.with(|clashes| clashes.warnings.iter().map(|warning| (warning.code, warning.message.clone())).collect())
+        self.clashes.warnings.iter().map(|warning| (warning.code, warning.message.clone())).collect()
     }
 
     /// All near pairs as a `pandas.DataFrame`.
@@ -99,20 +94,17 @@ impl Clashes {
     /// Writes clash.html with pictures, clash.json and clash.csv to a folder, which is created if it is missing.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         Call::new(py, None)?.install(py, || {
-            let mut clashes = self.clashes.lock().unwrap_or_else(PoisonError::into_inner);
-            report::clash::write(&mut clashes, self.fill, &folder, &Monitor::new(None)).map(drop)
+            report::clash::write(&mut self.clashes.clone(), self.fill, &folder, &Monitor::new(None)).map(drop)
         })
     }
 
     fn __len__(&self) -> usize {
-        self.with(|clashes| clashes.pairs.len())
+        self.clashes.pairs.len()
     }
 
     fn __repr__(&self) -> String {
-        self.with(|clashes| {
-            let (parts, findings) = (clashes.parts.len(), clashes.findings().count());
-            format!("Clashes({parts} parts, {} near pairs, {findings} findings)", clashes.pairs.len())
-        })
+        let (parts, findings) = (self.clashes.parts.len(), self.clashes.findings().count());
+        format!("Clashes({parts} parts, {} near pairs, {findings} findings)", self.clashes.pairs.len())
     }
 }
 

@@ -1,8 +1,9 @@
 //! Images of shapes, and what is computed from them.
 
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
-use ldi_ops::{Axis, Bound as Within, Sampled, SurfaceMesh};
+use ldi_ops::{Axis, Bound as Within, Sampled, SolidMoments, SurfaceMesh};
 use numpy::ndarray::{ArrayView1, Ix3};
 use numpy::{Element, PyArray, PyArray1, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
@@ -16,17 +17,28 @@ use crate::volume::Volume;
 #[pyclass(frozen, module = "ldi_ops")]
 pub struct Image {
     sampled: Sampled,
+    moments: OnceLock<SolidMoments>,
 }
 
 impl Image {
     pub fn new(sampled: Sampled) -> Image {
-        Image { sampled }
+        Image { sampled, moments: OnceLock::new() }
     }
 
     fn along(&self, py: Python<'_>, axis: &str) -> PyResult<&ldi_ops::ldi::Ldi> {
         let axis = one_of(py, "axis", axis, &[("x", Axis::X), ("y", Axis::Y), ("z", Axis::Z)])?;
         let image = self.sampled.image(axis);
         image.ok_or_else(|| usage(py, format!("there is no image along {}: sample with axes='all'", axis.name())))
+    }
+
+    fn moments(&self, py: Python<'_>) -> PyResult<SolidMoments> {
+        match self.moments.get() {
+            Some(moments) => Ok(*moments),
+            None => {
+                let moments = Call::new(py, None)?.install(py, || Ok(self.sampled.moments()))?;
+                Ok(*self.moments.get_or_init(|| moments))
+            }
+        }
     }
 
     /// Runs a function of the surface.
@@ -42,6 +54,9 @@ impl Image {
             text.parse().map_err(|message| usage(py, format!("surface_error={text}: {message}")))
         });
         let bound = bound.transpose()?;
+        if let Some(share) = drop_parts.filter(|share| !(0.0..1.0).contains(share)) {
+            return Err(usage(py, format!("drop_parts={share}: a share of the volume, from 0 to below 1")));
+        }
         Call::new(py, None)?.install(py, || {
             let mut surface = self.sampled.surface()?;
             if let Some(bound) = bound {
@@ -58,7 +73,6 @@ impl Image {
 #[pymethods]
 impl Image {
     /// The volume of the images.
-    #[getter]
     fn volume(&self) -> Volume {
         Volume(self.sampled.volume())
     }
@@ -70,14 +84,14 @@ impl Image {
 
     /// The centroid, (x, y, z).
     #[getter]
-    fn centroid(&self) -> [f64; 3] {
-        self.sampled.moments().centroid.to_array()
+    fn centroid(&self, py: Python<'_>) -> PyResult<[f64; 3]> {
+        Ok(self.moments(py)?.centroid.to_array())
     }
 
     /// The inertia about the centroid at unit density, 3 × 3, in fifth powers of the unit of length.
     #[getter]
-    fn inertia(&self) -> [[f64; 3]; 3] {
-        self.sampled.moments().inertia.to_cols_array_2d()
+    fn inertia(&self, py: Python<'_>) -> PyResult<[[f64; 3]; 3]> {
+        Ok(self.moments(py)?.inertia.to_cols_array_2d())
     }
 
     /// The unit of all lengths, such as 'mm'; None if it is not known.
@@ -133,13 +147,13 @@ impl Image {
 
     /// The voxels whose centre is inside, bool [x, y, z]. Programs that index [z, y, x] take the transpose.
     fn to_numpy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let voxels = Call::new(py, None)?.install(py, || Ok(self.sampled.voxels()))?;
+        let voxels = Call::new(py, None)?.install(py, || self.sampled.try_voxels())?;
         dense(py, voxels.values, voxels.size)?.call_method1("view", ("bool",))
     }
 
     /// The share of each voxel that is inside, along the rays through its centre; the mean over the axes. float32 [x, y, z].
     fn coverage<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f32>>> {
-        let shares = Call::new(py, None)?.install(py, || Ok(self.sampled.coverage()))?;
+        let shares = Call::new(py, None)?.install(py, || self.sampled.coverage())?;
         dense(py, shares, self.sampled.grid().rays().map(|n| n as usize))
     }
 
@@ -233,6 +247,6 @@ fn view<'py, T: Element>(owner: &Bound<'py, Image>, numbers: &[T]) -> PyResult<B
     owner.py().import("numpy")?;
     // SAFETY: the array keeps its owner alive, which is frozen, so that its numbers neither move nor change.
     let array = unsafe { PyArray1::borrow_from_array(&ArrayView1::from(numbers), owner.clone().into_any()) };
-    array.try_readwrite()?.make_nonwriteable();
+    array.call_method1("setflags", (false,))?;
     Ok(array)
 }

@@ -1,7 +1,7 @@
 //! Settings as keyword arguments, and the options of a `with` block.
 
 use ldi_ops::{Axes, Backend, FillRule, Mode, Settings};
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -31,6 +31,11 @@ impl Call {
         let settings = settings.threads(threads.unwrap_or(0));
         let settings = memory.map_or(settings.clone(), |bytes| settings.memory_limit(bytes));
         Ok(Call { settings, progress })
+    }
+
+    /// Returns the call without certified bounds, for results that are no volumes.
+    pub fn without_bounds(self) -> Call {
+        Call { settings: self.settings.bounds(false), ..self }
     }
 
     /// Runs an operation that takes settings.
@@ -63,7 +68,7 @@ fn settings(py: Python<'_>, keywords: &Bound<'_, PyDict>) -> PyResult<Settings<'
     let raster = |name| keywords.get_item(name).map(|value| value.filter(|value| !value.is_none()));
     let mut settings = match [raster("resolution")?, raster("pitch")?, raster("tolerance")?] {
         [None, None, None] => Settings::default(),
-        [Some(rays), None, None] => Settings::rays(rays.extract()?),
+        [Some(rays), None, None] => Settings::rays(count(py, "resolution", &rays)?),
         [None, Some(pitch), None] => Settings::pitch(pitch.extract()?),
         [None, None, Some(share)] => Settings::tolerance(share.extract()?),
         _ => return Err(usage(py, "resolution, pitch and tolerance exclude one another; give one")),
@@ -99,12 +104,22 @@ fn settings(py: Python<'_>, keywords: &Bound<'_, PyDict>) -> PyResult<Settings<'
         });
     }
     if let Some(lod) = keywords.get_item("lod")?.filter(|value| !value.is_none()) {
-        settings = settings.lod(lod.extract()?);
+        settings = settings.lod(count(py, "lod", &lod)?);
     }
     if let Some(bounds) = keywords.get_item("bounds")? {
         settings = settings.bounds(bounds.extract()?);
     }
     Ok(settings)
+}
+
+/// Returns a number of rays or voxels.
+fn count(py: Python<'_>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
+    match value.extract::<u32>() {
+        Err(error) if error.is_instance_of::<PyOverflowError>(py) => {
+            Err(usage(py, format!("{name}={value}: a number between 1 and {}", u32::MAX)))
+        }
+        extracted => extracted,
+    }
 }
 
 /// Returns the value of a word.

@@ -29,7 +29,7 @@ mod _native {
     #[pymodule_export]
     use super::image::Image;
     #[pymodule_export]
-    use super::metrics::{Metric, Metrics};
+    use super::metrics::{Metric, Metrics, catalogue};
     #[pymodule_export]
     use super::shape::{Shape, Solid};
     #[pymodule_export]

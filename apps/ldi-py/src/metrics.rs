@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use ldi_ops::report::id;
 use ldi_ops::report::scaffold_report::{self, Status};
 use ldi_ops::{Limits, Report};
 use pyo3::exceptions::PyKeyError;
@@ -22,6 +23,14 @@ pub struct Metrics {
     report: Report,
 }
 
+/// Returns the catalogue of metrics, in order: id, unit for lengths in a unit, name.
+#[pyfunction]
+#[pyo3(signature = (unit=None))]
+pub fn catalogue(py: Python<'_>, unit: Option<&str>) -> PyResult<Vec<(&'static str, String, &'static str)>> {
+    let unit = unit.map(ldi_ops::unit::parse).transpose().map_err(|message| usage(py, message))?;
+    Ok(id::all().map(|metric| (metric.id, metric.quantity.of(unit).to_string(), metric.name)).collect())
+}
+
 /// Returns the metrics of a shape.
 pub fn measured(
     py: Python<'_>,
@@ -32,8 +41,8 @@ pub fn measured(
 ) -> PyResult<Metrics> {
     let limits = limits.map(|limits| read_limits(py, limits)).transpose()?;
     let region = region.map(|region| read_region(py, region)).transpose()?;
-    let report = Call::new(py, settings)?.run(py, |settings| {
-        let mut builder = Report::of(&shape.shape.solid(settings)?);
+    let report = shape.call(py, settings)?.without_bounds().run(py, |settings| {
+        let mut builder = Report::of(&shape.shape.solid(settings)?.named(shape.text()));
         builder = match region {
             None => builder,
             Some(Region::Hull) => builder.within_hull(),
@@ -180,8 +189,8 @@ impl Metrics {
         }
     }
 
-    fn __contains__(&self, id: &str) -> bool {
-        self.report.get(id).is_some()
+    fn __contains__(&self, id: &Bound<'_, PyAny>) -> bool {
+        id.extract::<String>().is_ok_and(|id| self.report.get(&id).is_some())
     }
 
     fn __len__(&self) -> usize {
@@ -219,6 +228,12 @@ impl Metrics {
             Some(metric) => Ok(Some(Bound::new(py, Metric(metric.clone()))?.into_any())),
             None => Ok(default),
         }
+    }
+
+    /// The unit of length, such as 'mm'; None if it is not known.
+    #[getter]
+    fn unit(&self) -> Option<&'static str> {
+        self.report.scaffold_report().unit.map(|unit| unit.symbol())
     }
 
     /// Whether all limits are kept; None if there were none.

@@ -7,7 +7,6 @@ use std::thread::{self, ThreadId};
 
 use ldi_ops::{Error, Progress, Settings};
 use pyo3::prelude::*;
-use pyo3::types::PyBool;
 
 use crate::error::{exception, usage};
 
@@ -37,9 +36,9 @@ impl Listener {
         py.check_signals()?;
         let Some(progress) = &self.progress else { return Ok(()) };
         let answer = progress.call1(py, (stage, done, total))?;
-        match answer.bind(py).is(PyBool::new(py, false).as_any()) {
-            true => Err(exception(py, &Error::Cancelled)),
-            false => Ok(()),
+        match answer.is_none(py) || answer.is_truthy(py)? {
+            true => Ok(()),
+            false => Err(exception(py, &Error::Cancelled)),
         }
     }
 }
@@ -72,14 +71,18 @@ pub fn run<T: Send>(
     let listener = Listener { waiting: thread::current().id(), progress, raised: Mutex::default() };
     let result = py.detach(|| work(&settings.progress(&listener)));
     let raised = listener.raised.into_inner().unwrap_or_else(PoisonError::into_inner);
-    if let Some(progress) = &listener.progress
-        && let Ok(close) = progress.getattr(py, "close")
-    {
-        close.call0(py)?;
-    }
+    let closed = close(py, listener.progress.as_ref());
     match (result, raised) {
-        (Ok(value), None) => Ok(value),
         (_, Some(error)) => Err(error),
         (Err(error), None) => Err(exception(py, &error)),
+        (Ok(value), None) => closed.map(|()| value),
+    }
+}
+
+/// Calls the method `close` of a progress function, if it has one.
+fn close(py: Python<'_>, progress: Option<&Py<PyAny>>) -> PyResult<()> {
+    match progress.and_then(|progress| progress.getattr(py, "close").ok()) {
+        Some(close) => close.call0(py).map(drop),
+        None => Ok(()),
     }
 }

@@ -7,8 +7,9 @@ use glam::{DAffine3, DMat4, DVec3};
 use ldi_ops::{Error, Sampled, solids};
 use numpy::ndarray::ArrayView2;
 use numpy::{Element, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3};
+use pyo3::exceptions::{PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 use crate::error::usage;
 use crate::image::{Image, dense};
@@ -26,6 +27,14 @@ const LONGEST: usize = 200;
 pub struct Shape {
     pub shape: ldi_ops::Shape,
     text: String,
+    units: Units,
+}
+
+/// Whether solids of an expression have a unit, and whether others have none.
+#[derive(Clone, Copy)]
+struct Units {
+    known: bool,
+    unknown: bool,
 }
 
 /// A closed mesh with name and unit.
@@ -35,16 +44,53 @@ pub struct Solid {
 }
 
 impl Shape {
-    fn new(shape: ldi_ops::Shape, text: String) -> Shape {
-        Shape { shape, text }
+    /// Returns the shape of an operation on this one and another.
+    fn with(&self, other: &Shape, text: String, shape: ldi_ops::Shape) -> Shape {
+        let units =
+            Units { known: self.units.known || other.units.known, unknown: self.units.unknown || other.units.unknown };
+        Shape { shape, text: shortened(text), units }
     }
 
-    fn combined(&self, sign: &str, other: &Shape, shape: ldi_ops::Shape) -> Shape {
-        Shape::new(shape, shortened(format!("({} {sign} {})", self.text, other.text)))
+    fn combined(
+        &self,
+        sign: &str,
+        other: &Bound<'_, PyAny>,
+        combine: impl FnOnce(&ldi_ops::Shape, &ldi_ops::Shape) -> ldi_ops::Shape,
+    ) -> PyResult<Shape> {
+        let Ok(other) = other.cast::<Shape>() else {
+            let name = other.get_type().name()?;
+            return Err(PyTypeError::new_err(format!(
+                "{sign} takes a Shape, not a {name}; ldi_ops.load makes a Solid of a mesh"
+            )));
+        };
+        let other = other.get();
+        Ok(self.with(other, format!("({} {sign} {})", self.text, other.text), combine(&self.shape, &other.shape)))
     }
 
+    /// The expression as text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Returns an offset, opening or closing.
     fn of_one(&self, name: &str, length: f64, shape: ldi_ops::Shape) -> Shape {
-        Shape::new(shape, shortened(format!("{}.{name}({length})", self.text)))
+        Shape { shape, text: shortened(format!("{}.{name}({length})", self.text)), units: self.units }
+    }
+
+    /// Reads the settings of a call, and warns of solids without a unit among others.
+    pub fn call(&self, py: Python<'_>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Call> {
+        if self.units.known && self.units.unknown {
+            let message = c"some solids state no unit and are taken to be in that of the others; pass unit= to load";
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), message, 1)?;
+        }
+        Call::new(py, settings)
+    }
+}
+
+fn checked_radius(py: Python<'_>, radius: f64) -> PyResult<f64> {
+    match radius.is_finite() && radius > 0.0 {
+        true => Ok(radius),
+        false => Err(usage(py, format!("radius={radius}: a length above 0"))),
     }
 }
 
@@ -59,70 +105,71 @@ fn shortened(text: String) -> String {
 #[pymethods]
 impl Shape {
     /// The points in both shapes.
-    fn __and__(&self, other: &Shape) -> Shape {
-        self.combined("&", other, &self.shape & &other.shape)
+    fn __and__(&self, other: &Bound<'_, PyAny>) -> PyResult<Shape> {
+        self.combined("&", other, |a, b| a & b)
     }
 
     /// The points in either shape.
-    fn __or__(&self, other: &Shape) -> Shape {
-        self.combined("|", other, &self.shape | &other.shape)
+    fn __or__(&self, other: &Bound<'_, PyAny>) -> PyResult<Shape> {
+        self.combined("|", other, |a, b| a | b)
     }
 
     /// The points in exactly one of the shapes.
-    fn __xor__(&self, other: &Shape) -> Shape {
-        self.combined("^", other, &self.shape ^ &other.shape)
+    fn __xor__(&self, other: &Bound<'_, PyAny>) -> PyResult<Shape> {
+        self.combined("^", other, |a, b| a ^ b)
     }
 
     /// The points in this shape and not in the other.
-    fn __sub__(&self, other: &Shape) -> Shape {
-        self.combined("-", other, &self.shape - &other.shape)
+    fn __sub__(&self, other: &Bound<'_, PyAny>) -> PyResult<Shape> {
+        self.combined("-", other, |a, b| a - b)
     }
 
     /// The Minkowski sum: all sums of a point of this shape and a point of the other.
     fn minkowski(&self, other: &Shape) -> Shape {
-        Shape::new(
-            self.shape.minkowski_sum(&other.shape),
-            shortened(format!("{}.minkowski({})", self.text, other.text)),
-        )
+        let text = format!("{}.minkowski({})", self.text, other.text);
+        self.with(other, text, self.shape.minkowski_sum(&other.shape))
     }
 
     /// The Minkowski difference: all displacements that move the other shape into this one.
     fn minkowski_difference(&self, other: &Shape) -> Shape {
-        let text = shortened(format!("{}.minkowski_difference({})", self.text, other.text));
-        Shape::new(self.shape.minkowski_difference(&other.shape), text)
+        let text = format!("{}.minkowski_difference({})", self.text, other.text);
+        self.with(other, text, self.shape.minkowski_difference(&other.shape))
     }
 
     /// All points within a distance of the shape; a negative distance removes all points within it of the outside.
-    fn offset(&self, distance: f64) -> Shape {
-        self.of_one("offset", distance, self.shape.offset(distance))
+    fn offset(&self, py: Python<'_>, distance: f64) -> PyResult<Shape> {
+        match distance.is_finite() && distance != 0.0 {
+            true => Ok(self.of_one("offset", distance, self.shape.offset(distance))),
+            false => Err(usage(py, format!("distance={distance}: a length that is not 0"))),
+        }
     }
 
     /// The union of all balls of a radius inside the shape: removes parts thinner than the ball.
-    fn opening(&self, radius: f64) -> Shape {
-        self.of_one("opening", radius, self.shape.open(radius))
+    fn opening(&self, py: Python<'_>, radius: f64) -> PyResult<Shape> {
+        Ok(self.of_one("opening", checked_radius(py, radius)?, self.shape.open(radius)))
     }
 
     /// All points outside all balls of a radius that avoid the shape: fills gaps narrower than the ball.
-    fn closing(&self, radius: f64) -> Shape {
-        self.of_one("closing", radius, self.shape.close(radius))
+    fn closing(&self, py: Python<'_>, radius: f64) -> PyResult<Shape> {
+        Ok(self.of_one("closing", checked_radius(py, radius)?, self.shape.close(radius)))
     }
 
     /// The best volume that can be found: exact where possible, else an estimate from images; `volume.method` says which.
     #[pyo3(signature = (**settings))]
     fn volume(&self, py: Python<'_>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Volume> {
-        Call::new(py, settings)?.run(py, |settings| self.shape.volume(settings)).map(Volume)
+        self.call(py, settings)?.run(py, |settings| self.shape.volume(settings)).map(Volume)
     }
 
     /// The images of the shape: entry and exit depths along the rays of a raster.
     #[pyo3(signature = (**settings))]
     fn sample(&self, py: Python<'_>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Image> {
-        Call::new(py, settings)?.run(py, |settings| self.shape.sample(settings)).map(Image::new)
+        self.call(py, settings)?.run(py, |settings| self.shape.sample(settings)).map(Image::new)
     }
 
     /// The shape as a solid: itself, the exact mesh of a Boolean where there is one, or a mesh of images.
     #[pyo3(signature = (**settings))]
     fn solid(&self, py: Python<'_>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Py<Solid>> {
-        let solid = Call::new(py, settings)?.run(py, |settings| self.shape.solid(settings))?;
+        let solid = self.call(py, settings)?.without_bounds().run(py, |settings| self.shape.solid(settings))?;
         Solid::new(py, solid.named(&self.text))
     }
 
@@ -130,14 +177,14 @@ impl Shape {
     /// of solids where possible, else from images.
     #[pyo3(signature = (**settings))]
     fn mesh<'py>(&self, py: Python<'py>, settings: Option<&Bound<'py, PyDict>>) -> PyResult<Arrays<'py>> {
-        let solid = Call::new(py, settings)?.run(py, |settings| self.shape.solid(settings))?;
+        let solid = self.call(py, settings)?.without_bounds().run(py, |settings| self.shape.solid(settings))?;
         arrays(py, solid.mesh())
     }
 
     /// Writes the mesh to a file, in the format of its extension: .stl, .obj, .ply, .off, .3mf, .glb.
     #[pyo3(signature = (path, **settings))]
     fn save(&self, py: Python<'_>, path: PathBuf, settings: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-        Call::new(py, settings)?.run(py, |settings| {
+        self.call(py, settings)?.without_bounds().run(py, |settings| {
             let solid = self.shape.solid(settings)?;
             settings.install(|| solid.write(&path))
         })
@@ -165,13 +212,39 @@ impl Shape {
         py: Python<'py>,
         settings: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyArray3<f32>>> {
-        let (size, thickness) = Call::new(py, settings)?.run(py, |settings| {
+        let (size, thickness) = self.call(py, settings)?.without_bounds().run(py, |settings| {
             let sampled: Sampled = self.shape.sample(settings)?;
             let thickness = settings.install(|| sampled.thickness())?;
             Ok((sampled.grid().rays().map(|n| n as usize), thickness))
         })?;
-        let [x, y, z] = size;
-        dense(py, thickness, [z, y, x])?.permute(Some([2, 1, 0]))
+        dense(py, thickness, size)
+    }
+
+    /// The mesh as a `trimesh.Trimesh`.
+    #[pyo3(signature = (**settings))]
+    fn to_trimesh<'py>(&self, py: Python<'py>, settings: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
+        let mesh = self.mesh(py, settings)?;
+        py.import("ldi_ops._interop")?.call_method1("to_trimesh", (mesh.0, mesh.1))
+    }
+
+    /// The mesh as a `pyvista.PolyData`.
+    #[pyo3(signature = (**settings))]
+    fn to_pyvista<'py>(&self, py: Python<'py>, settings: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
+        let mesh = self.mesh(py, settings)?;
+        py.import("ldi_ops._interop")?.call_method1("to_pyvista", (mesh.0, mesh.1))
+    }
+
+    /// A copy is the shape itself, as shapes do not change.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyTypeError::new_err("a Shape cannot be pickled: send solids, or paths and parameters, and return numbers"))
     }
 
     fn __repr__(&self) -> String {
@@ -199,7 +272,8 @@ impl Shape {
 
 impl Solid {
     pub fn new(py: Python<'_>, solid: ldi_ops::Solid) -> PyResult<Py<Solid>> {
-        let shape = Shape::new(ldi_ops::Shape::from(&solid), solid.name().to_string());
+        let units = Units { known: solid.length_unit().is_some(), unknown: solid.length_unit().is_none() };
+        let shape = Shape { shape: ldi_ops::Shape::from(&solid), text: solid.name().to_string(), units };
         Py::new(py, PyClassInitializer::from(shape).add_subclass(Solid { solid }))
     }
 }
@@ -323,6 +397,13 @@ impl Solid {
         self.solid.warnings().iter().map(|warning| (warning.code, warning.message.clone())).collect()
     }
 
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let restore = slf.py().import("ldi_ops._load")?.getattr("restore")?;
+        let solid = slf.get();
+        let parts = (Self::vertices(slf)?, Self::faces(slf)?, solid.name(), solid.unit());
+        Ok((restore, parts.into_pyobject(slf.py())?))
+    }
+
     fn __repr__(&self) -> String {
         let unit = self.unit().map_or_else(|| "no unit".to_owned(), |unit| format!("in {unit}"));
         format!("Solid({}: {} triangles, {unit})", self.name(), self.solid.mesh().triangles.len())
@@ -344,6 +425,6 @@ fn rows<'py, T: Element>(owner: &Bound<'py, Solid>, numbers: &[T]) -> PyResult<B
     let view = ArrayView2::from_shape((numbers.len() / 3, 3), numbers).expect("rows of three");
     // SAFETY: the array keeps its owner alive, which is frozen, so that its numbers neither move nor change.
     let array = unsafe { PyArray2::borrow_from_array(&view, owner.clone().into_any()) };
-    array.try_readwrite()?.make_nonwriteable();
+    array.call_method1("setflags", (false,))?;
     Ok(array)
 }

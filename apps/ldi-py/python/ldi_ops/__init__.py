@@ -20,6 +20,7 @@ from ._native import VERSION as __version__
 from ._native import Clashes, Image, Metric, Metrics, Shape, Solid, Volume
 from ._options import options
 from ._settings import Settings
+from ._sweep import sweep
 
 _Mapping.register(Metrics)
 globals().update(_solids.FUNCTIONS)
@@ -43,5 +44,6 @@ __all__ = [
     "from_voxels",
     "load",
     "options",
+    "sweep",
     *_solids.FUNCTIONS,
 ]

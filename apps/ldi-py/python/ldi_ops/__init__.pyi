@@ -19,6 +19,7 @@ from ._native import Solid as Solid
 from ._native import Volume as Volume
 from ._options import options as options
 from ._settings import Settings as Settings
+from ._sweep import sweep as sweep
 
 __version__: str
 
@@ -229,6 +230,7 @@ __all__ = [
     "from_voxels",
     "load",
     "options",
+    "sweep",
     "cuboid",
     "ell",
     "hollow_box",

@@ -7,7 +7,7 @@ import json
 from typing import Any
 
 
-def _need(module: str, extra: str | None = None) -> Any:
+def need(module: str, extra: str | None = None) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
@@ -16,11 +16,11 @@ def _need(module: str, extra: str | None = None) -> Any:
 
 
 def to_trimesh(vertices: Any, faces: Any) -> Any:
-    return _need("trimesh").Trimesh(vertices, faces, process=False)
+    return need("trimesh").Trimesh(vertices, faces, process=False)
 
 
 def to_pyvista(vertices: Any, faces: Any) -> Any:
-    return _need("pyvista").PolyData.from_regular_faces(vertices, faces)
+    return need("pyvista").PolyData.from_regular_faces(vertices, faces)
 
 
 def to_xarray(image: Any) -> Any:
@@ -30,13 +30,13 @@ def to_xarray(image: Any) -> Any:
         axis: ((axis,), origin + image.spacing * np.arange(count), {"units": image.unit or ""})
         for axis, origin, count in zip("xyz", image.origin, image.shape, strict=True)
     }
-    return _need("xarray").DataArray(image.to_numpy(), coords=coordinates, dims=("x", "y", "z"), name="inside")
+    return need("xarray").DataArray(image.to_numpy(), coords=coordinates, dims=("x", "y", "z"), name="inside")
 
 
 def metrics_to_pandas(metrics: Any) -> Any:
     columns = ("id", "name", "value", "error", "lower", "upper", "unit", "status", "symbol", "method")
     rows = [[getattr(metric, column) for column in columns] for metric in metrics.values()]
-    frame = _need("pandas").DataFrame(rows, columns=list(columns)).set_index("id")
+    frame = need("pandas").DataFrame(rows, columns=list(columns)).set_index("id")
     numbers = ["value", "error", "lower", "upper"]
     return frame.astype(dict.fromkeys(numbers, "float64"))
 
@@ -59,7 +59,7 @@ CLASH_COLUMNS = {
 
 
 def clashes_to_pandas(clashes: Any) -> Any:
-    return _need("pandas").DataFrame(clashes.pairs, columns=list(CLASH_COLUMNS)).astype(CLASH_COLUMNS)
+    return need("pandas").DataFrame(clashes.pairs, columns=list(CLASH_COLUMNS)).astype(CLASH_COLUMNS)
 
 
 def limits_as_toml(limits: dict[str, Any]) -> str:

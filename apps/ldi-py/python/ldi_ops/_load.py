@@ -31,11 +31,15 @@ def load(source: Any, unit: str | None = None, name: str | None = None, *, toler
         vertices, faces, own = _arrays(source, tolerance)
         solid = Solid.from_arrays(vertices, faces)
         if own is not None:
-            solid = solid.with_unit(own)
+            try:
+                solid = solid.with_unit(own)
+            except UsageError:
+                if unit is None:
+                    warnings.warn(f"the unit {own!r} of the mesh is not known; pass unit=", stacklevel=2)
     if unit is not None:
-        own, solid = solid.unit, solid.with_unit(unit)
-        if own is not None and own != unit_symbol(unit):
-            warnings.warn(f"{solid.name} states the unit {own}, so unit={unit!r} is ignored", stacklevel=2)
+        solid = solid.with_unit(unit)
+        if solid.unit != unit_symbol(unit):
+            warnings.warn(f"{solid.name} states the unit {solid.unit}, so unit={unit!r} is ignored", stacklevel=2)
     return solid if name is None else solid.named(name)
 
 
@@ -59,12 +63,33 @@ def from_voxels(
     if inside.ndim != 3:
         raise UsageError(f"voxels have three axes, [x, y, z], not {inside.ndim}")
     if inside.dtype not in (np.bool_, np.uint8):
-        inside = inside != 0
-    steps = [float(step) for step in np.broadcast_to(np.asarray(spacing, dtype=float), 3)]
-    solid = Solid.from_voxels(np.ascontiguousarray(inside).view(np.uint8), steps, [float(at) for at in origin])
+        # Not a number is not at least 0, either.
+        if not (inside >= 0).all():
+            raise UsageError("voxels are 0 outside and above 0 inside; compare the values with a threshold: array > threshold")
+        inside = inside > 0
+    if not inside.any():
+        raise UsageError("no voxel is inside")
+    steps, place = _three("spacing", spacing), _three("origin", origin)
+    solid = Solid.from_voxels(np.ascontiguousarray(inside).view(np.uint8), steps, place)
     if unit is not None:
         solid = solid.with_unit(unit)
     return solid if name is None else solid.named(name)
+
+
+def _three(name: str, value: Any) -> list[float]:
+    """Returns a number for each axis."""
+    import numpy as np
+
+    numbers = np.asarray(value, dtype=float)
+    if numbers.shape not in ((), (3,)) or (name == "origin" and not numbers.shape):
+        raise UsageError(f"{name}={value}: three numbers are needed, for x, y and z")
+    return [float(number) for number in np.broadcast_to(numbers, 3)]
+
+
+def restore(vertices: Any, faces: Any, name: str, unit: str | None) -> Solid:
+    """Returns a solid that was pickled."""
+    solid = Solid.from_arrays(vertices, faces.astype("int64")).named(name)
+    return solid if unit is None else solid.with_unit(unit)
 
 
 def _arrays(source: Any, tolerance: float) -> tuple[Any, Any, str | None]:
@@ -74,6 +99,14 @@ def _arrays(source: Any, tolerance: float) -> tuple[Any, Any, str | None]:
     own = None
     if isinstance(source, (tuple, list)) and len(source) == 2:
         vertices, faces = source
+    elif hasattr(source, "points") and hasattr(source, "faces") and hasattr(source, "triangulate"):
+        triangles = source.triangulate()
+        vertices, faces = triangles.points, np.asarray(triangles.faces).reshape(-1, 4)[:, 1:]
+    elif hasattr(source, "tessellate"):
+        # build123d's shapes have methods `vertices` and `faces`, too.
+        vertices, faces = _tessellated([source], tolerance)
+    elif hasattr(source, "vals"):
+        vertices, faces = _tessellated(source.vals(), tolerance)
     elif hasattr(source, "vertices") and hasattr(source, "faces"):
         # trimesh; its unit is None, or a word.
         vertices, faces, own = source.vertices, source.faces, getattr(source, "units", None)
@@ -81,31 +114,36 @@ def _arrays(source: Any, tolerance: float) -> tuple[Any, Any, str | None]:
         vertices, faces = source.vertices, source.triangles
     elif hasattr(source, "points") and hasattr(source, "cells_dict"):
         vertices, faces = source.points, _faces_of_cells(source.cells_dict)
-    elif hasattr(source, "points") and hasattr(source, "triangulate"):
-        triangles = source.triangulate()
-        vertices, faces = triangles.points, np.asarray(triangles.faces).reshape(-1, 4)[:, 1:]
-    elif hasattr(source, "tessellate"):
-        vertices, faces = source.tessellate(tolerance)
-        vertices = [_coordinates(vertex) for vertex in vertices]
-    elif hasattr(source, "val") and hasattr(source.val(), "tessellate"):
-        return _arrays(source.val(), tolerance)
     else:
         raise UsageError(
-            f"a {type(source).__name__} is no mesh: give a path, (vertices, faces), or a mesh of trimesh, PyVista, meshio, Open3D, "
-            "CadQuery or build123d"
+            f"{type(source).__name__} is not a surface mesh: give a path, (vertices, faces), a mesh of trimesh, PyVista (PolyData), "
+            "meshio or Open3D, a shape of CadQuery or build123d, or voxels to from_voxels"
         )
     vertices = np.ascontiguousarray(vertices, dtype=np.float64)
     faces = np.asarray(faces)
     if faces.size and not np.issubdtype(faces.dtype, np.integer):
         raise UsageError(f"faces are indices of vertices, not {faces.dtype}")
+    if vertices.ndim != 2 or faces.ndim != 2:
+        raise UsageError(f"vertices have the shape (n, 3), and faces (m, 3), not {vertices.shape} and {faces.shape}")
     return vertices, np.ascontiguousarray(faces, dtype=np.int64), own
+
+
+def _tessellated(shapes: Any, tolerance: float) -> tuple[Any, Any]:
+    """Returns the triangles of all shapes of a CAD library."""
+    vertices: list[Any] = []
+    faces: list[Any] = []
+    for shape in shapes:
+        points, triangles = shape.tessellate(tolerance)
+        faces += [[len(vertices) + corner for corner in triangle] for triangle in triangles]
+        vertices += [_coordinates(point) for point in points]
+    return vertices, faces
 
 
 def _faces_of_cells(cells: Any) -> Any:
     """Returns the triangles of a meshio mesh; quadrilaterals are cut."""
     import numpy as np
 
-    other = sorted(set(cells) - {"triangle", "quad", "line", "vertex"})
+    other = sorted(map(str, set(cells) - {"triangle", "quad", "line", "vertex"}))
     if other:
         raise UsageError(f"the mesh has cells that are no faces: {', '.join(other)}; give the surface of it")
     parts = [np.asarray(cells[kind]) for kind in ("triangle",) if kind in cells]

@@ -41,7 +41,7 @@ def options(
     `threads` is the number of threads of each call; by default, one for each processor. `memory` is the most that the process
     may hold, in bytes or as a text such as '8 GB'; by default, a share of the free memory. `progress=True` shows a bar, by
     `tqdm` where it is installed. A function `progress(stage, done, total)` is called about every 50 ms, with `total` 0 if it is
-    unknown; it stops the call by returning False, which raises `Cancelled`. If it has a method `close`, that is called at the
+    unknown; it stops the call by returning False or 0, which raises `Cancelled`. If it has a method `close`, that is called at the
     end of each call.
 
     >>> with options(threads=2, memory="8 GB"):

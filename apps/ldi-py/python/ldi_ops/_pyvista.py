@@ -28,27 +28,32 @@ class Accessor:
 
     def intersect(self, other: Any, **settings: Any) -> Any:
         """The points in both meshes."""
-        return _mesh(self.solid() & _solid(other), settings)
+        a, b = self._beside(other)
+        return _mesh(a & b, settings)
 
     def union(self, other: Any, **settings: Any) -> Any:
         """The points in either mesh."""
-        return _mesh(self.solid() | _solid(other), settings)
+        a, b = self._beside(other)
+        return _mesh(a | b, settings)
 
     def difference(self, other: Any, **settings: Any) -> Any:
         """The points in this mesh and not in the other."""
-        return _mesh(self.solid() - _solid(other), settings)
+        a, b = self._beside(other)
+        return _mesh(a - b, settings)
 
     def minkowski(self, other: Any, **settings: Any) -> Any:
         """The Minkowski sum."""
-        return _mesh(self.solid().minkowski(_solid(other)), settings)
+        a, b = self._beside(other)
+        return _mesh(a.minkowski(b), settings)
+
+    def _beside(self, other: Any) -> tuple[Solid, Shape]:
+        """Returns this mesh, in the unit of the other, and the other."""
+        other = other if isinstance(other, Shape) else load(other)
+        return self.solid(other.unit if isinstance(other, Solid) else None), other
 
     def offset(self, distance: float, **settings: Any) -> Any:
         """All points within a distance, or with a negative distance those that far inside."""
         return _mesh(self.solid().offset(distance), settings)
-
-
-def _solid(other: Any) -> Shape:
-    return other if isinstance(other, Shape) else load(other)
 
 
 def _mesh(shape: Shape, settings: dict[str, Any]) -> Any:

@@ -6,23 +6,25 @@ from typing import TypedDict
 
 
 class Settings(TypedDict, total=False):
-    """Keywords of the raster and the images; none is needed. One of the first three sets the raster."""
+    """Keywords of the raster and the images. None is needed; one of the first three sets the raster.
+
+    resolution: rays along the longest side of the common box; 512 by default.
+    pitch: the distance of neighbouring rays, in the unit of the first solid.
+    tolerance: the raster is refined until the error estimate is below this share of the volume; not for sums, offsets, metrics.
+    axes: 'all' (default), 'x', 'y' or 'z': the directions of the rays. A mesh and metrics need all.
+    mode: 'exact' (default), or 'over' or 'under' for images that contain the solid or lie in it.
+    fill: 'even-odd' (default) or 'non-zero': which winding numbers are inside, where shells overlap.
+    backend: 'auto' (default), 'cpu', 'gpu', or 'gpu:NAME' for the adapter whose name contains NAME.
+    lod: voxels along each ray of the modes 'over' and 'under'; 1024 by default.
+    bounds: True for certified bounds of volumes, `lower` and `upper`; other results ignore it.
+    """
 
     resolution: int
-    """Rays along the longest side of the common box; 512 by default."""
     pitch: float
-    """The distance of neighbouring rays, in the unit of the first solid."""
     tolerance: float
-    """The raster is refined until the error estimate is below this share of the volume. Not for sums, offsets and metrics."""
     axes: str
-    """'all' (default), 'x', 'y' or 'z'. A surface needs all."""
     mode: str
-    """'exact' (default), or 'over' or 'under' for conservative estimates."""
     fill: str
-    """'even-odd' (default) or 'non-zero': which winding numbers are inside."""
     backend: str
-    """'auto' (default), 'cpu', 'gpu' or 'gpu:NAME'."""
     lod: int
-    """Voxels along each ray of over- and under-estimates; 1024 by default."""
     bounds: bool
-    """Whether volumes have certified bounds, `lower` and `upper`. Not for a sum or an offset of another operation."""

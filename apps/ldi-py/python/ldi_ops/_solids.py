@@ -40,13 +40,16 @@ def _function(kind: str, summary: str, parameters: list[tuple[str, str, str]]) -
     )
 
     def build(**values: Any) -> Solid:
+        unknown = set(values) - set(names)
+        if unknown:
+            raise TypeError(f"{kind} has no parameter {', '.join(sorted(unknown))}; it has {', '.join(names)}")
         given = signature.bind(**values).arguments
         return generate(kind, [(names[name], _text(value)) for name, value in given.items()])
 
     build.__name__ = build.__qualname__ = kind.replace("-", "_")
     build.__module__ = "ldi_ops"
     build.__signature__ = signature  # type: ignore[attr-defined]
-    meanings = "\n".join(f"    {name}: {meaning}" for name, (_, _, meaning) in zip(names, parameters, strict=True))
+    meanings = "\n".join(f"    {name}: {meaning.replace('with commas', 'as a tuple')}" for name, (_, _, meaning) in zip(names, parameters, strict=True))
     build.__doc__ = f"{summary[0].upper()}{summary[1:]}. The unit is mm.\n\nParameters:\n{meanings}\n"
     return build
 
