@@ -88,9 +88,11 @@ def test_results_do_not_depend_on_the_thread_that_asks():
     assert len(volumes) == 4 and len(set(volumes)) == 1
 
 
+# A shell starts what runs in its background with SIGINT ignored, and Python then leaves it so.
 INTERRUPTED = """
-import sys, time
+import signal, sys, time
 import ldi_ops as ldi
+signal.signal(signal.SIGINT, signal.default_int_handler)
 shape = {setup}
 print("ready", flush=True)
 try:
