@@ -52,7 +52,7 @@ def from_voxels(
 ) -> Solid:
     """Returns the solid of the voxels that are inside: a CT stack after its threshold.
 
-    `voxels` is an array [x, y, z] of bool, or of numbers that are not 0 inside; a stack of slices that is indexed [z, y, x] is
+    `voxels` is an array [x, y, z] of bool, or of numbers that are 0 outside and above 0 inside; a stack of slices that is indexed [z, y, x] is
     transposed by `voxels.T`. `spacing` is the distance of neighbouring centres, one for all axes or one each, and `origin` the
     centre of voxel (0, 0, 0). The solid is the union of the voxels as boxes, so that its volume is exact and its surface has
     steps.

@@ -72,7 +72,8 @@ def sweep(
             rows[key] = {"design": key, **row}
             _replace(parts / f"{key}.json", json.dumps(rows[key]).encode())
             counts = len(rows), len(keys)
-            if progress is not None and progress("designs", *counts) is False:
+            answer = progress("designs", *counts) if progress is not None else None
+            if answer is not None and not answer:
                 raise Cancelled(f"the progress function stopped the sweep after {counts[0]} of {counts[1]} designs")
     table = _table(pyarrow, [rows[key] for key in keys], designs)
     sink = pyarrow.BufferOutputStream()
