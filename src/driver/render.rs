@@ -157,16 +157,9 @@ pub fn render(job: &RenderJob, inputs: &[Input], start: Instant, progress: &Moni
     let backends = Backends::open(&job.backend)?;
     let mut seconds = RenderSeconds::default();
     progress.stage("reading")?;
-    let requirements = InputRequirements {
-        unit: job.unit,
-        openness: job.openness,
-        sides: Sides::NotNeeded,
-        fill: job.fill,
-        hashes: job.hashes,
-    };
-    let (mut solids, mut warnings) = timed(&mut seconds.read, || input::solids(inputs, requirements))?;
+    let (mut solids, mut warnings) = timed(&mut seconds.read, || input::solids(inputs, requirements(job)))?;
 
-    let drawn = draw(job, &mut solids, requirements, (&backends, &mut seconds), progress)?;
+    let drawn = draw(job, &mut solids, (&backends, &mut seconds), progress)?;
     progress.stage("writing")?;
     timed(&mut seconds.write, || output::replace(&job.to, |file| png::write(&drawn.canvas, file)))?;
 
@@ -199,6 +192,12 @@ pub fn render(job: &RenderJob, inputs: &[Input], start: Instant, progress: &Moni
     })
 }
 
+/// Returns the requirements of a picture on its solids.
+fn requirements(job: &RenderJob) -> InputRequirements {
+    let &RenderJob { unit, openness, fill, hashes, .. } = job;
+    InputRequirements { unit, openness, sides: Sides::NotNeeded, fill, hashes }
+}
+
 /// A picture in memory.
 struct Drawn {
     canvas: Canvas,
@@ -215,7 +214,6 @@ struct Drawn {
 fn draw(
     job: &RenderJob,
     solids: &mut [Solid],
-    requirements: InputRequirements,
     (backends, seconds): (&Backends, &mut RenderSeconds),
     progress: &Monitor,
 ) -> Result<Drawn, Error> {
@@ -229,7 +227,7 @@ fn draw(
     let turning = Instant::now();
     if view != View::From(Axis::Z) {
         for solid in solids.iter_mut() {
-            input::map(solid, &DAffine3::from_mat3(rotation), requirements)?;
+            input::map(solid, &DAffine3::from_mat3(rotation), requirements(job))?;
         }
     }
     let stage = Stage::set(job, solids, backends)?;
@@ -274,15 +272,8 @@ pub(crate) fn picture(solid: &Solid, [width, height]: [u32; 2]) -> Result<Vec<u8
         facets: Facets::Smooth,
         to: PathBuf::new(),
     };
-    let requirements = InputRequirements {
-        unit: solid.unit,
-        openness: Openness::Refused,
-        sides: Sides::NotNeeded,
-        fill: job.fill,
-        hashes: false,
-    };
     let (backends, mut seconds) = (Backends::open(&job.backend)?, RenderSeconds::default());
-    let drawn = draw(&job, &mut [solid.clone()], requirements, (&backends, &mut seconds), &Monitor::new(None))?;
+    let drawn = draw(&job, &mut [solid.clone()], (&backends, &mut seconds), &Monitor::new(None))?;
     let mut file = Vec::new();
     png::write(&drawn.canvas, &mut file).map_err(Error::machine)?;
     Ok(file)

@@ -8,8 +8,8 @@ use ldi_ops::{Clash, FillRule, Monitor, report};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::error::usage;
-use crate::keywords::{Call, one_of};
+use crate::error::{codes_and_messages, usage};
+use crate::keywords::{Call, fill_rule};
 use crate::shape::Solid;
 
 /// The result of a comparison of parts: the pairs whose boxes come near one another, the worst first.
@@ -33,7 +33,7 @@ pub fn clash(
     resolution: Option<u32>,
     fill: &str,
 ) -> PyResult<Clashes> {
-    let rule = one_of(py, "fill", fill, &[("even-odd", FillRule::EvenOdd), ("non-zero", FillRule::NonZero)])?;
+    let rule = fill_rule(py, fill)?;
     let ignored: Result<Vec<_>, _> = ignore.iter().map(|pair| pair.parse()).collect();
     let ignored = ignored.map_err(|error| usage(py, format!("ignore: {error}")))?;
     let solids = parts.iter().map(|(name, solid)| (name.as_str(), &solid.get().solid));
@@ -41,9 +41,7 @@ pub fn clash(
     clash = clearance.into_iter().fold(clash, Clash::clearance);
     clash = touching.into_iter().fold(clash, Clash::touching);
     clash = resolution.into_iter().fold(clash, Clash::rays);
-    let keywords = PyDict::new(py);
-    keywords.set_item("fill", fill)?;
-    let clashes = Call::new(py, Some(&keywords))?.run(py, |settings| clash.compare(settings))?;
+    let clashes = Call::new(py, None)?.run(py, |settings| clash.compare(&settings.clone().fill(rule)))?;
     Ok(Clashes { clashes, fill: rule })
 }
 
@@ -83,7 +81,7 @@ impl Clashes {
     /// Warnings about the parts: codes and sentences.
     #[getter]
     fn warnings(&self) -> Vec<(&'static str, String)> {
-        self.clashes.warnings.iter().map(|warning| (warning.code, warning.message.clone())).collect()
+        codes_and_messages(&self.clashes.warnings)
     }
 
     /// All near pairs as a `pandas.DataFrame`.

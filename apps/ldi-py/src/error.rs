@@ -1,7 +1,7 @@
 //! Errors of the library as exceptions of `ldi_ops`.
 
-use ldi_ops::Error;
 use ldi_ops::mesh::check::MeshReport;
+use ldi_ops::{Error, Warning};
 use numpy::PyArray;
 use numpy::ndarray::Array3;
 use pyo3::prelude::*;
@@ -34,6 +34,11 @@ fn raised(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
 /// Returns a usage error.
 pub fn usage(py: Python<'_>, message: impl Into<String>) -> PyErr {
     exception(py, &Error::Usage(message.into()))
+}
+
+/// Returns codes and sentences of warnings.
+pub fn codes_and_messages(warnings: &[Warning]) -> Vec<(&'static str, String)> {
+    warnings.iter().map(|warning| (warning.code, warning.message.clone())).collect()
 }
 
 fn class<'py>(py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {

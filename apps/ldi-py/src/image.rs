@@ -4,11 +4,13 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use ldi_ops::{Axis, Bound as Within, Sampled, SolidMoments, SurfaceMesh};
-use numpy::ndarray::{ArrayView1, Ix3};
+use numpy::ndarray::{ArrayView, Dimension, Ix3};
 use numpy::{Element, PyArray, PyArray1, PyArray3, PyArrayMethods};
+use pyo3::PyClass;
 use pyo3::prelude::*;
+use pyo3::pyclass::boolean_struct::True;
 
-use crate::error::usage;
+use crate::error::{codes_and_messages, usage};
 use crate::keywords::{Call, one_of};
 use crate::shape::{Arrays, arrays};
 use crate::volume::Volume;
@@ -134,7 +136,7 @@ impl Image {
     /// The depths along an axis, int32, ray after ray: the samples of ray r are `depths[offsets[r]:offsets[r + 1]]`, entries
     /// and exits by turns. A view.
     fn depths<'py>(slf: &Bound<'py, Self>, axis: &str) -> PyResult<Bound<'py, PyArray1<i32>>> {
-        view(slf, slf.get().along(slf.py(), axis)?.depths())
+        borrowed(slf, &slf.get().along(slf.py(), axis)?.depths().into())
     }
 
     /// The place of the first sample of each ray in `depths`, uint32, and the number of samples at the end. A view.
@@ -142,7 +144,7 @@ impl Image {
     /// Along z, ray r is at x = r % shape[0] and y = r // shape[0]; along x at y = r % shape[1] and z = r // shape[1]; along y at
     /// x = r % shape[0] and z = r // shape[0].
     fn offsets<'py>(slf: &Bound<'py, Self>, axis: &str) -> PyResult<Bound<'py, PyArray1<u32>>> {
-        view(slf, slf.get().along(slf.py(), axis)?.offsets())
+        borrowed(slf, &slf.get().along(slf.py(), axis)?.offsets().into())
     }
 
     /// The voxels whose centre is inside, bool [x, y, z]. Programs that index [z, y, x] take the transpose.
@@ -195,8 +197,7 @@ impl Image {
         surface_error: Option<&Bound<'py, PyAny>>,
         drop_parts: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let mesh = self.mesh(py, surface_error, drop_parts)?;
-        py.import("ldi_ops._interop")?.call_method1("to_trimesh", (mesh.0, mesh.1))
+        py.import("ldi_ops._interop")?.call_method1("to_trimesh", self.mesh(py, surface_error, drop_parts)?)
     }
 
     /// The mesh as a `pyvista.PolyData`.
@@ -207,8 +208,7 @@ impl Image {
         surface_error: Option<&Bound<'py, PyAny>>,
         drop_parts: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let mesh = self.mesh(py, surface_error, drop_parts)?;
-        py.import("ldi_ops._interop")?.call_method1("to_pyvista", (mesh.0, mesh.1))
+        py.import("ldi_ops._interop")?.call_method1("to_pyvista", self.mesh(py, surface_error, drop_parts)?)
     }
 
     /// The voxels as an `xarray.DataArray` with coordinates.
@@ -219,7 +219,7 @@ impl Image {
     /// Warnings about the solids and the result: codes and sentences.
     #[getter]
     fn warnings(&self) -> Vec<(&'static str, String)> {
-        self.sampled.warnings().iter().map(|warning| (warning.code, warning.message.clone())).collect()
+        codes_and_messages(self.sampled.warnings())
     }
 
     fn __repr__(&self) -> String {
@@ -242,11 +242,19 @@ pub fn dense<'py, T: Element>(
     PyArray1::from_vec(py, values).reshape(size)
 }
 
-/// Returns a view of numbers that an image owns, which cannot be written to.
-fn view<'py, T: Element>(owner: &Bound<'py, Image>, numbers: &[T]) -> PyResult<Bound<'py, PyArray1<T>>> {
+/// Returns an array of numbers that an object owns, which cannot be written to.
+pub fn borrowed<'py, C, T, D>(
+    owner: &Bound<'py, C>,
+    numbers: &ArrayView<'_, T, D>,
+) -> PyResult<Bound<'py, PyArray<T, D>>>
+where
+    C: PyClass<Frozen = True>,
+    T: Element,
+    D: Dimension,
+{
     owner.py().import("numpy")?;
     // SAFETY: the array keeps its owner alive, which is frozen, so that its numbers neither move nor change.
-    let array = unsafe { PyArray1::borrow_from_array(&ArrayView1::from(numbers), owner.clone().into_any()) };
+    let array = unsafe { PyArray::borrow_from_array(numbers, owner.clone().into_any()) };
     array.call_method1("setflags", (false,))?;
     Ok(array)
 }

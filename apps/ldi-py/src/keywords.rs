@@ -89,8 +89,7 @@ fn settings(py: Python<'_>, keywords: &Bound<'_, PyDict>) -> PyResult<Settings<'
         settings = settings.mode(one_of(py, "mode", &mode, &modes)?);
     }
     if let Some(fill) = word("fill")? {
-        let rules = [("even-odd", FillRule::EvenOdd), ("non-zero", FillRule::NonZero)];
-        settings = settings.fill(one_of(py, "fill", &fill, &rules)?);
+        settings = settings.fill(fill_rule(py, &fill)?);
     }
     if let Some(backend) = word("backend")? {
         settings = settings.backend(match backend.as_str() {
@@ -120,6 +119,11 @@ fn count(py: Python<'_>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> 
         }
         extracted => extracted,
     }
+}
+
+/// Returns a fill rule by its name.
+pub fn fill_rule(py: Python<'_>, name: &str) -> PyResult<FillRule> {
+    one_of(py, "fill", name, &[("even-odd", FillRule::EvenOdd), ("non-zero", FillRule::NonZero)])
 }
 
 /// Returns the value of a word.

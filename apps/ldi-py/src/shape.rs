@@ -11,8 +11,8 @@ use pyo3::exceptions::{PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
-use crate::error::usage;
-use crate::image::{Image, dense};
+use crate::error::{codes_and_messages, usage};
+use crate::image::{Image, borrowed, dense};
 use crate::keywords::Call;
 use crate::metrics::{Metrics, measured};
 use crate::volume::Volume;
@@ -223,15 +223,13 @@ impl Shape {
     /// The mesh as a `trimesh.Trimesh`.
     #[pyo3(signature = (**settings))]
     fn to_trimesh<'py>(&self, py: Python<'py>, settings: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
-        let mesh = self.mesh(py, settings)?;
-        py.import("ldi_ops._interop")?.call_method1("to_trimesh", (mesh.0, mesh.1))
+        py.import("ldi_ops._interop")?.call_method1("to_trimesh", self.mesh(py, settings)?)
     }
 
     /// The mesh as a `pyvista.PolyData`.
     #[pyo3(signature = (**settings))]
     fn to_pyvista<'py>(&self, py: Python<'py>, settings: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
-        let mesh = self.mesh(py, settings)?;
-        py.import("ldi_ops._interop")?.call_method1("to_pyvista", (mesh.0, mesh.1))
+        py.import("ldi_ops._interop")?.call_method1("to_pyvista", self.mesh(py, settings)?)
     }
 
     /// A copy is the shape itself, as shapes do not change.
@@ -394,7 +392,7 @@ impl Solid {
     /// Warnings about the file and the making of the solid: codes and sentences.
     #[getter]
     fn warnings(&self) -> Vec<(&'static str, String)> {
-        self.solid.warnings().iter().map(|warning| (warning.code, warning.message.clone())).collect()
+        codes_and_messages(self.solid.warnings())
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
@@ -419,12 +417,7 @@ fn triangle(corners: &[i64]) -> Option<[u32; 3]> {
     Some([corner(0)?, corner(1)?, corner(2)?])
 }
 
-/// Returns a view of numbers that a frozen object owns, in rows of three, which cannot be written to.
+/// Returns a view of numbers that a solid owns, in rows of three.
 fn rows<'py, T: Element>(owner: &Bound<'py, Solid>, numbers: &[T]) -> PyResult<Bound<'py, PyArray2<T>>> {
-    owner.py().import("numpy")?;
-    let view = ArrayView2::from_shape((numbers.len() / 3, 3), numbers).expect("rows of three");
-    // SAFETY: the array keeps its owner alive, which is frozen, so that its numbers neither move nor change.
-    let array = unsafe { PyArray2::borrow_from_array(&view, owner.clone().into_any()) };
-    array.call_method1("setflags", (false,))?;
-    Ok(array)
+    borrowed(owner, &ArrayView2::from_shape((numbers.len() / 3, 3), numbers).expect("rows of three"))
 }
